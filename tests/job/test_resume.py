@@ -1,0 +1,113 @@
+"""A run that was stopped and goes on makes the table of one that was never stopped."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+
+import polars as pl
+import pytest
+from tinyjob import FEED, JOB, write_job
+
+from vmachining.errors import InputError, JobError
+from vmachining.job import Job, Stopped, run
+
+
+def stop_after(stage, done):
+    """A progress callback that sends Ctrl-C to this process once."""
+    sent = []
+
+    def progress(name, now, total):
+        if name == stage and now == done and not sent:
+            sent.append(True)
+            os.kill(os.getpid(), signal.SIGINT)
+
+    return progress
+
+
+@pytest.fixture(scope="module")
+def job(tmp_path_factory):
+    return Job.load(write_job(tmp_path_factory.mktemp("job"), job=JOB + FEED + "insert_blocks = true\n"))
+
+
+@pytest.fixture(scope="module")
+def whole(job, tmp_path_factory):
+    return run(job, out=tmp_path_factory.mktemp("whole"))
+
+
+@pytest.mark.parametrize(
+    ("stage", "done"), [("program", 0), ("program", 3), ("scheduled", 0), ("scheduled", 2)]
+)
+def test_stop_and_go_on(stage, done, job, whole, tmp_path):
+    with pytest.raises(Stopped) as caught:
+        run(job, out=tmp_path, progress=stop_after(stage, done))
+    assert caught.value.done == done and caught.value.stage == stage
+    manifest = json.loads((tmp_path / "manifest.json").read_text())
+    assert manifest["complete"] is False and manifest["checkpoints"][stage]["done"] == done
+    partial = "blocks.partial.csv" if stage == "program" else "scheduled_blocks.partial.csv"
+    assert len((tmp_path / partial).read_text().splitlines()) == done + 1
+    result = run(job, out=tmp_path, resume=True)
+    assert (tmp_path / "blocks.csv").read_bytes() == (whole.folder / "blocks.csv").read_bytes()
+    for key in ("removed_mm3", "removed_lo_mm3", "removed_hi_mm3", "final_mm3", "time_s", "scheduled_time_s"):
+        assert result.summary[key] == pytest.approx(whole.summary[key], rel=1e-9)
+    assert (result.surface.block == whole.surface.block).all()
+    result.write(tmp_path, stock=())
+    left = {path.name for path in tmp_path.iterdir()}
+    assert not any("partial" in name or "checkpoint" in name for name in left)
+    assert json.loads((tmp_path / "manifest.json").read_text())["complete"] is True
+
+
+def test_handlers_are_put_back(job, tmp_path):
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(Stopped):
+        run(job, out=tmp_path, progress=stop_after("program", 1))
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_a_changed_program_is_not_resumed(tmp_path):
+    path = write_job(tmp_path)
+    with pytest.raises(Stopped):
+        run(Job.load(path), out=tmp_path / "out", progress=stop_after("program", 2))
+    program = tmp_path / "tiny.nc"
+    program.write_text(program.read_text().replace("F600", "F601"))
+    with pytest.raises(JobError, match="program file changed"):
+        run(Job.load(path), out=tmp_path / "out", resume=True)
+    fresh = run(Job.load(path), out=tmp_path / "out")  # without resume it starts again
+    assert fresh.summary["blocks"] == 9
+
+
+def test_rows_behind_the_checkpoint_are_made_again(tmp_path):
+    path = write_job(tmp_path)
+    with pytest.raises(Stopped):
+        run(Job.load(path), out=tmp_path / "out", progress=stop_after("program", 4))
+    partial = tmp_path / "out" / "blocks.partial.csv"
+    rows = partial.read_text()
+    partial.write_text(rows + rows.splitlines()[-1].replace("3,", "4,", 1) + "\n5,torn")
+    result = run(Job.load(path), out=tmp_path / "out", resume=True)
+    assert result.blocks["block"].to_list() == list(range(9))
+    assert result.blocks["removed_mm3"].sum() == pytest.approx(result.summary["removed_mm3"])
+
+
+def test_resume_without_a_run_starts_one_and_wants_a_directory(tmp_path):
+    job = Job.load(write_job(tmp_path))
+    with pytest.raises(InputError, match="directory"):
+        run(job, resume=True)
+    assert run(job, out=tmp_path / "new", resume=True).summary["blocks"] == 9
+
+
+def test_the_partial_table_reads_back_bit_for_bit(tmp_path):
+    from vmachining.job.table import COLUMNS, RowFile, read_partial, read_samples
+
+    row = {
+        name: 0.1 + 0.2 if kind is pl.Float64 else 7 if kind is pl.Int64 else 'a "quoted", text'
+        for name, kind in COLUMNS.items()
+    }
+    row["warning"] = None
+    path = tmp_path / "x.partial.csv"
+    with RowFile(path) as rows:
+        rows.add(row | {"samples_mm3": "0.1 0.30000000000000004"})
+        rows.add(row | {"block": 8, "text": "µ ; <b>"})
+    frame = read_partial(path)
+    assert frame.row(0, named=True) == row and frame["text"][1] == "µ ; <b>"
+    assert dict(read_samples(path)) == {7: (0.1, 0.1 + 0.2)}

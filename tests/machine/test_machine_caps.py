@@ -1,0 +1,97 @@
+"""Caps of the slides: closed forms, and no point of a path ever asks more of a slide than its peak."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vmachining.errors import KinematicsError
+from vmachining.geometry import Arc, Line
+from vmachining.machine import MachineLimits, arc_peaks, axis_caps, line_peaks, path_peaks, travel_caps
+
+finite = st.floats(-50, 50).map(lambda v: round(v, 3))
+point = st.tuples(finite, finite, finite)
+
+
+def test_rotary_axis_caps_the_feed():
+    assert travel_caps([1.0], [[1.0, 10.0]], [np.inf, 3600.0]).tolist() == [360.0]
+
+
+def test_blocks_without_length_or_travel_have_no_cap():
+    assert travel_caps([0.0, 5.0], [[0.0, 10.0], [0.0, 0.0]], [100.0, 3600.0]).tolist() == [np.inf, np.inf]
+
+
+@given(start=point, end=point)
+def test_a_line_shares_its_feed_by_direction(start, end):
+    limits = MachineLimits(axis_feed_mm_min=(1000.0, 2000.0, 300.0), max_feed_mm_min=5000.0)
+    travel = np.subtract(end, start)
+    length = np.linalg.norm(travel)
+    cap = axis_caps(line_peaks([start], [end]), limits)[0]
+    # the same thing through the travel of the axes
+    other = travel_caps([length], [travel], [1000.0, 2000.0, 300.0])[0]
+    assert cap == pytest.approx(min(5000.0, other), rel=1e-12)
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    start=point,
+    center=point,
+    axis=st.integers(0, 2),
+    angle=st.floats(-15, 15),
+    rise=finite,
+    t=st.floats(0, 1),
+)
+def test_peaks_of_an_arc_bound_every_point_and_are_reached(start, center, axis, angle, rise, t):
+    arc = Arc(start, center, axis, angle=angle, rise=rise)
+    if arc.length < 1e-6 or arc.radius < 1e-6:
+        return
+    peak = path_peaks([arc])[0]
+    share = np.abs(arc.velocity(t)) / arc.length
+    assert (share <= peak + 1e-9).all()
+    many = np.abs(arc.velocity(np.linspace(0, 1, 4001))).max(axis=0) / arc.length
+    assert np.abs(many - peak).max() <= 1e-5
+
+
+def test_quarter_between_the_quadrant_points():
+    # from 30 to 60 degrees neither slide ever carries the whole speed
+    start = [10 * np.cos(np.pi / 6), 10 * np.sin(np.pi / 6), 0]
+    peaks = arc_peaks([start], [[0, 0, 0]], [2], [np.pi / 6], [0.0])[0]
+    np.testing.assert_allclose(peaks, [np.sqrt(3) / 2, np.sqrt(3) / 2, 0], atol=1e-15)
+
+
+def test_mixed_paths_keep_their_order():
+    paths = [Line([0, 0, 0], [3, 4, 0]), Arc([1, 0, 0], [0, 0, 0], angle=7.0), Line([0, 0, 0], [0, 0, 2])]
+    caps = axis_caps(path_peaks(paths), MachineLimits(axis_feed_mm_min=(600.0, None, 50.0)))
+    np.testing.assert_allclose(caps, [1000.0, 600.0, 50.0])
+    assert path_peaks([]).shape == (0, 3)
+
+
+def test_without_limits_nothing_binds():
+    assert axis_caps(line_peaks([[0, 0, 0]], [[1, 1, 1]]), MachineLimits()).tolist() == [np.inf]
+    assert not MachineLimits().has_axis_limits
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"rapid_mm_min": 0.0},
+        {"max_feed_mm_min": -1.0},
+        {"max_acceleration_mm_s2": float("nan")},
+        {"axis_feed_mm_min": (1.0, 2.0)},
+        {"axis_feed_mm_min": (1.0, float("inf"), None)},
+    ],
+)
+def test_impossible_machines_are_refused(bad):
+    with pytest.raises(KinematicsError, match=next(iter(bad))):
+        MachineLimits(**bad)
+
+
+def test_bad_columns_are_refused():
+    with pytest.raises(KinematicsError, match="axis of an arc"):
+        arc_peaks([[1, 0, 0]], [[0, 0, 0]], [3], [1.0], [0.0])
+    with pytest.raises(KinematicsError, match="travel"):
+        travel_caps([1.0], [[1.0]], [1.0, 2.0])
+    with pytest.raises(KinematicsError, match="positive"):
+        travel_caps([1.0], [[1.0]], [0.0])

@@ -1,0 +1,98 @@
+"""The page: self-contained, escaped, honest, and light enough to open."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import numpy as np
+import pytest
+from tinyjob import FEED, JOB, PROGRAM, write_job
+
+from vmachining.job import Job, run
+from vmachining.report import write_report
+from vmachining.report.figures import along_program
+from vmachining.report.thin import MAX_POINTS, thin_mesh, thin_rows
+
+EVIL = "(</script><script>alert`1`</script><img src=x onerror=alert`2`>&amp;)"
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    """A job whose name, comments and warnings try to break out."""
+    folder = tmp_path_factory.mktemp("report")
+    program = PROGRAM.replace("N70 G0 Z5", f"N70 G0 X-4 Y9 {EVIL}").replace("N30 S8000 M3\n", "")
+    job = write_job(folder, job=JOB + FEED, program=program, swap={'name = "tiny"': 'name = "<b>tiny</b>&"'})
+    result = run(Job.load(job))
+    write_report(result, folder / "report.html")
+    return result, (folder / "report.html").read_text(encoding="utf-8")
+
+
+def body(text):
+    """The page without plotly, style and figures."""
+    text = re.sub(r"<script>.*?</script>", "", text, count=1, flags=re.S)
+    return re.sub(r"<style>.*?</style>", "", text, count=1, flags=re.S)
+
+
+def figures(text):
+    return json.loads(
+        re.search(r'<script id="figures" type="application/json">(.*?)</script>', text, re.S)[1]
+    )
+
+
+def test_nothing_is_fetched(page):
+    text = body(page[1])
+    assert not re.search(r"""(src|href)\s*=\s*["']?(https?:)?//""", text)
+    assert page[1].count("Plotly.newPlot(plots") == 1
+
+
+def test_foreign_text_is_escaped(page):
+    text = body(page[1])
+    assert "<img" not in text and "alert`1`</script>" not in text and "<b>tiny</b>" not in text
+    assert "&lt;b&gt;tiny&lt;/b&gt;&amp;" in text
+    assert "&lt;img src=x onerror=alert`2`&gt;" in text  # in the table of warnings
+    hover = figures(page[1])["plots"]["data"][2]["text"]
+    assert any("&lt;img" in label for label in hover) and not any("<img" in label for label in hover)
+
+
+def test_the_page_says_what_it_does_not_know(page):
+    text = page[1]
+    for words in (
+        "Not certified here",
+        "Widest brackets",
+        "rapid through material",
+        "sha256",
+        "Scheduled time",
+    ):
+        assert words in text
+
+
+def test_the_figures_hold_the_numbers(page):
+    result, text = page
+    data = figures(text)
+    names = [trace["name"] for trace in data["stock"]["data"]]
+    assert names[:2] == ["uncut stock", "cut surface"] and "rapid through material" in names
+    drawn = along_program(result.blocks, result.schedule.after_rate)
+    removed = next(trace for trace in drawn.data if trace.name == "removed volume")
+    assert np.array_equal(removed.y[::2], result.blocks["removed_mm3"].to_numpy())
+
+
+def test_many_triangles_become_few_and_keep_the_shape():
+    n = 120
+    x, y = np.meshgrid(np.linspace(0, 10, n), np.linspace(0, 10, n))
+    vertices = np.stack([x.ravel(), y.ravel(), np.sin(x).ravel()], axis=1)
+    a = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
+    triangles = np.concatenate([np.stack([a, a + 1, a + n], 1), np.stack([a + 1, a + n + 1, a + n], 1)])
+    block = np.arange(len(triangles))
+    thin = thin_mesh(vertices, triangles, block, limit=5000)
+    assert 500 < len(thin.triangles) <= 5000 and len(thin.block) == len(thin.triangles) and thin.cell > 0
+    assert np.abs(thin.vertices.min(axis=0) - vertices.min(axis=0)).max() <= thin.cell
+    assert thin_mesh(vertices, triangles, block, limit=10**6).triangles is triangles
+
+
+def test_long_series_keep_their_extremes():
+    weight = np.random.default_rng(1).random(10 * MAX_POINTS)
+    weight[12345] = 7.0
+    rows = thin_rows(len(weight), weight)
+    assert len(rows) <= MAX_POINTS + 2 and 12345 in rows and rows[0] == 0 and rows[-1] == len(weight) - 1
+    assert (np.diff(rows) > 0).all() and len(thin_rows(5, weight[:5])) == 5

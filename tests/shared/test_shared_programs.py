@@ -1,0 +1,113 @@
+"""Whole programs written by others, from file to table.
+
+The programs belong to the LinuxCNC project and are read where they lie. What is known about their result:
+
+- `cds.ngc` mills a round boss of radius 1.5 in, then a diamond |x| + |y| <= 1.5 in on it, then ramps. Its first
+  rows and both bosses have closed forms, because every row overlaps the next.
+- `3D_Chips.ngc` is checked against a height map that shares only the list of moves with the engine.
+"""
+
+from __future__ import annotations
+
+import os
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+import vmachining as vm
+from tests.models.heightfield import Round, grid, removed
+
+JOBS = Path(__file__).parent / "jobs"
+PROGRAMS = Path(__file__).parents[3] / "shared" / "data" / "linuxcnc" / "programs"
+pytestmark = pytest.mark.skipif(not PROGRAMS.is_dir(), reason=f"no shared data: {PROGRAMS} is absent")
+
+INCH3 = 25.4**3
+
+
+def run(name: str) -> vm.RunResult:
+    return vm.run(vm.Job.load(JOBS / f"{name}.toml"))
+
+
+def check_sums(result: vm.RunResult) -> None:
+    """Brackets in order, nothing lost between rows, stock and sum."""
+    rows, s = result.blocks, result.summary
+    assert rows.filter(pl.col("removed_lo_mm3") > pl.col("removed_mm3")).is_empty()
+    assert rows.filter(pl.col("removed_mm3") > pl.col("removed_hi_mm3")).is_empty()
+    assert rows.filter(pl.col("removed_lo_mm3") < 0).is_empty()
+    assert s["removed_mm3"] == pytest.approx(float(rows["removed_mm3"].sum()), rel=1e-12)
+    assert s["removed_mm3"] == pytest.approx(s["stock_mm3"] - s["final_mm3"], rel=1e-9)
+    assert s["removed_lo_mm3"] <= s["removed_mm3"] <= s["removed_hi_mm3"]
+    assert result.surface.triangles.shape[1] == 3
+
+
+@pytest.fixture(scope="module")
+def cds() -> vm.RunResult:
+    return run("cds")
+
+
+def test_cds_sums(cds: vm.RunResult) -> None:
+    check_sums(cds)
+    assert cds.summary["blocks"] == 265
+    assert cds.summary["stock_mm3"] == pytest.approx(32 * INCH3, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("last", "inch3", "slack"),
+    [
+        ("n0190", 4.0 * 0.21 * 0.3125, 0.0),  # one row: from the wall at 4.0 to 3.79 in
+        ("n0210", 4.0 * 0.40 * 0.3125, 0.0),  # two rows, 0.19 in apart
+        ("n1220", (16.0 - pi * 1.5**2) * 0.3125, 0.0),  # all around the round boss
+        # and around the diamond, whose coordinates have four decimals: 5e-5 in times 6 in times 0.1563 in
+        ("n2290", (16.0 - pi * 1.5**2) * 0.3125 + (pi * 1.5**2 - 4.5) * 0.1563, 5e-5 * 6 * 0.1563),
+    ],
+)
+def test_cds_closed_forms(cds: vm.RunResult, last: str, inch3: float, slack: float) -> None:
+    number = pl.col("text").str.extract(r"^\s*[nN](\d+)").cast(pl.Int64)
+    rows = cds.blocks.filter(number <= int(last[1:]))
+    lo, hi = float(rows["removed_lo_mm3"].sum()), float(rows["removed_hi_mm3"].sum())
+    noise = 1e-9 * cds.summary["stock_mm3"]
+    assert lo - slack * INCH3 - noise <= inch3 * INCH3 <= hi + slack * INCH3 + noise
+    # the estimate is far better than the sum of the brackets
+    assert float(rows["removed_mm3"].sum()) == pytest.approx(inch3 * INCH3, rel=1e-4, abs=slack * INCH3)
+
+
+def test_cds_against_its_height_map(cds: vm.RunResult) -> None:
+    # cells that no coordinate of the program is a multiple of; walls cost up to half a cell of their area
+    plate = grid((0, 0), (101.6, 101.6), 101.6 / 1013, lambda x, y: np.full_like(x, 50.8))
+    by_move = removed([move._replace(tool=1) for move in cds.program.moves], {1: Round(3.175, 0.0)}, plate)
+    assert float(by_move.sum()) == pytest.approx(cds.summary["removed_mm3"], rel=2e-3)
+
+
+def chips_truth(moves: tuple[vm.nc.Move, ...]) -> float:
+    plate = grid((-50, -50), (50, 50), 0.1, lambda x, y: np.zeros_like(x))
+    return float(removed(moves, {1: Round(5.0, 5.0)}, plate, step=0.1).sum())
+
+
+def test_chips_beginning() -> None:
+    """The first tenth of the program at a coarse chord; all of it with VMACHINING_FULL=1."""
+    job = vm.Job.load(JOBS / "chips.toml")
+    program = vm.read_program(job.program_path)
+    assert program.ended and not program.errors
+    engine = vm.engines.mesh.MeshEngine(vm.engines.mesh.box_stock((-50, -50, -50), (50, 50, 0)), chord=0.1)
+    moves = [move for move in program.moves if move.motion != "dwell"][:470]
+    total = vm.Bracket(0.0, 0.0, 0.0)
+    for move in moves:
+        if move.motion == "rapid":
+            continue
+        total = total.plus(engine.cut(vm.Sweep(job.tools[1], move.start, move.end)))
+    truth = chips_truth(tuple(moves))
+    slack = 1e-3 * truth  # of the height map; the cells at the walls of the ball's slot
+    assert total.holds(truth, slack=slack)
+    assert engine.stock_volume.estimate - engine.volume.estimate == pytest.approx(total.estimate, rel=1e-9)
+
+
+@pytest.mark.skipif(not os.environ.get("VMACHINING_FULL"), reason="minutes long: set VMACHINING_FULL=1")
+def test_chips() -> None:
+    result = run("chips")
+    check_sums(result)
+    truth = chips_truth(result.program.moves)
+    s = result.summary
+    assert s["removed_lo_mm3"] - 1e-3 * truth <= truth <= s["removed_hi_mm3"] + 1e-3 * truth

@@ -1,0 +1,140 @@
+"""vmachining: removed volume of every NC block with its error, and the feed it deserves.
+
+    import vmachining as vm
+    result = vm.run(vm.Job.load("models/slot/job.toml"))
+    vm.swept_volume(vm.Sweep(vm.BallNose(diameter=10, length=40), (0, 0, 0), (30, 0, 0)))
+
+| Question | Place |
+|---|---|
+| Reading programs | `vmachining.nc` |
+| Cutters, sweeps, stock minus sweep | `vmachining.tool`, `vmachining.sweep`, `vmachining.engines` |
+| Times, feeds | `vmachining.machine`, `vmachining.feed` |
+| A job from file to result, its report | `vmachining.job`, `vmachining.report` |
+
+Names are loaded when they are first used: importing the package loads no kernel.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from vmachining import engines, nc
+    from vmachining.errors import (
+        AccuracyWarning,
+        EngineError,
+        FeedError,
+        InputError,
+        JobError,
+        KinematicsError,
+        NCError,
+        StockError,
+        SweepError,
+        ToolError,
+        VMachiningError,
+    )  # fmt: skip
+    from vmachining.geometry import Arc, Bracket, Line
+    from vmachining.job import Job, RunResult, run, swept_volume
+    from vmachining.machine import MachineLimits
+    from vmachining.nc import parse_program, read_program
+    from vmachining.report import write_report
+    from vmachining.sweep import Sweep
+    from vmachining.tool import (
+        AptTool,
+        BallNose,
+        BullNose,
+        FlatEnd,
+        Profile,
+        ProfileTool,
+        Taper,
+        tool_from_mapping,
+    )  # fmt: skip
+
+_ROOMS = {
+    "errors": (
+        "AccuracyWarning",
+        "EngineError",
+        "FeedError",
+        "InputError",
+        "JobError",
+        "KinematicsError",
+        "NCError",
+        "StockError",
+        "SweepError",
+        "ToolError",
+        "VMachiningError",
+    ),
+    "geometry": ("Arc", "Bracket", "Line"),
+    "job": ("Job", "RunResult", "run", "swept_volume"),
+    "machine": ("MachineLimits",),
+    "nc": ("parse_program", "read_program"),
+    "report": ("write_report",),
+    "sweep": ("Sweep",),
+    "tool": (
+        "AptTool",
+        "BallNose",
+        "BullNose",
+        "FlatEnd",
+        "Profile",
+        "ProfileTool",
+        "Taper",
+        "tool_from_mapping",
+    ),
+}
+_HOME = {name: room for room, names in _ROOMS.items() for name in names}
+_PACKAGES = {"engines": ("mesh", "brep"), "nc": ()}
+
+__all__ = [
+    "AccuracyWarning",
+    "AptTool",
+    "Arc",
+    "BallNose",
+    "Bracket",
+    "BullNose",
+    "EngineError",
+    "FeedError",
+    "FlatEnd",
+    "InputError",
+    "Job",
+    "JobError",
+    "KinematicsError",
+    "Line",
+    "MachineLimits",
+    "NCError",
+    "Profile",
+    "ProfileTool",
+    "RunResult",
+    "StockError",
+    "Sweep",
+    "SweepError",
+    "Taper",
+    "ToolError",
+    "VMachiningError",
+    "engines",
+    "nc",
+    "parse_program",
+    "read_program",
+    "run",
+    "swept_volume",
+    "tool_from_mapping",
+    "write_report",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """PEP 562: load a name from its room when it is asked for."""
+    if name in _HOME:
+        value = getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
+    elif name in _PACKAGES:
+        value = importlib.import_module(f"{__name__}.{name}")
+        for part in _PACKAGES[name]:
+            importlib.import_module(f"{__name__}.{name}.{part}")
+    else:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

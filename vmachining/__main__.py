@@ -1,0 +1,5 @@
+"""`python -m vmachining`."""
+
+from vmachining.cli import main
+
+main()

@@ -1,0 +1,41 @@
+"""Array shapes checked once at the border, so that inner code can trust them."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["Bools", "Floats", "Ints", "rows"]
+
+Floats: TypeAlias = NDArray[np.float64]
+Ints: TypeAlias = NDArray[np.int64]
+Bools: TypeAlias = NDArray[np.bool_]
+
+
+def rows(values: ArrayLike, *shape: int, name: str) -> Floats:
+    """A finite, read-only float array of the wanted shape.
+
+    Parameters
+    ----------
+    values : array_like
+    shape : int
+        Wanted shape, -1 for any length.
+    name : str
+        Used in the message.
+
+    Raises
+    ------
+    ValueError
+        Wrong shape, or a value that is not finite.
+    """
+    array = np.array(values, dtype=np.float64)
+    if array.ndim != len(shape) or any(
+        want not in (-1, have) for want, have in zip(shape, array.shape, strict=True)
+    ):
+        raise ValueError(f"{name}: want shape {shape}, got {array.shape}")
+    if not np.isfinite(array).all():
+        raise ValueError(f"{name}: every value must be finite")
+    array.setflags(write=False)
+    return array

@@ -1,0 +1,16 @@
+"""The command line: arguments in, exit codes out, no thoughts of its own.
+
+| file | holds |
+|---|---|
+| `app.py` | the command tree; every command imports its rooms when it runs, so `--help` is quick |
+| `main.py` | `main`: exceptions -> one message and an exit code |
+| `screen.py` | progress bar and messages on stderr, JSON on stdout |
+| `jobs.py` | run, batch, demo |
+| `nc.py`, `single.py` | nc check, nc moves; sweep |
+
+Exit codes: 0 done, 1 findings, 2 bad usage or input, 3 a bug of ours, 130 interrupted.
+"""
+
+from vmachining.cli.main import main
+
+__all__ = ["main"]

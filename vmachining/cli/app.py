@@ -1,0 +1,190 @@
+"""The command tree. Bodies import what they need, so that `--help` loads no kernel."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+__all__ = ["app", "command"]
+
+SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
+app = typer.Typer(
+    name="vmachining",
+    help="Milling simulation: removed volume of every NC block with its error, and the feed it deserves.",
+    epilog="Example: vmachining demo --out out/demo",
+    no_args_is_help=True, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
+    context_settings=SETTINGS,
+)  # fmt: skip
+nc = typer.Typer(
+    help="Read NC programs: test them, list their motions.", epilog="Example: vmachining nc check part.nc",
+    no_args_is_help=True, rich_markup_mode=None,
+)  # fmt: skip
+app.add_typer(nc, name="nc")
+
+Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Result directory; default out/NAME.")]
+Resume = Annotated[bool, typer.Option("--resume", help="Go on where an interrupted run stopped.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no summary; errors only.")]
+Json = Annotated[bool, typer.Option("--json", help="Machine-readable output on stdout, nothing else there.")]
+StockOut = Annotated[
+    str, typer.Option("--stock", metavar="LIST", help="Finished stock as stl, 3mf (comma list).")
+]
+ProgramArg = Annotated[str, typer.Argument(metavar="PROGRAM", help="NC program; - reads standard input.")]
+Dialect = Annotated[str, typer.Option("--dialect", help="Program dialect: iso.")]
+Tools = Annotated[
+    Path | None,
+    typer.Option("--tools", metavar="FILE", help="Tool table: a job file, or a LinuxCNC .tbl."),
+]
+ToolUnits = Annotated[str, typer.Option("--tools-units", metavar="mm|inch", help="Unit of a .tbl table.")]
+
+
+def _version(show: bool) -> None:
+    if show:
+        from importlib.metadata import version
+
+        typer.echo(version("vmachining"))
+        raise typer.Exit
+
+
+@app.callback()
+def root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print it.")
+    ] = False,
+) -> None:
+    """Milling simulation: removed volume of every NC block with its error, and the feed it deserves."""
+
+
+@app.command("run", epilog="Example: vmachining run models/slot/job.toml --out out/slot --stock stl,3mf")
+def run_(
+    job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="Job file.")],
+    out: Out = None,
+    engine: Annotated[str, typer.Option("--engine", help="Engine: mesh.")] = "mesh",
+    certify: Annotated[
+        bool, typer.Option("--certify", help="Rigorous brackets; the mesh engine always gives them.")
+    ] = False,
+    brep: Annotated[str, typer.Option("--brep", help="Second opinion by B-rep: none.")] = "none",
+    workers: Annotated[int, typer.Option("--workers", min=1, help="Processes for one job: 1.")] = 1,
+    stock: StockOut = "stl",
+    resume: Resume = False,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> int:
+    """Simulate one job: tables, summary, report, finished stock, and the rewritten program with [feed]."""
+    from vmachining.cli import jobs
+
+    return jobs.run_job(
+        job, out=out, engine=engine, certify=certify, brep=brep, workers=workers, stock=stock, resume=resume,
+        quiet=quiet, as_json=as_json,
+    )  # fmt: skip
+
+
+@app.command(epilog="Example: vmachining batch jobs/*.toml --out out/night --workers 4 --resume")
+def batch(
+    files: Annotated[list[Path], typer.Argument(metavar="JOB.toml...", help="Job files.")],
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="One directory per job in it.")] = Path(
+        "out"
+    ),
+    workers: Annotated[int, typer.Option("--workers", min=1, help="Processes.")] = 1,
+    scheduler: Annotated[str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Not yet.")] = None,
+    stock: StockOut = "stl",
+    resume: Resume = False,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> int:
+    """Simulate many jobs over processes; one that fails does not stop the others. Ends with batch.csv."""
+    from vmachining.cli import jobs
+
+    return jobs.run_batch(
+        files,
+        out=out,
+        workers=workers,
+        scheduler=scheduler,
+        stock=stock,
+        resume=resume,
+        quiet=quiet,
+        as_json=as_json,
+    )
+
+
+@app.command(epilog="Example: vmachining demo --out out/demo")
+def demo(out: Out = None, stock: StockOut = "stl", quiet: Quiet = False, as_json: Json = False) -> int:
+    """Simulate the model that comes with the package."""
+    from vmachining.cli import jobs
+
+    return jobs.run_demo(out=out, stock=stock, quiet=quiet, as_json=as_json)
+
+
+@nc.command("check", epilog="Example: vmachining nc check part.nc --tools job.toml --json")
+def nc_check(
+    program: ProgramArg,
+    dialect: Dialect = "iso",
+    tools: Tools = None,
+    tools_units: ToolUnits = "mm",
+    as_json: Json = False,
+) -> int:
+    """Test a program. Exit code 0: clean, 1: it has findings of severity E."""
+    from vmachining.cli import nc as room
+
+    return room.check(program, dialect=dialect, tools=tools, tools_units=tools_units, as_json=as_json)
+
+
+@nc.command("moves", epilog="Example: vmachining nc moves part.nc --coordinates program --json")
+def nc_moves(
+    program: ProgramArg,
+    dialect: Dialect = "iso",
+    machine: Annotated[Path | None, typer.Option("--machine", metavar="FILE", help="Not yet.")] = None,
+    tools: Tools = None,
+    tools_units: ToolUnits = "mm",
+    coordinates: Annotated[
+        str, typer.Option("--coordinates", metavar="machine|program", help="Which coordinates end_mm has.")
+    ] = "machine",
+    as_json: Json = False,
+) -> int:
+    """List the canonical motions of a program, one per line."""
+    from vmachining.cli import nc as room
+
+    return room.moves(
+        program,
+        dialect=dialect,
+        machine=machine,
+        tools=tools,
+        tools_units=tools_units,
+        coordinates=coordinates,
+        as_json=as_json,
+    )
+
+
+@app.command(epilog="Example: vmachining sweep sweep.json --json")
+def sweep(
+    file: Annotated[
+        str, typer.Argument(metavar="SWEEP.json", help="Tool and two poses; - reads standard input.")
+    ],
+    chord: Annotated[
+        float, typer.Option("--chord", metavar="MM", help="Between inner and outer solid.")
+    ] = 0.01,
+    as_json: Json = False,
+) -> int:
+    """Volume of one sweep, with its bracket."""
+    from vmachining.cli import single
+
+    return single.sweep(file, chord=chord, as_json=as_json)
+
+
+@app.command(epilog="Example: vmachining bench --json")
+def bench(
+    cases: Annotated[
+        list[str] | None, typer.Argument(metavar="[CASE...]", help="Names; default: all.")
+    ] = None,
+    as_json: Json = False,
+) -> int:
+    """Run benchmarks; one JSON object per line."""
+    from vmachining.cli import single
+
+    return single.bench(cases or [], as_json=as_json)
+
+
+def command() -> Any:
+    """The command that `main` runs."""
+    return typer.main.get_command(app)

@@ -1,0 +1,124 @@
+"""run, batch and demo."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib.resources import files
+from pathlib import Path
+
+from vmachining.cli.main import Code
+from vmachining.cli.screen import emit, note, progress_bar
+from vmachining.errors import InputError
+from vmachining.job import Job, RunResult, Stopped, check_formats, run
+from vmachining.job.batch import BATCH_COLUMNS, already_complete, run_many, safe_name
+
+__all__ = ["run_batch", "run_demo", "run_job"]
+
+
+def run_job(
+    file: Path,
+    *,
+    out: Path | None,
+    engine: str,
+    certify: bool,
+    brep: str,
+    workers: int,
+    stock: str,
+    resume: bool,
+    quiet: bool,
+    as_json: bool,
+) -> int:
+    """`vmachining run`."""
+    if brep != "none":
+        raise InputError(f"--brep {brep} is not supported yet", remedy="take none")
+    if workers != 1:
+        raise InputError(
+            "--workers above 1 is not supported yet for one job", remedy="batch runs jobs side by side"
+        )
+    formats = check_formats(stock)
+    job = Job.load(file)
+    folder = out if out is not None else Path("out") / safe_name(job.name)
+    silent = quiet or as_json
+    if resume and (summary := already_complete(job, folder)) is not None:
+        note(f"{folder} is complete already", quiet=silent)
+        if as_json:
+            emit(summary)
+        return Code.DONE
+    with progress_bar(quiet=silent) as progress:
+        try:
+            result = run(job, engine=engine, certify=certify, out=folder, resume=resume, progress=progress)
+        except Stopped as exc:
+            note(
+                f"vmachining: {exc}; the rows so far are in {folder}, nothing is lost: "
+                f"vmachining run {file} --out {folder} --resume"
+            )
+            return Code.INTERRUPTED
+    result.write(folder, stock=formats)
+    if as_json:
+        emit(result.summary)
+    else:
+        note(_told(result, folder), quiet=quiet)
+    return Code.DONE
+
+
+def run_demo(*, out: Path | None, stock: str, quiet: bool, as_json: bool) -> int:
+    """`vmachining demo`."""
+    return run_job(
+        demo_job(), out=out, engine="mesh", certify=False, brep="none", workers=1, stock=stock, resume=False,
+        quiet=quiet, as_json=as_json,
+    )  # fmt: skip
+
+
+def demo_job() -> Path:
+    """The shipped model: inside an installed package, or beside it in a source tree."""
+    package = Path(str(files("vmachining")))
+    for root in (package / "models", package.parent / "models"):
+        if (found := root / "slot" / "job.toml").is_file():
+            return found
+    raise InputError("the demo model models/slot/job.toml is not installed with this package")
+
+
+def run_batch(
+    jobs: Sequence[Path],
+    *,
+    out: Path,
+    workers: int,
+    scheduler: str | None,
+    stock: str,
+    resume: bool,
+    quiet: bool,
+    as_json: bool,
+) -> int:
+    """`vmachining batch`."""
+    if scheduler is not None:
+        raise InputError(
+            "--scheduler is not supported yet", remedy="--workers N uses the cores of this machine"
+        )
+    formats = check_formats(stock)
+    silent = quiet or as_json
+    with progress_bar(quiet=silent) as progress:
+        rows = run_many(jobs, out, workers=workers, formats=formats, resume=resume, progress=progress)
+    for row in rows:
+        if as_json:
+            emit({name: row[name] for name in BATCH_COLUMNS})
+        elif row["status"] not in ("done", "skipped"):
+            note(f"vmachining: {row['job']}: {row['status']}: {row['message']}")
+    done = sum(row["status"] in ("done", "skipped") for row in rows)
+    note(f"{done} of {len(rows)} jobs complete; table: {out / 'batch.csv'}", quiet=silent)
+    return max((int(row["exit_code"]) for row in rows), default=int(Code.DONE))
+
+
+def _told(result: RunResult, folder: Path) -> str:
+    """The summary for people."""
+    s = result.summary
+    half = (s["removed_hi_mm3"] - s["removed_lo_mm3"]) / 2
+    lines = [
+        f"{result.job.name}: {s['blocks']} blocks in {s['seconds']:.1f} s",
+        f"  removed   {s['removed_mm3']:.6g} mm3   +-{half:.2g}",
+        f"  between   {s['removed_lo_mm3']:.6g} and {s['removed_hi_mm3']:.6g} mm3",
+        f"  time      {s['time_s']:.2f} s"
+        + (f" -> {s['scheduled_time_s']:.2f} s scheduled" if s["scheduled_time_s"] is not None else ""),
+        f"  warnings  {s['warnings']}",
+        f"  files     {folder}",
+    ]
+    return "\n".join(lines)

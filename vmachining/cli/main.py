@@ -1,0 +1,98 @@
+"""What a user sees when something goes wrong: one message, an exit code, and no traceback."""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+import traceback
+from collections.abc import Sequence
+from enum import IntEnum
+from pathlib import Path
+
+from vmachining.errors import EngineError, VMachiningError
+
+__all__ = ["Code", "main"]
+
+REPORT_TO = "https://github.com/vmachining/vmachining/issues"
+LATER = ("engage", "compare", "force", "toolpath", "dda")
+"""Commands that the interface names and this version does not have."""
+
+
+class Code(IntEnum):
+    """Exit codes."""
+
+    DONE = 0
+    FINDINGS = 1
+    BAD_INPUT = 2
+    BUG = 3
+    INTERRUPTED = 130
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Entry point of the `vmachining` command."""
+    sys.exit(run(list(sys.argv[1:] if argv is None else argv)))
+
+
+def run(argv: list[str]) -> int:
+    """Run one command line; returns the exit code and never raises."""
+    import typer
+
+    from vmachining.cli.app import command
+
+    usage_error = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")
+    try:
+        if argv and argv[0] in LATER:
+            return _say(f"command {argv[0]!r} is not supported yet", Code.BAD_INPUT)
+        outcome = command().main(argv, prog_name="vmachining", standalone_mode=False)
+        sys.stdout.flush()
+        return int(outcome or 0)
+    except (KeyboardInterrupt, typer.Abort):
+        return _say("interrupted", Code.INTERRUPTED)
+    except BrokenPipeError:  # the reader of our output has left: not our problem, and nothing more to say
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return Code.DONE
+    except EngineError as exc:
+        return _bug(exc, str(exc))
+    except VMachiningError as exc:
+        return _say(str(exc), Code.BAD_INPUT)
+    except OSError as exc:
+        where = f"{exc.filename}: " if exc.filename else ""
+        return _say(f"{where}{exc.strerror or exc}", Code.BAD_INPUT)
+    except MemoryError:
+        return _say("out of memory; a larger chord_mm makes smaller meshes", Code.BAD_INPUT)
+    except Exception as exc:
+        if isinstance(exc, usage_error):
+            return _say(_usage(exc), Code.BAD_INPUT)
+        if type(exc).__name__ == "Stopped":
+            return _say(str(exc), Code.INTERRUPTED)
+        return _bug(exc, f"{type(exc).__name__}: {exc}")
+
+
+def _usage(exc: Exception) -> str:
+    """A usage error in one line, with where to look."""
+    words = str(getattr(exc, "format_message", lambda: exc)()).strip().replace("\n", " ")
+    context = getattr(exc, "ctx", None)
+    path = context.command_path if context is not None else "vmachining"
+    return f"{words[:1].lower()}{words[1:].rstrip('.')}; see {path} --help"
+
+
+def _say(message: str, code: Code) -> int:
+    sys.stdout.flush()
+    print(f"vmachining: {message}", file=sys.stderr)
+    return int(code)
+
+
+def _bug(exc: Exception, message: str) -> int:
+    """An internal failure: one line for people, the traceback in a file for us."""
+    note = ""
+    try:
+        with tempfile.NamedTemporaryFile(
+            "w", prefix="vmachining-crash-", suffix=".txt", delete=False, encoding="utf-8"
+        ) as file:
+            file.write("".join(traceback.format_exception(exc)))
+        note = f" with {Path(file.name)}"
+    except OSError:
+        pass
+    first = message.splitlines()[0] if message else "unknown"
+    return _say(f"internal failure: {first}; please report it at {REPORT_TO}{note}", Code.BUG)

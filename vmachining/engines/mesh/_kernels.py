@@ -1,0 +1,204 @@
+"""Facets of a convex cutter moved along a straight line, as many as one tile can see.
+
+Legend
+    points (n, 3), triangles (m, 3), normals (m, 3), edges (k, 4)   the cutter, see `facets.Polyhedron`
+    cos, sin      turn of the cutter about its axis, to the heading
+    p (3,)        start of the tip                  d (3,)        displacement, zero for a cutter at rest
+    lo, hi (3,)   box of the tile                   apex (3,)     a point inside the swept solid, above the box
+    a facet faces forward if its normal . d > 0: it goes with the end copy (vertex v + n), else it stays (v)
+"""
+
+import numpy as np
+
+from vmachining.jit import kernel
+
+
+@kernel
+def _seen(quad, points, lo, hi, apex):
+    """Whether the cone from the apex over the facet can meet the box, judged by its bounding box below hi."""
+    z_min = np.inf
+    x0, x1, y0, y1 = np.inf, -np.inf, np.inf, -np.inf
+    for k in range(4):
+        q = points[quad[k]]
+        if q[2] < z_min:
+            z_min = q[2]
+        t = 0.0
+        if q[2] < hi[2]:
+            t = (hi[2] - q[2]) / (apex[2] - q[2])
+        for s in (0.0, t):
+            x = q[0] + s * (apex[0] - q[0])
+            y = q[1] + s * (apex[1] - q[1])
+            x0, x1 = min(x0, x), max(x1, x)
+            y0, y1 = min(y0, y), max(y1, y)
+    return z_min <= hi[2] and x0 <= hi[0] and x1 >= lo[0] and y0 <= hi[1] and y1 >= lo[1]
+
+
+@kernel
+def swept_facets(points, triangles, normals, edges, cos, sin, p, d, lo, hi, apex, cull, rear):
+    """Triangles of conv(K + p, K + p + d), K the cutter.
+
+    Left out are, with `cull`, facets whose cone from `apex` misses the box, and facets of the start copy with
+    normal . d < -rear (rear = inf: none). Holes are closed by the cone from the apex over their rim. The solid
+    is star-shaped about the apex, so what is lost are the cones over the facets left out.
+
+    Returns (points, triangles); both empty if a facet plane separates the box from the solid.
+    """
+    n, m = points.shape[0], triangles.shape[0]
+    nothing = np.empty((0, 3)), np.empty((0, 3), np.int64)
+    at = np.empty((2 * n + 1, 3))
+    for v in range(n):
+        at[v, 0] = p[0] + cos * points[v, 0] - sin * points[v, 1]
+        at[v, 1] = p[1] + sin * points[v, 0] + cos * points[v, 1]
+        at[v, 2] = p[2] + points[v, 2]
+        for k in range(3):
+            at[n + v, k] = at[v, k] + d[k]
+    at[2 * n] = apex
+
+    front, behind = np.empty(m, np.bool_), np.empty(m, np.bool_)
+    for t in range(m):
+        nx = cos * normals[t, 0] - sin * normals[t, 1]
+        ny = sin * normals[t, 0] + cos * normals[t, 1]
+        nz = normals[t, 2]
+        ahead = nx * d[0] + ny * d[1] + nz * d[2]
+        front[t], behind[t] = ahead > 0.0, ahead < -rear
+        q = at[triangles[t, 0] + (n if front[t] else 0)]
+        near = nx * (lo[0] if nx > 0 else hi[0]) + ny * (lo[1] if ny > 0 else hi[1])
+        near += nz * (lo[2] if nz > 0 else hi[2])
+        if near >= nx * q[0] + ny * q[1] + nz * q[2]:
+            return nothing
+
+    out = np.empty((m + 2 * edges.shape[0], 3), np.int64)
+    quad = np.empty(4, np.int64)
+    count = 0
+    for t in range(m):
+        if behind[t]:
+            continue
+        shift = n if front[t] else 0
+        for k in range(3):
+            quad[k] = triangles[t, k] + shift
+        quad[3] = quad[2]
+        if not cull or _seen(quad, at, lo, hi, apex):
+            out[count] = quad[:3]
+            count += 1
+    for e in range(edges.shape[0]):
+        left, right = front[edges[e, 2]], front[edges[e, 3]]
+        if left == right:
+            continue
+        # the facet that stays behind runs u -> v along this edge; the silhouette runs v, u, u + d, v + d
+        u, v = (edges[e, 0], edges[e, 1]) if right else (edges[e, 1], edges[e, 0])
+        quad[0], quad[1], quad[2], quad[3] = v, u, u + n, v + n
+        if not cull or _seen(quad, at, lo, hi, apex):
+            out[count, 0], out[count, 1], out[count, 2] = v, u, u + n
+            out[count + 1, 0], out[count + 1, 1], out[count + 1, 2] = v, u + n, v + n
+            count += 2
+    if count == 0:
+        return nothing
+    kept = out[:count].copy()
+    if cull or rear < np.inf:
+        at, kept = _closed(kept, at)
+    return _compact(at, kept)
+
+
+@kernel
+def _open_edges(triangles, points):
+    """Edges (k, 2) that one triangle has and no other runs back along."""
+    edges = triangles.shape[0] * 3
+    key, sign = np.empty(edges, np.int64), np.empty(edges, np.int64)
+    for t in range(triangles.shape[0]):
+        for k in range(3):
+            u, v = triangles[t, k], triangles[t, (k + 1) % 3]
+            key[3 * t + k] = min(u, v) * points + max(u, v)
+            sign[3 * t + k] = 1 if u < v else -1
+    order = np.argsort(key)
+    out = np.empty((edges, 2), np.int64)
+    count, k = 0, 0
+    while k < edges:
+        total, stop = 0, k
+        while stop < edges and key[order[stop]] == key[order[k]]:
+            total += sign[order[stop]]
+            stop += 1
+        if total != 0:
+            low, high = key[order[k]] // points, key[order[k]] % points
+            out[count, 0], out[count, 1] = (low, high) if total > 0 else (high, low)
+            count += 1
+        k = stop
+    return out[:count]
+
+
+@kernel
+def _unpinched(triangles, points, rim):
+    """Points and triangles in which no vertex is the corner of two separate groups of triangles.
+
+    The cone over the rim would have an edge with four triangles there, which no solid can have.
+    """
+    leaving = np.zeros(points.shape[0], np.int64)
+    for e in range(rim.shape[0]):
+        leaving[rim[e, 0]] += 1
+    extra = 0
+    for v in range(points.shape[0]):
+        if leaving[v] > 1:
+            extra += leaving[v] - 1
+    if extra == 0:
+        return points, False
+    grown = np.empty((points.shape[0] + extra, 3))
+    grown[: points.shape[0]] = points
+    new = points.shape[0]
+    for v in range(points.shape[0]):
+        for _ in range(leaving[v] - 1):
+            # one group around v: start at a triangle behind a rim edge that leaves v and turn until the rim
+            t, last = -1, -1
+            for s in range(triangles.shape[0]):
+                for k in range(3):
+                    if triangles[s, k] == v:
+                        to = triangles[s, (k + 1) % 3]
+                        for e in range(rim.shape[0]):
+                            if rim[e, 0] == v and rim[e, 1] == to:
+                                t, last = s, to
+            if t < 0:
+                break
+            while t >= 0:
+                for k in range(3):
+                    if triangles[t, k] == v:
+                        triangles[t, k] = new
+                        last = triangles[t, (k + 2) % 3]
+                t = -1
+                for s in range(triangles.shape[0]):
+                    for k in range(3):
+                        if triangles[s, k] == v and triangles[s, (k + 1) % 3] == last:
+                            t = s
+            grown[new] = points[v]
+            new += 1
+    return grown[:new].copy(), True
+
+
+@kernel
+def _closed(triangles, points):
+    """Points and triangles with the cone from the last point over the open edges."""
+    rim = _open_edges(triangles, points.shape[0])
+    apex = points.shape[0] - 1
+    points, changed = _unpinched(triangles, points, rim)
+    if changed:
+        rim = _open_edges(triangles, points.shape[0])
+    out = np.empty((triangles.shape[0] + rim.shape[0], 3), np.int64)
+    out[: triangles.shape[0]] = triangles
+    for e in range(rim.shape[0]):
+        row = triangles.shape[0] + e
+        out[row, 0], out[row, 1], out[row, 2] = rim[e, 1], rim[e, 0], apex
+    return points, out
+
+
+@kernel
+def _compact(points, triangles):
+    """Without vertices that no triangle uses."""
+    index = np.full(points.shape[0], -1, np.int64)
+    out = np.empty_like(points)
+    count = 0
+    for t in range(triangles.shape[0]):
+        for k in range(3):
+            v = triangles[t, k]
+            if index[v] < 0:
+                index[v] = count
+                out[count] = points[v]
+                count += 1
+            triangles[t, k] = index[v]
+    return out[:count].copy(), triangles

@@ -1,0 +1,243 @@
+"""Facets of a cutter: its meridian as a polyline and its circles as polygons, in three flavours.
+
+`inner`  every facet lies inside the true body,
+`outer`  every facet lies outside, tangent to it,
+`fair`   arcs keep their area, so that the bias of a volume cancels facet by facet.
+
+In all three the ends of an arc and the two points of a circle beside the heading stay exact: the flat
+bottom, the cylinder and the walls that a straight move leaves have no facet error at all.
+
+    sag = R (1 - cos(D/2))          depth of a facet of angle D on radius R
+    inner  vertices on the arc, every D
+    outer  tangents at both ends and at the middle of every inner facet: vertices at R / cos(D/2)
+    fair   inner vertices, but for the first and the last, at k R; k from
+           2 k s + (q - 2) k^2 s = q D,   s = sin D     (area of q facets = area of the sector)
+
+With q >= 4 facets in an arc k < 1/cos(D/2), hence inner < fair < outer as sets.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Final
+
+import numpy as np
+
+from manifold3d import Manifold
+
+from vmachining.arrays import Floats, Ints
+from vmachining.errors import EngineError
+from vmachining.tool import Profile
+
+__all__ = ["FACET_SHARE", "Polyhedron", "Side", "arc_steps", "circle", "grown", "meridian", "narrowed", "polyhedron"]
+
+FACET_SHARE: Final = 3.0
+"""chord / sag of a facet. The gap between inner and outer adds up from circle, meridian and path: one each."""
+
+SHARP: Final = np.pi / 4
+"""Facets that meet at a larger angle meet at an edge of the cutter; see MAX_STEP for the round ones."""
+
+MIN_STEPS: Final = 4
+MAX_STEP: Final = np.pi / 8
+"""Facets of a half circle never exceed 22.5 degrees, however coarse the chord."""
+
+
+class Side(StrEnum):
+    """Which way a faceted solid may deviate from the truth."""
+
+    INNER = "inner"
+    FAIR = "fair"
+    OUTER = "outer"
+
+
+def arc_steps(radius: float, angle: float, sag: float) -> int:
+    """Number of facets of an arc of `angle` (rad) whose depth stays below `sag`."""
+    if radius <= 0.0 or angle <= 0.0:
+        return 1
+    step = 2.0 * np.arccos(max(1.0 - sag / radius, np.cos(MAX_STEP / 2)))
+    return max(MIN_STEPS, int(np.ceil(angle / step - 1e-9)))
+
+
+def unit_arc(begin: float, end: float, steps: int, side: Side) -> Floats:
+    """Vertices (k, 2) that stand for the unit arc from angle `begin` to `end` > `begin`, both ends exact."""
+    width = (end - begin) / steps
+    if side is Side.OUTER:
+        tangents = np.concatenate([[begin], begin + width * (np.arange(steps) + 0.5), [end]])
+        middle, half = (tangents[1:] + tangents[:-1]) / 2, (tangents[1:] - tangents[:-1]) / 2
+        inside = np.stack([np.cos(middle), np.sin(middle)], axis=1) / np.cos(half)[:, None]
+        ends = [[np.cos(begin), np.sin(begin)]], [[np.cos(end), np.sin(end)]]
+        return np.concatenate([ends[0], inside, ends[1]])
+    angles = np.linspace(begin, end, steps + 1)
+    points = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    if side is Side.FAIR:
+        s = np.sin(width)
+        b = (steps - 2) * s
+        points[1:-1] *= (np.sqrt(s * s + b * steps * width) - s) / b if b > 0 else width / s
+    return points
+
+
+def circle(steps: int, side: Side) -> Floats:
+    """Polygon (n, 2) of the unit circle, counter-clockwise, heading along +x, exact at +-90 degrees.
+
+    `steps` counts the facets of half a circle.
+    """
+    half = unit_arc(-np.pi / 2, np.pi / 2, steps, side)
+    if side is Side.OUTER:
+        half = half[1:-1]  # the wall points are inside the tangent facets, no corners
+        return np.concatenate([half, -half])
+    return np.concatenate([half[:-1], -half[:-1]])
+
+
+def meridian(profile: Profile, sag: float, side: Side) -> Floats:
+    """Polyline (k, 2) of (r, z), bottom up, of a convex profile; z does not fall, r >= 0."""
+    points = [profile.points[:1]]
+    for i, radius in enumerate(profile.radii):
+        if radius <= 0.0:
+            points.append(profile.points[i + 1 : i + 2])
+            continue
+        a, b, c = profile.points[i], profile.points[i + 1], profile.centers[i]
+        begin, end = np.arctan2(*(a - c)[::-1]), np.arctan2(*(b - c)[::-1])
+        unit = unit_arc(begin, end, arc_steps(radius, end - begin, sag), side)
+        arc = c + radius * unit
+        arc[0], arc[-1] = a, b
+        points.append(arc[1:])
+    line = np.concatenate(points)
+    line[:, 0] = np.maximum(line[:, 0], 0.0)
+    line[:, 1] = np.maximum.accumulate(line[:, 1])
+    return tidy(line)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Polyhedron:
+    """Convex part of a cutter, tool frame, heading along +x.
+
+    points (n, 3); triangles (m, 3), outward; normals (m, 3), unit; edges (k, 4): two points and the triangles
+    on the left and on the right of the way from the first to the second; height: lowest and highest z;
+    turn: sine of half as much again as the largest angle between neighbouring facets of a round surface.
+    """
+
+    points: Floats
+    triangles: Ints
+    normals: Floats
+    edges: Ints
+    height: tuple[float, float]
+    turn: float
+
+
+def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
+    """Convex hull of circles along the meridian, each with no more facets than the surface there needs.
+
+    A facet that is too short by s on a circle is too low by s n_r on the surface, n_r the radial part of its
+    normal: circles near a flat or round tip need few facets. Numbers of facets are q 2^k of one q, so that
+    neighbouring circles share corners. A slab between two circles lies in the hull of their polygons, hence
+    inner stays inside and outer outside.
+    """
+    step = np.diff(line, axis=0)
+    steep = step[:, 1] / np.hypot(step[:, 0], step[:, 1])
+    steep = np.maximum(np.concatenate([[0.0], steep]), np.concatenate([steep, [0.0]]))
+    need = [arc_steps(float(r), np.pi, sag / max(float(n_r), 1e-6)) for r, n_r in zip(line[:, 0], steep, strict=True)]
+    base = int(np.ceil(max(need) / 2 ** int(np.log2(max(need) / MIN_STEPS))))
+    rings = []
+    for (r, z), steps in zip(line, need, strict=True):
+        if r == 0.0:
+            rings.append(np.array([[0.0, 0.0, z]]))
+            continue
+        polygon = circle(base * 2 ** max(0, int(np.ceil(np.log2(steps / base) - 1e-9))), side) * r
+        rings.append(np.column_stack([polygon, np.full(len(polygon), z)]))
+    mesh = Manifold.hull_points(np.concatenate(rings)).to_mesh64()
+    points = np.array(mesh.vert_properties[:, :3])
+    triangles = np.array(mesh.tri_verts, dtype=np.int64)
+    half = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    owner = np.tile(np.arange(len(triangles)), 3)
+    left = {(int(u), int(v)): int(t) for (u, v), t in zip(half, owner, strict=True)}
+    edges = np.array([(u, v, t, left[v, u]) for (u, v), t in left.items() if u < v], dtype=np.int64)
+    normals = _support_normals(points, triangles, left)
+    bends = np.arccos(np.clip(np.einsum("ij,ij->i", normals[edges[:, 2]], normals[edges[:, 3]]), -1.0, 1.0))
+    bend = float(bends[bends < SHARP].max(initial=0.0))
+    height = float(line[0, 1]), float(line[-1, 1])
+    return Polyhedron(points, triangles, normals, edges, height, float(np.sin(min(1.5 * bend, np.pi / 2))))
+
+
+def _support_normals(points: Floats, triangles: Ints, left: dict[tuple[int, int], int]) -> Floats:
+    """Unit outward normals whose planes bound the hull.
+
+    A hull has slivers with a normal that is mere rounding; they take the one behind their longest edge.
+    """
+    corners = points[triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    size = np.linalg.norm(normals, axis=1)
+    normals /= np.where(size > 0.0, size, 1.0)[:, None]
+    scale = 1e-9 * (1.0 + float(np.abs(points).max()))
+    beyond = (points @ normals.T).max(axis=0) - np.einsum("ij,ij->i", corners[:, 0], normals)
+    doubtful = [int(t) for t in np.flatnonzero((beyond > scale) | (size == 0.0))]
+    for _ in range(len(doubtful)):
+        later = []
+        for t in doubtful:
+            a, b, c = (int(v) for v in triangles[t])
+            u, v = max(((a, b), (b, c), (c, a)), key=lambda e: float(np.linalg.norm(points[e[0]] - points[e[1]])))
+            behind = left[v, u]
+            if behind in doubtful:
+                later.append(t)
+            else:
+                normals[t] = normals[behind]
+        if len(later) == len(doubtful):
+            raise EngineError("the facets of a cutter degenerate; ask for a coarser chord", engine="mesh")
+        doubtful = later
+        if not doubtful:
+            break
+    return normals
+
+
+def tidy(line: Floats) -> Floats:
+    """Without repeated points and points in the middle of a straight run."""
+    step = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    line = line[np.concatenate([[True], step > 1e-12])]
+    if len(line) < 3:
+        return line
+    before, after = line[1:-1] - line[:-2], line[2:] - line[1:-1]
+    bend = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    scale = np.linalg.norm(before, axis=1) * np.linalg.norm(after, axis=1)
+    return line[np.concatenate([[True], np.abs(bend) > 1e-12 * scale, [True]])]
+
+
+def radius_at(line: Floats, z: Floats) -> Floats:
+    """Radius of a convex meridian at heights z, the larger one where a disc makes it jump."""
+    lower = np.interp(z, line[:, 1], line[:, 0])
+    upper = np.interp(-z, -line[::-1, 1], line[::-1, 0])
+    return np.maximum(lower, upper)
+
+
+def narrowed(line: Floats, radial: float, axial: float) -> Floats | None:
+    """Meridian of the points that stay in the body when moved by `radial` sideways and `axial` up or down.
+
+    None if nothing is left. Concave in z, so interpolation between its own breakpoints stays inside.
+    """
+    z = line[:, 1]
+    lo, hi = z[0] + axial, z[-1] - axial
+    if hi <= lo:
+        return None
+    if axial == 0.0:
+        heights, r = z, line[:, 0] - radial
+    else:
+        heights = np.unique(np.clip(np.concatenate([z - axial, z + axial]), lo, hi))
+        r = np.minimum(radius_at(line, heights - axial), radius_at(line, heights + axial)) - radial
+    if r.max() <= 0.0:
+        return None
+    out = np.stack([r, heights], axis=1)
+    keep = [out[0]] if r[0] >= 0 else []
+    for a, b in zip(out[:-1], out[1:], strict=True):  # cut where the radius falls below zero
+        if (a[0] < 0) != (b[0] < 0):
+            t = a[0] / (a[0] - b[0])
+            keep.append(np.array([0.0, a[1] + t * (b[1] - a[1])]))
+        if b[0] >= 0:
+            keep.append(b)
+    return tidy(np.array(keep))
+
+
+def grown(line: Floats, radial: float, axial: float) -> Floats:
+    """Meridian that holds every point of the body moved by `radial` sideways and `axial` up or down."""
+    widest = int(np.argmax(line[:, 0]))
+    last = len(line) - 1 - int(np.argmax(line[::-1, 0]))
+    lower, upper = line[: widest + 1] + [radial, -axial], line[last:] + [radial, axial]
+    return tidy(np.concatenate([lower, upper]))

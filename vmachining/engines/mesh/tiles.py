@@ -1,0 +1,118 @@
+"""The stock, cut into tiles only where the cutter comes.
+
+A tile holds two solids, equal at first:
+
+    inner-cut   stock minus the inner sweeps: holds the true workpiece
+    outer-cut   stock minus the outer sweeps: is held by the true workpiece
+
+Tiles form a binary tree. A tile larger than the wanted size is halved the first time a sweep reaches it, so
+that untouched stock stays in few large pieces and a block costs what its neighbourhood costs, however many
+blocks came before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from manifold3d import Manifold
+
+from vmachining.arrays import Floats
+from vmachining.engines.mesh.facets import Side
+from vmachining.engines.mesh.solids import Window, checked
+
+__all__ = ["Tile", "reached"]
+
+SHAPE = np.array([1.0, 1.0, 1.0 / 8.0])
+"""Tiles are columns: walls along the tool axis are few tall facets, so cutting them in height only adds tiles."""
+
+SIDES = (Side.INNER, Side.OUTER)
+
+
+@dataclass(slots=True, eq=False)
+class Tile:
+    """Part of the stock. solids and volumes are by `Side`; box (2, 3) holds the largest of the solids."""
+
+    solids: dict[Side, Manifold]
+    volumes: dict[Side, float]
+    box: Floats
+    halves: tuple[Tile, Tile] | None = None
+    window: Window | None = field(default=None)
+
+    @classmethod
+    def of(cls, solids: dict[Side, Manifold]) -> Tile | None:
+        """Tile of two solids, None if nothing is left in it."""
+        if solids[Side.INNER].is_empty():
+            return None
+        tile = cls(solids, {}, np.empty((2, 3)))
+        for side in SIDES:
+            tile.put(side, solids[side])
+        return tile
+
+    def put(self, side: Side, result: Manifold) -> None:
+        """Replace one solid and what is known about it."""
+        self.solids[side] = result
+        self.volumes[side] = float(result.volume())
+        if side is Side.INNER:
+            box = result.bounding_box()
+            self.box = np.array([box[:3], box[3:]])
+            margin = 1e-6 * (1.0 + float(np.abs(self.box).max()))
+            self.window = None
+            if not result.is_empty():
+                self.window = Window(self.box[0] - margin, self.box[1] + margin)
+
+    def halve(self) -> None:
+        """Split across the longest side, in the middle."""
+        axis = int(np.argmax((self.box[1] - self.box[0]) * SHAPE))
+        at = float(self.box[:, axis].mean())
+        normal = tuple(float(k == axis) for k in range(3))
+        upper, lower = {}, {}
+        shared: dict[int, tuple[Manifold, Manifold]] = {}
+        for side, part in self.solids.items():
+            if id(part) not in shared:
+                above, below = part.split_by_plane(normal, at)
+                shared[id(part)] = checked(above), checked(below)
+            upper[side], lower[side] = shared[id(part)]
+        halves = Tile.of(upper), Tile.of(lower)
+        if halves[0] is None or halves[1] is None:  # all on one side: its box was not tight
+            only = halves[0] or halves[1]
+            assert only is not None
+            self.box = only.box
+            return
+        self.halves = (halves[0], halves[1])
+        self.solids.clear()
+
+    def leaves(self) -> Iterator[Tile]:
+        """Tiles that are not halved, in a fixed order."""
+        stack = [self]
+        while stack:
+            tile = stack.pop()
+            if tile.halves is not None:
+                stack.extend(reversed(tile.halves))
+            elif tile.window is not None:
+                yield tile
+
+
+def reached(root: Tile, box: Floats, size: float) -> list[Tile]:
+    """Leaves that the box (2, 3) overlaps, halved down to `size` (mm) where it does."""
+    found: list[Tile] = []
+    stack = [root]
+    (x0, y0, z0), (x1, y1, z1) = box.tolist()
+    while stack:
+        tile = stack.pop()
+        if tile.window is None and tile.halves is None:
+            continue
+        (a0, b0, c0), (a1, b1, c1) = tile.box.tolist()
+        if not (x0 < a1 and a0 < x1 and y0 < b1 and b0 < y1 and z0 < c1 and c0 < z1):
+            continue
+        if tile.halves is None:
+            if max(a1 - a0, b1 - b0, (c1 - c0) * SHAPE[2]) <= size:
+                found.append(tile)
+                continue
+            tile.halve()
+            if tile.halves is None:
+                stack.append(tile)
+                continue
+        stack.extend(reversed(tile.halves))
+    return found

@@ -1,0 +1,198 @@
+"""What the schedulers know of a program: one row per block, and the samples inside the blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vmachining.arrays import Floats, Ints
+from vmachining.errors import FeedError
+
+__all__ = ["FeedBlocks", "FeedSamples", "Kind"]
+
+NOISE_MM3 = 1e-9
+"""Negative volumes up to this size are rounding of a difference of two solids and count as zero."""
+
+
+class Kind(StrEnum):
+    """What a block does. Only `cut` blocks get a new feed."""
+
+    CUT = "cut"
+    RAPID = "rapid"
+    OTHER = "other"
+    """Canned cycle, dwell, threading, probing: left as programmed."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FeedBlocks:
+    """n blocks in program order. Arrays are copied, checked and made read-only.
+
+    line : (n,) int
+        Line of the program; the same line again when it runs several times.
+    kind : (n,)
+        `Kind`, or its value as text.
+    length_mm : (n,)
+        Path of the tool tip.
+    feed_mm_min : (n,)
+        Original effective feed; NaN where there is none.
+    volume_mm3 : (n,)
+        Removed volume.
+    volume_hi_mm3 : (n,), optional
+        Upper end of its bracket.
+    cap_mm_min : (n,), optional
+        Cap of the machine on this block (axis feeds, chip load); inf where nothing limits.
+
+    Raises
+    ------
+    FeedError
+        Wrong length, a value that is not finite, negative, or a kind nobody knows; names the block.
+    """
+
+    line: Ints
+    kind: NDArray[np.str_]
+    length_mm: Floats
+    feed_mm_min: Floats
+    volume_mm3: Floats
+    volume_hi_mm3: Floats | None = None
+    cap_mm_min: Floats | None = None
+
+    def __init__(
+        self,
+        line: ArrayLike,
+        kind: Sequence[str] | NDArray[np.str_],
+        length_mm: ArrayLike,
+        feed_mm_min: ArrayLike,
+        volume_mm3: ArrayLike,
+        volume_hi_mm3: ArrayLike | None = None,
+        cap_mm_min: ArrayLike | None = None,
+    ) -> None:
+        lines = np.array(line, dtype=np.int64)
+        if lines.ndim != 1:
+            raise FeedError(f"line: want shape (n,), got {lines.shape}")
+        n = len(lines)
+        kinds = np.array([str(k) for k in kind], dtype=np.str_)
+        if kinds.shape != (n,):
+            raise FeedError(f"kind: want shape ({n},), got {kinds.shape}")
+        known = [str(k) for k in Kind]
+        if (odd := ~np.isin(kinds, known)).any():
+            raise FeedError(f"kind {str(kinds[odd][0])!r} is none of {', '.join(known)}")
+        lengths = _column(length_mm, n, "length_mm", lines)
+        volumes = _volumes(volume_mm3, n, "volume_mm3", lines)
+        upper = None if volume_hi_mm3 is None else _volumes(volume_hi_mm3, n, "volume_hi_mm3", lines)
+        if upper is not None and (low := upper < volumes).any():
+            raise FeedError("volume_hi_mm3 is below volume_mm3", line=int(lines[low][0]))
+        feeds = np.array(feed_mm_min, dtype=np.float64)
+        _feeds(feeds, kinds, lines)
+        caps = None
+        if cap_mm_min is not None:
+            caps = np.array(cap_mm_min, dtype=np.float64)
+            if caps.shape != (n,):
+                raise FeedError(f"cap_mm_min: want shape ({n},), got {caps.shape}")
+            if (bad := ~(caps > 0)).any():
+                raise FeedError(
+                    f"cap_mm_min is {caps[bad][0]}, want a positive number", line=int(lines[bad][0])
+                )
+        for name, value in (
+            ("line", lines), ("kind", kinds), ("length_mm", lengths), ("feed_mm_min", feeds),
+            ("volume_mm3", volumes), ("volume_hi_mm3", upper), ("cap_mm_min", caps),
+        ):  # fmt: skip
+            if value is not None:
+                value.setflags(write=False)
+            object.__setattr__(self, name, value)
+
+    def __len__(self) -> int:
+        return len(self.line)
+
+    @property
+    def caps(self) -> Floats:
+        """(n,) mm/min, inf where nothing limits."""
+        return np.full(len(self), np.inf) if self.cap_mm_min is None else self.cap_mm_min
+
+    def volumes(self, conservative: bool) -> Floats:
+        """(n,) the volumes to schedule with: estimates, or upper ends of the brackets."""
+        if not conservative:
+            return self.volume_mm3
+        if self.volume_hi_mm3 is None:
+            raise FeedError("conservative scheduling wants volume_hi_mm3 for the blocks")
+        return self.volume_hi_mm3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FeedSamples:
+    """Removed volume along the blocks: block k has the samples offset[k]:offset[k+1], of equal length.
+
+    volume_mm3 : (m,)
+        Removed volume of each sample; their sum is the volume of the block.
+    offset : (n + 1,) int
+        A block without samples is scheduled as a whole.
+    volume_hi_mm3 : (m,), optional
+        Upper ends of the brackets.
+
+    Raises
+    ------
+    FeedError
+        Offsets that do not start at 0, fall, or do not end at m; bad volumes.
+    """
+
+    volume_mm3: Floats
+    offset: Ints
+    volume_hi_mm3: Floats | None = None
+
+    def __init__(
+        self, volume_mm3: ArrayLike, offset: ArrayLike, volume_hi_mm3: ArrayLike | None = None
+    ) -> None:
+        starts = np.array(offset, dtype=np.int64)
+        m = int(np.size(np.asarray(volume_mm3)))
+        if (
+            starts.ndim != 1
+            or not len(starts)
+            or starts[0] != 0
+            or starts[-1] != m
+            or (np.diff(starts) < 0).any()
+        ):
+            raise FeedError(f"offset: want n + 1 rising numbers from 0 to the number of samples ({m})")
+        volumes = _volumes(volume_mm3, m, "sample volume_mm3", None)
+        upper = None if volume_hi_mm3 is None else _volumes(volume_hi_mm3, m, "sample volume_hi_mm3", None)
+        if upper is not None and (upper < volumes).any():
+            raise FeedError("sample volume_hi_mm3 is below volume_mm3")
+        for name, value in (("volume_mm3", volumes), ("offset", starts), ("volume_hi_mm3", upper)):
+            if value is not None:
+                value.setflags(write=False)
+            object.__setattr__(self, name, value)
+
+    def volumes(self, conservative: bool) -> Floats:
+        """(m,) estimates, or upper ends of the brackets."""
+        if not conservative:
+            return self.volume_mm3
+        if self.volume_hi_mm3 is None:
+            raise FeedError("conservative scheduling wants volume_hi_mm3 for the samples")
+        return self.volume_hi_mm3
+
+
+def _column(values: ArrayLike, n: int, name: str, lines: Ints | None) -> Floats:
+    """(n,) finite and not negative."""
+    array = np.array(values, dtype=np.float64)
+    if array.shape != (n,):
+        raise FeedError(f"{name}: want shape ({n},), got {array.shape}")
+    if (bad := ~(np.isfinite(array) & (array >= 0))).any():
+        line = int(lines[bad][0]) if lines is not None else None
+        raise FeedError(f"{name} is {array[bad][0]}, want a finite number that is not negative", line=line)
+    return array
+
+
+def _volumes(values: ArrayLike, n: int, name: str, lines: Ints | None) -> Floats:
+    array = np.array(values, dtype=np.float64)
+    return _column(np.where((array < 0) & (array >= -NOISE_MM3), 0.0, array), n, name, lines)
+
+
+def _feeds(feeds: Floats, kinds: NDArray[np.str_], lines: Ints) -> None:
+    """NaN means "none"; everything else must be a positive finite number on blocks that cut."""
+    if feeds.shape != lines.shape:
+        raise FeedError(f"feed_mm_min: want shape {lines.shape}, got {feeds.shape}")
+    bad = (kinds == str(Kind.CUT)) & ~np.isnan(feeds) & ~(np.isfinite(feeds) & (feeds > 0))
+    if bad.any():
+        raise FeedError(f"feed_mm_min is {feeds[bad][0]}, want a positive number", line=int(lines[bad][0]))

@@ -1,0 +1,62 @@
+"""A job from file to result: the room that wires all the others.
+
+Goal: one job file in, one table out, in which every number of every NC block is either there with its error
+or visibly absent.
+
+1. `Job.load` reads and checks the job file (`jobfile.py`, keys in `model.py`, places of keys in `keys.py`).
+2. The program is read, its motions grouped to blocks (`blocks.py`) and timed by the machine (`timing.py`).
+3. `Stage` (`simulate.py`) sweeps and cuts block by block; rapids, shank and holder are checked, not cut
+   (`contact.py`). Rows stream to disk (`table.py`).
+4. With `[feed]` a schedule is planned, written, read back and simulated again (`schedule.py`).
+5. `RunResult.write` lays the files down, the manifest last (`result.py`, `files.py`, `stock.py`).
+
+| file | holds |
+|---|---|
+| `model.py`, `keys.py`, `jobfile.py` | the job file: `Job`, units, refusals with line and suggestion |
+| `blocks.py` | `Block`, `group_blocks`, `move_path` |
+| `timing.py` | `move_times` |
+| `contact.py`, `simulate.py` | contact checks, the loop |
+| `table.py`, `files.py` | `COLUMNS`, partial tables; atomic files, hashes, manifest |
+| `schedule.py` | plan, rewrite, verify |
+| `run.py`, `result.py`, `batch.py` | `run`, `RunResult`, many jobs over processes |
+| `single.py` | `swept_volume` of one sweep |
+
+Conventions
+-----------
+Stock, home and all columns live in work coordinates. Rapids remove 0 by definition; a rapid that meets
+material warns with the volume it would have removed. A block's time holds its dwells. `removed_lo_mm3` and
+`removed_hi_mm3` of the summary are the narrower of two rigorous brackets: the sum over the blocks, and stock
+before minus stock after.
+
+Interruption: SIGINT or SIGTERM finish the block in hand, then leave `blocks.partial.csv`, a checkpoint of the
+workpiece and a manifest with `complete: false`. A run that goes on makes the same rows as one that was never
+stopped.
+
+Known limits: three axes, the tool along z. The stock of a STEP file with curved faces is triangulated within
+the chord, and the bracket does not include that. Lines of several motions (G28) keep their feed.
+"""
+
+from vmachining.job.blocks import Block, group_blocks, move_path
+from vmachining.job.jobfile import Job, read_tools
+from vmachining.job.result import RunResult
+from vmachining.job.run import run
+from vmachining.job.schedule import ScheduleReport
+from vmachining.job.simulate import Stopped
+from vmachining.job.single import swept_volume
+from vmachining.job.stock import check_formats
+from vmachining.job.table import COLUMNS
+
+__all__ = [
+    "COLUMNS",
+    "Block",
+    "Job",
+    "RunResult",
+    "ScheduleReport",
+    "Stopped",
+    "check_formats",
+    "group_blocks",
+    "move_path",
+    "read_tools",
+    "run",
+    "swept_volume",
+]

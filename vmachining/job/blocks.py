@@ -1,0 +1,109 @@
+"""Moves of a program grouped into NC blocks: one row of the table each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+from typing import NamedTuple
+
+from vmachining.errors import NCError
+from vmachining.geometry import Arc, Line, Path, arc_between
+from vmachining.nc import Motion, Move, Program, decode_program, split_lines
+from vmachining.tolerance import LENGTH_EPS_MM
+
+__all__ = ["Block", "group_blocks", "move_path", "program_lines"]
+
+NORMAL = {"yz": 0, "zx": 1, "xy": 2}
+IN_PLANE = {"yz": (1, 2), "zx": (2, 0), "xy": (0, 1)}
+TRAVEL = {Motion.RAPID, Motion.LINEAR, Motion.ARC_CW, Motion.ARC_CCW}
+
+
+class Block(NamedTuple):
+    """One NC block that moves.
+
+    number : 0, 1, ... in program order.
+    line : 1-based line of the file; text : that line, without its end.
+    moves : positions of its motions in `program.moves`, rapid and feed, those of zero length left out.
+    members : positions of everything the line does, dwells included.
+    """
+
+    number: int
+    line: int
+    text: str
+    tool: int
+    motion: str
+    moves: tuple[int, ...]
+    members: range
+
+
+def program_lines(program: Program) -> list[str]:
+    """Text of the lines, as the reader of the program splits them."""
+    return list(split_lines(decode_program(program.data, program.name)))
+
+
+def move_path(move: Move) -> Path:
+    """The path of the tool tip; an arc stays an arc.
+
+    Raises
+    ------
+    NCError
+        An arc without a usable centre.
+    """
+    if move.motion not in (Motion.ARC_CW, Motion.ARC_CCW):
+        return Line(move.start, move.end)
+    if move.center is None:
+        raise NCError("an arc without a centre", line=move.line)
+    center = list(move.start)
+    for axis, value in zip(IN_PLANE[move.plane], move.center, strict=True):
+        center[axis] = value
+    try:
+        return arc_between(
+            move.start,
+            move.end,
+            center,
+            NORMAL[move.plane],
+            ccw=move.motion is Motion.ARC_CCW,
+            turns=move.turns,
+        )
+    except ValueError as exc:
+        raise NCError(str(exc), line=move.line) from exc
+
+
+def _length(path: Line | Arc) -> float:
+    return path.length
+
+
+def _kind(motions: Sequence[Motion]) -> str:
+    """One word for a block: several kinds of motion on one line are a cycle."""
+    kinds = set(motions)
+    return str(motions[0]) if len(kinds) == 1 else "cycle"
+
+
+def group_blocks(program: Program) -> Iterator[Block]:
+    """Blocks in the order they run.
+
+    Consecutive motions of one line form one block (a canned cycle, G28 through an intermediate point). A line
+    that runs several times with other lines between gives a block each time. Lines that do not move (dwell,
+    spindle, modes) give none.
+    """
+    lines = program_lines(program)
+    number = 0
+    for line, group in groupby(range(len(program.moves)), key=lambda i: program.moves[i].line):
+        members = list(group)
+        travel = [
+            i for i in members
+            if program.moves[i].motion in TRAVEL and _length(move_path(program.moves[i])) > LENGTH_EPS_MM
+        ]  # fmt: skip
+        if not travel:
+            continue
+        first = program.moves[travel[0]]
+        yield Block(
+            number=number,
+            line=line,
+            text=lines[line - 1] if 0 < line <= len(lines) else "",
+            tool=first.tool,
+            motion=_kind([program.moves[i].motion for i in travel]),
+            moves=tuple(travel),
+            members=range(members[0], members[-1] + 1),
+        )
+        number += 1

@@ -1,0 +1,285 @@
+"""Reading a job file: every refusal names file, line and key, and the nearest key for a misspelt one."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from vmachining.errors import JobError, ToolError
+from vmachining.job.keys import key_positions, nearest, position_of
+from vmachining.job.model import LATER, TOOL_KEYS, JobFile
+from vmachining.tool import Tool, tool_from_mapping
+
+__all__ = ["MM_PER_INCH", "Job", "read_tools"]
+
+MM_PER_INCH = 25.4
+LATER_KEYS = {("design",): "[design]", ("machine", "file"): "file under [machine]"}
+Refuse = Callable[..., JobError]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Job:
+    """A checked job: what to simulate, with which tools, in which stock.
+
+    keys : the file as data, in its own units; `scale` turns its unit-less lengths into mm.
+    tools : by number, lengths in mm.
+    folder : relative file names start here.
+    source : the job file, or None for a job made in Python.
+    """
+
+    keys: JobFile
+    tools: dict[int, Tool]
+    folder: Path
+    source: Path | None = None
+    positions: dict[tuple[str | int, ...], tuple[int, int]] = field(default_factory=dict, repr=False)
+
+    @classmethod
+    def load(cls, path: Path | str) -> Job:
+        """The job in a TOML file.
+
+        Raises
+        ------
+        JobError
+            The file is missing, unreadable, not TOML, has an unknown key, a value out of range, a
+            contradiction, or names a file that does not exist. The message starts with file:line:column.
+        """
+        path = Path(path)
+        try:
+            text = path.read_bytes().decode("utf-8-sig")
+        except OSError as exc:
+            raise JobError(f"cannot read the job file: {exc.strerror or exc}", file=str(path)) from exc
+        except UnicodeDecodeError as exc:
+            raise JobError(
+                f"not a UTF-8 text (byte {exc.start})", file=str(path), remedy="a job file is TOML text"
+            ) from exc
+        try:
+            data = tomllib.loads(text)
+        except tomllib.TOMLDecodeError as exc:
+            place = re.search(r"\(at line (\d+), column (\d+)\)", str(exc))
+            line, col = (int(place[1]), int(place[2])) if place else (None, None)
+            message = re.sub(r" \(at .*\)$", "", str(exc))
+            raise JobError(f"not valid TOML: {message}", file=str(path), line=line, col=col) from exc
+        return cls._checked(data, path.parent, path, key_positions(text))
+
+    @classmethod
+    def from_mapping(cls, data: Mapping[str, Any], folder: Path | str = ".") -> Job:
+        """The job in a mapping with the keys of a job file. Raises JobError like `load`."""
+        return cls._checked(dict(data), Path(folder), None, {})
+
+    @classmethod
+    def _checked(
+        cls,
+        data: dict[str, Any],
+        folder: Path,
+        source: Path | None,
+        positions: dict[tuple[str | int, ...], tuple[int, int]],
+    ) -> Job:
+        def refuse(message: str, path: tuple[str | int, ...], remedy: str | None = None) -> JobError:
+            line, col = position_of(path, positions) or (None, None)
+            return JobError(message, file=str(source) if source else None, line=line, col=col, remedy=remedy)
+
+        _refuse_later(data, refuse)
+        try:
+            keys = JobFile.model_validate(data)
+        except ValidationError as exc:
+            raise _first(exc, refuse) from exc
+        tools = _tools(keys, refuse)
+        job = cls(keys, tools, folder, source, positions)
+        for path, name in (
+            (("program", "file"), keys.program.file),
+            (("stock", "stl"), keys.stock.stl),
+            (("stock", "step"), keys.stock.step),
+        ):
+            if name is not None and not (folder / name).is_file():
+                raise refuse(f"{path[1]} = {name!r}: no such file in {folder.resolve()}", path)
+        return job
+
+    @property
+    def name(self) -> str:
+        """Used for the output directory and titles."""
+        return self.keys.name
+
+    @property
+    def scale(self) -> float:
+        """mm per unit of the lengths whose key names no unit."""
+        return MM_PER_INCH if self.keys.units == "inch" else 1.0
+
+    @property
+    def program_path(self) -> Path:
+        """The NC program."""
+        return self.folder / self.keys.program.file
+
+    @property
+    def stock_path(self) -> Path | None:
+        """The STL or STEP file, if the stock is one."""
+        name = self.keys.stock.stl or self.keys.stock.step
+        return self.folder / name if name else None
+
+    @property
+    def home(self) -> tuple[float, float, float]:
+        """mm, start position in work coordinates."""
+        x, y, z = (self.scale * v for v in self.keys.program.home)
+        return x, y, z
+
+    def where(self, *path: str | int) -> dict[str, Any]:
+        """file, line, col keywords of an error about one key."""
+        line, col = position_of(path, self.positions) or (None, None)
+        return {"file": str(self.source) if self.source else None, "line": line, "col": col}
+
+
+def _refuse_later(data: Mapping[str, Any], refuse: Refuse) -> None:
+    """What the interface names and this version cannot do is refused, never ignored."""
+    for path, what in LATER_KEYS.items():
+        level: Any = data
+        for part in path:
+            level = level.get(part) if isinstance(level, Mapping) else None
+        if level is not None:
+            raise refuse(f"{what} is not supported yet", path, "leave it out")
+    for (section, key), values in LATER.items():
+        table = data.get(section)
+        value = table.get(key) if isinstance(table, Mapping) else None
+        if isinstance(value, str) and value in values:
+            raise refuse(f"{key} = {value!r} under [{section}] is not supported yet", (section, key))
+    chain = data.get("machine", {}).get("chain") if isinstance(data.get("machine"), Mapping) else None
+    if isinstance(chain, str) and chain != "xyz":
+        raise refuse(
+            f'chain = {chain!r} is not supported yet: this version knows "xyz"', ("machine", "chain")
+        )
+
+
+def _known_keys(path: tuple[str | int, ...]) -> list[str]:
+    """Keys that the model allows at a place, for suggestions."""
+    model: Any = JobFile
+    for part in path:
+        if isinstance(part, int):
+            continue
+        info = (
+            model.model_fields.get(part) if isinstance(model, type) and issubclass(model, BaseModel) else None
+        )
+        if info is None:
+            return []
+        options = [info.annotation, *getattr(info.annotation, "__args__", ())]
+        model = next((o for o in options if isinstance(o, type) and issubclass(o, BaseModel)), None)
+    return list(model.model_fields) if model is not None else []
+
+
+def _first(exc: ValidationError, refuse: Refuse) -> JobError:
+    """The first finding of pydantic in our words; a misspelt key goes before the key it leaves missing."""
+    errors = sorted(exc.errors(), key=lambda e: e["type"] != "extra_forbidden")
+    error = errors[0]
+    more = f" ({len(errors) - 1} more after this one)" if len(errors) > 1 else ""
+    path = tuple(part for part in error["loc"] if not _is_noise(part))
+    return refuse(_words(error, path) + more, path, _hint(error, path))
+
+
+def _is_noise(part: str | int) -> bool:
+    """pydantic adds the branch of a union to the location."""
+    return isinstance(part, str) and (
+        part.startswith(("constrained-", "literal[")) or part in ("float", "tuple")
+    )
+
+
+def _dotted(path: tuple[str | int, ...]) -> str:
+    out = ""
+    for part in path:
+        out += f"[{part}]" if isinstance(part, int) else f".{part}" if out else part
+    return out
+
+
+def _words(error: ErrorDetails, path: tuple[str | int, ...]) -> str:
+    kind, name = error["type"], _dotted(path)
+    if kind == "extra_forbidden":
+        where = f"under [{_dotted(path[:-1])}]" if len(path) > 1 else "at the top level"
+        return f"unknown key {path[-1]!r} {where}"
+    if kind == "missing":
+        return f"{name} is missing"
+    if kind == "value_error":
+        return str(error.get("ctx", {}).get("error", error["msg"]))
+    value = error.get("input")
+    shown = f" = {value!r}" if isinstance(value, str | int | float | bool | list) else ""
+    return f"{name}{shown}: {error['msg'][0].lower()}{error['msg'][1:]}"
+
+
+def _hint(error: ErrorDetails, path: tuple[str | int, ...]) -> str | None:
+    if error["type"] == "missing" and path == ("tools",):
+        return "add a [[tools]] table"
+    if error["type"] != "extra_forbidden":
+        return None
+    known = _known_keys(path[:-1])
+    close = nearest(str(path[-1]), known)
+    return f"did you mean {close!r}?" if close else f"known here: {', '.join(known)}" if known else None
+
+
+def _tools(keys: JobFile, refuse: Refuse) -> dict[int, Tool]:
+    scale = MM_PER_INCH if keys.units == "inch" else 1.0
+    tools: dict[int, Tool] = {}
+    for index, mapping in enumerate(keys.tools):
+        path: tuple[str | int, ...] = ("tools", index)
+        for key in mapping:
+            if key not in TOOL_KEYS:
+                close = nearest(key, TOOL_KEYS)
+                raise refuse(
+                    f"unknown key {key!r} under [[tools]]",
+                    (*path, key),
+                    f"did you mean {close!r}?" if close else None,
+                )
+        number = mapping.get("number")
+        if isinstance(number, bool) or not isinstance(number, int) or number < 1:
+            raise refuse(f"number = {number!r}: every tool wants a whole number from 1", (*path, "number"))
+        if number in tools:
+            raise refuse(f"tool {number} is given twice", (*path, "number"))
+        try:
+            tools[number] = tool_from_mapping(_in_mm(mapping, scale))
+        except ToolError as exc:
+            word = exc.word or next((k for k in mapping if k in exc.message), None)
+            place = (*path, word) if word in mapping else path
+            raise refuse(f"tool {number}: {exc.message}", place, exc.remedy) from exc
+    return tools
+
+
+def _in_mm(mapping: Mapping[str, Any], scale: float) -> dict[str, Any]:
+    """A tool's mapping with `apt` and `profile` in mm; keys that name mm are mm already."""
+    out = dict(mapping)
+    if scale != 1.0:
+        if isinstance(out.get("apt"), Mapping):
+            out["apt"] = {k: v if k.endswith("_deg") else scale * v for k, v in out["apt"].items()}
+        if isinstance(out.get("profile"), list):
+            out["profile"] = [[scale * v for v in pair] for pair in out["profile"]]
+    return out
+
+
+def read_tools(path: Path | str) -> dict[int, Tool]:
+    """Only the [[tools]] part of a TOML file, as `--tools` takes it.
+
+    Raises
+    ------
+    JobError
+        Unreadable, or a tool that cannot exist.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+        data = tomllib.loads(text)
+    except OSError as exc:
+        raise JobError(f"cannot read the tool table: {exc.strerror or exc}", file=str(path)) from exc
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as exc:
+        raise JobError(f"not valid TOML: {exc}", file=str(path)) from exc
+    entries = data.get("tools")
+    if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
+        raise JobError("no [[tools]] in this file", file=str(path))
+    positions = key_positions(text)
+
+    def refuse(message: str, where: tuple[str | int, ...], remedy: str | None = None) -> JobError:
+        line, col = position_of(where, positions) or (None, None)
+        return JobError(message, file=str(path), line=line, col=col, remedy=remedy)
+
+    units = "inch" if data.get("units") == "inch" else "mm"
+    keys = JobFile.model_construct(tools=entries, units=units)
+    return _tools(keys, refuse)

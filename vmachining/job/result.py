@@ -1,0 +1,106 @@
+"""What a run gives back, and how it is laid down in a directory."""
+
+from __future__ import annotations
+
+import pkgutil
+import shutil
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+from vmachining.engines.mesh import MeshEngine, StockSurface
+from vmachining.job.files import MANIFEST, write_json
+from vmachining.job.jobfile import Job
+from vmachining.job.schedule import ScheduleReport
+from vmachining.job.stock import write_stock
+from vmachining.nc import Program
+
+if TYPE_CHECKING:
+    import polars as pl
+
+__all__ = ["PAGE", "RunResult"]
+
+PAGE = "vmachining.report:write_report"
+"""Who writes report.html. The report room sits above this one, so it is named here and not imported: a result
+must be able to write all of its files, and the arrows between rooms still point down."""
+
+TABLES = ("blocks.csv", "blocks.parquet", "scheduled_blocks.csv", "scheduled_blocks.parquet", "scheduled.nc")
+
+
+@dataclass(slots=True, eq=False)
+class RunResult:
+    """A finished simulation.
+
+    job, program : what ran. summary : the keys of summary.json. inputs : {role: {file, sha256}}.
+    stock : the engine with the finished workpiece; `stock.volume`, `stock.surface()`.
+    schedule : what the rewritten program does, None without [feed].
+    folder : where the tables lie.
+    """
+
+    job: Job
+    program: Program
+    summary: dict[str, Any]
+    inputs: dict[str, dict[str, str]]
+    stock: MeshEngine
+    schedule: ScheduleReport | None
+    folder: Path
+    manifest: dict[str, Any]
+    findings: list[tuple[int, str, str]] = field(default_factory=list)
+    """(line, text, message) of program warnings on lines that do not move."""
+    _keep: TemporaryDirectory[str] | None = field(default=None, repr=False)
+
+    @property
+    def blocks(self) -> pl.DataFrame:
+        """One row per NC block that moves; see `COLUMNS`."""
+        import polars as pl
+
+        return pl.read_parquet(self.folder / "blocks.parquet")
+
+    @property
+    def scheduled_blocks(self) -> pl.DataFrame | None:
+        """The same of the rewritten program, None without [feed]."""
+        import polars as pl
+
+        path = self.folder / "scheduled_blocks.parquet"
+        return pl.read_parquet(path) if self.schedule is not None else None
+
+    @property
+    def surface(self) -> StockSurface:
+        """Triangles of the finished workpiece with the block that cut each."""
+        return self.stock.surface()
+
+    def write(self, folder: Path | str, *, stock: Iterable[str] = ("stl",), report: bool = True) -> Path:
+        """Put all result files into `folder`, each whole or not at all; the manifest goes last.
+
+        Parameters
+        ----------
+        stock : formats of the finished workpiece, "stl" and "3mf".
+        report : whether to write report.html.
+        """
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        if folder.resolve() != self.folder.resolve():
+            for name in TABLES:
+                if (self.folder / name).is_file():
+                    shutil.copyfile(self.folder / name, folder / name)
+        formats = tuple(stock)
+        for suffix in formats:
+            write_stock(self.stock, folder / f"stock.{suffix}")
+        write_json(folder / "summary.json", self.summary)
+        if report:
+            pkgutil.resolve_name(PAGE)(self, folder / "report.html")
+        files = [
+            *TABLES,
+            *(f"stock.{suffix}" for suffix in formats),
+            "summary.json",
+            *(["report.html"] * report),
+        ]
+        self.manifest["complete"] = True
+        self.manifest["outputs"] = [name for name in files if (folder / name).is_file()]
+        write_json(folder / MANIFEST, self.manifest)
+        for pattern in ("*.partial.csv", "checkpoint.*.npz"):
+            for path in folder.glob(pattern):
+                path.unlink()
+        return folder

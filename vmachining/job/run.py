@@ -1,0 +1,398 @@
+"""One job from file to result: the only place that wires the rooms together."""
+
+from __future__ import annotations
+
+import resource
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import FrameType
+from typing import Any
+
+from vmachining.engines.mesh import MeshEngine
+from vmachining.errors import InputError, JobError, NCError, StockError
+from vmachining.job.blocks import Block, group_blocks, move_path, program_lines
+from vmachining.job.contact import Contacts, ToolParts
+from vmachining.job.files import (
+    MANIFEST,
+    atomic_path,
+    fingerprints,
+    read_manifest,
+    versions,
+    write_atomic,
+    write_json,
+)
+from vmachining.job.jobfile import Job
+from vmachining.job.result import RunResult
+from vmachining.job.schedule import compare, plan, sample_count
+from vmachining.job.simulate import Progress, Stage
+from vmachining.job.stock import RawStock, raw_stock
+from vmachining.job.table import RowFile, finish, read_partial
+from vmachining.job.timing import MoveTimes, machine_limits, move_times
+from vmachining.nc import Motion, Program, ToolEntry, read_program
+from vmachining.nc.rewrite import rewrite_feeds
+
+__all__ = ["ENGINES", "refuse_later", "run"]
+
+ENGINES = ("mesh", "dexel", "vectors", "brep")
+NO_END = frozenset({"E401"})
+"""A program without M2 or M30 still cuts what it cuts: the tester reports it, a simulation does not mind."""
+
+
+def refuse_later(engine: str) -> None:
+    """Engines that the interface names and this version does not have are refused by name."""
+    if engine not in ENGINES:
+        raise InputError(f"unknown engine {engine!r}", remedy=f"one of {', '.join(ENGINES)}")
+    if engine != "mesh":
+        raise InputError(f"engine {engine!r} is not supported yet", remedy="take mesh")
+
+
+def run(
+    job: Job,
+    *,
+    engine: str = "mesh",
+    certify: bool = False,
+    out: Path | str | None = None,
+    resume: bool = False,
+    progress: Progress | None = None,
+) -> RunResult:
+    """Simulate a job: removed volume with its bracket per block, contacts, times, and the schedule if asked.
+
+    Parameters
+    ----------
+    engine : "mesh".
+    certify : every bracket of the mesh engine is rigorous already, so this changes nothing here; it is noted
+        in the manifest.
+    out : directory for tables while they grow; None: a temporary one, until `RunResult.write`.
+    resume : go on after an interruption, from the checkpoint in `out`.
+    progress : called with stage name, blocks done, blocks in all.
+
+    Raises
+    ------
+    InputError
+        Program, tools or stock cannot be used; a path that never reaches the stock.
+    Stopped
+        SIGINT or SIGTERM: rows, checkpoint and manifest are on disk, `resume` goes on.
+    EngineError
+        A kernel failed; names the block.
+    """
+    refuse_later(engine)
+    begin = time.perf_counter()
+    if resume and out is None:
+        raise InputError("resume wants the directory of the interrupted run")
+    keep = TemporaryDirectory(prefix="vmachining-") if out is None else None
+    folder = Path(keep.name if keep else str(out))
+    folder.mkdir(parents=True, exist_ok=True)
+    options = {"engine": engine, "certify": certify, "chord_mm": job.keys.accuracy.chord_mm}
+    with _stop_flag() as stop:
+        work = _Run(job, folder, options, resume, progress or (lambda *_: None), stop)
+        try:
+            result = work.go()
+        finally:
+            work.save_manifest()
+    result.summary["seconds"] = work.earlier_seconds + time.perf_counter() - begin
+    result.summary["peak_mb"] = _peak_mb()
+    result._keep = keep
+    return result
+
+
+def _peak_mb() -> float:
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / (1024.0 * 1024.0 if sys.platform == "darwin" else 1024.0)
+
+
+@contextmanager
+def _stop_flag() -> Iterator[Callable[[], bool]]:
+    """Turns the first SIGINT or SIGTERM into a flag; the second one acts as usual. Main thread only."""
+    asked = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield asked.is_set
+        return
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def handler(number: int, frame: FrameType | None) -> None:
+        asked.set()
+        for known, old in before.items():
+            signal.signal(known, old)
+
+    for number in before:
+        signal.signal(number, handler)
+    try:
+        yield asked.is_set
+    finally:
+        for number, old in before.items():
+            signal.signal(number, old)
+
+
+@dataclass(slots=True, eq=False)
+class _Run:
+    """State of one run: what is where on disk, and how far it is."""
+
+    job: Job
+    folder: Path
+    options: dict[str, Any]
+    resume: bool
+    progress: Progress
+    stop: Callable[[], bool]
+    manifest: dict[str, Any] = field(default_factory=dict)
+    earlier_seconds: float = 0.0
+    started: float = field(default_factory=time.perf_counter)
+
+    def go(self) -> RunResult:
+        job = self.job
+        self._open_manifest()
+        tools = {number: ToolParts.of(tool) for number, tool in job.tools.items()}
+        program = self._read(job.program_path)
+        blocks = list(group_blocks(program))
+        if not blocks:
+            raise NCError(
+                "the program moves nothing", file=str(job.program_path), remedy="is it the right file?"
+            )
+        limits = machine_limits(job)
+        times = move_times(program.moves, limits, str(job.program_path))
+        stock = raw_stock(job)
+        self._refuse_early(program, tools, stock)
+        feed = job.keys.feed
+        counts = (lambda length: sample_count(feed, length)) if feed and feed.insert_blocks else None
+        engine = self._stage("program", program, blocks, times, tools, stock, counts, check=True)
+        partial = self.folder / "blocks.partial.csv"
+        if not float(read_partial(partial, ["removed_hi_mm3"])["removed_hi_mm3"].sum()) > 0.0:
+            raise self._never_reached(program, stock)
+        scheduled, report, after = None, None, None
+        if feed is not None:
+            table = read_partial(partial, ["length_mm", "feed_mm_min", "removed_mm3", "removed_hi_mm3"])
+            schedule = plan(feed, program, blocks, table, partial, times.cap_mm_min)
+            written = rewrite_feeds(program, schedule.edits())
+            target = self.folder / "scheduled.nc"
+            write_atomic(target, written.data)
+            again = self._read(target)
+            after = move_times(again.moves, limits, str(target))
+            self._stage("scheduled", again, list(group_blocks(again)), after, tools, stock, None, check=False)
+            new_rows = self.folder / "scheduled_blocks.partial.csv"
+            finish(new_rows, self.folder, "scheduled_blocks")
+            scheduled, report = compare(feed, schedule, written.source_line, blocks, read_partial(new_rows))
+        finish(partial, self.folder, "blocks", scheduled)
+        result = RunResult(
+            job=job,
+            program=program,
+            summary={},
+            inputs=self.manifest["inputs"],
+            stock=engine,
+            schedule=report,
+            folder=self.folder,
+            manifest=self.manifest,
+            findings=_quiet_findings(program, blocks),
+        )
+        result.summary = self._summary(result, stock, times, after)
+        return result
+
+    # -- program and stock ---------------------------------------------------------------------------------
+
+    def _read(self, path: Path) -> Program:
+        """A program without errors, read with the tools of the job."""
+        table = {
+            number: ToolEntry(number, 2.0 * tool.profile.max_radius, tool.length)
+            for number, tool in self.job.tools.items()
+        }
+        keys = self.job.keys.program
+        options: dict[str, Any] = {
+            "dialect": keys.dialect, "tools": table, "home": self.job.home, "block_delete": keys.block_delete,
+        }  # fmt: skip
+        program = read_program(path, **options)
+        if not program.data.strip():
+            raise NCError("the program is empty", file=str(path))
+        program.require_clean(allow=NO_END)
+        only = next(iter(self.job.tools))
+        cutting = (m for m in program.moves if m.motion not in (Motion.RAPID, Motion.DWELL))
+        if len(self.job.tools) > 1 or not any(m.tool == 0 for m in program.moves):
+            return program
+        if any(m.tool not in (0, only) for m in cutting):
+            return program
+        # no T word at all and one tool in the job: that one is meant
+        moves = tuple(move._replace(tool=only) if move.tool == 0 else move for move in program.moves)
+        return type(program)(
+            program.name, program.data, program.dialect, moves, program.findings, program.ended
+        )
+
+    def _refuse_early(self, program: Program, tools: Mapping[int, ToolParts], stock: RawStock) -> None:
+        """No simulation for a cut without a tool, or for a path that by its box alone misses the stock."""
+        lo, hi = stock.mesh.bounds
+        cutting = [m for m in program.moves if m.motion not in (Motion.RAPID, Motion.DWELL)]
+        for move in cutting:
+            if move.tool not in tools:
+                known = ", ".join(map(str, sorted(tools)))
+                raise NCError(
+                    f"cuts with tool {move.tool}, which is not in the tool table (it has {known})",
+                    file=program.name,
+                    line=move.line,
+                )
+        for move in cutting:
+            cutter = tools[move.tool].cutter
+            a, b = move_path(move).bounds
+            r = cutter.max_radius
+            if (
+                a[0] - r < hi[0] and b[0] + r > lo[0] and a[1] - r < hi[1] and b[1] + r > lo[1]
+                and a[2] + cutter.z_min < hi[2] and b[2] + cutter.z_max > lo[2]
+            ):  # fmt: skip
+                return
+        raise self._never_reached(program, stock)
+
+    def _never_reached(self, program: Program, stock: RawStock) -> StockError:
+        lo, hi = stock.mesh.bounds.round(3).tolist()
+        return StockError(
+            f"no feed move of {Path(program.name).name} reaches the stock, which lies from {lo} to {hi} mm",
+            **self.job.where("stock"),
+            remedy="compare work offset, units and home of the program with the stock",
+        )
+
+    # -- stages, checkpoints, manifest ---------------------------------------------------------------------
+
+    def _stage(
+        self,
+        name: str,
+        program: Program,
+        blocks: list[Block],
+        times: MoveTimes,
+        tools: Mapping[int, ToolParts],
+        stock: RawStock,
+        counts: Callable[[float], int] | None,
+        *,
+        check: bool,
+    ) -> MeshEngine:
+        """Run or finish one pass; its rows are on disk and its last state is a checkpoint."""
+        known = self.manifest["checkpoints"].get(name)
+        engine, first = None, 0
+        if known is not None:
+            engine, first = MeshEngine.load(self.folder / known["file"]), int(known["done"])
+        else:
+            engine = MeshEngine(stock.mesh, chord=self.options["chord_mm"])
+        rows_path = self.folder / (
+            "blocks.partial.csv" if name == "program" else "scheduled_blocks.partial.csv"
+        )
+        stage = Stage(
+            name=name, moves=program.moves, blocks=blocks, move_time_s=times.seconds.tolist(), tools=tools,
+            notes=_notes(program) if check else {}, engine=engine,
+            contacts=Contacts(engine, stock.mesh.bounds) if check else None, sample_counts=counts,
+        )  # fmt: skip
+
+        def checkpoint(done: int) -> None:
+            self._checkpoint(name, engine, done, len(blocks))
+
+        with RowFile(rows_path, keep=first) as rows:
+            stage.run(rows, first=first, stop=self.stop, progress=self.progress, checkpoint=checkpoint)
+        if self.job.keys.feed is not None and name == "program" and first < len(blocks):
+            checkpoint(len(blocks))  # the second pass may be interrupted, this one is done
+        return engine
+
+    def _checkpoint(self, name: str, engine: MeshEngine, done: int, total: int) -> None:
+        """Save the workpiece, then point the manifest to it, then forget the one before."""
+        target = self.folder / f"checkpoint.{name}.{done}.npz"
+        with atomic_path(target) as temporary:
+            engine.save(temporary)
+        old = self.manifest["checkpoints"].get(name)
+        self.manifest["checkpoints"][name] = {"file": target.name, "done": done, "total": total}
+        self.save_manifest()
+        if old is not None and old["file"] != target.name:
+            with suppress(OSError):
+                (self.folder / old["file"]).unlink()
+
+    def _open_manifest(self) -> None:
+        roles = {"program": self.job.program_path}
+        if self.job.source is not None:
+            roles = {"job": self.job.source, **roles}
+        if (path := self.job.stock_path) is not None:
+            roles["stock"] = path
+        inputs = fingerprints(roles)
+        old = read_manifest(self.folder) if self.resume else None
+        fresh = {
+            "job": self.job.name, "complete": False, "inputs": inputs, "versions": versions(),
+            "options": self.options, "seconds": 0.0, "checkpoints": {},
+        }  # fmt: skip
+        self.manifest = fresh
+        if old is None or not old.get("checkpoints"):  # nothing to go on with
+            for pattern in ("*.partial.csv", "checkpoint.*.npz"):
+                for path in self.folder.glob(pattern):
+                    path.unlink()
+            return
+        if old.get("options") != self.options:
+            raise JobError(
+                "the interrupted run had other options",
+                file=str(self.folder / MANIFEST),
+                remedy="run again without --resume",
+            )
+        for role, entry in inputs.items():
+            before = old.get("inputs", {}).get(role, {}).get("sha256")
+            if before != entry["sha256"]:
+                raise JobError(
+                    f"the {role} file changed since the interrupted run", file=entry["file"],
+                    remedy="run again without --resume",
+                )  # fmt: skip
+        self.earlier_seconds = float(old.get("seconds", 0.0))
+        fresh["checkpoints"] = {
+            name: entry
+            for name, entry in old.get("checkpoints", {}).items()
+            if (self.folder / entry["file"]).is_file()
+        }
+
+    def save_manifest(self) -> None:
+        """Write the manifest with the time spent so far."""
+        if self.manifest:
+            self.manifest["seconds"] = self.earlier_seconds + time.perf_counter() - self.started
+            write_json(self.folder / MANIFEST, self.manifest)
+
+    def _summary(
+        self, result: RunResult, stock: RawStock, times: MoveTimes, after: MoveTimes | None
+    ) -> dict[str, Any]:
+        """The keys of summary.json."""
+        rows = result.blocks.select("removed_mm3", "removed_lo_mm3", "removed_hi_mm3", "warning")
+        before, final = result.stock.stock_volume, result.stock.volume
+        removed = float(rows["removed_mm3"].sum())
+        # two brackets of one number: the sum over the blocks, and stock before minus stock after
+        lo = max(float(rows["removed_lo_mm3"].sum()), before.lo - final.hi)
+        hi = min(float(rows["removed_hi_mm3"].sum()), before.hi - final.lo)
+        summary: dict[str, Any] = {
+            "blocks": len(rows),
+            "removed_mm3": removed,
+            "removed_lo_mm3": min(lo, removed),
+            "removed_hi_mm3": max(hi, removed),
+            "stock_mm3": before.estimate,
+            "final_mm3": final.estimate,
+            "time_s": float(times.seconds.sum()),
+            "scheduled_time_s": None if after is None else float(after.seconds.sum()),
+            "ideal_time_s": float(times.ideal_s.sum()),
+            "scheduled_ideal_time_s": None if after is None else float(after.ideal_s.sum()),
+            "brep": {"asked": 0, "agreed": 0, "retried": 0, "refused": 0},
+            "warnings": int(rows["warning"].count()) + len(result.findings),
+            "seconds": 0.0,
+            "peak_mb": 0.0,
+        }
+        if stock.step_mm3 is not None:
+            summary["stock_step_mm3"] = stock.step_mm3
+        return summary
+
+
+def _notes(program: Program) -> dict[int, str]:
+    """Warnings of the program by line."""
+    notes: dict[int, str] = {}
+    for finding in program.findings:
+        if finding.severity == "W":
+            text = f"{finding.code} {finding.message}"
+            notes[finding.line] = f"{notes[finding.line]}; {text}" if finding.line in notes else text
+    return notes
+
+
+def _quiet_findings(program: Program, blocks: list[Block]) -> list[tuple[int, str, str]]:
+    """Warnings on lines that have no row."""
+    moving = {block.line for block in blocks}
+    lines = program_lines(program)
+    return [
+        (line, lines[line - 1].strip() if line <= len(lines) else "", text)
+        for line, text in sorted(_notes(program).items())
+        if line not in moving
+    ]

@@ -1,0 +1,180 @@
+"""New feeds: planned from the first simulation, written into the program, and judged by a second simulation.
+
+The numbers reported are those of the program that was written: it is read again from its bytes and cut again
+in fresh stock. Its blocks are then grouped back to the blocks of the original by the line each came from.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from vmachining.arrays import Floats
+from vmachining.errors import FeedError
+from vmachining.feed import (
+    FeedBlocks,
+    FeedLimits,
+    FeedSamples,
+    Kind,
+    Limit,
+    Schedule,
+    schedule_volume,
+    schedule_volume_inserting,
+)  # fmt: skip
+from vmachining.job.blocks import Block
+from vmachining.job.model import Feed
+from vmachining.job.table import read_samples
+from vmachining.nc import Motion, Program
+
+__all__ = ["MAX_SAMPLES", "ScheduleReport", "compare", "plan", "sample_count"]
+
+MAX_SAMPLES = 64
+"""Parts in which one block is measured at most: a sub-block of 1/64 of a block is fine enough for a feed."""
+
+WORDS = {
+    Limit.AIR: "cut air: highest feed allowed",
+    Limit.MAX: "at the largest feed",
+    Limit.AXIS: "at a limit of the machine",
+    Limit.MIN: "at the smallest feed: the rate stays above the reference",
+    Limit.INFEASIBLE_MIN: "machine limit below the smallest feed: the machine wins",
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ScheduleReport:
+    """What the written program does.
+
+    text : strategy and reference in words. limits : {block: words} of the blocks that hit one.
+    tally : {words: number of blocks}.
+    after_rate : (n,) mm^3/min per original block, NaN where it takes no time.
+    blocks, removed_mm3, time_s, ideal_time_s : of the written program.
+    """
+
+    text: str
+    limits: dict[int, str]
+    tally: dict[str, int]
+    after_rate: Floats
+    blocks: int
+    removed_mm3: float
+
+
+def sample_count(feed: Feed, length_mm: float) -> int:
+    """Equal parts a path is measured in: a power of two, parts no shorter than the shortest sub-block."""
+    if not feed.insert_blocks or length_mm < 2 * feed.min_length_mm:
+        return 1
+    return int(min(MAX_SAMPLES, 2 ** int(np.log2(length_mm / feed.min_length_mm))))
+
+
+def plan(
+    feed: Feed, program: Program, blocks: Sequence[Block], table: pl.DataFrame, partial: Path, caps: Floats
+) -> Schedule:
+    """The schedule of a simulated program.
+
+    Parameters
+    ----------
+    table : the rows of the first simulation; partial : their file, which also has the samples.
+    caps : (moves,) mm/min, of the machine.
+
+    Raises
+    ------
+    FeedError
+        No schedule exists, e.g. nothing cuts and no reference is given.
+    """
+    cap = np.array([min(float(caps[i]) for i in block.moves) for block in blocks])
+    rows = FeedBlocks(
+        line=[block.line for block in blocks],
+        kind=[str(_kind(program, block)) for block in blocks],
+        length_mm=table["length_mm"].to_numpy(),
+        feed_mm_min=table["feed_mm_min"].fill_null(float("nan")).to_numpy(),
+        volume_mm3=table["removed_mm3"].to_numpy(),
+        volume_hi_mm3=table["removed_hi_mm3"].to_numpy(),
+        cap_mm_min=cap,
+    )
+    limits = FeedLimits(min_mm_min=feed.min_mm_min, max_mm_min=feed.max_mm_min)
+    if not feed.insert_blocks:
+        return schedule_volume(rows, limits, reference=feed.reference)
+    volumes: list[float] = []
+    counts = np.zeros(len(blocks), dtype=np.int64)
+    for index, samples in read_samples(partial):
+        if rows.kind[index] == str(Kind.CUT):
+            volumes.extend(samples)
+            counts[index] = len(samples)
+    return schedule_volume_inserting(
+        rows, FeedSamples(volumes, np.concatenate([[0], np.cumsum(counts)])), limits,
+        reference=feed.reference, tau=feed.tau, min_length_mm=feed.min_length_mm, rule=feed.rule,
+    )  # fmt: skip
+
+
+def _kind(program: Program, block: Block) -> Kind:
+    """A line of several motions (G28 through a point) keeps its feed: its parts cannot be told apart."""
+    if len(block.moves) > 1:
+        return Kind.OTHER
+    return Kind.RAPID if program.moves[block.moves[0]].motion is Motion.RAPID else Kind.CUT
+
+
+def compare(
+    feed: Feed, schedule: Schedule, source_line: Sequence[int], blocks: Sequence[Block], after: pl.DataFrame
+) -> tuple[pl.DataFrame, ScheduleReport]:
+    """Rows of the rewritten program grouped to the original blocks.
+
+    Returns
+    -------
+    columns block, scheduled_feed_mm_min, scheduled_time_s; and the report.
+
+    Raises
+    ------
+    FeedError
+        The written program does not run through the original blocks: a bug, never a user's fault.
+    """
+    lines = [source_line[line - 1] for line in after["line"].to_list()]
+    groups = [(line, list(members)) for line, members in groupby(range(len(lines)), key=lines.__getitem__)]
+    if [line for line, _ in groups] != [block.line for block in blocks]:
+        raise FeedError("the written program runs through other blocks than the original")
+    length, feeds = after["length_mm"].to_numpy(), after["feed_mm_min"].fill_null(float("nan")).to_numpy()
+    times, removed = after["time_s"].to_numpy(), after["removed_mm3"].to_numpy()
+    starts = np.array([members[0] for _, members in groups], dtype=np.int64)
+    seconds = np.add.reduceat(times, starts) if len(starts) else np.zeros(0)
+    volume = np.add.reduceat(removed, starts) if len(starts) else np.zeros(0)
+    speed = [
+        float(feeds[m[0]]) if len(m) == 1 else float(length[m].sum() / (length[m] / feeds[m]).sum())
+        for _, m in groups
+    ]
+    rates = np.divide(60.0 * volume, seconds, out=np.full(len(seconds), np.nan), where=seconds > 0)
+    columns = pl.DataFrame(
+        {
+            "block": pl.Series(range(len(blocks)), dtype=pl.Int64),
+            "scheduled_feed_mm_min": pl.Series(speed, dtype=pl.Float64).fill_nan(None),
+            "scheduled_time_s": pl.Series(seconds, dtype=pl.Float64),
+        }
+    )
+    hit = {
+        index: WORDS[word]
+        for index, (word, on) in enumerate(zip(schedule.limit, schedule.scheduled, strict=True))
+        if on and word in WORDS
+    }
+    inserted = (
+        f", {schedule.inserted} blocks inserted (tau {feed.tau:g}, rule {feed.rule})"
+        if feed.insert_blocks
+        else ""
+    )
+    goal = schedule.reference_mm3_min
+    report = ScheduleReport(
+        text=(
+            f"Volume strategy: every cutting block gets the feed at which it removes {goal:.6g} mm³/min "
+            f"(reference: {feed.reference}), between {feed.min_mm_min:g} and {feed.max_mm_min:g} mm/min"
+            f"{inserted}. "
+            "The written program was read back from its file and simulated again; the numbers are its own."
+        ),
+        limits=hit,
+        tally=dict(Counter(hit.values())),
+        after_rate=rates,
+        blocks=len(after),
+        removed_mm3=float(removed.sum()),
+    )
+    return columns, report

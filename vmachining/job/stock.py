@@ -1,0 +1,132 @@
+"""The raw stock a job names, and the files a finished workpiece leaves in."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from vmachining.arrays import Floats, Ints
+from vmachining.engines.mesh import MeshEngine, StockMesh, box_stock, cylinder_stock, mesh_stock, stl_stock
+from vmachining.errors import InputError, StockError
+from vmachining.job.files import atomic_path
+from vmachining.job.jobfile import Job
+
+__all__ = ["STOCK_FORMATS", "RawStock", "check_formats", "raw_stock", "write_stock"]
+
+STOCK_FORMATS = ("stl", "3mf")
+
+XML = '<?xml version="1.0" encoding="UTF-8"?>\n'
+CONTENT_TYPES = (
+    XML + '<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">'
+    '<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
+    '<Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/>'
+    "</Types>"
+)
+RELATIONSHIPS = (
+    XML + '<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
+    '<Relationship Id="rel0" Target="/3D/3dmodel.model" '
+    'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>'
+)
+MODEL = (
+    XML + '<model unit="millimeter" xml:lang="en" '
+    'xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02">'
+    '<resources><object id="1" type="model"><mesh>'
+    "<vertices>\n{vertices}</vertices><triangles>\n{triangles}</triangles></mesh></object></resources>"
+    '<build><item objectid="1"/></build></model>'
+)
+
+
+class RawStock(NamedTuple):
+    """mesh : what the engine starts from. step_mm3 : exact volume of a STEP stock, None for the others."""
+
+    mesh: StockMesh
+    step_mm3: float | None
+
+
+def raw_stock(job: Job) -> RawStock:
+    """The stock of a job, mm.
+
+    Raises
+    ------
+    StockError
+        Not a closed solid, or a file that cannot be read; names the file, or line and key of the job.
+    """
+    keys, scale = job.keys.stock, job.scale
+    chord = job.keys.accuracy.chord_mm
+    try:
+        if keys.box is not None:
+            lo, hi = ([scale * v for v in corner] for corner in (keys.box.min, keys.box.max))
+            return RawStock(box_stock(lo, hi), None)
+        if keys.cylinder is not None:
+            bar = keys.cylinder
+            center, z = ((scale * a, scale * b) for a, b in (bar.center, bar.z))
+            return RawStock(cylinder_stock(center, scale * bar.radius, z, chord=chord), None)
+    except StockError as exc:
+        raise StockError(exc.message, **job.where("stock"), remedy=exc.remedy) from exc
+    path = job.stock_path
+    assert path is not None  # the model wants exactly one of four
+    if keys.stl is not None:
+        return RawStock(stl_stock(path, scale=scale), None)
+    from vmachining.engines.brep import read_step  # OCCT takes seconds to load: only for who asks
+
+    vertices, triangles, volume = read_step(path, chord)
+    return RawStock(mesh_stock(vertices, triangles, source=str(path)), volume)
+
+
+def check_formats(text: str) -> tuple[str, ...]:
+    """Formats of `--stock stl,3mf`.
+
+    Raises
+    ------
+    InputError
+        A format this version does not write.
+    """
+    formats = tuple(part.strip().lower() for part in text.split(",") if part.strip())
+    for name in formats:
+        if name == "step":
+            raise InputError("stock as STEP is not supported yet", remedy="take stl or 3mf")
+        if name not in STOCK_FORMATS:
+            raise InputError(f"unknown stock format {name!r}", remedy=f"take {' or '.join(STOCK_FORMATS)}")
+    return formats
+
+
+def write_stock(engine: MeshEngine, path: Path) -> None:
+    """Write the workpiece as one closed solid, by suffix: .stl (binary, 32-bit) or .3mf (nine digits)."""
+    mesh = engine.whole().to_mesh64()
+    vertices = np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3]
+    triangles = np.asarray(mesh.tri_verts, dtype=np.int64)
+    with atomic_path(path) as temporary:
+        if path.suffix == ".stl":
+            temporary.write_bytes(_stl(vertices, triangles))
+        else:
+            _write_3mf(temporary, vertices, triangles)
+
+
+def _stl(vertices: Floats, triangles: Ints) -> bytes:
+    """Binary STL: 80 bytes of header, a count, and 50 bytes per facet."""
+    corners = vertices[triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    size = np.linalg.norm(normal, axis=1, keepdims=True)
+    facets = np.zeros(
+        len(triangles), dtype=[("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("attribute", "<u2")]
+    )
+    facets["normal"] = np.divide(normal, size, out=np.zeros_like(normal), where=size > 0)
+    facets["corner"] = corners
+    return b"vmachining, mm".ljust(80) + len(triangles).to_bytes(4, "little") + facets.tobytes()
+
+
+def _write_3mf(path: Path, vertices: Floats, triangles: Ints) -> None:
+    """A 3MF package with one object. The same workpiece gives the same bytes."""
+    points = "".join(f'<vertex x="{x:.9g}" y="{y:.9g}" z="{z:.9g}"/>\n' for x, y, z in vertices.tolist())
+    faces = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>\n' for a, b, c in triangles.tolist())
+    parts = {
+        "[Content_Types].xml": CONTENT_TYPES,
+        "_rels/.rels": RELATIONSHIPS,
+        "3D/3dmodel.model": MODEL.format(vertices=points, triangles=faces),
+    }
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as package:
+        for name, text in parts.items():
+            package.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), text, zipfile.ZIP_DEFLATED)

@@ -1,0 +1,150 @@
+"""The result table: one row per NC block that moves, streamed to disk while the simulation runs.
+
+Rows go to `blocks.partial.csv` as they are made and become `blocks.csv` and `blocks.parquet` when the last
+one is there, so memory does not grow with the program and an interrupted run leaves a readable table. Floats
+are written with all their digits: a row read back is the row that was written, bit for bit.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, TextIO
+
+import polars as pl
+
+from vmachining.errors import JobError
+from vmachining.job.files import atomic_path
+
+__all__ = ["COLUMNS", "RowFile", "finish", "read_partial", "read_samples"]
+
+COLUMNS: dict[str, type[pl.DataType]] = {
+    "block": pl.Int64,
+    "line": pl.Int64,
+    "text": pl.String,
+    "tool": pl.Int64,
+    "motion": pl.String,
+    "x_mm": pl.Float64,
+    "y_mm": pl.Float64,
+    "z_mm": pl.Float64,
+    "i": pl.Float64,
+    "j": pl.Float64,
+    "k": pl.Float64,
+    "length_mm": pl.Float64,
+    "feed_mm_min": pl.Float64,
+    "time_s": pl.Float64,
+    "removed_mm3": pl.Float64,
+    "removed_lo_mm3": pl.Float64,
+    "removed_hi_mm3": pl.Float64,
+    "engine": pl.String,
+    "removed_brep_mm3": pl.Float64,
+    "brep_status": pl.String,
+    "mrr_mm3_min": pl.Float64,
+    "ae_mm": pl.Float64,
+    "ap_mm": pl.Float64,
+    "engaged_fraction": pl.Float64,
+    "chip_area_mm2": pl.Float64,
+    "chip_thickness_mm": pl.Float64,
+    "force_n": pl.Float64,
+    "power_w": pl.Float64,
+    "scheduled_feed_mm_min": pl.Float64,
+    "scheduled_time_s": pl.Float64,
+    "warning": pl.String,
+}
+"""The schema of `blocks`; what this version does not compute stays empty."""
+
+SAMPLES = "samples_mm3"
+"""Extra column of the partial file: volumes of the equal parts of a block, for the scheduler."""
+
+
+def _cell(value: Any) -> str:
+    return "" if value is None else repr(value) if isinstance(value, float) else str(value)
+
+
+class RowFile:
+    """Append rows to a partial table. A torn last line (power cut) is dropped when the file is reopened."""
+
+    def __init__(self, path: Path, *, keep: int = 0) -> None:
+        self.path = path
+        self.count = 0
+        names = [*COLUMNS, SAMPLES]
+        if keep:
+            self._trim(keep)
+        else:
+            path.write_text(",".join(names) + "\n", encoding="utf-8")
+        self._file: TextIO = path.open("a", encoding="utf-8", newline="")
+        self._writer = csv.writer(self._file, lineterminator="\n")
+        self._names = names
+
+    def _trim(self, keep: int) -> None:
+        """Leave exactly the first `keep` rows; rows after a checkpoint are made again."""
+        with self.path.open(encoding="utf-8", newline="") as source, atomic_path(self.path) as temporary:
+            with temporary.open("w", encoding="utf-8", newline="") as sink:
+                writer = csv.writer(sink, lineterminator="\n")
+                for row in csv.reader(source):
+                    if self.count > keep:
+                        break
+                    writer.writerow(row)
+                    self.count += 1
+            self.count -= 1
+            if self.count != keep:
+                raise JobError(
+                    f"holds {self.count} blocks where the checkpoint has {keep}", file=str(self.path),
+                    remedy="run again without --resume",
+                )  # fmt: skip
+
+    def add(self, row: Mapping[str, Any]) -> None:
+        """Write one row; absent columns stay empty."""
+        self._writer.writerow([_cell(row.get(name)) for name in self._names])
+        self.count += 1
+
+    def flush(self) -> None:
+        """Hand everything to the operating system."""
+        self._file.flush()
+
+    def close(self) -> None:
+        """Flush and close."""
+        self._file.close()
+
+    def __enter__(self) -> RowFile:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _lazy(path: Path) -> pl.LazyFrame:
+    schema: dict[str, Any] = {**COLUMNS, SAMPLES: pl.String}
+    return pl.scan_csv(path, schema=schema)
+
+
+def read_partial(path: Path, columns: Sequence[str] = tuple(COLUMNS)) -> pl.DataFrame:
+    """Some columns of the rows so far."""
+    return _lazy(path).select(list(columns)).collect()
+
+
+def read_samples(path: Path) -> Iterator[tuple[int, tuple[float, ...]]]:
+    """(block, volumes of its equal parts in mm^3) of every block that has some."""
+    with path.open(encoding="utf-8", newline="") as file:
+        for row in csv.DictReader(file):
+            if row[SAMPLES]:
+                yield int(row["block"]), tuple(float(v) for v in row[SAMPLES].split())
+
+
+def finish(partial: Path, folder: Path, stem: str = "blocks", scheduled: pl.DataFrame | None = None) -> None:
+    """Make `stem`.csv and `stem`.parquet of a partial file, in streaming fashion.
+
+    scheduled : columns block, scheduled_feed_mm_min, scheduled_time_s to fill in, or None.
+    """
+    frame = _lazy(partial).select(list(COLUMNS))
+    if scheduled is not None:
+        extra = ["scheduled_feed_mm_min", "scheduled_time_s"]
+        frame = frame.drop(extra).join(
+            scheduled.lazy().select(["block", *extra]), on="block", how="left", maintain_order="left"
+        )
+        frame = frame.select(list(COLUMNS))
+    with atomic_path(folder / f"{stem}.parquet") as temporary:
+        frame.sink_parquet(temporary)
+    with atomic_path(folder / f"{stem}.csv") as temporary:
+        pl.scan_parquet(folder / f"{stem}.parquet").sink_csv(temporary)

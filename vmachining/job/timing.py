@@ -1,0 +1,66 @@
+"""Moves -> seconds and feed caps, by the machine of the job."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vmachining.arrays import Floats
+from vmachining.errors import NCError
+from vmachining.job.blocks import move_path
+from vmachining.job.jobfile import Job
+from vmachining.machine import MachineLimits, axis_caps, block_times, path_peaks
+from vmachining.nc import Motion, Move
+from vmachining.tolerance import LENGTH_EPS_MM
+
+__all__ = ["MoveTimes", "machine_limits", "move_times"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MoveTimes:
+    """Columns (n,), one value per move.
+
+    seconds, ideal_s : with and without the acceleration limit. cap_mm_min : of the machine.
+    """
+
+    seconds: Floats
+    ideal_s: Floats
+    cap_mm_min: Floats
+
+
+def machine_limits(job: Job) -> MachineLimits:
+    """Limits of the job's machine."""
+    keys = job.keys.machine
+    return MachineLimits(
+        rapid_mm_min=keys.rapid_mm_min,
+        max_feed_mm_min=keys.max_feed_mm_min,
+        axis_feed_mm_min=keys.axis_feed_mm_min or (None, None, None),
+        max_acceleration_mm_s2=keys.max_acceleration_mm_s2,
+    )
+
+
+def move_times(moves: Sequence[Move], limits: MachineLimits, name: str) -> MoveTimes:
+    """Time of every move of a program, dwells included.
+
+    Raises
+    ------
+    NCError
+        A feed move without a feed; names file and line.
+    """
+    if not moves:
+        empty = np.zeros(0)
+        return MoveTimes(empty, empty, empty)
+    paths = [move_path(move) for move in moves]
+    length = np.array([path.length if path.length > LENGTH_EPS_MM else 0.0 for path in paths])
+    fast = np.array([move.motion is Motion.RAPID for move in moves])
+    feed = np.array([np.nan if move.feed_mm_min is None else move.feed_mm_min for move in moves])
+    bad = ~fast & (length > 0) & ~(feed > 0)
+    if bad.any():
+        raise NCError("a feed move without a feed", file=name, line=moves[int(np.flatnonzero(bad)[0])].line)
+    caps = axis_caps(path_peaks(paths), limits)
+    times = block_times(
+        length, feed, fast, limits, cap_mm_min=caps, dwell_s=np.array([move.dwell_s for move in moves])
+    )
+    return MoveTimes(times.accelerated_s, times.ideal_s, caps)

@@ -1,0 +1,49 @@
+"""What the machine can do: feeds per axis, acceleration, and the time a program therefore takes.
+
+Goal: given the paths of a program, say how fast the tool tip may go on each of them, and how long the
+program lasts.
+
+1. `limits.py`: the numbers of a machine, checked at birth. None means unlimited.
+2. `caps.py`: how much of each axis a path uses (peak of |dq_i/ds|), and the tip feed at which the first
+   axis reaches its limit.
+3. `timing.py`: ideal time (length over feed) and time with bounded acceleration (trapezoidal profiles,
+   junction speeds by a forward and a backward pass), and the share of the path that is fed.
+
+| file | holds |
+|---|---|
+| `limits.py` | `MachineLimits` |
+| `caps.py` | `line_peaks`, `arc_peaks`, `path_peaks`, `axis_caps`, `travel_caps` |
+| `timing.py` | `BlockTimes`, `block_times`, `feed_path_ratio` |
+| `_kernels.py` | the two passes over the junction speeds |
+
+Equations
+---------
+cap of a path        U = min_i vmax_i / max_s |dq_i/ds|                      (1)
+                     for a straight block equal to U = L / max_i(|dq_i| / vmax_i)
+junction speed       J_i <= min(v_i, v_{i+1}),  J_{i+1}^2 <= J_i^2 + 2 a L_i, both directions   (2)
+peak speed           v_p = min(v_i, sqrt(a L_i + (J_i^2 + J_{i+1}^2) / 2))   (3)
+time                 t = (v_p - J_i)/a + (v_p - J_{i+1})/a + (L - d_1 - d_2)/v_p   (4)
+
+Known limits
+------------
+- Three linear axes. A rotary axis enters only through `travel_caps`, which takes any number of axes.
+- The acceleration bounds the speed along the path. Corners cost nothing and arcs have no centripetal
+  limit, so the accelerated time is a lower bound for a real control; jerk is unbounded.
+- The accelerated time is reported, it never raises a feed.
+"""
+
+from vmachining.machine.caps import arc_peaks, axis_caps, line_peaks, path_peaks, travel_caps
+from vmachining.machine.limits import MachineLimits
+from vmachining.machine.timing import BlockTimes, block_times, feed_path_ratio
+
+__all__ = [
+    "BlockTimes",
+    "MachineLimits",
+    "arc_peaks",
+    "axis_caps",
+    "block_times",
+    "feed_path_ratio",
+    "line_peaks",
+    "path_peaks",
+    "travel_caps",
+]

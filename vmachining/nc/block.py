@@ -1,0 +1,191 @@
+"""One line as a block: its codes and words by name, and everything that can be judged without running it.
+
+Checks here need the modal motion only, so that words without an owner can be told (E201 to E210).
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Final, NamedTuple
+
+from vmachining.nc.codes import (
+    AXIS_CLAIMING,
+    G_GROUP,
+    M_GROUP,
+    Refusal,
+    group_name,
+    refuse_g,
+    refuse_m,
+    spell,
+)
+from vmachining.nc.lexer import LexedLine, Word
+
+__all__ = ["Block", "Problem", "block_number", "build_block"]
+
+_BLOCK_NUMBER: Final = re.compile(r"[Nn][0-9]{1,5}")
+_ALWAYS: Final = frozenset("GMNFST")
+_FOREIGN_AXES: Final = frozenset("ABCUVW")
+_FLOW: Final = Refusal(
+    "E208", "control flow (O words) is not supported yet", "expand loops and subprograms in place"
+)
+
+
+class Problem(NamedTuple):
+    """A finding about one word (None: the whole block)."""
+
+    code: str
+    word: Word | None
+    message: str
+    hint: str = ""
+
+
+class Block:
+    """Codes by group and words by letter. Values are numbers now.
+
+    g, m : group -> (code, word). words : letter -> (value, word), G M N excluded. motion : explicit code of
+    group 1 (ten times) or None. axes, centre : letters present.
+    """
+
+    __slots__ = ("axes", "centre", "g", "m", "motion", "problems", "words")
+
+    def __init__(self) -> None:
+        self.g: dict[int, tuple[int, Word]] = {}
+        self.m: dict[int, tuple[int, Word]] = {}
+        self.words: dict[str, tuple[float, Word]] = {}
+        self.problems: list[Problem] = []
+        self.motion: int | None = None
+        self.axes = ""
+        self.centre = ""
+
+    def value(self, letter: str) -> float | None:
+        """Number of a word, None when the block does not have it."""
+        found = self.words.get(letter)
+        return found[0] if found else None
+
+    def has_g(self, code: int) -> bool:
+        """Whether the block names this G code (ten times its number)."""
+        found = self.g.get(G_GROUP[code])
+        return found is not None and found[0] == code
+
+    def word(self, letter: str) -> Word | None:
+        """A word by its letter."""
+        found = self.words.get(letter)
+        return found[1] if found else None
+
+    def culprit(self) -> Word | None:
+        """The word to point at when a motion fails: its G code, else the first axis or centre word."""
+        if 1 in self.g:
+            return self.g[1][1]
+        places = [self.words[letter][1] for letter in self.axes + self.centre]
+        return min(places, key=lambda word: word.col) if places else None
+
+
+def block_number(line: LexedLine) -> int | None:
+    """The N word that opens the line, None when there is none or it is malformed."""
+    if not line.words or line.words[0].letter != "N":
+        return None
+    text = re.sub(r"[ \t]", "", line.words[0].text)
+    return int(text[1:]) if _BLOCK_NUMBER.fullmatch(text) else None
+
+
+def build_block(line: LexedLine, values: list[float], modal_motion: int | None) -> Block:
+    """Sort the words of a line and check them against each other.
+
+    Parameters
+    ----------
+    line : the lexed line, without errors.
+    values : the number of each word, expressions evaluated.
+    modal_motion : ten times the G code of group 1 in force, None after G80.
+    """
+    block, known = Block(), True
+    if line.flow is not None:
+        block.problems.append(Problem(_FLOW.code, line.label, _FLOW.message, _FLOW.hint))
+        known = False
+    for index, (word, value) in enumerate(zip(line.words, values, strict=True)):
+        letter = word.letter
+        if letter == "N":
+            if index > 0:
+                block.problems.append(Problem("E201", word, "N does not open the block"))
+            elif block_number(line) is None:
+                what = f"{word.text} is not a block number of one to five digits"
+                block.problems.append(Problem("E201", word, what))
+        elif letter == "G":
+            known &= _g_code(block, word, value)
+        elif letter == "M":
+            known &= _m_code(block, word, value)
+        elif letter in block.words:
+            first = block.words[letter][1]
+            block.problems.append(Problem("E202", word, f"{letter} is already given in column {first.col}"))
+        else:
+            block.words[letter] = value, word
+    block.axes = "".join(letter for letter in "XYZ" if letter in block.words)
+    block.centre = "".join(letter for letter in "IJK" if letter in block.words)
+    block.motion = block.g[1][0] if 1 in block.g else None
+    for letter in block.words:
+        if letter in _FOREIGN_AXES:
+            known = False
+            what = f"this machine has no axis {letter}"
+            block.problems.append(Problem("E209", block.words[letter][1], what))
+    if known:
+        _owners(block, modal_motion)
+    return block
+
+
+def _g_code(block: Block, word: Word, value: float) -> bool:
+    code = round(value * 10.0) if 0.0 <= value < 1000.0 else None
+    if code is not None and abs(code - value * 10.0) > 1e-6:
+        code = None
+    group = None if code is None else G_GROUP.get(code)
+    if code is None or group is None:
+        refusal = refuse_g(code, word.text)
+        block.problems.append(Problem(refusal.code, word, refusal.message, refusal.hint))
+        return False
+    if group in block.g:
+        first = block.g[group][0]
+        what = f"{spell('G', code)} and {spell('G', first)} are both of the {group_name('G', group)} group"
+        block.problems.append(Problem("E203", word, what))
+    else:
+        block.g[group] = code, word
+    return True
+
+
+def _m_code(block: Block, word: Word, value: float) -> bool:
+    code = int(value) if 0.0 <= value < 1000.0 and value == int(value) else None
+    group = None if code is None else M_GROUP.get(code)
+    if code is None or group is None:
+        refusal = refuse_m(code, word.text)
+        block.problems.append(Problem(refusal.code, word, refusal.message, refusal.hint))
+        return False
+    if group in block.m:
+        first = block.m[group][0]
+        what = f"{spell('M', code)} and {spell('M', first)} are both of the {group_name('M', group)} group"
+        block.problems.append(Problem("E204", word, what))
+    else:
+        block.m[group] = code, word
+    return True
+
+
+def _owners(block: Block, modal_motion: int | None) -> None:
+    """E206 and E207: every word must have exactly one code that takes it."""
+    claimed = next((code for code, _ in block.g.values() if code in AXIS_CLAIMING), None)
+    motion = block.motion
+    if claimed is not None and motion in (0, 10, 20, 30):
+        what = f"{spell('G', claimed)} and {spell('G', motion)} both claim the axis words"
+        block.problems.append(Problem("E206", block.g[1][1], what))
+        return
+    effective = motion if motion is not None else modal_motion
+    if block.axes and claimed is None and effective in (None, 800):
+        first = block.culprit() if motion is None else block.g[1][1]
+        block.problems.append(Problem("E206", first, "axis words, but no motion code is in force"))
+        return
+    arc = effective in (20, 30) and claimed is None and bool(motion is not None or block.axes or block.centre)
+    used = set("XYZ")
+    used.update("IJKRP" if arc else "")
+    used.update("P" if block.has_g(40) else "")
+    used.update("PQ" if block.has_g(640) else "")
+    used.update("H" if block.has_g(430) else "")
+    if "P" in block.words and (block.has_g(40) + block.has_g(640) + arc) > 1:
+        block.problems.append(Problem("E206", block.word("P"), "two codes of this block claim P"))
+    for letter, (_, word) in block.words.items():
+        if letter not in used and letter not in _ALWAYS:
+            block.problems.append(Problem("E207", word, f"no code of this block uses {word.text}"))

@@ -1,0 +1,126 @@
+"""The codes of dialect `iso`: modal groups, what is refused and why. G codes are ten times their number."""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+__all__ = ["AXIS_CLAIMING", "G_GROUP", "M_GROUP", "Refusal", "group_name", "refuse_g", "refuse_m", "spell"]
+
+G_GROUP: Final = {
+    **dict.fromkeys((40, 280, 300, 530, 920, 921, 922, 923), 0),
+    **dict.fromkeys((0, 10, 20, 30, 800), 1),
+    **dict.fromkeys((170, 180, 190), 2),
+    **dict.fromkeys((900, 910), 3),
+    **dict.fromkeys((901, 911), 4),
+    **dict.fromkeys((930, 940, 950), 5),
+    **dict.fromkeys((200, 210), 6),
+    400: 7,
+    **dict.fromkeys((430, 431, 490), 8),
+    **dict.fromkeys((980, 990), 10),
+    **dict.fromkeys((540, 550, 560, 570, 580, 590, 591, 592, 593), 12),
+    **dict.fromkeys((610, 611, 640), 13),
+    970: 14,
+}
+"""Modal group of every G code that is executed (or, like G61, accepted because it changes no path)."""
+
+M_GROUP: Final = {
+    **dict.fromkeys((0, 1, 2, 30, 60), 4),
+    6: 6,
+    **dict.fromkeys((3, 4, 5), 7),
+    **dict.fromkeys((7, 8, 9), 8),
+}
+"""Modal group of every M code that is executed."""
+
+AXIS_CLAIMING: Final = frozenset({280, 300, 431, 920})
+"""G codes that take the axis words for themselves, so that no motion code may stand beside them."""
+
+_GROUPS: Final = {
+    0: "non-modal", 1: "motion", 2: "plane", 3: "distance", 4: "arc centre", 5: "feed mode", 6: "units",
+    7: "cutter compensation", 8: "tool length", 10: "cycle return", 12: "work offset", 13: "path control",
+    14: "spindle mode",
+}  # fmt: skip
+_M_GROUPS: Final = {4: "stop", 6: "tool change", 7: "spindle", 8: "coolant"}
+
+
+class Refusal(NamedTuple):
+    """Why a code is refused."""
+
+    code: str
+    message: str
+    hint: str = ""
+
+
+_COMPENSATION: Final = Refusal(
+    "E208",
+    "cutter radius compensation is not supported yet",
+    "post the program with the compensation computed by the CAM system",
+)
+_NOT_YET: Final = {
+    100: "G10 (writing offsets) is not supported yet",
+    520: "G52 (local offset) is not supported yet",
+    680: "rotation of coordinates (G68, G69) is not supported yet",
+    690: "rotation of coordinates (G68, G69) is not supported yet",
+    500: "scaling (G50, G51) is not supported",
+    510: "scaling (G50, G51) is not supported",
+    150: "polar coordinates (G15, G16) are not supported",
+    160: "polar coordinates (G15, G16) are not supported",
+    290: "G29 (return from reference) is known to Fanuc controls only",
+    432: "G43.2 (additional tool length) is not supported",
+    434: "tool centre point control (G43.4) is not supported yet",
+    435: "tool centre point control (G43.5) is not supported yet",
+    650: "macro calls (G65, G66) are not supported",
+    660: "macro calls (G65, G66) are not supported",
+    **dict.fromkeys((50, 51, 52, 53), "splines (G5) are not supported"),
+    **dict.fromkeys((382, 383, 384, 385), "probing (G38) is not supported"),
+    **dict.fromkeys(
+        (730, 740, 810, 820, 830, 840, 850, 860, 870, 880, 890), "canned cycles are not supported yet"
+    ),
+}
+_TURNING: Final = {
+    70: "diameter mode", 80: "radius mode", 240: "radius programming", 320: "thread cutting",
+    330: "thread cutting", 331: "rigid tapping with a synchronous spindle", 760: "a threading cycle",
+    960: "constant surface speed",
+}  # fmt: skip
+_MTS: Final = {770: "arc pattern", 780: "line pattern", 790: "cycle call"}
+
+
+def spell(kind: str, code: int) -> str:
+    """`G1`, `G92.1`, `M30` from the code (ten times the number for G)."""
+    if kind == "M":
+        return f"M{code}"
+    whole, tenth = divmod(code, 10)
+    return f"G{whole}.{tenth}" if tenth else f"G{whole}"
+
+
+def group_name(kind: str, group: int) -> str:
+    """What the codes of a group have in common."""
+    return (_GROUPS if kind == "G" else _M_GROUPS)[group]
+
+
+def refuse_g(code: int | None, text: str) -> Refusal:
+    """Why this G code is not executed; code is None for a number with more than one decimal or a sign."""
+    if code in (410, 411, 420, 421):
+        return _COMPENSATION
+    if code in _NOT_YET:
+        return Refusal("E208", _NOT_YET[code])
+    if code in _TURNING:
+        return Refusal("E209", f"{spell('G', code)} ({_TURNING[code]}) belongs to a lathe")
+    if code in _MTS:
+        what = f"{spell('G', code)} ({_MTS[code]}) exists in the mts dialect only"
+        return Refusal("E210", what, "is this an mts program? choose the mts dialect")
+    return Refusal("E208", f"unknown G code {text}")
+
+
+def refuse_m(code: int | None, text: str) -> Refusal:
+    """Why this M code is not executed."""
+    if code in (98, 99):
+        return Refusal(
+            "E208", "subprograms (M98, M99) are not supported yet", "expand the subprogram in place"
+        )
+    if code in (428, 429):
+        return Refusal("E208", f"M{code} (tool centre point control) is not supported yet")
+    if code is not None and 100 <= code <= 199:
+        return Refusal("E208", f"M{code} is a code of the user's own control, its effect is unknown")
+    if code is not None and 48 <= code <= 53:
+        return Refusal("E208", f"M{code} (override switches) is not supported")
+    return Refusal("E208", f"unknown M code {text}")

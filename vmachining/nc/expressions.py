@@ -1,0 +1,320 @@
+"""Numbers that are computed: `[#<scale> * 53.]`, `#5`, `SQRT[2]`, parsed once, evaluated when the block runs.
+
+Grammar (RS-274 with named parameters; blanks and case mean nothing):
+
+    value      = number | "[" expression "]" | "#" parameter | function | ("+" | "-") value
+    expression = value { operator value }
+    parameter  = "<" name ">" | value                        the value must be a whole number
+    function   = name "[" expression "]"                     | "ATAN" "[" .. "]" "/" "[" .. "]"
+               | "EXISTS" "[" "#" parameter "]"
+
+Operators bind in five steps, each from left to right: `**`; `*` `/` `MOD`; `+` `-`; `EQ NE GT GE LT LE`;
+`AND OR XOR`. Angles are degrees. `MOD` is never negative, `FIX` rounds down, `FUP` up, `ROUND` half away from
+zero.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+import re
+from collections.abc import Callable, Mapping
+from typing import Final, NamedTuple, Protocol
+
+__all__ = [
+    "Expression",
+    "ExpressionError",
+    "Name",
+    "NoValueError",
+    "Parameters",
+    "evaluate",
+    "parse_name",
+    "parse_value",
+]
+
+MAX_DEPTH: Final = 40
+"""Brackets within brackets; a line holds 256 characters, nobody nests by hand beyond ten."""
+
+MAX_NUMBER: Final = 5602
+"""Highest numbered parameter of the reference control."""
+
+NUMBER: Final = re.compile(r"(?:[0-9][0-9 \t]*(?:\.[0-9 \t]*)?|\.[ \t]*[0-9][0-9 \t]*)")
+WORD: Final = re.compile(r"[A-Za-z]+")
+BLANK: Final = re.compile(r"[ \t]*")
+OPERATOR: Final = re.compile(r"\*\*|[*/+\-]|(?:MOD|AND|OR|XOR|EQ|NE|GT|GE|LT|LE)(?![A-Za-z])", re.IGNORECASE)
+WHOLE: Final = 1e-4
+"""How near a parameter number must be to a whole number: the reference control allows 0.0001."""
+
+
+class ExpressionError(Exception):
+    """The text is no expression. `at`: 0-based place in the line."""
+
+    def __init__(self, message: str, at: int) -> None:
+        super().__init__(message)
+        self.at = at
+
+
+class NoValueError(Exception):
+    """The expression is well formed and has no value: undefined parameter, division by zero, ..."""
+
+
+class Name(NamedTuple):
+    """A parameter by name (lower case, no blanks) or by the expression of its number."""
+
+    name: str | None
+    number: Expression | None
+
+
+class Expression(NamedTuple):
+    """One node: `op` is "number", "parameter", "exists", an operator or a function name."""
+
+    op: str
+    number: float = 0.0
+    args: tuple[Expression, ...] = ()
+    name: Name | None = None
+
+
+class Parameters(Protocol):
+    """What an expression may ask the control for."""
+
+    def named(self, name: str) -> float | None:
+        """Value of `#<name>`, None when it was never set."""
+
+    def numbered(self, number: int) -> float | None:
+        """Value of `#number`, None when there is no such parameter."""
+
+
+def _truth(flag: bool) -> float:
+    return 1.0 if flag else 0.0
+
+
+def _divide(a: float, b: float) -> float:
+    if b == 0.0:
+        raise NoValueError("division by zero")
+    return a / b
+
+
+def _modulo(a: float, b: float) -> float:
+    if b == 0.0:
+        raise NoValueError("MOD by zero")
+    rest = math.fmod(a, b)
+    return rest + abs(b) if rest < 0.0 else rest
+
+
+def _power(a: float, b: float) -> float:
+    if (a < 0.0 and b != math.floor(b)) or (a == 0.0 and b < 0.0):
+        raise NoValueError(f"{a:g} ** {b:g} has no real value")
+    return math.pow(a, b)
+
+
+def _root(a: float) -> float:
+    if a < 0.0:
+        raise NoValueError(f"SQRT of {a:g}, a negative number")
+    return math.sqrt(a)
+
+
+def _log(a: float) -> float:
+    if a <= 0.0:
+        raise NoValueError(f"LN of {a:g}, which is not positive")
+    return math.log(a)
+
+
+def _inverse(function: Callable[[float], float], name: str) -> Callable[[float], float]:
+    def degrees(a: float) -> float:
+        if not -1.0 <= a <= 1.0:
+            raise NoValueError(f"{name} of {a:g}, which is outside -1..1")
+        return math.degrees(function(a))
+
+    return degrees
+
+
+BINARY: Final[Mapping[str, tuple[int, Callable[[float, float], float]]]] = {
+    "**": (5, _power),
+    "*": (4, operator.mul),
+    "/": (4, _divide),
+    "MOD": (4, _modulo),
+    "+": (3, operator.add),
+    "-": (3, operator.sub),
+    "EQ": (2, lambda a, b: _truth(a == b)),
+    "NE": (2, lambda a, b: _truth(a != b)),
+    "GT": (2, lambda a, b: _truth(a > b)),
+    "GE": (2, lambda a, b: _truth(a >= b)),
+    "LT": (2, lambda a, b: _truth(a < b)),
+    "LE": (2, lambda a, b: _truth(a <= b)),
+    "AND": (1, lambda a, b: _truth(a != 0.0 and b != 0.0)),
+    "OR": (1, lambda a, b: _truth(a != 0.0 or b != 0.0)),
+    "XOR": (1, lambda a, b: _truth((a != 0.0) != (b != 0.0))),
+}
+
+FUNCTIONS: Final[Mapping[str, Callable[[float], float]]] = {
+    "ABS": abs,
+    "ACOS": _inverse(math.acos, "ACOS"),
+    "ASIN": _inverse(math.asin, "ASIN"),
+    "COS": lambda a: math.cos(math.radians(a)),
+    "EXP": math.exp,
+    "FIX": lambda a: float(math.floor(a)),
+    "FUP": lambda a: float(math.ceil(a)),
+    "LN": _log,
+    "ROUND": lambda a: math.copysign(math.floor(abs(a) + 0.5), a),
+    "SIN": lambda a: math.sin(math.radians(a)),
+    "SQRT": _root,
+    "TAN": lambda a: math.tan(math.radians(a)),
+}
+
+
+def parse_value(text: str, at: int, depth: int = 0) -> tuple[Expression, int]:
+    """Parse one value of `text` from 0-based place `at`; returns it and the place after it.
+
+    Raises
+    ------
+    ExpressionError
+    """
+    at = _skip(text, at)
+    if depth > MAX_DEPTH:
+        raise ExpressionError(f"brackets nested deeper than {MAX_DEPTH}", at)
+    if at >= len(text):
+        raise ExpressionError("the line ends where a value is wanted", at)
+    char = text[at]
+    if found := NUMBER.match(text, at):
+        return Expression("number", float(found[0].replace(" ", "").replace("\t", ""))), found.end()
+    if char in "+-":
+        inner, end = parse_value(text, at + 1, depth + 1)
+        return (Expression("negative", args=(inner,)) if char == "-" else inner), end
+    if char == "[":
+        return _brackets(text, at, depth)
+    if char == "#":
+        name, end = parse_name(text, at, depth)
+        return Expression("parameter", name=name), end
+    if found := WORD.match(text, at):
+        return _function(text, found, depth)
+    raise ExpressionError(f"'{char}' where a value is wanted", at)
+
+
+def parse_name(text: str, at: int, depth: int = 0) -> tuple[Name, int]:
+    """Parse `#<name>` or `#value` from the place of the `#`."""
+    at = _skip(text, at + 1)
+    if text[at : at + 1] == "<":
+        end = text.find(">", at)
+        if end < 0:
+            raise ExpressionError("the parameter name has no closing '>'", at)
+        name = text[at + 1 : end].replace(" ", "").replace("\t", "").lower()
+        if not name or not name.isascii() or set(name) & set("<#[]()"):
+            raise ExpressionError(f"'{text[at : end + 1]}' is not a parameter name", at)
+        return Name(name, None), end + 1
+    number, end = parse_value(text, at, depth + 1)
+    return Name(None, number), end
+
+
+def _skip(text: str, at: int) -> int:
+    found = BLANK.match(text, at)
+    return found.end() if found else at
+
+
+def _brackets(text: str, at: int, depth: int) -> tuple[Expression, int]:
+    """`[ value { operator value } ]`, operators reduced by their step as they come."""
+    if text[at : at + 1] != "[":
+        raise ExpressionError("'[' is wanted here", at)
+    first, at = parse_value(text, at + 1, depth + 1)
+    values, pending = [first], list[str]()
+
+    def reduce(step: int) -> None:
+        while pending and BINARY[pending[-1]][0] >= step:
+            right, left = values.pop(), values.pop()
+            values.append(Expression(pending.pop(), args=(left, right)))
+
+    while True:
+        at = _skip(text, at)
+        if text[at : at + 1] == "]":
+            reduce(0)
+            return values[0], at + 1
+        found = OPERATOR.match(text, at)
+        if found is None:
+            what = f"'{text[at]}'" if at < len(text) else "the end of the line"
+            raise ExpressionError(f"{what} where an operator or ']' is wanted", at)
+        name = found[0].upper()
+        reduce(BINARY[name][0])
+        pending.append(name)
+        value, at = parse_value(text, found.end(), depth + 1)
+        values.append(value)
+
+
+def _function(text: str, found: re.Match[str], depth: int) -> tuple[Expression, int]:
+    name, at = found[0].upper(), _skip(text, found.end())
+    if name == "EXISTS":
+        inside = _skip(text, at + 1)
+        if text[at : at + 1] != "[" or text[inside : inside + 1] != "#":
+            raise ExpressionError("EXISTS wants a parameter in brackets: EXISTS[#<name>]", at)
+        target, end = parse_name(text, inside, depth + 1)
+        end = _skip(text, end)
+        if text[end : end + 1] != "]":
+            raise ExpressionError("EXISTS wants one parameter and then ']'", end)
+        return Expression("exists", name=target), end + 1
+    if name == "ATAN":
+        over, end = _brackets(text, at, depth)
+        end = _skip(text, end)
+        if text[end : end + 1] != "/":
+            raise ExpressionError("ATAN wants two brackets: ATAN[y]/[x]", end)
+        under, end = _brackets(text, _skip(text, end + 1), depth)
+        return Expression("ATAN", args=(over, under)), end
+    if name not in FUNCTIONS:
+        raise ExpressionError(f"'{found[0]}' is not a function", found.start())
+    inner, end = _brackets(text, at, depth)
+    return Expression(name, args=(inner,)), end
+
+
+def evaluate(node: Expression, parameters: Parameters) -> float:
+    """The value of an expression.
+
+    Raises
+    ------
+    NoValueError
+        Undefined parameter, argument outside the domain of a function, result not finite.
+    """
+    try:
+        value = _evaluate(node, parameters)
+    except OverflowError:
+        value = math.inf
+    if not math.isfinite(value):
+        raise NoValueError("the result is not a finite number")
+    return value
+
+
+def _evaluate(node: Expression, parameters: Parameters) -> float:
+    op = node.op
+    if op == "number":
+        return node.number
+    if op in ("parameter", "exists"):
+        assert node.name is not None
+        value, text = _look_up(node.name, parameters)
+        if op == "exists":
+            return _truth(value is not None)
+        if value is None:
+            raise NoValueError(f"parameter {text} has no value")
+        return value
+    args = [_evaluate(arg, parameters) for arg in node.args]
+    if op == "negative":
+        return -args[0]
+    if op == "ATAN":
+        return math.degrees(math.atan2(args[0], args[1]))
+    if op in BINARY:
+        return BINARY[op][1](args[0], args[1])
+    return FUNCTIONS[op](args[0])
+
+
+def parameter_number(node: Expression, parameters: Parameters) -> int:
+    """The whole number that names a parameter."""
+    value = evaluate(node, parameters)
+    number = round(value)
+    if abs(value - number) > WHOLE:
+        raise NoValueError(f"#{value:g}: a parameter number must be whole")
+    if not 1 <= number <= MAX_NUMBER:
+        raise NoValueError(f"#{number}: parameter numbers run from 1 to {MAX_NUMBER}")
+    return number
+
+
+def _look_up(name: Name, parameters: Parameters) -> tuple[float | None, str]:
+    if name.name is not None:
+        return parameters.named(name.name), f"#<{name.name}>"
+    assert name.number is not None
+    number = parameter_number(name.number, parameters)
+    return parameters.numbered(number), f"#{number}"

@@ -1,0 +1,117 @@
+"""What a program becomes: rows of motion, and findings."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import NamedTuple, TypeAlias
+
+from vmachining.errors import NCError
+
+__all__ = ["Finding", "Motion", "Move", "Point", "Program"]
+
+Point: TypeAlias = tuple[float, float, float]
+"""X, Y, Z in mm."""
+
+
+class Motion(StrEnum):
+    """How the tool gets from `start` to `end`."""
+
+    RAPID = "rapid"
+    LINEAR = "linear"
+    ARC_CW = "arc_cw"
+    ARC_CCW = "arc_ccw"
+    DWELL = "dwell"
+
+
+class Move(NamedTuple):
+    """One canonical motion. Lengths mm.
+
+    line : 1-based line of the program. n : its N word.
+    start, end : tool tip in the simulation frame. The path is continuous from move to move, except before an
+    arc in a plane whose tool length was switched just before. A move may have no length (`G0` alone).
+    plane : "xy", "zx" or "yz". center : arcs only, simulation frame, in the axis order of the plane.
+    turns : arcs only (else 0); 1 is up to one full circle, each further turn adds one.
+    feed_mm_min : along the path, inverse time and per-revolution feeds already converted; None: rapid, dwell.
+    tool : number of the tool in the spindle. spindle_rpm : + M3, - M4, 0 stopped.
+    dwell_s : dwells only, else 0.
+    end_machine : machine coordinates, all offsets and the tool length included.
+    end_program : what the active work offset sees (before G5x, G92 and tool length).
+    """
+
+    line: int
+    n: int | None
+    motion: Motion
+    start: Point
+    end: Point
+    plane: str
+    center: tuple[float, float] | None
+    turns: int
+    feed_mm_min: float | None
+    tool: int
+    spindle_rpm: float
+    dwell_s: float
+    end_machine: Point
+    end_program: Point
+
+
+class Finding(NamedTuple):
+    """Something the reader of the program must know.
+
+    line, col : 1-based; col is the first character of `word` in the raw line, 1 for a whole block.
+    length : characters. n : N word of the line. severity : "E" block skipped, "W" warning, "I" information.
+    """
+
+    line: int
+    col: int
+    length: int
+    n: int | None
+    word: str
+    code: str
+    severity: str
+    message: str
+    hint: str
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """A program that was read: its bytes, what it does, and what is wrong with it.
+
+    findings are sorted by line, column and code. ended : M2, M30 or a closing tape mark was reached.
+    """
+
+    name: str
+    data: bytes
+    dialect: str
+    moves: tuple[Move, ...]
+    findings: tuple[Finding, ...]
+    ended: bool
+
+    @property
+    def errors(self) -> tuple[Finding, ...]:
+        """The findings of severity E."""
+        return tuple(finding for finding in self.findings if finding.severity == "E")
+
+    def require_clean(self, *, allow: Collection[str] = ()) -> None:
+        """Refuse a program with errors.
+
+        Parameters
+        ----------
+        allow : codes that do not count, e.g. {"E401"} for a program without M2 or M30.
+
+        Raises
+        ------
+        NCError
+            The first finding of severity E, with file, line and column.
+        """
+        for finding in self.findings:
+            if finding.severity == "E" and finding.code not in allow:
+                raise NCError(
+                    f"{finding.code} {finding.message}",
+                    file=self.name,
+                    line=finding.line,
+                    col=finding.col,
+                    word=finding.word or None,
+                    remedy=finding.hint or None,
+                )

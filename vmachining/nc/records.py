@@ -1,0 +1,63 @@
+"""Moves and findings as plain dictionaries, ready for JSON."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vmachining.nc.arcs import PLANES
+from vmachining.nc.model import Finding, Motion, Move
+
+__all__ = ["finding_record", "move_record"]
+
+_AXES = {plane.name: (plane.first, plane.second) for plane in PLANES.values()}
+
+
+def move_record(move: Move, coordinates: str = "machine") -> dict[str, Any]:
+    """One canonical motion.
+
+    Parameters
+    ----------
+    coordinates : "machine" (all offsets and tool length applied) or "program" (what the active work offset
+        sees). The arc centre is shifted like the end point.
+
+    Raises
+    ------
+    ValueError
+        Other coordinates.
+    """
+    if coordinates not in ("machine", "program"):
+        raise ValueError(f"coordinates '{coordinates}': machine or program is wanted")
+    end = move.end_machine if coordinates == "machine" else move.end_program
+    center = None
+    if move.center is not None:
+        a, b = _AXES[move.plane]
+        center = [move.center[0] + (end[a] - move.end[a]), move.center[1] + (end[b] - move.end[b])]
+    arc = move.motion in (Motion.ARC_CW, Motion.ARC_CCW)
+    return {
+        "line": move.line,
+        "n": move.n,
+        "motion": move.motion.value,
+        "end_mm": list(end),
+        "rotary_deg": {},
+        "plane": move.plane,
+        "center_mm": center,
+        "turns": move.turns if arc else None,
+        "feed_mm_min": move.feed_mm_min,
+        "tool": move.tool,
+        "dwell_s": move.dwell_s if move.motion is Motion.DWELL else None,
+    }
+
+
+def finding_record(finding: Finding) -> dict[str, Any]:
+    """One finding of the tester."""
+    return {
+        "line": finding.line,
+        "col": finding.col,
+        "len": finding.length,
+        "n": finding.n,
+        "word": finding.word,
+        "code": finding.code,
+        "severity": finding.severity,
+        "message": finding.message,
+        "hint": finding.hint,
+    }

@@ -1,0 +1,1 @@
+"""Roots, intervals and quadratures that know nothing of milling."""

@@ -1,0 +1,20 @@
+"""Results for eyes: one HTML file that opens offline and says how far its numbers can be trusted.
+
+1. `figures.py` draws the stock and the path in 3-D and the numbers along the program.
+2. `thin.py` keeps the drawing light: fewer triangles, fewer points, and it says so when it did.
+3. `page.py` gathers key figures, warnings and the honest part and fills the template.
+
+| file | holds |
+|---|---|
+| `figures.py` | plotly figures as JSON |
+| `thin.py` | vertex clustering of a coloured mesh, thinning of long series |
+| `page.py` | `write_report(result, path)` |
+| `page.html.j2`, `page.css`, `page.js` | the page; every value is escaped by jinja2 |
+
+The room reads results and computes nothing new. Known limit: the 3-D view wants WebGL in the browser; all
+numbers are on the page without it.
+"""
+
+from vmachining.report.page import write_report
+
+__all__ = ["write_report"]

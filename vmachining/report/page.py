@@ -1,0 +1,338 @@
+"""Key figures, tables and the honest part: what the template shows, made of a result."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Iterator
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import numpy as np
+import polars as pl
+from plotly.offline import get_plotlyjs
+
+from vmachining.geometry import Line
+from vmachining.job import RunResult, ScheduleReport, move_path
+from vmachining.job.files import versions, write_atomic
+from vmachining.nc import Motion
+from vmachining.report.figures import PathPiece, along_program, stock_view
+from vmachining.report.thin import MAX_POINTS, ThinMesh, thin_mesh
+
+__all__ = ["write_report"]
+
+MAX_ROWS = 500
+"""Rows of one table on the page; the CSV has them all."""
+MAX_PATH_POINTS = 200_000
+
+
+def write_report(result: RunResult, path: Path) -> None:
+    """Write the page of a result to `path`, whole or not at all."""
+    blocks = result.blocks
+    surface = result.surface
+    mesh = thin_mesh(surface.vertices, surface.triangles, surface.block)
+    pieces, stride = _path_pieces(result, blocks)
+    stock = stock_view(mesh, pieces)
+    schedule = result.schedule
+    plots = along_program(blocks, schedule.after_rate if schedule else None)
+    payload = (
+        '{"stock":' + str(stock.to_json()) + ',"plots":' + str(plots.to_json()) + ',"cut_trace":1,'
+        f'"face_block":{json.dumps(_packed(mesh.block[mesh.block >= 0].astype("<i4")))},'
+        f'"block_rate":{json.dumps(_packed(_block_rates(blocks)))}}}'
+    )
+    warned = blocks.filter(pl.col("warning").is_not_null())
+    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
+    room = files("vmachining.report")
+    template = environment.from_string((room / "page.html.j2").read_text(encoding="utf-8"))
+    page = template.render(
+        name=result.job.name,
+        subtitle=_subtitle(result),
+        css=_trusted((room / "page.css").read_text(encoding="utf-8")),
+        js=_trusted((room / "page.js").read_text(encoding="utf-8")),
+        plotly=_trusted(get_plotlyjs()),
+        figures=_trusted(_json_in_html(payload)),
+        chips=_chips(result, blocks),
+        cards=_cards(result, blocks),
+        view_note=_view_note(len(surface.triangles), mesh, stride),
+        plot_note=_plot_note(len(blocks)),
+        schedule=_schedule(result, schedule, blocks) if schedule else None,
+        warnings=list(warned.select("block", "line", "text", "warning").head(MAX_ROWS).iter_rows()),
+        more_warnings=f"{len(warned) - MAX_ROWS} more in blocks.csv." if len(warned) > MAX_ROWS else "",
+        known=_known(result),
+        unknown=_unknown(result),
+        widest=_widest(blocks),
+        colophon=_colophon(result),
+    )
+    write_atomic(path, page)
+
+
+def _trusted(text: str) -> Any:
+    """Our own code and plotly's, exempt from escaping; foreign text never goes through here unescaped."""
+    import markupsafe
+
+    return markupsafe.Markup(text)
+
+
+def _json_in_html(text: str) -> str:
+    """JSON inside a script element: no character that could end the element survives."""
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _packed(array: np.ndarray[Any, Any]) -> str:
+    return base64.b64encode(array.tobytes()).decode("ascii")
+
+
+def _block_rates(blocks: pl.DataFrame) -> np.ndarray[Any, Any]:
+    """Volume rate by block number, as the page looks it up; 0 where there is none."""
+    return np.asarray(blocks["mrr_mm3_min"].fill_null(0.0).to_numpy(), dtype="<f4")
+
+
+def _path_pieces(result: RunResult, blocks: pl.DataFrame) -> tuple[list[PathPiece], int]:
+    """Polylines of the path and the stride that kept their number of points drawable."""
+    moves = [m for m in result.program.moves if m.motion is not Motion.DWELL]
+    hits = set(
+        blocks.filter(pl.col("warning").str.contains("rapid", literal=True).fill_null(False))[
+            "line"
+        ].to_list()
+    )
+    stride = max(1, len(moves) * 3 // MAX_PATH_POINTS)
+
+    def pieces() -> Iterator[PathPiece]:
+        kind, points = "", [np.empty((0, 3))]
+        for move in moves[::stride] if stride > 1 else moves:
+            rapid = move.motion is Motion.RAPID
+            now = ("hit" if move.line in hits else "rapid") if rapid else "feed"
+            if now != kind or stride > 1:
+                if kind:
+                    yield kind, np.concatenate(points)
+                kind, points = now, [np.array([move.start])]
+            path = move_path(move)
+            steps = 1 if isinstance(path, Line) else max(2, int(np.ceil(abs(path.angle) / 0.1)))
+            points.append(path.position(np.linspace(0, 1, steps + 1)[1:]))
+        if kind:
+            yield kind, np.concatenate(points)
+
+    return list(pieces()), stride
+
+
+def _number(value: float | None, digits: int = 6) -> str:
+    """A number for reading: thousands apart, no more digits than mean something."""
+    if value is None:
+        return "–"
+    text = f"{value:,.{digits}g}" if abs(value) < 10**digits else f"{value:,.0f}"
+    if "e" in text and abs(value) >= 1e-6:
+        text = f"{value:,.8f}".rstrip("0").rstrip(".")
+    return text.replace(",", "\u202f")
+
+
+def _time(seconds: float | None) -> tuple[str, str]:
+    """Value and unit."""
+    if seconds is None:
+        return "–", ""
+    if seconds < 120:
+        return f"{seconds:.2f}", "s"
+    if seconds < 7200:
+        return f"{int(seconds // 60)}:{seconds % 60:04.1f}", "min"
+    return f"{int(seconds // 3600)}:{int(seconds % 3600 // 60):02d}:{seconds % 60:02.0f}", "h"
+
+
+def _percent(before: float, after: float) -> str:
+    return f"{100 * (after - before) / before:+.1f} %" if before > 0 else "–"
+
+
+def _plural(count: int, word: str) -> str:
+    return f"{count:,} {word}{'' if count == 1 else 's'}".replace(",", "\u202f")
+
+
+def _subtitle(result: RunResult) -> str:
+    keys = result.job.keys
+    kind = next(name for name in ("box", "cylinder", "step", "stl") if getattr(keys.stock, name) is not None)
+    stock = {"box": "a box", "cylinder": "a cylinder", "step": keys.stock.step, "stl": keys.stock.stl}[kind]
+    return (
+        f"{keys.program.file} · {_plural(len(result.job.tools), 'tool')} · stock: {stock} · all lengths in mm"
+    )
+
+
+def _chips(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
+    summary = result.summary
+    chips = [{"kind": "ok", "text": f"complete: {_plural(summary['blocks'], 'block')}"}]
+    count = summary["warnings"]
+    chips.append(
+        {"kind": "warn", "text": _plural(count, "warning")}
+        if count
+        else {"kind": "ok", "text": "no warnings"}
+    )
+    chips.append({"kind": "", "text": f"mesh engine, chord {result.job.keys.accuracy.chord_mm:g} mm"})
+    if result.schedule:
+        chips.append({"kind": "ok", "text": "schedule simulated again"})
+    chips.append({"kind": "", "text": "not certified by a second engine"})
+    return chips
+
+
+def _cards(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
+    s = result.summary
+    half = (s["removed_hi_mm3"] - s["removed_lo_mm3"]) / 2
+    relative = 100 * half / s["removed_mm3"] if s["removed_mm3"] > 0 else 0.0
+    cutting = int((blocks["removed_mm3"] > 0).sum())
+    value, unit = _time(s["time_s"])
+    cards = [
+        {
+            "title": "Removed volume",
+            "value": _number(s["removed_mm3"]),
+            "unit": "mm³",
+            "note": f"{_number(s['removed_lo_mm3'])} … {_number(s['removed_hi_mm3'])} "
+            f"(±{relative:.2g}\u00a0%)",
+        },
+        {
+            "title": "Final stock",
+            "value": _number(s["final_mm3"]),
+            "unit": "mm³",
+            "note": f"of {_number(s['stock_mm3'])} mm³ at the start",
+        },
+        {
+            "title": "Machining time",
+            "value": value,
+            "unit": unit,
+            "note": "with the acceleration limit"
+            if result.job.keys.machine.max_acceleration_mm_s2
+            else "ideal: no acceleration limit given",
+        },
+    ]
+    if s["scheduled_time_s"] is not None:
+        value, unit = _time(s["scheduled_time_s"])
+        cards.append(
+            {
+                "title": "Scheduled time",
+                "value": value,
+                "unit": unit,
+                "note": f"{_percent(s['time_s'], s['scheduled_time_s'])}, read back and simulated",
+            }
+        )
+    cards.append(
+        {"title": "Blocks", "value": _number(s["blocks"]), "unit": "",
+         "note": f"{_number(cutting)} cut, {_number(s['blocks'] - cutting)} do not touch the stock"}
+    )  # fmt: skip
+    cards.append(
+        {
+            "title": "Computed in",
+            "value": f"{s['seconds']:.3g}",
+            "unit": "s",
+            "note": f"peak memory {s['peak_mb']:.0f} MB",
+        }
+    )
+    return cards
+
+
+def _view_note(triangles: int, mesh: ThinMesh, stride: int) -> str:
+    note = f"{_number(triangles)} triangles; grey is uncut stock."
+    if mesh.cell:
+        note = (
+            f"Drawn with {_number(len(mesh.triangles))} of {_number(triangles)} triangles (vertices merged "
+            f"within {mesh.cell:.3g} mm, for the picture only); grey is uncut stock."
+        )
+    if stride > 1:
+        note += f" Of the tool path every {stride}th motion is drawn."
+    return note + " Drag to turn, wheel to zoom, click a legend entry to hide it."
+
+
+def _plot_note(count: int) -> str:
+    thinned = (
+        f" Thinned to about {MAX_POINTS:,} of {count:,} blocks, extremes kept." if count > MAX_POINTS else ""
+    )
+    return "One step per NC block; point at it to see the line of the program." + thinned
+
+
+def _schedule(result: RunResult, schedule: ScheduleReport, blocks: pl.DataFrame) -> dict[str, Any]:
+    s = result.summary
+    before = blocks["mrr_mm3_min"].fill_null(0.0).to_numpy()
+    after = np.nan_to_num(schedule.after_rate)
+    rows = [
+        (
+            "Machining time",
+            "{} {}".format(*_time(s["time_s"])),
+            "{} {}".format(*_time(s["scheduled_time_s"])),
+            _percent(s["time_s"], s["scheduled_time_s"]),
+        ),
+        (
+            "Largest volume rate of a block",
+            f"{_number(before.max())} mm³/min",
+            f"{_number(after.max())} mm³/min",
+            _percent(before.max(), after.max()),
+        ),
+        (
+            "Blocks that move",
+            _number(s["blocks"]),
+            _number(schedule.blocks),
+            f"{schedule.blocks - s['blocks']:+d}",
+        ),
+        (
+            "Removed volume",
+            f"{_number(s['removed_mm3'], 8)} mm³",
+            f"{_number(schedule.removed_mm3, 8)} mm³",
+            f"{schedule.removed_mm3 - s['removed_mm3']:+.2g} mm³",
+        ),
+    ]
+    limited = [
+        (index, line, text, schedule.limits[index], _number(feed))
+        for index, line, text, feed in blocks.select(
+            "block", "line", "text", "scheduled_feed_mm_min"
+        ).iter_rows()
+        if schedule.limits.get(index)
+    ]
+    tally = [{"count": count, "name": name} for name, count in sorted(schedule.tally.items())]
+    return {
+        "text": schedule.text,
+        "rows": rows,
+        "limits": tally,
+        "limited": limited[:MAX_ROWS],
+        "more": f"{len(limited) - MAX_ROWS} more in blocks.csv." if len(limited) > MAX_ROWS else "",
+    }
+
+
+def _known(result: RunResult) -> list[str]:
+    s = result.summary
+    width = s["removed_hi_mm3"] - s["removed_lo_mm3"]
+    share = f", {100 * width / s['removed_mm3']:.2g} % of it" if s["removed_mm3"] > 0 else ""
+    balance = s["stock_mm3"] - s["final_mm3"] - s["removed_mm3"]
+    return [
+        f"Removed volume: {_number(s['removed_lo_mm3'], 8)} to {_number(s['removed_hi_mm3'], 8)} mm³. "
+        f"The bracket is {_number(width, 3)} mm³ wide{share}.",
+        f"The bracket follows from facets that stay within the chord asked for, "
+        f"{result.job.keys.accuracy.chord_mm:g} mm, of the exact swept surface.",
+        f"Balance: stock before minus stock after minus the sum of all blocks is {balance:.2g} mm³.",
+        "A block that does not reach the stock removes exactly 0.",
+    ]
+
+
+def _unknown(result: RunResult) -> list[str]:
+    lines = [
+        "No second engine (B-rep) has checked these volumes: "
+        "columns removed_brep_mm3 and brep_status are empty.",
+        "Engagement, chips, forces and power are not computed: their columns are empty.",
+        "Rapids and the shank and holder are checked for contact with the stock, they do not cut it. "
+        "A contact thinner than the chord is not reported.",
+        "Tool, machine and stock are rigid; the tool turns without run-out.",
+    ]
+    if result.job.keys.machine.max_acceleration_mm_s2 is None:
+        lines.append("Times are length over feed: no acceleration limit was given.")
+    if result.job.keys.machine.rapid_mm_min is None:
+        lines.append("Rapids take no time: no rapid speed was given.")
+    return lines
+
+
+def _widest(blocks: pl.DataFrame) -> list[tuple[Any, ...]]:
+    width = pl.col("removed_hi_mm3") - pl.col("removed_lo_mm3")
+    rows = blocks.with_columns(width.alias("width")).filter(pl.col("width") > 0).top_k(5, by="width")
+    names = ("block", "line", "text", "removed_mm3", "removed_lo_mm3", "removed_hi_mm3", "width")
+    rows = rows.sort("width", descending=True)
+    return [(*row[:3], *(_number(v, 5) for v in row[3:])) for row in rows.select(names).iter_rows()]
+
+
+def _colophon(result: RunResult) -> list[tuple[str, str]]:
+    lines = [
+        (role, f"{Path(entry['file']).name}  sha256 {entry['sha256'][:16]}…")
+        for role, entry in result.inputs.items()
+    ]
+    return [*lines, ("made with", ", ".join(f"{name} {version}" for name, version in versions().items()))]

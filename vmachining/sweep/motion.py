@@ -1,0 +1,298 @@
+"""`Sweep`: a cutter and the path of one block, and what can be asked of the space it sweeps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vmachining.arrays import Bools, Floats, Ints, rows
+from vmachining.errors import SweepError
+from vmachining.geometry import Arc, Line, Path
+from vmachining.sweep import _kernels
+from vmachining.sweep.volume import swept_volume
+from vmachining.tool import Cutter, Profile, convex_cover
+
+__all__ = ["Pose", "RayIntervals", "Sweep"]
+
+ULPS = 16
+"""Rounding of a distance in ulp of the extent of the sweep: a dozen operations on its coordinates."""
+
+PART_RAD = np.pi / 6
+"""First division of an arc; its sagitta is then 3.4 % of the radius, and halving cuts it by four."""
+
+CHUNK = 16384
+"""Rays worked on at once; bounds the memory of the interval buffers."""
+
+
+class Pose(NamedTuple):
+    """Tool tip `cl` (3,) mm and tool axis (3,), from tip to spindle, of any length."""
+
+    cl: ArrayLike
+    axis: ArrayLike = (0.0, 0.0, 1.0)
+
+
+class RayIntervals(NamedTuple):
+    """Where rays are inside a sweep: intervals of ray i follow those of ray i - 1, in rising order.
+
+    counts : (n,) intervals per ray. enter, leave : (sum of counts,) mm along the unit direction, from the
+    origin; negative values lie behind it.
+    """
+
+    counts: Ints
+    enter: Floats
+    leave: Floats
+
+    @property
+    def lengths(self) -> Floats:
+        """(n,) mm of every ray inside the sweep."""
+        ray = np.repeat(np.arange(len(self.counts)), self.counts)
+        total = np.zeros(len(self.counts))
+        np.add.at(total, ray, self.leave - self.enter)
+        return total
+
+
+Body: TypeAlias = Cutter | Profile
+Place: TypeAlias = ArrayLike | Pose
+
+
+@dataclass(frozen=True, slots=True, eq=False, init=False)
+class Sweep:
+    """All points that a cutter touches while its tip follows a path; the tool axis stays +z.
+
+    Sweep(tool, start, end) is a straight motion between two tips (3,) mm or two `Pose`; `Sweep.along` takes
+    a `Line` or an `Arc` (circle or helix about x, y or z). `tool` is a cutter, of which the whole body up to
+    its length sweeps, or a `Profile`.
+
+    Raises
+    ------
+    SweepError
+        A tip or axis that is not finite or has the wrong shape; an axis other than +z.
+    """
+
+    profile: Profile
+    path: Path
+    _packed: _Packed = field(repr=False)
+
+    def __init__(self, tool: Body, start: Place, end: Place) -> None:
+        self._fill(tool, Line(_tip(start, "start"), _tip(end, "end")))
+
+    @classmethod
+    def along(cls, tool: Body, path: Path) -> Sweep:
+        """Sweep of a cutter whose tip follows a line, an arc or a helix."""
+        if not isinstance(path, (Line, Arc)):
+            raise SweepError(f"path must be a Line or an Arc, got {type(path).__name__}")
+        self = object.__new__(cls)
+        self._fill(tool, path)
+        return self
+
+    def _fill(self, tool: Body, path: Path) -> None:
+        profile = tool.profile if isinstance(tool, Cutter) else tool
+        if not isinstance(profile, Profile):
+            raise SweepError(f"tool must be a cutter or a Profile, got {type(tool).__name__}")
+        object.__setattr__(self, "profile", profile)
+        object.__setattr__(self, "path", path)
+        object.__setattr__(self, "_packed", _pack(convex_cover(profile), path))
+
+    @property
+    def bounds(self) -> Floats:
+        """(2, 3) mm: the tight box."""
+        r = self.profile.max_radius
+        grow = np.array([[-r, -r, self.profile.z_min], [r, r, self.profile.z_max]])
+        return np.asarray(self.path.bounds + grow)
+
+    @property
+    def volume(self) -> float | None:
+        """mm^3 in closed form (or by one smooth quadrature); None where none is known, see `swept_volume`."""
+        return swept_volume(self.profile, self.path)
+
+    def split(self, fractions: Sequence[float]) -> list[Sweep]:
+        """Sweeps of the pieces between consecutive fractions of the path, rising in (0, 1).
+
+        Raises
+        ------
+        SweepError
+            Fractions that do not rise between 0 and 1.
+        """
+        ends = [0.0, *fractions, 1.0]
+        if not np.isfinite(ends).all() or (np.diff(ends) < 0).any():
+            raise SweepError(f"fractions must rise from 0 to 1, got {list(fractions)}")
+        return [Sweep.along(self.profile, piece) for piece in self.path.split(fractions)]
+
+    def signed_distance(self, points: ArrayLike) -> Floats:
+        """Distance of points to the sweep, negative inside.
+
+        Parameters
+        ----------
+        points : (n, 3) float
+            mm.
+
+        Returns
+        -------
+        (n,) float
+            mm. Outside it is the distance. Inside, its absolute value is the largest depth below the surface
+            of the body (or of a convex piece of it) over all poses, which never exceeds the depth below the
+            surface of the sweep. It is 1-Lipschitz and zero exactly on the boundary.
+
+        Raises
+        ------
+        SweepError
+            Points of a wrong shape or not finite.
+        """
+        where = _points(points, "points") - self.path.start
+        p = self._packed
+        out = np.empty(len(where))
+        _kernels.distances(p.seg, p.first, p.path, p.flat, p.parts, where, p.tol, out)
+        return out
+
+    def contains(self, points: ArrayLike, *, slack: float = 0.0) -> Bools:
+        """(n,) bool: whether points lie in the sweep, or within `slack` mm of it."""
+        return np.asarray(self.signed_distance(points) <= slack)
+
+    def ray_intervals(self, origins: ArrayLike, directions: ArrayLike) -> RayIntervals:
+        """Where whole lines are inside the sweep.
+
+        Parameters
+        ----------
+        origins, directions : (n, 3) float
+            mm; one direction (3,) serves all origins. Directions are normalised.
+
+        Returns
+        -------
+        RayIntervals
+            Disjoint, rising; both ends to about 1e-11 mm where the ray crosses the surface, less where it
+            grazes it (the square root of that in the worst case).
+
+        Raises
+        ------
+        SweepError
+            Wrong shapes, values that are not finite, a direction of length zero.
+
+        Notes
+        -----
+        Straight motions: one interval per convex piece, by Newton's method on a convex function, nothing can
+        be missed. Arcs and helices: chords grown by their sagitta contain the motion and are split until they
+        add less than 1e-11 mm; a chord or a gap that is less than 1e-11 mm deep at a tangent point, that is
+        shorter than sqrt(8e-11 r) (0.03 micrometre for r = 12 mm), may be bridged or missed.
+        """
+        where = _points(origins, "origins")
+        heading = _points(directions, "directions", single=True)
+        if len(heading) == 1:
+            heading = np.broadcast_to(heading, where.shape)
+        if heading.shape != where.shape:
+            raise SweepError(f"directions: want one or {len(where)} rows, got {len(heading)}")
+        size = np.linalg.norm(heading, axis=1)
+        if not (size > 0).all():
+            raise SweepError(f"directions: row {int(np.argmin(size))} has length zero")
+        unit = heading / size[:, None]
+        unit = np.where(np.abs(unit) < 1e-300, 0.0, unit)
+        found = [
+            self._rays(where[k : k + CHUNK] - self.path.start, unit[k : k + CHUNK])
+            for k in range(0, len(where), CHUNK)
+        ] or [RayIntervals(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0))]
+        return RayIntervals(*(np.concatenate(column) for column in zip(*found, strict=True)))
+
+    def _rays(self, origins: Floats, directions: Floats) -> RayIntervals:
+        p = self._packed
+        capacity = 4 + 2 * len(p.size) * (1 + p.parts // 6)
+        while True:
+            lo, hi = np.full((2, len(origins), capacity), np.nan)
+            counts = np.zeros(len(origins), dtype=np.int64)
+            _kernels.rays(
+                p.seg, p.first, p.size, p.path, p.flat, p.parts, origins, directions, p.tol, counts, lo, hi
+            )
+            if (counts >= 0).all():
+                break
+            capacity *= 4
+        kept = (np.arange(capacity) < counts[:, None]) & (hi - lo > _kernels.MERGE)
+        return RayIntervals(kept.sum(axis=1), lo[kept], hi[kept])
+
+
+class _Packed(NamedTuple):
+    """A sweep as the kernels want it, see the legend of `_kernels.py`."""
+
+    seg: Floats
+    first: Ints
+    size: Floats
+    path: Floats
+    flat: bool
+    parts: int
+    tol: float
+
+
+def _pack(pieces: Sequence[Profile], path: Path) -> _Packed:
+    """Rows of the kernels. A straight motion along the axis becomes a body at rest."""
+    travel = path.end - path.start
+    still = isinstance(path, Line) or path.angle == 0.0 or path.radius == 0.0
+    if still and not travel[:2].any():
+        pieces, travel = [piece.extruded(float(travel[2])) for piece in pieces], np.zeros(3)
+    seg = [_rows(piece) for piece in pieces]
+    first = np.cumsum([0, *(len(s) for s in seg)])
+    size = np.array([(p.max_radius, p.z_min, p.z_max) for p in pieces])
+    row = np.zeros(10)
+    flat, parts = True, 1
+    if still:
+        row[6:9] = travel
+    else:
+        assert isinstance(path, Arc)
+        arm = path.start - path.center
+        axis = np.eye(3)[path.axis]
+        row[0:3], row[3:6], row[6:9], row[9] = arm, np.cross(axis, arm), path.rise * axis, path.angle
+        flat = path.axis == 2
+        parts = max(1, int(np.ceil(abs(path.angle) / PART_RAD)))
+    low, high = path.bounds - path.start
+    extent = float(max(np.abs([low, high]).max(), np.abs(size).max()))
+    tol = max(ULPS * float(np.finfo(float).eps) * extent, 1e-14)
+    return _Packed(np.concatenate(seg), first, size, row, flat, parts, tol)
+
+
+def _rows(piece: Profile) -> Floats:
+    """(k, 10) segments of one convex meridian, with its discs."""
+    out = []
+    r, z = piece.points[0]
+    if r > 0:
+        out.append((0.0, z, r, z, 0.0, 0.0, 0.0, 0.0, -1.0, r))
+    for s in piece.segments:
+        middle = 0.5 * sum(s.beta)
+        length = float(np.hypot(s.r1 - s.r0, s.z1 - s.z0))
+        center = (s.cr, s.cz) if s.is_arc else (0.0, 0.0)
+        out.append((*s[:4], *center, s.radius, float(np.cos(middle)), float(np.sin(middle)), length))
+    r, z = piece.points[-1]
+    if r > 0:
+        out.append((r, z, 0.0, z, 0.0, 0.0, 0.0, 0.0, 1.0, r))
+    return np.array(out, dtype=np.float64)
+
+
+def _tip(place: Place, name: str) -> Floats:
+    """Checked tool tip of a point or pose."""
+    axis: ArrayLike = (0.0, 0.0, 1.0)
+    if isinstance(place, Pose):
+        place, axis = place
+    try:
+        tip, direction = rows(place, 3, name=f"{name} tip"), rows(axis, 3, name=f"{name} axis")
+    except (ValueError, TypeError) as exc:
+        raise SweepError(f"{name} pose: {exc}", remedy="want three finite numbers, mm") from exc
+    length = float(np.linalg.norm(direction))
+    if length == 0.0:
+        raise SweepError(f"{name} axis has length zero")
+    if np.abs(direction / length - [0.0, 0.0, 1.0]).max() > 1e-12:
+        i, j, k = direction / length
+        raise SweepError(
+            f"{name} axis ({i:g}, {j:g}, {k:g}) is not +z: "
+            "five-axis sweeps are not supported in this version",
+            remedy="use axis (0, 0, 1)",
+        )
+    return tip
+
+
+def _points(values: ArrayLike, name: str, *, single: bool = False) -> Floats:
+    """Checked (n, 3) array; one row (3,) is welcome where `single`."""
+    try:
+        return rows(
+            np.atleast_2d(np.asarray(values, dtype=np.float64)) if single else values, -1, 3, name=name
+        )
+    except (ValueError, TypeError) as exc:
+        raise SweepError(f"{name}: {str(exc).removeprefix(f'{name}: ')}") from exc

@@ -1,0 +1,22 @@
+"""Every tolerance of the package: its name, its value and where it comes from."""
+
+from __future__ import annotations
+
+from typing import Final
+
+__all__ = ["ANGLE_EPS", "ARC_RADIUS_MM", "CHORD_MM", "LENGTH_EPS_MM", "VOLUME_REL"]
+
+CHORD_MM: Final = 0.01
+"""Default distance asked for between the inner and the outer sweep; the usual CAM chordal tolerance."""
+
+LENGTH_EPS_MM: Final = 1e-9
+"""Two points closer than this are one: a thousandth of the finest machine increment (1 nm)."""
+
+ANGLE_EPS: Final = 1e-12
+"""Directions whose cosine differs by less are one: some ulp of a unit vector."""
+
+ARC_RADIUS_MM: Final = 0.01
+"""Largest difference between the start and the end radius of a programmed arc (controls use 0.005 to 0.05)."""
+
+VOLUME_REL: Final = 1e-12
+"""Relative noise of a mesh volume: about n_tri ulp in the sum of signed tetrahedra."""

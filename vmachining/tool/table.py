@@ -1,0 +1,178 @@
+"""`[[tools]]` of a job file -> cutter, with errors that name the key."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
+from typing import Any
+
+from vmachining.errors import ToolError
+from vmachining.tool.apt import AptTool
+from vmachining.tool.cutters import BallNose, BullNose, Cutter, FlatEnd, ProfileTool, Taper
+
+__all__ = ["tool_from_mapping"]
+
+COMMON = (
+    "number",
+    "name",
+    "type",
+    "length_mm",
+    "flute_length_mm",
+    "flutes",
+    "helix_deg",
+    "shank_diameter_mm",
+    "holder",
+)
+OWN = {
+    "flat": ("diameter_mm",),
+    "ball": ("diameter_mm",),
+    "bull": ("diameter_mm", "corner_radius_mm"),
+    "taper": ("diameter_mm", "taper_deg", "corner_radius_mm"),
+    "apt": ("apt",),
+    "profile": ("profile",),
+}
+APT_LENGTHS = ("d", "r", "e", "f", "h")
+APT_ANGLES = ("alpha_deg", "beta_deg")
+
+
+def tool_from_mapping(mapping: Mapping[str, Any], *, scale: float = 1.0) -> Cutter:
+    """Cutter from one `[[tools]]` table.
+
+    Parameters
+    ----------
+    mapping : keys `type`, `number`, `name`, `diameter_mm`, `corner_radius_mm`, `length_mm`, ...
+    scale : factor on every length, 25.4 where the numbers of the table are inches.
+
+    Raises
+    ------
+    ToolError
+        A key that is missing, unknown or of the wrong type, or sizes that make no body. The message names
+        the tool's number and the key.
+    """
+    label = f"tool {mapping['number']}" if "number" in mapping else "tool"
+    kind = mapping.get("type")
+    if kind not in OWN:
+        came = f"type {kind!r} is unknown" if kind is not None else "type is missing"
+        raise ToolError(f"{label}: {came}", word="type", remedy=f"one of {', '.join(OWN)}")
+    allowed = (*COMMON, *OWN[kind])
+    for key in mapping:
+        if key not in allowed:
+            near = get_close_matches(str(key), allowed, n=1)
+            elsewhere = any(key in keys for keys in OWN.values())
+            hint = (
+                f"did you mean {near[0]}"
+                if near and not elsewhere
+                else f"type {kind!r} takes {', '.join(allowed)}"
+            )
+            raise ToolError(
+                f"{label}: key {key} does not belong to type {kind!r}", word=str(key), remedy=hint
+            )
+    read = _Reader(mapping, label, scale)
+    common: dict[str, Any] = {
+        "flute_length": read.length("flute_length_mm", None),
+        "shank_diameter": read.length("shank_diameter_mm", None),
+        "holder": read.meridian("holder", required=False),
+        "flutes": read.whole("flutes"),
+        "helix_deg": read.number("helix_deg", None),
+        "name": str(mapping.get("name", "")),
+    }
+    try:
+        return _build(kind, read, common)
+    except ToolError as exc:
+        if exc.message.startswith(label):
+            raise
+        raise ToolError(f"{label}: {exc.message}", word=_key(exc.word, allowed), remedy=exc.remedy) from exc
+
+
+def _build(kind: str, read: _Reader, common: dict[str, Any]) -> Cutter:
+    if kind == "apt":
+        common |= read.apt()
+        return AptTool(length=read.length("length_mm", 0.0) or 0.0, **common)
+    if kind == "profile":
+        return ProfileTool(
+            points=read.meridian("profile"), length=read.length("length_mm", 0.0) or 0.0, **common
+        )
+    common["length"] = read.length("length_mm")
+    diameter = read.length("diameter_mm")
+    assert diameter is not None
+    if kind == "flat":
+        return FlatEnd(diameter=diameter, **common)
+    if kind == "ball":
+        return BallNose(diameter=diameter, **common)
+    if kind == "bull":
+        return BullNose(diameter=diameter, corner_radius=read.length("corner_radius_mm") or 0.0, **common)
+    corner = read.length("corner_radius_mm", 0.0) or 0.0
+    return Taper(diameter=diameter, taper_deg=read.number("taper_deg") or 0.0, corner_radius=corner, **common)
+
+
+def _key(word: str | None, allowed: Sequence[str]) -> str | None:
+    """The table's key for a field of a cutter."""
+    return next((key for key in allowed if word and key in (word, f"{word}_mm")), word)
+
+
+_MISSING: Any = object()
+
+
+class _Reader:
+    """Typed access to one table."""
+
+    def __init__(self, mapping: Mapping[str, Any], label: str, scale: float) -> None:
+        self.mapping, self.label, self.scale = mapping, label, scale
+
+    def number(self, key: str, default: Any = _MISSING) -> float | None:
+        value = self.mapping.get(key, default)
+        if value is _MISSING:
+            raise ToolError(f"{self.label}: {key} is missing", word=key, remedy=f"add {key} = ...")
+        if value is None or value is default:
+            return None if value is None else float(value)
+        return self._float(key, value)
+
+    def length(self, key: str, default: Any = _MISSING) -> float | None:
+        value = self.number(key, default)
+        return None if value is None else value * self.scale
+
+    def whole(self, key: str) -> int | None:
+        value = self.mapping.get(key)
+        if value is None:
+            return None
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise ToolError(f"{self.label}: {key} {value!r} is not a whole number", word=key)
+        return value
+
+    def meridian(self, key: str, *, required: bool = True) -> tuple[tuple[float, float], ...]:
+        rows = self.mapping.get(key)
+        if rows is None and not required:
+            return ()
+        if not isinstance(rows, (list, tuple)) or not all(
+            isinstance(r, (list, tuple)) and len(r) == 2 for r in rows
+        ):
+            raise ToolError(
+                f"{self.label}: {key} must be rows [r_mm, z_mm]", word=key, remedy="from the tip up"
+            )
+        return tuple((self._float(key, r) * self.scale, self._float(key, z) * self.scale) for r, z in rows)
+
+    def apt(self) -> dict[str, float]:
+        table = self.mapping.get("apt")
+        wanted = (*APT_LENGTHS, *APT_ANGLES)
+        if not isinstance(table, Mapping):
+            raise ToolError(
+                f"{self.label}: apt is missing",
+                word="apt",
+                remedy=f"add apt = {{ {' = .., '.join(wanted)} = .. }}",
+            )
+        for key in table:
+            if key not in wanted:
+                raise ToolError(
+                    f"{self.label}: apt has no parameter {key}", word=str(key), remedy=", ".join(wanted)
+                )
+        for key in wanted:
+            if key not in table:
+                raise ToolError(
+                    f"{self.label}: apt: {key} is missing", word=key, remedy=f"it needs {', '.join(wanted)}"
+                )
+        return {k: self._float(k, table[k]) * (self.scale if k in APT_LENGTHS else 1.0) for k in wanted}
+
+    def _float(self, key: str, value: Any) -> float:
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise ToolError(f"{self.label}: {key} {value!r} is not a number", word=key)
+        return float(value)
