@@ -86,9 +86,9 @@ def test_written_files_agree(tiny, tmp_path):
     assert json.loads((folder / "summary.json").read_text()) == tiny.summary
     import trimesh
 
-    assert trimesh.load_mesh(folder / "stock.stl").volume == pytest.approx(
-        tiny.summary["final_mm3"], rel=1e-5
-    )
+    part = trimesh.load_mesh(folder / "stock.stl")
+    lo, hi = tiny.summary["final_lo_mm3"], tiny.summary["final_hi_mm3"]
+    assert part.is_watertight and lo - 1e-3 <= part.volume <= hi + 1e-3
     assert (folder / "stock.3mf").read_bytes()[:2] == b"PK"
 
 
@@ -176,8 +176,8 @@ def test_stock_from_files_and_a_cylinder(tmp_path):
         rows, result = one(tmp_path, PROGRAM, swap={old: new})
         wide = SLOT_MM3 if number == 0 else 4 * 18 + 4 * math.pi  # the bar is wider than the path is long
         assert rows[7]["removed_lo_mm3"] <= wide <= rows[7]["removed_hi_mm3"]
-        assert result.summary["warnings"] == (0 if number == 0 else result.summary["warnings"])
-    assert result.summary["stock_mm3"] == pytest.approx(1600 * math.pi, rel=1e-6)
+    assert result.stock.stock_volume.holds(1600 * math.pi)
+    assert result.stock.stock_volume.width < 1e-2 * 1600 * math.pi
 
 
 REFUSED = {

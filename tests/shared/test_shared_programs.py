@@ -2,8 +2,8 @@
 
 The programs belong to the LinuxCNC project and are read where they lie. What is known about their result:
 
-- `cds.ngc` mills a round boss of radius 1.5 in, then a diamond |x| + |y| <= 1.5 in on it, then ramps. Its first
-  rows and both bosses have closed forms, because every row overlaps the next.
+- `cds.ngc` mills a round boss of radius 1.5 in, then a diamond |x| + |y| <= 1.5 in on it, then ramps. Its
+  first rows and both bosses have closed forms, because every row overlaps the next.
 - `3D_Chips.ngc` is checked against a height map that shares only the list of moves with the engine.
 """
 
@@ -71,7 +71,8 @@ def test_cds_closed_forms(cds: vm.RunResult, last: str, inch3: float, slack: flo
     noise = 1e-9 * cds.summary["stock_mm3"]
     assert lo - slack * INCH3 - noise <= inch3 * INCH3 <= hi + slack * INCH3 + noise
     # the estimate is far better than the sum of the brackets
-    assert float(rows["removed_mm3"].sum()) == pytest.approx(inch3 * INCH3, rel=1e-4, abs=slack * INCH3)
+    error = abs(float(rows["removed_mm3"].sum()) - inch3 * INCH3)
+    assert error <= 0.1 * (hi - lo) + slack * INCH3 + noise
 
 
 def test_cds_against_its_height_map(cds: vm.RunResult) -> None:

@@ -147,7 +147,9 @@ class Arc:
         """Pieces between consecutive fractions (0 and 1 are added)."""
         ts = [0.0, *fractions, 1.0]
         return [
-            Arc(self.position(a), self.center, self.axis, angle=(b - a) * self.angle, rise=(b - a) * self.rise)
+            Arc(
+                self.position(a), self.center, self.axis, angle=(b - a) * self.angle, rise=(b - a) * self.rise
+            )
             for a, b in pairwise(ts)
         ]
 

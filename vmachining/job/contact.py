@@ -18,7 +18,7 @@ from vmachining.tool import Profile, Tool
 __all__ = ["Contacts", "ToolParts", "smaller"]
 
 MARGIN_CHORDS = 2.0
-"""Stock and part may each deviate by 2/3 chord (facets of circle and meridian), and 2 > 4/3."""
+"""The stock may be a chord too large and the part 2/3 chord (facets of circle and meridian); 2 > 5/3."""
 
 
 def smaller(profile: Profile, margin: float) -> tuple[Profile, ...]:

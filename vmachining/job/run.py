@@ -363,6 +363,8 @@ class _Run:
             "removed_hi_mm3": max(hi, removed),
             "stock_mm3": before.estimate,
             "final_mm3": final.estimate,
+            "final_lo_mm3": final.lo,
+            "final_hi_mm3": final.hi,
             "time_s": float(times.seconds.sum()),
             "scheduled_time_s": None if after is None else float(after.seconds.sum()),
             "ideal_time_s": float(times.ideal_s.sum()),

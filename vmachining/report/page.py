@@ -302,6 +302,8 @@ def _known(result: RunResult) -> list[str]:
         f"The bracket follows from facets that stay within the chord asked for, "
         f"{result.job.keys.accuracy.chord_mm:g} mm, of the exact swept surface.",
         f"Balance: stock before minus stock after minus the sum of all blocks is {balance:.2g} mm³.",
+        f"Finished stock: {_number(s['final_lo_mm3'], 8)} to {_number(s['final_hi_mm3'], 8)} mm³. The file and the "
+        "picture show the larger of the two: what is undecided stays on the part.",
         "A block that does not reach the stock removes exactly 0.",
     ]
 

@@ -16,19 +16,21 @@ up to the change of (A + 2 B) / 3, whatever the order of the blocks.
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 from manifold3d import Manifold, OpType
 
-from vmachining.arrays import Floats, Ints
+from vmachining.arrays import Floats
+from vmachining.engines.mesh.checkpoint import read_tiles, write_tiles
 from vmachining.engines.mesh.facets import Side
-from vmachining.engines.mesh.solids import Facets, checked, cutters, facets
+from vmachining.engines.mesh.solids import Facets, checked, cutters, facets, shape_key
 from vmachining.engines.mesh.stock import StockMesh, StockSurface
 from vmachining.engines.mesh.tiles import SIDES, Tile, reached
 from vmachining.errors import EngineError
 from vmachining.geometry import Bracket
 from vmachining.sweep import Sweep
 from vmachining.tolerance import CHORD_MM, VOLUME_REL
-from vmachining.tool import Profile
 
 __all__ = ["MeshEngine"]
 
@@ -56,7 +58,7 @@ class MeshEngine:
         self.chord = float(chord)
         self.tile_mm = tile_mm
         self._blocks: dict[int, int] = {}
-        self._removed: tuple[Profile, Floats] | None = None
+        self._removed: tuple[str, list[float]] | None = None
         solids = {side: stock.solids[side] for side in SIDES}
         root = Tile.of(solids)
         if root is None:
@@ -83,14 +85,16 @@ class MeshEngine:
                 total = total.plus(self._cut_tile(tile, sweep, tools, chained, run))
             except EngineError as error:
                 raise EngineError(str(error), engine=self.name, block=block) from error
-        self._removed = sweep.profile, sweep.path.position(1.0)
+        self._removed = shape_key(sweep.profile), sweep.path.position(1.0).tolist()
         return total
 
     def _chained(self, sweep: Sweep) -> bool:
         """Whether the last sweep ended with this cutter at this start: then it is already cut free there."""
-        if self._removed is None or self._removed[0] is not sweep.profile:
+        if self._removed is None or self._removed[0] != shape_key(sweep.profile):
             return False
-        return bool(np.abs(self._removed[1] - sweep.path.start).max() <= 1e-12 * (1.0 + np.abs(sweep.path.start).max()))
+        start = sweep.path.start
+        gap = np.abs(np.array(self._removed[1]) - start).max()
+        return bool(gap <= 1e-12 * (1.0 + np.abs(start).max()))
 
     def touch(self, sweep: Sweep) -> float:
         """Volume (mm^3, estimate) that the sweep would remove; the workpiece stays as it is."""
@@ -155,7 +159,7 @@ class MeshEngine:
     def _run_id(self, block: int | None) -> int | None:
         if block is None:
             return None
-        run = Manifold.reserve_ids(1)
+        run = int(Manifold.reserve_ids(1))
         self._blocks[run] = block
         return run
 
@@ -171,26 +175,52 @@ class MeshEngine:
         return _bracket(inner, outer)
 
     def surface(self) -> StockSurface:
-        """Triangles of the workpiece with the block that cut each (-1: raw stock); tile seams left out."""
-        points: list[Floats] = []
-        triangles: list[Ints] = []
-        blocks: list[Ints] = []
-        offset = 0
-        for tile in self._root.leaves():
-            mesh = tile.solids[Side.INNER].to_mesh64()
-            points.append(np.array(mesh.vert_properties[:, :3]))
-            triangles.append(np.array(mesh.tri_verts, dtype=np.int64) + offset)
-            offset += len(points[-1])
-            runs = np.diff(np.array(mesh.run_index, dtype=np.int64)) // 3
-            owner = [self._blocks.get(int(run), -1) for run in mesh.run_original_id]
-            blocks.append(np.repeat(np.array(owner, dtype=np.int64), runs))
-        if not points:
-            return StockSurface(np.empty((0, 3)), np.empty((0, 3), np.int64), np.empty(0, np.int64))
-        return StockSurface(np.concatenate(points), np.concatenate(triangles), np.concatenate(blocks))
+        """Triangles of the workpiece, tiles joined, with the block that cut each (-1: raw stock)."""
+        mesh = self.whole().to_mesh64()
+        ends = np.array(mesh.run_index, dtype=np.uint64).astype(np.int64) // 3
+        owner = [self._blocks.get(int(run), -1) for run in mesh.run_original_id]
+        # a vertex stands once for every run that meets there: one each for the file formats
+        to = np.arange(len(mesh.vert_properties))
+        to[np.array(mesh.merge_from_vert, dtype=np.int64)] = np.array(mesh.merge_to_vert, dtype=np.int64)
+        kept, triangles = np.unique(to[np.array(mesh.tri_verts, dtype=np.int64)], return_inverse=True)
+        return StockSurface(
+            np.array(mesh.vert_properties)[kept, :3],
+            triangles.reshape(-1, 3).astype(np.int64),
+            np.repeat(np.array(owner, dtype=np.int64), ends[1:] - ends[:-1]),
+        )
 
     def whole(self) -> Manifold:
         """The workpiece (inner-cut) as one solid, tiles joined."""
-        return checked(Manifold.batch_boolean([t.solids[Side.INNER] for t in self._root.leaves()], OpType.Add))
+        return checked(
+            Manifold.batch_boolean([t.solids[Side.INNER] for t in self._root.leaves()], OpType.Add)
+        )
+
+    def save(self, path: Path) -> None:
+        """Write the workpiece and what is needed to go on with the next block (`.npz`)."""
+        state = {
+            "chord": self.chord,
+            "tile_mm": self.tile_mm,
+            "stock": list(self.stock_volume),
+            "removed": list(self._removed) if self._removed is not None else None,
+        }
+        write_tiles(path, self._root, self._blocks, state)
+
+    @classmethod
+    def load(cls, path: Path) -> MeshEngine:
+        """The engine that `save` wrote.
+
+        Raises
+        ------
+        EngineError
+            The file cannot be read or is damaged.
+        """
+        engine = cls.__new__(cls)
+        engine._root, engine._blocks, state = read_tiles(path)
+        engine.chord, engine.tile_mm = state["chord"], state["tile_mm"]
+        engine.stock_volume = Bracket(*state["stock"])
+        removed = state["removed"]
+        engine._removed = (removed[0], removed[1]) if removed is not None else None
+        return engine
 
 
 def _bracket(inner_cut: float, outer_cut: float) -> Bracket:

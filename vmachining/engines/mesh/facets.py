@@ -18,19 +18,29 @@ With q >= 4 facets in an arc k < 1/cos(D/2), hence inner < fair < outer as sets.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
 
 import numpy as np
-
 from manifold3d import Manifold
 
 from vmachining.arrays import Floats, Ints
 from vmachining.errors import EngineError
 from vmachining.tool import Profile
 
-__all__ = ["FACET_SHARE", "Polyhedron", "Side", "arc_steps", "circle", "grown", "meridian", "narrowed", "polyhedron"]
+__all__ = [
+    "FACET_SHARE",
+    "Polyhedron",
+    "Side",
+    "arc_steps",
+    "circle",
+    "grown",
+    "meridian",
+    "narrowed",
+    "polyhedron",
+]
 
 FACET_SHARE: Final = 3.0
 """chord / sag of a facet. The gap between inner and outer adds up from circle, meridian and path: one each."""
@@ -136,7 +146,10 @@ def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
     step = np.diff(line, axis=0)
     steep = step[:, 1] / np.hypot(step[:, 0], step[:, 1])
     steep = np.maximum(np.concatenate([[0.0], steep]), np.concatenate([steep, [0.0]]))
-    need = [arc_steps(float(r), np.pi, sag / max(float(n_r), 1e-6)) for r, n_r in zip(line[:, 0], steep, strict=True)]
+    need = [
+        arc_steps(float(r), np.pi, sag / max(float(n_r), 1e-6))
+        for r, n_r in zip(line[:, 0], steep, strict=True)
+    ]
     base = int(np.ceil(max(need) / 2 ** int(np.log2(max(need) / MIN_STEPS))))
     rings = []
     for (r, z), steps in zip(line, need, strict=True):
@@ -175,7 +188,9 @@ def _support_normals(points: Floats, triangles: Ints, left: dict[tuple[int, int]
         later = []
         for t in doubtful:
             a, b, c = (int(v) for v in triangles[t])
-            u, v = max(((a, b), (b, c), (c, a)), key=lambda e: float(np.linalg.norm(points[e[0]] - points[e[1]])))
+            u, v = max(
+                ((a, b), (b, c), (c, a)), key=lambda e: float(np.linalg.norm(points[e[0]] - points[e[1]]))
+            )
             behind = left[v, u]
             if behind in doubtful:
                 later.append(t)
@@ -186,7 +201,7 @@ def _support_normals(points: Floats, triangles: Ints, left: dict[tuple[int, int]
         doubtful = later
         if not doubtful:
             break
-    return normals
+    return np.asarray(normals, dtype=np.float64)
 
 
 def tidy(line: Floats) -> Floats:
@@ -205,7 +220,7 @@ def radius_at(line: Floats, z: Floats) -> Floats:
     """Radius of a convex meridian at heights z, the larger one where a disc makes it jump."""
     lower = np.interp(z, line[:, 1], line[:, 0])
     upper = np.interp(-z, -line[::-1, 1], line[::-1, 0])
-    return np.maximum(lower, upper)
+    return np.asarray(np.maximum(lower, upper), dtype=np.float64)
 
 
 def narrowed(line: Floats, radial: float, axial: float) -> Floats | None:
@@ -226,7 +241,7 @@ def narrowed(line: Floats, radial: float, axial: float) -> Floats | None:
         return None
     out = np.stack([r, heights], axis=1)
     keep = [out[0]] if r[0] >= 0 else []
-    for a, b in zip(out[:-1], out[1:], strict=True):  # cut where the radius falls below zero
+    for a, b in itertools.pairwise(out):  # cut where the radius falls below zero
         if (a[0] < 0) != (b[0] < 0):
             t = a[0] / (a[0] - b[0])
             keep.append(np.array([0.0, a[1] + t * (b[1] - a[1])]))

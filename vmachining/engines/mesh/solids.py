@@ -20,6 +20,7 @@ narrowed by e is held by it.
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
@@ -46,7 +47,7 @@ from vmachining.geometry.path import PLANE_AXES
 from vmachining.sweep import Sweep
 from vmachining.tool import Profile
 
-__all__ = ["Facets", "Window", "checked", "cutters", "facets", "manifold", "pieces", "solid"]
+__all__ = ["Facets", "Window", "checked", "cutters", "facets", "manifold", "pieces", "shape_key", "solid"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,6 +92,12 @@ def facets(profile: Profile, chord: float, side: Side) -> Facets:
             _known.clear()
         known = _known[key] = _facets(profile, chord, side)
     return known
+
+
+def shape_key(profile: Profile) -> str:
+    """Equal for equal shapes, also in another session."""
+    parts = profile.points.tobytes(), profile.centers.tobytes(), profile.radii.tobytes()
+    return hashlib.sha256(b"|".join(parts)).hexdigest()
 
 
 _known: dict[tuple[bytes, bytes, bytes, float, Side], Facets] = {}
@@ -143,7 +150,9 @@ def cutters(
     block_id: int | None = None,
 ) -> list[Manifold]:
     """Solids whose union is the sweep inside the window; empty if it cannot reach the window."""
-    return [manifold(points, triangles, block_id) for points, triangles in pieces(sweep, tool, window, chained)]
+    return [
+        manifold(points, triangles, block_id) for points, triangles in pieces(sweep, tool, window, chained)
+    ]
 
 
 def checked(result: Manifold) -> Manifold:
@@ -198,8 +207,20 @@ def _straight(
             return
         cull = bool(hi[2] < apex[2] - 0.05 * (top - bottom))
     rear = cutter.turn * float(np.linalg.norm(d)) if chained and d.any() else np.inf
-    points, triangles = _kernels.swept_facets(
-        cutter.points, cutter.triangles, cutter.normals, cutter.edges, cos, sin, start, d, lo, hi, apex, cull, rear
+    points, triangles = _kernels.swept_facets(  # type: ignore[no-untyped-call]
+        cutter.points,
+        cutter.triangles,
+        cutter.normals,
+        cutter.edges,
+        cos,
+        sin,
+        start,
+        d,
+        lo,
+        hi,
+        apex,
+        cull,
+        rear,
     )
     if len(triangles):
         yield points, triangles
@@ -263,7 +284,9 @@ def _ring(
     else:
         fair = np.sqrt(step / np.sin(step))
         near, far = near * fair, far * fair
-    section = _clipped(np.concatenate([np.stack([far, line[:, 1]], 1), np.stack([near, line[:, 1]], 1)[::-1]]))
+    section = _clipped(
+        np.concatenate([np.stack([far, line[:, 1]], 1), np.stack([near, line[:, 1]], 1)[::-1]])
+    )
     section = section[np.linalg.norm(section - np.roll(section, 1, axis=0), axis=1) > 1e-12]
     k, cols = len(section), len(angles) - 1 if full else len(angles)
     cos, sin = np.cos(angles[:cols]), np.sin(angles[:cols])
@@ -318,14 +341,15 @@ def _polygon(
     steps = max(arc_steps(rc, turn, tool.sag), int(np.ceil(turn / (np.pi / 8))))
     width = turn / steps
     depth = rc * (1.0 - np.cos(width / 2))
-    body: Polyhedron | None = part.body
+    body = part.body
     radius = rc * (1.0 + width * width / 12.0) if tool.side is Side.FAIR else rc + depth / 2
     if tool.side is not Side.FAIR:
         slack = float(np.hypot(depth / 2, rc * width**3 / 50.0))
         axial = 0.0 if path.axis == 2 else slack
-        body = _shifted(part, tool, slack, axial)
-        if body is None:
+        shifted = _shifted(part, tool, slack, axial)
+        if shifted is None:
             return
+        body = shifted
     corners = path.position(np.linspace(0.0, 1.0, steps + 1))
     a, b = PLANE_AXES[path.axis]
     for k in (a, b):

@@ -1,0 +1,24 @@
+"""Benchmarks: `vmachining bench`, one JSON object per line.
+
+| case | says |
+|---|---|
+| `accuracy` | bracket and error of single sweeps with a closed form, over the chord |
+| `half_cylinder` | time per block of a ball finishing a half cylinder, against one global solid cut block by block |
+
+Times of one run are compared with each other only; machines are noisy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from vmachining.bench.accuracy import accuracy
+from vmachining.bench.half_cylinder import half_cylinder
+
+__all__ = ["CASES"]
+
+CASES: dict[str, Callable[[], Iterator[dict[str, Any]]]] = {
+    "accuracy": accuracy,
+    "half_cylinder": half_cylinder,
+}

@@ -1,0 +1,96 @@
+"""A half-cut workpiece on disk: the tree of tiles with its meshes, in one compressed-free `.npz` file."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from manifold3d import Manifold, Mesh64
+
+from vmachining.engines.mesh.facets import Side
+from vmachining.engines.mesh.solids import checked
+from vmachining.engines.mesh.tiles import SIDES, Tile
+from vmachining.errors import EngineError
+
+__all__ = ["read_tiles", "write_tiles"]
+
+RAW = -1
+
+
+def write_tiles(path: Path, root: Tile, blocks: dict[int, int], state: dict[str, Any]) -> None:
+    """Write the tree in pre-order. `blocks`: block of each run id; `state` must be plain JSON."""
+    arrays: dict[str, Any] = {}
+    nodes: list[dict[str, Any]] = []
+
+    def visit(tile: Tile) -> None:
+        node: dict[str, Any] = {"box": tile.box.tolist(), "halved": tile.halves is not None}
+        nodes.append(node)
+        if tile.halves is not None:
+            for half in tile.halves:
+                visit(half)
+            return
+        node["one"] = tile.solids[Side.OUTER] is tile.solids[Side.INNER]
+        for side in SIDES[: 1 if node["one"] else 2]:
+            mesh = tile.solids[side].to_mesh64()
+            name = f"{len(nodes) - 1}.{side}"
+            arrays[f"{name}.points"] = np.array(mesh.vert_properties[:, :3])
+            arrays[f"{name}.triangles"] = np.array(mesh.tri_verts)
+            arrays[f"{name}.runs"] = np.array(mesh.run_index)
+            arrays[f"{name}.blocks"] = np.array([blocks.get(int(r), RAW) for r in mesh.run_original_id])
+            arrays[f"{name}.merge"] = np.stack([np.array(mesh.merge_from_vert), np.array(mesh.merge_to_vert)])
+
+    visit(root)
+    header = json.dumps({"nodes": nodes, "state": state})
+    with Path(path).open("wb") as file:
+        np.savez(file, header=np.array(header), **arrays)
+
+
+def read_tiles(path: Path) -> tuple[Tile, dict[int, int], dict[str, Any]]:
+    """The tree, the block of each run id, and the state that `write_tiles` was given.
+
+    Raises
+    ------
+    EngineError
+        The file cannot be read or a mesh in it is broken.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            header = json.loads(str(data["header"]))
+            arrays = {name: data[name] for name in data.files}
+    except (OSError, ValueError, KeyError) as error:
+        raise EngineError(f"checkpoint {path} cannot be read ({error})", engine="mesh") from error
+    ids: dict[int, int] = {}
+
+    def solid(name: str) -> Manifold:
+        owners = [int(b) for b in arrays[f"{name}.blocks"]]
+        for block in owners:
+            if block not in ids:
+                ids[block] = int(Manifold.reserve_ids(1))
+        merge = arrays[f"{name}.merge"].astype(np.uint64)
+        mesh = Mesh64(
+            np.array(arrays[f"{name}.points"]),
+            np.array(arrays[f"{name}.triangles"]),
+            merge_from_vert=np.array(merge[0]),
+            merge_to_vert=np.array(merge[1]),
+            run_index=np.array(arrays[f"{name}.runs"]),
+            run_original_id=np.array([ids[block] for block in owners], dtype=np.uint32),
+        )
+        return checked(Manifold(mesh))
+
+    nodes = iter(enumerate(header["nodes"]))
+
+    def build() -> Tile:
+        k, node = next(nodes)
+        if node["halved"]:
+            first = build()
+            return Tile({}, {}, np.array(node["box"]), (first, build()))
+        inner = solid(f"{k}.{Side.INNER}")
+        tile = Tile({}, {}, np.array(node["box"]))
+        tile.put(Side.INNER, inner)
+        tile.put(Side.OUTER, inner if node["one"] else solid(f"{k}.{Side.OUTER}"))
+        return tile
+
+    root = build()
+    return root, {run: block for block, run in ids.items() if block != RAW}, header["state"]
