@@ -18,9 +18,6 @@ __all__ = ["STOCK_FORMATS", "RawStock", "check_formats", "raw_stock", "write_sto
 
 STOCK_FORMATS = ("stl", "3mf")
 
-STL_EPS = 2.0**-20
-"""Relative length below which an edge is collapsed for export: eight ulp of a 32-bit number, 0.1 um on 100 mm."""
-
 XML = '<?xml version="1.0" encoding="UTF-8"?>\n'
 CONTENT_TYPES = (
     XML + '<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">'
@@ -99,12 +96,10 @@ def check_formats(text: str) -> tuple[str, ...]:
 def write_stock(engine: MeshEngine, path: Path) -> None:
     """Write the workpiece as one closed solid, by suffix: .stl (binary, 32-bit) or .3mf (nine digits).
 
-    It is the mesh that holds the true workpiece: where the facets leave it open, material is left on.
+    It is the mesh that holds the true workpiece: where the facets leave it open, material is left on. Walls
+    that touch share points in a file without topology, so an edge can belong to four triangles there.
     """
-    whole = engine.whole()
-    reach = max(map(abs, whole.bounding_box()))
-    # edges that 32 bits cannot tell from points would open the surface of an STL
-    mesh = whole.simplify(reach * STL_EPS).to_mesh64()
+    mesh = engine.whole().to_mesh64()
     vertices = np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3]
     triangles = np.asarray(mesh.tri_verts, dtype=np.int64)
     with atomic_path(path) as temporary:

@@ -53,9 +53,10 @@ def stock_view(mesh: ThinMesh, pieces: Sequence[PathPiece]) -> go.Figure:
     }  # fmt: skip
     for name, chosen in (("uncut stock", mesh.block < 0), ("cut surface", mesh.block >= 0)):
         triangles = mesh.triangles[chosen]
-        used, local = np.unique(triangles, return_inverse=True)
-        local = local.reshape(-1, 3).astype(np.int32)
-        points = mesh.vertices[used].astype(np.float32)
+        # every facet has corners of its own: normals shared across sharp edges can cancel, and the browser
+        # then drops the facet
+        points = mesh.vertices[triangles].reshape(-1, 3).astype(np.float32)
+        local = np.arange(len(points), dtype=np.int32).reshape(-1, 3)
         own: dict[str, Any] = (
             {"color": RAW}
             if name.startswith("uncut")

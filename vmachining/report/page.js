@@ -14,10 +14,11 @@
   });
   const face = new Int32Array(bytes(data.face_block));
   const rate = new Float32Array(bytes(data.block_rate));
+  const heat = ["#0d0887", "#6a00a8", "#b12a90", "#e16462", "#fca636", "#f0f921"].map((c, k) => [k / 5, c]);
   const colours = {
     block: () => ({intensity: [Array.from(face)], "colorbar.title.text": ["block"], colorscale: ["Viridis"]}),
     rate: () => ({intensity: [Array.from(face, (b) => rate[b])], "colorbar.title.text": ["mm³/min"],
-                  colorscale: ["Plasma"]}),
+                  colorscale: [heat]}),
   };
   const buttons = Array.from(document.querySelectorAll("[data-colour]"));
   for (const button of buttons) {

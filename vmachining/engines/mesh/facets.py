@@ -26,7 +26,7 @@ from typing import Final
 import numpy as np
 from manifold3d import Manifold
 
-from vmachining.arrays import Floats, Ints
+from vmachining.arrays import Bools, Floats, Ints
 from vmachining.errors import EngineError
 from vmachining.tool import Profile
 
@@ -213,7 +213,8 @@ def tidy(line: Floats) -> Floats:
     before, after = line[1:-1] - line[:-2], line[2:] - line[1:-1]
     bend = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
     scale = np.linalg.norm(before, axis=1) * np.linalg.norm(after, axis=1)
-    return line[np.concatenate([[True], np.abs(bend) > 1e-12 * scale, [True]])]
+    keep: Bools = np.concatenate([[True], np.abs(bend) > 1e-12 * scale, [True]])
+    return np.asarray(line[keep], dtype=np.float64)
 
 
 def radius_at(line: Floats, z: Floats) -> Floats:
