@@ -37,7 +37,7 @@ def main() -> None:
     box.add_collection3d(Poly3DCollection(corners, facecolors=colours, edgecolors="none", antialiased=False))
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     box.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    box.set_box_aspect(high - low, zoom=1.25)
+    box.set_box_aspect(high - low, zoom=1.05)
     box.view_init(elev=52, azim=-75)
     box.set_axis_off()
 

@@ -53,10 +53,9 @@ def stock_view(mesh: ThinMesh, pieces: Sequence[PathPiece]) -> go.Figure:
     }  # fmt: skip
     for name, chosen in (("uncut stock", mesh.block < 0), ("cut surface", mesh.block >= 0)):
         triangles = mesh.triangles[chosen]
-        # every facet has corners of its own: normals shared across sharp edges can cancel, and the browser
-        # then drops the facet
-        points = mesh.vertices[triangles].reshape(-1, 3).astype(np.float32)
-        local = np.arange(len(points), dtype=np.int32).reshape(-1, 3)
+        used, local = np.unique(triangles, return_inverse=True)
+        local = local.reshape(-1, 3).astype(np.int32)
+        points = mesh.vertices[used].astype(np.float32)
         own: dict[str, Any] = (
             {"color": RAW}
             if name.startswith("uncut")
@@ -99,6 +98,9 @@ def stock_view(mesh: ThinMesh, pieces: Sequence[PathPiece]) -> go.Figure:
         shown = np.stack([np.minimum(shown[0], way.min(axis=0)), np.maximum(shown[1], way.max(axis=0))])
     shown = np.stack([np.maximum(shown[0], low - reach), np.minimum(shown[1], high + reach)])
     extent = shown[1] - shown[0]
+    shown += [[-1.0], [1.0]] * (
+        0.002 * extent
+    )  # a face on the border of the scene would be clipped in shreds
     figure.update_layout(
         font=FONT,
         modebar=MODEBAR,
