@@ -177,11 +177,9 @@ class MeshEngine:
     def surface(self) -> StockSurface:
         """Triangles of the workpiece, tiles joined, with the block that cut each (-1: raw stock).
 
-        Edges shorter than single precision can tell apart are gone: STL files would tear there.
+        Not simplified: collapsing short edges was seen to move a wall by more than its tolerance.
         """
-        whole = self.whole()
-        size = float(np.abs(np.array(whole.bounding_box())).max(initial=0.0)) if not whole.is_empty() else 0.0
-        mesh = checked(whole.simplify(8.0 * float(np.finfo(np.float32).eps) * size)).to_mesh64()
+        mesh = self.whole().to_mesh64()
         ends = np.array(mesh.run_index, dtype=np.uint64).astype(np.int64) // 3
         owner = [self._blocks.get(int(run), -1) for run in mesh.run_original_id]
         # a vertex stands once for every run that meets there: one each for the file formats
