@@ -3,7 +3,8 @@
 Goal: one job file in, one table out, in which every number of every NC block is either there with its error
 or visibly absent.
 
-1. `Job.load` reads and checks the job file (`jobfile.py`, keys in `model.py`, places of keys in `keys.py`).
+1. `Job.load` reads and checks the job file (`jobfile.py`, keys in `model.py`, places of keys in `keys.py`,
+   wording of refusals in `words.py`).
 2. The program is read, its motions grouped to blocks (`blocks.py`) and timed by the machine (`timing.py`).
 3. `Stage` (`simulate.py`) sweeps and cuts block by block; rapids, shank and holder are checked, not cut
    (`contact.py`). Rows stream to disk (`table.py`).
@@ -12,7 +13,7 @@ or visibly absent.
 
 | file | holds |
 |---|---|
-| `model.py`, `keys.py`, `jobfile.py` | the job file: `Job`, units, refusals with line and suggestion |
+| `model.py`, `keys.py`, `words.py`, `jobfile.py` | the job file: `Job`, units, refusals with line and suggestion |
 | `blocks.py` | `Block`, `group_blocks`, `move_path` |
 | `timing.py` | `move_times` |
 | `contact.py`, `simulate.py` | contact checks, the loop |

@@ -4,24 +4,23 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ValidationError
-from pydantic_core import ErrorDetails
+from pydantic import ValidationError
 
 from vmachining.errors import JobError, ToolError
 from vmachining.job.keys import key_positions, nearest, position_of
 from vmachining.job.model import LATER, TOOL_KEYS, JobFile
+from vmachining.job.words import Refuse, first_refusal
 from vmachining.tool import Tool, tool_from_mapping
 
 __all__ = ["MM_PER_INCH", "Job", "read_tools"]
 
 MM_PER_INCH = 25.4
 LATER_KEYS = {("design",): "[design]", ("machine", "file"): "file under [machine]"}
-Refuse = Callable[..., JobError]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,7 +88,7 @@ class Job:
         try:
             keys = JobFile.model_validate(data)
         except ValidationError as exc:
-            raise _first(exc, refuse) from exc
+            raise first_refusal(exc, refuse) from exc
         tools = _tools(keys, refuse)
         job = cls(keys, tools, folder, source, positions)
         for path, name in (
@@ -98,7 +97,12 @@ class Job:
             (("stock", "step"), keys.stock.step),
         ):
             if name is not None and not (folder / name).is_file():
-                raise refuse(f"{path[1]} = {name!r}: no such file in {folder.resolve()}", path)
+                what = "is a directory" if (folder / name).is_dir() else "no such file"
+                raise refuse(
+                    f"{path[1]} = {name!r}: {what} in {folder.resolve()}",
+                    path,
+                    "file names are relative to the job file",
+                )
         return job
 
     @property
@@ -142,79 +146,20 @@ def _refuse_later(data: Mapping[str, Any], refuse: Refuse) -> None:
             level = level.get(part) if isinstance(level, Mapping) else None
         if level is not None:
             raise refuse(f"{what} is not supported yet", path, "leave it out")
-    for (section, key), values in LATER.items():
+    for (section, key), (instead, values) in LATER.items():
         table = data.get(section)
         value = table.get(key) if isinstance(table, Mapping) else None
         if isinstance(value, str) and value in values:
-            raise refuse(f"{key} = {value!r} under [{section}] is not supported yet", (section, key))
+            raise refuse(
+                f"{key} = {value!r} under [{section}] is not supported yet",
+                (section, key),
+                f"take {instead!r}",
+            )
     chain = data.get("machine", {}).get("chain") if isinstance(data.get("machine"), Mapping) else None
     if isinstance(chain, str) and chain != "xyz":
         raise refuse(
-            f'chain = {chain!r} is not supported yet: this version knows "xyz"', ("machine", "chain")
+            f"chain = {chain!r} is not supported yet", ("machine", "chain"), "take 'xyz' or leave it out"
         )
-
-
-def _known_keys(path: tuple[str | int, ...]) -> list[str]:
-    """Keys that the model allows at a place, for suggestions."""
-    model: Any = JobFile
-    for part in path:
-        if isinstance(part, int):
-            continue
-        info = (
-            model.model_fields.get(part) if isinstance(model, type) and issubclass(model, BaseModel) else None
-        )
-        if info is None:
-            return []
-        options = [info.annotation, *getattr(info.annotation, "__args__", ())]
-        model = next((o for o in options if isinstance(o, type) and issubclass(o, BaseModel)), None)
-    return list(model.model_fields) if model is not None else []
-
-
-def _first(exc: ValidationError, refuse: Refuse) -> JobError:
-    """The first finding of pydantic in our words; a misspelt key goes before the key it leaves missing."""
-    errors = sorted(exc.errors(), key=lambda e: e["type"] != "extra_forbidden")
-    error = errors[0]
-    more = f" ({len(errors) - 1} more after this one)" if len(errors) > 1 else ""
-    path = tuple(part for part in error["loc"] if not _is_noise(part))
-    return refuse(_words(error, path) + more, path, _hint(error, path))
-
-
-def _is_noise(part: str | int) -> bool:
-    """pydantic adds the branch of a union to the location."""
-    return isinstance(part, str) and (
-        part.startswith(("constrained-", "literal[")) or part in ("float", "tuple")
-    )
-
-
-def _dotted(path: tuple[str | int, ...]) -> str:
-    out = ""
-    for part in path:
-        out += f"[{part}]" if isinstance(part, int) else f".{part}" if out else part
-    return out
-
-
-def _words(error: ErrorDetails, path: tuple[str | int, ...]) -> str:
-    kind, name = error["type"], _dotted(path)
-    if kind == "extra_forbidden":
-        where = f"under [{_dotted(path[:-1])}]" if len(path) > 1 else "at the top level"
-        return f"unknown key {path[-1]!r} {where}"
-    if kind == "missing":
-        return f"{name} is missing"
-    if kind == "value_error":
-        return str(error.get("ctx", {}).get("error", error["msg"]))
-    value = error.get("input")
-    shown = f" = {value!r}" if isinstance(value, str | int | float | bool | list) else ""
-    return f"{name}{shown}: {error['msg'][0].lower()}{error['msg'][1:]}"
-
-
-def _hint(error: ErrorDetails, path: tuple[str | int, ...]) -> str | None:
-    if error["type"] == "missing" and path == ("tools",):
-        return "add a [[tools]] table"
-    if error["type"] != "extra_forbidden":
-        return None
-    known = _known_keys(path[:-1])
-    close = nearest(str(path[-1]), known)
-    return f"did you mean {close!r}?" if close else f"known here: {', '.join(known)}" if known else None
 
 
 def _tools(keys: JobFile, refuse: Refuse) -> dict[int, Tool]:
@@ -232,26 +177,38 @@ def _tools(keys: JobFile, refuse: Refuse) -> dict[int, Tool]:
                 )
         number = mapping.get("number")
         if isinstance(number, bool) or not isinstance(number, int) or number < 1:
-            raise refuse(f"number = {number!r}: every tool wants a whole number from 1", (*path, "number"))
+            shown = f" = {number!r}" if "number" in mapping else " is missing"
+            raise refuse(
+                f"number{shown}: every tool wants a whole number from 1",
+                (*path, "number"),
+                "add number = 1, as in the program's T1",
+            )
         if number in tools:
-            raise refuse(f"tool {number} is given twice", (*path, "number"))
+            raise refuse(f"tool {number} is given twice", (*path, "number"), "give each its own number")
         try:
             tools[number] = tool_from_mapping(_in_mm(mapping, scale))
         except ToolError as exc:
             word = exc.word or next((k for k in mapping if k in exc.message), None)
             place = (*path, word) if word in mapping else path
-            raise refuse(f"tool {number}: {exc.message}", place, exc.remedy) from exc
+            message = exc.message.removeprefix(f"tool {number}: ")
+            raise refuse(f"tool {number}: {message}", place, exc.remedy) from exc
     return tools
 
 
 def _in_mm(mapping: Mapping[str, Any], scale: float) -> dict[str, Any]:
     """A tool's mapping with `apt` and `profile` in mm; keys that name mm are mm already."""
     out = dict(mapping)
+
+    def scaled(value: Any) -> Any:  # what is no number is left for the tool room to refuse
+        if isinstance(value, list):
+            return [scaled(v) for v in value]
+        return scale * value if isinstance(value, int | float) and not isinstance(value, bool) else value
+
     if scale != 1.0:
         if isinstance(out.get("apt"), Mapping):
-            out["apt"] = {k: v if k.endswith("_deg") else scale * v for k, v in out["apt"].items()}
+            out["apt"] = {k: v if k.endswith("_deg") else scaled(v) for k, v in out["apt"].items()}
         if isinstance(out.get("profile"), list):
-            out["profile"] = [[scale * v for v in pair] for pair in out["profile"]]
+            out["profile"] = scaled(out["profile"])
     return out
 
 

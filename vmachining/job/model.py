@@ -38,11 +38,11 @@ TOOL_KEYS = frozenset(
     )
 )  # fmt: skip
 
-LATER: dict[tuple[str, ...], dict[str, str]] = {
-    ("program", "dialect"): {"mts": "", "apt": "", "poses": ""},
-    ("feed", "strategy"): {"chip_area": "", "force": ""},
+LATER: dict[tuple[str, str], tuple[str, frozenset[str]]] = {
+    ("program", "dialect"): ("iso", frozenset(("mts", "apt", "poses"))),
+    ("feed", "strategy"): ("volume", frozenset(("chip_area", "force"))),
 }
-"""Values that the interface names and that this version refuses by name rather than ignores."""
+"""Values that the interface names and that this version refuses by name rather than ignores, and what it has."""
 
 
 class Keys(BaseModel):

@@ -1,0 +1,124 @@
+"""What pydantic found in a job file, said in the words of a job file: what came, what is wanted, where it belongs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from vmachining.errors import JobError
+from vmachining.job.keys import KeyPath, nearest
+from vmachining.job.model import JobFile
+
+__all__ = ["Refuse", "first_refusal"]
+
+Refuse = Callable[..., JobError]
+"""(message, path of the key, remedy) -> error with file, line and column."""
+
+
+def first_refusal(exc: ValidationError, refuse: Refuse) -> JobError:
+    """The first finding as an error; a misspelt key goes before the key it leaves missing."""
+    errors = sorted(exc.errors(), key=lambda e: e["type"] != "extra_forbidden")
+    error, path = errors[0], _path(errors[0])
+    same = [e for e in errors if _path(e) == path]  # the branches of a union complain one by one
+    others = len({_path(e) for e in errors}) - 1
+    more = f" ({others} more after this one)" if others else ""
+    return refuse(_words(error, path, same) + more, path, _remedy(error, path, same))
+
+
+def _path(error: ErrorDetails) -> KeyPath:
+    """Location of an error without the union branches that pydantic adds."""
+    return tuple(
+        part for part in error["loc"]
+        if not (isinstance(part, str) and (part.startswith(("constrained-", "literal[")) or part in ("float", "tuple")))
+    )  # fmt: skip
+
+
+def _dotted(path: KeyPath) -> str:
+    out = ""
+    for part in path:
+        out += f"[{part}]" if isinstance(part, int) else f".{part}" if out else part
+    return out
+
+
+def _words(error: ErrorDetails, path: KeyPath, same: list[ErrorDetails]) -> str:
+    kind, name = error["type"], _dotted(path)
+    if kind == "extra_forbidden":
+        where = f"under [{_dotted(path[:-1])}]" if len(path) > 1 else "at the top level"
+        return f"unknown key {path[-1]!r} {where}"
+    if kind == "missing":
+        if path and isinstance(path[-1], int):
+            return f"{_dotted(path[:-1])} has only {path[-1]} numbers"
+        return f"{name} is missing"
+    if kind == "value_error":
+        return str(error.get("ctx", {}).get("error", error["msg"]))
+    value = error.get("input")
+    shown = f" = {value!r}" if isinstance(value, str | int | float | bool | list) else ""
+    return f"{name}{shown}: " + " or ".join(dict.fromkeys(_wanted(e, path) for e in same))
+
+
+def _wanted(error: ErrorDetails, path: KeyPath) -> str:
+    kind, context = error["type"], error.get("ctx", {})
+    if kind in ("model_type", "dict_type"):
+        return "must be a table of keys"
+    if kind == "list_type" and path == ("tools",):
+        return "must be an array of tables"
+    if kind == "too_long":
+        return f"has more than {context.get('max_length')} values"
+    if kind == "string_too_short":
+        return "must not be empty"
+    return re.sub(r"^(Input|String|List|Tuple) should (be|have)", r"must \2", error["msg"])
+
+
+def _remedy(error: ErrorDetails, path: KeyPath, same: list[ErrorDetails]) -> str | None:
+    kind = error["type"]
+    if kind == "missing":
+        if path and isinstance(path[-1], int):
+            return f"give {_dotted(path[:-1])} all its numbers"
+        if path == ("tools",):
+            return "add a [[tools]] table"
+        return f"add a [{path[0]}] table" if len(path) == 1 else f"add {path[-1]} = ..."
+    if kind == "extra_forbidden":
+        return _place(path)
+    if kind == "list_type" and path == ("tools",):
+        return "write [[tools]] in two brackets, once per tool"
+    if kind in ("model_type", "dict_type"):
+        known = _known_keys(path)
+        return f"its keys: {', '.join(known)}" if known else None
+    if kind == "literal_error":
+        options = re.findall(r"'([^']*)'", str(error.get("ctx", {}).get("expected", "")))
+        close = nearest(str(error.get("input")), options)
+        return f"did you mean {close!r}?" if close else f"take {' or '.join(map(repr, options))}"
+    return None
+
+
+def _place(path: KeyPath) -> str | None:
+    """Where an unknown key may have been meant to stand."""
+    known, key = _known_keys(path[:-1]), str(path[-1])
+    if close := nearest(key, known):
+        return f"did you mean {close!r}?"
+    sections = [name for name in JobFile.model_fields if key in _known_keys((name,))]
+    if sections:
+        return f"it belongs under {' or '.join(f'[{name}]' for name in sections)}"
+    return f"known here: {', '.join(known)}" if known else None
+
+
+def _known_keys(path: KeyPath) -> list[str]:
+    """Keys that the model allows at a place, for suggestions."""
+    model: Any = JobFile
+    for part in path:
+        if isinstance(part, int):
+            continue
+        info = model.model_fields.get(part) if _is_model(model) else None
+        if info is None:
+            return []
+        options = [info.annotation, *getattr(info.annotation, "__args__", ())]
+        model = next((option for option in options if _is_model(option)), None)
+    return list(model.model_fields) if model is not None else []
+
+
+def _is_model(thing: Any) -> bool:
+    return isinstance(thing, type) and issubclass(thing, BaseModel)
