@@ -1,12 +1,24 @@
-"""Shapes without a tool: brackets of numbers, and the paths that a control can drive.
+"""Shapes without a tool: brackets of numbers, the paths that a control can drive, rotations.
 
 | file | holds |
 |---|---|
 | `bracket.py` | `Bracket(lo, estimate, hi)`, the way every volume is reported |
 | `path.py` | `Line` and `Arc` (circle or helix about an axis direction) with position, velocity, split |
+| `rotation.py` | rotation matrices, angles between directions, great circles |
 """
 
 from vmachining.geometry.bracket import Bracket
 from vmachining.geometry.path import Arc, Line, Path, arc_between
+from vmachining.geometry.rotation import angle_between, great_circle, rotation, unit
 
-__all__ = ["Arc", "Bracket", "Line", "Path", "arc_between"]
+__all__ = [
+    "Arc",
+    "Bracket",
+    "Line",
+    "Path",
+    "angle_between",
+    "arc_between",
+    "great_circle",
+    "rotation",
+    "unit",
+]

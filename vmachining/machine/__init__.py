@@ -14,6 +14,10 @@ program lasts.
 | `limits.py` | `MachineLimits` |
 | `caps.py` | `line_peaks`, `arc_peaks`, `path_peaks`, `axis_caps`, `travel_caps` |
 | `timing.py` | `BlockTimes`, `block_times`, `feed_path_ratio` |
+| `axis.py`, `chain.py` | `Axis`, `Machine`: serial chains, forward and inverse kinematics, derivatives |
+| `presets.py`, `machinefile.py` | machines by name and from TOML files: `load` |
+| `classes.py` | `FrameMachine`: closed forms of the classes 2/0, 1/1, 0/2 |
+| `orientation.py` | axis and angular velocity of the C-A head and the hexapod |
 | `_kernels.py` | the two passes over the junction speeds |
 
 Equations
@@ -32,18 +36,49 @@ Known limits
 - The accelerated time is reported, it never raises a feed.
 """
 
+from vmachining.machine.axis import Axis, Kind
 from vmachining.machine.caps import arc_peaks, axis_caps, line_peaks, path_peaks, travel_caps
+from vmachining.machine.chain import Machine, Rates, Solutions, ToolPose
+from vmachining.machine.classes import FrameMachine
 from vmachining.machine.limits import MachineLimits
+from vmachining.machine.machinefile import load, machine_from_mapping, read_machine
+from vmachining.machine.orientation import (
+    ca_acceleration,
+    ca_axis,
+    ca_omega,
+    ca_rate,
+    hexapod_matrix,
+    hexapod_omega,
+)
+from vmachining.machine.presets import PRESETS, preset
 from vmachining.machine.timing import BlockTimes, block_times, feed_path_ratio
 
 __all__ = [
+    "PRESETS",
+    "Axis",
     "BlockTimes",
+    "FrameMachine",
+    "Kind",
+    "Machine",
     "MachineLimits",
+    "Rates",
+    "Solutions",
+    "ToolPose",
     "arc_peaks",
     "axis_caps",
     "block_times",
+    "ca_acceleration",
+    "ca_axis",
+    "ca_omega",
+    "ca_rate",
     "feed_path_ratio",
+    "hexapod_matrix",
+    "hexapod_omega",
     "line_peaks",
+    "load",
+    "machine_from_mapping",
     "path_peaks",
+    "preset",
+    "read_machine",
     "travel_caps",
 ]

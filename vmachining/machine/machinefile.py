@@ -1,0 +1,239 @@
+"""A machine from a small TOML file; every refusal names file, line and key.
+
+name = "trunnion"
+tool_axis = [0, 0, 1]        # at home, from tip to spindle; default +z
+gauge_mm = [0, 0, 0]         # gauge point at home, machine axes
+tool_length_mm = 0           # the tip hangs this far below it
+work = { origin_mm = [0, 0, 0], rotation_deg = [0, 0, 0] }   # part frame; turned about x, then y, then z
+
+[[axes]]                     # from the workpiece over the bed to the tool
+name = "C"
+kind = "rotary"              # rotary | linear
+carries = "work"             # work | tool
+direction = "z"              # x y z -x -y -z, or [i, j, k]
+point_mm = [0, 0, 0]         # rotary only
+sign = -1                    # -1: counts the physical motion of a table; +1 (default): ISO 841, and heads
+min_deg = -120               # linear: min_mm, max_mm, max_speed_mm_min, max_acceleration_mm_s2
+max_deg = 30
+max_speed_deg_min = 3600
+max_acceleration_deg_s2 = 500
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vmachining.errors import KinematicsError
+from vmachining.geometry.rotation import UNIT, rotation
+from vmachining.machine.axis import Axis, Kind
+from vmachining.machine.chain import Machine
+from vmachining.machine.presets import PRESETS, preset
+
+__all__ = ["load", "machine_from_mapping", "read_machine"]
+
+TOP_KEYS = ("name", "tool_axis", "gauge_mm", "tool_length_mm", "work", "axes")
+WORK_KEYS = ("origin_mm", "rotation_deg")
+AXIS_KEYS = ("name", "kind", "carries", "direction", "point_mm", "sign")
+LIMIT_KEYS = {
+    Kind.LINEAR: ("min_mm", "max_mm", "max_speed_mm_min", "max_acceleration_mm_s2"),
+    Kind.ROTARY: ("min_deg", "max_deg", "max_speed_deg_min", "max_acceleration_deg_s2"),
+}
+
+
+def load(name_or_file: str | Path, **options: Any) -> Machine:
+    """A machine: the name of a preset (with its options), or a TOML file.
+
+    A Path, and a text that ends in `.toml`, is a file.
+
+    Raises
+    ------
+    KinematicsError
+        No such preset or file, or a file that describes no machine.
+    """
+    if not isinstance(name_or_file, Path) and not name_or_file.lower().endswith(".toml"):
+        return preset(name_or_file, **options)
+    if options:
+        raise KinematicsError("options belong to presets, not to files", file=str(name_or_file))
+    return read_machine(name_or_file)
+
+
+def read_machine(path: str | Path) -> Machine:
+    """The machine in a TOML file. Raises KinematicsError with file and line."""
+    path = Path(path)
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except OSError as exc:
+        raise KinematicsError(
+            f"cannot read the machine file: {exc.strerror or exc}", file=str(path),
+            remedy=f"presets: {', '.join(PRESETS)}",
+        ) from exc  # fmt: skip
+    except UnicodeDecodeError as exc:
+        raise KinematicsError(f"not a UTF-8 text (byte {exc.start})", file=str(path)) from exc
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as exc:
+        place = re.search(r"\(at line (\d+), column (\d+)\)", str(exc))
+        line, col = (int(place[1]), int(place[2])) if place else (None, None)
+        message = re.sub(r" \(at .*\)$", "", str(exc))
+        raise KinematicsError(f"not valid TOML: {message}", file=str(path), line=line, col=col) from exc
+    return _Reader(str(path), text).machine(data)
+
+
+def machine_from_mapping(data: Mapping[str, Any]) -> Machine:
+    """The machine in a mapping with the keys of a machine file. Raises KinematicsError."""
+    return _Reader(None, "").machine(data)
+
+
+class _Reader:
+    """Checks keys and values; knows where they stand."""
+
+    def __init__(self, file: str | None, text: str) -> None:
+        self.file = file
+        self.lines = text.splitlines()
+
+    def refuse(
+        self, message: str, key: str | None = None, axis: int | None = None, remedy: str | None = None
+    ) -> KinematicsError:
+        return KinematicsError(message, file=self.file, line=self._line(key, axis), remedy=remedy)
+
+    def _line(self, key: str | None, axis: int | None) -> int | None:
+        """Line of a key in the top table or in the n-th [[axes]]; its header if the key is not there."""
+        heads = [i for i, line in enumerate(self.lines) if re.match(r"\s*\[\[\s*axes\s*\]\]", line)]
+        if axis is not None and axis >= len(heads):
+            return None
+        first = 0 if axis is None else heads[axis]
+        last = next((h for h in heads if h > first), len(self.lines))
+        if key is not None:
+            for i in range(first, last):
+                if re.match(rf"\s*(work\s*\.\s*)?\"?{re.escape(key)}\"?\s*=", self.lines[i]):
+                    return i + 1
+        return first + 1 if axis is not None else None
+
+    def machine(self, data: Mapping[str, Any]) -> Machine:
+        self.known(data, TOP_KEYS, None)
+        blocks = data.get("axes")
+        if not isinstance(blocks, list) or not blocks or not all(isinstance(b, dict) for b in blocks):
+            raise self.refuse("no [[axes]]", "axes", remedy="list the joints from the workpiece to the tool")
+        axes = [self.axis(block, i) for i, block in enumerate(blocks)]
+        table = [self.carries(block, i) for i, block in enumerate(blocks)]
+        late = next((i for i in range(1, len(table)) if table[i] and not table[i - 1]), None)
+        if late is not None:
+            raise self.refuse(
+                f"axis {axes[late].name} carries the work but stands behind one that carries the tool",
+                "carries", late, "list the joints from the workpiece over the bed to the tool",
+            )  # fmt: skip
+        frame = data.get("work", {})
+        if not isinstance(frame, dict):
+            raise self.refuse("work is not a table", "work")
+        self.known(frame, WORK_KEYS, None)
+        rx, ry, rz = np.radians(self.vector(frame, "rotation_deg", (0.0, 0.0, 0.0)))
+        work = np.eye(4)
+        work[:3, :3] = rotation(UNIT["z"], rz) @ rotation(UNIT["y"], ry) @ rotation(UNIT["x"], rx)
+        work[:3, 3] = self.vector(frame, "origin_mm", (0.0, 0.0, 0.0))
+        tool = self.vector(data, "tool_axis", (0.0, 0.0, 1.0))
+        if not tool.any():
+            raise self.refuse("tool_axis has no direction", "tool_axis")
+        name = data.get("name", self.file or "machine")
+        if not isinstance(name, str):
+            raise self.refuse(f"name = {name!r}: want a text", "name")
+        try:
+            machine = Machine(
+                name, axes, tip=self.vector(data, "gauge_mm", (0.0, 0.0, 0.0)), tool=tool, work=work, table=sum(table)
+            )  # fmt: skip
+        except KinematicsError as exc:
+            raise self.refuse(exc.message) from exc
+        return machine.with_tool(self.number(data, "tool_length_mm", 0.0))
+
+    def axis(self, block: Mapping[str, Any], i: int) -> Axis:
+        kinds = [k.value for k in Kind]
+        kind = block.get("kind")
+        if kind not in kinds:
+            got = f"kind = {kind!r}" if "kind" in block else "kind is missing"
+            raise self.refuse(f"axis {i + 1}: {got}", "kind", i, f"want {' or '.join(kinds)}")
+        limits = LIMIT_KEYS[Kind(kind)]
+        self.known(block, (*AXIS_KEYS, *limits), i)
+        name = block.get("name")
+        if not (isinstance(name, str) and re.fullmatch(r"[A-Za-z]\w*", name)):
+            raise self.refuse(f"axis {i + 1}: name = {name!r}", "name", i, "want a letter, e.g. X or C")
+        direction = block.get("direction")
+        if isinstance(direction, str) and direction.lstrip("-").lower() in UNIT:
+            way = np.array(UNIT[direction.lstrip("-").lower()]) * (-1 if direction.startswith("-") else 1)
+        elif isinstance(direction, list):
+            way = self.vector(block, "direction", None, i)
+        else:
+            raise self.refuse(
+                f"axis {name}: direction = {direction!r}", "direction", i, "want x, y, z, -x, -y, -z or [i, j, k]"
+            )  # fmt: skip
+        if "point_mm" in block and kind == Kind.LINEAR:
+            raise self.refuse(f"axis {name}: a slide has no point_mm", "point_mm", i, "leave it out")
+        lowest, highest, speed, acceleration = limits
+        to = math.radians(1.0) if kind == Kind.ROTARY else 1.0
+        try:
+            return Axis(
+                name.upper(), kind, way,
+                point=self.vector(block, "point_mm", (0.0, 0.0, 0.0), i),
+                sign=self.whole(block, "sign", 1, i),
+                lower=to * self.number(block, lowest, -math.inf, i),
+                upper=to * self.number(block, highest, math.inf, i),
+                max_speed=to / 60.0 * self.number(block, speed, math.inf, i),
+                max_acceleration=to * self.number(block, acceleration, math.inf, i),
+            )  # fmt: skip
+        except KinematicsError as exc:
+            if exc.line is not None:
+                raise
+            blamed = {"sign": "sign", "travel": lowest, "direction": "direction", "max_speed": speed,
+                      "max_acceleration": acceleration}  # fmt: skip
+            key = next((key for word, key in blamed.items() if word in exc.message), None)
+            raise self.refuse(exc.message, key, i, exc.remedy) from exc
+
+    def carries(self, block: Mapping[str, Any], i: int) -> bool:
+        what = block.get("carries")
+        if what not in ("work", "tool"):
+            got = f"carries = {what!r}" if "carries" in block else "carries is missing"
+            raise self.refuse(f"axis {block.get('name')}: {got}", "carries", i, "want work or tool")
+        return bool(what == "work")
+
+    def known(self, block: Mapping[str, Any], keys: Iterable[str], axis: int | None) -> None:
+        allowed = list(keys)
+        for key in block:
+            if key not in allowed:
+                close = get_close_matches(key, allowed, n=1)
+                meant = f"did you mean {close[0]}? " if close else ""
+                raise self.refuse(f"unknown key {key!r}", key, axis, f"{meant}known: {', '.join(allowed)}")
+
+    def number(self, block: Mapping[str, Any], key: str, default: float, axis: int | None = None) -> float:
+        value = block.get(key, default)
+        if isinstance(value, bool) or not isinstance(value, int | float) or math.isnan(value):
+            raise self.refuse(f"{key} = {value!r}: want a number", key, axis)
+        if key in block and not math.isfinite(value):
+            raise self.refuse(
+                f"{key} = {value!r}: want a finite number", key, axis, "leave it out for no limit"
+            )
+        return float(value)
+
+    def whole(self, block: Mapping[str, Any], key: str, default: int, axis: int) -> int:
+        value = self.number(block, key, default, axis)
+        return int(value) if value == int(value) else 0
+
+    def vector(
+        self,
+        block: Mapping[str, Any],
+        key: str,
+        default: tuple[float, float, float] | None,
+        axis: int | None = None,
+    ) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+        value = block.get(key, default)
+        good = isinstance(value, list | tuple) and len(value) == 3 and all(
+            isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v) for v in value
+        )  # fmt: skip
+        if not good:
+            raise self.refuse(f"{key} = {value!r}: want three finite numbers", key, axis)
+        return np.array(value, dtype=np.float64)

@@ -1,0 +1,192 @@
+"""Machines by name. Pivots and offsets are options; home has the tool along +z.
+
+Names of the five-axis presets list the joints from the workpiece to the tool: `c-table-b-head` has C under the
+workpiece and B in the head. Table joints count positive in the physical right-hand motion of the table
+(sign -1), as in LinuxCNC's `xyzac-trt`; `iso=True` gives them the ISO 841 sense (the tool moves relative to the
+work).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vmachining.errors import KinematicsError
+from vmachining.geometry.rotation import UNIT
+from vmachining.machine.axis import Axis, Kind
+from vmachining.machine.chain import Machine
+from vmachining.machine.classes import FrameMachine
+
+__all__ = [
+    "PRESETS",
+    "head_head",
+    "nutating_head",
+    "nutating_table",
+    "preset",
+    "table_head",
+    "table_table",
+    "xyzac_trt",
+    "xyzbc_trt",
+]
+
+ABOUT = {"A": "x", "B": "y", "C": "z"}
+ORIGIN = (0.0, 0.0, 0.0)
+
+
+def _slides() -> list[Axis]:
+    return [Axis(letter.upper(), Kind.LINEAR, UNIT[letter]) for letter in "xyz"]
+
+
+def _rotary(letter: str, point: ArrayLike, sign: int) -> Axis:
+    return Axis(letter, Kind.ROTARY, UNIT[ABOUT[letter]], point=point, sign=sign)
+
+
+def xyz() -> Machine:
+    """Three slides, no rotary axis."""
+    return Machine("xyz", _slides())
+
+
+def table_table(
+    first: str,
+    second: str,
+    *,
+    first_point: ArrayLike = ORIGIN,
+    second_point: ArrayLike = ORIGIN,
+    iso: bool = False,
+) -> Machine:
+    """Both rotary axes carry the workpiece (class 2/0), `first` is nearest to it.
+
+    first_point, second_point : (3,) mm, a point on each axis at home, machine axes.
+    """
+    sign = 1 if iso else -1
+    axes = [_rotary(first, first_point, sign), _rotary(second, second_point, sign), *_slides()]
+    return Machine(f"{first}{second} table".lower(), axes, table=2)
+
+
+def head_head(first: str, second: str, *, pivot_mm: float = 0.0, first_offset: ArrayLike = ORIGIN) -> Machine:
+    """Both rotary axes carry the tool (class 0/2), `second` is nearest to it.
+
+    pivot_mm : from the tip (or the gauge point, see `Machine.with_tool`) up to the second axis.
+    first_offset : (3,) mm from the pivot of the second axis to the first axis.
+    """
+    pivot = np.array([0.0, 0.0, pivot_mm])
+    axes = [*_slides(), _rotary(first, pivot + np.asarray(first_offset), 1), _rotary(second, pivot, 1)]
+    return Machine(f"{first}{second} head".lower(), axes)
+
+
+def table_head(
+    table: str, head: str, *, table_point: ArrayLike = ORIGIN, pivot_mm: float = 0.0, iso: bool = False
+) -> Machine:
+    """One rotary axis under the workpiece and one in the head (class 1/1)."""
+    axes = [
+        _rotary(table, table_point, 1 if iso else -1), *_slides(), _rotary(head, (0.0, 0.0, pivot_mm), 1)
+    ]  # fmt: skip
+    return Machine(f"{table} table {head} head".lower(), axes, table=1)
+
+
+def nutating_head(*, nutation_deg: float = 45.0, pivot_mm: float = 0.0) -> Machine:
+    """C in the head and B about an axis inclined by `nutation_deg` to the tool: tilts up to twice that."""
+    n, pivot = math.radians(nutation_deg), (0.0, 0.0, pivot_mm)
+    inclined = Axis("B", Kind.ROTARY, (0.0, math.sin(n), math.cos(n)), point=pivot)
+    return Machine("nutating head", [*_slides(), _rotary("C", pivot, 1), inclined])
+
+
+def nutating_table(*, nutation_deg: float = 45.0, table_point: ArrayLike = ORIGIN) -> Machine:
+    """C under the workpiece on B, whose axis is inclined by `nutation_deg`; both through `table_point`."""
+    n = math.radians(nutation_deg)
+    inclined = Axis("B", Kind.ROTARY, (0.0, math.sin(n), math.cos(n)), point=table_point, sign=-1)
+    return Machine("nutating table", [_rotary("C", table_point, -1), inclined, *_slides()], table=2)
+
+
+def _limited(axis: Axis, lower: float, upper: float, speed: float, acceleration: float) -> Axis:
+    return Axis(
+        axis.name, axis.kind, axis.direction, point=axis.point, sign=axis.sign, lower=lower, upper=upper,
+        max_speed=speed, max_acceleration=acceleration,
+    )  # fmt: skip
+
+
+def _trt(tilt: str, tilt_point: ArrayLike, rot_point: ArrayLike) -> Machine:
+    """Travels and speeds of LinuxCNC's simulated table-rotary-tilting mills; 300 deg/s^2 like its slides."""
+    turn = math.radians
+    axes = [
+        _limited(_rotary("C", rot_point, -1), turn(-36000), turn(36000), turn(30), turn(300)),
+        _limited(_rotary(tilt, tilt_point, -1), turn(-100), turn(50), turn(30), turn(300)),
+        *(_limited(slide, -reach, reach, 20.0, 300.0)
+          for slide, reach in zip(_slides(), (200.0, 100.0, 120.0), strict=True)),
+    ]  # fmt: skip
+    return Machine(f"xyz{tilt}c-trt".lower(), axes, table=2)
+
+
+def xyzac_trt(
+    *, rot_point: ArrayLike = ORIGIN, y_offset_mm: float = 20.0, z_offset_mm: float = 10.0
+) -> Machine:
+    """LinuxCNC's `xyzac-trt`: C through `rot_point`, A beside it by the offsets in y and z."""
+    point = np.asarray(rot_point, dtype=np.float64)
+    return _trt("A", point + [0.0, y_offset_mm, z_offset_mm], point)
+
+
+def xyzbc_trt(
+    *, rot_point: ArrayLike = ORIGIN, x_offset_mm: float = 20.0, z_offset_mm: float = 10.0
+) -> Machine:
+    """LinuxCNC's `xyzbc-trt`: C through `rot_point`, B beside it by the offsets in x and z."""
+    point = np.asarray(rot_point, dtype=np.float64)
+    return _trt("B", point + [x_offset_mm, 0.0, z_offset_mm], point)
+
+
+def _source(kind: str, **offsets: ArrayLike) -> Machine:
+    return FrameMachine(kind, **offsets).chain()
+
+
+PRESETS: Mapping[str, Callable[..., Machine]] = {
+    "xyz": xyz,
+    # axis formulas of the sweep files: Rz(c) Rx(a) ez, Rz(c) Ry(b) ez, Rx(a) Ry(b) ez
+    "ac": partial(head_head, "C", "A"),
+    "bc": partial(head_head, "C", "B"),
+    "ab": partial(head_head, "A", "B"),
+    # the hexapod has the tip and the axis of this chain; it differs by a spin about the tool axis
+    "hexa": partial(head_head, "C", "A"),
+    "ac-table": partial(table_table, "C", "A"),
+    "bc-table": partial(table_table, "C", "B"),
+    "ba-table": partial(table_table, "B", "A"),
+    "ab-table": partial(table_table, "A", "B"),
+    "ca-head": partial(head_head, "C", "A"),
+    "cb-head": partial(head_head, "C", "B"),
+    "ab-head": partial(head_head, "A", "B"),
+    "ba-head": partial(head_head, "B", "A"),
+    "c-table-b-head": partial(table_head, "C", "B"),
+    "c-table-a-head": partial(table_head, "C", "A"),
+    "nutating-head": nutating_head,
+    "nutating-table": nutating_table,
+    "xyzac-trt": xyzac_trt,
+    "xyzbc-trt": xyzbc_trt,
+    "2/0": partial(_source, "2/0"),
+    "1/1": partial(_source, "1/1"),
+    "0/2": partial(_source, "0/2"),
+}
+"""Every preset by name."""
+
+
+def preset(name: str, **options: Any) -> Machine:
+    """A machine by name.
+
+    Raises
+    ------
+    KinematicsError
+        No such preset, or an option it does not have.
+    """
+    from difflib import get_close_matches
+
+    make = PRESETS.get(name)
+    if make is None:
+        close = get_close_matches(name, PRESETS, n=1)
+        meant = f"did you mean {close[0]}? " if close else ""
+        raise KinematicsError(f"no machine {name!r}", remedy=f"{meant}known: {', '.join(PRESETS)}")
+    try:
+        return make(**options)
+    except TypeError as exc:
+        raise KinematicsError(f"machine {name}: {exc}") from exc
