@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from vmachining.machine import MachineLimits
     from vmachining.nc import parse_program, read_program
     from vmachining.report import write_report
-    from vmachining.sweep import Sweep
+    from vmachining.sweep import Pose, Sweep, Turn
     from vmachining.tool import (
         AptTool,
         BallNose,
@@ -70,7 +70,7 @@ _ROOMS = {
     "machine": ("MachineLimits",),
     "nc": ("parse_program", "read_program"),
     "report": ("write_report",),
-    "sweep": ("Sweep",),
+    "sweep": ("Pose", "Sweep", "Turn"),
     "tool": (
         "AptTool",
         "BallNose",
@@ -102,6 +102,7 @@ __all__ = [
     "Line",
     "MachineLimits",
     "NCError",
+    "Pose",
     "Profile",
     "ProfileTool",
     "RunResult",
@@ -110,6 +111,7 @@ __all__ = [
     "SweepError",
     "Taper",
     "ToolError",
+    "Turn",
     "VMachiningError",
     "engines",
     "nc",

@@ -1,10 +1,11 @@
-"""What a cutter sweeps while its axis stays upright: geometry without a kernel.
+"""What a cutter sweeps during one block: geometry without a kernel.
 
 Goal: exact answers about tool + motion of one block that every engine can be measured against: box, volume,
 membership, distance, and where a ray is inside.
 
 1. A cutter and a path make a `Sweep`: a line in any direction, a circle or a helix about x, y or z. The body
-   only translates, so a point x is in the sweep when x - p(t) is in the cutter for some t.
+   only translates, so a point x is in the sweep when x - p(t) is in the cutter for some t. A `Turn` moves
+   the axis too: on a great circle, by linear rotary angles, or by all joints of a serial chain.
 2. The distance to a body of revolution is a distance in the meridian half plane, to lines and arcs.
 3. The distance to a sweep is its minimum over t. For a convex piece of the cutter and a straight motion it is
    convex in point and t together; around a horizontal arc the nearest pose is the horizontally nearest one;
@@ -17,7 +18,10 @@ membership, distance, and where a ray is inside.
 
 | file | holds |
 |---|---|
-| `motion.py` | `Sweep`, `Pose`, `RayIntervals` |
+| `motion.py` | `Sweep`, `RayIntervals` |
+| `pose.py` | `Pose` and the checks of tips and axes |
+| `turning.py` | `Turn`: tip and axis of a five-axis block, with two derivatives |
+| `bounds.py` | box of a body that turns |
 | `volume.py` | `swept_volume` and its cases, `shadow` |
 | `_kernels.py` | distances and ray intervals in numba |
 
@@ -25,14 +29,16 @@ Source: volume of a convex body plus segment by Minkowski and Cauchy (shadow as 
 the rest is derived in the docstrings. Departures: rays do not march with the distance. Near a tangent
 marching takes 1 / depth steps, while grown chords keep their cost and prove what they leave out.
 
-Known limits: the tool axis is +z. No closed volume for arcs about x or y, for helices that come back to where
+Known limits: where the axis turns there are boxes and parts, but no rays, distances or volumes. No closed volume for arcs about x or y, for helices that come back to where
 they were (a full turn), and for bodies that are not convex unless they move horizontally or, without a
 waist, along their axis. Distances inside are the largest depth in one pose and one convex piece, a lower
 bound of the depth below the surface of the sweep. Curved motions are slow: a ray takes about 1 us on level
 moves, plunges and (upright rays only) horizontal arcs, 5 us on ramps, but 0.2 to 0.9 ms on other arcs.
 """
 
-from vmachining.sweep.motion import Pose, RayIntervals, Sweep
+from vmachining.sweep.motion import Motion, RayIntervals, Sweep
+from vmachining.sweep.pose import Pose
+from vmachining.sweep.turning import Turn
 from vmachining.sweep.volume import shadow, swept_volume
 
-__all__ = ["Pose", "RayIntervals", "Sweep", "shadow", "swept_volume"]
+__all__ = ["Motion", "Pose", "RayIntervals", "Sweep", "Turn", "shadow", "swept_volume"]

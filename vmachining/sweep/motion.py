@@ -13,10 +13,14 @@ from vmachining.arrays import Bools, Floats, Ints, rows
 from vmachining.errors import SweepError
 from vmachining.geometry import Arc, Line, Path
 from vmachining.sweep import _kernels
+from vmachining.sweep.bounds import body_bounds
+from vmachining.sweep.pose import Pose, tip, tool_frame, unit_axis
+from vmachining.sweep.turning import Turn
 from vmachining.sweep.volume import swept_volume
+from vmachining.tolerance import ANGLE_EPS
 from vmachining.tool import Cutter, Profile, convex_cover
 
-__all__ = ["Pose", "RayIntervals", "Sweep"]
+__all__ = ["Motion", "Pose", "RayIntervals", "Sweep"]
 
 ULPS = 16
 """Rounding of a distance in ulp of the extent of the sweep: a dozen operations on its coordinates."""
@@ -26,13 +30,6 @@ PART_RAD = np.pi / 6
 
 CHUNK = 16384
 """Rays worked on at once; bounds the memory of the interval buffers."""
-
-
-class Pose(NamedTuple):
-    """Tool tip `cl` (3,) mm and tool axis (3,), from tip to spindle, of any length."""
-
-    cl: ArrayLike
-    axis: ArrayLike = (0.0, 0.0, 1.0)
 
 
 class RayIntervals(NamedTuple):
@@ -57,49 +54,77 @@ class RayIntervals(NamedTuple):
 
 Body: TypeAlias = Cutter | Profile
 Place: TypeAlias = ArrayLike | Pose
+Motion: TypeAlias = Path | Turn
+
+UP = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
 class Sweep:
-    """All points that a cutter touches while its tip follows a path; the tool axis stays +z.
+    """All points that a cutter touches during one block.
 
-    Sweep(tool, start, end) is a straight motion between two tips (3,) mm or two `Pose`; `Sweep.along` takes
-    a `Line` or an `Arc` (circle or helix about x, y or z). `tool` is a cutter, of which the whole body up to
-    its length sweeps, or a `Profile`.
+    Sweep(tool, start, end) moves between two tips (3,) mm or two `Pose`: in a straight line, and where an
+    axis is not +z, with the axis on the great circle between the two. `Sweep.along` takes a `Line`, an `Arc`
+    (circle or helix about x, y or z; both with the axis along +z) or a `Turn`. `tool` is a cutter, of which
+    the whole body up to its length sweeps, or a `Profile`.
 
     Raises
     ------
     SweepError
-        A tip or axis that is not finite or has the wrong shape; an axis other than +z.
+        A tip or axis that is not finite or has the wrong shape, an axis of length zero, opposite axes.
     """
 
     profile: Profile
-    path: Path
-    _packed: _Packed = field(repr=False)
+    path: Motion
+    _packed: _Packed | None = field(repr=False)
 
     def __init__(self, tool: Body, start: Place, end: Place) -> None:
-        self._fill(tool, Line(_tip(start, "start"), _tip(end, "end")))
+        self._fill(tool, _between(start, end))
 
     @classmethod
-    def along(cls, tool: Body, path: Path) -> Sweep:
-        """Sweep of a cutter whose tip follows a line, an arc or a helix."""
-        if not isinstance(path, (Line, Arc)):
-            raise SweepError(f"path must be a Line or an Arc, got {type(path).__name__}")
+    def along(cls, tool: Body, path: Motion) -> Sweep:
+        """Sweep of a cutter along a line, an arc, a helix or a five-axis block.
+
+        A `Turn` that keeps the axis on +z and the tip on a straight line is the `Line` it looks like.
+        """
+        if not isinstance(path, (Line, Arc, Turn)):
+            raise SweepError(f"path must be a Line, an Arc or a Turn, got {type(path).__name__}")
+        if isinstance(path, Turn) and path.is_upright and path.is_straight:
+            path = Line(path.start, path.end)
         self = object.__new__(cls)
         self._fill(tool, path)
         return self
 
-    def _fill(self, tool: Body, path: Path) -> None:
+    def _fill(self, tool: Body, path: Motion) -> None:
         profile = tool.profile if isinstance(tool, Cutter) else tool
         if not isinstance(profile, Profile):
             raise SweepError(f"tool must be a cutter or a Profile, got {type(tool).__name__}")
         object.__setattr__(self, "profile", profile)
         object.__setattr__(self, "path", path)
-        object.__setattr__(self, "_packed", _pack(convex_cover(profile), path))
+        packed = None if isinstance(path, Turn) else _pack(convex_cover(profile), path)
+        object.__setattr__(self, "_packed", packed)
+
+    def upright(self) -> tuple[Sweep, Floats] | None:
+        """The same sweep seen from a tool whose axis keeps its direction, None if the axis turns.
+
+        Returns
+        -------
+        (Sweep, (3, 3) float)
+            A sweep with the axis along +z, and the rotation Q to its frame: x in this sweep where Q x in
+            that one. None also where the axis is steady but the tip does not move in a straight line.
+        """
+        if not isinstance(self.path, Turn):
+            return self, np.eye(3)
+        if not (self.path.is_steady and self.path.is_straight):
+            return None
+        frame = tool_frame(self.path.axis(0.0))
+        return Sweep.along(self.profile, Line(frame @ self.path.start, frame @ self.path.end)), frame
 
     @property
     def bounds(self) -> Floats:
-        """(2, 3) mm: the tight box."""
+        """(2, 3) mm: the tight box; for a `Turn` at most about 1e-5 of the motion too large."""
+        if isinstance(self.path, Turn):
+            return body_bounds(self.profile, self.path)
         r = self.profile.max_radius
         grow = np.array([[-r, -r, self.profile.z_min], [r, r, self.profile.z_max]])
         return np.asarray(self.path.bounds + grow)
@@ -107,6 +132,9 @@ class Sweep:
     @property
     def volume(self) -> float | None:
         """mm^3 in closed form (or by one smooth quadrature); None where none is known, see `swept_volume`."""
+        if isinstance(self.path, Turn):
+            plain = self.upright()
+            return plain[0].volume if plain else None
         return swept_volume(self.profile, self.path)
 
     def split(self, fractions: Sequence[float]) -> list[Sweep]:
@@ -142,7 +170,11 @@ class Sweep:
         SweepError
             Points of a wrong shape or not finite.
         """
-        where = _points(points, "points") - self.path.start
+        where = _points(points, "points")
+        if self._packed is None:
+            plain, frame = self._plain()
+            return plain.signed_distance(where @ frame.T)
+        where = where - self.path.start
         p = self._packed
         out = np.empty(len(where))
         _kernels.distances(p.seg, p.first, p.path, p.flat, p.parts, where, p.tol, out)
@@ -189,14 +221,28 @@ class Sweep:
             raise SweepError(f"directions: row {int(np.argmin(size))} has length zero")
         unit = heading / size[:, None]
         unit = np.where(np.abs(unit) < 1e-300, 0.0, unit)
+        if self._packed is None:
+            plain, frame = self._plain()
+            return plain.ray_intervals(where @ frame.T, unit @ frame.T)
         found = [
             self._rays(where[k : k + CHUNK] - self.path.start, unit[k : k + CHUNK])
             for k in range(0, len(where), CHUNK)
         ] or [RayIntervals(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0))]
         return RayIntervals(*(np.concatenate(column) for column in zip(*found, strict=True)))
 
+    def _plain(self) -> tuple[Sweep, Floats]:
+        """`upright`, or a refusal."""
+        plain = self.upright()
+        if plain is None:
+            raise SweepError(
+                "rays and distances are not supported for a tool axis that turns in this version",
+                remedy="use a block whose axis keeps its direction",
+            )
+        return plain
+
     def _rays(self, origins: Floats, directions: Floats) -> RayIntervals:
         p = self._packed
+        assert p is not None
         capacity = 4 + 2 * len(p.size) * (1 + p.parts // 6)
         while True:
             lo, hi = np.full((2, len(origins), capacity), np.nan)
@@ -266,26 +312,13 @@ def _rows(piece: Profile) -> Floats:
     return np.array(out, dtype=np.float64)
 
 
-def _tip(place: Place, name: str) -> Floats:
-    """Checked tool tip of a point or pose."""
-    axis: ArrayLike = (0.0, 0.0, 1.0)
-    if isinstance(place, Pose):
-        place, axis = place
-    try:
-        tip, direction = rows(place, 3, name=f"{name} tip"), rows(axis, 3, name=f"{name} axis")
-    except (ValueError, TypeError) as exc:
-        raise SweepError(f"{name} pose: {exc}", remedy="want three finite numbers, mm") from exc
-    length = float(np.linalg.norm(direction))
-    if length == 0.0:
-        raise SweepError(f"{name} axis has length zero")
-    if np.abs(direction / length - [0.0, 0.0, 1.0]).max() > 1e-12:
-        i, j, k = direction / length
-        raise SweepError(
-            f"{name} axis ({i:g}, {j:g}, {k:g}) is not +z: "
-            "five-axis sweeps are not supported in this version",
-            remedy="use axis (0, 0, 1)",
-        )
-    return tip
+def _between(start: Place, end: Place) -> Line | Turn:
+    """A line where the axis is +z at both ends, else the great circle."""
+    first, last = (p if isinstance(p, Pose) else Pose(p) for p in (start, end))
+    axes = unit_axis(first.axis, "start"), unit_axis(last.axis, "end")
+    if all(np.abs(axis - UP).max() <= ANGLE_EPS for axis in axes):
+        return Line(tip(first.cl, "start"), tip(last.cl, "end"))
+    return Turn.great_circle(Pose(first.cl, axes[0]), Pose(last.cl, axes[1]))
 
 
 def _points(values: ArrayLike, name: str, *, single: bool = False) -> Floats:
