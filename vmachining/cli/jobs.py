@@ -119,6 +119,9 @@ def _told(result: RunResult, folder: Path) -> str:
         f"  time      {s['time_s']:.2f} s"
         + (f" -> {s['scheduled_time_s']:.2f} s scheduled" if s["scheduled_time_s"] is not None else ""),
         f"  warnings  {s['warnings']}",
-        f"  files     {folder}",
+        *(f"  note      {text}" for text in s["notes"]),
     ]
+    if left := len(s.get("unsplit_lines", ())) + len(s.get("untouched_lines", ())):
+        lines.append(f"  schedule  {left} lines could not take the feed they want, see the warnings")
+    lines.append(f"  files     {folder}")
     return "\n".join(lines)

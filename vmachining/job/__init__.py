@@ -33,8 +33,13 @@ Interruption: SIGINT or SIGTERM finish the block in hand, then leave `blocks.par
 workpiece and a manifest with `complete: false`. A run that goes on makes the same rows as one that was never
 stopped.
 
-Known limits: three axes, the tool along z. The stock of a STEP file with curved faces is triangulated within
-the chord, and the bracket does not include that. Lines of several motions (G28) keep their feed.
+A run that is refused (bad job, program, tools, stock) leaves the result directory as it was. One that starts
+removes the files of an earlier result first, so that no old file passes for a new one.
+
+Known limits: three axes, the tool along z. A STEP stock with curved faces is triangulated within the chord:
+`stock_slack_mm3` of the summary bounds what that can do to any volume; the totals include it, the brackets of
+single blocks do not, and a note says so. Lines of several feed motions keep their feed in a schedule; their
+`feed_mm_min` is the one that takes the same time. Feeds that could not be written are warnings of their block.
 """
 
 from vmachining.job.blocks import Block, group_blocks, move_path

@@ -17,7 +17,7 @@ from types import FrameType
 from typing import Any
 
 from vmachining.errors import EngineError, VMachiningError
-from vmachining.job.files import atomic_path, read_manifest, sha256
+from vmachining.job.files import atomic_path, make_folder, read_manifest, sha256
 from vmachining.job.jobfile import Job
 from vmachining.job.run import run
 from vmachining.job.simulate import Stopped
@@ -52,6 +52,8 @@ def already_complete(job: Job, folder: Path) -> dict[str, Any] | None:
     """The summary of a run of exactly these inputs that ended in `folder`, or None."""
     manifest = read_manifest(folder)
     if manifest is None or not manifest.get("complete") or not _same_inputs(job, manifest):
+        return None
+    if not all((folder / name).is_file() for name in manifest.get("outputs", ())):
         return None
     try:
         summary: dict[str, Any] = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
@@ -138,7 +140,7 @@ def run_many(
     Processes are spawned, not forked: kernels with threads do not survive a fork. A job that fails, or whose
     process dies, has its row and does not stop the others.
     """
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(out)
     folders = _folders(files, out)
     rows: list[dict[str, Any]] = [
         {

@@ -6,15 +6,20 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 from typing import NamedTuple
 
+import numpy as np
+
+from vmachining.arrays import Bools
 from vmachining.errors import NCError
 from vmachining.geometry import Arc, Line, Path, arc_between
-from vmachining.nc import Motion, Move, Program, decode_program, split_lines
+from vmachining.nc import Motion, Move, Program, decode_program, lex_line, split_lines
 from vmachining.tolerance import LENGTH_EPS_MM
 
-__all__ = ["Block", "group_blocks", "move_path", "program_lines"]
+__all__ = ["Block", "group_blocks", "halts", "move_path", "program_lines"]
 
 NORMAL = {"yz": 0, "zx": 1, "xy": 2}
 IN_PLANE = {"yz": (1, 2), "zx": (2, 0), "xy": (0, 1)}
+BEFORE, AFTER = frozenset((6.0,)), frozenset((0.0, 1.0, 2.0, 30.0, 60.0))
+"""M codes that stop the axes: before the motion of their line, and behind it."""
 TRAVEL = {Motion.RAPID, Motion.LINEAR, Motion.ARC_CW, Motion.ARC_CCW}
 
 
@@ -67,6 +72,29 @@ def move_path(move: Move) -> Path:
         )
     except ValueError as exc:
         raise NCError(str(exc), line=move.line) from exc
+
+
+def halts(program: Program, *, block_delete: bool = False) -> Bools:
+    """(moves,) whether the axes stand still when a move ends, because the program stops or changes the tool.
+
+    M6 acts before the motion of its line; M0, M1, M2, M30 and M60 act behind it. Between two moves every line
+    counts that lies between theirs. `block_delete`: lines that open with a slash did not run.
+    """
+    lines = program_lines(program)
+    before, after = np.zeros((2, len(lines) + 2), dtype=np.int64)
+    for number, text in enumerate(lines, start=1):
+        if "M" not in text and "m" not in text:
+            continue
+        lexed = lex_line(text)
+        if block_delete and lexed.block_delete:
+            continue
+        codes = {word.value for word in lexed.words if word.letter == "M"}
+        before[number], after[number] = not codes.isdisjoint(BEFORE), not codes.isdisjoint(AFTER)
+    own = np.array([move.line for move in program.moves], dtype=np.int64)
+    here, there = own, np.append(own[1:], len(lines) + 1)
+    stops = np.cumsum(before + after)
+    between = np.where(there > here, stops[np.maximum(there - 1, 0)] - stops[here], 0)
+    return np.asarray((there != here) & ((after[here] > 0) | (before[there] > 0) | (between > 0)))
 
 
 def _length(path: Line | Arc) -> float:

@@ -7,16 +7,34 @@ import importlib.metadata
 import json
 import os
 import platform
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from vmachining.errors import InputError, JobError
 
-__all__ = ["atomic_path", "fingerprints", "read_manifest", "sha256", "versions", "write_atomic", "write_json"]
+__all__ = [
+    "MANIFEST",
+    "OUTPUTS",
+    "TABLES",
+    "atomic_path",
+    "fingerprints",
+    "forget_outputs",
+    "make_folder",
+    "read_manifest",
+    "sha256",
+    "versions",
+    "write_atomic",
+    "write_json",
+    "writing",
+]
 
 MANIFEST = "manifest.json"
+TABLES = ("blocks.csv", "blocks.parquet", "scheduled_blocks.csv", "scheduled_blocks.parquet", "scheduled.nc")
+OUTPUTS = (*TABLES, "summary.json", "report.html", "stock.stl", "stock.3mf")
+"""Every result file there can be, the manifest apart."""
+
 PACKAGES = ("vmachining", "numpy", "numba", "manifold3d", "trimesh", "polars", "cadquery")
 
 
@@ -25,15 +43,67 @@ def atomic_path(target: Path) -> Iterator[Path]:
     """A temporary path beside `target` that takes its place when the block ends without an error.
 
     The suffix is kept, because writers choose their format by it.
+
+    Raises
+    ------
+    InputError
+        The disk is full, the directory read-only, ...; names the target.
     """
     temporary = target.with_name(f".{target.stem}.{os.getpid()}.tmp{target.suffix}")
     try:
-        yield temporary
-        temporary.replace(target)
+        with writing(target):
+            yield temporary
+            temporary.replace(target)
     except BaseException:
         with suppress(OSError):
             temporary.unlink()
         raise
+
+
+@contextmanager
+def writing(target: Path) -> Iterator[None]:
+    """Failures of the operating system as refusals that name the file."""
+    try:
+        yield
+    except OSError as exc:
+        raise InputError(
+            f"cannot write: {exc.strerror or exc}",
+            file=str(target),
+            remedy="choose another --out or make room",
+        ) from exc
+
+
+def make_folder(folder: Path) -> None:
+    """Make a result directory, parents too.
+
+    Raises
+    ------
+    InputError
+        It cannot be made, or is something else than a directory.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise InputError(
+            "is a file, not a directory for results", file=str(folder), remedy="choose another --out"
+        )
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as exc:
+        raise InputError(
+            f"cannot make the result directory: {exc.strerror or exc}",
+            file=str(folder),
+            remedy="choose another --out",
+        ) from exc
+
+
+def forget_outputs(folder: Path, keep: Collection[str] = ()) -> None:
+    """Remove results and leftovers of an earlier run, so that no file of it passes for one of this run."""
+    for path in [
+        *(folder / name for name in OUTPUTS if name not in keep),
+        *folder.glob("*.partial.csv"),
+        *folder.glob("checkpoint.*.npz"),
+    ]:
+        with writing(path):
+            path.unlink(missing_ok=True)
 
 
 def write_atomic(target: Path, data: bytes | str) -> None:

@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from vmachining.engines.mesh import MeshEngine, StockSurface
-from vmachining.job.files import MANIFEST, write_json
+from vmachining.job.files import MANIFEST, TABLES, forget_outputs, make_folder, write_json
 from vmachining.job.jobfile import Job
 from vmachining.job.schedule import ScheduleReport
 from vmachining.job.stock import write_stock
@@ -25,8 +25,6 @@ __all__ = ["PAGE", "RunResult"]
 PAGE = "vmachining.report:write_report"
 """Who writes report.html. The report room sits above this one, so it is named here and not imported: a result
 must be able to write all of its files, and the arrows between rooms still point down."""
-
-TABLES = ("blocks.csv", "blocks.parquet", "scheduled_blocks.csv", "scheduled_blocks.parquet", "scheduled.nc")
 
 
 @dataclass(slots=True, eq=False)
@@ -80,7 +78,9 @@ class RunResult:
         report : whether to write report.html.
         """
         folder = Path(folder)
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
+        self.manifest["complete"] = False
+        write_json(folder / MANIFEST, self.manifest)
         if folder.resolve() != self.folder.resolve():
             for name in TABLES:
                 if (self.folder / name).is_file():
@@ -91,16 +91,15 @@ class RunResult:
         write_json(folder / "summary.json", self.summary)
         if report:
             pkgutil.resolve_name(PAGE)(self, folder / "report.html")
+        made = {name for name in TABLES if (self.folder / name).is_file()}
+        made |= {*(f"stock.{suffix}" for suffix in formats), "summary.json", *(["report.html"] * report)}
         files = [
             *TABLES,
             *(f"stock.{suffix}" for suffix in formats),
             "summary.json",
             *(["report.html"] * report),
         ]
-        self.manifest["complete"] = True
-        self.manifest["outputs"] = [name for name in files if (folder / name).is_file()]
+        forget_outputs(folder, keep=[name for name in files if name in made])
+        self.manifest |= {"complete": True, "outputs": [name for name in files if name in made]}
         write_json(folder / MANIFEST, self.manifest)
-        for pattern in ("*.partial.csv", "checkpoint.*.npz"):
-            for path in folder.glob(pattern):
-                path.unlink()
         return folder

@@ -23,6 +23,8 @@ from vmachining.job.files import (
     MANIFEST,
     atomic_path,
     fingerprints,
+    forget_outputs,
+    make_folder,
     read_manifest,
     versions,
     write_atomic,
@@ -88,7 +90,6 @@ def run(
         raise InputError("resume wants the directory of the interrupted run")
     keep = TemporaryDirectory(prefix="vmachining-") if out is None else None
     folder = Path(keep.name if keep else str(out))
-    folder.mkdir(parents=True, exist_ok=True)
     options = {"engine": engine, "certify": certify, "chord_mm": job.keys.accuracy.chord_mm}
     with _stop_flag() as stop:
         work = _Run(job, folder, options, resume, progress or (lambda *_: None), stop)
@@ -145,8 +146,8 @@ class _Run:
     started: float = field(default_factory=time.perf_counter)
 
     def go(self) -> RunResult:
+        """What is refused here is refused before the first byte: an earlier result stays as it is."""
         job = self.job
-        self._open_manifest()
         tools = {number: ToolParts.of(tool) for number, tool in job.tools.items()}
         program = self._read(job.program_path)
         blocks = list(group_blocks(program))
@@ -154,10 +155,12 @@ class _Run:
             raise NCError(
                 "the program moves nothing", file=str(job.program_path), remedy="is it the right file?"
             )
-        limits = machine_limits(job)
-        times = move_times(program.moves, limits, str(job.program_path))
+        limits, skips = machine_limits(job), job.keys.program.block_delete
+        times = move_times(program, limits, block_delete=skips)
         stock = raw_stock(job)
         self._refuse_early(program, tools, stock)
+        make_folder(self.folder)
+        self._open_manifest()
         feed = job.keys.feed
         counts = (lambda length: sample_count(feed, length)) if feed and feed.insert_blocks else None
         engine = self._stage("program", program, blocks, times, tools, stock, counts, check=True)
@@ -172,11 +175,11 @@ class _Run:
             target = self.folder / "scheduled.nc"
             write_atomic(target, written.data)
             again = self._read(target)
-            after = move_times(again.moves, limits, str(target))
+            after = move_times(again, limits, block_delete=skips)
             self._stage("scheduled", again, list(group_blocks(again)), after, tools, stock, None, check=False)
             new_rows = self.folder / "scheduled_blocks.partial.csv"
             finish(new_rows, self.folder, "scheduled_blocks")
-            scheduled, report = compare(feed, schedule, written.source_line, blocks, read_partial(new_rows))
+            scheduled, report = compare(feed, schedule, written, blocks, read_partial(new_rows))
         finish(partial, self.folder, "blocks", scheduled)
         result = RunResult(
             job=job,
@@ -206,7 +209,7 @@ class _Run:
         }  # fmt: skip
         program = read_program(path, **options)
         if not program.data.strip():
-            raise NCError("the program is empty", file=str(path))
+            raise NCError("the program is empty", file=str(path), line=1, remedy="is it the right file?")
         program.require_clean(allow=NO_END)
         only = next(iter(self.job.tools))
         cutting = (m for m in program.moves if m.motion not in (Motion.RAPID, Motion.DWELL))
@@ -231,6 +234,7 @@ class _Run:
                     f"cuts with tool {move.tool}, which is not in the tool table (it has {known})",
                     file=program.name,
                     line=move.line,
+                    remedy=f"add a [[tools]] table with number = {move.tool}, or correct the T word",
                 )
         for move in cutting:
             cutter = tools[move.tool].cutter
@@ -310,22 +314,25 @@ class _Run:
             roles["stock"] = path
         inputs = fingerprints(roles)
         old = read_manifest(self.folder) if self.resume else None
-        fresh = {
+        fresh: dict[str, Any] = {
             "job": self.job.name, "complete": False, "inputs": inputs, "versions": versions(),
             "options": self.options, "seconds": 0.0, "checkpoints": {},
         }  # fmt: skip
         self.manifest = fresh
         if old is None or not old.get("checkpoints"):  # nothing to go on with
-            for pattern in ("*.partial.csv", "checkpoint.*.npz"):
-                for path in self.folder.glob(pattern):
-                    path.unlink()
+            self.save_manifest()  # from here on the directory says that it is not complete
+            forget_outputs(self.folder)
             return
-        if old.get("options") != self.options:
-            raise JobError(
-                "the interrupted run had other options",
-                file=str(self.folder / MANIFEST),
-                remedy="run again without --resume",
-            )
+        made_by = old.get("versions", {}).get("vmachining")
+        for what, same in (
+            ("had other options", old.get("options") == self.options),
+            (f"was made by vmachining {made_by}", made_by == fresh["versions"].get("vmachining")),
+        ):
+            if not same:
+                raise JobError(
+                    f"the interrupted run {what}", file=str(self.folder / MANIFEST),
+                    remedy="run again without --resume",
+                )  # fmt: skip
         for role, entry in inputs.items():
             before = old.get("inputs", {}).get(role, {}).get("sha256")
             if before != entry["sha256"]:
@@ -359,12 +366,12 @@ class _Run:
         summary: dict[str, Any] = {
             "blocks": len(rows),
             "removed_mm3": removed,
-            "removed_lo_mm3": min(lo, removed),
-            "removed_hi_mm3": max(hi, removed),
+            "removed_lo_mm3": max(0.0, min(lo, removed) - stock.slack_mm3),
+            "removed_hi_mm3": max(hi, removed) + stock.slack_mm3,
             "stock_mm3": before.estimate,
             "final_mm3": final.estimate,
-            "final_lo_mm3": final.lo,
-            "final_hi_mm3": final.hi,
+            "final_lo_mm3": max(0.0, final.lo - stock.slack_mm3),
+            "final_hi_mm3": final.hi + stock.slack_mm3,
             "time_s": float(times.seconds.sum()),
             "scheduled_time_s": None if after is None else float(after.seconds.sum()),
             "ideal_time_s": float(times.ideal_s.sum()),
@@ -374,9 +381,22 @@ class _Run:
             "seconds": 0.0,
             "peak_mb": 0.0,
         }
+        summary["notes"] = _job_notes(stock, self.options["chord_mm"])
         if stock.step_mm3 is not None:
-            summary["stock_step_mm3"] = stock.step_mm3
+            summary |= {"stock_step_mm3": stock.step_mm3, "stock_slack_mm3": stock.slack_mm3}
+        if (report := result.schedule) is not None:
+            summary |= {"unsplit_lines": list(report.unsplit), "untouched_lines": list(report.untouched)}
         return summary
+
+
+def _job_notes(stock: RawStock, chord: float) -> list[str]:
+    """What must be known of all numbers at once."""
+    if stock.slack_mm3 <= 0.0:
+        return []
+    return [
+        f"curved faces of the STEP stock are triangulated within {chord:g} mm: any removed volume can be off by up "
+        f"to {stock.slack_mm3:.3g} mm3; the totals include that, the brackets of single blocks do not"
+    ]
 
 
 def _notes(program: Program) -> dict[int, str]:

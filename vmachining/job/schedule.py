@@ -30,7 +30,7 @@ from vmachining.feed import (
 from vmachining.job.blocks import Block
 from vmachining.job.model import Feed
 from vmachining.job.table import read_samples
-from vmachining.nc import Motion, Program
+from vmachining.nc import Motion, Program, Rewritten
 
 __all__ = ["MAX_SAMPLES", "ScheduleReport", "compare", "plan", "sample_count"]
 
@@ -44,6 +44,8 @@ WORDS = {
     Limit.MIN: "at the smallest feed: the rate stays above the reference",
     Limit.INFEASIBLE_MIN: "machine limit below the smallest feed: the machine wins",
 }
+UNSPLIT = "could not be divided: the smallest feed of its parts"
+UNTOUCHED = "left as programmed: its line cannot take another feed"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,7 +55,9 @@ class ScheduleReport:
     text : strategy and reference in words. limits : {block: words} of the blocks that hit one.
     tally : {words: number of blocks}.
     after_rate : (n,) mm^3/min per original block, NaN where it takes no time.
-    blocks, removed_mm3, time_s, ideal_time_s : of the written program.
+    blocks, removed_mm3 : of the written program.
+    unsplit : lines that wanted inserted blocks and got the smallest feed of them as a whole.
+    untouched : lines whose feed could not be changed and is the programmed one.
     """
 
     text: str
@@ -62,6 +66,8 @@ class ScheduleReport:
     after_rate: Floats
     blocks: int
     removed_mm3: float
+    unsplit: tuple[int, ...] = ()
+    untouched: tuple[int, ...] = ()
 
 
 def sample_count(feed: Feed, length_mm: float) -> int:
@@ -112,27 +118,31 @@ def plan(
 
 
 def _kind(program: Program, block: Block) -> Kind:
-    """A line of several motions (G28 through a point) keeps its feed: its parts cannot be told apart."""
-    if len(block.moves) > 1:
-        return Kind.OTHER
-    return Kind.RAPID if program.moves[block.moves[0]].motion is Motion.RAPID else Kind.CUT
+    """A line of several motions that are not all rapid keeps its feed: its parts cannot be told apart."""
+    if all(program.moves[index].motion is Motion.RAPID for index in block.moves):
+        return Kind.RAPID
+    return Kind.OTHER if len(block.moves) > 1 else Kind.CUT
+
+
+def _said(note: str | None) -> str | None:
+    return None if note is None else f"schedule: {note}"
 
 
 def compare(
-    feed: Feed, schedule: Schedule, source_line: Sequence[int], blocks: Sequence[Block], after: pl.DataFrame
+    feed: Feed, schedule: Schedule, written: Rewritten, blocks: Sequence[Block], after: pl.DataFrame
 ) -> tuple[pl.DataFrame, ScheduleReport]:
     """Rows of the rewritten program grouped to the original blocks.
 
     Returns
     -------
-    columns block, scheduled_feed_mm_min, scheduled_time_s; and the report.
+    columns block, scheduled_feed_mm_min, scheduled_time_s, note; and the report.
 
     Raises
     ------
     FeedError
         The written program does not run through the original blocks: a bug, never a user's fault.
     """
-    lines = [source_line[line - 1] for line in after["line"].to_list()]
+    lines = [written.source_line[line - 1] for line in after["line"].to_list()]
     groups = [(line, list(members)) for line, members in groupby(range(len(lines)), key=lines.__getitem__)]
     if [line for line, _ in groups] != [block.line for block in blocks]:
         raise FeedError("the written program runs through other blocks than the original")
@@ -146,18 +156,24 @@ def compare(
         for _, m in groups
     ]
     rates = np.divide(60.0 * volume, seconds, out=np.full(len(seconds), np.nan), where=seconds > 0)
-    columns = pl.DataFrame(
-        {
-            "block": pl.Series(range(len(blocks)), dtype=pl.Int64),
-            "scheduled_feed_mm_min": pl.Series(speed, dtype=pl.Float64).fill_nan(None),
-            "scheduled_time_s": pl.Series(seconds, dtype=pl.Float64),
-        }
-    )
     hit = {
         index: WORDS[word]
         for index, (word, on) in enumerate(zip(schedule.limit, schedule.scheduled, strict=True))
         if on and word in WORDS
     }
+    left: dict[int, str] = {
+        **dict.fromkeys(written.unsplit, UNSPLIT),
+        **dict.fromkeys(written.untouched, UNTOUCHED),
+    }
+    columns = pl.DataFrame(
+        {
+            "block": pl.Series(range(len(blocks)), dtype=pl.Int64),
+            "scheduled_feed_mm_min": pl.Series(speed, dtype=pl.Float64).fill_nan(None),
+            "scheduled_time_s": pl.Series(seconds, dtype=pl.Float64),
+            "note": pl.Series([_said(left.get(block.line)) for block in blocks], dtype=pl.String),
+        }
+    )
+    hit |= {block.number: left[block.line] for block in blocks if block.line in left}
     inserted = (
         f", {schedule.inserted} blocks inserted (tau {feed.tau:g}, rule {feed.rule})"
         if feed.insert_blocks
@@ -176,5 +192,7 @@ def compare(
         after_rate=rates,
         blocks=len(after),
         removed_mm3=float(removed.sum()),
+        unsplit=tuple(sorted(set(written.unsplit) - set(written.untouched))),
+        untouched=tuple(sorted(set(written.untouched))),
     )
     return columns, report

@@ -133,7 +133,7 @@ class Stage:
         removed = ZERO
         samples: list[float] = []
         warnings: list[str] = []
-        length, feed = 0.0, None
+        length, driven_mm, driven_min = 0.0, 0.0, 0.0
         contacts = self.contacts
         for index in block.moves:
             move = self.moves[index]
@@ -146,7 +146,8 @@ class Stage:
                 if contacts is not None:
                     warnings += self._checked(contacts.rapid, tool, path)
                 continue
-            feed = move.feed_mm_min if feed is None else feed
+            if move.feed_mm_min:
+                driven_mm, driven_min = driven_mm + path.length, driven_min + path.length / move.feed_mm_min
             begin = time.perf_counter()
             if (count := self.sample_counts(path.length) if self.sample_counts else 1) > 1:
                 samples += sampled_volumes(self.engine, tool.cutter, path, count)
@@ -157,6 +158,9 @@ class Stage:
         if (note := self.notes.get(block.line)) is not None:
             warnings.append(note)
         end = self.moves[block.moves[-1]].end
+        feeds = {move.feed_mm_min for index in block.moves if (move := self.moves[index]).feed_mm_min}
+        # several feeds on one line: the one that takes the same time
+        feed = feeds.pop() if len(feeds) == 1 else driven_mm / driven_min if driven_min > 0 else None
         seconds = float(sum(self.move_time_s[index] for index in block.members))
         rate = 60.0 * removed.estimate / seconds if seconds > 0 else None
         return {

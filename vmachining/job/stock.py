@@ -9,10 +9,19 @@ from typing import NamedTuple
 import numpy as np
 
 from vmachining.arrays import Floats, Ints
-from vmachining.engines.mesh import MeshEngine, StockMesh, box_stock, cylinder_stock, mesh_stock, stl_stock
+from vmachining.engines.mesh import (
+    MeshEngine,
+    StockMesh,
+    box_stock,
+    cylinder_stock,
+    mesh_stock,
+    stl_stock,
+)
+from vmachining.engines.mesh.facets import Side
 from vmachining.errors import InputError, StockError
 from vmachining.job.files import atomic_path
 from vmachining.job.jobfile import Job
+from vmachining.tolerance import LENGTH_EPS_MM
 
 __all__ = ["STOCK_FORMATS", "RawStock", "check_formats", "raw_stock", "write_stock"]
 
@@ -39,11 +48,21 @@ MODEL = (
 )
 
 
+RAYS = 64
+"""Vertical rays that look for surfaces passing through themselves."""
+
+
 class RawStock(NamedTuple):
-    """mesh : what the engine starts from. step_mm3 : exact volume of a STEP stock, None for the others."""
+    """What the engine starts from, and how well it stands for the file.
+
+    mesh : triangles. step_mm3 : exact volume of a STEP stock, None for the others.
+    slack_mm3 : bound of the volume between the solid and its triangles (chord times curved area); every
+    removed volume can be off by at most that. 0 for a stock without curved STEP faces.
+    """
 
     mesh: StockMesh
-    step_mm3: float | None
+    step_mm3: float | None = None
+    slack_mm3: float = 0.0
 
 
 def raw_stock(job: Job) -> RawStock:
@@ -59,21 +78,59 @@ def raw_stock(job: Job) -> RawStock:
     try:
         if keys.box is not None:
             lo, hi = ([scale * v for v in corner] for corner in (keys.box.min, keys.box.max))
-            return RawStock(box_stock(lo, hi), None)
+            return RawStock(box_stock(lo, hi))
         if keys.cylinder is not None:
             bar = keys.cylinder
             center, z = ((scale * a, scale * b) for a, b in (bar.center, bar.z))
-            return RawStock(cylinder_stock(center, scale * bar.radius, z, chord=chord), None)
+            return RawStock(cylinder_stock(center, scale * bar.radius, z, chord=chord))
     except StockError as exc:
         raise StockError(exc.message, **job.where("stock"), remedy=exc.remedy) from exc
     path = job.stock_path
     assert path is not None  # the model wants exactly one of four
-    if keys.stl is not None:
-        return RawStock(stl_stock(path, scale=scale), None)
-    from vmachining.engines.brep import read_step  # OCCT takes seconds to load: only for who asks
+    try:
+        if keys.stl is not None:
+            mesh = stl_stock(path, scale=scale)
+            _refuse_overlap(mesh, path)
+            return RawStock(mesh)
+        from vmachining.engines.brep import read_step  # OCCT takes seconds to load: only for who asks
 
-    vertices, triangles, volume = read_step(path, chord)
-    return RawStock(mesh_stock(vertices, triangles, source=str(path)), volume)
+        solid = read_step(path, chord)
+        mesh = mesh_stock(solid.vertices, solid.triangles, source=str(path))
+    except StockError as exc:
+        remedy = exc.remedy or "is it the right file? export the stock again, as one closed solid"
+        raise StockError(exc.message, file=exc.file, remedy=remedy) from exc
+    return RawStock(mesh, solid.volume, chord * solid.curved_mm2)
+
+
+def _refuse_overlap(stock: StockMesh, path: Path) -> None:
+    """A closed surface that passes through itself counts some space twice, and every volume with it.
+
+    Seen from above, a solid is entered and left in turn. Rays through random points (fixed seed) count
+    how often they are inside; no boolean is asked, because each kernel repairs such input in its own way.
+    """
+    mesh = stock.solids[Side.INNER].to_mesh64()
+    corners = np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3][
+        np.asarray(mesh.tri_verts, dtype=np.int64)
+    ]
+    lo, hi = corners.min(axis=1), corners.max(axis=1)
+    low, high = stock.bounds
+    for x, y in np.random.default_rng(0).uniform(low[:2], high[:2], (RAYS, 2)).tolist():
+        near = corners[(lo[:, 0] <= x) & (hi[:, 0] >= x) & (lo[:, 1] <= y) & (hi[:, 1] >= y)]
+        a, b, c = (near[:, k] - [x, y, 0.0] for k in range(3))
+        u, v, w = (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0] for p, q in ((b, c), (c, a), (a, b)))
+        hit = ((u > 0) & (v > 0) & (w > 0)) | ((u < 0) & (v < 0) & (w < 0))
+        area = (u + v + w)[hit]
+        height = (u[hit] * a[hit, 2] + v[hit] * b[hit, 2] + w[hit] * c[hit, 2]) / area
+        order = np.argsort(height, kind="stable")
+        inside = np.cumsum(-np.sign(area[order]))  # a face that looks down is an entry
+        # solids that touch swap exit and entry at one height: only stretches of a length count
+        real = inside[:-1][np.diff(height[order]) > LENGTH_EPS_MM]
+        if len(real) and (real.max() > 1 or real.min() < 0):
+            raise StockError(
+                f"the surface passes through itself, or solids overlap, at x {x:.4g} y {y:.4g} mm",
+                file=str(path),
+                remedy="join the solids into one and export it again",
+            )
 
 
 def check_formats(text: str) -> tuple[str, ...]:

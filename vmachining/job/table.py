@@ -15,7 +15,7 @@ from typing import Any, TextIO
 import polars as pl
 
 from vmachining.errors import JobError
-from vmachining.job.files import atomic_path
+from vmachining.job.files import atomic_path, writing
 
 __all__ = ["COLUMNS", "RowFile", "finish", "read_partial", "read_samples"]
 
@@ -72,7 +72,8 @@ class RowFile:
         if keep:
             self._trim(keep)
         else:
-            path.write_text(",".join(names) + "\n", encoding="utf-8")
+            with writing(path):
+                path.write_text(",".join(names) + "\n", encoding="utf-8")
         self._file: TextIO = path.open("a", encoding="utf-8", newline="")
         self._writer = csv.writer(self._file, lineterminator="\n")
         self._names = names
@@ -96,16 +97,19 @@ class RowFile:
 
     def add(self, row: Mapping[str, Any]) -> None:
         """Write one row; absent columns stay empty."""
-        self._writer.writerow([_cell(row.get(name)) for name in self._names])
+        with writing(self.path):
+            self._writer.writerow([_cell(row.get(name)) for name in self._names])
         self.count += 1
 
     def flush(self) -> None:
         """Hand everything to the operating system."""
-        self._file.flush()
+        with writing(self.path):
+            self._file.flush()
 
     def close(self) -> None:
         """Flush and close."""
-        self._file.close()
+        with writing(self.path):
+            self._file.close()
 
     def __enter__(self) -> RowFile:
         return self
@@ -135,14 +139,17 @@ def read_samples(path: Path) -> Iterator[tuple[int, tuple[float, ...]]]:
 def finish(partial: Path, folder: Path, stem: str = "blocks", scheduled: pl.DataFrame | None = None) -> None:
     """Make `stem`.csv and `stem`.parquet of a partial file, in streaming fashion.
 
-    scheduled : columns block, scheduled_feed_mm_min, scheduled_time_s to fill in, or None.
+    scheduled : columns block, scheduled_feed_mm_min, scheduled_time_s to fill in, and note, which joins the
+    warning; or None.
     """
     frame = _lazy(partial).select(list(COLUMNS))
     if scheduled is not None:
         extra = ["scheduled_feed_mm_min", "scheduled_time_s"]
         frame = frame.drop(extra).join(
-            scheduled.lazy().select(["block", *extra]), on="block", how="left", maintain_order="left"
+            scheduled.lazy().select(["block", *extra, "note"]), on="block", how="left", maintain_order="left"
         )
+        said = pl.concat_str("warning", "note", separator="; ", ignore_nulls=True)
+        frame = frame.with_columns(pl.when(said != "").then(said).alias("warning"))
         frame = frame.select(list(COLUMNS))
     with atomic_path(folder / f"{stem}.parquet") as temporary:
         frame.sink_parquet(temporary)

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.errors import NCError
-from vmachining.job.blocks import move_path
+from vmachining.job.blocks import halts, move_path
 from vmachining.job.jobfile import Job
 from vmachining.machine import MachineLimits, axis_caps, block_times, path_peaks
-from vmachining.nc import Motion, Move
+from vmachining.nc import Motion, Program
 from vmachining.tolerance import LENGTH_EPS_MM
 
 __all__ = ["MoveTimes", "machine_limits", "move_times"]
@@ -41,14 +40,15 @@ def machine_limits(job: Job) -> MachineLimits:
     )
 
 
-def move_times(moves: Sequence[Move], limits: MachineLimits, name: str) -> MoveTimes:
-    """Time of every move of a program, dwells included.
+def move_times(program: Program, limits: MachineLimits, *, block_delete: bool = False) -> MoveTimes:
+    """Time of every move of a program, dwells included. The axes stand still at a stop and at a tool change.
 
     Raises
     ------
     NCError
         A feed move without a feed; names file and line.
     """
+    moves = program.moves
     if not moves:
         empty = np.zeros(0)
         return MoveTimes(empty, empty, empty)
@@ -58,9 +58,12 @@ def move_times(moves: Sequence[Move], limits: MachineLimits, name: str) -> MoveT
     feed = np.array([np.nan if move.feed_mm_min is None else move.feed_mm_min for move in moves])
     bad = ~fast & (length > 0) & ~(feed > 0)
     if bad.any():
-        raise NCError("a feed move without a feed", file=name, line=moves[int(np.flatnonzero(bad)[0])].line)
+        raise NCError(
+            "a feed move without a feed", file=program.name, line=moves[int(np.flatnonzero(bad)[0])].line
+        )
     caps = axis_caps(path_peaks(paths), limits)
     times = block_times(
-        length, feed, fast, limits, cap_mm_min=caps, dwell_s=np.array([move.dwell_s for move in moves])
-    )
+        length, feed, fast, limits, cap_mm_min=caps, dwell_s=np.array([move.dwell_s for move in moves]),
+        stop=halts(program, block_delete=block_delete),
+    )  # fmt: skip
     return MoveTimes(times.accelerated_s, times.ideal_s, caps)

@@ -25,11 +25,16 @@ MESH_VOLUME_REL = 0.05
 
 
 class StepSolid(NamedTuple):
-    """vertices (n, 3) mm, triangles (m, 3), outward; volume: exact, mm^3."""
+    """vertices (n, 3) mm, triangles (m, 3), outward; volume: exact, mm^3.
+
+    curved_mm2 : area of the triangles on faces that are not plane. Times the chord it bounds, to first order,
+    the volume between the solid and its triangles.
+    """
 
     vertices: Floats
     triangles: Ints
     volume: float
+    curved_mm2: float
 
 
 def read_step(path: Path | str, chord: float = 0.01) -> StepSolid:
@@ -76,7 +81,7 @@ def read_step(path: Path | str, chord: float = 0.01) -> StepSolid:
     for number, solid in enumerate(solids, start=1):
         _check(solid, f"solid {number} of {len(solids)}" if len(solids) > 1 else "the solid", name)
     solid = _joined(solids, name) if len(solids) > 1 else solids[0]
-    vertices, triangles = _triangles(solid, chord, name)
+    vertices, triangles, curved = _triangles(solid, chord, name)
     exact = float(solid.Volume())
     a, b, c = vertices[triangles].transpose(1, 0, 2)
     meshed = float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
@@ -86,7 +91,7 @@ def read_step(path: Path | str, chord: float = 0.01) -> StepSolid:
             file=name,
             remedy="take a finer chord",
         )
-    return StepSolid(vertices, triangles, exact)
+    return StepSolid(vertices, triangles, exact, curved)
 
 
 def _check(solid: Any, what: str, name: str) -> None:
@@ -119,8 +124,8 @@ def _joined(solids: list[Any], name: str) -> Any:
     return cq.Compound.makeCompound(solids)
 
 
-def _triangles(solid: Any, chord: float, name: str) -> tuple[Floats, Ints]:
-    """Outward triangles of every face, points merged by position."""
+def _triangles(solid: Any, chord: float, name: str) -> tuple[Floats, Ints, float]:
+    """Outward triangles of every face, points merged by position; and the area of those on curved faces."""
     from OCP.BRep import BRep_Tool
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
     from OCP.TopAbs import TopAbs_Orientation
@@ -129,7 +134,7 @@ def _triangles(solid: Any, chord: float, name: str) -> tuple[Floats, Ints]:
     BRepMesh_IncrementalMesh(solid.wrapped, chord, False, ANGLE_RAD, False)
     points: list[Floats] = []
     triangles: list[Ints] = []
-    offset = 0
+    offset, curved = 0, 0.0
     for face in solid.Faces():
         location = TopLoc_Location()
         mesh = BRep_Tool.Triangulation_s(face.wrapped, location)
@@ -143,6 +148,9 @@ def _triangles(solid: Any, chord: float, name: str) -> tuple[Floats, Ints]:
         )
         if face.wrapped.Orientation() == TopAbs_Orientation.TopAbs_REVERSED:
             corners = corners[:, ::-1]
+        if face.geomType() != "PLANE":
+            a, b, c = points[-1][corners].transpose(1, 0, 2)
+            curved += float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2.0)
         triangles.append(corners + offset)
         offset += len(nodes)
     vertices = np.concatenate(points)
@@ -150,4 +158,4 @@ def _triangles(solid: Any, chord: float, name: str) -> tuple[Floats, Ints]:
     _, first, member = np.unique(np.round(vertices, 7), axis=0, return_index=True, return_inverse=True)
     merged = member.reshape(-1)[np.concatenate(triangles)]
     flat = (merged[:, 0] == merged[:, 1]) | (merged[:, 1] == merged[:, 2]) | (merged[:, 2] == merged[:, 0])
-    return vertices[first], merged[~flat]
+    return vertices[first], merged[~flat], curved
