@@ -37,6 +37,7 @@ Known limits
 """
 
 from vmachining.machine.axis import Axis, Kind
+from vmachining.machine.branches import JointPath, Jump, follow, jumps
 from vmachining.machine.caps import arc_peaks, axis_caps, line_peaks, path_peaks, travel_caps
 from vmachining.machine.chain import Machine, Rates, Solutions, ToolPose
 from vmachining.machine.classes import FrameMachine
@@ -58,6 +59,8 @@ __all__ = [
     "Axis",
     "BlockTimes",
     "FrameMachine",
+    "JointPath",
+    "Jump",
     "Kind",
     "Machine",
     "MachineLimits",
@@ -72,8 +75,10 @@ __all__ = [
     "ca_omega",
     "ca_rate",
     "feed_path_ratio",
+    "follow",
     "hexapod_matrix",
     "hexapod_omega",
+    "jumps",
     "line_peaks",
     "load",
     "machine_from_mapping",

@@ -44,3 +44,70 @@ def accelerated_times(
         ramps = (peak * peak - a * a + (peak * peak - b * b)) / (2.0 * acceleration)
         steady = max(length[i] - ramps, 0.0)
         out[i] = (peak - a) / acceleration + (peak - b) / acceleration + steady / peak
+
+
+@kernel
+def nearest_turn(value: float, previous: float, lower: float, upper: float) -> float:
+    """value + 2 pi k inside [lower, upper] that is nearest to `previous`; NaN if there is none."""
+    turn = 2.0 * np.pi
+    best = value + turn * np.round((previous - value) / turn)
+    if best > upper:
+        best -= turn * np.ceil((best - upper) / turn)
+    elif best < lower:
+        best += turn * np.ceil((lower - best) / turn)
+    return best if lower <= best <= upper else np.nan
+
+
+@kernel
+def follow_branches(
+    angles: NDArray[np.float64],
+    allowed: NDArray[np.bool_],
+    free: NDArray[np.bool_],
+    lower: NDArray[np.float64],
+    upper: NDArray[np.float64],
+    previous: NDArray[np.float64],
+    prefer: int,
+    keep: bool,
+    weight: float,
+    out: NDArray[np.float64],
+    branch: NDArray[np.int64],
+) -> int:
+    """Rotary values pose after pose; returns the first pose without an allowed solution, or -1.
+
+    angles (n, 2, r), allowed (n, 2), free (n,): the first rotary axis is free. prefer: sign of the last rotary
+    axis at pose 0, or 0 to start at `previous`. keep: stay on the branch of pose 0. The cost of a solution is
+    the largest change of a rotary axis, plus `weight` times the sum of the changes.
+    """
+    n, _, r = angles.shape
+    before = previous.copy()
+    trial = np.empty(r)
+    for k in range(n):
+        best, chosen = np.inf, -1
+        for s in range(2):
+            if not allowed[k, s] or (keep and k > 0 and not free[k] and allowed[k, 1 - s] and s != branch[0]):
+                continue
+            largest, total, good = 0.0, 0.0, True
+            for a in range(r):
+                value = angles[k, s, a]
+                if a == 0 and free[k]:
+                    trial[a] = min(max(before[a], lower[a]), upper[a])
+                else:
+                    trial[a] = nearest_turn(value, before[a], lower[a], upper[a])
+                if np.isnan(trial[a]):
+                    good = False
+                    break
+                change = abs(trial[a] - before[a])
+                largest, total = max(largest, change), total + change
+            if not good:
+                continue
+            cost = largest + weight * total
+            if k == 0 and prefer != 0 and r > 0 and trial[r - 1] * prefer < 0.0:
+                cost += 1e9
+            if cost < best:
+                best, chosen = cost, s
+                out[k] = trial
+        if chosen < 0:
+            return k
+        branch[k] = chosen
+        before[:] = out[k]
+    return -1
