@@ -18,6 +18,9 @@ program lasts.
 | `presets.py`, `machinefile.py` | machines by name and from TOML files: `load` |
 | `classes.py` | `FrameMachine`: closed forms of the classes 2/0, 1/1, 0/2 |
 | `orientation.py` | axis and angular velocity of the C-A head and the hexapod |
+| `branches.py` | `follow`: one solution per pose along a path, `Jump` |
+| `motion.py` | `JointMotion` (J), `TcpMotion` (R, V): tip and axis with derivatives over t |
+| `deviation.py` | `tip_deviation`, `axis_deviation`, `pieces`, `straighten` |
 | `_kernels.py` | the two passes over the junction speeds |
 
 Equations
@@ -41,8 +44,17 @@ from vmachining.machine.branches import JointPath, Jump, follow, jumps
 from vmachining.machine.caps import arc_peaks, axis_caps, line_peaks, path_peaks, travel_caps
 from vmachining.machine.chain import Machine, Rates, Solutions, ToolPose
 from vmachining.machine.classes import FrameMachine
+from vmachining.machine.deviation import (
+    AxisDeviation,
+    TipDeviation,
+    axis_deviation,
+    pieces,
+    straighten,
+    tip_deviation,
+)
 from vmachining.machine.limits import MachineLimits
 from vmachining.machine.machinefile import load, machine_from_mapping, read_machine
+from vmachining.machine.motion import JointMotion, TcpMotion, derivative_bounds
 from vmachining.machine.orientation import (
     ca_acceleration,
     ca_axis,
@@ -57,8 +69,10 @@ from vmachining.machine.timing import BlockTimes, block_times, feed_path_ratio
 __all__ = [
     "PRESETS",
     "Axis",
+    "AxisDeviation",
     "BlockTimes",
     "FrameMachine",
+    "JointMotion",
     "JointPath",
     "Jump",
     "Kind",
@@ -66,14 +80,18 @@ __all__ = [
     "MachineLimits",
     "Rates",
     "Solutions",
+    "TcpMotion",
+    "TipDeviation",
     "ToolPose",
     "arc_peaks",
     "axis_caps",
+    "axis_deviation",
     "block_times",
     "ca_acceleration",
     "ca_axis",
     "ca_omega",
     "ca_rate",
+    "derivative_bounds",
     "feed_path_ratio",
     "follow",
     "hexapod_matrix",
@@ -83,7 +101,10 @@ __all__ = [
     "load",
     "machine_from_mapping",
     "path_peaks",
+    "pieces",
     "preset",
     "read_machine",
+    "straighten",
+    "tip_deviation",
     "travel_caps",
 ]
