@@ -23,17 +23,20 @@ membership, distance, and where a ray is inside.
 | `turning.py` | `Turn`: tip and axis of a five-axis block, with two derivatives |
 | `bounds.py` | box of a body that turns |
 | `volume.py` | `swept_volume` and its cases, `shadow` |
+| `grazing.py` | the condition N . V = 0 on circles, discs and edges of any body of revolution |
+| `weinert.py` | the explicit profiles of toroidal and cylindrical cutters, with corrected equations |
 | `_kernels.py` | distances and ray intervals in numba |
 
 Source: volume of a convex body plus segment by Minkowski and Cauchy (shadow as half the integral of |n . d|);
 the rest is derived in the docstrings. Departures: rays do not march with the distance. Near a tangent
 marching takes 1 / depth steps, while grown chords keep their cost and prove what they leave out.
 
-Known limits: where the axis turns there are boxes and parts, but no rays, distances or volumes. No closed volume for arcs about x or y, for helices that come back to where
-they were (a full turn), and for bodies that are not convex unless they move horizontally or, without a
-waist, along their axis. Distances inside are the largest depth in one pose and one convex piece, a lower
-bound of the depth below the surface of the sweep. Curved motions are slow: a ray takes about 1 us on level
-moves, plunges and (upright rays only) horizontal arcs, 5 us on ramps, but 0.2 to 0.9 ms on other arcs.
+Known limits: where the axis turns there are boxes and parts, but no rays, distances or volumes. No closed
+volume for arcs about x or y, for helices that come back to where they were (a full turn), and for bodies that
+are not convex unless they move horizontally or, without a waist, along their axis. Distances inside are the
+largest depth in one pose and one convex piece, a lower bound of the depth below the surface of the sweep.
+Curved motions are slow: a ray takes about 1 us on level moves, plunges and (upright rays only) horizontal
+arcs, 5 us on ramps, but 0.2 to 0.9 ms on other arcs.
 """
 
 from vmachining.sweep.motion import Motion, RayIntervals, Sweep
