@@ -21,6 +21,7 @@ program lasts.
 | `branches.py` | `follow`: one solution per pose along a path, `Jump` |
 | `motion.py` | `JointMotion` (J), `TcpMotion` (R, V): tip and axis with derivatives over t |
 | `deviation.py` | `tip_deviation`, `axis_deviation`, `pieces`, `straighten` |
+| `joint_limits.py` | `travel_overruns`, `joint_caps`, `tcp_caps`: what the joints allow |
 | `_kernels.py` | the two passes over the junction speeds |
 
 Equations
@@ -52,6 +53,15 @@ from vmachining.machine.deviation import (
     straighten,
     tip_deviation,
 )
+from vmachining.machine.joint_limits import (
+    Overrun,
+    joint_caps,
+    joint_peaks,
+    least_times,
+    tcp_caps,
+    tcp_peaks,
+    travel_overruns,
+)
 from vmachining.machine.limits import MachineLimits
 from vmachining.machine.machinefile import load, machine_from_mapping, read_machine
 from vmachining.machine.motion import JointMotion, TcpMotion, derivative_bounds
@@ -78,6 +88,7 @@ __all__ = [
     "Kind",
     "Machine",
     "MachineLimits",
+    "Overrun",
     "Rates",
     "Solutions",
     "TcpMotion",
@@ -96,7 +107,10 @@ __all__ = [
     "follow",
     "hexapod_matrix",
     "hexapod_omega",
+    "joint_caps",
+    "joint_peaks",
     "jumps",
+    "least_times",
     "line_peaks",
     "load",
     "machine_from_mapping",
@@ -105,6 +119,9 @@ __all__ = [
     "preset",
     "read_machine",
     "straighten",
+    "tcp_caps",
+    "tcp_peaks",
     "tip_deviation",
     "travel_caps",
+    "travel_overruns",
 ]
