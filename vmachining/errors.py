@@ -16,6 +16,8 @@ VMachiningError                 base: message, and where known file, line, colum
 
 from __future__ import annotations
 
+from functools import partial
+
 __all__ = [
     "AccuracyWarning",
     "EngineError",
@@ -105,8 +107,13 @@ class EngineError(VMachiningError):
     def __init__(self, message: str, *, engine: str, block: int | None = None) -> None:
         where = f"{engine} engine" + (f", block {block}" if block is not None else "")
         super().__init__(f"{where}: {message}")
+        self.reason = message
         self.engine = engine
         self.block = block
+
+    def __reduce__(self) -> tuple[partial[EngineError], tuple[str]]:
+        """Errors of worker processes come back whole."""
+        return partial(EngineError, engine=self.engine, block=self.block), (self.reason,)
 
 
 class AccuracyWarning(UserWarning):

@@ -73,7 +73,6 @@ BAD = {
     "no file": (["run", "none.toml"], ["none.toml", "No such file"]),
     "later engine": (["run", "job.toml", "--engine", "brep"], ["brep", "not supported yet"]),
     "later brep": (["run", "job.toml", "--brep", "sample"], ["sample", "not supported yet"]),
-    "later workers": (["run", "job.toml", "--workers", "4"], ["--workers", "not supported yet"]),
     "later scheduler": (
         ["batch", "job.toml", "--scheduler", "tcp://x"],
         ["--scheduler", "not supported yet"],

@@ -65,7 +65,10 @@ def run_(
         bool, typer.Option("--certify", help="Rigorous brackets; the mesh engine always gives them.")
     ] = False,
     brep: Annotated[str, typer.Option("--brep", help="Second opinion by B-rep: none.")] = "none",
-    workers: Annotated[int, typer.Option("--workers", min=1, help="Processes for one job: 1.")] = 1,
+    workers: Annotated[
+        int | None,
+        typer.Option("--workers", min=1, help="Processes that cut (default: the cores, for long programs)."),
+    ] = None,
     stock: StockOut = "stl",
     resume: Resume = False,
     quiet: Quiet = False,

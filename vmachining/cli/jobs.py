@@ -22,7 +22,7 @@ def run_job(
     engine: str,
     certify: bool,
     brep: str,
-    workers: int,
+    workers: int | None,
     stock: str,
     resume: bool,
     quiet: bool,
@@ -31,10 +31,6 @@ def run_job(
     """`vmachining run`."""
     if brep != "none":
         raise InputError(f"--brep {brep} is not supported yet", remedy="take none")
-    if workers != 1:
-        raise InputError(
-            "--workers above 1 is not supported yet for one job", remedy="batch runs jobs side by side"
-        )
     formats = check_formats(stock)
     job = Job.load(file)
     folder = out if out is not None else Path("out") / safe_name(job.name)
@@ -46,7 +42,9 @@ def run_job(
         return Code.DONE
     with progress_bar(quiet=silent) as progress:
         try:
-            result = run(job, engine=engine, certify=certify, out=folder, resume=resume, progress=progress)
+            result = run(
+                job, engine=engine, certify=certify, out=folder, resume=resume, workers=workers, progress=progress
+            )  # fmt: skip
         except Stopped as exc:
             note(
                 f"vmachining: {exc}; the rows so far are in {folder}, nothing is lost: "
@@ -64,7 +62,7 @@ def run_job(
 def run_demo(*, out: Path | None, stock: str, quiet: bool, as_json: bool) -> int:
     """`vmachining demo`."""
     return run_job(
-        demo_job(), out=out, engine="mesh", certify=False, brep="none", workers=1, stock=stock, resume=False,
+        demo_job(), out=out, engine="mesh", certify=False, brep="none", workers=None, stock=stock, resume=False,
         quiet=quiet, as_json=as_json,
     )  # fmt: skip
 

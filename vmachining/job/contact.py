@@ -2,20 +2,23 @@
 
 Decided with the part made smaller by twice the chord, so that the facets of two fitting surfaces (a retract
 along the wall just cut, a shank as wide as its cutter) never count as a contact. A real contact deeper than
-about four chords is always found; its volume is then measured with the part itself.
+about four chords is always found; its volume is then measured with the part itself, in those tiles of the
+workpiece where the smaller part touches.
+
+Checks are ordered and answered later, because the workpiece may be cut by other processes.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, TypeAlias
 
 from vmachining.arrays import Floats
-from vmachining.engines.mesh import MeshEngine
-from vmachining.geometry import Path
-from vmachining.sweep import Sweep
+from vmachining.engines.mesh import Crew
+from vmachining.geometry import Bracket, Path
 from vmachining.tool import Profile, Tool
 
-__all__ = ["Contacts", "ToolParts", "smaller"]
+__all__ = ["Contacts", "Found", "ToolParts", "nothing", "smaller"]
 
 MARGIN_CHORDS = 2.0
 """The stock may be a chord too large and the part 2/3 chord (facets of circle and meridian); 2 > 5/3."""
@@ -51,50 +54,74 @@ class ToolParts(NamedTuple):
         return cls(tool.cutter, tool.shank, tool.holder_profile)
 
 
+Found: TypeAlias = Callable[[], list[str]]
+"""Warnings, once somebody asks for them."""
+
+
+def nothing() -> list[str]:
+    """No warnings."""
+    return []
+
+
 class Contacts:
     """Contact checks of one workpiece.
 
     Parameters
     ----------
-    engine : MeshEngine
-        The workpiece as it is when a check is made; it is not changed.
+    crew : Crew
+        Who cuts; a check sees the workpiece as it is after all orders before it, and does not change it.
     bounds : (2, 3) mm
         Box of the raw stock: nothing outside of it can be touched.
     """
 
-    def __init__(self, engine: MeshEngine, bounds: Floats) -> None:
-        self._engine = engine
+    def __init__(self, crew: Crew, bounds: Floats) -> None:
+        self._crew = crew
         self._bounds = bounds
         self._small: dict[int, tuple[Profile, tuple[Profile, ...]]] = {}
 
-    def rapid(self, tool: ToolParts, path: Path) -> list[str]:
+    def rapid(self, tool: ToolParts, path: Path) -> Found:
         """Warnings of a rapid: what each part of the tool would remove."""
         parts = (("tool", tool.cutter), ("shank", tool.shank), ("holder", tool.holder))
-        found = [
-            f"{name} would remove {volume:.4g} mm3"
-            for name, profile in parts
-            if profile is not None and (volume := self._touched(profile, path)) > 0.0
-        ]
-        return [f"rapid through material: {', '.join(found)}"] if found else []
+        checks = self._checks(parts, path)
 
-    def cutting(self, tool: ToolParts, path: Path) -> list[str]:
+        def found() -> list[str]:
+            texts = [
+                f"{name} would remove {v:.4g} mm3" for name, volume in checks if (v := volume()[1]) > 0.0
+            ]
+            return [f"rapid through material: {', '.join(texts)}"] if texts else []
+
+        return found if checks else nothing
+
+    def cutting(self, tool: ToolParts, path: Path) -> Found:
         """Warnings of a cutting move, asked after its cutter has cut."""
-        found = []
-        for name, profile in (("shank", tool.shank), ("holder", tool.holder)):
-            if profile is not None and (volume := self._touched(profile, path)) > 0.0:
-                found.append(f"{name} touches the stock: {volume:.4g} mm3")
-        return found
+        checks = self._checks((("shank", tool.shank), ("holder", tool.holder)), path)
 
-    def _touched(self, profile: Profile, path: Path) -> float:
-        """mm^3 that the part would remove, 0 if it does not get deeper than the margin."""
-        whole = Sweep.along(profile, path)
-        box = whole.bounds
-        if (box[0] >= self._bounds[1]).any() or (box[1] <= self._bounds[0]).any():
-            return 0.0
+        def found() -> list[str]:
+            return [
+                f"{name} touches the stock: {v:.4g} mm3"
+                for name, volume in checks
+                if (v := volume()[1]) > 0.0
+            ]
+
+        return found if checks else nothing
+
+    def _checks(
+        self, parts: Sequence[tuple[str, Profile | None]], path: Path
+    ) -> list[tuple[str, Callable[[], Bracket]]]:
+        """Orders for the parts whose box meets the stock."""
+        ordered = []
+        for name, profile in parts:
+            if profile is None:
+                continue
+            r = profile.max_radius
+            lo, hi = path.bounds + [[-r, -r, profile.z_min], [r, r, profile.z_max]]
+            if (lo >= self._bounds[1]).any() or (hi <= self._bounds[0]).any():
+                continue
+            ordered.append((name, self._crew.touch(profile, path, self._smaller(profile))))
+        return ordered
+
+    def _smaller(self, profile: Profile) -> tuple[Profile, ...]:
         known = self._small.get(id(profile))
         if known is None:  # the profile is kept, so that its id stays its own
-            known = self._small[id(profile)] = (profile, smaller(profile, MARGIN_CHORDS * self._engine.chord))
-        pieces = known[1]
-        if not any(self._engine.touch(Sweep.along(piece, path)) > 0.0 for piece in pieces):
-            return 0.0
-        return self._engine.touch(whole)
+            known = self._small[id(profile)] = (profile, smaller(profile, MARGIN_CHORDS * self._crew.chord))
+        return known[1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import resource
 import signal
 import sys
@@ -15,7 +16,7 @@ from tempfile import TemporaryDirectory
 from types import FrameType
 from typing import Any
 
-from vmachining.engines.mesh import MeshEngine
+from vmachining.engines.mesh import Crew, MeshEngine, crew
 from vmachining.errors import InputError, JobError, NCError, StockError
 from vmachining.job.blocks import Block, group_blocks, move_path, program_lines
 from vmachining.job.contact import Contacts, ToolParts
@@ -43,6 +44,12 @@ from vmachining.nc.rewrite import rewrite_feeds
 __all__ = ["ENGINES", "refuse_later", "run"]
 
 ENGINES = ("mesh", "dexel", "vectors", "brep")
+WORKERS_FROM = 300
+"""Blocks from which on other processes are started: that takes about as long as cutting a hundred blocks."""
+
+MAX_WORKERS = 8
+"""Neighbouring tiles have few colours, so more processes would wait for each other."""
+
 NO_END = frozenset({"E401"})
 """A program without M2 or M30 still cuts what it cuts: the tester reports it, a simulation does not mind."""
 
@@ -62,6 +69,7 @@ def run(
     certify: bool = False,
     out: Path | str | None = None,
     resume: bool = False,
+    workers: int | None = None,
     progress: Progress | None = None,
 ) -> RunResult:
     """Simulate a job: removed volume with its bracket per block, contacts, times, and the schedule if asked.
@@ -73,6 +81,8 @@ def run(
         in the manifest.
     out : directory for tables while they grow; None: a temporary one, until `RunResult.write`.
     resume : go on after an interruption, from the checkpoint in `out`.
+    workers : processes that cut; None: one per core where the program is long enough. Changes no number
+        beyond rounding.
     progress : called with stage name, blocks done, blocks in all.
 
     Raises
@@ -92,13 +102,13 @@ def run(
     folder = Path(keep.name if keep else str(out))
     options = {"engine": engine, "certify": certify, "chord_mm": job.keys.accuracy.chord_mm}
     with _stop_flag() as stop:
-        work = _Run(job, folder, options, resume, progress or (lambda *_: None), stop)
+        work = _Run(job, folder, options, resume, workers, progress or (lambda *_: None), stop)
         try:
             result = work.go()
         finally:
             work.save_manifest()
     result.summary["seconds"] = work.earlier_seconds + time.perf_counter() - begin
-    result.summary["peak_mb"] = _peak_mb()
+    result.summary["peak_mb"] = _peak_mb() + work.workers_mb
     result._keep = keep
     return result
 
@@ -139,10 +149,12 @@ class _Run:
     folder: Path
     options: dict[str, Any]
     resume: bool
+    workers: int | None
     progress: Progress
     stop: Callable[[], bool]
     manifest: dict[str, Any] = field(default_factory=dict)
     earlier_seconds: float = 0.0
+    workers_mb: float = 0.0
     started: float = field(default_factory=time.perf_counter)
 
     def go(self) -> RunResult:
@@ -279,22 +291,33 @@ class _Run:
         rows_path = self.folder / (
             "blocks.partial.csv" if name == "program" else "scheduled_blocks.partial.csv"
         )
+        hands = crew(engine, self._workers(len(blocks) - first))
         stage = Stage(
             name=name, moves=program.moves, blocks=blocks, move_time_s=times.seconds.tolist(), tools=tools,
-            notes=_notes(program) if check else {}, engine=engine,
-            contacts=Contacts(engine, stock.mesh.bounds) if check else None, sample_counts=counts,
+            notes=_notes(program) if check else {}, crew=hands,
+            contacts=Contacts(hands, stock.mesh.bounds) if check else None, sample_counts=counts,
         )  # fmt: skip
 
         def checkpoint(done: int) -> None:
-            self._checkpoint(name, engine, done, len(blocks))
+            self._checkpoint(name, hands, done, len(blocks))
 
-        with RowFile(rows_path, keep=first) as rows:
-            stage.run(rows, first=first, stop=self.stop, progress=self.progress, checkpoint=checkpoint)
-        if self.job.keys.feed is not None and name == "program" and first < len(blocks):
-            checkpoint(len(blocks))  # the second pass may be interrupted, this one is done
-        return engine
+        try:
+            with RowFile(rows_path, keep=first) as rows:
+                stage.run(rows, first=first, stop=self.stop, progress=self.progress, checkpoint=checkpoint)
+            if self.job.keys.feed is not None and name == "program" and first < len(blocks):
+                checkpoint(len(blocks))  # the second pass may be interrupted, this one is done
+            self.workers_mb = max(self.workers_mb, hands.peak_mb())
+            return hands.finish()
+        finally:
+            hands.close()
 
-    def _checkpoint(self, name: str, engine: MeshEngine, done: int, total: int) -> None:
+    def _workers(self, blocks: int) -> int:
+        """Processes that cut: as asked for; else all cores, where starting them is worth it."""
+        if self.workers is not None:
+            return self.workers
+        return min(os.cpu_count() or 1, MAX_WORKERS) if blocks >= WORKERS_FROM else 1
+
+    def _checkpoint(self, name: str, engine: Crew, done: int, total: int) -> None:
         """Save the workpiece, then point the manifest to it, then forget the one before."""
         target = self.folder / f"checkpoint.{name}.{done}.npz"
         with atomic_path(target) as temporary:

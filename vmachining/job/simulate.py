@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from vmachining.engines.mesh import MeshEngine
-from vmachining.geometry import Path
+from vmachining.engines.mesh import Crew
+from vmachining.geometry import Bracket, Path
 from vmachining.geometry.bracket import ZERO
 from vmachining.job.blocks import Block, move_path
-from vmachining.job.contact import Contacts, ToolParts
+from vmachining.job.contact import Contacts, Found, ToolParts
 from vmachining.job.table import RowFile
 from vmachining.nc import Motion, Move
-from vmachining.sweep import Sweep
 from vmachining.tool import Profile
 
 __all__ = ["CHECKPOINT_SECONDS", "Progress", "Stage", "Stopped"]
@@ -39,7 +39,7 @@ class Stopped(Exception):  # noqa: N818 - not an error: the user asked for it
         self.stage, self.done, self.total = stage, done, total
 
 
-def sampled_volumes(engine: MeshEngine, cutter: Profile, path: Path, count: int) -> list[float]:
+def sampled_volumes(crew: Crew, cutter: Profile, path: Path, count: int) -> list[float]:
     """mm^3 that each of `count` equal parts of a path will remove; the workpiece stays as it is.
 
     The volume V(t) of the part from 0 to t is measured at the quarters and wherever V is not straight: an
@@ -52,7 +52,7 @@ def sampled_volumes(engine: MeshEngine, cutter: Profile, path: Path, count: int)
     def measure(k: int) -> float:
         if np.isnan(volume[k]):
             part = path if k == count else path.split([k / count])[0]
-            volume[k] = engine.touch(Sweep.along(cutter, part))
+            volume[k] = crew.touch(cutter, part)().estimate
         return float(volume[k])
 
     quarter = max(1, count // 4)
@@ -71,6 +71,19 @@ def sampled_volumes(engine: MeshEngine, cutter: Profile, path: Path, count: int)
 
 
 @dataclass(slots=True, eq=False)
+class Ordered:
+    """A block that is being cut: answers that may still be on their way, and what is known at once."""
+
+    block: Block
+    removed: list[Callable[[], Bracket]] = field(default_factory=list)
+    warnings: list[Found] = field(default_factory=list)
+    samples: list[float] = field(default_factory=list)
+    length: float = 0.0
+    driven_mm: float = 0.0
+    driven_min: float = 0.0
+
+
+@dataclass(slots=True, eq=False)
 class Stage:
     """One pass of one program through one workpiece.
 
@@ -81,7 +94,6 @@ class Stage:
     notes : {line: text} findings of the program to repeat beside the rows.
     contacts : checks rapids, shank and holder; None to skip them.
     sample_counts : number of equal parts that a path of a length (mm) is measured in; None: whole blocks.
-    seconds : spent so far in cutting and in contact checks.
     """
 
     name: str
@@ -90,10 +102,9 @@ class Stage:
     move_time_s: Sequence[float]
     tools: Mapping[int, ToolParts]
     notes: Mapping[int, str]
-    engine: MeshEngine
+    crew: Crew
     contacts: Contacts | None
     sample_counts: Callable[[float], int] | None = None
-    seconds: dict[str, float] = field(default_factory=lambda: {"cut": 0.0, "check": 0.0})
 
     def run(
         self,
@@ -116,51 +127,69 @@ class Stage:
         total = len(self.blocks)
         last_save = time.monotonic()
         progress(self.name, first, total)
+        ordered: deque[Ordered] = deque()
+
+        def written(left: int) -> None:
+            while len(ordered) > left:
+                order = ordered.popleft()
+                rows.add(self._row(order))
+                progress(self.name, order.block.number + 1, total)
+
         for block in self.blocks[first:]:
             if stop():
+                written(0)
                 rows.flush()
                 checkpoint(block.number)
                 raise Stopped(self.name, block.number, total)
-            rows.add(self._row(block))
+            ordered.append(self._order(block))
+            written(self.crew.ahead)
             if time.monotonic() - last_save > CHECKPOINT_SECONDS:
+                written(0)
                 rows.flush()
                 checkpoint(block.number + 1)
                 last_save = time.monotonic()
-            progress(self.name, block.number + 1, total)
+        written(0)
         rows.flush()
 
-    def _row(self, block: Block) -> dict[str, Any]:
-        removed = ZERO
-        samples: list[float] = []
-        warnings: list[str] = []
-        length, driven_mm, driven_min = 0.0, 0.0, 0.0
+    def _order(self, block: Block) -> Ordered:
+        """Have a block cut and checked."""
+        order = Ordered(block)
         contacts = self.contacts
         for index in block.moves:
             move = self.moves[index]
             path = move_path(move)
-            length += path.length
+            order.length += path.length
             tool = self.tools.get(move.tool)
             if tool is None:  # no tool in the spindle yet; a cut without one is refused beforehand
                 continue
             if move.motion is Motion.RAPID:
                 if contacts is not None:
-                    warnings += self._checked(contacts.rapid, tool, path)
+                    order.warnings.append(contacts.rapid(tool, path))
                 continue
             if move.feed_mm_min:
-                driven_mm, driven_min = driven_mm + path.length, driven_min + path.length / move.feed_mm_min
-            begin = time.perf_counter()
+                order.driven_mm += path.length
+                order.driven_min += path.length / move.feed_mm_min
             if (count := self.sample_counts(path.length) if self.sample_counts else 1) > 1:
-                samples += sampled_volumes(self.engine, tool.cutter, path, count)
-            removed = removed.plus(self.engine.cut(Sweep.along(tool.cutter, path), block=block.number))
-            self.seconds["cut"] += time.perf_counter() - begin
+                order.samples += sampled_volumes(self.crew, tool.cutter, path, count)
+            order.removed.append(self.crew.cut(tool.cutter, path, block.number))
             if contacts is not None:
-                warnings += self._checked(contacts.cutting, tool, path)
+                order.warnings.append(contacts.cutting(tool, path))
+        return order
+
+    def _row(self, order: Ordered) -> dict[str, Any]:
+        """The row of a block, once its orders are carried out."""
+        block = order.block
+        removed = ZERO
+        for part in order.removed:
+            removed = removed.plus(part())
+        warnings = [text for found in order.warnings for text in found()]
         if (note := self.notes.get(block.line)) is not None:
             warnings.append(note)
         end = self.moves[block.moves[-1]].end
         feeds = {move.feed_mm_min for index in block.moves if (move := self.moves[index]).feed_mm_min}
         # several feeds on one line: the one that takes the same time
-        feed = feeds.pop() if len(feeds) == 1 else driven_mm / driven_min if driven_min > 0 else None
+        mean = order.driven_mm / order.driven_min if order.driven_min > 0 else None
+        feed = feeds.pop() if len(feeds) == 1 else mean
         seconds = float(sum(self.move_time_s[index] for index in block.members))
         rate = 60.0 * removed.estimate / seconds if seconds > 0 else None
         return {
@@ -175,7 +204,7 @@ class Stage:
             "i": 0.0,
             "j": 0.0,
             "k": 1.0,
-            "length_mm": length,
+            "length_mm": order.length,
             "feed_mm_min": feed,
             "time_s": seconds,
             "removed_mm3": removed.estimate,
@@ -183,14 +212,6 @@ class Stage:
             "removed_hi_mm3": removed.hi,
             "engine": "mesh",
             "mrr_mm3_min": rate,
-            "samples_mm3": " ".join(map(repr, samples)) or None,
+            "samples_mm3": " ".join(map(repr, order.samples)) or None,
             "warning": "; ".join(warnings) or None,
         }
-
-    def _checked(
-        self, check: Callable[[ToolParts, Path], list[str]], tool: ToolParts, path: Path
-    ) -> list[str]:
-        begin = time.perf_counter()
-        found = check(tool, path)
-        self.seconds["check"] += time.perf_counter() - begin
-        return found

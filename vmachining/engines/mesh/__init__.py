@@ -1,5 +1,6 @@
 """Mesh engine."""
 
+from vmachining.engines.mesh.crew import Crew, MeshCrew, Solo, crew
 from vmachining.engines.mesh.engine import MeshEngine
 from vmachining.engines.mesh.solids import solid
 from vmachining.engines.mesh.stock import (
@@ -12,10 +13,14 @@ from vmachining.engines.mesh.stock import (
 )
 
 __all__ = [
+    "Crew",
+    "MeshCrew",
     "MeshEngine",
+    "Solo",
     "StockMesh",
     "StockSurface",
     "box_stock",
+    "crew",
     "cylinder_stock",
     "mesh_stock",
     "solid",

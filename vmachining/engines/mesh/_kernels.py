@@ -4,7 +4,7 @@ Legend
     points (n, 3), triangles (m, 3), normals (m, 3), edges (k, 4)   the cutter, see `facets.Polyhedron`
     cos, sin      turn of the cutter about its axis, to the heading
     p (3,)        start of the tip                  d (3,)        displacement, zero for a cutter at rest
-    lo, hi (3,)   box of the tile                   apex (3,)     a point inside the swept solid, above the box
+    lo, hi (3,)   box of the material               apex (3,)     a point inside the swept solid, above the box
     a facet faces forward if its normal . d > 0: it goes with the end copy (vertex v + n), else it stays (v)
 """
 
@@ -14,8 +14,46 @@ from vmachining.jit import kernel
 
 
 @kernel
-def _seen(quad, points, lo, hi, apex):
-    """Whether the cone from the apex over the facet can meet the box, judged by its bounding box below hi."""
+def roof(points, triangles, lo, cell, out):
+    """Largest height of the solid over every cell of a grid in x and y, into `out` (nx, ny).
+
+    points (n, 3), triangles (m, 3) of a closed mesh, lo (3,) corner of the grid, cell: its step. Where a point
+    belongs to the solid there is a triangle above it, so the highest triangle over a cell bounds the solid.
+    """
+    out[:] = -np.inf
+    nx, ny = out.shape
+    for t in range(triangles.shape[0]):
+        a, b, c = points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]]
+        # one way only: what faces down is below something that faces up
+        nz = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+        if nz < 0.0:
+            continue
+        i0 = int((min(a[0], b[0], c[0]) - lo[0]) / cell)
+        i1 = int((max(a[0], b[0], c[0]) - lo[0]) / cell)
+        j0 = int((min(a[1], b[1], c[1]) - lo[1]) / cell)
+        j1 = int((max(a[1], b[1], c[1]) - lo[1]) / cell)
+        i0, i1, j0, j1 = max(i0, 0), min(i1, nx - 1), max(j0, 0), min(j1, ny - 1)
+        top, low = max(a[2], b[2], c[2]), min(a[2], b[2], c[2])
+        if (i0 == i1 and j0 == j1) or nz < 1e-9 or top - low < 1e-9:
+            for i in range(i0, i1 + 1):
+                for j in range(j0, j1 + 1):
+                    out[i, j] = max(out[i, j], top)
+            continue
+        # slopes of its plane, dz/dx and dz/dy
+        nx_ = (b[1] - a[1]) * (c[2] - a[2]) - (b[2] - a[2]) * (c[1] - a[1])
+        ny_ = (b[2] - a[2]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[2] - a[2])
+        sx, sy = -nx_ / nz, -ny_ / nz
+        rise = 0.5 * cell * (abs(sx) + abs(sy)) + 1e-9
+        for i in range(i0, i1 + 1):
+            x = lo[0] + (i + 0.5) * cell - a[0]
+            for j in range(j0, j1 + 1):
+                y = lo[1] + (j + 0.5) * cell - a[1]
+                out[i, j] = max(out[i, j], min(top, a[2] + sx * x + sy * y + rise))
+
+
+@kernel
+def _seen(quad, points, lo, hi, apex, corner, heights, cell):
+    """Whether the cone from the apex over the facet can meet the solid below the grid of heights."""
     z_min = np.inf
     x0, x1, y0, y1 = np.inf, -np.inf, np.inf, -np.inf
     for k in range(4):
@@ -30,14 +68,26 @@ def _seen(quad, points, lo, hi, apex):
             y = q[1] + s * (apex[1] - q[1])
             x0, x1 = min(x0, x), max(x1, x)
             y0, y1 = min(y0, y), max(y1, y)
-    return z_min <= hi[2] and x0 <= hi[0] and x1 >= lo[0] and y0 <= hi[1] and y1 >= lo[1]
+    if not (z_min <= hi[2] and x0 <= hi[0] and x1 >= lo[0] and y0 <= hi[1] and y1 >= lo[1]):
+        return False
+    nx, ny = heights.shape
+    i0, i1 = max(int((x0 - corner[0]) / cell), 0), min(int((x1 - corner[0]) / cell), nx - 1)
+    j0, j1 = max(int((y0 - corner[1]) / cell), 0), min(int((y1 - corner[1]) / cell), ny - 1)
+    for i in range(i0, i1 + 1):
+        for j in range(j0, j1 + 1):
+            if heights[i, j] >= z_min:
+                return True
+    return False
 
 
 @kernel
-def swept_facets(points, triangles, normals, edges, cos, sin, p, d, lo, hi, apex, cull, rear):
+def swept_facets(
+    points, triangles, normals, edges, cos, sin, p, d, lo, hi, apex, corner, heights, cell, cull, rear
+):
     """Triangles of conv(K + p, K + p + d), K the cutter.
 
-    Left out are, with `cull`, facets whose cone from `apex` misses the box, and facets of the start copy with
+    Left out are, with `cull`, facets whose cone from `apex` passes above everything that the box and the grid of
+    `heights` (its `corner` (3,) and `cell`, see `roof`) hold, and facets of the start copy with
     normal . d < -rear (rear = inf: none). Holes are closed by the cone from the apex over their rim. The solid
     is star-shaped about the apex, so what is lost are the cones over the facets left out.
 
@@ -77,7 +127,7 @@ def swept_facets(points, triangles, normals, edges, cos, sin, p, d, lo, hi, apex
         for k in range(3):
             quad[k] = triangles[t, k] + shift
         quad[3] = quad[2]
-        if not cull or _seen(quad, at, lo, hi, apex):
+        if not cull or _seen(quad, at, lo, hi, apex, corner, heights, cell):
             out[count] = quad[:3]
             count += 1
     for e in range(edges.shape[0]):
@@ -87,7 +137,7 @@ def swept_facets(points, triangles, normals, edges, cos, sin, p, d, lo, hi, apex
         # the facet that stays behind runs u -> v along this edge; the silhouette runs v, u, u + d, v + d
         u, v = (edges[e, 0], edges[e, 1]) if right else (edges[e, 1], edges[e, 0])
         quad[0], quad[1], quad[2], quad[3] = v, u, u + n, v + n
-        if not cull or _seen(quad, at, lo, hi, apex):
+        if not cull or _seen(quad, at, lo, hi, apex, corner, heights, cell):
             out[count, 0], out[count, 1], out[count, 2] = v, u, u + n
             out[count + 1, 0], out[count + 1, 1], out[count + 1, 2] = v, u + n, v + n
             count += 2

@@ -25,7 +25,12 @@ def write_tiles(path: Path, root: Tile, blocks: dict[int, int], state: dict[str,
     nodes: list[dict[str, Any]] = []
 
     def visit(tile: Tile) -> None:
-        node: dict[str, Any] = {"box": tile.box.tolist(), "halved": tile.halves is not None}
+        node: dict[str, Any] = {
+            "box": tile.box.tolist(),
+            "halved": tile.halves is not None,
+            "turns": tile.turns,
+            "color": tile.color,
+        }
         nodes.append(node)
         if tile.halves is not None:
             for half in tile.halves:
@@ -85,9 +90,9 @@ def read_tiles(path: Path) -> tuple[Tile, dict[int, int], dict[str, Any]]:
         k, node = next(nodes)
         if node["halved"]:
             first = build()
-            return Tile({}, {}, np.array(node["box"]), (first, build()))
+            return Tile({}, {}, np.array(node["box"]), (first, build()), None, node["turns"], node["color"])
         inner = solid(f"{k}.{Side.INNER}")
-        tile = Tile({}, {}, np.array(node["box"]))
+        tile = Tile({}, {}, np.array(node["box"]), turns=node["turns"], color=node["color"])
         tile.put(Side.INNER, inner)
         tile.put(Side.OUTER, inner if node["one"] else solid(f"{k}.{Side.OUTER}"))
         return tile

@@ -16,6 +16,7 @@ up to the change of (A + 2 B) / 3, whatever the order of the blocks.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +27,7 @@ from vmachining.engines.mesh.checkpoint import read_tiles, write_tiles
 from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.solids import Facets, checked, cutters, facets, shape_key
 from vmachining.engines.mesh.stock import StockMesh, StockSurface
-from vmachining.engines.mesh.tiles import SIDES, Tile, reached
+from vmachining.engines.mesh.tiles import SIDES, Share, Tile, joined, reached
 from vmachining.errors import EngineError
 from vmachining.geometry import Bracket
 from vmachining.sweep import Sweep
@@ -57,6 +58,7 @@ class MeshEngine:
             raise EngineError(f"chord {chord} mm is not positive", engine=self.name)
         self.chord = float(chord)
         self.tile_mm = tile_mm
+        self._share = Share()
         self._blocks: dict[int, int] = {}
         self._removed: tuple[str, list[float]] | None = None
         solids = {side: stock.solids[side] for side in SIDES}
@@ -80,11 +82,11 @@ class MeshEngine:
         chained = self._chained(sweep)
         tools = {side: facets(sweep.profile, self.chord, side) for side in SIDES}
         total = AIR
-        for tile in reached(self._root, self._box(sweep), self._tile_size(sweep)):
+        for tile in reached(self._root, self._box(sweep), self._tile_size(sweep), self._share):
             try:
                 total = total.plus(self._cut_tile(tile, sweep, tools, chained, run))
             except EngineError as error:
-                raise EngineError(str(error), engine=self.name, block=block) from error
+                raise EngineError(error.reason, engine=self.name, block=block) from error
         self._removed = shape_key(sweep.profile), sweep.path.position(1.0).tolist()
         return total
 
@@ -96,15 +98,23 @@ class MeshEngine:
         gap = np.abs(np.array(self._removed[1]) - start).max()
         return bool(gap <= 1e-12 * (1.0 + np.abs(start).max()))
 
-    def touch(self, sweep: Sweep) -> float:
-        """Volume (mm^3, estimate) that the sweep would remove; the workpiece stays as it is."""
-        tool = facets(sweep.profile, self.chord, Side.FAIR)
+    def touch(self, sweep: Sweep, *, deep: Sequence[Sweep] | None = None) -> float:
+        """Volume (mm^3, estimate) that the sweep would remove; the workpiece stays as it is.
+
+        deep : smaller sweeps inside it; what none of them reaches counts as not touched, tile by tile.
+        """
+        whole = facets(sweep.profile, self.chord, Side.FAIR)
+        cores = [(core, facets(core.profile, self.chord, Side.FAIR)) for core in deep or ()]
         total = 0.0
-        for tile in reached(self._root, self._box(sweep), self._tile_size(sweep)):
-            before = tile.volumes[Side.INNER]
-            rest = self._minus(tile.solids[Side.INNER], cutters(sweep, tool, tile.window))
-            if rest is not None and before - rest.volume() > VOLUME_REL * (1.0 + before):
-                total += before - float(rest.volume())
+        for tile in reached(self._root, self._box(sweep), self._tile_size(sweep), self._share):
+            solid, noise = tile.solids[Side.INNER], VOLUME_REL * (1.0 + tile.volumes[Side.INNER])
+            if deep is not None and not any(
+                _shared(solid, cutters(core, tool, tile.window)) > noise for core, tool in cores
+            ):
+                continue
+            volume = _shared(solid, cutters(sweep, whole, tile.window))
+            if volume > noise:
+                total += volume
         return total
 
     def _cut_tile(
@@ -116,37 +126,32 @@ class MeshEngine:
         outer = solids(Side.OUTER)
         if not outer:
             return AIR
-        largest = tile.volumes[Side.INNER]
-        noise = VOLUME_REL * (1.0 + largest)
-        hi_rest = self._minus(tile.solids[Side.INNER], outer)
-        hi = largest - float(hi_rest.volume()) if hi_rest is not None else 0.0
+        inner_cut, outer_cut = tile.solids[Side.INNER], tile.solids[Side.OUTER]
+        fresh = inner_cut is outer_cut
+        noise = VOLUME_REL * (1.0 + tile.volumes[Side.INNER])
+        rest = dict.fromkeys(SIDES, inner_cut)
+        if fresh:
+            rest[Side.OUTER] = _minus(inner_cut, outer)
+            hi = tile.volumes[Side.INNER] - float(rest[Side.OUTER].volume())
+        else:
+            hi = _shared(inner_cut, outer)
         if hi <= noise:  # rounding, not metal: leave the tile as it is, exactly
             return AIR
         inner = solids(Side.INNER)
-        least = tile.volumes[Side.OUTER]
-        lo_rest = self._minus(tile.solids[Side.OUTER], inner)
-        lo = least - float(lo_rest.volume()) if lo_rest is not None else 0.0
+        lo = 0.0 if fresh else _shared(outer_cut, inner)
+        rest[Side.INNER] = _minus(inner_cut, inner)
+        if not fresh:
+            rest[Side.OUTER] = _minus(outer_cut, outer)
         removed = dict.fromkeys(SIDES, 0.0)
-        fresh = tile.solids[Side.OUTER] is tile.solids[Side.INNER]
-        for side, other, cutter in ((Side.OUTER, hi_rest, outer), (Side.INNER, lo_rest, inner)):
-            rest = other if fresh else self._minus(tile.solids[side], cutter)
-            if rest is None:
-                continue
-            before = tile.volumes[side]
-            loss = before - float(rest.volume())
+        for side in SIDES:
+            loss = tile.volumes[side] - float(rest[side].volume())
             if loss > noise:
                 removed[side] = loss
-                tile.put(side, rest)
+                tile.put(side, rest[side])
+        if fresh:
+            lo = removed[Side.INNER]
         estimate = (removed[Side.INNER] + 2.0 * removed[Side.OUTER]) / 3.0
         return Bracket(max(0.0, min(lo - noise, estimate)), estimate, max(hi + noise, estimate))
-
-    def _minus(self, solid: Manifold, cutters: list[Manifold]) -> Manifold | None:
-        """The solid without the cutters; None if there is nothing to do."""
-        if not cutters or solid.is_empty():
-            return None
-        for cutter in cutters:
-            solid = solid - cutter
-        return checked(solid)
 
     def _box(self, sweep: Sweep) -> Floats:
         """Box of the sweep, wide enough for its outer facets."""
@@ -209,8 +214,8 @@ class MeshEngine:
         write_tiles(path, self._root, self._blocks, state)
 
     @classmethod
-    def load(cls, path: Path) -> MeshEngine:
-        """The engine that `save` wrote.
+    def load(cls, path: Path, *, share: Share | None = None) -> MeshEngine:
+        """The engine that `save` wrote; with a `share` it cuts that part of the tiles only.
 
         Raises
         ------
@@ -218,12 +223,38 @@ class MeshEngine:
             The file cannot be read or is damaged.
         """
         engine = cls.__new__(cls)
+        engine._share = share or Share()
         engine._root, engine._blocks, state = read_tiles(path)
         engine.chord, engine.tile_mm = state["chord"], state["tile_mm"]
         engine.stock_volume = Bracket(*state["stock"])
         removed = state["removed"]
         engine._removed = (removed[0], removed[1]) if removed is not None else None
         return engine
+
+    @classmethod
+    def join(cls, engines: Sequence[MeshEngine]) -> MeshEngine:
+        """One engine of those that cut all shares of one workpiece, in the order of their shares."""
+        engine = engines[0]
+        engine._root, engine._share = joined([each._root for each in engines]), Share()
+        for each in engines[1:]:
+            engine._blocks |= each._blocks
+        return engine
+
+
+def _minus(solid: Manifold, cutters: list[Manifold]) -> Manifold:
+    """The solid without the cutters."""
+    for cutter in cutters:
+        solid = solid - cutter
+    return checked(solid)
+
+
+def _shared(solid: Manifold, cutters: list[Manifold]) -> float:
+    """mm^3 of the solid that the cutters take. One cutter: the chip is a smaller mesh than what it leaves."""
+    if not cutters or solid.is_empty():
+        return 0.0
+    if len(cutters) == 1:
+        return float(checked(solid ^ cutters[0]).volume())
+    return float(solid.volume()) - float(_minus(solid, cutters).volume())
 
 
 def _bracket(inner_cut: float, outer_cut: float) -> Bracket:

@@ -123,7 +123,8 @@ class Polyhedron:
     """Convex part of a cutter, tool frame, heading along +x.
 
     points (n, 3); triangles (m, 3), outward; normals (m, 3), unit; edges (k, 4): two points and the triangles
-    on the left and on the right of the way from the first to the second; height: lowest and highest z;
+    on the left and on the right of the way from the first to the second; height: lowest and highest z; reach:
+    largest radius;
     turn: sine of half as much again as the largest angle between neighbouring facets of a round surface.
     """
 
@@ -132,6 +133,7 @@ class Polyhedron:
     normals: Floats
     edges: Ints
     height: tuple[float, float]
+    reach: float
     turn: float
 
 
@@ -168,8 +170,15 @@ def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
     normals = _support_normals(points, triangles, left)
     bends = np.arccos(np.clip(np.einsum("ij,ij->i", normals[edges[:, 2]], normals[edges[:, 3]]), -1.0, 1.0))
     bend = float(bends[bends < SHARP].max(initial=0.0))
-    height = float(line[0, 1]), float(line[-1, 1])
-    return Polyhedron(points, triangles, normals, edges, height, float(np.sin(min(1.5 * bend, np.pi / 2))))
+    return Polyhedron(
+        points,
+        triangles,
+        normals,
+        edges,
+        height=(float(line[0, 1]), float(line[-1, 1])),
+        reach=float(np.hypot(points[:, 0], points[:, 1]).max()),
+        turn=float(np.sin(min(1.5 * bend, np.pi / 2))),
+    )
 
 
 def _support_normals(points: Floats, triangles: Ints, left: dict[tuple[int, int], int]) -> Floats:

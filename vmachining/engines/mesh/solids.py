@@ -52,13 +52,35 @@ __all__ = ["Facets", "Window", "checked", "cutters", "facets", "manifold", "piec
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Window:
-    """Box in which a mesh must be right, (3,) mm each; outside of it the mesh is free."""
+    """Where a mesh must be right; elsewhere it is free.
+
+    lo, hi : (3,) mm, a box. heights : (nx, ny) mm, nothing of the box above them matters; the cells of that
+    grid are `cell` mm wide and begin at lo.
+    """
 
     lo: Floats
     hi: Floats
+    heights: Floats
+    cell: float
+
+    def within(self, box: Floats) -> tuple[Floats, Floats] | None:
+        """Corners of what matters inside a box (2, 3); None if that is nothing."""
+        lo, hi = np.maximum(self.lo, box[0]), np.minimum(self.hi, box[1])
+        if (lo >= hi).any():
+            return None
+        nx, ny = self.heights.shape
+        (i0, j0), (i1, j1) = (
+            ((lo - self.lo) / self.cell).astype(int)[:2].tolist(),
+            ((hi - self.lo) / self.cell).astype(int)[:2].tolist(),
+        )
+        top = float(self.heights[min(i0, nx - 1) : i1 + 1, min(j0, ny - 1) : j1 + 1].max())
+        if top <= lo[2]:
+            return None
+        hi[2] = min(hi[2], top)
+        return lo, hi
 
 
-_FREE = Window(np.full(3, -np.inf), np.full(3, np.inf))
+_NO_GRID = np.zeros((1, 1))
 
 
 class Part(NamedTuple):
@@ -172,6 +194,8 @@ def pieces(
     path has been removed before: what only it would cut may be missing.
     """
     path = sweep.path
+    if not isinstance(path, (Line, Arc)):
+        raise EngineError(f"{type(path).__name__} motions cannot be meshed in this version", engine="mesh")
     for part in tool.parts:
         if isinstance(path, Line) or path.radius <= 0.0 or path.angle == 0.0:
             yield from _straight(part.body, path.start, path.end, window, chained=chained)
@@ -198,13 +222,18 @@ def _straight(
     along = d if heading is None else heading
     level = float(np.hypot(along[0], along[1]))
     cos, sin = (along[0] / level, along[1] / level) if level > 0.0 else (1.0, 0.0)
-    lo, hi, cull = _FREE.lo, _FREE.hi, False
     bottom, top = cutter.height
     apex = start + [0.0, 0.0, bottom + 0.999 * (top - bottom)]  # inside the cutter at its start
+    corner, heights, cell, cull = start, _NO_GRID, 1.0, False
+    lo, hi = np.full(3, -np.inf), np.full(3, np.inf)
     if window is not None:
-        lo, hi = window.lo, window.hi
-        if hi[2] <= min(start[2], end[2]) + bottom or lo[2] >= max(start[2], end[2]) + top:
+        reach = [cutter.reach, cutter.reach, 0.0]
+        low, high = np.minimum(start, end) - reach, np.maximum(start, end) + reach
+        found = window.within(np.stack([low + [0.0, 0.0, bottom], high + [0.0, 0.0, top]]))
+        if found is None:
             return
+        lo, hi = found
+        corner, heights, cell = window.lo, window.heights, window.cell
         cull = bool(hi[2] < apex[2] - 0.05 * (top - bottom))
     rear = cutter.turn * float(np.linalg.norm(d)) if chained and d.any() else np.inf
     points, triangles = _kernels.swept_facets(  # type: ignore[no-untyped-call]
@@ -219,6 +248,9 @@ def _straight(
         lo,
         hi,
         apex,
+        corner,
+        heights,
+        cell,
         cull,
         rear,
     )

@@ -8,37 +8,52 @@ A tile holds two solids, equal at first:
 Tiles form a binary tree. A tile larger than the wanted size is halved the first time a sweep reaches it, so
 that untouched stock stays in few large pieces and a block costs what its neighbourhood costs, however many
 blocks came before.
+
+Tiles know nothing of each other, so several processes can cut one workpiece: all of them halve alike, and each
+cuts the tiles of its own colour. A tile is coloured when it first has the wanted size, by the number of times
+that the way down to it turned to the upper half; neighbours then mostly differ, and both sides of a path are
+busy. `joined` takes every tile from the process that cut it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from manifold3d import Manifold
 
 from vmachining.arrays import Floats
+from vmachining.engines.mesh import _kernels
 from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.solids import Window, checked
 
-__all__ = ["Tile", "reached"]
+__all__ = ["Share", "Tile", "joined", "reached"]
 
 SHAPE = np.array([1.0, 1.0, 1.0 / 8.0])
 """Tiles are columns: walls along the tool axis are few tall facets, so cutting them in height only adds tiles."""
+
+ROOF_CELLS = 16
+"""Cells of the grid of heights along the longer side of a tile: a ball sees its contact in about a dozen."""
 
 SIDES = (Side.INNER, Side.OUTER)
 
 
 @dataclass(slots=True, eq=False)
 class Tile:
-    """Part of the stock. solids and volumes are by `Side`; box (2, 3) holds the largest of the solids."""
+    """Part of the stock. solids and volumes are by `Side`; box (2, 3) holds the largest of the solids.
+
+    turns : upper halves on the way from the root. color : says who cuts it, None until it is small enough.
+    """
 
     solids: dict[Side, Manifold]
     volumes: dict[Side, float]
     box: Floats
     halves: tuple[Tile, Tile] | None = None
     window: Window | None = field(default=None)
+    turns: int = 0
+    color: int | None = None
 
     @classmethod
     def of(cls, solids: dict[Side, Manifold]) -> Tile | None:
@@ -60,7 +75,7 @@ class Tile:
             margin = 1e-6 * (1.0 + float(np.abs(self.box).max()))
             self.window = None
             if not result.is_empty():
-                self.window = Window(self.box[0] - margin, self.box[1] + margin)
+                self.window = _window(result, self.box[0] - margin, self.box[1] + margin)
 
     def halve(self) -> None:
         """Split across the longest side, in the middle."""
@@ -81,6 +96,8 @@ class Tile:
             self.box = only.box
             return
         self.halves = (halves[0], halves[1])
+        for k, half in enumerate(self.halves):
+            half.turns, half.color = self.turns + 1 - k, self.color
         self.solids.clear()
 
     def leaves(self) -> Iterator[Tile]:
@@ -94,8 +111,24 @@ class Tile:
                 yield tile
 
 
-def reached(root: Tile, box: Floats, size: float) -> list[Tile]:
-    """Leaves that the box (2, 3) overlaps, halved down to `size` (mm) where it does."""
+def _window(solid: Manifold, lo: Floats, hi: Floats) -> Window:
+    """Box of a solid with a grid of how high it reaches."""
+    mesh = solid.to_mesh64()
+    cell = max(float((hi - lo)[:2].max()) / ROOF_CELLS, 1e-3)
+    heights = np.empty(tuple(int(n) for n in np.ceil((hi - lo)[:2] / cell)))
+    _kernels.roof(mesh.vert_properties, mesh.tri_verts, lo, cell, heights)  # type: ignore[no-untyped-call]
+    return Window(lo, hi, heights, cell)
+
+
+class Share(NamedTuple):
+    """What one of several processes cuts: tiles whose colour leaves `part` when divided by `parts`."""
+
+    part: int = 0
+    parts: int = 1
+
+
+def reached(root: Tile, box: Floats, size: float, share: Share) -> list[Tile]:
+    """Leaves of a share that the box (2, 3) overlaps, halved down to `size` (mm) where it does."""
     found: list[Tile] = []
     stack = [root]
     (x0, y0, z0), (x1, y1, z1) = box.tolist()
@@ -103,11 +136,17 @@ def reached(root: Tile, box: Floats, size: float) -> list[Tile]:
         tile = stack.pop()
         if tile.window is None and tile.halves is None:
             continue
+        if tile.color is not None and tile.color % share.parts != share.part:
+            continue
         (a0, b0, c0), (a1, b1, c1) = tile.box.tolist()
         if not (x0 < a1 and a0 < x1 and y0 < b1 and b0 < y1 and z0 < c1 and c0 < z1):
             continue
         if tile.halves is None:
             if max(a1 - a0, b1 - b0, (c1 - c0) * SHAPE[2]) <= size:
+                if tile.color is None:
+                    tile.color = tile.turns
+                    if tile.color % share.parts != share.part:
+                        continue
                 found.append(tile)
                 continue
             tile.halve()
@@ -116,3 +155,14 @@ def reached(root: Tile, box: Floats, size: float) -> list[Tile]:
                 continue
         stack.extend(reversed(tile.halves))
     return found
+
+
+def joined(roots: Sequence[Tile]) -> Tile:
+    """One tree of the trees of all shares, in their order."""
+    tile = roots[0]
+    if tile.color is not None:
+        return roots[tile.color % len(roots)]
+    if tile.halves is not None:
+        pairs = [root.halves for root in roots if root.halves is not None]
+        tile.halves = joined([pair[0] for pair in pairs]), joined([pair[1] for pair in pairs])
+    return tile

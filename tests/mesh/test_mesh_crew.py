@@ -1,0 +1,81 @@
+"""Several processes on one workpiece give the numbers of one."""
+
+import numpy as np
+import pytest
+
+from vmachining.engines.mesh import MeshCrew, MeshEngine, Solo, box_stock, crew
+from vmachining.errors import EngineError
+from vmachining.geometry import Arc, Line
+from vmachining.tool import BallNose, FlatEnd
+
+BALL = BallNose(diameter=6, length=30).cutter
+FLAT = FlatEnd(diameter=4, length=30).cutter
+PATHS = [
+    (BALL, Line((-5, 4, -1), (33, 4, -1))),
+    (BALL, Line((33, 4, -1), (33, 7, -1.5))),
+    (BALL, Line((33, 7, -1.5), (-5, 7, -2))),
+    (FLAT, Arc((8, 10, -3), (15, 10, -3), angle=2 * np.pi)),
+    (FLAT, Line((40, 10, -3), (50, 10, -3))),  # air
+    (FLAT, Arc((8, 10, -3), (15, 10, -3), angle=2 * np.pi)),  # once more: nothing left
+]
+
+
+def stock():
+    return box_stock((0, 0, -10), (30, 20, 0))
+
+
+def cut(workers):
+    hands = crew(MeshEngine(stock(), 0.02), workers)
+    try:
+        answers = [hands.cut(tool, path, k) for k, (tool, path) in enumerate(PATHS)]
+        rapid = hands.touch(BALL, Line((0, 0, -2), (30, 20, -2)), [BALL])
+        brackets = np.array([answer() for answer in answers])
+        return brackets, rapid().estimate, hands.finish()
+    finally:
+        hands.close()
+
+
+@pytest.fixture(scope="module")
+def alone():
+    return cut(1)
+
+
+@pytest.mark.parametrize("workers", [2, 3])
+def test_numbers_do_not_depend_on_the_number_of_workers(alone, workers):
+    brackets, rapid, engine = cut(workers)
+    # both add the same volumes of the same tiles, in another order
+    assert brackets == pytest.approx(alone[0], abs=1e-9, rel=1e-12)
+    assert (brackets[4] == 0).all()
+    assert rapid == pytest.approx(alone[1], rel=1e-12) and rapid > 1
+    assert engine.volume == pytest.approx(alone[2].volume, rel=1e-13)
+    assert engine.stock_volume.estimate - engine.volume.estimate == pytest.approx(
+        brackets[:, 1].sum(), rel=1e-9
+    )
+    own, other = engine.surface(), alone[2].surface()
+    assert len(own.triangles) == len(other.triangles)
+    assert np.unique(own.block).tolist() == np.unique(other.block).tolist()
+
+
+def test_answers_may_be_asked_for_in_any_order_and_while_saving(tmp_path, alone):
+    with MeshCrew(MeshEngine(stock(), 0.02), 2) as hands:
+        answers = [hands.cut(tool, path, k) for k, (tool, path) in enumerate(PATHS[:3])]
+        last = answers[2]()
+        hands.save(tmp_path / "half.npz")
+        assert hands.peak_mb() > 1
+        assert np.array([answers[0](), answers[1](), last]) == pytest.approx(alone[0][:3], abs=1e-9)
+    resumed = Solo(MeshEngine.load(tmp_path / "half.npz"))
+    assert np.array(resumed.cut(*PATHS[3], 3)()) == pytest.approx(alone[0][3], abs=1e-9, rel=1e-9)
+
+
+def test_a_dead_worker_is_an_error_and_not_a_hang():
+    with MeshCrew(MeshEngine(stock(), 0.02), 2) as hands:
+        hands._workers[1][0].kill()
+        with pytest.raises(EngineError, match="worker process 2 of 2 ended"):
+            hands.cut(*PATHS[0], 0)()
+
+
+def test_a_failure_in_a_worker_comes_back_whole():
+    with MeshCrew(MeshEngine(stock(), 0.02), 2) as hands:
+        answer = hands._order("dance")
+        with pytest.raises(EngineError, match="mesh engine: unknown order 'dance'"):
+            answer()
