@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import re
 
@@ -75,6 +76,37 @@ def test_the_figures_hold_the_numbers(page):
     drawn = along_program(result.blocks, result.schedule.after_rate)
     removed = next(trace for trace in drawn.data if trace.name == "removed volume")
     assert np.array_equal(removed.y[::2], result.blocks["removed_mm3"].to_numpy())
+
+
+def test_sums_by_tool_and_the_rate_when_scheduled(page):
+    result, text = page
+    assert "Totals by tool" in text and "T1 flat 4 mm" in text
+    assert f"{float(result.blocks['time_s'].sum()):,.1f}" in text
+    packed = figures(text)["block_rate_after"]
+    rates = np.frombuffer(base64.b64decode(packed), dtype="<f4")
+    assert np.array_equal(rates, np.nan_to_num(result.schedule.after_rate).astype("<f4"))
+
+
+def test_warnings_without_a_row_and_notes_about_all_volumes_are_shown(tmp_path):
+    program = PROGRAM.replace("N130 M30", "N130 S900 M5\nM30")
+    result = run(Job.load(write_job(tmp_path, program=program)))
+    result.findings.append((14, "N125 (loose) <b>", "W999 a line that does not move"))
+    result.summary["notes"].append("triangulated <i>within</i> 1 mm")
+    write_report(result, tmp_path / "r.html")
+    text = body((tmp_path / "r.html").read_text(encoding="utf-8"))
+    assert "W999 a line that does not move" in text and "N125 (loose) &lt;b&gt;" in text
+    assert "triangulated &lt;i&gt;within&lt;/i&gt; 1 mm" in text and "None: no rapid met" not in text
+
+
+def test_a_view_is_as_large_as_its_frame():
+    from vmachining.report.figures import FRAME, _zoom
+
+    for extent in ([100, 100, 1], [1, 1, 100], [300, 10, 5], [1, 1, 1]):
+        size = _zoom(np.array(extent, dtype=float)) * np.array(extent)
+        eye = np.array([-0.75, -1.3, 1.05]) / np.linalg.norm([-0.75, -1.3, 1.05])
+        right = np.array([1.3, -0.75, 0]) / np.hypot(1.3, 0.75)
+        shown = [abs(right) @ size, abs(np.cross(eye, right)) @ size]
+        assert max(shown[0] / FRAME[0], shown[1] / FRAME[1]) == pytest.approx(1.0)
 
 
 def test_many_triangles_become_few_and_keep_the_shape():

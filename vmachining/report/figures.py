@@ -24,12 +24,18 @@ FONT = {
     "family": "Inter, 'Segoe UI', system-ui, -apple-system, 'Helvetica Neue', Arial, sans-serif",
     "color": INK,
 }
+LEAST_WIDTH = 1e-6
+"""%, the narrowest bracket drawn: below it there is only rounding, and the axis is logarithmic."""
+
 BAR = {"thickness": 12, "len": 0.72, "outlinewidth": 0, "tickfont": {"size": 11, "color": MUTED}}
 
 MODEBAR = {"bgcolor": "rgba(0,0,0,0)", "color": "#a3afbd", "activecolor": INK}
 
-ZOOM = 1.55
-"""An orthographic camera ignores its distance; the size of the scene is its zoom."""
+EYE = np.array([-0.75, -1.3, 1.05])
+"""Where the camera stands; it is orthographic, so its distance means nothing and the scene's size is the zoom."""
+
+FRAME = 3.1, 1.9
+"""Width and height in scene units that a view of the page's shape shows, legend and colour bar left free."""
 
 PathPiece = tuple[str, Floats]
 """"rapid", "feed" or "hit" (a rapid through material), and its points (n, 3) in mm."""
@@ -64,7 +70,6 @@ def stock_view(mesh: ThinMesh, pieces: Sequence[PathPiece]) -> go.Figure:
                 "intensitymode": "cell",
                 "colorscale": "Viridis",
                 "colorbar": {"title": {"text": "block", "font": {"size": 12}}, **BAR},
-                "customdata": mesh.block[chosen].astype(np.int32),
             }
         )
         figure.add_trace(
@@ -109,9 +114,9 @@ def stock_view(mesh: ThinMesh, pieces: Sequence[PathPiece]) -> go.Figure:
         legend={"x": 0.01, "y": 0.99, "bgcolor": "rgba(255,255,255,0.75)", "font": {"size": 12}},
         scene={
             "aspectmode": "manual",
-            "aspectratio": dict(zip("xyz", (ZOOM * extent / extent.max()).tolist(), strict=True)),
+            "aspectratio": dict(zip("xyz", (_zoom(extent) * extent).tolist(), strict=True)),
             "camera": {
-                "eye": {"x": -0.75, "y": -1.3, "z": 1.05},
+                "eye": dict(zip("xyz", EYE.tolist(), strict=True)),
                 "center": {"x": 0, "y": 0, "z": -0.08},
                 "projection": {"type": "orthographic"},
             },
@@ -127,6 +132,15 @@ def stock_view(mesh: ThinMesh, pieces: Sequence[PathPiece]) -> go.Figure:
         uirevision="keep",
     )
     return figure
+
+
+def _zoom(extent: Floats) -> float:
+    """Scene units per mm at which a box of this extent (3,) fills the frame."""
+    eye = EYE / np.linalg.norm(EYE)
+    right = np.cross([0.0, 0.0, 1.0], eye)
+    right /= np.linalg.norm(right)
+    up = np.cross(eye, right)
+    return float(min(FRAME[0] / (abs(right) @ extent), FRAME[1] / (abs(up) @ extent)))
 
 
 def _hover(rows: pl.DataFrame) -> list[str]:
@@ -164,7 +178,7 @@ def along_program(blocks: pl.DataFrame, after_rate: Floats | None) -> go.Figure:
     value = rows["removed_mm3"].to_numpy()
     figure = make_subplots(
         rows=4, cols=1, shared_xaxes=True, vertical_spacing=0.055, row_heights=[0.3, 0.16, 0.27, 0.27],
-        subplot_titles=("Removed volume per block", "Bracket width", "Volume rate", "Feed"),
+        subplot_titles=("Removed volume per block", "Width of its bracket", "Volume rate", "Feed"),
     )  # fmt: skip
     wide = len(chosen) == len(blocks)  # thinned rows are drawn as points of a line, whole ones as steps
     at = _steps(x, x, wide)[0]
@@ -187,6 +201,7 @@ def along_program(blocks: pl.DataFrame, after_rate: Floats | None) -> go.Figure:
     line(1, value, "removed volume", FEED, "%{y:.6g} mm³", True)
     with np.errstate(divide="ignore", invalid="ignore"):
         width = np.where(value > 0, 100 * (hi - lo) / value, np.nan)
+    width = np.where(width > 0, np.maximum(width, LEAST_WIDTH), np.nan)
     line(2, width, "bracket width", "#7c3aed", "%{y:.3g} % of the block's volume", False)
     line(3, _filled(rows["mrr_mm3_min"]), "as programmed", BEFORE, "%{y:.5g} mm³/min", True)
     line(4, _filled(rows["feed_mm_min"]), "as programmed", BEFORE, "%{y:.5g} mm/min", False)
@@ -221,6 +236,14 @@ def along_program(blocks: pl.DataFrame, after_rate: Floats | None) -> go.Figure:
             row=row,
             col=1,
         )
+    drawn = width[~np.isnan(width)]
+    decades = [np.floor(np.log10(drawn.min())), np.ceil(np.log10(drawn.max()))] if len(drawn) else [-1, 1]
+    if decades[0] == decades[1]:
+        decades[1] += 1
+    figure.update_yaxes(
+        type="log", rangemode="normal", range=[float(d) for d in decades], tickformat="~g",
+        dtick=max(1, int(decades[1] - decades[0]) // 3), row=2, col=1,
+    )  # fmt: skip
     for note in figure.layout.annotations:
         note.update(x=0, xanchor="left", font={"size": 13, "color": INK})
     return figure

@@ -6,25 +6,40 @@
   const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer;
   const view = document.getElementById("view");
   const plots = document.getElementById("plots");
+  if (plots.clientWidth < 560) {
+    Object.assign(data.plots.layout.margin, {l: 58, r: 8, t: 104});
+    Object.assign(data.plots.layout.legend, {x: 0, xanchor: "left", y: 1.03});
+  }
   Plotly.newPlot(plots, data.plots.data, data.plots.layout, config);
 
   view.textContent = "";
+  const scene = data.stock.layout.scene.aspectratio;
+  const narrow = Math.min(1, view.clientWidth / view.clientHeight / 1.7);  // the scene is sized by its height
+  for (const axis of "xyz") scene[axis] *= narrow;
+  if (view.clientWidth < 560) {
+    data.stock.data[data.cut_trace].colorbar.len = 0.5;
+    data.stock.layout.legend.font.size = 10;
+  }
   Plotly.newPlot(view, data.stock.data, data.stock.layout, config).catch(function () {
     view.textContent = "This browser shows no WebGL, so there is no 3-D view; every number is below.";
   });
   const face = new Int32Array(bytes(data.face_block));
-  const rate = new Float32Array(bytes(data.block_rate));
+  const rates = {rate: new Float32Array(bytes(data.block_rate))};
+  if (data.block_rate_after) rates.after = new Float32Array(bytes(data.block_rate_after));
+  const top = Object.values(rates).reduce((a, r) => r.reduce((m, v) => Math.max(m, v), a), 0);
   const heat = ["#0d0887", "#6a00a8", "#b12a90", "#e16462", "#fca636", "#f0f921"].map((c, k) => [k / 5, c]);
-  const colours = {
-    block: () => ({intensity: [Array.from(face)], "colorbar.title.text": ["block"], colorscale: ["Viridis"]}),
-    rate: () => ({intensity: [Array.from(face, (b) => rate[b])], "colorbar.title.text": ["mm³/min"],
-                  colorscale: [heat]}),
-  };
+  const coloured = (values, title, scale, range) => ({
+    intensity: [values], "colorbar.title.text": [title], colorscale: [scale], cmin: [range[0]], cmax: [range[1]],
+  });
+  const span = face.reduce((r, b) => [Math.min(r[0], b), Math.max(r[1], b)], [Infinity, -Infinity]);
+  const colours = (what) => what === "block"
+    ? coloured(Array.from(face), "block", "Viridis", span)
+    : coloured(Array.from(face, (b) => rates[what][b]), "mm³/min", heat, [0, top]);
   const buttons = Array.from(document.querySelectorAll("[data-colour]"));
   for (const button of buttons) {
     button.addEventListener("click", function () {
       for (const other of buttons) other.setAttribute("aria-pressed", String(other === button));
-      Plotly.restyle(view, colours[button.dataset.colour](), [data.cut_trace]);
+      Plotly.restyle(view, colours(button.dataset.colour), [data.cut_trace]);
     });
   }
 })();

@@ -40,9 +40,10 @@ def write_report(result: RunResult, path: Path) -> None:
     payload = (
         '{"stock":' + str(stock.to_json()) + ',"plots":' + str(plots.to_json()) + ',"cut_trace":1,'
         f'"face_block":{json.dumps(_packed(mesh.block[mesh.block >= 0].astype("<i4")))},'
-        f'"block_rate":{json.dumps(_packed(_block_rates(blocks)))}}}'
+        f'"block_rate":{json.dumps(_packed(_rates(blocks["mrr_mm3_min"].fill_null(0.0).to_numpy())))},'
+        f'"block_rate_after":{json.dumps(_packed(_rates(schedule.after_rate)) if schedule else None)}}}'
     )
-    warned = blocks.filter(pl.col("warning").is_not_null())
+    warned = _warnings(result, blocks)
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
     room = files("vmachining.report")
     template = environment.from_string((room / "page.html.j2").read_text(encoding="utf-8"))
@@ -58,7 +59,9 @@ def write_report(result: RunResult, path: Path) -> None:
         view_note=_view_note(len(surface.triangles), mesh, stride),
         plot_note=_plot_note(len(blocks)),
         schedule=_schedule(result, schedule, blocks) if schedule else None,
-        warnings=list(warned.select("block", "line", "text", "warning").head(MAX_ROWS).iter_rows()),
+        warnings=warned[:MAX_ROWS],
+        notes=result.summary["notes"],
+        tools=_tools(result, blocks),
         more_warnings=f"{len(warned) - MAX_ROWS} more in blocks.csv." if len(warned) > MAX_ROWS else "",
         known=_known(result),
         unknown=_unknown(result),
@@ -84,9 +87,47 @@ def _packed(array: np.ndarray[Any, Any]) -> str:
     return base64.b64encode(array.tobytes()).decode("ascii")
 
 
-def _block_rates(blocks: pl.DataFrame) -> np.ndarray[Any, Any]:
+def _rates(column: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
     """Volume rate by block number, as the page looks it up; 0 where there is none."""
-    return np.asarray(blocks["mrr_mm3_min"].fill_null(0.0).to_numpy(), dtype="<f4")
+    return np.asarray(np.nan_to_num(np.asarray(column, dtype="<f4")))
+
+
+def _warnings(result: RunResult, blocks: pl.DataFrame) -> list[tuple[Any, ...]]:
+    """block, line, text, message of rows that warn, and of lines without a row."""
+    rows = blocks.filter(pl.col("warning").is_not_null()).select("block", "line", "text", "warning")
+    silent = [("–", line, text, message) for line, text, message in result.findings]
+    return sorted([*rows.iter_rows(), *silent], key=lambda row: row[1])
+
+
+def _tools(result: RunResult, blocks: pl.DataFrame) -> list[tuple[str, ...]]:
+    """Sums per tool, and of all when there are several."""
+    known = {tool["number"]: tool for tool in result.job.keys.tools}
+    scheduled = result.schedule is not None
+    groups = [(number, blocks.filter(pl.col("tool") == number)) for number in sorted(known)]
+    rows = [(_tool_name(known[number]), *_sums(part, scheduled)) for number, part in groups]
+    return [*rows, ("all", *_sums(blocks, scheduled))] if len(rows) > 1 else rows
+
+
+def _tool_name(keys: dict[str, Any]) -> str:
+    size = f" {keys['diameter_mm']:g} mm" if "diameter_mm" in keys else ""
+    corner = f", corner {keys['corner_radius_mm']:g} mm" if "corner_radius_mm" in keys else ""
+    name = f" “{keys['name']}”" if keys.get("name") else ""
+    return f"T{keys['number']} {keys['type']}{size}{corner}{name}"
+
+
+def _sums(rows: pl.DataFrame, scheduled: bool) -> tuple[str, ...]:
+    cut = rows.filter(pl.col("removed_mm3") > 0)
+    half = float((rows["removed_hi_mm3"] - rows["removed_lo_mm3"]).sum()) / 2
+    largest = float(cut["mrr_mm3_min"].fill_null(0.0).max() or 0.0) if len(cut) else 0.0  # type: ignore[arg-type]
+    times = ["time_s", "scheduled_time_s"] if scheduled else ["time_s"]
+    return (
+        _number(len(cut)),
+        f"{float(cut['length_mm'].sum()):,.1f}".replace(",", "\u202f"),
+        _number(float(rows["removed_mm3"].sum()), 7),
+        f"{half:.2g}",
+        _number(largest, 5),
+        *(f"{float(rows[name].sum()):,.1f}".replace(",", "\u202f") for name in times),
+    )
 
 
 def _path_pieces(result: RunResult, blocks: pl.DataFrame) -> tuple[list[PathPiece], int]:
@@ -162,6 +203,8 @@ def _chips(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
     chips.append(
         {"kind": "warn", "text": _plural(count, "warning")}
         if count
+        else {"kind": "warn", "text": "see the note on all volumes"}
+        if summary["notes"]
         else {"kind": "ok", "text": "no warnings"}
     )
     chips.append({"kind": "", "text": f"mesh engine, chord {result.job.keys.accuracy.chord_mm:g} mm"})

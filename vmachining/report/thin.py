@@ -11,7 +11,7 @@ from vmachining.arrays import Floats, Ints
 
 __all__ = ["MAX_POINTS", "MAX_TRIANGLES", "ThinMesh", "thin_mesh", "thin_rows"]
 
-MAX_TRIANGLES = 300_000
+MAX_TRIANGLES = 250_000
 """What a browser turns smoothly on an ordinary notebook; about 10 MB of page."""
 
 MAX_POINTS = 20_000
