@@ -22,7 +22,8 @@ program lasts.
 | `motion.py` | `JointMotion` (J), `TcpMotion` (R, V): tip and axis with derivatives over t |
 | `deviation.py` | `tip_deviation`, `axis_deviation`, `pieces`, `straighten` |
 | `joint_limits.py` | `travel_overruns`, `joint_caps`, `tcp_caps`: what the joints allow |
-| `_kernels.py` | the two passes over the junction speeds |
+| `dda.py` | `line_train`, `arc_train`, `helix_train`, ...: pulses from adding registers |
+| `_kernels.py` | junction speeds, branch choice, registers |
 
 Equations
 ---------
@@ -45,6 +46,16 @@ from vmachining.machine.branches import JointPath, Jump, follow, jumps
 from vmachining.machine.caps import arc_peaks, axis_caps, line_peaks, path_peaks, travel_caps
 from vmachining.machine.chain import Machine, Rates, Solutions, ToolPose
 from vmachining.machine.classes import FrameMachine
+from vmachining.machine.dda import (
+    Train,
+    arc_train,
+    helix_train,
+    line_limit,
+    line_train,
+    nearest_arc,
+    pulse_counts,
+    s1_quadrant_train,
+)
 from vmachining.machine.deviation import (
     AxisDeviation,
     TipDeviation,
@@ -94,7 +105,9 @@ __all__ = [
     "TcpMotion",
     "TipDeviation",
     "ToolPose",
+    "Train",
     "arc_peaks",
+    "arc_train",
     "axis_caps",
     "axis_deviation",
     "block_times",
@@ -105,19 +118,25 @@ __all__ = [
     "derivative_bounds",
     "feed_path_ratio",
     "follow",
+    "helix_train",
     "hexapod_matrix",
     "hexapod_omega",
     "joint_caps",
     "joint_peaks",
     "jumps",
     "least_times",
+    "line_limit",
     "line_peaks",
+    "line_train",
     "load",
     "machine_from_mapping",
+    "nearest_arc",
     "path_peaks",
     "pieces",
     "preset",
+    "pulse_counts",
     "read_machine",
+    "s1_quadrant_train",
     "straighten",
     "tcp_caps",
     "tcp_peaks",

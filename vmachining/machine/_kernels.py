@@ -111,3 +111,137 @@ def follow_branches(
         branch[k] = chosen
         before[:] = out[k]
     return -1
+
+
+@kernel
+def linear_dda(
+    counts: NDArray[np.int64],
+    capacity: int,
+    preset: int,
+    tick: NDArray[np.int64],
+    steps: NDArray[np.int8],
+) -> int:
+    """Ticks with pulses of a linear DDA; returns how many. counts (k,) signed, tick (p,), steps (p, k) zeroed."""
+    k = counts.shape[0]
+    register = np.full(k, preset, dtype=np.int64)
+    n = 0
+    for j in range(capacity):
+        any_pulse = False
+        for a in range(k):
+            register[a] += abs(counts[a])
+            if register[a] >= capacity:
+                register[a] -= capacity
+                steps[n, a] = 1 if counts[a] > 0 else -1
+                any_pulse = True
+        if any_pulse:
+            tick[n] = j
+            n += 1
+    return n
+
+
+@kernel
+def circular_dda(
+    corners: NDArray[np.int64],
+    capacity: int,
+    tick: NDArray[np.int64],
+    steps: NDArray[np.int8],
+) -> tuple[int, int, int]:
+    """Ticks with pulses of a circular DDA; returns (pulsing ticks, ticks, flushed pulses).
+
+    corners (l + 1, 2): start, axis points passed, end, about the centre. Both registers start half full; Y adds
+    the coordinate X that the same tick has already moved.
+    """
+    qx = qy = capacity // 2
+    n = j = flushed = 0
+    for leg in range(corners.shape[0] - 1):
+        x, y = corners[leg, 0], corners[leg, 1]
+        dx, dy = corners[leg + 1, 0] - x, corners[leg + 1, 1] - y
+        rx, ry = abs(dx), abs(dy)
+        sx, sy = (1 if dx > 0 else -1), (1 if dy > 0 else -1)
+        while rx > 0 or ry > 0:
+            px = py = 0
+            if (rx == 0 and x == 0) or (ry == 0 and y == 0):
+                # the axis that is left has no rate: send what is missing
+                if ry > 0:
+                    y, ry, py = y + sy, ry - 1, sy
+                else:
+                    x, rx, px = x + sx, rx - 1, sx
+                flushed += 1
+            else:
+                qx += abs(y)
+                if qx >= capacity:
+                    qx -= capacity
+                    if rx > 0:
+                        x, rx, px = x + sx, rx - 1, sx
+                qy += abs(x)
+                if qy >= capacity:
+                    qy -= capacity
+                    if ry > 0:
+                        y, ry, py = y + sy, ry - 1, sy
+            if px != 0 or py != 0:
+                tick[n], steps[n, 0], steps[n, 1] = j, px, py
+                n += 1
+            j += 1
+    return n, j, flushed
+
+
+@kernel
+def quadrant_s1(
+    radius: int,
+    along_x: bool,
+    out_x: int,
+    out_y: int,
+    capacity: int,
+    ticks: int,
+    tick: NDArray[np.int64],
+    steps: NDArray[np.int8],
+) -> int:
+    """One quadrant as the engraver's listing draws it; returns the pulsing ticks.
+
+    along_x: the quadrant starts moving along x, with its x integrand at the radius. Integrands follow the
+    pulses of the pass before.
+    """
+    pkx, pky = (radius, 0) if along_x else (0, radius)
+    sx, sy = (-1, 1) if along_x else (1, -1)
+    qx = qy = dx = dy = n = 0
+    for j in range(ticks):
+        pkx += sx * dy
+        pky += sy * dx
+        qy += abs(pky)
+        qx += abs(pkx)
+        dx = dy = 0
+        if qx >= capacity:
+            qx -= capacity
+            dx = 1
+        if qy >= capacity:
+            qy -= capacity
+            dy = 1
+        if dx or dy:
+            tick[n], steps[n, 0], steps[n, 1] = j, dx * out_x, dy * out_y
+            n += 1
+    return n
+
+
+@kernel
+def nearest_steps(corners: NDArray[np.int64], square: float, steps: NDArray[np.int8]) -> int:
+    """Steps that each stay nearest to the circle of squared radius `square`; returns their number."""
+    n = 0
+    for leg in range(corners.shape[0] - 1):
+        x, y = corners[leg, 0], corners[leg, 1]
+        ex, ey = corners[leg + 1, 0], corners[leg + 1, 1]
+        while x != ex or y != ey:
+            sx = 0 if x == ex else (1 if ex > x else -1)
+            sy = 0 if y == ey else (1 if ey > y else -1)
+            bx, by = sx, sy
+            if sx != 0 and sy != 0:
+                best = abs((x + sx) ** 2 + (y + sy) ** 2 - square)
+                one = abs((x + sx) ** 2 + y * y - square)
+                other = abs(x * x + (y + sy) ** 2 - square)
+                if one < best and one <= other:
+                    by = 0
+                elif other < best:
+                    bx = 0
+            x, y = x + bx, y + by
+            steps[n, 0], steps[n, 1] = bx, by
+            n += 1
+    return n
