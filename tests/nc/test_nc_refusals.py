@@ -39,11 +39,16 @@ CASES = [  # program, code, line, column, word
     ("G61 R0.5", "E207", 1, 5, "R0.5"),
     ("G0 X1 G123", "E208", 1, 7, "G123"),
     ("G1.05 X1", "E208", 1, 1, "G1.05"),
-    ("G41 D1 G1 X1", "E208", 1, 1, "G41"),
-    ("G81 X1 Z-1 R1", "E208", 1, 1, "G81"),
-    ("M98 P1", "E208", 1, 1, "M98"),
-    ("G10 L2 P1 X0", "E208", 1, 1, "G10"),
-    ("O100 while [1]", "E208", 1, 1, "O100"),
+    ("G87 X1 Z-1 R1", "E208", 1, 1, "G87"),
+    ("G68 R1", "E208", 1, 1, "G68"),
+    ("G81 X1 Z-1 R1 W2", "E207", 1, 15, "W2"),
+    ("G81 X1 Z-1 R1 @2", "E207", 1, 15, "@2"),
+    ("G0 X1 @2", "E207", 1, 7, "@2"),
+    ("G10 L2 P1 X0 Q1", "E207", 1, 14, "Q1"),
+    ("G10 G1 L2 P1 X0", "E206", 1, 5, "G1"),
+    ("G10 L20 P1 R3", "E207", 1, 12, "R3"),
+    ("M98 P1 X1", "E206", 1, 8, "X1"),
+    ("O1 if [1] G0\nO1 endif", "E101", 1, 11, "G0"),
     ("G0 X1 A90", "E209", 1, 7, "A90"),
     ("G24", "E209", 1, 1, "G24"),
     ("G21\nG79", "E210", 2, 1, "G79"),
@@ -68,7 +73,48 @@ CASES = [  # program, code, line, column, word
     ("M6", "E323", 1, 1, "M6"),
     ("G4", "E335", 1, 1, "G4"),
     ("G4 P-1", "E335", 1, 4, "P-1"),
+    ("G81 X1 R1 F1", "E331", 1, 1, "G81"),
+    ("G81 Z-15\nG79", "E332", 1, 1, "G81"),
+    ("G81 Z-15\nG79", "E210", 2, 1, "G79"),
+    ("F1 G81 X1 Y1 Z3 R1", "E333", 1, 17, "R1"),
+    ("F1 G83 X1 Z-3 R1 Q0", "E334", 1, 18, "Q0"),
+    ("F1 G73 X1 Z-3 R1", "E334", 1, 4, "G73"),
+    ("F1 G82 X1 Z-3 R1", "E335", 1, 4, "G82"),
+    ("F1 G81 X1 Z-3 R1 L0", "E336", 1, 18, "L0"),
+    ("F1 G84 X1 Z-3 R1", "E311", 1, 4, "G84"),
+    ("F1 G93 G81 X1 Z-3 R1", "E301", 1, 8, "G81"),
+    ("G41.1 D2 F1\nG81 X1 Z-3 R1", "E344", 2, 1, "G81"),
+    ("G41 D0", "E351", 1, 5, "D0"),
+    ("G41.1 F1\nG1 X3", "E351", 1, 1, "G41.1"),
+    ("G41.1 D2 F1\nG1 X9\nG40\nG2 X12 I1", "E352", 4, 1, "G2"),
+    ("G41.1 D6 F1\nG1 X3", "E353", 2, 1, "G1"),
+    ("G41.1 D6 F1 G1 X-9\nX9", "W353", 2, 1, "X9"),
+    ("F1 G41.1 D6 G1 X9\nG3 X13 I2", "E354", 2, 1, "G3"),
+    ("F1 G41.1 D6 G1 X9\nY5\nX7\nY0", "E355", 3, 1, "X7"),
+    ("G41.1 D6\nG18", "E356", 2, 1, "G18"),
+    ("G41.1 D6\nG42.1 D6", "E357", 2, 1, "G42.1"),
+    ("G41.1 D6\nM2", "W358", 2, 1, "M2"),
+    ("G41.1 D6\nG92 X0", "E359", 2, 1, "G92"),
+    ("G41.1 D6\nG55", "E359", 2, 1, "G55"),
+    ("G41.1 D6\nG28", "E359", 2, 1, "G28"),
+    ("G41.1 D6\nT1 M6", "E359", 2, 4, "M6"),
+    ("G10 L2 P0 R30\nG18 F1\nG2 X2 I1", "E361", 3, 1, "G2"),
+    ("G10 L7 P1", "E375", 1, 5, "L7"),
+    ("G10 L2 P12", "E375", 1, 8, "P12"),
+    ("O1 sub\nG0 X1", "E411", 1, 1, "O1"),
+    ("O1 endif", "E411", 1, 1, "O1"),
+    ("O1 while [1]\nO2 endwhile", "E411", 1, 1, "O1"),
+    ("O1 break", "E411", 1, 1, "O1"),
+    ("O<x> call", "E412", 1, 1, "O<x>"),
+    ("M98 P7", "E412", 1, 5, "P7"),
+    ("O1 while [1]\nO1 endwhile", "E413", 2, 1, ""),
+    ("O1 sub\nO1 call\nO1 endsub\nO1 call", "E414", 2, 1, ""),
+    ("M99", "E415", 1, 1, "M99"),
+    ("M98 P9\nM2\nO9\nG0 X1", "E415", 3, 1, ""),
+    ("O1 if\nO1 endif", "E416", 1, 1, "O1"),
+    ("O1 repeat [0.5]\nO1 endrepeat", "E108", 1, 1, "O1"),
     ("G92", "E371", 1, 1, "G92"),
+    ("G52", "E371", 1, 1, "G52"),
     ("G91 G53 G0 X1", "E372", 1, 5, "G53"),
     ("G2 I1 F1\nG53 X1 I1", "E372", 2, 1, "G53"),
     ("G0 X1", "E401", 1, 1, ""),
@@ -87,6 +133,49 @@ CASES = [  # program, code, line, column, word
 ]
 
 
+OTHERS = [  # dialect, program, code, line
+    ("mts", "G81 W1", "E331", 1),
+    ("mts", "G81 Z15", "E337", 1),
+    ("mts", "G81 Z-15 W-1", "E338", 1),
+    ("mts", "G82 Z-47 K0 D5", "E339", 1),
+    ("mts", "G83 Z-47 K3 D-5", "E339", 1),
+    ("mts", "G79", "E340", 1),
+    ("mts", "G78 X0 Y0 D10 S2\nG79", "E341", 2),
+    ("mts", "G78 X0 Y0 D10 S2.5", "E342", 1),
+    ("mts", "G78 X0 Y0 D0 S3", "E343", 1),
+    ("mts", "G77 X0 Y0 D9 S3", "E332", 1),
+    ("mts", "G81 Z-15 R3", "E207", 1),
+    ("mts", "G81 Z-15 X3", "E207", 1),
+    ("apt", "GOTO/1,2", "E109", 1),
+    ("apt", "GOTO/1,2,3x3", "E102", 1),
+    ("apt", "SPLINE/1,2", "E208", 1),
+    ("apt", "FEDRAT/1\nGOTO/1,2,3,0,0,0", "E363", 2),
+    ("apt", "MULTAX\nRAPID\nGOTO/1,2,3,0,3,4", "W363", 3),
+    ("apt", "RAPID\nGOTO/1,2,3,0,0.6,0.8", "W364", 2),
+    ("apt", "RAPID\nGOTO/1,2,3,0,0,-1", "E364", 2),
+    ("apt", "CIRCLE/0,0,0,0,1,1,5", "E361", 1),
+    ("apt", "GOTO/1,2,3", "E301", 1),
+    ("apt", "FINI\nGOTO/1,2,3", "W404", 2),
+    ("poses", "x_mm,y_mm\n1,2", "E109", 1),
+    ("poses", "x_mm,y_mm,z_mm,rapid\n1,2,3,1\n1,nan,3,1", "E102", 3),
+    ("poses", "x_mm,y_mm,z_mm\n1,2,3\n1,2,4", "E301", 3),
+]
+
+
+@pytest.mark.parametrize(("dialect", "text", "code", "line"), OTHERS)
+def test_finding_in_another_dialect(dialect, text, code, line):
+    found = parse_program(text.encode(), "p", dialect=dialect, tools=TOOLS).findings
+    assert (code, line) in {(f.code, f.line) for f in found}, found
+
+
+def test_findings_that_need_to_know_more():
+    text = b"F1 S1 M3\nG1 X1.015 Z3\nM2"
+    found = parse_program(text, "p", stock_top_mm=2.0, travel_mm=((0, 0, 0), (1, 1, 9)), blu_mm=0.01).findings
+    assert {(f.code, f.line) for f in found} == {("E373", 2), ("I374", 2), ("W520", 2)}
+    restart = parse_program(b"O1 if [0]\nG0 X1\nO1 endif\nG0 X2\nM2", "p", start_line=2)
+    assert [f.code for f in restart.errors] == ["E417"] and not restart.moves
+
+
 def findings(text: str, tools: dict[int, ToolEntry] | None = TOOLS) -> tuple[Finding, ...]:
     return parse_program(text.encode(), "p.nc", tools=tools).findings
 
@@ -103,7 +192,9 @@ def test_finding(text, code, line, col, word):
 
 
 def test_every_code_is_explained_and_raised():
-    raised = {case[1] for case in CASES} | {"W321"}
+    raised = (
+        {case[1] for case in CASES} | {case[2] for case in OTHERS} | {"W321", "E373", "I374", "W520", "E417"}
+    )
     assert raised == set(CATALOGUE)
     assert all(entry.title and entry.explanation for entry in CATALOGUE.values())
 

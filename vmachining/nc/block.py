@@ -10,9 +10,10 @@ from typing import Final, NamedTuple
 
 from vmachining.nc.codes import (
     AXIS_CLAIMING,
+    CYCLES,
     G_GROUP,
     M_GROUP,
-    Refusal,
+    MTS_G_GROUP,
     group_name,
     refuse_g,
     refuse_m,
@@ -25,9 +26,15 @@ __all__ = ["Block", "Problem", "block_number", "build_block"]
 _BLOCK_NUMBER: Final = re.compile(r"[Nn][0-9]{1,5}")
 _ALWAYS: Final = frozenset("GMNFST")
 _FOREIGN_AXES: Final = frozenset("ABCUVW")
-_FLOW: Final = Refusal(
-    "E208", "control flow (O words) is not supported yet", "expand loops and subprograms in place"
-)
+_MTS_WORDS: Final = {
+    770: "XYRADS", 780: "XYDAS", 790: "XY", 800: "", 810: "ZW", 820: "ZWBDK", 830: "ZWBDK",
+}  # fmt: skip
+"""Words of the stored cycles and patterns of dialect `mts`."""
+
+_CYCLE_WORDS: Final = {
+    730: "Q", 740: "P", 810: "", 820: "P", 830: "Q", 840: "P", 850: "", 860: "P", 890: "P",
+}  # fmt: skip
+"""What canned cycles take besides their axis words, R and L."""
 
 
 class Problem(NamedTuple):
@@ -43,10 +50,11 @@ class Block:
     """Codes by group and words by letter. Values are numbers now.
 
     g, m : group -> (code, word). words : letter -> (value, word), G M N excluded. motion : explicit code of
-    group 1 (ten times) or None. axes, centre : letters present.
+    group 1 (ten times) or None. axes, rotary, polar, centre : letters present. stored : code of a stored
+    cycle or pattern (dialect mts) or None.
     """
 
-    __slots__ = ("axes", "centre", "g", "m", "motion", "problems", "words")
+    __slots__ = ("axes", "centre", "g", "m", "motion", "polar", "problems", "rotary", "stored", "words")
 
     def __init__(self) -> None:
         self.g: dict[int, tuple[int, Word]] = {}
@@ -54,7 +62,10 @@ class Block:
         self.words: dict[str, tuple[float, Word]] = {}
         self.problems: list[Problem] = []
         self.motion: int | None = None
+        self.stored: int | None = None
         self.axes = ""
+        self.rotary = ""
+        self.polar = ""
         self.centre = ""
 
     def value(self, letter: str) -> float | None:
@@ -76,7 +87,7 @@ class Block:
         """The word to point at when a motion fails: its G code, else the first axis or centre word."""
         if 1 in self.g:
             return self.g[1][1]
-        places = [self.words[letter][1] for letter in self.axes + self.centre]
+        places = [self.words[letter][1] for letter in self.axes + self.rotary + self.polar + self.centre]
         return min(places, key=lambda word: word.col) if places else None
 
 
@@ -88,7 +99,14 @@ def block_number(line: LexedLine) -> int | None:
     return int(text[1:]) if _BLOCK_NUMBER.fullmatch(text) else None
 
 
-def build_block(line: LexedLine, values: list[float], modal_motion: int | None) -> Block:
+def build_block(
+    line: LexedLine,
+    values: list[float],
+    modal_motion: int | None,
+    *,
+    rotary: str = "",
+    mts: bool = False,
+) -> Block:
     """Sort the words of a line and check them against each other.
 
     Parameters
@@ -96,11 +114,11 @@ def build_block(line: LexedLine, values: list[float], modal_motion: int | None) 
     line : the lexed line, without errors.
     values : the number of each word, expressions evaluated.
     modal_motion : ten times the G code of group 1 in force, None after G80.
+    rotary : letters of the rotary axes that the machine has.
+    mts : read the codes of that dialect.
     """
     block, known = Block(), True
-    if line.flow is not None:
-        block.problems.append(Problem(_FLOW.code, line.label, _FLOW.message, _FLOW.hint))
-        known = False
+    groups = MTS_G_GROUP if mts else G_GROUP
     for index, (word, value) in enumerate(zip(line.words, values, strict=True)):
         letter = word.letter
         if letter == "N":
@@ -110,7 +128,7 @@ def build_block(line: LexedLine, values: list[float], modal_motion: int | None) 
                 what = f"{word.text} is not a block number of one to five digits"
                 block.problems.append(Problem("E201", word, what))
         elif letter == "G":
-            known &= _g_code(block, word, value)
+            known &= _g_code(block, word, value, groups)
         elif letter == "M":
             known &= _m_code(block, word, value)
         elif letter in block.words:
@@ -119,10 +137,16 @@ def build_block(line: LexedLine, values: list[float], modal_motion: int | None) 
         else:
             block.words[letter] = value, word
     block.axes = "".join(letter for letter in "XYZ" if letter in block.words)
+    block.polar = "".join(letter for letter in "@^" if letter in block.words)
     block.centre = "".join(letter for letter in "IJK" if letter in block.words)
     block.motion = block.g[1][0] if 1 in block.g else None
+    block.stored = block.g[9][0] if 9 in block.g else None
+    block.rotary = "".join(letter for letter in rotary if letter in block.words)
+    owned = "" if block.stored is None else _MTS_WORDS[block.stored]
     for letter in block.words:
-        if letter in _FOREIGN_AXES:
+        if letter in _FOREIGN_AXES and letter not in rotary and letter not in owned:
+            if not (mts or letter in "AUVC") and (block.motion or modal_motion) in CYCLES:
+                continue  # told below: a word of another dialect
             known = False
             what = f"this machine has no axis {letter}"
             block.problems.append(Problem("E209", block.words[letter][1], what))
@@ -131,11 +155,11 @@ def build_block(line: LexedLine, values: list[float], modal_motion: int | None) 
     return block
 
 
-def _g_code(block: Block, word: Word, value: float) -> bool:
+def _g_code(block: Block, word: Word, value: float, groups: dict[int, int]) -> bool:
     code = round(value * 10.0) if 0.0 <= value < 1000.0 else None
     if code is not None and abs(code - value * 10.0) > 1e-6:
         code = None
-    group = None if code is None else G_GROUP.get(code)
+    group = None if code is None else groups.get(code)
     if code is None or group is None:
         refusal = refuse_g(code, word.text)
         block.problems.append(Problem(refusal.code, word, refusal.message, refusal.hint))
@@ -168,24 +192,77 @@ def _m_code(block: Block, word: Word, value: float) -> bool:
 def _owners(block: Block, modal_motion: int | None) -> None:
     """E206 and E207: every word must have exactly one code that takes it."""
     claimed = next((code for code, _ in block.g.values() if code in AXIS_CLAIMING), None)
-    motion = block.motion
-    if claimed is not None and motion in (0, 10, 20, 30):
+    motion, stored = block.motion, block.stored
+    places = block.axes + block.rotary + block.polar
+    if claimed is not None and motion is not None and motion != 800:
         what = f"{spell('G', claimed)} and {spell('G', motion)} both claim the axis words"
         block.problems.append(Problem("E206", block.g[1][1], what))
         return
+    if stored is not None and stored != 800 and (claimed is not None or motion is not None):
+        other = claimed if claimed is not None else motion or 0
+        what = f"{spell('G', stored)} and {spell('G', other)} both claim the axis words"
+        block.problems.append(Problem("E206", block.g[9][1], what))
+        return
     effective = motion if motion is not None else modal_motion
-    if block.axes and claimed is None and effective in (None, 800):
+    if places and claimed is None and stored in (None, 800) and effective in (None, 800):
         first = block.culprit() if motion is None else block.g[1][1]
         block.problems.append(Problem("E206", first, "axis words, but no motion code is in force"))
         return
-    arc = effective in (20, 30) and claimed is None and bool(motion is not None or block.axes or block.centre)
-    used = set("XYZ")
-    used.update("IJKRP" if arc else "")
-    used.update("P" if block.has_g(40) else "")
-    used.update("PQ" if block.has_g(640) else "")
-    used.update("H" if block.has_g(430) else "")
-    if "P" in block.words and (block.has_g(40) + block.has_g(640) + arc) > 1:
+    moves = claimed is None and stored in (None, 800)
+    cycle = moves and effective in CYCLES and (motion is not None or bool(places))
+    arc = moves and effective in (20, 30) and (motion is not None or bool(places) or bool(block.centre))
+    takers = _takers(block, effective, arc, cycle)
+    if len(takers.get("P", ())) > 1:
         block.problems.append(Problem("E206", block.word("P"), "two codes of this block claim P"))
     for letter, (_, word) in block.words.items():
-        if letter not in used and letter not in _ALWAYS:
-            block.problems.append(Problem("E207", word, f"no code of this block uses {word.text}"))
+        if letter in _ALWAYS or letter in takers:
+            continue
+        message, hint = f"no code of this block uses {word.text}", ""
+        if cycle and letter in block.rotary:
+            message = f"a rotary axis cannot move in a canned cycle: {word.text}"
+        elif cycle and letter in "WBDK":
+            hint = "is this an mts program? choose the mts dialect"
+        elif block.stored in (810, 820, 830) and letter in "RQPL":
+            hint = "is this an iso program? choose the iso dialect"
+        elif letter in block.polar and block.axes:
+            message = f"polar words and {block.axes[0]} exclude each other: {word.text}"
+        block.problems.append(Problem("E207", word, message, hint))
+
+
+def _takers(block: Block, effective: int | None, arc: bool, cycle: bool) -> dict[str, list[str]]:
+    """For each letter that is used, who uses it."""
+    takers: dict[str, list[str]] = {}
+
+    def take(letters: str, who: str) -> None:
+        for letter in letters:
+            takers.setdefault(letter, []).append(who)
+
+    if block.stored in (None, 800):
+        take("XYZ", "axes")
+    if not set(block.axes) & set("XY"):
+        take("@^", "axes")
+    if not cycle and not any(block.has_g(code) for code in (431, 520)):
+        take(block.rotary, "axes")
+    if arc:
+        take("IJKRP", "arc")
+    if cycle:
+        take("RL" + _CYCLE_WORDS[effective or 0], "cycle")
+    if block.has_g(40):
+        take("P", "dwell")
+    if block.has_g(640):
+        take("PQ", "path control")
+    if block.has_g(430) or block.has_g(434):
+        take("H", "length")
+    if block.has_g(410) or block.has_g(420):
+        take("D", "compensation")
+    if block.has_g(411) or block.has_g(421):
+        take("DL", "compensation")
+    if block.has_g(100):
+        take("PLR", "G10")
+    if block.m.get(10, (0,))[0] == 98:
+        take("PL", "M98")
+    if block.m.get(6, (0,))[0] == 61:
+        take("Q", "M61")
+    if block.stored is not None:
+        take(_MTS_WORDS[block.stored], "cycle")
+    return takers

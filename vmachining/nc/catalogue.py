@@ -5,18 +5,12 @@ A block with an E is skipped; W and I are executed.
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from typing import Final
+
+from vmachining.nc.catalogue_entry import Entry
+from vmachining.nc.catalogue_more import MORE
 
 __all__ = ["CATALOGUE", "Entry", "explain"]
-
-
-class Entry(NamedTuple):
-    """Title (a few words), explanation (sentences), hint (what to do; used where no better one is known)."""
-
-    title: str
-    explanation: str
-    hint: str = ""
-
 
 CATALOGUE: Final[dict[str, Entry]] = {
     # ---- E1: characters and numbers ----
@@ -198,17 +192,12 @@ CATALOGUE: Final[dict[str, Entry]] = {
     ),
     "E323": Entry(
         "tool change without tool",
-        "M6 needs a T in its block or before it.",
+        "M6 needs a T in its block or before it; M61 needs Q.",
         "program T",
-    ),
-    "E335": Entry(
-        "bad dwell",
-        "G4 needs P, in seconds, zero or more.",
-        "program P",
     ),
     "E371": Entry(
         "offset without axis",
-        "G92 and G43.1 set the axes that they name, and here is none.",
+        "G92, G52 and G43.1 set the axes that they name, and here is none.",
         "name an axis",
     ),
     "E372": Entry(
@@ -270,6 +259,7 @@ CATALOGUE: Final[dict[str, Entry]] = {
         "So many blocks are wrong that the file is hardly a program of this dialect.",
         "check the file and the dialect",
     ),
+    **MORE,
 }
 
 

@@ -4,18 +4,33 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple
 
-__all__ = ["AXIS_CLAIMING", "G_GROUP", "M_GROUP", "Refusal", "group_name", "refuse_g", "refuse_m", "spell"]
+__all__ = [
+    "AXIS_CLAIMING",
+    "CYCLES",
+    "G_GROUP",
+    "MTS_G_GROUP",
+    "M_GROUP",
+    "Refusal",
+    "group_name",
+    "refuse_g",
+    "refuse_m",
+    "spell",
+]
+
+CYCLES: Final = frozenset({730, 740, 810, 820, 830, 840, 850, 860, 890})
+"""Canned cycles of dialect `iso`."""
 
 G_GROUP: Final = {
-    **dict.fromkeys((40, 280, 300, 530, 920, 921, 922, 923), 0),
+    **dict.fromkeys((40, 100, 280, 281, 300, 301, 520, 530, 920, 921, 922, 923), 0),
     **dict.fromkeys((0, 10, 20, 30, 800), 1),
+    **dict.fromkeys(CYCLES, 1),
     **dict.fromkeys((170, 180, 190), 2),
     **dict.fromkeys((900, 910), 3),
     **dict.fromkeys((901, 911), 4),
     **dict.fromkeys((930, 940, 950), 5),
     **dict.fromkeys((200, 210), 6),
-    400: 7,
-    **dict.fromkeys((430, 431, 490), 8),
+    **dict.fromkeys((400, 410, 411, 420, 421), 7),
+    **dict.fromkeys((430, 431, 434, 490), 8),
     **dict.fromkeys((980, 990), 10),
     **dict.fromkeys((540, 550, 560, 570, 580, 590, 591, 592, 593), 12),
     **dict.fromkeys((610, 611, 640), 13),
@@ -23,23 +38,33 @@ G_GROUP: Final = {
 }
 """Modal group of every G code that is executed (or, like G61, accepted because it changes no path)."""
 
+MTS_G_GROUP: Final = {
+    **{code: group for code, group in G_GROUP.items() if code not in CYCLES},
+    **dict.fromkeys((770, 780, 790, 800, 810, 820, 830), 9),
+}
+"""The same for dialect `mts`: cycles are stored, and called by G79."""
+
 M_GROUP: Final = {
     **dict.fromkeys((0, 1, 2, 30, 60), 4),
-    6: 6,
+    **dict.fromkeys((6, 61), 6),
     **dict.fromkeys((3, 4, 5), 7),
     **dict.fromkeys((7, 8, 9), 8),
+    **dict.fromkeys((98, 99), 10),
+    **dict.fromkeys((128, 129, 428, 429), 11),
 }
 """Modal group of every M code that is executed."""
 
-AXIS_CLAIMING: Final = frozenset({280, 300, 431, 920})
+AXIS_CLAIMING: Final = frozenset({100, 280, 300, 431, 520, 920})
 """G codes that take the axis words for themselves, so that no motion code may stand beside them."""
 
 _GROUPS: Final = {
     0: "non-modal", 1: "motion", 2: "plane", 3: "distance", 4: "arc centre", 5: "feed mode", 6: "units",
-    7: "cutter compensation", 8: "tool length", 10: "cycle return", 12: "work offset", 13: "path control",
+    7: "cutter compensation", 8: "tool length", 9: "cycle", 10: "cycle return", 12: "work offset", 13: "path control",
     14: "spindle mode",
 }  # fmt: skip
-_M_GROUPS: Final = {4: "stop", 6: "tool change", 7: "spindle", 8: "coolant"}
+_M_GROUPS: Final = {
+    4: "stop", 6: "tool change", 7: "spindle", 8: "coolant", 10: "subprogram", 11: "tool centre point",
+}  # fmt: skip
 
 
 class Refusal(NamedTuple):
@@ -50,35 +75,28 @@ class Refusal(NamedTuple):
     hint: str = ""
 
 
-_COMPENSATION: Final = Refusal(
-    "E208",
-    "cutter radius compensation is not supported yet",
-    "post the program with the compensation computed by the CAM system",
-)
-_NOT_YET: Final = {
-    100: "G10 (writing offsets) is not supported yet",
-    520: "G52 (local offset) is not supported yet",
-    680: "rotation of coordinates (G68, G69) is not supported yet",
-    690: "rotation of coordinates (G68, G69) is not supported yet",
+_REFUSED: Final = {
+    680: "rotation of coordinates by G68, G69 is not supported",
+    690: "rotation of coordinates by G68, G69 is not supported",
     500: "scaling (G50, G51) is not supported",
     510: "scaling (G50, G51) is not supported",
     150: "polar coordinates (G15, G16) are not supported",
     160: "polar coordinates (G15, G16) are not supported",
     290: "G29 (return from reference) is known to Fanuc controls only",
     432: "G43.2 (additional tool length) is not supported",
-    434: "tool centre point control (G43.4) is not supported yet",
-    435: "tool centre point control (G43.5) is not supported yet",
+    435: "tool centre point control with I J K axis words (G43.5) is not supported",
     650: "macro calls (G65, G66) are not supported",
     660: "macro calls (G65, G66) are not supported",
     **dict.fromkeys((50, 51, 52, 53), "splines (G5) are not supported"),
     **dict.fromkeys((382, 383, 384, 385), "probing (G38) is not supported"),
-    **dict.fromkeys(
-        (730, 740, 810, 820, 830, 840, 850, 860, 870, 880, 890), "canned cycles are not supported yet"
-    ),
+    870: "back boring (G87) is not supported",
+    880: "boring with manual retract (G88) is not supported",
+    760: "fine boring (G76) is not supported",
 }
 _TURNING: Final = {
     70: "diameter mode", 80: "radius mode", 240: "radius programming", 320: "thread cutting",
-    330: "thread cutting", 331: "rigid tapping with a synchronous spindle", 760: "a threading cycle",
+    330: "thread cutting", 331: "rigid tapping with a synchronous spindle", 710: "a roughing cycle",
+    720: "a roughing cycle",
     960: "constant surface speed",
 }  # fmt: skip
 _MTS: Final = {770: "arc pattern", 780: "line pattern", 790: "cycle call"}
@@ -99,10 +117,8 @@ def group_name(kind: str, group: int) -> str:
 
 def refuse_g(code: int | None, text: str) -> Refusal:
     """Why this G code is not executed; code is None for a number with more than one decimal or a sign."""
-    if code in (410, 411, 420, 421):
-        return _COMPENSATION
-    if code in _NOT_YET:
-        return Refusal("E208", _NOT_YET[code])
+    if code in _REFUSED:
+        return Refusal("E208", _REFUSED[code])
     if code in _TURNING:
         return Refusal("E209", f"{spell('G', code)} ({_TURNING[code]}) belongs to a lathe")
     if code in _MTS:
@@ -113,12 +129,6 @@ def refuse_g(code: int | None, text: str) -> Refusal:
 
 def refuse_m(code: int | None, text: str) -> Refusal:
     """Why this M code is not executed."""
-    if code in (98, 99):
-        return Refusal(
-            "E208", "subprograms (M98, M99) are not supported yet", "expand the subprogram in place"
-        )
-    if code in (428, 429):
-        return Refusal("E208", f"M{code} (tool centre point control) is not supported yet")
     if code is not None and 100 <= code <= 199:
         return Refusal("E208", f"M{code} is a code of the user's own control, its effect is unknown")
     if code is not None and 48 <= code <= 53:

@@ -6,39 +6,29 @@ The first thing that cannot be done stops the block.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Final
 
+from vmachining.nc import cycles, mts, offsets
 from vmachining.nc.arcs import PLANES, ArcError, arc_length, center_from_radius, check_center, is_rounded
 from vmachining.nc.block import Block, Problem
-from vmachining.nc.codes import spell
+from vmachining.nc.codes import CYCLES, spell
+from vmachining.nc.compensation import Compensation
 from vmachining.nc.lexer import Word
 from vmachining.nc.model import Motion, Move, Point
-from vmachining.nc.state import ORIGIN, State, add, subtract
-from vmachining.nc.tooltable import ToolEntry
+from vmachining.nc.run import BlockError, Run
+from vmachining.nc.settings import Settings
+from vmachining.nc.state import State
+from vmachining.nc.vectors import add, subtract
 
 __all__ = ["BlockError", "execute"]
 
 INCH: Final = 25.4
-SLOWEST_MM_MIN: Final = 0.1
-"""Feed of a G93 move without length, the floor of the reference control: a feed is never zero."""
-
-
-class BlockError(Exception):
-    """The block cannot be executed."""
-
-    def __init__(self, problem: Problem) -> None:
-        super().__init__(problem.message)
-        self.problem = problem
+_FIXED: Final = {12: "work offset", 6: "units", 8: "tool length"}
+"""Groups that must not change while cutter compensation is on."""
 
 
 def execute(
-    block: Block,
-    state: State,
-    line: int,
-    n: int | None,
-    tools: Mapping[int, ToolEntry] | None,
-    home: Point,
+    block: Block, state: State, line: int, n: int | None, settings: Settings
 ) -> tuple[list[Move], list[Problem]]:
     """Run a block.
 
@@ -46,8 +36,6 @@ def execute(
     ----------
     block : checked, without problems.
     state : changed in place; pass a clone, a BlockError leaves it half changed.
-    tools : None: unknown.
-    home : mm, simulation frame; where G28 and G30 go.
 
     Returns
     -------
@@ -58,42 +46,25 @@ def execute(
     BlockError
         The first semantic error in execution order.
     """
-    run = _Run(block, state, line, n, tools, home)
+    run = _Interpreter(block, state, line, n, settings)
     run.prepare()
     run.switch()
     run.travel()
     if block.m.get(4, (0, None))[0] in (2, 30):
-        state.ended = True
-        state.direction = 0
+        run.end()
     state.check_sync()
     return run.moves, run.warnings
 
 
-class _Run:
-    """One block on its way through the steps."""
+class _Interpreter(Run):
+    """The steps of a block."""
 
-    __slots__ = ("block", "home", "line", "moves", "n", "state", "tools", "warnings")
-
-    def __init__(
-        self,
-        block: Block,
-        state: State,
-        line: int,
-        n: int | None,
-        tools: Mapping[int, ToolEntry] | None,
-        home: Point,
-    ) -> None:
-        self.block, self.state, self.line, self.n, self.tools, self.home = block, state, line, n, tools, home
-        self.moves: list[Move] = []
-        self.warnings: list[Problem] = []
-
-    def fail(self, code: str, word: Word | None, message: str, hint: str = "") -> BlockError:
-        return BlockError(Problem(code, word, message, hint))
+    __slots__ = ()
 
     # ---- feed, speed, tool, spindle, dwell ----
 
     def prepare(self) -> None:
-        """Feed mode, F, S, T, M6, M3 to M5, G4."""
+        """Feed mode, F, S, T, M6, M3 to M5, tool centre point control, G4."""
         block, state = self.block, self.state
         if 5 in block.g:
             mode = block.g[5][0]
@@ -105,29 +76,43 @@ class _Run:
         if feed is not None:
             self._set_feed(feed)
         speed = block.value("S")
-        if speed is not None:
+        if speed is not None and block.stored not in (770, 780):
             if speed < 0.0:
                 raise self.fail("E312", block.word("S"), f"the spindle speed {speed:g} is negative")
             state.speed = speed
         tool = block.value("T")
         if tool is not None:
-            state.selected = self._tool_number("T", tool)
+            state.selected = offsets.tool_number(self, "T", tool)
         if 6 in block.m:
-            if state.selected is None:
-                raise self.fail("E323", block.m[6][1], "M6, but no tool was selected")
-            state.tool, state.direction, state.warned_stopped = state.selected, 0, False
+            self._change_tool(*block.m[6])
         if 7 in block.m:
             code, word = block.m[7]
             if code != 5 and state.speed <= 0.0:
                 raise self.fail("E311", word, f"{spell('M', code)} without a spindle speed")
             state.direction = {3: 1, 4: -1, 5: 0}[code]
             state.warned_stopped = False
+        if 11 in block.m:
+            state.tcp = block.m[11][0] in (128, 428)
         if block.has_g(40):
             seconds = block.value("P")
             if seconds is None or seconds < 0.0:
                 what = "G4 without P" if seconds is None else f"a dwell of {seconds:g} s"
                 raise self.fail("E335", block.word("P") or block.g[0][1], what)
-            self._emit(Motion.DWELL, state.sim, state.machine, None, dwell_s=seconds)
+            self.dwell(seconds)
+
+    def _change_tool(self, code: int, word: Word) -> None:
+        block, state = self.block, self.state
+        if state.compensation is not None:
+            raise self.fail("E359", word, "the tool cannot change while cutter compensation is on")
+        if code == 61:
+            number = block.value("Q")
+            if number is None:
+                raise self.fail("E323", word, "M61 needs Q, the number of the tool in the spindle")
+            state.tool = offsets.tool_number(self, "Q", number)
+            return
+        if state.selected is None:
+            raise self.fail("E323", word, "M6, but no tool was selected")
+        state.tool, state.direction, state.warned_stopped = state.selected, 0, False
 
     def _set_feed(self, feed: float) -> None:
         block, state = self.block, self.state
@@ -138,76 +123,126 @@ class _Run:
         if units and state.feed_mode != 930 and _scale(units[0]) != state.scale:
             old = "mm" if state.scale == 1.0 else "inch"
             what = f"F is read before {spell('G', units[0])} takes effect: {feed:g} {old}"
-            self.warnings.append(Problem("W302", block.word("F"), what))
-
-    def _tool_number(self, letter: str, value: float) -> int:
-        word = self.block.word(letter)
-        number = round(value)
-        if value < 0.0 or abs(value - number) > 1e-4:
-            raise self.fail("E322", word, f"{letter}{value:g} is not a whole number from zero up")
-        if number > 0 and self.tools is not None and number not in self.tools:
-            raise self.fail("E321", word, f"tool {number} is not in the tool table")
-        return number
+            self.warn("W302", block.word("F"), what)
 
     # ---- modes and offsets ----
 
     def switch(self) -> None:
-        """Plane, units, tool length, work offset, distance and arc centre mode."""
+        """Plane, units, cutter compensation, tool length, work offset, distance modes, cycle return."""
         block, state = self.block, self.state
+        if state.compensation is not None:
+            self._while_compensated(state.compensation)
         if 2 in block.g:
             state.plane = PLANES[block.g[2][0]]
         if 6 in block.g:
             state.scale = _scale(block.g[6][0])
+        if 7 in block.g:
+            self._compensate(*block.g[7])
         if 8 in block.g:
-            self._tool_length(*block.g[8])
-            state.place_offsets()
+            offsets.tool_length(self, *block.g[8])
         if 12 in block.g:
-            state.work = block.g[12][0]
-            state.place_offsets()
+            offsets.work_offset(self, block.g[12][0])
         if 3 in block.g:
             state.absolute = block.g[3][0] == 900
         if 4 in block.g:
             state.absolute_center = block.g[4][0] == 901
+        if 10 in block.g:
+            state.to_r = block.g[10][0] == 990
 
-    def _tool_length(self, code: int, word: Word) -> None:
+    def _while_compensated(self, active: Compensation) -> None:
         block, state = self.block, self.state
-        if code == 490:
-            state.length = ORIGIN
-        elif code == 431:
-            if not block.axes:
-                raise self.fail("E371", word, "G43.1 without an axis word")
-            given = [block.value(letter) for letter in "XYZ"]
-            x, y, z = (
-                old if new is None else new * state.scale
-                for new, old in zip(given, state.length, strict=True)
-            )
-            state.length = x, y, z
-        else:
-            chosen = block.value("H")
-            number = self._tool_number("H", chosen or 0.0) or state.tool  # H0 means the tool in the spindle
-            entry = self.tools.get(number) if self.tools is not None else None
-            if entry is None and number > 0 and self.tools is None:
-                what = f"no tool table was given: the length of tool {number} is taken as zero"
-                self.warnings.append(Problem("W321", block.word("H") or word, what))
-            state.length = 0.0, 0.0, entry.length_mm if entry else 0.0
+        if 2 in block.g and PLANES[block.g[2][0]] is not active.plane:
+            raise self.fail("E356", block.g[2][1], "the plane cannot change while cutter compensation is on")
+        for group, name in _FIXED.items():
+            if group in block.g and not (group == 6 and _scale(block.g[6][0]) == state.scale):
+                raise self.fail(
+                    "E359", block.g[group][1], f"the {name} cannot change under cutter compensation"
+                )
+        code, word = block.g.get(0, (None, None))
+        if code in (100, 520, 530, 920, 921, 922, 923):
+            raise self.fail("E359", word, f"{spell('G', code or 0)} while cutter compensation is on")
+
+    def _compensate(self, code: int, word: Word) -> None:
+        state = self.state
+        if code == 400:
+            if state.compensation is not None:
+                moves, tip = state.compensation.finish()
+                self.moves.extend(moves)
+                state.compensation = None
+                state.tip = tip if tip is not None and math.dist(tip, state.sim) > 0.0 else None
+            return
+        if state.compensation is not None:
+            what = f"{spell('G', code)} while cutter compensation is on already"
+            raise self.fail("E357", word, what)
+        if state.rotation != 0.0 and state.plane.name != "xy":
+            raise self.fail("E361", word, "compensation outside the XY plane under a rotated work offset")
+        diameter = self._diameter(code, word)
+        side = 1 if code in (410, 411) else -1
+        state.compensation = Compensation(
+            side if diameter >= 0.0 else -side,
+            abs(diameter) / 2.0,
+            state.plane,
+            self.settings.crc_entry,
+            self.settings.crc_corner == "miter",
+            state.turn,
+        )
+
+    def _diameter(self, code: int, word: Word) -> float:
+        """Of the tool D names or the one in the spindle; negative swaps the sides."""
+        block, state, tools = self.block, self.state, self.settings.tools
+        chosen = block.value("D")
+        if code in (411, 421):
+            if chosen is None:
+                raise self.fail("E351", word, f"{spell('G', code)} needs D, the diameter of the tool")
+            return chosen * state.scale
+        number = offsets.tool_number(self, "D", chosen or 0.0) or state.tool
+        entry = tools.get(number) if tools is not None else None
+        if entry is None:
+            what = "no tool table was given" if tools is None else f"tool {number} is not in the tool table"
+            raise self.fail("E351", block.word("D") or word, f"the tool radius is not known: {what}")
+        return entry.diameter_mm
+
+    def end(self) -> None:
+        """M2, M30."""
+        state = self.state
+        if state.compensation is not None:
+            self.warn("W358", self.block.m[4][1], "the program ends with cutter compensation on")
+            self.moves.extend(state.compensation.finish()[0])
+            state.compensation = None
+        state.ended, state.direction = True, 0
 
     # ---- motion ----
 
     def travel(self) -> None:
-        """Group 0 codes that take axis words, else the motion."""
+        """Group 0 codes that take axis words, stored cycles, else the motion."""
         block, state = self.block, self.state
         code, word = block.g.get(0, (None, None))
-        if code in (920, 921, 922, 923):
-            assert code is not None
-            self._g92(code, word)
-        elif code in (280, 300):
-            self._reference()
+        if code in (280, 300):
+            offsets.reference(self, code or 0)
+        elif code in (281, 301):
+            offsets.keep_reference(self, code or 0)
+        elif code == 100:
+            offsets.write(self, word)
+        elif code == 520:
+            offsets.local(self, word)
+        elif code == 920:
+            offsets.declare(self, word)
+        elif code in (921, 922, 923):
+            offsets.g92(self, code or 0)
+        before = state.motion
         if block.motion is not None:
             state.motion = None if block.motion == 800 else block.motion
-        claimed = code in (280, 300, 920) or block.has_g(431)
+            if state.motion not in CYCLES:
+                state.cycle = None
+        if block.stored is not None:
+            mts.execute(self, block.stored)
+            if block.stored != 800:
+                return
+        places = block.axes or block.rotary or block.polar
+        claimed = code in (100, 280, 300, 520, 920) or block.has_g(431)
         active = (
             block.motion not in (None, 800)
-            or bool(block.axes)
+            or bool(places)
             or (bool(block.centre) and state.motion in (20, 30))
         )
         if code == 530:
@@ -215,60 +250,10 @@ class _Run:
         elif not claimed and active and state.motion is not None:
             if state.motion in (0, 10):
                 self._straight()
+            elif state.motion in CYCLES:
+                cycles.drill(self, state.motion, before not in CYCLES)
             else:
                 self._arc(ccw=state.motion == 30)
-
-    def _g92(self, code: int, word: Word | None) -> None:
-        block, state = self.block, self.state
-        if code == 920:
-            if not block.axes:
-                raise self.fail("E371", word, "G92 without an axis word")
-            program, sim = state.program, subtract(state.sim, state.to_sim)
-            offset, offset_sim = list(state.g92), list(state.g92_sim)
-            for axis, letter in enumerate("XYZ"):
-                value = block.value(letter)
-                if value is not None:
-                    offset[axis] += program[axis] - value * state.scale
-                    offset_sim[axis] += sim[axis] - value * state.scale
-            state.g92 = offset[0], offset[1], offset[2]
-            state.g92_sim = offset_sim[0], offset_sim[1], offset_sim[2]
-            state.g92_saved = state.g92, state.g92_sim
-        elif code == 923:
-            state.g92, state.g92_sim = state.g92_saved
-        else:
-            state.g92 = state.g92_sim = ORIGIN
-            if code == 921:
-                state.g92_saved = ORIGIN, ORIGIN
-        state.place_offsets()
-
-    def _target(self) -> tuple[Point, Point]:
-        """Where the axis words lead, in the simulation frame and in machine coordinates."""
-        block, state = self.block, self.state
-        sim, machine = list(state.sim), list(state.machine)
-        for axis, letter in enumerate("XYZ"):
-            value = block.value(letter)
-            if value is None:
-                continue
-            value *= state.scale
-            if state.absolute:
-                sim[axis] = value + state.to_sim[axis]
-                machine[axis] = value + state.to_machine[axis]
-            else:
-                sim[axis] += value
-                machine[axis] += value
-        return (sim[0], sim[1], sim[2]), (machine[0], machine[1], machine[2])
-
-    def _reference(self) -> None:
-        """G28, G30: by the intermediate point to the start position, with the axes named or with all."""
-        state = self.state
-        axes = self.block.axes or "XYZ"
-        self._emit(Motion.RAPID, *self._target(), None)
-        reference = add(self.home, state.start_offset)
-        sim, machine = list(state.sim), list(state.machine)
-        for axis, letter in enumerate("XYZ"):
-            if letter in axes:
-                sim[axis], machine[axis] = self.home[axis], reference[axis]
-        self._emit(Motion.RAPID, (sim[0], sim[1], sim[2]), (machine[0], machine[1], machine[2]), None)
 
     def _machine_move(self, word: Word | None, active: bool) -> None:
         """G53: axis words are machine coordinates. In the simulation frame the tool has no length."""
@@ -277,62 +262,46 @@ class _Run:
             raise self.fail("E372", word, "G53 needs G0 or G1 and axis words")
         if not state.absolute:
             raise self.fail("E372", word, "G53 cannot be used in incremental mode (G91)")
-        sim, machine = list(state.sim), list(state.machine)
+        if block.polar:
+            raise self.fail("E372", word, "G53 takes no polar words")
+        sim, machine, rotary = list(state.sim), list(state.machine), dict(state.rotary)
         for axis, letter in enumerate("XYZ"):
             value = block.value(letter)
             if value is not None:
                 machine[axis] = value * state.scale
                 sim[axis] = machine[axis] - state.start_offset[axis]
-        self._line((sim[0], sim[1], sim[2]), (machine[0], machine[1], machine[2]))
+        for letter in block.rotary:
+            rotary[letter.lower()] = block.words[letter][0]
+        self._line((sim[0], sim[1], sim[2]), (machine[0], machine[1], machine[2]), rotary)
 
     def _straight(self) -> None:
-        if not self.block.axes and self.state.motion == 10 and self._feed_is_missing():
+        block = self.block
+        if (
+            not (block.axes or block.rotary or block.polar)
+            and self.state.motion == 10
+            and self.feed_is_missing()
+        ):
             return  # G1 alone only chooses the mode; F may follow with the first axis word
-        self._line(*self._target())
+        self._line(*self.target(), self.rotary_target())
 
-    def _line(self, sim: Point, machine: Point) -> None:
+    def _line(self, sim: Point, machine: Point, rotary: dict[str, float]) -> None:
         state = self.state
         if state.motion == 0:
-            self._emit(Motion.RAPID, sim, machine, None)
+            self.emit(Motion.RAPID, sim, machine, None, rotary=rotary)
             return
-        feed = self._feed(math.dist(state.sim, sim))
-        self._emit(Motion.LINEAR, sim, machine, feed)
-
-    def _feed_is_missing(self) -> bool:
-        return not self.state.feed or (self.state.feed_mode == 950 and self.state.rpm == 0.0)
-
-    def _feed(self, length: float) -> float:
-        """Feed in mm/min along a path of this length."""
-        state = self.state
-        if not state.feed:
-            what = (
-                "inverse time (G93) wants F in every feed block"
-                if state.feed_mode == 930
-                else "a feed move without feed"
-            )
-            raise self.fail("E301", self.block.word("F") or self.block.culprit(), what)
-        if state.feed_mode == 930:
-            feed = max(state.feed * length, SLOWEST_MM_MIN)
-        elif state.feed_mode == 950:
-            feed = state.feed * abs(state.rpm)
-            if feed == 0.0:
-                what = "feed per revolution (G95) with the spindle stopped"
-                raise self.fail("E301", self.block.culprit(), what)
-        else:
-            feed = state.feed
-        if state.direction == 0 and not state.warned_stopped:
-            state.warned_stopped = True
-            self.warnings.append(
-                Problem("W501", self.block.culprit(), "a feed move while the spindle is stopped")
-            )
-        return feed
+        feed = self.feed(math.dist(state.sim, sim))
+        self.emit(Motion.LINEAR, sim, machine, feed, rotary=rotary)
 
     def _arc(self, ccw: bool) -> None:
         block, state = self.block, self.state
         plane, word = state.plane, block.culprit()
-        sim, machine = self._target()
+        if state.tip is not None:
+            raise self.fail("E352", word, "the first motion behind G40 is an arc", "leave on a straight line")
+        if state.rotation != 0.0 and plane.name != "xy":
+            raise self.fail("E361", word, "an arc outside the XY plane under a rotated work offset")
+        sim, machine = self.target()
         a, b = plane.first, plane.second
-        begin, finish = subtract(state.machine, state.to_machine), subtract(machine, state.to_machine)
+        begin, finish = state.program, state.seen(subtract(machine, state.to_machine))
         start, end = (begin[a], begin[b]), (finish[a], finish[b])
         turns = self._turns()
         try:
@@ -341,22 +310,29 @@ class _Run:
         except ArcError as exc:
             raise self.fail(exc.code, word, str(exc)) from None
         rise = finish[plane.normal] - begin[plane.normal]
-        feed = self._feed(arc_length(start, end, center, ccw, turns, rise))
+        feed = self.feed(arc_length(start, end, center, ccw, turns, rise))
         if is_rounded(difference):
             what = f"the radii at start and end differ by {difference:.3g} mm"
-            self.warnings.append(Problem("W304", word, what))
-        middle = center[0] + state.to_sim[a], center[1] + state.to_sim[b]
-        if (
-            not state.synced
-        ):  # a tool length of this plane was switched since: the arc follows the programmed start
-            moved = list(state.sim)
-            moved[a], moved[b] = start[0] + state.to_sim[a], start[1] + state.to_sim[b]
-            sim_end = list(sim)
-            sim_end[a], sim_end[b] = end[0] + state.to_sim[a], end[1] + state.to_sim[b]
+            self.warn("W304", word, what)
+        middle = self._in_plane(center)
+        if not state.synced:
+            # a tool length of this plane was switched since: the arc follows the programmed start
+            moved, sim_end = list(state.sim), list(sim)
+            moved[a], moved[b] = self._in_plane(start)
+            sim_end[a], sim_end[b] = self._in_plane(end)
             state.sim = moved[0], moved[1], moved[2]
             sim = sim_end[0], sim_end[1], sim_end[2]
         motion = Motion.ARC_CCW if ccw else Motion.ARC_CW
-        self._emit(motion, sim, machine, feed, center=middle, turns=turns)
+        rotary = self.rotary_target()
+        self.emit(motion, sim, machine, feed, center=middle, turns=turns, rotary=rotary)
+
+    def _in_plane(self, pair: tuple[float, float]) -> tuple[float, float]:
+        """A pair of program coordinates in the simulation frame."""
+        state = self.state
+        point = [0.0, 0.0, 0.0]
+        point[state.plane.first], point[state.plane.second] = pair
+        out = add(state.turned((point[0], point[1], point[2])), state.to_sim)
+        return out[state.plane.first], out[state.plane.second]
 
     def _turns(self) -> int:
         turns = self.block.value("P")
@@ -384,39 +360,6 @@ class _Run:
                 raise ArcError("E302", f"G90.1 wants both {' and '.join(plane.words)}")
             return (given[0] or 0.0) * state.scale, (given[1] or 0.0) * state.scale
         return start[0] + (given[0] or 0.0) * state.scale, start[1] + (given[1] or 0.0) * state.scale
-
-    def _emit(
-        self,
-        motion: Motion,
-        sim: Point,
-        machine: Point,
-        feed: float | None,
-        *,
-        center: tuple[float, float] | None = None,
-        turns: int = 0,
-        dwell_s: float = 0.0,
-    ) -> None:
-        state = self.state
-        program = subtract(machine, state.to_machine)
-        self.moves.append(
-            Move(
-                self.line,
-                self.n,
-                motion,
-                state.sim,
-                sim,
-                state.plane.name,
-                center,
-                turns,
-                feed,
-                state.tool,
-                state.rpm,
-                dwell_s,
-                machine,
-                program,
-            )
-        )
-        state.sim, state.machine = sim, machine
 
 
 def _scale(code: int) -> float:

@@ -3,7 +3,8 @@
     line    = [ "/" ] [ N-word ] { word | comment | "#" assignment } [ ";" rest ]
     word    = letter value          blanks between and inside words mean nothing
     comment = "(" any character but parentheses ")"
-    "%" alone, and "O"/":" lines
+    "%" alone, and "O"/":" lines: a program number, or a label and its control word with [conditions]
+    letters are A to Z, and @ ^ for polar coordinates; TRAORI and TRAFOOF count as M128 and M129
 
 Nothing here knows what a word means; `value` is None where the number is an expression still to be evaluated.
 The lexer never raises: everything it cannot read is a `LexError`, and it goes on behind it.
@@ -35,13 +36,16 @@ MAX_VALUE: Final = 1e9
 """No machine goes a thousand kilometres."""
 
 _NUMBER: Final = r"(?>(?:[+-][ \t]*)?(?:[0-9][0-9 \t]*(?:\.[0-9 \t]*)?|\.[ \t]*[0-9][0-9 \t]*))"
-_PLAIN: Final = re.compile(rf"([A-Za-z])[ \t]*+({_NUMBER})(?![.+\-])")
+_PLAIN: Final = re.compile(rf"([A-Za-z@^])[ \t]*+({_NUMBER})(?![.+\-])")
 _VALUE_START: Final = re.compile(r"[ \t]*+(?:[+-][ \t]*+)?(?:\[|#|[A-Za-z]{2,}[ \t]*+\[)")
 _NUMBER_RUN: Final = re.compile(r"[ \t]*+[+\-.0-9][+\-.0-9 \t]*")
 _COMMENT: Final = re.compile(r"\(([^()]*)\)")
 _BLANK: Final = re.compile(r"[ \t]*")
-_ILLEGAL: Final = re.compile(r"[^A-Za-z(;)#\x80-\U0010ffff]+")
+_ILLEGAL: Final = re.compile(r"[^A-Za-z@^(;)#\x80-\U0010ffff]+")
 _NON_ASCII: Final = re.compile(r"[^\x00-\x7f]+")
+_TRANSFORM: Final = re.compile(
+    r"TRA(?:(ORI)|FOOF)(?![A-Za-z0-9])(?:[ \t]*\([ \t]*\d*[ \t]*\))?", re.IGNORECASE
+)
 _O_LINE: Final = re.compile(
     r"(?:O[ \t]*(?P<label>[0-9][0-9 \t]*|<[^<>]*>)?|:[ \t]*(?P<number>[0-9][0-9 \t]*))", re.IGNORECASE
 )
@@ -99,7 +103,7 @@ class LexedLine(NamedTuple):
 
     text : the raw line without its line end. words : in order, N included. comments : places, delimiters
     included. percent : the line is a tape mark. label : text of an O word or None; flow : its lower-case
-    control word ("sub", "if", ...) or None.
+    control word ("sub", "if", ...) or None; arguments : the values in brackets behind the control word.
     """
 
     text: str
@@ -111,6 +115,7 @@ class LexedLine(NamedTuple):
     percent: bool = False
     label: Word | None = None
     flow: str | None = None
+    arguments: tuple[Expression, ...] = ()
 
 
 def split_lines(text: str) -> list[str]:
@@ -148,7 +153,7 @@ def lex_line(text: str) -> LexedLine:
 class _Scanner:
     """Walks along one line and collects what it finds."""
 
-    __slots__ = ("assignments", "comments", "errors", "text", "words")
+    __slots__ = ("arguments", "assignments", "comments", "errors", "text", "words")
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -156,6 +161,7 @@ class _Scanner:
         self.assignments: list[Assignment] = []
         self.comments: list[Span] = []
         self.errors: list[LexError] = []
+        self.arguments: list[Expression] = []
 
     def scan(self) -> LexedLine:
         text, size = self.text, len(self.text)
@@ -169,8 +175,8 @@ class _Scanner:
         at = self._blank(at)
         while at < size:
             at = self._blank(self._item(at))
-        if label is not None and flow is None:
-            self._only_label()
+        if label is not None:
+            self._only_label(flow)
         return LexedLine(
             text,
             tuple(self.words),
@@ -181,17 +187,19 @@ class _Scanner:
             False,
             label,
             flow,
+            tuple(self.arguments),
         )
 
-    def _only_label(self) -> None:
-        """A program number stands alone: the first thing behind it is an error, the rest is not looked at."""
+    def _only_label(self, flow: str | None) -> None:
+        """An O word has its line alone: the first thing behind it is an error, the rest is not looked at."""
         places = [(word.col, word.length) for word in self.words if word.letter != "N"]
         places += [(item.col, item.length) for item in self.assignments]
         self.words = [word for word in self.words if word.letter == "N"]
         self.assignments = []
         if places:
             col, length = min(places)
-            self._error("E101", col - 1, col - 1 + length, "only a comment may follow a program number")
+            what = f"{flow} and its values" if flow else "a program number"
+            self._error("E101", col - 1, col - 1 + length, f"only a comment may follow {what}")
 
     def _blank(self, at: int) -> int:
         found = _BLANK.match(self.text, at)
@@ -221,7 +229,11 @@ class _Scanner:
             return len(text)
         if char == "#":
             return self._assignment(at)
-        if char.isascii() and char.isalpha():
+        if char in "Tt" and (found := _TRANSFORM.match(text, at)):
+            code = 128.0 if found[1] else 129.0
+            self.words.append(Word("M", code, at + 1, len(found[0]), found[0]))
+            return found.end()
+        if (char.isascii() and char.isalpha()) or char in "@^":
             return self._word(at)
         if char == ")":
             self._error("E104", at, at + 1, "')' closes no comment")
@@ -306,6 +318,14 @@ class _Scanner:
         value = float(re.sub(r"[ \t]", "", digits)) if digits[0] != "<" else None
         label = Word("O", value, at + 1, end - at, self.text[at:end])
         flow = _O_FLOW.match(self.text, end)
-        if flow:
-            return label, flow[1].lower(), len(self.text)
-        return label, None, end
+        if flow is None:
+            return label, None, end
+        at = self._blank(flow.end())
+        while self.text[at : at + 1] == "[":
+            try:
+                argument, at = parse_value(self.text, at)
+            except ExpressionError as exc:
+                return label, flow[1].lower(), self._bad_expression(at, exc)
+            self.arguments.append(argument)
+            at = self._blank(at)
+        return label, flow[1].lower(), at

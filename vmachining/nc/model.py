@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple, TypeAlias
@@ -37,7 +37,17 @@ class Move(NamedTuple):
     tool : number of the tool in the spindle. spindle_rpm : + M3, - M4, 0 stopped.
     dwell_s : dwells only, else 0.
     end_machine : machine coordinates, all offsets and the tool length included.
-    end_program : what the active work offset sees (before G5x, G92 and tool length).
+    end_program : what the active work offset sees (before G5x, G92, rotation and tool length).
+
+    More than three axes; all None (and `tcp` False) in three-axis programs:
+    axis_start, axis_end : unit tool axis, work coordinates, where the program says it (apt, poses).
+    rotary_start, rotary_deg : machine degrees at start and end, by "a", "b", "c", of the rotary axes that the
+        program has named so far.
+    rotary_program : as rotary_deg, before the offsets.
+    tcp : tool centre point control was on: start and end are the tip in work coordinates and go straight.
+        Without it, axes move together, and where the tip goes is for the chain of the machine to say.
+    duration_s : time of the block where the program fixes it and the path length does not (inverse time or
+        degrees per minute with a rotary axis).
     """
 
     line: int
@@ -54,6 +64,13 @@ class Move(NamedTuple):
     dwell_s: float
     end_machine: Point
     end_program: Point
+    axis_start: Point | None = None
+    axis_end: Point | None = None
+    rotary_start: Mapping[str, float] | None = None
+    rotary_deg: Mapping[str, float] | None = None
+    rotary_program: Mapping[str, float] | None = None
+    tcp: bool = False
+    duration_s: float | None = None
 
 
 class Finding(NamedTuple):

@@ -1,44 +1,46 @@
 """What the control remembers from block to block, and what expressions may ask it.
 
 Two worlds run side by side. In the machine world a tool length moves the machine; in the simulation frame it
-does not: there every tool has length zero, because the tip is what the stock meets. Per axis, mm:
+does not: there every tool has length zero, because the tip is what the stock meets. R turns about Z by the
+rotation of the work offset; lengths mm:
 
-    machine    = program + (G92 + G5x + tool length)  = program + `to_machine`
-    simulation = program + (G92 + G5x - G5x at start) = program + `to_sim`
+    machine    = R (program + G92) + G5x + tool length   = R program + `to_machine`
+    simulation = R (program + G92) + G5x - G5x at start  = R program + `to_sim`
 
 An axis that is not programmed stays where it is in both worlds, so the simulated path never jumps when G43 is
-switched. G92 keeps one offset for each world; they differ only while a tool length is in force.
+switched. G92 keeps one offset for each world; they differ only while a tool length is in force. Rotary axes
+have offsets (G5x and G92) and no length, hence one world, in degrees.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import dataclass, field
+from math import cos, radians, sin
+from typing import TYPE_CHECKING, Final
 
 from vmachining.nc.arcs import PLANES, Plane
 from vmachining.nc.codes import spell
 from vmachining.nc.expressions import Expression, Name, NoValueError, evaluate, parameter_number
 from vmachining.nc.model import Point
+from vmachining.nc.vectors import add, subtract
 
-__all__ = ["ORIGIN", "Memory", "State", "add", "subtract"]
+if TYPE_CHECKING:
+    from vmachining.nc.compensation import Compensation
+    from vmachining.nc.cycles import Cycle
+    from vmachining.nc.mts import Pattern, Stored
+
+__all__ = ["ORIGIN", "WORK_OFFSETS", "Memory", "State", "work_offset_codes"]
 
 ORIGIN: Final[Point] = (0.0, 0.0, 0.0)
+LOCALS: Final = 30
+"""Numbered parameters that each call of a subprogram has for itself."""
+
 LAST_FREE: Final = 5000
 """Numbered parameters above this belong to the control."""
 
 SYNC_MM: Final = 1e-9
 """Machine and simulation world agree when their difference is what the offsets say, up to rounding."""
-
-
-def add(a: Point, b: Point) -> Point:
-    """a + b."""
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
-
-
-def subtract(a: Point, b: Point) -> Point:
-    """a - b."""
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 @dataclass(slots=True)
@@ -47,7 +49,12 @@ class State:
 
     feed : mm/min in G94, mm/rev in G95, 1/min in G93 (then of the block only); None after a change of mode.
     direction : +1 M3, -1 M4, 0 stopped. selected : last T. length : tool length offset per axis.
-    warned_stopped : W501 was given since the spindle stopped.
+    warned_stopped : W501 was given since the spindle stopped. rotations : degrees, per work offset; rotation and
+    turn (its cosine and sine) : of the one in force. references : where G28 and G30 go, simulation frame.
+    rotary : machine degrees by "a", "b", "c", of the axes named so far; rotary_work, rotary_g92 : their
+    offsets. tcp : tool centre point control. cycle : canned cycle in force; to_r : G99. compensation : cutter
+    radius; tip : where the tool really is, when compensation left it beside the programmed point. plain : the
+    short cut of the reader may be taken. stored, pattern : dialect mts.
     """
 
     sim: Point
@@ -76,29 +83,78 @@ class State:
     tool: int = 0
     warned_stopped: bool = False
     ended: bool = False
+    rotations: Mapping[int, float] = field(default_factory=dict)
+    rotation: float = 0.0
+    turn: tuple[float, float] = (1.0, 0.0)
+    references: tuple[Point, Point] = (ORIGIN, ORIGIN)
+    rotary: Mapping[str, float] = field(default_factory=dict)
+    rotary_work: Mapping[int, Mapping[str, float]] = field(default_factory=dict)
+    rotary_g92: Mapping[str, float] = field(default_factory=dict)
+    rotary_saved: Mapping[str, float] = field(default_factory=dict)
+    tcp: bool = False
+    cycle: Cycle | None = None
+    to_r: bool = False
+    compensation: Compensation | None = None
+    tip: Point | None = None
+    plain: bool = True
+    stored: Stored | None = None
+    pattern: Pattern | None = None
 
     @property
     def program(self) -> Point:
         """Position that the active work offset sees."""
-        return subtract(self.machine, self.to_machine)
+        return self.seen(subtract(self.machine, self.to_machine))
+
+    @property
+    def tip_program(self) -> Point:
+        """The same, of the simulated tip."""
+        return self.seen(subtract(self.sim, self.to_sim))
 
     @property
     def rpm(self) -> float:
         """Signed spindle speed."""
         return self.speed * self.direction
 
+    def turned(self, point: Point) -> Point:
+        """R point."""
+        if self.rotation == 0.0:
+            return point
+        c, s = self.turn
+        return c * point[0] - s * point[1], s * point[0] + c * point[1], point[2]
+
+    def seen(self, point: Point) -> Point:
+        """R^-1 point."""
+        if self.rotation == 0.0:
+            return point
+        c, s = self.turn
+        return c * point[0] + s * point[1], c * point[1] - s * point[0], point[2]
+
+    def rotary_shift(self, axis: str) -> float:
+        """Machine minus program degrees of a rotary axis."""
+        return self.rotary_work.get(self.work, {}).get(axis, 0.0) + self.rotary_g92.get(axis, 0.0)
+
     def place_offsets(self) -> None:
         """Recompute the sums of offsets after one of them has changed."""
         work = self.offsets.get(self.work, ORIGIN)
-        self.to_machine = add(add(self.g92, work), self.length)
-        self.to_sim = add(self.g92_sim, subtract(work, self.start_offset))
+        self.rotation = self.rotations.get(self.work, 0.0)
+        self.turn = cos(radians(self.rotation)), sin(radians(self.rotation))
+        self.to_machine = add(add(self.turned(self.g92), work), self.length)
+        self.to_sim = add(self.turned(self.g92_sim), subtract(work, self.start_offset))
         self.lag = subtract(self.to_machine, self.to_sim)
         self.check_sync()
 
     def check_sync(self) -> None:
-        """Set `synced`: machine = simulation + lag, what the fast path relies on."""
+        """Set `synced`: machine = simulation + lag; and `plain`: nothing bends the short cut."""
         gap = subtract(subtract(self.machine, self.sim), self.lag)
         self.synced = max(abs(gap[0]), abs(gap[1]), abs(gap[2])) < SYNC_MM
+        self.plain = (
+            self.synced
+            and self.rotation == 0.0
+            and self.compensation is None
+            and self.tip is None
+            and not self.rotary
+            and not self.tcp
+        )
 
     def clone(self) -> State:
         """A copy to try a block on."""
@@ -112,19 +168,44 @@ _FIELDS: Final = tuple(State.__slots__)
 
 
 class Memory:
-    """Parameters of the program. Satisfies `expressions.Parameters`."""
+    """Parameters of the program. Satisfies `expressions.Parameters`.
+
+    A subprogram has its own #1 to #30 and its own names; names that open with an underscore, and all other
+    numbers, belong to everybody.
+    """
 
     def __init__(self, state: State) -> None:
         self.state = state
         self._named: dict[str, float] = {}
+        self._global: dict[str, float] = {}
         self._numbered: dict[int, float] = {}
+        self._callers: list[tuple[dict[str, float], dict[int, float]]] = []
+
+    def enter(self, values: list[float]) -> None:
+        """A call: the values become #1, #2, ..., the rest of the thirty is zero."""
+        kept = {k: self._numbered.pop(k) for k in range(1, LOCALS + 1) if k in self._numbered}
+        self._callers.append((self._named, kept))
+        self._named = {}
+        self._numbered.update(enumerate(values, 1))
+
+    def leave(self) -> None:
+        """The end of the call."""
+        self._named, kept = self._callers.pop()
+        for key in range(1, LOCALS + 1):
+            self._numbered.pop(key, None)
+        self._numbered.update(kept)
+
+    def result(self, value: float | None) -> None:
+        """What a subprogram returned, as #<_value>; #<_value_returned> says whether it did."""
+        self._global["_value"] = value or 0.0
+        self._global["_value_returned"] = float(value is not None)
 
     def named(self, name: str) -> float | None:
         """`#<name>`; names that open with an underscore may be those of the control."""
-        value = self._named.get(name)
-        if value is None and name.startswith("_"):
-            value = self._of_control(name)
-        return value
+        if not name.startswith("_"):
+            return self._named.get(name)
+        value = self._global.get(name)
+        return self._of_control(name) if value is None else value
 
     def numbered(self, number: int) -> float | None:
         """`#number`: zero while it was never set, None for a number of the control that is not kept here."""
@@ -133,10 +214,13 @@ class Memory:
         state = self.state
         if 5420 <= number <= 5422:
             return state.program[number - 5420] / state.scale
+        if 5423 <= number <= 5425:
+            axis = "abc"[number - 5423]
+            return state.rotary.get(axis, 0.0) - state.rotary_shift(axis)
         if number == 5400:
             return float(state.tool)
         if number == 5220:
-            return float(list(_WORK_OFFSETS).index(state.work) + 1)
+            return float(list(WORK_OFFSETS).index(state.work) + 1)
         return None
 
     def resolve(self, target: Name, value: Expression) -> tuple[str | int, float]:
@@ -161,7 +245,7 @@ class Memory:
     def store(self, key: str | int, value: float) -> None:
         """Write a resolved assignment."""
         if isinstance(key, str):
-            self._named[key] = value
+            (self._global if key.startswith("_") else self._named)[key] = value
         else:
             self._numbered[key] = value
 
@@ -169,6 +253,8 @@ class Memory:
         state = self.state
         if name in ("_x", "_y", "_z"):
             return state.program["xyz".index(name[1])] / state.scale
+        if name in ("_a", "_b", "_c"):
+            return state.rotary.get(name[1], 0.0) - state.rotary_shift(name[1])
         if name in ("_metric", "_imperial"):
             return float((state.scale == 1.0) == (name == "_metric"))
         if name in ("_absolute", "_incremental"):
@@ -180,9 +266,9 @@ class Memory:
         return float(state.tool) if name == "_current_tool" else None
 
 
-_WORK_OFFSETS: Final = (540, 550, 560, 570, 580, 590, 591, 592, 593)
+WORK_OFFSETS: Final = (540, 550, 560, 570, 580, 590, 591, 592, 593)
 
 
 def work_offset_codes() -> dict[str, int]:
     """Names of the work offsets, "G54" to "G59.3", and their codes."""
-    return {spell("G", code): code for code in _WORK_OFFSETS}
+    return {spell("G", code): code for code in WORK_OFFSETS}

@@ -1,0 +1,233 @@
+"""More of the catalogue: tables, cycles, cutter compensation, coordinates, control flow."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from vmachining.nc.catalogue_entry import Entry
+
+__all__ = ["MORE"]
+
+MORE: Final[dict[str, Entry]] = {
+    "E109": Entry(
+        "record not understood",
+        "The record or row is not written as the format wants it.",
+        "check the file and the dialect",
+    ),
+    # ---- cycles, patterns ----
+    "E331": Entry(
+        "cycle without depth",
+        "The first block of a canned cycle needs the word of the drilling axis (Z in G17, Y in G18, X "
+        "in G19), in dialect mts every stored cycle needs Z.",
+        "program the depth",
+    ),
+    "E332": Entry(
+        "cycle without clearance plane",
+        "The first block of a canned cycle needs R. In dialect mts, R of a circular pattern is its "
+        "radius, above zero.",
+        "program R",
+    ),
+    "E333": Entry(
+        "clearance plane below the bottom",
+        "R must not lie below the bottom of the hole; in G91 the depth counts from R and is not positive.",
+        "check the signs of R and of the depth",
+    ),
+    "E334": Entry(
+        "no peck depth",
+        "G73 and G83 go down in steps of Q, above zero.",
+        "program Q",
+    ),
+    "E335": Entry(
+        "bad dwell",
+        "A dwell needs P, in seconds, zero or more: G4, and the cycles G82, G86 and G89 in their "
+        "first block.",
+        "program P",
+    ),
+    "E336": Entry(
+        "bad number of repetitions",
+        "L counts holes or calls: a whole number, for holes one or more.",
+        "make L whole, or remove it",
+    ),
+    "E337": Entry(
+        "depth upwards",
+        "Z of a stored cycle (dialect mts) is a step down from the clearance plane, so it is negative.",
+        "check the sign of Z",
+    ),
+    "E338": Entry(
+        "negative withdrawal",
+        "W of a stored cycle (dialect mts) is the way up from the clearance plane.",
+        "check the sign of W",
+    ),
+    "E339": Entry(
+        "bad step",
+        "G82 and G83 (dialect mts) need K above zero; D and B are not negative, and no hole takes a "
+        "hundred thousand steps.",
+        "check K, D and B",
+    ),
+    "E340": Entry(
+        "nothing to call",
+        "G79 calls the cycle stored before it, and there is none.",
+        "program G81, G82 or G83 first",
+    ),
+    "E341": Entry(
+        "pattern without cycle",
+        "G79 finds a pattern of points, but no stored cycle to repeat there.",
+        "program G81, G82 or G83 first",
+    ),
+    "E342": Entry(
+        "bad number of points",
+        "S of a pattern (dialect mts) counts its points: a whole number, one or more.",
+        "program S",
+    ),
+    "E343": Entry(
+        "points at one place",
+        "A pattern of more than one point needs a spacing D that is not zero.",
+        "program D",
+    ),
+    "E344": Entry(
+        "cycle under cutter compensation",
+        "Holes have no left or right side.",
+        "program G40 before the cycle",
+    ),
+    # ---- cutter compensation ----
+    "E351": Entry(
+        "tool radius unknown",
+        "Cutter compensation needs the diameter of the tool: from the tool table, by D or the tool in "
+        "the spindle; G41.1 and G42.1 say it themselves.",
+        "give a tool table, or use G41.1 D...",
+    ),
+    "E352": Entry(
+        "compensation starts or ends on an arc",
+        "The way from the programmed path to the offset path is a straight line; with entry rule prev "
+        "an arc may be one if a circle tangent to the offset path exists.",
+        "enter and leave on a straight line",
+    ),
+    "E353": Entry(
+        "entry too short",
+        "The first move under compensation must be longer than the tool radius.",
+        "start farther away",
+    ),
+    "W353": Entry(
+        "entry against the first cut",
+        "The entry move points against the first cut, so the tool goes round the end of the entry "
+        "move at depth.",
+        "enter in the direction of the cut, or use the entry rule next",
+    ),
+    "E354": Entry(
+        "arc smaller than the tool",
+        "On its inner side the radius of an arc must be greater than that of the tool.",
+        "take a smaller tool",
+    ),
+    "E355": Entry(
+        "gouge",
+        "An inner corner cannot be reached: the offset paths do not meet, or a piece would run backwards.",
+        "take a smaller tool, or open the corner",
+    ),
+    "E356": Entry(
+        "plane change under compensation",
+        "Left and right are sides in one plane.",
+        "program G40 first",
+    ),
+    "E357": Entry(
+        "compensation is on already",
+        "G41 and G42 start from G40.",
+        "program G40 first",
+    ),
+    "W358": Entry(
+        "end with compensation on",
+        "The program ends without G40; the last move stops beside its programmed end.",
+        "program G40 on the way out",
+    ),
+    "E359": Entry(
+        "change of zero, units or tool under compensation",
+        "The offset path depends on what was there before, so work offsets, G92, units, tool and "
+        "reference points must not change.",
+        "program G40 first",
+    ),
+    # ---- coordinates and axes ----
+    "E361": Entry(
+        "not in a main plane",
+        "An arc lies in XY, ZX or YZ. A rotated work offset turns the last two out of their place; in "
+        "a cutter location file the axis of a circle must be X, Y or Z.",
+        "post the arc as short lines",
+    ),
+    "E363": Entry(
+        "tool axis without length",
+        "The vector of the tool axis is zero.",
+        "check the row",
+    ),
+    "W363": Entry(
+        "tool axis not of length one",
+        "The vector differs from unit length by more than its printed digits explain; its direction is used.",
+        "normalise the vector",
+    ),
+    "E364": Entry(
+        "tool axis reversed",
+        "From one pose to the next the axis turns by 180 degrees, in no particular direction.",
+        "put a pose between",
+    ),
+    "W364": Entry(
+        "tilt without MULTAX",
+        "The file tilts the tool although it never said MULTAX.",
+        "MULTAX/ON",
+    ),
+    "E373": Entry(
+        "beyond the travel",
+        "A target lies outside the travel of the machine.",
+        "move the part or choose another machine",
+    ),
+    "I374": Entry(
+        "between the increments",
+        "Some targets are no multiple of the smallest step of the machine; it goes to the nearest.",
+    ),
+    "E375": Entry(
+        "bad offset",
+        "G10 takes L2 or L20, and P: 0 for the work offset in force, 1 to 9 for G54 to G59.3.",
+        "check L and P",
+    ),
+    "W520": Entry(
+        "nothing is cut",
+        "All feed motions lie above the stock.",
+        "check Z, and the work offset",
+    ),
+    # ---- what steers ----
+    "E411": Entry(
+        "control structure",
+        "O words pair by label and lie within each other: sub endsub, if elseif else endif, while "
+        "endwhile, do while, repeat endrepeat. The lines of a broken pair steer nothing.",
+        "close the structure with the same label",
+    ),
+    "E412": Entry(
+        "unknown subprogram",
+        "Nothing in this file has the label called. Files beside the program are not looked at; M98 "
+        "calls program numbers, call the labels of sub.",
+        "put the subprogram into the file",
+    ),
+    "E413": Entry(
+        "no end in sight",
+        "Loops and calls repeated so many lines that the program is taken to run for ever; the rest "
+        "is not examined.",
+        "check the condition of the loop, or raise the limit",
+    ),
+    "E414": Entry(
+        "calls nested too deep",
+        "A subprogram probably calls itself without end; the rest is not examined.",
+        "let the recursion end",
+    ),
+    "E415": Entry(
+        "return without call",
+        "return, endsub and M99 go back to a call, and here was none; or a call never comes back.",
+        "end the main program with M30 before its subprograms",
+    ),
+    "E416": Entry(
+        "values in brackets",
+        "if, elseif, while and repeat take one value in brackets, call up to thirty, return and "
+        "endsub one at most.",
+        "o100 if [#1 GT 2]",
+    ),
+    "E417": Entry(
+        "restart not possible",
+        "The program never comes to the line where it was to restart, or cutter compensation is on there.",
+        "restart at another line",
+    ),
+}

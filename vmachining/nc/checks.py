@@ -1,0 +1,58 @@
+"""What can only be told from the moves: travel, increments of the machine, feeds above the stock."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from vmachining.nc.catalogue import CATALOGUE
+from vmachining.nc.model import Finding, Motion, Move, Point
+
+__all__ = ["check_moves", "finding"]
+
+NEAR: float = 1e-6
+"""mm: a coordinate this near to a multiple of the increment, or to the end of travel, is one."""
+
+
+def finding(code: str, line: int, n: int | None, message: str, word: str = "", col: int = 1) -> Finding:
+    """A finding with the hint of its catalogue entry."""
+    return Finding(line, col, len(word), n, word, code, code[0], message, CATALOGUE[code].hint)
+
+
+def check_moves(
+    moves: Sequence[Move],
+    stock_top_mm: float | None,
+    travel_mm: tuple[Point, Point] | None,
+    blu_mm: float | None,
+) -> list[Finding]:
+    """E373, I374 and W520; each line says it once, I374 the whole program once."""
+    out: list[Finding] = []
+    if travel_mm is not None:
+        out += _beyond(moves, *travel_mm)
+    if blu_mm is not None and blu_mm > 0.0:
+        out += _between(moves, blu_mm)
+    if stock_top_mm is not None:
+        feeds = [move for move in moves if move.motion not in (Motion.RAPID, Motion.DWELL)]
+        if feeds and min(min(move.start[2], move.end[2]) for move in feeds) >= stock_top_mm:
+            what = f"no feed motion goes below the top of the stock, z = {stock_top_mm:g} mm"
+            out.append(finding("W520", feeds[0].line, feeds[0].n, what))
+    return out
+
+
+def _beyond(moves: Sequence[Move], low: Point, high: Point) -> Iterable[Finding]:
+    seen: set[int] = set()
+    for move in moves:
+        for axis, value in zip("XYZ", move.end_machine, strict=True):
+            a, b = low["XYZ".index(axis)], high["XYZ".index(axis)]
+            if not a - NEAR <= value <= b + NEAR and move.line not in seen:
+                seen.add(move.line)
+                what = f"{axis} would go to {value:.6g} mm, its travel is {a:g} to {b:g} mm"
+                yield finding("E373", move.line, move.n, what)
+
+
+def _between(moves: Sequence[Move], blu: float) -> Iterable[Finding]:
+    off = [
+        move for move in moves if any(abs(v / blu - round(v / blu)) * blu > NEAR for v in move.end_machine)
+    ]
+    if off:
+        what = f"{len(off)} targets are no multiple of {blu:g} mm"
+        yield finding("I374", off[0].line, off[0].n, what)

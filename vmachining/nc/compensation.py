@@ -1,0 +1,278 @@
+"""Cutter radius compensation: programmed moves go in, moves of the tool centre come out, one segment late.
+
+A segment (any motion in the plane) is held back until its successor says where it ends; dwells and moves along
+the normal axis wait with it at its end.
+
+    corner between tangents t1, t2     sigma (t1 x t2) > 0   both curves are trimmed to where they meet
+                                       else                  an arc of the tool radius about the corner, or
+                                                             with corner "miter" one point, if within 2 rho
+    entry "prev"   the entry move is a segment like any other whose start is not offset
+    entry "next"   the entry move goes straight to the start of the next offset curve
+    exit           the last segment ends beside its programmed end; the next move leaves from there
+
+Nothing is trimmed away altogether: a piece that would run backwards is a gouge (E355). Only neighbours are
+looked at: a contour that crosses itself later is cut as programmed.
+Sources: RS274/NGC; observed behaviour of LinuxCNC 2.9, whose tolerance of 0.05 rad for tangents is not copied.
+In inverse time the feed is the one of the programmed path.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Final, NamedTuple
+
+from vmachining.nc.arcs import Plane
+from vmachining.nc.model import Motion, Move, Point
+from vmachining.nc.offset_curves import (
+    CompensationError,
+    Curve,
+    Pair,
+    meet,
+    offset_arc,
+    offset_line,
+    trim_end,
+    trim_start,
+)
+from vmachining.nc.vectors import add, subtract
+
+__all__ = ["Compensation", "CompensationError", "Step"]
+
+JOINED_MM: Final = 1e-6
+"""Offset curves whose ends are this near need no corner: a thousandth of the finest programmed digit."""
+
+REVERSAL: Final = 1e-9
+"""|t1 x t2| below which a corner is straight on or straight back."""
+
+AROUND: Final = 0.05
+"""rad: an inner corner this near to a reversal that cannot be trimmed is taken as an outer one, as in LinuxCNC."""
+
+ARCS: Final = frozenset({Motion.ARC_CW, Motion.ARC_CCW})
+
+
+class Pending(NamedTuple):
+    """A segment whose end is not known yet. entry : it goes straight, whatever follows (entry "next")."""
+
+    curve: Curve
+    move: Move
+    followers: tuple[Move, ...] = ()
+    entry: bool = False
+
+
+class Step(NamedTuple):
+    """What became of a move: the compensation behind it, the moves that are final now, W353 texts."""
+
+    after: Compensation
+    moves: list[Move]
+    warnings: list[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Compensation:
+    """Cutter compensation in force. side : +1 left, -1 right. turn : cosine and sine of the work offset."""
+
+    side: int
+    radius: float
+    plane: Plane
+    entry: str = "prev"
+    miter: bool = False
+    turn: tuple[float, float] = (1.0, 0.0)
+    pending: Pending | None = None
+
+    @property
+    def shift(self) -> float:
+        """sigma rho."""
+        return self.side * self.radius
+
+    def accept(self, move: Move, corner_feed: float | None = None) -> Step:
+        """Take the next programmed move.
+
+        Parameters
+        ----------
+        corner_feed : mm/min of a corner arc between rapids; None: there is none.
+
+        Raises
+        ------
+        CompensationError
+            E301, E352, E353, E354, E355; nothing has changed then.
+        """
+        if self.radius == 0.0:
+            return Step(self, [move], [])
+        start, end = self._pair(move.start), self._pair(move.end)
+        if move.motion not in ARCS and math.dist(start, end) <= JOINED_MM:
+            if self.pending is None:
+                return Step(self, [move], [])
+            held = self.pending._replace(followers=(*self.pending.followers, move))
+            return Step(replace(self, pending=held), [], [])
+        if self.pending is None:
+            return Step(replace(self, pending=self._enter(move, start, end)), [], [])
+        return self._follow(self.pending, move, start, end, corner_feed)
+
+    def finish(self) -> tuple[list[Move], Point | None]:
+        """Compensation off: the moves held back, and where the tip is (None: on the programmed point)."""
+        if self.pending is None:
+            return [], None
+        moves = self._release(self.pending, self.pending.curve.end)
+        return moves, moves[-1].end
+
+    # ---- segments ----
+
+    def _pair(self, point: Point) -> Pair:
+        return point[self.plane.first], point[self.plane.second]
+
+    def _curve(self, move: Move, start: Pair, end: Pair) -> Curve:
+        if move.motion not in ARCS or move.center is None:
+            return offset_line(start, end, self.shift)
+        return offset_arc(start, end, move.center, move.motion is Motion.ARC_CCW, move.turns, self.shift)
+
+    def _enter(self, move: Move, start: Pair, end: Pair) -> Pending:
+        if math.dist(start, end) <= self.radius:
+            what = f"the entry move, {math.dist(start, end):.6g} mm, is not longer than the tool radius"
+            raise CompensationError("E353", f"{what}, {self.radius:.6g} mm")
+        if self.entry == "next" and move.motion in ARCS:
+            raise CompensationError("E352", "compensation starts on an arc")
+        curve = self._curve(move, start, end)
+        curve = _entry_arc(curve, start) if curve.center is not None else curve._replace(start=start)
+        return Pending(curve, move, entry=self.entry == "next")
+
+    def _follow(self, held: Pending, move: Move, start: Pair, end: Pair, corner_feed: float | None) -> Step:
+        curve, before = self._curve(move, start, end), held.curve
+        turn = before.last[0] * curve.first[1] - before.last[1] * curve.first[0]
+        ahead = before.last[0] * curve.first[0] + before.last[1] * curve.first[1]
+        warnings = []
+        if held.entry:
+            return Step(replace(self, pending=Pending(curve, move)), self._release(held, curve.start), [])
+        if self._starts(held) and ahead < 0.0:
+            warnings.append("the entry move opposes the first cut, so the tool goes round its end")
+        moves: list[Move] = []
+        if math.dist(before.end, curve.start) <= JOINED_MM:
+            moves = self._release(held, before.end)
+            curve = curve._replace(start=before.end)
+            return Step(replace(self, pending=Pending(curve, move)), moves, warnings)
+        inner = self.side * turn > REVERSAL or (abs(turn) <= REVERSAL and ahead > 0.0)
+        back = ahead <= -math.cos(AROUND)
+        # straight back along an arc that the tool is outside of: the arc crosses the path it came by
+        across = back and any(c.center is not None and (self.side > 0) != c.ccw for c in (before, curve))
+        if inner or across:
+            try:
+                before, curve = self._trim(held, move, before, curve)
+                inner = True
+            except CompensationError:
+                if not back:
+                    raise
+                if inner:
+                    warnings.append(
+                        "the path turns back by nearly 180 degrees, so the tool goes round its end"
+                    )
+                inner = False
+        if inner:
+            moves = self._release(held._replace(curve=before), before.end)
+        elif self.miter and (point := self._miter(before, curve)) is not None:
+            moves = self._release(held, point)
+            curve = curve._replace(start=point)
+        else:
+            moves = self._release(held, before.end)
+            moves.append(self._corner(moves[-1], move, curve.start, before.corner, corner_feed))
+        return Step(replace(self, pending=Pending(curve, move)), moves, warnings)
+
+    def _starts(self, held: Pending) -> bool:
+        """Whether the held segment is the entry move: its start is not offset."""
+        aside = math.dist(held.curve.start, self._pair(held.move.start))
+        return aside <= JOINED_MM
+
+    def _trim(self, held: Pending, move: Move, before: Curve, curve: Curve) -> tuple[Curve, Curve]:
+        point = meet(before, curve)
+        first = trim_end(before, point) if point is not None else None
+        second = trim_start(curve, point) if point is not None else None
+        if first is None or second is None:
+            what = "cannot be reached without gouging: the tool does not fit between the blocks of lines"
+            raise CompensationError("E355", f"this corner {what} {held.move.line} and {move.line}")
+        return first, second
+
+    def _miter(self, before: Curve, curve: Curve) -> Pair | None:
+        if before.center is not None or curve.center is not None:
+            return None
+        point = meet(before, curve)
+        return point if point is not None and math.dist(point, before.corner) <= 2.0 * self.radius else None
+
+    # ---- moves of the tool centre ----
+
+    def _lift(self, move: Move, pair: Pair, level: float) -> Point:
+        out = [0.0, 0.0, 0.0]
+        out[self.plane.first], out[self.plane.second], out[self.plane.normal] = pair[0], pair[1], level
+        return out[0], out[1], out[2]
+
+    def _shifted(self, move: Move, start: Pair, end: Pair, center: Pair | None, turns: int) -> Move:
+        normal = self.plane.normal
+        there = self._lift(move, end, move.end[normal])
+        aside = subtract(there, move.end)
+        c, s = self.turn
+        seen = (c * aside[0] + s * aside[1], c * aside[1] - s * aside[0], aside[2])
+        return move._replace(
+            start=self._lift(move, start, move.start[normal]),
+            end=there,
+            center=center,
+            turns=turns,
+            end_machine=add(move.end_machine, aside),
+            end_program=add(move.end_program, seen),
+        )
+
+    def _release(self, held: Pending, end: Pair) -> list[Move]:
+        curve = held.curve
+        turns = max(1, math.ceil(curve.sweep / math.tau - 1e-9)) if curve.center is not None else 0
+        moves = [self._shifted(held.move, curve.start, end, curve.center, turns)]
+        moves += [self._shifted(move, end, end, None, 0) for move in held.followers]
+        return moves
+
+    def _corner(self, last: Move, following: Move, end: Pair, corner: Pair, feed: float | None) -> Move:
+        """Arc of the tool radius about a convex corner; it belongs to the block behind the corner."""
+        if following.feed_mm_min is not None:
+            feed = following.feed_mm_min
+        if feed is None:
+            raise CompensationError(
+                "E301", "a rapid round an outer corner is an arc, and no feed is in force"
+            )
+        level = self._lift(following, corner, following.start[self.plane.normal])
+        here = following._replace(
+            motion=Motion.ARC_CCW if self.side < 0 else Motion.ARC_CW,
+            start=level,
+            end=level,
+            feed_mm_min=feed,
+            end_machine=add(following.end_machine, subtract(level, following.end)),
+            end_program=self._program_of(following, level),
+        )
+        return self._shifted(here, self._pair(last.end), end, corner, 1)
+
+    def _program_of(self, move: Move, point: Point) -> Point:
+        """Program coordinates of a point of the simulation frame, by the end of a move that has both."""
+        aside = subtract(point, move.end)
+        c, s = self.turn
+        e = move.end_program
+        return (
+            e[0] + c * aside[0] + s * aside[1],
+            e[1] + c * aside[1] - s * aside[0],
+            e[2] + aside[2],
+        )
+
+
+def _entry_arc(curve: Curve, start: Pair) -> Curve:
+    """An arc from the start as it is to the offset end, tangent there to the programmed arc.
+
+    Its centre lies on the line through the offset end E and the programmed centre, as far from E as from the
+    start S: with u from E to the centre, s = |E - S|^2 / (2 u . (S - E)).
+    """
+    assert curve.center is not None
+    e, reach = curve.end, math.dist(curve.end, curve.center)
+    u = (curve.center[0] - e[0]) / reach, (curve.center[1] - e[1]) / reach
+    facing = 2.0 * (u[0] * (start[0] - e[0]) + u[1] * (start[1] - e[1]))
+    square = (start[0] - e[0]) ** 2 + (start[1] - e[1]) ** 2
+    if facing <= 1e-12 * square:
+        raise CompensationError("E352", "compensation starts on an arc that no entry arc can replace")
+    s = square / facing
+    center = e[0] + s * u[0], e[1] + s * u[1]
+    begin, finish = (math.atan2(p[1] - center[1], p[0] - center[0]) for p in (start, e))
+    sweep = (finish - begin if curve.ccw else begin - finish) % math.tau
+    radius = math.dist(start, center)
+    out = (start[0] - center[0]) / radius, (start[1] - center[1]) / radius
+    first = (-out[1], out[0]) if curve.ccw else (out[1], -out[0])
+    return curve._replace(start=start, first=first, center=center, sweep=sweep)

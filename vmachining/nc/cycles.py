@@ -1,0 +1,177 @@
+"""Canned cycles: one block, many moves. G17: holes at X Y, drilled along Z; other planes likewise.
+
+One hole: (1) below the R plane: rapid up to it; (2) rapid over the hole; (3) rapid down to R; (4) the body;
+(5) back to R (G99), or to the higher of R and the initial level (G98).
+
+| code | body | way back |
+|---|---|---|
+| G81 | feed to Z | rapid |
+| G82 | feed to Z, dwell P | rapid |
+| G73 | feed in steps Q, rapid up by the peck clearance between them | rapid |
+| G83 | feed in steps Q, rapid to R between them and down to the peck clearance | rapid |
+| G84, G74 | feed to Z, spindle reversed, dwell P | feed, spindle reversed |
+| G85 | feed to Z | feed to R, rapid |
+| G86 | feed to Z, dwell P, spindle stopped | rapid, spindle on |
+| G89 | feed to Z, dwell P | feed |
+
+In G90 all words are coordinates. In G91 X and Y are steps, R counts from the initial level, Z from R. Z, R, Q
+and P hold for the blocks that follow with the same code; L (repetitions, default 1) for its own block only.
+The initial level is where the tool was when the series of cycles began.
+Source: RS274/NGC; the moves of LinuxCNC 2.9, observed. Departure: with an initial level below R, a later
+block whose R is lower does not go down before it is over its hole.
+"""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+from vmachining.nc.arcs import Plane
+from vmachining.nc.codes import spell
+from vmachining.nc.run import Run
+
+__all__ = ["Cycle", "drill"]
+
+MAX_REPEATS: Final = 100_000
+MAX_PECKS: Final = 1_000_000
+"""Holes of a block, and steps of a hole: beyond it is a typing error, not a program."""
+
+
+class Cycle(NamedTuple):
+    """What a series of canned cycles remembers; lengths mm, as programmed (G91: steps).
+
+    initial : level where the series began, program coordinates. z, r, q, p belong to `code` in `plane` only.
+    """
+
+    code: int
+    plane: str
+    initial: float
+    z: float | None = None
+    r: float | None = None
+    q: float | None = None
+    p: float | None = None
+
+
+def drill(run: Run, code: int, fresh: bool) -> None:
+    """Execute the cycle `code` at the place of this block.
+
+    Parameters
+    ----------
+    fresh : the motion mode before this block was no cycle, so the initial level is where the tool is.
+
+    Raises
+    ------
+    BlockError
+        E331 to E336, E344, E301, E311.
+    """
+    state, block = run.state, run.block
+    plane = state.plane
+    word = block.culprit()
+    if state.compensation is not None:
+        raise run.fail("E344", word, f"{spell('G', code)} while cutter compensation is on")
+    if state.feed_mode == 930:
+        raise run.fail("E301", word, "canned cycles have no inverse time feed (G93)")
+    cycle = _remember(run, code, plane, fresh)
+    if code in (740, 840) and state.direction != (1 if code == 840 else -1):
+        want = "M3" if code == 840 else "M4"
+        raise run.fail("E311", word, f"{spell('G', code)} taps with {want}, which is not in force")
+    repeats = block.value("L")
+    if repeats is None:
+        repeats = 1.0
+    if repeats < 1.0 or repeats != int(repeats) or repeats > MAX_REPEATS:
+        raise run.fail("E336", block.word("L"), f"L{repeats:g} is not a whole number of holes")
+    state.cycle = cycle
+    for _ in range(int(repeats)):
+        _hole(run, cycle, plane)
+
+
+def _remember(run: Run, code: int, plane: Plane, fresh: bool) -> Cycle:
+    """The words of the block over those that hold, checked."""
+    state, block = run.state, run.block
+    old, scale = state.cycle, state.scale
+    level = state.program[plane.normal]
+    if old is None or fresh:
+        old = Cycle(code, plane.name, level)
+    if (old.code, old.plane) != (code, plane.name):
+        old = Cycle(code, plane.name, old.initial if old.plane == plane.name else level)
+    word, depth = block.culprit(), "XYZ"[plane.normal]
+    values = {name: block.value(letter) for name, letter in zip("zrqp", (depth, "R", "Q", "P"), strict=True)}
+    z = old.z if values["z"] is None else values["z"] * scale
+    r = old.r if values["r"] is None else values["r"] * scale
+    q = old.q if values["q"] is None else values["q"] * scale
+    p = old.p if values["p"] is None else values["p"]
+    if r is None:
+        raise run.fail("E332", word, f"{spell('G', code)} needs R, its clearance plane")
+    if z is None:
+        raise run.fail("E331", word, f"{spell('G', code)} needs {depth}, the bottom of the hole")
+    if code in (730, 830) and (q is None or q <= 0.0):
+        what = f"{spell('G', code)} needs Q, a step above zero"
+        raise run.fail("E334", block.word("Q") or word, what)
+    if (code in (820, 860, 890) and p is None) or (p is not None and p < 0.0):
+        what = f"{spell('G', code)} needs P, a dwell of zero or more seconds"
+        raise run.fail("E335", block.word("P") or word, what)
+    if (z > 0.0) if not state.absolute else (r < z):
+        raise run.fail("E333", block.word("R") or word, "R is below the bottom of the hole")
+    return Cycle(code, plane.name, old.initial, z, r, q, p)
+
+
+def _hole(run: Run, cycle: Cycle, plane: Plane) -> None:
+    state, block = run.state, run.block
+    normal = plane.normal
+    assert cycle.z is not None and cycle.r is not None
+    clear = cycle.r if state.absolute else cycle.r + cycle.initial
+    bottom = cycle.z if state.absolute else cycle.z + clear
+    back = clear if state.to_r else max(clear, cycle.initial)
+    if state.program[normal] < clear:
+        run.rapid({normal: clear})
+    here = state.program
+    over = {axis: here[axis] for axis in (plane.first, plane.second)}
+    if block.polar:
+        over.update({axis: v for axis, v in run.polar_target().items() if axis != normal})
+    for axis in over:
+        value = block.value("XYZ"[axis])
+        if value is not None:
+            over[axis] = value * state.scale + (0.0 if state.absolute else here[axis])
+    run.rapid(over)
+    if here[normal] != clear:
+        run.rapid({normal: clear})
+    _body(run, cycle, normal, clear, bottom, back)
+
+
+def _body(run: Run, cycle: Cycle, normal: int, clear: float, bottom: float, back: float) -> None:
+    """From the clearance plane to the bottom and out again."""
+    state, code = run.state, cycle.code
+    if code in (730, 830):
+        _pecks(run, cycle, normal, clear, bottom)
+    else:
+        run.cut({normal: bottom})
+    direction = state.direction
+    if code in (740, 840):
+        state.direction = -direction
+    if cycle.p is not None and code in (740, 820, 840, 860, 890):
+        run.dwell(cycle.p)
+    if code in (740, 840, 890):
+        run.cut({normal: back})
+    elif code == 850:
+        run.cut({normal: clear})
+        run.rapid({normal: back})
+    else:
+        if code == 860:
+            state.direction = 0
+        run.rapid({normal: back})
+    state.direction = direction
+
+
+def _pecks(run: Run, cycle: Cycle, normal: int, clear: float, bottom: float) -> None:
+    step, gap, depth = cycle.q or 0.0, run.settings.peck_clearance_mm, clear
+    if (clear - bottom) / step > MAX_PECKS:
+        raise run.fail(
+            "E334", run.block.word("Q") or run.block.culprit(), f"over {MAX_PECKS} steps in one hole"
+        )
+    while True:
+        depth = max(depth - step, bottom)
+        run.cut({normal: depth})
+        if depth <= bottom:
+            return
+        if cycle.code == 830:
+            run.rapid({normal: clear})
+        run.rapid({normal: depth + gap})

@@ -1,0 +1,193 @@
+"""Where zero is: G10, G52, G92, work offsets, tool lengths, reference points.
+
+All of them change what coordinates mean and none of them moves the tool, but G28 and G30.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from vmachining.nc.codes import spell
+from vmachining.nc.lexer import Word
+from vmachining.nc.model import Motion, Point
+from vmachining.nc.run import Run
+from vmachining.nc.state import ORIGIN, WORK_OFFSETS
+from vmachining.nc.vectors import add, subtract
+
+__all__ = ["declare", "g92", "keep_reference", "local", "reference", "tool_length", "work_offset", "write"]
+
+AXES: Final = "XYZ"
+
+
+def work_offset(run: Run, code: int) -> None:
+    """G54 to G59.3."""
+    run.state.work = code
+    run.state.place_offsets()
+
+
+def tool_length(run: Run, code: int, word: Word) -> None:
+    """G43, G43.1, G43.4, G49."""
+    block, state = run.block, run.state
+    if code == 490:
+        state.length, state.tcp = ORIGIN, False
+    elif code == 431:
+        if not block.axes:
+            raise run.fail("E371", word, "G43.1 without an axis word")
+        given = [block.value(letter) for letter in AXES]
+        x, y, z = (
+            old if new is None else new * state.scale for new, old in zip(given, state.length, strict=True)
+        )
+        state.length = x, y, z
+    else:
+        chosen = block.value("H")
+        number = tool_number(run, "H", chosen or 0.0) or state.tool  # H0 means the tool in the spindle
+        tools = run.settings.tools
+        entry = tools.get(number) if tools is not None else None
+        if entry is None and number > 0 and tools is None:
+            what = f"no tool table was given: the length of tool {number} is taken as zero"
+            run.warn("W321", block.word("H") or word, what)
+        state.length = 0.0, 0.0, entry.length_mm if entry else 0.0
+        if code == 434:
+            state.tcp = True
+    state.place_offsets()
+
+
+def tool_number(run: Run, letter: str, value: float) -> int:
+    """A whole number from zero up that the tool table knows, or E321, E322."""
+    word = run.block.word(letter)
+    number = round(value)
+    if value < 0.0 or abs(value - number) > 1e-4:
+        raise run.fail("E322", word, f"{letter}{value:g} is not a whole number from zero up")
+    tools = run.settings.tools
+    if number > 0 and tools is not None and number not in tools:
+        raise run.fail("E321", word, f"tool {number} is not in the tool table")
+    return number
+
+
+def write(run: Run, word: Word | None) -> None:
+    """G10 L2 Pn (offsets of a work offset, R its rotation), G10 L20 Pn (so that the tool stands there)."""
+    block, state = run.block, run.state
+    kind, place = block.value("L"), block.value("P")
+    if kind not in (2.0, 20.0):
+        what = "G10 without L" if kind is None else f"G10 L{kind:g} is not supported"
+        raise run.fail("E375", block.word("L") or word, what)
+    if place is None or place not in range(len(WORK_OFFSETS) + 1):
+        what = "G10 without P" if place is None else f"P{place:g} is no work offset"
+        raise run.fail("E375", block.word("P") or word, what)
+    code = WORK_OFFSETS[int(place) - 1] if place else state.work
+    turn = block.value("R")
+    if turn is not None:
+        if kind == 20.0:
+            raise run.fail("E207", block.word("R"), "G10 L20 takes no R")
+        state.rotations = {**state.rotations, code: turn}
+    old = state.offsets.get(code, ORIGIN)
+    given = {
+        axis: block.words[letter][0] * state.scale for axis, letter in enumerate(AXES) if letter in block.axes
+    }
+    written = given.get(0, old[0]), given.get(1, old[1]), given.get(2, old[2])
+    new = written if kind == 2.0 else _standing(run, code, old, given)
+    state.offsets = {**state.offsets, code: new}
+    angles = dict(state.rotary_work.get(code, {}))
+    for letter in block.rotary:
+        axis, value = letter.lower(), block.words[letter][0]
+        here = state.rotary.get(axis, 0.0) - state.rotary_g92.get(axis, 0.0)
+        angles[axis] = value if kind == 2.0 else here - value
+    state.rotary_work = {**state.rotary_work, code: angles}
+    if code == state.work:
+        state.place_offsets()
+
+
+def _standing(run: Run, code: int, old: Point, given: dict[int, float]) -> Point:
+    """Origin of a work offset under which the tool stands at the given coordinates."""
+    state = run.state
+    kept = state.work
+    state.work = code
+    state.place_offsets()
+    seen = list(state.program)
+    before = state.turned((seen[0], seen[1], seen[2]))
+    for axis, value in given.items():
+        seen[axis] = value
+    after = state.turned((seen[0], seen[1], seen[2]))
+    state.work = kept
+    state.place_offsets()
+    return add(old, subtract(before, after))
+
+
+def declare(run: Run, word: Word | None) -> None:
+    """G92: the tool stands at the given coordinates."""
+    block, state = run.block, run.state
+    if not block.axes and not block.rotary:
+        raise run.fail("E371", word, "G92 without an axis word")
+    program, sim = state.program, state.tip_program
+    offset, offset_sim = list(state.g92), list(state.g92_sim)
+    for axis, letter in enumerate(AXES):
+        value = block.value(letter)
+        if value is not None:
+            offset[axis] += program[axis] - value * state.scale
+            offset_sim[axis] += sim[axis] - value * state.scale
+    angles = dict(state.rotary_g92)
+    for letter in block.rotary:
+        axis_name = letter.lower()
+        seen = state.rotary.get(axis_name, 0.0) - state.rotary_shift(axis_name)
+        angles[axis_name] = angles.get(axis_name, 0.0) + seen - block.words[letter][0]
+    _set_g92(run, (offset[0], offset[1], offset[2]), (offset_sim[0], offset_sim[1], offset_sim[2]))
+    state.rotary_g92 = state.rotary_saved = angles
+
+
+def local(run: Run, word: Word | None) -> None:
+    """G52: the offset itself; it shares its registers with G92, as in the reference control."""
+    block, state = run.block, run.state
+    if not block.axes:
+        raise run.fail("E371", word, "G52 without an axis word")
+    offset, offset_sim = list(state.g92), list(state.g92_sim)
+    for axis, letter in enumerate(AXES):
+        value = block.value(letter)
+        if value is not None:
+            offset[axis] = offset_sim[axis] = value * state.scale
+    _set_g92(run, (offset[0], offset[1], offset[2]), (offset_sim[0], offset_sim[1], offset_sim[2]))
+
+
+def _set_g92(run: Run, offset: Point, offset_sim: Point) -> None:
+    state = run.state
+    state.g92, state.g92_sim = offset, offset_sim
+    state.g92_saved = offset, offset_sim
+    state.place_offsets()
+
+
+def g92(run: Run, code: int) -> None:
+    """G92.1 forgets the offset, G92.2 suspends it, G92.3 takes it back."""
+    state = run.state
+    if code == 923:
+        state.g92, state.g92_sim = state.g92_saved
+        state.rotary_g92 = state.rotary_saved
+    else:
+        state.g92 = state.g92_sim = ORIGIN
+        state.rotary_g92 = {}
+        if code == 921:
+            state.g92_saved = ORIGIN, ORIGIN
+            state.rotary_saved = {}
+    state.place_offsets()
+
+
+def keep_reference(run: Run, code: int) -> None:
+    """G28.1, G30.1: the reference point is here."""
+    first, second = run.state.references
+    run.state.references = (run.state.sim, second) if code == 281 else (first, run.state.sim)
+
+
+def reference(run: Run, code: int) -> None:
+    """G28, G30: by the intermediate point to the reference point, with the axes named or with all."""
+    state, block = run.state, run.block
+    if state.compensation is not None:
+        raise run.fail("E359", block.g[0][1], f"{spell('G', code)} with cutter compensation on")
+    named = block.axes + block.rotary
+    run.emit(Motion.RAPID, *run.target(), None, rotary=run.rotary_target())
+    home = state.references[0 if code == 280 else 1]
+    sim, machine = list(state.sim), list(state.machine)
+    for axis, letter in enumerate(AXES):
+        if letter in named or not named:
+            sim[axis], machine[axis] = home[axis], home[axis] + state.start_offset[axis]
+    turned = {axis: 0.0 if axis.upper() in named or not named else v for axis, v in state.rotary.items()}
+    run.emit(
+        Motion.RAPID, (sim[0], sim[1], sim[2]), (machine[0], machine[1], machine[2]), None, rotary=turned
+    )

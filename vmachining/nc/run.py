@@ -1,0 +1,243 @@
+"""One block on its way: where its words lead, its feed, and the moves it makes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Final
+
+from vmachining.nc.block import Block, Problem
+from vmachining.nc.compensation import CompensationError
+from vmachining.nc.lexer import Word
+from vmachining.nc.model import Motion, Move, Point
+from vmachining.nc.settings import Settings
+from vmachining.nc.state import State
+from vmachining.nc.vectors import add, subtract
+
+__all__ = ["BlockError", "Run"]
+
+SLOWEST_MM_MIN: Final = 0.1
+"""Feed of a G93 move without length, the floor of the reference control: a feed is never zero."""
+
+
+class BlockError(Exception):
+    """The block cannot be executed."""
+
+    def __init__(self, problem: Problem) -> None:
+        super().__init__(problem.message)
+        self.problem = problem
+
+
+class Run:
+    """A block being executed on a state that may be thrown away."""
+
+    __slots__ = ("block", "line", "moves", "n", "settings", "state", "warnings")
+
+    def __init__(self, block: Block, state: State, line: int, n: int | None, settings: Settings) -> None:
+        self.block, self.state, self.line, self.n, self.settings = block, state, line, n, settings
+        self.moves: list[Move] = []
+        self.warnings: list[Problem] = []
+
+    def fail(self, code: str, word: Word | None, message: str, hint: str = "") -> BlockError:
+        """What to raise."""
+        return BlockError(Problem(code, word, message, hint))
+
+    def warn(self, code: str, word: Word | None, message: str) -> None:
+        """Record a warning."""
+        self.warnings.append(Problem(code, word, message))
+
+    # ---- where to ----
+
+    def place(self, values: Mapping[int, float]) -> tuple[Point, Point]:
+        """Simulation frame and machine coordinates of a point; values : mm, program coordinates, by axis.
+
+        Axes that are not named stay where they are, in each of the two worlds.
+        """
+        state = self.state
+        if state.rotation == 0.0:
+            sim, machine = list(state.sim), list(state.machine)
+            for axis, value in values.items():
+                sim[axis] = value + state.to_sim[axis]
+                machine[axis] = value + state.to_machine[axis]
+            return (sim[0], sim[1], sim[2]), (machine[0], machine[1], machine[2])
+        here, there = list(state.tip_program), list(state.program)
+        for axis, value in values.items():
+            here[axis] = there[axis] = value
+        return (
+            add(state.turned((here[0], here[1], here[2])), state.to_sim),
+            add(state.turned((there[0], there[1], there[2])), state.to_machine),
+        )
+
+    def target(self) -> tuple[Point, Point]:
+        """Where the axis words lead."""
+        block, state = self.block, self.state
+        given = {axis: block.words[letter][0] for axis, letter in enumerate("XYZ") if letter in block.axes}
+        if block.polar:
+            return self.place(self.polar_target())
+        if state.absolute:
+            return self.place({axis: value * state.scale for axis, value in given.items()})
+        if state.rotation == 0.0:
+            sim, machine = list(state.sim), list(state.machine)
+            for axis, value in given.items():
+                sim[axis] += value * state.scale
+                machine[axis] += value * state.scale
+            return (sim[0], sim[1], sim[2]), (machine[0], machine[1], machine[2])
+        steps = [given.get(axis, 0.0) * state.scale for axis in range(3)]
+        step = state.turned((steps[0], steps[1], steps[2]))
+        return add(state.sim, step), add(state.machine, step)
+
+    def polar_target(self) -> dict[int, float]:
+        """`@` distance from the origin of the work offset, `^` angle from +X; in G91 both are steps."""
+        block, state = self.block, self.state
+        here = state.program
+        distance, angle = block.value("@"), block.value("^")
+        radius, theta = math.hypot(here[0], here[1]), math.atan2(here[1], here[0])
+        if state.absolute:
+            radius = radius if distance is None else distance * state.scale
+            theta = theta if angle is None else math.radians(angle)
+        else:
+            radius += (distance or 0.0) * state.scale
+            theta += math.radians(angle or 0.0)
+        out = {0: radius * math.cos(theta), 1: radius * math.sin(theta)}
+        depth = block.value("Z")
+        if depth is not None:
+            out[2] = depth * state.scale + (0.0 if state.absolute else here[2])
+        return out
+
+    def rotary_target(self) -> dict[str, float]:
+        """Machine degrees of the rotary axes behind the block; axes that were never named are left out."""
+        block, state = self.block, self.state
+        out = dict(state.rotary)
+        for letter in block.rotary:
+            axis, value = letter.lower(), block.words[letter][0]
+            base = state.rotary_shift(axis) if state.absolute else out.get(axis, 0.0)
+            out[axis] = value + base
+        return out
+
+    # ---- how fast ----
+
+    def feed_is_missing(self) -> bool:
+        """Whether a feed move would be refused."""
+        return not self.state.feed or (self.state.feed_mode == 950 and self.state.rpm == 0.0)
+
+    def feed(self, length: float) -> float:
+        """Feed in mm/min along a path of this length."""
+        state = self.state
+        if not state.feed:
+            what = (
+                "inverse time (G93) wants F in every feed block"
+                if state.feed_mode == 930
+                else "a feed move without feed"
+            )
+            raise self.fail("E301", self.block.word("F") or self.block.culprit(), what)
+        if state.feed_mode == 930:
+            feed = max(state.feed * length, SLOWEST_MM_MIN)
+        elif state.feed_mode == 950:
+            feed = state.feed * abs(state.rpm)
+            if feed == 0.0:
+                what = "feed per revolution (G95) with the spindle stopped"
+                raise self.fail("E301", self.block.culprit(), what)
+        else:
+            feed = state.feed
+        if state.direction == 0 and not state.warned_stopped:
+            state.warned_stopped = True
+            self.warn("W501", self.block.culprit(), "a feed move while the spindle is stopped")
+        return feed
+
+    # ---- the moves ----
+
+    def rapid(self, values: Mapping[int, float]) -> None:
+        """Rapid to program coordinates."""
+        self.emit(Motion.RAPID, *self.place(values), None)
+
+    def cut(self, values: Mapping[int, float]) -> None:
+        """Feed to program coordinates."""
+        sim, machine = self.place(values)
+        self.emit(Motion.LINEAR, sim, machine, self.feed(math.dist(self.state.sim, sim)))
+
+    def dwell(self, seconds: float) -> None:
+        """Stand still."""
+        self.emit(Motion.DWELL, self.state.sim, self.state.machine, None, dwell_s=seconds)
+
+    def emit(
+        self,
+        motion: Motion,
+        sim: Point,
+        machine: Point,
+        feed: float | None,
+        *,
+        center: tuple[float, float] | None = None,
+        turns: int = 0,
+        dwell_s: float = 0.0,
+        rotary: dict[str, float] | None = None,
+    ) -> None:
+        """Add a move and go there. Cutter compensation may hold it back, or move it."""
+        state = self.state
+        move = Move(
+            self.line,
+            self.n,
+            motion,
+            state.sim,
+            sim,
+            state.plane.name,
+            center,
+            turns,
+            feed,
+            state.tool,
+            state.rpm,
+            dwell_s,
+            machine,
+            state.seen(subtract(machine, state.to_machine)),
+        )
+        if rotary or state.rotary or state.tcp:
+            move = self._with_rotary(move, state.rotary if rotary is None else rotary)
+        if state.tip is not None:
+            move = _from_tip(move, state.tip)
+            if motion is not Motion.DWELL:
+                state.tip = None
+        state.sim, state.machine = sim, machine
+        if state.compensation is None:
+            self.moves.append(move)
+            return
+        try:
+            step = state.compensation.accept(move, state.feed if state.feed_mode == 940 else None)
+        except CompensationError as exc:
+            raise self.fail(exc.code, self.block.culprit(), str(exc)) from None
+        state.compensation = step.after
+        self.moves.extend(step.moves)
+        for text in step.warnings:
+            self.warn("W353", self.block.culprit(), text)
+
+    def _with_rotary(self, move: Move, rotary: Mapping[str, float]) -> Move:
+        """The fields of the rotary axes; feeds of blocks that only turn are degrees per minute."""
+        state = self.state
+        start = {axis: state.rotary.get(axis, 0.0) for axis in rotary}
+        turned = max((abs(rotary[axis] - start[axis]) for axis in rotary), default=0.0)
+        duration = None
+        if turned > 0.0 and move.feed_mm_min is not None and state.feed:
+            if state.feed_mode == 930:
+                duration = 60.0 / state.feed
+            elif move.start == move.end:
+                unit = state.scale if state.feed_mode == 940 else 1.0  # F counts degrees, whatever the unit
+                duration = 60.0 * turned / (move.feed_mm_min / unit)
+        state.rotary = rotary
+        return move._replace(
+            rotary_start=start,
+            rotary_deg=rotary,
+            rotary_program={axis: value - state.rotary_shift(axis) for axis, value in rotary.items()},
+            tcp=state.tcp,
+            duration_s=duration,
+        )
+
+
+def _from_tip(move: Move, tip: Point) -> Move:
+    """The move as it starts beside the programmed point; a dwell stays there."""
+    if move.motion is not Motion.DWELL:
+        return move._replace(start=tip)
+    aside = subtract(tip, move.end)
+    return move._replace(
+        start=tip,
+        end=tip,
+        end_machine=add(move.end_machine, aside),
+        end_program=add(move.end_program, aside),
+    )
