@@ -31,8 +31,8 @@ Source: volume of a convex body plus segment by Minkowski and Cauchy (shadow as 
 the rest is derived in the docstrings. Departures: rays do not march with the distance. Near a tangent
 marching takes 1 / depth steps, while grown chords keep their cost and prove what they leave out.
 
-Known limits: where the axis turns there are boxes and parts, but no rays, distances or volumes. No closed
-volume for arcs about x or y, for helices that come back to where they were (a full turn), and for bodies that
+Known limits: no volume where the axis turns, and none
+ for arcs about x or y, for helices that come back to where they were (a full turn), and for bodies that
 are not convex unless they move horizontally or, without a waist, along their axis. Distances inside are the
 largest depth in one pose and one convex piece, a lower bound of the depth below the surface of the sweep.
 Curved motions are slow: a ray takes about 1 us on level moves, plunges and (upright rays only) horizontal

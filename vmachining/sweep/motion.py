@@ -15,6 +15,8 @@ from vmachining.geometry import Arc, Line, Path
 from vmachining.sweep import _kernels
 from vmachining.sweep.bounds import body_bounds
 from vmachining.sweep.pose import Pose, tip, tool_frame, unit_axis
+from vmachining.sweep.turned import Packed, meridian_rows, pack
+from vmachining.sweep.turned import _kernels as turned
 from vmachining.sweep.turning import Turn
 from vmachining.sweep.volume import swept_volume
 from vmachining.tolerance import ANGLE_EPS
@@ -76,7 +78,7 @@ class Sweep:
 
     profile: Profile
     path: Motion
-    _packed: _Packed | None = field(repr=False)
+    _packed: _Packed | Packed = field(repr=False)
 
     def __init__(self, tool: Body, start: Place, end: Place) -> None:
         self._fill(tool, _between(start, end))
@@ -101,8 +103,11 @@ class Sweep:
             raise SweepError(f"tool must be a cutter or a Profile, got {type(tool).__name__}")
         object.__setattr__(self, "profile", profile)
         object.__setattr__(self, "path", path)
-        packed = None if isinstance(path, Turn) else _pack(convex_cover(profile), path)
-        object.__setattr__(self, "_packed", packed)
+        cover = convex_cover(profile)
+        if isinstance(path, Turn):
+            object.__setattr__(self, "_packed", pack(cover, path.tip_series, path.axis_series, path.start))
+        else:
+            object.__setattr__(self, "_packed", _pack(cover, path))
 
     def upright(self) -> tuple[Sweep, Floats] | None:
         """The same sweep seen from a tool whose axis keeps its direction, None if the axis turns.
@@ -170,19 +175,22 @@ class Sweep:
         SweepError
             Points of a wrong shape or not finite.
         """
-        where = _points(points, "points")
-        if self._packed is None:
-            plain, frame = self._plain()
-            return plain.signed_distance(where @ frame.T)
-        where = where - self.path.start
-        p = self._packed
-        out = np.empty(len(where))
-        _kernels.distances(p.seg, p.first, p.path, p.flat, p.parts, where, p.tol, out)
-        return out
+        return self._distances(points, -np.inf)
 
     def contains(self, points: ArrayLike, *, slack: float = 0.0) -> Bools:
         """(n,) bool: whether points lie in the sweep, or within `slack` mm of it."""
-        return np.asarray(self.signed_distance(points) <= slack)
+        return np.asarray(self._distances(points, slack) <= slack)
+
+    def _distances(self, points: ArrayLike, level: float) -> Floats:
+        """`signed_distance`; with a finite level only on which side of it a point lies, if the axis turns."""
+        where = _points(points, "points") - self.path.start
+        p = self._packed
+        out = np.empty(len(where))
+        if isinstance(p, Packed):
+            turned.distances(p.seg, p.ends, p.limits, p.waves, where, p.tol, level, out)
+        else:
+            _kernels.distances(p.seg, p.first, p.path, p.flat, p.parts, where, p.tol, out)
+        return out
 
     def ray_intervals(self, origins: ArrayLike, directions: ArrayLike) -> RayIntervals:
         """Where whole lines are inside the sweep.
@@ -205,6 +213,7 @@ class Sweep:
 
         Notes
         -----
+        A turning axis: see `vmachining.sweep.turned`; what could be missed is less than 1e-11 mm deep.
         Straight motions: one interval per convex piece, by Newton's method on a convex function, nothing can
         be missed. Arcs and helices: chords grown by their sagitta contain the motion and are split until they
         add less than 1e-11 mm; a chord or a gap that is less than 1e-11 mm deep at a tangent point, that is
@@ -221,35 +230,27 @@ class Sweep:
             raise SweepError(f"directions: row {int(np.argmin(size))} has length zero")
         unit = heading / size[:, None]
         unit = np.where(np.abs(unit) < 1e-300, 0.0, unit)
-        if self._packed is None:
-            plain, frame = self._plain()
-            return plain.ray_intervals(where @ frame.T, unit @ frame.T)
         found = [
             self._rays(where[k : k + CHUNK] - self.path.start, unit[k : k + CHUNK])
             for k in range(0, len(where), CHUNK)
         ] or [RayIntervals(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0))]
         return RayIntervals(*(np.concatenate(column) for column in zip(*found, strict=True)))
 
-    def _plain(self) -> tuple[Sweep, Floats]:
-        """`upright`, or a refusal."""
-        plain = self.upright()
-        if plain is None:
-            raise SweepError(
-                "rays and distances are not supported for a tool axis that turns in this version",
-                remedy="use a block whose axis keeps its direction",
-            )
-        return plain
-
     def _rays(self, origins: Floats, directions: Floats) -> RayIntervals:
         p = self._packed
-        assert p is not None
-        capacity = 4 + 2 * len(p.size) * (1 + p.parts // 6)
+        parts = 3 if isinstance(p, Packed) else len(p.size) * (1 + p.parts // 6)
+        capacity = 4 + 2 * parts
         while True:
             lo, hi = np.full((2, len(origins), capacity), np.nan)
             counts = np.zeros(len(origins), dtype=np.int64)
-            _kernels.rays(
-                p.seg, p.first, p.size, p.path, p.flat, p.parts, origins, directions, p.tol, counts, lo, hi
-            )
+            if isinstance(p, Packed):
+                turned.rays(
+                    p.seg, p.planes, p.arcs, p.ends, p.limits, p.waves, origins, directions, p.tol, counts, lo, hi
+                )  # fmt: skip
+            else:
+                _kernels.rays(
+                    p.seg, p.first, p.size, p.path, p.flat, p.parts, origins, directions, p.tol, counts, lo, hi
+                )  # fmt: skip
             if (counts >= 0).all():
                 break
             capacity *= 4
@@ -275,7 +276,7 @@ def _pack(pieces: Sequence[Profile], path: Path) -> _Packed:
     still = isinstance(path, Line) or path.angle == 0.0 or path.radius == 0.0
     if still and not travel[:2].any():
         pieces, travel = [piece.extruded(float(travel[2])) for piece in pieces], np.zeros(3)
-    seg = [_rows(piece) for piece in pieces]
+    seg = [meridian_rows(piece) for piece in pieces]
     first = np.cumsum([0, *(len(s) for s in seg)])
     size = np.array([(p.max_radius, p.z_min, p.z_max) for p in pieces])
     row = np.zeros(10)
@@ -293,23 +294,6 @@ def _pack(pieces: Sequence[Profile], path: Path) -> _Packed:
     extent = float(max(np.abs([low, high]).max(), np.abs(size).max()))
     tol = max(ULPS * float(np.finfo(float).eps) * extent, 1e-14)
     return _Packed(np.concatenate(seg), first, size, row, flat, parts, tol)
-
-
-def _rows(piece: Profile) -> Floats:
-    """(k, 10) segments of one convex meridian, with its discs."""
-    out = []
-    r, z = piece.points[0]
-    if r > 0:
-        out.append((0.0, z, r, z, 0.0, 0.0, 0.0, 0.0, -1.0, r))
-    for s in piece.segments:
-        middle = 0.5 * sum(s.beta)
-        length = float(np.hypot(s.r1 - s.r0, s.z1 - s.z0))
-        center = (s.cr, s.cz) if s.is_arc else (0.0, 0.0)
-        out.append((*s[:4], *center, s.radius, float(np.cos(middle)), float(np.sin(middle)), length))
-    r, z = piece.points[-1]
-    if r > 0:
-        out.append((r, z, 0.0, z, 0.0, 0.0, 0.0, 0.0, 1.0, r))
-    return np.array(out, dtype=np.float64)
 
 
 def _between(start: Place, end: Place) -> Line | Turn:
