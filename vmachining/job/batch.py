@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import multiprocessing
+import os
 import re
 import signal
 import threading
@@ -62,11 +63,31 @@ def already_complete(job: Job, folder: Path) -> dict[str, Any] | None:
     return summary
 
 
+STOP: list[Any] = []
+"""In a worker: the event that is set once the user wants to stop."""
+
+
+def _begin(stop: Any) -> None:
+    """Start of a worker. It ends with its parent: a killed batch must not leave somebody behind who writes
+    into directories that a resumed batch writes into."""
+    STOP.append(stop)
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def watch() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
 def _one(file: str, folder: str, formats: tuple[str, ...], resume: bool) -> dict[str, Any]:
     """One job in a worker process; never raises what the user can cause."""
     row: dict[str, Any] = dict.fromkeys(BATCH_COLUMNS)
     row |= {"job": file, "out": folder, "status": "failed", "exit_code": 3, "message": ""}
     try:
+        if STOP and STOP[0].is_set():
+            raise Stopped("batch", 0, 1)
         job = Job.load(file)
         row["name"] = job.name
         summary = already_complete(job, Path(folder)) if resume else None
@@ -91,6 +112,23 @@ def _one(file: str, folder: str, formats: tuple[str, ...], resume: bool) -> dict
     return row
 
 
+def _pool(stop: Any) -> ProcessPoolExecutor:
+    return ProcessPoolExecutor(1, mp_context=SPAWN, initializer=_begin, initargs=(stop,))
+
+
+@contextmanager
+def _deaf() -> Iterator[None]:
+    """Processes started in here ignore Ctrl-C until a simulation listens: loading modules cannot be stopped."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
 def _folders(files: Sequence[Path], out: Path) -> list[Path]:
     """out/NAME per job; jobs of one name get a number, in the order given."""
     seen: dict[str, int] = {}
@@ -106,13 +144,17 @@ def _folders(files: Sequence[Path], out: Path) -> list[Path]:
 
 
 @contextmanager
-def _pass_on_signals() -> Iterator[threading.Event]:
-    """Ctrl-C reaches the workers by itself (one process group); SIGTERM is passed on to them."""
+def _pass_on_signals(told: Any) -> Iterator[threading.Event]:
+    """Ctrl-C reaches the workers by itself (one process group); SIGTERM is passed on to them.
+
+    told : set for workers that do not listen yet.
+    """
     stop = threading.Event()
     before: dict[int, Any] = {}
 
     def handler(number: int, frame: FrameType | None) -> None:
         stop.set()
+        told.set()
         if number == signal.SIGTERM:
             for child in multiprocessing.active_children():
                 child.terminate()
@@ -153,14 +195,18 @@ def run_many(
     running: dict[Future[dict[str, Any]], tuple[int, ProcessPoolExecutor]] = {}
     idle: list[ProcessPoolExecutor] = []
     done = 0
-    with _pass_on_signals() as stop:
+    told = SPAWN.Event()
+    with _pass_on_signals(told) as stop:
         try:
             while running or (waiting and not stop.is_set()):
                 while waiting and len(running) < workers and not stop.is_set():
                     index = waiting.pop(0)
                     # one process per pool: a process that dies takes no other job with it
-                    pool = idle.pop() if idle else ProcessPoolExecutor(1, mp_context=SPAWN)
-                    future = pool.submit(_one, str(files[index]), str(folders[index]), tuple(formats), resume)
+                    pool = idle.pop() if idle else _pool(told)
+                    with _deaf():
+                        future = pool.submit(
+                            _one, str(files[index]), str(folders[index]), tuple(formats), resume
+                        )
                     running[future] = index, pool
                 finished, _ = wait(running, timeout=0.5, return_when=FIRST_COMPLETED)
                 for future in finished:

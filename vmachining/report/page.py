@@ -104,8 +104,12 @@ def _tools(result: RunResult, blocks: pl.DataFrame) -> list[tuple[str, ...]]:
     known = {tool["number"]: tool for tool in result.job.keys.tools}
     scheduled = result.schedule is not None
     groups = [(number, blocks.filter(pl.col("tool") == number)) for number in sorted(known)]
+    s = result.summary
+    whole = (s["removed_hi_mm3"] - s["removed_lo_mm3"]) / 2  # narrower than the sum of the blocks
+    if len(groups) == 1:
+        return [(_tool_name(known[groups[0][0]]), *_sums(blocks, scheduled, whole))]
     rows = [(_tool_name(known[number]), *_sums(part, scheduled)) for number, part in groups]
-    return [*rows, ("all", *_sums(blocks, scheduled))] if len(rows) > 1 else rows
+    return [*rows, ("all", *_sums(blocks, scheduled, whole))]
 
 
 def _tool_name(keys: dict[str, Any]) -> str:
@@ -115,16 +119,17 @@ def _tool_name(keys: dict[str, Any]) -> str:
     return f"T{keys['number']} {keys['type']}{size}{corner}{name}"
 
 
-def _sums(rows: pl.DataFrame, scheduled: bool) -> tuple[str, ...]:
+def _sums(rows: pl.DataFrame, scheduled: bool, half: float | None = None) -> tuple[str, ...]:
     cut = rows.filter(pl.col("removed_mm3") > 0)
-    half = float((rows["removed_hi_mm3"] - rows["removed_lo_mm3"]).sum()) / 2
+    if half is None:
+        half = float((rows["removed_hi_mm3"] - rows["removed_lo_mm3"]).sum()) / 2
     largest = float(cut["mrr_mm3_min"].fill_null(0.0).max() or 0.0) if len(cut) else 0.0  # type: ignore[arg-type]
     times = ["time_s", "scheduled_time_s"] if scheduled else ["time_s"]
     return (
         _number(len(cut)),
         f"{float(cut['length_mm'].sum()):,.1f}".replace(",", "\u202f"),
         _number(float(rows["removed_mm3"].sum()), 7),
-        f"{half:.2g}",
+        _number(half, 2),
         _number(largest, 5),
         *(f"{float(rows[name].sum()):,.1f}".replace(",", "\u202f") for name in times),
     )
