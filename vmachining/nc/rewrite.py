@@ -9,8 +9,9 @@
 4. A feed in the program is never above the one asked for: rounded down to 0.1 mm/min, in inch programs to
    0.0001 in/min, per revolution to 1e-6, in inverse time (G93, an F on every line) to seven digits.
    There the written points round the length of a piece, so its feed can be above by a share of 1e-5.
-5. Left alone: canned cycles, G53 blocks, feed per revolution with the spindle stopped
-   (`Rewritten.untouched`). Not cut, and given their smallest feed: `Rewritten.unsplit`.
+5. Left alone: canned cycles, G53 blocks, feed per revolution with the spindle stopped, degrees per minute,
+   everything that does not run once in the order of the file (`rewrite_regions.py`), and dialects other than
+   iso and mts (`Rewritten.untouched`). Not cut, and given their smallest feed: `Rewritten.unsplit`.
 
 An F word that stands in one block with G20 or G21 is in the units before the block, as `read_program` has it.
 """
@@ -29,6 +30,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from vmachining.errors import FeedError, NCError
 from vmachining.nc.lexer import MAX_LINE, LexedLine, Word, lex_line
 from vmachining.nc.rewrite_pieces import LineEdit, Modes, Pieces, move_path, number_text, split_block
+from vmachining.nc.rewrite_regions import find_regions
 from vmachining.tolerance import LENGTH_EPS_MM
 
 if TYPE_CHECKING:
@@ -89,6 +91,9 @@ def rewrite_feeds(program: Program, edits: Mapping[int, BlockEdit]) -> Rewritten
         A feed that is not positive, or ends that do not rise to 1.
     """
     program.require_clean(allow={"E401"})
+    if program.dialect not in ("iso", "mts"):
+        count = sum(1 for m in LINES.finditer(_decode(program.data)[2]) if m[0])
+        return Rewritten(program.data, tuple(range(1, count + 1)), (), tuple(sorted(edits)))
     for line, edit in edits.items():
         _check(edit, line)
     return _Rewriter(program, edits).run()
@@ -149,14 +154,18 @@ class _Rewriter:
         self.modes, self.modal = Modes(), _Modal()
         self.deletes = self._deletes()
         self.first, self.last = self._tape()
+        self.regions = find_regions(self.lexed, self.first, self.last)
+        self.rotated = any(
+            {"R"} <= {word.letter for word in lexed.words}
+            and any(word.letter == "G" and word.value == 10.0 for word in lexed.words)
+            for lexed in self.lexed
+        )
+        self.edited: tuple[Move, ...] = ()
         self.unsplit: list[int] = []
         self.untouched: list[int] = []
 
     def run(self) -> Rewritten:
         for line in self.edits:
-            # the feed in force is followed in file order, which must be the order of execution
-            if any(b - a != 1 for a, b in pairwise(self.runs.get(line, ()))):
-                raise NCError("a line that runs several times", file=self.program.name, line=line)
             if not self._cutting(line):
                 raise NCError("no feed motion to give a feed to", file=self.program.name, line=line)
         out: list[str] = []
@@ -203,6 +212,8 @@ class _Rewriter:
         if not self.first <= line <= self.last or (lexed.block_delete and self.deletes):
             return [lexed.text]
         before, self.modes = self.modes, self.modes.after(lexed)
+        if line in self.regions.closed or line in self.regions.gates:
+            return self._closed(line, lexed, before)
         if before.feed != self.modes.feed:
             self.modal.forget()
         feed_word = next((word for word in lexed.words if word.letter == "F"), None)
@@ -215,6 +226,19 @@ class _Rewriter:
             texts = [self._kept(lexed, feed_word, self._cutting(line), before.unit)]
         if before.unit != self.modes.unit:
             self.modal.forget()
+        return texts
+
+    def _closed(self, line: int, lexed: LexedLine, before: Modes) -> list[str]:
+        """A line that is left alone; where it opens a region, behind the original F if another is in force."""
+        texts = [lexed.text]
+        if line in self.regions.gates and not self.modal.synced and before.feed != 93 and self.edited:
+            move = self.edited[0]
+            number = self._number(move, move.feed_mm_min or 0.0, 0.0, before.unit)
+            if number is not None:
+                texts.insert(0, "F" + self._restored(number))
+        self.modal.synced, self.modal.was, self.modal.now = True, None, None
+        if line in self.edits:
+            self.untouched.append(line)
         return texts
 
     def _kept(self, lexed: LexedLine, feed_word: Word | None, cutting: Sequence[Move], unit: float) -> str:
@@ -255,10 +279,13 @@ class _Rewriter:
             return None
         if inverse and (len(moves) > 1 or feed_word is None):
             return None
+        if not inverse and any(move.duration_s is not None for move in moves):
+            return None
+        self.edited = tuple(cutting)
         pieces = None
         if len(edit.ends) > 1:
             # the F of new lines would be in other units than the F of this one
-            if len(moves) == 1 and unit == self.modes.unit:
+            if len(moves) == 1 and unit == self.modes.unit and not self.rotated:
                 pieces = split_block(lexed, moves[0], self.modes, edit.ends)
             if pieces is None:
                 self.unsplit.append(edit.line)

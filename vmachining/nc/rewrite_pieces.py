@@ -87,13 +87,13 @@ class Modes:
         """Modes in force for the motion of this line."""
         now = self
         codes = {word.value for word in lexed.words if word.letter == "G"}
-        for code, change in _MODE_CHANGES.items():
+        for code, change in MODE_CHANGES.items():
             if code in codes:
                 now = replace(now, **change)  # type: ignore[arg-type]
         return now
 
 
-_MODE_CHANGES: Final[dict[float, dict[str, float | bool | int]]] = {
+MODE_CHANGES: Final[dict[float, dict[str, float | bool | int]]] = {
     20.0: {"unit": 25.4}, 21.0: {"unit": 1.0}, 90.0: {"absolute": True}, 91.0: {"absolute": False},
     90.1: {"absolute_centers": True}, 91.1: {"absolute_centers": False},
     93.0: {"feed": 93}, 94.0: {"feed": 94}, 95.0: {"feed": 95},

@@ -1,0 +1,95 @@
+"""Lines that run often, or that make many moves, keep the feeds that they had."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from readback import check, read, rewrite
+
+from vmachining.errors import NCError
+from vmachining.nc import ToolEntry
+from vmachining.nc.rewrite import BlockEdit, rewrite_feeds
+
+HEAD = "G21 G90 S100 M3\nG0 X0 Y0 Z5\nF100 G1 Z0\n"
+
+
+def test_a_loop_runs_with_the_feed_it_had():
+    text = HEAD + "G1 X10\no1 repeat [3]\nG1 Y[1 + #<_y>]\no1 endrepeat\nG1 X0\nM2\n"
+    again, written = rewrite(text, {4: (40.0,), 6: (50.0,), 8: (60.0,)})
+    assert written.untouched == (6,)
+    assert b"X10 F40.0\nF100.0\no1 repeat" in written.data
+    assert [m.feed_mm_min for m in again.moves if m.feed_mm_min] == [100, 40, 100, 100, 100, 60]
+
+
+def test_subprograms_are_left_alone_wherever_they_are_called():
+    text = HEAD + "o<a> sub\nG1 X[#1]\no<a> endsub\nG1 X10\no<a> call [7]\nG1 Y5\no<a> call [8]\nG1 Y6\nM2\n"
+    again, written = rewrite(text, {5: (9.0,), 7: (30.0,), 9: (40.0,)})
+    assert written.untouched == (5,)
+    assert [m.feed_mm_min for m in again.moves if m.feed_mm_min] == [100, 30, 100, 40, 100, 100]
+
+
+def test_a_subprogram_behind_the_end():
+    text = HEAD + "G1 X10\nM98 P7 L2\nG1 X20\nM30\nO7\nG1 Z-1\nZ0\nM99\n"
+    again, written = rewrite(text, {4: (30.0,), 6: (40.0,), 9: (50.0,)})
+    assert written.untouched == (9,)
+    assert [m.feed_mm_min for m in again.moves if m.feed_mm_min] == [100, 30, *[100] * 4, 40]
+
+
+def test_a_body_that_changes_modes_closes_the_program():
+    text = HEAD + "G1 X10\no1 if [1]\nG91 G1 X1\no1 endif\nG90 G1 X0\nM2\n"
+    program = read(text)
+    written = rewrite_feeds(program, {4: BlockEdit(4, (30.0,), (1.0,))})
+    assert written.data == program.data and written.untouched == (4,)
+
+
+@pytest.mark.parametrize("code", ["G81 X1 Z-3 R2", "G83 Q1 X1 Z-3 R2", "G85 X1 Z-3 R2", "G89 P1 X1 Z-3 R2"])
+def test_cycles_are_left_alone(code):
+    text = HEAD + f"G1 X4\nG98 {code}\nX9\nG80\nG1 X2\nM2\n"
+    _, written = rewrite(text, {4: (30.0,), 5: (40.0,), 6: (50.0,), 8: (60.0,)})
+    assert written.untouched == (5, 6)
+
+
+def test_compensated_blocks_get_one_feed_and_are_not_cut():
+    text = "F100 G41.1 D6 G1 X20\nY20\nX0\nG1 Y-20\nG40 Y-40\nX20 Y-50\nM2\n"
+    _, written = rewrite("G21 S1 M3\n" + text, {3: (30.0, 40.0), 4: (50.0,), 7: (20.0, 30.0)})
+    assert written.unsplit == (3,)
+
+
+def test_nothing_is_cut_under_rotated_coordinates():
+    text = HEAD + "G10 L2 P1 R30\nG1 X40 Y10\nG1 X0 Y0\nM2\n"
+    _, written = rewrite(text, {5: (30.0, 50.0)})
+    assert written.unsplit == (5,)
+
+
+def test_tables_and_cutter_location_files_are_not_rewritten():
+    data = "x_mm,y_mm,z_mm,feed_mm_min\n0,0,0,5\n1,0,0,5\n"
+    program = read(data, dialect="poses")
+    written = rewrite_feeds(program, {3: BlockEdit(3, (2.0,), (1.0,))})
+    assert written.data == program.data and written.untouched == (3,) and len(written.source_line) == 3
+
+
+PIECES = st.sampled_from(
+    ["G1 X{}", "G1 Y{} F70", "G0 X{}", "G1 X{} Y{}", "G81 X{} Z-2 R2", "o{} repeat [2]", "G2 X{} I4 J4 F30",
+     "o<s> call [{}]", "G41.1 D1 G1 X{}", "G40 G1 X-50 Y{}", "F{}", "M98 P77"]
+)  # fmt: skip
+
+
+@given(pieces=st.lists(st.tuples(PIECES, st.integers(1, 99)), max_size=12), data=st.data())
+@settings(max_examples=200, deadline=None)
+def test_any_mixture_reads_back(pieces, data):
+    lines, depth = (HEAD + "o<s> sub\nG1 Z[-#1]\no<s> endsub").split("\n"), []
+    for text, number in pieces:
+        lines.append(text.format(number, number + 1) if "repeat" not in text else f"o{len(lines)} repeat [2]")
+        if "repeat" in text:
+            depth.append(len(lines) - 1)
+    lines += [f"o{k} endrepeat" for k in reversed(depth)]
+    text = "\n".join([*lines, "M30", "O77", "G1 Y[#<_y>+1]", "M99", ""])
+    try:
+        program = read(text, tools={0: ToolEntry(0, 1.0, 0.0)}, max_steps=500)
+    except NCError:  # a wrong program is not rewritten
+        return
+    feeds = sorted({m.line for m in program.moves if m.feed_mm_min is not None})
+    chosen = data.draw(st.lists(st.sampled_from(feeds), unique=True)) if feeds else []
+    edits = {k: BlockEdit(k, (float(data.draw(st.integers(5, 300))),), (1.0,)) for k in chosen}
+    check(program, edits, tools={0: ToolEntry(0, 1.0, 0.0)}, max_steps=500)
