@@ -7,6 +7,7 @@
 | `screen.py` | progress bar and messages on stderr, JSON on stdout |
 | `jobs.py` | run, batch, demo |
 | `nc.py`, `single.py` | nc check, nc moves; sweep |
+| `dda.py` | dda |
 
 Exit codes: 0 done, 1 findings, 2 bad usage or input, 3 a bug of ours, 130 interrupted.
 """

@@ -175,6 +175,38 @@ def sweep(
     return single.sweep(file, chord=chord, as_json=as_json)
 
 
+@app.command(epilog="Example: vmachining dda part.nc --blu 0.01 --out pulses.csv --plot pulses.html")
+def dda(
+    program: ProgramArg,
+    blu: Annotated[float, typer.Option("--blu", metavar="MM", help="Length of one pulse.")] = 0.02,
+    register: Annotated[int, typer.Option("--register", metavar="N", help="Register capacity.")] = 20_000,
+    mode: Annotated[
+        str, typer.Option("--mode", metavar="dda|s1", help="s1: the historical engraver, errors included.")
+    ] = "dda",
+    split: Annotated[
+        bool, typer.Option("--split", help="Cut lines that overflow the register instead of refusing them.")
+    ] = False,
+    max_rate: Annotated[
+        float | None, typer.Option("--max-rate", metavar="HZ", help="Pulse rate the drives can follow.")
+    ] = None,
+    dialect: Dialect = "iso",
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE", help="Pulse trains as .csv or .npz.")
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="FILE", help="Pulses and programmed path as .html.")
+    ] = None,
+    as_json: Json = False,
+) -> int:
+    """Pulse trains for stepping motors, feed rate numbers, clocks and deviations of every motion."""
+    from vmachining.cli import dda as room
+
+    return room.dda(
+        program, blu=blu, register=register, mode=mode, split=split, max_rate=max_rate, dialect=dialect, out=out,
+        plot=plot, as_json=as_json,
+    )  # fmt: skip
+
+
 @app.command(epilog="Example: vmachining bench --json")
 def bench(
     cases: Annotated[

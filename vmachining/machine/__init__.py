@@ -23,6 +23,7 @@ program lasts.
 | `deviation.py` | `tip_deviation`, `axis_deviation`, `pieces`, `straighten` |
 | `joint_limits.py` | `travel_overruns`, `joint_caps`, `tcp_caps`: what the joints allow |
 | `dda.py` | `line_train`, `arc_train`, `helix_train`, ...: pulses from adding registers |
+| `pulses.py` | `Interpolator`: paths as pulse blocks, feed rate numbers, clocks, files, plot |
 | `_kernels.py` | junction speeds, branch choice, registers |
 
 Equations
@@ -85,6 +86,15 @@ from vmachining.machine.orientation import (
     hexapod_omega,
 )
 from vmachining.machine.presets import PRESETS, preset
+from vmachining.machine.pulses import (
+    Interpolator,
+    PulseBlock,
+    feed_rate_number,
+    plot_pulses,
+    source_clock_hz,
+    write_csv,
+    write_npz,
+)
 from vmachining.machine.timing import BlockTimes, block_times, feed_path_ratio
 
 __all__ = [
@@ -93,6 +103,7 @@ __all__ = [
     "AxisDeviation",
     "BlockTimes",
     "FrameMachine",
+    "Interpolator",
     "JointMotion",
     "JointPath",
     "Jump",
@@ -100,6 +111,7 @@ __all__ = [
     "Machine",
     "MachineLimits",
     "Overrun",
+    "PulseBlock",
     "Rates",
     "Solutions",
     "TcpMotion",
@@ -117,6 +129,7 @@ __all__ = [
     "ca_rate",
     "derivative_bounds",
     "feed_path_ratio",
+    "feed_rate_number",
     "follow",
     "helix_train",
     "hexapod_matrix",
@@ -133,14 +146,18 @@ __all__ = [
     "nearest_arc",
     "path_peaks",
     "pieces",
+    "plot_pulses",
     "preset",
     "pulse_counts",
     "read_machine",
     "s1_quadrant_train",
+    "source_clock_hz",
     "straighten",
     "tcp_caps",
     "tcp_peaks",
     "tip_deviation",
     "travel_caps",
     "travel_overruns",
+    "write_csv",
+    "write_npz",
 ]

@@ -173,10 +173,7 @@ def arc_corners(start: ArrayLike, end: ArrayLike, *, ccw: bool, slack: float = 1
             remedy=f"they may differ by {slack:g} BLU",
         )
     way = 1 if ccw else -1
-    begin = math.atan2(s[1], s[0])
-    sweep = way * (math.atan2(e[1], e[0]) - begin) % (2 * math.pi)
-    if (s == e).all():
-        sweep = 2 * math.pi
+    begin, sweep = math.atan2(s[1], s[0]), lattice_sweep(s, e, ccw=ccw)
     size = math.floor(radius + 0.5)
     points = []
     for quarter in range(-8, 9):
@@ -185,6 +182,14 @@ def arc_corners(start: ArrayLike, end: ArrayLike, *, ccw: bool, slack: float = 1
         if 1e-12 < passed < sweep - 1e-12:
             points.append((passed, [(size, 0), (0, size), (-size, 0), (0, -size)][quarter % 4]))
     return np.array([s, *(point for _, point in sorted(points)), e], dtype=np.int64)
+
+
+def lattice_sweep(start: Ints, end: Ints, *, ccw: bool) -> float:
+    """rad in (0, 2 pi] between two points about the centre; equal points are a whole turn apart."""
+    if (start == end).all():
+        return 2 * math.pi
+    turn = math.atan2(end[1], end[0]) - math.atan2(start[1], start[0])
+    return (turn if ccw else -turn) % (2 * math.pi)
 
 
 def arc_train(

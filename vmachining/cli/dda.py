@@ -1,0 +1,142 @@
+"""dda: pulse trains of a program."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vmachining.cli.main import Code
+from vmachining.cli.screen import emit, note
+from vmachining.errors import InputError, KinematicsError
+from vmachining.geometry import Arc, Line
+from vmachining.job.blocks import move_path
+from vmachining.machine import Interpolator, PulseBlock, plot_pulses, write_csv, write_npz
+from vmachining.nc import Motion, Program, parse_program, read_program
+
+__all__ = ["dda"]
+
+
+def dda(
+    name: str,
+    *,
+    blu: float,
+    register: int,
+    mode: str,
+    split: bool,
+    max_rate: float | None,
+    dialect: str,
+    out: Path | None,
+    plot: Path | None,
+    as_json: bool,
+) -> int:
+    """`vmachining dda`."""
+    if out is not None and out.suffix.lower() not in (".csv", ".npz"):
+        raise InputError(f"--out {out}: want a name that ends in .csv or .npz")
+    if plot is not None and plot.suffix.lower() not in (".html", ".htm"):
+        raise InputError(f"--plot {plot}: want a name that ends in .html")
+    interpolator = Interpolator(blu_mm=blu, register=register, mode=mode, split=split, max_pulse_hz=max_rate)
+    if name == "-":
+        program = parse_program(sys.stdin.buffer.read(), "<stdin>", dialect=dialect)
+    else:
+        program = read_program(name, dialect=dialect)
+    program.require_clean(allow={"E401"})
+    paths, blocks = _interpolated(program, interpolator)
+    for block in blocks:
+        if as_json:
+            emit(_record(block))
+        else:
+            print(_told(block))
+    if out is not None:
+        if out.suffix.lower() == ".csv":
+            write_csv(out, blocks)
+        else:
+            write_npz(out, blocks, interpolator)
+    if plot is not None:
+        plot_pulses(plot, blocks, paths, blu)
+    summary = _summary(blocks, interpolator)
+    if as_json:
+        emit({"summary": summary})
+    else:
+        note(
+            f"{program.name}: {summary['blocks']} blocks, {summary['pulsing_ticks']} pulsing ticks, "
+            f"{summary['time_s']:.3f} s, at most {summary['deviation_blu']:.3f} BLU "
+            f"({summary['deviation_blu'] * blu:.4f} mm) off, {summary['beyond_limit']} blocks beyond their limit"
+        )
+    return Code.FINDINGS if summary["beyond_limit"] else Code.DONE
+
+
+def _interpolated(program: Program, interpolator: Interpolator) -> tuple[list[Line | Arc], list[PulseBlock]]:
+    paths: list[Line | Arc] = []
+    blocks: list[PulseBlock] = []
+    for move in program.moves:
+        if move.motion is Motion.DWELL:
+            continue
+        if getattr(move, "rotary_deg", None) != getattr(move, "rotary_start", None):
+            raise KinematicsError(
+                "a rotary axis moves", file=program.name, line=move.line, remedy="dda drives X, Y and Z"
+            )
+        path = move_path(move)
+        if not path.length:
+            continue
+        feed = None if move.motion is Motion.RAPID else move.feed_mm_min
+        try:
+            blocks += interpolator.blocks(path, feed, move.line)
+        except KinematicsError as exc:
+            raise KinematicsError(exc.message, file=program.name, line=move.line, remedy=exc.remedy) from exc
+        paths.append(path)
+    return paths, blocks
+
+
+def _record(block: PulseBlock) -> dict[str, Any]:
+    return {
+        "line": block.line,
+        "kind": block.kind,
+        "start_blu": block.start.tolist(),
+        "pulses": block.train.counts.tolist(),
+        "missing": block.missing.tolist(),
+        "ticks": block.train.ticks,
+        "train": block.train.text(),
+        "tick": block.train.tick.tolist(),
+        "feed_mm_min": block.feed_mm_min,
+        "frn": block.frn,
+        "clock_hz": block.clock_hz,
+        "peak_hz": block.peak_hz,
+        "time_s": block.time_s,
+        "deviation_blu": block.deviation_blu,
+        "limit_blu": block.limit_blu if math.isfinite(block.limit_blu) else None,
+    }
+
+
+def _told(block: PulseBlock) -> str:
+    pulses = " ".join(
+        f"{axis}{count:+d}" for axis, count in zip("XYZ", block.train.counts.tolist(), strict=True)
+    )
+    limit = f"{block.limit_blu:.3f}" if math.isfinite(block.limit_blu) else "-"
+    lost = f"  missing {block.missing.tolist()}" if block.missing.any() else ""
+    return (
+        f"{block.line:>7}  {block.kind:<5}  {pulses:<24}  FRN {block.frn:<9.4g}  {block.clock_hz:>10.6g} Hz  "
+        f"{block.time_s:>9.4f} s  off {block.deviation_blu:.3f} of {limit} BLU{lost}"
+    )
+
+
+def _summary(blocks: Sequence[PulseBlock], interpolator: Interpolator) -> dict[str, Any]:
+    pulses = [np.abs(block.train.steps).sum(axis=0, dtype=np.int64) for block in blocks]
+    return {
+        "blocks": len(blocks),
+        "blu_mm": interpolator.blu_mm,
+        "register": interpolator.register,
+        "mode": interpolator.mode,
+        "pulses": np.sum(pulses, axis=0).tolist() if pulses else [0, 0, 0],
+        "missing": np.sum([block.missing for block in blocks], axis=0).tolist() if blocks else [0, 0, 0],
+        "pulsing_ticks": sum(len(block.train.tick) for block in blocks),
+        "ticks": sum(block.train.ticks for block in blocks),
+        "time_s": sum(block.time_s for block in blocks),
+        "peak_hz": max((block.peak_hz for block in blocks), default=0.0),
+        "deviation_blu": max((block.deviation_blu for block in blocks), default=0.0),
+        "beyond_limit": sum(block.deviation_blu > block.limit_blu + 1e-9 for block in blocks),
+    }
