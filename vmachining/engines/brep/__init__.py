@@ -1,13 +1,80 @@
-"""OCCT, so far as a door: STEP files in, checked closed solids out.
+"""OCCT: swept volumes as valid solids, removed volume per block that is never silently wrong, STEP.
+
+Goal: a B-rep answer beside the mesh bracket. Every value is either inside the bracket or refused with a reason.
+
+1. `solid(sweep)` builds the sweep of a block vertex by vertex: caps trimmed at the grazing curve, the sheet the
+   curve draws, discs. No boolean, no sewing; planes, cylinders, cones, spheres, tori wherever these are exact.
+2. `volume(shape)` integrates along edges in closed form per kind of face.
+3. `Ladder.removed(k, bracket)` is stateless: (S_0 and W_k) minus the earlier sweeps that reach it. Which ones
+   do is decided by cells and exact distances. The value must lie in the bracket, else the next rung is tried.
+4. `check_blocks` runs a ladder in worker processes with a time limit: a crash or a hang costs one block.
+5. `read_step` is the door for STEP stock.
 
 | file | holds |
 |---|---|
+| `shapes.py` | curves and surfaces with their numpy formula, its inverse, and their OCCT twin |
+| `topology.py` | `Builder`: shared vertices and edges, faces with computed parameter curves |
+| `caps.py` | poses, circles and segments of an upright tool |
+| `level.py`, `ramp.py`, `upright.py` | level lines and arcs; ramps and helices; plunges and full circles |
+| `swept.py` | `solid`, `solids`, `inspect` |
+| `measure.py` | `volume` |
+| `ladder.py` | `Ladder`, rungs and gate |
+| `near.py` | which earlier sweeps reach a region |
+| `workers.py`, `worker.py` | `check_blocks` and the process it drives |
 | `step.py` | `read_step`: STEP -> closed solid -> triangles and exact volume |
 
-Every shape is asked before it is believed: OCCT reads an open shell, an invalid solid or nothing at all
-without complaint. The B-rep oracle (swept solids, the ladder of booleans) is not here yet.
+Measured (2 cores, shared machine): solids take 15 to 60 ms, helices 100 ms; all tools and 3-axis motions of
+tests/brep agree with `Sweep.volume` to 1e-8. `BRepGProp` (plain) is off by up to 1e-3 relative on a shallow ramp
+of a bull nose, its adaptive Gauss-Kronrod variant took 70 to 110 s there; `volume` takes 50 ms and is right to
+1e-9. A sphere's poles and a torus' seam must lie off the face, or pcurves turn wild: every face chooses its own
+frame. Two sheets that meet at less than some 1e-5 mm are not valid for OCCT: such ramps are taken as level.
+
+Known limits: three axes. No solid for arcs outside the XY plane, for helices whose axis lies in the cutter, and
+for helices steeper than about the cutter's radius; these blocks are refused by name. A cutter that is not
+convex on a ramp, and arcs or helices that come back to themselves, are several solids whose union is the sweep.
+A cone's apex brings one edge without length, which OCCT wants there.
 """
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
 
 from vmachining.engines.brep.step import StepSolid, read_step
 
-__all__ = ["StepSolid", "read_step"]
+if TYPE_CHECKING:
+    from vmachining.engines.brep.ladder import RUNGS, Blank, Ladder, Status, Verdict
+    from vmachining.engines.brep.measure import volume
+    from vmachining.engines.brep.swept import Inspection, inspect, solid, solids
+    from vmachining.engines.brep.workers import check_blocks
+
+__all__ = [
+    "RUNGS",
+    "Blank",
+    "Inspection",
+    "Ladder",
+    "Status",
+    "StepSolid",
+    "Verdict",
+    "check_blocks",
+    "inspect",
+    "read_step",
+    "solid",
+    "solids",
+    "volume",
+]
+
+_FILES = {
+    "ladder": ("RUNGS", "Blank", "Ladder", "Status", "Verdict"),
+    "measure": ("volume",),
+    "swept": ("Inspection", "inspect", "solid", "solids"),
+    "workers": ("check_blocks",),
+}
+_HOME = {name: file for file, names in _FILES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    """OCCT takes seconds to load: only for who asks for it."""
+    if name in _HOME:
+        return getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

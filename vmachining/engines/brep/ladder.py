@@ -1,0 +1,315 @@
+"""Removed volume of a block from B-rep booleans, accepted only inside a bracket somebody else proved.
+
+Stateless: removed_k = ((S_0 and W_k) minus W_j minus ...), with only those earlier sweeps that reach what is
+left. No damaged stock is inherited, blocks can be done in any order and in parallel.
+
+A boolean of tangent solids may return anything, `isValid()` or not. So every value is compared with the bracket
+of the block, widened by a stated slack, and on disagreement the next rung is climbed:
+
+| rung | what is done otherwise |
+|---|---|
+| `plain` | one cut after the other, fuzzy value 0 |
+| `fuzzy 1e-05`, `1e-04`, `1e-03` | OCCT may take points that close for one, mm |
+| `turned` | everything turned by an odd angle first |
+| `reversed` | earlier sweeps in the opposite order |
+| `joint` | all earlier sweeps in one operation |
+| `late stock` | earlier sweeps leave the sweep first, the stock is met last |
+| `halves` | the block in two halves, the second after the first |
+| `grown` | earlier sweeps grown by 1e-5 mm, the bracket widened by what that can change |
+
+A value that no rung brings into the bracket is refused; the bracket stands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vmachining.arrays import Floats
+from vmachining.engines.brep.measure import volume
+from vmachining.engines.brep.near import SweepIndex
+from vmachining.engines.brep.swept import solids
+from vmachining.errors import EngineError, SweepError
+from vmachining.geometry import Bracket
+from vmachining.sweep import Sweep
+
+__all__ = ["RUNGS", "Blank", "Ladder", "Status", "Verdict", "quiet"]
+
+SLACK_REL = 1e-6
+"""Of the volume that stock and sweep share: what B-rep volumes are asked to be good to."""
+
+SLACK_MM3 = 1e-6
+"""Rounding of volumes that are nothing: edges of 100 mm and faces that move by 1e-8 mm."""
+
+GROWTH_MM = 1e-5
+"""A hundred times OCCT's confusion of points: tangent faces are apart then."""
+
+ODD_RAD = 0.137
+
+RUNGS = (
+    "plain", "fuzzy 1e-05", "fuzzy 1e-04", "fuzzy 1e-03", "turned", "reversed", "joint", "late stock", "halves",
+    "grown",
+)  # fmt: skip
+
+
+class Status(StrEnum):
+    """agreed: at the first rung; retried: at a later one; refused: at none; skipped: nobody asked."""
+
+    AGREED = "agreed"
+    RETRIED = "retried"
+    REFUSED = "refused"
+    SKIPPED = "skipped"
+
+
+class Verdict(NamedTuple):
+    """removed_mm3 : None if refused or skipped. rung : what worked. reason : why not. tried : value per rung."""
+
+    status: Status
+    removed_mm3: float | None
+    rung: str
+    reason: str
+    seconds: float
+    sweeps: int
+    tried: tuple[float | None, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Blank:
+    """Raw stock: box (lo, hi), cylinder (center, radius, z), or a STEP file Lengths in mm.
+
+    kind : "box", "cylinder" or "step".
+    """
+
+    kind: str
+    lo: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    hi: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    center: tuple[float, float] = (0.0, 0.0)
+    radius: float = 0.0
+    file: str = ""
+
+    def shape(self) -> Any:
+        """TopoDS_Shape."""
+        from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
+        from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+
+        if self.kind == "box":
+            return BRepPrimAPI_MakeBox(gp_Pnt(*self.lo), gp_Pnt(*self.hi)).Shape()
+        if self.kind == "cylinder":
+            foot = gp_Ax2(gp_Pnt(*self.center, self.lo[2]), gp_Dir(0.0, 0.0, 1.0))
+            return BRepPrimAPI_MakeCylinder(foot, self.radius, self.hi[2] - self.lo[2]).Shape()
+        import cadquery as cq
+
+        found = [s for v in cq.importers.importStep(self.file).vals() for s in v.Solids()]  # type: ignore[union-attr]
+        return found[0].wrapped if len(found) == 1 else cq.Compound.makeCompound(found).wrapped
+
+
+class Ladder:
+    """The blocks of one program against one stock.
+
+    Parameters
+    ----------
+    stock : Blank
+    blocks : Sequence of sequences of Sweep
+        What every block sweeps, in program order; an empty one removes nothing.
+    """
+
+    def __init__(self, stock: Blank, blocks: Sequence[Sequence[Sweep]]) -> None:
+        self._stock = stock.shape()
+        self._box = _box(self._stock)
+        self._sweeps = [sweep for block in blocks for sweep in block]
+        self._first = np.cumsum([0, *(len(block) for block in blocks)])
+        self._index = SweepIndex(self._sweeps)
+        self._made: dict[int, list[Any]] = {}
+
+    def removed(self, block: int, bracket: Bracket, *, rungs: Sequence[str] = RUNGS) -> Verdict:
+        """Removed volume of a block, gated by its bracket."""
+        begin = perf_counter()
+        tried: list[float | None] = []
+        reason, count = "", 0
+        members = range(int(self._first[block]), int(self._first[block + 1]))
+        plans = [(k, self._index.needed(k, self._box)) for k in members if self._reaches(k)]
+        for rung in rungs:
+            try:
+                value, count, slack = self._climb(plans, rung)
+            except (SweepError, EngineError) as exc:
+                reason = str(exc)
+                tried.append(None)
+                if isinstance(exc, SweepError):
+                    break  # no rung builds what cannot be built
+                continue
+            tried.append(value)
+            if bracket.holds(value, slack):
+                status = Status.AGREED if rung == rungs[0] else Status.RETRIED
+                return Verdict(status, max(value, 0.0), rung, "", perf_counter() - begin, count, tuple(tried))
+            reason = f"{value:.6g} mm3 is outside [{bracket.lo:.6g}, {bracket.hi:.6g}]"
+            if not plans:
+                break
+        return Verdict(Status.REFUSED, None, "", reason, perf_counter() - begin, count, tuple(tried))
+
+    def _reaches(self, k: int) -> bool:
+        lo, hi = self._sweeps[k].bounds
+        return bool((lo < self._box[1]).all() and (hi > self._box[0]).all())
+
+    def _climb(self, plans: Sequence[tuple[int, list[int]]], rung: str) -> tuple[float, int, float]:
+        """(value, earlier sweeps used, slack of the gate)."""
+        total, count, slack = 0.0, 0, SLACK_MM3
+        for k, earlier in plans:
+            if rung == "halves":
+                one, two = self._sweeps[k].split([0.5])
+                value, shared = self._cut(one, earlier, rung)
+                rest, more = self._cut(two, earlier, rung, own=one)
+                value, shared = value + rest, shared + more
+            else:
+                value, shared = self._cut(self._sweeps[k], earlier, rung)
+            total += value
+            count += len(earlier)
+            slack += SLACK_REL * shared
+            if rung == "grown":
+                slack += sum(GROWTH_MM * _area(self._sweeps[j]) for j in earlier)
+        return total, count, slack
+
+    def _cut(
+        self, sweep: Sweep, earlier: Sequence[int], rung: str, own: Sweep | None = None
+    ) -> tuple[float, float]:
+        """(removed volume, volume shared by stock and sweep) by one way of doing it."""
+        fuzzy = float(rung.split()[1]) if rung.startswith("fuzzy") else 0.0
+        grown = rung == "grown"
+        tools = [_solids(_grown(self._sweeps[j])) if grown else self._solids(j) for j in earlier]
+        if own is not None:
+            tools.insert(0, _solids(own))
+        if rung == "reversed":
+            tools.reverse()
+        stock, cut = self._stock, [part for tool in tools for part in tool]
+        parts = _solids(sweep)
+        if rung == "turned":
+            stock, parts, cut = _turn(stock), [_turn(p) for p in parts], [_turn(p) for p in cut]
+        value = shared = 0.0
+        for number, part in enumerate(parts):
+            rest = part if rung == "late stock" else _common(part, stock, fuzzy)
+            shared += volume(rest)
+            others = [*cut, *parts[:number]]
+            if rung == "joint" and others:
+                rest = _minus(rest, others, fuzzy)
+            else:
+                for other in others:
+                    if _apart(rest, other):
+                        continue
+                    rest = _minus(rest, [other], fuzzy)
+                    if _is_empty(rest):
+                        break
+            if rung == "late stock" and not _is_empty(rest):
+                rest = _common(rest, stock, fuzzy)
+            value += volume(rest)
+        return value, shared
+
+    def _solids(self, k: int) -> list[Any]:
+        """Solids of an earlier sweep, the latest few hundred remembered."""
+        if k not in self._made:
+            if len(self._made) > 300:
+                self._made.pop(next(iter(self._made)))
+            self._made[k] = _solids(self._sweeps[k])
+        return self._made[k]
+
+
+def _solids(sweep: Sweep) -> list[Any]:
+    return [part.shape for part in solids(sweep)]
+
+
+def _grown(sweep: Sweep) -> Sweep:
+    """The sweep of a cutter that is larger by about `GROWTH_MM`, its tip that much lower."""
+    profile = sweep.profile
+    factor = 1.0 + GROWTH_MM / profile.max_radius
+    lifted = profile.scaled(factor).shifted(-GROWTH_MM)
+    return Sweep.along(lifted, sweep.path)
+
+
+def _area(sweep: Sweep) -> float:
+    """mm^2, more than the surface that a growth of the cutter moves, times how far at most (in growths)."""
+    profile = sweep.profile
+    stretch = 1.0 + float(np.abs(profile.points[:, 1]).max()) / profile.max_radius
+    return stretch * (
+        profile.area + 2.0 * sweep.path.length * (2.0 * profile.max_radius + np.ptp(profile.points[:, 1]))
+    )
+
+
+def quiet() -> None:
+    """OCCT keeps its messages to itself."""
+    from OCP.Message import Message
+
+    Message.DefaultMessenger_s().ChangePrinters().Clear()
+
+
+# -- OCCT ----------------------------------------------------------------------------------------------------
+
+
+def _operated(operation: Any, one: Any, others: Sequence[Any], fuzzy: float) -> Any:
+    """Result of a boolean; asked whether it worked."""
+    from OCP.TopTools import TopTools_ListOfShape
+
+    arguments, tools = TopTools_ListOfShape(), TopTools_ListOfShape()
+    arguments.Append(one)
+    for other in others:
+        tools.Append(other)
+    operation.SetArguments(arguments)
+    operation.SetTools(tools)
+    operation.SetNonDestructive(True)
+    if fuzzy > 0.0:
+        operation.SetFuzzyValue(fuzzy)
+    try:
+        operation.Build()
+    except Exception as exc:  # OCCT raises whatever it meets
+        raise EngineError(f"the boolean failed: {exc}", engine="brep") from exc
+    if not operation.IsDone() or operation.Shape().IsNull():
+        raise EngineError("the boolean gives nothing back", engine="brep")
+    return operation.Shape()
+
+
+def _common(one: Any, other: Any, fuzzy: float) -> Any:
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Common
+
+    return _operated(BRepAlgoAPI_Common(), one, [other], fuzzy)
+
+
+def _minus(one: Any, others: Sequence[Any], fuzzy: float) -> Any:
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+
+    return _operated(BRepAlgoAPI_Cut(), one, others, fuzzy)
+
+
+def _turn(shape: Any) -> Any:
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
+    from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
+
+    motion = gp_Trsf()
+    motion.SetRotation(gp_Ax1(gp_Pnt(0.0, 0.0, 0.0), gp_Dir(1.0, 2.0, 3.0)), ODD_RAD)
+    return BRepBuilderAPI_Transform(shape, motion, True).Shape()
+
+
+def _box(shape: Any) -> Floats:
+    """(2, 3) mm, a little wider than the shape."""
+    from OCP.Bnd import Bnd_Box
+    from OCP.BRepBndLib import BRepBndLib
+
+    box = Bnd_Box()
+    BRepBndLib.Add_s(shape, box, False)
+    if box.IsVoid():
+        return np.array([[np.inf] * 3, [-np.inf] * 3])
+    low, high = box.CornerMin(), box.CornerMax()
+    return np.array([[low.X(), low.Y(), low.Z()], [high.X(), high.Y(), high.Z()]])
+
+
+def _apart(one: Any, other: Any) -> bool:
+    a, b = _box(one), _box(other)
+    return bool((a[0] > b[1]).any() or (b[0] > a[1]).any())
+
+
+def _is_empty(shape: Any) -> bool:
+    from OCP.TopAbs import TopAbs_ShapeEnum
+    from OCP.TopExp import TopExp_Explorer
+
+    return not TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE).More()

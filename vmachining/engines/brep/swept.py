@@ -1,0 +1,238 @@
+"""`solid`: the swept volume of one block as a valid B-rep solid; `inspect`: what OCCT says about a solid."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vmachining.arrays import Floats
+from vmachining.engines.brep.level import bent_guide, level, straight_guide
+from vmachining.engines.brep.measure import volume
+from vmachining.engines.brep.ramp import HelixGuide, LineGuide, ramp
+from vmachining.engines.brep.upright import ring, turned
+from vmachining.errors import EngineError, SweepError
+from vmachining.geometry import Arc, Line
+from vmachining.sweep import Sweep, swept_volume
+from vmachining.tool import Profile, convex_cover
+
+__all__ = ["Inspection", "Swept", "inspect", "solid", "solids"]
+
+LEVEL_MM = 2e-5
+"""A rise or a sideways step below this is none (the mean is taken): OCCT takes points 1e-7 mm apart for one,
+and faces that lie this close to each other get edges of that length."""
+
+MOST_BENT = 0.95 * np.pi
+"""rad: beyond this, an arc whose inner side ends in a point on its axis is swept as two."""
+
+VOLUME_REL = {False: 1e-6, True: 1e-5}
+"""Agreement asked with the closed form: of analytic faces, and where some are splines."""
+
+PARTS = 64
+"""Most pieces a helix is cut into before it is refused."""
+
+
+class Inspection(NamedTuple):
+    """valid : by BRepCheck. closed : one shell, every edge on two faces. faces, edges : counts.
+
+    shortest_mm : shortest edge that is not degenerate. degenerate : edges without length (a cone's apex).
+    volume : mm^3.
+    """
+
+    valid: bool
+    closed: bool
+    faces: int
+    edges: int
+    shortest_mm: float
+    degenerate: int
+    volume: float
+
+
+class Swept(NamedTuple):
+    """shape : TopoDS_Solid. fit_mm : largest distance of its splines from the true surface, 0 without any."""
+
+    shape: Any
+    fit_mm: float
+
+
+def solid(sweep: Sweep) -> Any:
+    """The sweep of one block as one `cadquery.Solid`.
+
+    Raises
+    ------
+    SweepError
+        A sweep that is no single solid here, or that this engine cannot build; says why.
+    EngineError
+        OCCT does not accept the solid, or its volume differs from the closed form (1e-6 relative, 1e-5 with
+        spline faces).
+
+    Notes
+    -----
+    Faces are planes, cylinders, cones, spheres, tori, and oblique extrusions of circles (a sharp edge on a
+    ramp). Ramps of a torus and helices have quintic spline faces within 1e-8 mm of the truth.
+    """
+    import cadquery as cq
+
+    parts = solids(sweep)
+    if len(parts) != 1:
+        raise SweepError(
+            f"this sweep is a union of {len(parts)} solids", remedy="take engines.brep.solids(sweep)"
+        )
+    exact = sweep.volume
+    if exact is not None:
+        found = volume(parts[0].shape)
+        if abs(found - exact) > VOLUME_REL[parts[0].fit_mm > 0.0] * exact:
+            raise EngineError(f"solid of {found:.9g} mm3, the closed form is {exact:.9g}", engine="brep")
+    return cq.Solid(parts[0].shape)
+
+
+def solids(sweep: Sweep) -> list[Swept]:
+    """Solids whose union is the sweep: mostly one.
+
+    Several for arcs that come back to themselves or turn by more than about half a turn around an axis inside
+    the tool, for helices that reach a point twice, and for cutters that are not convex on a ramp.
+
+    Raises
+    ------
+    SweepError
+        Arcs in the other two planes; helices whose axis lies in the cutter; a tool axis that turns.
+    EngineError
+        OCCT does not accept a solid.
+    """
+    known = sweep.upright()
+    path = known[0].path if known is not None else None
+    if known is None or not isinstance(path, (Line, Arc)):
+        raise SweepError("the B-rep engine has no solid for a motion whose tool axis turns")
+    standing, frame = known
+    found = [part for piece in _pieces(standing.profile, path) for part in _built(*piece)]
+    if not np.array_equal(frame, np.eye(3)):
+        found = [Swept(_turned_back(part.shape, frame), part.fit_mm) for part in found]
+    for part in found:
+        report = inspect(part.shape)
+        if not (report.valid and report.closed):
+            what = "valid" if not report.valid else "closed"
+            raise EngineError(f"OCCT says the swept solid is not {what}", engine="brep")
+    return found
+
+
+def _turned_back(shape: Any, frame: Floats) -> Any:
+    """The shape out of a frame: x where `frame` x is in it."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
+    from OCP.gp import gp_Trsf
+
+    motion = gp_Trsf()
+    rows = np.column_stack([frame.T, np.zeros(3)])
+    motion.SetValues(*rows.ravel().tolist())
+    return BRepBuilderAPI_Transform(shape, motion, True).Shape()
+
+
+def _pieces(profile: Profile, path: Line | Arc) -> list[tuple[Profile, Line | Arc]]:
+    """Parts of tool and path of which each is one solid."""
+    if isinstance(path, Arc) and (path.angle == 0.0 or path.radius == 0.0):
+        path = Line(path.start, path.end)
+    if isinstance(path, Line):
+        travel = path.end - path.start
+        upright = np.hypot(travel[0], travel[1]) < LEVEL_MM
+        if abs(travel[2]) < LEVEL_MM or (upright and profile.is_unimodal) or profile.is_convex:
+            return [(profile, path)]
+        return [(piece, path) for piece in convex_cover(profile)]
+    if path.axis != 2:
+        raise SweepError("the B-rep engine has no solids for arcs outside the XY plane")
+    if abs(path.rise) < LEVEL_MM:
+        return [(profile, piece) for piece in _level_parts(profile, path)]
+    return [(part, piece) for part in convex_cover(profile) for piece in _helix_parts(part, path)]
+
+
+def _level_parts(profile: Profile, path: Arc) -> list[Arc]:
+    """A level arc as it is, or its halves."""
+    rc, theta = path.radius, abs(path.angle)
+    if theta >= 2.0 * np.pi - 1e-9:
+        return [path]
+    radii = profile.points[:, 0]
+    narrow = radii[radii <= rc + LEVEL_MM]
+    if not len(narrow):
+        return [path]
+    pointed = profile.max_radius >= rc - LEVEL_MM
+    meets = theta + 2.0 * np.arcsin(min(narrow.max() / rc, 1.0)) > 2.0 * np.pi - 1e-6
+    if theta > MOST_BENT and (pointed or meets):
+        return [part for half in path.split([0.5]) for part in _level_parts(profile, half)]
+    return [path]
+
+
+def _helix_parts(profile: Profile, path: Arc) -> list[Arc]:
+    """Equal pieces of a helix that enter no point twice."""
+    if path.radius <= profile.max_radius:
+        raise SweepError("the B-rep engine has no solid for a helix whose axis lies in the cutter")
+    count = 1
+    while count <= PARTS:
+        pieces = path.split([k / count for k in range(1, count)])
+        if swept_volume(profile, pieces[0]) is not None:
+            return list(pieces)
+        count *= 2
+    raise SweepError("the B-rep engine has no solid for a helix as steep as this")
+
+
+def _built(profile: Profile, path: Line | Arc) -> list[Swept]:
+    """The solid of one piece."""
+    if isinstance(path, Arc):
+        if abs(path.rise) >= LEVEL_MM:
+            build, error = ramp(profile, HelixGuide(path))
+            return [Swept(build.solid(), error)]
+        flat = path if path.rise == 0.0 else _at_rest(path)
+        if abs(flat.angle) >= 2.0 * np.pi - 1e-9:
+            return [Swept(ring(profile, np.array(flat.center), flat.radius), 0.0)]
+        forward = flat if flat.angle > 0.0 else Arc(flat.end, flat.center, 2, angle=-flat.angle)
+        return [Swept(level(profile, bent_guide(forward)).solid(), 0.0)]
+    travel = path.end - path.start
+    if np.hypot(travel[0], travel[1]) < LEVEL_MM:
+        center = 0.5 * (path.start + path.end)
+        center[2] = path.start[2]
+        body = profile.extruded(float(travel[2])) if travel[2] != 0.0 else profile
+        return [Swept(turned(body, center), 0.0)]
+    if abs(travel[2]) < LEVEL_MM:
+        height = 0.5 * float(path.start[2] + path.end[2])
+        return [Swept(level(profile, straight_guide(path, height)).solid(), 0.0)]
+    build, error = ramp(profile, LineGuide(path))
+    return [Swept(build.solid(), error)]
+
+
+def _at_rest(path: Arc) -> Arc:
+    """A level arc at the mean height."""
+    start: Floats = np.array(path.start)
+    start[2] += 0.5 * path.rise
+    return Arc(start, path.center, 2, angle=path.angle)
+
+
+def inspect(shape: Any) -> Inspection:
+    """What a TopoDS_Solid is made of, asked of OCCT."""
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepAdaptor import BRepAdaptor_Curve
+    from OCP.BRepCheck import BRepCheck_Analyzer
+    from OCP.GCPnts import GCPnts_AbscissaPoint
+    from OCP.TopAbs import TopAbs_ShapeEnum
+    from OCP.TopExp import TopExp
+    from OCP.TopoDS import TopoDS
+    from OCP.TopTools import TopTools_IndexedDataMapOfShapeListOfShape, TopTools_IndexedMapOfShape
+
+    owners = TopTools_IndexedDataMapOfShapeListOfShape()
+    TopExp.MapShapesAndAncestors_s(shape, TopAbs_ShapeEnum.TopAbs_EDGE, TopAbs_ShapeEnum.TopAbs_FACE, owners)
+    faces, shells = TopTools_IndexedMapOfShape(), TopTools_IndexedMapOfShape()
+    TopExp.MapShapes_s(shape, TopAbs_ShapeEnum.TopAbs_FACE, faces)
+    TopExp.MapShapes_s(shape, TopAbs_ShapeEnum.TopAbs_SHELL, shells)
+    shortest, degenerate, closed = np.inf, 0, shells.Extent() == 1
+    for k in range(1, owners.Extent() + 1):
+        edge = TopoDS.Edge_s(owners.FindKey(k))
+        if BRep_Tool.Degenerated_s(edge):
+            degenerate += 1
+            continue
+        shortest = min(shortest, GCPnts_AbscissaPoint.Length_s(BRepAdaptor_Curve(edge), 1e-6))
+        closed = closed and owners.FindFromIndex(k).Extent() == 2
+    return Inspection(
+        valid=bool(BRepCheck_Analyzer(shape).IsValid()),
+        closed=bool(closed),
+        faces=faces.Extent(),
+        edges=owners.Extent(),
+        shortest_mm=float(shortest),
+        degenerate=degenerate,
+        volume=volume(shape),
+    )

@@ -1,0 +1,183 @@
+"""`check_blocks`: a ladder over many blocks in worker processes that may crash or hang without harm.
+
+Every worker is an interpreter of its own, driven by one thread here over pipes. A block that takes longer than
+its limit costs the worker (killed by its handle) and its own B-rep value; so does a crash. A worker is replaced
+after a number of blocks, because OCCT does not give all memory back.
+"""
+
+from __future__ import annotations
+
+import pickle
+import queue
+import select
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from time import monotonic
+from typing import Any
+
+from vmachining.engines.brep.ladder import RUNGS, Blank, Status, Verdict
+from vmachining.errors import EngineError
+from vmachining.geometry import Bracket
+from vmachining.sweep import Sweep
+
+__all__ = ["check_blocks"]
+
+START_SECONDS = 180.0
+"""An interpreter that loads OCCT and compiles kernels on a busy machine."""
+
+
+class _Gone(Exception):  # noqa: N818 - not an error of ours
+    """The worker does not answer any more; says why."""
+
+
+class _Worker:
+    """One process with its pipes."""
+
+    def __init__(self, hello: bytes) -> None:
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "vmachining.engines.brep.worker"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+        )
+        self.done = 0
+        try:
+            self._send(hello)
+            self._receive(START_SECONDS)
+        except _Gone:
+            self.close()
+            raise
+
+    def ask(self, block: int, bracket: Bracket, seconds: float) -> Verdict:
+        self._send(pickle.dumps((block, bracket)))
+        answer = self._receive(seconds)
+        self.done += 1
+        assert isinstance(answer, Verdict)
+        return answer
+
+    def close(self) -> None:
+        self._process.kill()
+        self._process.wait()
+        for pipe in (self._process.stdin, self._process.stdout):
+            if pipe is not None:
+                try:
+                    pipe.close()
+                except OSError:  # what was not sent yet has nobody to go to
+                    continue
+
+    def _send(self, message: bytes) -> None:
+        assert self._process.stdin is not None
+        try:
+            self._process.stdin.write(message)
+            self._process.stdin.flush()
+        except OSError as exc:
+            raise _Gone(self._end()) from exc
+
+    def _receive(self, seconds: float) -> Any:
+        pipe = self._process.stdout
+        assert pipe is not None
+        ready, _, _ = select.select([pipe], [], [], seconds)
+        if not ready:
+            raise _Gone(f"no answer within {seconds:g} s")
+        try:
+            return pickle.load(pipe)
+        except (EOFError, pickle.UnpicklingError) as exc:
+            raise _Gone(self._end()) from exc
+
+    def _end(self) -> str:
+        code = self._process.wait(timeout=10.0)
+        return (
+            f"OCCT ended its process (signal {-code})" if code < 0 else f"its process ended with code {code}"
+        )
+
+
+def check_blocks(
+    stock: Blank,
+    blocks: Sequence[Sequence[Sweep]],
+    asked: Mapping[int, Bracket],
+    *,
+    workers: int = 1,
+    seconds: float = 120.0,
+    recycle: int = 200,
+    rungs: Sequence[str] = RUNGS,
+    stop: Callable[[], bool] = lambda: False,
+) -> Iterator[tuple[int, Verdict]]:
+    """Verdicts of some blocks, as they come.
+
+    Parameters
+    ----------
+    stock : raw stock.
+    blocks : what every block of the program sweeps, in program order.
+    asked : block number -> bracket of its removed volume.
+    workers : processes.
+    seconds : limit of one block.
+    recycle : blocks after which a process is replaced.
+    stop : asked between blocks; what is under way is dropped.
+
+    Raises
+    ------
+    EngineError
+        No worker can be started (the kernel does not load).
+    """
+    # a block needs what came before it, no worker needs what comes after the last one asked for
+    last = max(asked, default=-1)
+    hello = pickle.dumps((stock, [list(block) for block in blocks[: last + 1]], tuple(rungs)))
+    waiting: queue.SimpleQueue[tuple[int, Bracket]] = queue.SimpleQueue()
+    for item in sorted(asked.items()):
+        waiting.put(item)
+    answers: queue.SimpleQueue[tuple[int, Verdict] | EngineError] = queue.SimpleQueue()
+    ended = threading.Event()
+
+    def drive() -> None:
+        worker: _Worker | None = None
+        try:
+            while not ended.is_set():
+                try:
+                    block, bracket = waiting.get_nowait()
+                except queue.Empty:
+                    return
+                if worker is not None and worker.done >= recycle:
+                    worker.close()
+                    worker = None
+                if worker is None:
+                    try:
+                        worker = _Worker(hello)
+                    except (_Gone, OSError) as exc:
+                        answers.put(EngineError(f"no worker process: {exc}", engine="brep"))
+                        return
+                begin = monotonic()
+                try:
+                    answers.put((block, worker.ask(block, bracket, seconds)))
+                except _Gone as exc:
+                    spent = monotonic() - begin
+                    answers.put((block, Verdict(Status.REFUSED, None, "", str(exc), spent, 0)))
+                    worker.close()
+                    worker = None
+        finally:
+            if worker is not None:
+                worker.close()
+
+    threads = [threading.Thread(target=drive, daemon=True) for _ in range(max(1, min(workers, len(asked))))]
+    for thread in threads:
+        thread.start()
+    try:
+        left = len(asked)
+        while left:
+            try:
+                answer = answers.get(timeout=0.2)
+            except queue.Empty:
+                if stop():
+                    return
+                continue
+            if isinstance(answer, EngineError):
+                raise answer
+            left -= 1
+            yield answer
+            if stop():
+                return
+    finally:
+        ended.set()
+        for thread in threads:
+            thread.join(timeout=seconds + 10.0)
