@@ -4,6 +4,7 @@
 |---|---|
 | `accuracy` | bracket and error of single sweeps with a closed form, over the chord |
 | `half_cylinder` | time per block of a ball finishing a half cylinder, against one global solid cut block by block |
+| `machine` | inverse kinematics, deviation of joint-linear blocks and pulse trains: rates and errors |
 
 Times of one run are compared with each other only; machines are noisy.
 """
@@ -15,10 +16,12 @@ from typing import Any
 
 from vmachining.bench.accuracy import accuracy
 from vmachining.bench.half_cylinder import half_cylinder
+from vmachining.bench.machine import machine
 
 __all__ = ["CASES"]
 
 CASES: dict[str, Callable[[], Iterator[dict[str, Any]]]] = {
     "accuracy": accuracy,
     "half_cylinder": half_cylinder,
+    "machine": machine,
 }

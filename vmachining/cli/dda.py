@@ -16,7 +16,7 @@ from vmachining.errors import InputError, KinematicsError
 from vmachining.geometry import Arc, Line
 from vmachining.job.blocks import move_path
 from vmachining.machine import Interpolator, PulseBlock, plot_pulses, write_csv, write_npz
-from vmachining.nc import Motion, Program, parse_program, read_program
+from vmachining.nc import Motion, Move, Program, parse_program, read_program
 
 __all__ = ["dda"]
 
@@ -76,7 +76,7 @@ def _interpolated(program: Program, interpolator: Interpolator) -> tuple[list[Li
     for move in program.moves:
         if move.motion is Motion.DWELL:
             continue
-        if getattr(move, "rotary_deg", None) != getattr(move, "rotary_start", None):
+        if _turns(move):
             raise KinematicsError(
                 "a rotary axis moves", file=program.name, line=move.line, remedy="dda drives X, Y and Z"
             )
@@ -90,6 +90,13 @@ def _interpolated(program: Program, interpolator: Interpolator) -> tuple[list[Li
             raise KinematicsError(exc.message, file=program.name, line=move.line, remedy=exc.remedy) from exc
         paths.append(path)
     return paths, blocks
+
+
+def _turns(move: Move) -> bool:
+    """Whether a rotary axis or the tool axis moves; axes that were not named before stood at zero."""
+    before, after = (getattr(move, name, None) or {} for name in ("rotary_start", "rotary_deg"))
+    tilts = getattr(move, "axis_start", None) != getattr(move, "axis_end", None)
+    return tilts or any(value != before.get(name, 0.0) for name, value in after.items())
 
 
 def _record(block: PulseBlock) -> dict[str, Any]:

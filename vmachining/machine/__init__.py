@@ -45,7 +45,7 @@ Known limits
 from vmachining.machine.axis import Axis, Kind
 from vmachining.machine.branches import JointPath, Jump, follow, jumps
 from vmachining.machine.caps import arc_peaks, axis_caps, line_peaks, path_peaks, travel_caps
-from vmachining.machine.chain import Machine, Rates, Solutions, ToolPose
+from vmachining.machine.chain import Machine, Rates, Screws, Solutions, ToolPose
 from vmachining.machine.classes import FrameMachine
 from vmachining.machine.dda import (
     Train,
@@ -113,6 +113,7 @@ __all__ = [
     "Overrun",
     "PulseBlock",
     "Rates",
+    "Screws",
     "Solutions",
     "TcpMotion",
     "TipDeviation",

@@ -19,9 +19,9 @@ from numpy.typing import ArrayLike
 from vmachining.arrays import Bools, Floats, rows
 from vmachining.errors import KinematicsError
 from vmachining.geometry.rotation import angle_between, rotation
-from vmachining.machine.axis import Axis
+from vmachining.machine.axis import Axis, Kind
 
-__all__ = ["REACH_EPS", "SINGULAR_EPS", "Machine", "Rates", "Solutions", "ToolPose"]
+__all__ = ["REACH_EPS", "SINGULAR_EPS", "Machine", "Rates", "Screws", "Solutions", "ToolPose"]
 
 SINGULAR_EPS = 1e-9
 """rad; a tool axis nearer than this to the first rotary axis is parallel to it, so that this axis is free.
@@ -42,6 +42,18 @@ class ToolPose(NamedTuple):
 
     tip: Floats
     axis: Floats
+
+
+class Screws(NamedTuple):
+    """A chain in workpiece coordinates at home.
+
+    chain : per joint, workpiece to tool, (kind, direction (3,), point (3,) mm, sign); kind "L" slides, "R" turns.
+    tip_home : (3,) mm. axis_home : (3,) unit.
+    """
+
+    chain: tuple[tuple[str, Floats, Floats, int], ...]
+    tip_home: Floats
+    axis_home: Floats
 
 
 class Rates(NamedTuple):
@@ -211,6 +223,35 @@ class Machine:
             axis.name: np.degrees(q[..., i]) if degrees and axis.is_rotary else q[..., i]
             for i, axis in enumerate(self.axes)
         }
+
+    def screws(self) -> Screws:
+        """The chain in the workpiece frame, as rows that need no machine: what a sweep takes."""
+        turn, origin = self._base(())
+        screws = tuple(
+            ("R" if axis.is_rotary else "L", turn @ axis.direction, turn @ axis.point + origin, axis.sign)
+            for axis in self.axes
+        )
+        return Screws(screws, turn @ self.tip + origin, turn @ self.tool)
+
+    def tip_centred(self) -> Machine:
+        """The machine as tool-centre-point control shows it: joints X, Y, Z are the tip in the workpiece frame,
+        followed by the rotary joints of this machine.
+
+        A block with a straight tip and linear rotary joints is a joint-linear block of this one.
+
+        Raises
+        ------
+        KinematicsError
+            A rotary joint named X, Y or Z.
+        """
+        turn = self.work[:3, :3].T
+        slides = [Axis(name, Kind.LINEAR, way) for name, way in zip("XYZ", np.eye(3), strict=True)]
+        turning = [
+            dataclasses.replace(axis, direction=turn @ axis.direction, point=np.zeros(3))
+            for axis in self.axes
+            if axis.is_rotary
+        ]
+        return Machine(f"{self.name}, tip centred", [*slides, *turning], tool=turn @ self.tool)
 
     # ---- forward ---------------------------------------------------------------------------------------
 

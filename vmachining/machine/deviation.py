@@ -24,7 +24,7 @@ SAMPLES = 65
 ZOOMS, ZOOM_SAMPLES = 6, 17
 """Each zoom narrows the place of a maximum by 8; six give 1e-7 of the block and the value to 1e-12."""
 
-MAX_PIECES = 100_000
+MAX_PIECES = 20_000
 
 
 class TipDeviation(NamedTuple):
@@ -168,7 +168,7 @@ def straighten(
     Raises
     ------
     KinematicsError
-        More than 100,000 blocks, as happens when the great circle passes a singularity.
+        More than 20,000 blocks, as happens when the great circle passes a singularity.
     """
     motion = TcpMotion(machine, start, end, orientation=orientation)
     worst = float(tip_deviation(machine, [motion.first], [motion.last]).bound[0])
