@@ -52,7 +52,7 @@ def test_foreign_text_is_escaped(page):
     assert "<img" not in text and "alert`1`</script>" not in text and "<b>tiny</b>" not in text
     assert "&lt;b&gt;tiny&lt;/b&gt;&amp;" in text
     assert "&lt;img src=x onerror=alert`2`&gt;" in text  # in the table of warnings
-    hover = figures(page[1])["plots"]["data"][2]["text"]
+    hover = figures(page[1])["plots"]["layout"]["meta"]["labels"]
     assert any("&lt;img" in label for label in hover) and not any("<img" in label for label in hover)
 
 

@@ -51,7 +51,7 @@ def _joined(pieces: Iterable[Floats]) -> Floats:
 def stock_view(mesh: ThinMesh, pieces: Sequence[PathPiece]) -> go.Figure:
     """The final stock, raw faces grey and cut faces coloured per block, with the tool path over it.
 
-    Trace 0 is the raw surface, trace 1 the cut one: the page recolours it by face.
+    Trace 0 is the raw surface, trace 1 the cut one: the page colours it by face.
     """
     figure = go.Figure()
     light = {"ambient": 0.62, "diffuse": 0.55, "specular": 0.12, "roughness": 0.7, "fresnel": 0.05,
@@ -66,8 +66,7 @@ def stock_view(mesh: ThinMesh, pieces: Sequence[PathPiece]) -> go.Figure:
             {"color": RAW}
             if name.startswith("uncut")
             else {
-                "intensity": mesh.block[chosen].astype(np.float32),
-                "intensitymode": "cell",
+                "intensitymode": "cell",  # the page fills in the intensity: block or rate of each face
                 "colorscale": "Viridis",
                 "colorbar": {"title": {"text": "block", "font": {"size": 12}}, **BAR},
             }
@@ -178,17 +177,16 @@ def along_program(blocks: pl.DataFrame, after_rate: Floats | None) -> go.Figure:
     value = rows["removed_mm3"].to_numpy()
     figure = make_subplots(
         rows=4, cols=1, shared_xaxes=True, vertical_spacing=0.055, row_heights=[0.3, 0.16, 0.27, 0.27],
-        subplot_titles=("Removed volume per block", "Width of its bracket", "Volume rate", "Feed"),
+        subplot_titles=("Removed volume per block", "Width of its bracket (cut off at 100 %)", "Volume rate", "Feed"),
     )  # fmt: skip
     wide = len(chosen) == len(blocks)  # thinned rows are drawn as points of a line, whole ones as steps
     at = _steps(x, x, wide)[0]
-    labels = [label for label in hover for _ in range(2)] if wide else hover
 
     def line(row: int, y: Floats, name: str, colour: str, template: str, legend: bool) -> None:
         figure.add_trace(
             go.Scatter(
                 x=at, y=_steps(x, y, wide)[1], name=name, mode="lines", line={"color": colour, "width": 1.8},
-                text=labels, hovertemplate="%{text}<br>" + template + "<extra>" + name + "</extra>",
+                hovertemplate="%{text}<br>" + template + "<extra>" + name + "</extra>",
                 showlegend=legend, legendgroup=name,
             ),
             row=row, col=1,
@@ -201,7 +199,7 @@ def along_program(blocks: pl.DataFrame, after_rate: Floats | None) -> go.Figure:
     line(1, value, "removed volume", FEED, "%{y:.6g} mm³", True)
     with np.errstate(divide="ignore", invalid="ignore"):
         width = np.where(value > 0, 100 * (hi - lo) / value, np.nan)
-    width = np.where(width > 0, np.maximum(width, LEAST_WIDTH), np.nan)
+    width = np.where(width > 0, np.clip(width, LEAST_WIDTH, 100.0), np.nan)
     line(2, width, "bracket width", "#7c3aed", "%{y:.3g} % of the block's volume", False)
     line(3, _filled(rows["mrr_mm3_min"]), "as programmed", BEFORE, "%{y:.5g} mm³/min", True)
     line(4, _filled(rows["feed_mm_min"]), "as programmed", BEFORE, "%{y:.5g} mm/min", False)
@@ -209,6 +207,7 @@ def along_program(blocks: pl.DataFrame, after_rate: Floats | None) -> go.Figure:
         line(3, after_rate[chosen], "scheduled", AFTER, "%{y:.5g} mm³/min", True)
         line(4, _filled(rows["scheduled_feed_mm_min"]), "scheduled", AFTER, "%{y:.5g} mm/min", False)
     figure.update_layout(
+        meta={"labels": hover, "each": 2 if wide else 1},  # once for all lines; the page hands them out
         font=FONT,
         modebar=MODEBAR,
         paper_bgcolor="rgba(0,0,0,0)",

@@ -10,6 +10,9 @@
     Object.assign(data.plots.layout.margin, {l: 58, r: 8, t: 104});
     Object.assign(data.plots.layout.legend, {x: 0, xanchor: "left", y: 1.03});
   }
+  const {labels, each} = data.plots.layout.meta;
+  const texts = labels.flatMap((label) => Array(each).fill(label));
+  for (const trace of data.plots.data) if (trace.hovertemplate) trace.text = texts;
   Plotly.newPlot(plots, data.plots.data, data.plots.layout, config);
 
   view.textContent = "";
@@ -20,10 +23,11 @@
     data.stock.data[data.cut_trace].colorbar.len = 0.5;
     data.stock.layout.legend.font.size = 10;
   }
+  const face = new Int32Array(bytes(data.face_block));
+  data.stock.data[data.cut_trace].intensity = Array.from(face);
   Plotly.newPlot(view, data.stock.data, data.stock.layout, config).catch(function () {
     view.textContent = "This browser shows no WebGL, so there is no 3-D view; every number is below.";
   });
-  const face = new Int32Array(bytes(data.face_block));
   const rates = {rate: new Float32Array(bytes(data.block_rate))};
   if (data.block_rate_after) rates.after = new Float32Array(bytes(data.block_rate_after));
   const top = Object.values(rates).reduce((a, r) => r.reduce((m, v) => Math.max(m, v), a), 0);
