@@ -28,14 +28,24 @@ Resume = Annotated[bool, typer.Option("--resume", help="Go on where an interrupt
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no summary; errors only.")]
 Json = Annotated[bool, typer.Option("--json", help="Machine-readable output on stdout, nothing else there.")]
 StockOut = Annotated[
-    str, typer.Option("--stock", metavar="LIST", help="Finished stock as stl, 3mf (comma list).")
+    str,
+    typer.Option("--stock", metavar="LIST", help="Finished stock as stl, 3mf (comma list; not yet as step)."),
 ]
 ProgramArg = Annotated[str, typer.Argument(metavar="PROGRAM", help="NC program; - reads standard input.")]
-Dialect = Annotated[str, typer.Option("--dialect", help="Program dialect: iso.")]
+Dialect = Annotated[str, typer.Option("--dialect", help="Program dialect: iso, mts, apt, poses.")]
 Tools = Annotated[
     Path | None,
     typer.Option("--tools", metavar="FILE", help="Tool table: a job file, or a LinuxCNC .tbl."),
 ]
+Rotary = Annotated[str, typer.Option("--rotary", metavar="ABC", help="Rotary axes of the machine.")]
+Home = Annotated[
+    str, typer.Option("--home", metavar="X,Y,Z", help="mm; where the tool starts, and G28 goes.")
+]
+CrcEntry = Annotated[
+    str, typer.Option("--crc-entry", metavar="prev|next", help="How cutter compensation enters the path.")
+]
+BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip lines that open with a slash.")]
+FromLine = Annotated[int, typer.Option("--from-line", metavar="N", min=1, help="Restart at this line.")]
 ToolUnits = Annotated[str, typer.Option("--tools-units", metavar="mm|inch", help="Unit of a .tbl table.")]
 
 
@@ -121,16 +131,45 @@ def demo(out: Out = None, stock: StockOut = "stl", quiet: Quiet = False, as_json
 
 @nc.command("check", epilog="Example: vmachining nc check part.nc --tools job.toml --json")
 def nc_check(
-    program: ProgramArg,
+    program: Annotated[
+        str | None, typer.Argument(metavar="[PROGRAM]", help="NC program; - reads standard input.")
+    ] = None,
     dialect: Dialect = "iso",
     tools: Tools = None,
     tools_units: ToolUnits = "mm",
+    rotary: Rotary = "ABC",
+    home: Home = "0,0,0",
+    crc_entry: CrcEntry = "prev",
+    block_delete: BlockDelete = False,
+    from_line: FromLine = 1,
+    stock_top: Annotated[
+        float | None, typer.Option("--stock-top", metavar="Z", help="mm; warns if no feed motion goes below.")
+    ] = None,
+    code: Annotated[
+        str | None,
+        typer.Option("--explain", metavar="CODE", help="What a code such as E302 means; all: every code."),
+    ] = None,
     as_json: Json = False,
 ) -> int:
     """Test a program. Exit code 0: clean, 1: it has findings of severity E."""
     from vmachining.cli import nc as room
 
-    return room.check(program, dialect=dialect, tools=tools, tools_units=tools_units, as_json=as_json)
+    if code is not None:
+        return room.explain_code(code, as_json=as_json)
+    if program is None:
+        raise typer.BadParameter("a program, or --explain CODE, is wanted")
+    reading = room.Reading(
+        dialect=dialect,
+        tools=tools,
+        tools_units=tools_units,
+        rotary=rotary,
+        home=home,
+        crc_entry=crc_entry,
+        block_delete=block_delete,
+        from_line=from_line,
+        stock_top=stock_top,
+    )
+    return room.check(program, reading, as_json=as_json)
 
 
 @nc.command("moves", epilog="Example: vmachining nc moves part.nc --coordinates program --json")
@@ -143,20 +182,27 @@ def nc_moves(
     coordinates: Annotated[
         str, typer.Option("--coordinates", metavar="machine|program", help="Which coordinates end_mm has.")
     ] = "machine",
+    rotary: Rotary = "ABC",
+    home: Home = "0,0,0",
+    crc_entry: CrcEntry = "prev",
+    block_delete: BlockDelete = False,
+    from_line: FromLine = 1,
     as_json: Json = False,
 ) -> int:
     """List the canonical motions of a program, one per line."""
     from vmachining.cli import nc as room
 
-    return room.moves(
-        program,
+    reading = room.Reading(
         dialect=dialect,
-        machine=machine,
         tools=tools,
         tools_units=tools_units,
-        coordinates=coordinates,
-        as_json=as_json,
+        rotary=rotary,
+        home=home,
+        crc_entry=crc_entry,
+        block_delete=block_delete,
+        from_line=from_line,
     )
+    return room.moves(program, reading, machine=machine, coordinates=coordinates, as_json=as_json)
 
 
 @app.command(epilog="Example: vmachining sweep sweep.json --json")

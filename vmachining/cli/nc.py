@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note
 from vmachining.errors import InputError
 from vmachining.nc import (
+    CATALOGUE,
+    MAX_BYTES,
     Finding,
     Motion,
+    Point,
     Program,
+    explain,
     finding_record,
     move_record,
     parse_program,
@@ -19,14 +25,46 @@ from vmachining.nc import (
     read_tool_table,
 )
 
-__all__ = ["check", "moves"]
+__all__ = ["Reading", "check", "explain_code", "moves"]
 
 
-def _program(name: str, dialect: str, tools: Path | None, units: str) -> Program:
-    table = read_tool_table(tools, units) if tools is not None else None
-    if name == "-":
-        return parse_program(sys.stdin.buffer.read(), "<stdin>", dialect=dialect, tools=table)
-    return read_program(name, dialect=dialect, tools=table)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading:
+    """How to read the program; home : "X,Y,Z" in mm, stock_top : mm or None."""
+
+    dialect: str = "iso"
+    tools: Path | None = None
+    tools_units: str = "mm"
+    rotary: str = "ABC"
+    home: str = "0,0,0"
+    crc_entry: str = "prev"
+    block_delete: bool = False
+    from_line: int = 1
+    stock_top: float | None = None
+
+    def program(self, name: str) -> Program:
+        """Read it; "-" is standard input."""
+        options: dict[str, Any] = {
+            "dialect": self.dialect,
+            "tools": read_tool_table(self.tools, self.tools_units) if self.tools is not None else None,
+            "rotary": self.rotary.upper(),
+            "home": _point(self.home),
+            "crc_entry": self.crc_entry,
+            "block_delete": self.block_delete,
+            "start_line": self.from_line,
+            "stock_top_mm": self.stock_top,
+        }
+        if name == "-":
+            return parse_program(sys.stdin.buffer.read(MAX_BYTES + 1), "<stdin>", **options)
+        return read_program(name, **options)
+
+
+def _point(text: str) -> Point:
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(f"--home {text}: three numbers are wanted, X,Y,Z in mm") from None
+    return x, y, z
 
 
 def _line(program: Program, finding: Finding) -> str:
@@ -35,9 +73,34 @@ def _line(program: Program, finding: Finding) -> str:
     return f"{program.name}:{finding.line}:{finding.col}: {finding.code} {finding.message}{word}{hint}"
 
 
-def check(name: str, *, dialect: str, tools: Path | None, tools_units: str, as_json: bool) -> int:
+def explain_code(code: str, *, as_json: bool) -> int:
+    """`vmachining nc check --explain CODE`; "all" lists the catalogue."""
+    codes = sorted(CATALOGUE) if code.lower() == "all" else [code.upper()]
+    for name in codes:
+        try:
+            entry = explain(name)
+        except KeyError:
+            raise InputError(f"no finding has the code {code}", remedy="--explain all lists them") from None
+        if as_json:
+            emit(
+                {
+                    "code": name,
+                    "severity": name[0],
+                    "title": entry.title,
+                    "explanation": entry.explanation,
+                    "hint": entry.hint,
+                }
+            )
+        else:
+            print(f"{name} {entry.title}\n    {entry.explanation}")
+            if entry.hint:
+                print(f"    Remedy: {entry.hint}.")
+    return Code.DONE
+
+
+def check(name: str, reading: Reading, *, as_json: bool) -> int:
     """`vmachining nc check`."""
-    program = _program(name, dialect, tools, tools_units)
+    program = reading.program(name)
     for finding in program.findings:
         if as_json:
             emit(finding_record(finding))
@@ -50,31 +113,25 @@ def check(name: str, *, dialect: str, tools: Path | None, tools_units: str, as_j
     return Code.FINDINGS if errors else Code.DONE
 
 
-def moves(
-    name: str,
-    *,
-    dialect: str,
-    machine: Path | None,
-    tools: Path | None,
-    tools_units: str,
-    coordinates: str,
-    as_json: bool,
-) -> int:
+def moves(name: str, reading: Reading, *, machine: Path | None, coordinates: str, as_json: bool) -> int:
     """`vmachining nc moves`."""
     if machine is not None:
-        raise InputError("--machine is not supported yet", remedy="three axes are assumed")
+        raise InputError(
+            "--machine is not supported yet", remedy="leave it out: axes are listed as programmed"
+        )
     if coordinates not in ("machine", "program"):
         raise InputError(f"--coordinates {coordinates}: machine or program is wanted")
-    program = _program(name, dialect, tools, tools_units)
+    program = reading.program(name)
     for move in program.moves:
         record = move_record(move, coordinates)
         if as_json:
             emit(record)
             continue
         end = " ".join(f"{axis}{value:.4f}" for axis, value in zip("XYZ", record["end_mm"], strict=True))
+        turned = "".join(f" {axis.upper()}{value:.4f}" for axis, value in record["rotary_deg"].items())
         feed = f" F{move.feed_mm_min:g}" if move.feed_mm_min is not None else ""
         dwell = f" {move.dwell_s:g} s" if move.motion is Motion.DWELL else ""
-        print(f"{move.line:>7}  {move.motion.value:<7}  {end}{feed}{dwell}  T{move.tool}")
+        print(f"{move.line:>7}  {move.motion.value:<7}  {end}{turned}{feed}{dwell}  T{move.tool}")
     for finding in program.errors:
         note(_line(program, finding))
     return Code.FINDINGS if program.errors else Code.DONE

@@ -3,30 +3,40 @@
 Goal: say exactly where the tool goes, block by block, and refuse by name whatever is not understood. Nothing
 is skipped in silence; a wrong block is left out as a whole, with its finding, and reading goes on behind it.
 
-How a program is read
-1. Bytes become lines; tape marks, the end of the program and block numbers are looked after (`reader.py`).
+How a program is read (dialects iso and mts)
+1. Bytes become lines; tape marks, the end of the program and block numbers are looked after (`blocks.py`).
 2. A line becomes words with their exact places (`lexer.py`); numbers may be expressions (`expressions.py`).
 3. Words become a block: modal groups, words given twice, words that nothing uses (`block.py`, `codes.py`).
 4. A copy of the modal state (`state.py`) executes the block in the order feed mode, F, S, T, M6, spindle,
-   dwell, plane, units, tool length, work offset, distance mode, reference and G92, motion, stop
-   (`interpreter.py`, `arcs.py`); it replaces the state only if all went well.
-5. Blocks of nothing but N, G0 or G1, X, Y, Z, F take a short cut with the same result (`reader.py`).
+   dwell, plane, units, cutter compensation, tool length, work offset, distance mode, cycle return, reference
+   and G92, motion or cycle, stop (`interpreter.py`); it replaces the state only if all went well.
+5. Moves under cutter compensation wait for their successor (`compensation.py`).
+6. Lines that steer (O words, M98, M99) say where to go on (`control.py`, `flow.py`).
+7. Blocks of nothing but N, G0 or G1, X, Y, Z, F take a short cut with the same result (`blocks.py`).
 
 | file | holds |
 |---|---|
-| `model.py` | `Move`, `Motion`, `Finding`, `Program` |
-| `reader.py` | `read_program`, `parse_program`, `decode_program` |
+| `model.py`, `vectors.py` | `Move`, `Motion`, `Finding`, `Program`; sums of points |
+| `reader.py`, `settings.py` | `read_program`, `parse_program`, `decode_program`; their options |
+| `blocks.py` | goes through the lines |
 | `lexer.py` | `lex_line`, `split_lines`: words, comments and errors with columns |
 | `expressions.py` | parameters, brackets, functions |
 | `codes.py` | modal groups; why a code is refused |
 | `block.py` | one line as a block, checks E201 to E210 |
 | `state.py` | modal state, the two coordinate worlds, parameters |
-| `interpreter.py` | execution of one block, checks E301 to E372 |
-| `arcs.py` | centre from R, radius tolerance, length of an arc |
-| `catalogue.py` | every finding explained |
+| `interpreter.py`, `run.py` | execution of one block; targets, feeds, the moves it makes |
+| `arcs.py` | planes, centre from R, radius tolerance, length of an arc |
+| `offsets.py` | G10, G28, G43, G52, G54, G92 and their families |
+| `cycles.py` | canned cycles G73 to G89 |
+| `compensation.py`, `offset_curves.py` | cutter radius compensation; offset lines and arcs |
+| `control.py`, `flow.py` | pairs of O words found; calls, loops and branches run |
+| `mts.py` | stored cycles and patterns of dialect mts |
+| `apt.py`, `poses.py` | cutter location files; tables of poses |
+| `checks.py` | what only the moves can tell: travel, increments, feeds above the stock |
+| `catalogue.py`, `catalogue_more.py`, `catalogue_entry.py` | every finding explained |
 | `records.py` | moves and findings as JSON dictionaries |
 | `tooltable.py` | LinuxCNC `.tbl` and `[[tools]]` of job files |
-| `rewrite.py`, `rewrite_pieces.py` | new feeds into an old program |
+| `rewrite.py`, `rewrite_pieces.py`, `rewrite_regions.py` | new feeds into an old program |
 
 Sources: RS274/NGC (Kramer, Proctor, Messina, NISTIR 6556, 2000) for grammar, modal groups and order of
 execution; the documentation and observable behaviour of LinuxCNC 2.9 where that text is silent.
@@ -35,22 +45,29 @@ Departures from LinuxCNC
 - A radius word may be 0.002 mm short of half the chord. `M3` wants a speed, `M6` a tool.
 - `G94` while G94 is in force keeps F; a change of feed mode forgets it, as there.
 - `G1` alone before the first F chooses the mode without a motion.
-- Tool lengths follow a change of units. G92 starts at zero. G28 and G30 go to `home`.
+- Tool lengths follow a change of units. G92 starts at zero. G28 and G30 go to `home`. Cycles start with G98.
 - A single % behind the program closes it.
-Limits: three axes; no control flow, subprograms, canned cycles, G10, G52, rotation, cutter radius
-compensation; parameters of the control above #5000 are not kept, except #5220, #5400 and #5420 to #5422.
+- Taps in G18 and G19 feed along the axis of the plane (there the coordinates come out in another order).
+- Every corner of a compensated path is trimmed or rounded exactly, however small its angle; units cannot change
+  under compensation. Subprograms are looked for in the same file only.
+Rotary axes are read, with their offsets, where `rotary` names them; M428, M128, G43.4 and TRAORI say that X Y Z
+are the tip in work coordinates from there on. What the axes do to the tool is for the machine to say.
+Limits: no G68, G16, G51, macros, splines, probing, threads, G76, G87, G88; arcs lie in XY under a rotated work
+offset; parameters of the control above #5000 are not kept, except #5220, #5400 and #5420 to #5425.
 """
 
 from vmachining.nc.catalogue import CATALOGUE, explain
 from vmachining.nc.lexer import LexedLine, Word, lex_line, split_lines
 from vmachining.nc.model import Finding, Motion, Move, Point, Program
-from vmachining.nc.reader import decode_program, parse_program, read_program
+from vmachining.nc.reader import DIALECTS, MAX_BYTES, decode_program, parse_program, read_program
 from vmachining.nc.records import finding_record, move_record
 from vmachining.nc.rewrite import BlockEdit, Rewritten, rewrite_feeds
 from vmachining.nc.tooltable import ToolEntry, read_tool_table
 
 __all__ = [
     "CATALOGUE",
+    "DIALECTS",
+    "MAX_BYTES",
     "BlockEdit",
     "Finding",
     "LexedLine",

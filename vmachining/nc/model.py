@@ -48,6 +48,7 @@ class Move(NamedTuple):
         Without it, axes move together, and where the tip goes is for the chain of the machine to say.
     duration_s : time of the block where the program fixes it and the path length does not (inverse time or
         degrees per minute with a rotary axis).
+    rotation_deg : of the work offset in force, about Z: program coordinates are turned by it.
     """
 
     line: int
@@ -71,6 +72,7 @@ class Move(NamedTuple):
     rotary_program: Mapping[str, float] | None = None
     tcp: bool = False
     duration_s: float | None = None
+    rotation_deg: float = 0.0
 
 
 class Finding(NamedTuple):

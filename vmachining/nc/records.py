@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from vmachining.nc.arcs import PLANES
@@ -28,23 +29,30 @@ def move_record(move: Move, coordinates: str = "machine") -> dict[str, Any]:
     if coordinates not in ("machine", "program"):
         raise ValueError(f"coordinates '{coordinates}': machine or program is wanted")
     end = move.end_machine if coordinates == "machine" else move.end_program
+    rotary = move.rotary_deg if coordinates == "machine" else move.rotary_program
     center = None
     if move.center is not None:
         a, b = _AXES[move.plane]
-        center = [move.center[0] + (end[a] - move.end[a]), move.center[1] + (end[b] - move.end[b])]
+        aside = (move.center[0] - move.end[a], move.center[1] - move.end[b])
+        if coordinates == "program" and move.rotation_deg != 0.0:  # arcs lie in XY then
+            c, s = math.cos(math.radians(move.rotation_deg)), math.sin(math.radians(move.rotation_deg))
+            aside = (c * aside[0] + s * aside[1], c * aside[1] - s * aside[0])
+        center = [end[a] + aside[0], end[b] + aside[1]]
     arc = move.motion in (Motion.ARC_CW, Motion.ARC_CCW)
     return {
         "line": move.line,
         "n": move.n,
         "motion": move.motion.value,
         "end_mm": list(end),
-        "rotary_deg": {},
+        "rotary_deg": dict(rotary or {}),
         "plane": move.plane,
         "center_mm": center,
         "turns": move.turns if arc else None,
         "feed_mm_min": move.feed_mm_min,
         "tool": move.tool,
         "dwell_s": move.dwell_s if move.motion is Motion.DWELL else None,
+        **({} if move.axis_end is None else {"axis": list(move.axis_end)}),
+        **({"tcp": True} if move.tcp and move.rotary_deg is not None else {}),
     }
 
 

@@ -155,11 +155,6 @@ class _Rewriter:
         self.deletes = self._deletes()
         self.first, self.last = self._tape()
         self.regions = find_regions(self.lexed, self.first, self.last)
-        self.rotated = any(
-            {"R"} <= {word.letter for word in lexed.words}
-            and any(word.letter == "G" and word.value == 10.0 for word in lexed.words)
-            for lexed in self.lexed
-        )
         self.edited: tuple[Move, ...] = ()
         self.unsplit: list[int] = []
         self.untouched: list[int] = []
@@ -285,7 +280,7 @@ class _Rewriter:
         pieces = None
         if len(edit.ends) > 1:
             # the F of new lines would be in other units than the F of this one
-            if len(moves) == 1 and unit == self.modes.unit and not self.rotated:
+            if len(moves) == 1 and unit == self.modes.unit and moves[0].rotation_deg == 0.0:
                 pieces = split_block(lexed, moves[0], self.modes, edit.ends)
             if pieces is None:
                 self.unsplit.append(edit.line)

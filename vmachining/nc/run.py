@@ -189,6 +189,8 @@ class Run:
             machine,
             state.seen(subtract(machine, state.to_machine)),
         )
+        if state.rotation != 0.0:
+            move = move._replace(rotation_deg=state.rotation)
         if rotary or state.rotary or state.tcp:
             move = self._with_rotary(move, state.rotary if rotary is None else rotary)
         if state.tip is not None:
