@@ -14,6 +14,7 @@ from vmachining.errors import SweepError
 from vmachining.geometry import Arc, Line, Path
 from vmachining.sweep import _kernels
 from vmachining.sweep.bounds import body_bounds
+from vmachining.sweep.flux import FluxVolume, flux_volume
 from vmachining.sweep.pose import Pose, tip, tool_frame, unit_axis
 from vmachining.sweep.turned import Packed, meridian_rows, pack
 from vmachining.sweep.turned import _kernels as turned
@@ -58,6 +59,9 @@ Body: TypeAlias = Cutter | Profile
 Place: TypeAlias = ArrayLike | Pose
 Motion: TypeAlias = Path | Turn
 
+GOOD = 1e-4
+"""Relative error estimate up to which a volume by the flux is given out; the estimates are cautious."""
+
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -79,6 +83,7 @@ class Sweep:
     profile: Profile
     path: Motion
     _packed: _Packed | Packed = field(repr=False)
+    _known: dict[float, FluxVolume] = field(repr=False)
 
     def __init__(self, tool: Body, start: Place, end: Place) -> None:
         self._fill(tool, _between(start, end))
@@ -103,6 +108,7 @@ class Sweep:
             raise SweepError(f"tool must be a cutter or a Profile, got {type(tool).__name__}")
         object.__setattr__(self, "profile", profile)
         object.__setattr__(self, "path", path)
+        object.__setattr__(self, "_known", {})
         cover = convex_cover(profile)
         if isinstance(path, Turn):
             object.__setattr__(self, "_packed", pack(cover, path.tip_series, path.axis_series, path.start))
@@ -136,11 +142,32 @@ class Sweep:
 
     @property
     def volume(self) -> float | None:
-        """mm^3 in closed form (or by one smooth quadrature); None where none is known, see `swept_volume`."""
+        """mm^3; None where no formula is known.
+
+        Lines and arcs: in closed form or by one smooth quadrature, see `swept_volume`. A `Turn`: by the flux
+        identity, kept after the first call; None if its error estimate is above 1e-4 of the volume.
+        """
         if isinstance(self.path, Turn):
             plain = self.upright()
-            return plain[0].volume if plain else None
+            if plain:
+                return plain[0].volume
+            found = self.flux()
+            return found.volume if found.error <= GOOD * found.volume else None
         return swept_volume(self.profile, self.path)
+
+    def flux(self, wanted: float = 5e-6) -> FluxVolume:
+        """Volume of a five-axis sweep with its parts and error estimate; see `flux_volume`.
+
+        Raises
+        ------
+        SweepError
+            The path is a line or an arc: `volume` knows a formula.
+        """
+        if not isinstance(self._packed, Packed):
+            raise SweepError("the flux is computed for five-axis paths only", remedy="take `volume`")
+        if wanted not in self._known:
+            self._known[wanted] = flux_volume(self.profile, self._packed, wanted=wanted)
+        return self._known[wanted]
 
     def split(self, fractions: Sequence[float]) -> list[Sweep]:
         """Sweeps of the pieces between consecutive fractions of the path, rising in (0, 1).
