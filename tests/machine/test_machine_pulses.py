@@ -203,6 +203,8 @@ def test_the_command_writes_what_it_says(program, tmp_path, capsys):
         (["--mode", "s2"], PROGRAM, "want dda or s1"),
         (["--mode", "s1"], PROGRAM, "part.nc:6: mode s1 draws whole quadrants"),
         (["--blu", "0"], PROGRAM, "blu_mm is 0"),
+        (["--blu", "1e-12", "--split"], PROGRAM, "part.nc:2: 99000000000000 pulses in one block"),
+        (["--register", "9999999999"], PROGRAM, "want a whole number"),
         (["--register", "100"], PROGRAM, "part.nc:2: register overflow"),
         (["--out", "pulses.txt"], PROGRAM, "ends in .csv or .npz"),
         (["--plot", "pulses.png"], PROGRAM, "ends in .html"),

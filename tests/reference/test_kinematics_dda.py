@@ -79,6 +79,67 @@ def test_line_trains(counts, capacity, empty, half):
     assert line_train(counts, capacity).text() == half
 
 
+def registers(counts, capacity, preset):
+    """The adding registers themselves, one tick after the other."""
+    q, out = [preset] * len(counts), []
+    for _ in range(capacity):
+        row = []
+        for a, p in enumerate(counts):
+            q[a] += abs(p)
+            row.append((1 if p > 0 else -1) if q[a] >= capacity else 0)
+            q[a] -= capacity if q[a] >= capacity else 0
+        out.append(row)
+    return out
+
+
+@given(st.lists(st.integers(-60, 60), min_size=1, max_size=3), st.integers(60, 90), st.floats(0, 0.999))
+@settings(deadline=None, max_examples=200)
+def test_trains_are_those_of_the_registers(counts, capacity, fill):
+    preset = int(fill * capacity)
+    train = line_train(counts, capacity, preset=preset)
+    assert train.dense().tolist() == registers(counts, capacity, preset)
+
+
+def circle_registers(start, end, capacity, ccw):
+    """Mode `dda` of an arc inside one quadrant, tick by tick."""
+    (x, y), n = start, capacity
+    qx = qy = n // 2
+    rx, ry = abs(end[0] - x), abs(end[1] - y)
+    sx, sy = (1 if end[0] > x else -1), (1 if end[1] > y else -1)
+    out = []
+    while rx or ry:
+        px = py = 0
+        qx += abs(y)
+        if qx >= n:
+            qx -= n
+            if rx:
+                x, rx, px = x + sx, rx - 1, sx
+        qy += abs(x)
+        if qy >= n:
+            qy -= n
+            if ry:
+                y, ry, py = y + sy, ry - 1, sy
+        out.append([px, py])
+    return out
+
+
+@pytest.mark.parametrize("capacity", [40, 57, 1000])
+@pytest.mark.parametrize("radius", [3, 10, 40])
+def test_idle_ticks_are_only_skipped(radius, capacity):
+    for start, end, ccw in (((radius, 0), (0, radius), True), ((0, radius), (radius, 0), False)):
+        train = arc_train(start, end, capacity, ccw=ccw)
+        assert train.dense().tolist() == circle_registers(start, end, capacity, ccw)
+
+
+def test_huge_registers_cost_no_more():
+    """2^31 ticks, a handful of pulses: the moments are those of the exact line and circle."""
+    train = line_train([3, -2], 2**31)
+    np.testing.assert_allclose((train.tick + 1) / 2**31, [1 / 6, 1 / 4, 1 / 2, 3 / 4, 5 / 6], atol=1e-9)
+    assert arc_train((1000, 0), (0, 1000), 2**31, ccw=True).ticks == pytest.approx(
+        2**31 * np.pi / 2, rel=2e-3
+    )
+
+
 @pytest.mark.parametrize("capacity", [8, 10, 16, 20])
 def test_lines_end_exactly_from_any_preset(capacity):
     for preset in range(capacity):
@@ -235,6 +296,8 @@ def test_absolute_rounding():
     ("make", "message"),
     [
         (lambda: line_train([20001, 0], 20000), "register overflow: 20001"),
+        (lambda: line_train([2**30], 2**31), "pulses in one block"),
+        (lambda: line_train([1], 2**31 + 1), "1 to 2\\^31"),
         (lambda: line_train([], 20000), "one number per axis"),
         (lambda: line_train([1, 2], 0), "register capacity 0"),
         (lambda: line_train([1, 2], 8, preset=8), "preset 8"),
@@ -242,6 +305,7 @@ def test_absolute_rounding():
         (lambda: arc_train((0, 0), (0, 0), 20, ccw=True), "the centre"),
         (lambda: arc_train((10, 0), (0, 10), 9, ccw=True), "register overflow"),
         (lambda: arc_train((10, 0), (0, 10), 20, ccw=True, turns=0), "0 turns"),
+        (lambda: arc_train((10, 0), (10, 0), 20, ccw=True, turns=10**9), "pulses in one block"),
         (lambda: arc_train((10, 0, 0), (0, 10, 0), 20, ccw=True), "two coordinates"),
         (lambda: helix_train((2, 0), (0, 2), 500, 8, ccw=True), "500 pulses along the axis"),
         (lambda: s1_quadrant_train(5, 10, 100), "quadrant 5"),

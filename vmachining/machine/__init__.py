@@ -82,7 +82,8 @@ Known limits
 - The acceleration of `block_times` bounds the speed along the path. Corners cost nothing and arcs have no
   centripetal limit, so the accelerated time is a lower bound for a real control; jerk is unbounded. It is
   reported and never raises a feed.
-- Limits of DDA arcs other than whole quadrants and circles are the proven 2.5 BLU, far above what is seen.
+- Limits of DDA arcs are measured over all radii to 500 BLU, not proven: 1 BLU for quadrants, 1.2 for circles,
+  2.5 for any arc. Those of lines and the ends of all blocks are proven.
 """
 
 from vmachining.machine.axis import Axis, Kind

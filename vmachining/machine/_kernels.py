@@ -114,29 +114,9 @@ def follow_branches(
 
 
 @kernel
-def linear_dda(
-    counts: NDArray[np.int64],
-    capacity: int,
-    preset: int,
-    tick: NDArray[np.int64],
-    steps: NDArray[np.int8],
-) -> int:
-    """Ticks with pulses of a linear DDA; returns how many. counts (k,) signed, tick (p,), steps (p, k) zeroed."""
-    k = counts.shape[0]
-    register = np.full(k, preset, dtype=np.int64)
-    n = 0
-    for j in range(capacity):
-        any_pulse = False
-        for a in range(k):
-            register[a] += abs(counts[a])
-            if register[a] >= capacity:
-                register[a] -= capacity
-                steps[n, a] = 1 if counts[a] > 0 else -1
-                any_pulse = True
-        if any_pulse:
-            tick[n] = j
-            n += 1
-    return n
+def adds(missing: int, integrand: int) -> int:
+    """How often an integrand must be added to fill what is missing in a register."""
+    return (missing + integrand - 1) // integrand if integrand > 0 else 2**62
 
 
 @kernel
@@ -149,7 +129,7 @@ def circular_dda(
     """Ticks with pulses of a circular DDA; returns (pulsing ticks, ticks, flushed pulses).
 
     corners (l + 1, 2): start, axis points passed, end, about the centre. Both registers start half full; Y adds
-    the coordinate X that the same tick has already moved.
+    the coordinate X that the same tick has already moved. Ticks without an overflow are taken at once.
     """
     qx = qy = capacity // 2
     n = j = flushed = 0
@@ -168,6 +148,8 @@ def circular_dda(
                     x, rx, px = x + sx, rx - 1, sx
                 flushed += 1
             else:
+                idle = min(adds(capacity - qx, abs(y)), adds(capacity - qy, abs(x))) - 1
+                qx, qy, j = qx + idle * abs(y), qy + idle * abs(x), j + idle
                 qx += abs(y)
                 if qx >= capacity:
                     qx -= capacity
@@ -204,9 +186,14 @@ def quadrant_s1(
     pkx, pky = (radius, 0) if along_x else (0, radius)
     sx, sy = (-1, 1) if along_x else (1, -1)
     qx = qy = dx = dy = n = 0
-    for j in range(ticks):
+    j = -1
+    while True:
         pkx += sx * dy
         pky += sy * dx
+        idle = min(adds(capacity - qx, abs(pkx)), adds(capacity - qy, abs(pky))) - 1
+        if j + idle + 1 >= ticks:
+            return n
+        qx, qy, j = qx + idle * abs(pkx), qy + idle * abs(pky), j + idle + 1
         qy += abs(pky)
         qx += abs(pkx)
         dx = dy = 0
@@ -219,7 +206,6 @@ def quadrant_s1(
         if dx or dy:
             tick[n], steps[n, 0], steps[n, 1] = j, dx * out_x, dy * out_y
             n += 1
-    return n
 
 
 @kernel

@@ -25,6 +25,8 @@ from vmachining.errors import KinematicsError
 from vmachining.machine import _kernels
 
 __all__ = [
+    "MAX_CAPACITY",
+    "MAX_PULSES",
     "Train",
     "arc_corners",
     "arc_train",
@@ -35,6 +37,12 @@ __all__ = [
     "pulse_counts",
     "s1_quadrant_train",
 ]
+
+MAX_CAPACITY = 2**31
+"""Products of two register contents stay exact in 64 bits."""
+
+MAX_PULSES = 50_000_000
+"""Per axis and block: 10 m at 0.2 um. More is a mistyped BLU, and would fill the memory."""
 
 ARC_LIMITS = {"quadrant": 1.0, "circle": 1.2, "arc": 2.5}
 """BLU, radius error of circular trains: a quadrant from an axis point, a whole circle from one, any other arc.
@@ -130,10 +138,15 @@ def line_train(counts: ArrayLike, capacity: int, *, preset: int | None = None) -
     if not 0 <= q0 < capacity:
         raise KinematicsError(f"preset {q0} outside 0 to {capacity - 1}")
     _fits(int(np.abs(p).max()), capacity)
-    room = min(capacity, int(np.abs(p).sum())) + 1
-    tick, steps = np.zeros(room, dtype=np.int64), np.zeros((room, len(p)), dtype=np.int8)
-    n = _kernels.linear_dda(p, capacity, q0, tick, steps)
-    return _train(tick[:n], steps[:n], capacity)
+    # pulse c of an axis comes in the first tick j (from 1) with q0 + j |p| >= c N
+    ticks = [
+        -((q0 - np.arange(1, n + 1, dtype=np.int64) * capacity) // n) - 1 for n in np.abs(p).tolist() if n
+    ]
+    every = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *ticks]))
+    steps = np.zeros((len(every), len(p)), dtype=np.int8)
+    for axis, moments in zip(np.flatnonzero(p), ticks, strict=True):
+        steps[np.searchsorted(every, moments), axis] = np.sign(p[axis])
+    return _train(every, steps, capacity)
 
 
 def line_limit(counts: ArrayLike, capacity: int, *, half_load: bool = True) -> float:
@@ -300,6 +313,10 @@ def _arc(
     s = np.asarray(start, dtype=np.int64)
     corners = arc_corners(s, end, ccw=ccw, slack=slack)
     _fits(math.ceil(math.hypot(*s)), _checked(capacity))
+    if (sent := 4 * turns * math.ceil(math.hypot(*s))) > MAX_PULSES:
+        raise KinematicsError(
+            f"{sent} pulses in one block", remedy=f"at most {MAX_PULSES}; take a larger BLU"
+        )
     if turns > 1:
         circle = arc_corners(s, s, ccw=ccw)
         corners = np.concatenate([*[circle[:-1]] * (turns - 1), corners])
@@ -310,12 +327,16 @@ def _arc(
 
 
 def _checked(capacity: int) -> int:
-    if capacity < 1 or capacity != int(capacity) or capacity >= 2**40:
-        raise KinematicsError(f"register capacity {capacity}: want a whole number from 1 to 2^40")
+    if capacity < 1 or capacity != int(capacity) or capacity > MAX_CAPACITY:
+        raise KinematicsError(f"register capacity {capacity}: want a whole number from 1 to 2^31")
     return int(capacity)
 
 
 def _fits(pulses: int, capacity: int) -> None:
+    if pulses > MAX_PULSES:
+        raise KinematicsError(
+            f"{pulses} pulses in one block", remedy=f"at most {MAX_PULSES}; take a larger BLU"
+        )
     if pulses > capacity:
         raise KinematicsError(
             f"register overflow: {pulses} in a register of {capacity}",

@@ -23,6 +23,8 @@ from vmachining.arrays import Floats, Ints
 from vmachining.errors import KinematicsError
 from vmachining.geometry import Arc, Line
 from vmachining.machine.dda import (
+    MAX_CAPACITY,
+    MAX_PULSES,
     Train,
     arc_corners,
     arc_limit,
@@ -118,8 +120,8 @@ class Interpolator:
     def __post_init__(self) -> None:
         if self.mode not in ("dda", "s1"):
             raise KinematicsError(f"mode {self.mode!r}: want dda or s1")
-        if not 1 <= self.register < 2**40:
-            raise KinematicsError(f"register {self.register}: want a whole number from 1 to 2^40")
+        if not 1 <= self.register <= MAX_CAPACITY:
+            raise KinematicsError(f"register {self.register}: want a whole number from 1 to 2^31")
         for name, value in (("blu_mm", self.blu_mm), ("rapid_mm_min", self.rapid_mm_min),
                             ("max_pulse_hz", self.max_pulse_hz)):  # fmt: skip
             if value is not None and not (math.isfinite(value) and value > 0):
@@ -168,6 +170,10 @@ class Interpolator:
         if not counts.any():
             return []
         largest = int(np.abs(counts).max())
+        if largest > MAX_PULSES:
+            raise KinematicsError(
+                f"{largest} pulses in one block", remedy=f"at most {MAX_PULSES}; take a larger BLU"
+            )
         parts = math.ceil(largest / self.register) if self.split else 1
         # rounding positions, not increments: the parts add up to the whole
         cuts = pulse_counts(counts * np.arange(parts + 1)[:, None] / parts, 1.0)
