@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
@@ -48,7 +49,7 @@ def run_job(
         except Stopped as exc:
             note(
                 f"vmachining: {exc}; the rows so far are in {folder}, nothing is lost: "
-                f"vmachining run {file} --out {folder} --resume"
+                + shlex.join(["vmachining", "run", str(file), "--out", str(folder), "--resume"])
             )
             return Code.INTERRUPTED
     result.write(folder, stock=formats)
