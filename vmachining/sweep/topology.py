@@ -1,0 +1,293 @@
+"""Instants at which the grazing curve of a cutter changes its shape, not only its place.
+
+Symbols: V velocity of the tip, A axis, S = dA/dt; vv = |V - (A.V) A|^2, vs = V.S, ss = |S|^2, ll = (A.V)^2. For a
+circle with normal (n_r, n_z) and kappa = h n_r - rho n_z the difference r^2 - c^2 of the grazing condition is
+n_r^2 vv + 2 n_r kappa vs + kappa^2 ss - n_z^2 ll; along a face it is a quadratic form in two numbers.
+
+A change happens where that form is zero at an end of a face (the curve reaches a joint, a chord of a disc is born
+or dies), where its discriminant is zero (a loop appears, two arcs merge), where A.V is zero (front and rear of
+the poles and discs swap), or where both normals of an edge graze at one point. Between two such instants every
+face keeps the number of its grazing stretches.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from vmachining.arrays import Floats
+from vmachining.geometry import Arc, Line
+from vmachining.sweep.motion import Sweep
+from vmachining.sweep.turning import Turn
+from vmachining.tool import Profile, Segment
+
+__all__ = ["Change", "breaks", "changes"]
+
+LEVELS = 18
+"""Halvings of the block; what is left is 4e-6 of it and is searched for a root or a touch."""
+
+TOUCH = 1e-10
+"""A function that comes this near to zero, relative to its size, touches it."""
+
+APART = 1e-9
+"""Instants closer than this are one."""
+
+JOINT = 1e-9
+"""rad: directions closer than this are tangent."""
+
+
+class Change(NamedTuple):
+    """One instant t in (0, 1): what happens (`end`, `merge`, `swap`, `pinch`) at which height z (mm, NaN: all)."""
+
+    t: float
+    kind: str
+    z: float
+
+
+@dataclass(frozen=True, slots=True)
+class Bounded:
+    """Values of a function of t with bounds of its size and of its slope over the whole block."""
+
+    value: Floats
+    size: float
+    slope: float
+
+    def __add__(self, other: Bounded) -> Bounded:
+        return Bounded(self.value + other.value, self.size + other.size, self.slope + other.slope)
+
+    def __mul__(self, other: Bounded) -> Bounded:
+        slope = self.size * other.slope + self.slope * other.size
+        return Bounded(self.value * other.value, self.size * other.size, slope)
+
+    def times(self, factor: float) -> Bounded:
+        """A number times the function."""
+        return Bounded(factor * self.value, abs(factor) * self.size, abs(factor) * self.slope)
+
+
+class Forms(NamedTuple):
+    """The scalars of the module docstring; cross = (A x V).S, lift = A.V."""
+
+    vv: Bounded
+    vs: Bounded
+    ss: Bounded
+    lift: Bounded
+    cross: Bounded
+
+
+Function: TypeAlias = Callable[[Forms], Bounded]
+
+
+def breaks(sweep: Sweep) -> Floats:
+    """(n,) rising times inside (0, 1) at which the topology of the grazing curve changes; empty for lines."""
+    return np.array(sorted({c.t for c in changes(sweep)}))
+
+
+def changes(sweep: Sweep) -> list[Change]:
+    """All changes in order of time; those closer than 1e-9 share one time.
+
+    Notes
+    -----
+    Every function of time is made of scalar products whose sizes and slopes are bounded over the block. A
+    stretch where |g(a)| + |g(b)| exceeds the slope times its length has no root; the others are halved. A
+    sign change is then solved by bisection, a touch is kept if it is a zero to 1e-10 of the function's size.
+    """
+    path = sweep.path
+    if isinstance(path, Line) or (isinstance(path, Turn) and path.is_steady and path.is_straight):
+        return []
+    found: list[Change] = []
+    for kind, z, g, accept in _functions(sweep.profile):
+        found += [Change(t, kind, z) for t in _roots(g, path) if accept(_forms(path, np.array([t])))]
+    found.sort()
+    out: list[Change] = []
+    for c in found:
+        if out and c.t - out[-1].t < APART:
+            c = c._replace(t=out[-1].t)
+            if c in out:
+                continue
+        out.append(c)
+    return out
+
+
+def _functions(profile: Profile) -> list[tuple[str, float, Function, Callable[[Forms], bool]]]:
+    """(kind, height, function, check) of everything that may change."""
+    out: list[tuple[str, float, Function, Callable[[Forms], bool]]] = []
+    nan = float("nan")
+    out.append(("swap", nan, lambda f: f.lift, lambda f: True))
+    faces = _faces(profile)
+    for s in faces:
+        for r, z, beta in ((s.r0, s.z0, s.beta[0]), (s.r1, s.z1, s.beta[1])):
+            n_r, n_z = float(np.cos(beta)), float(np.sin(beta))
+            out.append(("end", z, _circle(n_r, n_z, z * n_r - r * n_z), lambda f: True))
+        middle = 0.5 * (s.z0 + s.z1)
+        out.append(("merge", middle, _gap(s), _inside(s)))
+    for below, above in pairwise(faces):
+        if above.beta[0] > below.beta[1] + JOINT and above.r0 > 0.0:
+            out.append(("pinch", above.z0, _pinch(above.r0, above.z0), lambda f: True))
+    return out
+
+
+def _faces(profile: Profile) -> list[Segment]:
+    """Segments with the discs at both ends, from the axis at the bottom to the axis at the top."""
+    nan = float("nan")
+    (r0, z0), (r1, z1) = profile.points[0].tolist(), profile.points[-1].tolist()
+    bottom = [Segment(0.0, z0, r0, z0, nan, nan, 0.0)] if r0 > 0.0 else []
+    top = [Segment(r1, z1, 0.0, z1, nan, nan, 0.0)] if r1 > 0.0 else []
+    return [*bottom, *profile.segments, *top]
+
+
+def _circle(n_r: float, n_z: float, kappa: float) -> Function:
+    """r^2 - c^2 of one circle."""
+
+    def g(f: Forms) -> Bounded:
+        flat = f.vv.times(n_r * n_r) + f.vs.times(2.0 * n_r * kappa) + f.ss.times(kappa * kappa)
+        return flat + (f.lift * f.lift).times(-n_z * n_z)
+
+    return g
+
+
+def _quadratic(s: Segment) -> Callable[[Forms], tuple[Bounded, Bounded, Bounded]]:
+    """r^2 - c^2 along a face: q0 + q1 x + q2 x^2, x the share of a line or tan beta on an arc (times cos^2)."""
+    if s.is_arc:
+        q, z = s.cr, s.cz
+
+        def arc(f: Forms) -> tuple[Bounded, Bounded, Bounded]:
+            first = f.vv + f.vs.times(2.0 * z) + f.ss.times(z * z)
+            second = f.vs.times(-2.0 * q) + f.ss.times(-2.0 * q * z)
+            return first, second, f.ss.times(q * q) + (f.lift * f.lift).times(-1.0)
+
+        return arc
+    d_r, d_z = s.r1 - s.r0, s.z1 - s.z0
+    length = float(np.hypot(d_r, d_z))
+    n_r, n_z = d_z / length, -d_r / length
+    k0, k1 = s.z0 * n_r - s.r0 * n_z, length  # kappa along a line grows by its length
+
+    def line(f: Forms) -> tuple[Bounded, Bounded, Bounded]:
+        first = f.vv.times(n_r * n_r) + f.vs.times(2.0 * n_r * k0) + f.ss.times(k0 * k0)
+        second = f.vs.times(2.0 * k1 * n_r) + f.ss.times(2.0 * k1 * k0)
+        return first + (f.lift * f.lift).times(-n_z * n_z), second, f.ss.times(k1 * k1)
+
+    return line
+
+
+def _gap(s: Segment) -> Function:
+    """Discriminant of the quadratic of a face."""
+    form = _quadratic(s)
+
+    def g(f: Forms) -> Bounded:
+        q0, q1, q2 = form(f)
+        return q1 * q1 + (q0 * q2).times(-4.0)
+
+    return g
+
+
+def _inside(s: Segment) -> Callable[[Forms], bool]:
+    """Whether the double root of the quadratic lies on the face."""
+    form = _quadratic(s)
+
+    def check(f: Forms) -> bool:
+        _q0, q1, q2 = (float(q.value[0]) for q in form(f))
+        if s.is_arc:
+            x, lo, hi = float(np.arctan2(-q1, 2.0 * q2) if q2 >= 0 else np.arctan2(q1, -2.0 * q2)), *s.beta
+            return lo - JOINT <= x <= hi + JOINT
+        return q2 != 0.0 and -JOINT <= -0.5 * q1 / q2 <= 1.0 + JOINT
+
+    return check
+
+
+def _pinch(r: float, z: float) -> Function:
+    """Zero where both normals of an edge graze at one point: m square to V at the height, A.V = r m.S there.
+
+    With v = V + z S without its part along A the condition is ll |v|^2 = r^2 ((A x v).S)^2, and (A x S).S = 0.
+    """
+
+    def g(f: Forms) -> Bounded:
+        speed = f.vv + f.vs.times(2.0 * z) + f.ss.times(z * z)
+        return f.lift * f.lift * speed + (f.cross * f.cross).times(-r * r)
+
+    return g
+
+
+def _forms(path: Arc | Line | Turn, t: Floats) -> Forms:
+    """Scalars at times (n,), with bounds over the block."""
+    V = path.velocity(t)
+    if isinstance(path, Turn):
+        A, S = path.axis(t), path.axis_rate(t)
+        v1, v2 = path.tip_series.bound(1), path.tip_series.bound(2)
+        s1, s2 = path.axis_series.bound(1), path.axis_series.bound(2)
+    else:
+        A, S = np.broadcast_to([0.0, 0.0, 1.0], V.shape), np.zeros_like(V)
+        v1, v2, s1, s2 = path.length, 0.0, 0.0, 0.0
+        if isinstance(path, Arc):
+            v2 = path.angle**2 * path.radius
+    lift = Bounded((A * V).sum(1), v1, v2 + v1 * s1)
+    vv = Bounded((V * V).sum(1), v1 * v1, 2.0 * v1 * v2) + (lift * lift).times(-1.0)
+    vs = Bounded((V * S).sum(1), v1 * s1, v2 * s1 + v1 * s2)
+    ss = Bounded((S * S).sum(1), s1 * s1, 2.0 * s1 * s2)
+    cross = Bounded((np.cross(A, V) * S).sum(1), v1 * s1, v2 * s1 + v1 * s2 + v1 * s1 * s1)
+    return Forms(vv, vs, ss, lift, cross)
+
+
+def _roots(g: Function, path: Arc | Line | Turn) -> list[float]:
+    """Zeros of g in (0, 1), sign changes and touches."""
+    lo, hi = np.array([0.0]), np.array([1.0])
+    scale = g(_forms(path, np.linspace(0.0, 1.0, 65)))
+    size = float(np.abs(scale.value).max())
+    if size <= TOUCH * scale.size or size == 0.0:
+        return []  # zero throughout: no change
+    for _ in range(LEVELS):
+        middle = 0.5 * (lo + hi)
+        lo, hi = np.concatenate([lo, middle]), np.concatenate([middle, hi])
+        a, b = g(_forms(path, lo)), g(_forms(path, hi))
+        open_ = (np.abs(a.value) + np.abs(b.value) <= a.slope * (hi - lo)) | (a.value * b.value <= 0.0)
+        lo, hi = lo[open_], hi[open_]
+        if not len(lo):
+            return []
+        if len(lo) > 4096:  # a function that almost vanishes over a stretch has no instants of change there
+            break
+
+    def value(t: float) -> float:
+        return float(g(_forms(path, np.array([t]))).value[0])
+
+    order = np.argsort(lo)
+    found: list[float] = []
+    for p, q in _runs(lo[order], hi[order]):
+        inner = np.linspace(p, q, 9)
+        values = g(_forms(path, inner)).value
+        crossed = False
+        for k in range(8):
+            if values[k] * values[k + 1] < 0.0 or values[k] == 0.0:
+                found.append(_bisect(value, float(inner[k]), float(inner[k + 1]), float(values[k])))
+                crossed = True
+        if not crossed and np.abs(values).min() <= TOUCH * size:
+            found.append(float(inner[int(np.argmin(np.abs(values)))]))
+    return [t for t in found if APART < t < 1.0 - APART]
+
+
+def _runs(lo: Floats, hi: Floats) -> list[tuple[float, float]]:
+    """Adjacent stretches joined."""
+    out: list[tuple[float, float]] = []
+    for a, b in zip(lo.tolist(), hi.tolist(), strict=True):
+        if out and a <= out[-1][1]:
+            out[-1] = (out[-1][0], b)
+        else:
+            out.append((a, b))
+    return out
+
+
+def _bisect(g: Callable[[float], float], a: float, b: float, at_a: float) -> float:
+    """Root of a function that changes sign, to the last bit."""
+    if at_a == 0.0:
+        return a
+    for _ in range(60):
+        middle = 0.5 * (a + b)
+        if not a < middle < b:
+            break
+        if (g(middle) < 0.0) == (at_a < 0.0):
+            a = middle
+        else:
+            b = middle
+    return 0.5 * (a + b)
