@@ -83,6 +83,24 @@ def test_any_order_of_slides_and_rotary_axes(order):
     assert round_trip(m, q).max() < ROUND_TRIP
 
 
+def test_rotary_axes_and_tools_in_any_direction():
+    """Machines as they are built: nothing square to anything, and slides that are not perpendicular."""
+    rng = np.random.default_rng(9)
+    for _ in range(150):
+        ways = rng.normal(size=(5, 3))
+        kinds = rng.permutation(["rotary", "rotary", "linear", "linear", "linear"])
+        axes = [
+            Axis(name, kind, way, point=rng.uniform(-50, 50, 3), sign=int(rng.choice([-1, 1])))
+            for name, kind, way in zip("ABXYZ", kinds, ways, strict=True)
+        ]
+        m = Machine("skew", axes, tip=rng.uniform(-50, 50, 3), tool=rng.normal(size=3))
+        q = joints(m, rng, 40)
+        det = m.inverse(*m.forward(q)).slide_det
+        q = q[np.nanmin(det, axis=1) > 1e-2]
+        if len(q):
+            assert round_trip(m, q).max() < ROUND_TRIP
+
+
 def test_slide_singularity_is_reported():
     x, y, z = (Axis(n, "linear", d) for n, d in zip("XYZ", np.eye(3), strict=True))
     m = Machine("XBYAZ", [x, Axis("B", "rotary", (0, 1, 0)), y, Axis("A", "rotary", (1, 0, 0)), z])

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import tomllib
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from machines import joints
 
 from vmachining.errors import KinematicsError
@@ -86,8 +90,6 @@ def test_a_file_is_its_preset(write):
 
 
 def test_the_example_of_the_docstring_is_right():
-    import tomllib
-
     from vmachining.machine import machinefile
 
     text = machinefile.__doc__.split("\n\n", 1)[1]
@@ -141,3 +143,30 @@ def test_files_that_are_none(write, tmp_path):
         load("ac-table", pivot=3)
     with pytest.raises(KinematicsError, match="options belong to presets"):
         load(write(GOOD), pivot=3)
+
+
+@given(st.data())
+@settings(deadline=None, max_examples=120)
+def test_damaged_files_are_refused_or_read(data):
+    """Lines dropped, doubled and replaced: a machine, or the one error that names it."""
+    lines = GOOD.splitlines()
+    for _ in range(data.draw(st.integers(1, 4))):
+        k = data.draw(st.integers(0, len(lines) - 1))
+        what = data.draw(st.sampled_from(["drop", "double", "value", "text"]))
+        if what == "drop" and len(lines) > 1:
+            del lines[k]
+        elif what == "double":
+            lines.insert(k, lines[k])
+        elif what == "value" and "=" in lines[k]:
+            value = data.draw(st.sampled_from(
+                ["0", "-1", "1e999", "nan", "inf", "true", '""', '"x"', "[]", "[0, 0, 0]", "[1, 2]", "{}", "[[1]]",
+                 "1979-05-27", '[1, "a", 3]', "99999999999999999999999"]
+            ))  # fmt: skip
+            lines[k] = lines[k].split("=")[0] + "= " + value
+        else:
+            lines[k] = data.draw(st.text(max_size=12))
+    try:
+        found = machine_from_mapping(tomllib.loads("\n".join(lines)))
+    except (KinematicsError, tomllib.TOMLDecodeError):
+        return
+    assert np.isfinite(found.forward(np.zeros(len(found.axes))).axis).all()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from machines import FIVE_AXIS, joints, machine
+from scipy.integrate import quad
 
 from vmachining.errors import KinematicsError
 from vmachining.machine import (
@@ -15,6 +16,7 @@ from vmachining.machine import (
     preset,
     straighten,
     tip_deviation,
+    tip_lengths,
 )
 
 T = np.linspace(0.0, 1.0, 41)
@@ -79,6 +81,17 @@ def test_extent(name):
         assert (np.ptp(points, axis=0) > 0.9 * (high - low) - 0.2).all()
         assert np.linalg.norm(np.diff(axes, axis=0), axis=1).sum() <= motion.turned * (1 + 1e-9)
         assert not motion.is_upright
+
+
+@pytest.mark.parametrize("name", FIVE_AXIS)
+def test_lengths(name):
+    """Against adaptive quadrature; the tip is never near rest in these blocks."""
+    rng, m = np.random.default_rng(5), machine(name)
+    q0, q1 = joints(m, rng, 6), joints(m, rng, 6)
+    for length, a, b in zip(tip_lengths(m, q0, q1), q0, q1, strict=True):
+        speed = JointMotion(m, a, b).velocity
+        want = quad(lambda t, v=speed: np.linalg.norm(v(t)), 0, 1, limit=200, epsabs=1e-9, epsrel=1e-12)[0]
+        assert length == pytest.approx(want, rel=1e-9)
 
 
 @pytest.mark.parametrize("name", FIVE_AXIS)

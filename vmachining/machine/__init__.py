@@ -120,7 +120,7 @@ from vmachining.machine.joint_limits import (
 )
 from vmachining.machine.limits import MachineLimits
 from vmachining.machine.machinefile import load, machine_from_mapping, read_machine
-from vmachining.machine.motion import JointMotion, TcpMotion, derivative_bounds
+from vmachining.machine.motion import JointMotion, TcpMotion, derivative_bounds, tip_lengths
 from vmachining.machine.orientation import (
     ca_acceleration,
     ca_axis,
@@ -201,6 +201,7 @@ __all__ = [
     "tcp_caps",
     "tcp_peaks",
     "tip_deviation",
+    "tip_lengths",
     "travel_caps",
     "travel_overruns",
     "write_csv",

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from vmachining.arrays import Floats, rows
 from vmachining.errors import KinematicsError
 from vmachining.machine.chain import Machine
-from vmachining.machine.motion import JointMotion, TcpMotion
+from vmachining.machine.motion import JointMotion, TcpMotion, tip_lengths
 
 __all__ = ["Overrun", "joint_caps", "joint_peaks", "least_times", "tcp_caps", "tcp_peaks", "travel_overruns"]
 
@@ -85,11 +85,8 @@ def joint_caps(
     (n,) mm/min; inf where nothing limits, and for a block without length.
     """
     seconds = least_times(machine, start, end)
-    if length_mm is None:
-        pairs = zip(np.asarray(start, dtype=float), np.asarray(end, dtype=float), strict=True)
-        length = np.array([JointMotion(machine, a, b).length for a, b in pairs])
-    else:
-        length = rows(length_mm, len(seconds), name="length_mm")
+    given = tip_lengths(machine, start, end) if length_mm is None else length_mm
+    length = rows(given, len(seconds), name="length_mm")
     usable = (seconds > 0) & (length > 0)
     return np.asarray(MM_MIN * np.divide(length, seconds, out=np.full(len(length), np.inf), where=usable))
 

@@ -25,7 +25,7 @@ from vmachining.geometry.rotation import angle_between, great_circle
 from vmachining.machine.branches import follow
 from vmachining.machine.chain import Machine, Rates
 
-__all__ = ["JointMotion", "TcpMotion", "derivative_bounds"]
+__all__ = ["JointMotion", "TcpMotion", "derivative_bounds", "tip_lengths"]
 
 GAUSS = np.polynomial.legendre.leggauss(16)
 UPRIGHT_EPS = 1e-12
@@ -99,10 +99,7 @@ class JointMotion:
     @property
     def length(self) -> float:
         """mm of the tip path; Gauss quadrature, 16 points for each half radian the rotary joints turn."""
-        pieces = math.ceil(2.0 * self.turned) + 1
-        node, weight = GAUSS
-        t = (np.arange(pieces)[:, None] + 0.5 * (node + 1.0)) / pieces
-        return float((np.linalg.norm(self.velocity(t), axis=-1) @ weight).sum() / (2 * pieces))
+        return float(tip_lengths(self.machine, self.first[None], self.last[None])[0])
 
     @property
     def turned(self) -> float:
@@ -266,6 +263,25 @@ class TcpMotion:
     def _ends(self) -> tuple[Floats, Floats]:
         u, v = self.machine.forward([self.first, self.last]).axis
         return u, v
+
+
+def tip_lengths(machine: Machine, start: ArrayLike, end: ArrayLike) -> Floats:
+    """(n,) mm of the tip paths of joint-linear blocks (n, m).
+
+    Gauss quadrature of the speed, 16 points for each half radian that the rotary joints turn.
+    """
+    q0, q1 = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
+    turned = np.abs(q1 - q0)[:, list(machine.rotary)].sum(axis=1)
+    pieces = np.ceil(2.0 * turned).astype(np.int64) + 1
+    out = np.zeros(len(q0))
+    node, weight = GAUSS
+    for count in np.unique(pieces):
+        k = np.flatnonzero(pieces == count)
+        t = ((np.arange(count)[:, None] + 0.5 * (node + 1.0)) / count).reshape(-1, 1)
+        speed = (q1[k] - q0[k])[:, None, :]
+        velocity = machine.rates(q0[k][:, None, :] + t * speed, speed).velocity
+        out[k] = np.linalg.norm(velocity, axis=-1) @ np.tile(weight, count) / (2 * count)
+    return out
 
 
 def derivative_bounds(machine: Machine, start: ArrayLike, end: ArrayLike) -> Floats:
