@@ -5,13 +5,12 @@ one cut by outer sweeps:
 
     hi = vol(A and W_outer)      the most that can be left, cut by the most that can cut
     lo = vol(B and W_inner)      the least by the least
-    estimate = (vol(A and W_inner) + 2 vol(B and W_outer)) / 3
+    estimate = w vol(A and W_inner) + (1 - w) vol(B and W_outer)
 
 W_inner < W < W_outer for every block, so B < S < A by induction, hence lo <= truth <= hi. Both volumes of the
-estimate lie between lo and hi too. Their weights cancel the error of a facet: on an arc of radius R an inner
-facet of angle D lacks R^2 D^3/12, an outer one has R^2 D^3/24 too much, and the weighted error vanishes for
-every whole facet, to fourth order in D. A and B change by exactly what the estimate counts, so estimates add
-up to the change of (A + 2 B) / 3, whatever the order of the blocks.
+estimate lie between lo and hi too. The weight w cancels the error of the facets, see `solids.balance`: it is
+1/3 on the level, where facets lie along the motion, and follows the silhouette of the cutter on slopes. The
+estimate of the workpiece is the stock without the estimates of all blocks.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from manifold3d import Manifold, OpType
 from vmachining.arrays import Floats
 from vmachining.engines.mesh.checkpoint import read_tiles, write_tiles
 from vmachining.engines.mesh.facets import Side
-from vmachining.engines.mesh.solids import Facets, checked, cutters, facets, shape_key
+from vmachining.engines.mesh.solids import Facets, balance, checked, cutters, facets, shape_key
 from vmachining.engines.mesh.stock import StockMesh, StockSurface
 from vmachining.engines.mesh.tiles import SIDES, Share, Tile, joined, reached
 from vmachining.errors import EngineError
@@ -66,6 +65,7 @@ class MeshEngine:
         if root is None:
             raise EngineError("the stock is empty", engine=self.name)
         self._root = root
+        self._gone = 0.0
         self.stock_volume = _bracket(root.volumes[Side.INNER], root.volumes[Side.OUTER])
 
     # -- cutting -------------------------------------------------------------------------------------------
@@ -81,13 +81,15 @@ class MeshEngine:
         run = self._run_id(block)
         chained = self._chained(sweep)
         tools = {side: facets(sweep.profile, self.chord, side) for side in SIDES}
+        weight = balance(sweep, tools[Side.INNER], tools[Side.OUTER])
         total = AIR
         for tile in reached(self._root, self._box(sweep), self._tile_size(sweep), self._share):
             try:
-                total = total.plus(self._cut_tile(tile, sweep, tools, chained, run))
+                total = total.plus(self._cut_tile(tile, sweep, tools, weight, chained, run))
             except EngineError as error:
                 raise EngineError(error.reason, engine=self.name, block=block) from error
         self._removed = shape_key(sweep.profile), sweep.path.position(1.0).tolist()
+        self._gone += total.estimate
         return total
 
     def _chained(self, sweep: Sweep) -> bool:
@@ -118,7 +120,13 @@ class MeshEngine:
         return total
 
     def _cut_tile(
-        self, tile: Tile, sweep: Sweep, tools: dict[Side, Facets], chained: bool, run: int | None
+        self,
+        tile: Tile,
+        sweep: Sweep,
+        tools: dict[Side, Facets],
+        weight: float,
+        chained: bool,
+        run: int | None,
     ) -> Bracket:
         def solids(side: Side) -> list[Manifold]:
             return cutters(sweep, tools[side], tile.window, chained=chained, block_id=run)
@@ -150,7 +158,7 @@ class MeshEngine:
                 tile.put(side, rest[side])
         if fresh:
             lo = removed[Side.INNER]
-        estimate = (removed[Side.INNER] + 2.0 * removed[Side.OUTER]) / 3.0
+        estimate = weight * removed[Side.INNER] + (1.0 - weight) * removed[Side.OUTER]
         return Bracket(max(0.0, min(lo - noise, estimate)), estimate, max(hi + noise, estimate))
 
     def _box(self, sweep: Sweep) -> Floats:
@@ -177,7 +185,8 @@ class MeshEngine:
         for tile in self._root.leaves():
             inner += tile.volumes[Side.INNER]
             outer += tile.volumes[Side.OUTER]
-        return _bracket(inner, outer)
+        left = self.stock_volume.estimate - self._gone
+        return Bracket(outer, min(max(left, outer), inner), inner)
 
     def surface(self) -> StockSurface:
         """Triangles of the workpiece, tiles joined, with the block that cut each (-1: raw stock).
@@ -209,6 +218,7 @@ class MeshEngine:
             "chord": self.chord,
             "tile_mm": self.tile_mm,
             "stock": list(self.stock_volume),
+            "gone": self._gone,
             "removed": list(self._removed) if self._removed is not None else None,
         }
         write_tiles(path, self._root, self._blocks, state)
@@ -227,6 +237,7 @@ class MeshEngine:
         engine._root, engine._blocks, state = read_tiles(path)
         engine.chord, engine.tile_mm = state["chord"], state["tile_mm"]
         engine.stock_volume = Bracket(*state["stock"])
+        engine._gone = state["gone"] if engine._share.part == 0 else 0.0
         removed = state["removed"]
         engine._removed = (removed[0], removed[1]) if removed is not None else None
         return engine
@@ -238,6 +249,7 @@ class MeshEngine:
         engine._root, engine._share = joined([each._root for each in engines]), Share()
         for each in engines[1:]:
             engine._blocks |= each._blocks
+            engine._gone += each._gone
         return engine
 
 
@@ -258,5 +270,5 @@ def _shared(solid: Manifold, cutters: list[Manifold]) -> float:
 
 
 def _bracket(inner_cut: float, outer_cut: float) -> Bracket:
-    """Volume of a workpiece between its two meshes."""
+    """Volume of a raw workpiece between its two meshes."""
     return Bracket(outer_cut, (inner_cut + 2.0 * outer_cut) / 3.0, inner_cut)

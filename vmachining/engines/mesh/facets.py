@@ -124,7 +124,7 @@ class Polyhedron:
 
     points (n, 3); triangles (m, 3), outward; normals (m, 3), unit; edges (k, 4): two points and the triangles
     on the left and on the right of the way from the first to the second; height: lowest and highest z; reach:
-    largest radius;
+    largest radius; areas (m,) mm^2;
     turn: sine of half as much again as the largest angle between neighbouring facets of a round surface.
     """
 
@@ -135,6 +135,16 @@ class Polyhedron:
     height: tuple[float, float]
     reach: float
     turn: float
+    areas: Floats
+
+    def shadow(self, level: float, rise: float) -> float:
+        """mm^2 of the projection along the unit direction (level, 0, rise), without the upper rim's share.
+
+        Half the sum of |n . d| over the facets; the disc on top makes the upper edge of the shadow.
+        """
+        along = np.abs(self.normals[:, 0] * level + self.normals[:, 2] * rise)
+        top = self.normals[:, 2] > 1.0 - 1e-9
+        return 0.5 * float(self.areas @ along - abs(rise) * self.areas[top].sum())
 
 
 def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
@@ -170,11 +180,16 @@ def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
     normals = _support_normals(points, triangles, left)
     bends = np.arccos(np.clip(np.einsum("ij,ij->i", normals[edges[:, 2]], normals[edges[:, 3]]), -1.0, 1.0))
     bend = float(bends[bends < SHARP].max(initial=0.0))
+    corners = points[triangles]
+    areas = 0.5 * np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
     return Polyhedron(
         points,
         triangles,
         normals,
         edges,
+        areas=areas,
         height=(float(line[0, 1]), float(line[-1, 1])),
         reach=float(np.hypot(points[:, 0], points[:, 1]).max()),
         turn=float(np.sin(min(1.5 * bend, np.pi / 2))),
