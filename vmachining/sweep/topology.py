@@ -18,6 +18,7 @@ from itertools import pairwise
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
+from scipy.optimize import brentq, minimize_scalar
 
 from vmachining.arrays import Floats
 from vmachining.geometry import Arc, Line
@@ -27,14 +28,17 @@ from vmachining.tool import Profile, Segment
 
 __all__ = ["Change", "breaks", "changes"]
 
-LEVELS = 18
-"""Halvings of the block; what is left is 4e-6 of it and is searched for a root or a touch."""
+GRID, LEVELS = 128, 7
+"""First division of the block and halvings after it: what is left, 1e-4 of it, has a root, a touch or neither."""
+
+NEAR = 1e-4
+"""A function that stays above this share of its size over a stretch of 1e-4 is not looked at for a touch."""
 
 TOUCH = 1e-10
 """A function that comes this near to zero, relative to its size, touches it."""
 
-APART = 1e-9
-"""Instants closer than this are one."""
+APART = 1e-6
+"""Instants closer than this are one: a root of a square is only found to the root of its rounding."""
 
 JOINT = 1e-9
 """rad: directions closer than this are tangent."""
@@ -87,20 +91,25 @@ def breaks(sweep: Sweep) -> Floats:
 
 
 def changes(sweep: Sweep) -> list[Change]:
-    """All changes in order of time; those closer than 1e-9 share one time.
+    """All changes in order of time; those closer than 1e-6 share one time.
 
     Notes
     -----
     Every function of time is made of scalar products whose sizes and slopes are bounded over the block. A
     stretch where |g(a)| + |g(b)| exceeds the slope times its length has no root; the others are halved. A
-    sign change is then solved by bisection, a touch is kept if it is a zero to 1e-10 of the function's size.
+    sign change is then solved, a touch is kept if it is a zero to 1e-10 of the function's size. Two roots less
+    than 1e-4 of the block apart may be taken for a touch that is none.
     """
     path = sweep.path
     if isinstance(path, Line) or (isinstance(path, Turn) and path.is_steady and path.is_straight):
         return []
     found: list[Change] = []
+    grid = np.linspace(0.0, 1.0, GRID + 1)
+    known = _forms(path, grid)
     for kind, z, g, accept in _functions(sweep.profile):
-        found += [Change(t, kind, z) for t in _roots(g, path) if accept(_forms(path, np.array([t])))]
+        found += [
+            Change(t, kind, z) for t in _roots(g, path, grid, known) if accept(_forms(path, np.array([t])))
+        ]
     found.sort()
     out: list[Change] = []
     for c in found:
@@ -216,8 +225,7 @@ def _forms(path: Arc | Line | Turn, t: Floats) -> Forms:
     V = path.velocity(t)
     if isinstance(path, Turn):
         A, S = path.axis(t), path.axis_rate(t)
-        v1, v2 = path.tip_series.bound(1), path.tip_series.bound(2)
-        s1, s2 = path.axis_series.bound(1), path.axis_series.bound(2)
+        v1, v2, s1, s2 = (series.bound(k) for series in (path.tip_series, path.axis_series) for k in (1, 2))
     else:
         A, S = np.broadcast_to([0.0, 0.0, 1.0], V.shape), np.zeros_like(V)
         v1, v2, s1, s2 = path.length, 0.0, 0.0, 0.0
@@ -231,39 +239,41 @@ def _forms(path: Arc | Line | Turn, t: Floats) -> Forms:
     return Forms(vv, vs, ss, lift, cross)
 
 
-def _roots(g: Function, path: Arc | Line | Turn) -> list[float]:
-    """Zeros of g in (0, 1), sign changes and touches."""
-    lo, hi = np.array([0.0]), np.array([1.0])
-    scale = g(_forms(path, np.linspace(0.0, 1.0, 65)))
-    size = float(np.abs(scale.value).max())
-    if size <= TOUCH * scale.size or size == 0.0:
+def _roots(g: Function, path: Arc | Line | Turn, grid: Floats, known: Forms) -> list[float]:
+    """Zeros of g in (0, 1), sign changes and touches; `known` are the forms on an equal grid."""
+    first = g(known)
+    size = float(np.abs(first.value).max())
+    if size <= TOUCH * first.size or size == 0.0:
         return []  # zero throughout: no change
-    for _ in range(LEVELS):
-        middle = 0.5 * (lo + hi)
-        lo, hi = np.concatenate([lo, middle]), np.concatenate([middle, hi])
-        a, b = g(_forms(path, lo)), g(_forms(path, hi))
-        open_ = (np.abs(a.value) + np.abs(b.value) <= a.slope * (hi - lo)) | (a.value * b.value <= 0.0)
-        lo, hi = lo[open_], hi[open_]
+    lo, hi, at_lo, at_hi = grid[:-1], grid[1:], first.value[:-1], first.value[1:]
+    for level in range(LEVELS):
+        open_ = (np.abs(at_lo) + np.abs(at_hi) <= first.slope * (hi - lo)) | (at_lo * at_hi <= 0.0)
+        lo, hi, at_lo, at_hi = lo[open_], hi[open_], at_lo[open_], at_hi[open_]
         if not len(lo):
             return []
-        if len(lo) > 4096:  # a function that almost vanishes over a stretch has no instants of change there
+        if level == LEVELS - 1:
             break
+        middle = 0.5 * (lo + hi)
+        between = g(_forms(path, middle)).value
+        lo, hi = np.concatenate([lo, middle]), np.concatenate([middle, hi])
+        at_lo, at_hi = np.concatenate([at_lo, between]), np.concatenate([between, at_hi])
 
     def value(t: float) -> float:
         return float(g(_forms(path, np.array([t]))).value[0])
 
     order = np.argsort(lo)
     found: list[float] = []
+    for k in order:
+        if at_lo[k] * at_hi[k] < 0.0 or at_lo[k] == 0.0:
+            found.append(float(brentq(value, lo[k], hi[k], xtol=1e-15)) if at_lo[k] else float(lo[k]))
     for p, q in _runs(lo[order], hi[order]):
-        inner = np.linspace(p, q, 9)
-        values = g(_forms(path, inner)).value
-        crossed = False
-        for k in range(8):
-            if values[k] * values[k + 1] < 0.0 or values[k] == 0.0:
-                found.append(_bisect(value, float(inner[k]), float(inner[k + 1]), float(values[k])))
-                crossed = True
-        if not crossed and np.abs(values).min() <= TOUCH * size:
-            found.append(float(inner[int(np.argmin(np.abs(values)))]))
+        here = (lo >= p) & (hi <= q)
+        if (at_lo[here] * at_hi[here] > 0.0).all() and np.abs(at_lo[here]).min() <= NEAR * size:
+            low = minimize_scalar(
+                lambda t: abs(value(t)), bounds=(p, q), method="bounded", options={"xatol": 1e-12}
+            )
+            if low.fun <= TOUCH * size:
+                found.append(float(low.x))
     return [t for t in found if APART < t < 1.0 - APART]
 
 
@@ -276,18 +286,3 @@ def _runs(lo: Floats, hi: Floats) -> list[tuple[float, float]]:
         else:
             out.append((a, b))
     return out
-
-
-def _bisect(g: Callable[[float], float], a: float, b: float, at_a: float) -> float:
-    """Root of a function that changes sign, to the last bit."""
-    if at_a == 0.0:
-        return a
-    for _ in range(60):
-        middle = 0.5 * (a + b)
-        if not a < middle < b:
-            break
-        if (g(middle) < 0.0) == (at_a < 0.0):
-            a = middle
-        else:
-            b = middle
-    return 0.5 * (a + b)
