@@ -72,7 +72,7 @@ def test_run_tells_people_on_stderr_and_quiet_is_quiet(tmp_path, capsys, monkeyp
 BAD = {
     "no file": (["run", "none.toml"], ["none.toml", "No such file"]),
     "later engine": (["run", "job.toml", "--engine", "brep"], ["brep", "not supported yet"]),
-    "later brep": (["run", "job.toml", "--brep", "sample"], ["sample", "not supported yet"]),
+    "brep": (["run", "job.toml", "--brep", "7-3"], ["--brep", "block 3 comes before block 7"]),
     "later scheduler": (
         ["batch", "job.toml", "--scheduler", "tcp://x"],
         ["--scheduler", "not supported yet"],

@@ -74,7 +74,9 @@ def run_(
     certify: Annotated[
         bool, typer.Option("--certify", help="Rigorous brackets; the mesh engine always gives them.")
     ] = False,
-    brep: Annotated[str, typer.Option("--brep", help="Second opinion by B-rep: none.")] = "none",
+    brep: Annotated[
+        str, typer.Option("--brep", metavar="WHICH", help="B-rep checks: none, sample, all or blocks 3,7-12.")
+    ] = "none",
     workers: Annotated[
         int | None,
         typer.Option("--workers", min=1, help="Processes that cut (default: the cores, for long programs)."),

@@ -6,12 +6,14 @@ import shlex
 from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note, progress_bar
 from vmachining.errors import InputError
 from vmachining.job import Job, RunResult, Stopped, check_formats, run
 from vmachining.job.batch import BATCH_COLUMNS, already_complete, run_many, safe_name
+from vmachining.job.brep import parse_brep
 
 __all__ = ["run_batch", "run_demo", "run_job"]
 
@@ -30,8 +32,7 @@ def run_job(
     as_json: bool,
 ) -> int:
     """`vmachining run`."""
-    if brep != "none":
-        raise InputError(f"--brep {brep} is not supported yet", remedy="take none")
+    parse_brep(brep)
     formats = check_formats(stock)
     job = Job.load(file)
     folder = out if out is not None else Path("out") / safe_name(job.name)
@@ -44,7 +45,8 @@ def run_job(
     with progress_bar(quiet=silent) as progress:
         try:
             result = run(
-                job, engine=engine, certify=certify, out=folder, resume=resume, workers=workers, progress=progress
+                job, engine=engine, certify=certify, out=folder, resume=resume, workers=workers, brep=brep,
+                progress=progress,
             )  # fmt: skip
         except Stopped as exc:
             note(
@@ -57,7 +59,7 @@ def run_job(
         emit(result.summary)
     else:
         note(_told(result, folder), quiet=quiet)
-    return Code.DONE
+    return Code.FINDINGS if result.summary["brep"]["refused"] else Code.DONE
 
 
 def run_demo(*, out: Path | None, stock: str, quiet: bool, as_json: bool) -> int:
@@ -107,6 +109,14 @@ def run_batch(
     return max((int(row["exit_code"]) for row in rows), default=int(Code.DONE))
 
 
+def _second(counts: dict[str, Any]) -> list[str]:
+    """What the B-rep engine said, if it was asked."""
+    if not counts["asked"]:
+        return []
+    said = ", ".join(f"{counts[word]} {word}" for word in ("agreed", "retried", "refused"))
+    return [f"  B-rep     {counts['asked']} blocks asked: {said}"]
+
+
 def _told(result: RunResult, folder: Path) -> str:
     """The summary for people."""
     s = result.summary
@@ -118,6 +128,7 @@ def _told(result: RunResult, folder: Path) -> str:
         f"  time      {s['time_s']:.2f} s"
         + (f" -> {s['scheduled_time_s']:.2f} s scheduled" if s["scheduled_time_s"] is not None else ""),
         f"  warnings  {s['warnings']}",
+        *_second(s["brep"]),
         *(f"  note      {text}" for text in s["notes"]),
     ]
     if left := len(s.get("unsplit_lines", ())) + len(s.get("untouched_lines", ())):

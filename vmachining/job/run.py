@@ -19,6 +19,7 @@ from typing import Any
 from vmachining.engines.mesh import Crew, MeshEngine, crew
 from vmachining.errors import InputError, JobError, NCError, StockError
 from vmachining.job.blocks import Block, group_blocks, move_path, program_lines
+from vmachining.job.brep import Asked, blank, brep_columns, parse_brep
 from vmachining.job.contact import Contacts, ToolParts
 from vmachining.job.files import (
     MANIFEST,
@@ -50,6 +51,7 @@ WORKERS_FROM = 300
 MAX_WORKERS = 8
 """Neighbouring tiles have few colours, so more processes would wait for each other."""
 
+NO_BREP = {"asked": 0, "agreed": 0, "retried": 0, "refused": 0}
 NO_END = frozenset({"E401"})
 """A program without M2 or M30 still cuts what it cuts: the tester reports it, a simulation does not mind."""
 
@@ -70,6 +72,7 @@ def run(
     out: Path | str | None = None,
     resume: bool = False,
     workers: int | None = None,
+    brep: str = "none",
     progress: Progress | None = None,
 ) -> RunResult:
     """Simulate a job: removed volume with its bracket per block, contacts, times, and the schedule if asked.
@@ -83,6 +86,7 @@ def run(
     resume : go on after an interruption, from the checkpoint in `out`.
     workers : processes that cut; None: one per core where the program is long enough. Changes no number
         beyond rounding.
+    brep : blocks whose volume the B-rep engine checks: "none", "sample", "all" or numbers such as "3,7-12".
     progress : called with stage name, blocks done, blocks in all.
 
     Raises
@@ -95,6 +99,9 @@ def run(
         A kernel failed; names the block.
     """
     refuse_later(engine)
+    asked = parse_brep(brep)
+    if asked != "none":
+        blank(job)
     begin = time.perf_counter()
     if resume and out is None:
         raise InputError("resume wants the directory of the interrupted run")
@@ -102,7 +109,7 @@ def run(
     folder = Path(keep.name if keep else str(out))
     options = {"engine": engine, "certify": certify, "chord_mm": job.keys.accuracy.chord_mm}
     with _stop_flag() as stop:
-        work = _Run(job, folder, options, resume, workers, progress or (lambda *_: None), stop)
+        work = _Run(job, folder, options, resume, workers, asked, progress or (lambda *_: None), stop)
         try:
             result = work.go()
         finally:
@@ -150,6 +157,7 @@ class _Run:
     options: dict[str, Any]
     resume: bool
     workers: int | None
+    brep: Asked
     progress: Progress
     stop: Callable[[], bool]
     manifest: dict[str, Any] = field(default_factory=dict)
@@ -192,7 +200,14 @@ class _Run:
             new_rows = self.folder / "scheduled_blocks.partial.csv"
             finish(new_rows, self.folder, "scheduled_blocks")
             scheduled, report = compare(feed, schedule, written, blocks, read_partial(new_rows))
-        finish(partial, self.folder, "blocks", scheduled)
+        opinion, counts_brep = None, NO_BREP
+        if self.brep != "none":
+            names = ["block", "motion", "removed_mm3", "removed_lo_mm3", "removed_hi_mm3"]
+            opinion, counts_brep = brep_columns(
+                job, program, blocks, tools, read_partial(partial, names), self.brep,
+                workers=self.workers, stop=self.stop, progress=self.progress,
+            )  # fmt: skip
+        finish(partial, self.folder, "blocks", scheduled, opinion)
         result = RunResult(
             job=job,
             program=program,
@@ -205,6 +220,7 @@ class _Run:
             findings=_quiet_findings(program, blocks),
         )
         result.summary = self._summary(result, stock, times, after)
+        result.summary["brep"] = dict(counts_brep)
         return result
 
     # -- program and stock ---------------------------------------------------------------------------------
@@ -399,7 +415,7 @@ class _Run:
             "scheduled_time_s": None if after is None else float(after.seconds.sum()),
             "ideal_time_s": float(times.ideal_s.sum()),
             "scheduled_ideal_time_s": None if after is None else float(after.ideal_s.sum()),
-            "brep": {"asked": 0, "agreed": 0, "retried": 0, "refused": 0},
+            "brep": dict(NO_BREP),
             "warnings": int(rows["warning"].count()) + len(result.findings),
             "seconds": 0.0,
             "peak_mb": 0.0,

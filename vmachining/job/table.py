@@ -136,11 +136,18 @@ def read_samples(path: Path) -> Iterator[tuple[int, tuple[float, ...]]]:
                 yield int(row["block"]), tuple(float(v) for v in row[SAMPLES].split())
 
 
-def finish(partial: Path, folder: Path, stem: str = "blocks", scheduled: pl.DataFrame | None = None) -> None:
+def finish(
+    partial: Path,
+    folder: Path,
+    stem: str = "blocks",
+    scheduled: pl.DataFrame | None = None,
+    opinion: pl.DataFrame | None = None,
+) -> None:
     """Make `stem`.csv and `stem`.parquet of a partial file, in streaming fashion.
 
     scheduled : columns block, scheduled_feed_mm_min, scheduled_time_s to fill in, and note, which joins the
     warning; or None.
+    opinion : columns block, removed_brep_mm3, brep_status, and brep_note, which joins the warning; or None.
     """
     frame = _lazy(partial).select(list(COLUMNS))
     if scheduled is not None:
@@ -151,6 +158,18 @@ def finish(partial: Path, folder: Path, stem: str = "blocks", scheduled: pl.Data
         said = pl.concat_str("warning", "note", separator="; ", ignore_nulls=True)
         frame = frame.with_columns(pl.when(said != "").then(said).alias("warning"))
         frame = frame.select(list(COLUMNS))
+    if opinion is not None:
+        extra = ["removed_brep_mm3", "brep_status"]
+        frame = frame.drop(extra).join(
+            opinion.lazy().select(["block", *extra, "brep_note"]),
+            on="block",
+            how="left",
+            maintain_order="left",
+        )
+        said = pl.concat_str(
+            "warning", pl.when(pl.col("brep_note") != "").then("brep_note"), separator="; ", ignore_nulls=True
+        )
+        frame = frame.with_columns(pl.when(said != "").then(said).alias("warning")).select(list(COLUMNS))
     with atomic_path(folder / f"{stem}.parquet") as temporary:
         frame.sink_parquet(temporary)
     with atomic_path(folder / f"{stem}.csv") as temporary:

@@ -356,10 +356,22 @@ def _known(result: RunResult) -> list[str]:
     ]
 
 
+def _second(counts: dict[str, Any]) -> str:
+    """What the B-rep engine was asked and said."""
+    if not counts["asked"]:
+        return (
+            "No second engine (B-rep) has checked these volumes: "
+            "columns removed_brep_mm3 and brep_status are empty."
+        )
+    return (
+        f"The B-rep engine was asked about {counts['asked']} blocks: {counts['agreed']} agreed, "
+        f"{counts['retried']} agreed at a later attempt, {counts['refused']} it refused (see their warnings)."
+    )
+
+
 def _unknown(result: RunResult) -> list[str]:
     lines = [
-        "No second engine (B-rep) has checked these volumes: "
-        "columns removed_brep_mm3 and brep_status are empty.",
+        _second(result.summary["brep"]),
         "Engagement, chips, forces and power are not computed: their columns are empty.",
         "Rapids and the shank and holder are checked for contact with the stock, they do not cut it. "
         "A contact thinner than the chord is not reported.",

@@ -1,0 +1,193 @@
+"""The ladder: values of closed forms, of the mesh bracket, and what happens when OCCT is wrong, hangs or dies."""
+
+from __future__ import annotations
+
+import json
+from itertools import pairwise
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+from tinyjob import PROGRAM, SLOT_MM3, write_job
+
+from vmachining import BallNose, Bracket, BullNose, FlatEnd, Job, JobError, StockError, Sweep, run
+from vmachining.cli.main import run as command
+from vmachining.engines import brep
+from vmachining.engines.brep import Blank, Ladder, Status, ladder, workers
+from vmachining.engines.brep.near import SweepIndex
+from vmachining.engines.mesh import MeshEngine, box_stock
+from vmachining.errors import EngineError, InputError
+from vmachining.geometry import Arc, Line
+from vmachining.geometry.path import Path as ToolPath
+from vmachining.job.brep import chosen, parse_brep
+
+BOX = Blank("box", (0, -20, -20), (30, 20, 0))
+ANY = Bracket(0.0, 0.0, 1e9)
+
+
+def chain(tool: object, paths: list[ToolPath]) -> list[list[Sweep]]:
+    return [[Sweep.along(tool, path)] for path in paths]  # type: ignore[arg-type]
+
+
+def near(value: float, rel: float = 1e-6) -> Bracket:
+    return Bracket(value * (1 - rel), value, value * (1 + rel))
+
+
+def test_through_slots_have_their_closed_form() -> None:
+    across = [Line((-10, 0, -1), (40, 0, -1))]
+    half = np.sqrt(25 - 16)
+    segment = 25 * np.arccos(4 / 5) - 4 * half
+    cases = [
+        (FlatEnd(diameter=10, length=40), 300.0),
+        (BallNose(diameter=10, length=40), 30 * segment),
+        (BullNose(diameter=10, corner_radius=1, length=40), 30 * (10 - (2 - pi / 2))),
+    ]
+    for tool, truth in cases:
+        verdict = Ladder(BOX, chain(tool, across)).removed(0, near(truth))
+        assert verdict.status is Status.AGREED
+        assert verdict.removed_mm3 == pytest.approx(truth, rel=1e-9)
+
+
+def test_a_bar_turns_round_and_a_second_pass_finds_nothing() -> None:
+    bar = Blank("cylinder", (0, 0, -10), (0, 0, 0), center=(0, 0), radius=12)
+    around = Arc((15, 0, -4), (0, 0, -4), angle=2 * pi)
+    work = Ladder(bar, chain(FlatEnd(diameter=10, length=40), [around, around]))
+    truth = pi * (12**2 - 10**2) * 4
+    assert work.removed(0, near(truth)).removed_mm3 == pytest.approx(truth, rel=1e-9)
+    again = work.removed(1, Bracket(0.0, 0.0, 0.0))
+    assert again.status is Status.AGREED and again.removed_mm3 == 0.0
+
+
+@pytest.mark.parametrize(
+    "tool", [FlatEnd(diameter=10, length=40), BallNose(diameter=10, length=40)], ids=["flat", "ball"]
+)
+def test_overlapping_passes_agree_with_the_mesh_and_add_up(tool: object) -> None:
+    corners = [(-10, 0, -2), (40, 0, -2), (40, 3, -2), (-10, 3, -2), (-10, 6, -3), (40, 6, -3), (20, 1, -4)]
+    paths: list[ToolPath] = [Line(a, b) for a, b in pairwise(corners)]
+    paths.append(Arc((20, 1, -4), (22, 1, -4), angle=2.0))
+    sweeps = chain(tool, paths)
+    mesh = MeshEngine(box_stock((0, -20, -20), (30, 20, 0)), 0.02)
+    brackets = [mesh.cut(sweep) for (sweep,) in sweeps]
+    work = Ladder(BOX, sweeps)
+    verdicts = [work.removed(k, bracket) for k, bracket in enumerate(brackets)]
+    assert {v.status for v in verdicts} <= {Status.AGREED, Status.RETRIED}
+    total = sum(v.removed_mm3 or 0.0 for v in verdicts)
+    before = mesh.stock_volume
+    assert before.lo - mesh.volume.hi <= total <= before.hi - mesh.volume.lo
+
+
+@pytest.mark.parametrize("rung", ladder.RUNGS)
+def test_every_rung_gives_the_same_value(rung: str) -> None:
+    tool = BallNose(diameter=10, length=40)
+    work = Ladder(BOX, chain(tool, [Line((-10, 0, -1), (40, 0, -1)), Line((-10, 3, -1.5), (40, 3, -1.5))]))
+    # the second slot's segment without what the first one took: their arcs cross where both are equally deep
+    y = np.linspace(-4, 8, 2_000_001)
+    depth = [np.maximum(d - 5 + np.sqrt(np.maximum(25 - (y - c) ** 2, 0)), 0) for c, d in ((0, 1), (3, 1.5))]
+    truth = 30 * float(np.trapezoid(np.maximum(depth[1] - depth[0], 0), y))
+    verdict = work.removed(1, near(truth, 3e-4), rungs=[rung])
+    assert verdict.removed_mm3 == pytest.approx(truth, rel=1e-4 if rung in ("grown", "fuzzy 1e-03") else 1e-6)
+
+
+def test_a_wrong_boolean_is_retried_or_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    tool = FlatEnd(diameter=10, length=40)
+    work = Ladder(BOX, chain(tool, [Line((-10, 0, -1), (40, 0, -1))]))
+    right = ladder._common
+    monkeypatch.setattr(ladder, "_common", lambda a, b, fuzzy: right(a, b, fuzzy) if fuzzy else a)
+    retried = work.removed(0, near(300.0))
+    assert retried.status is Status.RETRIED and retried.rung == "fuzzy 1e-05"
+    monkeypatch.setattr(ladder, "_common", lambda a, b, fuzzy: a)
+    refused = work.removed(0, near(300.0))
+    assert refused.status is Status.REFUSED and refused.removed_mm3 is None
+    assert "is outside [" in refused.reason and len(refused.tried) == len(ladder.RUNGS)
+
+
+def test_an_empty_answer_is_not_believed() -> None:
+    work = Ladder(BOX, chain(FlatEnd(diameter=10, length=40), [Line((-10, 0, 1), (40, 0, 1))]))
+    assert work.removed(0, Bracket(0, 0, 0)).removed_mm3 == 0.0
+    assert work.removed(0, Bracket(10, 11, 12)).status is Status.REFUSED
+
+
+def test_only_sweeps_that_reach_the_region_are_subtracted() -> None:
+    tool = FlatEnd(diameter=10, length=40)
+    far = [Line((-10, y, -1), (40, y, -1)) for y in (-15.0, 15.0)]
+    buried = [Line((-10, 0, -1), (40, 0, -1)), Line((-10, 0, -2), (40, 0, -2))]
+    sweeps = [
+        sweep for block in chain(tool, [*far, *buried, Line((-10, 2, -3), (40, 2, -3))]) for sweep in block
+    ]
+    needed = SweepIndex(sweeps).needed(4, np.array([[0, -20, -20], [30, 20, 0]], dtype=float))
+    assert needed[0] == 3 and set(needed) <= {2, 3}  # the deeper slot first; the far ones not at all
+
+
+def test_a_worker_that_hangs_or_dies_costs_its_block_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    paths: list[ToolPath] = [Line((-10, y, -1), (40, y, -1)) for y in (0.0, 5.0, 10.0)]
+    sweeps = chain(FlatEnd(diameter=10, length=40), paths)
+    asked = {0: near(300.0), 1: near(150.0), 2: near(150.0)}
+    real = workers._Worker.ask
+
+    def stumbles(self: workers._Worker, block: int, bracket: Bracket, seconds: float) -> brep.Verdict:
+        if block == 0:
+            self._process.kill()
+        return real(self, block, bracket, 1e-6 if block == 1 else seconds)
+
+    monkeypatch.setattr(workers._Worker, "ask", stumbles)
+    found = dict(brep.check_blocks(BOX, sweeps, asked))
+    assert "signal 9" in found[0].reason and "no answer within" in found[1].reason
+    assert [found[k].status for k in range(3)] == [Status.REFUSED, Status.REFUSED, Status.AGREED]
+    monkeypatch.setattr(workers.sys, "executable", "/bin/false")
+    with pytest.raises(EngineError, match="no worker process"):
+        list(brep.check_blocks(BOX, sweeps, asked))
+
+
+def test_words_of_the_option() -> None:
+    assert parse_brep("All") == "all"
+    assert parse_brep("3,7-9") == (range(3, 4), range(7, 10))
+    for wrong in ("some", "7-3", "1--2", "-1", ""):
+        with pytest.raises(InputError, match="--brep"):
+            parse_brep(wrong)
+    rows = pl.DataFrame(
+        {"block": range(100), "motion": ["rapid"] + 99 * ["linear"], "removed_hi_mm3": 100 * [1.0]}
+    )
+    assert chosen("none", rows) == [] and chosen("all", rows) == list(range(1, 100))
+    sample = chosen("sample", rows)
+    assert len(sample) == 20 == len(set(sample)) and sample[-1] == 99 and sample == chosen("sample", rows)
+    assert chosen((range(0, 3),), rows) == [1, 2]
+    with pytest.raises(InputError, match="no block 100"):
+        chosen((range(90, 101),), rows)
+
+
+def test_run_fills_the_columns_and_the_summary(tmp_path: Path) -> None:
+    file = write_job(tmp_path)
+    assert command(["run", str(file), "--out", str(tmp_path / "out"), "--brep", "all", "--quiet"]) == 0
+    rows = pl.read_csv(tmp_path / "out" / "blocks.csv")
+    counts = json.loads((tmp_path / "out" / "summary.json").read_text())["brep"]
+    checked = rows.filter(pl.col("brep_status") != "skipped")
+    assert set(checked["brep_status"]) <= {"agreed", "retried"}
+    assert counts["asked"] == len(checked) == counts["agreed"] + counts["retried"] and counts["refused"] == 0
+    assert rows.filter(pl.col("motion") == "rapid")["brep_status"].to_list() == ["skipped"] * 5
+    slot = rows.filter(pl.col("line") == 7)
+    assert slot["removed_brep_mm3"].item() == pytest.approx(SLOT_MM3, rel=1e-9)
+    for row in checked.iter_rows(named=True):
+        slack = 1e-5
+        assert row["removed_lo_mm3"] - slack <= row["removed_brep_mm3"] <= row["removed_hi_mm3"] + slack
+
+
+def test_a_refusal_is_told_and_ends_with_code_1(tmp_path: Path) -> None:
+    half, helix = "N100 G2 X7 Y12 I2 J0", "N100 G2 X5 Y12 Z-1 I1 J0"
+    assert half in PROGRAM
+    file = write_job(tmp_path, program=PROGRAM.replace(half, helix))
+    assert command(["run", str(file), "--out", str(tmp_path / "out"), "--brep", "all", "--quiet"]) == 1
+    rows = pl.read_csv(tmp_path / "out" / "blocks.csv").filter(pl.col("brep_status") == "refused")
+    assert (
+        rows["removed_brep_mm3"].null_count() == len(rows) == 2
+    )  # the helix, and what needs it as a neighbour
+    assert all("helix whose axis lies in the cutter" in text for text in rows["warning"])
+
+
+def test_triangles_are_no_stock_for_it(tmp_path: Path) -> None:
+    old = "box = { min = [0, 0, -4], max = [10, 18, 0] }"
+    file = write_job(tmp_path, swap={old: 'stl = "part.stl"'})
+    (tmp_path / "part.stl").write_text("solid\nendsolid\n")
+    with pytest.raises((InputError, JobError, StockError), match="triangles"):
+        run(Job.load(file), brep="sample")

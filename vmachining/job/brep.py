@@ -1,0 +1,190 @@
+"""`--brep none|sample|all|BLOCKS`: the second opinion on removed volumes, gated by the brackets of the run.
+
+The B-rep engine gets the stock, what every block sweeps and the bracket of every block asked for; it answers
+with a value inside the bracket, or refuses and says why. No number of the mesh engine changes.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import polars as pl
+
+from vmachining.errors import InputError
+from vmachining.geometry import Bracket
+from vmachining.job.blocks import Block, move_path
+from vmachining.job.contact import ToolParts
+from vmachining.job.jobfile import Job
+from vmachining.job.simulate import Progress, Stopped
+from vmachining.nc import Motion, Program
+from vmachining.sweep import Sweep
+
+if TYPE_CHECKING:
+    from vmachining.engines.brep import Blank, Verdict
+
+__all__ = ["BREP_HELP", "Asked", "brep_columns", "parse_brep"]
+
+SAMPLE = 20
+"""Blocks of `--brep sample`, spread evenly over those that remove something."""
+
+BREP_HELP = "none | sample | all | blocks such as 3,7-12"
+
+Asked = str | tuple[range, ...]
+"""none, sample, all, or ranges of block numbers."""
+
+
+def parse_brep(text: str) -> Asked:
+    """Which blocks `--brep` asks for.
+
+    Raises
+    ------
+    InputError
+        Neither a known word nor block numbers.
+    """
+    word = text.strip().lower()
+    if word in ("none", "sample", "all"):
+        return word
+    found = []
+    for part in word.split(","):
+        ends = part.strip().split("-")
+        if len(ends) > 2 or not all(end.strip().isdigit() for end in ends):
+            raise InputError(f"--brep {text!r} is not understood", remedy=f"give {BREP_HELP}")
+        first, last = int(ends[0]), int(ends[-1])
+        if last < first:
+            raise InputError(f"--brep: block {last} comes before block {first}", remedy="give 7-12, not 12-7")
+        found.append(range(first, last + 1))
+    return tuple(found)
+
+
+def blank(job: Job) -> Blank:
+    """The stock as the B-rep engine wants it.
+
+    Raises
+    ------
+    InputError
+        An STL stock: triangles are no B-rep.
+    """
+    from vmachining.engines.brep import Blank
+
+    keys, scale = job.keys.stock, job.scale
+    if keys.box is not None:
+        x, y, z = (scale * v for v in keys.box.min)
+        a, b, c = (scale * v for v in keys.box.max)
+        return Blank("box", (x, y, z), (a, b, c))
+    if keys.cylinder is not None:
+        bar = keys.cylinder
+        low, high = (scale * v for v in bar.z)
+        x, y = (scale * v for v in bar.center)
+        return Blank("cylinder", (0.0, 0.0, low), (0.0, 0.0, high), center=(x, y), radius=scale * bar.radius)
+    if keys.step is not None:
+        return Blank("step", file=str(job.stock_path))
+    raise InputError(
+        "--brep wants a stock of faces, an STL has triangles",
+        **job.where("stock"),
+        remedy="give the stock as box, cylinder or step, or take --brep none",
+    )
+
+
+def chosen(asked: Asked, rows: pl.DataFrame) -> list[int]:
+    """Block numbers to check, from the rows of the run.
+
+    Raises
+    ------
+    InputError
+        A block that the program does not have.
+    """
+    cuts = rows.filter(pl.col("motion") != "rapid")["block"].to_list()
+    if asked == "none":
+        return []
+    if asked == "all":
+        return cuts
+    if asked == "sample":
+        removing = rows.filter(pl.col("removed_hi_mm3") > 0.0)["block"].to_list()
+        n = len(removing)
+        count = min(SAMPLE, n)
+        return [removing[(k * (n - 1)) // max(count - 1, 1)] for k in range(count)]
+    last = int(rows["block"].max())  # type: ignore[arg-type]
+    numbers = {k for part in asked if isinstance(part, range) for k in part if k <= last}
+    beyond = [part for part in asked if isinstance(part, range) and part[-1] > last]
+    if beyond:
+        raise InputError(f"--brep: there is no block {beyond[0][-1]}", remedy=f"the last block is {last}")
+    return sorted(numbers & set(cuts))
+
+
+def brep_columns(
+    job: Job,
+    program: Program,
+    blocks: Sequence[Block],
+    tools: Mapping[int, ToolParts],
+    rows: pl.DataFrame,
+    asked: Asked,
+    *,
+    workers: int | None,
+    stop: Callable[[], bool],
+    progress: Progress,
+) -> tuple[pl.DataFrame, dict[str, Any]]:
+    """(block, removed_brep_mm3, brep_status, brep_note) of every block, and the counts of the summary.
+
+    rows : block, motion, removed_mm3, removed_lo_mm3, removed_hi_mm3 of the run.
+
+    Raises
+    ------
+    Stopped
+        The user asked to stop; the mesh result is not lost.
+    EngineError
+        The kernel cannot be started.
+    """
+    from vmachining.engines.brep import check_blocks
+
+    numbers = chosen(asked, rows)
+    brackets = {
+        int(k): Bracket(lo, mid, hi)
+        for k, lo, mid, hi in rows.select("block", "removed_lo_mm3", "removed_mm3", "removed_hi_mm3").iter_rows()
+    }  # fmt: skip
+    want = {k: brackets[k] for k in numbers}
+    sweeps = [_sweeps(block, program, tools) for block in blocks[: max(numbers, default=-1) + 1]]
+    verdicts: dict[int, Verdict] = {}
+    progress("brep", 0, len(want))
+    count = workers if workers is not None else os.cpu_count() or 1
+    for number, verdict in check_blocks(blank(job), sweeps, want, workers=count, stop=stop):
+        verdicts[number] = verdict
+        progress("brep", len(verdicts), len(want))
+    if len(verdicts) < len(want):
+        raise Stopped("brep", len(verdicts), len(want))
+    status = {k: str(v.status) for k, v in verdicts.items()}
+    table = pl.DataFrame(
+        {
+            "block": [block.number for block in blocks],
+            "removed_brep_mm3": [_value(verdicts.get(block.number)) for block in blocks],
+            "brep_status": [status.get(block.number, "skipped") for block in blocks],
+            "brep_note": [_note(verdicts.get(block.number)) for block in blocks],
+        },
+        schema={
+            "block": pl.Int64, "removed_brep_mm3": pl.Float64, "brep_status": pl.String, "brep_note": pl.String
+        },
+    )  # fmt: skip
+    counts: dict[str, Any] = {"asked": len(want)}
+    counts |= {word: sum(s == word for s in status.values()) for word in ("agreed", "retried", "refused")}
+    rungs = [v.rung for v in verdicts.values() if v.rung]
+    counts["rungs"] = {rung: rungs.count(rung) for rung in dict.fromkeys(rungs)}
+    return table, counts
+
+
+def _sweeps(block: Block, program: Program, tools: Mapping[int, ToolParts]) -> list[Sweep]:
+    """What the feed motions of a block sweep."""
+    moves = [program.moves[index] for index in block.moves]
+    return [
+        Sweep.along(tools[move.tool].cutter, move_path(move))
+        for move in moves
+        if move.motion is not Motion.RAPID and move.tool in tools
+    ]
+
+
+def _value(verdict: Verdict | None) -> float | None:
+    return None if verdict is None else verdict.removed_mm3
+
+
+def _note(verdict: Verdict | None) -> str:
+    return f"B-rep refused: {verdict.reason}" if verdict is not None and verdict.reason else ""
