@@ -10,13 +10,17 @@ from vmachining.machine import (
     Axis,
     JointMotion,
     Machine,
+    MachineLimits,
     TcpMotion,
+    block_times,
+    joint_accelerations,
     joint_caps,
     joint_peaks,
     least_times,
     load,
     tcp_caps,
     tcp_peaks,
+    tip_lengths,
     travel_caps,
     travel_overruns,
 )
@@ -44,6 +48,24 @@ def test_joint_linear_feed_is_that_of_the_slowest_joint():
     # without a given length it is the true tip path: here within an Archimedean spiral arc of radius <= 1
     assert joint_caps(m, q0, q1)[0] == pytest.approx(360 * JointMotion(m, q0[0], q1[0]).length)
     assert np.isinf(joint_caps(m, q0, q0)).all() and np.isinf(joint_caps(ac(), q0, q1)).all()
+
+
+def test_time_of_a_turn_with_limited_joints():
+    """C turns by 1 rad at 0.5 rad/s and 1 rad/s^2 under a tip 20 mm away: 2 s steady and 0.5 s of ramps."""
+    m = ac(rotary=0.5, rotary_a=1.0)
+    q0, q1 = m.joints(x=[20.0], c=[0.0]), m.joints(x=[20.0], c=[1.0], degrees=False)
+    length = tip_lengths(m, q0, q1)
+    np.testing.assert_allclose(length, 20.0)
+    np.testing.assert_allclose(joint_accelerations(m, q0, q1), 20.0)
+    found = block_times(
+        length, [1e6], [False], MachineLimits(), cap_mm_min=joint_caps(m, q0, q1),
+        acceleration_mm_s2=joint_accelerations(m, q0, q1),
+    )  # fmt: skip
+    np.testing.assert_allclose(found.ideal_s, 2.0)
+    np.testing.assert_allclose(found.accelerated_s, 2.5)
+    assert (
+        np.isinf(joint_accelerations(m, q0, q0)).all() and np.isinf(joint_accelerations(ac(), q0, q1)).all()
+    )
 
 
 def test_tip_on_a_chord_while_the_table_turns():

@@ -127,3 +127,23 @@ def test_bad_columns_are_refused():
         times([1.0], [100.0], dwell_s=[-1.0])
     with pytest.raises(KinematicsError, match="stop"):
         times([1.0], [100.0], stop=[True, False])
+
+
+def test_accelerations_of_single_blocks():
+    """One block at 500 as before; the next at 2000: 5 mm at 50 mm/s from 50 to rest, ramp of 0.625 mm."""
+    alone = times([10.0], [3000.0])
+    np.testing.assert_array_equal(
+        times([10.0], [3000.0], acceleration_mm_s2=[np.inf]).accelerated_s, alone.accelerated_s
+    )
+    np.testing.assert_array_equal(
+        times([10.0], [3000.0], MachineLimits(), acceleration_mm_s2=[500.0]).accelerated_s,
+        alone.accelerated_s,
+    )
+    two = times([10.0, 5.0], [3000.0, 3000.0], MachineLimits(), acceleration_mm_s2=[500.0, 2000.0])
+    # up to 50 mm/s in 0.1 s over 2.5 mm, 7.5 mm steady; then 4.375 mm steady and 0.025 s down
+    np.testing.assert_allclose(two.accelerated_s, [0.1 + 0.15, 4.375 / 50 + 0.025], rtol=1e-14)
+    # a block without a limit changes its speed at once
+    free = times([10.0, 5.0], [3000.0, 3000.0], MachineLimits(), acceleration_mm_s2=[500.0, np.inf])
+    np.testing.assert_allclose(free.accelerated_s, [0.25, 0.1], rtol=1e-9)
+    with pytest.raises(KinematicsError, match="one positive value per block"):
+        times([10.0], [3000.0], acceleration_mm_s2=[0.0])

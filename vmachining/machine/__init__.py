@@ -41,9 +41,9 @@ Equations
 ---------
 cap of a path        U = min_i vmax_i / max_s |dq_i/ds|                      (1)
                      for a straight block equal to U = L / max_i(|dq_i| / vmax_i)
-junction speed       J_i <= min(v_i, v_{i+1}),  J_{i+1}^2 <= J_i^2 + 2 a L_i, both directions   (2)
-peak speed           v_p = min(v_i, sqrt(a L_i + (J_i^2 + J_{i+1}^2) / 2))   (3)
-time                 t = (v_p - J_i)/a + (v_p - J_{i+1})/a + (L - d_1 - d_2)/v_p   (4)
+junction speed       J_i <= min(v_i, v_{i+1}),  J_{i+1}^2 <= J_i^2 + 2 a_i L_i, both directions (2)
+peak speed           v_p = min(v_i, sqrt(a_i L_i + (J_i^2 + J_{i+1}^2) / 2)) (3)
+time                 t = (v_p - J_i)/a_i + (v_p - J_{i+1})/a_i + (L - d_1 - d_2)/v_p   (4)
 joints at a tip feed U = L min_i min( v_i / max|q_i'|, sqrt(a_i / max|q_i''|) )    (5)
 chain                p = Mw^-1 T_1(q_1) ... T_m(q_m) tip,  u = rot(Mw^-1 T_1 ... T_m) k         (6)
 bow of a block       |p(t) - straight| <= max|p''| / 8                       (7)
@@ -79,7 +79,7 @@ Known limits
 - `follow` decides pose by pose. It always finds a way inside the travels if every pose has one, but not the one
   with the fewest rewinds.
 - Peaks of `tcp_caps` are sampled, with the nearest point to the first rotary axis added for great circles.
-- The acceleration of `block_times` bounds the speed along the path. Corners cost nothing and arcs have no
+- The acceleration of `block_times` bounds the speed along the path, block by block. Corners cost nothing and arcs have no
   centripetal limit, so the accelerated time is a lower bound for a real control; jerk is unbounded. It is
   reported and never raises a feed.
 - Limits of DDA arcs are measured over all radii to 500 BLU, not proven: 1 BLU for quadrants, 1.2 for circles,
@@ -111,6 +111,7 @@ from vmachining.machine.deviation import (
 )
 from vmachining.machine.joint_limits import (
     Overrun,
+    joint_accelerations,
     joint_caps,
     joint_peaks,
     least_times,
@@ -179,6 +180,7 @@ __all__ = [
     "helix_train",
     "hexapod_matrix",
     "hexapod_omega",
+    "joint_accelerations",
     "joint_caps",
     "joint_peaks",
     "jumps",

@@ -19,7 +19,16 @@ from vmachining.errors import KinematicsError
 from vmachining.machine.chain import Machine
 from vmachining.machine.motion import JointMotion, TcpMotion, tip_lengths
 
-__all__ = ["Overrun", "joint_caps", "joint_peaks", "least_times", "tcp_caps", "tcp_peaks", "travel_overruns"]
+__all__ = [
+    "Overrun",
+    "joint_accelerations",
+    "joint_caps",
+    "joint_peaks",
+    "least_times",
+    "tcp_caps",
+    "tcp_peaks",
+    "travel_overruns",
+]
 
 SAMPLES = 33
 RANK = 1e-12
@@ -89,6 +98,23 @@ def joint_caps(
     length = rows(given, len(seconds), name="length_mm")
     usable = (seconds > 0) & (length > 0)
     return np.asarray(MM_MIN * np.divide(length, seconds, out=np.full(len(length), np.inf), where=usable))
+
+
+def joint_accelerations(
+    machine: Machine, start: ArrayLike, end: ArrayLike, length_mm: ArrayLike | None = None
+) -> Floats:
+    """Largest acceleration along joint-linear blocks, mm/s^2: L min_i(a_i / |dq_i|).
+
+    Parameters and the treatment of length as in `joint_caps`; for `block_times`. inf where nothing limits, and
+    for a block without length: give its `least_times` as a pause.
+    """
+    q0, q1 = (rows(v, -1, len(machine.axes), name=n) for v, n in ((start, "start"), (end, "end")))
+    limit = np.array([axis.max_acceleration for axis in machine.axes])
+    given = tip_lengths(machine, q0, q1) if length_mm is None else length_mm
+    length = rows(given, len(q0), name="length_mm")
+    share = (np.abs(q1 - q0) / limit).max(axis=1, initial=0.0)
+    usable = (share > 0) & (length > 0)
+    return np.asarray(np.divide(length, share, out=np.full(len(length), np.inf), where=usable))
 
 
 def joint_peaks(motion: JointMotion) -> tuple[Floats, Floats]:

@@ -14,6 +14,9 @@ from vmachining.machine.limits import MachineLimits
 
 __all__ = ["BlockTimes", "block_times", "feed_path_ratio"]
 
+AT_ONCE = 1e12
+"""mm/s^2; takes a nanosecond to a metre per second."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BlockTimes:
@@ -47,6 +50,7 @@ def block_times(
     cap_mm_min: ArrayLike | None = None,
     dwell_s: ArrayLike | None = None,
     stop: ArrayLike | None = None,
+    acceleration_mm_s2: ArrayLike | None = None,
 ) -> BlockTimes:
     """Time of every block of a program.
 
@@ -64,6 +68,9 @@ def block_times(
         Pause inside the block; the axes stand still before and after.
     stop : (n,) bool, optional
         The axes stop at the end of the block (tool change, program stop, exact stop).
+    acceleration_mm_s2 : (n,), optional
+        What the joints allow along each block, see `joint_accelerations`; inf for no limit. The smaller of it
+        and the limit of the machine counts.
 
     Raises
     ------
@@ -81,7 +88,7 @@ def block_times(
     speed = _speeds(length, feed_mm_min, fast, limits, cap_mm_min)
     moving = length > 0
     ideal = np.divide(length, speed, out=np.zeros(n), where=moving)
-    acceleration = limits.max_acceleration_mm_s2
+    acceleration = _accelerations(n, limits, acceleration_mm_s2)
     junction, real = np.full(n + 1, np.nan), ideal.copy()
     if acceleration is not None:
         halt = np.zeros(n, dtype=np.bool_) if stop is None else _flags(stop, n, "stop")
@@ -102,7 +109,7 @@ def feed_path_ratio(length_mm: ArrayLike, rapid: ArrayLike) -> float:
     return float(length[~fast].sum()) / whole if whole > 0 else 0.0
 
 
-def _junctions(length: Floats, speed: Floats, acceleration: float, halt: Bools) -> Floats:
+def _junctions(length: Floats, speed: Floats, acceleration: Floats, halt: Bools) -> Floats:
     """(n + 1,) speeds at the borders. Blocks without length are transparent: the speed passes through."""
     index = np.flatnonzero(length > 0)
     before = np.searchsorted(index, np.arange(len(length) + 1), side="left")
@@ -111,8 +118,20 @@ def _junctions(length: Floats, speed: Floats, acceleration: float, halt: Bools) 
     kept = np.zeros(len(index), dtype=np.bool_)
     kept[stops[stops > 0] - 1] = True
     border = np.zeros(len(index) + 1)
-    _kernels.junction_speeds(length[index], speed[index], acceleration, kept, border)
+    _kernels.junction_speeds(length[index], speed[index], acceleration[index], kept, border)
     return np.asarray(border[before])
+
+
+def _accelerations(n: int, limits: MachineLimits, given: ArrayLike | None) -> Floats | None:
+    """(n,) mm/s^2, or None if speeds change at once everywhere. No limit in a single block is a very high one."""
+    whole = np.inf if limits.max_acceleration_mm_s2 is None else limits.max_acceleration_mm_s2
+    out = np.full(n, whole)
+    if given is not None:
+        own = np.asarray(given, dtype=np.float64)
+        if own.shape != (n,) or not (own > 0).all():
+            raise KinematicsError("acceleration_mm_s2: want one positive value per block")
+        out = np.minimum(out, own)
+    return None if np.isinf(out).all() else np.minimum(out, AT_ONCE)
 
 
 def _speeds(
