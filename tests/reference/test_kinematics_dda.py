@@ -15,6 +15,8 @@ from hypothesis import strategies as st
 
 from vmachining.errors import KinematicsError
 from vmachining.machine.dda import (
+    arc_corners,
+    arc_limit,
     arc_train,
     helix_train,
     line_limit,
@@ -222,6 +224,18 @@ def test_radius_errors():
     assert worst(range(1, 300), lambda r: 2 * r, whole=True)[0] <= 0.90
     assert worst(range(1, 41), lambda r: 20000, whole=True)[0] <= 0.83
     assert worst([1000, 2000], int, whole=False)[0] <= 1.0
+
+
+def test_circles_in_a_row_stay_within_the_limit_of_arcs():
+    """Ten turns about the worst radii of one, two and ten circles."""
+    for radius in (184, 198, 205):
+        train = arc_train((0, radius), (0, radius), radius, ccw=False, turns=10)
+        assert train.counts.tolist() == [0, 0]
+        assert (
+            1.2
+            < radius_error(train.positions((0, radius)), radius).max()
+            < arc_limit(arc_corners((0, radius), (0, radius), ccw=False), 10)
+        )
 
 
 def test_arcs_between_any_lattice_points():

@@ -48,7 +48,7 @@ ARC_LIMITS = {"quadrant": 1.0, "circle": 1.2, "arc": 2.5}
 """BLU, radius error of circular trains: a quadrant from an axis point, a whole circle from one, any other arc.
 
 Measured over all radii to 500 and beyond: 0.96, 1.16 and 2.44 (the last contains a start up to 0.7 BLU off the
-circle). With both registers half full and coordinates of the tick before, 1 + pi/4 R/N + sqrt(2)/2 < 2.5 BLU
+circle). Circles in a row start with the registers of the one before and err by up to 1.46; they count as arcs. With both registers half full and coordinates of the tick before, 1 + pi/4 R/N + sqrt(2)/2 < 2.5 BLU
 per quadrant can be proven."""
 
 QUADRANTS_S1 = {
@@ -290,14 +290,12 @@ def nearest_arc(start: ArrayLike, end: ArrayLike, *, ccw: bool) -> Train:
     return _train(np.arange(n), steps[:n], n)
 
 
-def arc_limit(start: ArrayLike, end: ArrayLike, corners: Ints) -> float:
-    """BLU the radius of an arc train may err, see `ARC_LIMITS`."""
-    s, e = np.asarray(start), np.asarray(end)
-    if not (s == 0).any():
+def arc_limit(corners: Ints, turns: int) -> float:
+    """BLU the radius of an arc train may err, see `ARC_LIMITS`; corners from `arc_corners`."""
+    start, end = corners[0], corners[-1]
+    if turns > 1 or (start != 0).all() or (end != 0).all():
         return ARC_LIMITS["arc"]
-    if (s == e).all():
-        return ARC_LIMITS["circle"]
-    return ARC_LIMITS["quadrant" if len(corners) == 2 and (e == 0).any() else "arc"]
+    return ARC_LIMITS["circle" if (start == end).all() else "quadrant" if len(corners) == 2 else "arc"]
 
 
 def radius_error(positions: Ints, radius: float) -> Floats:

@@ -238,10 +238,7 @@ class Interpolator:
             train = Train(flat.tick, _wide(flat.steps), flat.ticks)
         else:
             train = helix_train(start, finish, rise, self.register, ccw=ccw, turns=turns, slack=LATTICE_SLACK)
-            corners = arc_corners(start, finish, ccw=ccw, slack=LATTICE_SLACK)
-            limit = arc_limit(start, finish, corners if turns == 1 else corners[:1])
-            if turns > 1:
-                limit = max(limit, arc_limit(start, start, corners))
+            limit = arc_limit(arc_corners(start, finish, ccw=ccw, slack=LATTICE_SLACK), turns)
             if abs(math.hypot(*start) - math.hypot(*finish)) > 1.0:
                 limit += abs(math.hypot(*start) - math.hypot(*finish))
         at = train.positions(np.zeros(3))
