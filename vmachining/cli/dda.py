@@ -13,12 +13,14 @@ import numpy as np
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note
 from vmachining.errors import InputError, KinematicsError
-from vmachining.geometry import Arc, Line
-from vmachining.job.blocks import move_path
+from vmachining.geometry import Arc, Line, arc_between
+from vmachining.job import move_path
 from vmachining.machine import Interpolator, PulseBlock, plot_pulses, write_csv, write_npz
 from vmachining.nc import Motion, Move, Program, parse_program, read_program
 
 __all__ = ["dda"]
+
+NORMAL = {"yz": 0, "zx": 1, "xy": 2}
 
 
 def dda(
@@ -80,7 +82,7 @@ def _interpolated(program: Program, interpolator: Interpolator) -> tuple[list[Li
             raise KinematicsError(
                 "a rotary axis moves", file=program.name, line=move.line, remedy="dda drives X, Y and Z"
             )
-        path = move_path(move)
+        path = _path(move)
         if not path.length:
             continue
         feed = None if move.motion is Motion.RAPID else move.feed_mm_min
@@ -90,6 +92,16 @@ def _interpolated(program: Program, interpolator: Interpolator) -> tuple[list[Li
             raise KinematicsError(exc.message, file=program.name, line=move.line, remedy=exc.remedy) from exc
         paths.append(path)
     return paths, blocks
+
+
+def _path(move: Move) -> Line | Arc:
+    if move.motion not in (Motion.ARC_CW, Motion.ARC_CCW) or move.center is None:
+        return Line(move.start, move.end)
+    normal = NORMAL[move.plane]
+    center = np.array(move.start, dtype=np.float64)
+    center[[(normal + 1) % 3, (normal + 2) % 3]] = move.center
+    ccw = move.motion is Motion.ARC_CCW
+    return arc_between(move.start, move.end, center, normal, ccw=ccw, turns=max(move.turns, 1))
 
 
 def _turns(move: Move) -> bool:

@@ -48,8 +48,9 @@ ARC_LIMITS = {"quadrant": 1.0, "circle": 1.2, "arc": 2.5}
 """BLU, radius error of circular trains: a quadrant from an axis point, a whole circle from one, any other arc.
 
 Measured over all radii to 500 and beyond: 0.96, 1.16 and 2.44 (the last contains a start up to 0.7 BLU off the
-circle). Circles in a row start with the registers of the one before and err by up to 1.46; they count as arcs. With both registers half full and coordinates of the tick before, 1 + pi/4 R/N + sqrt(2)/2 < 2.5 BLU
-per quadrant can be proven."""
+circle). Circles in a row start with the registers of the one before and err by up to 1.46; they count as arcs.
+With both registers half full and coordinates of the tick before, 1 + pi/4 R/N + sqrt(2)/2 < 2.5 BLU per quadrant
+can be proven."""
 
 QUADRANTS_S1 = {
     # (number, ccw): starts along x, sign of x, sign of y; numbers run clockwise from the upper left
