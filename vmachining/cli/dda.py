@@ -14,7 +14,6 @@ from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note
 from vmachining.errors import InputError, KinematicsError
 from vmachining.geometry import Arc, Line, arc_between
-from vmachining.job import move_path
 from vmachining.machine import Interpolator, PulseBlock, plot_pulses, write_csv, write_npz
 from vmachining.nc import Motion, Move, Program, parse_program, read_program
 
