@@ -80,6 +80,10 @@ def drill(run: Run, code: int, fresh: bool) -> None:
     if repeats < 1.0 or repeats != int(repeats) or repeats > MAX_REPEATS:
         raise run.fail("E336", block.word("L"), f"L{repeats:g} is not a whole number of holes")
     state.cycle = cycle
+    clear = _levels(run, cycle)[0]
+    level = state.program[plane.normal]
+    if level < clear or cycle.initial < clear == level:  # the second has no length: as the reference control
+        run.rapid({plane.normal: clear})
     for _ in range(int(repeats)):
         _hole(run, cycle, plane)
 
@@ -114,15 +118,18 @@ def _remember(run: Run, code: int, plane: Plane, fresh: bool) -> Cycle:
     return Cycle(code, plane.name, old.initial, z, r, q, p)
 
 
+def _levels(run: Run, cycle: Cycle) -> tuple[float, float, float]:
+    """Clearance plane, bottom, and where the tool goes back to; program coordinates."""
+    assert cycle.z is not None and cycle.r is not None
+    clear = cycle.r if run.state.absolute else cycle.r + cycle.initial
+    bottom = cycle.z if run.state.absolute else cycle.z + clear
+    return clear, bottom, clear if run.state.to_r else max(clear, cycle.initial)
+
+
 def _hole(run: Run, cycle: Cycle, plane: Plane) -> None:
     state, block = run.state, run.block
     normal = plane.normal
-    assert cycle.z is not None and cycle.r is not None
-    clear = cycle.r if state.absolute else cycle.r + cycle.initial
-    bottom = cycle.z if state.absolute else cycle.z + clear
-    back = clear if state.to_r else max(clear, cycle.initial)
-    if state.program[normal] < clear:
-        run.rapid({normal: clear})
+    clear, bottom, back = _levels(run, cycle)
     here = state.program
     over = {axis: here[axis] for axis in (plane.first, plane.second)}
     if block.polar:

@@ -171,8 +171,12 @@ def g92(run: Run, code: int) -> None:
 
 def keep_reference(run: Run, code: int) -> None:
     """G28.1, G30.1: the reference point is here."""
-    first, second = run.state.references
-    run.state.references = (run.state.sim, second) if code == 281 else (first, run.state.sim)
+    state = run.state
+    first, second = state.references
+    here = subtract(state.machine, state.start_offset)
+    state.references = (here, second) if code == 281 else (first, here)
+    one, two = state.rotary_references
+    state.rotary_references = (state.rotary, two) if code == 281 else (one, state.rotary)
 
 
 def reference(run: Run, code: int) -> None:
@@ -183,11 +187,22 @@ def reference(run: Run, code: int) -> None:
     named = block.axes + block.rotary
     run.emit(Motion.RAPID, *run.target(), None, rotary=run.rotary_target())
     home = state.references[0 if code == 280 else 1]
-    sim, machine = list(state.sim), list(state.machine)
+    angles = state.rotary_references[0 if code == 280 else 1]
+    # the axes named are those of the work offset, turned with it
+    sim, machine = list(state.tip_program), list(state.program)
+    to_sim = state.seen(subtract(home, state.to_sim))
+    to_machine = state.seen(subtract(add(home, state.start_offset), state.to_machine))
     for axis, letter in enumerate(AXES):
         if letter in named or not named:
-            sim[axis], machine[axis] = home[axis], home[axis] + state.start_offset[axis]
-    turned = {axis: 0.0 if axis.upper() in named or not named else v for axis, v in state.rotary.items()}
+            sim[axis], machine[axis] = to_sim[axis], to_machine[axis]
+    turned = {
+        axis: angles.get(axis, 0.0) if axis.upper() in named or not named else value
+        for axis, value in state.rotary.items()
+    }
     run.emit(
-        Motion.RAPID, (sim[0], sim[1], sim[2]), (machine[0], machine[1], machine[2]), None, rotary=turned
+        Motion.RAPID,
+        add(state.turned((sim[0], sim[1], sim[2])), state.to_sim),
+        add(state.turned((machine[0], machine[1], machine[2])), state.to_machine),
+        None,
+        rotary=turned,
     )

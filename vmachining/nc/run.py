@@ -89,6 +89,10 @@ class Run:
     def polar_target(self) -> dict[int, float]:
         """`@` distance from the origin of the work offset, `^` angle from +X; in G91 both are steps."""
         block, state = self.block, self.state
+        if state.plane.name != "xy":
+            raise self.fail(
+                "E207", block.word(block.polar[0]), "polar words lie in XY, another plane is in force"
+            )
         here = state.program
         distance, angle = block.value("@"), block.value("^")
         radius, theta = math.hypot(here[0], here[1]), math.atan2(here[1], here[0])

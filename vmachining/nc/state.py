@@ -50,7 +50,8 @@ class State:
     feed : mm/min in G94, mm/rev in G95, 1/min in G93 (then of the block only); None after a change of mode.
     direction : +1 M3, -1 M4, 0 stopped. selected : last T. length : tool length offset per axis.
     warned_stopped : W501 was given since the spindle stopped. rotations : degrees, per work offset; rotation and
-    turn (its cosine and sine) : of the one in force. references : where G28 and G30 go, simulation frame.
+    turn (its cosine and sine) : of the one in force. references : where G28 and G30 go, simulation frame;
+    rotary_references : the same of the rotary axes, where not zero.
     rotary : machine degrees by "a", "b", "c", of the axes named so far; rotary_work, rotary_g92 : their
     offsets. tcp : tool centre point control. cycle : canned cycle in force; to_r : G99. compensation : cutter
     radius; tip : where the tool really is, when compensation left it beside the programmed point. plain : the
@@ -87,6 +88,9 @@ class State:
     rotation: float = 0.0
     turn: tuple[float, float] = (1.0, 0.0)
     references: tuple[Point, Point] = (ORIGIN, ORIGIN)
+    rotary_references: tuple[Mapping[str, float], Mapping[str, float]] = field(
+        default_factory=lambda: ({}, {})
+    )
     rotary: Mapping[str, float] = field(default_factory=dict)
     rotary_work: Mapping[int, Mapping[str, float]] = field(default_factory=dict)
     rotary_g92: Mapping[str, float] = field(default_factory=dict)
@@ -177,7 +181,7 @@ class Memory:
     def __init__(self, state: State) -> None:
         self.state = state
         self._named: dict[str, float] = {}
-        self._global: dict[str, float] = {}
+        self._global: dict[str, float] = {"_value": 0.0, "_value_returned": 0.0}
         self._numbered: dict[int, float] = {}
         self._callers: list[tuple[dict[str, float], dict[int, float]]] = []
 

@@ -1,0 +1,177 @@
+"""How fast programs are read, how much memory a million lines take, and whether rubbish breaks the reader."""
+
+from __future__ import annotations
+
+import math
+import os
+import random
+from collections import Counter
+from collections.abc import Iterator
+from resource import RUSAGE_SELF, getrusage
+from time import perf_counter
+from typing import Any, Final
+
+from vmachining.errors import NCError
+from vmachining.nc import CATALOGUE, Program, ToolEntry, parse_program
+
+__all__ = ["nc", "nc_fuzz"]
+
+FUZZ_VARIABLE: Final = "VMACHINING_FUZZ_INPUTS"
+SLOWEST_S: Final = 5.0
+"""A single input of at most a few hundred characters that takes longer counts as a hang."""
+
+TOOLS: Final = {k: ToolEntry(k, 2.0 * k, 50.0) for k in range(1, 5)}
+
+SEEDS: Final = {
+    "iso": [
+        "%\nO100\nN10 G21 G90 G17 (setup)\nN20 T1 M6\nN30 S1000 M3\nG0 X0 Y0 Z5\nG1 Z-1 F100\nG2 X10 Y0 I5 J0\n"
+        "G3 X0 R5 P1\nG91 X-1.5 Y+.25\nG28 Z1\nM30\n%\n",
+        "G20 G98 F10 S9 M3\nG0 Z2\nG81 X1 Y1 Z-1 R1\nX2 L2\nG83 X3 Z-2 R.5 Q.3\nG82 X4 Z-1 R1 P.5\nG73 X5 Q.2 Z-1 R1\nG80\n"
+        "G18 G85 X1 Z2 Y-1 R1\nM2\n",
+        "G21 F100 S1 M3\nG10 L2 P1 X1 Y2 R30\nG54 G0 X1\nG92 X5\nG52 Y1\nG43 H1\nG1 @10 ^45\nG92.1\nG49 G53 G0 Z3\nM2\n",
+        "F100 S1 M3\nG41 D2 G1 X20\nY20\nG2 X30 Y30 I10\nG3 X40 Y40 R10\nZ2\nX60\nG40 Y80\nM30\n",
+        "#1=3 #<a>=[2*#1]\no1 sub\nG1 X#1 F[#2+1]\no1 return [#1*2]\no1 endsub\no2 while [#1 GT 0]\n#1=[#1-1]\n"
+        "o3 if [#1 EQ 1]\no1 call [#1] [9]\no3 elseif [#<a> LT 3]\nG4 P.1\no3 else\nG0 Y#1\no3 endif\no2 endwhile\n"
+        "o4 repeat [2]\nM98 P9 L2\no4 endrepeat\nM2\nO9\nG0 Z1\nM99\n",
+        "M428\nG93 G1 X1 Y2 Z3 A10 C-20 F3\nG94 F100 A20\nG43.4 H1\nTRAORI\nB5\nM129\nM2\n",
+    ],
+    "mts": [
+        "N05 G21 G90\nN10 M06 T01\nN15 S1200 F100 M03\nN20 G92 X-100 Y+100 Z+100\nN25 G81 Z-15 W2\n"
+        "N30 G78 X100 Y-75 D+100 S3\nN35 G79\nG82 Z-47 W+5 B+0.5 D+5 K+20\n"
+        "G77 X1 Y2 R3 A4 D90 S4\nG79\nG80\nG83 Z-9 K3\nG79 X5\nM30\n"
+    ],
+    "apt": [
+        "PARTNO X\nUNITS/MM\nMULTAX/ON\nLOADTL/1\nCUTTER/10,1\nSPINDL/RPM,500,CLW\nRAPID\nGOTO/0,0,50,0,0,1\nFEDRAT/200,MMPM\n"
+        "GOTO/1,2,$\n3,0,.6,.8\nCIRCLE/0,2,3,0,0,1,1\nGOTO/-1,2,3\n$$ c\nGODLTA/1,1,1\nDELAY/2\nFINI\n"
+    ],
+    "poses": [
+        "x_mm,y_mm,z_mm,i,j,k,feed_mm_min,rapid,tool\n0,0,9,0,0,1,,1,1\n1,2,3,0,.6,.8,200,,\n4,5,6,0,0,1,,0,2\n",
+        "x_mm,y_mm,z_mm,a_deg,c_deg,feed_mm_min\n0,0,9,0,0,100\n1,2,3,-20,30,\n",
+    ],
+}
+LETTERS: Final = "GXYZFNMSTIJKRPQLDHABCUVWO@^#%/()[];:.+-*0123456789 \t\n\r<>=,$'\"\0é"
+_TOKENS: Final = (
+    "G0 G1 G2 G3 G41 G42.1 G40 G81 G83 G90 G91 G20 G21 G92 G28 G53 G10 G93 G95 G54 G18 M98 M99 M2 M30 M6 T1 L2 P1 "
+    "o1 sub endsub call if endif while endwhile repeat [1] [#1+1] #1=2 #<x> SQRT[2] X1e5 X999999999 R0 D0 Q0 % "
+    "GOTO/ FEDRAT/ MULTAX RAPID 1,2,3 nan inf , 0 -1"
+)
+
+
+def _plain(lines: int) -> bytes:
+    body = "".join(
+        f"G1 X{k % 100}.5 Y{k % 77}.25 Z-{k % 9}.125 F{100 + k % 50}\n" for k in range(min(lines, 10_000))
+    )
+    return ("G21 G90 S1 M3\n" + body * (lines // min(lines, 10_000)) + "M2\n").encode()
+
+
+def nc() -> Iterator[dict[str, Any]]:
+    """Lines per second of plain moves, of blocks on the long way, of a loop; memory of a million lines."""
+    arcs = "G2 X10 Y0 I5 J0 (c)\nG3 X0 Y0 I-5 J0\n" * 5000
+    holes = "G98 G81 X1 Y1 Z-1 R1\nX2\nG80\n" * 3000
+    contour = "G41.1 D1 G1 X20 Y0\n" + "G1 X20 Y20\nG1 X40 Y20\nG1 X40 Y0\n" * 3000 + "G40 G1 X60 Y-9\n"
+    head = "G21 G90 S1 M3 F100\nG0 X0 Y0 Z5\n"
+    loop = "#1=0\no1 while [#1 LT 20000]\n#1=[#1+1]\nG1 X#1\no1 endwhile\n"
+    for name, data, lines in (
+        ("plain", _plain(200_000), 200_000),
+        ("arcs", (head + arcs + "M2\n").encode(), 10_000),
+        ("cycles", (head + holes + "M2\n").encode(), 9_000),
+        ("compensation", (head + contour + "M2\n").encode(), 9_000),
+        ("loop", (head + loop + "M2\n").encode(), 80_000),
+    ):
+        begin = perf_counter()
+        program = parse_program(data, name, tools=TOOLS)
+        seconds = perf_counter() - begin
+        program.require_clean()
+        yield {
+            "case": "nc", "program": name, "lines": lines, "moves": len(program.moves), "seconds": seconds,
+            "lines_per_s": lines / seconds,
+        }  # fmt: skip
+    begin = perf_counter()
+    program = parse_program(_plain(1_000_000), "million")
+    yield {
+        "case": "nc", "program": "million", "lines": 1_000_000, "moves": len(program.moves),
+        "seconds": perf_counter() - begin, "peak_mb": getrusage(RUSAGE_SELF).ru_maxrss / 1024,
+    }  # fmt: skip
+
+
+def mutant(rng: random.Random) -> tuple[str, bytes]:
+    """Dialect, and a program damaged in a few places."""
+    dialect = rng.choice(("iso", "iso", "iso", "iso", "mts", "apt", "poses"))
+    if rng.random() < 0.05:
+        return dialect, rng.randbytes(rng.randrange(80))
+    text = rng.choice(SEEDS[dialect])
+    for _ in range(rng.randrange(1, 6)):
+        at, kind = rng.randrange(len(text) + 1), rng.random()
+        if kind < 0.35:
+            text = text[:at] + rng.choice(LETTERS) + text[at + 1 :]
+        elif kind < 0.55:
+            text = text[:at] + rng.choice(LETTERS) + text[at:]
+        elif kind < 0.7:
+            text = text[:at] + text[at + rng.randrange(1, 8) :]
+        elif kind < 0.85:
+            text = text[:at] + rng.choice(("", " ", "\n")) + rng.choice(_TOKENS.split(" ")) + text[at:]
+        else:
+            lines = text.split("\n")
+            one, two = rng.randrange(len(lines)), rng.randrange(len(lines))
+            lines[one], lines[two] = lines[two], rng.choice((lines[one], lines[two]))
+            text = "\n".join(lines)
+    return dialect, text.encode()
+
+
+def verdict(dialect: str, data: bytes) -> str:
+    """ "clean", "findings", "refused", or what is wrong with the answer."""
+    begin = perf_counter()
+    try:
+        program = parse_program(data, "fuzz", dialect=dialect, tools=TOOLS, rotary="AC", max_steps=300)
+    except NCError:
+        return "refused"
+    except Exception as exc:
+        return f"undeclared {type(exc).__name__}: {exc}"
+    if perf_counter() - begin > SLOWEST_S:
+        return "hang"
+    return _fault(program) or ("findings" if program.errors else "clean")
+
+
+def _fault(program: Program) -> str | None:
+    lines = program.data.count(b"\n") + program.data.count(b"\r") + 1
+    for finding in program.findings:
+        if finding.code not in CATALOGUE or not 1 <= finding.line <= lines or finding.col < 1:
+            return f"finding without a place: {finding}"
+    for move in program.moves:
+        if not all(map(math.isfinite, (*move.start, *move.end, *move.end_machine, *move.end_program))):
+            return f"motion to nowhere: {move}"
+    return None
+
+
+def skipped(rng: random.Random) -> str | None:
+    """A word that no code takes, put into a good program, must be found; None when it is."""
+    dialect = rng.choice(("iso", "iso", "mts"))
+    lines = rng.choice(SEEDS[dialect][:4]).split("\n")
+    places = [k for k, line in enumerate(lines) if line and line[0] not in "%O"]
+    k = rng.choice(places)
+    code = rng.choice(("V1", "U2", "E3", "G123", "M77", "K4 K4"))
+    lines[k] += " " + code
+    program = parse_program("\n".join(lines).encode(), "word", dialect=dialect, tools=TOOLS)
+    if any(finding.line == k + 1 and finding.severity == "E" for finding in program.findings):
+        return None
+    return f"{code} in line {k + 1} was skipped: {lines}"
+
+
+def nc_fuzz() -> Iterator[dict[str, Any]]:
+    """Damaged programs; VMACHINING_FUZZ_INPUTS says how many (default 20000)."""
+    count, begin = int(os.environ.get(FUZZ_VARIABLE, "20000")), perf_counter()
+    verdicts: Counter[str] = Counter()
+    faults: list[str] = []
+    for k in range(count):
+        rng = random.Random(k)
+        dialect, data = mutant(rng)
+        found = verdict(dialect, data)
+        verdicts[found if found in ("clean", "findings", "refused") else "faults"] += 1
+        if found not in verdicts:
+            faults.append(f"{k}: {found}: {data!r}")
+        if k % 20 == 0 and (silent := skipped(rng)) is not None:
+            faults.append(f"{k}: {silent}")
+    yield {
+        "case": "nc_fuzz", "inputs": count, **{name: verdicts[name] for name in ("clean", "findings", "refused")},
+        "faults": len(faults), "first_faults": faults[:5], "seconds": perf_counter() - begin,
+    }  # fmt: skip
