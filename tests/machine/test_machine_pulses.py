@@ -220,6 +220,16 @@ def test_bad_input_is_named(program, capsys, options, text, message):
     assert message in told.err and told.out == ""
 
 
+def test_turning_axes_are_refused(tmp_path, capsys):
+    table = tmp_path / "poses.csv"
+    table.write_text("x_mm,y_mm,z_mm,i,j,k,feed_mm_min\n0,0,0,0,0,1,100\n1,0,0,0.1,0,1,100\n")
+    assert run(["dda", str(table), "--dialect", "poses"]) == 2
+    assert "poses.csv:3: a rotary axis moves" in capsys.readouterr().err
+    table.write_text("x_mm,y_mm,z_mm,feed_mm_min\n0,0,0,100\n1,0,0,100\n")
+    assert run(["dda", str(table), "--dialect", "poses"]) == 0
+    assert "X+50 Y+0 Z+0" in capsys.readouterr().out
+
+
 def test_a_flat_program_is_plotted_flat(tmp_path):
     path = Line((0, 0, 0), (1, 0.5, 0))
     blocks = Interpolator().blocks(path, 100.0)
