@@ -5,6 +5,8 @@
 | `accuracy` | bracket and error of single sweeps with a closed form, over the chord |
 | `half_cylinder` | time per block of a ball finishing a half cylinder, against one global solid cut block by block |
 | `machine` | inverse kinematics, deviation of joint-linear blocks and pulse trains: rates and errors |
+| `nc` | lines per second of the NC reader, memory of a million lines |
+| `nc_fuzz` | damaged programs: only declared errors, no hang, no word skipped in silence |
 
 Times of one run are compared with each other only; machines are noisy.
 """
@@ -17,6 +19,7 @@ from typing import Any
 from vmachining.bench.accuracy import accuracy
 from vmachining.bench.half_cylinder import half_cylinder
 from vmachining.bench.machine import machine
+from vmachining.bench.nc import nc, nc_fuzz
 
 __all__ = ["CASES"]
 
@@ -24,4 +27,6 @@ CASES: dict[str, Callable[[], Iterator[dict[str, Any]]]] = {
     "accuracy": accuracy,
     "half_cylinder": half_cylinder,
     "machine": machine,
+    "nc": nc,
+    "nc_fuzz": nc_fuzz,
 }
