@@ -1,0 +1,224 @@
+"""Meshes of sweeps with a turning axis: closed, inside, around, unbiased, and of second order.
+
+Reference volumes: tilts about a point of the axis in closed form, moves by the flux of the advancing surface less
+what is entered twice, both confirmed by an independent quadrature of line lengths, good to 1e-5 at least.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from manifold3d import Manifold
+
+from vmachining.engines.mesh.solids import manifold
+from vmachining.engines.mesh.turning import turning_pieces
+from vmachining.errors import EngineError
+from vmachining.geometry import Line
+from vmachining.sweep import Pose, Sweep, Turn
+from vmachining.tool import BallNose, BullNose, Cutter, FlatEnd, ProfileTool, Taper
+
+TOOLS: dict[str, Cutter] = {
+    "F20": FlatEnd(diameter=20, length=50),
+    "B10": BallNose(diameter=10, length=50),
+    "N20": BullNose(diameter=20, corner_radius=5, length=50),
+    "N30": BullNose(diameter=30, corner_radius=5, length=50),
+}
+# start, end, tilt (deg), turn about z (deg), height of the control point
+MOTIONS = {
+    "across a tilted axis": ((0, 0, 0), (100, 0, 0), (30, 30), (0, 0), 0),
+    "along a tilted axis's plane": ((0, 0, 0), (0, 100, 0), (30, 30), (0, 0), 0),
+    "tilt about the tip": ((0, 0, 0), (0, 0, 0), (0, 30), (0, 0), 0),
+    "tilt about a low point": ((0, 0, 0), (0, 0, 0), (0, 30), (0, 0), 5),
+    "tilt about the middle": ((0, 0, 0), (0, 0, 0), (0, 40), (0, 0), 25),
+    "falling backward": ((0, 0, 0), (0, 100, 0), (0, 60), (0, 0), 5),
+    "twist": ((0, 0, 0), (0, 100, 0), (24, 60), (180, 240), 5),
+    "skew": ((0, 0, 0), (60, 20, -5), (5, 25), (20, 50), 0),
+    "rolling forward": ((0, 0, 0), (40, 0, 0), (0, 15), (90, 90), 0),
+    "leaning back": ((0, 0, 0), (40, 0, 0), (0, -15), (90, 90), 0),
+}
+VOLUMES = {
+    "across a tilted axis": {"F20": 115707.963268, "B10": 52723.081940, "N20": 114335.506503},
+    "along a tilted axis's plane": {"F20": 118018.466914, "B10": 48657.720519, "N20": 113150.550024},
+    "tilt about the tip": {"F20": 29303.046344, "B10": 10388.235526, "N20": 28997.324063},
+    "tilt about a low point": {"F20": 26944.460271, "B10": 9108.414692, "N20": 26422.2019},
+    "tilt about the middle": {"F20": 25004.905565, "B10": 7936.8653, "N20": 23868.2528},
+    "falling backward": {"F20": 92483.90, "B10": 36211.19243, "N20": 87844.256, "N30": 154689.04},
+    "twist": {"F20": 120313.35764, "B10": 49596.57912, "N20": 115414.98850, "N30": 197356.57686},
+    "skew": {"F20": 86296.04, "B10": 37996.67, "N20": 85020.84, "N30": 140557.72},
+    "rolling forward": {"F20": 63446.00, "B10": 26657.024, "N20": 62330.807, "N30": 106800.68},
+    "leaning back": {"F20": 50356.03, "B10": 20076.65561, "N20": 48986.6680, "N30": 86509.15},
+}
+SIDES = ("inner", "fair", "outer")
+FAIR = 1e-4 / 0.01  # relative error of a fair mesh per mm of chord: asked for at 0.01 mm
+
+
+pytestmark = pytest.mark.filterwarnings("ignore::vmachining.errors.AccuracyWarning")  # axes by hand
+
+
+def sweep_of(motion: str, tool: str) -> Sweep:
+    p, q, tilt, turn, height = MOTIONS[motion]
+    first, last = ({"a": np.radians(a), "c": np.radians(c)} for a, c in zip(tilt, turn, strict=True))
+    return Sweep.along(TOOLS[tool], Turn.through(p, q, "ac", first, last, control_height=height))
+
+
+def united(sweep: Sweep, chord: float, side: str) -> Manifold:
+    solids = [manifold(*piece) for piece in turning_pieces(sweep, chord, side)]
+    total = solids[0]
+    for solid in solids[1:]:
+        total = total + solid
+    return total
+
+
+# cheap rows of every kind here; all of them at 0.01 mm are the bench case `sweep5`
+@pytest.mark.parametrize(
+    ("motion", "tool"),
+    [(m, t) for m, row in VOLUMES.items() for t in row if m in ("twist",) or t == "B10" or "lean" in m]
+    + [("tilt about the tip", "F20"), ("skew", "N20"), ("rolling forward", "N30")],
+)
+def test_reference_volumes_lie_between_inner_and_outer(motion: str, tool: str) -> None:
+    chord, exact = 0.08, VOLUMES[motion][tool]
+    inner, fair, outer = (united(sweep_of(motion, tool), chord, side).volume() for side in SIDES)
+    assert inner * (1 - 1e-5) <= exact <= outer * (1 + 1e-5)
+    assert abs(fair - exact) < FAIR * chord * exact
+
+
+def test_width_and_error_are_first_order_in_the_chord_and_facets_of_second() -> None:
+    """Both fall with the chord; the grid, whose square the chord is, only doubles when it falls to a quarter."""
+    exact = VOLUMES["leaning back"]["B10"]
+    width, error, size = [], [], []
+    for chord in (0.16, 0.04, 0.01):
+        inner, fair, outer = (united(sweep_of("leaning back", "B10"), chord, side) for side in SIDES)
+        width.append(outer.volume() - inner.volume())
+        error.append(abs(fair.volume() - exact) / exact)
+        size.append(fair.num_tri())
+    assert width[1] < width[0] / 3 and width[2] < width[1] / 3
+    assert error[2] < 1e-4 and error[2] < error[0] / 6
+    assert size[2] < 6 * size[1]  # rows and columns double: four times
+
+
+def body_distance(cutter: str, points: np.ndarray) -> np.ndarray:
+    """A bound from below of the distance to the cutter in its frame, with the right sign. points (..., 3)."""
+    r, z = np.hypot(points[..., 0], points[..., 1]), points[..., 2]
+    ends = np.maximum(-z, z - 50.0)
+    if cutter == "F20":
+        return np.maximum(r - 10.0, ends)
+    if cutter == "B10":
+        return np.maximum(np.hypot(r, np.minimum(z - 5.0, 0.0)) - 5.0, z - 50.0)
+    corner = np.hypot(np.maximum(r - 5.0, 0.0), np.minimum(z - 5.0, 0.0)) - 5.0  # N20
+    return np.maximum(corner, z - 50.0)
+
+
+def truth(sweep: Sweep, cutter: str, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(surely inside, surely outside), from poses so close that nothing moves by more than `step` / 2."""
+    turn = sweep.path
+    assert isinstance(turn, Turn)
+    steps = 4000
+    t = np.linspace(0.0, 1.0, steps + 1)
+    least = np.full(len(points), np.inf)
+    for tip, axis in zip(turn.position(t), turn.axis(t), strict=True):
+        from_tip = points - tip
+        z = from_tip @ axis
+        r = np.linalg.norm(from_tip - z[:, None] * axis, axis=1)
+        least = np.minimum(least, body_distance(cutter, np.stack([r, 0 * r, z], axis=1)))
+    reach = (
+        np.linalg.norm(turn.velocity(t), axis=1).max()
+        + 65.0 * np.linalg.norm(turn.axis_rate(t), axis=1).max()
+    )
+    return least < 0.0, least > reach / steps / 2
+
+
+def winding(points: np.ndarray, mesh: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """Times that a closed mesh goes round each point: solid angles by Van Oosterom and Strackee."""
+    corners = mesh[0][mesh[1]]
+    out = np.empty(len(points))
+    for i, p in enumerate(points):
+        a, b, c = np.moveaxis(corners - p, 1, 0)
+        x, y, z = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+        volume = np.einsum("ij,ij->i", a, np.cross(b, c))
+        below = x * y * z + (a * b).sum(1) * z + (b * c).sum(1) * x + (c * a).sum(1) * y
+        out[i] = 2.0 * np.arctan2(volume, below).sum() / (4.0 * np.pi)
+    return out
+
+
+@pytest.mark.parametrize(
+    ("motion", "tool"),
+    [("leaning back", "F20"), ("skew", "N20"), ("tilt about the middle", "F20"), ("falling backward", "B10")],
+)
+def test_points_near_the_surface_obey_inner_and_outer(motion: str, tool: str) -> None:
+    chord = 0.2
+    sweep, rng = sweep_of(motion, tool), np.random.default_rng(5)
+    mesh = united(sweep, chord, "fair").to_mesh64()
+    corners = np.array(mesh.vert_properties)[np.array(mesh.tri_verts, dtype=np.int64)][..., :3]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    chosen = corners[rng.choice(len(area), 250, p=area / area.sum())]
+    weights = rng.dirichlet([1, 1, 1], len(chosen))
+    points = np.einsum("ij,ijk->ik", weights, chosen) + rng.normal(size=(len(chosen), 3)) * chord / 2
+    inside, outside = truth(sweep, tool, points)
+    assert inside.sum() > 50 and outside.sum() > 50
+    held = {
+        side: np.any(
+            [np.abs(winding(points, piece)) > 0.5 for piece in turning_pieces(sweep, chord, side)], axis=0
+        )
+        for side in ("inner", "outer")
+    }
+    assert not (held["inner"] & outside).any()
+    assert held["outer"][inside].all()
+
+
+def test_a_steady_axis_gives_the_closed_form() -> None:
+    for tool, cutter in TOOLS.items():
+        tilted = Sweep(cutter, Pose((0, 0, 0), (0.3, -0.2, 1)), Pose((8, 5, -3), (0.3, -0.2, 1)))
+        inner, fair, outer = (united(tilted, 0.04, side).volume() for side in SIDES)
+        assert tilted.volume is not None and inner < tilted.volume < outer, tool
+        assert abs(fair - tilted.volume) < FAIR * 0.04 * tilted.volume
+
+
+@pytest.mark.parametrize(
+    "start, end",
+    [
+        (Pose((0, 0, 0)), Pose((0, 0, 0))),  # rest
+        (Pose((0, 0, 0), (0, 1, 1)), Pose((0, -3, -3), (0, 1, 1))),  # plunge along the axis
+        (Pose((0, 0, 0), (0, 1, 1)), Pose((4, 0, 0), (0, 1, 1))),  # discs slide in their planes
+        (Pose((0, 0, 0)), Pose((3, 0, 0), (1e-9, 0, 1))),  # hardly turns
+        (Pose((0, 0, 0), (0, 0, -1)), Pose((3, 0, 1), (0, 0.1, -1))),  # points down
+        (Pose((0, 0, 0), (1, 0, 0)), Pose((1, 0, 0), (1, 0.2, 0))),  # starts along the axis
+    ],
+)
+def test_degenerate_motions_stay_closed_and_ordered(start: Pose, end: Pose) -> None:
+    for cutter in (TOOLS["F20"], TOOLS["B10"], Taper(diameter=2, taper_deg=10, corner_radius=0.5, length=20)):
+        turn = Turn.great_circle(start, end)
+        sweep = Sweep.along(cutter, turn)
+        if not isinstance(sweep.path, Turn):
+            continue  # upright: the other engine room
+        inner, fair, outer = (united(sweep, 0.05, side).volume() for side in SIDES)
+        assert 0.0 < inner < fair < outer
+        assert outer - inner < 0.15 * outer
+
+
+def test_there_and_back_sweep_the_same() -> None:
+    a, b = Pose((0, 0, 0), (0, 0.1, 1)), Pose((3, 1, -1), (0.1, 0, 1))
+    there, back = (united(Sweep(TOOLS["N20"], *pair), 0.02, "fair").volume() for pair in ((a, b), (b, a)))
+    assert there == pytest.approx(back, rel=FAIR * 0.02)
+
+
+def test_a_chained_block_lacks_only_what_the_first_pose_cuts() -> None:
+    sweep = Sweep(TOOLS["F20"], Pose((0, 0, 0), (0, 0.1, 1)), Pose((3, 1, -1), (0.1, 0, 1)))
+    pieces = [manifold(*p) for p in turning_pieces(sweep, 0.05, "fair", chained=True)]
+    still = Sweep(TOOLS["F20"], Pose((0, 0, 0), (0, 0.1, 1)), Pose((0, 0, 0), (0, 0.1, 1)))
+    total = united(still, 0.05, "fair")
+    for piece in pieces:
+        total = total + piece
+    assert total.volume() == pytest.approx(united(sweep, 0.05, "fair").volume(), rel=FAIR * 0.05)
+
+
+def test_a_body_with_a_waist_is_swept_by_its_convex_parts() -> None:
+    waist = ProfileTool(points=[(4, 0), (2, 6), (2, 10), (5, 16)])
+    steady = Sweep(waist, Pose((0, 0, 0), (0, 1, 2)), Pose((7, 0, 0), (0, 1, 2)))
+    inner, fair, outer = (united(steady, 0.02, side).volume() for side in SIDES)
+    assert steady.volume is not None and inner < steady.volume < outer
+    assert abs(fair - steady.volume) < 5e-4 * steady.volume
+
+
+def test_only_turns_are_taken() -> None:
+    with pytest.raises(EngineError, match="Turn"):
+        list(turning_pieces(Sweep.along(TOOLS["F20"], Line((0, 0, 0), (1, 0, 0))), 0.01, "fair"))
