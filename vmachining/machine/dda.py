@@ -322,7 +322,7 @@ def _arc(
     room = int(np.abs(np.diff(corners, axis=0)).sum()) + 1
     tick, steps = np.zeros(room, dtype=np.int64), np.zeros((room, 2), dtype=np.int8)
     n, ticks, flushed = _kernels.circular_dda(corners, capacity, tick, steps)
-    return tick[:n], steps[:n], ticks, flushed
+    return tick[:n], steps[:n], int(ticks), int(flushed)
 
 
 def _checked(capacity: int) -> int:
