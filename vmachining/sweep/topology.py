@@ -262,10 +262,11 @@ def _roots(g: Function, path: Arc | Line | Turn, grid: Floats, known: Forms) -> 
         return float(g(_forms(path, np.array([t]))).value[0])
 
     order = np.argsort(lo)
-    found: list[float] = []
-    for k in order:
-        if at_lo[k] * at_hi[k] < 0.0 or at_lo[k] == 0.0:
-            found.append(float(brentq(value, lo[k], hi[k], xtol=1e-15)) if at_lo[k] else float(lo[k]))
+    found = [
+        float(brentq(value, lo[k], hi[k], xtol=1e-15)) if at_lo[k] else float(lo[k])
+        for k in order
+        if at_lo[k] * at_hi[k] < 0.0 or at_lo[k] == 0.0
+    ]
     for p, q in _runs(lo[order], hi[order]):
         here = (lo >= p) & (hi <= q)
         if (at_lo[here] * at_hi[here] > 0.0).all() and np.abs(at_lo[here]).min() <= NEAR * size:

@@ -22,8 +22,8 @@ NODES = 24
 DEPTH = 1e-7
 """mm: a point that was less deep inside before counts as new; f is that small where the difference lies."""
 
-STEPS = 16
-"""Samples of the front arc of a circle in the search for visited arcs."""
+STEPS = 12
+"""Samples of the front arc of a circle in the search for visited arcs, at first; as many more per quartering."""
 
 POINTS = 3
 """Gauss points per side of a rectangle of time and meridian."""
@@ -94,20 +94,20 @@ def _again(faces: Floats, beta: Floats, packed: Packed, tolerance: float) -> tup
     pair = np.stack(np.meshgrid(nodes, nodes, indexing="ij"), axis=-1).reshape(-1, 2)
     pair_weights = np.outer(weights, weights).ravel()
 
-    def integrals(which: Ints, low: Floats, size: Floats) -> Floats:
+    def integrals(which: Ints, low: Floats, size: Floats, steps: int) -> Floats:
         where = low[:, None] + size[:, None] * pair
         out = np.empty(where.shape[0] * where.shape[1])
         _kernels.again(
             faces, beta, packed.seg, packed.ends, packed.limits, packed.waves,
-            where[..., 0].ravel(), where[..., 1].ravel(), np.repeat(which, len(pair)), STEPS, DEPTH, out,
+            where[..., 0].ravel(), where[..., 1].ravel(), np.repeat(which, len(pair)), steps, DEPTH, out,
         )  # fmt: skip
         return np.asarray(size.prod(axis=1) * (out.reshape(len(which), -1) @ pair_weights))
 
     which, cell, low, size = _first(faces, beta, packed.waves)
-    value = integrals(which, low, size)
+    value = integrals(which, low, size, STEPS)
     done = error = 0.0
     rest = np.abs(value)  # what a rectangle may be wrong by: all of it until its quarters are known
-    for _ in range(DEEPEST):
+    for level in range(DEEPEST):
         bad = _with_neighbours(which, cell, rest > tolerance / (4.0 * max(len(rest), 16)))
         done += float(value[~bad].sum())
         error += float(rest[~bad].sum())
@@ -118,7 +118,7 @@ def _again(faces: Floats, beta: Floats, packed: Packed, tolerance: float) -> tup
         low = (low[:, None] + 0.5 * size[:, None] * corner).reshape(-1, 2)
         cell = (2 * cell[:, None] + corner).reshape(-1, 2)
         size, which = np.repeat(0.5 * size, 4, axis=0), np.repeat(which, 4)
-        parts = integrals(which, low, size)
+        parts = integrals(which, low, size, STEPS * (level + 2))  # onsets are narrow
         gap = np.abs(parts.reshape(-1, 4).sum(axis=1) - value)
         value, rest = parts, np.repeat(gap / 2.0, 4)
         if 2.0 * float(gap.sum()) + error <= tolerance or len(which) > MOST:
