@@ -178,7 +178,10 @@ def nc_check(
 def nc_moves(
     program: ProgramArg,
     dialect: Dialect = "iso",
-    machine: Annotated[Path | None, typer.Option("--machine", metavar="FILE", help="Not yet.")] = None,
+    machine: Annotated[
+        str | None,
+        typer.Option("--machine", metavar="FILE", help="Its rotary axes are allowed; a preset will do."),
+    ] = None,
     tools: Tools = None,
     tools_units: ToolUnits = "mm",
     coordinates: Annotated[
@@ -198,13 +201,13 @@ def nc_moves(
         dialect=dialect,
         tools=tools,
         tools_units=tools_units,
-        rotary=rotary,
+        rotary=rotary if machine is None else room.rotary_axes(machine),
         home=home,
         crc_entry=crc_entry,
         block_delete=block_delete,
         from_line=from_line,
     )
-    return room.moves(program, reading, machine=machine, coordinates=coordinates, as_json=as_json)
+    return room.moves(program, reading, coordinates=coordinates, as_json=as_json)
 
 
 @app.command(epilog="Example: vmachining sweep sweep.json --json")

@@ -113,12 +113,16 @@ def check(name: str, reading: Reading, *, as_json: bool) -> int:
     return Code.FINDINGS if errors else Code.DONE
 
 
-def moves(name: str, reading: Reading, *, machine: Path | None, coordinates: str, as_json: bool) -> int:
+def rotary_axes(machine: str) -> str:
+    """Letters of the rotary axes of a preset or a machine file."""
+    from vmachining.machine import load
+
+    names = load(machine).names
+    return "".join(letter for letter in "ABC" if letter in names)
+
+
+def moves(name: str, reading: Reading, *, coordinates: str, as_json: bool) -> int:
     """`vmachining nc moves`."""
-    if machine is not None:
-        raise InputError(
-            "--machine is not supported yet", remedy="leave it out: axes are listed as programmed"
-        )
     if coordinates not in ("machine", "program"):
         raise InputError(f"--coordinates {coordinates}: machine or program is wanted")
     program = reading.program(name)

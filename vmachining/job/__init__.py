@@ -14,7 +14,7 @@ or visibly absent.
 | file | holds |
 |---|---|
 | `model.py`, `keys.py`, `words.py`, `jobfile.py` | the job file: `Job`, units, refusals with line and suggestion |
-| `blocks.py` | `Block`, `group_blocks`, `move_path` |
+| `blocks.py`, `paths.py` | `Block`, `group_blocks`; `move_path`: lines, arcs, five-axis turns |
 | `timing.py` | `move_times` |
 | `contact.py`, `simulate.py` | contact checks, the loop |
 | `table.py`, `files.py` | `COLUMNS`, partial tables; atomic files, hashes, manifest |
@@ -42,8 +42,9 @@ single blocks do not, and a note says so. Lines of several feed motions keep the
 `feed_mm_min` is the one that takes the same time. Feeds that could not be written are warnings of their block.
 """
 
-from vmachining.job.blocks import Block, group_blocks, move_path
+from vmachining.job.blocks import Block, group_blocks
 from vmachining.job.jobfile import Job, read_tools
+from vmachining.job.paths import move_path
 from vmachining.job.result import RunResult
 from vmachining.job.run import run
 from vmachining.job.schedule import ScheduleReport

@@ -9,17 +9,15 @@ from typing import NamedTuple
 import numpy as np
 
 from vmachining.arrays import Bools
-from vmachining.errors import NCError
-from vmachining.geometry import Arc, Line, Path, arc_between
-from vmachining.nc import Motion, Move, Program, decode_program, lex_line, split_lines
-from vmachining.tolerance import LENGTH_EPS_MM
+from vmachining.job.paths import move_path, moves
+from vmachining.machine import Machine
+from vmachining.nc import Motion, Program, decode_program, lex_line, split_lines
 
-__all__ = ["Block", "group_blocks", "halts", "move_path", "program_lines"]
+__all__ = ["Block", "group_blocks", "halts", "program_lines"]
 
-NORMAL = {"yz": 0, "zx": 1, "xy": 2}
-IN_PLANE = {"yz": (1, 2), "zx": (2, 0), "xy": (0, 1)}
 BEFORE, AFTER = frozenset((6.0,)), frozenset((0.0, 1.0, 2.0, 30.0, 60.0))
 """M codes that stop the axes: before the motion of their line, and behind it."""
+WORD_ADDRESS = ("iso", "mts")
 TRAVEL = {Motion.RAPID, Motion.LINEAR, Motion.ARC_CW, Motion.ARC_CCW}
 
 
@@ -46,40 +44,14 @@ def program_lines(program: Program) -> list[str]:
     return list(split_lines(decode_program(program.data, program.name)))
 
 
-def move_path(move: Move) -> Path:
-    """The path of the tool tip; an arc stays an arc.
-
-    Raises
-    ------
-    NCError
-        An arc without a usable centre.
-    """
-    if move.motion not in (Motion.ARC_CW, Motion.ARC_CCW):
-        return Line(move.start, move.end)
-    if move.center is None:
-        raise NCError("an arc without a centre", line=move.line)
-    center = list(move.start)
-    for axis, value in zip(IN_PLANE[move.plane], move.center, strict=True):
-        center[axis] = value
-    try:
-        return arc_between(
-            move.start,
-            move.end,
-            center,
-            NORMAL[move.plane],
-            ccw=move.motion is Motion.ARC_CCW,
-            turns=move.turns,
-        )
-    except ValueError as exc:
-        raise NCError(str(exc), line=move.line) from exc
-
-
 def halts(program: Program, *, block_delete: bool = False) -> Bools:
     """(moves,) whether the axes stand still when a move ends, because the program stops or changes the tool.
 
     M6 acts before the motion of its line; M0, M1, M2, M30 and M60 act behind it. Between two moves every line
     counts that lies between theirs. `block_delete`: lines that open with a slash did not run.
     """
+    if program.dialect not in WORD_ADDRESS:
+        return np.zeros(len(program.moves), dtype=np.bool_)
     lines = program_lines(program)
     before, after = np.zeros((2, len(lines) + 2), dtype=np.int64)
     for number, text in enumerate(lines, start=1):
@@ -97,17 +69,13 @@ def halts(program: Program, *, block_delete: bool = False) -> Bools:
     return np.asarray((there != here) & ((after[here] > 0) | (before[there] > 0) | (between > 0)))
 
 
-def _length(path: Line | Arc) -> float:
-    return path.length
-
-
 def _kind(motions: Sequence[Motion]) -> str:
     """One word for a block: several kinds of motion on one line are a cycle."""
     kinds = set(motions)
     return str(motions[0]) if len(kinds) == 1 else "cycle"
 
 
-def group_blocks(program: Program) -> Iterator[Block]:
+def group_blocks(program: Program, machine: Machine | None = None) -> Iterator[Block]:
     """Blocks in the order they run.
 
     Consecutive motions of one line form one block (a canned cycle, G28 through an intermediate point). A line
@@ -120,7 +88,7 @@ def group_blocks(program: Program) -> Iterator[Block]:
         members = list(group)
         travel = [
             i for i in members
-            if program.moves[i].motion in TRAVEL and _length(move_path(program.moves[i])) > LENGTH_EPS_MM
+            if program.moves[i].motion in TRAVEL and moves(move_path(program.moves[i], machine))
         ]  # fmt: skip
         if not travel:
             continue

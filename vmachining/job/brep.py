@@ -14,10 +14,12 @@ import polars as pl
 
 from vmachining.errors import InputError
 from vmachining.geometry import Bracket
-from vmachining.job.blocks import Block, move_path
+from vmachining.job.blocks import Block
 from vmachining.job.contact import ToolParts
 from vmachining.job.jobfile import Job
+from vmachining.job.paths import move_path
 from vmachining.job.simulate import Progress, Stopped
+from vmachining.machine import Machine
 from vmachining.nc import Motion, Program
 from vmachining.sweep import Sweep
 
@@ -144,7 +146,7 @@ def brep_columns(
         for k, lo, mid, hi in rows.select("block", "removed_lo_mm3", "removed_mm3", "removed_hi_mm3").iter_rows()
     }  # fmt: skip
     want = {k: brackets[k] for k in numbers}
-    sweeps = [_sweeps(block, program, tools) for block in blocks[: max(numbers, default=-1) + 1]]
+    sweeps = [_sweeps(block, program, tools, job.machine) for block in blocks[: max(numbers, default=-1) + 1]]
     verdicts: dict[int, Verdict] = {}
     progress("brep", 0, len(want))
     count = workers if workers is not None else os.cpu_count() or 1
@@ -172,11 +174,13 @@ def brep_columns(
     return table, counts
 
 
-def _sweeps(block: Block, program: Program, tools: Mapping[int, ToolParts]) -> list[Sweep]:
+def _sweeps(
+    block: Block, program: Program, tools: Mapping[int, ToolParts], machine: Machine | None
+) -> list[Sweep]:
     """What the feed motions of a block sweep."""
     moves = [program.moves[index] for index in block.moves]
     return [
-        Sweep.along(tools[move.tool].cutter, move_path(move))
+        Sweep.along(tools[move.tool].cutter, move_path(move, machine))
         for move in moves
         if move.motion is not Motion.RAPID and move.tool in tools
     ]

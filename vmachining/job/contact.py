@@ -15,7 +15,9 @@ from typing import NamedTuple, TypeAlias
 
 from vmachining.arrays import Floats
 from vmachining.engines.mesh import Crew
-from vmachining.geometry import Bracket, Path
+from vmachining.geometry import Bracket
+from vmachining.job.paths import CutterPath
+from vmachining.sweep import Sweep, Turn
 from vmachining.tool import Profile, Tool
 
 __all__ = ["Contacts", "Found", "ToolParts", "nothing", "smaller"]
@@ -79,7 +81,7 @@ class Contacts:
         self._bounds = bounds
         self._small: dict[int, tuple[Profile, tuple[Profile, ...]]] = {}
 
-    def rapid(self, tool: ToolParts, path: Path) -> Found:
+    def rapid(self, tool: ToolParts, path: CutterPath) -> Found:
         """Warnings of a rapid: what each part of the tool would remove."""
         parts = (("tool", tool.cutter), ("shank", tool.shank), ("holder", tool.holder))
         checks = self._checks(parts, path)
@@ -92,7 +94,7 @@ class Contacts:
 
         return found if checks else nothing
 
-    def cutting(self, tool: ToolParts, path: Path) -> Found:
+    def cutting(self, tool: ToolParts, path: CutterPath) -> Found:
         """Warnings of a cutting move, asked after its cutter has cut."""
         checks = self._checks((("shank", tool.shank), ("holder", tool.holder)), path)
 
@@ -106,15 +108,18 @@ class Contacts:
         return found if checks else nothing
 
     def _checks(
-        self, parts: Sequence[tuple[str, Profile | None]], path: Path
+        self, parts: Sequence[tuple[str, Profile | None]], path: CutterPath
     ) -> list[tuple[str, Callable[[], Bracket]]]:
         """Orders for the parts whose box meets the stock."""
         ordered = []
         for name, profile in parts:
             if profile is None:
                 continue
-            r = profile.max_radius
-            lo, hi = path.bounds + [[-r, -r, profile.z_min], [r, r, profile.z_max]]
+            if isinstance(path, Turn):
+                lo, hi = Sweep.along(profile, path).bounds
+            else:
+                r = profile.max_radius
+                lo, hi = path.bounds + [[-r, -r, profile.z_min], [r, r, profile.z_max]]
             if (lo >= self._bounds[1]).any() or (hi <= self._bounds[0]).any():
                 continue
             ordered.append((name, self._crew.touch(profile, path, self._smaller(profile))))

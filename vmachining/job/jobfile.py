@@ -11,16 +11,18 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from vmachining.errors import JobError, ToolError
+from vmachining.errors import JobError, KinematicsError, ToolError
 from vmachining.job.keys import key_positions, nearest, position_of
 from vmachining.job.model import LATER, TOOL_KEYS, JobFile
+from vmachining.job.model import Machine as MachineKeys
 from vmachining.job.words import Refuse, first_refusal
+from vmachining.machine import Machine, load
 from vmachining.tool import Tool, tool_from_mapping
 
 __all__ = ["MM_PER_INCH", "Job", "read_tools"]
 
 MM_PER_INCH = 25.4
-LATER_KEYS = {("design",): "[design]", ("machine", "file"): "file under [machine]"}
+LATER_KEYS = {("design",): "[design]"}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,12 +32,14 @@ class Job:
     keys : the file as data, in its own units; `scale` turns its unit-less lengths into mm.
     tools : by number, lengths in mm.
     folder : relative file names start here.
+    machine : the kinematic chain; None: three slides.
     source : the job file, or None for a job made in Python.
     """
 
     keys: JobFile
     tools: dict[int, Tool]
     folder: Path
+    machine: Machine | None = None
     source: Path | None = None
     positions: dict[tuple[str | int, ...], tuple[int, int]] = field(default_factory=dict, repr=False)
 
@@ -90,7 +94,7 @@ class Job:
         except ValidationError as exc:
             raise first_refusal(exc, refuse) from exc
         tools = _tools(keys, refuse)
-        job = cls(keys, tools, folder, source, positions)
+        job = cls(keys, tools, folder, _machine(keys.machine, folder, refuse), source, positions)
         for path, name in (
             (("program", "file"), keys.program.file),
             (("stock", "stl"), keys.stock.stl),
@@ -155,11 +159,21 @@ def _refuse_later(data: Mapping[str, Any], refuse: Refuse) -> None:
                 (section, key),
                 f"take {instead!r}",
             )
-    chain = data.get("machine", {}).get("chain") if isinstance(data.get("machine"), Mapping) else None
-    if isinstance(chain, str) and chain != "xyz":
-        raise refuse(
-            f"chain = {chain!r} is not supported yet", ("machine", "chain"), "take 'xyz' or leave it out"
-        )
+
+
+def _machine(keys: MachineKeys, folder: Path, refuse: Refuse) -> Machine | None:
+    """The kinematic chain; None: three slides."""
+    if keys.chain is not None and keys.file is not None:
+        raise refuse("chain and file exclude each other", ("machine", "file"), "a file describes the chain")
+    if keys.chain in (None, "xyz") and keys.file is None:
+        return None
+    try:
+        return load(str(keys.chain)) if keys.file is None else load(folder / keys.file)
+    except KinematicsError as exc:
+        if exc.line is not None:  # a line of the machine file says more than the key that names the file
+            raise
+        key = "chain" if keys.file is None else "file"
+        raise refuse(f"{key}: {exc.message}", ("machine", key), exc.remedy) from exc
 
 
 def _tools(keys: JobFile, refuse: Refuse) -> dict[int, Tool]:

@@ -39,7 +39,6 @@ TOOL_KEYS = frozenset(
 )  # fmt: skip
 
 LATER: dict[tuple[str, str], tuple[str, frozenset[str]]] = {
-    ("program", "dialect"): ("iso", frozenset(("mts", "apt", "poses"))),
     ("feed", "strategy"): ("volume", frozenset(("chip_area", "force"))),
 }
 """Values that the interface names and that this version refuses by name rather than ignores, and what it has."""
@@ -53,15 +52,21 @@ class ProgramKeys(Keys):
     """[program]"""
 
     file: Text
-    dialect: Literal["iso"] = "iso"
+    dialect: Literal["iso", "mts", "apt", "poses"] = "iso"
     home: Triple = (0.0, 0.0, 100.0)
     block_delete: Annotated[bool, Field(strict=True)] = False
+    crc_entry: Literal["prev", "next"] = "prev"
+    crc_corner: Literal["arc", "miter"] = "arc"
 
 
 class Machine(Keys):
-    """[machine]; a limit that is not given does not bind."""
+    """[machine]; a limit that is not given does not bind.
 
-    chain: Literal["xyz"] = "xyz"
+    chain : name of a machine, see `vmachining.machine.PRESETS`. file : a machine file instead.
+    """
+
+    chain: Text | None = None
+    file: Text | None = None
     rapid_mm_min: Positive | None = None
     max_feed_mm_min: Positive | None = None
     max_acceleration_mm_s2: Positive | None = None

@@ -18,7 +18,7 @@ from typing import Any
 
 from vmachining.engines.mesh import Crew, MeshEngine, crew
 from vmachining.errors import InputError, JobError, NCError, StockError
-from vmachining.job.blocks import Block, group_blocks, move_path, program_lines
+from vmachining.job.blocks import Block, group_blocks, program_lines
 from vmachining.job.brep import Asked, blank, brep_columns, parse_brep
 from vmachining.job.contact import Contacts, ToolParts
 from vmachining.job.files import (
@@ -33,6 +33,7 @@ from vmachining.job.files import (
     write_json,
 )
 from vmachining.job.jobfile import Job
+from vmachining.job.paths import move_path
 from vmachining.job.result import RunResult
 from vmachining.job.schedule import compare, plan, sample_count
 from vmachining.job.simulate import Progress, Stage
@@ -41,6 +42,7 @@ from vmachining.job.table import RowFile, finish, read_partial
 from vmachining.job.timing import MoveTimes, machine_limits, move_times
 from vmachining.nc import Motion, Program, ToolEntry, read_program
 from vmachining.nc.rewrite import rewrite_feeds
+from vmachining.sweep import Sweep
 
 __all__ = ["ENGINES", "refuse_later", "run"]
 
@@ -170,13 +172,13 @@ class _Run:
         job = self.job
         tools = {number: ToolParts.of(tool) for number, tool in job.tools.items()}
         program = self._read(job.program_path)
-        blocks = list(group_blocks(program))
+        blocks = list(group_blocks(program, job.machine))
         if not blocks:
             raise NCError(
                 "the program moves nothing", file=str(job.program_path), remedy="is it the right file?"
             )
         limits, skips = machine_limits(job), job.keys.program.block_delete
-        times = move_times(program, limits, block_delete=skips)
+        times = move_times(program, limits, job.machine, block_delete=skips)
         stock = raw_stock(job)
         self._refuse_early(program, tools, stock)
         make_folder(self.folder)
@@ -195,8 +197,17 @@ class _Run:
             target = self.folder / "scheduled.nc"
             write_atomic(target, written.data)
             again = self._read(target)
-            after = move_times(again, limits, block_delete=skips)
-            self._stage("scheduled", again, list(group_blocks(again)), after, tools, stock, None, check=False)
+            after = move_times(again, limits, job.machine, block_delete=skips)
+            self._stage(
+                "scheduled",
+                again,
+                list(group_blocks(again, job.machine)),
+                after,
+                tools,
+                stock,
+                None,
+                check=False,
+            )
             new_rows = self.folder / "scheduled_blocks.partial.csv"
             finish(new_rows, self.folder, "scheduled_blocks")
             scheduled, report = compare(feed, schedule, written, blocks, read_partial(new_rows))
@@ -234,6 +245,7 @@ class _Run:
         keys = self.job.keys.program
         options: dict[str, Any] = {
             "dialect": keys.dialect, "tools": table, "home": self.job.home, "block_delete": keys.block_delete,
+            "crc_entry": keys.crc_entry, "crc_corner": keys.crc_corner, "rotary": _rotary_letters(self.job),
         }  # fmt: skip
         program = read_program(path, **options)
         if not program.data.strip():
@@ -266,12 +278,8 @@ class _Run:
                 )
         for move in cutting:
             cutter = tools[move.tool].cutter
-            a, b = move_path(move).bounds
-            r = cutter.max_radius
-            if (
-                a[0] - r < hi[0] and b[0] + r > lo[0] and a[1] - r < hi[1] and b[1] + r > lo[1]
-                and a[2] + cutter.z_min < hi[2] and b[2] + cutter.z_max > lo[2]
-            ):  # fmt: skip
+            a, b = Sweep.along(cutter, move_path(move, self.job.machine)).bounds
+            if (a < hi).all() and (b > lo).all():
                 return
         raise self._never_reached(program, stock)
 
@@ -311,7 +319,7 @@ class _Run:
         stage = Stage(
             name=name, moves=program.moves, blocks=blocks, move_time_s=times.seconds.tolist(), tools=tools,
             notes=_notes(program) if check else {}, crew=hands,
-            contacts=Contacts(hands, stock.mesh.bounds) if check else None, sample_counts=counts,
+            contacts=Contacts(hands, stock.mesh.bounds) if check else None, sample_counts=counts, machine=self.job.machine,
         )  # fmt: skip
 
         def checkpoint(done: int) -> None:
@@ -426,6 +434,12 @@ class _Run:
         if (report := result.schedule) is not None:
             summary |= {"unsplit_lines": list(report.unsplit), "untouched_lines": list(report.untouched)}
         return summary
+
+
+def _rotary_letters(job: Job) -> str:
+    """Letters of the rotary axes that the machine of the job has."""
+    names = job.machine.names if job.machine is not None else ()
+    return "".join(letter for letter in "ABC" if letter in names)
 
 
 def _job_notes(stock: RawStock, chord: float) -> list[str]:

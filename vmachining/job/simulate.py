@@ -10,12 +10,15 @@ from typing import Any
 
 import numpy as np
 
+from vmachining.arrays import Floats
 from vmachining.engines.mesh import Crew
-from vmachining.geometry import Bracket, Path
+from vmachining.geometry import Bracket
 from vmachining.geometry.bracket import ZERO
-from vmachining.job.blocks import Block, move_path
+from vmachining.job.blocks import Block
 from vmachining.job.contact import Contacts, Found, ToolParts
+from vmachining.job.paths import CutterPath, end_axis, move_path
 from vmachining.job.table import RowFile
+from vmachining.machine import Machine
 from vmachining.nc import Motion, Move
 from vmachining.tool import Profile
 
@@ -39,7 +42,7 @@ class Stopped(Exception):  # noqa: N818 - not an error: the user asked for it
         self.stage, self.done, self.total = stage, done, total
 
 
-def sampled_volumes(crew: Crew, cutter: Profile, path: Path, count: int) -> list[float]:
+def sampled_volumes(crew: Crew, cutter: Profile, path: CutterPath, count: int) -> list[float]:
     """mm^3 that each of `count` equal parts of a path will remove; the workpiece stays as it is.
 
     The volume V(t) of the part from 0 to t is measured at the quarters and wherever V is not straight: an
@@ -78,6 +81,7 @@ class Ordered:
     removed: list[Callable[[], Bracket]] = field(default_factory=list)
     warnings: list[Found] = field(default_factory=list)
     samples: list[float] = field(default_factory=list)
+    axis: Floats = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     length: float = 0.0
     driven_mm: float = 0.0
     driven_min: float = 0.0
@@ -93,6 +97,7 @@ class Stage:
     tools : by number.
     notes : {line: text} findings of the program to repeat beside the rows.
     contacts : checks rapids, shank and holder; None to skip them.
+    machine : for programs with rotary words.
     sample_counts : number of equal parts that a path of a length (mm) is measured in; None: whole blocks.
     """
 
@@ -105,6 +110,7 @@ class Stage:
     crew: Crew
     contacts: Contacts | None
     sample_counts: Callable[[float], int] | None = None
+    machine: Machine | None = None
 
     def run(
         self,
@@ -157,7 +163,8 @@ class Stage:
         contacts = self.contacts
         for index in block.moves:
             move = self.moves[index]
-            path = move_path(move)
+            path = move_path(move, self.machine)
+            order.axis = end_axis(path)
             order.length += path.length
             tool = self.tools.get(move.tool)
             if tool is None:  # no tool in the spindle yet; a cut without one is refused beforehand
@@ -201,9 +208,9 @@ class Stage:
             "x_mm": float(end[0]),
             "y_mm": float(end[1]),
             "z_mm": float(end[2]),
-            "i": 0.0,
-            "j": 0.0,
-            "k": 1.0,
+            "i": float(order.axis[0]),
+            "j": float(order.axis[1]),
+            "k": float(order.axis[2]),
             "length_mm": order.length,
             "feed_mm_min": feed,
             "time_s": seconds,

@@ -8,10 +8,13 @@ import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.errors import NCError
-from vmachining.job.blocks import halts, move_path
+from vmachining.geometry import Line
+from vmachining.job.blocks import halts
 from vmachining.job.jobfile import Job
-from vmachining.machine import MachineLimits, axis_caps, block_times, path_peaks
+from vmachining.job.paths import joint_feeds, joint_times, move_path
+from vmachining.machine import Machine, MachineLimits, axis_caps, block_times, path_peaks
 from vmachining.nc import Motion, Program
+from vmachining.sweep import Turn
 from vmachining.tolerance import LENGTH_EPS_MM
 
 __all__ = ["MoveTimes", "machine_limits", "move_times"]
@@ -40,8 +43,13 @@ def machine_limits(job: Job) -> MachineLimits:
     )
 
 
-def move_times(program: Program, limits: MachineLimits, *, block_delete: bool = False) -> MoveTimes:
+def move_times(
+    program: Program, limits: MachineLimits, machine: Machine | None = None, *, block_delete: bool = False
+) -> MoveTimes:
     """Time of every move of a program, dwells included. The axes stand still at a stop and at a tool change.
+
+    A block with rotary words lasts as long as its slowest joint, or as long as the program says (inverse time).
+    A tool that turns about its tip travels no way, so its time stands apart, like a dwell.
 
     Raises
     ------
@@ -52,7 +60,7 @@ def move_times(program: Program, limits: MachineLimits, *, block_delete: bool = 
     if not moves:
         empty = np.zeros(0)
         return MoveTimes(empty, empty, empty)
-    paths = [move_path(move) for move in moves]
+    paths = [move_path(move, machine) for move in moves]
     length = np.array([path.length if path.length > LENGTH_EPS_MM else 0.0 for path in paths])
     fast = np.array([move.motion is Motion.RAPID for move in moves])
     feed = np.array([np.nan if move.feed_mm_min is None else move.feed_mm_min for move in moves])
@@ -61,9 +69,20 @@ def move_times(program: Program, limits: MachineLimits, *, block_delete: bool = 
         raise NCError(
             "a feed move without a feed", file=program.name, line=moves[int(np.flatnonzero(bad)[0])].line
         )
-    caps = axis_caps(path_peaks(paths), limits)
+    slowest = joint_times(moves, machine)
+    fixed = np.array([move.duration_s or 0.0 for move in moves])
+    pause = np.array([move.dwell_s for move in moves])
+    pause = np.where((length == 0) & (pause == 0), np.maximum(slowest, fixed), pause)
+    timed = (fixed > 0) & (length > 0)
+    feed[timed] = 60.0 * length[timed] / fixed[timed]
+    caps = np.minimum(
+        axis_caps(
+            path_peaks([p if not isinstance(p, Turn) else Line(p.start, p.end) for p in paths]), limits
+        ),
+        joint_feeds(length, slowest),
+    )
     times = block_times(
-        length, feed, fast, limits, cap_mm_min=caps, dwell_s=np.array([move.dwell_s for move in moves]),
+        length, feed, fast, limits, cap_mm_min=caps, dwell_s=pause,
         stop=halts(program, block_delete=block_delete),
     )  # fmt: skip
     return MoveTimes(times.accelerated_s, times.ideal_s, caps)

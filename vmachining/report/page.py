@@ -14,12 +14,13 @@ import numpy as np
 import polars as pl
 from plotly.offline import get_plotlyjs
 
-from vmachining.geometry import Line
+from vmachining.geometry import Arc
 from vmachining.job import RunResult, ScheduleReport, move_path
 from vmachining.job.files import versions, write_atomic
 from vmachining.nc import Motion
 from vmachining.report.figures import PathPiece, along_program, stock_view
 from vmachining.report.thin import MAX_POINTS, ThinMesh, thin_mesh
+from vmachining.sweep import Turn
 
 __all__ = ["write_report"]
 
@@ -154,8 +155,12 @@ def _path_pieces(result: RunResult, blocks: pl.DataFrame) -> tuple[list[PathPiec
                 if kind:
                     yield kind, np.concatenate(points)
                 kind, points = now, [np.array([move.start])]
-            path = move_path(move)
-            steps = 1 if isinstance(path, Line) else max(2, int(np.ceil(abs(path.angle) / 0.1)))
+            path = move_path(move, result.job.machine)
+            steps = 1
+            if isinstance(path, Arc):
+                steps = max(2, int(np.ceil(abs(path.angle) / 0.1)))
+            elif isinstance(path, Turn) and not path.is_straight:
+                steps = 8
             points.append(path.position(np.linspace(0, 1, steps + 1)[1:]))
         if kind:
             yield kind, np.concatenate(points)

@@ -28,15 +28,16 @@ from typing import Any, NoReturn, Protocol, TypeAlias
 from vmachining.engines.mesh.engine import MeshEngine
 from vmachining.engines.mesh.tiles import Share
 from vmachining.errors import EngineError
-from vmachining.geometry import Bracket
-from vmachining.geometry import Path as CutterPath
-from vmachining.sweep import Sweep
+from vmachining.geometry import Arc, Bracket, Line
+from vmachining.sweep import Sweep, Turn
 from vmachining.tool import Profile
 
 __all__ = ["Crew", "MeshCrew", "Solo", "crew"]
 
 BATCH = 16
 """Orders in one message: a message costs about as much as an order in air."""
+
+CutterPath: TypeAlias = Line | Arc | Turn
 
 Later: TypeAlias = Callable[[], Bracket]
 """An answer that may still be on its way; calling it waits for it."""

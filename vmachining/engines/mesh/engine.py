@@ -29,7 +29,7 @@ from vmachining.engines.mesh.stock import StockMesh, StockSurface
 from vmachining.engines.mesh.tiles import SIDES, Share, Tile, joined, reached
 from vmachining.errors import EngineError
 from vmachining.geometry import Bracket
-from vmachining.sweep import Sweep
+from vmachining.sweep import Sweep, Turn
 from vmachining.tolerance import CHORD_MM, VOLUME_REL
 
 __all__ = ["MeshEngine"]
@@ -88,7 +88,7 @@ class MeshEngine:
                 total = total.plus(self._cut_tile(tile, sweep, tools, weight, chained, run))
             except EngineError as error:
                 raise EngineError(error.reason, engine=self.name, block=block) from error
-        self._removed = shape_key(sweep.profile), sweep.path.position(1.0).tolist()
+        self._removed = shape_key(sweep.profile), _pose(sweep, 1.0).tolist()
         self._gone += total.estimate
         return total
 
@@ -96,7 +96,7 @@ class MeshEngine:
         """Whether the last sweep ended with this cutter at this start: then it is already cut free there."""
         if self._removed is None or self._removed[0] != shape_key(sweep.profile):
             return False
-        start = sweep.path.start
+        start = _pose(sweep, 0.0)
         gap = np.abs(np.array(self._removed[1]) - start).max()
         return bool(gap <= 1e-12 * (1.0 + np.abs(start).max()))
 
@@ -251,6 +251,13 @@ class MeshEngine:
             engine._blocks |= each._blocks
             engine._gone += each._gone
         return engine
+
+
+def _pose(sweep: Sweep, t: float) -> Floats:
+    """(6,) tip and tool axis."""
+    path = sweep.path
+    axis = path.axis(t) if isinstance(path, Turn) else np.array([0.0, 0.0, 1.0])
+    return np.concatenate([path.position(t), axis])
 
 
 def _minus(solid: Manifold, cutters: list[Manifold]) -> Manifold:

@@ -1,0 +1,151 @@
+"""Moves -> paths of the cutter: lines and arcs with an upright tool, `Turn` where the axis leans or turns.
+
+| the program gives | path |
+|---|---|
+| X Y Z only | line or arc, tool along +z |
+| tool axes (tables of poses, CL files) | tip straight, axis on the great circle between them |
+| rotary words under tool-centre-point control (tables of poses with angles too) | tip straight, rotary joints linear |
+| rotary words without it | all joints linear: the tip follows the bow that the chain makes of it |
+
+Where the axis is +z throughout and the tip goes straight, the path is a plain line, so that nothing depends on
+how many axes the machine has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeAlias
+
+import numpy as np
+
+from vmachining.arrays import Floats
+from vmachining.errors import KinematicsError, NCError, SweepError
+from vmachining.geometry import Arc, Line, arc_between
+from vmachining.machine import Machine
+from vmachining.machine.joint_limits import least_times
+from vmachining.nc import Motion, Move
+from vmachining.sweep import Pose, Turn
+from vmachining.tolerance import LENGTH_EPS_MM
+
+__all__ = ["CutterPath", "end_axis", "joint_feeds", "joint_times", "move_path", "moves"]
+
+CutterPath: TypeAlias = Line | Arc | Turn
+
+UP = (0.0, 0.0, 1.0)
+NORMAL = {"yz": 0, "zx": 1, "xy": 2}
+IN_PLANE = {"yz": (1, 2), "zx": (2, 0), "xy": (0, 1)}
+ARCS = (Motion.ARC_CW, Motion.ARC_CCW)
+
+
+def move_path(move: Move, machine: Machine | None = None) -> CutterPath:
+    """The path of the cutter; an arc stays an arc.
+
+    Raises
+    ------
+    NCError
+        An arc without a usable centre or with a leaning tool; rotary words without a machine that has such
+        joints; a tool axis that is reversed.
+    """
+    if move.axis_end is None and move.rotary_deg is None:
+        return _arc(move) if move.motion in ARCS else Line(move.start, move.end)
+    try:
+        turn = _turn(move, machine)
+    except (KinematicsError, SweepError) as exc:
+        raise NCError(exc.message, line=move.line, remedy=exc.remedy) from exc
+    if move.motion in ARCS:
+        if not turn.is_upright:
+            raise NCError(
+                "an arc with a leaning tool cannot be simulated", line=move.line, remedy="use short lines"
+            )
+        return _arc(move)
+    return Line(turn.start, turn.end) if turn.is_upright and turn.is_straight else turn
+
+
+def moves(path: CutterPath) -> bool:
+    """Whether the cutter goes anywhere: a tip at rest may turn."""
+    return path.length > LENGTH_EPS_MM or (isinstance(path, Turn) and not path.is_steady)
+
+
+def end_axis(path: CutterPath) -> Floats:
+    """(3,) unit tool axis at the end of a path."""
+    return path.axis(1.0) if isinstance(path, Turn) else np.array(UP)
+
+
+def _turn(move: Move, machine: Machine | None) -> Turn:
+    if move.axis_end is not None:
+        return Turn.great_circle(
+            Pose(move.start, move.axis_start or move.axis_end), Pose(move.end, move.axis_end)
+        )
+    assert move.rotary_deg is not None
+    first, last, chain = _joints(move, machine)
+    screws, tip, axis = chain.screws()
+    return Turn.joints(screws, first, last, tip_home=tip, axis_home=axis)
+
+
+def _joints(move: Move, machine: Machine | None) -> tuple[Floats, Floats, Machine]:
+    """Joints at both ends, and the chain in which they are linear."""
+    angles = move.rotary_deg or {}
+    if machine is None or not machine.rotary:
+        words = " ".join(letter.upper() for letter in angles)
+        raise NCError(
+            f"rotary words ({words}) without a machine that has such axes",
+            line=move.line,
+            remedy='name it in the job: chain = "ac-table" or file = "machine.toml" under [machine]',
+        )
+    chain = machine.tip_centred() if move.tcp else machine
+    x, y, z = move.start
+    first = chain.joints(degrees=True, x=x, y=y, z=z, **(move.rotary_start or angles))
+    x, y, z = move.end
+    return first, chain.joints(degrees=True, x=x, y=y, z=z, **angles), chain
+
+
+def _arc(move: Move) -> Arc:
+    if move.center is None:
+        raise NCError("an arc without a centre", line=move.line)
+    center = list(move.start)
+    for axis, value in zip(IN_PLANE[move.plane], move.center, strict=True):
+        center[axis] = value
+    try:
+        return arc_between(
+            move.start,
+            move.end,
+            center,
+            NORMAL[move.plane],
+            ccw=move.motion is Motion.ARC_CCW,
+            turns=move.turns,
+        )
+    except ValueError as exc:
+        raise NCError(str(exc), line=move.line) from exc
+
+
+def joint_times(moves: Sequence[Move], machine: Machine | None) -> Floats:
+    """(n,) s that moves with rotary words last at least by the speeds of the joints, 0 for all others.
+
+    Under tool-centre-point control the slides are where the chain needs them at both ends; what they do
+    between is not looked at.
+    """
+    out = np.zeros(len(moves))
+    if machine is None or not machine.rotary:
+        return out
+    wanted = [k for k, move in enumerate(moves) if move.rotary_deg is not None]
+    if not wanted:
+        return out
+    first, last = (
+        np.array(ends) for ends in zip(*(_joints(moves[k], machine)[:2] for k in wanted), strict=True)
+    )
+    turned = [k for k, move in enumerate(moves[i] for i in wanted) if move.tcp]
+    if turned:
+        own = np.array([list(machine.rotary)])
+        for ends in (first, last):
+            q = np.zeros((len(turned), len(machine.axes)))
+            q[:, own[0]] = ends[turned, 3:]
+            placed, _ = machine.place(q, ends[turned, :3])
+            ends[turned] = np.where(np.isfinite(placed), placed, 0.0)
+    out[wanted] = least_times(machine, first, last)
+    return out
+
+
+def joint_feeds(lengths: Floats, seconds: Floats) -> Floats:
+    """(n,) mm/min that the joints allow; inf where nothing limits."""
+    limited = (seconds > 0) & (lengths > 0)
+    return np.asarray(60.0 * np.divide(lengths, seconds, out=np.full(len(lengths), np.inf), where=limited))
