@@ -41,10 +41,11 @@ from vmachining.engines.mesh.facets import (
     narrowed,
     polyhedron,
 )
+from vmachining.engines.mesh.turning import turning_pieces
 from vmachining.errors import EngineError
 from vmachining.geometry import Arc, Line
 from vmachining.geometry.path import PLANE_AXES
-from vmachining.sweep import Sweep, shadow
+from vmachining.sweep import Sweep, Turn, shadow
 from vmachining.tool import Profile
 
 __all__ = [
@@ -152,6 +153,10 @@ CHAINED = 5.0 / 12.0
 """The same for chains of hulls: the slack for the polygon of the path, about sag / 2, is alike on both sides."""
 
 
+TURNING = 1.0 / 2.0
+"""Where the axis turns: unbiased for surfaces curved one way; 2/3 would be on flat walls, 1/3 on round ends."""
+
+
 def balance(sweep: Sweep, inner: Facets, outer: Facets) -> float:
     """Weight w in [0, 1] that makes w inner + (1 - w) outer unbiased; w = 1/3 beside level motions.
 
@@ -161,6 +166,8 @@ def balance(sweep: Sweep, inner: Facets, outer: Facets) -> float:
     the level.
     """
     path = sweep.path
+    if isinstance(path, Turn):
+        return TURNING
     if not isinstance(path, Line):
         return ALIGNED if isinstance(path, Arc) and path.axis == 2 and path.rise == 0.0 else CHAINED
     d = path.end - path.start
@@ -240,8 +247,10 @@ def pieces(
     path has been removed before: what only it would cut may be missing.
     """
     path = sweep.path
-    if not isinstance(path, (Line, Arc)):
-        raise EngineError(f"{type(path).__name__} motions cannot be meshed in this version", engine="mesh")
+    if isinstance(path, Turn):
+        box = None if window is None else np.stack([window.lo, window.hi])
+        yield from turning_pieces(sweep, tool.sag * FACET_SHARE, tool.side, box, chained=chained)
+        return
     for part in tool.parts:
         if isinstance(path, Line) or path.radius <= 0.0 or path.angle == 0.0:
             yield from _straight(part.body, path.start, path.end, window, chained=chained)

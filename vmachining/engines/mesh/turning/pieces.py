@@ -35,6 +35,9 @@ WRONG = 1e-6
 STILL = 1e-9
 """Share of the largest speed below which a surface slides in itself."""
 
+INSTANTS = 8
+"""At which the reach of a slice is looked at."""
+
 LARGEST_TURN = np.pi / 2
 """rad of turn of axis and path, together, up to which a block can be one mesh: it cannot come back."""
 
@@ -49,7 +52,7 @@ class _Plan(NamedTuple):
 
 
 def turning_pieces(
-    sweep: Sweep, chord: float, side: str, *, chained: bool = False
+    sweep: Sweep, chord: float, side: str, box: Floats | None = None, *, chained: bool = False
 ) -> Iterator[tuple[Floats, Ints]]:
     """Closed meshes (points (n, 3), triangles (m, 3)) whose union is a sweep along a `Turn`.
 
@@ -61,6 +64,9 @@ def turning_pieces(
         mm, the largest distance between the inner and the outer solid.
     side : "inner", "fair" or "outer"
         Contained in the truth, unbiased, or containing it.
+    box : (2, 3) mm, optional
+        Where the union must be right; elsewhere it may lack what it likes. Only the slice of the cutter that
+        can reach the box is swept.
     chained : bool
         The cutter at the start of the path has been removed before: what only it cuts may be missing.
 
@@ -73,11 +79,42 @@ def turning_pieces(
     if not isinstance(turn, Turn):
         raise EngineError(f"want a Turn, got a {type(turn).__name__}", engine="mesh")
     for part in convex_cover(sweep.profile):
-        yield from _part(part, turn, chord, Side(side), chained)
+        piece = part if box is None else _reaching(part, turn, box, chord)
+        if piece is not None:
+            yield from _part(piece, turn, chord, Side(side), box, chained)
+
+
+def _reaching(part: Profile, turn: Turn, box: Floats, chord: float) -> Profile | None:
+    """The slice of a body that can reach a box, None if nothing can.
+
+    The circle at height h lies in the plane A . (x - tip) = h, so it meets the box only if h is between the
+    extremes of A . (corner - tip). They are taken at instants and widened by what they change in between.
+    """
+    t = np.linspace(0.0, 1.0, INSTANTS + 1)
+    corners = np.stack(np.meshgrid(*box.T, indexing="ij"), axis=-1).reshape(-1, 3)
+    off = corners - turn.position(t)[:, None]
+    heights = np.einsum("jca,ja->jc", off, turn.axis(t))
+    speed = turn.tip_series.bound(1)
+    far = float(np.linalg.norm(off, axis=2).max()) + speed / (2 * INSTANTS)
+    drift = speed + turn.axis_series.bound(1) * far
+    slack = drift / (2 * INSTANTS) + 2.0 * chord
+    lo, hi = float(heights.min()) - slack, float(heights.max()) + slack
+    if hi <= part.z_min or lo >= part.z_max:
+        return None
+    if lo <= part.z_min and hi >= part.z_max:
+        return part
+    return part.clip(max(lo, part.z_min), min(hi, part.z_max))
+
+
+def _apart(points: Floats, box: Floats | None) -> bool:
+    """Whether a mesh cannot reach the box."""
+    if box is None:
+        return False
+    return bool((points.min(axis=0) >= box[1]).any() or (points.max(axis=0) <= box[0]).any())
 
 
 def _part(
-    part: Profile, turn: Turn, chord: float, side: Side, chained: bool
+    part: Profile, turn: Turn, chord: float, side: Side, box: Floats | None, chained: bool
 ) -> Iterator[tuple[Floats, Ints]]:
     """Pieces of one convex body."""
     plan = _plan(part, turn, chord)
@@ -111,9 +148,12 @@ def _part(
         if _winding(turn, pose) <= LARGEST_TURN:
             points, triangles, area, wrong = skin(known, 0, plan.steps, True)
             if wrong <= WRONG * area:
-                yield points, triangles
+                if not _apart(points, box):
+                    yield points, triangles
                 return
-        yield _kernels.at_rest(pose, 0, known.skin, known.group, cos, sin)  # type: ignore[no-untyped-call]
+        points, triangles = _kernels.at_rest(pose, 0, known.skin, known.group, cos, sin)  # type: ignore[no-untyped-call]
+        if not _apart(points, box):
+            yield points, triangles
     parts = max(1, int(np.ceil(float(speed.max()) / (part.max_radius / 2.0))))
     ends = np.unique(np.round(np.linspace(0, plan.steps, parts + 1)).astype(int))
     for number, (first, last) in enumerate(pairwise(ends.tolist()), start=1):
@@ -121,7 +161,7 @@ def _part(
         if rows is None:
             continue
         points, triangles, _area, _wrong = skin(rows, first, last, False)
-        if len(triangles):
+        if len(triangles) and not _apart(points, box):
             yield points, triangles
 
 
