@@ -168,9 +168,6 @@ def _row(
 def _moves(rows: Sequence[Row], found: list[Finding]) -> list[Move]:
     moves = []
     for before, row in pairwise(rows):
-        if not row.rapid and not row.feed:
-            found.append(finding("E301", row.line, None, "a feed move without feed_mm_min"))
-            continue
         if (
             before.axis
             and row.axis
@@ -178,6 +175,9 @@ def _moves(rows: Sequence[Row], found: list[Finding]) -> list[Move]:
         ):
             what = "the tool axis is reversed: no great circle is the shortest"
             found.append(finding("E364", row.line, None, what))
+            continue
+        if not row.rapid and not row.feed:
+            found.append(finding("E301", row.line, None, "a feed move without feed_mm_min"))
             continue
         moves.append(
             Move(
