@@ -184,23 +184,25 @@ def sampled(program: Program) -> list[tuple[int, list[tuple[float, float]]]]:
 @given(data=st.data(), side=st.sampled_from([41, 42]), entry=st.sampled_from(["prev", "next"]))
 @settings(max_examples=150, deadline=None)
 def test_the_tool_keeps_its_distance_from_neighbouring_segments(data, side, entry):
-    lines, _ = chain(data.draw, arcs=False)
+    lines, _ = chain(data.draw, arcs=data.draw(st.booleans()))
     head = "S1 M3 F9\nG0 X-30 Y0\n"
     plain = read(head + "G1 X0\n" + "\n".join(lines))
     program = read(f"{head}G{side}.1 D4 G1 X0\n" + "\n".join(lines) + "\nM2", crc_entry=entry)
     if program.errors:
         return
+    over = {f.line - 1 for f in program.findings if f.code == "W355"}
+    assert not over or any("G2" in line or "G3" in line for line in lines)
     for before, after in pairwise(program.moves):
         assert math.dist(before.end, after.start) < 1e-6
     shapes = {move.line: move for move in plain.moves[1:]}
     first = min(shapes)
     for line, points in sampled(program)[1:]:
-        if line <= first:
-            continue  # the entry move comes from outside
+        if line <= first or over & {line - 1, line, line + 1}:
+            continue  # the entry move comes from outside; W355 says that the tool is too near
         for known in (line - 1, line):
             for point in points:
                 if known in shapes and known > first:
-                    assert distance(shapes[known], point) >= 2.0 - 1e-6
+                    assert distance(shapes[known], point) >= 2.0 - 0.05
 
 
 def distance(move: Move, point: tuple[float, float]) -> float:

@@ -28,7 +28,7 @@ How a program is read (dialects iso and mts)
 | `arcs.py` | planes, centre from R, radius tolerance, length of an arc |
 | `offsets.py` | G10, G28, G43, G52, G54, G92 and their families |
 | `cycles.py` | canned cycles G73 to G89 |
-| `compensation.py`, `offset_curves.py` | cutter radius compensation; offset lines and arcs |
+| `compensation.py`, `offset_curves.py`, `gouge.py` | cutter radius compensation; offset lines and arcs; neighbours |
 | `control.py`, `flow.py` | pairs of O words found; calls, loops and branches run |
 | `mts.py` | stored cycles and patterns of dialect mts |
 | `apt.py`, `poses.py` | cutter location files; tables of poses |

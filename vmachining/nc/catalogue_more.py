@@ -123,6 +123,13 @@ MORE: Final[dict[str, Entry]] = {
         "An inner corner cannot be reached: the offset paths do not meet, or a piece would run backwards.",
         "take a smaller tool, or open the corner",
     ),
+    "W355": Entry(
+        "tool over its neighbour",
+        "Compensated as programmed, the tool cuts into the segment before or behind the one that it "
+        "follows, away from their corner: an arc that curls back, an entry from the wrong side, or a "
+        "path that turns back by nearly 180 degrees. Controls do it without a word.",
+        "take a smaller tool, or check the side of the compensation",
+    ),
     "E356": Entry(
         "plane change under compensation",
         "Left and right are sides in one plane.",

@@ -10,7 +10,8 @@ the normal axis wait with it at its end.
     entry "next"   the entry move goes straight to the start of the next offset curve
     exit           the last segment ends beside its programmed end; the next move leaves from there
 
-Nothing is trimmed away altogether: a piece that would run backwards is a gouge (E355). Only neighbours are
+Nothing is trimmed away altogether: a piece that would run backwards is a gouge (E355). A piece that reaches over
+the segment before or behind it is a warning (W355, `gouge.py`), because controls cut it. Only neighbours are
 looked at: a contour that crosses itself later is cut as programmed.
 Sources: RS274/NGC; observed behaviour of LinuxCNC 2.9, whose tolerance of 0.05 rad for tangents is not copied.
 In inverse time the feed is the one of the programmed path.
@@ -23,6 +24,7 @@ from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
 from vmachining.nc.arcs import Plane
+from vmachining.nc.gouge import cuts_into
 from vmachining.nc.model import Motion, Move, Point
 from vmachining.nc.offset_curves import (
     CompensationError,
@@ -51,20 +53,25 @@ ARCS: Final = frozenset({Motion.ARC_CW, Motion.ARC_CCW})
 
 
 class Pending(NamedTuple):
-    """A segment whose end is not known yet. entry : it goes straight, whatever follows (entry "next")."""
+    """A segment whose end is not known yet.
+
+    entry : it goes straight, whatever follows (entry "next"). before : the programmed segment before it, but for
+    the entry move.
+    """
 
     curve: Curve
     move: Move
     followers: tuple[Move, ...] = ()
     entry: bool = False
+    before: Move | None = None
 
 
 class Step(NamedTuple):
-    """What became of a move: the compensation behind it, the moves that are final now, W353 texts."""
+    """What became of a move: the compensation behind it, the moves that are final now, (code, text) warnings."""
 
     after: Compensation
     moves: list[Move]
-    warnings: list[str]
+    warnings: list[tuple[str, str]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,16 +146,18 @@ class Compensation:
         curve, before = self._curve(move, start, end), held.curve
         turn = before.last[0] * curve.first[1] - before.last[1] * curve.first[0]
         ahead = before.last[0] * curve.first[0] + before.last[1] * curve.first[1]
-        warnings = []
+        warnings = list[tuple[str, str]]()
         if held.entry:
-            return Step(replace(self, pending=Pending(curve, move)), self._release(held, curve.start), [])
+            return Step(self._with(held, curve, move), self._release(held, curve.start), [])
         if self._starts(held) and ahead < 0.0:
-            warnings.append("the entry move opposes the first cut, so the tool goes round its end")
+            text = "the entry move opposes the first cut, so the tool goes round its end"
+            warnings.append(("W353", text))
         moves: list[Move] = []
         if math.dist(before.end, curve.start) <= JOINED_MM:
             moves = self._release(held, before.end)
             curve = curve._replace(start=before.end)
-            return Step(replace(self, pending=Pending(curve, move)), moves, warnings)
+            warnings += self._neighbours(held, before, move)
+            return Step(self._with(held, curve, move), moves, warnings)
         inner = self.side * turn > REVERSAL or (abs(turn) <= REVERSAL and ahead > 0.0)
         back = ahead <= -math.cos(AROUND)
         # straight back along an arc that the tool is outside of: the arc crosses the path it came by
@@ -161,9 +170,8 @@ class Compensation:
                 if not back:
                     raise
                 if inner:
-                    warnings.append(
-                        "the path turns back by nearly 180 degrees, so the tool goes round its end"
-                    )
+                    text = "the path turns back by nearly 180 degrees, so the tool goes round its end"
+                    warnings.append(("W355", text))
                 inner = False
         if inner:
             moves = self._release(held._replace(curve=before), before.end)
@@ -173,7 +181,34 @@ class Compensation:
         else:
             moves = self._release(held, before.end)
             moves.append(self._corner(moves[-1], move, curve.start, before.corner, corner_feed))
-        return Step(replace(self, pending=Pending(curve, move)), moves, warnings)
+        if not warnings:
+            final = before if inner else before._replace(end=self._pair(moves[0].end))
+            warnings += self._neighbours(held, final, move)
+        return Step(self._with(held, curve, move), moves, warnings)
+
+    def _with(self, held: Pending, curve: Curve, move: Move) -> Compensation:
+        """The same with the next segment held back."""
+        return replace(self, pending=Pending(curve, move, before=None if self._starts(held) else held.move))
+
+    def _neighbours(self, held: Pending, curve: Curve, following: Move) -> list[tuple[str, str]]:
+        """W355 if the final path of a segment reaches over the segment before or behind it.
+
+        Not of the entry move: it comes from outside and crosses to its side of the path as it comes.
+        """
+        if self._starts(held):
+            return []
+        axes = self.plane.first, self.plane.second, self.plane.normal
+        for other in (held.before, following):
+            if other is None or other.feed_mm_min is None or held.move.feed_mm_min is None:
+                continue  # rapids are above the part
+            levels = [(min(m.start[axes[2]], m.end[axes[2]]), max(m.start[axes[2]], m.end[axes[2]]))
+                      for m in (held.move, other)]  # fmt: skip
+            if levels[0][0] > levels[1][1] or levels[1][0] > levels[0][1]:
+                continue
+            if cuts_into(curve, other, axes, self.radius):
+                text = f"on the path of line {held.move.line} the tool reaches over that of line {other.line}"
+                return [("W355", text)]
+        return []
 
     def _starts(self, held: Pending) -> bool:
         """Whether the held segment is the entry move: its start is not offset."""

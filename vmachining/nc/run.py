@@ -211,8 +211,8 @@ class Run:
             raise self.fail(exc.code, self.block.culprit(), str(exc)) from None
         state.compensation = step.after
         self.moves.extend(step.moves)
-        for text in step.warnings:
-            self.warn("W353", self.block.culprit(), text)
+        for code, text in step.warnings:
+            self.warn(code, self.block.culprit(), text)
 
     def _with_rotary(self, move: Move, rotary: Mapping[str, float]) -> Move:
         """The fields of the rotary axes; feeds of blocks that only turn are degrees per minute."""
