@@ -167,3 +167,9 @@ def test_polar_words():
     ends = [m.end[:2] for m in read("G0 X3 Y4\n@10\n^90\n@5 ^0\nG91 @1 ^10").moves]
     wanted = [(3, 4), (6, 8), (0, 10), (5, 0), (5.908847, 1.041889)]
     assert all(a == pytest.approx(b, abs=1e-6) for a, b in zip(ends, wanted, strict=True))
+
+
+def test_offsets_can_be_read_as_parameters():
+    text = "G10 L2 P2 X1 Y2 R30\nG92 Z7\nG0 X5\nG28.1\nG53 G0 X#5241 Y[#5242 + #5250] Z#5213\nG53 G0 X#5161 Y#5181"
+    moves = read(text).moves
+    assert moves[1].end_machine == (1, 32, -7) and moves[2].end_machine[:2] == (5, 0)

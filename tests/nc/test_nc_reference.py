@@ -139,7 +139,16 @@ def test_tool_length_moves_the_machine_and_not_the_simulated_tip():
 
 
 @pytest.mark.parametrize(
-    ("word", "length"), [("G43", 30), ("G43 H1", 50), ("G43 H0", 30), ("G43.1 Z7.5", 7.5), ("G49", 0)]
+    ("word", "length"),
+    [
+        ("G43 H1\nG43.2 H3", 80),
+        ("M48 M61 Q1\nG43", 50),
+        ("G43", 30),
+        ("G43 H1", 50),
+        ("G43 H0", 30),
+        ("G43.1 Z7.5", 7.5),
+        ("G49", 0),
+    ],
 )
 def test_where_a_tool_length_comes_from(word, length):
     assert read(f"T3 M6\n{word}\nG0 Z1", tools=TOOLS).moves[0].end_machine[2] == 1 + length

@@ -53,7 +53,8 @@ Departures from LinuxCNC
 Rotary axes are read, with their offsets, where `rotary` names them; M428, M128, G43.4 and TRAORI say that X Y Z
 are the tip in work coordinates from there on. What the axes do to the tool is for the machine to say.
 Limits: no G68, G16, G51, macros, splines, probing, threads, G76, G87, G88; arcs lie in XY under a rotated work
-offset; parameters of the control above #5000 are not kept, except #5220, #5400 and #5420 to #5425.
+offset; parameters of the control above #5000 can be read where they are offsets (#5161 to #5390), the tool (#5400) or
+the position (#5420 to #5425), and not be set.
 """
 
 from vmachining.nc.catalogue import CATALOGUE, explain

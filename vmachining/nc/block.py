@@ -251,7 +251,9 @@ def _takers(block: Block, effective: int | None, arc: bool, cycle: bool) -> dict
         take("P", "dwell")
     if block.has_g(640):
         take("PQ", "path control")
-    if block.has_g(430) or block.has_g(434):
+    if block.m.get(9, (48,))[0] in (50, 51, 52, 53):
+        take("P", "override")
+    if block.has_g(430) or block.has_g(432) or block.has_g(434):
         take("H", "length")
     if block.has_g(410) or block.has_g(420):
         take("D", "compensation")

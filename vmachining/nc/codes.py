@@ -30,7 +30,7 @@ G_GROUP: Final = {
     **dict.fromkeys((930, 940, 950), 5),
     **dict.fromkeys((200, 210), 6),
     **dict.fromkeys((400, 410, 411, 420, 421), 7),
-    **dict.fromkeys((430, 431, 434, 490), 8),
+    **dict.fromkeys((430, 431, 432, 434, 490), 8),
     **dict.fromkeys((980, 990), 10),
     **dict.fromkeys((540, 550, 560, 570, 580, 590, 591, 592, 593), 12),
     **dict.fromkeys((610, 611, 640), 13),
@@ -49,10 +49,11 @@ M_GROUP: Final = {
     **dict.fromkeys((6, 61), 6),
     **dict.fromkeys((3, 4, 5), 7),
     **dict.fromkeys((7, 8, 9), 8),
+    **dict.fromkeys((48, 49, 50, 51, 52, 53), 9),
     **dict.fromkeys((98, 99), 10),
     **dict.fromkeys((128, 129, 428, 429), 11),
 }
-"""Modal group of every M code that is executed."""
+"""Modal group of every M code that is executed (or, like the override switches, changes no path)."""
 
 AXIS_CLAIMING: Final = frozenset({100, 280, 300, 431, 520, 920})
 """G codes that take the axis words for themselves, so that no motion code may stand beside them."""
@@ -63,7 +64,7 @@ _GROUPS: Final = {
     14: "spindle mode",
 }  # fmt: skip
 _M_GROUPS: Final = {
-    4: "stop", 6: "tool change", 7: "spindle", 8: "coolant", 10: "subprogram", 11: "tool centre point",
+    4: "stop", 6: "tool change", 7: "spindle", 8: "coolant", 9: "override", 10: "subprogram", 11: "tool centre point",
 }  # fmt: skip
 
 
@@ -83,7 +84,6 @@ _REFUSED: Final = {
     150: "polar coordinates (G15, G16) are not supported",
     160: "polar coordinates (G15, G16) are not supported",
     290: "G29 (return from reference) is known to Fanuc controls only",
-    432: "G43.2 (additional tool length) is not supported",
     435: "tool centre point control with I J K axis words (G43.5) is not supported",
     650: "macro calls (G65, G66) are not supported",
     660: "macro calls (G65, G66) are not supported",
@@ -131,6 +131,4 @@ def refuse_m(code: int | None, text: str) -> Refusal:
     """Why this M code is not executed."""
     if code is not None and 100 <= code <= 199:
         return Refusal("E208", f"M{code} is a code of the user's own control, its effect is unknown")
-    if code is not None and 48 <= code <= 53:
-        return Refusal("E208", f"M{code} (override switches) is not supported")
     return Refusal("E208", f"unknown M code {text}")

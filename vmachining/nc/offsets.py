@@ -26,7 +26,7 @@ def work_offset(run: Run, code: int) -> None:
 
 
 def tool_length(run: Run, code: int, word: Word) -> None:
-    """G43, G43.1, G43.4, G49."""
+    """G43, G43.1, G43.2 (a further length), G43.4, G49."""
     block, state = run.block, run.state
     if code == 490:
         state.length, state.tcp = ORIGIN, False
@@ -40,13 +40,16 @@ def tool_length(run: Run, code: int, word: Word) -> None:
         state.length = x, y, z
     else:
         chosen = block.value("H")
+        if code == 432 and chosen is None:
+            raise run.fail("E322", word, "G43.2 needs H, the tool whose length is added")
         number = tool_number(run, "H", chosen or 0.0) or state.tool  # H0 means the tool in the spindle
         tools = run.settings.tools
         entry = tools.get(number) if tools is not None else None
         if entry is None and number > 0 and tools is None:
             what = f"no tool table was given: the length of tool {number} is taken as zero"
             run.warn("W321", block.word("H") or word, what)
-        state.length = 0.0, 0.0, entry.length_mm if entry else 0.0
+        further = state.length if code == 432 else ORIGIN
+        state.length = further[0], further[1], further[2] + (entry.length_mm if entry else 0.0)
         if code == 434:
             state.tcp = True
     state.place_offsets()

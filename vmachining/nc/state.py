@@ -225,7 +225,26 @@ class Memory:
             return float(state.tool)
         if number == 5220:
             return float(list(WORK_OFFSETS).index(state.work) + 1)
-        return None
+        return self._offset(number)
+
+    def _offset(self, number: int) -> float | None:
+        """Reference points (#5161, #5181), G92 (#5211) and work offsets (#5221, #5241, ...), in mm and degrees."""
+        state = self.state
+        base, place = next(((b, number - b) for b in _TABLES if 0 <= number - b <= 5), (0, 0))
+        if not base:
+            turned = (number - 5230) // 20 if (number - 5230) % 20 == 0 else -1
+            return state.rotations.get(WORK_OFFSETS[turned], 0.0) if 0 <= turned < len(WORK_OFFSETS) else None
+        axis = "abc"[place - 3] if place > 2 else ""
+        if base < 5200:
+            which = (base - 5161) // 20
+            point = add(state.references[which], state.start_offset)
+            return state.rotary_references[which].get(axis, 0.0) if axis else point[place]
+        if base == 5211:
+            return state.rotary_g92.get(axis, 0.0) if axis else state.g92[place]
+        code = WORK_OFFSETS[(base - 5221) // 20]
+        return (
+            state.rotary_work.get(code, {}).get(axis, 0.0) if axis else state.offsets.get(code, ORIGIN)[place]
+        )
 
     def resolve(self, target: Name, value: Expression) -> tuple[str | int, float]:
         """Target and value of an assignment, before anything is written.
@@ -271,6 +290,8 @@ class Memory:
 
 
 WORK_OFFSETS: Final = (540, 550, 560, 570, 580, 590, 591, 592, 593)
+_TABLES: Final = (5161, 5181, 5211, *range(5221, 5400, 20))
+"""First of the parameters X, Y, Z, A, B, C of each offset."""
 
 
 def work_offset_codes() -> dict[str, int]:
