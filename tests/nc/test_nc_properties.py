@@ -25,7 +25,17 @@ BLOCKS = st.one_of(
     st.tuples(st.sampled_from(["G92", "G28", "G55 G0", "G53 G90 G0"]), AXES).map(
         lambda t: [*t[0].split(), *(a + v for a, v in t[1].items())]
     ),
-    st.sampled_from(["G90", "G91", "G54", "G92.1", "F50", "M5", "M3", "G61"]).map(lambda w: [w]),
+    st.sampled_from(
+        ["G90", "G91", "G54", "G92.1", "F50", "M5", "M3", "G61", "G40", "G80", "G98", "G99", "G18"]
+    ).map(lambda w: [w]),
+    st.tuples(st.sampled_from(["G81", "G85", "G10 L2 P1", "G52", "G41.1 D2", "G42.1 D6"]), AXES).map(
+        lambda t: [*t[0].split(), *([] if "." in t[0] else [a + v for a, v in t[1].items()])]
+    ),
+    st.tuples(st.sampled_from(["G83 Q99", "G82 P1", "G73 Q70 L2"]), NUMBERS, NUMBERS).map(
+        lambda t: [*t[0].split(), "X" + t[1], "R" + t[2], "Z-999"]
+    ),
+    st.integers(-180, 180).map(lambda r: ["G10", "L2", "P1", f"R{r}"]),
+    st.tuples(st.sampled_from(["G0", "G1"]), NUMBERS, NUMBERS).map(lambda t: [t[0], "@" + t[1], "^" + t[2]]),
 )
 
 

@@ -15,8 +15,9 @@ have offsets (G5x and G92) and no length, hence one world, in degrees.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from math import cos, radians, sin
+from operator import attrgetter
 from typing import TYPE_CHECKING, Final
 
 from vmachining.nc.arcs import PLANES, Plane
@@ -162,13 +163,10 @@ class State:
 
     def clone(self) -> State:
         """A copy to try a block on."""
-        twin: State = object.__new__(State)
-        for name in _FIELDS:
-            setattr(twin, name, getattr(self, name))
-        return twin
+        return State(*_FIELDS(self))
 
 
-_FIELDS: Final = tuple(State.__slots__)
+_FIELDS: Final = attrgetter(*(item.name for item in fields(State)))
 
 
 class Memory:
