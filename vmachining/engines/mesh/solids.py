@@ -153,8 +153,8 @@ CHAINED = 5.0 / 12.0
 """The same for chains of hulls: the slack for the polygon of the path, about sag / 2, is alike on both sides."""
 
 
-TURNING = 1.0 / 2.0
-"""Where the axis turns: unbiased for surfaces curved one way; 2/3 would be on flat walls, 1/3 on round ends."""
+TURNING = 7.0 / 12.0
+"""Where the axis turns: unbiased for surfaces curved one way; 3/4 would be on flat walls, 5/12 on round ends."""
 
 
 def balance(sweep: Sweep, inner: Facets, outer: Facets) -> float:

@@ -12,8 +12,9 @@ on the meridian; P(u, x, t) the surface point and f its velocity along the outwa
    merge or vanish inside the block. A sharp edge is one circle with two normals; tips and edges are cells
    that collapse. P takes the vertices to the envelope, exactly where they lie on an instant of the grid.
 3. Closed at t = 1 by the front part of K(1), at t = 0 by the rest of K(0), that is one mesh for K(0) + P(front)
-   if no point is entered twice. It is used when no facet of the envelope faces against N: where it does, the
-   envelope runs inside the sweep (phi_tt < 0), as under nearly every flat face that tilts.
+   if no point is entered twice (`chained`: by the cone of 4). It is used when no facet of the envelope faces
+   against N: where one does, the envelope runs inside the sweep (phi_tt < 0), as under nearly every flat face
+   that tilts.
 4. Otherwise the block is cut in time so that nothing moves farther than half the radius, and each part is
    P(front) closed by the cone from a point of the axis over the grazing curve of its first instant. With
    K(0) as a piece of its own their union is the sweep; what is entered twice merely overlaps. After a block
@@ -30,11 +31,10 @@ sweep. Hence a point farther than e from the sweep is outside the mesh, whatever
 gives a mesh inside the sweep: `inner`. No fold, no missed chord and no wrong sign of f can break this.
 
 Around: a body grown by e and by the depth of its facets enters each point of the true sweep and gets deeper
-than the mesh's distance from its own envelope, so its mesh winds round that point: `outer`. This second half
-uses that no point is entered twice within one part (checked by the sign of the facets for one part, by their
-short way for several); slivers of the order of f^2 beside a fold are covered by the margin, not by a proof.
-
-`inner` is narrowed by 2 e, so that (inner + 2 outer) / 3 is unbiased where the cutter is doubly curved.
+than the mesh's distance from its own envelope, so its mesh winds round that point: `outer`. This half is not
+a proof where a point is entered twice within one part: there the envelope folds inside the sweep, and beside
+a fold the mesh may leave crevices of the order of f^2, 2e-5 mm wide where they were measured. One part is used
+for a block only if no facet faces the wrong way; in several parts the way is short.
 
 | file | holds |
 |---|---|
@@ -46,8 +46,10 @@ Source: front, grazing curve and the sign of phi_tt from the theory of swept vol
 N . V = 0); the grid in parameter space and the bound are derived here. Departure: no grazing loop is ever
 traced or trimmed.
 
-Known limits: volumes that are entered twice within one part count twice, 1e-6 of the sweep in the worst case
-seen. Every convex piece of a profile is swept alone; `inner` pieces may leave a gap of 4 e between them.
+Known limits: what is entered twice within one part overlaps itself, so that its volume counts twice (up to 3e-6
+of the sweep in the reference rows) and crevices may stay in `outer`; both are found where a flat face that
+tilts meets its rim, mostly at the top of a cutter. Every convex piece of a profile is swept alone; `inner`
+pieces may leave a gap of 2 e between them.
 """
 
 from vmachining.engines.mesh.turning.pieces import turning_pieces

@@ -19,10 +19,10 @@ from vmachining.tool import Profile, convex_cover
 
 __all__ = ["turning_pieces"]
 
-SAG, BEND, TWIST = 1 / 4, 1 / 24, 1 / 8
+SAG, BEND, TWIST = 1 / 4, 1 / 24, 5 / 24
 """Shares of the chord: facets of a circle (and of an arc), bow of a path, turn of a cell between instants.
 
-Inner and outer surface are 3 (BEND + TWIST) + 2 SAG = 1 chord apart at most.
+Inner and outer surface are 2 (BEND + TWIST) + 2 SAG = 1 chord apart at most.
 """
 
 APART = 2e-3
@@ -119,7 +119,7 @@ def _part(
     """Pieces of one convex body."""
     plan = _plan(part, turn, chord)
     slack = (BEND + TWIST) * chord
-    offset = {Side.INNER: -2.0 * slack, Side.FAIR: 0.0, Side.OUTER: slack + 2.0 * plan.sag}[side]
+    offset = {Side.INNER: -slack, Side.FAIR: 0.0, Side.OUTER: slack + 2.0 * plan.sag}[side]
     pose = _poses(turn, plan.steps)
     angles = 2.0 * np.pi / plan.columns * np.arange(plan.columns)
     cos, sin = np.cos(angles), np.sin(angles)
@@ -144,19 +144,19 @@ def _part(
     known = body(0)
     if known is None:
         return
+    if _winding(turn, pose) <= LARGEST_TURN:
+        points, triangles, area, wrong = skin(known, 0, plan.steps, not chained)
+        if wrong <= WRONG * area:
+            if len(triangles) and not _apart(points, box):
+                yield points, triangles
+            return
+    parts = max(1, int(np.ceil(float(speed.max()) / (part.max_radius / 2.0))))
+    ends = np.unique(np.round(np.linspace(0, plan.steps, parts + 1)).astype(int)).tolist()
     if not chained:
-        if _winding(turn, pose) <= LARGEST_TURN:
-            points, triangles, area, wrong = skin(known, 0, plan.steps, True)
-            if wrong <= WRONG * area:
-                if not _apart(points, box):
-                    yield points, triangles
-                return
         points, triangles = _kernels.at_rest(pose, 0, known.skin, known.group, cos, sin)  # type: ignore[no-untyped-call]
         if not _apart(points, box):
             yield points, triangles
-    parts = max(1, int(np.ceil(float(speed.max()) / (part.max_radius / 2.0))))
-    ends = np.unique(np.round(np.linspace(0, plan.steps, parts + 1)).astype(int))
-    for number, (first, last) in enumerate(pairwise(ends.tolist()), start=1):
+    for number, (first, last) in enumerate(pairwise(ends), start=1):
         rows = body(number)
         if rows is None:
             continue
