@@ -7,6 +7,8 @@
 | `machine` | inverse kinematics, deviation of joint-linear blocks and pulse trains: rates and errors |
 | `nc` | lines per second of the NC reader, memory of a million lines |
 | `nc_fuzz` | damaged programs: only declared errors, no hang, no word skipped in silence |
+| `sweep5` | five-axis meshes against reference volumes: error, bracket, time; time of finishing blocks |
+| `sweep-gauntlet` | 1,000 random five-axis blocks: solid, bracket, exact volume and membership, failures by seed |
 
 Times of one run are compared with each other only; machines are noisy.
 """
@@ -20,6 +22,7 @@ from vmachining.bench.accuracy import accuracy
 from vmachining.bench.half_cylinder import half_cylinder
 from vmachining.bench.machine import machine
 from vmachining.bench.nc import nc, nc_fuzz
+from vmachining.bench.sweep5 import sweep5, sweep_gauntlet
 
 __all__ = ["CASES"]
 
@@ -29,4 +32,6 @@ CASES: dict[str, Callable[[], Iterator[dict[str, Any]]]] = {
     "machine": machine,
     "nc": nc,
     "nc_fuzz": nc_fuzz,
+    "sweep5": sweep5,
+    "sweep-gauntlet": sweep_gauntlet,
 }
