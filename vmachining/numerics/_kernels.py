@@ -35,12 +35,3 @@ def insert(lo, hi, n, a, b, merge):
     for k in range(j, n):
         lo[i + 1 + k - j], hi[i + 1 + k - j] = lo[k], hi[k]
     return n - (j - i) + 1
-
-
-@kernel
-def covered(lo, hi, n, a, b, slack):
-    """Whether one of the intervals, widened by slack, contains [a, b]."""
-    inside = False
-    for i in range(n):
-        inside = inside or (lo[i] - slack <= a and b <= hi[i] + slack)
-    return inside

@@ -8,13 +8,11 @@ membership, distance, and where a ray is inside.
    the axis too: on a great circle, by linear rotary angles, or by all joints of a serial chain.
 2. The distance to a body of revolution is a distance in the meridian half plane, to lines and arcs.
 3. The distance to a sweep is its minimum over t. For a convex piece of the cutter and a straight motion it is
-   convex in point and t together; around a horizontal arc the nearest pose is the horizontally nearest one;
-   on helices and upright arcs branch and bound over chords, each grown by its sagitta, finds the minimum.
-4. A ray meets the sweep of a convex piece along a chord in one interval, and Newton's method on the convex
-   distance walks to both ends without passing them. Arcs and helices split into chords until what a chord
-   could add is less than 1e-11 mm; poses on the path give the intervals that surely belong.
-   Where the axis turns, a tangent plane that moves with the tool proves for how long an end of the
-   interval cannot leave what is known (`turned`).
+   convex in point and t together; around a level arc the nearest pose is the horizontally nearest one.
+4. A ray meets a straight sweep of a convex piece in one interval, and Newton's method on the convex distance
+   walks to both ends without passing them.
+   Where the tip goes around or the axis turns, poses give the intervals that surely belong, and tangent planes
+   that move with the tool prove for how long their ends cannot be left (`turned`).
 5. Volumes: convex translation adds |d| times the shadow, circles add the shadow of the meridian minus what is
    entered twice, in closed form per height. A turning body: V(K) + Phi - W, the flux of its front surface
    minus what enters a second time (`flux`).
@@ -34,15 +32,16 @@ membership, distance, and where a ray is inside.
 | `flux/` | volume where the axis turns |
 
 Source: volume of a convex body plus segment by Minkowski and Cauchy (shadow as half the integral of |n . d|);
-the rest is derived in the docstrings. Departures: rays do not march with the distance. Near a tangent
-marching takes 1 / depth steps, while grown chords keep their cost and prove what they leave out.
+the rest is derived in the docstrings. Departures: rays do not march with the distance. Near a
+tangent marching takes 1 / depth steps, while planes with a bound of the second derivative keep their cost and
+prove what they leave out. No convex hulls of poses: they are of first order where the axis turns.
 
 Known limits: no volume for arcs about x or y, for helices that come back to where they were (a full turn),
 and for bodies that are not convex unless they move horizontally or, without a waist, along their axis. Where
 the axis turns W is a quadrature with an error estimate, no bound, and takes 0.05 to 5 s. Distances inside are
 the largest depth in one pose and one convex piece, a lower bound of the depth below the surface of the sweep.
-Rays take about 1 us on level moves, plunges, (upright rays only) horizontal arcs and five-axis blocks of 1 mm
-and a degree, 5 us on ramps, 10 to 60 us on five-axis blocks of 40 mm and more, 0.2 to 0.9 ms on other arcs.
+Rays take about 1 us on level moves, plunges, (upright rays only) level arcs and five-axis blocks of 1 mm and
+a degree, 5 us on ramps, 10 to 60 us on arcs, helices and five-axis blocks of 40 mm and more.
 """
 
 from vmachining.sweep.motion import Motion, RayIntervals, Sweep

@@ -12,11 +12,12 @@ from numpy.typing import ArrayLike
 from vmachining.arrays import Bools, Floats, Ints, rows
 from vmachining.errors import SweepError
 from vmachining.geometry import Arc, Line, Path
+from vmachining.numerics.series import Series
 from vmachining.sweep import _kernels
 from vmachining.sweep.bounds import body_bounds
 from vmachining.sweep.flux import FluxVolume, flux_volume
 from vmachining.sweep.pose import Pose, tip, tool_frame, unit_axis
-from vmachining.sweep.turned import Packed, meridian_rows, pack
+from vmachining.sweep.turned import Packed, arc_series, meridian_rows, pack
 from vmachining.sweep.turned import _kernels as turned
 from vmachining.sweep.turning import Turn
 from vmachining.sweep.volume import swept_volume
@@ -27,9 +28,6 @@ __all__ = ["Motion", "Pose", "RayIntervals", "Sweep"]
 
 ULPS = 16
 """Rounding of a distance in ulp of the extent of the sweep: a dozen operations on its coordinates."""
-
-PART_RAD = np.pi / 6
-"""First division of an arc; its sagitta is then 3.4 % of the radius, and halving cuts it by four."""
 
 CHUNK = 16384
 """Rays worked on at once; bounds the memory of the interval buffers."""
@@ -82,7 +80,8 @@ class Sweep:
 
     profile: Profile
     path: Motion
-    _packed: _Packed | Packed = field(repr=False)
+    _near: _Packed | None = field(repr=False)
+    _turned: Packed | None = field(repr=False)
     _known: dict[float, FluxVolume] = field(repr=False)
 
     def __init__(self, tool: Body, start: Place, end: Place) -> None:
@@ -110,10 +109,16 @@ class Sweep:
         object.__setattr__(self, "path", path)
         object.__setattr__(self, "_known", {})
         cover = convex_cover(profile)
+        curved = isinstance(path, Turn) or not _is_straight(path)
+        level = isinstance(path, Arc) and path.axis == 2 and path.rise == 0.0
+        near = _pack(cover, path) if not isinstance(path, Turn) and (level or not curved) else None
+        turned = None
         if isinstance(path, Turn):
-            object.__setattr__(self, "_packed", pack(cover, path.tip_series, path.axis_series, path.start))
-        else:
-            object.__setattr__(self, "_packed", _pack(cover, path))
+            turned = pack(cover, path.tip_series, path.axis_series, path.start)
+        elif curved and isinstance(path, Arc):
+            turned = pack(cover, arc_series(path), Series.constant(UP), path.start)
+        object.__setattr__(self, "_near", near)
+        object.__setattr__(self, "_turned", turned)
 
     def upright(self) -> tuple[Sweep, Floats] | None:
         """The same sweep seen from a tool whose axis keeps its direction, None if the axis turns.
@@ -156,17 +161,17 @@ class Sweep:
         return swept_volume(self.profile, self.path)
 
     def flux(self, wanted: float = 5e-6) -> FluxVolume:
-        """Volume of a five-axis sweep with its parts and error estimate; see `flux_volume`.
+        """Volume with its parts and error estimate, of a `Turn` or an arc of any axis; see `flux_volume`.
 
         Raises
         ------
         SweepError
-            The path is a line or an arc: `volume` knows a formula.
+            The path is straight: `volume` knows a formula.
         """
-        if not isinstance(self._packed, Packed):
-            raise SweepError("the flux is computed for five-axis paths only", remedy="take `volume`")
+        if self._turned is None:
+            raise SweepError("the flux is computed for curved paths only", remedy="take `volume`")
         if wanted not in self._known:
-            self._known[wanted] = flux_volume(self.profile, self._packed, wanted=wanted)
+            self._known[wanted] = flux_volume(self.profile, self._turned, wanted=wanted)
         return self._known[wanted]
 
     def split(self, fractions: Sequence[float]) -> list[Sweep]:
@@ -211,12 +216,14 @@ class Sweep:
     def _distances(self, points: ArrayLike, level: float) -> Floats:
         """`signed_distance`; with a finite level only on which side of it a point lies, if the axis turns."""
         where = _points(points, "points") - self.path.start
-        p = self._packed
         out = np.empty(len(where))
-        if isinstance(p, Packed):
-            turned.distances(p.seg, p.ends, p.limits, p.waves, where, p.tol, level, out)
+        if self._near is not None:
+            p = self._near
+            _kernels.distances(p.seg, p.first, p.path, where, p.tol, out)
         else:
-            _kernels.distances(p.seg, p.first, p.path, p.flat, p.parts, where, p.tol, out)
+            assert self._turned is not None
+            q = self._turned
+            turned.distances(q.seg, q.ends, q.limits, q.waves, where, q.tol, level, out)
         return out
 
     def ray_intervals(self, origins: ArrayLike, directions: ArrayLike) -> RayIntervals:
@@ -240,11 +247,10 @@ class Sweep:
 
         Notes
         -----
-        A turning axis: see `vmachining.sweep.turned`; what could be missed is less than 1e-11 mm deep.
         Straight motions: one interval per convex piece, by Newton's method on a convex function, nothing can
-        be missed. Arcs and helices: chords grown by their sagitta contain the motion and are split until they
-        add less than 1e-11 mm; a chord or a gap that is less than 1e-11 mm deep at a tangent point, that is
-        shorter than sqrt(8e-11 r) (0.03 micrometre for r = 12 mm), may be bridged or missed.
+        be missed. Others: planes that move with the tool prove what is covered, see `vmachining.sweep.turned`;
+        a chord or a gap that is less than 1e-11 mm deep at a tangent point, that is shorter than sqrt(8e-11 r)
+        (0.03 micrometre for r = 12 mm), may be bridged or missed.
         """
         where = _points(origins, "origins")
         heading = _points(directions, "directions", single=True)
@@ -264,20 +270,28 @@ class Sweep:
         return RayIntervals(*(np.concatenate(column) for column in zip(*found, strict=True)))
 
     def _rays(self, origins: Floats, directions: Floats) -> RayIntervals:
-        p = self._packed
-        parts = 3 if isinstance(p, Packed) else len(p.size) * (1 + p.parts // 6)
-        capacity = 4 + 2 * parts
+        p, q = self._near, self._turned
+        easy = np.full(len(origins), q is None)
+        if p is not None and q is not None:  # level circle
+            easy = (directions[:, 0] == 0.0) & (directions[:, 1] == 0.0)
+        capacity = 8
         while True:
             lo, hi = np.full((2, len(origins), capacity), np.nan)
             counts = np.zeros(len(origins), dtype=np.int64)
-            if isinstance(p, Packed):
-                turned.rays(
-                    p.seg, p.planes, p.arcs, p.ends, p.limits, p.waves, origins, directions, p.tol, counts, lo, hi
-                )  # fmt: skip
-            else:
-                _kernels.rays(
-                    p.seg, p.first, p.size, p.path, p.flat, p.parts, origins, directions, p.tol, counts, lo, hi
-                )  # fmt: skip
+            for near, who in ((True, easy), (False, ~easy)):
+                if not who.any():
+                    continue
+                o, u = origins[who], directions[who]
+                count, first, last = counts[who], lo[who], hi[who]
+                if near:
+                    assert p is not None
+                    _kernels.rays(p.seg, p.first, p.size, p.path, o, u, p.tol, count, first, last)
+                else:
+                    assert q is not None
+                    turned.rays(
+                        q.seg, q.planes, q.arcs, q.ends, q.limits, q.waves, o, u, q.tol, count, first, last
+                    )  # fmt: skip
+                counts[who], lo[who], hi[who] = count, first, last
             if (counts >= 0).all():
                 break
             capacity *= 4
@@ -286,28 +300,30 @@ class Sweep:
 
 
 class _Packed(NamedTuple):
-    """A sweep as the kernels want it, see the legend of `_kernels.py`."""
+    """A straight or level circular sweep as the kernels want it, see the legend of `_kernels.py`."""
 
     seg: Floats
     first: Ints
     size: Floats
     path: Floats
-    flat: bool
-    parts: int
     tol: float
+
+
+def _is_straight(path: Path) -> bool:
+    """A line, or an arc that is none."""
+    return isinstance(path, Line) or path.angle == 0.0 or path.radius == 0.0
 
 
 def _pack(pieces: Sequence[Profile], path: Path) -> _Packed:
     """Rows of the kernels. A straight motion along the axis becomes a body at rest."""
     travel = path.end - path.start
-    still = isinstance(path, Line) or path.angle == 0.0 or path.radius == 0.0
+    still = _is_straight(path)
     if still and not travel[:2].any():
         pieces, travel = [piece.extruded(float(travel[2])) for piece in pieces], np.zeros(3)
     seg = [meridian_rows(piece) for piece in pieces]
     first = np.cumsum([0, *(len(s) for s in seg)])
     size = np.array([(p.max_radius, p.z_min, p.z_max) for p in pieces])
     row = np.zeros(10)
-    flat, parts = True, 1
     if still:
         row[6:9] = travel
     else:
@@ -315,12 +331,10 @@ def _pack(pieces: Sequence[Profile], path: Path) -> _Packed:
         arm = path.start - path.center
         axis = np.eye(3)[path.axis]
         row[0:3], row[3:6], row[6:9], row[9] = arm, np.cross(axis, arm), path.rise * axis, path.angle
-        flat = path.axis == 2
-        parts = max(1, int(np.ceil(abs(path.angle) / PART_RAD)))
     low, high = path.bounds - path.start
     extent = float(max(np.abs([low, high]).max(), np.abs(size).max()))
     tol = max(ULPS * float(np.finfo(float).eps) * extent, 1e-14)
-    return _Packed(np.concatenate(seg), first, size, row, flat, parts, tol)
+    return _Packed(np.concatenate(seg), first, size, row, tol)
 
 
 def _between(start: Place, end: Place) -> Line | Turn:

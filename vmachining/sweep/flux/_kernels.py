@@ -8,7 +8,8 @@
 import numpy as np
 
 from vmachining.jit import kernel
-from vmachining.sweep.turned._kernels import PATIENCE, bending, near, span, split_at, state
+from vmachining.sweep.turned._kernels import PATIENCE, span, split_at
+from vmachining.sweep.turned.pose._kernels import bending, near, state
 
 
 @kernel

@@ -11,7 +11,7 @@ import numpy as np
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.sweep.flux import _kernels
 from vmachining.sweep.turned import Packed
-from vmachining.sweep.turned import _kernels as turned
+from vmachining.sweep.turned.pose import _kernels as pose
 from vmachining.tool import Profile
 
 __all__ = ["FluxVolume", "flux_volume"]
@@ -137,7 +137,7 @@ def _first(faces: Floats, beta: Floats, waves: Floats) -> tuple[Ints, Ints, Floa
     for k in range(len(faces)):
         found = list(np.arange(FIRST[1] + 1) / FIRST[1])
         for t in np.linspace(0.0, 1.0, FIRST[0] + 1):
-            turned.state(waves, t, state)
+            pose.state(waves, t, state)
             n = _kernels.breaks_of(faces[k], beta[k], state, cuts)
             found += list(cuts[:n])
         edges = np.sort(found)

@@ -1,4 +1,4 @@
-"""Rays and distances where the tool axis turns.
+"""Rays and distances where the tool axis turns, or where the tip goes around an arc.
 
 1. A convex piece of the body is an intersection of cones, discs and tori; a line meets it in one interval,
    by quadratics and by Newton's method on the convex distance to the torus, from outside.
@@ -12,12 +12,16 @@
 | file | holds |
 |---|---|
 | `pack.py` | bodies and motions as rows |
-| `_kernels.py` | the search in numba |
+| `pose/` | one pose: its motion, the lines that cross it, distances to it |
+| `_kernels.py` | the search in time |
 
-Known limits: a surface that slides along itself gives the planes nothing to prove; after 250 cells what one
-may miss grows from 1e-11 mm by factors of 100.
+On spheres, and on discs of a steady axis, the plane need not turn with the tool: it keeps its direction and
+moves with the centre, so that a ball turned about its centre is nothing to search.
+
+Known limits: another surface that slides along itself gives the planes nothing to prove; after 1000 stretches
+of time what one may miss grows from 1e-11 mm by factors of 100, up to 1e-7 mm.
 """
 
-from vmachining.sweep.turned.pack import Packed, meridian_rows, pack
+from vmachining.sweep.turned.pack import Packed, arc_series, meridian_rows, pack
 
-__all__ = ["Packed", "meridian_rows", "pack"]
+__all__ = ["Packed", "arc_series", "meridian_rows", "pack"]

@@ -1,14 +1,7 @@
 # Rays and distances of a convex body of revolution that moves and turns, by cover of the time interval.
 #
-# Legend: waves (m, 19) rows of the motion: w, tip Re Z0, Im Z0, Re Z1, Im Z1 (3 each), axis Re Z0, Im Z0;
-#   value = Re[(Z0 + t Z1) exp(iwt)]. state p (12,): tip c, axis A, velocity c', rate A'.
-# planes (k, 3): n_r, n_z, d, the body obeys n_r rho + n_z z <= d. arcs (j, 7): centre (r, z), R, lowest and
-#   highest normal. seg: rows of the meridian as in sweep/_kernels.py. ends (pieces + 1, 3): first plane, arc
-#   and segment of each piece.
-# limits (pieces, 6): height of a middle point of the axis, radius of the ball about it that holds the piece,
-#   and bounds of |c_m'|, |c_m''| of that point, |A'|, |A''|.
-# shot (9,): hit?, then s, nu = N.u, f = N.V, g = N.(omega x u) at the entry and at the exit of a ray.
-# s ray parameter, mm; t time in [0, 1]; D mm by which an end lies inside what is already covered.
+# Legend: see pose/_kernels.py. D mm by which an end lies inside what is already known.
+# s ray parameter, mm; t time in [0, 1].
 #
 # In the frame of the body at t0 a fixed point x runs as y(t) = x - (t - t0) V(x) + R, |R| <= bend (t - t0)^2 / 2.
 # The body lies below each of its tangent planes, so x in K(t) needs phi0 + N.(x - x0) - (t - t0) N.V(x) <= bend
@@ -18,194 +11,12 @@ import numpy as np
 
 from vmachining.jit import kernel
 from vmachining.numerics._kernels import insert
-from vmachining.sweep._kernels import meridian
+from vmachining.sweep.turned.pose._kernels import aim, bending, near, state
 
 STOP = 1e-11  # mm: what a stretch of time could add when it is given up
 MERGE = 1e-10  # mm: intervals closer than this are one
-PATIENCE = 250  # cells after which STOP grows a hundredfold: surfaces that slide along themselves
-
-
-@kernel
-def state(waves, t, p) -> None:
-    """Tip, axis and their rates at t."""
-    for k in range(12):
-        p[k] = 0.0
-    for j in range(len(waves)):
-        w = waves[j, 0]
-        cos, sin = 1.0, 0.0
-        if w != 0.0:
-            cos, sin = np.cos(w * t), np.sin(w * t)
-        for k in range(3):
-            re = waves[j, 1 + k] + t * waves[j, 7 + k]
-            im = waves[j, 4 + k] + t * waves[j, 10 + k]
-            value, turned = re * cos - im * sin, -re * sin - im * cos
-            p[k] += value
-            p[6 + k] += w * turned + waves[j, 7 + k] * cos - waves[j, 10 + k] * sin
-            p[3 + k] += waves[j, 13 + k] * cos - waves[j, 16 + k] * sin
-            p[9 + k] -= w * (waves[j, 13 + k] * sin + waves[j, 16 + k] * cos)
-
-
-@kernel
-def bending(limit, far, width):
-    """Bound of |y''| of a point at most `far` mm from the middle of the body at some time of the stretch."""
-    reach = far + width * limit[2]
-    return limit[3] + 2.0 * limit[4] * limit[2] + (limit[5] + limit[4] ** 2) * reach
-
-
-@kernel
-def clip_planes(planes, k0, k1, z0, uz, q0, q1, q2):
-    """Part of a line inside all cones and discs: (lo, hi, plane at lo, plane at hi); empty is lo > hi.
-
-    Along the line z = z0 + s uz, rho^2 = q0 + 2 q1 s + q2 s^2. Each plane is n_r rho <= e(s), e linear: a convex
-    set, an interval between roots of n_r^2 rho^2 = e^2 on the side e >= 0.
-    """
-    lo, hi, i_lo, i_hi = -np.inf, np.inf, -1, -1
-    for k in range(k0, k1):
-        n_r, n_z = planes[k, 0], planes[k, 1]
-        e0, e1 = planes[k, 2] - n_z * z0, -n_z * uz
-        if n_r == 0.0:
-            if e1 == 0.0:
-                if e0 < 0.0:
-                    return 1.0, 0.0, -1, -1
-                continue
-            root = -e0 / e1
-            if e1 > 0.0:
-                low, high = root, np.inf
-            else:
-                low, high = -np.inf, root
-        else:
-            n2 = n_r * n_r
-            a, b, c = n2 * q2 - e1 * e1, n2 * q1 - e0 * e1, n2 * q0 - e0 * e0
-            gap = b * b - a * c
-            if a >= 0.0:
-                if gap < 0.0:
-                    return 1.0, 0.0, -1, -1
-                q = -(b + np.copysign(np.sqrt(gap), b))
-                if q == 0.0:
-                    if c > 0.0:
-                        return 1.0, 0.0, -1, -1
-                    if a == 0.0:
-                        continue
-                    low, high = 0.0, 0.0
-                else:
-                    x, y = q / a, c / q
-                    low, high = min(x, y), max(x, y)
-                if e0 + e1 * (low if abs(low) < abs(high) else high) < 0.0:  # both roots on the other cone
-                    return 1.0, 0.0, -1, -1
-            else:
-                q = -(b + np.copysign(np.sqrt(max(gap, 0.0)), b))
-                x = q / a
-                y = c / q if q != 0.0 else x
-                if e1 > 0.0:
-                    low, high = max(x, y), np.inf
-                else:
-                    low, high = -np.inf, min(x, y)
-        if low > lo:
-            lo, i_lo = low, k
-        if high < hi:
-            hi, i_hi = high, k
-        if lo > hi:
-            return 1.0, 0.0, -1, -1
-    return lo, hi, i_lo, i_hi
-
-
-@kernel
-def clip_arc(arc, z0, uz, q0, q1, q2, s, stop, way, tol):
-    """Newton from outside along the line to the arc: (s, met?, alive?). Convex, so the root is never passed."""
-    met = False
-    for _ in range(80):
-        rho = np.sqrt(max(q0 + s * (2.0 * q1 + s * q2), 0.0))
-        w_r, w_z = rho - arc[0], z0 + s * uz - arc[1]
-        if arc[3] * w_z - arc[4] * w_r < 0.0 or w_r * arc[6] - w_z * arc[5] < 0.0:
-            return s, met, True
-        far = np.sqrt(w_r * w_r + w_z * w_z)
-        if far - arc[2] <= tol:
-            return s, met, True
-        slope_r = (q1 + q2 * s) / rho if rho > 0.0 else np.sqrt(q2) * way
-        slope = way * (w_r * slope_r + w_z * uz) / far
-        met = True
-        if slope >= 0.0:
-            return s, met, False
-        new = s - way * (far - arc[2]) / slope
-        if way * (stop - new) < 0.0:
-            return s, met, False
-        if new == s:
-            return s, met, True
-        s = new
-    return s, met, True
-
-
-@kernel
-def aim(planes, arcs, ends, piece, p, o, u, mid, tol, shot):
-    """Entry and exit of a line in one piece at one pose, with normals and speeds; fills `shot`."""
-    w_x, w_y, w_z = o[0] - p[0], o[1] - p[1], o[2] - p[2]
-    up = u[0] * p[3] + u[1] * p[4] + u[2] * p[5]
-    base = w_x * u[0] + w_y * u[1] + w_z * u[2] - mid * up
-    w_x, w_y, w_z = w_x - base * u[0], w_y - base * u[1], w_z - base * u[2]  # foot of the middle of the body
-    z0 = w_x * p[3] + w_y * p[4] + w_z * p[5]
-    a_x, a_y, a_z = w_x - z0 * p[3], w_y - z0 * p[4], w_z - z0 * p[5]
-    b_x, b_y, b_z = u[0] - up * p[3], u[1] - up * p[4], u[2] - up * p[5]
-    q0 = a_x * a_x + a_y * a_y + a_z * a_z
-    q1 = a_x * b_x + a_y * b_y + a_z * b_z
-    q2 = b_x * b_x + b_y * b_y + b_z * b_z
-    shot[0] = 0.0
-    lo, hi, i_lo, i_hi = clip_planes(planes, ends[piece, 0], ends[piece + 1, 0], z0, up, q0, q1, q2)
-    if lo > hi:
-        return
-    for k in range(ends[piece, 1], ends[piece + 1, 1]):
-        lo, met, alive = clip_arc(arcs[k], z0, up, q0, q1, q2, lo, hi, 1.0, tol)
-        if not alive:
-            return
-        if met:
-            i_lo = -2 - k
-        hi, met, alive = clip_arc(arcs[k], z0, up, q0, q1, q2, hi, lo, -1.0, tol)
-        if not alive:
-            return
-        if met:
-            i_hi = -2 - k
-    if lo > hi:
-        return
-    shot[0] = 1.0
-    for side in range(2):
-        s, i = (lo, i_lo) if side == 0 else (hi, i_hi)
-        rho, z = np.sqrt(max(q0 + s * (2.0 * q1 + s * q2), 0.0)), z0 + s * up
-        m_x, m_y, m_z = 0.0, 0.0, 0.0
-        if rho > 0.0:
-            m_x, m_y, m_z = (a_x + s * b_x) / rho, (a_y + s * b_y) / rho, (a_z + s * b_z) / rho
-        if i >= 0:
-            n_r, n_z = planes[i, 0], planes[i, 1]
-        else:
-            k = -2 - i
-            n_r, n_z = (rho - arcs[k, 0]) / arcs[k, 2], (z - arcs[k, 1]) / arcs[k, 2]
-        kappa = z * n_r - rho * n_z
-        turn = m_x * p[9] + m_y * p[10] + m_z * p[11]
-        j = 1 + 4 * side
-        shot[j] = s - base
-        shot[j + 1] = n_r * (m_x * u[0] + m_y * u[1] + m_z * u[2]) + n_z * up
-        shot[j + 2] = (
-            n_z * (p[6] * p[3] + p[7] * p[4] + p[8] * p[5])
-            + n_r * (m_x * p[6] + m_y * p[7] + m_z * p[8])
-            + kappa * turn
-        )
-        shot[j + 3] = n_r * turn * up - n_z * (p[9] * u[0] + p[10] * u[1] + p[11] * u[2])
-
-
-@kernel
-def near(seg, i0, i1, p, x, y, z):
-    """phi of a point at one pose, its gradient N and f = N.V."""
-    w_x, w_y, w_z = x - p[0], y - p[1], z - p[2]
-    h = w_x * p[3] + w_y * p[4] + w_z * p[5]
-    w_x, w_y, w_z = w_x - h * p[3], w_y - h * p[4], w_z - h * p[5]
-    rho = np.sqrt(w_x * w_x + w_y * w_y + w_z * w_z)
-    d, n_r, n_z = meridian(seg, i0, i1, rho, h)
-    if rho > 0.0:
-        w_x, w_y, w_z = w_x / rho, w_y / rho, w_z / rho
-    else:
-        w_x, w_y, w_z = 0.0, 0.0, 0.0
-    n_x, n_y, n_h = n_r * w_x + n_z * p[3], n_r * w_y + n_z * p[4], n_r * w_z + n_z * p[5]
-    kappa = h * n_r - rho * n_z
-    f = n_x * p[6] + n_y * p[7] + n_h * p[8] + kappa * (w_x * p[9] + w_y * p[10] + w_z * p[11])
-    return d, n_x, n_y, n_h, f
+PATIENCE = 1000  # cells after which STOP grows a hundredfold: surfaces that slide along themselves
+LOOSE = 1e-7  # mm: where it stops growing
 
 
 @kernel
@@ -216,11 +27,25 @@ def span(D, nu, f, g, bend):
     if c <= 0.0:
         return 0.0
     root = np.sqrt(b * b + 2.0 * bend * c)
-    step = 2.0 * c / (b + root) if b + root > 0.0 else np.inf
-    if b < 0.0:
-        step = (root - b) / bend if bend > 0.0 else np.inf
+    step = np.inf
+    if b < 0.0 < bend:
+        step = (root - b) / bend
+    elif b >= 0.0 and b + root > 0.0:
+        step = 2.0 * c / (b + root)
     if step * abs(g) > nu:
         step = nu / abs(g)
+    return step
+
+
+@kernel
+def lasts(shot, side, D, way, bend):
+    """Time over which one end of a hit cannot leave what is covered by D; way -1 is backwards in time."""
+    j, k = 1 + 4 * side, 9 + 2 * side
+    nu = shot[j + 1] if side else -shot[j + 1]
+    f = way * shot[j + 2]
+    step = span(D, nu, f, shot[j + 3], bend)
+    if shot[k] >= 0.0:
+        step = max(step, min(shot[k + 1], span(D, nu, f, 0.0, shot[k])))
     return step
 
 
@@ -332,24 +157,24 @@ def ray_piece(seg, planes, arcs, ends, piece, limit, waves, o, u, tol, cells, sh
     top = 0
     for k in range(2):
         state(waves, float(k), p)
-        aim(planes, arcs, ends, piece, p, o, u, limit[0], tol, shots[k])
+        aim(planes, arcs, ends, piece, p, o, u, limit, tol, shots[k])
         if shots[k, 0] > 0.0:
             n = insert(lo, hi, n, shots[k, 1], shots[k, 5], MERGE)
             if n < 0:
                 return n
     cells[0, 0], cells[0, 1], cells[0, 2] = 0.0, 1.0, 0.0
-    for k in range(9):
-        cells[0, 3 + k], cells[0, 12 + k] = shots[0, k], shots[1, k]
+    for k in range(13):
+        cells[0, 3 + k], cells[0, 16 + k] = shots[0, k], shots[1, k]
     seen, slack = 0, STOP
     while top >= 0:
         ta, tb, last = cells[top, 0], cells[top, 1], cells[top, 2]
         A, B = shots[0], shots[1]
-        for k in range(9):
-            A[k], B[k] = cells[top, 3 + k], cells[top, 12 + k]
+        for k in range(13):
+            A[k], B[k] = cells[top, 3 + k], cells[top, 16 + k]
         top -= 1
         seen += 1
         if seen % PATIENCE == 0:
-            slack *= 100.0
+            slack = max(slack, min(100.0 * slack, LOOSE))
         w = tb - ta
         bend = bending(limit, limit[1], w)
         # at an edge of the body what a pose adds is of first order
@@ -388,10 +213,10 @@ def ray_piece(seg, planes, arcs, ends, piece, limit, waves, o, u, tol, cells, sh
                 pa, pb = 0.0, 0.0
                 if kA >= 0:
                     D = way * (A[j] - (lo[kA] if side == 0 else hi[kA])) + slack
-                    pa = span(D, -way * A[j + 1], A[j + 2], A[j + 3], bend)
+                    pa = lasts(A, side, D, 1.0, bend)
                 if kB >= 0:
                     D = way * (B[j] - (lo[kB] if side == 0 else hi[kB])) + slack
-                    pb = span(D, -way * B[j + 1], -B[j + 2], B[j + 3], bend)
+                    pb = lasts(B, side, D, -1.0, bend)
                 if both:  # each side by itself; cut where the worse one is open
                     if w - pa - pb > gap:
                         gap, da, db = w - pa - pb, pa, pb
@@ -408,7 +233,7 @@ def ray_piece(seg, planes, arcs, ends, piece, limit, waves, o, u, tol, cells, sh
                 continue
             state(waves, t, p)
         M = shots[2]
-        aim(planes, arcs, ends, piece, p, o, u, limit[0], tol, M)
+        aim(planes, arcs, ends, piece, p, o, u, limit, tol, M)
         if M[0] > 0.0:
             n = insert(lo, hi, n, M[1], M[5], MERGE)
             if n < 0:
@@ -418,16 +243,16 @@ def ray_piece(seg, planes, arcs, ends, piece, limit, waves, o, u, tol, cells, sh
             c = cells[top]
             c[0], c[1] = (ta, t) if half_cell else (t, tb)
             c[2] = (c[1] - c[0]) / w
-            for k in range(9):
+            for k in range(13):
                 c[3 + k] = A[k] if half_cell else M[k]
-                c[12 + k] = M[k] if half_cell else B[k]
+                c[16 + k] = M[k] if half_cell else B[k]
     return n
 
 
 @kernel
 def rays(seg, planes, arcs, ends, limits, waves, origins, directions, tol, counts, lo, hi) -> None:
     """Intervals of every ray; counts[i] = -1 where lo, hi (n, capacity) are full. Origins from the start."""
-    cells, shots, p, o = np.zeros((160, 21)), np.zeros((3, 9)), np.zeros(12), np.empty(3)
+    cells, shots, p, o = np.zeros((160, 29)), np.zeros((3, 13)), np.zeros(12), np.empty(3)
     for i in range(len(origins)):
         u = directions[i]
         shift = -(origins[i, 0] * u[0] + origins[i, 1] * u[1] + origins[i, 2] * u[2])
@@ -487,7 +312,7 @@ def distances(seg, ends, limits, waves, points, tol, level, out) -> None:
                 top -= 1
                 seen += 1
                 if seen % PATIENCE == 0:
-                    slack *= 100.0
+                    slack = max(slack, min(100.0 * slack, LOOSE))
                 if best <= level:
                     break
                 w = tb - ta

@@ -8,11 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from vmachining.arrays import Floats, Ints
+from vmachining.geometry import Arc
 from vmachining.numerics.series import Series
 from vmachining.sweep.bounds import reach
 from vmachining.tool import Profile
 
-__all__ = ["Packed", "meridian_rows", "pack"]
+__all__ = ["Packed", "arc_series", "meridian_rows", "pack"]
 
 ULPS = 16
 """Rounding of a distance in ulp of the extent of the sweep: a dozen operations on its coordinates."""
@@ -56,6 +57,15 @@ def pack(pieces: Sequence[Profile], tip: Series, axis: Series, origin: Floats) -
         np.concatenate(seg), np.concatenate(planes), np.concatenate(arcs), np.array(ends), limits,
         _waves(local, axis), tol,
     )  # fmt: skip
+
+
+def arc_series(arc: Arc) -> Series:
+    """Tip of a circle or helix."""
+    arm, normal = arc.start - arc.center, np.eye(3)[arc.axis]
+    side = np.copysign(1.0, arc.angle) * np.cross(normal, arm)
+    terms = np.zeros((2, 2, 3), dtype=complex)
+    terms[0, 0], terms[0, 1], terms[1, 0] = arc.center, arc.rise * normal, arm - 1j * side
+    return Series(np.array([0.0, abs(arc.angle)]), terms)
 
 
 def meridian_rows(piece: Profile) -> Floats:
@@ -110,6 +120,10 @@ def _arcs(piece: Profile) -> Floats:
 def _limits(piece: Profile, tip: Series, axis: Series) -> tuple[float, ...]:
     """Reference height with the smallest bend, and its bounds."""
     turn, bend = _bound(axis, 1), axis.bound(2)
+    rise = -1.0
+    if turn == 0.0:  # the only acceleration along a steady axis
+        along = axis.at(0.0)
+        rise = Series(tip.frequencies, (tip.terms @ along)[..., None]).bound(2)
     best: tuple[float, ...] = ()
     least = np.inf
     for height in np.linspace(piece.z_min, piece.z_max, 9):
@@ -117,7 +131,7 @@ def _limits(piece: Profile, tip: Series, axis: Series) -> tuple[float, ...]:
         far, speed, rush = reach(piece, float(height)), _bound(point, 1), point.bound(2)
         total = rush + 2.0 * turn * speed + (bend + turn**2) * far
         if total < least:
-            least, best = total, (float(height), far, speed, rush, turn, bend)
+            least, best = total, (float(height), far, speed, rush, turn, bend, rise)
     return best
 
 
