@@ -217,7 +217,7 @@ NAN, INF = float("nan"), float("inf")
             "start axis has length zero",
         ),
         (lambda: Turn.great_circle(Pose((0, 0, 0)), Pose((1, 0, 0), (0, NAN, 1))), "end axis"),
-        (lambda: Turn.great_circle(Pose((0, 0, INF)), Pose((1, 0, 0), (0, 1, 1))), "start"),
+        (lambda: Turn.great_circle(Pose((0, 0, INF)), Pose((1, 0, 0), (0, 1, 0))), "start"),
         (lambda: Turn.great_circle(Pose((0, 0, 0)), Pose((1, 0, 0), (0, 0, -1))), "opposite"),
         (lambda: Sweep(BALL, Pose((0, 0, 0)), Pose((1, 0, 0), (0, 0, -1))), "opposite"),
         (lambda: Turn.rotary((0, 0, 0), (1, 0, 0), "ca", (0, 0), (1, 1)), "chain 'ca'"),
