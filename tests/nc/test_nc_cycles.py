@@ -109,6 +109,7 @@ def test_loops_and_branches():
 def test_calls_have_their_own_parameters():
     text = "#1=7 #<mine>=1 #<_all>=1\no<f> sub\n#<_all>=[#<_all>+#2]\nG0 X[#1+EXISTS[#<mine>]]\no<f> endsub [#1*2]\n"
     assert xs(text + "o<F> call [3] [4]\nG0 X#<_value>\nX#1\nX#<_all>") == [3, 6, 7, 5]
+    assert xs("#1=3\no3 sub\nG0 X[#1*2]\no3 endsub\no#1 call [4]\no[#1] call [5]") == [8, 10]
     recursive = "o1 sub\nG0 X#1\no2 if [#1 GT 0]\no1 call [#1-1]\no2 endif\nG0 X#1\no1 endsub\no1 call [2]\n"
     assert xs(recursive) == [2, 1, 0, 0, 1, 2]
     assert xs("o1 sub\nG0 X1\no1 return [5]\nG0 X2\no1 endsub\no1 call\nG0 X#<_value>") == [1, 5]
@@ -117,6 +118,11 @@ def test_calls_have_their_own_parameters():
 def test_fanuc_subprograms():
     text = "O1000\nG91 M98 P7 L2\nG0 Y1 M98 P8\nM30\nO7\nG0 X1\nM98 P8\nM99\nO8\nX10\nM99"
     assert xs(text) == [1, 11, 12, 22, 22, 32]
+
+
+def test_a_main_program_that_repeats_is_read_once():
+    program = read("O5\nG0 X1\nM99\nO6\nG0 X9\nM99")
+    assert [m.end[0] for m in program.moves] == [1] and program.ended
 
 
 def test_a_line_that_runs_often_is_reported_once():

@@ -18,7 +18,7 @@ How a program is read (dialects iso and mts)
 |---|---|
 | `model.py`, `vectors.py` | `Move`, `Motion`, `Finding`, `Program`; sums of points |
 | `reader.py`, `settings.py` | `read_program`, `parse_program`, `decode_program`; their options |
-| `blocks.py` | goes through the lines |
+| `blocks.py`, `tape.py` | goes through the lines; tape marks |
 | `lexer.py` | `lex_line`, `split_lines`: words, comments and errors with columns |
 | `expressions.py` | parameters, brackets, functions |
 | `codes.py` | modal groups; why a code is refused |

@@ -20,6 +20,7 @@ from vmachining.nc.lexer import MAX_LINE, MAX_VALUE, LexedLine, Word, lex_line
 from vmachining.nc.model import Finding, Motion, Move
 from vmachining.nc.settings import Settings
 from vmachining.nc.state import ORIGIN, Memory, State
+from vmachining.nc.tape import find_tape
 from vmachining.nc.vectors import add
 
 __all__ = ["Reader"]
@@ -125,7 +126,10 @@ class Reader:
                 gc.enable()
 
     def _run(self) -> None:
-        first, stop, closed = self._tape()
+        first, stop, closed = find_tape(self.lines)
+        if closed and stop < len(self.lines) and first == 0:
+            what = "the only tape mark stands behind the program"
+            self._record("I405", stop + 1, 1, 1, None, "%", what)
         at = first
         try:
             at = self._drive(first, stop)
@@ -143,22 +147,6 @@ class Reader:
             if count > MAX_WARNINGS:
                 what = f"{code} was found {count} times, {count - MAX_WARNINGS} of them are not listed"
                 self._record("I407", len(self.lines), 1, 0, None, "", what)
-
-    def _tape(self) -> tuple[int, int, bool]:
-        """First line, line behind the last, and whether a closing mark ends the program (0-based lines)."""
-        lines = self.lines
-        marks = [index for index, line in enumerate(lines) if "%" in line and line.strip(" \t") == "%"]
-        if not marks:
-            return 0, len(lines), False
-        if len(marks) > 1:
-            return marks[0] + 1, marks[1], True
-        before = any(line.strip() for line in lines[: marks[0]])
-        if before and not any(line.strip() for line in lines[marks[0] + 1 :]):
-            self._record(
-                "I405", marks[0] + 1, 1, 1, None, "%", "the only tape mark stands behind the program"
-            )
-            return 0, marks[0], True
-        return marks[0] + 1, len(lines), False
 
     def _epilogue(self, at: int) -> None:
         """E401, or W404 for what stands behind the end."""
@@ -405,6 +393,10 @@ class Reader:
         self.state = self.memory.state = try_state
         if 10 in block.m and self.flow is not None:
             self.next = self.flow.jump(block, number - 1)
+            if self.next is None:
+                what = "M99 starts the main program again, without end: it is read once"
+                self.report(Problem("W415", block.m[10][1], what), number, n)
+                self.state.ended = True
 
     def _lexed(self, number: int, text: str) -> LexedLine:
         """The words of a line; kept where lines run often."""

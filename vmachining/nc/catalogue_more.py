@@ -226,6 +226,12 @@ MORE: Final[dict[str, Entry]] = {
         "return, endsub and M99 go back to a call, and here was none; or a call never comes back.",
         "end the main program with M30 before its subprograms",
     ),
+    "W415": Entry(
+        "main program repeats",
+        "M99 in the main program sends it back to its start, for machines that load parts by themselves. "
+        "It is read once.",
+        "end the program with M30, and the subprograms behind it",
+    ),
     "E416": Entry(
         "values in brackets",
         "if, elseif, while and repeat take one value in brackets, call up to thirty, return and "

@@ -3,7 +3,7 @@
     o<name> sub ... o<name> endsub [value]     o<name> call [1] [2]     o<name> return [value]
     o1 if [..] / o1 elseif [..] / o1 else / o1 endif
     o1 while [..] ... o1 endwhile     o1 do ... o1 while [..]     o1 repeat [n] ... o1 endrepeat
-    o1 break     o1 continue          O100 ... M99, called by M98 P100 L3
+    o[#1 + 2] call [3]     o1 break     o1 continue          O100 ... M99, called by M98 P100 L3
 
 A label pairs its lines; pairs lie within each other and do not cross. What does not fit is a problem of its
 line (E411, E416) and steers nothing.
@@ -86,7 +86,9 @@ def find_structure(lines: Sequence[str], first: int, stop: int) -> Structure | N
         item = Item(index, lexed.flow or "number", label_of(lexed.label), lexed)
         structure.items[index] = item
         few, many = _ARGUMENTS.get(item.kind, (0, 0))
-        if item.kind != "number" and not few <= len(lexed.arguments) <= many:
+        if lexed.label.expression is not None and item.kind != "call":
+            structure.refuse(item, "E416", "only call takes a label that is computed")
+        elif item.kind != "number" and not few <= len(lexed.arguments) <= many:
             wanted = f"{few}" if few == many else f"at most {many}"
             what = f"{item.kind} takes {wanted} values in brackets, {len(lexed.arguments)} are given"
             structure.refuse(item, "E416", what)

@@ -118,9 +118,12 @@ class Flow:
         return item.index + 1 if count > 0.5 else item.end + 1
 
     def _call(self, item: Item) -> int:
-        start = self.structure.subs.get(item.label)
+        wanted, computed = item.label, item.lexed.label.expression if item.lexed.label else None
+        if computed is not None:
+            wanted = f"{evaluate(computed, self.memory):.0f}"
+        start = self.structure.subs.get(wanted)
         if start is None:
-            what = f"no subprogram {item.label} is defined in this file"
+            what = f"no subprogram {wanted} is defined in this file"
             self.report(Problem("E412", item.lexed.label, what), item.index)
             return item.index + 1
         values = [evaluate(argument, self.memory) for argument in item.lexed.arguments]
@@ -156,7 +159,7 @@ class Flow:
         code, word = block.m[10]
         if code == 99:
             if not self.frames:
-                return Problem("E415", word, "M99, but nothing was called: it would run the program for ever")
+                return None
             return None if self.frames[-1].number else Problem("E415", word, "M99 inside an O sub")
         number, repeats = block.value("P"), block.value("L")
         if number is None or str(number).removesuffix(".0") not in self.structure.numbers:
@@ -166,8 +169,8 @@ class Flow:
             return Problem("E336", block.word("L"), f"L{repeats:g} is not a whole number of calls")
         return None
 
-    def jump(self, block: Block, index: int) -> int:
-        """Where M98 or M99 of a block that ran leads."""
+    def jump(self, block: Block, index: int) -> int | None:
+        """Where M98 or M99 of a block that ran leads; None: to the start, for ever."""
         if block.m[10][0] == 98:
             given = block.value("L")
             repeats = 1 if given is None else int(given)
@@ -177,6 +180,8 @@ class Flow:
             start = self.structure.numbers[str(block.value("P")).removesuffix(".0")]
             self.frames.append(Frame(True, start, index + 1, repeats))
             return start + 1
+        if not self.frames:
+            return None
         frame = self.frames[-1]
         frame.left -= 1
         if frame.left > 0:

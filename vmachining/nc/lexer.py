@@ -306,17 +306,26 @@ class _Scanner:
         return end
 
     def _o_line(self, at: int) -> tuple[Word | None, str | None, int]:
-        """`O1234`, `:1234` or `o<name> sub`: returns the label, the control word and the place behind."""
+        """`O1234`, `:1234`, `o<name> sub`, `o[#1] call`: the label, the control word, the place behind."""
         found = _O_LINE.match(self.text, at)
         if found is None:
             return None, None, at
         digits = found["label"] or found["number"]
         if digits is None:
-            self._error("E103", at, at + 1, "the O word has no number")
-            return None, None, at + 1
-        end = at + len(found[0].rstrip(" \t"))
-        value = float(re.sub(r"[ \t]", "", digits)) if digits[0] != "<" else None
-        label = Word("O", value, at + 1, end - at, self.text[at:end])
+            begin = self._blank(at + 1)
+            if self.text[begin : begin + 1] not in ("[", "#"):
+                self._error("E103", at, at + 1, "the O word has no number")
+                return None, None, at + 1
+            try:
+                computed, end = parse_value(self.text, begin)
+            except ExpressionError as exc:
+                return None, None, self._bad_expression(at, exc)
+            end = at + len(self.text[at:end].rstrip(" \t"))
+            label = Word("O", None, at + 1, end - at, self.text[at:end], computed)
+        else:
+            end = at + len(found[0].rstrip(" \t"))
+            value = float(re.sub(r"[ \t]", "", digits)) if digits[0] != "<" else None
+            label = Word("O", value, at + 1, end - at, self.text[at:end])
         flow = _O_FLOW.match(self.text, end)
         if flow is None:
             return label, None, end
