@@ -32,16 +32,18 @@ membership, distance, and where a ray is inside.
 | `flux/` | volume where the axis turns |
 
 Source: volume of a convex body plus segment by Minkowski and Cauchy (shadow as half the integral of |n . d|);
-the rest is derived in the docstrings. Departures: rays do not march with the distance. Near a
-tangent marching takes 1 / depth steps, while planes with a bound of the second derivative keep their cost and
-prove what they leave out. No convex hulls of poses: they are of first order where the axis turns.
+the rest is derived in the docstrings. Departures: rays do not march with the distance. Near a tangent
+marching takes 1 / depth steps, while planes with a bound of the second derivative keep their cost and prove
+what they leave out. No convex hulls of poses: they are of first order where the axis turns.
 
-Known limits: no volume for arcs about x or y, for helices that come back to where they were (a full turn),
-and for bodies that are not convex unless they move horizontally or, without a waist, along their axis. Where
-the axis turns W is a quadrature with an error estimate, no bound, and takes 0.05 to 5 s. Distances inside are
-the largest depth in one pose and one convex piece, a lower bound of the depth below the surface of the sweep.
-Rays take about 1 us on level moves, plunges, (upright rays only) level arcs and five-axis blocks of 1 mm and
-a degree, 5 us on ramps, 10 to 60 us on arcs, helices and five-axis blocks of 40 mm and more.
+Known limits: `Sweep.volume` knows no formula for arcs about x or y, for helices that come back to where they
+were (a full turn), and for bodies that are not convex unless they move horizontally or, without a waist,
+along their axis; `Sweep.flux` estimates all curved ones. Where the axis turns W is a quadrature with an error
+estimate, no bound, and takes 0.02 s on blocks of a millimetre, up to 10 s where a pivot lies in the tool.
+Distances inside are the largest depth in one pose and one convex piece, a lower bound of the depth below the
+surface of the sweep. Rays take about 1 us on level moves, plunges, (upright rays only) level arcs and five-
+axis blocks of 1 mm and a degree, 5 us on ramps, 10 to 60 us on arcs, helices and five-axis blocks of 40 mm
+and more.
 """
 
 from vmachining.sweep.motion import Motion, RayIntervals, Sweep
