@@ -17,6 +17,8 @@ from vmachining.cli.main import run as command
 from vmachining.engines import brep
 from vmachining.engines.brep import Blank, Ladder, Status, ladder, workers
 from vmachining.engines.brep.near import SweepIndex
+from vmachining.engines.brep.step import read_step
+from vmachining.engines.brep.workpiece import write_step
 from vmachining.engines.mesh import MeshEngine, box_stock
 from vmachining.errors import EngineError, InputError
 from vmachining.geometry import Arc, Line
@@ -191,3 +193,23 @@ def test_triangles_are_no_stock_for_it(tmp_path: Path) -> None:
     (tmp_path / "part.stl").write_text("solid\nendsolid\n")
     with pytest.raises((InputError, JobError, StockError), match="triangles"):
         run(Job.load(file), brep="sample")
+
+
+def test_the_finished_workpiece_is_a_valid_step_with_named_faces(tmp_path: Path) -> None:
+    file = write_job(tmp_path)
+    assert command(["run", str(file), "--out", str(tmp_path / "out"), "--stock", "step", "--quiet"]) == 0
+    made = tmp_path / "out" / "stock.step"
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    solid = read_step(made)
+    assert summary["final_lo_mm3"] - 1e-5 <= solid.volume <= summary["final_hi_mm3"] + 1e-5
+    text = made.read_text()
+    assert "ADVANCED_FACE('block 2 line 7 tool 1'" in text and "ADVANCED_FACE('stock'" in text
+    assert "COLOUR_RGB" in text
+    assert "stock.step" in json.loads((tmp_path / "out" / "manifest.json").read_text())["outputs"]
+
+
+def test_a_workpiece_that_leaves_its_brackets_is_refused(tmp_path: Path) -> None:
+    sweeps = chain(FlatEnd(diameter=10, length=40), [Line((-10, 0, -1), (40, 0, -1))])
+    with pytest.raises(EngineError, match=r"block 0: removes 300, 300.* the bracket is \[200"):
+        write_step(tmp_path / "w.step", BOX, sweeps, [near(200.0)], ["block 0"])
+    assert not (tmp_path / "w.step").exists()

@@ -86,7 +86,7 @@ BAD = {
     "no command": (["frobnicate"], ["frobnicate", "--help"]),
     "no option": (["run", "job.toml", "--fast"], ["--fast", "vmachining run --help"]),
     "no argument": (["run"], ["JOB.toml"]),
-    "stock format": (["run", "job.toml", "--stock", "step"], ["STEP", "not supported yet"]),
+    "stock format": (["run", "job.toml", "--stock", "obj"], ["obj", "take stl, 3mf, step"]),
     "no program": (["nc", "check", "none.nc"], ["none.nc"]),
     "directory": (["nc", "check", "."], ["directory"]),
     "coordinates": (["nc", "moves", "tiny.nc", "--coordinates", "polar"], ["polar"]),

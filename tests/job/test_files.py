@@ -35,8 +35,7 @@ def test_sha256_of_a_known_text(tmp_path):
 
 def test_stock_formats():
     assert check_formats("stl, 3MF") == ("stl", "3mf") and check_formats("") == ()
-    with pytest.raises(InputError, match="not supported yet"):
-        check_formats("step")
+    assert check_formats("step") == ("step",)
     with pytest.raises(InputError, match="'obj'"):
         check_formats("obj")
 

@@ -3,6 +3,8 @@
 | case | says |
 |---|---|
 | `accuracy` | bracket and error of single sweeps with a closed form, over the chord |
+| `brep` | seconds per block of the B-rep ladder over a long program, two workers against one |
+| `brep-chains` | random chains through the ladder: agreed, retried, refused, silently wrong; plain booleans beside |
 | `half_cylinder` | time per block of a ball finishing a half cylinder, against one global solid cut block by block |
 | `machine` | inverse kinematics, deviation of joint-linear blocks and pulse trains: rates and errors |
 | `nc` | lines per second of the NC reader, memory of a million lines |
@@ -19,6 +21,8 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from vmachining.bench.accuracy import accuracy
+from vmachining.bench.brep import brep
+from vmachining.bench.brep_chains import brep_chains
 from vmachining.bench.half_cylinder import half_cylinder
 from vmachining.bench.machine import machine
 from vmachining.bench.nc import nc, nc_fuzz
@@ -28,6 +32,8 @@ __all__ = ["CASES"]
 
 CASES: dict[str, Callable[[], Iterator[dict[str, Any]]]] = {
     "accuracy": accuracy,
+    "brep": brep,
+    "brep-chains": brep_chains,
     "half_cylinder": half_cylinder,
     "machine": machine,
     "nc": nc,

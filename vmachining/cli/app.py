@@ -29,7 +29,7 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no summ
 Json = Annotated[bool, typer.Option("--json", help="Machine-readable output on stdout, nothing else there.")]
 StockOut = Annotated[
     str,
-    typer.Option("--stock", metavar="LIST", help="Finished stock as stl, 3mf (comma list; not yet as step)."),
+    typer.Option("--stock", metavar="LIST", help="Finished stock as stl, 3mf, step (comma list)."),
 ]
 ProgramArg = Annotated[str, typer.Argument(metavar="PROGRAM", help="NC program; - reads standard input.")]
 Dialect = Annotated[str, typer.Option("--dialect", help="Program dialect: iso, mts, apt, poses.")]

@@ -59,7 +59,8 @@ def run_job(
         emit(result.summary)
     else:
         note(_told(result, folder), quiet=quiet)
-    return Code.FINDINGS if result.summary["brep"]["refused"] else Code.DONE
+    refused = result.summary["brep"]["refused"] or "stock_step_refused" in result.summary
+    return Code.FINDINGS if refused else Code.DONE
 
 
 def run_demo(*, out: Path | None, stock: str, quiet: bool, as_json: bool) -> int:
@@ -109,6 +110,11 @@ def run_batch(
     return max((int(row["exit_code"]) for row in rows), default=int(Code.DONE))
 
 
+def _no_step(summary: dict[str, Any]) -> list[str]:
+    """Why there is no STEP of the workpiece, if one was asked for."""
+    return [f"  stock     {summary['stock_step_refused']}"] if "stock_step_refused" in summary else []
+
+
 def _second(counts: dict[str, Any]) -> list[str]:
     """What the B-rep engine said, if it was asked."""
     if not counts["asked"]:
@@ -129,6 +135,7 @@ def _told(result: RunResult, folder: Path) -> str:
         + (f" -> {s['scheduled_time_s']:.2f} s scheduled" if s["scheduled_time_s"] is not None else ""),
         f"  warnings  {s['warnings']}",
         *_second(s["brep"]),
+        *_no_step(s),
         *(f"  note      {text}" for text in s["notes"]),
     ]
     if left := len(s.get("unsplit_lines", ())) + len(s.get("untouched_lines", ())):

@@ -14,7 +14,7 @@ import polars as pl
 
 from vmachining.errors import InputError
 from vmachining.geometry import Bracket
-from vmachining.job.blocks import Block
+from vmachining.job.blocks import Block, group_blocks
 from vmachining.job.contact import ToolParts
 from vmachining.job.jobfile import Job
 from vmachining.job.paths import move_path
@@ -24,9 +24,12 @@ from vmachining.nc import Motion, Program
 from vmachining.sweep import Sweep
 
 if TYPE_CHECKING:
-    from vmachining.engines.brep import Blank, Verdict
+    from pathlib import Path
 
-__all__ = ["BREP_HELP", "Asked", "brep_columns", "parse_brep"]
+    from vmachining.engines.brep import Blank, Verdict
+    from vmachining.job.result import RunResult
+
+__all__ = ["BREP_HELP", "Asked", "blank", "brep_columns", "parse_brep", "write_step"]
 
 SAMPLE = 20
 """Blocks of `--brep sample`, spread evenly over those that remove something."""
@@ -172,6 +175,31 @@ def brep_columns(
     rungs = [v.rung for v in verdicts.values() if v.rung]
     counts["rungs"] = {rung: rungs.count(rung) for rung in dict.fromkeys(rungs)}
     return table, counts
+
+
+def write_step(result: RunResult, path: Path) -> None:
+    """Write the finished workpiece of a run as STEP, each face named by its block, line and tool.
+
+    Raises
+    ------
+    InputError
+        The stock is an STL.
+    EngineError
+        Refused; no file is left.
+    """
+    from vmachining.engines.brep import step_file
+
+    job, program = result.job, result.program
+    tools = {number: ToolParts.of(tool) for number, tool in job.tools.items()}
+    blocks = list(group_blocks(program, job.machine))
+    rows = result.blocks.select("removed_lo_mm3", "removed_mm3", "removed_hi_mm3")
+    step_file(
+        path,
+        blank(job),
+        [_sweeps(block, program, tools, job.machine) for block in blocks],
+        [Bracket(*row) for row in rows.iter_rows()],
+        [f"block {block.number} line {block.line} tool {block.tool}" for block in blocks],
+    )
 
 
 def _sweeps(

@@ -11,6 +11,8 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from vmachining.engines.mesh import MeshEngine, StockSurface
+from vmachining.errors import EngineError
+from vmachining.job.brep import write_step
 from vmachining.job.files import MANIFEST, TABLES, forget_outputs, make_folder, write_json
 from vmachining.job.jobfile import Job
 from vmachining.job.schedule import ScheduleReport
@@ -74,7 +76,8 @@ class RunResult:
 
         Parameters
         ----------
-        stock : formats of the finished workpiece, "stl" and "3mf".
+        stock : formats of the finished workpiece, "stl", "3mf" and "step". A STEP that the B-rep engine refuses
+            is not written; `summary["stock_step_refused"]` then says why.
         report : whether to write report.html.
         """
         folder = Path(folder)
@@ -87,12 +90,20 @@ class RunResult:
                     shutil.copyfile(self.folder / name, folder / name)
         formats = tuple(stock)
         for suffix in formats:
-            write_stock(self.stock, folder / f"stock.{suffix}")
+            target = folder / f"stock.{suffix}"
+            if suffix != "step":
+                write_stock(self.stock, target)
+                continue
+            try:
+                write_step(self, target)
+            except EngineError as exc:  # every other file is right without it
+                self.summary["stock_step_refused"] = str(exc)
         write_json(folder / "summary.json", self.summary)
         if report:
             pkgutil.resolve_name(PAGE)(self, folder / "report.html")
         made = {name for name in TABLES if (self.folder / name).is_file()}
-        made |= {*(f"stock.{suffix}" for suffix in formats), "summary.json", *(["report.html"] * report)}
+        stocks = [f"stock.{suffix}" for suffix in formats if (folder / f"stock.{suffix}").is_file()]
+        made |= {*stocks, "summary.json", *(["report.html"] * report)}
         files = [
             *TABLES,
             *(f"stock.{suffix}" for suffix in formats),

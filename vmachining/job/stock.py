@@ -25,7 +25,7 @@ from vmachining.tolerance import LENGTH_EPS_MM
 
 __all__ = ["STOCK_FORMATS", "RawStock", "check_formats", "raw_stock", "write_stock"]
 
-STOCK_FORMATS = ("stl", "3mf")
+STOCK_FORMATS = ("stl", "3mf", "step")
 
 XML = '<?xml version="1.0" encoding="UTF-8"?>\n'
 CONTENT_TYPES = (
@@ -134,7 +134,7 @@ def _refuse_overlap(stock: StockMesh, path: Path) -> None:
 
 
 def check_formats(text: str) -> tuple[str, ...]:
-    """Formats of `--stock stl,3mf`.
+    """Formats of `--stock stl,3mf,step`.
 
     Raises
     ------
@@ -143,10 +143,8 @@ def check_formats(text: str) -> tuple[str, ...]:
     """
     formats = tuple(part.strip().lower() for part in text.split(",") if part.strip())
     for name in formats:
-        if name == "step":
-            raise InputError("stock as STEP is not supported yet", remedy="take stl or 3mf")
         if name not in STOCK_FORMATS:
-            raise InputError(f"unknown stock format {name!r}", remedy=f"take {' or '.join(STOCK_FORMATS)}")
+            raise InputError(f"unknown stock format {name!r}", remedy=f"take {', '.join(STOCK_FORMATS)}")
     return formats
 
 

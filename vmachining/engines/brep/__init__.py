@@ -8,7 +8,8 @@ Goal: a B-rep answer beside the mesh bracket. Every value is either inside the b
 3. `Ladder.removed(k, bracket)` is stateless: (S_0 and W_k) minus the earlier sweeps that reach it. Which ones
    do is decided by cells and exact distances. The value must lie in the bracket, else the next rung is tried.
 4. `check_blocks` runs a ladder in worker processes with a time limit: a crash or a hang costs one block.
-5. `read_step` is the door for STEP stock.
+5. `step_file` writes the workpiece: cut block by block, each cut gated, valid and closed at the end.
+6. `read_step` is the door for STEP stock.
 
 | file | holds |
 |---|---|
@@ -20,7 +21,8 @@ Goal: a B-rep answer beside the mesh bracket. Every value is either inside the b
 | `measure.py` | `volume` |
 | `ladder.py` | `Ladder`, rungs and gate |
 | `near.py` | which earlier sweeps reach a region |
-| `workers.py`, `worker.py` | `check_blocks` and the process it drives |
+| `workpiece.py` | the stock after all blocks as a valid solid, STEP with faces named and coloured by block |
+| `workers.py`, `worker.py` | `check_blocks`, `step_file` and the process they drive |
 | `step.py` | `read_step`: STEP -> closed solid -> triangles and exact volume |
 
 Measured (2 cores, shared machine): solids take 15 to 60 ms, helices 100 ms; all tools and 3-axis motions of
@@ -46,7 +48,7 @@ if TYPE_CHECKING:
     from vmachining.engines.brep.ladder import RUNGS, Blank, Ladder, Status, Verdict
     from vmachining.engines.brep.measure import volume
     from vmachining.engines.brep.swept import Inspection, inspect, solid, solids
-    from vmachining.engines.brep.workers import check_blocks
+    from vmachining.engines.brep.workers import check_blocks, step_file
 
 __all__ = [
     "RUNGS",
@@ -61,6 +63,7 @@ __all__ = [
     "read_step",
     "solid",
     "solids",
+    "step_file",
     "volume",
 ]
 
@@ -68,7 +71,7 @@ _FILES = {
     "ladder": ("RUNGS", "Blank", "Ladder", "Status", "Verdict"),
     "measure": ("volume",),
     "swept": ("Inspection", "inspect", "solid", "solids"),
-    "workers": ("check_blocks",),
+    "workers": ("check_blocks", "step_file"),
 }
 _HOME = {name: file for file, names in _FILES.items() for name in names}
 

@@ -35,7 +35,7 @@ from vmachining.engines.brep.measure import volume
 from vmachining.engines.brep.near import SweepIndex
 from vmachining.engines.brep.swept import solids
 from vmachining.errors import EngineError, SweepError
-from vmachining.geometry import Bracket
+from vmachining.geometry import Arc, Bracket, Line
 from vmachining.sweep import Sweep
 
 __all__ = ["RUNGS", "Blank", "Ladder", "Status", "Verdict", "quiet"]
@@ -121,7 +121,7 @@ class Ladder:
     def __init__(self, stock: Blank, blocks: Sequence[Sequence[Sweep]]) -> None:
         self._stock = stock.shape()
         self._box = _box(self._stock)
-        self._sweeps = [sweep for block in blocks for sweep in block]
+        self._sweeps = [_within(sweep, self._box) for block in blocks for sweep in block]
         self._first = np.cumsum([0, *(len(block) for block in blocks)])
         self._index = SweepIndex(self._sweeps)
         self._made: dict[int, list[Any]] = {}
@@ -214,6 +214,21 @@ class Ladder:
                 self._made.pop(next(iter(self._made)))
             self._made[k] = _solids(self._sweeps[k])
         return self._made[k]
+
+
+def _within(sweep: Sweep, box: Floats) -> Sweep:
+    """The sweep of the lower part of the cutter, as high as it can meet the stock.
+
+    What stays above the stock in every pose makes solids larger, tapers wider, and removes nothing.
+    """
+    if not isinstance(sweep.path, (Line, Arc)):
+        return sweep
+    profile = sweep.profile
+    reach = float(box[1, 2] - sweep.path.bounds[0, 2])
+    height = reach + max(1.0, 0.05 * profile.max_radius)
+    if not profile.z_min < height < profile.z_max or reach <= profile.z_min:
+        return sweep
+    return Sweep.along(profile.clip(profile.z_min, height), sweep.path)
 
 
 def _solids(sweep: Sweep) -> list[Any]:

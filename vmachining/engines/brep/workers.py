@@ -14,6 +14,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
 from time import monotonic
 from typing import Any
 
@@ -22,7 +23,7 @@ from vmachining.errors import EngineError
 from vmachining.geometry import Bracket
 from vmachining.sweep import Sweep
 
-__all__ = ["check_blocks"]
+__all__ = ["check_blocks", "step_file"]
 
 START_SECONDS = 180.0
 """An interpreter that loads OCCT and compiles kernels on a busy machine."""
@@ -49,6 +50,10 @@ class _Worker:
         except _Gone:
             self.close()
             raise
+
+    def write(self, path: Path, brackets: Sequence[Bracket], labels: Sequence[str], seconds: float) -> Any:
+        self._send(pickle.dumps((path, list(brackets), list(labels))))
+        return self._receive(seconds)
 
     def ask(self, block: int, bracket: Bracket, seconds: float) -> Verdict:
         self._send(pickle.dumps((block, bracket)))
@@ -181,3 +186,37 @@ def check_blocks(
         ended.set()
         for thread in threads:
             thread.join(timeout=seconds + 10.0)
+
+
+def step_file(
+    path: Path,
+    stock: Blank,
+    blocks: Sequence[Sequence[Sweep]],
+    brackets: Sequence[Bracket],
+    labels: Sequence[str],
+    *,
+    seconds: float = 3600.0,
+) -> float:
+    """Write the workpiece after all blocks as STEP, in a worker process; returns its volume, mm^3.
+
+    Faces carry the label of their block as name, and a colour per block.
+
+    Raises
+    ------
+    EngineError
+        Refused: the text says which block and why; no file is left. Or the worker died or took too long.
+    """
+    hello = pickle.dumps((stock, [list(block) for block in blocks], RUNGS))
+    worker: _Worker | None = None
+    try:
+        worker = _Worker(hello)
+        answer = worker.write(path, brackets, labels, seconds)
+    except (_Gone, OSError) as exc:
+        answer = str(exc)
+    finally:
+        if worker is not None:
+            worker.close()
+    if isinstance(answer, float):
+        return answer
+    path.unlink(missing_ok=True)
+    raise EngineError(f"no {path.name}: {answer}", engine="brep")

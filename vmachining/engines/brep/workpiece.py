@@ -1,0 +1,167 @@
+"""The workpiece as one valid B-rep solid whose faces know the block that cut them.
+
+The stock loses one sweep after the other. After each cut the volume must have fallen by an amount inside the
+bracket of that block, else the cut is done again with a fuzzy value; what no value brings into the bracket ends
+in a refusal, not in a file. At the end OCCT must call the solid valid and closed.
+
+Faces: a face was made by the earliest block whose sweep has the middle of the face on its boundary (distance
+below `ON_MM`); faces of the stock belong to none. In the STEP file every face carries the name of its block and
+tool, and one colour per block.
+"""
+
+from __future__ import annotations
+
+import colorsys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vmachining.arrays import Floats
+from vmachining.engines.brep.ladder import SLACK_MM3, Blank, _minus, _within
+from vmachining.engines.brep.ladder import _box as box_of
+from vmachining.engines.brep.measure import volume
+from vmachining.engines.brep.near import SweepIndex
+from vmachining.engines.brep.swept import inspect, solids
+from vmachining.errors import EngineError
+from vmachining.geometry import Bracket
+from vmachining.sweep import Sweep
+
+__all__ = ["owners", "workpiece", "write_step"]
+
+FUZZY = (0.0, 1e-5, 1e-4, 1e-3)
+
+ON_MM = 1e-4
+"""A point of a face is on a sweep within OCCT's tolerance of intersection curves."""
+
+
+def workpiece(stock: Blank, blocks: Sequence[Sequence[Sweep]], brackets: Sequence[Bracket]) -> Any:
+    """TopoDS_Shape of the stock after all blocks.
+
+    Raises
+    ------
+    EngineError
+        No way of cutting a block stays inside its bracket; names the block. The result is not valid.
+    SweepError
+        A block that removes something has no B-rep solid.
+    """
+    shape = stock.shape()
+    box = box_of(shape)
+    before = volume(shape)
+    for number, (sweeps, bracket) in enumerate(zip(blocks, brackets, strict=True)):
+        if bracket.hi <= 0.0 or not sweeps:
+            continue
+        tools = [part.shape for sweep in sweeps for part in solids(_within(sweep, box))]
+        shape, before = _cut(shape, tools, before, bracket, number)
+    report = inspect(shape)
+    if not report.valid:
+        raise EngineError("OCCT does not call the workpiece a valid shape", engine="brep")
+    return shape
+
+
+def _cut(shape: Any, tools: list[Any], before: float, bracket: Bracket, number: int) -> tuple[Any, float]:
+    """The shape without the tools, and its volume."""
+    removed = []
+    for fuzzy in FUZZY:
+        rest = shape
+        for tool in tools:
+            rest = _minus(rest, [tool], fuzzy)
+        after = volume(rest)
+        if bracket.holds(before - after, SLACK_MM3 + 1e-9 * before):
+            return rest, after
+        removed.append(f"{before - after:.6g}")
+    raise EngineError(
+        f"removes {', '.join(removed)} mm3, the bracket is [{bracket.lo:.6g}, {bracket.hi:.6g}]",
+        engine="brep",
+        block=number,
+    )
+
+
+def owners(shape: Any, blocks: Sequence[Sequence[Sweep]]) -> list[tuple[Any, int]]:
+    """(TopoDS_Face, block that made it) for all faces; -1 for the stock."""
+    import cadquery as cq
+
+    sweeps = [sweep for block in blocks for sweep in block]
+    block_of = [number for number, block in enumerate(blocks) for _ in block]
+    index = SweepIndex(sweeps)
+    out = []
+    for face in cq.Shape.cast(shape).Faces():
+        point = _inside(face)
+        near = index.meets(np.stack([point - ON_MM, point + ON_MM]), len(sweeps))
+        made = (block_of[k] for k in near if abs(float(sweeps[k].signed_distance(point[None])[0])) <= ON_MM)
+        out.append((face.wrapped, next(made, -1)))
+    return out
+
+
+def _inside(face: Any) -> Floats:
+    """(3,) point of a face, off its edges: the middle of its largest triangle."""
+    vertices, triangles = face.tessellate(0.1, 0.3)
+    points = np.array([v.toTuple() for v in vertices])
+    a, b, c = points[np.array(triangles)].transpose(1, 0, 2)
+    best = int(np.argmax(np.linalg.norm(np.cross(b - a, c - a), axis=1)))
+    middle = (a[best] + b[best] + c[best]) / 3.0
+    import cadquery as cq
+
+    # triangles of a curved face lie beside it: back onto the surface
+    from OCP.BRepExtrema import BRepExtrema_DistShapeShape
+
+    near = BRepExtrema_DistShapeShape(cq.Vertex.makeVertex(*middle.tolist()).wrapped, face.wrapped)
+    p = near.PointOnShape2(1)
+    return np.array([p.X(), p.Y(), p.Z()])
+
+
+def write_step(
+    path: Path,
+    stock: Blank,
+    blocks: Sequence[Sequence[Sweep]],
+    brackets: Sequence[Bracket],
+    labels: Sequence[str],
+) -> float:
+    """Write the workpiece as STEP, faces named and coloured by block; returns its volume, mm^3.
+
+    labels : name of every block, such as "block 12 line 30 tool 1".
+
+    Raises
+    ------
+    EngineError, SweepError
+        As `workpiece`; or the file cannot be written, or reads back with another volume.
+    """
+    import cadquery as cq
+    from OCP.IFSelect import IFSelect_ReturnStatus
+    from OCP.Interface import Interface_Static
+    from OCP.Quantity import Quantity_Color, Quantity_TypeOfColor
+    from OCP.STEPCAFControl import STEPCAFControl_Writer
+    from OCP.TCollection import TCollection_ExtendedString
+    from OCP.TDataStd import TDataStd_Name
+    from OCP.TDocStd import TDocStd_Document
+    from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool
+
+    shape = workpiece(stock, blocks, brackets)
+    document = TDocStd_Document(TCollection_ExtendedString("XmlOcaf"))
+    shape_tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
+    color_tool = XCAFDoc_DocumentTool.ColorTool_s(document.Main())
+    root = shape_tool.AddShape(shape, False)
+    TDataStd_Name.Set_s(root, TCollection_ExtendedString("workpiece"))
+    for face, block in owners(shape, blocks):
+        label = shape_tool.AddSubShape(root, face)
+        if label.IsNull():
+            continue
+        TDataStd_Name.Set_s(label, TCollection_ExtendedString(labels[block] if block >= 0 else "stock"))
+        hue = (block * 0.618033988749895) % 1.0
+        rgb = colorsys.hsv_to_rgb(hue, 0.45, 0.9) if block >= 0 else (0.75, 0.75, 0.75)
+        color = Quantity_Color(*rgb, Quantity_TypeOfColor.Quantity_TOC_sRGB)
+        color_tool.SetColor(label, color, XCAFDoc_ColorType.XCAFDoc_ColorSurf)
+    writer = STEPCAFControl_Writer()
+    Interface_Static.SetIVal_s("write.stepcaf.subshapes.name", 1)  # known once a writer exists
+    writer.SetColorMode(True)
+    writer.SetNameMode(True)
+    writer.Transfer(document)
+    if writer.Write(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
+        raise EngineError(f"OCCT cannot write {path.name}", engine="brep")
+    exact = volume(shape)
+    shapes = [cq.Shape.cast(v.wrapped) for v in cq.importers.importStep(str(path)).vals()]  # type: ignore[union-attr]
+    back = float(sum(volume(part.wrapped) for whole in shapes for part in whole.Solids()))
+    if abs(back - exact) > 1e-6 * exact:
+        raise EngineError(f"{path.name} reads back with {back:.9g} mm3 instead of {exact:.9g}", engine="brep")
+    return exact
