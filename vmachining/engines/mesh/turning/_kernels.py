@@ -202,7 +202,7 @@ def skin_of(pose, row, skin, group, between, cos, sin, tol, first, last, whole):
     total = 0
     corner = np.empty(8, np.bool_)
     onward = np.empty((8, 8), np.int64)
-    start_of, after = np.empty(12, np.int64), np.empty(12, np.int64)
+    after = np.empty(12, np.int64)
     loop = np.empty(24, np.int64)
     area, wrong = 0.0, 0.0
     for x in range(8):
@@ -232,8 +232,9 @@ def skin_of(pose, row, skin, group, between, cos, sin, tol, first, last, whole):
                         while after[at] >= 0:
                             loop[size] = _crossing(edge, at, j, i, k, then)
                             size += 1
-                            at, start_of[0] = after[at], at
-                            after[start_of[0]] = -1
+                            ahead_of = after[at]
+                            after[at] = -1
+                            at = ahead_of
                         total = _fan(triangles, total, loop, size)
                     if group[i] != group[i + 1]:
                         good, bad = _facing(
@@ -306,7 +307,7 @@ def _runs(face, corner, onward, after):
 
 @kernel
 def _fan(triangles, total, loop, size):
-    """Triangles of a polygon, without those that have lost a side; from the corner of its shorter diagonal."""
+    """Triangles of a polygon, without those that have lost a side."""
     for s in range(1, size - 1):
         a, b, c = loop[0], loop[s], loop[s + 1]
         if a != b and b != c and c != a:
@@ -368,30 +369,25 @@ def _cap(
         for s in range(size // 2):
             loop[s], loop[size - 1 - s] = loop[size - 1 - s], loop[s]
         return count, _fan(triangles, total, loop, size)
-    if not (corner[face[0]] or corner[face[1]] or corner[face[2]] or corner[face[3]]):
-        return count, total
-    if corner[face[0]] and corner[face[1]] and corner[face[2]] and corner[face[3]]:
-        for s in range(4):
-            count, loop[s] = _rest(
-                points, count, rest, ring, pose, row, skin, group, cos, sin, first, level, which, i, k, then,
-                face[s], same,
-            )  # fmt: skip
-        return count, _fan(triangles, total, loop, 4)
+    every = corner[face[0]] and corner[face[1]] and corner[face[2]] and corner[face[3]]
     for s in range(4):
         a, b = face[s], face[(s + 1) % 4]
-        if corner[a] or not corner[b]:
+        if (corner[a] or not corner[b]) and not (every and s == 0):
             continue
-        loop[0] = _crossing(edge, onward[a, b], cell, i, k, then)
-        size, t = 1, s + 1
-        while corner[face[t % 4]]:
+        size, t = 0, s + 1
+        if not every:
+            loop[0], size = _crossing(edge, onward[a, b], cell, i, k, then), 1
+        while corner[face[t % 4]] and t <= s + 4:
             count, loop[size] = _rest(
                 points, count, rest, ring, pose, row, skin, group, cos, sin, first, level, which, i, k, then,
                 face[t % 4], same,
             )  # fmt: skip
             size += 1
             t += 1
-        loop[size] = _crossing(edge, onward[face[(t - 1) % 4], face[t % 4]], cell, i, k, then)
-        total = _fan(triangles, total, loop, size + 1)
+        if not every:
+            loop[size] = _crossing(edge, onward[face[(t - 1) % 4], face[t % 4]], cell, i, k, then)
+            size += 1
+        total = _fan(triangles, total, loop, size)
     return count, total
 
 
@@ -445,21 +441,17 @@ def at_rest(pose, j, skin, group, cos, sin):
             continue
         for k in range(q):
             _place(points, 2 + (g - 1) * q + k, pose, j, skin[i, 0], skin[i, 1], cos[k], sin[k])
-    triangles = np.empty((2 * q * (rings - 2), 3), np.int64)
+    triangles = np.empty((2 * q * (rings - 1), 3), np.int64)
+    loop = np.empty(4, np.int64)
     total = 0
     for g in range(rings - 1):
         for k in range(q):
             then = (k + 1) % q
-            a, b = 2 + (g - 1) * q + k, 2 + (g - 1) * q + then
-            c, d = b + q, a + q
+            loop[0], loop[1] = 2 + (g - 1) * q + k, 2 + (g - 1) * q + then
+            loop[2], loop[3] = 2 + g * q + then, 2 + g * q + k
             if g == 0:
-                triangles[total, 0], triangles[total, 1], triangles[total, 2] = 0, c, d
-                total += 1
-            elif g == rings - 2:
-                triangles[total, 0], triangles[total, 1], triangles[total, 2] = a, b, 1
-                total += 1
-            else:
-                triangles[total, 0], triangles[total, 1], triangles[total, 2] = a, b, c
-                triangles[total + 1, 0], triangles[total + 1, 1], triangles[total + 1, 2] = a, c, d
-                total += 2
-    return points, triangles[:total]
+                loop[:2] = 0
+            if g == rings - 2:
+                loop[2:] = 1
+            total = _fan(triangles, total, loop, 4)
+    return points, triangles[:total].copy()
