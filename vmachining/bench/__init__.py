@@ -9,6 +9,7 @@
 | `machine` | inverse kinematics, deviation of joint-linear blocks and pulse trains: rates and errors |
 | `nc` | lines per second of the NC reader, memory of a million lines |
 | `nc_fuzz` | damaged programs: only declared errors, no hang, no word skipped in silence |
+| `rays` | microseconds per ray of exact sweeps, three and five axes; the tilting capsule against its closed form |
 | `sweep5` | five-axis meshes against reference volumes: error, bracket, time; time of finishing blocks |
 | `sweep-gauntlet` | 1,000 random five-axis blocks: solid, bracket, exact volume and membership, failures by seed |
 
@@ -26,6 +27,7 @@ from vmachining.bench.brep_chains import brep_chains
 from vmachining.bench.half_cylinder import half_cylinder
 from vmachining.bench.machine import machine
 from vmachining.bench.nc import nc, nc_fuzz
+from vmachining.bench.rays import rays
 from vmachining.bench.sweep5 import sweep5, sweep_gauntlet
 
 __all__ = ["CASES"]
@@ -38,6 +40,7 @@ CASES: dict[str, Callable[[], Iterator[dict[str, Any]]]] = {
     "machine": machine,
     "nc": nc,
     "nc_fuzz": nc_fuzz,
+    "rays": rays,
     "sweep5": sweep5,
     "sweep-gauntlet": sweep_gauntlet,
 }
