@@ -50,20 +50,20 @@ def _place(out, at, pose, j, h, r, cos, sin):
 
 
 @kernel
-def fields(pose, row, cos, sin, first, last):
-    """f (last - first + 1, n, q) on the nodes.
+def _wave(p, circle):
+    """a, b, c of f = c + a cos u + b sin u: c = n_z A.V, (a, b) = n_r V + kappa dA/dt, kappa = h n_r - r n_z."""
+    kappa = circle[0] * circle[2] - circle[1] * circle[3]
+    return circle[2] * p[12] + kappa * p[15], circle[2] * p[13] + kappa * p[16], circle[3] * p[14]
 
-    f = n_z A.V + m(u).(n_r V + kappa dA/dt), kappa = h n_r - r n_z.
-    """
+
+@kernel
+def fields(pose, row, cos, sin, first, last):
+    """f (last - first + 1, n, q) on the nodes."""
     m, n, q = last - first + 1, row.shape[0], cos.shape[0]
     f = np.empty((m, n, q))
     for j in range(m):
-        p = pose[first + j]
         for i in range(n):
-            kappa = row[i, 0] * row[i, 2] - row[i, 1] * row[i, 3]
-            a = row[i, 2] * p[12] + kappa * p[15]
-            b = row[i, 2] * p[13] + kappa * p[16]
-            c = row[i, 3] * p[14]
+            a, b, c = _wave(pose[first + j], row[i])
             for k in range(q):
                 f[j, i, k] = c + a * cos[k] + b * sin[k]
     return f
@@ -124,16 +124,11 @@ def skin_of(pose, row, skin, group, between, cos, sin, tol, first, last, whole):
     ring = np.full((m, rings, q), -1, np.int32)
     rest = np.full((2, rings, q), -1, np.int32)
     count = 0 if whole else 1
-    same = True
-    for i in range(n):
-        if skin[i, 0] != row[i, 0] or skin[i, 1] != row[i, 1]:
-            same = False
+    same = bool((skin == row[:, :2]).all())
     for j in range(m):
         p = pose[first + j]
         for i in range(n):
-            kappa = row[i, 0] * row[i, 2] - row[i, 1] * row[i, 3]
-            a, b = row[i, 2] * p[12] + kappa * p[15], row[i, 2] * p[13] + kappa * p[16]
-            c = row[i, 3] * p[14]
+            a, b, c = _wave(p, row[i])
             tip = row[i, 1] == 0.0
             for k in range(q):
                 here, then = f[j, i, k] - tol, (k + 1) % q
