@@ -151,13 +151,12 @@ def joined(seg, i0, i1, p, waves, o, u, ta, tb, A, B, spin, bend, slack):
 
 
 @kernel
-def ray_piece(seg, planes, arcs, ends, piece, limit, waves, o, u, tol, cells, shots, p, lo, hi, n):
+def ray_piece(seg, planes, arcs, ends, piece, limit, waves, o, u, tol, cells, shots, poses, p, lo, hi, n):
     """Intervals of one line and one piece, added to n known ones; new n, or -1 when they do not fit."""
     i0, i1 = ends[piece, 2], ends[piece + 1, 2]
     top = 0
     for k in range(2):
-        state(waves, float(k), p)
-        aim(planes, arcs, ends, piece, p, o, u, limit, tol, shots[k])
+        aim(planes, arcs, ends, piece, poses[2 * k], o, u, limit, tol, shots[k])
         if shots[k, 0] > 0.0:
             n = insert(lo, hi, n, shots[k, 1], shots[k, 5], MERGE)
             if n < 0:
@@ -183,7 +182,10 @@ def ray_piece(seg, planes, arcs, ends, piece, limit, waves, o, u, tol, cells, sh
         t = 0.5 * (ta + tb)
         if A[0] == 0.0 and B[0] == 0.0:
             half = 0.5 * w
-            state(waves, t, p)
+            if w == 1.0:
+                p[:] = poses[1]
+            else:
+                state(waves, t, p)
             e = 0.5 * bend * half * half
             sx, sy, sz = p[6] + limit[0] * p[9], p[7] + limit[0] * p[10], p[8] + limit[0] * p[11]
             spin = np.sqrt(p[9] ** 2 + p[10] ** 2 + p[11] ** 2)
@@ -253,6 +255,9 @@ def ray_piece(seg, planes, arcs, ends, piece, limit, waves, o, u, tol, cells, sh
 def rays(seg, planes, arcs, ends, limits, waves, origins, directions, tol, counts, lo, hi) -> None:
     """Intervals of every ray; counts[i] = -1 where lo, hi (n, capacity) are full. Origins from the start."""
     cells, shots, p, o = np.zeros((160, 29)), np.zeros((3, 13)), np.zeros(12), np.empty(3)
+    poses = np.zeros((3, 12))  # at the start, half way and at the end: the same for all rays
+    for k in range(3):
+        state(waves, 0.5 * k, poses[k])
     for i in range(len(origins)):
         u = directions[i]
         shift = -(origins[i, 0] * u[0] + origins[i, 1] * u[1] + origins[i, 2] * u[2])
@@ -273,6 +278,7 @@ def rays(seg, planes, arcs, ends, limits, waves, origins, directions, tol, count
                 tol,
                 cells,
                 shots,
+                poses,
                 p,
                 lo[i],
                 hi[i],
