@@ -295,21 +295,21 @@ def rays(seg, planes, arcs, ends, limits, waves, origins, directions, tol, count
 @kernel
 def distances(seg, ends, limits, waves, points, tol, level, out) -> None:
     """Smallest phi over time and pieces. With a finite level only its side of the level is certain."""
-    cells, p = np.zeros((160, 7)), np.zeros(12)
+    cells, p, poses = np.zeros((160, 7)), np.zeros(12), np.zeros((2, 12))
+    for k in range(2):
+        state(waves, float(k), poses[k])
     for i in range(len(points)):
         x, y, z = points[i]
         best = np.inf
         for piece in range(len(ends) - 1):
             for k in range(2):
-                state(waves, float(k), p)
-                best = min(best, near(seg, ends[piece, 2], ends[piece + 1, 2], p, x, y, z)[0])
+                best = min(best, near(seg, ends[piece, 2], ends[piece + 1, 2], poses[k], x, y, z)[0])
         for piece in range(len(ends) - 1):
             i0, i1, limit = ends[piece, 2], ends[piece + 1, 2], limits[piece]
             top = 0
             cells[0, 0], cells[0, 1], cells[0, 2] = 0.0, 1.0, 0.0
             for k in range(2):
-                state(waves, float(k), p)
-                d, _x, _y, _z, f = near(seg, i0, i1, p, x, y, z)
+                d, _x, _y, _z, f = near(seg, i0, i1, poses[k], x, y, z)
                 cells[0, 3 + 2 * k], cells[0, 4 + 2 * k] = d, f
             seen, slack = 0, tol
             while top >= 0:
