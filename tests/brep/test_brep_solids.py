@@ -55,7 +55,7 @@ def test_solid_is_valid_and_has_the_closed_form_volume(name: str, motion: str) -
         pytest.skip("no closed form to compare with")
     found = brep.inspect(brep.solid(sweep).wrapped)
     assert found.valid and found.closed
-    assert found.volume == pytest.approx(sweep.volume, rel=1e-8)  # curves are fitted to 1e-9 mm
+    assert found.volume == pytest.approx(sweep.volume, rel=3e-8)  # curves are fitted to 3e-8 mm
     assert found.shortest_mm > 1e-3
     apexes = 3 if motion in ROUND else 2
     pointed = (
@@ -83,7 +83,7 @@ def test_step_keeps_the_volume(name: str, motion: str, tmp_path: Path) -> None:
     cq.exporters.export(cq.Workplane(brep.solid(sweep)), str(path))
     back = cq.importers.importStep(str(path)).vals()
     assert len(back) == 1 and back[0].isValid()
-    assert brep.volume(back[0].wrapped) == pytest.approx(sweep.volume, rel=1e-8)
+    assert brep.volume(back[0].wrapped) == pytest.approx(sweep.volume, rel=3e-8)
 
 
 def test_scale_and_place_do_not_matter() -> None:

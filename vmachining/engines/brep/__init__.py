@@ -26,7 +26,7 @@ Goal: a B-rep answer beside the mesh bracket. Every value is either inside the b
 | `step.py` | `read_step`: STEP -> closed solid -> triangles and exact volume |
 
 Measured (2 cores, shared machine): solids take 15 to 60 ms, helices 100 ms; all tools and 3-axis motions of
-tests/brep agree with `Sweep.volume` to 1e-8. `BRepGProp` (plain) is off by up to 1e-3 relative on a shallow ramp
+tests/brep agree with `Sweep.volume` to 3e-8. `BRepGProp` (plain) is off by up to 1e-3 relative on a shallow ramp
 of a bull nose, its adaptive Gauss-Kronrod variant took 70 to 110 s there; `volume` takes 50 ms and is right to
 1e-9. A sphere's poles and a torus' seam must lie off the face, or pcurves turn wild: every face chooses its own
 frame. Two sheets that meet at less than some 1e-5 mm are not valid for OCCT: such ramps are taken as level.

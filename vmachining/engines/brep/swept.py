@@ -69,7 +69,7 @@ def solid(sweep: Sweep) -> Any:
     Notes
     -----
     Faces are planes, cylinders, cones, spheres, tori, and oblique extrusions of circles (a sharp edge on a
-    ramp). Ramps of a torus and helices have quintic spline faces within 1e-8 mm of the truth.
+    ramp). Ramps of a torus and helices have quintic spline faces within 1e-7 mm of the truth.
     """
     import cadquery as cq
 

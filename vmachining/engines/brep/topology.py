@@ -34,8 +34,8 @@ TOL = 1e-7
 SAME = 2e-8
 """mm: two vertices closer than this are one."""
 
-FIT = 1e-9
-"""mm, asked of curves in the parameters of a face."""
+FIT = 1e-8
+"""mm, asked of curves in the parameters of a face: a tenth of the tolerance of an edge."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -223,11 +223,11 @@ class Builder:
         curve, step = edge.curve, uv[-1] - uv[0]
         speed = float(np.linalg.norm(step)) / (t[-1] - t[0])
         miss = float(np.linalg.norm(surface.at(chord) - curve.at(t), axis=-1).max())
-        if miss <= 10.0 * FIT and abs(speed - 1.0) < 1e-12:
+        if miss <= FIT and abs(speed - 1.0) < 1e-12:
             origin = uv[0] - t[0] * step / (t[-1] - t[0])
             plane_curve: Any = Geom2d_Line(gp_Pnt2d(*origin.tolist()), gp_Dir2d(*step.tolist()))
         else:
-            if miss <= 10.0 * FIT:
+            if miss <= FIT:
                 spline = make_interp_spline(t[[0, -1]], uv[[0, -1]], k=1)
             else:
                 spline, miss = self._inverted(surface, curve, t, uv)

@@ -97,10 +97,13 @@ def owners(shape: Any, blocks: Sequence[Sequence[Sweep]]) -> list[tuple[Any, int
 def _inside(face: Any) -> Floats:
     """(3,) point of a face, off its edges: the middle of its largest triangle."""
     vertices, triangles = face.tessellate(0.1, 0.3)
-    points = np.array([v.toTuple() for v in vertices])
-    a, b, c = points[np.array(triangles)].transpose(1, 0, 2)
-    best = int(np.argmax(np.linalg.norm(np.cross(b - a, c - a), axis=1)))
-    middle = (a[best] + b[best] + c[best]) / 3.0
+    points = np.array([v.toTuple() for v in vertices]).reshape(-1, 3)
+    if triangles:
+        a, b, c = points[np.array(triangles)].transpose(1, 0, 2)
+        best = int(np.argmax(np.linalg.norm(np.cross(b - a, c - a), axis=1)))
+        middle = (a[best] + b[best] + c[best]) / 3.0
+    else:  # a face too thin for OCCT to triangulate
+        middle = np.array([v.toTuple() for v in face.Vertices()]).mean(axis=0)
     import cadquery as cq
 
     # triangles of a curved face lie beside it: back onto the surface
