@@ -35,6 +35,11 @@ def cut(workers):
         hands.close()
 
 
+def area(surface):
+    a, b, c = np.moveaxis(surface.vertices[surface.triangles], 1, 0)
+    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+
+
 @pytest.fixture(scope="module")
 def alone():
     return cut(1)
@@ -52,7 +57,8 @@ def test_numbers_do_not_depend_on_the_number_of_workers(alone, workers):
         brackets[:, 1].sum(), rel=1e-9
     )
     own, other = engine.surface(), alone[2].surface()
-    assert len(own.triangles) == len(other.triangles)
+    # tiles are joined in another order, so the same surface may be cut into other triangles
+    assert area(own) == pytest.approx(area(other), rel=1e-9)
     assert np.unique(own.block).tolist() == np.unique(other.block).tolist()
 
 

@@ -6,6 +6,7 @@
 | `brep` | seconds per block of the B-rep ladder over a long program, two workers against one |
 | `brep-chains` | random chains through the ladder: agreed, retried, refused, silently wrong; plain booleans beside |
 | `half_cylinder` | time per block of a ball finishing a half cylinder, against one global solid cut block by block |
+| `half_cylinder_long` | the same over 20,000 blocks: whether time and memory stay flat |
 | `machine` | inverse kinematics, deviation of joint-linear blocks and pulse trains: rates and errors |
 | `nc` | lines per second of the NC reader, memory of a million lines |
 | `nc_fuzz` | damaged programs: only declared errors, no hang, no word skipped in silence |
@@ -24,7 +25,7 @@ from typing import Any
 from vmachining.bench.accuracy import accuracy
 from vmachining.bench.brep import brep
 from vmachining.bench.brep_chains import brep_chains
-from vmachining.bench.half_cylinder import half_cylinder
+from vmachining.bench.half_cylinder import half_cylinder, half_cylinder_long
 from vmachining.bench.machine import machine
 from vmachining.bench.nc import nc, nc_fuzz
 from vmachining.bench.rays import rays
@@ -37,6 +38,7 @@ CASES: dict[str, Callable[[], Iterator[dict[str, Any]]]] = {
     "brep": brep,
     "brep-chains": brep_chains,
     "half_cylinder": half_cylinder,
+    "half_cylinder_long": half_cylinder_long,
     "machine": machine,
     "nc": nc,
     "nc_fuzz": nc_fuzz,

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import os
+from collections import deque
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 from resource import RUSAGE_SELF, getrusage
 from time import perf_counter
@@ -12,15 +14,14 @@ import numpy as np
 from manifold3d import Manifold
 
 from vmachining.arrays import Floats
-from vmachining.engines.mesh import MeshEngine, mesh_stock
+from vmachining.engines.mesh import Crew, MeshEngine, crew, mesh_stock
 from vmachining.engines.mesh.facets import Side
-from vmachining.engines.mesh.solids import cutters, facets
+from vmachining.engines.mesh.solids import facets, manifold
 from vmachining.engines.mesh.stock import StockMesh
-from vmachining.geometry import Line
-from vmachining.sweep import Sweep
-from vmachining.tool import BallNose
+from vmachining.geometry import Bracket, Line
+from vmachining.tool import BallNose, Profile
 
-__all__ = ["half_cylinder", "path"]
+__all__ = ["half_cylinder", "half_cylinder_long", "path"]
 
 RADIUS, BALL, ALLOWANCE, CHORD = 50.0, 5.0, 1.0, 0.01
 PER_PASS = 173
@@ -50,43 +51,95 @@ def stock(length: float) -> StockMesh:
 
 
 def half_cylinder(blocks: int = 2000) -> Iterator[dict[str, Any]]:
-    """The tiled engine with its bracket, then one global solid without one, on the same blocks."""
+    """The tiled engine with its bracket, in one and in all cores, then one global solid cut block by block."""
     cutter = BallNose(diameter=2 * BALL, length=80.0).cutter
     points = path(blocks)
     blank = stock(float(points[:, 0].max()) + 1.0)
-    engine = MeshEngine(blank, CHORD)
-    seconds, removed = [], 0.0
-    for k, (a, b) in enumerate(pairwise(points)):
-        begin = perf_counter()
-        removed += engine.cut(Sweep.along(cutter, Line(a, b)), block=k).estimate
-        seconds.append(perf_counter() - begin)
-    yield _record("mesh", seconds, removed, blocks)
-    solid: Manifold = blank.solids[Side.INNER]
-    tool, before = facets(cutter, CHORD, Side.FAIR), blank.solids[Side.INNER].volume()
-    baseline, total = [], 0.0
-    for a, b in pairwise(points):
-        begin = perf_counter()
-        solid = solid - cutters(Sweep.along(cutter, Line(a, b)), tool)[0]
-        after = solid.volume()
-        total, before = total + before - after, after
-        baseline.append(perf_counter() - begin)
-    yield _record("global solid, no bracket", baseline, total, blocks)
-    yield {
-        "case": "half_cylinder",
-        "ratio_global_to_mesh": sum(baseline) / sum(seconds),
-        "volume_difference_rel": abs(total - removed) / total,
+    totals, engine_seconds = {}, {}
+    for workers in dict.fromkeys((1, os.cpu_count() or 1)):
+        name = f"mesh with bracket, {workers} process{'es' if workers > 1 else ''}"
+        removed, seconds, width, peak = _cut(crew(MeshEngine(blank, CHORD), workers), cutter, points)
+        totals[name], engine_seconds[name] = removed, sum(seconds)
+        yield _record(name, seconds, removed, peak) | {"bracket_width_rel": width / removed}
+    seconds, removed = _global(blank.solids[Side.INNER], cutter, points)
+    yield _record("one global solid, no bracket", seconds, removed, _peak_mb())
+    for name, own in engine_seconds.items():
+        yield {
+            "case": "half_cylinder",
+            "engine": name,
+            "times_faster_than_one_global_solid": sum(seconds) / own,
+            "volume_difference_rel": abs(totals[name] - removed) / removed,
+        }
+
+
+def half_cylinder_long(blocks: int = 20_000) -> Iterator[dict[str, Any]]:
+    """Whether time per block and memory stay flat over a long program."""
+    cutter = BallNose(diameter=2 * BALL, length=80.0).cutter
+    points = path(blocks)
+    hands = crew(MeshEngine(stock(float(points[:, 0].max()) + 1.0), CHORD), os.cpu_count() or 1)
+    removed, seconds, width, peak = _cut(hands, cutter, points)
+    yield _record("mesh with bracket, all cores", seconds, removed, peak) | {
+        "bracket_width_rel": width / removed
     }
 
 
-def _record(engine: str, seconds: list[float], removed: float, blocks: int) -> dict[str, Any]:
-    part = max(1, min(1000, blocks // 2))
+def _cut(hands: Crew, cutter: Profile, points: Floats) -> tuple[float, list[float], float, float]:
+    """Removed volume, seconds of every block, sum of the bracket widths, peak MB. The crew goes home."""
+    hands.touch(cutter, Line(points[0], points[1]))()  # workers are up, kernels compiled
+    removed = width = 0.0
+    seconds: list[float] = []
+    waiting: deque[Callable[[], Bracket]] = deque()
+    last = perf_counter()
+
+    def answered(left: int) -> None:
+        nonlocal removed, width, last
+        while len(waiting) > left:
+            lo, estimate, hi = waiting.popleft()()
+            removed, width = removed + estimate, width + hi - lo
+            now = perf_counter()
+            seconds.append(now - last)
+            last = now
+
+    try:
+        for k, (a, b) in enumerate(pairwise(points)):
+            waiting.append(hands.cut(cutter, Line(a, b), k))
+            answered(hands.ahead)
+        answered(0)
+        return removed, seconds, width, hands.peak_mb() + _peak_mb()
+    finally:
+        hands.close()
+
+
+def _global(solid: Manifold, cutter: Profile, points: Floats) -> tuple[list[float], float]:
+    """Seconds of every block and removed volume, as one would do it at first: hulls, one solid, its volume.
+
+    The cutter has the facets of the tiled engine (unbiased), so both see the same chord.
+    """
+    body = facets(cutter, CHORD, Side.FAIR).parts[0].body
+    tool = manifold(body.points, body.triangles)
+    seconds, before, total = [], float(solid.volume()), 0.0
+    for a, b in pairwise(points):
+        begin = perf_counter()
+        solid = solid - Manifold.batch_hull([tool.translate(a), tool.translate(b)])
+        after = float(solid.volume())
+        total, before = total + before - after, after
+        seconds.append(perf_counter() - begin)
+    return seconds, total
+
+
+def _peak_mb() -> float:
+    return float(getrusage(RUSAGE_SELF).ru_maxrss) / 1024.0
+
+
+def _record(engine: str, seconds: list[float], removed: float, peak_mb: float) -> dict[str, Any]:
+    part = max(1, min(1000, len(seconds) // 2))
     return {
         "case": "half_cylinder",
         "engine": engine,
-        "blocks": blocks,
+        "blocks": len(seconds),
         "seconds": sum(seconds),
         "ms_per_block": 1e3 * sum(seconds) / len(seconds),
         "last_to_first": sum(seconds[-part:]) / sum(seconds[:part]),
         "removed_mm3": removed,
-        "peak_mb": getrusage(RUSAGE_SELF).ru_maxrss / 1024,
+        "peak_mb": peak_mb,
     }

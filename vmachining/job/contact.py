@@ -43,6 +43,10 @@ def smaller(profile: Profile, margin: float) -> tuple[Profile, ...]:
     return tuple(out)
 
 
+TURNING_CHORD_MM = 0.1
+"""Checks of a tool that turns use facets at least this coarse: rapids turn far, and a warning needs no digits."""
+
+
 class ToolParts(NamedTuple):
     """The three bodies of a tool, made once per job."""
 
@@ -79,7 +83,7 @@ class Contacts:
     def __init__(self, crew: Crew, bounds: Floats) -> None:
         self._crew = crew
         self._bounds = bounds
-        self._small: dict[int, tuple[Profile, tuple[Profile, ...]]] = {}
+        self._small: dict[tuple[int, float], tuple[Profile, tuple[Profile, ...]]] = {}
 
     def rapid(self, tool: ToolParts, path: CutterPath) -> Found:
         """Warnings of a rapid: what each part of the tool would remove."""
@@ -122,11 +126,14 @@ class Contacts:
                 lo, hi = path.bounds + [[-r, -r, profile.z_min], [r, r, profile.z_max]]
             if (lo >= self._bounds[1]).any() or (hi <= self._bounds[0]).any():
                 continue
-            ordered.append((name, self._crew.touch(profile, path, self._smaller(profile))))
+            turns = isinstance(path, Turn)
+            chord = max(self._crew.chord, TURNING_CHORD_MM) if turns else self._crew.chord
+            small = self._smaller(profile, MARGIN_CHORDS * chord)
+            ordered.append((name, self._crew.touch(profile, path, small, chord)))
         return ordered
 
-    def _smaller(self, profile: Profile) -> tuple[Profile, ...]:
-        known = self._small.get(id(profile))
+    def _smaller(self, profile: Profile, margin: float) -> tuple[Profile, ...]:
+        known = self._small.get((id(profile), margin))
         if known is None:  # the profile is kept, so that its id stays its own
-            known = self._small[id(profile)] = (profile, smaller(profile, MARGIN_CHORDS * self._crew.chord))
+            known = self._small[id(profile), margin] = (profile, smaller(profile, margin))
         return known[1]

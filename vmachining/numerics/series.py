@@ -10,6 +10,7 @@ Symbols: w frequency, rad per unit of t; Z = P - iQ complex amplitude, value = R
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import hypot, sqrt
 from typing import TypeAlias
 
 import numpy as np
@@ -97,6 +98,8 @@ class Series:
         """Upper bound of the Euclidean length of a derivative for t in [0, 1]; vectors only."""
         total = 0.0
         for w, (z0, z1) in zip(self.frequencies, self.terms, strict=True):
+            if w == 0.0 and derivative > 1:
+                continue
             below = derivative * w ** (derivative - 1) if derivative else 0.0
             total += w**derivative * (_reach(z0, w) + _reach(z1, w)) + below * _reach(z1, w)
         return total
@@ -119,9 +122,12 @@ def rotation(axis: Floats, start: float, rate: float) -> Series:
 
 def _reach(z: Amplitudes, w: float) -> float:
     """Largest length of Re(z exp(iwt)) over all t: half the long axis of an ellipse."""
+    p, q = z.real.ravel(), z.imag.ravel()
+    a = float(p @ p)
     if w == 0.0:
-        return float(np.linalg.norm(z.real))
-    return float(np.linalg.norm(np.stack([z.real, z.imag]), 2))
+        return sqrt(a)
+    b, c = float(p @ q), float(q @ q)
+    return sqrt(0.5 * (a + c) + hypot(0.5 * (a - c), b))  # of the Gram matrix of both half axes
 
 
 def _collect(frequencies: Floats, terms: Amplitudes) -> Series:

@@ -56,7 +56,13 @@ class Crew(Protocol):
         """Remove a sweep, see `MeshEngine.cut`."""
         ...
 
-    def touch(self, profile: Profile, path: CutterPath, deep: Sequence[Profile] | None = None) -> Later:
+    def touch(
+        self,
+        profile: Profile,
+        path: CutterPath,
+        deep: Sequence[Profile] | None = None,
+        chord: float | None = None,
+    ) -> Later:
         """What a sweep would remove (its estimate counts), see `MeshEngine.touch`."""
         ...
 
@@ -96,9 +102,15 @@ class Solo:
         removed = self._engine.cut(Sweep.along(profile, path), block)
         return lambda: removed
 
-    def touch(self, profile: Profile, path: CutterPath, deep: Sequence[Profile] | None = None) -> Later:
+    def touch(
+        self,
+        profile: Profile,
+        path: CutterPath,
+        deep: Sequence[Profile] | None = None,
+        chord: float | None = None,
+    ) -> Later:
         """See `Crew`."""
-        found = _touched(self._engine, profile, path, deep)
+        found = _touched(self._engine, profile, path, deep, chord)
         return lambda: found
 
     def save(self, path: Path) -> None:
@@ -162,10 +174,16 @@ class MeshCrew:
         """See `Crew`."""
         return self._order("cut", self._known(profile), path, block)
 
-    def touch(self, profile: Profile, path: CutterPath, deep: Sequence[Profile] | None = None) -> Later:
+    def touch(
+        self,
+        profile: Profile,
+        path: CutterPath,
+        deep: Sequence[Profile] | None = None,
+        chord: float | None = None,
+    ) -> Later:
         """See `Crew`."""
         cores = None if deep is None else tuple(self._known(core) for core in deep)
-        return self._order("touch", self._known(profile), path, cores)
+        return self._order("touch", self._known(profile), path, cores, chord)
 
     def save(self, path: Path) -> None:
         """See `Crew`."""
@@ -326,9 +344,9 @@ def _done(engine: MeshEngine, profiles: dict[int, Profile], order: tuple[Any, ..
     match order:
         case ("cut", profile, path, block):
             return engine.cut(Sweep.along(profiles[profile], path), block)
-        case ("touch", profile, path, deep):
+        case ("touch", profile, path, deep, chord):
             cores = None if deep is None else [profiles[core] for core in deep]
-            return _touched(engine, profiles[profile], path, cores)
+            return _touched(engine, profiles[profile], path, cores, chord)
         case ("save", folder):
             engine.save(Path(folder) / f"{part}.npz")
             return Bracket(0.0, 0.0, 0.0)
@@ -339,8 +357,12 @@ def _done(engine: MeshEngine, profiles: dict[int, Profile], order: tuple[Any, ..
 
 
 def _touched(
-    engine: MeshEngine, profile: Profile, path: CutterPath, deep: Sequence[Profile] | None
+    engine: MeshEngine,
+    profile: Profile,
+    path: CutterPath,
+    deep: Sequence[Profile] | None,
+    chord: float | None,
 ) -> Bracket:
     cores = None if deep is None else [Sweep.along(core, path) for core in deep]
-    volume = engine.touch(Sweep.along(profile, path), deep=cores)
+    volume = engine.touch(Sweep.along(profile, path), deep=cores, chord=chord)
     return Bracket(volume, volume, volume)

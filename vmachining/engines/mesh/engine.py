@@ -34,6 +34,9 @@ from vmachining.tolerance import CHORD_MM, VOLUME_REL
 
 __all__ = ["MeshEngine"]
 
+MANY = 3
+"""Pieces of a sweep that are united before they meet a large solid."""
+
 AIR = Bracket(0.0, 0.0, 0.0)
 
 
@@ -100,15 +103,19 @@ class MeshEngine:
         gap = np.abs(np.array(self._removed[1]) - start).max()
         return bool(gap <= 1e-12 * (1.0 + np.abs(start).max()))
 
-    def touch(self, sweep: Sweep, *, deep: Sequence[Sweep] | None = None) -> float:
-        """Volume (mm^3, estimate) that the sweep would remove; the workpiece stays as it is.
+    def touch(
+        self, sweep: Sweep, *, deep: Sequence[Sweep] | None = None, chord: float | None = None
+    ) -> float:
+        """Volume (mm^3, estimate) that the sweep would remove; the workpiece stays as it is, tiles too.
 
         deep : smaller sweeps inside it; what none of them reaches counts as not touched, tile by tile.
+        chord : mm, of the facets of these sweeps; None: that of the engine.
         """
-        whole = facets(sweep.profile, self.chord, Side.FAIR)
-        cores = [(core, facets(core.profile, self.chord, Side.FAIR)) for core in deep or ()]
+        chord = chord or self.chord
+        whole = facets(sweep.profile, chord, Side.FAIR)
+        cores = [(core, facets(core.profile, chord, Side.FAIR)) for core in deep or ()]
         total = 0.0
-        for tile in reached(self._root, self._box(sweep), self._tile_size(sweep), self._share):
+        for tile in reached(self._root, self._box(sweep), None, self._share):
             solid, noise = tile.solids[Side.INNER], VOLUME_REL * (1.0 + tile.volumes[Side.INNER])
             if deep is not None and not any(
                 _shared(solid, cutters(core, tool, tile.window)) > noise for core, tool in cores
@@ -167,7 +174,12 @@ class MeshEngine:
         return box + [[-self.chord], [self.chord]]
 
     def _tile_size(self, sweep: Sweep) -> float:
-        return self.tile_mm or max(2.0, 1.2 * sweep.profile.max_radius)
+        if self.tile_mm is not None:
+            return self.tile_mm
+        profile = sweep.profile
+        if isinstance(sweep.path, Turn):  # a leaning cutter meets many columns, each with a mesh of its slice
+            return max(8.0, 0.5 * (profile.z_max - profile.z_min))
+        return max(2.0, 1.2 * profile.max_radius)
 
     def _run_id(self, block: int | None) -> int | None:
         if block is None:
@@ -273,6 +285,8 @@ def _shared(solid: Manifold, cutters: list[Manifold]) -> float:
         return 0.0
     if len(cutters) == 1:
         return float(checked(solid ^ cutters[0]).volume())
+    if len(cutters) > MANY:
+        return float(checked(solid ^ Manifold.batch_boolean(cutters, OpType.Add)).volume())
     return float(solid.volume()) - float(_minus(solid, cutters).volume())
 
 

@@ -127,8 +127,11 @@ class Share(NamedTuple):
     parts: int = 1
 
 
-def reached(root: Tile, box: Floats, size: float, share: Share) -> list[Tile]:
-    """Leaves of a share that the box (2, 3) overlaps, halved down to `size` (mm) where it does."""
+def reached(root: Tile, box: Floats, size: float | None, share: Share) -> list[Tile]:
+    """Leaves of a share that the box (2, 3) overlaps, halved down to `size` (mm) where it does.
+
+    With None the tiles stay as they are, and those without a colour are for the first process.
+    """
     found: list[Tile] = []
     stack = [root]
     (x0, y0, z0), (x1, y1, z1) = box.tolist()
@@ -142,6 +145,10 @@ def reached(root: Tile, box: Floats, size: float, share: Share) -> list[Tile]:
         if not (x0 < a1 and a0 < x1 and y0 < b1 and b0 < y1 and z0 < c1 and c0 < z1):
             continue
         if tile.halves is None:
+            if size is None:
+                if tile.color is not None or share.part == 0:
+                    found.append(tile)
+                continue
             if max(a1 - a0, b1 - b0, (c1 - c0) * SHAPE[2]) <= size:
                 if tile.color is None:
                     tile.color = tile.turns
