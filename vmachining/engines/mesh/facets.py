@@ -196,6 +196,10 @@ def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
     )
 
 
+CHUNK = 256
+"""Facets whose planes are held against all points at once."""
+
+
 def _support_normals(points: Floats, triangles: Ints, left: dict[tuple[int, int], int]) -> Floats:
     """Unit outward normals whose planes bound the hull.
 
@@ -206,7 +210,9 @@ def _support_normals(points: Floats, triangles: Ints, left: dict[tuple[int, int]
     size = np.linalg.norm(normals, axis=1)
     normals /= np.where(size > 0.0, size, 1.0)[:, None]
     scale = 1e-9 * (1.0 + float(np.abs(points).max()))
-    beyond = (points @ normals.T).max(axis=0) - np.einsum("ij,ij->i", corners[:, 0], normals)
+    beyond = -np.einsum("ij,ij->i", corners[:, 0], normals)
+    for k in range(0, len(normals), CHUNK):  # all at once would be the largest array of the whole engine
+        beyond[k : k + CHUNK] += (points @ normals[k : k + CHUNK].T).max(axis=0)
     doubtful = [int(t) for t in np.flatnonzero((beyond > scale) | (size == 0.0))]
     for _ in range(len(doubtful)):
         later = []
