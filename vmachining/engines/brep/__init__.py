@@ -31,10 +31,18 @@ of a bull nose, its adaptive Gauss-Kronrod variant took 70 to 110 s there; `volu
 1e-9. A sphere's poles and a torus' seam must lie off the face, or pcurves turn wild: every face chooses its own
 frame. Two sheets that meet at less than some 1e-5 mm are not valid for OCCT: such ramps are taken as level.
 
-Known limits: three axes. No solid for arcs outside the XY plane, for helices whose axis lies in the cutter, and
-for helices steeper than about the cutter's radius; these blocks are refused by name. A cutter that is not
-convex on a ramp, and arcs or helices that come back to themselves, are several solids whose union is the sweep.
-A cone's apex brings one edge without length, which OCCT wants there.
+Chains of random blocks (zigzag, contour, ramp; six kinds of cutter): of 219 blocks 215 agreed, 4 were retried at
+a fuzzy value, none was refused (`vmachining bench brep-chains`). A block of overlapping passes takes 0.2 s (flat)
+to 0.6 s (ball); two ramps of a torus that cut into each other took up to a minute on a loaded machine, because
+both meet in spline faces of a hundred knots.
+
+Known limits: the tool axis keeps its direction. No solid for arcs outside the XY plane, for helices whose axis
+lies in the cutter (helical entries), and for helices steeper than about the cutter's radius; these blocks are
+refused by name, and so are blocks that need one of these as a neighbour. Level arcs around an axis inside the
+cutter are built. A cutter that is not convex on a ramp, and arcs or helices that come back to themselves, are
+several solids whose union is the sweep. A cone's apex brings one edge without length, which OCCT wants there.
+The bracket of a stock from a curved STEP does not know its triangulation, so a right value can be refused there.
+A workpiece as STEP is cut block by block in one process: minutes for a hundred blocks, not for thousands.
 """
 
 from __future__ import annotations
