@@ -111,6 +111,7 @@ CASES = [  # program, code, line, column, word
     ("O1 while [1]\nO1 endwhile", "E413", 2, 1, ""),
     ("O1 sub\nO1 call\nO1 endsub\nO1 call", "E414", 2, 1, ""),
     ("G0 X1\nM99\nG0 X2", "W415", 2, 1, "M99"),
+    ("F1 G83 X1 Z-900 R1 Q.1 L90000", "E413", 1, 1, ""),
     ("o1 sub\nM99\no1 endsub\no1 call", "E415", 2, 1, "M99"),
     ("o#1 sub\no1 endsub", "E416", 1, 1, "o#1"),
     ("o[1+] call", "E107", 1, 1, "o[1+] call"),

@@ -28,6 +28,9 @@ __all__ = ["Reader"]
 MAX_ERRORS: Final = 1000
 """Records of severity E after which a file is given up."""
 
+MAX_MOVES: Final = 2_000_000
+"""Motions of a program that multiplies its lines by cycles and loops."""
+
 MAX_WARNINGS: Final = 200
 """Records of one warning code that are listed."""
 
@@ -381,6 +384,8 @@ class Reader:
                     moves, warnings = execute(block, try_state, number, n, self.settings)
                 except BlockError as exc:
                     problems = [exc.problem]
+        if any(problem.code == "E413" for problem in problems):  # it may stand in a loop
+            raise _GiveUpError("E413", number - 1, problems[0].message)
         if problems:
             for problem in problems:
                 self.report(problem, number, n)
@@ -390,6 +395,8 @@ class Reader:
         for key, value in writes:
             self.memory.store(key, value)
         self.moves.extend(moves)
+        if len(moves) > 1 and len(self.moves) > MAX_MOVES:
+            raise _GiveUpError("E413", number, f"over {MAX_MOVES} motions: is there an end?")
         self.state = self.memory.state = try_state
         if 10 in block.m and self.flow is not None:
             self.next = self.flow.jump(block, number - 1)

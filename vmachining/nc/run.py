@@ -20,6 +20,10 @@ SLOWEST_MM_MIN: Final = 0.1
 """Feed of a G93 move without length, the floor of the reference control: a feed is never zero."""
 
 
+MAX_MOVES: Final = 100_000
+"""Motions of one block: repetitions times steps of a cycle beyond it are a typing error."""
+
+
 class BlockError(Exception):
     """The block cannot be executed."""
 
@@ -177,6 +181,8 @@ class Run:
     ) -> None:
         """Add a move and go there. Cutter compensation may hold it back, or move it."""
         state = self.state
+        if len(self.moves) >= MAX_MOVES:
+            raise self.fail("E413", self.block.culprit(), f"over {MAX_MOVES} motions in one block")
         move = Move(
             self.line,
             self.n,
