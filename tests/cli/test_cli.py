@@ -188,7 +188,8 @@ def test_sweep(tmp_path, capsys):
     file.write_text(json.dumps({"tool": tool, **pose}))
     assert run(["sweep", str(file), "--json", "--chord", "0.1"]) == 0
     straight = json.loads(capsys.readouterr().out)
-    assert straight["lo_mm3"] <= straight["volume_mm3"] <= straight["hi_mm3"] and straight["brep_mm3"] is None
+    assert straight["lo_mm3"] <= straight["volume_mm3"] <= straight["hi_mm3"]
+    assert straight["brep_valid"] and straight["brep_mm3"] == pytest.approx(straight["volume_mm3"], rel=1e-6)
     leaning = {
         "start": {"cl_mm": [0, 0, 0], "axis": [0, 1, 0]},
         "end": {"cl_mm": [0, 0, 30], "axis": [0, 1, 0]},
@@ -199,9 +200,17 @@ def test_sweep(tmp_path, capsys):
         straight["volume_mm3"], rel=1e-9
     )
     turning = {"start": {"cl_mm": [0, 0, 0]}, "end": {"cl_mm": [30, 0, 0], "axis": [0.1, 0, 1]}}
+    file.write_text(json.dumps({"tool": tool, **turning}))
+    assert run(["sweep", str(file), "--json", "--chord", "0.1"]) == 0
+    turned = json.loads(capsys.readouterr().out)
+    assert straight["lo_mm3"] < turned["lo_mm3"] <= turned["volume_mm3"] <= turned["hi_mm3"]
+    assert turned["brep_mm3"] is not None or "turns" in turned["brep_note"]
     for broken, words in (
-        ({"tool": tool, **turning}, "turns"),
-        ({"tool": tool, **pose, "interpolation": "rotary"}, "rotary"),
+        ({"tool": tool, **pose, "interpolation": "rotary"}, "unknown key 'end.axis'"),
+        (
+            {"tool": tool, "start": {"cl_mm": [0, 0, 0]}, "end": {"cl_mm": [0, 0, 1], "axis": [0, 0, -1]}},
+            "opposite",
+        ),
         ({"tool": tool, "start": {"cl_mm": [0, 0]}, "end": {"cl_mm": [0, 0, 1]}}, "start.cl_mm"),
         ({"tool": {**tool, "diameter_mm": 0}, **pose}, "diameter"),
         ({"tool": tool}, "start"),

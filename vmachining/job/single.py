@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import time
+from typing import Any
+
 from vmachining.engines.mesh import solid
+from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Bracket
 from vmachining.sweep import Sweep
 from vmachining.tolerance import CHORD_MM
 
-__all__ = ["swept_volume"]
+__all__ = ["sweep_record", "swept_volume"]
+
+ROUNDING = 1e-9
+"""Relative rounding of a mesh volume."""
 
 
 def swept_volume(sweep: Sweep, chord: float = CHORD_MM) -> Bracket:
@@ -23,14 +30,47 @@ def swept_volume(sweep: Sweep, chord: float = CHORD_MM) -> Bracket:
     -------
     Bracket
         lo and hi are the volumes of the inner and the outer solid of the mesh engine. estimate is the closed
-        form where the sweep has one (`sweep.volume`), otherwise the volume of the fair solid.
+        form or flux integral where the sweep has one (`sweep.volume`), otherwise the volume of the fair solid.
 
     Raises
     ------
     EngineError
-        The kernel failed.
+        The kernel failed, or its solids and the formula contradict each other.
     """
+    standing = sweep.upright()
+    if standing is not None:  # a leaning tool that does not turn: as if it stood, where walls are exact
+        sweep = standing[0]
     lo, hi = (float(solid(sweep, chord=chord, side=side).volume()) for side in ("inner", "outer"))
     exact = sweep.volume
     estimate = exact if exact is not None else float(solid(sweep, chord=chord, side="fair").volume())
-    return Bracket(min(lo, estimate), estimate, max(hi, estimate))
+    bracket, noise = Bracket(min(lo, estimate), estimate, max(hi, estimate)), ROUNDING * hi
+    if exact is not None and not Bracket(lo, estimate, hi).holds(exact, slack=noise):
+        raise EngineError(
+            f"the formula gives {exact:.9g} mm3, outside of [{lo:.9g}, {hi:.9g}]", engine="mesh"
+        )
+    return bracket
+
+
+def sweep_record(sweep: Sweep, chord: float = CHORD_MM) -> dict[str, Any]:
+    """What `vmachining sweep` prints: bracket, and the B-rep solid where there is one (else null and why)."""
+    begin = time.perf_counter()
+    bracket = swept_volume(sweep, chord)
+    record: dict[str, Any] = {
+        "volume_mm3": bracket.estimate, "lo_mm3": bracket.lo, "hi_mm3": bracket.hi,
+        "brep_mm3": None, "brep_valid": None, "brep_faces": None, "brep_note": None,
+        "seconds": {"mesh": time.perf_counter() - begin},
+    }  # fmt: skip
+    begin = time.perf_counter()
+    from vmachining.engines import brep
+
+    try:
+        shape = brep.solid(sweep)
+    except (SweepError, EngineError) as exc:
+        record["brep_note"] = str(exc)
+    else:
+        found = brep.volume(shape.wrapped)
+        record |= {"brep_mm3": found, "brep_valid": bool(shape.isValid()), "brep_faces": len(shape.Faces())}
+        if not bracket.holds(found, slack=ROUNDING * bracket.hi):
+            record |= {"brep_mm3": None, "brep_note": f"{found:.9g} mm3 lies outside of the bracket"}
+    record["seconds"]["brep"] = time.perf_counter() - begin
+    return record

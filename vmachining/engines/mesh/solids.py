@@ -21,13 +21,13 @@ narrowed by e is held by it.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from manifold3d import Error, Manifold, Mesh64, OpType
+from manifold3d import Error, Manifold, Mesh64
 
 from vmachining.arrays import Floats, Ints
 from vmachining.engines.mesh import _kernels
@@ -59,6 +59,7 @@ __all__ = [
     "pieces",
     "shape_key",
     "solid",
+    "united",
 ]
 
 
@@ -200,8 +201,19 @@ def solid(sweep: Sweep, chord: float = 0.01, side: str = "fair") -> Manifold:
     EngineError
         manifold3d reports a status other than NoError.
     """
-    parts = cutters(sweep, facets(sweep.profile, chord, Side(side)))
-    return parts[0] if len(parts) == 1 else checked(Manifold.batch_boolean(parts, OpType.Add))
+    return united(cutters(sweep, facets(sweep.profile, chord, Side(side))))
+
+
+def united(parts: Sequence[Manifold]) -> Manifold:
+    """Union of pieces that follow each other; none at all give an empty solid.
+
+    One after another: all at once is built as a tree, and far pieces of a turning sweep have met at their common
+    axis with millions of slivers.
+    """
+    whole = Manifold()
+    for part in parts:
+        whole = part if whole.is_empty() else checked(whole + part)
+    return whole
 
 
 def manifold(points: Floats, triangles: Ints, block_id: int | None = None) -> Manifold:
