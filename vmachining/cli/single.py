@@ -35,13 +35,13 @@ def sweep(name: str, *, chord: float, as_json: bool) -> int:
 
 def bench(names: list[str], *, as_json: bool) -> int:
     """`vmachining bench`."""
-    from vmachining.bench import CASES
+    from vmachining.bench import CASES, case
 
-    for case in names:
-        if case not in CASES:
-            raise InputError(f"unknown case {case!r}", remedy=f"known: {', '.join(sorted(CASES))}")
-    for case in names or sorted(CASES):
-        for record in CASES[case]():
+    for name in names:
+        if name not in CASES:
+            raise InputError(f"unknown case {name!r}", remedy=f"known: {', '.join(sorted(CASES))}")
+    for name in names or sorted(CASES):
+        for record in case(name)():
             emit(record)
             sys.stdout.flush()
     return Code.DONE

@@ -138,7 +138,7 @@ class MeshCrew:
         A worker reports a failure of its kernel, or has died; names the block where one is known.
     """
 
-    ahead = 64
+    ahead = 256
 
     def __init__(self, engine: MeshEngine, workers: int) -> None:
         self.chord = engine.chord
@@ -351,9 +351,18 @@ def _done(engine: MeshEngine, profiles: dict[int, Profile], order: tuple[Any, ..
             engine.save(Path(folder) / f"{part}.npz")
             return Bracket(0.0, 0.0, 0.0)
         case ("peak",):
-            peak = getrusage(RUSAGE_SELF).ru_maxrss / 1024.0
+            peak = _peak_mb()
             return Bracket(peak, peak, peak)
     raise EngineError(f"unknown order {order[0]!r}", engine="mesh")
+
+
+def _peak_mb() -> float:
+    """Largest memory of this process. `getrusage` would count what its parent had when it was started."""
+    try:
+        status = Path("/proc/self/status").read_text()
+        return float(status.split("VmHWM:")[1].split()[0]) / 1024.0
+    except (OSError, IndexError, ValueError):
+        return getrusage(RUSAGE_SELF).ru_maxrss / 1024.0
 
 
 def _touched(

@@ -185,7 +185,7 @@ class MeshEngine:
         profile = sweep.profile
         if isinstance(sweep.path, Turn):  # a leaning cutter meets many columns, each with a mesh of its slice
             return max(8.0, 0.5 * (profile.z_max - profile.z_min))
-        return max(2.0, 1.2 * profile.max_radius)
+        return max(2.0, 1.6 * profile.max_radius)
 
     def _run_id(self, block: int | None) -> int | None:
         if block is None:
