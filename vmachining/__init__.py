@@ -10,6 +10,7 @@
 | Cutters, sweeps, stock minus sweep | `vmachining.tool`, `vmachining.sweep`, `vmachining.engines` |
 | Times, feeds | `vmachining.machine`, `vmachining.feed` |
 | A job from file to result, its report | `vmachining.job`, `vmachining.report` |
+| Other people's results, reference packs | `vmachining.oracle` |
 
 Names are loaded when they are first used: importing the package loads no kernel.
 """
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     from vmachining.job import Job, RunResult, run, swept_volume
     from vmachining.machine import MachineLimits
     from vmachining.nc import parse_program, read_program
+    from vmachining.oracle import Comparison, compare, write_pack
     from vmachining.report import write_report
     from vmachining.sweep import Pose, Sweep, Turn
     from vmachining.tool import (
@@ -69,6 +71,7 @@ _ROOMS = {
     "job": ("Job", "RunResult", "run", "swept_volume"),
     "machine": ("MachineLimits",),
     "nc": ("parse_program", "read_program"),
+    "oracle": ("Comparison", "compare", "write_pack"),
     "report": ("write_report",),
     "sweep": ("Pose", "Sweep", "Turn"),
     "tool": (
@@ -92,6 +95,7 @@ __all__ = [
     "BallNose",
     "Bracket",
     "BullNose",
+    "Comparison",
     "EngineError",
     "FeedError",
     "FlatEnd",
@@ -113,6 +117,7 @@ __all__ = [
     "ToolError",
     "Turn",
     "VMachiningError",
+    "compare",
     "engines",
     "nc",
     "parse_program",
@@ -120,6 +125,7 @@ __all__ = [
     "run",
     "swept_volume",
     "tool_from_mapping",
+    "write_pack",
     "write_report",
 ]
 

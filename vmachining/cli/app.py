@@ -226,6 +226,57 @@ def sweep(
     return single.sweep(file, chord=chord, as_json=as_json)
 
 
+@app.command(epilog="Example: vmachining compare results.csv models/reference_pack")
+def compare(
+    results: Annotated[
+        Path, typer.Argument(metavar="RESULTS.csv", help="Columns block or line, and removed_mm3.")
+    ],
+    reference: Annotated[
+        Path, typer.Argument(metavar="REFERENCE_DIR", help="Result directory of run, or of pack.")
+    ],
+    tolerance_rel: Annotated[
+        float, typer.Option("--tolerance-rel", metavar="X", help="Widen brackets by X times the volume.")
+    ] = 0.0,
+    tolerance_mm3: Annotated[
+        float, typer.Option("--tolerance-mm3", metavar="V", help="Widen every block's bracket by V mm3.")
+    ] = 0.0,
+    as_json: Json = False,
+) -> int:
+    """Somebody's per-block volumes against ours. Exit code 0: all inside the brackets, 1: some are not."""
+    from vmachining.cli import oracle
+
+    return oracle.compare(
+        results, reference, tolerance_rel=tolerance_rel, tolerance_mm3=tolerance_mm3, as_json=as_json
+    )
+
+
+@app.command(epilog="Example: vmachining pack models/slot/job.toml --out out/slot-pack --stock stl,step")
+def pack(
+    job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="Job file.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="New directory; default out/NAME-pack.")
+    ] = None,
+    stock: StockOut = "stl",
+    brep: Annotated[
+        str, typer.Option("--brep", metavar="WHICH", help="B-rep checks: none, sample, all or blocks 3,7-12.")
+    ] = "none",
+    licence: Annotated[
+        str, typer.Option("--licence", metavar="none|cc0|FILE", help="Terms that go into the pack.")
+    ] = "none",
+    workers: Annotated[
+        int, typer.Option("--workers", min=1, help="Processes; more than one changes last digits.")
+    ] = 1,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> int:
+    """A folder to test engines with: program, tools, stock, volumes with brackets, finished stock, hashes."""
+    from vmachining.cli import oracle
+
+    return oracle.pack(
+        job, out=out, stock=stock, brep=brep, licence=licence, workers=workers, quiet=quiet, as_json=as_json
+    )
+
+
 @app.command(epilog="Example: vmachining dda part.nc --blu 0.01 --out pulses.csv --plot pulses.html")
 def dda(
     program: ProgramArg,

@@ -1,0 +1,91 @@
+"""Packs: whole, hashed, the same every time; the shipped one is what its own job gives."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+from pathlib import Path
+
+import polars as pl
+import pytest
+import trimesh
+from tinyjob import FEED, JOB, SLOT_MM3, write_job
+
+import vmachining as vm
+from tests.models.shipped import MODELS
+from vmachining.cli.main import run
+from vmachining.errors import InputError, JobError
+
+PACK = MODELS / "reference_pack"
+
+
+def hashes(folder: Path) -> dict[str, str]:
+    return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in folder.iterdir()}
+
+
+def test_the_shipped_pack_is_small_and_whole() -> None:
+    manifest = json.loads((PACK / "manifest.json").read_text(encoding="utf-8"))
+    found = hashes(PACK)
+    found.pop("manifest.json")
+    assert manifest["files"] == found
+    assert sum(path.stat().st_size for path in PACK.iterdir()) < 300_000
+    assert (PACK / "slot.nc").read_bytes() == (MODELS / "slot" / "slot.nc").read_bytes()
+    assert "CC0-1.0" in (PACK / "LICENCE.md").read_text(encoding="utf-8")
+
+
+def test_regenerating_the_shipped_pack_gives_its_numbers(tmp_path: Path) -> None:
+    copy = tmp_path / "pack"
+    shutil.copytree(PACK, copy)
+    vm.write_pack(copy / "job.toml", copy, stock=("3mf",), licence="cc0")  # over itself
+    new, old = (pl.read_parquet(folder / "blocks.parquet") for folder in (copy, PACK))
+    assert {path.name for path in copy.iterdir()} == {path.name for path in PACK.iterdir()}
+    text = ["block", "line", "text", "motion"]
+    assert new.select(text).equals(old.select(text))
+    assert vm.compare(new, PACK).agrees and vm.compare(old, copy).agrees
+
+
+def test_a_pack_is_deterministic_and_serves_as_a_job(tmp_path: Path) -> None:
+    nested = JOB.replace('"tiny.nc"', '"nc/tiny.nc"   # kept')
+    job = write_job(tmp_path / "in", job=nested + FEED)
+    (tmp_path / "in" / "nc").mkdir()
+    (tmp_path / "in" / "tiny.nc").rename(tmp_path / "in" / "nc" / "tiny.nc")
+    a, b, c = (tmp_path / name for name in "abc")
+    assert run(["pack", str(job), "--out", str(a), "--quiet"]) == 0
+    vm.write_pack(job, b)
+    assert hashes(a) == hashes(b)
+    vm.write_pack(a / "job.toml", c)  # flat now, and its own source
+    assert hashes(a) == hashes(c)
+    assert 'file = "tiny.nc"   # kept' in (a / "job.toml").read_text()
+    texts = [
+        p.read_text(encoding="utf-8") for p in a.iterdir() if p.suffix in (".json", ".md", ".csv", ".toml")
+    ]
+    assert not any(str(tmp_path) in text for text in texts)
+    row = vm.compare({"line": [7], "removed_mm3": [SLOT_MM3]}, a).blocks.row(
+        by_predicate=pl.col("line") == 7, named=True
+    )
+    assert row["status"] == "inside"
+    before, after = (trimesh.load_mesh(a / f"stock_{name}.stl") for name in ("before", "after"))
+    summary = json.loads((a / "summary.json").read_text())
+    assert before.volume == pytest.approx(720.0, rel=1e-6)  # 10 x 18 x 4, corners in 32 bits
+    # the mesh that holds the true workpiece: its volume is the upper bound, up to 32-bit corners
+    assert after.volume == pytest.approx(summary["final_hi_mm3"], rel=1e-6)
+    assert not {"seconds", "peak_mb"} & summary.keys()
+    assert "No licence was chosen" in (a / "LICENCE.md").read_text()
+
+
+def test_what_cannot_be_packed_is_refused_and_nothing_is_written(tmp_path: Path) -> None:
+    job = write_job(tmp_path / "in")
+    with pytest.raises(InputError, match="holds other files"):
+        vm.write_pack(job, tmp_path / "in")
+    with pytest.raises(InputError, match="take cc0, none, or a text file"):
+        vm.write_pack(job, tmp_path / "out", licence="gpl")
+    with pytest.raises(InputError, match="unknown stock format 'obj'"):
+        vm.write_pack(job, tmp_path / "out", stock=("obj",))
+    (tmp_path / "in" / "blocks.csv").write_bytes((tmp_path / "in" / "tiny.nc").read_bytes())
+    clash = tmp_path / "in" / "clash.toml"
+    clash.write_text(JOB.replace("tiny.nc", "blocks.csv"))
+    with pytest.raises(JobError, match=r"clash\.toml:5:1.*another file of that name; rename it"):
+        vm.write_pack(clash, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+    assert run(["pack", str(tmp_path / "none.toml")]) == 2

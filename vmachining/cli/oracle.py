@@ -1,0 +1,95 @@
+"""compare and pack."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vmachining.cli.main import Code
+from vmachining.cli.screen import emit, note, progress_bar
+from vmachining.job import Job, Stopped, check_formats
+from vmachining.job.batch import safe_name
+from vmachining.job.brep import parse_brep
+from vmachining.oracle import Comparison, write_pack
+from vmachining.oracle import compare as judged
+
+__all__ = ["compare", "pack"]
+
+WORST = 10
+
+
+def compare(
+    results: Path, reference: Path, *, tolerance_rel: float, tolerance_mm3: float, as_json: bool
+) -> int:
+    """`vmachining compare`."""
+    found = judged(results, reference, tolerance_rel=tolerance_rel, tolerance_mm3=tolerance_mm3)
+    if as_json:
+        emit(found.to_dict())
+    else:
+        _show(found)
+    return Code.DONE if found.agrees else Code.FINDINGS
+
+
+def _show(found: Comparison) -> None:
+    """Totals, the worst blocks, the verdict."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    console = Console(highlight=False)
+    lo, estimate, hi = found.total
+    error = found.removed_mm3 - estimate
+    total = {True: "inside", False: "outside", None: "blocks are missing"}[found.total_inside]
+    worst = found.worst(WORST)
+    if len(worst):
+        findings = sum(found.counts[name] for name in ("low", "high", "missing", "extra"))
+        table = Table(title=f"worst {len(worst)} of {findings} findings", title_justify="left")
+        for name in (found.key, "text", "status", "theirs", "lo", "hi", "error", "relative", "outside"):
+            table.add_column(name, justify="left" if name in ("text", "status") else "right")
+        for row in worst.iter_rows(named=True):
+            columns = ("removed_mm3", "lo_mm3", "hi_mm3", "error_mm3", "relative_error", "outside_mm3")
+            cells = ["" if row[name] is None else f"{row[name]:.6g}" for name in columns]
+            table.add_row(str(row[found.key]), Text(row["text"] or ""), row["status"], *cells)
+        console.print(table)
+    relative = f" ({error / estimate:+.3g} of it)" if estimate else ""
+    console.print(f"theirs     {found.removed_mm3:.6f} mm3 in all", soft_wrap=True)
+    console.print(f"reference  {estimate:.6f} mm3, between {lo:.6f} and {hi:.6f}", soft_wrap=True)
+    console.print(f"error      {error:+.6g} mm3{relative}; total {total}", soft_wrap=True)
+    style = "green" if found.agrees else "red"
+    console.print(Text(f"verdict    {found.verdict}", style=style), soft_wrap=True)
+
+
+def pack(
+    file: Path,
+    *,
+    out: Path | None,
+    stock: str,
+    brep: str,
+    licence: str,
+    workers: int,
+    quiet: bool,
+    as_json: bool,
+) -> int:
+    """`vmachining pack`."""
+    parse_brep(brep)
+    formats = check_formats(stock)
+    job = Job.load(file)
+    folder = out if out is not None else Path("out") / f"{safe_name(job.name)}-pack"
+    silent = quiet or as_json
+    with progress_bar(quiet=silent) as progress:
+        try:
+            result = write_pack(
+                job, folder, stock=formats, brep=brep, licence=licence, workers=workers, progress=progress
+            )
+        except Stopped as exc:
+            note(f"vmachining: {exc}; no pack was written")
+            return Code.INTERRUPTED
+    summary = result.summary
+    if as_json:
+        emit(summary)
+    else:
+        lo, hi = summary["removed_lo_mm3"], summary["removed_hi_mm3"]
+        note(f"{job.name}: {summary['blocks']} blocks remove {lo:.6g} to {hi:.6g} mm3: {folder}", quiet=quiet)
+        if "stock_step_refused" in summary:
+            note(f"no STEP of the workpiece: {summary['stock_step_refused']}", quiet=quiet)
+    refused = summary["brep"]["refused"] or "stock_step_refused" in summary
+    return Code.FINDINGS if refused else Code.DONE

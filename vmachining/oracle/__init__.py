@@ -1,0 +1,42 @@
+"""Other people's volumes against ours, and ours in a folder that needs no installation.
+
+Goal: somebody who writes a fast engine can ask "is it right?" per NC block, and gets an answer that a bracket
+proves: a value outside `removed_lo_mm3 .. removed_hi_mm3` is wrong, whatever else is true.
+
+1. A table of results is read (`results.py`): keyed by `block`, or by `line` and then summed per line.
+2. The reference is read (`reference.py`): a folder of `vmachining run`, a pack, or a `RunResult`.
+3. Both are joined and judged (`compare.py`): error, side and distance outside the bracket, totals, verdict.
+4. A pack (`pack.py`) is a job with all its inputs and the volumes of every block, hashed file by file.
+
+| file | holds |
+|---|---|
+| `results.py` | `Results`, `read_results`: strict reading, refusals with file and line |
+| `reference.py` | `Reference`, `read_reference` |
+| `compare.py` | `compare`, `Comparison` |
+| `pack.py`, `readme.py` | `write_pack`; the words that go into a pack |
+
+Rules
+-----
+A feed block without a result is missing, which is a finding; a rapid removes 0 by definition and may be left
+out. A result for a block or line that the reference does not have is extra; it is a finding unless it is 0.
+Brackets are taken as they are: a tolerance widens them only if it is asked for, and the verdict then says so.
+
+Known limits: inside the bracket is not proof of being right, only of not being provably wrong by more than
+its width; a smaller `chord_mm` narrows it. Where a curved STEP stock was triangulated, every bracket is
+widened by `stock_slack_mm3`, because the brackets of single blocks do not contain that.
+"""
+
+from vmachining.oracle.compare import Comparison, compare
+from vmachining.oracle.pack import write_pack
+from vmachining.oracle.reference import Reference, read_reference
+from vmachining.oracle.results import Results, read_results
+
+__all__ = [
+    "Comparison",
+    "Reference",
+    "Results",
+    "compare",
+    "read_reference",
+    "read_results",
+    "write_pack",
+]

@@ -1,0 +1,216 @@
+"""A reference pack: a job with all of its inputs, its volumes, its finished stock, every file hashed.
+
+The same job and versions give the same bytes: nothing in a pack tells when, where or how fast it was made, and
+one process cuts unless more are asked for (tiles that are joined in another order round differently).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+import tomllib
+from collections.abc import Iterable
+from contextlib import suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import polars as pl
+
+from vmachining.engines.mesh import MeshEngine
+from vmachining.errors import EngineError, InputError, JobError
+from vmachining.job import Job, RunResult, run
+from vmachining.job.brep import write_step
+from vmachining.job.files import (
+    MANIFEST,
+    atomic_path,
+    make_folder,
+    read_manifest,
+    sha256,
+    versions,
+    write_atomic,
+    write_json,
+)
+from vmachining.job.simulate import Progress
+from vmachining.job.stock import STOCK_FORMATS, raw_stock, write_stock
+from vmachining.oracle.readme import CC0, COLUMNS_MEAN, NO_LICENCE, readme
+
+__all__ = ["KIND", "write_pack"]
+
+KIND = "vmachining reference pack"
+COLUMNS = [*COLUMNS_MEAN]
+COLUMNS[COLUMNS.index("x_mm") + 1 : COLUMNS.index("i")] = ["y_mm", "z_mm"]
+COLUMNS[COLUMNS.index("i") + 1 : COLUMNS.index("length_mm")] = ["j", "k"]
+LEFT_OUT = ("seconds", "peak_mb", "time_s", "scheduled_time_s", "ideal_time_s", "scheduled_ideal_time_s")
+"""Keys of a summary that tell about the machine, or about feeds, which a pack is not about."""
+
+INPUTS = (("program", "file"), ("machine", "file"), ("stock", "stl"), ("stock", "step"))
+"""Keys of a job file that name files."""
+
+ROLE = {"program": "the NC program", "machine": "the machine", "stock": "the raw stock as it was given"}
+
+
+def write_pack(
+    job: Job | Path | str,
+    folder: Path | str,
+    *,
+    stock: Iterable[str] = ("stl",),
+    brep: str = "none",
+    licence: str = "none",
+    workers: int | None = 1,
+    progress: Progress | None = None,
+) -> RunResult:
+    """Run a job and lay everything down that somebody needs who wants to check an engine against it.
+
+    Parameters
+    ----------
+    job : a job, or its file. A [feed] section is kept in the copy and not acted upon.
+    folder : a new or empty directory, or an earlier pack, which is replaced.
+    stock : formats of the finished workpiece: "stl", "3mf", "step". A STEP that the B-rep engine refuses is
+        not written; `summary["stock_step_refused"]` then says why.
+    brep : blocks that the B-rep engine checks; see `run`.
+    licence : "none", "cc0", or the name of a text file. Nobody but you can give away your program.
+    workers : processes that cut; more than one changes last digits.
+
+    Raises
+    ------
+    InputError
+        The job cannot be run, or was not read from a file; the directory holds something else; two inputs
+        share a name.
+    """
+    job = job if isinstance(job, Job) else Job.load(job)
+    folder, formats = Path(folder), tuple(stock)
+    if unknown := [name for name in formats if name not in STOCK_FORMATS]:
+        raise InputError(f"unknown stock format {unknown[0]!r}", remedy=f"take {', '.join(STOCK_FORMATS)}")
+    terms = _licence(licence)
+    inputs, told = _inputs(job)
+    old = _old_files(folder)
+    result = run(_without_feed(job), brep=brep, workers=workers, progress=progress)
+    with TemporaryDirectory(prefix="vmachining-pack-") as scratch:
+        # everything is made before the first byte of an earlier pack goes: it may hold our own inputs
+        made = Path(scratch)
+        for name, data in {**inputs, "LICENCE.md": terms.encode()}.items():
+            (made / name).write_bytes(data)
+        told |= _outputs(result, made, formats)
+        summary = {key: value for key, value in result.summary.items() if key not in LEFT_OUT}
+        write_json(made / "summary.json", summary)
+        told |= {
+            "summary.json": "totals with their bounds", "LICENCE.md": "who may do what with this",
+            MANIFEST: "SHA-256 of every file, options, versions",
+        }  # fmt: skip
+        chord = job.keys.accuracy.chord_mm
+        write_atomic(made / "README.md", readme(job.name, summary, chord, told))
+        names = sorted(path.name for path in made.iterdir())
+        manifest = {
+            "kind": KIND, "format": 1, "job": job.name, "complete": True,
+            "options": {"engine": "mesh", "chord_mm": chord, "brep": brep, "stock": list(formats)},
+            "versions": {key: text for key, text in versions().items() if key not in ("python", "platform")},
+            "files": {name: sha256(made / name) for name in names},
+        }  # fmt: skip
+        make_folder(folder)
+        for name in {MANIFEST, *(old - set(names))}:
+            with suppress(FileNotFoundError):
+                (folder / name).unlink()
+        for name in names:
+            write_atomic(folder / name, (made / name).read_bytes())
+    write_json(folder / MANIFEST, manifest)
+    return result
+
+
+def _without_feed(job: Job) -> Job:
+    """The same cuts, nothing scheduled: a pack is about volumes."""
+    return dataclasses.replace(job, keys=job.keys.model_copy(update={"feed": None}))
+
+
+def _licence(licence: str) -> str:
+    if licence in ("none", "cc0"):
+        return CC0 if licence == "cc0" else NO_LICENCE
+    try:
+        return Path(licence).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as exc:
+        what = getattr(exc, "strerror", None) or "not a UTF-8 text"
+        raise InputError(
+            f"cannot read the licence: {what}", file=licence, remedy="take cc0, none, or a text file"
+        ) from exc
+
+
+def _old_files(folder: Path) -> set[str]:
+    """Files of an earlier pack in the directory. Refuses a directory that holds anything else."""
+    if not folder.is_dir() or not any(folder.iterdir()):
+        return set()
+    manifest = read_manifest(folder)
+    if manifest is None or manifest.get("kind") != KIND:
+        raise InputError("holds other files", file=str(folder), remedy="choose a new directory by --out")
+    return {name for name in manifest["files"] if Path(name).name == name}
+
+
+def _inputs(job: Job) -> tuple[dict[str, bytes], dict[str, str]]:
+    """Bytes of job file and inputs by their names in the pack, and what they are; names lose their folders."""
+    if job.source is None:
+        raise JobError("a pack wants a job that was read from a file", remedy="Job.load(...)")
+    text = job.source.read_bytes().decode("utf-8-sig")
+    wanted: dict[str, Any] = tomllib.loads(text)
+    lines = text.splitlines(keepends=True)
+    files, told = {}, {"job.toml": "the job: tools, stock, accuracy"}
+    taken = {"job.toml", "README.md", "LICENCE.md", "summary.json", MANIFEST, "blocks.csv", "blocks.parquet"}
+    taken |= {"stock_before.stl", *(f"stock_after.{suffix}" for suffix in STOCK_FORMATS)}
+    for section, key in INPUTS:
+        name = wanted.get(section, {}).get(key)
+        if not isinstance(name, str):
+            continue
+        path = job.folder / name
+        if path.name in taken:
+            raise JobError(
+                f"{key} = {name!r}: a pack has another file of that name", **job.where(section, key),
+                remedy="rename it",
+            )  # fmt: skip
+        taken.add(path.name)
+        files[path.name], told[path.name] = path.read_bytes(), ROLE[section]
+        wanted[section][key] = path.name
+        if path.name != name and (place := job.where(section, key)["line"]) is not None:
+            quoted = rf"(?<=\b{key})(\s*=\s*)(?:\"[^\"]*\"|'[^']*')"
+            hit = re.search(quoted, lines[place - 1])
+            if hit is not None:
+                short = hit[1] + json.dumps(path.name, ensure_ascii=False)
+                lines[place - 1] = lines[place - 1][: hit.start()] + short + lines[place - 1][hit.end() :]
+    copy = "".join(lines)
+    if tomllib.loads(copy) != wanted:
+        raise JobError(
+            "the names of its input files cannot be shortened", file=str(job.source),
+            remedy="put program and stock beside the job file",
+        )  # fmt: skip
+    return {"job.toml": copy.encode(), **files}, told
+
+
+def _outputs(result: RunResult, made: Path, formats: tuple[str, ...]) -> dict[str, str]:
+    """Write tables and solids; what they are."""
+    told = {"blocks.csv": "one row per block, see below", "blocks.parquet": "the same, typed"}
+    table: pl.DataFrame = result.blocks.select(COLUMNS)
+    table.write_csv(made / "blocks.csv")
+    table.write_parquet(made / "blocks.parquet")
+    before = MeshEngine(raw_stock(result.job).mesh, chord=result.job.keys.accuracy.chord_mm)
+    write_stock(before, made / "stock_before.stl")
+    told["stock_before.stl"] = "the raw stock as triangles, mm"
+    for suffix in formats:
+        target = made / f"stock_after.{suffix}"
+        if suffix != "step":
+            write_stock(result.stock, target)
+            told[target.name] = "the finished workpiece as triangles, mm; nowhere less material than there is"
+            continue
+        try:
+            write_step(result, target)
+        except EngineError as exc:  # every other file is right without it
+            result.summary["stock_step_refused"] = str(exc)
+            continue
+        _undate(target)
+        told[target.name] = "the finished workpiece as B-rep, faces named by the block that cut them"
+    return told
+
+
+def _undate(step: Path) -> None:
+    """OCCT stamps the time into the header of a STEP file; a pack has none."""
+    text = step.read_bytes()
+    stamp = rb"'\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d'"
+    with atomic_path(step) as temporary:
+        temporary.write_bytes(re.sub(stamp, b"'1970-01-01T00:00:00'", text, count=1))

@@ -1,0 +1,168 @@
+"""Somebody's volumes: a CSV file, a table or a mapping, read strictly."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vmachining.errors import InputError
+
+if TYPE_CHECKING:
+    import polars as pl
+
+__all__ = ["KEYS", "VOLUME", "Results", "read_results"]
+
+KEYS = ("block", "line")
+"""In this order: a table that has both is keyed by block, the finer of the two."""
+
+VOLUME = "removed_mm3"
+DELIMITERS = ",;\t"
+WANTED = "want a header with block or line, and removed_mm3"
+
+
+@dataclass(frozen=True, slots=True)
+class Results:
+    """Removed volume by key.
+
+    key : "block" or "line". removed_mm3 : {number: mm^3}; rows of one line are summed.
+    rows : how many rows were read. source : file name, or "table".
+    """
+
+    key: str
+    removed_mm3: dict[int, float]
+    rows: int
+    source: str
+
+
+def read_results(results: Path | str | pl.DataFrame | Mapping[str, Sequence[Any]]) -> Results:
+    """Read results.
+
+    Parameters
+    ----------
+    results : a CSV file (comma, semicolon or tab; a header; blank lines and lines that open with # are
+        skipped), a polars table, or a mapping of columns. Columns `block` (from 0) or `line` (from 1), and
+        `removed_mm3`; others are ignored. Several rows of one line are summed; a block may come once.
+
+    Raises
+    ------
+    InputError
+        Unreadable, no such columns, a value that is no finite number, a block twice; names file and line.
+    """
+    if isinstance(results, (str, Path)):
+        return _read_csv(Path(results))
+    columns: Mapping[str, Any] = (
+        results if isinstance(results, Mapping) else {name: results[name] for name in results.columns}
+    )
+    key = _key(columns, "table", 1)
+    numbers, volumes = list(columns[key]), list(columns[VOLUME])
+    if len(numbers) != len(volumes):
+        raise InputError(f"table: {len(numbers)} values of {key}, {len(volumes)} of {VOLUME}")
+    pairs = ((index, a, b) for index, (a, b) in enumerate(zip(numbers, volumes, strict=True)))
+    return _gather(key, pairs, "table", "row")
+
+
+def _read_csv(path: Path) -> Results:
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except OSError as exc:
+        raise InputError(f"cannot read the results: {exc.strerror or exc}", file=str(path)) from exc
+    except UnicodeDecodeError as exc:
+        raise InputError(
+            f"not a UTF-8 text (byte {exc.start})", file=str(path), remedy="results are a CSV table"
+        ) from exc
+    rows = _rows(text, path)
+    line, header = next(rows, (1, []))
+    names = [name.strip() for name in header]
+    key = _key(names, str(path), line)
+    at = {name: names.index(name) for name in (key, VOLUME)}
+
+    def pairs() -> Iterator[tuple[int, str, str]]:
+        for number, row in rows:
+            if len(row) != len(names):
+                raise InputError(
+                    f"{len(row)} cells where the header has {len(names)}",
+                    file=str(path),
+                    line=number,
+                    remedy="a decimal comma wants ; between cells" if len(row) > len(names) else None,
+                )
+            yield number, row[at[key]], row[at[VOLUME]]
+
+    return _gather(key, pairs(), str(path), "line")
+
+
+def _rows(text: str, path: Path) -> Iterator[tuple[int, list[str]]]:
+    """(line, cells) of every line that holds something; the header says which delimiter it is."""
+    lines = text.splitlines(keepends=True)
+    first = next((line for line in lines if line.strip() and not line.startswith("#")), "")
+    delimiter = max(DELIMITERS, key=first.count)
+    reader = csv.reader(lines, delimiter=delimiter)
+    try:
+        for row in reader:
+            if any(cell.strip() for cell in row) and not row[0].startswith("#"):
+                yield reader.line_num, row
+    except csv.Error as exc:
+        raise InputError(f"not a CSV table: {exc}", file=str(path), line=reader.line_num) from exc
+
+
+def _key(names: Iterable[str], source: str, line: int) -> str:
+    """The key column of a table that has what is needed."""
+    known = list(names)
+    if not known:
+        raise InputError("no table in it", file=source, line=line, remedy=WANTED)
+    key = next((name for name in KEYS if name in known), None)
+    for name, there in (("block or line", key), (VOLUME, VOLUME in known)):
+        if not there:
+            shown = ", ".join(known[:8]) + (", ..." if len(known) > 8 else "")
+            raise InputError(f"no column {name} among {shown}", file=source, line=line, remedy=WANTED)
+    assert key is not None
+    twice = [name for name in (key, VOLUME) if known.count(name) > 1]
+    if twice:
+        raise InputError(
+            f"column {twice[0]} twice", file=source, line=line, remedy="name one of them otherwise"
+        )
+    return key
+
+
+def _gather(key: str, pairs: Iterable[tuple[int, Any, Any]], source: str, unit: str) -> Results:
+    """Check and sum; `pairs` are (place, key, volume)."""
+    parts: dict[int, list[float]] = {}
+    count = 0
+    for place, name, value in pairs:
+        where: dict[str, Any] = (
+            {"file": source, "line": place} if unit == "line" else {"file": f"{source} row {place}"}
+        )
+        number, volume = _whole(name), _finite(value)
+        if number is None:
+            raise InputError(f"{key} {name!r} is no whole number", **where, remedy="rows without one go out")
+        if volume is None:
+            raise InputError(
+                f"{VOLUME} {value!r} of {key} {number} is no finite number",
+                **where,
+                remedy="write a number with a decimal point, 0 for a block that removes nothing",
+            )
+        if key == "block" and number in parts:
+            raise InputError(
+                f"block {number} comes twice", **where, remedy="key rows by line if they are to be summed"
+            )
+        parts.setdefault(number, []).append(volume)
+        count += 1
+    if not count:
+        raise InputError("a header and no results", file=source, remedy="one row per block or line")
+    return Results(key, {number: math.fsum(values) for number, values in parts.items()}, count, source)
+
+
+def _finite(value: Any) -> float | None:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        return None
+    return number if math.isfinite(number) else None
+
+
+def _whole(value: Any) -> int | None:
+    number = _finite(value)
+    return int(number) if number is not None and number == int(number) else None
