@@ -81,6 +81,7 @@ class Ordered:
     removed: list[Callable[[], Bracket]] = field(default_factory=list)
     warnings: list[Found] = field(default_factory=list)
     samples: list[float] = field(default_factory=list)
+    end: Floats = field(default_factory=lambda: np.zeros(3))
     axis: Floats = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     length: float = 0.0
     driven_mm: float = 0.0
@@ -164,7 +165,7 @@ class Stage:
         for index in block.moves:
             move = self.moves[index]
             path = move_path(move, self.machine)
-            order.axis = end_axis(path)
+            order.end, order.axis = path.position(1.0), end_axis(path)
             order.length += path.length
             tool = self.tools.get(move.tool)
             if tool is None:  # no tool in the spindle yet; a cut without one is refused beforehand
@@ -192,7 +193,7 @@ class Stage:
         warnings = [text for found in order.warnings for text in found()]
         if (note := self.notes.get(block.line)) is not None:
             warnings.append(note)
-        end = self.moves[block.moves[-1]].end
+        end = order.end
         feeds = {move.feed_mm_min for index in block.moves if (move := self.moves[index]).feed_mm_min}
         # several feeds on one line: the one that takes the same time
         mean = order.driven_mm / order.driven_min if order.driven_min > 0 else None
