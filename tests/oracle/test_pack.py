@@ -10,7 +10,7 @@ from pathlib import Path
 import polars as pl
 import pytest
 import trimesh
-from tinyjob import FEED, JOB, SLOT_MM3, write_job
+from tinyjob import FEED, JOB, PROGRAM, SLOT_MM3, write_job
 
 import vmachining as vm
 from tests.models.shipped import MODELS
@@ -18,6 +18,8 @@ from vmachining.cli.main import run
 from vmachining.errors import InputError, JobError
 
 PACK = MODELS / "reference_pack"
+STRAIGHT = "\n".join([*PROGRAM.splitlines()[:8], "N130 M30", "%", ""])
+"""The slot of the tiny program alone."""
 
 
 def hashes(folder: Path) -> dict[str, str]:
@@ -72,6 +74,20 @@ def test_a_pack_is_deterministic_and_serves_as_a_job(tmp_path: Path) -> None:
     assert after.volume == pytest.approx(summary["final_hi_mm3"], rel=1e-6)
     assert not {"seconds", "peak_mb"} & summary.keys()
     assert "No licence was chosen" in (a / "LICENCE.md").read_text()
+
+
+def test_a_pack_with_brep_has_no_date_and_its_result_is_a_reference(tmp_path: Path) -> None:
+    job = write_job(tmp_path / "in", program=STRAIGHT)
+    result = vm.write_pack(job, tmp_path / "pack", stock=("step",), brep="all")
+    row = pl.read_csv(tmp_path / "pack" / "blocks.csv").row(by_predicate=pl.col("line") == 7, named=True)
+    assert row["brep_status"] == "agreed"
+    assert row["removed_brep_mm3"] == pytest.approx(SLOT_MM3, rel=1e-6)
+    assert "T00:00:00'" in (tmp_path / "pack" / "stock_after.step").read_text()[:2000]
+    vm.write_pack(job, tmp_path / "again", stock=("step",), brep="all")
+    assert hashes(tmp_path / "pack") == hashes(tmp_path / "again")
+    found = vm.compare({"line": [7], "removed_mm3": [SLOT_MM3]}, result)
+    assert found.agrees and found.reference == "result"
+    assert not vm.compare({"line": [7], "removed_mm3": [1.01 * SLOT_MM3]}, result).agrees
 
 
 def test_what_cannot_be_packed_is_refused_and_nothing_is_written(tmp_path: Path) -> None:
