@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from vmachining.errors import NCError
 from vmachining.nc import CATALOGUE, Motion, lex_line, move_record, parse_program
 
-settings.register_profile("nc", deadline=None, max_examples=150)
+settings.register_profile("nc", parent=settings.get_profile("repeatable"), max_examples=150)
 settings.load_profile("nc")
 
 NUMBERS = st.decimals(-999, 999, places=3).map(str)

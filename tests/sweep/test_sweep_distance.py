@@ -15,6 +15,14 @@ ROUNDING = 1e-11
 """mm: some hundred ulp of coordinates of 100 mm."""
 
 
+SLIDING = 1e-7
+"""mm: promised where a surface of a curved motion slides nearly along itself, see the room of turned sweeps."""
+
+
+def promised(path) -> float:
+    return ROUNDING if isinstance(path, Line) else SLIDING
+
+
 def distance_to_segment(points, a, b):
     d = b - a
     t = np.clip((points - a) @ d / max(d @ d, 1e-300), 0, 1)
@@ -105,7 +113,7 @@ def test_distance_is_one_lipschitz_and_zero_on_crossings(profile: Profile, path)
     sweep = Sweep.along(profile, path)
     a, b = around(sweep, 12, 1), around(sweep, 12, 2)
     change = np.abs(sweep.signed_distance(a) - sweep.signed_distance(b))
-    assert (change <= np.linalg.norm(a - b, axis=1) + ROUNDING).all()
+    assert (change <= np.linalg.norm(a - b, axis=1) + 2 * promised(path)).all()
 
 
 @settings(deadline=None, max_examples=40)
@@ -118,7 +126,9 @@ def test_moving_everything_changes_nothing(profile: Profile, path, shift):
         moved = Arc(path.start + move, path.center + move, path.axis, angle=path.angle, rise=path.rise)
     here, there = Sweep.along(profile, path), Sweep.along(profile, moved)
     points = around(here, 10)
-    assert there.signed_distance(points + move) == pytest.approx(here.signed_distance(points), abs=ROUNDING)
+    assert there.signed_distance(points + move) == pytest.approx(
+        here.signed_distance(points), abs=promised(path)
+    )
 
 
 @settings(deadline=None, max_examples=40)
@@ -133,7 +143,9 @@ def test_the_mirrored_motion_sweeps_the_mirror_image(profile: Profile, path):
         image = Arc(path.start * mirror, path.center * mirror, path.axis, angle=-path.angle, rise=path.rise)
     here, there = Sweep.along(profile, path), Sweep.along(profile, image)
     points = around(here, 10)
-    assert there.signed_distance(points * mirror) == pytest.approx(here.signed_distance(points), abs=ROUNDING)
+    assert there.signed_distance(points * mirror) == pytest.approx(
+        here.signed_distance(points), abs=promised(path)
+    )
 
 
 @settings(deadline=None, max_examples=40)
@@ -145,7 +157,7 @@ def test_going_back_sweeps_the_same(profile: Profile, path):
         back = Arc(path.end, path.center, path.axis, angle=-path.angle, rise=-path.rise)
     here, there = Sweep.along(profile, path), Sweep.along(profile, back)
     points = around(here, 10)
-    assert there.signed_distance(points) == pytest.approx(here.signed_distance(points), abs=ROUNDING)
+    assert there.signed_distance(points) == pytest.approx(here.signed_distance(points), abs=promised(path))
 
 
 @settings(deadline=None, max_examples=30)
@@ -154,7 +166,7 @@ def test_a_split_motion_is_the_union_of_its_parts(profile: Profile, path):
     whole = Sweep.along(profile, path)
     points = around(whole, 10)
     parts = [part.signed_distance(points) for part in whole.split([0.2, 0.2, 0.55])]
-    assert np.min(parts, axis=0) == pytest.approx(whole.signed_distance(points), abs=ROUNDING)
+    assert np.min(parts, axis=0) == pytest.approx(whole.signed_distance(points), abs=promised(path))
 
 
 @pytest.mark.parametrize("tool", TOOLS)
