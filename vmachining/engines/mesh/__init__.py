@@ -1,4 +1,42 @@
-"""Mesh engine."""
+"""The mesh engine: stock minus sweeps with manifold3d, removed volume of every block with a proven bracket.
+
+    engine = MeshEngine(box_stock((0, 0, -20), (100, 60, 0)), chord=0.01)
+    lo, estimate, hi = engine.cut(Sweep.along(cutter, Line((0, 30, -2), (100, 30, -2))), block=0)
+
+1. A cutter becomes convex polyhedra, once inside and once around the truth; facets lie beside the heading, so
+   walls along the motion are exact (`facets.py`).
+2. A sweep is a few closed meshes: the hull of both ends of a straight motion in closed form, a revolved ring for
+   level arcs, short hulls for helices and upright arcs (`solids.py`), marching cells in the parameters of the
+   motion for a tool that turns (`turning/`).
+3. The stock is halved into tiles where the cutter comes, so a block costs what its neighbourhood costs. A grid of
+   heights over each tile leaves out the facets that pass above the material (`tiles.py`).
+4. Two workpieces are kept, cut by the inner and by the outer sweeps; four booleans per tile give bracket and
+   estimate (`engine.py`).
+5. Tiles are independent: several processes cut one workpiece (`crew.py`). A half-cut workpiece can be saved
+   (`checkpoint.py`).
+
+| file | holds |
+|---|---|
+| `engine.py` | `MeshEngine`: cut, touch, volume, surface; the proof of the bracket |
+| `crew.py` | `Crew`, `Solo`, `MeshCrew`, `crew`: who cuts |
+| `tiles.py` | `Tile`, `reached`, `joined` |
+| `solids.py` | `solid`, `cutters`, `balance`: meshes of sweeps, weight of the estimate |
+| `facets.py` | meridians and polyhedra of cutters |
+| `turning/` | meshes of five-axis sweeps |
+| `stock.py` | `box_stock`, `cylinder_stock`, `stl_stock`, `mesh_stock` |
+| `checkpoint.py` | tiles on disk |
+| `_kernels.py` | facets of straight sweeps, grid of heights |
+
+Source: hulls of translated convex bodies as Minkowski sums; everything else is derived in the docstrings.
+
+Measured: a boolean costs about 1 ms for the contact (some 270 triangles of a 1 mm finishing block of a 10 mm
+ball at chord 0.01) and 0.25 microseconds per triangle of the rest. Four of them per tile make 11 ms per block, flat
+over the program; one global solid without a bracket takes 12 ms in the mean of 2,000 such blocks, and grows.
+
+Known limits: brackets of thin chips are wide (5 to 9 % for such blocks). Chains of hulls make helices and upright
+arcs dear, and turning tools cost 0.2 to 0.5 s per block. The joined surface can keep a slit of no width where two
+tiles met; its volume is right.
+"""
 
 from vmachining.engines.mesh.crew import Crew, MeshCrew, Solo, crew
 from vmachining.engines.mesh.engine import MeshEngine
