@@ -4,6 +4,7 @@ The programs belong to the LinuxCNC project and are read where they lie. What is
 
 - `cds.ngc` mills a round boss of radius 1.5 in, then a diamond |x| + |y| <= 1.5 in on it, then ramps. Its
   first rows and both bosses have closed forms, because every row overlaps the next.
+- `impeller-7bl-xyzac.ngc` is checked against random points and the exact membership of its sweeps.
 - `3D_Chips.ngc` is checked against a height map that shares only the list of moves with the engine.
 """
 
@@ -19,6 +20,8 @@ import pytest
 
 import vmachining as vm
 from tests.models.heightfield import Round, grid, removed
+from vmachining.job import move_path
+from vmachining.sweep import Sweep
 
 JOBS = Path(__file__).parent / "jobs"
 PROGRAMS = Path(__file__).parents[3] / "shared" / "data" / "linuxcnc" / "programs"
@@ -112,3 +115,51 @@ def test_chips() -> None:
     truth = chips_truth(result.program.moves)
     s = result.summary
     assert s["removed_lo_mm3"] - 1e-3 * truth <= truth <= s["removed_hi_mm3"] + 1e-3 * truth
+
+
+def points_removed(job: vm.Job, result: vm.RunResult, count: int) -> tuple[float, float]:
+    """mm^3 that the feed moves take from the blank, and its standard error: random points, exact membership."""
+    cutter = job.tools[1].cutter
+    sweeps = [
+        Sweep.along(cutter, move_path(move, job.machine))
+        for move in result.program.moves
+        if move.motion != "rapid" and move.motion != "dwell"
+    ]
+    lo = np.maximum(np.min([sweep.bounds[0] for sweep in sweeps], axis=0), (-46, -46, -3))
+    hi = np.minimum(np.max([sweep.bounds[1] for sweep in sweeps], axis=0), (46, 46, 40))
+    points = np.random.default_rng(7).uniform(lo, hi, (count, 3))
+    points = points[np.hypot(points[:, 0], points[:, 1]) <= 46]
+    hit = np.zeros(len(points), dtype=bool)
+    for sweep in sweeps:
+        hit[~hit] = sweep.contains(points[~hit])
+    share = float(hit.sum()) / count
+    box = float(np.prod(hi - lo))
+    return box * share, box * np.sqrt(share * (1 - share) / count)
+
+
+def test_the_impeller_begins_as_points_say(tmp_path: Path) -> None:
+    """Thirty five-axis blocks through the chain of the machine; all 4,500 with VMACHINING_FULL=1."""
+    text = (PROGRAMS / "impeller-7bl-xyzac.ngc").read_text().splitlines()[:40]
+    (tmp_path / "impeller.ngc").write_text("\n".join([*text, "M2", ""]))
+    job_text = (JOBS / "impeller.toml").read_text()
+    shared = "../../../../shared/data/linuxcnc/programs/impeller-7bl-xyzac.ngc"
+    (tmp_path / "job.toml").write_text(job_text.replace(shared, "impeller.ngc"))
+    job = vm.Job.load(tmp_path / "job.toml")
+    result = vm.run(job, workers=1)
+    check_sums(result)
+    truth, sigma = points_removed(job, result, 120_000)
+    s = result.summary
+    assert s["removed_lo_mm3"] - 4 * sigma <= truth <= s["removed_hi_mm3"] + 4 * sigma
+    assert 4 * sigma < 0.05 * truth  # sharp enough to see a lost block
+    # the control says where the axis points: (sin c sin a, cos c sin a, cos a)
+    a, c = np.radians([-71.841, -35.930])
+    first = result.blocks.row(0, named=True)
+    axis = [np.sin(c) * np.sin(a), np.cos(c) * np.sin(a), np.cos(a)]
+    assert [first["i"], first["j"], first["k"]] == pytest.approx(axis, abs=1e-12)
+
+
+@pytest.mark.skipif(not os.environ.get("VMACHINING_FULL"), reason="an hour long: set VMACHINING_FULL=1")
+def test_impeller() -> None:
+    result = run("impeller")
+    check_sums(result)
+    assert result.summary["blocks"] > 4400
