@@ -126,6 +126,7 @@ def brep_columns(
     rows: pl.DataFrame,
     asked: Asked,
     *,
+    slack: float,
     workers: int | None,
     stop: Callable[[], bool],
     progress: Progress,
@@ -133,6 +134,7 @@ def brep_columns(
     """(block, removed_brep_mm3, brep_status, brep_note) of every block, and the counts of the summary.
 
     rows : block, motion, removed_mm3, removed_lo_mm3, removed_hi_mm3 of the run.
+    slack : mm^3 by which the triangulation of a curved STEP stock can change any of them.
 
     Raises
     ------
@@ -144,8 +146,9 @@ def brep_columns(
     from vmachining.engines.brep import check_blocks
 
     numbers = chosen(asked, rows)
+    # the mesh brackets are those of the triangulated stock, this engine has the curved one
     brackets = {
-        int(k): Bracket(lo, mid, hi)
+        int(k): Bracket(max(0.0, lo - slack), mid, hi + slack)
         for k, lo, mid, hi in rows.select("block", "removed_lo_mm3", "removed_mm3", "removed_hi_mm3").iter_rows()
     }  # fmt: skip
     want = {k: brackets[k] for k in numbers}

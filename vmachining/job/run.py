@@ -216,7 +216,7 @@ class _Run:
             names = ["block", "motion", "removed_mm3", "removed_lo_mm3", "removed_hi_mm3"]
             opinion, counts_brep = brep_columns(
                 job, program, blocks, tools, read_partial(partial, names), self.brep,
-                workers=self.workers, stop=self.stop, progress=self.progress,
+                slack=stock.slack_mm3, workers=self.workers, stop=self.stop, progress=self.progress,
             )  # fmt: skip
         finish(partial, self.folder, "blocks", scheduled, opinion)
         result = RunResult(
