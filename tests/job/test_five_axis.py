@@ -116,3 +116,28 @@ def test_a_table_that_turns_carries_the_stock_past_a_tool_at_rest(tmp_path):
 def test_rotary_words_want_a_machine(tmp_path):
     with pytest.raises(InputError, match=r"rotary|machine"):
         vm.run(job(tmp_path, "x_mm,y_mm,z_mm,a_deg,c_deg,feed_mm_min\n0,0,0,1,0,600\n5,0,0,2,0,600\n"))
+
+
+TCP = "G21 G90\nT1 M6\nG0 X18 Y0 Z20 A0 C30\n{}\nM2\n"
+
+
+def test_switching_tool_centre_control_does_not_move_the_tip(tmp_path):
+    """The table stands at 30 degrees, so the same tip has other coordinates behind M428."""
+    program = TCP.format("M428\nG0 X18 Y0 Z-1\nG1 X9 F600")
+    rows = vm.run(job(tmp_path, program, "tcp.nc", "iso", "ac-table")).blocks
+    before, rapid = rows.row(0, named=True), rows.row(1, named=True)
+    at = [before["x_mm"], before["y_mm"], before["z_mm"]]
+    assert at == pytest.approx([18 * np.cos(np.pi / 6), -18 * np.sin(np.pi / 6), 20])
+    assert rapid["length_mm"] == pytest.approx(np.linalg.norm(np.subtract(at, [18, 0, -1])))
+
+
+@pytest.mark.parametrize("words", ["G1 X18 Y0 Z-1 F600", "G0 Z-1"])
+def test_words_of_the_old_kind_are_refused_behind_a_switch(tmp_path, words):
+    with pytest.raises(InputError, match=r":5.*switched while the rotary axes are turned.*names X, Y and Z"):
+        vm.run(job(tmp_path, TCP.format(f"M428\n{words}\nG1 X9 F600"), "tcp.nc", "iso", "ac-table"))
+
+
+def test_an_arc_on_a_turned_table_is_refused(tmp_path):
+    """The tool is upright, but the circle lies elsewhere in the part."""
+    with pytest.raises(InputError, match=r"turned table cannot be simulated.*short lines"):
+        vm.run(job(tmp_path, TCP.format("G2 X16 Y0 I-1 J0 F600"), "arc.nc", "iso", "ac-table"))

@@ -6,6 +6,7 @@ import os
 import sys
 import tempfile
 import traceback
+import warnings
 from collections.abc import Sequence
 from enum import IntEnum
 from pathlib import Path
@@ -40,6 +41,7 @@ def run(argv: list[str]) -> int:
 
     from vmachining.cli.app import command
 
+    warnings.showwarning = _warned
     usage_error = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")
     try:
         if argv and argv[0] in LATER:
@@ -81,6 +83,11 @@ def _say(message: str, code: Code) -> int:
     sys.stdout.flush()
     print(f"vmachining: {message}", file=sys.stderr)
     return int(code)
+
+
+def _warned(message: Warning | str, *_: object, **__: object) -> None:
+    """A warning in one line, without the place in our code."""
+    print(f"vmachining: warning: {message}", file=sys.stderr)
 
 
 def _bug(exc: Exception, message: str) -> int:

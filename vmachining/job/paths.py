@@ -13,7 +13,9 @@ how many axes the machine has.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
@@ -23,17 +25,19 @@ from vmachining.errors import KinematicsError, NCError, SweepError
 from vmachining.geometry import Arc, Line, arc_between
 from vmachining.machine import Machine
 from vmachining.machine.joint_limits import least_times
-from vmachining.nc import Motion, Move
+from vmachining.nc import Motion, Move, Program, decode_program, lex_line, split_lines
 from vmachining.sweep import Pose, Turn
 from vmachining.tolerance import LENGTH_EPS_MM
 
-__all__ = ["CutterPath", "end_axis", "joint_feeds", "joint_times", "move_path", "moves"]
+__all__ = ["CutterPath", "end_axis", "joint_feeds", "joint_times", "move_path", "moves", "settled"]
 
 CutterPath: TypeAlias = Line | Arc | Turn
 
 UP = (0.0, 0.0, 1.0)
 NORMAL = {"yz": 0, "zx": 1, "xy": 2}
 IN_PLANE = {"yz": (1, 2), "zx": (2, 0), "xy": (0, 1)}
+STILL = 1e-9
+"""mm, and length of a unit vector, below which a difference is rounding."""
 ARCS = (Motion.ARC_CW, Motion.ARC_CCW)
 
 
@@ -46,16 +50,19 @@ def move_path(move: Move, machine: Machine | None = None) -> CutterPath:
         An arc without a usable centre or with a leaning tool; rotary words without a machine that has such
         joints; a tool axis that is reversed.
     """
-    if move.axis_end is None and move.rotary_deg is None:
+    if move.axis_end is None and move.rotary_deg is None and _is_plain(machine):
         return _arc(move) if move.motion in ARCS else Line(move.start, move.end)
     try:
         turn = _turn(move, machine)
     except (KinematicsError, SweepError) as exc:
         raise NCError(exc.message, line=move.line, remedy=exc.remedy) from exc
     if move.motion in ARCS:
-        if not turn.is_upright:
+        ends = np.abs([turn.start - move.start, turn.end - move.end]).max()
+        if not turn.is_upright or ends > LENGTH_EPS_MM:
             raise NCError(
-                "an arc with a leaning tool cannot be simulated", line=move.line, remedy="use short lines"
+                "an arc with a leaning tool or on a turned table cannot be simulated",
+                line=move.line,
+                remedy="use short lines",
             )
         return _arc(move)
     return Line(turn.start, turn.end) if turn.is_upright and turn.is_straight else turn
@@ -73,10 +80,7 @@ def end_axis(path: CutterPath) -> Floats:
 
 def _turn(move: Move, machine: Machine | None) -> Turn:
     if move.axis_end is not None:
-        return Turn.great_circle(
-            Pose(move.start, move.axis_start or move.axis_end), Pose(move.end, move.axis_end)
-        )
-    assert move.rotary_deg is not None
+        return Turn.great_circle(Pose(move.start, move.axis_start or UP), Pose(move.end, move.axis_end))
     first, last, chain = _joints(move, machine)
     screws, tip, axis = chain.screws()
     return Turn.joints(screws, first, last, tip_home=tip, axis_home=axis)
@@ -94,9 +98,61 @@ def _joints(move: Move, machine: Machine | None) -> tuple[Floats, Floats, Machin
         )
     chain = machine.tip_centred() if move.tcp else machine
     x, y, z = move.start
-    first = chain.joints(degrees=True, x=x, y=y, z=z, **(move.rotary_start or angles))
+    first = chain.joints(degrees=True, x=x, y=y, z=z, **(move.rotary_start or {}))
     x, y, z = move.end
     return first, chain.joints(degrees=True, x=x, y=y, z=z, **angles), chain
+
+
+@lru_cache(maxsize=8)
+def _is_plain(machine: Machine | None) -> bool:
+    """Whether X Y Z alone are the tip of an upright tool while all rotary axes stand at zero."""
+    if machine is None or not machine.rotary:
+        return True
+    where = np.eye(4, 3, k=-1)  # home, then one step along each slide
+    pose = machine.forward(machine.joints(degrees=True, x=where[:, 0], y=where[:, 1], z=where[:, 2]))
+    return bool(np.abs(pose.tip - where).max() < STILL and np.abs(pose.axis - UP).max() < STILL)
+
+
+def settled(program: Program, machine: Machine | None) -> Program:
+    """The program with the true start of every move before which tool-centre-point control was switched.
+
+    Switching moves nothing, but from then on the same place has other coordinates. Words that are left out
+    would keep coordinates of the old kind, so the first move behind has to be a rapid that names X, Y and Z.
+
+    Raises
+    ------
+    NCError
+        It is not, while the rotary axes are turned.
+    """
+    out = list(program.moves)
+    lines: list[str] = []
+    for k in range(1, len(out)):
+        before, move = out[k - 1], out[k]
+        if before.tcp == move.tcp or move.rotary_deg is None:
+            continue
+        tip = move_path(before, machine).position(1.0)
+        if np.abs(move_path(move, machine).position(0.0) - tip).max() <= LENGTH_EPS_MM:
+            continue
+        lines = lines or list(split_lines(decode_program(program.data, program.name)))
+        letters = {word.letter for word in lex_line(lines[move.line - 1]).words}
+        if move.motion is not Motion.RAPID or not letters >= {"X", "Y", "Z"}:
+            raise NCError(
+                "tool-centre-point control was switched while the rotary axes are turned",
+                file=program.name,
+                line=move.line,
+                remedy="go on with a rapid that names X, Y and Z",
+            )
+        start = tip
+        if not move.tcp:
+            assert machine is not None
+            rotary = machine.joints(degrees=True, **(move.rotary_start or {}))
+            placed = machine.named(machine.place(rotary, tip)[0])
+            start = np.array([placed[name] for name in "XYZ"])
+            if not np.isfinite(start).all():
+                raise NCError("two slides are parallel here", file=program.name, line=move.line)
+        x, y, z = start.tolist()
+        out[k] = move._replace(start=(x, y, z))
+    return dataclasses.replace(program, moves=tuple(out))
 
 
 def _arc(move: Move) -> Arc:
@@ -122,7 +178,7 @@ def joint_times(moves: Sequence[Move], machine: Machine | None) -> Floats:
     """(n,) s that moves with rotary words last at least by the speeds of the joints, 0 for all others.
 
     Under tool-centre-point control the slides are where the chain needs them at both ends; what they do
-    between is not looked at.
+    between is not looked at, nor the slides where two of them are parallel at an end.
     """
     out = np.zeros(len(moves))
     if machine is None or not machine.rotary:
@@ -136,11 +192,13 @@ def joint_times(moves: Sequence[Move], machine: Machine | None) -> Floats:
     turned = [k for k, move in enumerate(moves[i] for i in wanted) if move.tcp]
     if turned:
         own = np.array([list(machine.rotary)])
+        places = []
         for ends in (first, last):
             q = np.zeros((len(turned), len(machine.axes)))
             q[:, own[0]] = ends[turned, 3:]
-            placed, _ = machine.place(q, ends[turned, :3])
-            ends[turned] = np.where(np.isfinite(placed), placed, 0.0)
+            places.append(machine.place(q, ends[turned, :3])[0])
+        known = np.isfinite(places).all(axis=0)
+        first[turned], last[turned] = (np.where(known, place, 0.0) for place in places)
     out[wanted] = least_times(machine, first, last)
     return out
 

@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import FrameType
@@ -33,7 +33,7 @@ from vmachining.job.files import (
     write_json,
 )
 from vmachining.job.jobfile import Job
-from vmachining.job.paths import move_path
+from vmachining.job.paths import move_path, settled
 from vmachining.job.result import RunResult
 from vmachining.job.schedule import compare, plan, sample_count
 from vmachining.job.simulate import Progress, Stage
@@ -253,15 +253,11 @@ class _Run:
         program.require_clean(allow=NO_END)
         only = next(iter(self.job.tools))
         cutting = (m for m in program.moves if m.motion not in (Motion.RAPID, Motion.DWELL))
-        if len(self.job.tools) > 1 or not any(m.tool == 0 for m in program.moves):
-            return program
-        if any(m.tool not in (0, only) for m in cutting):
-            return program
-        # no T word at all and one tool in the job: that one is meant
-        moves = tuple(move._replace(tool=only) if move.tool == 0 else move for move in program.moves)
-        return type(program)(
-            program.name, program.data, program.dialect, moves, program.findings, program.ended
-        )
+        if len(self.job.tools) == 1 and all(m.tool in (0, only) for m in cutting):
+            # no other T word and one tool in the job: that one is meant
+            moves = tuple(move._replace(tool=only) if move.tool == 0 else move for move in program.moves)
+            program = replace(program, moves=moves)
+        return settled(program, self.job.machine)
 
     def _refuse_early(self, program: Program, tools: Mapping[int, ToolParts], stock: RawStock) -> None:
         """No simulation for a cut without a tool, or for a path that by its box alone misses the stock."""

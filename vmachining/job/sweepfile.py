@@ -101,11 +101,7 @@ def _vector(pose: Mapping[str, Any], key: str, where: str, name: str) -> Floats:
 
 
 def _axis(pose: Mapping[str, Any], where: str, name: str) -> Floats:
-    axis = _vector(pose, "axis", where, name) if "axis" in pose else np.array([0.0, 0.0, 1.0])
-    size = float(np.linalg.norm(axis))
-    if size == 0.0:
-        raise InputError(f"{where}.axis has no direction", file=name)
-    return np.asarray(axis / size)
+    return _vector(pose, "axis", where, name) if "axis" in pose else np.array([0.0, 0.0, 1.0])
 
 
 def _angles(pose: Mapping[str, Any], letters: str, where: str, name: str) -> dict[str, float]:

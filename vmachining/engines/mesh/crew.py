@@ -336,6 +336,9 @@ def serve(descriptor: int) -> None:
                 except EngineError as error:
                     failed = error
                     answers.append(error)
+                except Exception as error:  # whatever it is, it must reach the one who asked
+                    failed = EngineError(f"{type(error).__name__}: {error}", engine="mesh")
+                    answers.append(failed)
             line.send(answers)
 
 

@@ -252,11 +252,14 @@ class MeshEngine:
         """
         engine = cls.__new__(cls)
         engine._share = share or Share()
-        engine._root, engine._blocks, state = read_tiles(path)
-        engine.chord, engine.tile_mm = state["chord"], state["tile_mm"]
-        engine.stock_volume = Bracket(*state["stock"])
-        engine._gone = state["gone"] if engine._share.part == 0 else 0.0
-        removed = state["removed"]
+        try:
+            engine._root, engine._blocks, state = read_tiles(path)
+            engine.chord, engine.tile_mm = state["chord"], state["tile_mm"]
+            engine.stock_volume = Bracket(*state["stock"])
+            engine._gone = state["gone"] if engine._share.part == 0 else 0.0
+            removed = state["removed"]
+        except KeyError as error:
+            raise EngineError(f"checkpoint {path} lacks {error}", engine=cls.name) from error
         engine._removed = (removed[0], removed[1]) if removed is not None else None
         return engine
 
