@@ -91,10 +91,11 @@ def swept_facets(
     normal . d < -rear (rear = inf: none). Holes are closed by the cone from the apex over their rim. The solid
     is star-shaped about the apex, so what is lost are the cones over the facets left out.
 
-    Returns (points, triangles); both empty if a facet plane separates the box from the solid.
+    Returns (points, triangles, sound); both empty if a facet plane separates the box from the solid. `sound` is
+    False where an edge does not have two triangles, one each way: then the whole solid has to be taken.
     """
     n, m = points.shape[0], triangles.shape[0]
-    nothing = np.empty((0, 3)), np.empty((0, 3), np.int64)
+    nothing = np.empty((0, 3)), np.empty((0, 3), np.int64), True
     at = np.empty((2 * n + 1, 3))
     for v in range(n):
         at[v, 0] = p[0] + cos * points[v, 0] - sin * points[v, 1]
@@ -144,9 +145,30 @@ def swept_facets(
     if count == 0:
         return nothing
     kept = out[:count].copy()
+    sound = True
     if cull or rear < np.inf:
         at, kept = _closed(kept, at)
-    return _compact(at, kept)
+        sound = _twofold(kept, at.shape[0])
+    at, kept = _compact(at, kept)
+    return at, kept, sound
+
+
+@kernel
+def _twofold(triangles, points):
+    """Whether every edge has two triangles that run along it in opposite ways."""
+    edges = triangles.shape[0] * 3
+    key = np.empty(edges, np.int64)
+    for t in range(triangles.shape[0]):
+        for k in range(3):
+            u, v = triangles[t, k], triangles[t, (k + 1) % 3]
+            key[3 * t + k] = 2 * (min(u, v) * points + max(u, v)) + (1 if u < v else 0)
+    key.sort()
+    sound = edges % 2 == 0
+    for k in range(0, edges - 1, 2):
+        # one each way; the next edge begins behind them
+        if key[k] % 2 == 1 or key[k + 1] != key[k] + 1 or (k > 0 and key[k] == key[k - 2]):
+            sound = False
+    return sound
 
 
 @kernel

@@ -303,24 +303,11 @@ def _straight(
         corner, heights, cell = window.lo, window.heights, window.cell
         cull = bool(hi[2] < apex[2] - 0.05 * (top - bottom))
     rear = cutter.turn * float(np.linalg.norm(d)) if chained and d.any() else np.inf
-    points, triangles = _kernels.swept_facets(  # type: ignore[no-untyped-call]
-        cutter.points,
-        cutter.triangles,
-        cutter.normals,
-        cutter.edges,
-        cos,
-        sin,
-        start,
-        d,
-        lo,
-        hi,
-        apex,
-        corner,
-        heights,
-        cell,
-        cull,
-        rear,
-    )
+    body = cutter.points, cutter.triangles, cutter.normals, cutter.edges
+    place = cos, sin, start, d, lo, hi, apex, corner, heights, cell
+    points, triangles, sound = _kernels.swept_facets(*body, *place, cull, rear)  # type: ignore[no-untyped-call]
+    if not sound:
+        points, triangles, _ = _kernels.swept_facets(*body, *place, False, np.inf)  # type: ignore[no-untyped-call]
     if len(triangles):
         yield points, triangles
 
