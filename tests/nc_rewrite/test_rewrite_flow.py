@@ -43,6 +43,18 @@ def test_a_body_that_changes_modes_closes_the_program():
     assert written.data == program.data and written.untouched == (4,)
 
 
+@pytest.mark.parametrize(
+    ("code", "last"), [("G[40/2]", "X20"), ("G#7", "X20"), ("G[90+3] G1 X12 F100", "X20 F50")]
+)
+def test_behind_a_computed_code_nothing_is_changed(code, last):
+    text = "#7=20\n" + HEAD + f"G1 X10\n{code}\nG1 {last}\nM2\n"
+    again, written = rewrite(text, {5: (30.0,), 7: (40.0, 50.0)})
+    assert written.untouched == (7,)
+    assert f"X10 F30.0\nF100.0\n{code}\nG1 {last}\n".encode() in written.data
+    wanted = [m.feed_mm_min for m in read(text).moves]
+    assert [m.feed_mm_min for m in again.moves][-1] == wanted[-1]
+
+
 @pytest.mark.parametrize("code", ["G81 X1 Z-3 R2", "G83 Q1 X1 Z-3 R2", "G85 X1 Z-3 R2", "G89 P1 X1 Z-3 R2"])
 def test_cycles_are_left_alone(code):
     text = HEAD + f"G1 X4\nG98 {code}\nX9\nG80\nG1 X2\nM2\n"

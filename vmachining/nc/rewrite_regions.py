@@ -2,7 +2,7 @@
 
 Bodies of subprograms, loops and branches run often, later, or not at all: a modal F written there reaches lines
 nobody can tell, so they are left alone; if they change units, G90, G93 or G41, the whole program is. A feed
-changed outside must be taken back before such a body starts.
+changed outside must be taken back before such a body starts. Lines from a computed G code on are left alone too.
 """
 
 from __future__ import annotations
@@ -29,11 +29,16 @@ class Regions(NamedTuple):
 
 def find_regions(lexed: Sequence[LexedLine], first: int, last: int) -> Regions:
     """Regions of lines first..last (1-based)."""
-    structure = find_structure([line.text for line in lexed], first - 1, last)
-    if structure is None:
-        return Regions(frozenset(), frozenset())
     closed: set[int] = set()
     gates: set[int] = set()
+    for number, line in enumerate(lexed[first - 1 : last], first):
+        if any(word.letter == "G" and word.value is None for word in line.words):
+            gates.add(number)  # a computed code may choose inches or G93: behind it nobody knows what F says
+            closed.update(range(number, last + 1))
+            break
+    structure = find_structure([line.text for line in lexed], first - 1, last)
+    if structure is None:
+        return Regions(frozenset(closed), frozenset(gates))
     for item in structure.items.values():
         if item.kind in PAIRED and item.end >= 0:
             closed.update(range(item.index + 1, item.end + 2))
@@ -41,6 +46,8 @@ def find_regions(lexed: Sequence[LexedLine], first: int, last: int) -> Regions:
             gates.add(item.index + 1)
     for number, line in enumerate(lexed[first - 1 : last], first):
         codes = {word.value for word in line.words if word.letter == "M"}
+        if None in codes:
+            closed.update(range(first, last + 1))  # a computed M98
         if 98.0 not in codes:
             continue
         gates.add(number)
