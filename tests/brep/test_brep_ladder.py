@@ -6,6 +6,7 @@ import json
 from itertools import pairwise
 from math import pi
 from pathlib import Path
+from threading import Event
 
 import numpy as np
 import polars as pl
@@ -15,15 +16,15 @@ from tinyjob import PROGRAM, SLOT_MM3, write_job
 from vmachining import BallNose, Bracket, BullNose, FlatEnd, Job, JobError, StockError, Sweep, run
 from vmachining.cli.main import run as command
 from vmachining.engines import brep
-from vmachining.engines.brep import Blank, Ladder, Status, ladder, workers
+from vmachining.engines.brep import Blank, Ladder, Status, ladder, workers, workpiece
 from vmachining.engines.brep.near import SweepIndex
 from vmachining.engines.brep.step import read_step
 from vmachining.engines.brep.workpiece import write_step
 from vmachining.engines.mesh import MeshEngine, box_stock
-from vmachining.errors import EngineError, InputError
+from vmachining.errors import EngineError, InputError, SweepError
 from vmachining.geometry import Arc, Line
 from vmachining.geometry.path import Path as ToolPath
-from vmachining.job.brep import chosen, parse_brep
+from vmachining.job.brep import _note, chosen, parse_brep
 
 BOX = Blank("box", (0, -20, -20), (30, 20, 0))
 ANY = Bracket(0.0, 0.0, 1e9)
@@ -105,6 +106,44 @@ def test_a_wrong_boolean_is_retried_or_refused(monkeypatch: pytest.MonkeyPatch) 
     assert "is outside [" in refused.reason and len(refused.tried) == len(ladder.RUNGS)
 
 
+def test_what_the_kernel_raises_costs_a_rung_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    work = Ladder(BOX, chain(FlatEnd(diameter=10, length=40), [Line((-10, 0, -1), (40, 0, -1))]))
+    right = ladder._common
+
+    def raises(one: object, other: object, fuzzy: float) -> object:
+        if not fuzzy:
+            raise RuntimeError("Standard_OutOfRange")
+        return right(one, other, fuzzy)
+
+    monkeypatch.setattr(ladder, "_common", raises)
+    verdict = work.removed(0, near(300.0))
+    assert verdict.rung == "fuzzy 1e-05" and verdict.tried[0] is None
+    refused = work.removed(0, near(300.0), rungs=["plain"])
+    assert refused.status is Status.REFUSED and "Standard_OutOfRange" in refused.reason
+
+
+def test_a_wrong_boolean_does_not_widen_its_own_gate(monkeypatch: pytest.MonkeyPatch) -> None:
+    work = Ladder(BOX, chain(FlatEnd(diameter=10, length=40), [Line((-10, 0, -1), (40, 0, -1))]))
+    huge = Blank("box", (0, 0, 0), (1e4, 1e4, 1e4)).shape()
+    monkeypatch.setattr(ladder, "_common", lambda a, b, fuzzy: huge)
+    verdict = work.removed(0, near(300.0), rungs=["plain"])
+    assert verdict.status is Status.REFUSED
+    # at most a millionth of the box 30 x 10 x 1 in which both can meet, whatever the kernel says they share
+    assert 0.0 < verdict.slack_mm3 <= 1e-6 * 300.0 * (1.0 + 1e-3) + ladder.SLACK_MM3
+
+
+def test_a_grown_rung_says_by_how_much_it_widened_the_bracket() -> None:
+    tool = FlatEnd(diameter=10, length=40)
+    work = Ladder(BOX, chain(tool, [Line((-10, 0, -1), (40, 0, -1)), Line((-10, 5, -1), (40, 5, -1))]))
+    plain = work.removed(1, near(150.0), rungs=["plain"])
+    grown = work.removed(1, near(150.0, 0.1), rungs=["grown"])
+    moved = ladder.GROWTH_MM * 30 * 1  # the wall of the first slot that faces the second: 30 x 1 mm
+    assert plain.slack_mm3 == pytest.approx(ladder.SLACK_MM3 + 1e-6 * 300)  # the slot is 300 mm3 of the stock
+    assert grown.slack_mm3 >= plain.slack_mm3 + moved
+    assert grown.removed_mm3 == pytest.approx(150.0 - moved, abs=0.1 * moved)
+    assert f"widened by {grown.slack_mm3:.2g} mm3" in _note(grown) and _note(plain) == ""
+
+
 def test_an_empty_answer_is_not_believed() -> None:
     work = Ladder(BOX, chain(FlatEnd(diameter=10, length=40), [Line((-10, 0, 1), (40, 0, 1))]))
     assert work.removed(0, Bracket(0, 0, 0)).removed_mm3 == 0.0
@@ -140,6 +179,37 @@ def test_a_worker_that_hangs_or_dies_costs_its_block_only(monkeypatch: pytest.Mo
     monkeypatch.setattr(workers.sys, "executable", "/bin/false")
     with pytest.raises(EngineError, match="no worker process"):
         list(brep.check_blocks(BOX, sweeps, asked))
+
+
+def test_a_failing_driver_is_told_and_a_stop_drops_what_is_under_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    sweeps = chain(FlatEnd(diameter=10, length=40), [Line((-10, 0, -1), (40, 0, -1))])
+
+    class Odd:
+        def __init__(self, hello: bytes) -> None:
+            self.done = 0
+            self.killed = Event()
+
+        def ask(self, block: int, bracket: Bracket, seconds: float) -> brep.Verdict:
+            raise RuntimeError("pipes are odd")
+
+        def kill(self) -> None:
+            self.killed.set()
+
+        def close(self) -> None:
+            self.kill()
+
+    class Slow(Odd):
+        def ask(self, block: int, bracket: Bracket, seconds: float) -> brep.Verdict:
+            assert self.killed.wait(30.0), "nobody dropped it"
+            dropped.append(block)
+            raise workers._Gone("dropped")
+
+    dropped: list[int] = []
+    monkeypatch.setattr(workers, "_Worker", Odd)
+    with pytest.raises(EngineError, match="RuntimeError pipes are odd"):
+        list(brep.check_blocks(BOX, sweeps, {0: ANY}))
+    monkeypatch.setattr(workers, "_Worker", Slow)
+    assert list(brep.check_blocks(BOX, sweeps, {0: ANY}, stop=lambda: True)) == [] and dropped == [0]
 
 
 def test_words_of_the_option() -> None:
@@ -206,6 +276,38 @@ def test_the_finished_workpiece_is_a_valid_step_with_named_faces(tmp_path: Path)
     assert "ADVANCED_FACE('block 2 line 7 tool 1'" in text and "ADVANCED_FACE('stock'" in text
     assert "COLOUR_RGB" in text
     assert "stock.step" in json.loads((tmp_path / "out" / "manifest.json").read_text())["outputs"]
+
+
+def test_an_open_workpiece_is_refused_and_several_pieces_with_a_hole_are_not() -> None:
+    import cadquery as cq
+
+    box = cq.Solid.makeBox(1, 2, 3)
+    hollow = box.cut(cq.Solid.makeBox(0.2, 0.2, 0.2, cq.Vector(0.4, 0.4, 0.4)))
+    apart = cq.Compound.makeCompound([hollow, cq.Solid.makeSphere(1, cq.Vector(9, 0, 0))])
+    workpiece._check(apart.wrapped)
+    for faces in (box.Faces()[1:], box.Faces()):  # a face short; all of them, and no solid
+        loose = cq.Shell.makeShell(faces)
+        with pytest.raises(EngineError, match="closed"):
+            workpiece._check(loose.wrapped)
+
+
+def test_a_workpiece_whose_cut_the_kernel_refuses_is_cut_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:
+    sweeps = chain(FlatEnd(diameter=10, length=40), [Line((-10, 0, -1), (40, 0, -1))])
+    right = workpiece._minus
+
+    def raises(one: object, others: list[object], fuzzy: float) -> object:
+        if not fuzzy:
+            raise EngineError("the boolean gives nothing back", engine="brep")
+        return right(one, others, fuzzy)
+
+    monkeypatch.setattr(workpiece, "_minus", raises)
+    shape = workpiece.workpiece(BOX, sweeps, [near(300.0)])
+    assert brep.volume(shape) == pytest.approx(30 * 40 * 20 - 300, rel=1e-9)
+    helix = Arc((10, 0, 0.5), (8, 0, 0), angle=2.0, rise=-2)  # its axis lies in the cutter
+    with pytest.raises(SweepError, match=r"block 1: .*axis lies in the cutter"):
+        workpiece.workpiece(
+            BOX, [*sweeps, *chain(FlatEnd(diameter=10, length=40), [helix])], [near(300.0), ANY]
+        )
 
 
 def test_a_workpiece_that_leaves_its_brackets_is_refused(tmp_path: Path) -> None:

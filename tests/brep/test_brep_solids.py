@@ -100,6 +100,17 @@ def test_volume_of_known_bodies() -> None:
     assert brep.volume(cq.Solid.makeSphere(3, angleDegrees1=-90).wrapped) == pytest.approx(36 * pi, rel=1e-13)
     assert brep.volume(cq.Solid.makeTorus(7, 2).wrapped) == pytest.approx(2 * pi**2 * 7 * 4, rel=1e-13)
     assert brep.volume(cq.Solid.makeCone(4, 1, 6).wrapped) == pytest.approx(42 * pi, rel=1e-13)
+    halved = cq.Solid.makeBox(1, 2, 3)
+    from OCP.BRep import BRep_Builder
+    from OCP.TopAbs import TopAbs_Orientation
+    from OCP.TopoDS import TopoDS_Compound
+
+    skin = TopoDS_Compound()
+    BRep_Builder().MakeCompound(skin)
+    inner = cq.Face.makePlane(2, 3, (0.5, 1, 1.5), (1, 0, 0)).wrapped
+    for face in (halved.wrapped, inner.Oriented(TopAbs_Orientation.TopAbs_INTERNAL)):
+        BRep_Builder().Add(skin, face)
+    assert brep.volume(skin) == pytest.approx(6.0, rel=1e-13)
     drilled = cq.Workplane().box(10, 10, 10).faces(">Z").workplane().hole(4).val()
     assert brep.volume(drilled.wrapped) == pytest.approx(1000 - 40 * pi, rel=1e-13)
 

@@ -222,4 +222,10 @@ def _value(verdict: Verdict | None) -> float | None:
 
 
 def _note(verdict: Verdict | None) -> str:
-    return f"B-rep refused: {verdict.reason}" if verdict is not None and verdict.reason else ""
+    if verdict is None:
+        return ""
+    if verdict.rung == "grown":
+        return (
+            f"B-rep agrees with earlier sweeps grown and the bracket widened by {verdict.slack_mm3:.2g} mm3"
+        )
+    return f"B-rep refused: {verdict.reason}" if verdict.reason else ""

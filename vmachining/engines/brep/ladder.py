@@ -41,7 +41,8 @@ from vmachining.sweep import Sweep
 __all__ = ["RUNGS", "Blank", "Ladder", "Status", "Verdict", "quiet"]
 
 SLACK_REL = 1e-6
-"""Of the volume that stock and sweep share: what B-rep volumes are asked to be good to."""
+"""Of the volume that stock and sweep share, or of the box both are in if a boolean claims to find more there:
+what B-rep volumes are asked to be good to."""
 
 SLACK_MM3 = 1e-6
 """Rounding of volumes that are nothing: edges of 100 mm and faces that move by 1e-8 mm."""
@@ -67,7 +68,10 @@ class Status(StrEnum):
 
 
 class Verdict(NamedTuple):
-    """removed_mm3 : None if refused or skipped. rung : what worked. reason : why not. tried : value per rung."""
+    """removed_mm3 : None if refused or skipped. rung : what worked. reason : why not. tried : value per rung.
+
+    slack_mm3 : by how much the rung that worked, or else the last one, widened the bracket at both ends.
+    """
 
     status: Status
     removed_mm3: float | None
@@ -76,11 +80,12 @@ class Verdict(NamedTuple):
     seconds: float
     sweeps: int
     tried: tuple[float | None, ...] = ()
+    slack_mm3: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class Blank:
-    """Raw stock: box (lo, hi), cylinder (center, radius, z), or a STEP file Lengths in mm.
+    """Raw stock: box (lo, hi), cylinder (center, radius, z), or a STEP file. Lengths in mm.
 
     kind : "box", "cylinder" or "step".
     """
@@ -130,7 +135,7 @@ class Ladder:
         """Removed volume of a block, gated by its bracket."""
         begin = perf_counter()
         tried: list[float | None] = []
-        reason, count = "", 0
+        reason, count, slack = "", 0, 0.0
         members = range(int(self._first[block]), int(self._first[block + 1]))
         plans = [(k, self._index.needed(k, self._box)) for k in members if self._reaches(k)]
         for rung in rungs:
@@ -142,18 +147,28 @@ class Ladder:
                 if isinstance(exc, SweepError):
                     break  # no rung builds what cannot be built
                 continue
+            except Exception as exc:  # OCCT raises whatever it meets, outside of booleans too
+                reason = f"OCCT failed: {type(exc).__name__} {exc}"
+                tried.append(None)
+                continue
             tried.append(value)
             if bracket.holds(value, slack):
                 status = Status.AGREED if rung == rungs[0] else Status.RETRIED
-                return Verdict(status, max(value, 0.0), rung, "", perf_counter() - begin, count, tuple(tried))
+                spent = perf_counter() - begin
+                return Verdict(status, max(value, 0.0), rung, "", spent, count, tuple(tried), slack)
             reason = f"{value:.6g} mm3 is outside [{bracket.lo:.6g}, {bracket.hi:.6g}]"
             if not plans:
                 break
-        return Verdict(Status.REFUSED, None, "", reason, perf_counter() - begin, count, tuple(tried))
+        return Verdict(Status.REFUSED, None, "", reason, perf_counter() - begin, count, tuple(tried), slack)
 
     def _reaches(self, k: int) -> bool:
         lo, hi = self._sweeps[k].bounds
         return bool((lo < self._box[1]).all() and (hi > self._box[0]).all())
+
+    def _common_box(self, k: int) -> float:
+        """mm^3 of the box in which a sweep and the stock can meet: no boolean vouches for this one."""
+        lo, hi = self._sweeps[k].bounds
+        return float(np.maximum(np.minimum(hi, self._box[1]) - np.maximum(lo, self._box[0]), 0.0).prod())
 
     def _climb(self, plans: Sequence[tuple[int, list[int]]], rung: str) -> tuple[float, int, float]:
         """(value, earlier sweeps used, slack of the gate)."""
@@ -168,7 +183,7 @@ class Ladder:
                 value, shared = self._cut(self._sweeps[k], earlier, rung)
             total += value
             count += len(earlier)
-            slack += SLACK_REL * shared
+            slack += SLACK_REL * min(abs(shared), self._common_box(k))
             if rung == "grown":
                 slack += sum(GROWTH_MM * _area(self._sweeps[j]) for j in earlier)
         return total, count, slack

@@ -56,12 +56,14 @@ def volume(shape: Any) -> float:
     faces = TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE)
     while faces.More():
         face = TopoDS.Face_s(faces.Current())
+        faces.Next()
+        if face.Orientation() in (TopAbs_Orientation.TopAbs_INTERNAL, TopAbs_Orientation.TopAbs_EXTERNAL):
+            continue  # has the same on both sides
         sign = -1.0 if face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else 1.0
         place, flux, area = _face(TopoDS.Face_s(face.Oriented(TopAbs_Orientation.TopAbs_FORWARD)))
         if origin is None:
             origin = place
         total += sign * (flux + float((place - origin) @ area) / 3.0)
-        faces.Next()
     return total
 
 

@@ -44,12 +44,17 @@ class _Worker:
             stderr=subprocess.DEVNULL,
         )
         self.done = 0
+        # a pipe is short: what does not read its greeting would keep us writing for ever
+        late = threading.Timer(START_SECONDS, self._process.kill)
+        late.start()
         try:
             self._send(hello)
             self._receive(START_SECONDS)
         except _Gone:
             self.close()
             raise
+        finally:
+            late.cancel()
 
     def write(self, path: Path, brackets: Sequence[Bracket], labels: Sequence[str], seconds: float) -> Any:
         self._send(pickle.dumps((path, list(brackets), list(labels))))
@@ -61,6 +66,10 @@ class _Worker:
         self.done += 1
         assert isinstance(answer, Verdict)
         return answer
+
+    def kill(self) -> None:
+        """End the process from any thread; whoever waits for it hears that it is gone."""
+        self._process.kill()
 
     def close(self) -> None:
         self._process.kill()
@@ -88,11 +97,14 @@ class _Worker:
             raise _Gone(f"no answer within {seconds:g} s")
         try:
             return pickle.load(pipe)
-        except (EOFError, pickle.UnpicklingError) as exc:
+        except Exception as exc:  # the end of the pipe, or bytes that are no answer
             raise _Gone(self._end()) from exc
 
     def _end(self) -> str:
-        code = self._process.wait(timeout=10.0)
+        try:
+            code = self._process.wait(timeout=10.0)
+        except subprocess.TimeoutExpired:
+            return "its process closed its pipe and goes on"
         return (
             f"OCCT ended its process (signal {-code})" if code < 0 else f"its process ended with code {code}"
         )
@@ -124,7 +136,7 @@ def check_blocks(
     Raises
     ------
     EngineError
-        No worker can be started (the kernel does not load).
+        No worker can be started (the kernel does not load), or the thread that drives one failed.
     """
     # a block needs what came before it, no worker needs what comes after the last one asked for
     last = max(asked, default=-1)
@@ -134,8 +146,15 @@ def check_blocks(
         waiting.put(item)
     answers: queue.SimpleQueue[tuple[int, Verdict] | EngineError] = queue.SimpleQueue()
     ended = threading.Event()
+    running: set[_Worker] = set()
 
     def drive() -> None:
+        try:
+            ask_all()
+        except Exception as exc:  # else whoever waits for the answers would wait for ever
+            answers.put(EngineError(f"no verdicts: {type(exc).__name__} {exc}", engine="brep"))
+
+    def ask_all() -> None:
         worker: _Worker | None = None
         try:
             while not ended.is_set():
@@ -144,6 +163,7 @@ def check_blocks(
                 except queue.Empty:
                     return
                 if worker is not None and worker.done >= recycle:
+                    running.discard(worker)
                     worker.close()
                     worker = None
                 if worker is None:
@@ -152,16 +172,21 @@ def check_blocks(
                     except (_Gone, OSError) as exc:
                         answers.put(EngineError(f"no worker process: {exc}", engine="brep"))
                         return
+                    running.add(worker)
+                    if ended.is_set():
+                        return
                 begin = monotonic()
                 try:
                     answers.put((block, worker.ask(block, bracket, seconds)))
                 except _Gone as exc:
                     spent = monotonic() - begin
                     answers.put((block, Verdict(Status.REFUSED, None, "", str(exc), spent, 0)))
+                    running.discard(worker)
                     worker.close()
                     worker = None
         finally:
             if worker is not None:
+                running.discard(worker)
                 worker.close()
 
     threads = [threading.Thread(target=drive, daemon=True) for _ in range(max(1, min(workers, len(asked))))]
@@ -184,8 +209,10 @@ def check_blocks(
                 return
     finally:
         ended.set()
+        for worker in list(running):
+            worker.kill()
         for thread in threads:
-            thread.join(timeout=seconds + 10.0)
+            thread.join(timeout=START_SECONDS)
 
 
 def step_file(

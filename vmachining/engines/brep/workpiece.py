@@ -24,7 +24,7 @@ from vmachining.engines.brep.ladder import _box as box_of
 from vmachining.engines.brep.measure import volume
 from vmachining.engines.brep.near import SweepIndex
 from vmachining.engines.brep.swept import inspect, solids
-from vmachining.errors import EngineError
+from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Bracket
 from vmachining.sweep import Sweep
 
@@ -42,9 +42,9 @@ def workpiece(stock: Blank, blocks: Sequence[Sequence[Sweep]], brackets: Sequenc
     Raises
     ------
     EngineError
-        No way of cutting a block stays inside its bracket; names the block. The result is not valid.
+        No way of cutting a block stays inside its bracket; names the block. The result is not valid or closed.
     SweepError
-        A block that removes something has no B-rep solid.
+        A block that removes something has no B-rep solid; names the block.
     """
     shape = stock.shape()
     box = box_of(shape)
@@ -52,12 +52,31 @@ def workpiece(stock: Blank, blocks: Sequence[Sequence[Sweep]], brackets: Sequenc
     for number, (sweeps, bracket) in enumerate(zip(blocks, brackets, strict=True)):
         if bracket.hi <= 0.0 or not sweeps:
             continue
-        tools = [part.shape for sweep in sweeps for part in solids(_within(sweep, box))]
+        try:
+            tools = [part.shape for sweep in sweeps for part in solids(_within(sweep, box))]
+        except SweepError as exc:
+            raise SweepError(f"block {number}: {exc}") from exc
         shape, before = _cut(shape, tools, before, bracket, number)
-    report = inspect(shape)
-    if not report.valid:
-        raise EngineError("OCCT does not call the workpiece a valid shape", engine="brep")
+    _check(shape)
     return shape
+
+
+def _check(shape: Any) -> None:
+    """Valid, and every shell closed and the skin of a solid; there may be several, or a hole inside."""
+    from OCP.BRep import BRep_Tool
+    from OCP.TopAbs import TopAbs_ShapeEnum
+    from OCP.TopExp import TopExp_Explorer
+
+    if not inspect(shape).valid:
+        raise EngineError("OCCT does not call the workpiece a valid shape", engine="brep")
+    kinds = TopAbs_ShapeEnum
+    loose = TopExp_Explorer(shape, kinds.TopAbs_FACE, kinds.TopAbs_SOLID).More()
+    shells = TopExp_Explorer(shape, kinds.TopAbs_SHELL)
+    while shells.More() and not loose:
+        loose = not BRep_Tool.IsClosed_s(shells.Current())
+        shells.Next()
+    if loose:
+        raise EngineError("OCCT does not call the workpiece closed", engine="brep")
 
 
 def _cut(shape: Any, tools: list[Any], before: float, bracket: Bracket, number: int) -> tuple[Any, float]:
@@ -65,9 +84,13 @@ def _cut(shape: Any, tools: list[Any], before: float, bracket: Bracket, number: 
     removed = []
     for fuzzy in FUZZY:
         rest = shape
-        for tool in tools:
-            rest = _minus(rest, [tool], fuzzy)
-        after = volume(rest)
+        try:
+            for tool in tools:
+                rest = _minus(rest, [tool], fuzzy)
+            after = volume(rest)
+        except EngineError as exc:  # as a wrong volume: the next fuzzy value may work
+            removed.append(f"({exc})")
+            continue
         if bracket.holds(before - after, SLACK_MM3 + 1e-9 * before):
             return rest, after
         removed.append(f"{before - after:.6g}")
