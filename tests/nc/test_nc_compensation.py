@@ -259,3 +259,23 @@ def test_closed_contours_against_an_independent_offset(data, side):
 def test_a_line_is_shifted_to_the_left():
     curve = offset_line((0, 0), (10, 0), 3.0)
     assert (curve.start, curve.end) == ((0, 3), (10, 3))
+
+
+def test_rotary_axes_turn_once_at_a_corner():
+    text = "S1 M3\nG41.1 D6\nG1 X20 F100\nG93 X40 A10 F1\nY-40 A30 F2\nG40\nG94 X0 F100\nM30"
+    moves = read(text, rotary="A").moves
+    assert [m.motion for m in moves[1:4]] == [Motion.LINEAR, Motion.ARC_CW, Motion.LINEAR]
+    for before, after in pairwise(moves[1:]):
+        assert after.rotary_start == before.rotary_deg
+    assert [m.rotary_deg for m in moves[1:]] == [{"a": 10}, {"a": 30}, {"a": 30}, {"a": 30}]
+    # the block lasts as long as its path at the programmed feed, 2 * 40 mm/min
+    assert [m.duration_s for m in moves[1:]] == [60, None, None, None]
+    assert moves[2].feed_mm_min == moves[3].feed_mm_min == pytest.approx(80)
+
+
+def test_a_dwell_beside_the_path_is_seen_from_turned_coordinates():
+    text = "G10 L2 P1 R90\nS1 M3\nG41.1 D6\nG1 X20 F100\nX40\nG40\nG4 P1\nX60 Y0\nM30"
+    moves = read(text).moves
+    assert moves[-2].motion is Motion.DWELL
+    assert moves[-2].end_program == pytest.approx((40, 3, 0))  # left of the path along X of the program
+    assert moves[-2].end == pytest.approx((-3, 40, 0))

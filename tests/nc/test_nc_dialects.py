@@ -179,6 +179,23 @@ def test_tool_centre_point_control(on, off):
     assert [m.tcp for m in moves] == [True, False]
 
 
+def test_tool_centre_point_control_ends_with_what_began_it():
+    text = "S1 M3\nM428\nG43 H0\nG1 X1 A9 F100\nG49\nX2\nG43.4 H0\nM429\nX3\nG43.4 H0\nX4\nG43 H0\nX5"
+    assert [m.tcp for m in read(text, "iso", rotary="A").moves] == [True, True, False, True, False]
+
+
+@pytest.mark.parametrize(("line", "text"), [(1, "G81 Z-5 W2 A30"), (2, "G81 Z-5 W2\nG79 X9 A30")])
+def test_stored_cycles_do_not_turn(line, text):
+    found = parse_program(f"{text}\nM30".encode(), "p", dialect="mts", rotary="A").errors
+    assert [(f.line, f.code, f.word) for f in found] == [(line, "E207", "A30")]
+
+
+@pytest.mark.parametrize("unit", ["G20", "G21"])
+def test_degrees_per_minute_and_per_turn_know_no_inch(unit):
+    moves = read(f"{unit}\nS20 M3\nG1 A90 F180\nG95 F9 A0", "iso", rotary="A").moves
+    assert [m.duration_s for m in moves] == pytest.approx([30, 30])  # 90 / 180 min, 90 / (9 * 20) min
+
+
 def test_time_of_blocks_that_turn():
     text = "S1 M3\nG93 G1 A90 F2\nA0 X9 F4\nG94 F180 A90\nX0"
     moves = read(text, "iso", rotary="A").moves

@@ -239,10 +239,10 @@ def _takers(block: Block, effective: int | None, arc: bool, cycle: bool) -> dict
 
     if block.stored in (None, 800):
         take("XYZ", "axes")
-    if not set(block.axes) & set("XY"):
-        take("@^", "axes")
-    if not cycle and not any(block.has_g(code) for code in (431, 520)):
-        take(block.rotary, "axes")
+        if not set(block.axes) & set("XY") and not any(block.has_g(code) for code in AXIS_CLAIMING):
+            take("@^", "axes")
+        if not cycle and not any(block.has_g(code) for code in (431, 520)):
+            take(block.rotary, "axes")
     if arc:
         take("IJKRP", "arc")
     if cycle:

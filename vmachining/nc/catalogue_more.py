@@ -158,6 +158,12 @@ MORE: Final[dict[str, Entry]] = {
         "a cutter location file the axis of a circle must be X, Y or Z.",
         "post the arc as short lines",
     ),
+    "E362": Entry(
+        "polar words without a direction",
+        "An angle that is not programmed, or a step in G91, counts from the direction in which the tool "
+        "stands; at the origin of the work offset there is none.",
+        "program ^ in G90",
+    ),
     "E363": Entry(
         "tool axis without length",
         "The vector of the tool axis is zero.",

@@ -14,7 +14,8 @@ Nothing is trimmed away altogether: a piece that would run backwards is a gouge 
 the segment before or behind it is a warning (W355, `gouge.py`), because controls cut it. Only neighbours are
 looked at: a contour that crosses itself later is cut as programmed.
 Sources: RS274/NGC; observed behaviour of LinuxCNC 2.9, whose tolerance of 0.05 rad for tangents is not copied.
-In inverse time the feed is the one of the programmed path.
+In inverse time the feed is the one of the programmed path. Rotary axes turn in the first move of their block,
+which is the corner arc if there is one.
 """
 
 from __future__ import annotations
@@ -181,6 +182,8 @@ class Compensation:
         else:
             moves = self._release(held, before.end)
             moves.append(self._corner(moves[-1], move, curve.start, before.corner, corner_feed))
+            if move.rotary_deg is not None:  # the corner arc has turned the axes already
+                move = move._replace(rotary_start=move.rotary_deg, duration_s=None)
         if not warnings:
             final = before if inner else before._replace(end=self._pair(moves[0].end))
             warnings += self._neighbours(held, final, move)
@@ -273,6 +276,7 @@ class Compensation:
             start=level,
             end=level,
             feed_mm_min=feed,
+            duration_s=None,
             end_machine=add(following.end_machine, subtract(level, following.end)),
             end_program=self._program_of(following, level),
         )

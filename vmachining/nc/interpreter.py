@@ -93,6 +93,7 @@ class _Interpreter(Run):
             state.warned_stopped = False
         if 11 in block.m:
             state.tcp = block.m[11][0] in (128, 428)
+            state.tcp_length = False
         if block.has_g(40):
             seconds = block.value("P")
             if seconds is None or seconds < 0.0:

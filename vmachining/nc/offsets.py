@@ -29,7 +29,7 @@ def tool_length(run: Run, code: int, word: Word) -> None:
     """G43, G43.1, G43.2 (a further length), G43.4, G49."""
     block, state = run.block, run.state
     if code == 490:
-        state.length, state.tcp = ORIGIN, False
+        state.length = ORIGIN
     elif code == 431:
         if not block.axes:
             raise run.fail("E371", word, "G43.1 without an axis word")
@@ -50,8 +50,7 @@ def tool_length(run: Run, code: int, word: Word) -> None:
             run.warn("W321", block.word("H") or word, what)
         further = state.length if code == 432 else ORIGIN
         state.length = further[0], further[1], further[2] + (entry.length_mm if entry else 0.0)
-        if code == 434:
-            state.tcp = True
+    state.tcp_length = code == 434
     state.place_offsets()
 
 

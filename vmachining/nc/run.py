@@ -19,6 +19,8 @@ __all__ = ["BlockError", "Run"]
 SLOWEST_MM_MIN: Final = 0.1
 """Feed of a G93 move without length, the floor of the reference control: a feed is never zero."""
 
+AT_ORIGIN_MM: Final = 1e-9
+"""Nearer to the origin than this the direction to the tool is rounding."""
 
 MAX_MOVES: Final = 100_000
 """Motions of one block: repetitions times steps of a cycle beyond it are a typing error."""
@@ -100,6 +102,9 @@ class Run:
         here = state.program
         distance, angle = block.value("@"), block.value("^")
         radius, theta = math.hypot(here[0], here[1]), math.atan2(here[1], here[0])
+        if radius <= AT_ORIGIN_MM and (angle is None or not state.absolute):
+            what = "from the origin of the work offset polar words need ^, in G90"
+            raise self.fail("E362", block.word(block.polar[0]), what)
         if state.absolute:
             radius = radius if distance is None else distance * state.scale
             theta = theta if angle is None else math.radians(angle)
@@ -201,10 +206,10 @@ class Run:
         )
         if state.rotation != 0.0:
             move = move._replace(rotation_deg=state.rotation)
-        if rotary or state.rotary or state.tcp:
+        if rotary or state.rotary or state.centred:
             move = self._with_rotary(move, state.rotary if rotary is None else rotary)
         if state.tip is not None:
-            move = _from_tip(move, state.tip)
+            move = _from_tip(move, state.tip, state)
             if motion is not Motion.DWELL:
                 state.tip = None
         state.sim, state.machine = sim, machine
@@ -230,19 +235,19 @@ class Run:
             if state.feed_mode == 930:
                 duration = 60.0 / state.feed
             elif move.start == move.end:
-                unit = state.scale if state.feed_mode == 940 else 1.0  # F counts degrees, whatever the unit
-                duration = 60.0 * turned / (move.feed_mm_min / unit)
+                # F counts degrees, whatever the unit
+                duration = 60.0 * turned / (move.feed_mm_min / state.scale)
         state.rotary = rotary
         return move._replace(
             rotary_start=start,
             rotary_deg=rotary,
             rotary_program={axis: value - state.rotary_shift(axis) for axis, value in rotary.items()},
-            tcp=state.tcp,
+            tcp=state.centred,
             duration_s=duration,
         )
 
 
-def _from_tip(move: Move, tip: Point) -> Move:
+def _from_tip(move: Move, tip: Point, state: State) -> Move:
     """The move as it starts beside the programmed point; a dwell stays there."""
     if move.motion is not Motion.DWELL:
         return move._replace(start=tip)
@@ -251,5 +256,5 @@ def _from_tip(move: Move, tip: Point) -> Move:
         start=tip,
         end=tip,
         end_machine=add(move.end_machine, aside),
-        end_program=add(move.end_program, aside),
+        end_program=add(move.end_program, state.seen(aside)),
     )

@@ -54,7 +54,8 @@ class State:
     turn (its cosine and sine) : of the one in force. references : where G28 and G30 go, simulation frame;
     rotary_references : the same of the rotary axes, where not zero.
     rotary : machine degrees by "a", "b", "c", of the axes named so far; rotary_work, rotary_g92 : their
-    offsets. tcp : tool centre point control. cycle : canned cycle in force; to_r : G99. compensation : cutter
+    offsets. tcp, tcp_length : tool centre point control, by an M code until its counterpart, by G43.4 until
+    another code of its group. cycle : canned cycle in force; to_r : G99. compensation : cutter
     radius; tip : where the tool really is, when compensation left it beside the programmed point. plain : the
     short cut of the reader may be taken. stored, pattern : dialect mts.
     """
@@ -97,6 +98,7 @@ class State:
     rotary_g92: Mapping[str, float] = field(default_factory=dict)
     rotary_saved: Mapping[str, float] = field(default_factory=dict)
     tcp: bool = False
+    tcp_length: bool = False
     cycle: Cycle | None = None
     to_r: bool = False
     compensation: Compensation | None = None
@@ -119,6 +121,11 @@ class State:
     def rpm(self) -> float:
         """Signed spindle speed."""
         return self.speed * self.direction
+
+    @property
+    def centred(self) -> bool:
+        """Whether tool centre point control is in force."""
+        return self.tcp or self.tcp_length
 
     def turned(self, point: Point) -> Point:
         """R point."""
@@ -158,7 +165,7 @@ class State:
             and self.compensation is None
             and self.tip is None
             and not self.rotary
-            and not self.tcp
+            and not self.centred
         )
 
     def clone(self) -> State:
