@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_sweep_turning import UP, tilted
+from test_sweep_turning import TURNS, UP, tilted
 
 from vmachining.geometry import Arc
 from vmachining.sweep import Pose, Sweep, Turn, breaks
+from vmachining.sweep.flux import _kernels as flux_kernels
 from vmachining.tool import BallNose, BullNose, Cutter, FlatEnd, Profile, Taper
 
 F20 = FlatEnd(diameter=20, length=50)
@@ -192,3 +193,34 @@ def test_flux_and_lines_agree_anywhere(end, angles, tool):
     volume = found.volume if found else sweep.volume
     assert volume is not None
     assert abs(lines - volume) < error + (found.error if found else 0.0)
+
+
+def test_a_search_that_is_given_up_says_so(monkeypatch):
+    """A ball about its own centre slides along itself: a point of its surface is never proven to be outside.
+
+    What such points enter is uncertain, and has to be in the error estimate.
+    """
+    pivot = Sweep.along(B10, Turn.through((0, 0, 0), (0, 0, 0), "ac", (0, 0), (0.5, 0), control_height=5))
+    q = pivot._turned
+    room = np.zeros((160, 7)), np.zeros(12)
+
+    def visited(z: float) -> tuple[bool, bool]:
+        """Of points on the axis at the start; the centre is at z = 5, the tip at 0."""
+        return flux_kernels.visited(q.seg, q.ends, q.limits, q.waves, 0.0, 0.0, z, 1.0, 1e-7, *room)
+
+    assert visited(5.0) == (True, False)
+    assert visited(-1.0) == (False, False)
+    assert visited(0.0) == (False, True)
+
+    sweep = Sweep.along(F20, TURNS["tip"])
+    found, search, doubts = sweep.flux(1e-4), flux_kernels.again, []
+
+    def certain(*args):
+        search(*args)
+        doubts.append(args[-1].max())
+        args[-1][:] = 0.0
+
+    monkeypatch.setattr(flux_kernels, "again", certain)
+    sure = Sweep.along(F20, TURNS["tip"]).flux(1e-4)
+    assert max(doubts) > 0.0 and found.volume == sure.volume
+    assert found.error > sure.error

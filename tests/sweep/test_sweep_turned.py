@@ -13,6 +13,8 @@ from test_sweep_turning import TURNS, UP, tilted
 
 from vmachining.geometry import Line
 from vmachining.sweep import Pose, Sweep, Turn
+from vmachining.sweep.turned import _kernels as turned
+from vmachining.sweep.turned.pose import _kernels as pose
 from vmachining.tool import Profile
 
 ON_SURFACE = 1e-10
@@ -175,3 +177,31 @@ def test_faces_that_slide_in_their_plane_and_axes_that_only_spin():
     found = pivot.ray_intervals([(0, 0, 25), (11, 0, 25)], [(1, 0, 0), (0, 1, 0)])
     assert found.enter == pytest.approx([-10])
     assert found.leave == pytest.approx([10])
+
+
+@pytest.mark.parametrize("name", ["wide", "ab", "middle"])
+def test_the_search_asks_for_more_room_rather_than_drop_a_stretch(name):
+    """A stack of one row has to grow until it finds what a large one finds."""
+    sweep = Sweep.along(FLAT, MOTIONS[name])
+    q = sweep._turned
+    poses = np.zeros((3, 12))
+    for k in range(3):
+        pose.state(q.waves, 0.5 * k, poses[k])
+    origins, directions = lines(sweep, 40)
+    origins = origins - sweep.path.start
+    found = []
+    for rows in (1, 160):
+        lo, hi = np.zeros((2, len(origins), 16))
+        counts = []
+        for i, (o, u) in enumerate(zip(origins, directions, strict=True)):
+            cells, shots = np.zeros((rows, 29)), np.zeros((3, 13))
+            counts.append(
+                turned.ray_piece(
+                    q.seg, q.planes, q.arcs, q.ends, 0, q.limits[0], q.waves, o, u, q.tol, cells, shots, poses,
+                    np.zeros(12), lo[i], hi[i], 0,
+                )
+            )  # fmt: skip
+        found.append((counts, lo, hi))
+    (counts, lo, hi), (same, low, high) = found
+    assert counts == same and max(counts) > 0
+    assert np.array_equal(lo, low) and np.array_equal(hi, high)

@@ -137,7 +137,8 @@ def flux(faces, beta, waves, times, nodes, weights, out) -> None:
 
 @kernel
 def visited(seg, ends, limits, waves, x, y, z, until, depth, cells, p):
-    """Whether the point was deeper than `depth` inside at some time before `until`."""
+    """Whether the point was deeper than `depth` inside at some time before `until`: (yes?, given up?)."""
+    given_up = False
     for piece in range(len(ends) - 1):
         i0, i1, limit = ends[piece, 2], ends[piece + 1, 2], limits[piece]
         top = 0
@@ -146,7 +147,7 @@ def visited(seg, ends, limits, waves, x, y, z, until, depth, cells, p):
             state(waves, k * until, p)
             d, _x, _y, _z, f = near(seg, i0, i1, p, x, y, z)
             if d <= -depth:
-                return True
+                return True, False
             cells[0, 3 + 2 * k], cells[0, 4 + 2 * k] = d, f
         seen = 0
         while top >= 0:
@@ -157,18 +158,21 @@ def visited(seg, ends, limits, waves, x, y, z, until, depth, cells, p):
             w = tb - ta
             far = max(min(pa, pb), 0.0) + limit[1]
             bend = bending(limit, far, w)
-            if w * (limit[2] + limit[4] * far) <= depth or seen > PATIENCE or top + 3 > len(cells):
+            if w * (limit[2] + limit[4] * far) <= depth:
                 continue
             da, db = span(pa + depth, 1.0, fa, 0.0, bend), span(pb + depth, 1.0, -fb, 0.0, bend)
             if da + db >= w:
                 continue
+            if seen > PATIENCE or top + 3 > len(cells):
+                given_up = True
+                break
             t = split_at(ta, tb, da, db, -fa, -fb, pb - pa, fa > 0.0 > fb, last)
             if not ta < t < tb:
                 continue
             state(waves, t, p)
             d, _x, _y, _z, f = near(seg, i0, i1, p, x, y, z)
             if d <= -depth:
-                return True
+                return True, False
             for half in range(2):
                 top += 1
                 c = cells[top]
@@ -176,15 +180,18 @@ def visited(seg, ends, limits, waves, x, y, z, until, depth, cells, p):
                 c[2] = (c[1] - c[0]) / w
                 c[3], c[4] = (pa, fa) if half else (d, f)
                 c[5], c[6] = (d, f) if half else (pb, fb)
-    return False
+    return False, given_up
 
 
 @kernel
-def again(faces, beta, seg, ends, limits, waves, times, shares, which, steps, depth, out) -> None:
+def again(
+    faces, beta, seg, ends, limits, waves, times, shares, which, steps, depth, out, doubt
+) -> None:  # fmt: skip
     """Flux of re-entry per time and share of a face; point i lies on face which[i].
 
     Around each circle the front arc is cut where a point changes from new to visited: `steps` samples, then
-    bisection; f has a closed integral in between.
+    bisection; f has a closed integral in between. doubt: flux of the stretches next to a point whose search was
+    given up, counted as new.
     """
     p, q, c, cells = np.zeros(12), np.zeros(12), np.zeros(5), np.zeros((160, 7))
     x, y = np.zeros(3), np.zeros(3)
@@ -206,33 +213,45 @@ def again(faces, beta, seg, ends, limits, waves, times, shares, which, steps, de
             a, b = a + w * x[m], b + w * y[m]
         level = c[3] * lift
         r = np.sqrt(a * a + b * b)
-        out[i] = 0.0
+        out[i] = doubt[i] = 0.0
         if level <= -r or (r == 0.0 and level == 0.0):
             continue
         half = np.pi if level >= r else np.arccos(-level / r)
         heading = np.arctan2(b, a)
         known, on, u_known, start = False, False, heading - half, heading - half
+        lost = False
         for m in range(steps + 1):
             # both ends graze and are in contact: step in by a hair
             u = heading - half * np.cos(np.pi * (m + 0.02) / (steps + 0.04))
-            now = seen_at(seg, ends, limits, waves, p, c, x, y, u, times[i], depth, cells, q)
+            now, given_up = seen_at(seg, ends, limits, waves, p, c, x, y, u, times[i], depth, cells, q)
+            open_ = lost or given_up
+            lost = given_up
             if m == 0:
                 on, known = now, now
             elif now != known:
                 lo, hi = u_known, u
                 for _ in range(16):
                     mid = 0.5 * (lo + hi)
-                    if seen_at(seg, ends, limits, waves, p, c, x, y, mid, times[i], depth, cells, q) == known:
+                    then, given_up = seen_at(
+                        seg, ends, limits, waves, p, c, x, y, mid, times[i], depth, cells, q
+                    )
+                    open_ = open_ or given_up
+                    if then == known:
                         lo = mid
                     else:
                         hi = mid
                 if on:
                     total += arc(a, b, level, start, hi)
                 start, on, known = hi, now, now
+            if open_:
+                doubt[i] += arc(a, b, level, u_known, u)
             u_known = u
+        if lost:
+            doubt[i] += arc(a, b, level, u_known, heading + half)
         if on:
             total += arc(a, b, level, start, heading + half)
         out[i] = total * c[4] * c[0]
+        doubt[i] *= c[4] * c[0]
 
 
 @kernel

@@ -71,8 +71,8 @@ def flux_volume(profile: Profile, packed: Packed, *, wanted: float = 5e-6) -> Fl
     Phi: closed form around each circle, Gauss along the meridian between the circles that change from one-
     to two-sided, adaptive Gauss-Kronrod in time. W: around each circle the visited arcs are found by sampling
     and bisection and integrated in closed form; rectangles of time and meridian are quartered until what the
-    quarters change is small. Twice that change is the error estimate, no bound: a visit that falls between all
-    sampled circles goes unnoticed.
+    quarters change is small. Twice that change is the error estimate, plus the flux of points whose search was
+    given up. It is no bound: a visit that falls between all sampled circles goes unnoticed.
     """
     faces, beta = _faces(profile)
     x, w = _smooth(NODES)
@@ -94,23 +94,25 @@ def _again(faces: Floats, beta: Floats, packed: Packed, tolerance: float) -> tup
     pair = np.stack(np.meshgrid(nodes, nodes, indexing="ij"), axis=-1).reshape(-1, 2)
     pair_weights = np.outer(weights, weights).ravel()
 
-    def integrals(which: Ints, low: Floats, size: Floats, steps: int) -> Floats:
+    def integrals(which: Ints, low: Floats, size: Floats, steps: int) -> tuple[Floats, Floats]:
+        """W per rectangle, and what of the flux there was counted as new because a search was given up."""
         where = low[:, None] + size[:, None] * pair
-        out = np.empty(where.shape[0] * where.shape[1])
+        out, doubt = np.empty((2, where.shape[0] * where.shape[1]))
         _kernels.again(
             faces, beta, packed.seg, packed.ends, packed.limits, packed.waves,
-            where[..., 0].ravel(), where[..., 1].ravel(), np.repeat(which, len(pair)), steps, DEPTH, out,
+            where[..., 0].ravel(), where[..., 1].ravel(), np.repeat(which, len(pair)), steps, DEPTH, out, doubt,
         )  # fmt: skip
-        return np.asarray(size.prod(axis=1) * (out.reshape(len(which), -1) @ pair_weights))
+        total, unsure = (size.prod(axis=1) * (v.reshape(len(which), -1) @ pair_weights) for v in (out, doubt))
+        return np.asarray(total), np.asarray(unsure)
 
     which, cell, low, size = _first(faces, beta, packed.waves)
-    value = integrals(which, low, size, STEPS)
+    value, unsure = integrals(which, low, size, STEPS)
     done = error = 0.0
     rest = np.abs(value)  # what a rectangle may be wrong by: all of it until its quarters are known
     for level in range(DEEPEST):
         bad = _with_neighbours(which, cell, rest > tolerance / (4.0 * max(len(rest), 16)))
         done += float(value[~bad].sum())
-        error += float(rest[~bad].sum())
+        error += float(rest[~bad].sum() + unsure[~bad].sum())
         which, cell, low, size, value = which[bad], cell[bad], low[bad], size[bad], value[bad]
         if not len(which):
             return done, error
@@ -118,12 +120,12 @@ def _again(faces: Floats, beta: Floats, packed: Packed, tolerance: float) -> tup
         low = (low[:, None] + 0.5 * size[:, None] * corner).reshape(-1, 2)
         cell = (2 * cell[:, None] + corner).reshape(-1, 2)
         size, which = np.repeat(0.5 * size, 4, axis=0), np.repeat(which, 4)
-        parts = integrals(which, low, size, STEPS * (level + 2))  # onsets are narrow
+        parts, unsure = integrals(which, low, size, STEPS * (level + 2))  # onsets are narrow
         gap = np.abs(parts.reshape(-1, 4).sum(axis=1) - value)
         value, rest = parts, np.repeat(gap / 2.0, 4)
         if 2.0 * float(gap.sum()) + error <= tolerance or len(which) > MOST:
             break
-    return done + float(value.sum()), error + float(rest.sum())
+    return done + float(value.sum()), error + float(rest.sum() + unsure.sum())
 
 
 def _first(faces: Floats, beta: Floats, waves: Floats) -> tuple[Ints, Ints, Floats, Floats]:

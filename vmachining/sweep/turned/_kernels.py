@@ -107,6 +107,14 @@ def holder(lo, hi, n, a):
 
 
 @kernel
+def grown(cells):
+    """A stack of twice the size: no stretch of time is dropped for want of room."""
+    out = np.zeros((2 * len(cells), cells.shape[1]))
+    out[: len(cells)] = cells
+    return out
+
+
+@kernel
 def split_at(ta, tb, da, db, fa, fb, rise, bracket, last):
     """Where to cut a stretch whose ends prove da and db of it.
 
@@ -177,8 +185,10 @@ def ray_piece(seg, planes, arcs, ends, piece, limit, waves, o, u, tol, cells, sh
         w = tb - ta
         bend = bending(limit, limit[1], w)
         # at an edge of the body what a pose adds is of first order
-        if w * (limit[2] + limit[4] * limit[1]) <= slack or top + 3 > len(cells):
+        if w * (limit[2] + limit[4] * limit[1]) <= slack:
             continue
+        if top + 3 > len(cells):
+            cells = grown(cells)
         t = 0.5 * (ta + tb)
         if A[0] == 0.0 and B[0] == 0.0:
             half = 0.5 * w
@@ -325,8 +335,10 @@ def distances(seg, ends, limits, waves, points, tol, level, out) -> None:
                 goal = max(level, best - slack)
                 far = max(min(pa, pb), 0.0) + limit[1]  # the point is that near to the middle of the body
                 bend = bending(limit, far, w)
-                if w * (limit[2] + limit[4] * far) <= slack or top + 3 > len(cells):
+                if w * (limit[2] + limit[4] * far) <= slack:
                     continue
+                if top + 3 > len(cells):
+                    cells = grown(cells)
                 da, db = span(pa - goal, 1.0, fa, 0.0, bend), span(pb - goal, 1.0, -fb, 0.0, bend)
                 if da + db >= w:
                     continue
