@@ -126,6 +126,9 @@ def test_upright_motions():
     up = m.joints(x=[0.0, 50.0], c=[10.0, 70.0])
     assert JointMotion(m, *up).is_upright and TcpMotion(m, *up).is_upright
     assert not JointMotion(m, *m.joints(x=[0.0, 50.0], a=[0.0, 1e-6])).is_upright
+    for turns in range(1, 20):  # upright at all samples of some equal division, never in between
+        whole = m.joints(a=[0.0, 360.0 * turns])
+        assert not JointMotion(m, *whole).is_upright and not TcpMotion(m, *whole).is_upright
 
 
 @pytest.mark.parametrize("orientation", ["rotary", "vector"])

@@ -30,8 +30,8 @@ __all__ = ["JointMotion", "TcpMotion", "derivative_bounds", "tip_lengths"]
 GAUSS = np.polynomial.legendre.leggauss(16)
 UPRIGHT_EPS = 1e-12
 """Largest component of the axis across z that is rounding."""
-SAMPLES = 9
-"""The axis is a sum of at most nine harmonics of t; what vanishes at so many points vanishes."""
+HARMONICS = 3
+"""Each rotary joint multiplies the number of harmonics of the axis by this: w becomes w, w + r and w - r."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,7 +117,7 @@ class JointMotion:
     @property
     def is_upright(self) -> bool:
         """Whether the tool axis is +z throughout."""
-        return bool(np.abs(self.axis(np.linspace(0.0, 1.0, SAMPLES)) - (0, 0, 1)).max() < UPRIGHT_EPS)
+        return _is_upright(self)
 
     def split(self, fractions: Sequence[float]) -> list[JointMotion]:
         """Pieces between consecutive fractions (0 and 1 are added)."""
@@ -236,7 +236,7 @@ class TcpMotion:
     @property
     def is_upright(self) -> bool:
         """Whether the tool axis is +z throughout."""
-        return bool(np.abs(self.axis(np.linspace(0.0, 1.0, SAMPLES)) - (0, 0, 1)).max() < UPRIGHT_EPS)
+        return _is_upright(self)
 
     def split(self, fractions: Sequence[float]) -> list[TcpMotion]:
         """Pieces between consecutive fractions (0 and 1 are added)."""
@@ -263,6 +263,16 @@ class TcpMotion:
     def _ends(self) -> tuple[Floats, Floats]:
         u, v = self.machine.forward([self.first, self.last]).axis
         return u, v
+
+
+def _is_upright(motion: JointMotion | TcpMotion) -> bool:
+    """Whether the tool axis is +z throughout.
+
+    The axis is a sum of n harmonics of t whose frequencies lie within `turned` of zero. Equal steps of less than
+    half a period of the fastest tell all of them apart, and what vanishes at n such points vanishes.
+    """
+    steps = HARMONICS ** len(motion.machine.rotary) * (1 + math.ceil(motion.turned / np.pi))
+    return bool(np.abs(motion.axis(np.linspace(0.0, 1.0, steps + 1)) - (0, 0, 1)).max() < UPRIGHT_EPS)
 
 
 def tip_lengths(machine: Machine, start: ArrayLike, end: ArrayLike) -> Floats:
