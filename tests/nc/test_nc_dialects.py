@@ -126,6 +126,27 @@ def test_inches_feeds_per_revolution_and_circles_in_other_planes():
     assert last.feed_mm_min == pytest.approx(508)
 
 
+ARC = "CIRCLE/10,0,0,0,0,1,10"
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "line"),
+    [("CIRCLE/10,0,0,0,0,1,5\nGOTO/20,0,0", "E304", 4), (f"RAPID\n{ARC}\nGOTO/20,0,0", "E109", 5),
+     (f"{ARC},CLW\nGOTO/0,0,1", "E109", 3), ("MOVARC/10,0,0,0,0,1,10,ANGLE,540\nGOTO/9,0,0", "E309", 3)],
+)  # fmt: skip
+def test_circles_that_say_two_things(text, code, line):
+    data = f"UNITS/MM\nFEDRAT/50\n{text}\nFINI\n".encode()
+    program = parse_program(data, "p", dialect="apt", home=(0.0, 0.0, 0.0))
+    assert [(f.code, f.line) for f in program.errors] == [(code, line)]
+
+
+def test_what_waits_for_the_next_motion_waits_for_one_only():
+    text = f"FEDRAT/50\nRAPID\nGOHOME\nGOTO/0,0,0\n{ARC}\nGOHOME\nGOTO/0,0,0\n"
+    text += "MOVARC/10,0,0,0,0,1,10,ANGLE,180\nGOTO/20,0,0\nGOTO/0,0,0\nFINI"
+    program = read(text, "apt", home=(0.0, 0.0, 10.0))
+    assert [m.motion for m in program.moves] == [R, F, R, F, Motion.ARC_CCW, F]
+
+
 # ---- poses ----
 
 

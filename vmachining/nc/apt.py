@@ -3,7 +3,8 @@
     GOTO/x,y,z[,i,j,k]   GODLTA/dx,dy,dz   FROM/x,y,z[,i,j,k]   TLAXIS/i,j,k   GOHOME
     RAPID                (the next motion)           FEDRAT/f[,MMPM|IPM|MMPR|IPR]
     CIRCLE/cx,cy,cz,i,j,k,r[,...]  MOVARC/cx,cy,cz,i,j,k,r[,ANGLE,w]   (the next GOTO is an arc,
-                         counter-clockwise about the axis i,j,k, which is one of the main ones)
+                         counter-clockwise about the axis i,j,k, which is one of the main ones,
+                         from the tool to the point of the GOTO; w, at most 360 degrees, repeats it)
     LOADTL/n  TOOLNO/n   CUTTER/d[,...]   SPINDL/[RPM,]n[,CLW|CCLW]   SPINDL/ON|OFF   DELAY/seconds
     MULTAX[/ON|OFF]      UNITS/MM|INCHES   END  FINI   $$ comments, and $ continues a line
 
@@ -57,6 +58,7 @@ class _Circle(NamedTuple):
     center: Point
     plane: int
     ccw: bool
+    radius: float
 
 
 class _Record(NamedTuple):
@@ -235,6 +237,7 @@ class _Apt:
         self.tip, self.axis = self._target(record)
 
     def _do_gohome(self, record: _Record) -> None:
+        self.circle, self.rapid = None, False
         self._emit(record.line, Motion.RAPID, self.settings.home, self.axis, None)
 
     def _do_godlta(self, record: _Record) -> None:
@@ -250,6 +253,12 @@ class _Apt:
     def _do_circle(self, record: _Record) -> None:
         if len(record.numbers) < 7:
             raise _RecordError("E109", f"{record.word}/cx,cy,cz,i,j,k,r is wanted")
+        if record.names and (
+            record.word != "MOVARC" or record.names != ["ANGLE"] or len(record.numbers) != 8
+        ):
+            raise _RecordError("E109", f"{record.word} does not take {record.names[0]} like this")
+        if record.names and not 0.0 < record.numbers[7] <= 360.0:
+            raise _RecordError("E309", f"an arc of {record.numbers[7]:g} degrees")
         x, y, z, i, j, k = record.numbers[:6]
         axis = unit_axis((i, j, k))[0]
         normal = next((a for a in range(3) if abs(abs(axis[a]) - 1.0) < AXIS_TOLERANCE), None)
@@ -257,7 +266,7 @@ class _Apt:
             raise _RecordError("E361", "a circle about an axis that is none of X, Y, Z")
         plane = {2: 170, 1: 180, 0: 190}[normal]
         center = x * self.unit, y * self.unit, z * self.unit
-        self.circle = _Circle(center, plane, axis[normal] > 0.0)
+        self.circle = _Circle(center, plane, axis[normal] > 0.0, abs(record.numbers[6]) * self.unit)
 
     _do_movarc = _do_circle
 
@@ -283,8 +292,11 @@ class _Apt:
 
     def _go(self, record: _Record, tip: Point, axis: Point) -> None:
         circle, rapid = self.circle, self.rapid
+        self.circle, self.rapid = None, False
         if sum(a * b for a, b in zip(axis, self.axis, strict=True)) < -1.0 + 1e-12:
             raise _RecordError("E364", "the tool axis is reversed: no great circle is the shortest")
+        if rapid and circle is not None:
+            raise _RecordError("E109", "RAPID and a circle for one motion: rapids go straight")
         if rapid:
             self._emit(record.line, Motion.RAPID, tip, axis, None)
         else:
@@ -293,7 +305,6 @@ class _Apt:
                 self._emit(record.line, Motion.LINEAR, tip, axis, feed)
             else:
                 self._arc(record, circle, tip, axis, feed)
-        self.circle, self.rapid = None, False
 
     def _feed(self) -> float:
         feed = self.feed
@@ -307,8 +318,10 @@ class _Apt:
         plane = PLANES[circle.plane]
         a, b = plane.first, plane.second
         center = circle.center[a], circle.center[b]
+        start, inch = (self.tip[a], self.tip[b]), self.unit != 1.0
         try:
-            off = check_center((self.tip[a], self.tip[b]), (tip[a], tip[b]), center, self.unit != 1.0)
+            off = check_center(start, (tip[a], tip[b]), center, inch)
+            check_center(start, (center[0] + circle.radius, center[1]), center, inch)  # the r of the record
         except ArcError as exc:
             raise _RecordError(exc.code, str(exc)) from None
         if is_rounded(off):
