@@ -279,3 +279,10 @@ def test_a_dwell_beside_the_path_is_seen_from_turned_coordinates():
     assert moves[-2].motion is Motion.DWELL
     assert moves[-2].end_program == pytest.approx((40, 3, 0))  # left of the path along X of the program
     assert moves[-2].end == pytest.approx((-3, 40, 0))
+
+
+def test_turning_behind_compensation_goes_at_the_feed_of_its_path():
+    text = "S1 M3\nG41.1 D6\nG1 X20 F100\nX40\nG40\nG1 A10\nA20\nM30"
+    leave, turn = read(text, rotary="A").moves[-2:]
+    assert math.dist(leave.start, leave.end) == pytest.approx(3) and leave.duration_s is None
+    assert math.dist(turn.start, turn.end) == 0 and turn.duration_s == pytest.approx(6)  # 10 deg, 100 deg/min

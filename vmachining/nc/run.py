@@ -206,12 +206,12 @@ class Run:
         )
         if state.rotation != 0.0:
             move = move._replace(rotation_deg=state.rotation)
-        if rotary or state.rotary or state.centred:
-            move = self._with_rotary(move, state.rotary if rotary is None else rotary)
         if state.tip is not None:
             move = _from_tip(move, state.tip, state)
             if motion is not Motion.DWELL:
                 state.tip = None
+        if rotary or state.rotary or state.centred:
+            move = self._with_rotary(move, state.rotary if rotary is None else rotary)
         state.sim, state.machine = sim, machine
         if state.compensation is None:
             self.moves.append(move)
