@@ -278,6 +278,24 @@ def test_the_finished_workpiece_is_a_valid_step_with_named_faces(tmp_path: Path)
     assert "stock.step" in json.loads((tmp_path / "out" / "manifest.json").read_text())["outputs"]
 
 
+def test_a_round_step_stock_is_cut_though_the_mesh_saw_its_triangles(tmp_path: Path) -> None:
+    import cadquery as cq
+
+    bar = cq.Workplane().circle(9).extrude(-4).translate((5, 9, 0))
+    cq.exporters.export(bar, str(tmp_path / "bar.step"))
+    swap = {"box = { min = [0, 0, -4], max = [10, 18, 0] }": 'step = "bar.step"'}
+    program = "G21 G17 G90 G94\nT1 M6\nS8000 M3\nG0 X-20 Y9 Z5\nG1 Z-1 F500\nG1 X30\nM30\n"
+    result = run(Job.load(write_job(tmp_path, swap=swap, program=program)), brep="all")
+    # a slot 4 mm wide along the diameter, 1 mm deep: 2 (h sqrt(R^2 - h^2) + R^2 asin(h / R)), h = 2
+    slot = 2 * (2 * np.sqrt(81 - 4) + 81 * np.arcsin(2 / 9))
+    last = result.blocks.row(-1, named=True)
+    assert last["removed_brep_mm3"] == pytest.approx(slot, rel=1e-6)
+    assert not last["removed_lo_mm3"] <= slot <= last["removed_hi_mm3"]  # the triangles lack some of it
+    result.write(tmp_path / "out", stock=("step",))
+    assert "stock_step_refused" not in result.summary
+    assert read_step(tmp_path / "out" / "stock.step").volume == pytest.approx(81 * pi * 4 - slot, rel=1e-6)
+
+
 def test_an_open_workpiece_is_refused_and_several_pieces_with_a_hole_are_not() -> None:
     import cadquery as cq
 

@@ -146,11 +146,7 @@ def brep_columns(
     from vmachining.engines.brep import check_blocks
 
     numbers = chosen(asked, rows)
-    # the mesh brackets are those of the triangulated stock, this engine has the curved one
-    brackets = {
-        int(k): Bracket(max(0.0, lo - slack), mid, hi + slack)
-        for k, lo, mid, hi in rows.select("block", "removed_lo_mm3", "removed_mm3", "removed_hi_mm3").iter_rows()
-    }  # fmt: skip
+    brackets = dict(zip((int(k) for k in rows["block"]), _brackets(rows, slack), strict=True))
     want = {k: brackets[k] for k in numbers}
     sweeps = [_sweeps(block, program, tools, job.machine) for block in blocks[: max(numbers, default=-1) + 1]]
     verdicts: dict[int, Verdict] = {}
@@ -183,6 +179,8 @@ def brep_columns(
 def write_step(result: RunResult, path: Path) -> None:
     """Write the finished workpiece of a run as STEP, each face named by its block, line and tool.
 
+    The cut of every block is gated by its bracket, as in `brep_columns`.
+
     Raises
     ------
     InputError
@@ -195,14 +193,19 @@ def write_step(result: RunResult, path: Path) -> None:
     job, program = result.job, result.program
     tools = {number: ToolParts.of(tool) for number, tool in job.tools.items()}
     blocks = list(group_blocks(program, job.machine))
-    rows = result.blocks.select("removed_lo_mm3", "removed_mm3", "removed_hi_mm3")
     step_file(
         path,
         blank(job),
         [_sweeps(block, program, tools, job.machine) for block in blocks],
-        [Bracket(*row) for row in rows.iter_rows()],
+        _brackets(result.blocks, float(result.summary.get("stock_slack_mm3", 0.0))),
         [f"block {block.number} line {block.line} tool {block.tool}" for block in blocks],
     )
+
+
+def _brackets(rows: pl.DataFrame, slack: float) -> list[Bracket]:
+    """What every block removes from the stock as it was given: the mesh engine cut its triangles."""
+    table = rows.select("removed_lo_mm3", "removed_mm3", "removed_hi_mm3")
+    return [Bracket(max(0.0, lo - slack), mid, hi + slack) for lo, mid, hi in table.iter_rows()]
 
 
 def _sweeps(

@@ -42,7 +42,8 @@ lies in the cutter (helical entries), and for helices steeper than about the cut
 refused by name, and so are blocks that need one of these as a neighbour. Level arcs around an axis inside the
 cutter are built. A cutter that is not convex on a ramp, and arcs or helices that come back to themselves, are
 several solids whose union is the sweep. A cone's apex brings one edge without length, which OCCT wants there.
-The bracket of a stock from a curved STEP does not know its triangulation, so a right value can be refused there.
+Brackets of the mesh engine are those of the triangles of a curved STEP; jobs widen them by what the triangles
+can change (`stock_slack_mm3` of the summary), so a gate on such a stock is that much weaker.
 A workpiece as STEP is cut block by block in one process: minutes for a hundred blocks, not for thousands.
 """
 

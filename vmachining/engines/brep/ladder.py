@@ -137,7 +137,7 @@ class Ladder:
         tried: list[float | None] = []
         reason, count, slack = "", 0, 0.0
         members = range(int(self._first[block]), int(self._first[block + 1]))
-        plans = [(k, self._index.needed(k, self._box)) for k in members if self._reaches(k)]
+        plans = [(k, self._index.needed(k, self._box)) for k in members if _meets(self._sweeps[k], self._box)]
         for rung in rungs:
             try:
                 value, count, slack = self._climb(plans, rung)
@@ -160,10 +160,6 @@ class Ladder:
             if not plans:
                 break
         return Verdict(Status.REFUSED, None, "", reason, perf_counter() - begin, count, tuple(tried), slack)
-
-    def _reaches(self, k: int) -> bool:
-        lo, hi = self._sweeps[k].bounds
-        return bool((lo < self._box[1]).all() and (hi > self._box[0]).all())
 
     def _common_box(self, k: int) -> float:
         """mm^3 of the box in which a sweep and the stock can meet: no boolean vouches for this one."""
@@ -229,6 +225,12 @@ class Ladder:
                 self._made.pop(next(iter(self._made)))
             self._made[k] = _solids(self._sweeps[k])
         return self._made[k]
+
+
+def _meets(sweep: Sweep, box: Floats) -> bool:
+    """Whether the box of a sweep meets another one."""
+    lo, hi = sweep.bounds
+    return bool((lo < box[1]).all() and (hi > box[0]).all())
 
 
 def _within(sweep: Sweep, box: Floats) -> Sweep:

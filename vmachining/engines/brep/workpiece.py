@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.ladder import SLACK_MM3, Blank, _minus, _within
+from vmachining.engines.brep.ladder import SLACK_MM3, Blank, _meets, _minus, _within
 from vmachining.engines.brep.ladder import _box as box_of
 from vmachining.engines.brep.measure import volume
 from vmachining.engines.brep.near import SweepIndex
@@ -50,6 +50,7 @@ def workpiece(stock: Blank, blocks: Sequence[Sequence[Sweep]], brackets: Sequenc
     box = box_of(shape)
     before = volume(shape)
     for number, (sweeps, bracket) in enumerate(zip(blocks, brackets, strict=True)):
+        sweeps = [sweep for sweep in sweeps if _meets(sweep, box)]
         if bracket.hi <= 0.0 or not sweeps:
             continue
         try:
