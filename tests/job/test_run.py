@@ -263,6 +263,16 @@ def test_swept_volume_is_the_closed_form_in_its_bracket():
     assert bracket.lo < exact < bracket.hi and bracket.width < 0.02 * exact
 
 
+def test_the_estimate_of_a_waisted_tool_lies_between_its_inner_and_outer_solid():
+    waist = vm.ProfileTool(points=[[0, 0], [5, 0], [8, 5], [6, 10], [6, 20]])
+    ramp = vm.Sweep(waist, (0, 0, 0), (20, 7, 3))
+    assert ramp.volume is None  # so the estimate is that of the fair solid
+    bracket = vm.swept_volume(ramp)
+    inner, outer = (vm.engines.mesh.solid(ramp, side=side).volume() for side in ("inner", "outer"))
+    assert (bracket.lo, bracket.hi) == (inner, outer)
+    assert inner <= bracket.estimate <= outer
+
+
 def test_the_package_root_is_lazy_and_complete():
     assert sorted(vm.__all__) == vm.__all__
     for name in vm.__all__:

@@ -183,3 +183,15 @@ def test_passing_a_singularity_takes_many_blocks_or_is_refused():
 def test_refusals(make, message):
     with pytest.raises(KinematicsError, match=message):
         make(preset("ac-table"))
+
+
+def test_pieces_do_not_end_in_other_joints_than_the_whole():
+    """The same tool axis by the other branch: the great circle gets to the pose, not to these joints."""
+    m = preset("ac-table")
+    first, last = m.joints(a=[10.0, 20.0], c=[30.0, 40.0])
+    (other,) = m.joints(a=[-20.0], c=[220.0])
+    np.testing.assert_allclose(m.forward(last).axis, m.forward(other).axis, atol=1e-14)
+    other, _ = m.place(other, m.forward(last).tip)
+    assert np.array_equal(TcpMotion(m, first, last, orientation="vector").split([0.4])[-1].last, last)
+    with pytest.raises(KinematicsError, match="another joint position"):
+        TcpMotion(m, first, other, orientation="vector").split([0.4])

@@ -68,6 +68,14 @@ def test_compensated_blocks_get_one_feed_and_are_not_cut():
     assert written.unsplit == (3,)
 
 
+def test_inverse_time_under_compensation_counts_the_programmed_length():
+    text = "G21 S1 M3\nF100 G41.1 D6 G1 X20\nG93 Y20 F5\nX0 F5\nG94 G1 Y-20 F100\nG40 Y-40\nM2\n"
+    again, written = rewrite(text, {3: (37.0,), 4: (40.0,)})
+    # 37 / 20 and 40 / 20 per minute, 20 mm being programmed whatever the offset path is
+    assert b"Y20 F1.85\nX0 F2.0\n" in written.data
+    assert {m.line: m.feed_mm_min for m in again.moves}[4] == pytest.approx(40)
+
+
 def test_nothing_is_cut_under_rotated_coordinates():
     text = HEAD + "G10 L2 P1 R30\nG1 X40 Y10\nG1 X0 Y0\nM2\n"
     _, written = rewrite(text, {5: (30.0, 50.0)})

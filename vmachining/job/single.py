@@ -30,25 +30,30 @@ def swept_volume(sweep: Sweep, chord: float = CHORD_MM) -> Bracket:
     -------
     Bracket
         lo and hi are the volumes of the inner and the outer solid of the mesh engine. estimate is the closed
-        form or flux integral where the sweep has one (`sweep.volume`), otherwise the volume of the fair solid.
+        form or flux integral where the sweep has one (`sweep.volume`), otherwise the volume of the fair solid,
+        or the end of the bracket it lies beyond.
 
     Raises
     ------
     EngineError
-        The kernel failed, or its solids and the formula contradict each other.
+        The kernel failed, its inner solid is larger than its outer one, or the formula contradicts them.
     """
     standing = sweep.upright()
     if standing is not None:  # a leaning tool that does not turn: as if it stood, where walls are exact
         sweep = standing[0]
     lo, hi = (float(solid(sweep, chord=chord, side=side).volume()) for side in ("inner", "outer"))
     exact = sweep.volume
-    estimate = exact if exact is not None else float(solid(sweep, chord=chord, side="fair").volume())
-    bracket, noise = Bracket(min(lo, estimate), estimate, max(hi, estimate)), ROUNDING * hi
-    if exact is not None and not Bracket(lo, estimate, hi).holds(exact, slack=noise):
+    noise = ROUNDING * hi
+    if lo > hi + noise:
+        raise EngineError(f"the inner solid has {lo:.9g} mm3, the outer one {hi:.9g}", engine="mesh")
+    if exact is None:  # the fair solid is a guess: it moves neither bound
+        fair = float(solid(sweep, chord=chord, side="fair").volume())
+        return Bracket(min(lo, hi), min(max(fair, min(lo, hi)), hi), hi)
+    if not lo - noise <= exact <= hi + noise:
         raise EngineError(
             f"the formula gives {exact:.9g} mm3, outside of [{lo:.9g}, {hi:.9g}]", engine="mesh"
         )
-    return bracket
+    return Bracket(min(lo, exact), exact, max(hi, exact))
 
 
 def sweep_record(sweep: Sweep, chord: float = CHORD_MM) -> dict[str, Any]:

@@ -170,12 +170,7 @@ def straighten(
     worst = float(_bound(machine, motion.first[None], motion.last[None], SAMPLES)[0])
     count = int(pieces([worst], tolerance_mm)[0])
     while count <= MAX_PIECES:
-        joints = motion.joints(np.linspace(0.0, 1.0, count + 1))
-        if np.abs(joints[-1] - motion.last).max() > 1e-6:
-            raise KinematicsError("the great circle ends in another joint position than asked for",
-                                  remedy="take the ends from `follow`")  # fmt: skip
-        # the inverse returns the ends to rounding; the block must meet its neighbours exactly
-        joints = np.concatenate([[motion.first], joints[1:-1], [motion.last]])
+        joints = motion.whole(np.linspace(0.0, 1.0, count + 1))
         worst = float(_bound(machine, joints[:-1], joints[1:], 5).max())
         if worst <= tolerance_mm:
             return joints

@@ -30,6 +30,8 @@ __all__ = ["JointMotion", "TcpMotion", "derivative_bounds", "tip_lengths"]
 GAUSS = np.polynomial.legendre.leggauss(16)
 UPRIGHT_EPS = 1e-12
 """Largest component of the axis across z that is rounding."""
+SAME_JOINTS = 1e-6
+"""mm or rad; what the inverse returns for a pose differs by less from the joints it was made of."""
 HARMONICS = 3
 """Each rotary joint multiplies the number of harmonics of the axis by this: w becomes w, w + r and w - r."""
 
@@ -171,6 +173,23 @@ class TcpMotion:
             raise KinematicsError("two slides are parallel on the way (slide singularity)")
         return q
 
+    def whole(self, t: ArrayLike) -> Floats:
+        """`joints` at parameters (k,) that run from 0 to 1, with both ends exactly as given.
+
+        Raises
+        ------
+        KinematicsError
+            As `joints`, and where the great circle leads to other joints of the same pose than `last`.
+        """
+        joints = self.joints(t)
+        # the inverse returns the ends to rounding; the block must meet its neighbours exactly
+        for k, own in ((0, self.first), (-1, self.last)):
+            if np.abs(joints[k] - own).max() > SAME_JOINTS:
+                raise KinematicsError("the great circle ends in another joint position than asked for",
+                                      remedy="take the ends from `follow`")  # fmt: skip
+            joints[k] = own
+        return joints
+
     def position(self, t: ArrayLike) -> Floats:
         """(..., 3) mm, tip; the ends are hit exactly."""
         s = np.asarray(t, dtype=np.float64)[..., None]
@@ -239,12 +258,14 @@ class TcpMotion:
         return _is_upright(self)
 
     def split(self, fractions: Sequence[float]) -> list[TcpMotion]:
-        """Pieces between consecutive fractions (0 and 1 are added)."""
-        joints = self.joints([0.0, *fractions, 1.0])
-        # the inverse returns the ends to rounding; pieces start and end exactly where the whole does
-        for k, own in ((0, self.first), (-1, self.last)):
-            if np.abs(joints[k] - own).max() < 1e-9:
-                joints[k] = own
+        """Pieces between consecutive fractions (0 and 1 are added).
+
+        Raises
+        ------
+        KinematicsError
+            As `whole`.
+        """
+        joints = self.whole([0.0, *fractions, 1.0])
         return [
             TcpMotion(self.machine, a, b, orientation=self.orientation) for a, b in pairwise(joints)
         ]  # fmt: skip

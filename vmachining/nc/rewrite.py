@@ -31,6 +31,7 @@ from vmachining.errors import FeedError, NCError
 from vmachining.nc.lexer import MAX_LINE, LexedLine, Word, lex_line
 from vmachining.nc.rewrite_pieces import LineEdit, Modes, Pieces, move_path, number_text, split_block
 from vmachining.nc.rewrite_regions import find_regions
+from vmachining.nc.run import SLOWEST_MM_MIN
 from vmachining.tolerance import LENGTH_EPS_MM
 
 if TYPE_CHECKING:
@@ -364,15 +365,13 @@ def _decode(data: bytes) -> tuple[bytes, str, str]:
 
 
 def _driven_length(move: Move, feed_word: Word | None) -> float:
-    """mm of a whole block, for inverse time: as the reader measured it (arcs), or its path."""
+    """mm of a whole block, for inverse time: as the reader measured it (arcs, cutter compensation), or its path."""
     path = move_path(move)
     if path is None or path.length <= LENGTH_EPS_MM:
         return 0.0
-    if feed_word is not None and feed_word.value and move.feed_mm_min:
-        said = move.feed_mm_min / feed_word.value
-        # further off than the radii of an arc may differ: the reader bounded the feed from below
-        return said if abs(said - path.length) <= 1e-3 * path.length else path.length
-    return path.length
+    if feed_word is not None and feed_word.value and move.feed_mm_min and move.feed_mm_min > SLOWEST_MM_MIN:
+        return move.feed_mm_min / feed_word.value
+    return path.length  # the F is computed, or the reader bounded the feed from below
 
 
 def _floor_text(number: float, decimals: int) -> str:

@@ -53,8 +53,8 @@ def read_reference(reference: Path | str | RunResult) -> Reference:
     Raises
     ------
     InputError
-        No such folder, not a complete result, a file that changed since the pack was made, a table that
-        lacks a column or a value.
+        No such folder, not a complete result, a file that changed since the pack was made or is not one of
+        its own, a table that lacks a column or a value.
     """
     if isinstance(reference, RunResult):
         return _checked(reference.blocks, reference.summary, reference.job.name, "result")
@@ -80,6 +80,8 @@ def read_reference(reference: Path | str | RunResult) -> Reference:
     path = folder / "blocks.parquet"
     if not path.is_file():
         path = folder / "blocks.csv"
+    if isinstance(files, dict) and files and path.name not in files:
+        raise InputError("is not a file of this pack", file=str(path), remedy="fetch the pack again")
     try:
         blocks = (
             pl.read_parquet(path)
