@@ -1,9 +1,9 @@
-"""What start and end caps, rails and side faces of all upright sweeps have in common.
+"""What start and end caps, rails and side faces of all sweeps have in common.
 
-Symbols: a pose is a tip and a heading e (unit, horizontal); u is the angle about the tool axis from e, counter-
-clockwise seen from above; beta the angle of the meridian's normal above the horizontal. Segment k of the
-meridian runs from joint k to joint k + 1; arcs are cut where beta = 0, so that no face reaches across the
-outer equator of a torus, where OCCT has its seam.
+Symbols: a pose is a tip, a tool axis (mostly +z) and a heading e (unit, square to it); u is the angle about the
+axis from e, counterclockwise seen from above; beta the angle of the meridian's normal above the disc of the
+tool. Segment k of the meridian runs from joint k to joint k + 1; arcs are cut where beta = 0, so that no face
+reaches across the outer equator of a torus, where OCCT has its seam.
 """
 
 from __future__ import annotations
@@ -72,14 +72,15 @@ class Tool:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pose:
-    """Where the tool stands: tip (3,) mm, heading (3,) unit and horizontal."""
+    """Where the tool stands: tip (3,) mm, heading (3,) unit and square to the axis (3,) unit."""
 
     tip: Floats
     heading: Floats
+    axis: Floats = field(default_factory=lambda: UP)
     left: Floats = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "left", np.cross(UP, self.heading))
+        object.__setattr__(self, "left", np.cross(self.axis, self.heading))
 
     def radial(self, u: float) -> Floats:
         """(3,) unit outward at angle u."""
@@ -87,15 +88,15 @@ class Pose:
 
     def point(self, r: float, z: float, u: float) -> Floats:
         """(3,) mm."""
-        return np.asarray(self.tip + r * self.radial(u) + z * UP)
+        return np.asarray(self.tip + r * self.radial(u) + z * self.axis)
 
     def normal(self, beta: float, u: float) -> Floats:
         """(3,) outward normal of the tool."""
-        return np.asarray(np.cos(beta) * self.radial(u) + np.sin(beta) * UP)
+        return np.asarray(np.cos(beta) * self.radial(u) + np.sin(beta) * self.axis)
 
     def ring(self, r: float, z: float, ua: float, ub: float) -> Circle:
         """Arc of a circle of the tool from ua to ub > ua; the parameter is the angle."""
-        return Circle(Frame(self.tip + z * UP, UP, self.heading), r, ua, ub)
+        return Circle(Frame(self.tip + z * self.axis, self.axis, self.heading), r, ua, ub)
 
     def surface(
         self, s: Segment, middle: float, region: Floats | None = None, hints: Floats | None = None
@@ -105,7 +106,7 @@ class Pose:
         region : (n, 3) unit normals of the face, wanted for a ball to put its poles elsewhere.
         hints : (m, 3) directions that could be such a pole.
         """
-        return around(self.tip, -self.radial(middle), s, s.cr, region, hints)
+        return around(self.tip, -self.radial(middle), s, s.cr, region, hints, self.axis)
 
 
 def around(
@@ -115,20 +116,21 @@ def around(
     major: float,
     region: Floats | None = None,
     hints: Floats | None = None,
+    axis: Floats = UP,
 ) -> Surface:
-    """Surface of a meridian segment turned about the upright axis through `center`.
+    """Surface of a meridian segment turned about an axis through `center`.
 
     s : segment with radii about this axis; major : radius of the circle of centres of an arc; seam : where
     u = 0.
     """
     if s.is_arc:
-        place = center + s.cz * UP
+        place = center + s.cz * axis
         if abs(major) <= FLAT:
             assert region is not None
             return Sphere(sphere_frame(place, region, hints), s.radius)
         middle = 1.75 * np.pi if s.z0 + s.z1 < 2.0 * s.cz else 0.25 * np.pi
-        return Torus(Frame(place, UP, seam), major, s.radius, (np.pi, middle))
-    frame = Frame(center + s.z0 * UP, UP, seam)
+        return Torus(Frame(place, axis, seam), major, s.radius, (np.pi, middle))
+    frame = Frame(center + s.z0 * axis, axis, seam)
     if s.z0 == s.z1:
         return Plane(frame)
     if abs(s.r0 - s.r1) <= FLAT:
@@ -136,13 +138,13 @@ def around(
     return Cone(frame, s.r0, float(np.arctan2(s.r1 - s.r0, s.z1 - s.z0)))
 
 
-def meridian_curve(center: Floats, radial: Floats, s: Segment) -> Curve:
+def meridian_curve(center: Floats, radial: Floats, s: Segment, axis: Floats = UP) -> Curve:
     """The segment in the half plane through the axis and `radial`; of an arc the parameter is beta."""
     if s.is_arc:
-        place = center + s.cr * radial + s.cz * UP
+        place = center + s.cr * radial + s.cz * axis
         b0, b1 = s.beta
-        return Circle(Frame(place, np.cross(radial, UP), radial), s.radius, b0, b1)
-    return Straight(center + s.r0 * radial + s.z0 * UP, center + s.r1 * radial + s.z1 * UP)
+        return Circle(Frame(place, np.cross(radial, axis), radial), s.radius, b0, b1)
+    return Straight(center + s.r0 * radial + s.z0 * axis, center + s.r1 * radial + s.z1 * axis)
 
 
 def sphere_frame(center: Floats, region: Floats, hints: Floats | None = None) -> Frame:
@@ -186,6 +188,10 @@ class Rings:
                 known.append(u)
         known.sort()
 
+    def put(self, joint: int, ua: float, ub: float, edge: Edge) -> None:
+        """An edge made elsewhere, to be taken from angle ua up to ub."""
+        self._made[_key(joint, ua, ub)] = edge
+
     def arcs(self, joint: int, ua: float, ub: float) -> list[Edge]:
         """Edges from angle ua up to ub; both must be breaks. None of no length or radius."""
         r, z = self._tool.joints[joint].tolist()
@@ -198,9 +204,17 @@ class Rings:
         stops = [ua, *inner, ub]
         out = []
         for a, b in pairwise(stops):
-            turn = 2.0 * np.pi * np.floor((a + 1e-12) / (2.0 * np.pi))
-            key = (joint, round(a - turn, 10), round(b - turn, 10))
+            key = _key(joint, a, b)
             if key not in self._made:
+                turn = _turns(a)
                 self._made[key] = self._builder.edge(self._pose.ring(r, z, a - turn, b - turn))
             out.append(self._made[key])
         return out
+
+
+def _turns(u: float) -> float:
+    return 2.0 * np.pi * float(np.floor((u + 1e-12) / (2.0 * np.pi)))
+
+
+def _key(joint: int, ua: float, ub: float) -> tuple[int, float, float]:
+    return joint, round(ua - _turns(ua), 10), round(ub - _turns(ua), 10)

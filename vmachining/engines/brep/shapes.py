@@ -40,6 +40,7 @@ __all__ = [
     "Cylinder",
     "Extrusion",
     "Frame",
+    "Part",
     "Plane",
     "Sphere",
     "Spline",
@@ -49,6 +50,7 @@ __all__ = [
     "Torus",
     "interpolated",
     "knots_of",
+    "nodes_for",
     "pnt",
     "solved",
 ]
@@ -225,6 +227,25 @@ class Spline(Curve):
         return Spline(BSpline(s.t, s.c + shift, s.k), self.error)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Part(Curve):
+    """A curve between two of its parameters."""
+
+    whole: Curve
+    t0: float
+    t1: float
+
+    @property
+    def geom(self) -> Any:
+        return self.whole.geom
+
+    def at(self, t: Floats) -> Floats:
+        return self.whole.at(t)
+
+    def moved(self, shift: Floats) -> Part:
+        return Part(self.whole.moved(shift), self.t0, self.t1)
+
+
 def knots_of(spline: BSpline) -> tuple[Any, Any]:
     """Distinct knots and multiplicities as OCCT arrays."""
     values, counts = np.unique(spline.t, return_counts=True)
@@ -240,6 +261,17 @@ def interpolated(
 ) -> Spline:
     """Quintic spline through exact points of f on [a, b], with more nodes where it misses by more than `tol`.
 
+    `Spline.error` carries what was reached; see `nodes_for`.
+    """
+    nodes, error = nodes_for(f, a, b, tol, first=first, most=most)
+    return Spline(make_interp_spline(nodes, f(nodes), k=DEGREE), error)
+
+
+def nodes_for(
+    f: Callable[[Floats], Floats], a: float, b: float, tol: float, *, first: int = 9, most: int = 1200
+) -> tuple[Floats, float]:
+    """Where a quintic spline has to meet f on [a, b], and by how much it misses f between.
+
     Parameters
     ----------
     f : callable
@@ -249,8 +281,7 @@ def interpolated(
 
     Notes
     -----
-    The error is measured at the quarters of every interval. `Spline.error` carries what was reached; nodes
-    end at `most`.
+    The error is measured at the quarters of every interval; nodes end at `most`.
     """
     nodes = np.linspace(a, b, max(first, DEGREE + 1))
     while True:
@@ -261,7 +292,7 @@ def interpolated(
         worst = miss.max(axis=1)
         bad = worst > tol
         if not bad.any() or len(nodes) >= most:
-            return Spline(spline, float(worst.max()))
+            return nodes, float(worst.max())
         bad[:-1] |= worst[1:] > tol  # neighbours too: neighbouring intervals of very unequal length oscillate
         bad[1:] |= worst[:-1] > tol
         nodes = np.sort(np.concatenate([nodes, probes[bad, 1]]))
