@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import FrameType
@@ -33,14 +33,15 @@ from vmachining.job.files import (
     write_json,
 )
 from vmachining.job.jobfile import Job
-from vmachining.job.paths import move_path, settled
+from vmachining.job.paths import move_path
+from vmachining.job.reading import read_job_program, refuse_unknown_tools
 from vmachining.job.result import RunResult
 from vmachining.job.schedule import compare, plan, sample_count
 from vmachining.job.simulate import Progress, Stage
 from vmachining.job.stock import RawStock, raw_stock
 from vmachining.job.table import RowFile, finish, read_partial
 from vmachining.job.timing import MoveTimes, machine_limits, move_times
-from vmachining.nc import Motion, Program, ToolEntry, read_program
+from vmachining.nc import Motion, Program
 from vmachining.nc.rewrite import rewrite_feeds
 from vmachining.sweep import Sweep
 
@@ -54,8 +55,6 @@ MAX_WORKERS = 8
 """Neighbouring tiles have few colours, so more processes would wait for each other."""
 
 NO_BREP = {"asked": 0, "agreed": 0, "retried": 0, "refused": 0}
-NO_END = frozenset({"E401"})
-"""A program without M2 or M30 still cuts what it cuts: the tester reports it, a simulation does not mind."""
 
 
 def refuse_later(engine: str) -> None:
@@ -171,7 +170,7 @@ class _Run:
         """What is refused here is refused before the first byte: an earlier result stays as it is."""
         job = self.job
         tools = {number: ToolParts.of(tool) for number, tool in job.tools.items()}
-        program = self._read(job.program_path)
+        program = read_job_program(job)
         blocks = list(group_blocks(program, job.machine))
         if not blocks:
             raise NCError(
@@ -196,7 +195,7 @@ class _Run:
             written = rewrite_feeds(program, schedule.edits())
             target = self.folder / "scheduled.nc"
             write_atomic(target, written.data)
-            again = self._read(target)
+            again = read_job_program(job, target)
             after = move_times(again, limits, job.machine, block_delete=skips)
             self._stage(
                 "scheduled",
@@ -236,42 +235,11 @@ class _Run:
 
     # -- program and stock ---------------------------------------------------------------------------------
 
-    def _read(self, path: Path) -> Program:
-        """A program without errors, read with the tools of the job."""
-        table = {
-            number: ToolEntry(number, 2.0 * tool.profile.max_radius, tool.length)
-            for number, tool in self.job.tools.items()
-        }
-        keys = self.job.keys.program
-        options: dict[str, Any] = {
-            "dialect": keys.dialect, "tools": table, "home": self.job.home, "block_delete": keys.block_delete,
-            "crc_entry": keys.crc_entry, "crc_corner": keys.crc_corner, "rotary": _rotary_letters(self.job),
-        }  # fmt: skip
-        program = read_program(path, **options)
-        if not program.data.strip():
-            raise NCError("the program is empty", file=str(path), line=1, remedy="is it the right file?")
-        program.require_clean(allow=NO_END)
-        only = next(iter(self.job.tools))
-        cutting = (m for m in program.moves if m.motion not in (Motion.RAPID, Motion.DWELL))
-        if len(self.job.tools) == 1 and all(m.tool in (0, only) for m in cutting):
-            # no other T word and one tool in the job: that one is meant
-            moves = tuple(move._replace(tool=only) if move.tool == 0 else move for move in program.moves)
-            program = replace(program, moves=moves)
-        return settled(program, self.job.machine)
-
     def _refuse_early(self, program: Program, tools: Mapping[int, ToolParts], stock: RawStock) -> None:
         """No simulation for a cut without a tool, or for a path that by its box alone misses the stock."""
         lo, hi = stock.mesh.bounds
         cutting = [m for m in program.moves if m.motion not in (Motion.RAPID, Motion.DWELL)]
-        for move in cutting:
-            if move.tool not in tools:
-                known = ", ".join(map(str, sorted(tools)))
-                raise NCError(
-                    f"cuts with tool {move.tool}, which is not in the tool table (it has {known})",
-                    file=program.name,
-                    line=move.line,
-                    remedy=f"add a [[tools]] table with number = {move.tool}, or correct the T word",
-                )
+        refuse_unknown_tools(program, tools, ", ".join(map(str, sorted(tools))))
         for move in cutting:
             cutter = tools[move.tool].cutter
             a, b = Sweep.along(cutter, move_path(move, self.job.machine)).bounds
@@ -430,12 +398,6 @@ class _Run:
         if (report := result.schedule) is not None:
             summary |= {"unsplit_lines": list(report.unsplit), "untouched_lines": list(report.untouched)}
         return summary
-
-
-def _rotary_letters(job: Job) -> str:
-    """Letters of the rotary axes that the machine of the job has."""
-    names = job.machine.names if job.machine is not None else ()
-    return "".join(letter for letter in "ABC" if letter in names)
 
 
 def _job_notes(stock: RawStock, chord: float) -> list[str]:

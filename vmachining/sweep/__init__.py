@@ -26,6 +26,7 @@ membership, distance, and where a ray is inside.
 | `volume.py` | `swept_volume` and its cases, `shadow` |
 | `grazing.py` | the condition N . V = 0 on circles, discs and edges of any body of revolution |
 | `weinert.py` | the explicit profiles of toroidal and cylindrical cutters, with corrected equations |
+| `stance.py` | `Stance`: the tool at one instant, its surface by rotation angle |
 | `topology.py` | `breaks`: instants at which the grazing curve changes its shape |
 | `_kernels.py` | distances and ray intervals of bodies that only translate, in numba |
 | `turned/` | the same where the axis turns |
@@ -48,8 +49,9 @@ and more.
 
 from vmachining.sweep.motion import Motion, RayIntervals, Sweep
 from vmachining.sweep.pose import Pose
+from vmachining.sweep.stance import Stance
 from vmachining.sweep.topology import breaks
 from vmachining.sweep.turning import Turn
 from vmachining.sweep.volume import shadow, swept_volume
 
-__all__ = ["Motion", "Pose", "RayIntervals", "Sweep", "Turn", "breaks", "shadow", "swept_volume"]
+__all__ = ["Motion", "Pose", "RayIntervals", "Stance", "Sweep", "Turn", "breaks", "shadow", "swept_volume"]

@@ -14,6 +14,7 @@ volumes) is written once.
 |---|---|
 | `profile.py` | `Profile`, `Segment`: the meridian and what follows from it |
 | `cover.py` | `convex_cover`: overlapping convex pieces |
+| `edge.py` | `Edge`: the cutting edge as a curve, straight or with a constant lead |
 | `cutters.py` | `FlatEnd`, `BallNose`, `BullNose`, `Taper`, `ProfileTool` and their common base `Cutter` |
 | `apt.py` | `AptTool`: the seven parameters of APT |
 | `table.py` | `tool_from_mapping`: one `[[tools]]` table of a job file |
@@ -25,12 +26,13 @@ tool is closed by a flat disc at `length`; above the flutes it keeps the cutter'
 separate profile.
 
 Known limits: a meridian never falls in z (no hollow bottom), arcs only bulge outward, free meridians are
-polylines. Teeth and helix are numbers, not geometry.
+polylines. Teeth are a number; the helix is one too, until somebody asks for an `Edge`.
 """
 
 from vmachining.tool.apt import AptTool
 from vmachining.tool.cover import convex_cover
 from vmachining.tool.cutters import BallNose, BullNose, Cutter, FlatEnd, ProfileTool, Taper, Tool
+from vmachining.tool.edge import Edge, EdgeParts, EdgePoints
 from vmachining.tool.profile import Profile, Segment
 from vmachining.tool.table import tool_from_mapping
 
@@ -39,6 +41,9 @@ __all__ = [
     "BallNose",
     "BullNose",
     "Cutter",
+    "Edge",
+    "EdgeParts",
+    "EdgePoints",
     "FlatEnd",
     "Profile",
     "ProfileTool",

@@ -1,0 +1,76 @@
+"""What the tool touches: engaged intervals of its cutting edge for every rotation angle, at one instant of a block.
+
+Goal: the numbers that force models need and that approximate methods are checked against, with ends that are
+roots and not samples.
+
+1. `Stance` (sweep room) is the tool at fraction p of a block: tip, axis, their rates, and the tool frame in which
+   the rotation angle phi is counted.
+2. `Edge` (tool room) is the meridian, straight or wound with constant lead, by its arc length s.
+3. A point of the edge cuts when its surface moves into what lies before it, N . V > 0 (`facing_parts`), and when
+   that is material: in the stock, in no earlier sweep. The edge is divided at the sign changes of these
+   conditions, one after the other (`divided`): functions that change no faster than the way between two points
+   prove cells empty of roots, the others are halved to 0.01 mm.
+4. `contact` turns the edge through a grid of angles and narrows the ends of the engaged arcs to 1e-9 rad.
+5. `Engagement` holds the outcome: intervals with their lower and upper engagement points, lengths of cut, arcs,
+   axial and radial depth, area, chip area per feed, removed volume per mm, table and map.
+
+| file | holds |
+|---|---|
+| `extract.py` | `contact`, `engaged_parts`, `facing_parts` |
+| `workpiece.py` | `RayWorkpiece`: stock minus earlier sweeps by exact distances; `sweeps_near`; `By`: what ends an interval |
+| `divide.py` | `divided`: sign changes along edges |
+| `stocks.py` | `BoxStock`, `CylinderStock`, `MeshStock` |
+| `result.py` | `Engagement`, `EngagementMap` |
+
+Jobs are wired to this in `vmachining.job.engage`, where the B-rep takes the place of `RayWorkpiece`; pictures are
+drawn in `vmachining.report`.
+
+The touch with its own past
+---------------------------
+The tool stands on the boundary of what it has swept so far, so "not yet removed" cannot be asked of its points by
+a sign. Two statements replace it. Behind (N . V < 0) the surface has passed through the point. In front
+(N . V > 0) the point was outside of the tool an instant before, and only a pose farther back can have covered it:
+never where a convex cutter goes straight, because the tangent plane at the point moves away from the earlier
+poses. Elsewhere the sweep of the block's first part is asked, and covers what lies deeper in it than `Past.touch`.
+The same slack counts for earlier sweeps (at p = 0 the tool stands on the end pose of the block before) and for the
+stock, whose surface belongs to it. It moves ends by 1e-9 mm (2e-7 mm at sweeps that turn) over the sine of the
+angle between edge and surface. Stretches shorter than 0.02 mm that go no deeper than the slack are a touch of two
+round surfaces and are left out.
+
+Conventions: phi from the second direction of the tool frame (+y of an upright tool) towards the first (+x),
+clockwise seen from the spindle; phi + feed_angle = 90 degrees straight ahead. s from the lowest point of the
+meridian off the bottom disc; with `bottom` the edge goes on to the axis, s < 0. Only the part that cuts
+(`flute_length`) has an edge. Source of angle, edge parameter and facing condition: the staircase and patch models
+of analytical boundary simulation (Hendriko, five-axis milling, chapters 5 and 6), rederived; depth and chip area
+are the exact ones, not the printed ones.
+
+Known limits: gaps and contacts shorter than 0.01 mm along the edge, or narrower in phi than the grid, may be
+missed. A mesh (STL, or a STEP in method dexel) is as exact as its triangles. Cost: some ms without earlier
+sweeps, then about 5 ms per straight sweep near the tool and 50 to 500 ms per one that turns, for 360 angles.
+"""
+
+from vmachining.engagement.divide import RESOLUTION_MM
+from vmachining.engagement.extract import Contact, contact, engaged_parts, facing_parts
+from vmachining.engagement.result import COLUMNS, Engagement, EngagementMap
+from vmachining.engagement.stocks import BoxStock, CylinderStock, MeshStock, Stock
+from vmachining.engagement.workpiece import By, Past, RayWorkpiece, Workpiece, sweeps_near
+
+__all__ = [
+    "COLUMNS",
+    "RESOLUTION_MM",
+    "BoxStock",
+    "By",
+    "Contact",
+    "CylinderStock",
+    "Engagement",
+    "EngagementMap",
+    "MeshStock",
+    "Past",
+    "RayWorkpiece",
+    "Stock",
+    "Workpiece",
+    "contact",
+    "engaged_parts",
+    "facing_parts",
+    "sweeps_near",
+]

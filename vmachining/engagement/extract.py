@@ -1,0 +1,142 @@
+"""From a tool at one instant and a workpiece to the engaged stretches of its edge, angle by angle."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from vmachining.arrays import Bools, Floats, Ints
+from vmachining.engagement.divide import divided
+from vmachining.engagement.workpiece import By, Past, Workpiece, without
+from vmachining.sweep import Stance
+from vmachining.tool import Edge, EdgeParts
+
+__all__ = ["Contact", "contact", "engaged_parts", "facing_parts"]
+
+IDLE = 1e-12
+"""N . V below this share of the speed of the edge is none: an edge that slides along a wall cuts nothing."""
+
+PHI_RAD = 1e-9
+"""Ends of engaged arcs are narrowed to this."""
+
+FAN = 16
+"""Angles tried at once between an angle that cuts and a neighbour that does not."""
+
+
+class Contact(NamedTuple):
+    """What an edge touches, turned through a grid of angles.
+
+    phi : (n,) rad, the grid first, then the ends of the arcs, inside of each. grid : how many are grid.
+    parts : engaged stretches; `row` counts in phi. arcs : (k, 2) rad, rising, engaged without a gap; an arc over
+    the end of the grid ends beyond 2 pi.
+    """
+
+    phi: Floats
+    grid: int
+    parts: EdgeParts
+    arcs: Floats
+
+
+def facing_parts(edge: Edge, stance: Stance, phi: Floats) -> EdgeParts:
+    """The parts of the edge whose surface moves into what lies before it, N . V > 0."""
+    whole = edge.whole(len(phi), By.EDGE)
+    speed = stance.speed(edge)
+    if speed == 0.0:
+        return whole.take(np.zeros(0, dtype=np.int64))
+    radii = [s.radius for s in edge.segments if s.is_arc]
+    turning = float(np.linalg.norm(stance.axis_rate))
+    # N turns with the arc and with the lag, V changes with the place: a bound of d(N . V)/ds, never 0
+    bend = max((1.0 / r for r in radii), default=0.0) + abs(edge.twist) + 1e-3
+    steep = speed * bend + turning * (1.0 + edge.stretch)
+
+    def behind(row: Ints, piece: Ints, s: Floats) -> Floats:
+        return (IDLE * speed - stance.normal_speed(edge, phi[row], piece, s)) / steep
+
+    return divided(behind, whole, 1.0, By.FACING, inside=True)
+
+
+def engaged_parts(
+    edge: Edge,
+    stance: Stance,
+    phi: Floats,
+    workpiece: Workpiece,
+    own: Sequence[Past] = (),
+    *,
+    facing: bool = True,
+) -> EdgeParts:
+    """Engaged stretches of the edge at phi (n,), see `contact`."""
+    parts = facing_parts(edge, stance, phi) if facing else edge.whole(len(phi), By.EDGE)
+    parts = workpiece.holds(edge, stance, phi, parts)
+    for one in own:
+        parts = without(parts, one, edge, stance, phi, own=True)
+    return parts
+
+
+def contact(
+    edge: Edge,
+    stance: Stance,
+    workpiece: Workpiece,
+    own: Sequence[Past] = (),
+    *,
+    angles: int = 360,
+    facing: bool = True,
+) -> Contact:
+    """What the edge of a tool touches at one instant of a block, at every rotation angle.
+
+    Parameters
+    ----------
+    workpiece : before this block.
+    own : what this block has swept already, left out where it cannot cover the front of the tool.
+    angles : of the grid, 2 pi k / angles.
+    facing : False takes all of the edge, as the geometry tests of the literature do.
+    """
+    phi = 2.0 * np.pi * np.arange(angles) / angles
+
+    def engaged(at: Floats) -> EdgeParts:
+        return engaged_parts(edge, stance, at, workpiece, own, facing=facing)
+
+    parts = engaged(phi)
+    cutting = np.bincount(parts.row, minlength=angles) > 0
+    arcs = _arcs(cutting, phi, engaged)
+    if not len(arcs) or cutting.all():
+        return Contact(phi, angles, parts, arcs)
+    ends = arcs.ravel()
+    more = engaged(ends)
+    more = more._replace(row=more.row + angles)
+    joined = EdgeParts._make(np.concatenate(pair) for pair in zip(parts, more, strict=True))
+    return Contact(np.concatenate([phi, ends]), angles, joined, arcs)
+
+
+def _arcs(cutting: Bools, phi: Floats, engaged: Callable[[Floats], EdgeParts]) -> Floats:
+    """Engaged arcs; the change between two grid angles is narrowed until `PHI_RAD`, its cutting side is kept."""
+    n = len(phi)
+    if cutting.all():
+        return np.array([[0.0, 2.0 * np.pi]])
+    if not cutting.any():
+        return np.empty((0, 2))
+    step = 2.0 * np.pi / n
+    enters = np.flatnonzero(cutting & ~np.roll(cutting, 1))
+    leaves = np.flatnonzero(cutting & ~np.roll(cutting, -1))
+    good = np.concatenate([phi[enters], phi[leaves]])
+    bad = np.concatenate([phi[enters] - step, phi[leaves] + step])
+    share = np.arange(1, FAN) / FAN
+    while np.abs(bad - good).max() > PHI_RAD:
+        tried = good[:, None] + (bad - good)[:, None] * share
+        parts = engaged(tried.ravel())
+        hit = (np.bincount(parts.row, minlength=tried.size) > 0).reshape(tried.shape)
+        last = np.where(
+            hit.all(axis=1), FAN - 1, np.argmin(hit, axis=1)
+        )  # tries that cut, from the good side
+        ladder = np.column_stack([good, tried, bad])
+        every = np.arange(len(good))
+        good, bad = ladder[every, last], ladder[every, last + 1]
+    first, final = good[: len(enters)], good[len(enters) :]
+    if leaves[0] < enters[0]:  # the arc over the end of the grid
+        final = np.roll(final, -1)
+        final[-1] += 2.0 * np.pi
+    out = np.column_stack([first, final])
+    assert all(a[1] < b[0] for a, b in pairwise(out))
+    return out

@@ -1,0 +1,330 @@
+"""`Engagement`: what a tool touches at one instant, as intervals, points, map and sums."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from vmachining.arrays import Floats, Ints
+from vmachining.engagement.extract import Contact
+from vmachining.engagement.workpiece import By
+from vmachining.sweep import Stance
+from vmachining.tool import Edge, EdgeParts
+
+if TYPE_CHECKING:
+    import polars as pl
+
+__all__ = ["COLUMNS", "Engagement", "EngagementMap", "told_by"]
+
+JOINT_MM = 1e-9
+"""Stretches on both sides of a joint of the meridian that come closer than this are one interval."""
+
+GAUSS = 8
+"""Nodes per stretch of integrals along the edge; exact to rounding for arcs up to a quarter turn."""
+
+FULL_TURN = 360.0
+
+COLUMNS = (
+    "block", "line", "at", "phi_deg", "phi_feed_deg", "lower_mm", "upper_mm", "length_mm",
+    "le_x_mm", "le_y_mm", "le_z_mm", "ue_x_mm", "ue_y_mm", "ue_z_mm", "lower_by", "upper_by",
+)  # fmt: skip
+"""Columns of the table, see `Engagement.table`."""
+
+
+class EngagementMap(NamedTuple):
+    """phi : (n,) rad. s : (m + 1,) mm, borders of the cells along the edge. share : (n, m) engaged, 0 to 1."""
+
+    phi: Floats
+    s: Floats
+    share: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Engagement:
+    """Cutter-workpiece engagement at fraction `at` of a block. Lengths in mm, work coordinates, angles in rad.
+
+    edge, stance : the cutting edge; where the tool is, how it moves, its frame.
+    contact : stretches by rotation angle, as extracted.
+    method : "dexel" or "brep". block, line : of the program, where there is one.
+    notes : what a reader must know: what is not in the numbers, how well the stock is known.
+
+    The rotation angle phi is that of the tip of the edge in the tool frame, from its second direction (+y of an
+    upright tool) towards the first (+x): clockwise seen from the spindle. phi + feed_angle is 90 degrees
+    straight ahead of the feed. An interval runs from its lower engagement point LE to the upper one UE; s counts
+    from the lowest point of the meridian off the bottom disc.
+    """
+
+    edge: Edge
+    stance: Stance
+    contact: Contact
+    method: str
+    at: float = 0.0
+    block: int | None = None
+    line: int | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def phi(self) -> Floats:
+        """(n,) rad, the grid."""
+        return self.contact.phi[: self.contact.grid]
+
+    @property
+    def arcs(self) -> Floats:
+        """(k, 2) rad: phi of entry and exit of every engaged arc, to 1e-9; an exit may lie beyond 2 pi."""
+        return self.contact.arcs
+
+    @property
+    def feed_angle(self) -> float | None:
+        """rad to add to phi, so that 90 degrees is straight ahead; None where the feed is along the axis."""
+        return self.stance.feed_angle
+
+    @property
+    def is_air(self) -> bool:
+        """Nothing is touched at any angle of the grid."""
+        return not len(self.contact.parts.row)
+
+    @property
+    def intervals(self) -> EdgeParts:
+        """Engaged intervals on the grid, joined over the joints of the meridian; `piece` is the lowest one."""
+        return _joined(self.contact.parts.take(self.contact.parts.row < self.contact.grid))
+
+    def points(self, parts: EdgeParts, *, upper: bool) -> Floats:
+        """(n, 3) mm: ends of intervals, LE or UE."""
+        s = parts.upper if upper else parts.lower
+        at = self.edge.piece_at(s)
+        return self.stance.points(self.edge, self.contact.phi[parts.row], at, s)
+
+    @property
+    def lengths(self) -> Floats:
+        """(n,) mm: engaged length of the edge at every angle of the grid, the length of cut."""
+        return self._sum(self._edge_lengths(self.contact.parts))[: self.contact.grid]
+
+    @property
+    def chip_per_feed(self) -> Floats:
+        """(n,) mm: chip area of the edge at every angle for a feed of 1 mm per tooth, first order in the feed.
+
+        The integral of N . V / |V_tip| along the meridian. NaN where the tip rests.
+        """
+        return self._sum(self._integrals(self.contact.parts, around=False))[: self.contact.grid]
+
+    @property
+    def removal_per_mm(self) -> float:
+        """mm^2: volume removed per mm of the tip's path at this instant, the integral of N . V over the contact.
+
+        By trapezia over the angles, with the exact ends of the arcs. NaN where the tip rests.
+        """
+        return self._over_phi(self._sum(self._integrals(self.contact.parts, around=True)))
+
+    @property
+    def area(self) -> float:
+        """mm^2 of the surface of the cutter that is engaged."""
+        parts = self.contact.parts
+        return self._over_phi(self._sum(self.edge.moment(parts.piece, parts.lower, parts.upper)))
+
+    @property
+    def area_fraction(self) -> float:
+        """Engaged share of the surface that the edge draws."""
+        return self.area / self.edge.area
+
+    @property
+    def ap(self) -> float:
+        """mm: axial depth, extent of the contact along the tool axis; 0 in air."""
+        return float(np.ptp(self._extremes()[0])) if not self.is_air else 0.0
+
+    @property
+    def ae(self) -> float:
+        """mm: radial depth, extent of the contact across feed and axis; NaN where the feed is axial, 0 in air."""
+        if self.is_air:
+            return 0.0
+        if self.feed_angle is None:
+            return float("nan")
+        return float(np.ptp(self._extremes()[1]))
+
+    def map(self, cells: int = 200) -> EngagementMap:
+        """The map of engagement: share of every cell of the edge that is engaged, at every angle of the grid."""
+        s = np.linspace(self.edge.joints[0], self.edge.joints[-1], cells + 1)
+        share = np.zeros((self.contact.grid, cells))
+        parts = self.intervals
+        for row, lower, upper in zip(parts.row, parts.lower, parts.upper, strict=True):
+            share[row] += np.maximum(np.minimum(s[1:], upper) - np.maximum(s[:-1], lower), 0.0)
+        share /= np.diff(s)
+        return EngagementMap(self.phi, s, share)
+
+    def table(self) -> pl.DataFrame:
+        """One row per interval, angles in degrees; an angle that touches nothing has one row of length 0.
+
+        Columns: block, line, at, phi_deg, phi_feed_deg, lower_mm and upper_mm (s of LE and UE), length_mm (of
+        the edge between them), le_x_mm .. ue_z_mm, lower_by and upper_by ("stock", "block 12", "facing": beyond
+        it the surface leaves the material, "edge": the end of the cutting edge).
+        """
+        import polars as pl
+
+        parts = self.intervals
+        le, ue = self.points(parts, upper=False), self.points(parts, upper=True)
+        length = self._edge_lengths(parts)
+        free = np.setdiff1d(np.arange(self.contact.grid), parts.row)
+        row = np.concatenate([parts.row, free])
+        order = np.lexsort((np.concatenate([parts.lower, np.zeros(len(free))]), row))
+        degrees = FULL_TURN * row / self.contact.grid
+        turn = self.feed_angle
+        blank: list[None] = [None] * len(free)
+        numbers = (parts.lower, parts.upper, *le.T, *ue.T)
+        lower, upper, *ends = ([*column.tolist(), *blank] for column in numbers)
+        data = {
+            "block": [self.block] * len(row), "line": [self.line] * len(row), "at": [self.at] * len(row),
+            "phi_deg": degrees,
+            "phi_feed_deg": None if turn is None else np.round((degrees + np.degrees(turn)) % FULL_TURN, 12),
+            "lower_mm": lower, "upper_mm": upper, "length_mm": np.concatenate([length, np.zeros(len(free))]),
+            **dict(zip(COLUMNS[8:14], ends, strict=True)),
+            "lower_by": [*map(told_by, parts.lower_by), *blank],
+            "upper_by": [*map(told_by, parts.upper_by), *blank],
+        }  # fmt: skip
+        types: dict[str, type[pl.DataType]] = {
+            "block": pl.Int64, "line": pl.Int64, "lower_by": pl.String, "upper_by": pl.String
+        }  # fmt: skip
+        schema = {name: types.get(name, pl.Float64) for name in COLUMNS}
+        return pl.DataFrame(data, schema=schema)[order]
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Sums and angles, as JSON takes them; None where there is no number."""
+        turn = self.feed_angle
+        arcs = np.degrees(self.arcs)
+        fed = None if turn is None else _wrapped(arcs, float(np.degrees(turn)))
+        lengths = self.lengths
+        return {
+            "block": self.block, "line": self.line, "at": self.at, "method": self.method,
+            "tip_mm": self.stance.tip.tolist(), "axis": self.stance.axis.tolist(),
+            "feed": _unit(self.stance.velocity), "feed_angle_deg": None if turn is None else float(np.degrees(turn)),
+            "angles": self.contact.grid, "edge_mm": [float(v) for v in self.edge.joints[[0, -1]]],
+            "arcs_deg": arcs.tolist(), "arcs_feed_deg": fed,
+            "length_max_mm": float(lengths.max()), "length_mean_mm": float(lengths.mean()),
+            "ap_mm": self.ap, "ae_mm": _number(self.ae), "area_mm2": self.area, "area_fraction": self.area_fraction,
+            "removal_mm3_per_mm": _number(self.removal_per_mm), "notes": list(self.notes),
+        }  # fmt: skip
+
+    def to_dict(self) -> dict[str, Any]:
+        """`summary`, and the rows of `table` without block, line and at."""
+        rows = self.table().drop("block", "line", "at").to_dicts()
+        return {**self.summary, "intervals": rows}
+
+    # -- integrals -----------------------------------------------------------------------------------------
+
+    def _sum(self, values: Floats) -> Floats:
+        """(angles,) sums of values of the stretches."""
+        out = np.zeros(len(self.contact.phi))
+        np.add.at(out, self.contact.parts.row, values)
+        return out
+
+    def _nodes(self, parts: EdgeParts) -> tuple[Ints, Ints, Floats, Floats]:
+        """row, piece, s and weight of Gauss nodes, (n * GAUSS,)."""
+        x, w = _gauss()
+        half = 0.5 * (parts.upper - parts.lower)
+        s = (parts.lower + half)[:, None] + half[:, None] * x
+        row, piece = (np.repeat(column, GAUSS) for column in (parts.row, parts.piece))
+        return row, piece, s.ravel(), (half[:, None] * w).ravel()
+
+    def _edge_lengths(self, parts: EdgeParts) -> Floats:
+        """(n,) mm of the edge in space; more than the difference of s where the edge is wound."""
+        if self.edge.twist == 0.0:
+            return np.asarray(parts.upper - parts.lower)
+        # an interval may go over joints: each stretch is measured, and given to the interval that holds it
+        pieces = self.contact.parts
+        _, piece, s, weight = self._nodes(pieces)
+        p = self.edge.at(piece, s)
+        rise = np.abs(p.n_r)  # dz/ds of a meridian is the radial part of its normal
+        around = np.hypot(1.0, p.r * self.edge.twist * rise)
+        each = (weight * around).reshape(-1, GAUSS).sum(axis=1)
+        if parts is pieces:
+            return np.asarray(each)
+        middle = 0.5 * (pieces.lower + pieces.upper)
+        out = np.zeros(len(parts.row))
+        for k in range(len(out)):
+            mine = (pieces.row == parts.row[k]) & (middle >= parts.lower[k]) & (middle <= parts.upper[k])
+            out[k] = each[mine].sum()
+        return out
+
+    def _integrals(self, parts: EdgeParts, *, around: bool) -> Floats:
+        """(n,) integrals of N . V / |V_tip| ds, times the radius if `around`."""
+        tip = float(np.linalg.norm(self.stance.velocity))
+        if tip == 0.0:
+            return np.full(len(parts.row), np.nan)
+        row, piece, s, weight = self._nodes(parts)
+        value = self.stance.normal_speed(self.edge, self.contact.phi[row], piece, s) / tip
+        if around:
+            value *= self.edge.at(piece, s).r
+        return np.asarray((weight * value).reshape(-1, GAUSS).sum(axis=1))
+
+    def _over_phi(self, values: Floats) -> float:
+        """Integral over a turn of values at the grid and at the ends of the arcs."""
+        if self.is_air:
+            return 0.0
+        grid = self.contact.grid
+        if len(values) == grid:
+            return float(2.0 * np.pi * values.mean())
+        total, ends = 0.0, values[grid:].reshape(-1, 2)
+        every = np.concatenate([self.phi, self.phi + 2.0 * np.pi])
+        twice = np.concatenate([values[:grid], values[:grid]])
+        for (first, last), (low, high) in zip(self.arcs, ends, strict=True):
+            within = (every > first) & (every < last)
+            x = np.concatenate([[first], every[within], [last]])
+            y = np.concatenate([[low], twice[within], [high]])
+            total += float(np.trapezoid(y, x))
+        return total
+
+    def _extremes(self) -> tuple[Floats, Floats]:
+        """Heights along the axis and distances across the feed of the ends and of the widest points between."""
+        parts = self.contact.parts
+        rows_, pieces, nodes, _ = self._nodes(parts)  # a wound edge may be widest anywhere
+        row = np.concatenate([parts.row, parts.row, parts.row, rows_])
+        piece = np.concatenate([parts.piece, parts.piece, parts.piece, pieces])
+        s = np.concatenate([parts.lower, parts.upper, self.edge.widest(parts), nodes])
+        points = self.stance.points(self.edge, self.contact.phi[row], piece, s) - self.stance.tip
+        sideways = np.cross(self.stance.axis, self.stance.velocity)
+        size = float(np.linalg.norm(sideways))
+        return points @ self.stance.axis, points @ (sideways / size if size > 0.0 else sideways)
+
+
+def told_by(code: int) -> str:
+    """The word of the table for what ends an interval."""
+    return f"block {code}" if code >= 0 else By(int(code)).name.lower()
+
+
+def _joined(parts: EdgeParts) -> EdgeParts:
+    """Stretches that meet at a joint of the meridian made one; ordered by row and s."""
+    order = np.lexsort((parts.lower, parts.row))
+    p = parts.take(order)
+    if not len(p.row):
+        return p
+    meets = (p.row[1:] == p.row[:-1]) & (p.lower[1:] - p.upper[:-1] <= JOINT_MM) & (p.lower_by[1:] == By.EDGE)
+    first = np.concatenate([[True], ~meets])
+    last = np.concatenate([~meets, [True]])
+    return EdgeParts(
+        p.row[first], p.piece[first], p.lower[first], p.upper[last], p.lower_by[first], p.upper_by[last]
+    )
+
+
+def _wrapped(arcs: Floats, turn: float) -> list[list[float]]:
+    """Arcs (k, 2) in degrees turned, their beginnings in [0, 360)."""
+    moved = arcs + turn
+    # a beginning that rounding left below 0 is 0, not 360
+    shift = FULL_TURN * np.floor((moved[:, :1] + 1e-9) / FULL_TURN)
+    return [[float(a), float(b)] for a, b in np.round(moved - shift, 9)]
+
+
+def _unit(vector: Floats) -> list[float] | None:
+    size = float(np.linalg.norm(vector))
+    return (vector / size).tolist() if size > 0.0 else None
+
+
+def _number(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+@lru_cache(maxsize=1)
+def _gauss() -> tuple[Floats, Floats]:
+    x, w = np.polynomial.legendre.leggauss(GAUSS)
+    return x, w
