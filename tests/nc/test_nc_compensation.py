@@ -187,7 +187,9 @@ def test_the_tool_keeps_its_distance_from_neighbouring_segments(data, side, entr
     lines, _ = chain(data.draw, arcs=data.draw(st.booleans()))
     head = "S1 M3 F9\nG0 X-30 Y0\n"
     plain = read(head + "G1 X0\n" + "\n".join(lines))
-    program = read(f"{head}G{side}.1 D4 G1 X0\n" + "\n".join(lines) + "\nM2", crc_entry=entry)
+    program = read(
+        f"{head}G{side}.1 D4 G1 X0\n" + "\n".join(lines) + "\nM2", crc_entry=entry, crc_corner="exact"
+    )
     if program.errors:
         return
     over = {f.line - 1 for f in program.findings if f.code == "W355"}

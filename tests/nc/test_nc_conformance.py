@@ -43,21 +43,6 @@ def as_call(move: Move) -> tuple[str, list[float]]:
     return "ARC_FEED", [end[a], end[b], *center, turns, end[c]]
 
 
-def unpermuted(calls: list[tuple[str, list[float]]], program: Path) -> list[tuple[str, list[float]]]:
-    """The reference control feeds taps in G18 and G19 with its coordinates in the order of the plane, which
-    would send the tool elsewhere; its own rapids before and behind them have them right."""
-    name = program.name
-    if "g84" not in name or "g17" in name:
-        return calls
-    turn = [2, 0, 1] if "g18" in name else [1, 2, 0]
-    out = list(calls)
-    for k in range(1, len(calls)):
-        (kind, now), last = calls[k], out[k - 1][1]
-        if kind == "STRAIGHT_FEED" and sum(abs(a - b) > 1e-3 for a, b in zip(now, last, strict=True)) > 1:
-            out[k] = kind, [now[i] for i in turn]
-    return out
-
-
 @pytest.mark.parametrize("path", CASES, ids=lambda p: p.parent.name + "/" + p.name)
 def test_the_same_calls(path):
     tables = list(path.parent.glob("*.tbl"))
@@ -67,7 +52,7 @@ def test_the_same_calls(path):
     moves = [as_call(m) for m in program.moves if m.motion is not Motion.DWELL]
     beside = path.with_name(path.name + ".expected")
     text = (beside if beside.exists() else path.with_name("expected")).read_text(errors="replace")
-    expected = unpermuted(expected_calls(text), path)
+    expected = expected_calls(text)
     assert len(moves) == len(expected)
     for (kind, values), (wanted, numbers) in zip(moves, expected, strict=True):
         assert kind == wanted

@@ -56,7 +56,8 @@ BODIES = [
 @pytest.mark.parametrize(("plane", "axis", "first"), [("G17", 2, "X"), ("G18", 1, "Z"), ("G19", 0, "Y")])
 def test_every_body_in_every_plane(code, body, plane, axis, first):
     letter = "XYZ"[axis]
-    moves = read(HEAD + f"G98 {plane} G0 {letter}9\n{code} {first}4 R2 {letter}-3").moves[1:]
+    text = HEAD + f"G98 {plane} G0 {letter}9\n{code} {first}4 R2 {letter}-3"
+    moves = read(text, taps="axis").moves[1:]
     assert [(m.motion, round(m.end[axis], 6)) for m in moves] == [(R, 9), (R, 2), *body]
     assert all(m.end["XYZ".index(first)] == 4 for m in moves)
 
@@ -66,6 +67,30 @@ def test_the_spindle_of_taps_and_bores():
     assert [m.spindle_rpm for m in taps] == [100, 100, 100, -100]
     bores = read(HEAD + "G98 G0 Z9\nG86 X1 R2 Z-3 P0").moves[1:]
     assert [m.spindle_rpm for m in bores] == [100, 100, 100, 100, 0]
+
+
+@pytest.mark.parametrize(("plane", "hole", "beside"), [("G18", "X4 Z5", "Y"), ("G19", "Y4 Z5", "X")])
+def test_taps_outside_xy_go_where_the_reference_control_sends_them(plane, hole, beside):
+    """Into the hole by coordinates in another order, and on from the hole as if nothing had been."""
+    text = HEAD + f"G99 {plane} G0 {beside}9\nG84 {hole} R2 {beside}-3\nG80 G0 X0"
+    program = read(text)
+    down, into, out, on = [m.end for m in program.moves][2:]
+    there = {"G18": lambda depth: (depth, 5, 4), "G19": lambda depth: (5, depth, 4)}[plane]
+    assert (into, out) == (there(-3), there(2))
+    assert down["XY".index(beside)] == 2 and on == (0, *down[1:])
+    assert program.moves[-1].start == out  # the tool is beside its hole, whatever the control believes
+    assert {f.code for f in program.findings} >= {"W345"}
+
+
+def test_a_rigid_tap_feeds_by_its_pitch_and_comes_back():
+    moves = read(HEAD + "G0 X1 Z9\nG33.1 Z-3 K1.5\nG0 X2").moves[1:]
+    assert told(moves) == [(F, (1, 0, -3)), (F, (1, 0, 9)), (R, (2, 0, 9))]
+    assert [m.feed_mm_min for m in moves[:2]] == [150, 150]
+    assert [m.spindle_rpm for m in moves] == [100, -100, 100]
+
+
+def test_g80_beside_another_motion_code_changes_nothing():
+    assert told(read(HEAD + "G80 G0 X1\nG1 G80 X2").moves) == [(R, (1, 0, 0)), (F, (2, 0, 0))]
 
 
 def test_cycles_follow_a_turned_offset_and_polar_words():

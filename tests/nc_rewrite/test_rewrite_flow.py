@@ -44,9 +44,9 @@ def test_a_body_that_changes_modes_closes_the_program():
 
 
 @pytest.mark.parametrize(
-    ("code", "last"), [("G[40/2]", "X20"), ("G#7", "X20"), ("G[90+3] G1 X12 F100", "X20 F50")]
+    ("code", "last"), [("G[40/2]", "X20"), ("G#7", "X20"), ("G[90+3] G1 X12 F100", "X20 F50"), ("M70", "X20")]
 )
-def test_behind_a_computed_code_nothing_is_changed(code, last):
+def test_behind_a_computed_code_or_saved_modes_nothing_is_changed(code, last):
     text = "#7=20\n" + HEAD + f"G1 X10\n{code}\nG1 {last}\nM2\n"
     again, written = rewrite(text, {5: (30.0,), 7: (40.0, 50.0)})
     assert written.untouched == (7,)
@@ -60,6 +60,13 @@ def test_cycles_are_left_alone(code):
     text = HEAD + f"G1 X4\nG98 {code}\nX9\nG80\nG1 X2\nM2\n"
     _, written = rewrite(text, {4: (30.0,), 5: (40.0,), 6: (50.0,), 8: (60.0,)})
     assert written.untouched == (5, 6)
+
+
+def test_rigid_taps_keep_their_pitch_and_the_feed_behind_them():
+    text = HEAD + "G1 X4\nG33.1 Z-3 K2\nG1 X2\nM2\n"
+    again, written = rewrite(text, {4: (30.0,), 5: (40.0,)})
+    assert written.untouched == (5,)
+    assert [m.feed_mm_min for m in again.moves][2:] == [30, 200, 200, 100]
 
 
 def test_compensated_blocks_get_one_feed_and_are_not_cut():
@@ -91,7 +98,7 @@ def test_tables_and_cutter_location_files_are_not_rewritten():
 
 PIECES = st.sampled_from(
     ["G1 X{}", "G1 Y{} F70", "G0 X{}", "G1 X{} Y{}", "G81 X{} Z-2 R2", "o{} repeat [2]", "G2 X{} I4 J4 F30",
-     "o<s> call [{}]", "G41.1 D1 G1 X{}", "G40 G1 X-50 Y{}", "F{}", "M98 P77"]
+     "o<s> call [{}]", "G41.1 D1 G1 X{}", "G40 G1 X-50 Y{}", "F{}", "M98 P77", "G33.1 Z-{} K1", "M70", "M72"]
 )  # fmt: skip
 
 

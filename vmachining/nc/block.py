@@ -21,9 +21,9 @@ from vmachining.nc.codes import (
 )
 from vmachining.nc.lexer import LexedLine, Word
 
-__all__ = ["Block", "Problem", "block_number", "build_block"]
+__all__ = ["SIGNAL_WORDS", "Block", "Problem", "block_number", "build_block"]
 
-_BLOCK_NUMBER: Final = re.compile(r"[Nn][0-9]{1,5}")
+_BLOCK_NUMBER: Final = re.compile(r"[Nn]([0-9]{1,5})(?:\.[0-9]*)?")
 _ALWAYS: Final = frozenset("GMNFST")
 _FOREIGN_AXES: Final = frozenset("ABCUVW")
 _MTS_WORDS: Final = {
@@ -35,6 +35,10 @@ _CYCLE_WORDS: Final = {
     730: "Q", 740: "P", 810: "", 820: "P", 830: "Q", 840: "P", 850: "", 860: "P", 890: "P",
 }  # fmt: skip
 """What canned cycles take besides their axis words, R and L."""
+
+
+SIGNAL_WORDS: Final = {**dict.fromkeys((62, 63, 64, 65), "P"), 66: "PELQ", 67: "EQ", 68: "EQ"}
+"""Words of the M codes that set outputs and read inputs."""
 
 
 class Problem(NamedTuple):
@@ -92,11 +96,11 @@ class Block:
 
 
 def block_number(line: LexedLine) -> int | None:
-    """The N word that opens the line, None when there is none or it is malformed."""
+    """The N word that opens the line, None when there is none or it is malformed; digits behind a point are left."""
     if not line.words or line.words[0].letter != "N":
         return None
-    text = re.sub(r"[ \t]", "", line.words[0].text)
-    return int(text[1:]) if _BLOCK_NUMBER.fullmatch(text) else None
+    found = _BLOCK_NUMBER.fullmatch(re.sub(r"[ \t]", "", line.words[0].text))
+    return int(found[1]) if found else None
 
 
 def build_block(
@@ -164,7 +168,10 @@ def _g_code(block: Block, word: Word, value: float, groups: dict[int, int]) -> b
         refusal = refuse_g(code, word.text)
         block.problems.append(Problem(refusal.code, word, refusal.message, refusal.hint))
         return False
-    if group in block.g:
+    if group in block.g and group == 1 and (code == 800) != (block.g[group][0] == 800):
+        if code != 800:  # G80 beside another motion code says what that code says anyway
+            block.g[group] = code, word
+    elif group in block.g:
         first = block.g[group][0]
         what = f"{spell('G', code)} and {spell('G', first)} are both of the {group_name('G', group)} group"
         block.problems.append(Problem("E203", word, what))
@@ -209,11 +216,16 @@ def _owners(block: Block, modal_motion: int | None) -> None:
         block.problems.append(Problem("E206", first, "axis words, but no motion code is in force"))
         return
     moves = claimed is None and stored in (None, 800)
+    tap = moves and effective == 331 and (motion is not None or bool(places))
     cycle = moves and effective in CYCLES and (motion is not None or bool(places))
     arc = moves and effective in (20, 30) and (motion is not None or bool(places) or bool(block.centre))
     takers = _takers(block, effective, arc, cycle)
-    if len(takers.get("P", ())) > 1:
-        block.problems.append(Problem("E206", block.word("P"), "two codes of this block claim P"))
+    if tap:
+        takers.setdefault("K", []).append("tap")
+    for letter in "PQR":
+        if letter in block.words and len(takers.get(letter, ())) > 1:
+            what = f"two codes of this block claim {letter}"
+            block.problems.append(Problem("E206", block.word(letter), what))
     for letter, (_, word) in block.words.items():
         if letter in _ALWAYS or letter in takers:
             continue
@@ -250,7 +262,7 @@ def _takers(block: Block, effective: int | None, arc: bool, cycle: bool) -> dict
     if block.has_g(40):
         take("P", "dwell")
     if block.has_g(640):
-        take("PQ", "path control")
+        take("PQR", "path control")
     if block.m.get(9, (48,))[0] in (50, 51, 52, 53):
         take("P", "override")
     if block.has_g(430) or block.has_g(432) or block.has_g(434):
@@ -265,6 +277,10 @@ def _takers(block: Block, effective: int | None, arc: bool, cycle: bool) -> dict
         take("PL", "M98")
     if block.m.get(6, (0,))[0] == 61:
         take("Q", "M61")
+    if block.m.get(7, (0,))[0] == 19:
+        take("PQR", "M19")
+    if 5 in block.m:
+        take(SIGNAL_WORDS[block.m[5][0]], "signal")
     if block.stored is not None:
         take(_MTS_WORDS[block.stored], "cycle")
     return takers

@@ -41,6 +41,7 @@ _PLAIN: Final = re.compile(
 )
 """The block that fills most programs: at most N, G0 or G1, X, Y, Z, F, in this order."""
 
+_ABORT: Final = re.compile(r"\([ \t]*abort[ \t]*,", re.IGNORECASE)
 _NUMBERED: Final = re.compile(r"[ \t]*/?[ \t]*[Nn][ \t]*([0-9]{1,5})(?![0-9.])")
 
 
@@ -65,6 +66,7 @@ class Reader:
             offsets=settings.work_offsets,
             start_offset=start,
             references=(home, home),
+            table=settings.tools or {},
         )
         self.state.place_offsets()
         self.memory = Memory(self.state)
@@ -353,7 +355,7 @@ class Reader:
         if lexed.percent or (lexed.block_delete and self.settings.block_delete):
             return
         n = block_number(lexed)
-        if n is not None and self.flow is None:
+        if n is not None and self.flow is None and "." not in lexed.words[0].text:
             self._check_number(number, n, lexed.words[0])
         problems: list[Problem] = []
         if lexed.errors:
@@ -398,6 +400,8 @@ class Reader:
         if len(moves) > 1 and len(self.moves) > MAX_MOVES:
             raise _GiveUpError("E413", number, f"over {MAX_MOVES} motions: is there an end?")
         self.state = self.memory.state = try_state
+        if any(_ABORT.match(text, comment.col - 1) for comment in lexed.comments):
+            raise _GiveUpError("E418", number - 1, "the program stops itself here, by (ABORT, ...)")
         if 10 in block.m and self.flow is not None:
             self.next = self.flow.jump(block, number - 1)
             if self.next is None:
@@ -424,7 +428,7 @@ class Reader:
             try:
                 if word.expression is not None:
                     value = evaluate(word.expression, self.memory)
-                    if abs(value) >= MAX_VALUE:
+                    if abs(value) > MAX_VALUE:
                         raise NoValueError(f"{value:g} is out of range")
             except NoValueError as exc:
                 problems.append(Problem("E108", word, str(exc)))

@@ -89,12 +89,23 @@ MORE: Final[dict[str, Entry]] = {
         "Holes have no left or right side.",
         "program G40 before the cycle",
     ),
+    "W345": Entry(
+        "tap beside its hole",
+        "In G18 and G19 the reference control sends taps (G84, G74) to the coordinates of the hole in "
+        "another order. That is an error of that control; the moves here are the ones it makes.",
+        'tap in G17, or read the program with taps = "axis", which feeds along the axis of the plane',
+    ),
     # ---- cutter compensation ----
     "E351": Entry(
         "tool radius unknown",
         "Cutter compensation needs the diameter of the tool: from the tool table, by D or the tool in "
         "the spindle; G41.1 and G42.1 say it themselves.",
         "give a tool table, or use G41.1 D...",
+    ),
+    "W351": Entry(
+        "compensation without a tool",
+        "D0 means the tool in the spindle, and there is none: the path is taken as it is programmed.",
+        "change to a tool, or name one by D",
     ),
     "E352": Entry(
         "compensation starts or ends on an arc",
@@ -104,7 +115,7 @@ MORE: Final[dict[str, Entry]] = {
     ),
     "E353": Entry(
         "entry too short",
-        "The first move under compensation must be longer than the tool radius.",
+        "The first move under compensation must not be shorter than the tool radius.",
         "start farther away",
     ),
     "W353": Entry(
@@ -195,8 +206,15 @@ MORE: Final[dict[str, Entry]] = {
     ),
     "E375": Entry(
         "bad offset",
-        "G10 takes L2 or L20, and P: 0 for the work offset in force, 1 to 9 for G54 to G59.3.",
+        "G10 takes L2 or L20, and P: 0 for the work offset in force, 1 to 9 for G54 to G59.3; or L1, L10 or "
+        "L11, and P, the number of a tool.",
         "check L and P",
+    ),
+    "E376": Entry(
+        "incomplete M code",
+        "M19, M62 to M68 and M72 change no path, but a number that they need is missing or outside its range, or "
+        "there is nothing to bring back.",
+        "check the words of the M code",
     ),
     "W520": Entry(
         "nothing is cut",
@@ -209,6 +227,11 @@ MORE: Final[dict[str, Entry]] = {
         "O words pair by label and lie within each other: sub endsub, if elseif else endif, while "
         "endwhile, do while, repeat endrepeat. The lines of a broken pair steer nothing.",
         "close the structure with the same label",
+    ),
+    "W411": Entry(
+        "program number used twice",
+        "Two O numbers of this file are equal but for zeros in front; M98 calls the first of them.",
+        "number them apart",
     ),
     "E412": Entry(
         "unknown subprogram",
@@ -243,6 +266,12 @@ MORE: Final[dict[str, Entry]] = {
         "if, elseif, while and repeat take one value in brackets, call up to thirty, return and "
         "endsub one at most.",
         "o100 if [#1 GT 2]",
+    ),
+    "E418": Entry(
+        "the program gives up",
+        "A comment (ABORT, ...) was reached: the reference control stops there with an error, and so does the "
+        "reading.",
+        "see why the program came to this line",
     ),
     "E417": Entry(
         "restart not possible",

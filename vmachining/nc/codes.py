@@ -22,7 +22,7 @@ CYCLES: Final = frozenset({730, 740, 810, 820, 830, 840, 850, 860, 890})
 
 G_GROUP: Final = {
     **dict.fromkeys((40, 100, 280, 281, 300, 301, 520, 530, 920, 921, 922, 923), 0),
-    **dict.fromkeys((0, 10, 20, 30, 800), 1),
+    **dict.fromkeys((0, 10, 20, 30, 331, 800), 1),
     **dict.fromkeys(CYCLES, 1),
     **dict.fromkeys((170, 180, 190), 2),
     **dict.fromkeys((900, 910), 3),
@@ -47,13 +47,15 @@ MTS_G_GROUP: Final = {
 M_GROUP: Final = {
     **dict.fromkeys((0, 1, 2, 30, 60), 4),
     **dict.fromkeys((6, 61), 6),
-    **dict.fromkeys((3, 4, 5), 7),
+    **dict.fromkeys((62, 63, 64, 65, 66, 67, 68), 5),
+    **dict.fromkeys((3, 4, 5, 19), 7),
     **dict.fromkeys((7, 8, 9), 8),
     **dict.fromkeys((48, 49, 50, 51, 52, 53), 9),
     **dict.fromkeys((98, 99), 10),
     **dict.fromkeys((128, 129, 428, 429), 11),
+    **dict.fromkeys((70, 71, 72, 73), 12),
 }
-"""Modal group of every M code that is executed (or, like the override switches, changes no path)."""
+"""Modal group of every M code that is executed (or, like switches and signals, changes no path)."""
 
 AXIS_CLAIMING: Final = frozenset({100, 280, 300, 431, 520, 920})
 """G codes that take the axis words for themselves, so that no motion code may stand beside them."""
@@ -65,6 +67,7 @@ _GROUPS: Final = {
 }  # fmt: skip
 _M_GROUPS: Final = {
     4: "stop", 6: "tool change", 7: "spindle", 8: "coolant", 9: "override", 10: "subprogram", 11: "tool centre point",
+    5: "signal", 12: "saved modes",
 }  # fmt: skip
 
 
@@ -91,12 +94,13 @@ _REFUSED: Final = {
     **dict.fromkeys((382, 383, 384, 385), "probing (G38) is not supported"),
     870: "back boring (G87) is not supported",
     880: "boring with manual retract (G88) is not supported",
-    760: "fine boring (G76) is not supported",
+    760: "G76 (threading, or fine boring) is not supported",
+    **dict.fromkeys((682, 683, 684), "a tilted working plane (G68.2) is not supported"),
 }
 _TURNING: Final = {
     70: "diameter mode", 80: "radius mode", 240: "radius programming", 320: "thread cutting",
-    330: "thread cutting", 331: "rigid tapping with a synchronous spindle", 710: "a roughing cycle",
-    720: "a roughing cycle",
+    330: "thread cutting", 700: "a finishing cycle", 710: "a roughing cycle", 711: "a roughing cycle",
+    712: "a roughing cycle", 720: "a roughing cycle", 721: "a roughing cycle", 722: "a roughing cycle",
     960: "constant surface speed",
 }  # fmt: skip
 _MTS: Final = {770: "arc pattern", 780: "line pattern", 790: "cycle call"}

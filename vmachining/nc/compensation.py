@@ -50,6 +50,10 @@ REVERSAL: Final = 1e-9
 AROUND: Final = 0.05
 """rad: an inner corner this near to a reversal that cannot be trimmed is taken as an outer one, as in LinuxCNC."""
 
+SMOOTH: Final = 0.05
+"""rad: a corner that turns by no more is passed over, as in LinuxCNC: the tool leaves the offset curve by at most
+rho (1 - cos 0.05), an eight hundredth of its radius. `exact` looks at every corner."""
+
 ARCS: Final = frozenset({Motion.ARC_CW, Motion.ARC_CCW})
 
 
@@ -84,6 +88,7 @@ class Compensation:
     plane: Plane
     entry: str = "prev"
     miter: bool = False
+    exact: bool = False
     turn: tuple[float, float] = (1.0, 0.0)
     pending: Pending | None = None
 
@@ -134,8 +139,8 @@ class Compensation:
         return offset_arc(start, end, move.center, move.motion is Motion.ARC_CCW, move.turns, self.shift)
 
     def _enter(self, move: Move, start: Pair, end: Pair) -> Pending:
-        if math.dist(start, end) <= self.radius:
-            what = f"the entry move, {math.dist(start, end):.6g} mm, is not longer than the tool radius"
+        if math.dist(start, end) < self.radius - JOINED_MM:
+            what = f"the entry move, {math.dist(start, end):.6g} mm, is shorter than the tool radius"
             raise CompensationError("E353", f"{what}, {self.radius:.6g} mm")
         if self.entry == "next" and move.motion in ARCS:
             raise CompensationError("E352", "compensation starts on an arc")
@@ -154,7 +159,8 @@ class Compensation:
             text = "the entry move opposes the first cut, so the tool goes round its end"
             warnings.append(("W353", text))
         moves: list[Move] = []
-        if math.dist(before.end, curve.start) <= JOINED_MM:
+        smooth = not (self.exact or self.miter) and abs(math.atan2(turn, ahead)) <= SMOOTH
+        if smooth or math.dist(before.end, curve.start) <= JOINED_MM:
             moves = self._release(held, before.end)
             curve = curve._replace(start=before.end)
             warnings += self._neighbours(held, before, move)

@@ -146,8 +146,8 @@ def _pair(structure: Structure) -> None:
                 structure.refuse(item, "E411", f"{kind} outside a loop of its label")
             else:
                 item.start = loop.index
-        elif kind == "return" and not any((o.kind, o.label) == ("sub", item.label) for o in opened):
-            structure.refuse(item, "E411", "return outside a subprogram of its label")
+        elif kind == "return" and not any(other.kind == "sub" for other in opened):
+            structure.refuse(item, "E411", "return outside a subprogram")  # its label means nothing
     for item in opened:
         structure.refuse(item, "E411", f"{item.kind} is never closed")
         structure.subs = {label: at for label, at in structure.subs.items() if at != item.index}
@@ -161,7 +161,10 @@ def _pair(structure: Structure) -> None:
 def _define(structure: Structure, table: dict[str, int], item: Item) -> None:
     if item.label in table:
         what = f"O{item.label} is defined in line {table[item.label] + 1} already"
-        structure.problems.append((item.index, Problem("E411", item.lexed.label, what)))
+        code = "E411"
+        if table is structure.numbers:
+            code, what = "W411", f"{what}: M98 goes there"
+        structure.problems.append((item.index, Problem(code, item.lexed.label, what)))
     else:
         table[item.label] = item.index
 

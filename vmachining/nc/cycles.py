@@ -14,11 +14,15 @@ One hole: (1) below the R plane: rapid up to it; (2) rapid over the hole; (3) ra
 | G86 | feed to Z, dwell P, spindle stopped | rapid, spindle on |
 | G89 | feed to Z, dwell P | feed |
 
+G33.1 (rigid tapping) is no cycle: it feeds by the pitch from where the tool is, and back.
+
 In G90 all words are coordinates. In G91 X and Y are steps, R counts from the initial level, Z from R. Z, R, Q
 and P hold for the blocks that follow with the same code; L (repetitions, default 1) for its own block only.
 The initial level is where the tool was when the series of cycles began.
-Source: RS274/NGC; the moves of LinuxCNC 2.9, observed. Departure: with an initial level below R, a later
-block whose R is lower does not go down before it is over its hole.
+Source: RS274/NGC; the moves of LinuxCNC 2.9, observed. Its taps in G18 and G19 take the coordinates of the hole
+in another order, so that they feed beside it: copied, with a warning, unless the option `taps` is "axis".
+Departure: with an initial level below R, a later block whose R is lower does not go down before it is over its
+hole.
 """
 
 from __future__ import annotations
@@ -27,13 +31,18 @@ from typing import Final, NamedTuple
 
 from vmachining.nc.arcs import Plane
 from vmachining.nc.codes import spell
+from vmachining.nc.model import Motion
 from vmachining.nc.run import Run
 
-__all__ = ["Cycle", "drill"]
+__all__ = ["Cycle", "drill", "tap_rigid"]
 
 MAX_REPEATS: Final = 100_000
 MAX_PECKS: Final = 1_000_000
 """Holes of a block, and steps of a hole: beyond it is a typing error, not a program."""
+
+
+_BESIDE: Final = {"zx": (1, 2, 0), "yz": (2, 0, 1)}
+"""Which coordinate of the hole a tap is sent to along X, Y and Z: an error of the reference control, kept."""
 
 
 class Cycle(NamedTuple):
@@ -149,6 +158,8 @@ def _body(run: Run, cycle: Cycle, normal: int, clear: float, bottom: float, back
     state, code = run.state, cycle.code
     if code in (730, 830):
         _pecks(run, cycle, normal, clear, bottom)
+    elif code in (740, 840):
+        _tap(run, normal, bottom)
     else:
         run.cut({normal: bottom})
     direction = state.direction
@@ -156,7 +167,9 @@ def _body(run: Run, cycle: Cycle, normal: int, clear: float, bottom: float, back
         state.direction = -direction
     if cycle.p is not None and code in (740, 820, 840, 860, 890):
         run.dwell(cycle.p)
-    if code in (740, 840, 890):
+    if code in (740, 840):
+        _tap(run, normal, back)
+    elif code == 890:
         run.cut({normal: back})
     elif code == 850:
         run.cut({normal: clear})
@@ -166,6 +179,47 @@ def _body(run: Run, cycle: Cycle, normal: int, clear: float, bottom: float, back
             state.direction = 0
         run.rapid({normal: back})
     state.direction = direction
+
+
+def tap_rigid(run: Run) -> None:
+    """G33.1: straight in by the pitch K for each turn of the spindle, and back to where it began.
+
+    Raises
+    ------
+    BlockError
+        E301 (no target, or inverse time), E311, E334 (no pitch), E344.
+    """
+    state, block = run.state, run.block
+    word, pitch = block.culprit(), block.value("K")
+    if state.compensation is not None:
+        raise run.fail("E344", word, "G33.1 while cutter compensation is on")
+    if not (block.axes or block.polar) or block.rotary:
+        raise run.fail("E206", word, "G33.1 needs X, Y or Z, and turns no rotary axis")
+    if not pitch:
+        raise run.fail("E334", block.word("K") or word, "G33.1 needs K, its pitch", "program K")
+    if state.rpm == 0.0:
+        raise run.fail("E311", word, "G33.1 taps with the spindle turning")
+    sim, machine, begin, above = *run.target(), state.sim, state.machine
+    feed, direction = abs(pitch) * state.scale * abs(state.rpm), state.direction
+    run.emit(Motion.LINEAR, sim, machine, feed)
+    state.direction = -direction
+    run.emit(Motion.LINEAR, begin, above, feed)
+    state.direction = direction
+
+
+def _tap(run: Run, normal: int, level: float) -> None:
+    """Feed a tap to a level of its axis; beside it in G18 and G19, as the reference control does."""
+    state, word = run.state, run.block.culprit()
+    if normal == 2 or run.settings.taps == "axis":
+        run.cut({normal: level})
+        return
+    run.warn("W345", word, f"in this plane the reference control feeds the tap beside its hole: {level:g} mm")
+    sim, machine = run.place({normal: level})
+    here = state.program
+    hole = [level if axis == normal else here[axis] for axis in range(3)]
+    run.cut({axis: hole[k] for axis, k in enumerate(_BESIDE[state.plane.name])})
+    state.tip = None if state.sim == sim else state.sim
+    state.sim, state.machine = sim, machine  # the control goes on as if the tap stood in its hole
 
 
 def _pecks(run: Run, cycle: Cycle, normal: int, clear: float, bottom: float) -> None:

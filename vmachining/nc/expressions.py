@@ -285,9 +285,9 @@ def _evaluate(node: Expression, parameters: Parameters) -> float:
         return node.number
     if op in ("parameter", "exists"):
         assert node.name is not None
-        value, text = _look_up(node.name, parameters)
         if op == "exists":
-            return _truth(value is not None)
+            return _truth(_exists(node.name, parameters))
+        value, text = _look_up(node.name, parameters)
         if value is None:
             raise NoValueError(f"parameter {text} has no value")
         return value
@@ -303,13 +303,27 @@ def _evaluate(node: Expression, parameters: Parameters) -> float:
 
 def parameter_number(node: Expression, parameters: Parameters) -> int:
     """The whole number that names a parameter."""
+    number = _whole(node, parameters)
+    if not 1 <= number <= MAX_NUMBER:
+        raise NoValueError(f"#{number}: parameter numbers run from 1 to {MAX_NUMBER}")
+    return number
+
+
+def _whole(node: Expression, parameters: Parameters) -> int:
     value = evaluate(node, parameters)
     number = round(value)
     if abs(value - number) > WHOLE:
         raise NoValueError(f"#{value:g}: a parameter number must be whole")
-    if not 1 <= number <= MAX_NUMBER:
-        raise NoValueError(f"#{number}: parameter numbers run from 1 to {MAX_NUMBER}")
     return number
+
+
+def _exists(name: Name, parameters: Parameters) -> bool:
+    """Whether a parameter has a value; a number that no parameter has is an answer, not an error."""
+    if name.name is not None:
+        return parameters.named(name.name) is not None
+    assert name.number is not None
+    number = _whole(name.number, parameters)
+    return 1 <= number <= MAX_NUMBER and parameters.numbered(number) is not None
 
 
 def _look_up(name: Name, parameters: Parameters) -> tuple[float | None, str]:

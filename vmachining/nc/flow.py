@@ -9,6 +9,7 @@ from typing import Final
 from vmachining.nc.block import Block, Problem
 from vmachining.nc.control import Item, Structure
 from vmachining.nc.expressions import NoValueError, evaluate
+from vmachining.nc.lexer import Word
 from vmachining.nc.state import Memory
 
 __all__ = ["Flow", "FlowStop"]
@@ -129,7 +130,7 @@ class Flow:
         values = [evaluate(argument, self.memory) for argument in item.lexed.arguments]
         self._deeper(item.index)
         self.memory.enter(values)
-        self.frames.append(Frame(False, start, item.index + 1))
+        self._push(Frame(False, start, item.index + 1))
         return start + 1
 
     def _deeper(self, index: int) -> None:
@@ -147,10 +148,28 @@ class Flow:
                 value = self._value(item)
             except NoValueError as exc:
                 self.report(Problem("E108", item.lexed.label, str(exc)), item.index)
-        frame = self.frames.pop()
+        frame = self._pop(item.lexed.label, item.index)
         self.memory.leave()
         self.memory.result(value)
         return frame.back
+
+    def _push(self, frame: Frame) -> None:
+        """A call begins."""
+        self.frames.append(frame)
+        self.memory.state.levels += (None,)
+
+    def _pop(self, word: Word | None, index: int) -> Frame:
+        """A call ends: modes saved by M73 come back."""
+        state = self.memory.state
+        saved = state.levels[-1]
+        if saved is not None and saved.automatic:
+            if state.compensation is not None:
+                what = "the modes that M73 saved cannot come back while cutter compensation is on"
+                self.report(Problem("E359", word, what), index)
+            else:
+                state.restore()
+        state.levels = state.levels[:-1]
+        return self.frames.pop()
 
     # ---- M98, M99 ----
 
@@ -178,7 +197,7 @@ class Flow:
                 return index + 1
             self._deeper(index)
             start = self.structure.numbers[str(block.value("P")).removesuffix(".0")]
-            self.frames.append(Frame(True, start, index + 1, repeats))
+            self._push(Frame(True, start, index + 1, repeats))
             return start + 1
         if not self.frames:
             return None
@@ -187,5 +206,5 @@ class Flow:
         if frame.left > 0:
             frame.counts.clear()
             return frame.start + 1
-        self.frames.pop()
+        self._pop(block.m[10][1], index)
         return frame.back

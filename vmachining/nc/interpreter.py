@@ -26,6 +26,9 @@ INCH: Final = 25.4
 _FIXED: Final = {12: "work offset", 6: "units", 8: "tool length"}
 """Groups that must not change while cutter compensation is on."""
 
+_SIGNALS: Final = {62: "P", 63: "P", 64: "P", 65: "P", 66: "", 67: "EQ", 68: "EQ"}
+"""Words without which a code that sets an output or reads an input says nothing."""
+
 
 def execute(
     block: Block, state: State, line: int, n: int | None, settings: Settings
@@ -85,12 +88,18 @@ class _Interpreter(Run):
             state.selected = offsets.tool_number(self, "T", tool)
         if 6 in block.m:
             self._change_tool(*block.m[6])
+        if 5 in block.m:
+            self._signal(*block.m[5])
         if 7 in block.m:
             code, word = block.m[7]
-            if code != 5 and state.speed <= 0.0:
+            if code in (3, 4) and state.speed <= 0.0:
                 raise self.fail("E311", word, f"{spell('M', code)} without a spindle speed")
-            state.direction = {3: 1, 4: -1, 5: 0}[code]
+            if code == 19:
+                self._orient()
+            state.direction = {3: 1, 4: -1}.get(code, 0)
             state.warned_stopped = False
+        if 12 in block.m:
+            self._modes(*block.m[12])
         if 11 in block.m:
             state.tcp = block.m[11][0] in (128, 428)
             state.tcp_length = False
@@ -114,6 +123,42 @@ class _Interpreter(Run):
         if state.selected is None:
             raise self.fail("E323", word, "M6, but no tool was selected")
         state.tool, state.direction, state.warned_stopped = state.selected, 0, False
+
+    def _signal(self, code: int, word: Word) -> None:
+        """M62 to M68: outputs and inputs change no path; their numbers are checked."""
+        block = self.block
+        for letter in "PE":
+            number = block.value(letter)
+            if number is not None and (number < 0.0 or number != int(number)):
+                what = f"{letter}{number:g} is not the number of an input or output"
+                raise self.fail("E376", block.word(letter), what)
+        if letters := [letter for letter in _SIGNALS[code] if letter not in block.words]:
+            raise self.fail("E376", word, f"{spell('M', code)} needs {' and '.join(letters)}")
+        if code == 66 and ("P" in block.words) == ("E" in block.words):
+            raise self.fail("E376", word, "M66 waits for an input: one of P and E is wanted")
+
+    def _orient(self) -> None:
+        """M19: the spindle stops at an angle, which no cutter of revolution knows."""
+        block = self.block
+        angle, way = block.value("R"), block.value("P")
+        if angle is not None and not 0.0 <= angle < 360.0:
+            raise self.fail("E376", block.word("R"), f"R{angle:g}: degrees from 0 to 360 are wanted")
+        if way is not None and way not in (0.0, 1.0, 2.0):
+            raise self.fail("E376", block.word("P"), f"P{way:g}: 0, 1 or 2 is wanted")
+
+    def _modes(self, code: int, word: Word) -> None:
+        """M70 and M73 save the modes, M71 forgets them, M72 brings them back."""
+        state = self.state
+        if state.compensation is not None:
+            raise self.fail("E359", word, f"{spell('M', code)} while cutter compensation is on")
+        if code in (70, 73):
+            state.save(automatic=code == 73)
+        elif code == 71:
+            state.levels = (*state.levels[:-1], None)
+        elif state.levels[-1] is None:
+            raise self.fail("E376", word, "M72, but no modes were saved here by M70")
+        else:
+            state.restore()
 
     def _set_feed(self, feed: float) -> None:
         block, state = self.block, self.state
@@ -185,6 +230,7 @@ class _Interpreter(Run):
             state.plane,
             self.settings.crc_entry,
             self.settings.crc_corner == "miter",
+            self.settings.crc_corner == "exact",
             state.turn,
         )
 
@@ -192,15 +238,21 @@ class _Interpreter(Run):
         """Of the tool D names or the one in the spindle; negative swaps the sides."""
         block, state, tools = self.block, self.state, self.settings.tools
         chosen = block.value("D")
+        if chosen == 0.0 and state.tool == 0 and tools is not None:
+            self.warn("W351", block.word("D"), "D0 and no tool in the spindle: its radius is taken as zero")
+            return 0.0
         if code in (411, 421):
             if chosen is None:
                 raise self.fail("E351", word, f"{spell('G', code)} needs D, the diameter of the tool")
             return chosen * state.scale
         number = offsets.tool_number(self, "D", chosen or 0.0) or state.tool
-        entry = tools.get(number) if tools is not None else None
-        if entry is None:
+        entry = state.table.get(number)
+        if entry is None or math.isnan(entry.diameter_mm):
             what = "no tool table was given" if tools is None else f"tool {number} is not in the tool table"
             raise self.fail("E351", block.word("D") or word, f"the tool radius is not known: {what}")
+        if entry.turning:
+            what = f"tool {number} has an orientation (Q) in the tool table: it belongs to a lathe"
+            raise self.fail("E351", block.word("D") or word, what)
         return entry.diameter_mm
 
     def end(self) -> None:
@@ -253,6 +305,8 @@ class _Interpreter(Run):
                 self._straight()
             elif state.motion in CYCLES:
                 cycles.drill(self, state.motion, before not in CYCLES)
+            elif state.motion == 331:
+                cycles.tap_rigid(self)
             else:
                 self._arc(ccw=state.motion == 30)
 

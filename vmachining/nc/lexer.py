@@ -215,7 +215,7 @@ class _Scanner:
             letter, digits = plain[1].upper(), plain[2]
             end = plain.start(2) + len(digits.rstrip(" \t"))
             value = float(digits.replace(" ", "").replace("\t", ""))
-            if abs(value) >= MAX_VALUE:
+            if abs(value) > MAX_VALUE:
                 self._error("E102", at, end, f"{value:g} is out of range")
                 return end
             if letter != "O":
@@ -330,7 +330,10 @@ class _Scanner:
         if flow is None:
             return label, None, end
         at = self._blank(flow.end())
-        while self.text[at : at + 1] == "[":
+        while self.text[at : at + 1] in ("[", "("):
+            if self.text[at] == "(":
+                at = self._blank(self._comment(at))
+                continue
             try:
                 argument, at = parse_value(self.text, at)
             except ExpressionError as exc:

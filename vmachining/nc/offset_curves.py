@@ -135,14 +135,15 @@ def trim_start(curve: Curve, point: Pair) -> Curve | None:
 def meet(before: Curve, after: Curve) -> Pair | None:
     """Where the end of one curve crosses the start of the next: nearest to the programmed corner.
 
-    A crossing that makes both curves shorter comes before one that makes one of them longer.
+    A crossing that makes both curves shorter comes before one that makes one of them longer. Where the radii at
+    the ends of an arc differ, because its words are rounded, the one at its end counts, as in LinuxCNC.
     """
     near = before.corner
     if before.center is None and after.center is None:
         found = _lines(before.end, before.last, after.start, after.first)
     elif before.center is None:
         assert after.center is not None
-        found = _line_circle(before.end, before.last, after.center, math.dist(after.start, after.center))
+        found = _line_circle(before.end, before.last, after.center, math.dist(after.end, after.center))
     elif after.center is None:
         found = _line_circle(after.start, after.first, before.center, math.dist(before.end, before.center))
     else:
@@ -150,7 +151,7 @@ def meet(before: Curve, after: Curve) -> Pair | None:
             before.center,
             math.dist(before.end, before.center),
             after.center,
-            math.dist(after.start, after.center),
+            math.dist(after.end, after.center),
         )
     return min(
         found, key=lambda point: (not _shortens(before, after, point), math.dist(point, near)), default=None

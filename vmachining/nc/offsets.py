@@ -5,6 +5,7 @@ All of them change what coordinates mean and none of them moves the tool, but G2
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 from vmachining.nc.codes import spell
@@ -12,6 +13,7 @@ from vmachining.nc.lexer import Word
 from vmachining.nc.model import Motion, Point
 from vmachining.nc.run import Run
 from vmachining.nc.state import ORIGIN, WORK_OFFSETS
+from vmachining.nc.tooltable import ToolEntry
 from vmachining.nc.vectors import add, subtract
 
 __all__ = ["declare", "g92", "keep_reference", "local", "reference", "tool_length", "work_offset", "write"]
@@ -43,13 +45,13 @@ def tool_length(run: Run, code: int, word: Word) -> None:
         if code == 432 and chosen is None:
             raise run.fail("E322", word, "G43.2 needs H, the tool whose length is added")
         number = tool_number(run, "H", chosen or 0.0) or state.tool  # H0 means the tool in the spindle
-        tools = run.settings.tools
-        entry = tools.get(number) if tools is not None else None
-        if entry is None and number > 0 and tools is None:
+        entry = state.table.get(number)
+        if entry is None and number > 0 and run.settings.tools is None:
             what = f"no tool table was given: the length of tool {number} is taken as zero"
             run.warn("W321", block.word("H") or word, what)
         further = state.length if code == 432 else ORIGIN
-        state.length = further[0], further[1], further[2] + (entry.length_mm if entry else 0.0)
+        own = (entry.x_mm, entry.y_mm, entry.length_mm) if entry else ORIGIN
+        state.length = add(further, own)
     state.tcp_length = code == 434
     state.place_offsets()
 
@@ -60,16 +62,18 @@ def tool_number(run: Run, letter: str, value: float) -> int:
     number = round(value)
     if value < 0.0 or abs(value - number) > 1e-4:
         raise run.fail("E322", word, f"{letter}{value:g} is not a whole number from zero up")
-    tools = run.settings.tools
-    if number > 0 and tools is not None and number not in tools:
+    if number > 0 and run.settings.tools is not None and number not in run.state.table:
         raise run.fail("E321", word, f"tool {number} is not in the tool table")
     return number
 
 
 def write(run: Run, word: Word | None) -> None:
-    """G10 L2 Pn (offsets of a work offset, R its rotation), G10 L20 Pn (so that the tool stands there)."""
+    """G10 L2 Pn (offsets of a work offset, R its rotation), G10 L20 Pn (so that the tool stands there); tools."""
     block, state = run.block, run.state
     kind, place = block.value("L"), block.value("P")
+    if kind in (1.0, 10.0, 11.0):
+        _write_tool(run, round(kind), word)
+        return
     if kind not in (2.0, 20.0):
         what = "G10 without L" if kind is None else f"G10 L{kind:g} is not supported"
         raise run.fail("E375", block.word("L") or word, what)
@@ -97,6 +101,59 @@ def write(run: Run, word: Word | None) -> None:
     state.rotary_work = {**state.rotary_work, code: angles}
     if code == state.work:
         state.place_offsets()
+
+
+def _write_tool(run: Run, kind: int, word: Word | None) -> None:
+    """G10 L1 (offsets and radius R of tool P), L10 and L11 (so that the tool, measured here, stands there).
+
+    L10 counts in the work offset in force, L11 in G59.3 without G92. Nothing moves before the next G43.
+    """
+    block, state = run.block, run.state
+    place = block.value("P")
+    if place is None or place == 0.0:
+        raise run.fail("E375", block.word("P") or word, f"G10 L{kind} needs P, the number of a tool")
+    if block.rotary:
+        what = f"tools have no offset of a rotary axis here: {block.rotary[0]}"
+        raise run.fail("E375", block.word(block.rotary[0]), what)
+    number = tool_number(run, "P", place)
+    old = state.table.get(number, ToolEntry(number, math.nan, 0.0))
+    given = {
+        axis: block.words[letter][0] * state.scale for axis, letter in enumerate(AXES) if letter in block.axes
+    }
+    before = old.x_mm, old.y_mm, old.length_mm
+    if kind == 1:
+        x, y, z = (given.get(axis, value) for axis, value in enumerate(before))
+    else:
+        x, y, z = _measured(run, kind, before, given)
+    radius = block.value("R")
+    state.table = {
+        **state.table,
+        number: old._replace(
+            x_mm=x,
+            y_mm=y,
+            length_mm=z,
+            diameter_mm=old.diameter_mm if radius is None else 2.0 * radius * state.scale,
+        ),
+    }
+
+
+def _measured(run: Run, kind: int, before: Point, given: dict[int, float]) -> Point:
+    """Tool offset T with which the tool stands at the given coordinates: machine = R (program + G92) + G5x + T.
+
+    Along axes of the work offset that are not named T stays; under a rotation that changes both X and Y.
+    """
+    state = run.state
+    code, g92_here = (593, ORIGIN) if kind == 11 else (state.work, state.g92)
+    angle = math.radians(state.rotations.get(code, 0.0))
+    c, s = math.cos(angle), math.sin(angle)
+
+    def seen(point: Point) -> Point:
+        return c * point[0] + s * point[1], c * point[1] - s * point[0], point[2]
+
+    bare = subtract(seen(subtract(state.machine, state.offsets.get(code, ORIGIN))), g92_here)
+    kept = seen(before)
+    u, v, w = (bare[axis] - given[axis] if axis in given else kept[axis] for axis in range(3))
+    return c * u - s * v, s * u + c * v, w
 
 
 def _standing(run: Run, code: int, old: Point, given: dict[int, float]) -> Point:

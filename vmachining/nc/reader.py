@@ -40,6 +40,7 @@ def read_program(
     crc_entry: str = "prev",
     crc_corner: str = "arc",
     peck_clearance_mm: float = 0.254,
+    taps: str = "reference",
     start_line: int = 1,
     max_steps: int = 1_000_000,
     stock_top_mm: float | None = None,
@@ -71,6 +72,7 @@ def read_program(
         crc_entry=crc_entry,
         crc_corner=crc_corner,
         peck_clearance_mm=peck_clearance_mm,
+        taps=taps,
         start_line=start_line,
         max_steps=max_steps,
         stock_top_mm=stock_top_mm,
@@ -92,6 +94,7 @@ def parse_program(
     crc_entry: str = "prev",
     crc_corner: str = "arc",
     peck_clearance_mm: float = 0.254,
+    taps: str = "reference",
     start_line: int = 1,
     max_steps: int = 1_000_000,
     stock_top_mm: float | None = None,
@@ -112,8 +115,10 @@ def parse_program(
     rotary : letters of the rotary axes of the machine, of "ABC".
     crc_entry : "prev": the entry move of cutter compensation is a segment like any other; "next": it goes
         straight to the offset start of the next one.
-    crc_corner : "arc" about outer corners, or "miter".
+    crc_corner : "arc" about outer corners, corners that turn by less than 0.05 rad passed over as the reference
+        control does; "exact": those are trimmed or rounded too; "miter": points instead of arcs.
     peck_clearance_mm : how far G73 lifts, and G83 stays away, from the last depth.
+    taps : in G18 and G19, "reference": beside their holes, as the reference control feeds them; "axis": along it.
     start_line : restart there: everything before is executed for its modes, offsets and position, but makes
         no moves.
     max_steps : lines that loops and subprograms may repeat.
@@ -138,10 +143,12 @@ def parse_program(
     for key in work_offsets or {}:
         if key not in codes:
             raise NCError(f"no work offset is called '{key}'", file=name, remedy="G54 to G59, G59.1 to G59.3")
-    if crc_entry not in ("prev", "next") or crc_corner not in ("arc", "miter"):
+    if crc_entry not in ("prev", "next") or crc_corner not in ("arc", "exact", "miter"):
         raise NCError(
-            f"crc_entry '{crc_entry}', crc_corner '{crc_corner}'", remedy="prev or next, arc or miter"
+            f"crc_entry '{crc_entry}', crc_corner '{crc_corner}'", remedy="prev or next, arc, exact or miter"
         )
+    if taps not in ("reference", "axis"):
+        raise NCError(f"taps '{taps}'", file=name, remedy="reference or axis")
     if not set(rotary) <= set("ABC"):
         raise NCError(f"rotary axes '{rotary}'", file=name, remedy="letters of ABC")
     text = decode_program(data, name)
@@ -155,6 +162,7 @@ def parse_program(
         crc_entry=crc_entry,
         crc_corner=crc_corner,
         peck_clearance_mm=peck_clearance_mm,
+        taps=taps,
         start_line=start_line,
         max_steps=max_steps,
     )

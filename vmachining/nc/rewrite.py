@@ -9,7 +9,7 @@
 4. A feed in the program is never above the one asked for: rounded down to 0.1 mm/min, in inch programs to
    0.0001 in/min, per revolution to 1e-6, in inverse time (G93, an F on every line) to seven digits.
    There the written points round the length of a piece, so its feed can be above by a share of 1e-5.
-5. Left alone: canned cycles, G53 blocks, feed per revolution with the spindle stopped, degrees per minute,
+5. Left alone: canned cycles, rigid taps, G53 blocks, feed per revolution with the spindle stopped, degrees per minute,
    everything that does not run once in the order of the file (`rewrite_regions.py`), and dialects other than
    iso and mts (`Rewritten.untouched`). Not cut, and given their smallest feed: `Rewritten.unsplit`.
 
@@ -242,7 +242,7 @@ class _Rewriter:
         if feed_word is not None:
             self.modal.original(feed_word)
             return lexed.text
-        if not cutting or self.modes.feed == 93 or self.modal.synced:
+        if not cutting or self.modes.feed == 93 or self.modal.synced or _taps(cutting):
             return lexed.text
         numbers = [self._number(move, move.feed_mm_min or 0.0, 0.0, unit) for move in cutting]
         if None in numbers or max(n for n in numbers if n) > min(n for n in numbers if n) * (1 + SLACK):
@@ -271,7 +271,11 @@ class _Rewriter:
         moves = [self.program.moves[k] for k in self.runs[edit.line]]
         cutting = self._cutting(edit.line)
         inverse = self.modes.feed == 93
-        if len(cutting) != len(moves) or any(w.letter == "G" and w.value == 53.0 for w in lexed.words):
+        if (
+            len(cutting) != len(moves)
+            or _taps(cutting)
+            or any(w.letter == "G" and w.value == 53.0 for w in lexed.words)
+        ):
             return None
         if inverse and (len(moves) > 1 or feed_word is None):
             return None
@@ -362,6 +366,11 @@ def _decode(data: bytes) -> tuple[bytes, str, str]:
         return mark, "utf-8", data[len(mark) :].decode("utf-8")
     except UnicodeDecodeError:
         return b"", "latin-1", data.decode("latin-1")
+
+
+def _taps(cutting: Sequence[Move]) -> bool:
+    """Whether these are the moves of G33.1, whose feed is its pitch: in and, the spindle reversed, out."""
+    return len({move.spindle_rpm for move in cutting}) > 1
 
 
 def _driven_length(move: Move, feed_word: Word | None) -> float:

@@ -2,7 +2,8 @@
 
 Bodies of subprograms, loops and branches run often, later, or not at all: a modal F written there reaches lines
 nobody can tell, so they are left alone; if they change units, G90, G93 or G41, the whole program is. A feed
-changed outside must be taken back before such a body starts. Lines from a computed G code on are left alone too.
+changed outside must be taken back before such a body starts. Lines from a computed G code, or from modes saved by
+M70 or M73, on are left alone too.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from vmachining.nc.rewrite_pieces import MODE_CHANGES
 
 __all__ = ["Regions", "find_regions"]
 
+SAVING = frozenset({70.0, 72.0, 73.0})
 PAIRED = frozenset({"sub", "if", "while", "do", "repeat"})
 
 
@@ -32,8 +34,9 @@ def find_regions(lexed: Sequence[LexedLine], first: int, last: int) -> Regions:
     closed: set[int] = set()
     gates: set[int] = set()
     for number, line in enumerate(lexed[first - 1 : last], first):
-        if any(word.letter == "G" and word.value is None for word in line.words):
-            gates.add(number)  # a computed code may choose inches or G93: behind it nobody knows what F says
+        computed = any(word.letter == "G" and word.value is None for word in line.words)
+        if computed or any(word.letter == "M" and word.value in SAVING for word in line.words):
+            gates.add(number)  # inches or G93 may be in force behind it: nobody knows what F says
             closed.update(range(number, last + 1))
             break
     structure = find_structure([line.text for line in lexed], first - 1, last)

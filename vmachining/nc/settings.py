@@ -24,6 +24,7 @@ class Settings:
     crc_entry: str = "prev"
     crc_corner: str = "arc"
     peck_clearance_mm: float = 0.254
+    taps: str = "reference"
     start_line: int = 1
     max_steps: int = 1_000_000
     stock_top_mm: float | None = None

@@ -16,9 +16,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from math import cos, radians, sin
+from math import cos, isnan, radians, sin
 from operator import attrgetter
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from vmachining.nc.arcs import PLANES, Plane
 from vmachining.nc.codes import spell
@@ -30,8 +30,9 @@ if TYPE_CHECKING:
     from vmachining.nc.compensation import Compensation
     from vmachining.nc.cycles import Cycle
     from vmachining.nc.mts import Pattern, Stored
+    from vmachining.nc.tooltable import ToolEntry
 
-__all__ = ["ORIGIN", "WORK_OFFSETS", "Memory", "State", "work_offset_codes"]
+__all__ = ["MODES", "ORIGIN", "WORK_OFFSETS", "Memory", "Saved", "State", "work_offset_codes"]
 
 ORIGIN: Final[Point] = (0.0, 0.0, 0.0)
 LOCALS: Final = 30
@@ -40,8 +41,24 @@ LOCALS: Final = 30
 LAST_FREE: Final = 5000
 """Numbered parameters above this belong to the control."""
 
+NOTES: Final = frozenset((*range(5061, 5071), 5599))
+"""Numbers above it that are only notes: results of probing, whether (DEBUG, ...) prints."""
+
 SYNC_MM: Final = 1e-9
 """Machine and simulation world agree when their difference is what the offsets say, up to rounding."""
+
+
+class Saved(NamedTuple):
+    """Modes of a moment, in the order of `MODES`. automatic : they come back when the subprogram ends."""
+
+    automatic: bool
+    values: tuple[Any, ...]
+
+
+MODES: Final = (
+    "scale", "plane", "absolute", "absolute_center", "feed_mode", "feed", "speed", "direction", "work", "length", "to_r",
+)  # fmt: skip
+"""What M70 saves: units, plane, distance and feed modes, F, S, spindle, work offset, tool length, cycle return."""
 
 
 @dataclass(slots=True)
@@ -57,7 +74,8 @@ class State:
     offsets. tcp, tcp_length : tool centre point control, by an M code until its counterpart, by G43.4 until
     another code of its group. cycle : canned cycle in force; to_r : G99. compensation : cutter
     radius; tip : where the tool really is, when compensation left it beside the programmed point. plain : the
-    short cut of the reader may be taken. stored, pattern : dialect mts.
+    short cut of the reader may be taken. stored, pattern : dialect mts. table : tools by number, as G10 left
+    them. levels : modes saved by M70 and M73 (or None), one item for the main program and one per call.
     """
 
     sim: Point
@@ -106,6 +124,8 @@ class State:
     plain: bool = True
     stored: Stored | None = None
     pattern: Pattern | None = None
+    table: Mapping[int, ToolEntry] = field(default_factory=dict)
+    levels: tuple[Saved | None, ...] = (None,)
 
     @property
     def program(self) -> Point:
@@ -168,12 +188,26 @@ class State:
             and not self.centred
         )
 
+    def save(self, automatic: bool) -> None:
+        """M70; automatic : M73, the modes come back when the subprogram ends."""
+        self.levels = (*self.levels[:-1], Saved(automatic, _MODES(self)))
+
+    def restore(self) -> None:
+        """M72: the modes saved at this level come back; motion code and position stay."""
+        saved = self.levels[-1]
+        if saved is not None:
+            for name, value in zip(MODES, saved.values, strict=True):
+                setattr(self, name, value)
+            self.warned_stopped = False
+            self.place_offsets()
+
     def clone(self) -> State:
         """A copy to try a block on."""
         return State(*_FIELDS(self))
 
 
 _FIELDS: Final = attrgetter(*(item.name for item in fields(State)))
+_MODES: Final = attrgetter(*MODES)
 
 
 class Memory:
@@ -218,7 +252,7 @@ class Memory:
 
     def numbered(self, number: int) -> float | None:
         """`#number`: zero while it was never set, None for a number of the control that is not kept here."""
-        if number <= LAST_FREE:
+        if number <= LAST_FREE or number in NOTES:
             return self._numbered.get(number, 0.0)
         state = self.state
         if 5420 <= number <= 5422:
@@ -226,11 +260,27 @@ class Memory:
         if 5423 <= number <= 5425:
             axis = "abc"[number - 5423]
             return state.rotary.get(axis, 0.0) - state.rotary_shift(axis)
+        for first in (5021, 5440):  # where G53 would lead here
+            if first <= number <= first + 2:
+                return state.machine[number - first] / state.scale
         if number == 5400:
             return float(state.tool)
+        if 5401 <= number <= 5410:
+            return self._tool(number)
+        if number == 5210:
+            return _truth(state.g92 != ORIGIN or any(state.rotary_g92.values()))
         if number == 5220:
             return float(list(WORK_OFFSETS).index(state.work) + 1)
         return self._offset(number)
+
+    def _tool(self, number: int) -> float:
+        """#5401 to #5410: offsets (X, Y, Z, six more) and diameter of the tool in the spindle."""
+        entry = self.state.table.get(self.state.tool)
+        if entry is None:
+            return 0.0
+        values = {5401: entry.x_mm, 5402: entry.y_mm, 5403: entry.length_mm, 5410: entry.diameter_mm}
+        value = values.get(number, 0.0)
+        return 0.0 if isnan(value) else value / self.state.scale
 
     def _offset(self, number: int) -> float | None:
         """Reference points (#5161, #5181), G92 (#5211) and work offsets (#5221, #5241, ...), in mm and degrees."""
@@ -266,7 +316,7 @@ class Memory:
             return target.name, number
         assert target.number is not None
         key = parameter_number(target.number, self)
-        if key > LAST_FREE:
+        if key > LAST_FREE and key not in NOTES:
             raise NoValueError(f"#{key} belongs to the control, setting it is not supported")
         return key, number
 
@@ -281,6 +331,8 @@ class Memory:
         state = self.state
         if name in ("_x", "_y", "_z"):
             return state.program["xyz".index(name[1])] / state.scale
+        if name in ("_abs_x", "_abs_y", "_abs_z"):
+            return state.machine["xyz".index(name[5])] / state.scale
         if name in ("_a", "_b", "_c"):
             return state.rotary.get(name[1], 0.0) - state.rotary_shift(name[1])
         if name in ("_metric", "_imperial"):
@@ -292,6 +344,10 @@ class Memory:
         if name == "_rpm":
             return state.speed
         return float(state.tool) if name == "_current_tool" else None
+
+
+def _truth(flag: bool) -> float:
+    return 1.0 if flag else 0.0
 
 
 WORK_OFFSETS: Final = (540, 550, 560, 570, 580, 590, 591, 592, 593)

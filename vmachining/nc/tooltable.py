@@ -17,11 +17,18 @@ _WORD: Final = re.compile(r"([A-Za-z])[ \t]*([+-]?(?:\d+\.?\d*|\.\d+))")
 
 
 class ToolEntry(NamedTuple):
-    """One line of a tool table: number, diameter and length in mm (0 where the table is silent)."""
+    """One line of a tool table: number, diameter and length in mm (0 where the table is silent).
+
+    x_mm, y_mm : offsets of the tip beside the spindle. turning : the line gives an orientation (Q), which only
+    tools of a lathe have.
+    """
 
     number: int
     diameter_mm: float
     length_mm: float
+    x_mm: float = 0.0
+    y_mm: float = 0.0
+    turning: bool = False
 
 
 def read_tool_table(path: Path | str, units: str = "mm") -> dict[int, ToolEntry]:
@@ -29,7 +36,7 @@ def read_tool_table(path: Path | str, units: str = "mm") -> dict[int, ToolEntry]
 
     Parameters
     ----------
-    path : a `.toml` job file, else a `.tbl` table (`T3 P3 Z0.5 D0.25 ;comment`, D diameter, Z length).
+    path : a `.toml` job file, else a `.tbl` table (`T3 P3 X0 Y0 Z0.5 D0.25 ;comment`, D diameter, Z length).
     units : "mm" or "inch", of the `.tbl` numbers; a job file says mm in its keys.
 
     Returns
@@ -76,8 +83,9 @@ def _from_tbl(text: str, name: str, units: str) -> list[tuple[int | None, ToolEn
         number = words.get("T")
         if number is None or number < 0 or number != math.floor(number):
             raise ToolError("a tool needs a whole number T", file=name, line=line, word=content[:40])
-        diameter, length = (scale * words.get(letter, 0.0) for letter in "DZ")
-        out.append((line, ToolEntry(int(number), abs(diameter), length)))
+        diameter, length, x, y = (scale * words.get(letter, 0.0) for letter in "DZXY")
+        turning = words.get("Q", 0.0) != 0.0
+        out.append((line, ToolEntry(int(number), abs(diameter), length, x, y, turning)))
     return out
 
 
@@ -99,5 +107,5 @@ def _from_toml(text: str, name: str) -> list[tuple[int | None, ToolEntry]]:
             if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
                 raise ToolError(f"tool {number}: {key} must be a number", file=name, word=str(value))
             sizes.append(float(value))
-        out.append((None, ToolEntry(number, *sizes)))
+        out.append((None, ToolEntry(number, sizes[0], sizes[1])))
     return out
