@@ -22,6 +22,7 @@ Goal: a B-rep answer beside the mesh bracket. Every value is either inside the b
 | `ladder.py` | `Ladder`, rungs and gate |
 | `near.py` | which earlier sweeps reach a region |
 | `workpiece.py` | the stock after all blocks as a valid solid, STEP with faces named and coloured by block |
+| `edges.py`, `edgeworker.py` | `BrepWorkpiece`: which parts of a cutting edge lie in the workpiece |
 | `workers.py`, `worker.py` | `check_blocks`, `step_file` and the process they drive |
 | `step.py` | `read_step`: STEP -> closed solid -> triangles and exact volume |
 
@@ -55,6 +56,7 @@ from typing import TYPE_CHECKING, Any
 from vmachining.engines.brep.step import StepSolid, read_step
 
 if TYPE_CHECKING:
+    from vmachining.engines.brep.edges import BrepWorkpiece
     from vmachining.engines.brep.ladder import RUNGS, Blank, Ladder, Status, Verdict
     from vmachining.engines.brep.measure import volume
     from vmachining.engines.brep.swept import Inspection, inspect, solid, solids
@@ -63,6 +65,7 @@ if TYPE_CHECKING:
 __all__ = [
     "RUNGS",
     "Blank",
+    "BrepWorkpiece",
     "Inspection",
     "Ladder",
     "Status",
@@ -78,6 +81,7 @@ __all__ = [
 ]
 
 _FILES = {
+    "edges": ("BrepWorkpiece",),
     "ladder": ("RUNGS", "Blank", "Ladder", "Status", "Verdict"),
     "measure": ("volume",),
     "swept": ("Inspection", "inspect", "solid", "solids"),

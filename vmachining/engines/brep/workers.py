@@ -36,9 +36,9 @@ class _Gone(Exception):  # noqa: N818 - not an error of ours
 class _Worker:
     """One process with its pipes."""
 
-    def __init__(self, hello: bytes) -> None:
+    def __init__(self, hello: bytes, module: str = "vmachining.engines.brep.worker") -> None:
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "vmachining.engines.brep.worker"],
+            [sys.executable, "-m", module],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
@@ -66,6 +66,11 @@ class _Worker:
         self.done += 1
         assert isinstance(answer, Verdict)
         return answer
+
+    def call(self, question: object, seconds: float) -> Any:
+        """Any question, and its answer."""
+        self._send(pickle.dumps(question))
+        return self._receive(seconds)
 
     def kill(self) -> None:
         """End the process from any thread; whoever waits for it hears that it is gone."""

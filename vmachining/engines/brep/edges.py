@@ -1,0 +1,87 @@
+"""Which parts of cutting edges lie in a workpiece of B-rep solids, asked of OCCT in a process of its own.
+
+The workpiece is not built: an edge at one rotation angle is a line, a circle or a spline, every member of the
+workpiece (stock, earlier sweeps) is a valid solid by itself, and the parts of the curve inside each are sets of
+intervals whose difference is the answer. No boolean of solids is asked, so none can lie.
+"""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from types import TracebackType
+
+from vmachining.arrays import Floats
+from vmachining.engines.brep.ladder import Blank
+from vmachining.engines.brep.workers import _Gone, _Worker
+from vmachining.errors import EngineError, SweepError
+from vmachining.sweep import Stance, Sweep
+from vmachining.tool import Edge, EdgeParts
+
+__all__ = ["BrepWorkpiece"]
+
+WORKER = "vmachining.engines.brep.edgeworker"
+
+
+@dataclass(slots=True, eq=False)
+class BrepWorkpiece:
+    """Stock minus earlier sweeps, as solids in another process; to be used in a `with` statement.
+
+    stock : Blank. past : (code, sweep) in program order; the code goes to the ends that the sweep makes.
+    stock_code : the code of the stock. seconds : limit of one question, and of building the solids.
+
+    Raises
+    ------
+    SweepError
+        An earlier sweep has no B-rep solid; names its code.
+    EngineError
+        OCCT failed, crashed or took too long.
+    """
+
+    stock: Blank
+    past: Sequence[tuple[int, Sweep]]
+    stock_code: int = -1
+    seconds: float = 120.0
+    _worker: _Worker | None = field(default=None, repr=False)
+
+    def __enter__(self) -> BrepWorkpiece:
+        hello = pickle.dumps((self.stock, list(self.past), self.stock_code))
+        try:
+            self._worker = _Worker(hello, WORKER)
+        except (_Gone, OSError) as exc:
+            raise EngineError(f"no worker process: {exc}", engine="brep") from exc
+        try:
+            self._ask("build")
+        except BaseException:
+            self.__exit__(None, None, None)
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._worker is not None:
+            self._worker.close()
+            self._worker = None
+
+    def holds(self, edge: Edge, stance: Stance, phi: Floats, parts: EdgeParts) -> EdgeParts:
+        """The parts inside the workpiece; row r of `parts` stands at phi[r]."""
+        if not len(parts.row):
+            return parts
+        answer = self._ask((edge, stance, phi, parts))
+        assert isinstance(answer, EdgeParts)
+        return answer
+
+    def _ask(self, question: object) -> object:
+        if self._worker is None:
+            raise EngineError("the process of the solids is not running", engine="brep")
+        try:
+            answer = self._worker.call(question, self.seconds)
+        except _Gone as exc:
+            raise EngineError(str(exc), engine="brep") from exc
+        if isinstance(answer, SweepError):
+            raise SweepError(answer.message, remedy="take method dexel")
+        if isinstance(answer, str):
+            raise EngineError(answer, engine="brep")
+        return answer

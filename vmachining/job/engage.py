@@ -1,0 +1,291 @@
+"""`engage`: the tool of a job at a fraction of one of its blocks, and what its cutting edge touches there."""
+
+from __future__ import annotations
+
+import math
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vmachining.arrays import Floats
+from vmachining.engagement import (
+    BoxStock,
+    By,
+    CylinderStock,
+    Engagement,
+    MeshStock,
+    Past,
+    RayWorkpiece,
+    Stock,
+    Workpiece,
+    contact,
+    facing_parts,
+    sweeps_near,
+)
+from vmachining.engines.mesh.facets import Side
+from vmachining.errors import InputError
+from vmachining.geometry import Line
+from vmachining.job.blocks import Block, group_blocks
+from vmachining.job.brep import blank
+from vmachining.job.jobfile import Job
+from vmachining.job.paths import CutterPath, move_path
+from vmachining.job.reading import read_job_program, refuse_unknown_tools
+from vmachining.job.stock import raw_stock
+from vmachining.nc import Motion, Program
+from vmachining.sweep import Stance, Sweep, Turn
+from vmachining.tolerance import LENGTH_EPS_MM
+from vmachining.tool import Edge, Profile, Tool
+
+if TYPE_CHECKING:
+    from vmachining.engines.brep import Blank
+
+__all__ = ["EDGES", "METHODS", "Scene", "engage"]
+
+METHODS = ("dexel", "brep", "analytic")
+EDGES = ("straight", "helix")
+LEAST_ANGLES, MOST_ANGLES = 4, 100_000
+
+
+def engage(
+    job: Job,
+    block: int,
+    *,
+    at: float = 0.5,
+    method: str = "dexel",
+    angles: int = 360,
+    edge: str = "straight",
+    bottom: bool = False,
+    seconds: float = 120.0,
+) -> Engagement:
+    """What the cutting edge touches with the tool at a fraction of a block, in the in-process workpiece.
+
+    Parameters
+    ----------
+    block : number in the table of `run`, from 0.
+    at : 0 to 1 of the length of its feed motions.
+    method : "dexel": exact distances to stock and earlier sweeps, no kernel. "brep": curve of the edge against
+        the B-rep solids of stock and earlier sweeps, by OCCT in a process of its own.
+    angles : of the grid of rotation angles.
+    edge : "straight", the meridian; "helix", wound by the helix angle of the tool.
+    bottom : the edge goes on over the bottom disc to the axis.
+    seconds : limit of one question to OCCT.
+
+    Raises
+    ------
+    InputError
+        A block that is not there or only moves rapidly, a fraction or number of angles out of range, an unknown
+        method or edge, a tool without helix angle, a stock of triangles for "brep"; program, tools or stock of
+        the job cannot be used.
+    SweepError
+        Method "brep": an earlier block has no B-rep solid; names it.
+    EngineError
+        OCCT failed or took too long.
+    """
+    scene = Scene.of(job)
+    return scene.engage(block, at=at, method=method, angles=angles, edge=edge, bottom=bottom, seconds=seconds)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scene:
+    """A job with its program read, for several questions.
+
+    cuts : (block, tool, path) of every feed motion in program order.
+    """
+
+    job: Job
+    program: Program
+    blocks: tuple[Block, ...]
+    cuts: tuple[tuple[int, int, CutterPath], ...]
+    _kept: dict[str, Any]
+
+    @classmethod
+    def of(cls, job: Job) -> Scene:
+        """Read the program of a job. Raises as `engage` does."""
+        program = read_job_program(job)
+        refuse_unknown_tools(program, job.tools, ", ".join(map(str, sorted(job.tools))))
+        blocks = tuple(group_blocks(program, job.machine))
+        cuts = []
+        for block in blocks:
+            for move in (program.moves[index] for index in block.moves):
+                if move.motion is not Motion.RAPID:
+                    cuts.append((block.number, move.tool, move_path(move, job.machine)))  # noqa: PERF401
+        return cls(job, program, blocks, tuple(cuts), {})
+
+    def engage(
+        self,
+        block: int,
+        *,
+        at: float = 0.5,
+        method: str = "dexel",
+        angles: int = 360,
+        edge: str = "straight",
+        bottom: bool = False,
+        seconds: float = 120.0,
+    ) -> Engagement:
+        """See `engage`."""
+        _check(at, method, angles, edge, seconds)
+        index, t = self._place(block, at)
+        _, number, path = self.cuts[index]
+        tool = self.job.tools[number]
+        cutting = Edge(tool, helix_deg=_helix(tool, number) if edge == "helix" else 0.0, bottom=bottom)
+        stance = Stance.on(path, t)
+        past = self._reaching(index, tool.cutter, stance)
+        own = _own(block, tool.cutter, path, t)
+        stock, notes = self._stock(method)
+        phi = 2.0 * np.pi * np.arange(angles) / angles
+        near = sweeps_near(cutting, stance, phi, facing_parts(cutting, stance, phi), past)
+        if not bottom and tool.cutter.points[0, 0] > 0.0 and _bottom_leads(stance, tool.cutter):
+            notes = (
+                *notes,
+                "the bottom disc moves into material too: ask for the bottom to have it in the edge",
+            )
+        with self._workpiece(method, stock, near, seconds) as workpiece:
+            found = contact(cutting, stance, workpiece, own, angles=angles)
+        line = next(b.line for b in self.blocks if b.number == block)
+        return Engagement(cutting, stance, found, method, at, block, line, notes)
+
+    def _place(self, block: int, at: float) -> tuple[int, float]:
+        """Position in `cuts`, and t in [0, 1] there."""
+        if not 0 <= block < len(self.blocks):
+            last = len(self.blocks) - 1
+            has = f"blocks 0 to {last}" if last >= 0 else "no block that moves"
+            raise InputError(
+                f"there is no block {block}: the program has {has}", remedy="see blocks.csv of a run"
+            )
+        mine = [k for k, cut in enumerate(self.cuts) if cut[0] == block]
+        if not mine:
+            known = self.blocks[block]
+            raise InputError(
+                f"block {block} is a rapid and cuts nothing: {known.text.strip()!r}",
+                file=self.program.name, line=known.line, remedy="take a block with a feed motion",
+            )  # fmt: skip
+        sizes = np.array([self.cuts[k][2].length for k in mine])
+        if sizes.max() <= LENGTH_EPS_MM:  # the tip rests, the tool turns
+            sizes = np.ones(len(mine))
+        ends = np.concatenate([[0.0], np.cumsum(sizes)]) / sizes.sum()
+        which = min(int(np.searchsorted(ends, at, side="right")) - 1, len(mine) - 1)
+        low, high = ends[which], ends[which + 1]
+        return mine[which], float(np.clip((at - low) / (high - low), 0.0, 1.0))
+
+    def _reaching(self, index: int, cutter: Profile, stance: Stance) -> list[Past]:
+        """Earlier sweeps whose box meets that of the tool."""
+        box = Sweep.along(cutter, _at_rest(stance)).bounds
+        out = []
+        for block, number, path in self.cuts[:index]:
+            profile = self.job.tools[number].cutter
+            low, high = _rough_box(profile, path)
+            if (low <= box[1]).all() and (high >= box[0]).all():
+                one = Past(block, Sweep.along(profile, path))
+                low, high = one.sweep.bounds
+                if (low <= box[1]).all() and (high >= box[0]).all():
+                    out.append(one)
+        return out
+
+    def _stock(self, method: str) -> tuple[Any, tuple[str, ...]]:
+        """The stock as the method wants it, and what must be known of it; made once."""
+        if method not in self._kept:
+            self._kept[method] = (_faces(self.job), ()) if method == "brep" else _plain_stock(self.job)
+        stock, notes = self._kept[method]
+        return stock, notes
+
+    def _workpiece(
+        self, method: str, stock: Any, past: list[Past], seconds: float
+    ) -> AbstractContextManager[Workpiece]:
+        return _solids(stock, past, seconds) if method == "brep" else nullcontext(RayWorkpiece(stock, past))
+
+
+def _solids(stock: Blank, past: list[Past], seconds: float) -> AbstractContextManager[Workpiece]:
+    from vmachining.engines.brep import BrepWorkpiece
+
+    return BrepWorkpiece(stock, [(one.block, one.sweep) for one in past], By.STOCK, seconds)
+
+
+def _check(at: float, method: str, angles: int, edge: str, seconds: float) -> None:
+    if method not in METHODS:
+        raise InputError(f"unknown method {method!r}", remedy=f"one of {', '.join(METHODS)}")
+    if method == "analytic":
+        raise InputError("method 'analytic' is not supported yet", remedy="take dexel or brep")
+    if edge not in EDGES:
+        raise InputError(f"unknown edge {edge!r}", remedy=f"one of {', '.join(EDGES)}")
+    if not 0.0 <= at <= 1.0:
+        raise InputError(
+            f"the fraction {at:g} of the block is not between 0 and 1", remedy="0.5 is its middle"
+        )
+    if not LEAST_ANGLES <= angles <= MOST_ANGLES:
+        raise InputError(
+            f"{angles} angles: want {LEAST_ANGLES} to {MOST_ANGLES}", remedy="360 is one per degree"
+        )
+    if not (math.isfinite(seconds) and seconds > 0.0):
+        raise InputError(f"a limit of {seconds} s: want a positive number")
+
+
+def _helix(tool: Tool, number: int) -> float:
+    if tool.helix_deg is None:
+        raise InputError(
+            f"tool {number} has no helix angle",
+            remedy="give helix_deg in its [[tools]] table, or a straight edge",
+        )
+    return tool.helix_deg
+
+
+def _own(block: int, cutter: Profile, path: CutterPath, t: float) -> list[Past]:
+    """The first part of the block, where it can cover the front of the tool."""
+    if t == 0.0 or (isinstance(path, Line) and cutter.is_convex):
+        return []
+    return [Past(block, Sweep.along(cutter, path if t == 1.0 else path.split([t])[0]))]
+
+
+def _bottom_leads(stance: Stance, cutter: Profile) -> bool:
+    """Whether some point of the bottom disc moves out of the tool, beyond rounding."""
+    sink = -float(stance.velocity @ stance.axis)
+    swing = float(cutter.points[0, 0]) * float(np.linalg.norm(stance.axis_rate))
+    return sink + swing > 1e-9 * max(float(np.linalg.norm(stance.velocity)), swing)
+
+
+def _at_rest(stance: Stance) -> CutterPath:
+    """The tool at one pose, as a path."""
+    if np.array_equal(stance.axis, [0.0, 0.0, 1.0]):
+        return Line(stance.tip, stance.tip)
+    return Turn.through(stance.tip, stance.tip, "axis", stance.axis, stance.axis)
+
+
+def _rough_box(profile: Profile, path: CutterPath) -> tuple[Floats, Floats]:
+    """A box around a sweep, quick, and wide where the tool leans."""
+    low, high = path.bounds
+    if isinstance(path, Turn):
+        far = float(np.hypot(profile.max_radius, np.abs(profile.points[:, 1]).max()))
+        return low - far, high + far
+    r = profile.max_radius
+    return low + [-r, -r, profile.z_min], high + [r, r, profile.z_max]
+
+
+def _faces(job: Job) -> Blank:
+    """The stock of the B-rep engine."""
+    if job.keys.stock.stl is not None:
+        raise InputError(
+            "method brep wants a stock of faces, an STL has triangles", **job.where("stock"),
+            remedy="take method dexel, or give the stock as box, cylinder or step",
+        )  # fmt: skip
+    return blank(job)
+
+
+def _plain_stock(job: Job) -> tuple[Stock, tuple[str, ...]]:
+    """The stock without a kernel: box and cylinder exact, files by their triangles."""
+    keys, scale = job.keys.stock, job.scale
+    if keys.box is not None:
+        return BoxStock(scale * np.array(keys.box.min), scale * np.array(keys.box.max)), ()
+    if keys.cylinder is not None:
+        bar = keys.cylinder
+        x, y = (scale * v for v in bar.center)
+        low, high = (scale * v for v in bar.z)
+        return CylinderStock((x, y), scale * bar.radius, (low, high)), ()
+    raw = raw_stock(job)
+    mesh = raw.mesh.solids[Side.INNER].to_mesh64()
+    vertices = np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3]
+    stock = MeshStock(vertices, np.asarray(mesh.tri_verts, dtype=np.int64))
+    if raw.slack_mm3 <= 0.0:
+        return stock, ()
+    chord = job.keys.accuracy.chord_mm
+    return stock, (f"the STEP stock is known by triangles within {chord:g} mm; method brep takes its faces",)
