@@ -44,6 +44,17 @@ Home = Annotated[
 CrcEntry = Annotated[
     str, typer.Option("--crc-entry", metavar="prev|next", help="How cutter compensation enters the path.")
 ]
+CrcCorner = Annotated[
+    str, typer.Option("--crc-corner", metavar="arc|exact|miter", help="What it does at corners.")
+]
+Taps = Annotated[
+    str,
+    typer.Option("--taps", metavar="reference|axis", help="Where taps in G18 and G19 go; axis: into holes."),
+]
+Subroutines = Annotated[
+    list[Path] | None,
+    typer.Option("--subroutines", metavar="DIR", help="More folders with subprograms in files; repeatable."),
+]
 BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip lines that open with a slash.")]
 FromLine = Annotated[int, typer.Option("--from-line", metavar="N", min=1, help="Restart at this line.")]
 ToolUnits = Annotated[str, typer.Option("--tools-units", metavar="mm|inch", help="Unit of a .tbl table.")]
@@ -142,6 +153,9 @@ def nc_check(
     rotary: Rotary = "ABC",
     home: Home = "0,0,0",
     crc_entry: CrcEntry = "prev",
+    crc_corner: CrcCorner = "arc",
+    taps: Taps = "reference",
+    subroutines: Subroutines = None,
     block_delete: BlockDelete = False,
     from_line: FromLine = 1,
     stock_top: Annotated[
@@ -167,6 +181,9 @@ def nc_check(
         rotary=rotary,
         home=home,
         crc_entry=crc_entry,
+        crc_corner=crc_corner,
+        taps=taps,
+        subroutines=tuple(subroutines or ()),
         block_delete=block_delete,
         from_line=from_line,
         stock_top=stock_top,
@@ -190,6 +207,9 @@ def nc_moves(
     rotary: Rotary = "ABC",
     home: Home = "0,0,0",
     crc_entry: CrcEntry = "prev",
+    crc_corner: CrcCorner = "arc",
+    taps: Taps = "reference",
+    subroutines: Subroutines = None,
     block_delete: BlockDelete = False,
     from_line: FromLine = 1,
     as_json: Json = False,
@@ -204,6 +224,9 @@ def nc_moves(
         rotary=rotary if machine is None else room.rotary_axes(machine),
         home=home,
         crc_entry=crc_entry,
+        crc_corner=crc_corner,
+        taps=taps,
+        subroutines=tuple(subroutines or ()),
         block_delete=block_delete,
         from_line=from_line,
     )
@@ -224,6 +247,34 @@ def sweep(
     from vmachining.cli import single
 
     return single.sweep(file, chord=chord, as_json=as_json)
+
+
+@app.command(epilog="Example: vmachining engage models/slot/job.toml --block 20 --at 0.5 --out out/block20")
+def engage(
+    job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="Job file.")],
+    block: Annotated[int, typer.Option("--block", metavar="K", help="Block, as numbered by run, from 0.")],
+    at: Annotated[float, typer.Option("--at", metavar="P", help="Fraction of the block, 0 to 1.")] = 0.5,
+    method: Annotated[str, typer.Option("--method", help="dexel: exact distances; brep: OCCT.")] = "dexel",
+    angles: Annotated[int, typer.Option("--angles", metavar="N", help="Rotation angles of a turn.")] = 360,
+    edge: Annotated[
+        str, typer.Option("--edge", help="straight, or helix: wound as the tool says.")
+    ] = "straight",
+    bottom: Annotated[bool, typer.Option("--bottom", help="The edge goes on over the bottom disc.")] = False,
+    seconds: Annotated[
+        float, typer.Option("--seconds", metavar="S", help="Limit of one OCCT question.")
+    ] = 120.0,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Write table, map and picture there.")
+    ] = None,
+    as_json: Json = False,
+) -> int:
+    """What the cutting edge touches at one instant of a block, for every rotation angle."""
+    from vmachining.cli import engage as room
+
+    return room.engage(
+        job, block=block, at=at, method=method, angles=angles, edge=edge, bottom=bottom, seconds=seconds, out=out,
+        as_json=as_json,
+    )  # fmt: skip
 
 
 @app.command(epilog="Example: vmachining compare results.csv models/reference_pack")

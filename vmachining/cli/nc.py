@@ -38,6 +38,9 @@ class Reading:
     rotary: str = "ABC"
     home: str = "0,0,0"
     crc_entry: str = "prev"
+    crc_corner: str = "arc"
+    taps: str = "reference"
+    subroutines: tuple[Path, ...] = ()
     block_delete: bool = False
     from_line: int = 1
     stock_top: float | None = None
@@ -50,6 +53,9 @@ class Reading:
             "rotary": self.rotary.upper(),
             "home": _point(self.home),
             "crc_entry": self.crc_entry,
+            "crc_corner": self.crc_corner,
+            "taps": self.taps,
+            "subroutines": self.subroutines,
             "block_delete": self.block_delete,
             "start_line": self.from_line,
             "stock_top_mm": self.stock_top,

@@ -49,14 +49,16 @@ class Keys(BaseModel):
 
 
 class ProgramKeys(Keys):
-    """[program]"""
+    """[program]; subroutines : folders, relative to the job file."""
 
     file: Text
     dialect: Literal["iso", "mts", "apt", "poses"] = "iso"
     home: Triple = (0.0, 0.0, 100.0)
     block_delete: Annotated[bool, Field(strict=True)] = False
     crc_entry: Literal["prev", "next"] = "prev"
-    crc_corner: Literal["arc", "miter"] = "arc"
+    crc_corner: Literal["arc", "exact", "miter"] = "arc"
+    taps: Literal["reference", "axis"] = "reference"
+    subroutines: tuple[Text, ...] = ()
 
 
 class Machine(Keys):

@@ -37,9 +37,11 @@ def read_job_program(job: Job, path: Path | None = None) -> Program:
     names = job.machine.names if job.machine is not None else ()
     options: dict[str, Any] = {
         "dialect": keys.dialect, "tools": table, "home": job.home, "block_delete": keys.block_delete,
-        "crc_entry": keys.crc_entry, "crc_corner": keys.crc_corner,
+        "crc_entry": keys.crc_entry, "crc_corner": keys.crc_corner, "taps": keys.taps,
         "rotary": "".join(letter for letter in "ABC" if letter in names),
     }  # fmt: skip
+    # a rewritten program lies elsewhere than the files of its subprograms
+    options["subroutines"] = (job.program_path.parent, *(job.folder / name for name in keys.subroutines))
     program = read_program(path, **options)
     if not program.data.strip():
         raise NCError("the program is empty", file=str(path), line=1, remedy="is it the right file?")

@@ -30,6 +30,7 @@ How a program is read (dialects iso and mts)
 | `cycles.py` | canned cycles G73 to G89 |
 | `compensation.py`, `offset_curves.py`, `gouge.py` | cutter radius compensation; offset lines and arcs; neighbours |
 | `control.py`, `flow.py` | pairs of O words found; calls, loops and branches run |
+| `subfiles.py`, `values.py` | subprograms in files of their own; numbers of a line when it runs |
 | `mts.py` | stored cycles and patterns of dialect mts |
 | `apt.py`, `poses.py` | cutter location files; tables of poses |
 | `checks.py` | what only the moves can tell: travel, increments, feeds above the stock |
@@ -47,14 +48,17 @@ Departures from LinuxCNC
 - `G1` alone before the first F chooses the mode without a motion.
 - Tool lengths follow a change of units. G92 starts at zero. G28 and G30 go to `home`. Cycles start with G98.
 - A single % behind the program closes it.
-- Taps in G18 and G19 feed along the axis of the plane (there the coordinates come out in another order).
-- Every corner of a compensated path is trimmed or rounded exactly, however small its angle; units cannot change
-  under compensation. Subprograms are looked for in the same file only.
+- Units cannot change under compensation. D0 without a tool is a radius of zero only where a tool table is given.
+- Sizes of the tool in the spindle (#5401 to #5410) are in units of the program.
+Its errors are copied, with a warning, where its published cases hold them: taps in G18 and G19 feed beside their
+holes (`taps = "axis"` feeds along the axis), compensated corners that turn by less than 0.05 rad are passed over
+(`crc_corner = "exact"` looks at each).
 Rotary axes are read, with their offsets, where `rotary` names them; M428, M128, G43.4 and TRAORI say that X Y Z
 are the tip in work coordinates from there on. What the axes do to the tool is for the machine to say.
-Limits: no G68, G16, G51, macros, splines, probing, threads, G76, G87, G88; arcs lie in XY under a rotated work
-offset; parameters of the control above #5000 can be read where they are offsets (#5161 to #5390), the tool (#5400) or
-the position (#5420 to #5425), and not be set.
+Limits: no G68, G16, G51, macros, splines, probing, threads, G76, G87, G88, no axes U V W; arcs lie in XY under a
+rotated work offset; parameters of the control above #5000 can be read where they are offsets (#5161 to #5390), the
+tool (#5400 to #5410) or the position (#5021 to #5023, #5420 to #5425, #5440 to #5442), and not be set. Comments that
+print, log or ask a configuration (DEBUG, PRINT, LOG) are comments; (ABORT, ...) ends the reading.
 """
 
 from vmachining.nc.catalogue import CATALOGUE, explain

@@ -8,19 +8,22 @@ from __future__ import annotations
 import gc
 import re
 from bisect import bisect_left
+from collections.abc import Callable
 from typing import Final
 
+from vmachining.errors import NCError
 from vmachining.nc.block import Problem, block_number, build_block
 from vmachining.nc.catalogue import CATALOGUE
 from vmachining.nc.control import find_structure
-from vmachining.nc.expressions import NoValueError, evaluate
 from vmachining.nc.flow import Flow, FlowStop
 from vmachining.nc.interpreter import BlockError, execute
-from vmachining.nc.lexer import MAX_LINE, MAX_VALUE, LexedLine, Word, lex_line
+from vmachining.nc.lexer import MAX_LINE, LexedLine, Word, lex_line
 from vmachining.nc.model import Finding, Motion, Move
 from vmachining.nc.settings import Settings
 from vmachining.nc.state import ORIGIN, Memory, State
+from vmachining.nc.subfiles import SubFiles
 from vmachining.nc.tape import find_tape
+from vmachining.nc.values import line_values
 from vmachining.nc.vectors import add
 
 __all__ = ["Reader"]
@@ -56,8 +59,12 @@ class _GiveUpError(Exception):
 class Reader:
     """Goes through the lines once, or as often as loops and calls say."""
 
-    def __init__(self, lines: list[str], settings: Settings) -> None:
+    def __init__(
+        self, lines: list[str], settings: Settings, decode: Callable[[bytes, str], str] | None = None
+    ) -> None:
         self.lines, self.settings = lines, settings
+        self.files = SubFiles(settings.subroutines, lines, decode)
+        self.own = len(lines)
         home = settings.home
         start = settings.work_offsets.get(540, ORIGIN)
         self.state = State(
@@ -109,6 +116,9 @@ class Reader:
             if (line, col, code) in self.reported:
                 return
             self.reported.add((line, col, code))
+            if line > self.own and (file := self.files.holding(line - 1)) is not None:
+                message = f"in {file.name}, line {line - file.first}: {word} {message}".replace(":  ", ": ")
+                line, col, length, word, n = self.flow.origin(self.own, line - 1) + 1, 1, 0, "", None
         if code[0] == "W":
             count = self.warnings[code] = self.warnings.get(code, 0) + 1
             if count > MAX_WARNINGS:
@@ -140,7 +150,7 @@ class Reader:
             at = self._drive(first, stop)
         except _GiveUpError as exc:
             code, at, what = exc.args
-            self._record(code, min(at + 1, len(self.lines)), 1, 0, None, "", what)
+            self._record(code, min(at + 1, self.own), 1, 0, None, "", what)
         else:
             self.ended = self.state.ended or closed
             self._epilogue(at if self.state.ended else stop)
@@ -151,17 +161,15 @@ class Reader:
         for code, count in self.warnings.items():
             if count > MAX_WARNINGS:
                 what = f"{code} was found {count} times, {count - MAX_WARNINGS} of them are not listed"
-                self._record("I407", len(self.lines), 1, 0, None, "", what)
+                self._record("I407", self.own, 1, 0, None, "", what)
 
     def _epilogue(self, at: int) -> None:
         """E401, or W404 for what stands behind the end."""
         lines = self.lines
         if not self.ended:
-            self._record(
-                "E401", max(1, len(lines)), 1, 0, None, "", "the program has no M2, M30 or closing %"
-            )
+            self._record("E401", max(1, self.own), 1, 0, None, "", "the program has no M2, M30 or closing %")
             return
-        for index in range(at, len(lines)):
+        for index in range(at, self.own):
             content = lines[index].strip(" \t")
             if content and content != "%":
                 text = content[:40]
@@ -184,7 +192,7 @@ class Reader:
                 return at
             self._restart(restart)
             return self._blocks(restart, stop)
-        flow = self.flow = Flow(structure, self.memory, self._flow_problem)
+        flow = self.flow = Flow(structure, self.memory, self._flow_problem, self._load)
         for index, problem in structure.problems:
             self._flow_problem(problem, index)
         self._check_numbers(first, stop)
@@ -194,8 +202,7 @@ class Reader:
         """The same for a program with lines that steer."""
         items, at, steps = flow.structure.items, first, 0
         limit = self.settings.max_steps + stop - first
-        ends = [*flow.stops, stop]
-        while at < stop:
+        while at < (last := self.files.stop(at, stop)):
             if at == restart:
                 self._restart(restart)
                 restart = -1
@@ -210,7 +217,8 @@ class Reader:
                         raise self._give_up(exc) from None
                 steps += 1
             else:
-                end = ends[bisect_left(ends, at)]
+                place = bisect_left(flow.stops, at)
+                end = min(flow.stops[place], last) if place < len(flow.stops) else last
                 if at < restart < end:
                     end = restart
                 self.next = None
@@ -234,6 +242,21 @@ class Reader:
         if restart >= 0:
             self._never_reached(restart)
         return stop
+
+    def _load(self, label: str) -> bool:
+        """Read the file of a subprogram, and say what is wrong with it."""
+        assert self.flow is not None
+        structure = self.flow.structure
+        known = len(structure.problems)
+        try:
+            if not self.files.load(label, structure):
+                return False
+        except (OSError, NCError) as exc:
+            raise _GiveUpError("E412", self.own - 1, f"the file of subprogram {label}: {exc}") from None
+        self.flow.stops = sorted(structure.items)
+        for index, problem in structure.problems[known:]:
+            self._flow_problem(problem, index)
+        return True
 
     def _give_up(self, exc: FlowStop) -> _GiveUpError:
         return _GiveUpError(exc.problem.code, exc.index, exc.problem.message)
@@ -278,6 +301,7 @@ class Reader:
         rapid, linear, append = Motion.RAPID, Motion.LINEAR, self.moves.append
         make = tuple.__new__  # Move(...) itself takes twice as long
         state, steered = self.state, self.flow is not None
+        called = None if self.flow is None or first < self.own else self.flow.origin(self.own, first) + 1
         for index in range(first, stop):
             line = lines[index]
             if not line:
@@ -319,8 +343,8 @@ class Reader:
                             make(
                                 Move,
                                 (
-                                    index + 1,
-                                    n,
+                                    called or index + 1,
+                                    n if called is None else None,
                                     linear if motion else rapid,
                                     start,
                                     end,
@@ -339,7 +363,7 @@ class Reader:
                         )
                         state.sim, state.machine = end, machine
                         continue
-            self._block(index + 1, line)
+            self._block(index + 1, line, called)
             state = self.state
             if state.ended:
                 return index + 1
@@ -349,8 +373,8 @@ class Reader:
                 raise self._too_many(index + 1)
         return stop
 
-    def _block(self, number: int, text: str) -> None:
-        """Any line, by lexer, block checks and interpreter."""
+    def _block(self, number: int, text: str, called: int | None) -> None:
+        """Any line, by lexer, block checks and interpreter; called : line of the program that its moves belong to."""
         lexed = self._lexed(number, text)
         if lexed.percent or (lexed.block_delete and self.settings.block_delete):
             return
@@ -363,7 +387,7 @@ class Reader:
                 self._record(error.code, number, error.col, error.length, n, error.text[:60], error.message)
             return
         try_state = self.state.clone()
-        values, writes = self._evaluate(lexed, problems)
+        values, writes = line_values(lexed, self.memory, problems)
         moves, warnings = list[Move](), list[Problem]()
         if not problems:
             block = build_block(
@@ -383,7 +407,7 @@ class Reader:
                 problems = [problem] if problem is not None else []
             if not problems:
                 try:
-                    moves, warnings = execute(block, try_state, number, n, self.settings)
+                    moves, warnings = execute(block, try_state, called or number, n, self.settings)
                 except BlockError as exc:
                     problems = [exc.problem]
         if any(problem.code == "E413" for problem in problems):  # it may stand in a loop
@@ -417,29 +441,6 @@ class Reader:
         if lexed is None:
             lexed = self.lexed[number] = lex_line(text)
         return lexed
-
-    def _evaluate(
-        self, lexed: LexedLine, problems: list[Problem]
-    ) -> tuple[list[float], list[tuple[str | int, float]]]:
-        """Numbers of the words, and the assignments to make when the block is done."""
-        values, writes = list[float](), list[tuple[str | int, float]]()
-        for word in lexed.words:
-            value = word.value
-            try:
-                if word.expression is not None:
-                    value = evaluate(word.expression, self.memory)
-                    if abs(value) > MAX_VALUE:
-                        raise NoValueError(f"{value:g} is out of range")
-            except NoValueError as exc:
-                problems.append(Problem("E108", word, str(exc)))
-            values.append(0.0 if value is None else value)
-        for item in lexed.assignments:
-            try:
-                writes.append(self.memory.resolve(item.target, item.value))
-            except NoValueError as exc:
-                place = Word("#", None, item.col, item.length, item.text)
-                problems.append(Problem("E108", place, str(exc)))
-        return values, writes
 
     def _check_number(self, line: int, n: int, word: Word) -> None:
         if n in self.numbers:

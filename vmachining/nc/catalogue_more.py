@@ -235,7 +235,7 @@ MORE: Final[dict[str, Entry]] = {
     ),
     "E412": Entry(
         "unknown subprogram",
-        "Nothing in this file has the label called. Files beside the program are not looked at; M98 "
+        "Nothing in this file has the label called, and no file NAME.ngc beside it or in the folders given; M98 "
         "calls program numbers, call the labels of sub.",
         "put the subprogram into the file",
     ),

@@ -13,7 +13,8 @@ the normal axis wait with it at its end.
 Nothing is trimmed away altogether: a piece that would run backwards is a gouge (E355). A piece that reaches over
 the segment before or behind it is a warning (W355, `gouge.py`), because controls cut it. Only neighbours are
 looked at: a contour that crosses itself later is cut as programmed.
-Sources: RS274/NGC; observed behaviour of LinuxCNC 2.9, whose tolerance of 0.05 rad for tangents is not copied.
+Sources: RS274/NGC; observed behaviour of LinuxCNC 2.9, which passes over corners that turn by less than 0.05 rad.
+That is copied unless the corners are "exact" or "miter".
 In inverse time the feed is the one of the programmed path. Rotary axes turn in the first move of their block,
 which is the corner arc if there is one.
 """

@@ -59,6 +59,14 @@ class Structure:
     numbers: dict[str, int] = field(default_factory=dict)
     problems: list[tuple[int, Problem]] = field(default_factory=list)
 
+    def add(self, other: Structure) -> None:
+        """What steers in another file; labels that are known already stay what they are."""
+        self.items.update(other.items)
+        self.problems += other.problems
+        for table, more in ((self.subs, other.subs), (self.numbers, other.numbers)):
+            for label, index in more.items():
+                table.setdefault(label, index)
+
     def refuse(self, item: Item, code: str, message: str) -> None:
         """The line steers nothing, and why."""
         item.kind = "broken"

@@ -45,13 +45,26 @@ class Flow:
     Parameters
     ----------
     report : takes a problem and its 0-based line.
+    load : reads the file of a subprogram that this one does not define; False where there is none.
     """
 
-    def __init__(self, structure: Structure, memory: Memory, report: Callable[[Problem, int], None]) -> None:
-        self.structure, self.memory, self.report = structure, memory, report
+    def __init__(
+        self,
+        structure: Structure,
+        memory: Memory,
+        report: Callable[[Problem, int], None],
+        load: Callable[[str], bool],
+    ) -> None:
+        self.structure, self.memory, self.report, self.load = structure, memory, report, load
         self.frames: list[Frame] = []
         self.main: dict[int, int] = {}
         self.stops = sorted(structure.items)
+
+    def origin(self, own: int, index: int) -> int:
+        """0-based line of the program that led to a line; own : how many lines the program itself has."""
+        if index < own:
+            return index
+        return next((frame.back - 1 for frame in self.frames if frame.start >= own), own - 1)
 
     @property
     def counts(self) -> dict[int, int]:
@@ -122,9 +135,12 @@ class Flow:
         wanted, computed = item.label, item.lexed.label.expression if item.lexed.label else None
         if computed is not None:
             wanted = f"{evaluate(computed, self.memory):.0f}"
-        start = self.structure.subs.get(wanted)
+        subs = self.structure.subs
+        start = subs.get(wanted)
+        if start is None and self.load(wanted):
+            start = subs.get(wanted)
         if start is None:
-            what = f"no subprogram {wanted} is defined in this file"
+            what = f"no subprogram {wanted} is defined in this file or in one of its own"
             self.report(Problem("E412", item.lexed.label, what), item.index)
             return item.index + 1
         values = [evaluate(argument, self.memory) for argument in item.lexed.arguments]
@@ -181,8 +197,15 @@ class Flow:
                 return None
             return None if self.frames[-1].number else Problem("E415", word, "M99 inside an O sub")
         number, repeats = block.value("P"), block.value("L")
-        if number is None or str(number).removesuffix(".0") not in self.structure.numbers:
-            what = "M98 without P" if number is None else f"no program O{number:g} in this file"
+        label = "" if number is None else str(number).removesuffix(".0")
+        if label not in self.structure.numbers and label:
+            self.load(label)
+        if label not in self.structure.numbers:
+            what = (
+                "M98 without P"
+                if number is None
+                else f"no program O{number:g} in this file or in one of its own"
+            )
             return Problem("E412", block.word("P") or word, what)
         if repeats is not None and (repeats < 0.0 or repeats != int(repeats)):
             return Problem("E336", block.word("L"), f"L{repeats:g} is not a whole number of calls")

@@ -97,7 +97,8 @@ class Finding(NamedTuple):
 class Program:
     """A program that was read: its bytes, what it does, and what is wrong with it.
 
-    findings are sorted by line, column and code. ended : M2, M30 or a closing tape mark was reached.
+    findings are sorted by line, column and code. ended : M2, M30 or a closing tape mark was reached. files : paths
+    of the subprograms that were read from files of their own.
     """
 
     name: str
@@ -106,6 +107,7 @@ class Program:
     moves: tuple[Move, ...]
     findings: tuple[Finding, ...]
     ended: bool
+    files: tuple[str, ...] = ()
 
     @property
     def errors(self) -> tuple[Finding, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import codecs
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -41,6 +41,7 @@ def read_program(
     crc_corner: str = "arc",
     peck_clearance_mm: float = 0.254,
     taps: str = "reference",
+    subroutines: Sequence[Path | str] = (),
     start_line: int = 1,
     max_steps: int = 1_000_000,
     stock_top_mm: float | None = None,
@@ -73,6 +74,7 @@ def read_program(
         crc_corner=crc_corner,
         peck_clearance_mm=peck_clearance_mm,
         taps=taps,
+        subroutines=(Path(path).parent, *subroutines),
         start_line=start_line,
         max_steps=max_steps,
         stock_top_mm=stock_top_mm,
@@ -95,6 +97,7 @@ def parse_program(
     crc_corner: str = "arc",
     peck_clearance_mm: float = 0.254,
     taps: str = "reference",
+    subroutines: Sequence[Path | str] = (),
     start_line: int = 1,
     max_steps: int = 1_000_000,
     stock_top_mm: float | None = None,
@@ -119,6 +122,8 @@ def parse_program(
         control does; "exact": those are trimmed or rounded too; "miter": points instead of arcs.
     peck_clearance_mm : how far G73 lifts, and G83 stays away, from the last depth.
     taps : in G18 and G19, "reference": beside their holes, as the reference control feeds them; "axis": along it.
+    subroutines : folders with subprograms in files of their own, NAME.ngc; `read_program` looks beside the program
+        first.
     start_line : restart there: everything before is executed for its modes, offsets and position, but makes
         no moves.
     max_steps : lines that loops and subprograms may repeat.
@@ -152,6 +157,7 @@ def parse_program(
     if not set(rotary) <= set("ABC"):
         raise NCError(f"rotary axes '{rotary}'", file=name, remedy="letters of ABC")
     text = decode_program(data, name)
+    files: tuple[str, ...] = ()
     settings = Settings(
         dialect=dialect,
         tools=tools,
@@ -163,6 +169,7 @@ def parse_program(
         crc_corner=crc_corner,
         peck_clearance_mm=peck_clearance_mm,
         taps=taps,
+        subroutines=tuple(Path(folder) for folder in subroutines),
         start_line=start_line,
         max_steps=max_steps,
     )
@@ -171,12 +178,13 @@ def parse_program(
     elif dialect == "poses":
         moves, found, ended = read_poses(text, settings)
     else:
-        reader = Reader(split_lines(text), settings)
+        reader = Reader(split_lines(text), settings, decode_program)
         reader.run()
         moves, found, ended = reader.moves, reader.findings, reader.ended
+        files = tuple(str(file) for file in reader.files.paths)
     found += check_moves(moves, stock_top_mm, travel_mm, blu_mm)
     findings: tuple[Finding, ...] = tuple(sorted(found, key=lambda f: (f.line, f.col, f.code)))
-    return Program(name, data, dialect, tuple(moves), findings, ended)
+    return Program(name, data, dialect, tuple(moves), findings, ended, files)
 
 
 def decode_program(data: bytes, name: str) -> str:

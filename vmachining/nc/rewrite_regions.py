@@ -47,6 +47,10 @@ def find_regions(lexed: Sequence[LexedLine], first: int, last: int) -> Regions:
             closed.update(range(item.index + 1, item.end + 2))
         if item.kind in PAIRED or item.kind == "call":
             gates.add(item.index + 1)
+        if item.kind == "call" and item.label not in structure.subs:
+            closed.update(
+                range(item.index + 1, last + 1)
+            )  # a file of its own: what it changes is not seen here
     for number, line in enumerate(lexed[first - 1 : last], first):
         codes = {word.value for word in line.words if word.letter == "M"}
         if None in codes:
@@ -57,6 +61,8 @@ def find_regions(lexed: Sequence[LexedLine], first: int, last: int) -> Regions:
         closed.add(number)
         for word in line.words:
             start = structure.numbers.get(f"{word.value:.0f}") if word.letter == "P" and word.value else None
+            if start is None and word.letter == "P":
+                closed.update(range(number, last + 1))
             if start is not None:
                 closed.update(range(start + 1, _end(lexed, start, last) + 1))
                 gates.add(start + 1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from vmachining.nc.model import Point
 from vmachining.nc.tooltable import ToolEntry
@@ -25,6 +26,7 @@ class Settings:
     crc_corner: str = "arc"
     peck_clearance_mm: float = 0.254
     taps: str = "reference"
+    subroutines: tuple[Path, ...] = ()
     start_line: int = 1
     max_steps: int = 1_000_000
     stock_top_mm: float | None = None
