@@ -17,6 +17,7 @@ from vmachining.nc import CATALOGUE, Program, ToolEntry, parse_program
 __all__ = ["nc", "nc_fuzz"]
 
 FUZZ_VARIABLE: Final = "VMACHINING_FUZZ_INPUTS"
+FIRST_VARIABLE: Final = "VMACHINING_FUZZ_FIRST"
 SLOWEST_S: Final = 5.0
 """A single input of at most a few hundred characters that takes longer counts as a hang."""
 
@@ -33,6 +34,9 @@ SEEDS: Final = {
         "#1=3 #<a>=[2*#1]\no1 sub\nG1 X#1 F[#2+1]\no1 return [#1*2]\no1 endsub\no2 while [#1 GT 0]\n#1=[#1-1]\n"
         "o3 if [#1 EQ 1]\no1 call [#1] [9]\no3 elseif [#<a> LT 3]\nG4 P.1\no3 else\nG0 Y#1\no3 endif\no2 endwhile\n"
         "o4 repeat [2]\nM98 P9 L2\no4 endrepeat\nM2\nO9\nG0 Z1\nM99\n",
+        "F100 S1 M3 G98\nM70\nG10 L1 P1 X1 Z5 R2\nG10 L10 P2 Z1\nG43 H1 G80 G0 X#5401\nG33.1 Z-1 K2\nG18 G84 X1 Z1 Y-1 R1\n"
+        "o1 sub\nM73 G20 G91\no2 if [EXISTS[#9]]\no2 return [1]\no2 endif\no1 endsub\no1 call (c) [1] [2]\nM72\nM19 R9 P1\n"
+        "M67 E1 Q2\nG64 P1 R2\nM71 (abort, x)\nN1.5 M2\n",
         "M428\nG93 G1 X1 Y2 Z3 A10 C-20 F3\nG94 F100 A20\nG43.4 H1\nTRAORI\nB5\nM129\nM2\n",
     ],
     "mts": [
@@ -52,6 +56,7 @@ SEEDS: Final = {
 LETTERS: Final = "GXYZFNMSTIJKRPQLDHABCUVWO@^#%/()[];:.+-*0123456789 \t\n\r<>=,$'\"\0é"
 _TOKENS: Final = (
     "G0 G1 G2 G3 G41 G42.1 G40 G81 G83 G90 G91 G20 G21 G92 G28 G53 G10 G93 G95 G54 G18 M98 M99 M2 M30 M6 T1 L2 P1 "
+    "M70 M72 M73 M19 R1 M62 G33.1 K1 (abort,) G10 L11 "
     "o1 sub endsub call if endif while endwhile repeat [1] [#1+1] #1=2 #<x> SQRT[2] X1e5 X999999999 R0 D0 Q0 % "
     "GOTO/ FEDRAT/ MULTAX RAPID 1,2,3 nan inf , 0 -1"
 )
@@ -158,11 +163,12 @@ def skipped(rng: random.Random) -> str | None:
 
 
 def nc_fuzz() -> Iterator[dict[str, Any]]:
-    """Damaged programs; VMACHINING_FUZZ_INPUTS says how many (default 20000)."""
+    """Damaged programs; VMACHINING_FUZZ_INPUTS says how many (default 20000), VMACHINING_FUZZ_FIRST which is first."""
     count, begin = int(os.environ.get(FUZZ_VARIABLE, "20000")), perf_counter()
+    first = int(os.environ.get(FIRST_VARIABLE, "0"))
     verdicts: Counter[str] = Counter()
     faults: list[str] = []
-    for k in range(count):
+    for k in range(first, first + count):
         rng = random.Random(k)
         dialect, data = mutant(rng)
         found = verdict(dialect, data)
@@ -172,6 +178,6 @@ def nc_fuzz() -> Iterator[dict[str, Any]]:
         if k % 20 == 0 and (silent := skipped(rng)) is not None:
             faults.append(f"{k}: {silent}")
     yield {
-        "case": "nc_fuzz", "inputs": count, **{name: verdicts[name] for name in ("clean", "findings", "refused")},
+        "case": "nc_fuzz", "first": first, "inputs": count, **{name: verdicts[name] for name in ("clean", "findings", "refused")},
         "faults": len(faults), "first_faults": faults[:5], "seconds": perf_counter() - begin,
     }  # fmt: skip
