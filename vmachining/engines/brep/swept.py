@@ -7,13 +7,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vmachining.arrays import Floats
+from vmachining.engines.brep.front import front
+from vmachining.engines.brep.guides import HelixGuide, LineGuide
 from vmachining.engines.brep.level import bent_guide, level, straight_guide
 from vmachining.engines.brep.measure import volume
-from vmachining.engines.brep.ramp import HelixGuide, LineGuide, ramp
+from vmachining.engines.brep.ramp import ramp
+from vmachining.engines.brep.turns import turn_pieces
 from vmachining.engines.brep.upright import ring, turned
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Arc, Line
-from vmachining.sweep import Sweep, swept_volume
+from vmachining.sweep import Sweep, Turn, swept_volume
 from vmachining.tool import Profile, convex_cover
 
 __all__ = ["Inspection", "Swept", "inspect", "solid", "solids"]
@@ -25,11 +28,14 @@ and faces that lie this close to each other get edges of that length."""
 MOST_BENT = 0.95 * np.pi
 """rad: beyond this, an arc whose inner side ends in a point on its axis is swept as two."""
 
+TURN_FIT_MM = 1e-6
+"""mm asked of the sheets of a tool that turns: ten times OCCT's confusion of points, 1e-8 of a volume."""
+
 VOLUME_REL = {False: 1e-6, True: 1e-5}
 """Agreement asked with the closed form: of analytic faces, and where some are splines."""
 
-PARTS = 64
-"""Most pieces a helix is cut into before it is refused."""
+MOST_WOUND = 1.01 * np.pi
+"""rad: turn of a helix whose front is one solid; a full turn is two."""
 
 
 class Inspection(NamedTuple):
@@ -55,8 +61,10 @@ class Swept(NamedTuple):
     fit_mm: float
 
 
-def solid(sweep: Sweep) -> Any:
+def solid(sweep: Sweep, *, fit_mm: float = TURN_FIT_MM) -> Any:
     """The sweep of one block as one `cadquery.Solid`.
+
+    fit_mm : largest distance asked of the spline sheets of a tool that turns; `solids` tells what was reached.
 
     Raises
     ------
@@ -69,16 +77,17 @@ def solid(sweep: Sweep) -> Any:
     Notes
     -----
     Faces are planes, cylinders, cones, spheres, tori, and oblique extrusions of circles (a sharp edge on a
-    ramp). Ramps of a torus and helices have quintic spline faces within 1e-7 mm of the truth.
+    ramp). Ramps of a torus and helices have quintic spline faces within 1e-7 mm of the truth, tools that turn
+    within `fit_mm`.
     """
     import cadquery as cq
 
-    parts = solids(sweep)
+    parts = solids(sweep, fit_mm=fit_mm)
     if len(parts) != 1:
         raise SweepError(
             f"this sweep is a union of {len(parts)} solids", remedy="take engines.brep.solids(sweep)"
         )
-    exact = sweep.volume
+    exact = None if isinstance(sweep.path, Turn) and sweep.upright() is None else sweep.volume
     if exact is not None:
         found = volume(parts[0].shape)
         if abs(found - exact) > VOLUME_REL[parts[0].fit_mm > 0.0] * exact:
@@ -86,32 +95,57 @@ def solid(sweep: Sweep) -> Any:
     return cq.Solid(parts[0].shape)
 
 
-def solids(sweep: Sweep) -> list[Swept]:
+def solids(sweep: Sweep, *, fit_mm: float = TURN_FIT_MM) -> list[Swept]:
     """Solids whose union is the sweep: mostly one.
 
     Several for arcs that come back to themselves or turn by more than about half a turn around an axis inside
-    the tool, for helices that reach a point twice, and for cutters that are not convex on a ramp.
+    the tool, for helices that reach a point twice, for cutters that are not convex on a ramp or while they
+    turn, and for blocks during which the grazing curve of a turning tool changes its shape.
 
     Raises
     ------
     SweepError
-        Arcs in the other two planes; helices whose axis lies in the cutter; a tool axis that turns.
+        Arcs in the other two planes; helices whose axis lies in the cutter; a turning tool whose envelope
+        folds inside the sweep, or whose grazing curve has a shape without solid (`turns.py`).
     EngineError
-        OCCT does not accept a solid.
+        OCCT does not accept a solid, or one of a turning tool is off the volume of the flux identity by 1e-5.
     """
     known = sweep.upright()
+    if known is None and isinstance(sweep.path, Turn):
+        return _turning(sweep.profile, sweep.path, fit_mm)
     path = known[0].path if known is not None else None
     if known is None or not isinstance(path, (Line, Arc)):
-        raise SweepError("the B-rep engine has no solid for a motion whose tool axis turns")
+        raise SweepError("the B-rep engine has no solid for this motion")
     standing, frame = known
     found = [part for piece in _pieces(standing.profile, path) for part in _built(*piece)]
     if not np.array_equal(frame, np.eye(3)):
         found = [Swept(_turned_back(part.shape, frame), part.fit_mm) for part in found]
     for part in found:
-        report = inspect(part.shape)
-        if not (report.valid and report.closed):
-            what = "valid" if not report.valid else "closed"
-            raise EngineError(f"OCCT says the swept solid is not {what}", engine="brep")
+        _inspected(part.shape)
+    return found
+
+
+def _inspected(shape: Any) -> Inspection:
+    """What OCCT says; an error if it is not valid and closed."""
+    report = inspect(shape)
+    if not (report.valid and report.closed):
+        what = "valid" if not report.valid else "closed"
+        raise EngineError(f"OCCT says the swept solid is not {what}", engine="brep")
+    return report
+
+
+def _turning(profile: Profile, path: Turn, fit_mm: float) -> list[Swept]:
+    """Solids of a turning tool, each of the volume that the flux through its front gives."""
+    found = []
+    for body in convex_cover(profile):
+        for piece in turn_pieces(body, path, fit_mm):
+            shape = piece.built.builder.solid()
+            value, exact = _inspected(shape).volume, piece.sweep.flux().volume
+            if abs(value - exact) > VOLUME_REL[True] * exact:
+                raise EngineError(
+                    f"swept solid of {value:.9g} mm3, the flux identity gives {exact:.9g}", engine="brep"
+                )
+            found.append(Swept(shape, piece.built.fit_mm))
     return found
 
 
@@ -140,7 +174,10 @@ def _pieces(profile: Profile, path: Line | Arc) -> list[tuple[Profile, Line | Ar
         raise SweepError("the B-rep engine has no solids for arcs outside the XY plane")
     if abs(path.rise) < LEVEL_MM:
         return [(profile, piece) for piece in _level_parts(profile, path)]
-    return [(part, piece) for part in convex_cover(profile) for piece in _helix_parts(part, path)]
+    found: list[tuple[Profile, Line | Arc]] = []
+    for part in convex_cover(profile):
+        found += [(part, piece) for piece in _helix_parts(part, path) or [path]]
+    return found
 
 
 def _level_parts(profile: Profile, path: Arc) -> list[Arc]:
@@ -159,23 +196,32 @@ def _level_parts(profile: Profile, path: Arc) -> list[Arc]:
     return [path]
 
 
-def _helix_parts(profile: Profile, path: Arc) -> list[Arc]:
-    """Equal pieces of a helix that enter no point twice."""
-    if path.radius <= profile.max_radius:
-        raise SweepError("the B-rep engine has no solid for a helix whose axis lies in the cutter")
-    count = 1
-    while count <= PARTS:
+def _helix_parts(profile: Profile, path: Arc) -> list[Arc] | None:
+    """Equal pieces of a helix that enter no point twice; None if there are none, or too many."""
+    for count in (1, 2):
         pieces = path.split([k / count for k in range(1, count)])
-        if swept_volume(profile, pieces[0]) is not None:
+        if path.radius > profile.max_radius and swept_volume(profile, pieces[0]) is not None:
             return list(pieces)
-        count *= 2
-    raise SweepError("the B-rep engine has no solid for a helix as steep as this")
+    return None
+
+
+def _wound(profile: Profile, path: Arc) -> list[Swept]:
+    """The cutter where it stands lowest, and what its front passes from there."""
+    count = int(np.ceil(abs(path.angle) / MOST_WOUND))
+    lowest = np.array(path.start if path.rise > 0.0 else path.end)
+    found = [Swept(turned(profile, lowest), 0.0)]
+    for piece in path.split([k / count for k in range(1, count)]):
+        build, error = front(profile, piece)
+        found.append(Swept(build.solid(), error))
+    return found
 
 
 def _built(profile: Profile, path: Line | Arc) -> list[Swept]:
     """The solid of one piece."""
     if isinstance(path, Arc):
         if abs(path.rise) >= LEVEL_MM:
+            if path.radius <= profile.max_radius or swept_volume(profile, path) is None:
+                return _wound(profile, path)
             build, error = ramp(profile, HelixGuide(path))
             return [Swept(build.solid(), error)]
         flat = path if path.rise == 0.0 else _at_rest(path)

@@ -77,6 +77,10 @@ class Builder:
         self._vertices.append(shape)
         return len(self._points) - 1
 
+    def place(self, vertex: int) -> Floats:
+        """(3,) mm, where a vertex is."""
+        return self._points[vertex]
+
     def edge(self, curve: Curve) -> Edge:
         """A new edge along a curve."""
         first, last = (self.vertex(p) for p in curve.ends)

@@ -1,0 +1,80 @@
+"""Swept solids of tools that turn: accepted by OCCT, of the reference volume, kept by STEP, refused by name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vmachining import BallNose, BullNose, FlatEnd, Sweep, SweepError, Taper, Turn
+from vmachining.bench.sweep5 import VOLUMES, block, reference
+from vmachining.engines import brep
+
+TAPER = Taper(diameter=6, corner_radius=1.5, taper_deg=8, length=30)
+TILT = Turn.rotary((0, 0, 0), (2, -4, 2.5), "ac", {"a": 0.3, "c": 0.2}, {"a": 0.35, "c": 0.5})
+
+
+def checked(sweep: Sweep, volume: float) -> brep.Inspection:
+    """The one solid of a sweep, with the volume somebody else found."""
+    (part,) = brep.solids(sweep)
+    found = brep.inspect(part.shape)
+    assert found.valid and found.closed and found.degenerate == 0
+    assert found.shortest_mm > 1e-2
+    assert 0.0 < part.fit_mm < 1e-5
+    assert found.volume == pytest.approx(volume, rel=1e-6)  # last digits of the table; fit 1e-6 mm
+    return found
+
+
+@pytest.mark.parametrize("tool", ["F20", "B10", "N20", "N30"])
+def test_the_twist_of_the_reference_table(tool: str) -> None:
+    checked(reference("twist", tool), VOLUMES["twist"][tool])
+
+
+@pytest.mark.parametrize("seed", [1, 4, 6, 10, 11, 13, 19, 20])
+def test_finishing_blocks_have_the_volume_of_the_flux(seed: int) -> None:
+    """Seeds 6, 10 and 19 tilt about a line in a flat face: the flux alone counts 1e-4 of the volume twice."""
+    sweep = block(seed)
+    checked(sweep, sweep.flux().volume)
+
+
+def test_a_tapered_bull_nose_on_rotary_angles() -> None:
+    sweep = Sweep.along(TAPER, TILT)
+    checked(sweep, sweep.flux().volume)
+
+
+def test_a_block_does_not_depend_on_where_it_is() -> None:
+    """Another pose of the whole motion has the same volume and as many faces."""
+    start, end = (v / np.linalg.norm(v) for v in np.array([[0.2, 0.1, 1.0], [0.25, 0.2, 1.0]]))
+    turn = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])  # x to y, y to z, z to x
+    found = []
+    for frame, shift in ((np.eye(3), 0.0), (turn, 50.0)):
+        way = frame @ np.array([3.0, 1.0, 1.4])
+        move = Turn.through(np.full(3, shift), shift + way, "axis", frame @ start, frame @ end)
+        (part,) = brep.solids(Sweep.along(FlatEnd(diameter=8, length=20), move))
+        found.append(brep.inspect(part.shape))
+    assert found[0].faces == found[1].faces
+    assert found[0].volume == pytest.approx(found[1].volume, rel=1e-8)
+
+
+def test_step_keeps_the_solid(tmp_path: Path) -> None:
+    import cadquery as cq
+
+    sweep = Sweep.along(BullNose(diameter=10, corner_radius=2, length=30), TILT)
+    shape = brep.solid(sweep)
+    cq.exporters.export(cq.Workplane(shape), str(tmp_path / "sweep.step"))
+    (back,) = cq.importers.importStep(str(tmp_path / "sweep.step")).vals()
+    found = brep.inspect(back.wrapped)  # type: ignore[union-attr]
+    assert found.valid and found.closed
+    assert found.volume == pytest.approx(brep.volume(shape.wrapped), rel=1e-9)
+
+
+def test_a_wanted_fit_is_reached() -> None:
+    sweep = Sweep.along(BallNose(diameter=10, length=30), TILT)
+    coarse, fine = (brep.solids(sweep, fit_mm=fit)[0].fit_mm for fit in (1e-3, 1e-7))
+    assert fine < coarse < 1e-3 and fine < 3e-7
+
+
+def test_a_pivot_in_the_tool_is_refused_by_name() -> None:
+    with pytest.raises(SweepError, match=r"fold|turns|changes|reaches"):
+        brep.solid(reference("tilt about the middle", "F20"))

@@ -1,0 +1,400 @@
+"""How the grazing curve of a tool whose axis turns runs over the body during a block, and where it must not.
+
+A `Ring` is a circle where two faces of the body meet, with the normal of one of them: a sharp edge has two. From
+ring to ring the curve is made of stretches (`stretches.py`, with the symbols). Rings that graze and stretches are
+the same all along a block; `Grazes` refuses it otherwise.
+
+A flat face that tilts about a line in it leaves the sweep on both sides of its chord: phi_tt < 0, the chord lies
+inside. The roof of such a face over a point is the higher one of two planes, where the point was entered and
+where it was left: the first pose or the front of the rim, the last pose or the rear of the rim. They meet in a
+valley, which is
+
+- on the rear of the rim, where it crosses the first pose of the disc: P(t, u) in that plane, one angle per time;
+- the line in which both poses meet;
+- on the front of the rim, where it crosses the last pose.
+
+It runs from the chord of one pose to the chord of the other one, and takes the place of the sheet of the chord.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from vmachining.arrays import Bools, Floats
+from vmachining.engines.brep.caps import FLAT, Tool
+from vmachining.engines.brep.stretches import (
+    DENSE,
+    ArcSide,
+    ArcTurn,
+    BallTurn,
+    Chord,
+    EdgeSpan,
+    End,
+    LineSide,
+    Moving,
+    State,
+    Stretch,
+    angle,
+    near,
+    wave,
+)
+from vmachining.errors import SweepError
+from vmachining.sweep.grazing import across, folding, instant
+from vmachining.tool import Segment
+
+__all__ = ["Divide", "Grazes", "Ring"]
+
+JOINT = 1e-9
+"""rad: normals closer than this belong to tangent faces."""
+
+QUICK = 1.0
+"""rad between two looks: a heading that turns faster has no branch that could be followed."""
+
+
+class Divide(SweepError):  # noqa: N818
+    """A block that has to be cut in its own time `at`; `soft` if its shape changes there."""
+
+    def __init__(self, message: str, at: float, *, soft: bool) -> None:
+        super().__init__(message)
+        self.at, self.soft = at, soft
+
+
+class Ring(NamedTuple):
+    """Circle of the body with a normal. joint : of the tool. disc : whether it bounds a disc: -1 below, 1 above."""
+
+    joint: int
+    r: float
+    z: float
+    beta: float
+    disc: int
+
+
+class Element(NamedTuple):
+    """A face (disc, line, arc) or a sharp edge of the body; rings below and above, None at the axis.
+
+    segment : of a line or an arc, with its number; of an edge and a disc: radius and height in r0, z0.
+    """
+
+    kind: str
+    segment: Segment
+    number: int
+    lower: int | None
+    upper: int | None
+
+
+class Grazes:
+    """How the grazing curve runs over a tool during a block, the same at all its times.
+
+    Raises
+    ------
+    SweepError
+        It changes its shape, or is of one that has no sheets here.
+    """
+
+    def __init__(self, tool: Tool, moving: Moving) -> None:
+        self.tool, self.moving = tool, moving
+        self.rings, self.elements = _elements(tool)
+        self._w = np.linspace(0.0, 1.0, DENSE)
+        self.dense = moving.state(self._w)
+        self._times = self.dense.t
+        r, z, beta = (np.array([v]) for v in zip(*[(g.r, g.z, g.beta) for g in self.rings], strict=True))
+        a, b, c = wave(self.dense, r, z, beta)
+        gap = a * a + b * b - c * c
+        self.sign = np.sign(c[DENSE // 2])  # of f on a ring without grazing points
+        two = gap > 0.0
+        mixed = two.any(axis=0) != two.all(axis=0)
+        if mixed.any():
+            k = int(np.argmax(mixed))
+            text = f"the grazing curve reaches the joint at height {self.rings[k].z:.6g} mm on the way"
+            for place, inner in ((0, slice(1, None)), (-1, slice(None, -1))):
+                if (two[inner].any(axis=0) == two[inner].all(axis=0)).all():
+                    raise Divide(text, -float(place), soft=True)
+            if (two[1:-1].any(axis=0) == two[1:-1].all(axis=0)).all():
+                raise Divide(text, 0.0, soft=True)
+            raise SweepError(text)
+        self.present: Bools = np.asarray(two.all(axis=0))
+        self._heading = self._followed(np.arctan2(b, a))
+        self.valley: dict[End, tuple[Floats, Floats, float, float]] = {}
+        self.stretches = self._stretches()
+        self.folded = self._valleys()
+
+    # -- angles --------------------------------------------------------------------------------------------
+
+    def _followed(self, raw: Floats) -> Floats:
+        """Headings of the rings over time, unwrapped in time and, at the middle, along the meridian."""
+        out = np.unwrap(raw, axis=0)
+        live = self.present
+        if live.any() and np.abs(np.diff(out[:, live], axis=0)).max() > QUICK:
+            raise SweepError("the grazing curve turns round too fast: a point of the axis hardly moves")
+        half = DENSE // 2
+        middle = State(*(v[half : half + 1] for v in self.dense))
+        angles = [float(out[half, 0])]
+        for k in range(1, len(self.rings)):
+            p, q = self.rings[k - 1], self.rings[k]
+            e = next(e for e in self.elements if e.lower == k - 1 and e.upper == k)
+            share = np.linspace(0.0, 1.0, 33)[None]
+            beta = p.beta + share * (q.beta - p.beta)
+            if e.kind == "arc":
+                g = e.segment
+                r, z = g.cr + g.radius * np.cos(beta), g.cz + g.radius * np.sin(beta)
+            else:
+                r, z = p.r + share * (q.r - p.r), p.z + share * (q.z - p.z)
+            a, b, _ = wave(middle, r, z, beta)
+            run = np.unwrap(np.arctan2(b, a)[0])
+            angles.append(angles[-1] + float(run[-1] - run[0]))
+        return np.asarray(
+            out + (2.0 * np.pi * np.round((np.array(angles) - out[half]) / (2.0 * np.pi)))[None]
+        )
+
+    def angle(self, ring: int, side: int, st: State) -> Floats:
+        """(n,) where a side of a ring grazes, or where its valley runs."""
+        g = self.rings[ring]
+        one = np.ones((len(st.t), 1))
+        a, b, c = (v[:, 0] for v in wave(st, g.r * one, g.z * one, g.beta * one))
+        phi = near(np.arctan2(b, a), np.interp(st.t, self._times, self._heading[:, ring]))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            u = phi + side * np.arccos(np.clip(-c / np.hypot(a, b), -1.0, 1.0))
+        if (ring, side) not in self.valley:
+            return np.asarray(u)
+        foot, axis, t0, up = self.valley[ring, side]
+        step = np.where(st.t == t0, 1.0, st.t - t0) * up
+        p, q = (g.r * (e @ axis) / step for e in (st.x, st.y))
+        o = (st.tip + g.z * st.axis - foot) @ axis / step
+        return np.asarray(np.where(st.t == t0, u, near(angle(p, q, o, side), u)))
+
+    def between(self, ends: tuple[End, End], st: State, s: Floats, raw: Floats) -> Floats:
+        """Angles (n, m) on the branch that joins two ends, which they meet exactly."""
+        u = near(raw, self.span(ends, st, s))
+        for k, edge in ((0, 0.0), (1, 1.0)):
+            at = np.flatnonzero(s == edge)
+            if len(at):
+                u[:, at] = self.angle(*ends[k], st)[:, None]
+        return u
+
+    def span(self, ends: tuple[End, End], st: State, s: Floats) -> Floats:
+        """Angles (n, m) shared evenly between two ends; from a ring to itself always upward."""
+        ua, ub = (self.angle(*end, st)[:, None] for end in ends)
+        if ends[0][0] == ends[1][0] and ends[0][1] > ends[1][1]:
+            ub = ub + 2.0 * np.pi
+        return np.asarray((1.0 - s) * ua + s * ub)
+
+    def tie(self, end: End, st: State) -> Floats:
+        """(n, 3) mm: path of an end of a stretch."""
+        g = self.rings[end[0]]
+        u = self.angle(*end, st)[:, None]
+        return np.asarray(st.tip + g.z * st.axis + g.r * st.radial(u)[:, 0])
+
+    # -- shape ---------------------------------------------------------------------------------------------
+
+    def _stretches(self) -> list[Stretch]:
+        out: list[Stretch] = []
+        for k, e in enumerate(self.elements):
+            live = [ring for ring in (e.lower, e.upper) if ring is not None and self.present[ring]]
+            g = e.segment
+            if e.kind == "disc":
+                if live:
+                    out.append(Chord(k, ((live[0], -1), (live[0], 1)), g.r0, g.z0, self.rings[live[0]].beta))
+                continue
+            low, high = self._extremes(e)
+            if len(live) == 2 and (low > 0.0).all():
+                for side in (-1, 1):
+                    ends = ((live[0], side), (live[1], side))
+                    if e.kind == "edge":
+                        out.append(EdgeSpan(k, ends, g.r0, g.z0))
+                    else:
+                        out.append((LineSide if e.kind == "line" else ArcSide)(k, ends, g))
+            elif e.kind != "line" and (len(live) == 1 or (len(live) == 2 and (low < 0.0).all())):
+                out += self._turning(k, e, live)
+            elif live or (high > 0.0).any():
+                where = f"between heights {g.z0:.6g} and {g.z1:.6g} mm"
+                raise SweepError(f"the grazing curve turns back or closes on the face {where}")
+        return out
+
+    def _turning(self, k: int, e: Element, live: list[int]) -> list[Stretch]:
+        """Stretches on an arc or an edge that come back to the ring they start from."""
+        out: list[Stretch] = []
+        g = e.segment
+        for ring in live:
+            other = e.upper if ring == e.lower else e.lower
+            if len(live) == 2:
+                trails = self._middle_trails(e)
+            else:
+                trails = self.sign[other] < 0.0 if other is not None else self._tip_trails()
+            first = -1 if trails else 1  # of a trailing end the curve is where the ring leads
+            turn = ((ring, first), (ring, -first))
+            if e.kind == "edge":
+                out.append(EdgeSpan(k, turn, g.r0, g.z0))
+            elif other is None and abs(g.cr) <= FLAT and ring == e.upper:
+                out.append(BallTurn(k, ((ring, -1), (ring, 1)), g))
+            else:
+                out.append(ArcTurn(k, turn, g))
+        return out
+
+    def _middle_trails(self, e: Element) -> bool:
+        """Whether circles trail that lie between two turning stretches of an element."""
+        b0, b1 = (self.rings[r].beta for r in (e.lower, e.upper) if r is not None)
+        return bool(np.sin(0.5 * (b0 + b1)) < 0.0) == self._tip_trails()
+
+    def _tip_trails(self) -> bool:
+        """Whether the lowest point of a tool without bottom disc trails, in the middle of the block."""
+        half = DENSE // 2
+        return bool(self.dense.velocity[half] @ self.dense.axis[half] > 0.0)
+
+    def _extremes(self, e: Element) -> tuple[Floats, Floats]:
+        """(n,) least and largest a^2 + b^2 - c^2 of the circles of an element: below 0 one does not graze.
+
+        On an arc it is p cos^2 b + 2 q cos b sin b + s sin^2 b, along a line a parabola.
+        """
+        g, st = e.segment, self.dense
+        if e.kind == "line":
+            share = np.array([[0.0, 0.5, 1.0]])
+            r, z = g.r0 + share * (g.r1 - g.r0), g.z0 + share * (g.z1 - g.z0)
+            a, b, c = wave(st, r, z, np.full(r.shape, g.beta[0]))
+            first, middle, last = (a * a + b * b - c * c).T
+            bend, slope = 2.0 * (first + last - 2.0 * middle), 4.0 * middle - 3.0 * first - last
+            with np.errstate(divide="ignore", invalid="ignore"):
+                at = np.clip(np.nan_to_num(-0.5 * slope / bend), 0.0, 1.0)
+            values = np.stack([first, last, first + slope * at + bend * at * at])
+            return values.min(axis=0), values.max(axis=0)
+        b0, b1 = (
+            (self.rings[r].beta for r in (e.lower, e.upper) if r is not None) if e.kind == "edge" else g.beta
+        )
+        q, height = (g.r0, g.z0) if e.kind == "edge" else (g.cr, g.cz)
+        lift = (st.velocity * st.axis).sum(1)
+        W = st.velocity - lift[:, None] * st.axis + height * st.rate
+        p, cross = (W * W).sum(1), -q * (W * st.rate).sum(1)
+        last = q * q * (st.rate * st.rate).sum(1) - lift * lift
+        far = 0.5 * np.arctan2(2.0 * cross, p - last)
+        inner = [np.clip(far + turn * np.pi, b0, b1) for turn in (-0.5, 0.0, 0.5)]
+        spots = [np.full(len(p), b0), np.full(len(p), b1), *inner]
+        cos, sin = np.cos(spots), np.sin(spots)
+        values = p * cos * cos + 2.0 * cross * cos * sin + last * sin * sin
+        return values.min(axis=0), values.max(axis=0)
+
+    # -- folds ---------------------------------------------------------------------------------------------
+
+    def fold(self, stretch: Stretch, w: Floats, s: Floats) -> Floats:
+        """(n, m) second derivative of the distance to the body in time: < 0 where the sheet lies inside."""
+        st = self.moving.state(w)
+        r, z, beta, u = stretch.place(self, st, s)
+        out = np.empty(r.shape)
+        for k in range(len(w)):
+            x, y = across(st.axis[k])
+            shift = np.arctan2(st.x[k] @ y, st.x[k] @ x)
+            now = instant(self.moving.path, float(st.t[k]))
+            bend = np.full((len(s), 1), stretch.bend)
+            out[k] = folding(
+                now, z[k], r[k], np.cos(beta[k]), np.sin(beta[k]), (u[k] + shift)[:, None], bend
+            )[:, 0]
+        return out
+
+    def _valleys(self) -> list[int]:
+        """Discs whose chords lie inside the sweep: what is left of them is where their first and last pose meet.
+
+        Between a sheet of the edge and the disc at the other end of the block the solid has a valley, from
+        the chord of that end to the line in which both discs meet.
+        """
+        out = []
+        for chord in [c for c in self.stretches if isinstance(c, Chord)]:
+            fold = self.fold(chord, np.linspace(0.0, 1.0, 9), np.array([0.0, 1.0]))
+            if (fold > 0.0).all():
+                continue
+            if (fold > 0.0).any():
+                raise self._fold_begins(chord)
+            ring = chord.ends[0][0]
+            spans = [
+                e for e in self.stretches if isinstance(e, EdgeSpan) and ring in (e.ends[0][0], e.ends[1][0])
+            ]
+            if not spans:
+                raise SweepError("the envelope folds inside the sweep, at a flat face with a round corner")
+            out.append(chord.element)
+            self._open_valley(chord, ring, spans)
+            self.stretches.remove(chord)
+        return out
+
+    def _fold_begins(self, chord: Chord) -> SweepError:
+        """When a chord begins or ceases to lie inside, if all of it does so at once."""
+        fold = self.fold(chord, self._w, np.array([0.0, 1.0]))
+        k = np.flatnonzero((fold[1:] > 0.0).any(axis=1) != (fold[:-1] > 0.0).any(axis=1))
+        text = "a chord of a flat face folds on the way"
+        if not len(k):
+            return SweepError(text)
+
+        def least(w: float) -> float:
+            return float(self.fold(chord, np.array([w]), np.array([0.5]))[0, 0])
+
+        w = self._w[[k[0], k[0] + 1]]
+        at = [least(v) for v in w.tolist()]
+        if at[0] * at[1] > 0.0:
+            return SweepError(text)
+        root = float(brentq(least, *w.tolist(), xtol=1e-14))
+        return Divide(text, float(self.moving.time(np.array([root]))[0]), soft=True)
+
+    def _open_valley(self, chord: Chord, ring: int, spans: list[EdgeSpan]) -> None:
+        g = self.rings[ring]
+        for side in (-1, 1):
+            span = next(e for e in spans if (ring, side) in e.ends)
+            other = span.ends[0] if span.ends[1] == (ring, side) else span.ends[1]
+            gap = side * (self.angle(ring, side, self.dense) - self.angle(*other, self.dense))
+            if other[0] == ring:
+                rear = span.ends[0][1] < 0
+            elif (gap > 0.0).any() != (gap > 0.0).all():
+                raise SweepError("a chord of a flat face passes the side of the tool")
+            else:
+                rear = bool((gap > 0.0).all())
+            end = 0 if rear else -1
+            st = self.dense
+            foot = st.tip[end] + g.z * st.axis[end]
+            self.valley[ring, side] = foot, st.axis[end], float(st.t[end]), float(g.disc)
+            u = self.angle(ring, side, st)
+            gap = (
+                np.ones(1) if other[0] == ring else side * (u - self.angle(*other, st)) * (1 if rear else -1)
+            )
+            far = 0 if not rear else -1
+            other_center = st.tip[0 if far else -1] + g.z * st.axis[0 if far else -1]
+            corner = self.tie((ring, side), st)[far]
+            if np.isnan(u).any() or gap.min() <= 0.0 or np.linalg.norm(corner - other_center) > g.r:
+                raise Divide("a valley of a flat face runs out of it", 0.5, soft=False)
+
+    @cached_property
+    def ends(self) -> list[End]:
+        """Every end of a stretch once."""
+        return sorted({end for stretch in self.stretches for end in stretch.ends})
+
+
+def _elements(tool: Tool) -> tuple[list[Ring], list[Element]]:
+    """Rings and elements from the bottom up; faces and sharp edges take turns."""
+    rings: list[Ring] = []
+    elements: list[Element] = []
+    nan, n = float("nan"), len(tool.segments)
+    below: int | None = None
+    for k in range(n + 1):
+        r, z = tool.joints[k].tolist()
+        spot = Segment(r, z, r, z, nan, nan, 0.0)
+        first = len(rings)
+        if r > FLAT:
+            low, high = tool.normal_angles(k)
+            if high < low - JOINT:
+                raise SweepError("a tool that is not convex is swept in convex pieces")
+            rings.append(Ring(k, r, z, low, -1 if k == 0 else 0))
+            if high > low + JOINT:
+                rings.append(Ring(k, r, z, high, 1 if k == n else 0))
+            elif k == n:
+                rings[-1] = rings[-1]._replace(disc=1)
+        upper = first if len(rings) > first else None
+        if k == 0:
+            if upper is not None:
+                elements.append(Element("disc", spot, -1, None, upper))
+        else:
+            s = tool.segments[k - 1]
+            elements.append(Element("arc" if s.is_arc else "line", s, k - 1, below, upper))
+        if len(rings) == first + 2:
+            elements.append(Element("edge", spot, k, first, first + 1))
+        below = len(rings) - 1 if upper is not None else None
+        if k == n and below is not None:
+            elements.append(Element("disc", spot, n, below, None))
+    return rings, elements

@@ -1,0 +1,301 @@
+"""Stretches of the grazing curve of a tool whose axis turns: on one face or edge, exact at every time.
+
+Symbols: c tip, A axis, V = dc/dt, S = dA/dt; x, y unit vectors with (x, y, A) right-handed that follow the axis
+smoothly; u angle from x, m(u) = x cos u + y sin u; beta normal angle of the meridian. On a circle of height z,
+radius r and normal (cos b, sin b) the speed along the normal is f(u) = a cos u + b sin u + c with heading
+phi = atan2(b, a); it grazes at u = phi -+ acos(-c / hypot(a, b)) and leads in between (`vmachining.sweep.grazing`).
+The side +1 is the upper of the two angles.
+
+| stretch | on | given by |
+|---|---|---|
+| `LineSide` | cylinder, cone | u of every height, once per side |
+| `ArcSide` | torus between two rings | u of every normal angle, once per side |
+| `ArcTurn` | torus from one side of a ring to the other | normal angle of every u, tan beta = -D / N |
+| `BallTurn` | ball, below | great circle of normals square to the velocity of the centre |
+| `EdgeSpan` | sharp edge | angles between two ends |
+| `Chord` | disc | straight line |
+
+Source: the v-form of the toroidal grazing condition of Weinert, Du, Damm, Stautner (2004), here for any arc:
+f = cos b D(u) + sin b N(u), D = m.(V + z_c S), N = A.V - r_c m.S.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from vmachining.arrays import Floats
+from vmachining.engines.brep.caps import Pose
+from vmachining.errors import SweepError
+from vmachining.sweep import Turn
+from vmachining.tool import Segment
+
+__all__ = [
+    "ArcSide", "ArcTurn", "BallTurn", "Chord", "EdgeSpan", "End", "LineSide", "Moving", "State", "Stretch", "angle",
+    "near", "wave",
+]  # fmt: skip
+
+DENSE = 65
+"""Times at which a block is looked at as a whole."""
+
+
+class State(NamedTuple):
+    """The motion at n times: t (n,), the rest (n, 3); mm and per unit of t."""
+
+    t: Floats
+    tip: Floats
+    axis: Floats
+    velocity: Floats
+    rate: Floats
+    x: Floats
+    y: Floats
+
+    def radial(self, u: Floats) -> Floats:
+        """m(u), (n, m, 3) of u (n, m)."""
+        return np.asarray(np.cos(u)[..., None] * self.x[:, None] + np.sin(u)[..., None] * self.y[:, None])
+
+
+class Moving:
+    """A turn in its own time w in [0, 1]; slow at an end where `soft`, so that square roots of t are smooth.
+
+    soft : two offsets: how long (in t) before the start and after the end the shape of the grazing curve
+        changes; infinite where it does not.
+    """
+
+    def __init__(self, path: Turn, soft: tuple[float, float] = (np.inf, np.inf)) -> None:
+        self.path, self._soft = path, soft
+        dense = path.axis(np.linspace(0.0, 1.0, DENSE))
+        normal = np.cross(dense[0], dense[-1])
+        size = float(np.linalg.norm(normal))
+        candidates = [*np.eye(3), *([normal / size] if size > 1e-6 else [])]
+        lean = [float(np.abs(dense @ e).max()) for e in candidates]
+        if min(lean) > 0.99:
+            raise SweepError("the tool axis turns too far in one block", remedy="split the block")
+        self._side = candidates[int(np.argmin(lean))]
+
+    def time(self, w: Floats) -> Floats:
+        """t of w."""
+        a, b = self._soft
+        w = np.asarray(w, dtype=np.float64)
+        if np.isinf(a) and np.isinf(b):
+            return w
+        if np.isinf(b):
+            e = np.sqrt(a) / (np.sqrt(1.0 + a) - np.sqrt(a))
+            t = ((w + e) ** 2 - e**2) / ((1.0 + e) ** 2 - e**2)
+        elif np.isinf(a):
+            e = np.sqrt(b) / (np.sqrt(1.0 + b) - np.sqrt(b))
+            t = 1.0 - ((1.0 - w + e) ** 2 - e**2) / ((1.0 + e) ** 2 - e**2)
+        else:
+            whole = 1.0 + a + b
+            lo, hi = np.arcsin(np.sqrt(a / whole)), np.arcsin(np.sqrt((1.0 + a) / whole))
+            t = whole * np.sin(lo + (hi - lo) * w) ** 2 - a
+        return np.asarray(np.where(w == 0.0, 0.0, np.where(w == 1.0, 1.0, np.clip(t, 0.0, 1.0))))
+
+    def state(self, w: Floats) -> State:
+        """At times w (n,)."""
+        t = self.time(w)
+        A = self.path.axis(t)
+        x = self._side - (A @ self._side)[:, None] * A
+        x /= np.linalg.norm(x, axis=1, keepdims=True)
+        p = self.path
+        return State(t, p.position(t), A, p.velocity(t), p.axis_rate(t), x, np.cross(A, x))
+
+    def pose(self, w: float) -> Pose:
+        """The tool at one time, its heading x."""
+        s = self.state(np.array([w]))
+        return Pose(s.tip[0], s.x[0], s.axis[0])
+
+
+def wave(st: State, r: Floats, z: Floats, beta: Floats) -> tuple[Floats, Floats, Floats]:
+    """a, b, c of circles (n, m) at n times."""
+    V, S, out, up = st.velocity, st.rate, np.cos(beta), np.sin(beta)
+    kappa = z * out - r * up
+
+    def part(e: Floats) -> Floats:
+        return np.asarray(out * (V * e).sum(1)[:, None] + kappa * (S * e).sum(1)[:, None])
+
+    return part(st.x), part(st.y), np.asarray(up * (V * st.axis).sum(1)[:, None])
+
+
+def angle(a: Floats, b: Floats, c: Floats, side: float) -> Floats:
+    """phi -+ acos(-c / r), phi in (-pi, pi]; NaN without a root."""
+    r = np.hypot(a, b)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        half = np.arccos(np.where(np.abs(c) <= r, -c / r, np.nan))
+    return np.asarray(np.arctan2(b, a) + side * half)
+
+
+def near(u: Floats, target: Floats) -> Floats:
+    """u plus whole turns, as near to a target as it gets."""
+    return np.asarray(u + 2.0 * np.pi * np.round((target - u) / (2.0 * np.pi)))
+
+
+End = tuple[int, int]
+"""(ring, side)."""
+
+
+class Angles(Protocol):
+    """What a stretch asks of the curve it is part of."""
+
+    def angle(self, ring: int, side: int, st: State) -> Floats:
+        """(n,) where a side of a ring grazes."""
+
+    def span(self, ends: tuple[End, End], st: State, s: Floats) -> Floats:
+        """(n, m) angles shared evenly between two ends."""
+
+    def between(self, ends: tuple[End, End], st: State, s: Floats, raw: Floats) -> Floats:
+        """(n, m) angles on the branch that joins two ends."""
+
+
+class Stretch(ABC):
+    """The grazing curve on one face or edge; s in [0, 1] runs from `ends[0]` to `ends[1]`.
+
+    element : number of the face or edge from the bottom. bend : 1 / radius of the meridian, 1 / mm.
+    """
+
+    element: int
+    ends: tuple[End, End]
+    bend: float = 0.0
+    linear: bool = False
+
+    @abstractmethod
+    def place(self, of: Angles, st: State, s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """(r, z, beta, u), each (n, m), at n times and m places s."""
+
+    def points(self, of: Angles, st: State, s: Floats) -> Floats:
+        """(n, m, 3) mm."""
+        r, z, _, u = self.place(of, st, s)
+        return np.asarray(st.tip[:, None] + z[..., None] * st.axis[:, None] + r[..., None] * st.radial(u))
+
+    def normals(self, of: Angles, st: State, s: Floats) -> Floats:
+        """(n, m, 3) outward."""
+        _, _, beta, u = self.place(of, st, s)
+        out = np.cos(beta)[..., None] * st.radial(u)
+        return np.asarray(out + np.sin(beta)[..., None] * st.axis[:, None])
+
+
+@dataclass(frozen=True, eq=False)
+class LineSide(Stretch):
+    """One side of a cylinder or a cone."""
+
+    element: int
+    ends: tuple[End, End]
+    segment: Segment
+
+    def place(self, of: Angles, st: State, s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        g = self.segment
+        r, z = np.broadcast_to(g.r0 + s * (g.r1 - g.r0), (len(st.t), len(s))), g.z0 + s * (g.z1 - g.z0)
+        z = np.broadcast_to(z, r.shape)
+        beta = np.full(r.shape, g.beta[0])
+        return r, z, beta, of.between(self.ends, st, s, angle(*wave(st, r, z, beta), self.ends[0][1]))
+
+
+@dataclass(frozen=True, eq=False)
+class ArcSide(Stretch):
+    """One side of a torus, from its lower to its upper ring."""
+
+    element: int
+    ends: tuple[End, End]
+    segment: Segment
+
+    @property
+    def bend(self) -> float:  # type: ignore[override]
+        return 1.0 / self.segment.radius
+
+    def place(self, of: Angles, st: State, s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        g = self.segment
+        b0, b1 = g.beta
+        beta = np.broadcast_to(b0 + s * (b1 - b0), (len(st.t), len(s)))
+        r, z = g.cr + g.radius * np.cos(beta), g.cz + g.radius * np.sin(beta)
+        return r, z, beta, of.between(self.ends, st, s, angle(*wave(st, r, z, beta), self.ends[0][1]))
+
+
+@dataclass(frozen=True, eq=False)
+class ArcTurn(Stretch):
+    """A torus from one side of a ring to the other one."""
+
+    element: int
+    ends: tuple[End, End]
+    segment: Segment
+
+    @property
+    def bend(self) -> float:  # type: ignore[override]
+        return 1.0 / self.segment.radius
+
+    def place(self, of: Angles, st: State, s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        g = self.segment
+        u = of.span(self.ends, st, s)
+        beta = graze_beta(st, g.cr, g.cz, u)
+        return g.cr + g.radius * np.cos(beta), g.cz + g.radius * np.sin(beta), beta, u
+
+
+@dataclass(frozen=True, eq=False)
+class BallTurn(Stretch):
+    """A ball below its upper ring."""
+
+    element: int
+    ends: tuple[End, End]
+    segment: Segment
+
+    @property
+    def bend(self) -> float:  # type: ignore[override]
+        return 1.0 / self.segment.radius
+
+    def place(self, of: Angles, st: State, s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        g, A = self.segment, st.axis
+        V = st.velocity + g.cz * st.rate
+        V = V / np.linalg.norm(V, axis=1, keepdims=True)
+        low = (A * V).sum(1)[:, None] * V - A
+        steep = np.linalg.norm(low, axis=1)
+        left = np.cross(A, V) / steep[:, None]
+        last = np.arccos(np.clip(-np.sin(g.beta[1]) / steep, -1.0, 1.0))
+        tau = (2.0 * s - 1.0) * last[:, None]
+        N = np.cos(tau)[..., None] * (low / steep[:, None])[:, None] + np.sin(tau)[..., None] * left[:, None]
+        u = np.arctan2((N * st.y[:, None]).sum(-1), (N * st.x[:, None]).sum(-1))
+        beta = np.arctan2((N * A[:, None]).sum(-1), np.linalg.norm(np.cross(N, A[:, None]), axis=-1))
+        return g.radius * np.cos(beta), g.cz + g.radius * np.sin(beta), beta, u
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeSpan(Stretch):
+    """A sharp edge between two angles."""
+
+    element: int
+    ends: tuple[End, End]
+    r: float
+    z: float
+
+    def place(self, of: Angles, st: State, s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        u = of.span(self.ends, st, s)
+        return np.full(u.shape, self.r), np.full(u.shape, self.z), graze_beta(st, self.r, self.z, u), u
+
+
+@dataclass(frozen=True, eq=False)
+class Chord(Stretch):
+    """A disc, from one side of its rim to the other."""
+
+    element: int
+    ends: tuple[End, End]
+    r: float
+    z: float
+    beta: float
+    linear: bool = True
+
+    def place(self, of: Angles, st: State, s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        ua, ub = (of.angle(*end, st)[:, None] for end in self.ends)
+        p = (1.0 - s) * self.r * np.cos(ua) + s * self.r * np.cos(ub)
+        q = (1.0 - s) * self.r * np.sin(ua) + s * self.r * np.sin(ub)
+        full = np.full(p.shape, 1.0)
+        return np.hypot(p, q), self.z * full, self.beta * full, np.arctan2(q, p)
+
+
+def graze_beta(st: State, r: float, z: float, u: Floats) -> Floats:
+    """Normal angle in [-pi/2, pi/2] at which a meridian arc with its centre at (r, z) grazes at angle u."""
+    m = st.radial(u)
+    D = (m * (st.velocity + z * st.rate)[:, None]).sum(-1)
+    N = (st.velocity * st.axis).sum(1)[:, None] - r * (m * st.rate[:, None]).sum(-1)
+    sign = np.where(N < 0.0, -1.0, 1.0)
+    return np.asarray(np.arctan2(-D * sign, N * sign))

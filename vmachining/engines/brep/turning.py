@@ -1,0 +1,400 @@
+"""Swept solid of a convex cutter whose axis turns: caps trimmed at the grazing curve, splines between them.
+
+1. `Grazes` says over which faces the grazing curve runs; every stretch of it draws one tensor-product spline
+   sheet S(s, w), quintic in both directions, through exact points at known parameters.
+2. All sheets share their nodes in time w. A tie, the path of a point where two stretches meet, is a quintic
+   through the same nodes, so it is the border of both sheets to rounding; the same holds at both ends of the
+   block for the grazing curve and its cap.
+3. The caps are what trails of the first pose and what leads of the last one: planes, cylinders, cones, balls and
+   tori with the curve of every edge in their parameters (`Builder`). A cap that would run all round the axis is
+   cut in two along meridians.
+4. A flat face whose chord lies inside the sweep has no sheet. Both its poses are trimmed at the valley in which
+   they meet each other and the sheets of the rim, in closed form (`Grazes.valley`).
+
+`fit_mm` is the largest distance between a sheet and the exact envelope point of the same parameters, measured
+in the middle of all cells: an upper bound of the normal distance there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import BSpline, make_interp_spline
+
+from vmachining.arrays import Floats
+from vmachining.engines.brep.caps import FLAT, Rings, Tool, meridian_curve, normals
+from vmachining.engines.brep.grazes import Grazes
+from vmachining.engines.brep.shapes import (
+    DEGREE,
+    FIT_MM,
+    Circle,
+    Frame,
+    Part,
+    Plane,
+    Spline,
+    SplineSheet,
+    Straight,
+    nodes_for,
+)
+from vmachining.engines.brep.stretches import Chord, EdgeSpan, End, Moving, Stretch
+from vmachining.engines.brep.topology import SAME, Builder, Edge, Use
+from vmachining.errors import EngineError, SweepError
+from vmachining.tool import Profile
+
+__all__ = ["Built", "turning"]
+
+NODES = 160
+"""Most nodes of a stretch and of the time; beyond, the block is split or refused."""
+
+STEEP = 0.85
+"""Part of a ball that a cap may cover as one face, as a share of the way from a point to half the ball."""
+
+LEAST_MM = 1e-4
+"""Shortest edge: a thousand times OCCT's confusion of points."""
+
+
+class Built(NamedTuple):
+    """builder : all faces. fit_mm : measured error of the sheets. grazes : the curve they were drawn by."""
+
+    builder: Builder
+    fit_mm: float
+    grazes: Grazes
+
+
+class _Turning:
+    """One solid in the making."""
+
+    def __init__(self, profile: Profile, moving: Moving, fit_mm: float) -> None:
+        self.tool = Tool.of(profile)
+        self.grazes = Grazes(self.tool, moving)
+        self.moving, self.fit = moving, fit_mm
+        self.build = Builder()
+        self.error = 0.0
+        self.poses = {-1: moving.pose(0.0), 1: moving.pose(1.0)}
+        self.states = {-1: moving.state(np.array([0.0])), 1: moving.state(np.array([1.0]))}
+        self.rims = {sign: Rings(self.build, pose, self.tool) for sign, pose in self.poses.items()}
+        self.curves: dict[tuple[int, int], list[Edge]] = {}
+        self.ties: dict[End, Edge] = {}
+        self.cuts: dict[tuple[int, int], tuple[float, float]] = {}
+
+    # -- sheets --------------------------------------------------------------------------------------------
+
+    def sheets(self) -> None:
+        """Ties, ends and faces of all stretches."""
+        g = self.grazes
+        w = self._times()
+        st = g.moving.state(w)
+        for end in g.ends:
+            spline = make_interp_spline(w, g.tie(end, st), k=DEGREE)
+            self.ties[end] = self.build.edge(Spline(spline, 0.0))
+        middle_w = 0.5 * (w[:-1] + w[1:])
+        middle = g.moving.state(middle_w)
+        for number, stretch in enumerate(g.stretches):
+            s = np.array([0.0, 1.0]) if stretch.linear else self._places(stretch)
+            grid = stretch.points(g, st, s)
+            along = make_interp_spline(s, np.zeros(len(s)), k=1 if stretch.linear else DEGREE)
+            poles = make_interp_spline(s, grid.transpose(1, 0, 2), k=along.k).c
+            inner = make_interp_spline(w, poles.transpose(1, 0, 2), k=DEGREE)
+            sheet = SplineSheet(along, BSpline(inner.t, np.zeros(len(w)), DEGREE), inner.c.transpose(1, 0, 2))
+            middle_s = np.array([0.5]) if stretch.linear else 0.5 * (s[:-1] + s[1:])
+            exact = stretch.points(g, middle, middle_s)
+            uv = np.stack(np.meshgrid(middle_s, middle_w), axis=-1)
+            self.error = max(self.error, float(np.linalg.norm(sheet.at(uv) - exact, axis=-1).max()))
+            self._sheet(number, stretch, sheet, {-1: poles[:, 0], 1: poles[:, -1]})
+        if self.error > max(self.fit, 1e-3):
+            raise SweepError(f"splines miss the envelope by {self.error:.2g} mm")
+
+    def _times(self) -> Floats:
+        """Nodes in time that serve all ties and, sampled, all sheets."""
+        g, s = self.grazes, np.array([0.15, 0.5, 0.85])
+
+        def paths(w: Floats) -> Floats:
+            st = g.moving.state(w)
+            ties = [g.tie(end, st) for end in g.ends]
+            inner = [
+                stretch.points(g, st, s).reshape(len(w), -1) for stretch in g.stretches if not stretch.linear
+            ]
+            return np.concatenate([*ties, *inner], axis=1)
+
+        wanted = min(self.fit, FIT_MM) if g.valley else self.fit
+        nodes, error = nodes_for(paths, 0.0, 1.0, wanted, first=7, most=NODES)
+        if error > 10.0 * wanted:
+            raise SweepError("the grazing curve moves too unevenly for a spline in time")
+        return nodes
+
+    def _places(self, stretch: Stretch) -> Floats:
+        """Nodes along a stretch that serve both ends of the block, where its border lies on a cap, and between."""
+        g, st = self.grazes, self.moving.state(np.array([0.0, 0.25, 0.5, 0.75, 1.0]))
+
+        def curves(s: Floats) -> Floats:
+            return stretch.points(g, st, s).transpose(1, 0, 2).reshape(len(s), -1)
+
+        nodes, error = nodes_for(curves, 0.0, 1.0, FIT_MM, first=7, most=NODES)
+        if error > 3.0 * FIT_MM:
+            raise SweepError("the grazing curve bends too sharply for a spline")
+        return nodes
+
+    def _sheet(self, number: int, stretch: Stretch, sheet: SplineSheet, borders: dict[int, Floats]) -> None:
+        loop: list[Use] = []
+        last, first = (self.ties[stretch.ends[k]] for k in (1, 0))
+        for sign, w in ((-1, 0.0), (1, 1.0)):
+            edges = self._border(number, stretch, sheet.u, borders[sign], sign)
+            self.curves[number, sign] = edges
+            stops = [0.0, 1.0] if stretch.linear else [edges[0].curve.t0, *(e.curve.t1 for e in edges)]
+            uses = [Use(e, (a, w), (b, w)) for e, (a, b) in zip(edges, pairwise(stops), strict=True)]
+            loop += uses if sign < 0 else uses[::-1]
+            if sign < 0:
+                loop.append(Use(last, (1.0, 0.0), (1.0, 1.0)))
+        loop.append(Use(first, (0.0, 0.0), (0.0, 1.0)))
+        normal = stretch.normals(self.grazes, self.moving.state(np.array([0.5])), np.array([0.5]))[0, 0]
+        self.build.face(sheet, [loop], np.array([0.5, 0.5]), normal)
+
+    def _border(self, number: int, stretch: Stretch, along: BSpline, poles: Floats, sign: int) -> list[Edge]:
+        """Edges of the grazing curve in a pose, cut where a cap is cut."""
+        if stretch.linear:
+            return [self.build.edge(Straight(poles[0], poles[-1]))]
+        whole = Spline(BSpline(along.t, poles, along.k), 0.0)
+        stops = [0.0, 0.5, 1.0] if (stretch.element, sign) in self.cuts and _turns(stretch) else [0.0, 1.0]
+        edges = [self.build.edge(Part(whole, a, b)) for a, b in pairwise(stops)]
+        if isinstance(stretch, EdgeSpan):
+            ua, ub = self.grazes.span(stretch.ends, self.states[sign], np.array([0.0, 1.0]))[0].tolist()
+            lo, hi = min(ua, ub), max(ua, ub)
+            self.rims[sign].put(self.grazes.rings[stretch.ends[0][0]].joint, lo, hi, edges[0])
+        return edges
+
+    # -- caps ----------------------------------------------------------------------------------------------
+
+    def kept(self, ring: int | None, sign: int) -> tuple[float, float] | None:
+        """Angles of a ring between which its face belongs to the cap; a whole turn or None."""
+        if ring is None:
+            return None
+        g = self.grazes
+        if not g.present[ring]:
+            return (0.0, 2.0 * np.pi) if g.sign[ring] == sign else None
+        lo, hi = (float(g.angle(ring, side, self.states[sign])[0]) for side in (-1, 1))
+        return (lo, hi) if sign > 0 else (hi, lo + 2.0 * np.pi)
+
+    def prepare(self) -> None:
+        """Vertices of all circles, and the meridians at which caps are cut."""
+        g = self.grazes
+        for sign in (-1, 1):
+            rim = self.rims[sign]
+            for k, circle in enumerate(g.rings):
+                if g.present[k]:
+                    rim.break_at(circle.joint, list(self.kept(k, sign) or ()))
+            for number, e in enumerate(g.elements):
+                if e.kind in ("line", "arc") and self._wraps(number, sign):
+                    front = self._front(number, sign)
+                    self.cuts[number, sign] = front, front + np.pi
+                    turn = self._turning(number)
+                    for ring in (e.lower, e.upper):
+                        if ring is None:
+                            continue
+                        whole = not g.present[ring]
+                        rim.break_at(g.rings[ring].joint, [front, front + np.pi] if whole or turn is None else [
+                            front + np.pi])  # fmt: skip
+            for circle in g.rings:
+                if not rim._breaks.get(circle.joint):
+                    rim.break_at(circle.joint, [0.0])
+
+    def _turning(self, number: int) -> Stretch | None:
+        return next((s for s in self.grazes.stretches if s.element == number and _turns(s)), None)
+
+    def _wraps(self, number: int, sign: int) -> bool:
+        """Whether the cap on an element runs round the axis, or over too much of a ball."""
+        g, e = self.grazes, self.grazes.elements[number]
+        for ring in (e.lower, e.upper):
+            if ring is not None and not g.present[ring] and g.sign[ring] == sign:
+                return not (e.kind == "arc" and abs(e.segment.cr) <= FLAT and e.lower is None)
+        if e.lower is not None:
+            return False
+        tip = -1 if g._tip_trails() else 1
+        if tip != sign:
+            return False
+        if e.kind == "arc" and abs(e.segment.cr) <= FLAT:
+            V = self.states[sign].velocity[0] + e.segment.cz * self.states[sign].rate[0]
+            return bool(abs(V @ self.states[sign].axis[0]) > STEEP * np.linalg.norm(V))
+        return True
+
+    def _front(self, number: int, sign: int) -> float:
+        """Angle of the middle of the curve that turns on an element."""
+        turn = self._turning(number)
+        if turn is None:
+            return 0.0
+        return float(turn.place(self.grazes, self.states[sign], np.array([0.5]))[3][0, 0])
+
+    def caps(self) -> None:
+        """Faces of both poses."""
+        for sign in (-1, 1):
+            for number, e in enumerate(self.grazes.elements):
+                if e.kind == "disc":
+                    self._disc(number, sign)
+                elif e.kind in ("line", "arc"):
+                    self._cap(number, sign)
+
+    def _disc(self, number: int, sign: int) -> None:
+        g, e, pose = self.grazes, self.grazes.elements[number], self.poses[sign]
+        ring = e.lower if e.lower is not None else e.upper
+        assert ring is not None
+        arc = self.kept(ring, sign)
+        if arc is None:
+            return
+        joint, up = g.rings[ring].joint, float(np.sign(np.sin(g.rings[ring].beta)))
+        if not g.present[ring]:
+            first = self.rims[sign]._breaks[joint][0]
+            edges = self.rims[sign].arcs(joint, first, first + 2.0 * np.pi)
+        else:
+            edges = self.rims[sign].arcs(joint, *arc)
+            edges += [edge for k, s in enumerate(g.stretches) if s.element == number
+                      for edge in self.curves[k, sign]]  # fmt: skip
+            edges += self._valley(ring, sign)
+        point = pose.point(0.0, g.rings[ring].z, 0.0)
+        self.build.face(
+            Plane(Frame(point, pose.axis, pose.heading)), [_loop(edges)], np.zeros(2), up * pose.axis
+        )
+
+    def _valley(self, ring: int, sign: int) -> list[Edge]:
+        """Where a pose of a disc meets its other pose and the sheets of the rim."""
+        g = self.grazes
+        if (ring, 1) not in g.valley:
+            return []
+        corners, ties = [], []
+        for side in (1, -1):
+            rear = g.valley[ring, side][2] == 0.0
+            tie = self.ties[ring, side]
+            corners.append(tie.last if rear else tie.first)
+            if rear == (sign < 0):
+                ties.append(tie)
+        key = -1 - ring, 0
+        if key not in self.curves:
+            a, b = (self.build.place(corner) for corner in corners)
+            if np.linalg.norm(b - a) < LEAST_MM:
+                raise SweepError("both poses of a flat face meet in a point")
+            self.curves[key] = [self.build.edge(Straight(a, b))]
+        return ties + self.curves[key]
+
+    def _cap(self, number: int, sign: int) -> None:
+        g, e = self.grazes, self.grazes.elements[number]
+        rim = self.rims[sign].arcs
+        if (number, sign) in self.cuts:
+            self._halves(number, sign)
+            return
+        edges = [
+            edge for k, s in enumerate(g.stretches) if s.element == number for edge in self.curves[k, sign]
+        ]
+        middles = []
+        for ring in (e.lower, e.upper):
+            arc = self.kept(ring, sign)
+            if arc is not None and ring is not None:
+                edges += rim(g.rings[ring].joint, *arc)
+                middles.append(0.5 * (arc[0] + arc[1]))
+        if edges:
+            middle = float(np.mean(middles)) if middles else self._front(number, sign)
+            self._face(number, sign, edges, (middle - np.pi / 2, middle + np.pi / 2))
+
+    def _halves(self, number: int, sign: int) -> None:
+        """A cap that runs all round, cut along two meridians."""
+        g, e = self.grazes, self.grazes.elements[number]
+        front, back = self.cuts[number, sign]
+        turn = self._turning(number)
+        pose, s = self.poses[sign], e.segment
+        ribs = []
+        for u, cut in ((front, turn is not None), (back, False)):
+            curve = meridian_curve(pose.tip, pose.radial(u), s, pose.axis)
+            if cut:
+                assert turn is not None
+                beta = float(turn.place(g, self.states[sign], np.array([0.5]))[2][0, 0])
+                whole = e.lower if e.lower is not None and not g.present[e.lower] else None
+                low = e.lower is None or (whole is not None and g.sign[whole] == sign)
+                assert isinstance(curve, Circle)
+                curve = Part(curve, curve.t0, beta) if low else Part(curve, beta, curve.t1)
+            ribs.append(self.build.edge(curve))
+        for half in (1, -1):
+            edges = list(ribs)
+            if turn is not None:
+                parts = self.curves[g.stretches.index(turn), sign]
+                at = float(turn.place(g, self.states[sign], np.array([0.75]))[3][0, 0])
+                ahead = np.sin(at - front) > 0.0
+                edges.append(parts[1 if ahead == (half > 0) else 0])
+            lo, hi = (front, back) if half > 0 else (back, front + 2.0 * np.pi)
+            for ring in (e.lower, e.upper):
+                if ring is None:
+                    continue
+                arc = self.kept(ring, sign)
+                if arc is None:
+                    continue
+                if g.present[ring]:
+                    shift = 2.0 * np.pi * np.round((back - 0.5 * (arc[0] + arc[1])) / (2.0 * np.pi))
+                    a, b = (arc[0] + shift, back) if half > 0 else (back, arc[1] + shift)
+                else:
+                    a, b = lo, hi
+                edges += self.rims[sign].arcs(g.rings[ring].joint, a, b)
+            self._face(number, sign, edges, (lo, hi))
+
+    def _face(self, number: int, sign: int, edges: list[Edge], span: tuple[float, float]) -> None:
+        pose, s = self.poses[sign], self.grazes.elements[number].segment
+        st = self.states[sign]
+        region = normals(pose, np.linspace(*s.beta, 9).tolist(), np.linspace(*span, 25).tolist())
+        V = st.velocity[0] + (s.cz * st.rate[0] if s.is_arc else 0.0)
+        region = np.concatenate([region, normals(pose, np.linspace(*s.beta, 9).tolist(), np.linspace(
+            span[0] - 1.6, span[1] + 1.6, 33).tolist())])  # fmt: skip
+        kept = region[sign * (region @ V) >= -1e-9]
+        hints = np.array([pose.axis, pose.heading, pose.left]) if s.is_arc else None
+        surface = pose.surface(s, 0.5 * (span[0] + span[1]), kept if len(kept) else region, hints)
+        curve = edges[0].curve
+        probe = curve.at(np.array(0.5 * (curve.t0 + curve.t1)))
+        offset = probe - pose.tip
+        radial = offset - (offset @ pose.axis) * pose.axis
+        size = float(np.linalg.norm(radial))
+        if s.is_arc:
+            outward = offset - s.cz * pose.axis - s.cr * (radial / size if size > FLAT else 0.0)
+        else:
+            outward = np.cos(s.beta[0]) * radial / size + np.sin(s.beta[0]) * pose.axis
+        self.build.face(surface, [_loop(edges)], probe, outward)
+
+
+def _turns(stretch: Stretch) -> bool:
+    return stretch.ends[0][0] == stretch.ends[1][0] and not isinstance(stretch, Chord | EdgeSpan)
+
+
+def _loop(edges: Sequence[Edge]) -> list[Edge]:
+    """Edges in the order in which they follow each other.
+
+    Raises
+    ------
+    EngineError
+        They are not one closed run.
+    """
+    rest = list(edges)
+    out = [rest.pop(0)]
+    start, place = out[0].first, out[0].last
+    while rest:
+        k = next((k for k, e in enumerate(rest) if place in (e.first, e.last)), None)
+        if k is None or place == start:
+            raise EngineError("the edges of a cap are no single loop", engine="brep")
+        edge = rest.pop(k)
+        out.append(edge)
+        place = edge.last if edge.first == place else edge.first
+    if place != start:
+        raise EngineError("the edges of a cap do not close", engine="brep")
+    return out
+
+
+def turning(profile: Profile, moving: Moving, fit_mm: float) -> Built:
+    """Faces of the sweep of a convex profile.
+
+    Raises
+    ------
+    SweepError
+        The grazing curve changes its shape during the block or is of one that has no solid here.
+    EngineError
+        Edges do not fit.
+    """
+    work = _Turning(profile, moving, fit_mm)
+    work.prepare()
+    work.sheets()
+    work.caps()
+    return Built(work.build, max(work.error, SAME), work.grazes)
