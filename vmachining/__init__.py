@@ -8,6 +8,7 @@
 |---|---|
 | Reading programs | `vmachining.nc` |
 | Cutters, sweeps, stock minus sweep | `vmachining.tool`, `vmachining.sweep`, `vmachining.engines` |
+| What the edge of a cutter touches | `vmachining.engagement` |
 | Times, feeds | `vmachining.machine`, `vmachining.feed` |
 | A job from file to result, its report | `vmachining.job`, `vmachining.report` |
 | Other people's results, reference packs | `vmachining.oracle` |
@@ -21,7 +22,8 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from vmachining import engines, nc
+    from vmachining import engagement, engines, nc
+    from vmachining.engagement import Engagement
     from vmachining.errors import (
         AccuracyWarning,
         EngineError,
@@ -36,11 +38,11 @@ if TYPE_CHECKING:
         VMachiningError,
     )  # fmt: skip
     from vmachining.geometry import Arc, Bracket, Line
-    from vmachining.job import Job, RunResult, run, swept_volume
+    from vmachining.job import Job, RunResult, engage, run, swept_volume
     from vmachining.machine import MachineLimits
     from vmachining.nc import parse_program, read_program
     from vmachining.oracle import Comparison, compare, write_pack
-    from vmachining.report import write_report
+    from vmachining.report import write_engagement, write_report
     from vmachining.sweep import Pose, Sweep, Turn
     from vmachining.tool import (
         AptTool,
@@ -54,6 +56,7 @@ if TYPE_CHECKING:
     )  # fmt: skip
 
 _ROOMS = {
+    "engagement": ("Engagement",),
     "errors": (
         "AccuracyWarning",
         "EngineError",
@@ -68,11 +71,11 @@ _ROOMS = {
         "VMachiningError",
     ),
     "geometry": ("Arc", "Bracket", "Line"),
-    "job": ("Job", "RunResult", "run", "swept_volume"),
+    "job": ("Job", "RunResult", "engage", "run", "swept_volume"),
     "machine": ("MachineLimits",),
     "nc": ("parse_program", "read_program"),
     "oracle": ("Comparison", "compare", "write_pack"),
-    "report": ("write_report",),
+    "report": ("write_engagement", "write_report"),
     "sweep": ("Pose", "Sweep", "Turn"),
     "tool": (
         "AptTool",
@@ -86,7 +89,7 @@ _ROOMS = {
     ),
 }
 _HOME = {name: room for room, names in _ROOMS.items() for name in names}
-_PACKAGES = {"engines": ("mesh", "brep"), "nc": ()}
+_PACKAGES = {"engagement": (), "engines": ("mesh", "brep"), "nc": ()}
 
 __all__ = [
     "AccuracyWarning",
@@ -96,6 +99,7 @@ __all__ = [
     "Bracket",
     "BullNose",
     "Comparison",
+    "Engagement",
     "EngineError",
     "FeedError",
     "FlatEnd",
@@ -118,6 +122,8 @@ __all__ = [
     "Turn",
     "VMachiningError",
     "compare",
+    "engage",
+    "engagement",
     "engines",
     "nc",
     "parse_program",
@@ -125,6 +131,7 @@ __all__ = [
     "run",
     "swept_volume",
     "tool_from_mapping",
+    "write_engagement",
     "write_pack",
     "write_report",
 ]

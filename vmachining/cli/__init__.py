@@ -8,6 +8,7 @@
 | `jobs.py` | run, batch, demo |
 | `nc.py`, `single.py` | nc check, nc moves; sweep |
 | `dda.py` | dda |
+| `engage.py` | engage |
 
 Exit codes: 0 done, 1 findings, 2 bad usage or input, 3 a bug of ours, 130 interrupted.
 """

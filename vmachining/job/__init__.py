@@ -20,6 +20,8 @@ or visibly absent.
 | `table.py`, `files.py` | `COLUMNS`, partial tables; atomic files, hashes, manifest |
 | `schedule.py` | plan, rewrite, verify |
 | `run.py`, `result.py`, `batch.py` | `run`, `RunResult`, many jobs over processes |
+| `reading.py` | the program of a job |
+| `engage.py` | `engage`: what the tool touches at a fraction of a block; `Scene` for several questions |
 | `single.py` | `swept_volume` of one sweep |
 
 Conventions
@@ -43,6 +45,7 @@ single blocks do not, and a note says so. Lines of several feed motions keep the
 """
 
 from vmachining.job.blocks import Block, group_blocks
+from vmachining.job.engage import Scene, engage
 from vmachining.job.jobfile import Job, read_tools
 from vmachining.job.paths import move_path
 from vmachining.job.result import RunResult
@@ -58,9 +61,11 @@ __all__ = [
     "Block",
     "Job",
     "RunResult",
+    "Scene",
     "ScheduleReport",
     "Stopped",
     "check_formats",
+    "engage",
     "group_blocks",
     "move_path",
     "read_tools",

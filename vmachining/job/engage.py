@@ -139,7 +139,7 @@ class Scene:
         if not bottom and tool.cutter.points[0, 0] > 0.0 and _bottom_leads(stance, tool.cutter):
             notes = (
                 *notes,
-                "the bottom disc moves into material too: ask for the bottom to have it in the edge",
+                "the bottom disc leads too and may cut; the edge has it only when the bottom is asked for",
             )
         with self._workpiece(method, stock, near, seconds) as workpiece:
             found = contact(cutting, stance, workpiece, own, angles=angles)

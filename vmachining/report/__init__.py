@@ -9,12 +9,14 @@
 | `figures.py` | plotly figures as JSON |
 | `thin.py` | vertex clustering of a coloured mesh, thinning of long series |
 | `page.py` | `write_report(result, path)` |
+| `engagement.py` | `write_engagement(engagement, folder)`: tables, map and picture of what a tool touches |
 | `page.html.j2`, `page.css`, `page.js` | the page; every value is escaped by jinja2 |
 
 The room reads results and computes nothing new. Known limit: the 3-D view wants WebGL in the browser; all
 numbers are on the page without it.
 """
 
+from vmachining.report.engagement import write_engagement
 from vmachining.report.page import write_report
 
-__all__ = ["write_report"]
+__all__ = ["write_engagement", "write_report"]

@@ -1,0 +1,64 @@
+"""engage."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vmachining.cli.main import Code
+from vmachining.cli.screen import emit, note
+from vmachining.job import Job
+from vmachining.job import engage as engaged
+
+__all__ = ["engage"]
+
+
+def engage(
+    file: Path,
+    *,
+    block: int,
+    at: float,
+    method: str,
+    angles: int,
+    edge: str,
+    bottom: bool,
+    seconds: float,
+    out: Path | None,
+    as_json: bool,
+) -> int:
+    """`vmachining engage`."""
+    job = Job.load(file)
+    found = engaged(
+        job, block, at=at, method=method, angles=angles, edge=edge, bottom=bottom, seconds=seconds
+    )
+    if out is not None:
+        from vmachining.report import write_engagement
+
+        paths = write_engagement(found, out, name=job.name)
+        note(f"wrote {', '.join(path.name for path in paths)} to {out}", quiet=as_json)
+        if not any(path.suffix == ".png" for path in paths):
+            note("no PNG: matplotlib is not installed (pip install 'vmachining[notebooks]')", quiet=as_json)
+    if as_json:
+        emit(found.to_dict())
+        return Code.DONE
+    s = found.summary
+    arcs = s["arcs_feed_deg"] if s["arcs_feed_deg"] is not None else s["arcs_deg"]
+    turned = (
+        "from the feed (90 degrees is straight ahead)" if s["arcs_feed_deg"] is not None else "of the tool"
+    )
+    tip, axis = (", ".join(f"{v:.6g}" for v in s[key]) for key in ("tip_mm", "axis"))
+    print(f"{job.name}: block {block}, line {s['line']}, at {at:g}, method {method}")
+    print(f"  tool      tip ({tip}) mm, axis ({axis})")
+    if found.is_air:
+        print("  engaged   nowhere: air")
+    else:
+        told = ", ".join(f"{a:.6f} to {b:.6f}" for a, b in arcs)
+        deep = "feed along the axis" if s["ae_mm"] is None else f"radial {s['ae_mm']:.6f} mm"
+        print(f"  engaged   {told} degrees {turned}")
+        print(f"  depth     axial {s['ap_mm']:.6f} mm, {deep}")
+        print(f"  cut       at most {s['length_max_mm']:.6f} mm of the edge")
+        print(f"  surface   {s['area_mm2']:.6g} mm2, {100 * s['area_fraction']:.4g} % of what cuts")
+        if s["removal_mm3_per_mm"] is not None:
+            print(f"  removes   {s['removal_mm3_per_mm']:.6g} mm3 per mm of path")
+    for text in s["notes"]:
+        print(f"  note      {text}")
+    return Code.DONE
