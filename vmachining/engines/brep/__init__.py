@@ -16,7 +16,8 @@ Goal: a B-rep answer beside the mesh bracket. Every value is either inside the b
 | `shapes.py` | curves and surfaces with their numpy formula, its inverse, and their OCCT twin |
 | `topology.py` | `Builder`: shared vertices and edges, faces with computed parameter curves |
 | `caps.py` | poses, circles and segments of an upright tool |
-| `level.py`, `ramp.py`, `upright.py` | level lines and arcs; ramps and helices; plunges and full circles |
+| `level.py`, `upright.py` | level lines and arcs; plunges and full circles |
+| `guides.py`, `ramp.py`, `front.py` | ramps and helices; helices whose axis lies in the tool, steep ones |
 | `swept.py` | `solid`, `solids`, `inspect` |
 | `measure.py` | `volume` |
 | `ladder.py` | `Ladder`, rungs and gate |
@@ -38,11 +39,11 @@ are not in these numbers: a chain of them takes many minutes). A block of overla
 to 0.6 s (ball); two ramps of a torus that cut into each other took up to a minute on a loaded machine, because
 both meet in spline faces of a hundred knots.
 
-Known limits: the tool axis keeps its direction. No solid for arcs outside the XY plane, for helices whose axis
-lies in the cutter (helical entries), and for helices steeper than about the cutter's radius; these blocks are
-refused by name, and so are blocks that need one of these as a neighbour. Level arcs around an axis inside the
-cutter are built. A cutter that is not convex on a ramp, and arcs or helices that come back to themselves, are
-several solids whose union is the sweep. A cone's apex brings one edge without length, which OCCT wants there.
+Known limits: the tool axis keeps its direction. No solid for arcs outside the XY plane; these blocks are
+refused by name, and so are blocks that need one of these as a neighbour. A cutter that is not convex on a
+ramp, and arcs or helices that come back to themselves, are several solids whose union is the sweep: a helical
+entry is the cutter at its lowest, and what its front passes per half turn. A cone's apex brings one edge
+without length, which OCCT wants there.
 Brackets of the mesh engine are those of the triangles of a curved STEP; jobs widen them by what the triangles
 can change (`stock_slack_mm3` of the summary), so a gate on such a stock is that much weaker.
 A workpiece as STEP is cut block by block in one process: minutes for a hundred blocks, not for thousands.

@@ -15,41 +15,31 @@ The cap at the start is what trails (from u to 2 pi - u), the cap at the end wha
 | torus | quintic spline through exact points | extrusion of it |
 | sharp edge, rim of a disc | arc of the circle, as far as its fan of normals grazes | oblique extrusion of it |
 
-A helix turns the same curve about its axis while it rises; its sheets are tensor-product splines, exact in the
-rotation of their poles, so that only the fit of sine and cosine adds to the error of the curve.
-
 Known limits: the cutter is convex, a helix enters no point twice (`vmachining.sweep.swept_volume` knows).
 """
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-
 import numpy as np
-from scipy.interpolate import BSpline, make_interp_spline
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.caps import FLAT, UP, Pose, Rings, Tool, meridian_curve, normals
+from vmachining.engines.brep.caps import FLAT, UP, Rings, Tool, meridian_curve, normals
+from vmachining.engines.brep.guides import RampGuide
 from vmachining.engines.brep.shapes import (
     FIT_MM,
     Circle,
     Curve,
-    Cylinder,
-    Extrusion,
     Frame,
     Plane,
     Spline,
-    SplineSheet,
     Straight,
-    Surface,
     interpolated,
     solved,
 )
 from vmachining.engines.brep.topology import Builder, Edge, Use
-from vmachining.geometry import Arc, Line
 from vmachining.tool import Profile
 
-__all__ = ["HelixGuide", "LineGuide", "ramp"]
+__all__ = ["Ramp", "ramp"]
 
 WHOLE = np.pi
 
@@ -57,116 +47,13 @@ STEEP = 1.0
 """rad: from here on the trailing part of a ball is nearly half of it, too much for one face without poles."""
 
 
-class RampGuide(ABC):
-    """A rising motion. start, end: poses; gamma: slope, rad; error: of its own splines, mm."""
-
-    start: Pose
-    end: Pose
-    gamma: float
-    error: float = 0.0
-
-    @abstractmethod
-    def tie(self, point: Floats) -> Curve:
-        """Path of a point of the tool, from its place at the start."""
-
-    @abstractmethod
-    def sheet(self, curve: Curve) -> tuple[Surface, float | None]:
-        """Surface drawn by a curve of the tool at the start; the last v, None if the surface inverts itself."""
-
-
-class LineGuide(RampGuide):
-    """Straight, rising."""
-
-    def __init__(self, path: Line) -> None:
-        a, b = (path.start, path.end) if path.end[2] > path.start[2] else (path.end, path.start)
-        self.travel = np.array(b - a)
-        level = np.array([self.travel[0], self.travel[1], 0.0])
-        heading = level / np.linalg.norm(level)
-        self.start, self.end = Pose(np.array(a), heading), Pose(np.array(b), heading)
-        self.gamma = float(np.arctan2(self.travel[2], np.linalg.norm(level)))
-        self.length = float(np.linalg.norm(self.travel))
-
-    def tie(self, point: Floats) -> Curve:
-        return Straight(point, point + self.travel)
-
-    def sheet(self, curve: Curve) -> tuple[Surface, float | None]:
-        along = self.travel / self.length
-        if isinstance(curve, Straight):
-            across = np.cross(curve.end - curve.start, along)
-            return Plane(Frame(curve.start, across, along)), None
-        if isinstance(curve, Circle) and abs(curve.frame.z @ along) > 1.0 - 1e-14:
-            middle = curve.at(np.array(0.5 * (curve.t0 + curve.t1))) - curve.frame.origin
-            return Cylinder(Frame(curve.frame.origin, along, -middle), curve.radius), None
-        if isinstance(curve, Spline):  # as a spline surface: OCCT integrates those knot by knot
-            s, line = curve.spline, make_interp_spline([0.0, self.length], [0.0, self.length], k=1)
-            return SplineSheet(s, line, np.stack([s.c, s.c + self.travel], axis=1)), self.length
-        return Extrusion(curve, along), self.length
-
-
-class HelixGuide(RampGuide):
-    """Helix about z, rising."""
-
-    def __init__(self, path: Arc) -> None:
-        angle, rise, first = path.angle, path.rise, np.array(path.start)
-        if rise < 0.0:
-            angle, rise, first = -angle, -rise, np.array(path.end)
-        self.center = np.array([path.center[0], path.center[1], 0.0])
-        sign = np.sign(angle)
-        poses = []
-        for t in (0.0, 1.0):
-            tip = self._turn(first, np.cos(angle * t), np.sin(angle * t)) + t * rise * UP
-            out = tip - self.center
-            out[2] = 0.0
-            poses.append(Pose(tip, sign * np.cross(UP, out / np.linalg.norm(out))))
-        self.start, self.end = poses
-        self.gamma = float(np.arctan2(rise, path.radius * abs(angle)))
-        self.rise = rise
-        reach = path.radius + 1.0
-        fit = interpolated(
-            lambda w: np.column_stack([np.cos(angle * w), np.sin(angle * w)]), 0.0, 1.0, 0.1 * FIT_MM / reach
-        )
-        self._basis, self._size = fit.spline, fit.error
-        # the rise is linear: its coefficients are the Greville abscissae
-        t, k = self._basis.t, self._basis.k
-        self._linear = np.array([t[i + 1 : i + k + 1].mean() for i in range(len(self._basis.c))])
-        self.error = fit.error * reach
-
-    def _turn(self, points: Floats, cos: Floats, sin: Floats) -> Floats:
-        d = points - self.center
-        out = np.array(np.broadcast_to(points, np.broadcast_shapes(points.shape, np.shape(cos) + (3,))))
-        out[..., 0] = self.center[0] + cos * d[..., 0] - sin * d[..., 1]
-        out[..., 1] = self.center[1] + sin * d[..., 0] + cos * d[..., 1]
-        return out
-
-    def _poles(self, points: Floats) -> Floats:
-        """(n, m, 3) coefficients along the motion of n points (n, 3)."""
-        cos, sin = self._basis.c.T
-        out = self._turn(points[:, None, :], cos[None, :], sin[None, :])
-        out[..., 2] += self.rise * self._linear
-        return out
-
-    def tie(self, point: Floats) -> Curve:
-        return Spline(BSpline(self._basis.t, self._poles(point[None, :])[0], self._basis.k), self.error)
-
-    def sheet(self, curve: Curve) -> tuple[Surface, float | None]:
-        if isinstance(curve, Spline):
-            spline = curve.spline
-        elif isinstance(curve, Straight):
-            t = np.array([curve.t0, curve.t1])
-            spline = make_interp_spline(t, curve.at(t), k=1)
-        else:
-            fit = interpolated(curve.at, curve.t0, curve.t1, FIT_MM)
-            spline = fit.spline
-            self.error = max(self.error, fit.error)
-        return SplineSheet(spline, self._basis, self._poles(spline.c)), 1.0
-
-
-class _Ramp:
+class Ramp:
     """One ramp in the making."""
 
     def __init__(self, profile: Profile, guide: RampGuide) -> None:
         self.tool, self.guide, self.build = Tool.of(profile), guide, Builder()
         self.poses = {"start": guide.start, "end": guide.end}
+        self._skin = {"start": 1.0, "end": 1.0}
         self.error = 0.0
         self._steep = guide.gamma > STEEP
         n = len(self.tool.segments)
@@ -210,10 +97,14 @@ class _Ramp:
         s = self.tool.segments[k]
         return s.is_arc and abs(s.cr) <= FLAT and self.tool.joints[joint, 0] <= FLAT
 
+    def _leads(self, name: str) -> bool:
+        """Whether the cap of a pose is what leads, not what trails."""
+        return name == "end"
+
     def _halved(self, name: str, k: int) -> bool:
         """Whether a cap face would run all round: it is cut in two."""
         low, high = self._range(k)
-        if name == "start":
+        if not self._leads(name):
             return low == 0.0 and (self._steep or not self._is_tip(k, k))
         return high == WHOLE and (self._steep or not self._is_tip(k, k + 1))
 
@@ -229,7 +120,7 @@ class _Ramp:
                 rings.break_at(k, [0.0, np.pi])
         for k in range(len(self.tool.segments)):
             low, high = self._range(k)
-            if self._halved("start", k):
+            if not self._leads("start") and self._halved("start", k):
                 rings.break_at(k, [0.0, np.pi])
                 rings.break_at(k + 1, [0.0, np.pi] if high == 0.0 else [np.pi])
             if self._halved("end", k):
@@ -258,18 +149,33 @@ class _Ramp:
             self._curves[key] = self.build.edge(curve)
         return self._curves[key]
 
+    def _taus(self, k: int) -> tuple[float, float]:
+        """tau at the lower and at the upper end of an arc."""
+        s, (low, high) = self.tool.segments[k], self._range(k)
+        return (
+            0.0 if low == 0.0 else self._tau(s.beta[0]),
+            np.pi if high == WHOLE else self._tau(s.beta[1]),
+        )
+
+    def _strand(self, name: str, k: int, side: int) -> list[Edge]:
+        """What bounds a cap on one side of a segment, from bottom to top."""
+        return [self._curve(name, k, side)]
+
     def _drawn(self, name: str, k: int, side: int) -> Curve:
         s, pose = self.tool.segments[k], self.poses[name]
-        low, high = self._range(k)
         if not s.is_arc:
-            return Straight(pose.point(s.r0, s.z0, side * low), pose.point(s.r1, s.z1, side * low))
-        t0 = 0.0 if low == 0.0 else self._tau(s.beta[0])
-        t1 = np.pi if high == WHOLE else self._tau(s.beta[1])
-        g = self.guide.gamma
+            u = side * self._range(k)[0]
+            return Straight(pose.point(s.r0, s.z0, u), pose.point(s.r1, s.z1, u))
+        t0, t1 = self._taus(k)
+        return self._arc(name, k, side, -t1 if self._merged(k) else t0, t1)
+
+    def _arc(self, name: str, k: int, side: int, t0: float, t1: float) -> Curve:
+        """Grazing curve of an arc from tau = t0 to t1."""
+        s, pose, g = self.tool.segments[k], self.poses[name], self.guide.gamma
         if abs(s.cr) <= FLAT:
             ahead = np.sin(g) * pose.heading - np.cos(g) * UP
             frame = Frame(pose.tip + s.cz * UP, np.cross(ahead, side * pose.left), ahead)
-            return Circle(frame, s.radius, -t1 if self._merged(k) else t0, t1)
+            return Circle(frame, s.radius, t0, t1)
 
         def point(q: Floats) -> Floats:
             tau = solved(q, lambda x: x + self._u(x), t0, t1)
@@ -298,9 +204,9 @@ class _Ramp:
             if s.is_arc and low < high:
                 assert isinstance(curve, Circle)
                 graze = np.pi / 2 - self.guide.gamma
-                if name == "start" and not behind:
+                if not (self._leads(name) or behind):
                     curve = Circle(curve.frame, curve.radius, curve.t0, -graze)
-                if name == "end" and behind:
+                if self._leads(name) and behind:
                     curve = Circle(curve.frame, curve.radius, graze, curve.t1)
             self._meridians[key] = self.build.edge(curve)
         return self._meridians[key]
@@ -311,21 +217,22 @@ class _Ramp:
         n = len(self.tool.segments)
         for k in range(n):
             low, high = self._range(k)
-            if low < WHOLE:
-                self._cap("start", k)
-            if high > 0.0:
-                self._cap("end", k)
+            for name in self.poses:
+                if high > 0.0 if self._leads(name) else low < WHOLE:
+                    self._cap(name, k)
             if self._grazes(k):
                 self._drawn_faces(k)
         for k in range(n + 1):
             self._fan(k)
-        for name, k, outward in (("start", 0, -UP), ("end", n, UP)):
+        for name in self.poses:
+            k, outward = (n, UP) if self._leads(name) else (0, -UP)
             r, z = self.tool.joints[k].tolist()
             if r > 0.0:
                 pose = self.poses[name]
                 point = pose.point(0.0, z, 0.0)
                 first = self.rings[name]._breaks[k][0]
                 loop = self.rings[name].arcs(k, first, first + 2.0 * np.pi)
+                outward = outward * self._skin[name]
                 self.build.face(Plane(Frame(point, UP, pose.heading)), [loop], point, outward)
         return self.build
 
@@ -335,26 +242,27 @@ class _Ramp:
         graze = self._grazes(k)
         if self._halved(name, k):
             for side in (1, -1):
-                curve = [self._curve(name, k, side)] if graze else []
+                curve = self._strand(name, k, side) if graze else []
                 front, back = [self._rib(name, k, False)], [self._rib(name, k, True)]
-                if name == "start":
+                if not self._leads(name):
                     loop = _half(arcs, k, 0.0, np.pi, side) + back
-                    loop += _half(arcs, k + 1, high, np.pi, side)[::-1] + curve + front
+                    loop += _half(arcs, k + 1, high, np.pi, side)[::-1] + curve[::-1] + front
                 else:
                     loop = _half(arcs, k, 0.0, low, side) + curve + back
                     loop += _half(arcs, k + 1, 0.0, np.pi, side)[::-1] + front
                 self._cap_face(name, k, loop, (0.0, np.pi) if side > 0 else (-np.pi, 0.0))
             return
-        if name == "start":
+        if not self._leads(name):
             lower, upper = arcs(k, low, 2.0 * np.pi - low), arcs(k + 1, high, 2.0 * np.pi - high)
             right, left, span = -1, 1, (min(low, high), 2.0 * np.pi - min(low, high))
         else:
             lower, upper = arcs(k, -low, low), arcs(k + 1, -high, high)
             right, left, span = 1, -1, (-max(low, high), max(low, high))
         if self._merged(k):
-            loop = [self._curve(name, k, 1), *upper]
+            loop = [*self._strand(name, k, 1), *upper]
         elif graze:
-            loop = lower + [self._curve(name, k, right)] + upper[::-1] + [self._curve(name, k, left)]
+            rising, falling = self._strand(name, k, right), self._strand(name, k, left)[::-1]
+            loop = lower + rising + upper[::-1] + falling
         else:
             loop = lower or upper  # a ball tip that trails or leads as a whole
         self._cap_face(name, k, loop, span)
@@ -362,7 +270,7 @@ class _Ramp:
     def _cap_face(self, name: str, k: int, loop: list[Edge], span: tuple[float, float]) -> None:
         s, pose = self.tool.segments[k], self.poses[name]
         middle = 0.5 * (span[0] + span[1])
-        leads = 1.0 if name == "end" else -1.0
+        leads = 1.0 if self._leads(name) else -1.0
         along = np.cos(self.guide.gamma) * pose.heading + np.sin(self.guide.gamma) * UP
         region = normals(pose, np.linspace(*s.beta, 9).tolist(), np.linspace(*span, 25).tolist())
         kept = region[leads * (region @ along) >= -1e-9]
@@ -378,26 +286,23 @@ class _Ramp:
         else:
             beta = s.beta[0]
             outward = np.cos(beta) * radial / size + np.sin(beta) * UP
-        self.build.face(surface, [loop], probe, outward)
+        self.build.face(surface, [loop], probe, self._skin[name] * outward)
 
     def _drawn_faces(self, k: int) -> None:
         """Sheets of the grazing curves of a segment."""
-        s = self.tool.segments[k]
         for side in (1,) if self._merged(k) else (1, -1):
             first, second = self._curve("start", k, side), self._curve("end", k, side)
-            low, high = self._range(k)
-            if self._merged(k):
-                tau = 0.0
-            elif s.is_arc:
-                t0 = 0.0 if low == 0.0 else self._tau(s.beta[0])
-                t1 = np.pi if high == WHOLE else self._tau(s.beta[1])
-                tau = 0.5 * (t0 + t1)
-                if isinstance(first.curve, Spline):
-                    q = np.array([0.5 * (first.curve.t0 + first.curve.t1)])
-                    tau = float(solved(q, lambda x: x + self._u(x), t0, t1)[0])
-            else:
-                tau = self._tau(s.beta[0])
+            tau = 0.0 if self._merged(k) else self._tau_at(k, first.curve)
             self._sheet(first, second, self._normal(tau, side))
+
+    def _tau_at(self, k: int, curve: Curve) -> float:
+        """tau in the middle of a grazing curve of a segment, or of a part of it."""
+        s, middle = self.tool.segments[k], 0.5 * (curve.t0 + curve.t1)
+        if not s.is_arc:
+            return self._tau(s.beta[0])
+        if not isinstance(curve, Spline):
+            return middle
+        return float(solved(np.array([middle]), lambda x: x + self._u(x), *self._taus(k))[0])
 
     def _fan(self, k: int) -> None:
         """Sheets drawn by a sharp edge where its fan of normals grazes."""
@@ -440,7 +345,7 @@ class _Ramp:
 
 def ramp(profile: Profile, guide: RampGuide) -> tuple[Builder, float]:
     """Sweep of a convex profile along a rising motion, and the largest error of a fitted curve (mm)."""
-    work = _Ramp(profile, guide)
+    work = Ramp(profile, guide)
     build = work.make()
     return build, max(work.error, guide.error)
 

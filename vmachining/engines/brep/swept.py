@@ -99,14 +99,14 @@ def solids(sweep: Sweep, *, fit_mm: float = TURN_FIT_MM) -> list[Swept]:
     """Solids whose union is the sweep: mostly one.
 
     Several for arcs that come back to themselves or turn by more than about half a turn around an axis inside
-    the tool, for helices that reach a point twice, for cutters that are not convex on a ramp or while they
+    the tool, for helices that reach a point twice or have their axis in the tool, for cutters that are not convex on a ramp or while they
     turn, and for blocks during which the grazing curve of a turning tool changes its shape.
 
     Raises
     ------
     SweepError
-        Arcs in the other two planes; helices whose axis lies in the cutter; a turning tool whose envelope
-        folds inside the sweep, or whose grazing curve has a shape without solid (`turns.py`).
+        Arcs in the other two planes; a turning tool whose envelope folds inside the sweep, or whose grazing
+        curve has a shape without solid (`turns.py`).
     EngineError
         OCCT does not accept a solid, or one of a turning tool is off the volume of the flux identity by 1e-5.
     """
