@@ -23,13 +23,21 @@ import numpy as np
 from vmachining.arrays import Floats
 from vmachining.errors import KinematicsError, NCError, SweepError
 from vmachining.geometry import Arc, Line, arc_between
-from vmachining.machine import Machine
-from vmachining.machine.joint_limits import least_times
+from vmachining.machine import Machine, linear_peaks, peak_accelerations, peak_times, tcp_block_peaks
 from vmachining.nc import Motion, Move, Program, decode_program, lex_line, split_lines
 from vmachining.sweep import Pose, Turn
 from vmachining.tolerance import LENGTH_EPS_MM
 
-__all__ = ["CutterPath", "end_axis", "joint_feeds", "joint_times", "move_path", "moves", "settled"]
+__all__ = [
+    "CutterPath",
+    "JointDemands",
+    "end_axis",
+    "joint_demands",
+    "joint_feeds",
+    "move_path",
+    "moves",
+    "settled",
+]
 
 CutterPath: TypeAlias = Line | Arc | Turn
 
@@ -174,32 +182,47 @@ def _arc(move: Move) -> Arc:
         raise NCError(str(exc), line=move.line) from exc
 
 
-def joint_times(moves: Sequence[Move], machine: Machine | None) -> Floats:
-    """(n,) s that moves with rotary words last at least by the speeds of the joints, 0 for all others.
+@dataclasses.dataclass(frozen=True, slots=True, eq=False)
+class JointDemands:
+    """What the joints say about moves, (n,) each.
 
-    Under tool-centre-point control the slides are where the chain needs them at both ends; what they do
-    between is not looked at, nor the slides where two of them are parallel at an end.
+    seconds : that a move lasts at least, 0 without rotary words. accelerations : mm/s^2 along its path; inf for
+    none.
     """
-    out = np.zeros(len(moves))
-    if machine is None or not machine.rotary:
-        return out
+
+    seconds: Floats
+    accelerations: Floats
+
+
+def joint_demands(moves: Sequence[Move], machine: Machine | None, lengths: Floats) -> JointDemands:
+    """By speeds and accelerations of the joints, for moves with rotary words; lengths : (n,) mm, tip paths.
+
+    Under tool-centre-point control the slides are where the chain needs them all along the move, and its fastest
+    moment counts; where two slides are parallel on the way they are not looked at.
+    """
+    out = JointDemands(np.zeros(len(moves)), np.full(len(moves), np.inf))
     wanted = [k for k, move in enumerate(moves) if move.rotary_deg is not None]
-    if not wanted:
+    if machine is None or not machine.rotary or not wanted:
         return out
     first, last = (
         np.array(ends) for ends in zip(*(_joints(moves[k], machine)[:2] for k in wanted), strict=True)
     )
-    turned = [k for k, move in enumerate(moves[i] for i in wanted) if move.tcp]
-    if turned:
-        own = np.array([list(machine.rotary)])
-        places = []
-        for ends in (first, last):
-            q = np.zeros((len(turned), len(machine.axes)))
-            q[:, own[0]] = ends[turned, 3:]
-            places.append(machine.place(q, ends[turned, :3])[0])
-        known = np.isfinite(places).all(axis=0)
-        first[turned], last[turned] = (np.where(known, place, 0.0) for place in places)
-    out[wanted] = least_times(machine, first, last)
+    centred = np.array([moves[k].tcp for k in wanted])
+    peaks = linear_peaks(first, last)
+    if centred.any():
+        own = list(machine.rotary)
+        ends = []
+        for joints in (first[centred], last[centred]):
+            q = np.zeros((len(joints), len(machine.axes)))
+            q[:, own] = joints[:, 3:]
+            placed = machine.place(q, joints[:, :3])[0]
+            ends.append(np.where(np.isnan(placed), q, placed))
+        inside = tcp_block_peaks(machine, *ends)
+        for found, mine in ((inside.first, peaks.first), (inside.second, peaks.second)):
+            mine[centred] = np.where(np.isfinite(found), found, 0.0)
+    k = np.array(wanted)
+    out.seconds[k] = peak_times(machine, peaks)
+    out.accelerations[k] = peak_accelerations(machine, peaks, lengths[k])
     return out
 
 

@@ -11,7 +11,7 @@ from vmachining.errors import NCError
 from vmachining.geometry import Line
 from vmachining.job.blocks import halts
 from vmachining.job.jobfile import Job
-from vmachining.job.paths import joint_feeds, joint_times, move_path
+from vmachining.job.paths import joint_demands, joint_feeds, move_path
 from vmachining.machine import Machine, MachineLimits, axis_caps, block_times, path_peaks
 from vmachining.nc import Motion, Program
 from vmachining.sweep import Turn
@@ -69,20 +69,22 @@ def move_times(
         raise NCError(
             "a feed move without a feed", file=program.name, line=moves[int(np.flatnonzero(bad)[0])].line
         )
-    slowest = joint_times(moves, machine)
+    demands = joint_demands(moves, machine, length)
+    slowest = demands.seconds
     fixed = np.array([move.duration_s or 0.0 for move in moves])
     pause = np.array([move.dwell_s for move in moves])
     pause = np.where((length == 0) & (pause == 0), np.maximum(slowest, fixed), pause)
     timed = (fixed > 0) & (length > 0)
     feed[timed] = 60.0 * length[timed] / fixed[timed]
+    allowed = joint_feeds(length, slowest)
     caps = np.minimum(
         axis_caps(
             path_peaks([p if not isinstance(p, Turn) else Line(p.start, p.end) for p in paths]), limits
         ),
-        joint_feeds(length, slowest),
+        allowed,
     )
     times = block_times(
-        length, feed, fast, limits, cap_mm_min=caps, dwell_s=pause,
-        stop=halts(program, block_delete=block_delete),
+        length, feed, fast, limits, cap_mm_min=caps, dwell_s=pause, rapid_cap_mm_min=allowed,
+        stop=halts(program, block_delete=block_delete), acceleration_mm_s2=demands.accelerations,
     )  # fmt: skip
     return MoveTimes(times.accelerated_s, times.ideal_s, caps)

@@ -30,6 +30,7 @@ what happens between two positions; how fast that may go; and what a pulse gener
 | `motion.py` | `JointMotion` (J), `TcpMotion` (R, V): tip and axis with derivatives over t |
 | `deviation.py` | `tip_deviation`, `axis_deviation`, `pieces`, `straighten` |
 | `joint_limits.py` | `travel_overruns`, `joint_caps`, `tcp_caps`: what the joints allow |
+| `block_peaks.py` | `tcp_block_peaks`, `peak_times`: the fastest moment inside many blocks at once |
 | `limits.py` | `MachineLimits` |
 | `caps.py` | `line_peaks`, `arc_peaks`, `path_peaks`, `axis_caps`, `travel_caps` |
 | `timing.py` | `BlockTimes`, `block_times`, `feed_path_ratio` |
@@ -78,7 +79,9 @@ Known limits
   model; its legs are not modelled. Forward kinematics and motions take any chain.
 - `follow` decides pose by pose. It always finds a way inside the travels if every pose has one, but not the one
   with the fewest rewinds.
-- Peaks of `tcp_caps` are sampled, with the nearest point to the first rotary axis added for great circles.
+- Peaks of `tcp_caps` are sampled, with the nearest point to the first rotary axis added for great circles; those of
+  `tcp_block_peaks` too, with the error of sampling added.
+- A joint may use its whole acceleration for the bend of a block and again for its ramps.
 - The acceleration of `block_times` bounds the speed along the path, block by block. Corners cost nothing and arcs have no
   centripetal limit, so the accelerated time is a lower bound for a real control; jerk is unbounded. It is
   reported and never raises a feed.
@@ -87,6 +90,13 @@ Known limits
 """
 
 from vmachining.machine.axis import Axis, Kind
+from vmachining.machine.block_peaks import (
+    Peaks,
+    linear_peaks,
+    peak_accelerations,
+    peak_times,
+    tcp_block_peaks,
+)
 from vmachining.machine.branches import JointPath, Jump, follow, jumps
 from vmachining.machine.caps import arc_peaks, axis_caps, line_peaks, path_peaks, travel_caps
 from vmachining.machine.chain import Machine, Rates, Screws, Solutions, ToolPose
@@ -156,6 +166,7 @@ __all__ = [
     "Machine",
     "MachineLimits",
     "Overrun",
+    "Peaks",
     "PulseBlock",
     "Rates",
     "Screws",
@@ -188,10 +199,13 @@ __all__ = [
     "line_limit",
     "line_peaks",
     "line_train",
+    "linear_peaks",
     "load",
     "machine_from_mapping",
     "nearest_arc",
     "path_peaks",
+    "peak_accelerations",
+    "peak_times",
     "pieces",
     "plot_pulses",
     "preset",
@@ -200,6 +214,7 @@ __all__ = [
     "s1_quadrant_train",
     "source_clock_hz",
     "straighten",
+    "tcp_block_peaks",
     "tcp_caps",
     "tcp_peaks",
     "tip_deviation",

@@ -51,6 +51,7 @@ def block_times(
     dwell_s: ArrayLike | None = None,
     stop: ArrayLike | None = None,
     acceleration_mm_s2: ArrayLike | None = None,
+    rapid_cap_mm_min: ArrayLike | None = None,
 ) -> BlockTimes:
     """Time of every block of a program.
 
@@ -71,6 +72,8 @@ def block_times(
     acceleration_mm_s2 : (n,), optional
         What the joints allow along each block, see `joint_accelerations`; inf for no limit. The smaller of it
         and the limit of the machine counts.
+    rapid_cap_mm_min : (n,), optional
+        The same as `cap_mm_min`, of rapids: what the joints allow.
 
     Raises
     ------
@@ -85,7 +88,7 @@ def block_times(
     pause = np.zeros(n) if dwell_s is None else rows(dwell_s, n, name="dwell_s")
     if (pause < 0).any():
         raise KinematicsError("dwell_s must not be negative")
-    speed = _speeds(length, feed_mm_min, fast, limits, cap_mm_min)
+    speed = _speeds(length, feed_mm_min, fast, limits, cap_mm_min, rapid_cap_mm_min)
     moving = length > 0
     ideal = np.divide(length, speed, out=np.zeros(n), where=moving)
     acceleration = _accelerations(n, limits, acceleration_mm_s2)
@@ -135,7 +138,12 @@ def _accelerations(n: int, limits: MachineLimits, given: ArrayLike | None) -> Fl
 
 
 def _speeds(
-    length: Floats, feed: ArrayLike, fast: Bools, limits: MachineLimits, cap: ArrayLike | None
+    length: Floats,
+    feed: ArrayLike,
+    fast: Bools,
+    limits: MachineLimits,
+    cap: ArrayLike | None,
+    rapid_cap: ArrayLike | None,
 ) -> Floats:
     """(n,) mm/s each block would run at on a machine with unlimited acceleration."""
     n = len(length)
@@ -148,14 +156,18 @@ def _speeds(
         raise FeedError(f"block {k} has length {length[k]:g} mm and feed {asked[k]:g} mm/min")
     rapid_speed = np.inf if limits.rapid_mm_min is None else limits.rapid_mm_min
     whole = np.inf if limits.max_feed_mm_min is None else limits.max_feed_mm_min
-    ceiling = np.full(n, whole)
-    if cap is not None:
-        caps = np.asarray(cap, dtype=np.float64)
-        if caps.shape != (n,) or not (caps > 0).all():
-            raise FeedError("cap_mm_min: want one positive value per block")
-        ceiling = np.minimum(ceiling, caps)
+    ceiling = np.minimum(np.full(n, whole), _caps(cap, n, "cap_mm_min"))
+    rapids = np.minimum(np.full(n, rapid_speed), _caps(rapid_cap, n, "rapid_cap_mm_min"))
     idle = ~fast & (length == 0)
-    return np.where(fast, rapid_speed, np.where(idle, np.inf, np.minimum(asked, ceiling))) / 60.0
+    return np.where(fast, rapids, np.where(idle, np.inf, np.minimum(asked, ceiling))) / 60.0
+
+
+def _caps(cap: ArrayLike | None, n: int, name: str) -> Floats:
+    """(n,) caps, inf for none."""
+    caps = np.full(n, np.inf) if cap is None else np.asarray(cap, dtype=np.float64)
+    if caps.shape != (n,) or not (caps > 0).all():
+        raise FeedError(f"{name}: want one positive value per block")
+    return caps
 
 
 def _flags(values: ArrayLike, n: int, name: str) -> Bools:
