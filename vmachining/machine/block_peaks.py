@@ -101,7 +101,7 @@ def peak_times(machine: Machine, peaks: Peaks) -> Floats:
     speed, force = _limits(machine)
     by_speed = _shares(peaks.first, speed).max(axis=1, initial=0.0)
     by_force = _shares(peaks.second, force).max(axis=1, initial=0.0)
-    return np.maximum(by_speed, np.sqrt(by_force))
+    return np.asarray(np.maximum(by_speed, np.sqrt(by_force)))
 
 
 def peak_accelerations(machine: Machine, peaks: Peaks, length_mm: ArrayLike) -> Floats:
