@@ -150,10 +150,10 @@ def tools(rng: random.Random) -> list[str]:
 
 
 def modes(rng: random.Random) -> list[str]:
-    """Modes saved and brought back by M70 to M73. The reference mixes up units that change in a series of cycles."""
+    """Modes saved and brought back by M70 to M73. Units are left: the reference converts its level."""
     choices: list[Callable[[], str]] = [
         lambda: f"G{rng.randrange(2)} X{rng.randrange(9)} Y{rng.randrange(9)} Z{rng.randrange(1, 9)}",
-        lambda: rng.choice(("G90", "G91", "G54", "G55", "G56", "G80\nG20", "G80\nG21", "F200", "G98", "G99")),
+        lambda: rng.choice(("G90", "G91", "G54", "G55", "G56", "F200", "G98", "G99")),
         lambda: rng.choice(("M70", "M70", "G80\nM72", "M71", "M73")),
         lambda: "G98 G81 X3 Y4 Z-1 R0.5",
         lambda: "G80",
