@@ -241,12 +241,15 @@ def sweep(
     chord: Annotated[
         float, typer.Option("--chord", metavar="MM", help="Between inner and outer solid.")
     ] = 0.01,
+    step: Annotated[
+        Path | None, typer.Option("--step", metavar="FILE", help="Write the swept solid as STEP.")
+    ] = None,
     as_json: Json = False,
 ) -> int:
-    """Volume of one sweep, with its bracket."""
+    """Volume of one sweep, with its bracket, and its B-rep solid."""
     from vmachining.cli import single
 
-    return single.sweep(file, chord=chord, as_json=as_json)
+    return single.sweep(file, chord=chord, step=step, as_json=as_json)
 
 
 @app.command(epilog="Example: vmachining engage models/slot/job.toml --block 20 --at 0.5 --out out/block20")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from pathlib import Path
 
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit
@@ -12,7 +13,7 @@ from vmachining.errors import InputError
 __all__ = ["bench", "sweep"]
 
 
-def sweep(name: str, *, chord: float, as_json: bool) -> int:
+def sweep(name: str, *, chord: float, step: Path | None, as_json: bool) -> int:
     """`vmachining sweep`."""
     if not (math.isfinite(chord) and chord > 0):
         raise InputError(f"--chord {chord}: want a positive number")
@@ -21,13 +22,14 @@ def sweep(name: str, *, chord: float, as_json: bool) -> int:
     found = read_sweep(name)
     from vmachining.job.single import sweep_record
 
-    record = sweep_record(found, chord)
+    record = sweep_record(found, chord, step)
     if as_json:
         emit(record)
         return Code.DONE
     print(f"{record['volume_mm3']:.9g} mm3   [{record['lo_mm3']:.9g}, {record['hi_mm3']:.9g}]")
     if record["brep_mm3"] is not None:
-        print(f"{record['brep_mm3']:.9g} mm3   B-rep, {record['brep_faces']} faces")
+        fit = f", splines within {record['brep_fit_mm']:.1g} mm" if record["brep_fit_mm"] else ""
+        print(f"{record['brep_mm3']:.9g} mm3   B-rep, {record['brep_faces']} faces{fit}")
     else:
         print(f"no B-rep value: {record['brep_note']}")
     return Code.DONE

@@ -62,6 +62,7 @@ if TYPE_CHECKING:
     from vmachining.engines.brep.measure import volume
     from vmachining.engines.brep.swept import Inspection, inspect, solid, solids
     from vmachining.engines.brep.workers import check_blocks, step_file
+    from vmachining.engines.brep.write import write_solids
 
 __all__ = [
     "RUNGS",
@@ -79,6 +80,7 @@ __all__ = [
     "solids",
     "step_file",
     "volume",
+    "write_solids",
 ]
 
 _FILES = {
@@ -87,6 +89,7 @@ _FILES = {
     "measure": ("volume",),
     "swept": ("Inspection", "inspect", "solid", "solids"),
     "workers": ("check_blocks", "step_file"),
+    "write": ("write_solids",),
 }
 _HOME = {name: file for file, names in _FILES.items() for name in names}
 
