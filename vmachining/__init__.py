@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from vmachining.job import Job, RunResult, engage, run, swept_volume
     from vmachining.machine import MachineLimits
     from vmachining.nc import parse_program, read_program
-    from vmachining.oracle import Comparison, compare, write_pack
+    from vmachining.oracle import Comparison, compare, compare_engagement, write_pack
     from vmachining.report import write_engagement, write_report
     from vmachining.sweep import Pose, Sweep, Turn
     from vmachining.tool import (
@@ -74,7 +74,7 @@ _ROOMS = {
     "job": ("Job", "RunResult", "engage", "run", "swept_volume"),
     "machine": ("MachineLimits",),
     "nc": ("parse_program", "read_program"),
-    "oracle": ("Comparison", "compare", "write_pack"),
+    "oracle": ("Comparison", "compare", "compare_engagement", "write_pack"),
     "report": ("write_engagement", "write_report"),
     "sweep": ("Pose", "Sweep", "Turn"),
     "tool": (
@@ -122,6 +122,7 @@ __all__ = [
     "Turn",
     "VMachiningError",
     "compare",
+    "compare_engagement",
     "engage",
     "engagement",
     "engines",

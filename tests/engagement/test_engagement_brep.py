@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vmachining.engagement import By, CylinderStock, Past, RayWorkpiece, contact, facing_parts
-from vmachining.engines.brep import Blank, BrepWorkpiece
+from vmachining.engines.brep import Blank, BrepWorkpiece, edgeworker
 from vmachining.engines.brep.edgeworker import Members
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Arc, Line
@@ -101,7 +101,10 @@ def test_a_process_of_its_own_gives_arcs_and_keeps_its_time():
     assert work._worker is None  # the process is gone
 
 
-def test_a_sweep_without_a_solid_is_refused_by_name():
-    arc = Arc((0, 0, -2), (0, 0, 3), axis=0, angle=1.0)
-    with pytest.raises(SweepError, match=r"block 7: .*outside the XY plane"):
-        Members(BAR, [(7, Sweep.along(TOOLS["ball"], arc))], By.STOCK)
+def test_a_sweep_without_a_solid_is_refused_by_name(monkeypatch):
+    def none(sweep):
+        raise SweepError("the B-rep engine has no solid for this")
+
+    monkeypatch.setattr(edgeworker, "solids", none)
+    with pytest.raises(SweepError, match="block 7: the B-rep engine has no solid for this"):
+        Members(BAR, [(7, before(TOOLS["ball"])[0])], By.STOCK)

@@ -283,7 +283,7 @@ def engage(
 @app.command(epilog="Example: vmachining compare results.csv models/reference_pack")
 def compare(
     results: Annotated[
-        Path, typer.Argument(metavar="RESULTS.csv", help="Columns block or line, and removed_mm3.")
+        Path, typer.Argument(metavar="RESULTS.csv", help="block or line, removed_mm3; or engaged intervals.")
     ],
     reference: Annotated[
         Path, typer.Argument(metavar="REFERENCE_DIR", help="Result directory of run, or of pack.")
@@ -294,14 +294,21 @@ def compare(
     tolerance_mm3: Annotated[
         float, typer.Option("--tolerance-mm3", metavar="V", help="Widen every block's bracket by V mm3.")
     ] = 0.0,
+    tolerance_mm: Annotated[
+        float | None,
+        typer.Option(
+            "--tolerance-mm", metavar="L", help="Tables of engagement: along the edge (default 1e-4)."
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> int:
-    """Somebody's per-block volumes against ours. Exit code 0: all inside the brackets, 1: some are not."""
+    """Somebody's per-block volumes, or engaged intervals, against ours. Exit code 0: all inside, 1: some not."""
     from vmachining.cli import oracle
 
     return oracle.compare(
-        results, reference, tolerance_rel=tolerance_rel, tolerance_mm3=tolerance_mm3, as_json=as_json
-    )
+        results, reference, tolerance_rel=tolerance_rel, tolerance_mm3=tolerance_mm3, tolerance_mm=tolerance_mm,
+        as_json=as_json,
+    )  # fmt: skip
 
 
 @app.command(epilog="Example: vmachining pack models/slot/job.toml --out out/slot-pack --stock stl,step")
@@ -317,6 +324,9 @@ def pack(
     licence: Annotated[
         str, typer.Option("--licence", metavar="none|cc0|FILE", help="Terms that go into the pack.")
     ] = "none",
+    engagement: Annotated[
+        int, typer.Option("--engagement", metavar="N", help="Blocks with a table of engaged intervals.")
+    ] = 10,
     workers: Annotated[
         int, typer.Option("--workers", min=1, help="Processes; more than one changes last digits.")
     ] = 1,
@@ -327,8 +337,9 @@ def pack(
     from vmachining.cli import oracle
 
     return oracle.pack(
-        job, out=out, stock=stock, brep=brep, licence=licence, workers=workers, quiet=quiet, as_json=as_json
-    )
+        job, out=out, stock=stock, brep=brep, licence=licence, engagement=engagement, workers=workers,
+        quiet=quiet, as_json=as_json,
+    )  # fmt: skip
 
 
 @app.command(epilog="Example: vmachining dda part.nc --blu 0.01 --out pulses.csv --plot pulses.html")

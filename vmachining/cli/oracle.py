@@ -6,10 +6,17 @@ from pathlib import Path
 
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note, progress_bar
+from vmachining.errors import InputError
 from vmachining.job import Job, Stopped, check_formats
 from vmachining.job.batch import safe_name
 from vmachining.job.brep import parse_brep
-from vmachining.oracle import Comparison, write_pack
+from vmachining.oracle import (
+    Comparison,
+    EngagementComparison,
+    compare_engagement,
+    is_engagement_table,
+    write_pack,
+)
 from vmachining.oracle import compare as judged
 
 __all__ = ["compare", "pack"]
@@ -18,9 +25,29 @@ WORST = 10
 
 
 def compare(
-    results: Path, reference: Path, *, tolerance_rel: float, tolerance_mm3: float, as_json: bool
+    results: Path,
+    reference: Path,
+    *,
+    tolerance_rel: float,
+    tolerance_mm3: float,
+    tolerance_mm: float | None,
+    as_json: bool,
 ) -> int:
-    """`vmachining compare`."""
+    """`vmachining compare`: of volumes, or of engaged intervals where the table has them."""
+    if is_engagement_table(results):
+        if tolerance_rel or tolerance_mm3:
+            raise InputError("a table of engagement is compared in mm", remedy="take --tolerance-mm")
+        given = {} if tolerance_mm is None else {"tolerance_mm": tolerance_mm}
+        edges = compare_engagement(results, reference, **given)
+        if as_json:
+            emit(edges.to_dict())
+        else:
+            _show_edges(edges)
+        return Code.DONE if edges.agrees else Code.FINDINGS
+    if tolerance_mm is not None:
+        raise InputError(
+            "--tolerance-mm is for tables of engagement", remedy="take --tolerance-mm3 for volumes"
+        )
     found = judged(results, reference, tolerance_rel=tolerance_rel, tolerance_mm3=tolerance_mm3)
     if as_json:
         emit(found.to_dict())
@@ -58,6 +85,28 @@ def _show(found: Comparison) -> None:
     console.print(Text(f"verdict    {found.verdict}", style=style), soft_wrap=True)
 
 
+def _show_edges(found: EngagementComparison) -> None:
+    """The worst angles, the verdict."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    console = Console(highlight=False)
+    worst = found.worst(WORST)
+    if len(worst):
+        table = Table(title=f"worst {len(worst)} angles", title_justify="left")
+        for name in ("block", "at", "phi_deg", "status", "error mm", "theirs mm", "reference mm"):
+            table.add_column(name, justify="left" if name == "status" else "right")
+        for block, at, phi, status, *numbers in worst.iter_rows():
+            cells = ["" if v is None else f"{v:.6g}" for v in numbers]
+            table.add_row(str(block), f"{at:g}", f"{phi:g}", status, *cells)
+        console.print(table)
+    if found.ignored:
+        console.print(f"ignored    {found.ignored} angles that the reference does not have", soft_wrap=True)
+    style = "green" if found.agrees else "red"
+    console.print(Text(f"verdict    {found.verdict}", style=style), soft_wrap=True)
+
+
 def pack(
     file: Path,
     *,
@@ -65,6 +114,7 @@ def pack(
     stock: str,
     brep: str,
     licence: str,
+    engagement: int,
     workers: int,
     quiet: bool,
     as_json: bool,
@@ -78,8 +128,9 @@ def pack(
     with progress_bar(quiet=silent) as progress:
         try:
             result = write_pack(
-                job, folder, stock=formats, brep=brep, licence=licence, workers=workers, progress=progress
-            )
+                job, folder, stock=formats, brep=brep, licence=licence, engagement=engagement, workers=workers,
+                progress=progress,
+            )  # fmt: skip
         except Stopped as exc:
             note(f"vmachining: {exc}; no pack was written")
             return Code.INTERRUPTED
@@ -91,5 +142,7 @@ def pack(
         note(f"{job.name}: {summary['blocks']} blocks remove {lo:.6g} to {hi:.6g} mm3: {folder}", quiet=quiet)
         if "stock_step_refused" in summary:
             note(f"no STEP of the workpiece: {summary['stock_step_refused']}", quiet=quiet)
-    refused = summary["brep"]["refused"] or "stock_step_refused" in summary
+        for text in summary.get("engagement_refused", ()):
+            note(f"no engagement of {text}", quiet=quiet)
+    refused = summary["brep"]["refused"] or {"stock_step_refused", "engagement_refused"} & summary.keys()
     return Code.FINDINGS if refused else Code.DONE

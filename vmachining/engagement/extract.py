@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -82,6 +81,7 @@ def contact(
     own: Sequence[Past] = (),
     *,
     angles: int = 360,
+    phase: float = 0.0,
     facing: bool = True,
 ) -> Contact:
     """What the edge of a tool touches at one instant of a block, at every rotation angle.
@@ -90,10 +90,11 @@ def contact(
     ----------
     workpiece : before this block.
     own : what this block has swept already, left out where it cannot cover the front of the tool.
-    angles : of the grid, 2 pi k / angles.
+    angles, phase : of the grid, 2 pi (k + phase) / angles; a phase of 0.5 keeps it off the directions in which
+        edges slide along walls.
     facing : False takes all of the edge, as the geometry tests of the literature do.
     """
-    phi = 2.0 * np.pi * np.arange(angles) / angles
+    phi = 2.0 * np.pi * (np.arange(angles) + phase) / angles
 
     def engaged(at: Floats) -> EdgeParts:
         return engaged_parts(edge, stance, at, workpiece, own, facing=facing)
@@ -114,7 +115,7 @@ def _arcs(cutting: Bools, phi: Floats, engaged: Callable[[Floats], EdgeParts]) -
     """Engaged arcs; the change between two grid angles is narrowed until `PHI_RAD`, its cutting side is kept."""
     n = len(phi)
     if cutting.all():
-        return np.array([[0.0, 2.0 * np.pi]])
+        return np.array([[phi[0], phi[0] + 2.0 * np.pi]])
     if not cutting.any():
         return np.empty((0, 2))
     step = 2.0 * np.pi / n
@@ -138,5 +139,6 @@ def _arcs(cutting: Bools, phi: Floats, engaged: Callable[[Floats], EdgeParts]) -
         final = np.roll(final, -1)
         final[-1] += 2.0 * np.pi
     out = np.column_stack([first, final])
-    assert all(a[1] < b[0] for a, b in pairwise(out))
-    return out
+    early = out[:, 0] < 0.0  # begins before the first angle of the grid
+    out[early] += 2.0 * np.pi
+    return np.asarray(out[np.argsort(out[:, 0])])

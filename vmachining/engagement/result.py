@@ -168,7 +168,7 @@ class Engagement:
         free = np.setdiff1d(np.arange(self.contact.grid), parts.row)
         row = np.concatenate([parts.row, free])
         order = np.lexsort((np.concatenate([parts.lower, np.zeros(len(free))]), row))
-        degrees = FULL_TURN * row / self.contact.grid
+        degrees = np.round(np.degrees(self.phi[row]), 12)
         turn = self.feed_angle
         blank: list[None] = [None] * len(free)
         numbers = (parts.lower, parts.upper, *le.T, *ue.T)

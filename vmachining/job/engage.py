@@ -55,6 +55,7 @@ def engage(
     at: float = 0.5,
     method: str = "dexel",
     angles: int = 360,
+    phase: float = 0.0,
     edge: str = "straight",
     bottom: bool = False,
     seconds: float = 120.0,
@@ -67,7 +68,7 @@ def engage(
     at : 0 to 1 of the length of its feed motions.
     method : "dexel": exact distances to stock and earlier sweeps, no kernel. "brep": curve of the edge against
         the B-rep solids of stock and earlier sweeps, by OCCT in a process of its own.
-    angles : of the grid of rotation angles.
+    angles, phase : the grid of rotation angles, 360 (k + phase) / angles degrees; phase from 0 to below 1.
     edge : "straight", the meridian; "helix", wound by the helix angle of the tool.
     bottom : the edge goes on over the bottom disc to the axis.
     seconds : limit of one question to OCCT.
@@ -84,7 +85,9 @@ def engage(
         OCCT failed or took too long.
     """
     scene = Scene.of(job)
-    return scene.engage(block, at=at, method=method, angles=angles, edge=edge, bottom=bottom, seconds=seconds)
+    return scene.engage(
+        block, at=at, method=method, angles=angles, phase=phase, edge=edge, bottom=bottom, seconds=seconds
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -120,12 +123,13 @@ class Scene:
         at: float = 0.5,
         method: str = "dexel",
         angles: int = 360,
+        phase: float = 0.0,
         edge: str = "straight",
         bottom: bool = False,
         seconds: float = 120.0,
     ) -> Engagement:
         """See `engage`."""
-        _check(at, method, angles, edge, seconds)
+        _check(at, method, angles, phase, edge, seconds)
         index, t = self._place(block, at)
         _, number, path = self.cuts[index]
         tool = self.job.tools[number]
@@ -134,7 +138,7 @@ class Scene:
         past = self._reaching(index, tool.cutter, stance)
         own = _own(block, tool.cutter, path, t)
         stock, notes = self._stock(method)
-        phi = 2.0 * np.pi * np.arange(angles) / angles
+        phi = 2.0 * np.pi * (np.arange(angles) + phase) / angles
         near = sweeps_near(cutting, stance, phi, facing_parts(cutting, stance, phi), past)
         if not bottom and tool.cutter.points[0, 0] > 0.0 and _bottom_leads(stance, tool.cutter):
             notes = (
@@ -142,7 +146,7 @@ class Scene:
                 "the bottom disc leads too and may cut; the edge has it only when the bottom is asked for",
             )
         with self._workpiece(method, stock, near, seconds) as workpiece:
-            found = contact(cutting, stance, workpiece, own, angles=angles)
+            found = contact(cutting, stance, workpiece, own, angles=angles, phase=phase)
         line = next(b.line for b in self.blocks if b.number == block)
         return Engagement(cutting, stance, found, method, at, block, line, notes)
 
@@ -202,7 +206,7 @@ def _solids(stock: Blank, past: list[Past], seconds: float) -> AbstractContextMa
     return BrepWorkpiece(stock, [(one.block, one.sweep) for one in past], By.STOCK, seconds)
 
 
-def _check(at: float, method: str, angles: int, edge: str, seconds: float) -> None:
+def _check(at: float, method: str, angles: int, phase: float, edge: str, seconds: float) -> None:
     if method not in METHODS:
         raise InputError(f"unknown method {method!r}", remedy=f"one of {', '.join(METHODS)}")
     if method == "analytic":
@@ -217,6 +221,8 @@ def _check(at: float, method: str, angles: int, edge: str, seconds: float) -> No
         raise InputError(
             f"{angles} angles: want {LEAST_ANGLES} to {MOST_ANGLES}", remedy="360 is one per degree"
         )
+    if not 0.0 <= phase < 1.0:
+        raise InputError(f"phase {phase:g} of the angles is not from 0 to below 1")
     if not (math.isfinite(seconds) and seconds > 0.0):
         raise InputError(f"a limit of {seconds} s: want a positive number")
 

@@ -7,12 +7,15 @@ proves: a value outside `removed_lo_mm3 .. removed_hi_mm3` is wrong, whatever el
 2. The reference is read (`reference.py`): a folder of `vmachining run`, a pack, or a `RunResult`.
 3. Both are joined and judged (`compare.py`): error, side and distance outside the bracket, totals, verdict.
 4. A pack (`pack.py`) is a job with all its inputs and the volumes of every block, hashed file by file.
+5. Tables of engagement are joined by block, instant and rotation angle; what only one of two tables calls
+   engaged is measured along the edge (`engagements.py`).
 
 | file | holds |
 |---|---|
 | `results.py` | `Results`, `read_results`: strict reading, refusals with file and line |
 | `reference.py` | `Reference`, `read_reference` |
 | `compare.py` | `compare`, `Comparison` |
+| `engagements.py` | `compare_engagement`: engaged intervals of the cutting edge, angle by angle |
 | `pack.py`, `readme.py` | `write_pack`; the words that go into a pack |
 
 Rules
@@ -27,15 +30,19 @@ widened by `stock_slack_mm3`, because the brackets of single blocks do not conta
 """
 
 from vmachining.oracle.compare import Comparison, compare
+from vmachining.oracle.engagements import EngagementComparison, compare_engagement, is_engagement_table
 from vmachining.oracle.pack import write_pack
 from vmachining.oracle.reference import Reference, read_reference
 from vmachining.oracle.results import Results, read_results
 
 __all__ = [
     "Comparison",
+    "EngagementComparison",
     "Reference",
     "Results",
     "compare",
+    "compare_engagement",
+    "is_engagement_table",
     "read_reference",
     "read_results",
     "write_pack",

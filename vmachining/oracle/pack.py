@@ -19,8 +19,8 @@ from typing import Any
 import polars as pl
 
 from vmachining.engines.mesh import MeshEngine
-from vmachining.errors import EngineError, InputError, JobError
-from vmachining.job import Job, RunResult, run
+from vmachining.errors import EngineError, InputError, JobError, SweepError
+from vmachining.job import Job, RunResult, Scene, run
 from vmachining.job.brep import write_step
 from vmachining.job.files import (
     MANIFEST,
@@ -45,6 +45,9 @@ COLUMNS[COLUMNS.index("i") + 1 : COLUMNS.index("length_mm")] = ["j", "k"]
 LEFT_OUT = ("seconds", "peak_mb", "time_s", "scheduled_time_s", "ideal_time_s", "scheduled_ideal_time_s")
 """Keys of a summary that tell about the machine, or about feeds, which a pack is not about."""
 
+STATIONS, MOST_STATIONS, ANGLES = 10, 10_000, 36
+"""Tables of engagement: how many blocks, how many at most, rotation angles of each."""
+
 INPUTS = (("program", "file"), ("machine", "file"), ("stock", "stl"), ("stock", "step"))
 """Keys of a job file that name files."""
 
@@ -58,6 +61,7 @@ def write_pack(
     stock: Iterable[str] = ("stl",),
     brep: str = "none",
     licence: str = "none",
+    engagement: int = STATIONS,
     workers: int | None = 1,
     progress: Progress | None = None,
 ) -> RunResult:
@@ -71,6 +75,9 @@ def write_pack(
         not written; `summary["stock_step_refused"]` then says why.
     brep : blocks that the B-rep engine checks; see `run`.
     licence : "none", "cc0", or the name of a text file. Nobody but you can give away your program.
+    engagement : how many blocks, spread evenly over those that remove something, get a table of what the cutting
+        edge touches in their middle; 0 for none. A STEP stock is met by its faces; what OCCT refuses is left out
+        and told in `summary["engagement_refused"]`.
     workers : processes that cut; more than one changes last digits.
 
     Raises
@@ -81,6 +88,8 @@ def write_pack(
     """
     job = job if isinstance(job, Job) else Job.load(job)
     folder, formats = Path(folder), tuple(stock)
+    if not 0 <= engagement <= MOST_STATIONS:
+        raise InputError(f"engagement of {engagement} blocks: want 0 to {MOST_STATIONS}")
     if unknown := [name for name in formats if name not in STOCK_FORMATS]:
         raise InputError(f"unknown stock format {unknown[0]!r}", remedy=f"take {', '.join(STOCK_FORMATS)}")
     terms = _licence(licence)
@@ -93,6 +102,7 @@ def write_pack(
         for name, data in {**inputs, "LICENCE.md": terms.encode()}.items():
             (made / name).write_bytes(data)
         told |= _outputs(result, made, formats)
+        told |= _engagement(result, made, engagement)
         summary = {key: value for key, value in result.summary.items() if key not in LEFT_OUT}
         write_json(made / "summary.json", summary)
         told |= {
@@ -104,7 +114,7 @@ def write_pack(
         names = sorted(path.name for path in made.iterdir())
         manifest = {
             "kind": KIND, "format": 1, "job": job.name, "complete": True,
-            "options": {"engine": "mesh", "chord_mm": chord, "brep": brep, "stock": list(formats)},
+            "options": {"engine": "mesh", "chord_mm": chord, "brep": brep, "stock": list(formats), "engagement": engagement},
             "versions": {key: text for key, text in versions().items() if key not in ("python", "platform")},
             "files": {name: sha256(made / name) for name in names},
         }  # fmt: skip
@@ -116,6 +126,33 @@ def write_pack(
             write_atomic(folder / name, (made / name).read_bytes())
     write_json(folder / MANIFEST, manifest)
     return result
+
+
+def _engagement(result: RunResult, made: Path, count: int) -> dict[str, str]:
+    """Tables of engagement in the middle of some blocks; what they are."""
+    removing = result.blocks.filter(pl.col("removed_lo_mm3") > 0.0)["block"].to_list()
+    count = min(count, len(removing))
+    chosen = [removing[(k * (len(removing) - 1)) // max(count - 1, 1)] for k in range(count)]
+    method = "brep" if result.job.keys.stock.step is not None else "dexel"
+    scene, tables, refused = Scene.of(result.job), [], []
+    for block in chosen:
+        try:
+            found = scene.engage(block, at=0.5, method=method, angles=ANGLES, phase=0.5)
+        except (EngineError, SweepError) as exc:
+            refused.append(f"block {block}: {exc}")
+            continue
+        tables.append(found.table())
+    if refused:
+        result.summary["engagement_refused"] = refused
+    if not tables:
+        return {}
+    table = pl.concat(tables)
+    table.write_csv(made / "engagement.csv")
+    table.write_parquet(made / "engagement.parquet")
+    return {
+        "engagement.csv": "what the cutting edge touches in the middle of some blocks, see below",
+        "engagement.parquet": "the same, typed",
+    }
 
 
 def _without_feed(job: Job) -> Job:
@@ -153,7 +190,8 @@ def _inputs(job: Job) -> tuple[dict[str, bytes], dict[str, str]]:
     wanted: dict[str, Any] = tomllib.loads(text)
     lines = text.splitlines(keepends=True)
     files, told = {}, {"job.toml": "the job: tools, stock, accuracy"}
-    taken = {"job.toml", "README.md", "LICENCE.md", "summary.json", MANIFEST, "blocks.csv", "blocks.parquet"}
+    taken = {"job.toml", "README.md", "LICENCE.md", "summary.json", MANIFEST}
+    taken |= {f"{name}.{suffix}" for name in ("blocks", "engagement") for suffix in ("csv", "parquet")}
     taken |= {"stock_before.stl", *(f"stock_after.{suffix}" for suffix in STOCK_FORMATS)}
     for section, key in INPUTS:
         name = wanted.get(section, {}).get(key)

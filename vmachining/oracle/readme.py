@@ -41,12 +41,32 @@ COLUMNS_MEAN: dict[str, str] = {
 """Columns of a pack's `blocks`; y_mm, z_mm, j and k are told with x_mm and i."""
 
 
+ENGAGEMENT_MEAN: dict[str, str] = {
+    "block": "number of the block, as above; likewise line",
+    "at": "where the tool is on the block, 0.5 is the middle of its path",
+    "phi_deg": "rotation angle of the edge in the frame of the tool, from its second direction (+y of an upright "
+    "tool) to the first (+x), clockwise seen from the spindle; the frame is Rx(A) Ry(B), B = asin(i), "
+    "A = atan2(-j, k)",
+    "phi_feed_deg": "the same from the feed: 90 is straight ahead; empty where the feed is along the axis",
+    "lower_mm": "where an engaged interval begins: arc length along the meridian of the cutter, from its lowest "
+    "point off the bottom disc, mm; empty where the edge touches nothing",
+    "upper_mm": "where it ends; an angle may have several intervals",
+    "length_mm": "length of the edge between them, mm; 0 where it touches nothing",
+    "le_x_mm": "lower engagement point, work coordinates; likewise le_y_mm, le_z_mm",
+    "ue_x_mm": "upper engagement point; likewise ue_y_mm, ue_z_mm",
+    "lower_by": "what ends the interval there: stock, block N (an earlier sweep), facing (beyond it the surface "
+    "leaves the material), edge (the end of the cutting edge); likewise upper_by",
+}
+"""Columns of a pack's `engagement`."""
+
+
 def readme(name: str, summary: Mapping[str, Any], chord_mm: float, files: Mapping[str, str]) -> str:
     """README.md of a pack; `files` tells what each file is."""
     removed = [summary[f"removed_{side}mm3"] for side in ("lo_", "", "hi_")]
     width = removed[2] - removed[0]
     listed = "\n".join(f"| `{file}` | {text} |" for file, text in files.items())
     columns = "\n".join(f"| `{column}` | {text} |" for column, text in COLUMNS_MEAN.items())
+    edge = _edge() if "engagement.csv" in files else ""
     notes = "".join(f"\nNote: {text}.\n" for text in summary["notes"])
     return f"""\
 # Reference pack: {name}
@@ -69,7 +89,7 @@ milling simulations: compute the volumes with your engine and compare. Nothing h
 
 A rapid removes 0 by definition. Later blocks cut what the earlier ones left. An empty cell is a value that
 was not computed.
-
+{edge}
 ## How to compare
 
 A volume V of yours is wrong if V < `removed_lo_mm3` or V > `removed_hi_mm3`. Inside the bracket it is not
@@ -83,4 +103,23 @@ With vmachining, where results.csv has the columns `block` or `line`, and `remov
 `job.toml` is a job of vmachining: `vmachining run job.toml` computes the volumes again, a smaller `chord_mm`
 gives narrower brackets, and `vmachining pack job.toml --out .` makes this folder again. Cutters are described
 there: diameters, corner radius, lengths in the units of the job; only the flutes' body of revolution cuts.
+"""
+
+
+def _edge() -> str:
+    """The part about engagement."""
+    columns = "\n".join(f"| `{column}` | {text} |" for column, text in ENGAGEMENT_MEAN.items())
+    return f"""
+## Columns of `engagement`
+
+One row per interval of a straight cutting edge (the meridian of the cutter) that lies in the material in front of
+the tool, at some rotation angles in the middle of some blocks. An edge cuts where the outward normal and the
+velocity of its surface make an acute angle. The bottom disc of a tool is no part of this edge: a plunging flat end
+touches nothing here. Ends are good to 1e-6 mm in plane stock and to 1e-4 mm in curved one.
+
+| column | meaning |
+|---|---|
+{columns}
+
+`vmachining compare results.csv .` compares them too, where results.csv has block, phi_deg, lower_mm and upper_mm.
 """

@@ -14,7 +14,7 @@ from vmachining.errors import InputError
 if TYPE_CHECKING:
     import polars as pl
 
-__all__ = ["KEYS", "VOLUME", "Results", "read_results"]
+__all__ = ["KEYS", "VOLUME", "Results", "csv_rows", "read_results"]
 
 KEYS = ("block", "line")
 """In this order: a table that has both is keyed by block, the finer of the two."""
@@ -65,7 +65,14 @@ def read_results(results: Path | str | pl.DataFrame | Mapping[str, Sequence[Any]
     return _gather(key, pairs, "table", "row")
 
 
-def _read_csv(path: Path) -> Results:
+def csv_rows(path: Path) -> Iterator[tuple[int, list[str]]]:
+    """(line, cells) of every line of a CSV file that holds something, the header first.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or is no CSV table.
+    """
     try:
         text = path.read_bytes().decode("utf-8-sig")
     except OSError as exc:
@@ -74,7 +81,11 @@ def _read_csv(path: Path) -> Results:
         raise InputError(
             f"not a UTF-8 text (byte {exc.start})", file=str(path), remedy="results are a CSV table"
         ) from exc
-    rows = _rows(text, path)
+    yield from _rows(text, path)
+
+
+def _read_csv(path: Path) -> Results:
+    rows = csv_rows(path)
     line, header = next(rows, (1, []))
     names = [name.strip() for name in header]
     key = _key(names, str(path), line)
