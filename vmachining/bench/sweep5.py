@@ -8,7 +8,9 @@ All cutters are cut flat 50 mm above the tip.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from time import perf_counter
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import perf_counter, process_time
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -160,18 +162,29 @@ FAMILIES = ("finishing", "free", "pivot", "in plane", "along the axis", "rotary"
 def sweep_gauntlet(blocks: int = 1000, first: int = 0) -> Iterator[dict[str, Any]]:
     """Random blocks of every family and tool, 0.1 to 100 mm: solid, bracket, exact volume, exact membership.
 
-    A row per failure, named by its seed, and one count per family at the end.
+    A row per failure and per block without B-rep solid, named by its seed, and one count per family at the end.
     """
     counts = {family: [0, 0] for family in FAMILIES}
+    kernel = {family: dict.fromkeys(BREP, 0) for family in FAMILIES}
     unknown = crevices = 0
     begin = perf_counter()
+    brep_seconds = []
     for seed in range(first, first + blocks):
         family = FAMILIES[seed % len(FAMILIES)]
         counts[family][0] += 1
+        sweep = _random_block(seed)
+        bracket = None
         try:
-            problems, exact, crevice = _trial(_random_block(seed))
+            problems, exact, crevice, bracket = _trial(sweep)
         except VMachiningError as error:
             problems, exact, crevice = [f"{type(error).__name__}: {error}"], None, False
+        verdict, reason, spent = _brep(sweep, bracket)
+        kernel[family][verdict] += 1
+        brep_seconds.append(spent)
+        if verdict == "wrong":
+            problems.append(f"B-rep: {reason}")
+        elif verdict == "refused":
+            yield {"case": "sweep-gauntlet", "seed": seed, "family": family, "brep_refused": reason}
         unknown += exact is None
         crevices += crevice
         if problems:
@@ -185,12 +198,40 @@ def sweep_gauntlet(blocks: int = 1000, first: int = 0) -> Iterator[dict[str, Any
         "by_family": {family: f"{good} of {all_}" for family, (all_, good) in counts.items()},
         "without_exact_volume": unknown,
         "outer_with_crevices": crevices,
+        "brep_by_family": kernel,
+        "brep_median_seconds": float(np.median(brep_seconds)),
         "seconds": perf_counter() - begin,
     }
 
 
-def _trial(sweep: Sweep) -> tuple[list[str], float | None, bool]:
-    """What is wrong with the meshes of a sweep; its exact volume; whether the outer mesh has crevices."""
+BREP = ("solid", "solids", "refused", "wrong")
+"""One B-rep solid, several whose union is the sweep, none and a named reason, or one that contradicts a gate."""
+
+
+def _brep(sweep: Sweep, bracket: tuple[float, float] | None) -> tuple[str, str, float]:
+    """(word of `BREP`, reason, CPU seconds): valid by OCCT, volume of the flux, bracket of the mesh, STEP and back."""
+    from vmachining.engines import brep
+
+    begin = process_time()
+    try:
+        parts = brep.solids(sweep)
+    except VMachiningError as error:
+        return "refused", str(error), process_time() - begin
+    spent = process_time() - begin
+    if len(parts) == 1 and bracket is not None:
+        found = brep.volume(parts[0].shape)
+        if not bracket[0] * (1 - 1e-6) <= found <= bracket[1] * (1 + 1e-6):
+            return "wrong", f"{found:.9g} mm3 outside [{bracket[0]:.9g}, {bracket[1]:.9g}]", spent
+    with TemporaryDirectory() as folder:
+        try:
+            brep.write_solids(Path(folder) / "sweep.step", [part.shape for part in parts])
+        except VMachiningError as error:
+            return "wrong", str(error), spent
+    return "solid" if len(parts) == 1 else "solids", "", spent
+
+
+def _trial(sweep: Sweep) -> tuple[list[str], float | None, bool, tuple[float, float]]:
+    """What is wrong with the meshes of a sweep; its exact volume; whether the outer mesh has crevices; bracket."""
     problems = []
     chord = sweep.profile.max_radius / 200.0
     solids = {side: united(sweep, chord, side) for side in SIDES}
@@ -216,7 +257,7 @@ def _trial(sweep: Sweep) -> tuple[list[str], float | None, bool]:
     if (sweep.contains(near) & ~held).any():
         problems.append("a point of the sweep is outside the outer mesh")
     crevice = bool((sweep.signed_distance(outer) < -1e-6 * chord).any())
-    return problems, exact, crevice
+    return problems, exact, crevice, (lo, hi)
 
 
 def winding(points: Floats, mesh: tuple[Floats, Ints]) -> Floats:
