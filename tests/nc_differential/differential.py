@@ -8,12 +8,12 @@ differences. The first differing programs are printed. Exit code 1 if there is a
 
 Left out on purpose, because they are documented departures or errors of the reference: R that falls below a
 higher level in a series of cycles; near reversals under compensation; a rotation that changes while G92 is in
-force (it forgets to turn that offset); units that change while a tool length or a series of cycles is in force;
-break and continue in repeat; do loops that run again or beside while loops (it takes their end for a while); the
-value of a subprogram before it was called; sizes of a tool (#5401 to #5410) in mm, which it says in inches; a tool
-change that follows changed offsets without a motion between. Under compensation this reader refuses more: the
-reference does not test entry moves and arcs for running backwards. It refuses few arcs behind a corner that it has
-passed over and that are read here; both are counted apart.
+force (it forgets to turn that offset); units that change while a tool length is in force; units and work offsets
+that change in a series of cycles; break and continue in repeat; do loops that run again or beside while loops (it
+takes their end for a while); the value of a subprogram before it was called; sizes of a tool (#5401 to #5410) in
+mm, which it says in inches; a tool change behind changed offsets without a motion between. Under compensation
+this reader refuses more: the reference does not test entry moves and arcs for running backwards. It refuses a few
+arcs behind a corner that it has passed over and that are read here; both are counted apart.
 """
 
 from __future__ import annotations
@@ -153,7 +153,7 @@ def modes(rng: random.Random) -> list[str]:
     """Modes saved and brought back by M70 to M73. Units are left: the reference converts its level."""
     choices: list[Callable[[], str]] = [
         lambda: f"G{rng.randrange(2)} X{rng.randrange(9)} Y{rng.randrange(9)} Z{rng.randrange(1, 9)}",
-        lambda: rng.choice(("G90", "G91", "G54", "G55", "G56", "F200", "G98", "G99")),
+        lambda: rng.choice(("G90", "G91", "G80\nG54", "G80\nG55", "G80\nG56", "F200", "G98", "G99")),
         lambda: rng.choice(("M70", "M70", "G80\nM72", "M71", "M73")),
         lambda: "G98 G81 X3 Y4 Z-1 R0.5",
         lambda: "G80",
