@@ -248,13 +248,14 @@ def test_run_fills_the_columns_and_the_summary(tmp_path: Path) -> None:
 def test_a_refusal_is_told_and_ends_with_code_1(tmp_path: Path) -> None:
     half, upright = "N100 G2 X7 Y12 I2 J0", "N100 G18 G3 X7 Z-0.5 I2 K0"
     assert half in PROGRAM
-    file = write_job(tmp_path, program=PROGRAM.replace(half, upright))
+    swap = {'type = "flat"': 'type = "bull"\ncorner_radius_mm = 0.5'}
+    file = write_job(tmp_path, program=PROGRAM.replace(half, upright), swap=swap)
     assert command(["run", str(file), "--out", str(tmp_path / "out"), "--brep", "all", "--quiet"]) == 1
     rows = pl.read_csv(tmp_path / "out" / "blocks.csv").filter(pl.col("brep_status") == "refused")
     assert (
         rows["removed_brep_mm3"].null_count() == len(rows) == 2
     )  # the arc, and what needs it as a neighbour
-    assert all("arcs outside the XY plane" in text for text in rows["warning"])
+    assert all("bends too sharply" in text for text in rows["warning"])
 
 
 def test_triangles_are_no_stock_for_it(tmp_path: Path) -> None:
@@ -321,11 +322,10 @@ def test_a_workpiece_whose_cut_the_kernel_refuses_is_cut_otherwise(monkeypatch: 
     monkeypatch.setattr(workpiece, "_minus", raises)
     shape = workpiece.workpiece(BOX, sweeps, [near(300.0)])
     assert brep.volume(shape) == pytest.approx(30 * 40 * 20 - 300, rel=1e-9)
-    upright = Arc((10, 0, -2), (10, 0, 0), 1, angle=1.0)
-    with pytest.raises(SweepError, match=r"block 1: .*outside the XY plane"):
-        workpiece.workpiece(
-            BOX, [*sweeps, *chain(FlatEnd(diameter=10, length=40), [upright])], [near(300.0), ANY]
-        )
+    bottom = Arc((10, 0, -2), (10, 0, 0), 1, angle=1.0)  # begins level, where a torus has no smooth sheet
+    with pytest.raises(SweepError, match=r"block 1: .*bends too sharply"):
+        tool = BullNose(diameter=10, corner_radius=1, length=40)
+        workpiece.workpiece(BOX, [*sweeps, *chain(tool, [bottom])], [near(300.0), ANY])
 
 
 def test_a_workpiece_that_leaves_its_brackets_is_refused(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import pytest
 from vmachining import BallNose, BullNose, FlatEnd, ProfileTool, Sweep, SweepError, Taper
 from vmachining.engines import brep
 from vmachining.geometry import Arc, Line
+from vmachining.sweep import shadow
 from vmachining.tool import Cutter
 
 TOOLS: dict[str, Cutter] = {
@@ -157,12 +158,29 @@ def test_several_solids_cover_an_arc_that_meets_itself() -> None:
         brep.solid(sweep)
 
 
-@pytest.mark.parametrize(
-    ("path", "message"),
-    [
-        (Arc((30, 0, 0), (0, 0, 0), 1, angle=1), "XY plane"),
-    ],
-)
-def test_what_cannot_be_built_is_refused_by_name(path: Arc, message: str) -> None:
-    with pytest.raises(SweepError, match=message):
-        brep.solid(Sweep.along(TOOLS["flat"], path))
+UPRIGHT = {
+    "valley": Arc((-20, 0, 20), (0, 0, 20), 1, angle=-0.9 * pi / 2),
+    "valley from level": Arc((0, 0, 0), (0, 0, 20), 1, angle=-pi / 3),
+    "hill": Arc((0, 0, 0), (0, 0, -20), 1, angle=pi / 3),
+    "YZ": Arc((0, -14, 6), (0, 0, 20), 0, angle=0.7),
+    "YZ with rise": Arc((0, -14, 6), (0, 0, 20), 0, angle=0.7, rise=7),
+}
+
+
+@pytest.mark.parametrize("motion", UPRIGHT)
+@pytest.mark.parametrize("name", ["flat", "ball"])
+def test_arcs_in_upright_planes_have_the_volume_of_their_shadows(name: str, motion: str) -> None:
+    path, tool = UPRIGHT[motion], TOOLS[name]
+    parts = brep.solids(Sweep.along(tool, path))
+    assert len(parts) == 1 and brep.inspect(parts[0].shape).closed
+    # nothing is entered twice while the tip rises or falls all the way: V(K) + the shadow along every step
+    t, w = np.polynomial.legendre.leggauss(200)
+    velocity = path.velocity(0.5 * (t + 1.0))
+    passed = [shadow(tool.profile, float(np.hypot(*v[:2])), float(v[2])) for v in velocity]
+    truth = tool.profile.volume + 0.5 * float(w @ np.array(passed))
+    assert brep.volume(parts[0].shape) == pytest.approx(truth, rel=1e-6)
+
+
+def test_what_cannot_be_built_is_refused_by_name() -> None:
+    with pytest.raises(SweepError, match="bends too sharply"):
+        brep.solid(Sweep.along(TOOLS["bull"], UPRIGHT["valley from level"]))

@@ -44,6 +44,9 @@ __all__ = [
     "normal_speed",
 ]
 
+ON_AXIS = 1e-9
+"""mm: a point this close to the axis is on it."""
+
 IDLE = 1e-13
 """hypot(a, b) and |c| below this share of the largest speed of the body count as zero: the circle slides."""
 
@@ -241,7 +244,7 @@ def folding(now: Instant, h: ArrayLike, rho: ArrayLike, n_r: ArrayLike, n_z: Arr
     Notes
     -----
     phi_tt = k_m (V_P . t_m)^2 + k_p (V_P . t_u)^2 + N . (2 omega x V_P - a_P), k_m = bend, k_p = n_r / rho,
-    t_m and t_u tangents along the meridian and around. Positive: the body was outside just before and is
+    t_m and t_u tangents along the meridian and around; k_p = k_m on the axis. Positive: the body was outside just before and is
     just after, a true boundary; negative: it leaves on both sides of t, so the sheet lies inside.
     """
     x, y = across(now.axis)
@@ -256,7 +259,7 @@ def folding(now: Instant, h: ArrayLike, rho: ArrayLike, n_r: ArrayLike, n_z: Arr
     speed = now.velocity + np.cross(omega, arm)
     rush = now.acceleration + np.cross(alpha, arm) + np.cross(omega, np.cross(omega, arm))
     with np.errstate(divide="ignore", invalid="ignore"):
-        ring = np.where(radius[..., 0] > 0.0, out[..., 0] / radius[..., 0], 0.0)
+        ring = np.where(radius[..., 0] > ON_AXIS, out[..., 0] / radius[..., 0], bend)
     sideways = (speed * tangent).sum(-1) ** 2 * np.asarray(bend) + (speed * around).sum(-1) ** 2 * ring
     return np.asarray(sideways + (normal * (2.0 * np.cross(omega, speed) - rush)).sum(-1))
 

@@ -39,8 +39,9 @@ are not in these numbers: a chain of them takes many minutes). A block of overla
 to 0.6 s (ball); two ramps of a torus that cut into each other took up to a minute on a loaded machine, because
 both meet in spline faces of a hundred knots.
 
-Known limits: the tool axis keeps its direction. No solid for arcs outside the XY plane; these blocks are
-refused by name, and so are blocks that need one of these as a neighbour. A cutter that is not convex on a
+Known limits: a block whose solid cannot be built is refused by name, and so are blocks that need it as a
+neighbour: arcs in upright planes where a torus moves level or a cone meets a steep slope, and what `turns.py`
+says of tools that turn. A cutter that is not convex on a
 ramp, and arcs or helices that come back to themselves, are several solids whose union is the sweep: a helical
 entry is the cutter at its lowest, and what its front passes per half turn. A cone's apex brings one edge
 without length, which OCCT wants there.

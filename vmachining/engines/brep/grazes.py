@@ -286,10 +286,8 @@ class Grazes:
             x, y = across(st.axis[k])
             shift = np.arctan2(st.x[k] @ y, st.x[k] @ x)
             now = instant(self.moving.path, float(st.t[k]))
-            bend = np.full((len(s), 1), stretch.bend)
-            out[k] = folding(
-                now, z[k], r[k], np.cos(beta[k]), np.sin(beta[k]), (u[k] + shift)[:, None], bend
-            )[:, 0]
+            bend = np.full(len(s), stretch.bend)
+            out[k] = folding(now, z[k], r[k], np.cos(beta[k]), np.sin(beta[k]), u[k] + shift, bend)
         return out
 
     def _valleys(self) -> list[int]:

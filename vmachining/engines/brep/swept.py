@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vmachining.arrays import Floats
+from vmachining.engines.brep.caps import UP
 from vmachining.engines.brep.front import front
 from vmachining.engines.brep.guides import HelixGuide, LineGuide
 from vmachining.engines.brep.level import bent_guide, level, straight_guide
@@ -16,7 +17,9 @@ from vmachining.engines.brep.turns import turn_pieces
 from vmachining.engines.brep.upright import ring, turned
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Arc, Line
+from vmachining.numerics.series import Series
 from vmachining.sweep import Sweep, Turn, swept_volume
+from vmachining.sweep.turned import arc_series
 from vmachining.tool import Profile, convex_cover
 
 __all__ = ["Inspection", "Swept", "inspect", "solid", "solids"]
@@ -99,18 +102,21 @@ def solids(sweep: Sweep, *, fit_mm: float = TURN_FIT_MM) -> list[Swept]:
     """Solids whose union is the sweep: mostly one.
 
     Several for arcs that come back to themselves or turn by more than about half a turn around an axis inside
-    the tool, for helices that reach a point twice or have their axis in the tool, for cutters that are not convex on a ramp or while they
-    turn, and for blocks during which the grazing curve of a turning tool changes its shape.
+    the tool, for helices that reach a point twice or have their axis in the tool, for cutters that are not
+    convex on a ramp or while they turn, and for blocks during which the grazing curve of a turning tool changes
+    its shape.
 
     Raises
     ------
     SweepError
-        Arcs in the other two planes; a turning tool whose envelope folds inside the sweep, or whose grazing
+        A turning tool, or one on an arc about x or y, whose envelope folds inside the sweep or whose grazing
         curve has a shape without solid (`turns.py`).
     EngineError
         OCCT does not accept a solid, or one of a turning tool is off the volume of the flux identity by 1e-5.
     """
     known = sweep.upright()
+    if isinstance(sweep.path, Arc) and sweep.path.axis != 2 and sweep.path.angle * sweep.path.radius != 0.0:
+        return _turning(sweep.profile, _carried(sweep.path), fit_mm)
     if known is None and isinstance(sweep.path, Turn):
         return _turning(sweep.profile, sweep.path, fit_mm)
     path = known[0].path if known is not None else None
@@ -132,6 +138,11 @@ def _inspected(shape: Any) -> Inspection:
         what = "valid" if not report.valid else "closed"
         raise EngineError(f"OCCT says the swept solid is not {what}", engine="brep")
     return report
+
+
+def _carried(path: Arc) -> Turn:
+    """An arc about x or y as a motion of its own: its grazing curve changes along the way."""
+    return Turn(path.position(0.0), path.position(1.0), arc_series(path), Series.constant(UP))
 
 
 def _turning(profile: Profile, path: Turn, fit_mm: float) -> list[Swept]:
@@ -170,8 +181,6 @@ def _pieces(profile: Profile, path: Line | Arc) -> list[tuple[Profile, Line | Ar
         if abs(travel[2]) < LEVEL_MM or (upright and profile.is_unimodal) or profile.is_convex:
             return [(profile, path)]
         return [(piece, path) for piece in convex_cover(profile)]
-    if path.axis != 2:
-        raise SweepError("the B-rep engine has no solids for arcs outside the XY plane")
     if abs(path.rise) < LEVEL_MM:
         return [(profile, piece) for piece in _level_parts(profile, path)]
     found: list[tuple[Profile, Line | Arc]] = []
