@@ -55,6 +55,12 @@ Subroutines = Annotated[
     list[Path] | None,
     typer.Option("--subroutines", metavar="DIR", help="More folders with subprograms in files; repeatable."),
 ]
+Travel = Annotated[
+    str | None,
+    typer.Option(
+        "--travel", metavar="X0,Y0,Z0,X1,Y1,Z1", help="mm, machine coordinates; what leaves it is E373."
+    ),
+]
 BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip lines that open with a slash.")]
 FromLine = Annotated[int, typer.Option("--from-line", metavar="N", min=1, help="Restart at this line.")]
 ToolUnits = Annotated[str, typer.Option("--tools-units", metavar="mm|inch", help="Unit of a .tbl table.")]
@@ -161,6 +167,10 @@ def nc_check(
     stock_top: Annotated[
         float | None, typer.Option("--stock-top", metavar="Z", help="mm; warns if no feed motion goes below.")
     ] = None,
+    travel: Travel = None,
+    blu: Annotated[
+        float | None, typer.Option("--blu", metavar="MM", help="Smallest step; says what lies between steps.")
+    ] = None,
     code: Annotated[
         str | None,
         typer.Option("--explain", metavar="CODE", help="What a code such as E302 means; all: every code."),
@@ -187,6 +197,8 @@ def nc_check(
         block_delete=block_delete,
         from_line=from_line,
         stock_top=stock_top,
+        travel=travel,
+        blu=blu,
     )
     return room.check(program, reading, as_json=as_json)
 
@@ -357,6 +369,8 @@ def dda(
         float | None, typer.Option("--max-rate", metavar="HZ", help="Pulse rate the drives can follow.")
     ] = None,
     dialect: Dialect = "iso",
+    travel: Travel = None,
+    home: Home = "0,0,100",
     out: Annotated[
         Path | None, typer.Option("--out", metavar="FILE", help="Pulse trains as .csv or .npz.")
     ] = None,
@@ -369,8 +383,8 @@ def dda(
     from vmachining.cli import dda as room
 
     return room.dda(
-        program, blu=blu, register=register, mode=mode, split=split, max_rate=max_rate, dialect=dialect, out=out,
-        plot=plot, as_json=as_json,
+        program, blu=blu, register=register, mode=mode, split=split, max_rate=max_rate, dialect=dialect,
+        travel=travel, home=home, out=out, plot=plot, as_json=as_json,
     )  # fmt: skip
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from vmachining.cli.main import Code
+from vmachining.cli.nc import Reading
 from vmachining.cli.screen import emit, note
 from vmachining.errors import InputError, KinematicsError
 from vmachining.geometry import Arc, Line, arc_between
 from vmachining.machine import Interpolator, PulseBlock, plot_pulses, write_csv, write_npz
-from vmachining.nc import Motion, Move, Program, parse_program, read_program
+from vmachining.nc import Motion, Move, Program
 
 __all__ = ["dda"]
 
@@ -31,6 +31,8 @@ def dda(
     split: bool,
     max_rate: float | None,
     dialect: str,
+    travel: str | None,
+    home: str,
     out: Path | None,
     plot: Path | None,
     as_json: bool,
@@ -41,11 +43,11 @@ def dda(
     if plot is not None and plot.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"--plot {plot}: want a name that ends in .html")
     interpolator = Interpolator(blu_mm=blu, register=register, mode=mode, split=split, max_pulse_hz=max_rate)
-    if name == "-":
-        program = parse_program(sys.stdin.buffer.read(), "<stdin>", dialect=dialect)
-    else:
-        program = read_program(name, dialect=dialect)
+    program = Reading(dialect=dialect, home=home, travel=travel, blu=blu).program(name)
     program.require_clean(allow={"E401"})
+    for finding in program.findings:
+        if finding.code == "I374":
+            note(f"{program.name}:{finding.line}: {finding.code} {finding.message}")
     paths, blocks = _interpolated(program, interpolator)
     for block in blocks:
         if as_json:

@@ -25,7 +25,7 @@ from vmachining.nc import (
     read_tool_table,
 )
 
-__all__ = ["Reading", "check", "explain_code", "moves"]
+__all__ = ["Reading", "check", "explain_code", "moves", "travel_box"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,6 +44,8 @@ class Reading:
     block_delete: bool = False
     from_line: int = 1
     stock_top: float | None = None
+    travel: str | None = None
+    blu: float | None = None
 
     def program(self, name: str) -> Program:
         """Read it; "-" is standard input."""
@@ -59,6 +61,8 @@ class Reading:
             "block_delete": self.block_delete,
             "start_line": self.from_line,
             "stock_top_mm": self.stock_top,
+            "travel_mm": None if self.travel is None else travel_box(self.travel),
+            "blu_mm": self.blu,
         }
         if name == "-":
             return parse_program(sys.stdin.buffer.read(MAX_BYTES + 1), "<stdin>", **options)
@@ -71,6 +75,24 @@ def _point(text: str) -> Point:
     except ValueError:
         raise InputError(f"--home {text}: three numbers are wanted, X,Y,Z in mm") from None
     return x, y, z
+
+
+def travel_box(text: str) -> tuple[Point, Point]:
+    """Corners of the travel from "X0,Y0,Z0,X1,Y1,Z1", mm in machine coordinates.
+
+    Raises
+    ------
+    InputError
+        Not six numbers, or an axis without any travel.
+    """
+    remedy = "six numbers, X0,Y0,Z0,X1,Y1,Z1 in mm"
+    try:
+        x0, y0, z0, x1, y1, z1 = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(f"--travel {text}: is not a box", remedy=remedy) from None
+    if not (x0 < x1 and y0 < y1 and z0 < z1):
+        raise InputError(f"--travel {text}: an axis has no way to go", remedy=remedy)
+    return (x0, y0, z0), (x1, y1, z1)
 
 
 def _line(program: Program, finding: Finding) -> str:

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Sequence
 
 from vmachining.nc.catalogue import CATALOGUE
 from vmachining.nc.model import Finding, Motion, Move, Point
+from vmachining.nc.rewrite_pieces import move_path
+from vmachining.nc.vectors import add, subtract
 
 __all__ = ["check_moves", "finding"]
 
@@ -41,12 +43,22 @@ def check_moves(
 def _beyond(moves: Sequence[Move], low: Point, high: Point) -> Iterable[Finding]:
     seen: set[int] = set()
     for move in moves:
-        for axis, value in zip("XYZ", move.end_machine, strict=True):
-            a, b = low["XYZ".index(axis)], high["XYZ".index(axis)]
+        reach = (move.end_machine, move.end_machine) if move.center is None else _arc_box(move)
+        for axis, a, b, least, most in zip("XYZ", low, high, *reach, strict=True):
+            value = most if most - b > a - least else least
             if not a - NEAR <= value <= b + NEAR and move.line not in seen:
                 seen.add(move.line)
                 what = f"{axis} would go to {value:.6g} mm, its travel is {a:g} to {b:g} mm"
                 yield finding("E373", move.line, move.n, what)
+
+
+def _arc_box(move: Move) -> tuple[Point, Point]:
+    """Machine coordinates of the corners of the box of an arc."""
+    path = move_path(move)
+    assert path is not None
+    shift = subtract(move.end_machine, move.end)
+    low, high = ((float(x), float(y), float(z)) for x, y, z in path.bounds)
+    return add(low, shift), add(high, shift)
 
 
 def _between(moves: Sequence[Move], blu: float) -> Iterable[Finding]:
