@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import time
 from itertools import pairwise
 from math import pi
 from pathlib import Path
@@ -16,7 +18,7 @@ from tinyjob import PROGRAM, SLOT_MM3, write_job
 from vmachining import BallNose, Bracket, BullNose, FlatEnd, Job, JobError, StockError, Sweep, run
 from vmachining.cli.main import run as command
 from vmachining.engines import brep
-from vmachining.engines.brep import Blank, Ladder, Status, ladder, workers, workpiece
+from vmachining.engines.brep import Blank, Ladder, Status, described, isolated, ladder, workers, workpiece
 from vmachining.engines.brep.near import SweepIndex
 from vmachining.engines.brep.step import read_step
 from vmachining.engines.brep.workpiece import write_step
@@ -161,24 +163,44 @@ def test_only_sweeps_that_reach_the_region_are_subtracted() -> None:
     assert needed[0] == 3 and set(needed) <= {2, 3}  # the deeper slot first; the far ones not at all
 
 
-def test_a_worker_that_hangs_or_dies_costs_its_block_only(monkeypatch: pytest.MonkeyPatch) -> None:
-    paths: list[ToolPath] = [Line((-10, y, -1), (40, y, -1)) for y in (0.0, 5.0, 10.0)]
+def test_a_rung_that_hangs_or_dies_costs_a_process_and_at_worst_its_block(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    paths: list[ToolPath] = [Line((-10, y, -1), (40, y, -1)) for y in (0.0, 5.0, 10.0, -10.0)]
     sweeps = chain(FlatEnd(diameter=10, length=40), paths)
-    asked = {0: near(300.0), 1: near(150.0), 2: near(150.0)}
+    asked = {0: near(300.0), 1: near(150.0), 2: near(150.0), 3: near(300.0)}
     real = workers._Worker.ask
 
-    def stumbles(self: workers._Worker, block: int, bracket: Bracket, seconds: float) -> brep.Verdict:
-        if block == 0:
+    def stumbles(
+        self: workers._Worker, block: int, bracket: Bracket, rungs: list[str], seconds: float, longest: float
+    ) -> brep.Verdict:
+        if block == 0 or (block == 2 and "plain" in rungs):
             self._process.kill()
-        return real(self, block, bracket, 1e-6 if block == 1 else seconds)
+        return real(self, block, bracket, rungs, seconds, 1e-6 if block == 1 else longest)
 
     monkeypatch.setattr(workers._Worker, "ask", stumbles)
-    found = dict(brep.check_blocks(BOX, sweeps, asked))
-    assert "signal 9" in found[0].reason and "no answer within" in found[1].reason
-    assert [found[k].status for k in range(3)] == [Status.REFUSED, Status.REFUSED, Status.AGREED]
+    found = dict(brep.check_blocks(BOX, sweeps, asked, rungs=("plain", "fuzzy 1e-05")))
+    assert "fuzzy 1e-05: OCCT ended its process (signal 9)" in found[0].reason
+    assert "no answer within" in found[1].reason
+    assert [found[k].status for k in range(4)] == [
+        Status.REFUSED, Status.REFUSED, Status.RETRIED, Status.AGREED
+    ]  # fmt: skip
+    assert found[2].rung == "fuzzy 1e-05" and found[2].removed_mm3 == pytest.approx(150.0)
     monkeypatch.setattr(workers.sys, "executable", "/bin/false")
     with pytest.raises(EngineError, match="no worker process"):
         list(brep.check_blocks(BOX, sweeps, asked))
+
+
+def test_what_runs_in_a_process_of_its_own_cannot_take_us_with_it() -> None:
+    assert isolated(pow, 2, 10, seconds=60.0) == 1024
+    flat = Sweep.along(FlatEnd(diameter=10, length=40), Line((0, 0, 0), (30, 0, 0)))
+    assert isolated(described, flat, seconds=60.0).solids[0].volume == pytest.approx(flat.volume, rel=1e-9)
+    with pytest.raises(EngineError, match="signal 6"):
+        isolated(os.abort, seconds=60.0)
+    with pytest.raises(EngineError, match=r"no answer within 0\.1 s"):
+        isolated(time.sleep, 60.0, seconds=0.1)
+    with pytest.raises(EngineError, match="OCCT failed: ZeroDivisionError"):
+        isolated(divmod, 1, 0, seconds=60.0)
 
 
 def test_a_failing_driver_is_told_and_a_stop_drops_what_is_under_way(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -186,10 +208,10 @@ def test_a_failing_driver_is_told_and_a_stop_drops_what_is_under_way(monkeypatch
 
     class Odd:
         def __init__(self, hello: bytes) -> None:
-            self.done = 0
+            self.done, self.rung = 0, "plain"
             self.killed = Event()
 
-        def ask(self, block: int, bracket: Bracket, seconds: float) -> brep.Verdict:
+        def ask(self, block: int, *rest: object) -> brep.Verdict:
             raise RuntimeError("pipes are odd")
 
         def kill(self) -> None:
@@ -199,7 +221,7 @@ def test_a_failing_driver_is_told_and_a_stop_drops_what_is_under_way(monkeypatch
             self.kill()
 
     class Slow(Odd):
-        def ask(self, block: int, bracket: Bracket, seconds: float) -> brep.Verdict:
+        def ask(self, block: int, *rest: object) -> brep.Verdict:
             assert self.killed.wait(30.0), "nobody dropped it"
             dropped.append(block)
             raise workers._Gone("dropped")

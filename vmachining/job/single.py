@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,9 @@ __all__ = ["sweep_record", "swept_volume"]
 
 ROUNDING = 1e-9
 """Relative rounding of a mesh volume."""
+
+BREP_SECONDS = 300.0
+"""Limit of OCCT for one sweep."""
 
 BREP_REL = 1e-7
 """What spline faces within 1e-6 mm of the truth, and the integral over them, can change of a volume."""
@@ -64,7 +66,8 @@ def swept_volume(sweep: Sweep, chord: float = CHORD_MM) -> Bracket:
 def sweep_record(sweep: Sweep, chord: float = CHORD_MM, step: Path | None = None) -> dict[str, Any]:
     """What `vmachining sweep` prints: bracket, and the B-rep solid where there is one (else null and why).
 
-    Where the sweep is a union of several solids, `brep_mm3` is null: no volume of a union is taken for one.
+    OCCT works in a process of its own: whatever happens to it is told in `brep_note`. Where the sweep is a union
+    of several solids, `brep_mm3` is what booleans of them find that agrees with the bracket.
 
     step : file to write the solids to.
 
@@ -82,38 +85,42 @@ def sweep_record(sweep: Sweep, chord: float = CHORD_MM, step: Path | None = None
         "seconds": {"mesh": time.perf_counter() - begin},
     }  # fmt: skip
     begin = time.perf_counter()
-    from vmachining.engines import brep
-
-    try:
-        parts = brep.solids(sweep)
-    except (SweepError, EngineError) as exc:
-        record["brep_note"] = str(exc)
-        parts = []
+    record |= _from_brep(sweep, bracket)
     record["seconds"]["brep"] = time.perf_counter() - begin
-    if parts:
-        record |= _inspected(parts)
-    if len(parts) > 1:
-        record["brep_note"] = f"the sweep is a union of {len(parts)} solids"
-    elif parts:
-        found = record["brep_mm3"]
-        if not bracket.holds(found, slack=ROUNDING * bracket.hi + BREP_REL * found):
-            record |= {"brep_mm3": None, "brep_note": f"{found:.9g} mm3 lies outside of the bracket"}
     if step is not None:
-        if not parts or (len(parts) == 1 and record["brep_mm3"] is None):
+        from vmachining.engines import brep
+
+        if not record["brep_valid"] or record["brep_mm3"] is None:
             raise EngineError(f"no B-rep solid to write: {record['brep_note']}", engine="brep")
-        brep.write_solids(step, [part.shape for part in parts])
+        brep.isolated(brep.write_sweep, step, sweep, seconds=BREP_SECONDS)
     return record
 
 
-def _inspected(parts: Sequence[Any]) -> dict[str, Any]:
-    """Columns of swept solids."""
+def _from_brep(sweep: Sweep, bracket: Bracket) -> dict[str, Any]:
+    """The columns brep_*."""
     from vmachining.engines import brep
 
-    found = [brep.inspect(part.shape) for part in parts]
-    return {
-        "brep_mm3": found[0].volume if len(found) == 1 else None,
-        "brep_valid": all(one.valid and one.closed for one in found),
-        "brep_faces": sum(one.faces for one in found),
-        "brep_solids": len(found),
-        "brep_fit_mm": max(part.fit_mm for part in parts),
+    try:
+        told = brep.isolated(brep.described, sweep, seconds=BREP_SECONDS)
+    except (SweepError, EngineError) as exc:
+        return {"brep_note": str(exc)}
+    record = {
+        "brep_valid": all(one.valid and one.closed for one in told.solids),
+        "brep_faces": sum(one.faces for one in told.solids),
+        "brep_solids": len(told.solids),
+        "brep_fit_mm": told.fit_mm,
+    }
+    found: float | None
+    if len(told.solids) == 1:
+        found = told.solids[0].volume
+        if not bracket.holds(found, slack=ROUNDING * bracket.hi + BREP_REL * found):
+            return record | {"brep_note": f"{found:.9g} mm3 lies outside of the bracket"}
+        return record | {"brep_mm3": found}
+    (x, y, z), (a, b, c) = (sweep.bounds + [[-1.0], [1.0]]).tolist()
+    around = brep.Blank("box", (x, y, z), (a, b, c))
+    ((_, verdict),) = brep.check_blocks(around, [[sweep]], {0: bracket}, seconds=BREP_SECONDS)
+    note = f"the sweep is a union of {len(told.solids)} solids"
+    return record | {
+        "brep_mm3": verdict.removed_mm3,
+        "brep_note": f"{note}: {verdict.reason}" if verdict.reason else note,
     }

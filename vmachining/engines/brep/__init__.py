@@ -7,7 +7,8 @@ Goal: a B-rep answer beside the mesh bracket. Every value is either inside the b
 2. `volume(shape)` integrates along edges in closed form per kind of face.
 3. `Ladder.removed(k, bracket)` is stateless: (S_0 and W_k) minus the earlier sweeps that reach it. Which ones
    do is decided by cells and exact distances. The value must lie in the bracket, else the next rung is tried.
-4. `check_blocks` runs a ladder in worker processes with a time limit: a crash or a hang costs one block.
+4. `check_blocks` runs a ladder in worker processes with a time limit: a crash or a hang costs a rung, at worst
+   one block. `isolated` runs any function like that.
 5. `step_file` writes the workpiece: cut block by block, each cut gated, valid and closed at the end.
 6. `read_step` is the door for STEP stock.
 
@@ -41,10 +42,9 @@ both meet in spline faces of a hundred knots.
 
 Known limits: a block whose solid cannot be built is refused by name, and so are blocks that need it as a
 neighbour: arcs in upright planes where a torus moves level or a cone meets a steep slope, and what `turns.py`
-says of tools that turn. A cutter that is not convex on a
-ramp, and arcs or helices that come back to themselves, are several solids whose union is the sweep: a helical
-entry is the cutter at its lowest, and what its front passes per half turn. A cone's apex brings one edge
-without length, which OCCT wants there.
+says of tools that turn. A cutter that is not convex on a ramp, and arcs or helices that come
+back to themselves, are several solids whose union is the sweep: a helical entry is the cutter at its lowest, and
+what its front passes per half turn. A cone's apex brings one edge without length, which OCCT wants there.
 Brackets of the mesh engine are those of the triangles of a curved STEP; jobs widen them by what the triangles
 can change (`stock_slack_mm3` of the summary), so a gate on such a stock is that much weaker.
 A workpiece as STEP is cut block by block in one process: minutes for a hundred blocks, not for thousands.
@@ -62,26 +62,30 @@ if TYPE_CHECKING:
     from vmachining.engines.brep.ladder import RUNGS, Blank, Ladder, Status, Verdict
     from vmachining.engines.brep.measure import volume
     from vmachining.engines.brep.swept import Inspection, inspect, solid, solids
-    from vmachining.engines.brep.workers import check_blocks, step_file
-    from vmachining.engines.brep.write import write_solids
+    from vmachining.engines.brep.workers import check_blocks, isolated, step_file
+    from vmachining.engines.brep.write import Described, described, write_solids, write_sweep
 
 __all__ = [
     "RUNGS",
     "Blank",
     "BrepWorkpiece",
+    "Described",
     "Inspection",
     "Ladder",
     "Status",
     "StepSolid",
     "Verdict",
     "check_blocks",
+    "described",
     "inspect",
+    "isolated",
     "read_step",
     "solid",
     "solids",
     "step_file",
     "volume",
     "write_solids",
+    "write_sweep",
 ]
 
 _FILES = {
@@ -89,8 +93,8 @@ _FILES = {
     "ladder": ("RUNGS", "Blank", "Ladder", "Status", "Verdict"),
     "measure": ("volume",),
     "swept": ("Inspection", "inspect", "solid", "solids"),
-    "workers": ("check_blocks", "step_file"),
-    "write": ("write_solids",),
+    "workers": ("check_blocks", "isolated", "step_file"),
+    "write": ("Described", "described", "write_solids", "write_sweep"),
 }
 _HOME = {name: file for file, names in _FILES.items() for name in names}
 

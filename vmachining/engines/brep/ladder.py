@@ -22,7 +22,7 @@ A value that no rung brings into the bracket is refused; the bracket stands.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from time import perf_counter
@@ -131,14 +131,25 @@ class Ladder:
         self._index = SweepIndex(self._sweeps)
         self._made: dict[int, list[Any]] = {}
 
-    def removed(self, block: int, bracket: Bracket, *, rungs: Sequence[str] = RUNGS) -> Verdict:
-        """Removed volume of a block, gated by its bracket."""
+    def removed(
+        self,
+        block: int,
+        bracket: Bracket,
+        *,
+        rungs: Sequence[str] = RUNGS,
+        told: Callable[[str], None] = lambda rung: None,
+    ) -> Verdict:
+        """Removed volume of a block, gated by its bracket; `told` hears of every rung before it is tried.
+
+        It agreed if the first of `RUNGS` worked, and was retried if any other one did.
+        """
         begin = perf_counter()
         tried: list[float | None] = []
         reason, count, slack = "", 0, 0.0
         members = range(int(self._first[block]), int(self._first[block + 1]))
         plans = [(k, self._index.needed(k, self._box)) for k in members if _meets(self._sweeps[k], self._box)]
         for rung in rungs:
+            told(rung)
             try:
                 value, count, slack = self._climb(plans, rung)
             except (SweepError, EngineError) as exc:
@@ -153,7 +164,7 @@ class Ladder:
                 continue
             tried.append(value)
             if bracket.holds(value, slack):
-                status = Status.AGREED if rung == rungs[0] else Status.RETRIED
+                status = Status.AGREED if rung == RUNGS[0] else Status.RETRIED
                 spent = perf_counter() - begin
                 return Verdict(status, max(value, 0.0), rung, "", spent, count, tuple(tried), slack)
             reason = f"{value:.6g} mm3 is outside [{bracket.lo:.6g}, {bracket.hi:.6g}]"

@@ -1,7 +1,12 @@
 """The process that runs OCCT: `python -m vmachining.engines.brep.worker`, driven by `workers.py`.
 
-Pickled messages over stdin and stdout: first (stock, blocks, rungs), then (block, bracket), each answered by a
-`Verdict`; or (path, brackets, labels), answered by the volume of the STEP file or the text of a refusal.
+Pickled messages over stdin and stdout. First (stock, blocks), then questions:
+
+| question | answers |
+|---|---|
+| ("check", block, bracket, rungs) | the name of every rung before it is tried, then a `Verdict` |
+| ("write", path, brackets, labels) | the volume of the STEP file, or the text of a refusal |
+| ("call", function, arguments) | ("value", what it returns), or (kind, text) of what it raised |
 
 OCCT talks on stdout, so the answers go through a copy of it and stdout itself becomes stderr.
 """
@@ -11,6 +16,7 @@ from __future__ import annotations
 import os
 import pickle
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,22 +36,37 @@ def main() -> None:
     from vmachining.engines.brep.ladder import Ladder, quiet
 
     quiet()
-    stock, blocks, rungs = pickle.load(questions)
+    stock, blocks = pickle.load(questions)
     ladder: Ladder | None = None
-    pickle.dump("ready", answers)
-    answers.flush()
-    while True:
-        try:
-            question = pickle.load(questions)
-        except EOFError:
-            return
-        if len(question) == 3:
-            answer: object = _written(stock, blocks, *question)
-        else:
-            ladder = ladder or Ladder(stock, blocks)
-            answer = ladder.removed(*question, rungs=rungs)
+
+    def say(answer: object) -> None:
         pickle.dump(answer, answers)
         answers.flush()
+
+    say("ready")
+    while True:
+        try:
+            kind, *question = pickle.load(questions)
+        except EOFError:
+            return
+        if kind == "write":
+            say(_written(stock, blocks, *question))
+        elif kind == "call":
+            say(_called(*question))
+        else:
+            block, bracket, rungs = question
+            ladder = ladder or Ladder(stock, blocks)
+            say(ladder.removed(block, bracket, rungs=rungs, told=say))
+
+
+def _called(function: Callable[..., object], arguments: tuple[object, ...]) -> tuple[str, object]:
+    """What a function returns, or what it says."""
+    try:
+        return "value", function(*arguments)
+    except VMachiningError as exc:
+        return type(exc).__name__, exc.message
+    except Exception as exc:  # OCCT raises whatever it meets
+        return "EngineError", f"OCCT failed: {type(exc).__name__} {exc}"
 
 
 def _written(stock: Blank, blocks: Any, path: Path, brackets: Any, labels: Any) -> float | str:

@@ -1,8 +1,9 @@
 """`check_blocks`: a ladder over many blocks in worker processes that may crash or hang without harm.
 
-Every worker is an interpreter of its own, driven by one thread here over pipes. A block that takes longer than
-its limit costs the worker (killed by its handle) and its own B-rep value; so does a crash. A worker is replaced
-after a number of blocks, because OCCT does not give all memory back.
+Every worker is an interpreter of its own, driven by one thread here over pipes. A rung that takes longer than
+its limit costs the worker (killed by its handle); so does a crash. The block goes on with the next rung, at
+worst it loses its own B-rep value. A worker is replaced after a number of blocks, because OCCT does not give
+all memory back.
 """
 
 from __future__ import annotations
@@ -16,14 +17,19 @@ import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from time import monotonic
-from typing import Any
+from typing import Any, TypeVar, cast
 
 from vmachining.engines.brep.ladder import RUNGS, Blank, Status, Verdict
-from vmachining.errors import EngineError
+from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Bracket
 from vmachining.sweep import Sweep
 
-__all__ = ["check_blocks", "step_file"]
+__all__ = ["check_blocks", "isolated", "step_file"]
+
+T = TypeVar("T")
+
+LONGEST, MOST = 0.4, 0.8
+"""Parts of the limit of a block: for one rung, and until which another rung is worth a new process."""
 
 START_SECONDS = 180.0
 """An interpreter that loads OCCT and compiles kernels on a busy machine."""
@@ -44,6 +50,7 @@ class _Worker:
             stderr=subprocess.DEVNULL,
         )
         self.done = 0
+        self.rung = ""
         # a pipe is short: what does not read its greeting would keep us writing for ever
         late = threading.Timer(START_SECONDS, self._process.kill)
         late.start()
@@ -57,15 +64,22 @@ class _Worker:
             late.cancel()
 
     def write(self, path: Path, brackets: Sequence[Bracket], labels: Sequence[str], seconds: float) -> Any:
-        self._send(pickle.dumps((path, list(brackets), list(labels))))
+        self._send(pickle.dumps(("write", path, list(brackets), list(labels))))
         return self._receive(seconds)
 
-    def ask(self, block: int, bracket: Bracket, seconds: float) -> Verdict:
-        self._send(pickle.dumps((block, bracket)))
-        answer = self._receive(seconds)
-        self.done += 1
-        assert isinstance(answer, Verdict)
-        return answer
+    def ask(
+        self, block: int, bracket: Bracket, rungs: Sequence[str], seconds: float, longest: float
+    ) -> Verdict:
+        """seconds : of the block. longest : of one rung; `rung` is the one under way if this ends badly."""
+        end = monotonic() + seconds
+        self.rung = rungs[0]
+        self._send(pickle.dumps(("check", block, bracket, tuple(rungs))))
+        while True:
+            answer = self._receive(max(min(longest, end - monotonic()), 0.0))
+            if isinstance(answer, Verdict):
+                self.done += 1
+                return answer
+            self.rung = answer
 
     def call(self, question: object, seconds: float) -> Any:
         """Any question, and its answer."""
@@ -134,7 +148,8 @@ def check_blocks(
     blocks : what every block of the program sweeps, in program order.
     asked : block number -> bracket of its removed volume.
     workers : processes.
-    seconds : limit of one block.
+    seconds : limit of one block. A rung that crashes or takes longer than 0.4 of it costs the process; the block
+        goes on with the next rung in a new one, and is refused if no rung and no time is left.
     recycle : blocks after which a process is replaced.
     stop : asked between blocks; what is under way is dropped.
 
@@ -145,7 +160,7 @@ def check_blocks(
     """
     # a block needs what came before it, no worker needs what comes after the last one asked for
     last = max(asked, default=-1)
-    hello = pickle.dumps((stock, [list(block) for block in blocks[: last + 1]], tuple(rungs)))
+    hello = pickle.dumps((stock, [list(block) for block in blocks[: last + 1]]))
     waiting: queue.SimpleQueue[tuple[int, Bracket]] = queue.SimpleQueue()
     for item in sorted(asked.items()):
         waiting.put(item)
@@ -168,31 +183,43 @@ def check_blocks(
                 except queue.Empty:
                     return
                 if worker is not None and worker.done >= recycle:
-                    running.discard(worker)
-                    worker.close()
+                    drop(worker)
                     worker = None
-                if worker is None:
-                    try:
-                        worker = _Worker(hello)
-                    except (_Gone, OSError) as exc:
-                        answers.put(EngineError(f"no worker process: {exc}", engine="brep"))
-                        return
-                    running.add(worker)
+                begin, left, lost = monotonic(), list(rungs), ""
+                while True:
+                    if worker is None:
+                        try:
+                            worker = _Worker(hello)
+                        except (_Gone, OSError) as exc:
+                            answers.put(EngineError(f"no worker process: {exc}", engine="brep"))
+                            return
+                        running.add(worker)
                     if ended.is_set():
                         return
-                begin = monotonic()
-                try:
-                    answers.put((block, worker.ask(block, bracket, seconds)))
-                except _Gone as exc:
-                    spent = monotonic() - begin
-                    answers.put((block, Verdict(Status.REFUSED, None, "", str(exc), spent, 0)))
-                    running.discard(worker)
-                    worker.close()
-                    worker = None
+                    remaining = seconds - (monotonic() - begin)
+                    try:
+                        verdict = worker.ask(block, bracket, left, remaining, LONGEST * seconds)
+                    except _Gone as exc:
+                        lost = f"{worker.rung}: {exc}"
+                        left = left[left.index(worker.rung) + 1 :]
+                        drop(worker)
+                        worker = None
+                        spent = monotonic() - begin
+                        if left and spent < MOST * seconds:
+                            continue  # what crashes one way of doing it may work another way
+                        verdict = Verdict(Status.REFUSED, None, "", "", spent, 0)
+                    if verdict.status is Status.REFUSED and lost:
+                        told = f"{verdict.reason}; " if verdict.reason else ""
+                        verdict = verdict._replace(reason=told + lost)
+                    answers.put((block, verdict))
+                    break
         finally:
             if worker is not None:
-                running.discard(worker)
-                worker.close()
+                drop(worker)
+
+    def drop(worker: _Worker) -> None:
+        running.discard(worker)
+        worker.close()
 
     threads = [threading.Thread(target=drive, daemon=True) for _ in range(max(1, min(workers, len(asked))))]
     for thread in threads:
@@ -238,7 +265,7 @@ def step_file(
     EngineError
         Refused: the text says which block and why; no file is left. Or the worker died or took too long.
     """
-    hello = pickle.dumps((stock, [list(block) for block in blocks], RUNGS))
+    hello = pickle.dumps((stock, [list(block) for block in blocks]))
     worker: _Worker | None = None
     try:
         worker = _Worker(hello)
@@ -252,3 +279,27 @@ def step_file(
         return answer
     path.unlink(missing_ok=True)
     raise EngineError(f"no {path.name}: {answer}", engine="brep")
+
+
+def isolated(function: Callable[..., T], *arguments: Any, seconds: float) -> T:
+    """`function(*arguments)` in a process of its own; both the function and its answer travel as pickles.
+
+    Raises
+    ------
+    SweepError, EngineError
+        What the function raised.
+    EngineError
+        It crashed, or took longer than `seconds`.
+    """
+    worker: _Worker | None = None
+    try:
+        worker = _Worker(pickle.dumps((None, [])))
+        kind, answer = worker.call(("call", function, arguments), seconds)
+    except (_Gone, OSError) as exc:
+        raise EngineError(str(exc), engine="brep") from exc
+    finally:
+        if worker is not None:
+            worker.close()
+    if kind == "value":
+        return cast(T, answer)
+    raise SweepError(answer) if kind == "SweepError" else EngineError(answer, engine="brep")

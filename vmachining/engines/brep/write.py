@@ -1,18 +1,38 @@
-"""`write_solids`: swept solids as a STEP file that reads back the same."""
+"""`write_solids`: swept solids as a STEP file that reads back the same; `described`: what they are made of."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from vmachining.engines.brep.measure import volume
+from vmachining.engines.brep.swept import Inspection, inspect, solids
 from vmachining.errors import EngineError
+from vmachining.sweep import Sweep
 
-__all__ = ["write_solids"]
+__all__ = ["Described", "described", "write_solids", "write_sweep"]
 
 SAME_REL = 1e-8
 """STEP keeps 15 digits of a pole; volumes are integrated over the same faces."""
+
+
+class Described(NamedTuple):
+    """solids : those whose union is a sweep. fit_mm : largest distance of their splines from the true surface."""
+
+    solids: tuple[Inspection, ...]
+    fit_mm: float
+
+
+def described(sweep: Sweep) -> Described:
+    """What OCCT says about the solids of a sweep: numbers that travel between processes, as no shape does."""
+    parts = solids(sweep)
+    return Described(tuple(inspect(part.shape) for part in parts), max(part.fit_mm for part in parts))
+
+
+def write_sweep(path: Path, sweep: Sweep) -> float:
+    """`write_solids` of the solids of a sweep."""
+    return write_solids(path, [part.shape for part in solids(sweep)])
 
 
 def write_solids(path: Path, shapes: Sequence[Any]) -> float:
