@@ -8,7 +8,7 @@
 import numpy as np
 
 from vmachining.jit import kernel
-from vmachining.sweep.turned._kernels import PATIENCE, span, split_at
+from vmachining.sweep.turned._kernels import span, split_at
 from vmachining.sweep.turned.pose._kernels import bending, near, state
 
 
@@ -136,7 +136,7 @@ def flux(faces, beta, waves, times, nodes, weights, out) -> None:
 
 
 @kernel
-def visited(seg, ends, limits, waves, x, y, z, until, depth, cells, p):
+def visited(seg, ends, limits, waves, x, y, z, until, depth, patience, cells, p):
     """Whether the point was deeper than `depth` inside at some time before `until`: (yes?, given up?)."""
     given_up = False
     for piece in range(len(ends) - 1):
@@ -163,7 +163,7 @@ def visited(seg, ends, limits, waves, x, y, z, until, depth, cells, p):
             da, db = span(pa + depth, 1.0, fa, 0.0, bend), span(pb + depth, 1.0, -fb, 0.0, bend)
             if da + db >= w:
                 continue
-            if seen > PATIENCE or top + 3 > len(cells):
+            if seen > patience or top + 3 > len(cells):
                 given_up = True
                 break
             t = split_at(ta, tb, da, db, -fa, -fb, pb - pa, fa > 0.0 > fb, last)
@@ -185,7 +185,7 @@ def visited(seg, ends, limits, waves, x, y, z, until, depth, cells, p):
 
 @kernel
 def again(
-    faces, beta, seg, ends, limits, waves, times, shares, which, steps, depth, out, doubt
+    faces, beta, seg, ends, limits, waves, times, shares, which, steps, depth, patience, out, doubt
 ) -> None:  # fmt: skip
     """Flux of re-entry per time and share of a face; point i lies on face which[i].
 
@@ -223,7 +223,9 @@ def again(
         for m in range(steps + 1):
             # both ends graze and are in contact: step in by a hair
             u = heading - half * np.cos(np.pi * (m + 0.02) / (steps + 0.04))
-            now, given_up = seen_at(seg, ends, limits, waves, p, c, x, y, u, times[i], depth, cells, q)
+            now, given_up = seen_at(
+                seg, ends, limits, waves, p, c, x, y, u, times[i], depth, patience, cells, q
+            )
             open_ = lost or given_up
             lost = given_up
             if m == 0:
@@ -233,7 +235,7 @@ def again(
                 for _ in range(16):
                     mid = 0.5 * (lo + hi)
                     then, given_up = seen_at(
-                        seg, ends, limits, waves, p, c, x, y, mid, times[i], depth, cells, q
+                        seg, ends, limits, waves, p, c, x, y, mid, times[i], depth, patience, cells, q
                     )
                     open_ = open_ or given_up
                     if then == known:
@@ -261,10 +263,10 @@ def arc(a, b, c, lo, hi):
 
 
 @kernel
-def seen_at(seg, ends, limits, waves, p, c, x, y, u, t, depth, cells, q):
+def seen_at(seg, ends, limits, waves, p, c, x, y, u, t, depth, patience, cells, q):
     """`visited` for the point at angle u of a circle at the pose p."""
     cos, sin = np.cos(u), np.sin(u)
     v_x = p[0] + c[1] * p[3] + c[0] * (cos * x[0] + sin * y[0])
     v_y = p[1] + c[1] * p[4] + c[0] * (cos * x[1] + sin * y[1])
     v_z = p[2] + c[1] * p[5] + c[0] * (cos * x[2] + sin * y[2])
-    return visited(seg, ends, limits, waves, v_x, v_y, v_z, t, depth, cells, q)
+    return visited(seg, ends, limits, waves, v_x, v_y, v_z, t, depth, patience, cells, q)

@@ -11,6 +11,7 @@ import numpy as np
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.sweep.flux import _kernels
 from vmachining.sweep.turned import Packed
+from vmachining.sweep.turned._kernels import PATIENCE
 from vmachining.sweep.turned.pose import _kernels as pose
 from vmachining.tool import Profile
 
@@ -55,7 +56,9 @@ class FluxVolume(NamedTuple):
         return self.body + self.flux - self.again
 
 
-def flux_volume(profile: Profile, packed: Packed, *, wanted: float = 5e-6) -> FluxVolume:
+def flux_volume(
+    profile: Profile, packed: Packed, *, wanted: float = 5e-6, patience: int = PATIENCE
+) -> FluxVolume:
     """Volume of a sweep, mm^3, by the flux identity V = V(K) + Phi - W.
 
     Phi is the integral over time and surface of max(N . V_P, 0): what the body enters. It counts a point once
@@ -65,6 +68,7 @@ def flux_volume(profile: Profile, packed: Packed, *, wanted: float = 5e-6) -> Fl
     ----------
     packed : columns of a motion and of convex pieces whose union is the body.
     wanted : relative error of the volume at which the search for W stops.
+    patience : stretches of time after which the search for one visit is given up.
 
     Notes
     -----
@@ -83,11 +87,13 @@ def flux_volume(profile: Profile, packed: Packed, *, wanted: float = 5e-6) -> Fl
         return out
 
     flux, flux_error = _adaptive(speed, 1e-11 * profile.volume)
-    again, again_error = _again(faces, beta, packed, wanted * (profile.volume + flux))
+    again, again_error = _again(faces, beta, packed, wanted * (profile.volume + flux), patience)
     return FluxVolume(profile.volume, flux, again, flux_error + again_error + ROUNDING * profile.volume)
 
 
-def _again(faces: Floats, beta: Floats, packed: Packed, tolerance: float) -> tuple[float, float]:
+def _again(
+    faces: Floats, beta: Floats, packed: Packed, tolerance: float, patience: int
+) -> tuple[float, float]:
     """W and its error estimate: rectangles of time and meridian, quartered where they are not yet good."""
     nodes, weights = np.polynomial.legendre.leggauss(POINTS)
     nodes, weights = 0.5 * (nodes + 1.0), 0.5 * weights
@@ -100,7 +106,8 @@ def _again(faces: Floats, beta: Floats, packed: Packed, tolerance: float) -> tup
         out, doubt = np.empty((2, where.shape[0] * where.shape[1]))
         _kernels.again(
             faces, beta, packed.seg, packed.ends, packed.limits, packed.waves,
-            where[..., 0].ravel(), where[..., 1].ravel(), np.repeat(which, len(pair)), steps, DEPTH, out, doubt,
+            where[..., 0].ravel(), where[..., 1].ravel(), np.repeat(which, len(pair)), steps, DEPTH, patience,
+            out, doubt,
         )  # fmt: skip
         total, unsure = (size.prod(axis=1) * (v.reshape(len(which), -1) @ pair_weights) for v in (out, doubt))
         return np.asarray(total), np.asarray(unsure)

@@ -303,6 +303,51 @@ def rays(seg, planes, arcs, ends, limits, waves, origins, directions, tol, count
 
 
 @kernel
+def distance_piece(seg, i0, i1, limit, waves, x, y, z, poses, best, tol, level, cells, p):
+    """The smaller of `best` and the smallest phi of one piece over time; with a level, only its side is certain."""
+    top = 0
+    cells[0, 0], cells[0, 1], cells[0, 2] = 0.0, 1.0, 0.0
+    for k in range(2):
+        d, _x, _y, _z, f = near(seg, i0, i1, poses[k], x, y, z)
+        cells[0, 3 + 2 * k], cells[0, 4 + 2 * k] = d, f
+    seen, slack = 0, tol
+    while top >= 0:
+        ta, tb, last = cells[top, 0], cells[top, 1], cells[top, 2]
+        pa, fa, pb, fb = cells[top, 3], cells[top, 4], cells[top, 5], cells[top, 6]
+        top -= 1
+        seen += 1
+        if seen % PATIENCE == 0:
+            slack = max(slack, min(100.0 * slack, LOOSE))
+        if best <= level:
+            break
+        w = tb - ta
+        goal = max(level, best - slack)
+        far = max(min(pa, pb), 0.0) + limit[1]  # the point is that near to the middle of the body
+        bend = bending(limit, far, w)
+        if w * (limit[2] + limit[4] * far) <= slack:
+            continue
+        if top + 3 > len(cells):
+            cells = grown(cells)
+        da, db = span(pa - goal, 1.0, fa, 0.0, bend), span(pb - goal, 1.0, -fb, 0.0, bend)
+        if da + db >= w:
+            continue
+        t = split_at(ta, tb, da, db, -fa, -fb, pb - pa, fa > 0.0 > fb, last)
+        if not ta < t < tb:
+            continue
+        state(waves, t, p)
+        d, _x, _y, _z, f = near(seg, i0, i1, p, x, y, z)
+        best = min(best, d)
+        for half_cell in range(2):
+            top += 1
+            c = cells[top]
+            c[0], c[1] = (ta, t) if half_cell else (t, tb)
+            c[2] = (c[1] - c[0]) / w
+            c[3], c[4] = (pa, fa) if half_cell else (d, f)
+            c[5], c[6] = (d, f) if half_cell else (pb, fb)
+    return best
+
+
+@kernel
 def distances(seg, ends, limits, waves, points, tol, level, out) -> None:
     """Smallest phi over time and pieces. With a finite level only its side of the level is certain."""
     cells, p, poses = np.zeros((160, 7)), np.zeros(12), np.zeros((2, 12))
@@ -315,44 +360,8 @@ def distances(seg, ends, limits, waves, points, tol, level, out) -> None:
             for k in range(2):
                 best = min(best, near(seg, ends[piece, 2], ends[piece + 1, 2], poses[k], x, y, z)[0])
         for piece in range(len(ends) - 1):
-            i0, i1, limit = ends[piece, 2], ends[piece + 1, 2], limits[piece]
-            top = 0
-            cells[0, 0], cells[0, 1], cells[0, 2] = 0.0, 1.0, 0.0
-            for k in range(2):
-                d, _x, _y, _z, f = near(seg, i0, i1, poses[k], x, y, z)
-                cells[0, 3 + 2 * k], cells[0, 4 + 2 * k] = d, f
-            seen, slack = 0, tol
-            while top >= 0:
-                ta, tb, last = cells[top, 0], cells[top, 1], cells[top, 2]
-                pa, fa, pb, fb = cells[top, 3], cells[top, 4], cells[top, 5], cells[top, 6]
-                top -= 1
-                seen += 1
-                if seen % PATIENCE == 0:
-                    slack = max(slack, min(100.0 * slack, LOOSE))
-                if best <= level:
-                    break
-                w = tb - ta
-                goal = max(level, best - slack)
-                far = max(min(pa, pb), 0.0) + limit[1]  # the point is that near to the middle of the body
-                bend = bending(limit, far, w)
-                if w * (limit[2] + limit[4] * far) <= slack:
-                    continue
-                if top + 3 > len(cells):
-                    cells = grown(cells)
-                da, db = span(pa - goal, 1.0, fa, 0.0, bend), span(pb - goal, 1.0, -fb, 0.0, bend)
-                if da + db >= w:
-                    continue
-                t = split_at(ta, tb, da, db, -fa, -fb, pb - pa, fa > 0.0 > fb, last)
-                if not ta < t < tb:
-                    continue
-                state(waves, t, p)
-                d, _x, _y, _z, f = near(seg, i0, i1, p, x, y, z)
-                best = min(best, d)
-                for half_cell in range(2):
-                    top += 1
-                    c = cells[top]
-                    c[0], c[1] = (ta, t) if half_cell else (t, tb)
-                    c[2] = (c[1] - c[0]) / w
-                    c[3], c[4] = (pa, fa) if half_cell else (d, f)
-                    c[5], c[6] = (d, f) if half_cell else (pb, fb)
+            i0, i1 = ends[piece, 2], ends[piece + 1, 2]
+            best = distance_piece(
+                seg, i0, i1, limits[piece], waves, x, y, z, poses, best, tol, level, cells, p
+            )
         out[i] = best
