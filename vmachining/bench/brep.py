@@ -34,7 +34,7 @@ def brep(blocks: int = 2000, part: int = 100) -> Iterator[dict[str, Any]]:
         for k in range(blocks):
             a, b = (STEP * k, 0.0, -DEPTH), (STEP * k, LONG, -DEPTH)
             sweeps.append(Sweep.along(tool, Line(b, a) if k % 2 else Line(a, b)))
-        engine = MeshEngine(box_stock(lo, hi), CHORD)
+        engine = MeshEngine(box_stock(lo, hi), CHORD, certify=True)
         brackets = [engine.cut(sweep, block=k) for k, sweep in enumerate(sweeps)]
         stock = Blank("box", lo, hi)
         work = Ladder(stock, [[sweep] for sweep in sweeps])

@@ -224,7 +224,7 @@ def _chain(seed: int, number: int, family: str) -> _Chain:
     paths = families(family, rng, tool.profile.radius_at(2.0).item())
     sweeps = [Sweep.along(tool, _shifted(path, at)) for path in paths]
     low, high = _plot(number)
-    engine = MeshEngine(box_stock(tuple(low), tuple(high)), CHORD)
+    engine = MeshEngine(box_stock(tuple(low), tuple(high)), CHORD, certify=True)
     return _Chain(
         number, family, kind, sweeps, [engine.cut(sweep, block=k) for k, sweep in enumerate(sweeps)]
     )

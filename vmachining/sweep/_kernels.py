@@ -275,3 +275,49 @@ def distances(seg, first, path, points, tol, out) -> None:
             for k in range(len(first) - 1):
                 best = min(best, meridian(seg, first[k], first[k + 1], gap, z)[0])
         out[i] = best
+
+
+@kernel
+def hull_distances(seg, first, path, hulls, tol, low, high) -> None:
+    """Bounds of the signed distance over convex hulls of points (n, m, 3), from the start; straight motions.
+
+    phi of a piece is convex in (point, tau): it lies above its tangents, and over a hull below its largest value
+    at a corner. Where low is above zero or high above -tol they may be coarse.
+    """
+    m = hulls.shape[1]
+    travel = path[6:9]
+    speed = travel[0] ** 2 + travel[1] ** 2
+    for i in range(len(hulls)):
+        x, y, z = 0.0, 0.0, 0.0
+        for j in range(m):
+            x, y, z = x + hulls[i, j, 0] / m, y + hulls[i, j, 1] / m, z + hulls[i, j, 2] / m
+        reach = 0.0
+        for j in range(m):
+            q = hulls[i, j]
+            reach = max(reach, (q[0] - x) ** 2 + (q[1] - y) ** 2 + (q[2] - z) ** 2)
+        reach = np.sqrt(reach)
+        low[i], high[i] = np.inf, np.inf
+        for k in range(len(first) - 1):
+            tau = 0.5
+            if speed > 0.0:
+                tau = min(max((x * travel[0] + y * travel[1]) / speed, 0.0), 1.0)
+            d, n_x, n_y, n_z, g = pose(seg, first[k], first[k + 1], travel, tau, x, y, z)
+            bound = d + min(-g * tau, g * (1.0 - tau)) - reach
+            if bound > tol:
+                low[i] = min(low[i], bound)
+                continue
+            d, n_x, n_y, n_z, _tau = nearest(seg, first[k], first[k + 1], travel, x, y, z, tol)
+            drop = 0.0
+            for j in range(m):
+                q = hulls[i, j]
+                drop = min(drop, n_x * (q[0] - x) + n_y * (q[1] - y) + n_z * (q[2] - z))
+            low[i] = min(low[i], d - tol + drop)
+            if d >= 0.0:
+                continue
+            top = d
+            for j in range(m):
+                q = hulls[i, j]
+                top = max(top, nearest(seg, first[k], first[k + 1], travel, q[0], q[1], q[2], tol)[0])
+                if top > -tol:
+                    break
+            high[i] = min(high[i], top)

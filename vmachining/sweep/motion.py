@@ -210,6 +210,35 @@ class Sweep:
         """
         return self._distances(points, -np.inf)
 
+    def hull_distance(self, hulls: Floats, *, within: float = 0.0) -> tuple[Floats, Floats]:
+        """Bounds of the signed distance over small convex hulls.
+
+        Parameters
+        ----------
+        hulls : (n, m, 3) float
+            mm, m points each.
+        within : float
+            mm by which the bounds may be wider than rounding wants.
+
+        Returns
+        -------
+        (n,) float, (n,) float
+            mm. No point of a hull is nearer to the sweep than the first; where the second is negative, every
+            point of the hull is inside, at least that deep. Sharp for straight sweeps, by the largest distance
+            in the hull from its middle too wide for others.
+        """
+        if self._near is not None and _is_straight(self.path):  # type: ignore[arg-type]
+            low, high = np.empty((2, len(hulls)))
+            p = self._near
+            _kernels.hull_distances(
+                p.seg, p.first, p.path, hulls - self.path.start, max(p.tol, within), low, high
+            )
+            return low, high
+        middle = hulls.mean(axis=1)
+        reach = np.linalg.norm(hulls - middle[:, None], axis=2).max(axis=1)
+        gap = self._distances(middle, -np.inf)
+        return gap - reach, gap + reach
+
     def contains(self, points: ArrayLike, *, slack: float = 0.0) -> Bools:
         """(n,) bool: whether points lie in the sweep, or within `slack` mm of it."""
         return np.asarray(self._distances(points, slack) <= slack)

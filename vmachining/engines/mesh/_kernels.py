@@ -91,11 +91,12 @@ def swept_facets(
     normal . d < -rear (rear = inf: none). Holes are closed by the cone from the apex over their rim. The solid
     is star-shaped about the apex, so what is lost are the cones over the facets left out.
 
-    Returns (points, triangles, sound); both empty if a facet plane separates the box from the solid. `sound` is
-    False where an edge does not have two triangles, one each way: then the whole solid has to be taken.
+    Returns (points, triangles, source, sound); empty if a facet plane separates the box from the solid. source:
+    the facet of a triangle, or m + its edge, or -1 on the closing cone. `sound` is False where an edge does not
+    have two triangles, one each way: then the whole solid has to be taken.
     """
     n, m = points.shape[0], triangles.shape[0]
-    nothing = np.empty((0, 3)), np.empty((0, 3), np.int64), True
+    nothing = np.empty((0, 3)), np.empty((0, 3), np.int64), np.empty(0, np.int64), True
     at = np.empty((2 * n + 1, 3))
     for v in range(n):
         at[v, 0] = p[0] + cos * points[v, 0] - sin * points[v, 1]
@@ -119,6 +120,7 @@ def swept_facets(
             return nothing
 
     out = np.empty((m + 2 * edges.shape[0], 3), np.int64)
+    origin = np.empty(m + 2 * edges.shape[0], np.int64)
     quad = np.empty(4, np.int64)
     count = 0
     for t in range(m):
@@ -130,6 +132,7 @@ def swept_facets(
         quad[3] = quad[2]
         if not cull or _seen(quad, at, lo, hi, apex, corner, heights, cell):
             out[count] = quad[:3]
+            origin[count] = t
             count += 1
     for e in range(edges.shape[0]):
         left, right = front[edges[e, 2]], front[edges[e, 3]]
@@ -141,6 +144,7 @@ def swept_facets(
         if not cull or _seen(quad, at, lo, hi, apex, corner, heights, cell):
             out[count, 0], out[count, 1], out[count, 2] = v, u, u + n
             out[count + 1, 0], out[count + 1, 1], out[count + 1, 2] = v, u + n, v + n
+            origin[count], origin[count + 1] = m + e, m + e
             count += 2
     if count == 0:
         return nothing
@@ -150,7 +154,9 @@ def swept_facets(
         at, kept = _closed(kept, at)
         sound = _twofold(kept, at.shape[0])
     at, kept = _compact(at, kept)
-    return at, kept, sound
+    source = np.full(kept.shape[0], -1, np.int64)
+    source[:count] = origin[:count]
+    return at, kept, source, sound
 
 
 @kernel

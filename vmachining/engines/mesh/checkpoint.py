@@ -10,6 +10,7 @@ import numpy as np
 from manifold3d import Manifold, Mesh64
 
 from vmachining.engines.mesh.facets import Side
+from vmachining.engines.mesh.skin import Skin
 from vmachining.engines.mesh.solids import checked
 from vmachining.engines.mesh.tiles import SIDES, Tile
 from vmachining.errors import EngineError
@@ -30,12 +31,16 @@ def write_tiles(path: Path, root: Tile, blocks: dict[int, int], state: dict[str,
             "halved": tile.halves is not None,
             "turns": tile.turns,
             "color": tile.color,
+            "chord": tile.chord,
+            "tidied": tile.tidied,
         }
         nodes.append(node)
         if tile.halves is not None:
             for half in tile.halves:
                 visit(half)
             return
+        for column, values in zip(Skin._fields, tile.skin, strict=True):
+            arrays[f"{len(nodes) - 1}.skin.{column}"] = values
         node["one"] = tile.solids[Side.OUTER] is tile.solids[Side.INNER]
         for side in SIDES[: 1 if node["one"] else 2]:
             mesh = tile.solids[side].to_mesh64()
@@ -44,6 +49,7 @@ def write_tiles(path: Path, root: Tile, blocks: dict[int, int], state: dict[str,
             arrays[f"{name}.triangles"] = np.array(mesh.tri_verts)
             arrays[f"{name}.runs"] = np.array(mesh.run_index)
             arrays[f"{name}.blocks"] = np.array([blocks.get(int(r), RAW) for r in mesh.run_original_id])
+            arrays[f"{name}.faces"] = np.array(mesh.face_id)
             arrays[f"{name}.merge"] = np.stack([np.array(mesh.merge_from_vert), np.array(mesh.merge_to_vert)])
 
     visit(root)
@@ -81,6 +87,7 @@ def read_tiles(path: Path) -> tuple[Tile, dict[int, int], dict[str, Any]]:
             merge_to_vert=np.array(merge[1]),
             run_index=np.array(arrays[f"{name}.runs"]),
             run_original_id=np.array([ids[block] for block in owners], dtype=np.uint32),
+            face_id=np.array(arrays[f"{name}.faces"]),
         )
         return checked(Manifold(mesh))
 
@@ -90,9 +97,12 @@ def read_tiles(path: Path) -> tuple[Tile, dict[int, int], dict[str, Any]]:
         k, node = next(nodes)
         if node["halved"]:
             first = build()
-            return Tile({}, {}, np.array(node["box"]), (first, build()), None, node["turns"], node["color"])
+            return Tile({}, {}, np.array(node["box"]), (first, build()), None, node["turns"], node["color"],
+                        chord=node["chord"])  # fmt: skip
         inner = solid(f"{k}.{Side.INNER}")
-        tile = Tile({}, {}, np.array(node["box"]), turns=node["turns"], color=node["color"])
+        skin = Skin(*(arrays[f"{k}.skin.{column}"] for column in Skin._fields))
+        tile = Tile({}, {}, np.array(node["box"]), turns=node["turns"], color=node["color"],
+                    skin=skin, chord=node["chord"], tidied=node["tidied"])  # fmt: skip
         tile.put(Side.INNER, inner)
         tile.put(Side.OUTER, inner if node["one"] else solid(f"{k}.{Side.OUTER}"))
         return tile

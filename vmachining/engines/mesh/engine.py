@@ -1,16 +1,7 @@
 """The mesh engine: removed volume of every block with a bracket that contains the truth.
 
-Per block with sweep W and workpiece S, and per tile, with A the workpiece cut by inner sweeps so far and B the
-one cut by outer sweeps:
-
-    hi = vol(A and W_outer)      the most that can be left, cut by the most that can cut
-    lo = vol(B and W_inner)      the least by the least
-    estimate = w vol(A and W_inner) + (1 - w) vol(B and W_outer)
-
-W_inner < W < W_outer for every block, so B < S < A by induction, hence lo <= truth <= hi. Both volumes of the
-estimate lie between lo and hi too. The weight w cancels the error of the facets, see `solids.balance`: it is
-1/3 on the level, where facets lie along the motion, and follows the silhouette of the cutter on slopes. The
-estimate of the workpiece is the stock without the estimates of all blocks.
+One workpiece whose errors are bounded in advance, or (`certify`) two that hold the truth between them; both are
+in `removal.py`, tile by tile. The estimate of the workpiece is the stock without the estimates of all blocks.
 """
 
 from __future__ import annotations
@@ -24,7 +15,8 @@ from manifold3d import Manifold, OpType
 from vmachining.arrays import Floats
 from vmachining.engines.mesh.checkpoint import read_tiles, write_tiles
 from vmachining.engines.mesh.facets import Side
-from vmachining.engines.mesh.solids import Facets, balance, checked, cutters, facets, shape_key
+from vmachining.engines.mesh.removal import AIR, Cut, cut_once, cut_twice, shared
+from vmachining.engines.mesh.solids import checked, cutters, facets, shape_key
 from vmachining.engines.mesh.stock import StockMesh, StockSurface
 from vmachining.engines.mesh.tiles import SIDES, Share, Tile, joined, reached
 from vmachining.errors import EngineError
@@ -33,15 +25,6 @@ from vmachining.sweep import Sweep, Turn
 from vmachining.tolerance import CHORD_MM, VOLUME_REL
 
 __all__ = ["MeshEngine"]
-
-TWICE_REL = 3e-6
-"""Part of a turning sweep that its meshes may count twice or leave as crevices, at most, where a disc tilts into
-what it has just left; seen on hundreds of random blocks, see `turning`. Brackets are widened by it."""
-
-MANY = 3
-"""Pieces of a sweep that are united before they meet a large solid."""
-
-AIR = Bracket(0.0, 0.0, 0.0)
 
 
 class MeshEngine:
@@ -55,20 +38,30 @@ class MeshEngine:
         mm, about the largest distance between inner and outer sweep.
     tile_mm : float or None
         Largest tile that a sweep works on; None chooses from the cutter.
+    certify : bool
+        Two workpieces instead of bounds in advance: three to four times slower. Needed where the tool turns.
     """
 
     name = "mesh"
 
-    def __init__(self, stock: StockMesh, chord: float = CHORD_MM, *, tile_mm: float | None = None) -> None:
+    def __init__(
+        self,
+        stock: StockMesh,
+        chord: float = CHORD_MM,
+        *,
+        tile_mm: float | None = None,
+        certify: bool = False,
+    ) -> None:
         if not (np.isfinite(chord) and chord > 0.0):
             raise EngineError(f"chord {chord} mm is not positive", engine=self.name)
         self.chord = float(chord)
         self.tile_mm = tile_mm
+        self.certify = certify
         self._share = Share()
         self._blocks: dict[int, int] = {}
         self._removed: tuple[str, list[float]] | None = None
         solids = {side: stock.solids[side] for side in SIDES}
-        root = Tile.of(solids)
+        root = Tile.of(solids, 0.0 if certify else self.chord)
         if root is None:
             raise EngineError("the stock is empty", engine=self.name)
         self._root = root
@@ -83,18 +76,24 @@ class MeshEngine:
         Raises
         ------
         EngineError
-            A solid came back broken; names the block.
+            A solid came back broken, or the tool leans or turns and the engine keeps one workpiece only; names
+            the block.
         """
-        run = self._run_id(block)
-        chained = self._chained(sweep)
-        tools = {side: facets(sweep.profile, self.chord, side) for side in SIDES}
-        weight = balance(sweep, tools[Side.INNER], tools[Side.OUTER])
+        if isinstance(sweep.path, Turn) and not self.certify:
+            raise EngineError(
+                "a tool that leans or turns has no bound in advance: make the engine with certify=True",
+                engine=self.name,
+                block=block,
+            )
+        cut = Cut(sweep, self.chord, self._chained(sweep), self._run_id(block))
         total = AIR
         for tile in reached(self._root, self._box(sweep), self._tile_size(sweep), self._share):
             try:
-                total = total.plus(self._cut_tile(tile, sweep, tools, weight, chained, run))
+                total = total.plus(cut_twice(tile, cut) if self.certify else cut_once(tile, cut))
             except EngineError as error:
                 raise EngineError(error.reason, engine=self.name, block=block) from error
+        lo, estimate, hi = total
+        total = Bracket(lo, min(max(estimate, lo), hi), hi)
         self._removed = shape_key(sweep.profile), _pose(sweep, 1.0).tolist()
         self._gone += total.estimate
         return total
@@ -122,57 +121,13 @@ class MeshEngine:
         for tile in reached(self._root, self._box(sweep), None, self._share):
             solid, noise = tile.solids[Side.INNER], VOLUME_REL * (1.0 + tile.volumes[Side.INNER])
             if deep is not None and not any(
-                _shared(solid, cutters(core, tool, tile.window)) > noise for core, tool in cores
+                shared(solid, cutters(core, tool, tile.window)) > noise for core, tool in cores
             ):
                 continue
-            volume = _shared(solid, cutters(sweep, whole, tile.window))
+            volume = shared(solid, cutters(sweep, whole, tile.window))
             if volume > noise:
                 total += volume
         return total
-
-    def _cut_tile(
-        self,
-        tile: Tile,
-        sweep: Sweep,
-        tools: dict[Side, Facets],
-        weight: float,
-        chained: bool,
-        run: int | None,
-    ) -> Bracket:
-        def solids(side: Side) -> list[Manifold]:
-            return cutters(sweep, tools[side], tile.window, chained=chained, block_id=run)
-
-        outer = solids(Side.OUTER)
-        if not outer:
-            return AIR
-        inner_cut, outer_cut = tile.solids[Side.INNER], tile.solids[Side.OUTER]
-        fresh = inner_cut is outer_cut
-        noise = VOLUME_REL * (1.0 + tile.volumes[Side.INNER])
-        rest = dict.fromkeys(SIDES, inner_cut)
-        if fresh:
-            rest[Side.OUTER] = _minus(inner_cut, outer)
-            hi = tile.volumes[Side.INNER] - float(rest[Side.OUTER].volume())
-        else:
-            hi = _shared(inner_cut, outer)
-        if hi <= noise:  # rounding, not metal: leave the tile as it is, exactly
-            return AIR
-        inner = solids(Side.INNER)
-        lo = 0.0 if fresh else _shared(outer_cut, inner)
-        rest[Side.INNER] = _minus(inner_cut, inner)
-        if not fresh:
-            rest[Side.OUTER] = _minus(outer_cut, outer)
-        removed = dict.fromkeys(SIDES, 0.0)
-        for side in SIDES:
-            loss = tile.volumes[side] - float(rest[side].volume())
-            if loss > noise:
-                removed[side] = loss
-                tile.put(side, rest[side])
-        if fresh:
-            lo = removed[Side.INNER]
-        if isinstance(sweep.path, Turn) and not sweep.path.is_steady:
-            noise += TWICE_REL * sum(float(cutter.volume()) for cutter in outer)
-        estimate = weight * removed[Side.INNER] + (1.0 - weight) * removed[Side.OUTER]
-        return Bracket(max(0.0, min(lo - noise, estimate)), estimate, max(hi + noise, estimate))
 
     def _box(self, sweep: Sweep) -> Floats:
         """Box of the sweep, wide enough for its outer facets."""
@@ -202,7 +157,7 @@ class MeshEngine:
         inner = outer = 0.0
         for tile in self._root.leaves():
             inner += tile.volumes[Side.INNER]
-            outer += tile.volumes[Side.OUTER]
+            outer += tile.volumes[Side.OUTER] - tile.skin.total
         left = self.stock_volume.estimate - self._gone
         return Bracket(outer, min(max(left, outer), inner), inner)
 
@@ -235,6 +190,7 @@ class MeshEngine:
         state = {
             "chord": self.chord,
             "tile_mm": self.tile_mm,
+            "certify": self.certify,
             "stock": list(self.stock_volume),
             "gone": self._gone,
             "removed": list(self._removed) if self._removed is not None else None,
@@ -254,7 +210,7 @@ class MeshEngine:
         engine._share = share or Share()
         try:
             engine._root, engine._blocks, state = read_tiles(path)
-            engine.chord, engine.tile_mm = state["chord"], state["tile_mm"]
+            engine.chord, engine.tile_mm, engine.certify = state["chord"], state["tile_mm"], state["certify"]
             engine.stock_volume = Bracket(*state["stock"])
             engine._gone = state["gone"] if engine._share.part == 0 else 0.0
             removed = state["removed"]
@@ -279,24 +235,6 @@ def _pose(sweep: Sweep, t: float) -> Floats:
     path = sweep.path
     axis = path.axis(t) if isinstance(path, Turn) else np.array([0.0, 0.0, 1.0])
     return np.concatenate([path.position(t), axis])
-
-
-def _minus(solid: Manifold, cutters: list[Manifold]) -> Manifold:
-    """The solid without the cutters."""
-    for cutter in cutters:
-        solid = solid - cutter
-    return checked(solid)
-
-
-def _shared(solid: Manifold, cutters: list[Manifold]) -> float:
-    """mm^3 of the solid that the cutters take. One cutter: the chip is a smaller mesh than what it leaves."""
-    if not cutters or solid.is_empty():
-        return 0.0
-    if len(cutters) == 1:
-        return float(checked(solid ^ cutters[0]).volume())
-    if len(cutters) > MANY:
-        return float(checked(solid ^ Manifold.batch_boolean(cutters, OpType.Add)).volume())
-    return float(solid.volume()) - float(_minus(solid, cutters).volume())
 
 
 def _bracket(inner_cut: float, outer_cut: float) -> Bracket:

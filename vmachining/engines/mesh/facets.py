@@ -24,7 +24,7 @@ from enum import StrEnum
 from typing import Final
 
 import numpy as np
-from manifold3d import Manifold
+from scipy.spatial import ConvexHull
 
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.errors import EngineError
@@ -170,9 +170,7 @@ def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
             continue
         polygon = circle(base * 2 ** max(0, int(np.ceil(np.log2(steps / base) - 1e-9))), side) * r
         rings.append(np.column_stack([polygon, np.full(len(polygon), z)]))
-    mesh = Manifold.hull_points(np.concatenate(rings)).to_mesh64()
-    points = np.array(mesh.vert_properties[:, :3])
-    triangles = np.array(mesh.tri_verts, dtype=np.int64)
+    points, triangles = _hull(np.concatenate(rings))
     half = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     owner = np.tile(np.arange(len(triangles)), 3)
     left = {(int(u), int(v)): int(t) for (u, v), t in zip(half, owner, strict=True)}
@@ -194,6 +192,21 @@ def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
         reach=float(np.hypot(points[:, 0], points[:, 1]).max()),
         turn=float(np.sin(min(1.5 * bend, np.pi / 2))),
     )
+
+
+def _hull(cloud: Floats) -> tuple[Floats, Ints]:
+    """Points (n, 3) and outward triangles (m, 3) of a convex hull, the same in every process.
+
+    (The hull of manifold3d splits plane facets as its threads happen to meet them.)
+    """
+    hull = ConvexHull(cloud, qhull_options="Qt")
+    used, corner = np.unique(hull.simplices, return_inverse=True)
+    triangles = corner.reshape(-1, 3)
+    points = cloud[used]
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0
+    triangles[inward] = triangles[inward][:, ::-1]
+    return points, triangles.astype(np.int64)
 
 
 CHUNK = 256

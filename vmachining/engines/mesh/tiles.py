@@ -1,9 +1,10 @@
 """The stock, cut into tiles only where the cutter comes.
 
-A tile holds two solids, equal at first:
+A tile holds two solids, one object as long as they are equal:
 
-    inner-cut   stock minus the inner sweeps: holds the true workpiece
-    outer-cut   stock minus the outer sweeps: is held by the true workpiece
+    INNER   stock minus the inner sweeps: holds the true workpiece
+    OUTER   with two workpieces, stock minus the outer sweeps: is held by the true workpiece;
+            with bounds in advance, the smallest the raw stock can be, minus the inner sweeps
 
 Tiles form a binary tree. A tile larger than the wanted size is halved the first time a sweep reaches it, so
 that untouched stock stays in few large pieces and a block costs what its neighbourhood costs, however many
@@ -22,12 +23,14 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from manifold3d import Manifold
+from manifold3d import Manifold, Mesh64
 
 from vmachining.arrays import Floats
 from vmachining.engines.mesh import _kernels
 from vmachining.engines.mesh.facets import Side
-from vmachining.engines.mesh.solids import Window, checked
+from vmachining.engines.mesh.skin import NO_SKIN, Skin, mean_skin, untag
+from vmachining.engines.mesh.solids import checked
+from vmachining.engines.mesh.window import Window
 
 __all__ = ["Share", "Tile", "joined", "reached"]
 
@@ -37,6 +40,9 @@ SHAPE = np.array([1.0, 1.0, 1.0 / 8.0])
 ROOF_CELLS = 16
 """Cells of the grid of heights along the longer side of a tile: a ball sees its contact in about a dozen."""
 
+RAW_EXTRA = 2.0 / 3.0
+"""Part of the gap between the two meshes of a round raw stock that is not there: Huygens' rule, see `stock`."""
+
 SIDES = (Side.INNER, Side.OUTER)
 
 
@@ -45,6 +51,9 @@ class Tile:
     """Part of the stock. solids and volumes are by `Side`; box (2, 3) holds the largest of the solids.
 
     turns : upper halves on the way from the root. color : says who cuts it, None until it is small enough.
+    skin : where inner sweeps may have left what they should not; tidied : its places when they were last looked
+    through. thin : mm^3 of it in the mean. chord : mm, unit in which the facets of sweeps carry their means; 0
+    with two workpieces, which need no skin.
     """
 
     solids: dict[Side, Manifold]
@@ -54,28 +63,51 @@ class Tile:
     window: Window | None = field(default=None)
     turns: int = 0
     color: int | None = None
+    skin: Skin = NO_SKIN
+    thin: float = 0.0
+    tidied: int = 0
+    chord: float = 0.0
 
     @classmethod
-    def of(cls, solids: dict[Side, Manifold]) -> Tile | None:
+    def of(cls, solids: dict[Side, Manifold], chord: float, skin: Skin = NO_SKIN) -> Tile | None:
         """Tile of two solids, None if nothing is left in it."""
         if solids[Side.INNER].is_empty():
             return None
-        tile = cls(solids, {}, np.empty((2, 3)))
+        tile = cls(solids, {}, np.empty((2, 3)), skin=skin, chord=chord)
         for side in SIDES:
             tile.put(side, solids[side])
         return tile
 
     def put(self, side: Side, result: Manifold) -> None:
-        """Replace one solid and what is known about it."""
+        """Replace one solid and what is known about it; INNER before OUTER."""
         self.solids[side] = result
+        if side is Side.OUTER:
+            same = result is self.solids[Side.INNER]
+            self.volumes[side] = self.volumes[Side.INNER] if same else float(result.volume())
+            return
         self.volumes[side] = float(result.volume())
-        if side is Side.INNER:
-            box = result.bounding_box()
-            self.box = np.array([box[:3], box[3:]])
-            margin = 1e-6 * (1.0 + float(np.abs(self.box).max()))
-            self.window = None
-            if not result.is_empty():
-                self.window = _window(result, self.box[0] - margin, self.box[1] + margin)
+        box = result.bounding_box()
+        self.box = np.array([box[:3], box[3:]])
+        margin = 1e-6 * (1.0 + float(np.abs(self.box).max()))
+        self.window = None
+        if not result.is_empty():
+            mesh = result.to_mesh64()
+            self.window = _window(mesh, self.box[0] - margin, self.box[1] + margin)
+            if self.chord > 0.0:
+                thickness = untag(np.asarray(mesh.face_id, dtype=np.int64), self.chord)
+                self.thin = mean_skin(mesh.vert_properties, mesh.tri_verts, thickness)
+
+    def cover(self, skin: Skin) -> None:
+        """Replace the skin; now and then, places over which the solid no longer reaches are forgotten."""
+        if len(skin.volume) > 2 * self.tidied + 256 and self.window is not None:
+            skin = skin.where(self.window.sees(skin.boxes))
+            self.tidied = len(skin.volume)
+        self.skin = skin
+
+    @property
+    def lacking(self) -> float:
+        """mm^3 that INNER has too much in the mean: under its facets, and of a raw stock that is round."""
+        return self.thin + RAW_EXTRA * (self.volumes[Side.INNER] - self.volumes[Side.OUTER])
 
     def halve(self) -> None:
         """Split across the longest side, in the middle."""
@@ -89,7 +121,8 @@ class Tile:
                 above, below = part.split_by_plane(normal, at)
                 shared[id(part)] = checked(above), checked(below)
             upper[side], lower[side] = shared[id(part)]
-        halves = Tile.of(upper), Tile.of(lower)
+        skins = self.skin.split(axis, at)
+        halves = Tile.of(upper, self.chord, skins[0]), Tile.of(lower, self.chord, skins[1])
         if halves[0] is None or halves[1] is None:  # all on one side: its box was not tight
             only = halves[0] or halves[1]
             assert only is not None
@@ -99,6 +132,7 @@ class Tile:
         for k, half in enumerate(self.halves):
             half.turns, half.color = self.turns + 1 - k, self.color
         self.solids.clear()
+        self.skin = NO_SKIN
 
     def leaves(self) -> Iterator[Tile]:
         """Tiles that are not halved, in a fixed order."""
@@ -111,9 +145,8 @@ class Tile:
                 yield tile
 
 
-def _window(solid: Manifold, lo: Floats, hi: Floats) -> Window:
+def _window(mesh: Mesh64, lo: Floats, hi: Floats) -> Window:
     """Box of a solid with a grid of how high it reaches."""
-    mesh = solid.to_mesh64()
     cell = max(float((hi - lo)[:2].max()) / ROOF_CELLS, 1e-3)
     heights = np.empty(tuple(int(n) for n in np.ceil((hi - lo)[:2] / cell)))
     _kernels.roof(mesh.vert_properties, mesh.tri_verts, lo, cell, heights)  # type: ignore[no-untyped-call]

@@ -1,0 +1,172 @@
+"""Bounds in advance: against closed forms, and against two workpieces that know nothing of frustums."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+
+from vmachining.engines.mesh import MeshEngine, box_stock, cylinder_stock
+from vmachining.engines.mesh.facets import Side
+from vmachining.engines.mesh.skin import supports, thick, untag
+from vmachining.engines.mesh.straight import facets
+from vmachining.errors import EngineError
+from vmachining.geometry import Arc, Line
+from vmachining.sweep import Pose, Sweep
+from vmachining.sweep.turned import meridian_rows
+from vmachining.tool import BallNose, BullNose, FlatEnd, Taper
+
+TOOLS = {
+    "flat": FlatEnd(diameter=6, length=30),
+    "ball": BallNose(diameter=6, length=30),
+    "bull": BullNose(diameter=8, corner_radius=1.5, length=30),
+    "taper": Taper(diameter=3, taper_deg=10, corner_radius=0.7, length=30),
+}
+LO, HI = (0.0, 0.0, -10.0), (24.0, 18.0, 0.0)
+
+
+def segment(radius, depth):
+    return radius**2 * np.arccos(1 - depth / radius) - (radius - depth) * np.sqrt(
+        depth * (2 * radius - depth)
+    )
+
+
+@pytest.mark.parametrize(
+    ("tool", "depth", "section"),
+    [
+        ("flat", 2.0, 6.0 * 2.0),
+        ("ball", 1.0, segment(3.0, 1.0)),
+        ("bull", 3.0, 8.0 * 3.0 - (2 - np.pi / 2) * 1.5**2),
+    ],
+)
+@pytest.mark.parametrize("path", ["line", "circle"])
+def test_grooves_with_a_closed_form(tool, depth, section, path):
+    """A groove along a line, and around a circle: Pappus and Guldin, the section is symmetric about its way."""
+    way = Line((-10, 9, -depth), (34, 9, -depth))
+    length = 24.0
+    if path == "circle":
+        way, length = Arc((17, 9, -depth), (12, 9, -depth), angle=2 * np.pi), 2 * np.pi * 5.0
+    engine = MeshEngine(box_stock((0, -10, -10), (24, 30, 0)), 0.01)
+    lo, estimate, hi = engine.cut(Sweep.along(TOOLS[tool].cutter, way))
+    exact = section * length
+    assert lo <= exact * (1 + 1e-12) and exact * (1 - 1e-12) <= hi
+    assert hi - lo < 0.02 * exact
+    assert abs(estimate - exact) < 1e-4 * exact
+    again = engine.cut(Sweep.along(TOOLS[tool].cutter, way))
+    assert again.lo == 0.0 and again.estimate <= 1e-9 * exact
+
+
+steps = st.sampled_from(["pass", "pass", "ramp", "plunge", "jump", "arc", "helix", "upright arc"])
+
+
+@settings(max_examples=12, deadline=None, phases=[Phase.generate])
+@given(st.data(), st.sampled_from(sorted(TOOLS)), st.booleans(), st.sampled_from([0.05, 0.02]))
+def test_both_kinds_of_bracket_hold_one_truth(data, tool, is_round, chord):
+    """Random programs: both brackets contain the truth, so they overlap; the estimate lies in the narrower one."""
+
+    def number(low, high):
+        return data.draw(st.floats(low, high, allow_nan=False))
+
+    def stock():
+        return cylinder_stock((12, 9), 9.0, (-10, 0), chord=chord) if is_round else box_stock(LO, HI)
+
+    once, twice = MeshEngine(stock(), chord), MeshEngine(stock(), chord, certify=True)
+    cutter = TOOLS[tool].cutter
+    at = np.array([number(-2, 26), number(-2, 20), number(-3, 1)])
+    for k in range(8):
+        kind = data.draw(steps)
+        angle = number(-3.0, 3.0)
+        path: Line | Arc
+        if kind == "plunge":
+            path = Line(at, at + [0.0, 0.0, number(-3, 3)])
+        elif kind in ("arc", "helix"):
+            centre = at + data.draw(st.sampled_from([1.0, 3.0, 8.0])) * np.array(
+                [np.cos(angle), np.sin(angle), 0.0]
+            )
+            path = Arc(at, centre, angle=angle, rise=0.0 if kind == "arc" else number(-2, 2))
+        elif kind == "upright arc":
+            path = Arc(at, at + [2.0, 0.0, 1.0], angle=0.3 * angle, axis=1)
+        else:
+            rise = 0.0 if kind == "pass" else number(-2, 2)
+            path = Line(at, at + [number(-14, 14), number(-14, 14), rise])
+        sweep = Sweep.along(cutter, path)
+        a, b = once.cut(sweep, k), twice.cut(sweep, k)
+        noise = 1e-9 * (1.0 + b.hi)
+        assert a.lo <= b.hi + noise and b.lo <= a.hi + noise
+        assert a.lo <= a.estimate <= a.hi
+        at = path.position(1.0)
+        if kind == "jump":
+            at = np.array([number(-2, 26), number(-2, 20), number(-5, 1)])
+    left, other = once.volume, twice.volume
+    assert left.lo <= other.hi and other.lo <= left.hi
+
+
+def test_a_finished_slope_against_quadrature():
+    """Overlapping passes of a ball on a slope: the heights they leave are ellipses across the way."""
+    once, twice = (MeshEngine(box_stock(LO, HI), 0.01, certify=c) for c in (False, True))
+    cutter, radius, slope = TOOLS["ball"].cutter, 3.0, -0.05
+    sides = np.arange(2.0, 16.0, 0.8)
+    corners = [
+        (x, y, -1.0 + slope * x - 0.02 * y)
+        for k, y in enumerate(sides)
+        for x in ((-4, 28) if k % 2 else (28, -4))
+    ]
+    for a, b in pairwise(corners):
+        quick, sure = (engine.cut(Sweep.along(cutter, Line(a, b))) for engine in (once, twice))
+        assert sure.lo <= quick.estimate <= sure.hi
+    y = (np.arange(18_000) + 0.5) / 1000
+    x = (np.arange(24) + 0.5)[:, None]  # heights are linear along the passes: any number of columns will do
+    heights = np.zeros((24, len(y)))
+    for side in sides:
+        across = radius**2 - (y - side) ** 2
+        low = (
+            -1.0 + slope * x - 0.02 * side + radius - np.sqrt(np.maximum(across, 0.0)) * np.hypot(1.0, slope)
+        )
+        heights = np.where(across > 0.0, np.minimum(heights, low), heights)
+    truth = -float(heights.sum()) / 1000
+    gone = once.stock_volume.estimate - once.volume.estimate
+    assert gone == pytest.approx(truth, rel=1e-4)
+    assert once.volume.holds(18 * 24 * 10 - truth) and twice.volume.holds(18 * 24 * 10 - truth)
+
+
+@pytest.mark.parametrize("tool", TOOLS)
+def test_no_facet_lies_deeper_than_its_gauge(tool):
+    """Points of the true surface, seen from the facet below them."""
+    for part, run in zip(
+        *(lambda f: (f.parts, f.runs))(facets(TOOLS[tool].cutter, 0.02, Side.INNER)), strict=True
+    ):
+        assert part.gauge is not None
+        corners = part.body.points[part.body.triangles]
+        plane = np.einsum("ij,ij->i", part.body.normals, corners[:, 0])
+        z = np.linspace(run.z_min, run.z_max, 400)
+        turn = np.linspace(0, 2 * np.pi, 73)[:, None]
+        r = run.radius_at(z)
+        true = np.stack([r * np.cos(turn), r * np.sin(turn), z + 0 * turn], axis=-1).reshape(-1, 3)
+        above = (true @ part.body.normals.T).max(axis=0) - plane
+        assert (above <= part.gauge.most + 1e-12).all()
+        assert (part.gauge.mean <= part.gauge.most + 1e-12).all() and (part.gauge.mean >= 0.0).all()
+
+
+def test_supports_of_a_ball_and_of_a_cylinder():
+    angle = np.linspace(-np.pi / 2, np.pi / 2, 19)
+    n = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    ball = meridian_rows(BallNose(diameter=6, length=3.0).cutter)  # half a ball
+    lower = n[:, 1] <= 0
+    assert supports(ball, n[lower]) == pytest.approx(3.0 + 3.0 * n[lower, 1], abs=1e-12)
+    rod = meridian_rows(FlatEnd(diameter=6, length=30).cutter)
+    assert supports(rod, n) == pytest.approx(3.0 * n[:, 0] + np.maximum(30.0 * n[:, 1], 0.0), abs=1e-12)
+
+
+def test_a_mean_travels_with_its_facet():
+    mean = np.array([0.0, 1e-6, 0.0034567, 0.0799])
+    ids = thick(mean, np.arange(4), 0.01)
+    assert len(set(ids.tolist())) == 4 and (ids < 2**31).all()
+    assert untag(ids, 0.01) == pytest.approx(mean, abs=0.01 / 2**16)
+    assert (untag(np.arange(5000), 0.01) == 0.0).all()
+
+
+def test_turning_tools_want_two_workpieces():
+    turn = Sweep(TOOLS["ball"].cutter, Pose((5, 5, -1), (0, 0, 1)), Pose((15, 5, -1), (0.6, 0, 0.8)))
+    with pytest.raises(EngineError, match="certify"):
+        MeshEngine(box_stock(LO, HI)).cut(turn)

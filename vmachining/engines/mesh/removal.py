@@ -1,0 +1,170 @@
+"""One sweep against one tile: what it removes, with a bracket, once bounded in advance and once by two workpieces.
+
+In advance (`cut_once`): the tile's solid is cut by the inner sweep, one boolean. What inner facets leave is
+bounded by frustums, see `vmachining.engines.mesh.skin`, and its mean makes the estimate. Raw stock that is not
+exactly a mesh (a round one) has a larger and a smaller solid; both are cut alike, and what only the larger one
+loses is not in lo.
+
+By two workpieces (`cut_twice`): A is cut by inner sweeps, B by outer ones, W the sweep:
+
+    hi = vol(A and W_outer)      the most that can be left, cut by the most that can cut
+    lo = vol(B and W_inner)      the least by the least
+    estimate = w vol(A and W_inner) + (1 - w) vol(B and W_outer)
+
+W_inner < W < W_outer for every block, so B < S < A by induction for the true workpiece S, hence lo <= truth <= hi.
+Both volumes of the estimate lie between lo and hi too. The weight w cancels the error of the facets, see
+`solids.balance`: it is 1/3 on the level, where facets lie along the motion, and follows the silhouette of the
+cutter on slopes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from manifold3d import Manifold, OpType
+
+from vmachining.engines.mesh.facets import Side
+from vmachining.engines.mesh.skin import Skin, thick
+from vmachining.engines.mesh.solids import balance, checked, cutters, manifold, pieces
+from vmachining.engines.mesh.straight import Facets, facets
+from vmachining.engines.mesh.tiles import SIDES, Tile
+from vmachining.geometry import Bracket, Line
+from vmachining.sweep import Sweep, Turn
+from vmachining.tolerance import VOLUME_REL
+
+__all__ = ["AIR", "Cut", "cut_once", "cut_twice", "shared"]
+
+TWICE_REL = 3e-6
+"""Part of a turning sweep that its meshes may count twice or leave as crevices, at most, where a disc tilts into
+what it has just left; seen on hundreds of random blocks, see `turning`. Brackets are widened by it."""
+
+MANY = 3
+"""Pieces of a sweep that are united before they meet a large solid."""
+
+AIR = Bracket(0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cut:
+    """One block on its way through the tiles.
+
+    chained : the cutter has been removed at the start of the path. run : id that its faces get, or None.
+    """
+
+    sweep: Sweep
+    chord: float
+    chained: bool
+    run: int | None
+
+    def facets(self, side: Side) -> Facets:
+        """The cutter from one side."""
+        return facets(self.sweep.profile, self.chord, side)
+
+    @property
+    def weight(self) -> float:
+        """Of the inner solids in the estimate of `cut_twice`."""
+        return balance(self.sweep, self.facets(Side.INNER), self.facets(Side.OUTER))
+
+
+def cut_once(tile: Tile, cut: Cut) -> Bracket:
+    """Remove a sweep of an upright tool from a tile; mm^3, bounded in advance."""
+    sweep, window = cut.sweep, tile.window
+    tool = cut.facets(Side.INNER)
+    solids, left = [], []
+    for piece in pieces(sweep, tool, window, cut.chained, skinned=True):
+        if len(piece.skin):
+            left.append(Skin.of(piece.skin))
+        if len(piece.triangles):
+            assert piece.mean is not None and piece.kin is not None
+            ids = thick(piece.mean, piece.kin, cut.chord)
+            solids.append(manifold(piece.points, piece.triangles, cut.run, ids))
+    if not solids and not left:
+        return AIR
+    skin = Skin.joined(left)
+    if len(left) > 1 or not isinstance(sweep.path, Line):  # facets inside another piece leave nothing
+        skin = skin.under(sweep, cut.chord)[1]
+    large, small = tile.solids[Side.INNER], tile.solids[Side.OUTER]
+    noise = VOLUME_REL * (1.0 + tile.volumes[Side.INNER])
+    loss = dict.fromkeys(SIDES, 0.0)
+    if solids:
+        rest = minus(large, solids)
+        loss[Side.INNER] = tile.volumes[Side.INNER] - float(rest.volume())
+    if loss[Side.INNER] <= noise:  # rounding, not metal: leave the solid as it is, exactly
+        if not skin.total > 0.0:
+            return AIR
+        tile.cover(Skin.joined([tile.skin, skin]))
+        return Bracket(0.0, 0.0, noise + skin.total)
+    met, kept = tile.skin.under(sweep, cut.chord)
+    before = tile.lacking
+    other = rest
+    if small is not large:
+        other = minus(small, solids)
+        loss[Side.OUTER] = tile.volumes[Side.OUTER] - float(other.volume())
+    else:
+        loss[Side.OUTER] = loss[Side.INNER]
+    tile.put(Side.INNER, rest)
+    tile.put(Side.OUTER, other)
+    tile.cover(Skin.joined([kept, skin]))
+    return Bracket(
+        max(0.0, min(loss.values()) - met - noise),
+        loss[Side.INNER] + tile.lacking - before,
+        loss[Side.INNER] + skin.total + noise,
+    )
+
+
+def cut_twice(tile: Tile, cut: Cut) -> Bracket:
+    """Remove a sweep from both workpieces of a tile; mm^3."""
+
+    def solids(side: Side) -> list[Manifold]:
+        return cutters(cut.sweep, cut.facets(side), tile.window, chained=cut.chained, block_id=cut.run)
+
+    outer = solids(Side.OUTER)
+    if not outer:
+        return AIR
+    inner_cut, outer_cut = tile.solids[Side.INNER], tile.solids[Side.OUTER]
+    fresh = inner_cut is outer_cut
+    noise = VOLUME_REL * (1.0 + tile.volumes[Side.INNER])
+    rest = dict.fromkeys(SIDES, inner_cut)
+    if fresh:
+        rest[Side.OUTER] = minus(inner_cut, outer)
+        hi = tile.volumes[Side.INNER] - float(rest[Side.OUTER].volume())
+    else:
+        hi = shared(inner_cut, outer)
+    if hi <= noise:  # rounding, not metal: leave the tile as it is, exactly
+        return AIR
+    inner = solids(Side.INNER)
+    lo = 0.0 if fresh else shared(outer_cut, inner)
+    rest[Side.INNER] = minus(inner_cut, inner)
+    if not fresh:
+        rest[Side.OUTER] = minus(outer_cut, outer)
+    removed = dict.fromkeys(SIDES, 0.0)
+    for side in SIDES:
+        loss = tile.volumes[side] - float(rest[side].volume())
+        if loss > noise:
+            removed[side] = loss
+            tile.put(side, rest[side])
+    if fresh:
+        lo = removed[Side.INNER]
+    if isinstance(cut.sweep.path, Turn) and not cut.sweep.path.is_steady:
+        noise += TWICE_REL * sum(float(cutter.volume()) for cutter in outer)
+    weight = cut.weight
+    estimate = weight * removed[Side.INNER] + (1.0 - weight) * removed[Side.OUTER]
+    return Bracket(max(0.0, min(lo - noise, estimate)), estimate, max(hi + noise, estimate))
+
+
+def minus(solid: Manifold, cutters: list[Manifold]) -> Manifold:
+    """The solid without the cutters."""
+    for cutter in cutters:
+        solid = solid - cutter
+    return checked(solid)
+
+
+def shared(solid: Manifold, cutters: list[Manifold]) -> float:
+    """mm^3 of the solid that the cutters take. One cutter: the chip is a smaller mesh than what it leaves."""
+    if not cutters or solid.is_empty():
+        return 0.0
+    if len(cutters) == 1:
+        return float(checked(solid ^ cutters[0]).volume())
+    if len(cutters) > MANY:
+        return float(checked(solid ^ Manifold.batch_boolean(cutters, OpType.Add)).volume())
+    return float(solid.volume()) - float(minus(solid, cutters).volume())

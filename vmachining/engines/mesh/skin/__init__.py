@@ -1,0 +1,73 @@
+"""What inner facets leave of the material they should have removed, bounded in advance.
+
+Let S be the true workpiece and A the one cut by inner sweeps V < W so far. A holds S. With a = vol(A and V) the
+volume that a block takes from A, the true removal is, exactly,
+
+    vol(S and W) = a + vol(S and (W - V)) - vol((A - S) and V)                                       (1)
+
+since S and W is what A and V has without A - S, and what S has between V and W. Both corrections are layers
+under facets, and both are bounded without a boolean:
+
+1. W - V is covered by frustums: V = conv(K, K + d) is star-shaped about an inner point, so a point of W - V lies
+   in the cone from there over one facet of V, beyond its plane by at most h_W(n) - h_V(n), the difference of the
+   supports in direction of its normal n, in closed form for a body of revolution. A frustum of thickness g over
+   an area F whose plane is h away from the point has g F (1 + g/h + g^2/(3 h^2)).
+2. Of these only what the roof of A lets be seen can hold material. Facets behind a start that the tool came to
+   in the block before are not counted: what lies beyond them and inside W is in the pose of the start, which is
+   no part of S any more. (Let n be the outward normal of the true cutter under such a facet, n . d <= 0. A point
+   x beyond it and outside of K that K + t d reaches has x - t d in K, so n . (x - z) <= t n . d <= 0 with z on the
+   surface under x: x is not beyond it.)
+3. The seen frustums of all blocks hold A - S: what a block adds to A - S is A and (W - V). A frustum wholly
+   inside a later V has left A, and leaves the store. The third term of (1) is at most the volume of the stored
+   frustums that meet W.
+
+Hence  a - sum of stored frustums that meet W  <=  removed  <=  a + sum of seen frustums  (`Skin`).
+
+Level arcs: in every plane through the arc's axis the inner ring holds the section of the inner meridian, drawn
+in by the depth of the circle's polygon; frustums over its edges are revolved. Paths taken as polygons: the
+true path keeps to a straight piece by a slack, which thickens the frustums. Frustums wholly inside another part
+of the same V are no part of W - V.
+
+The estimate does with means what the bracket does with bounds: V_est = vol(A) - sum of area times mean thickness
+over all triangles of A, and a block removes what V_est loses. The mean thickness of a facet is a quadrature of
+its distance to the true surface; under a silhouette, of the chord to the true shadow of the cutter, a parabola
+there. It travels with the facet as its face id. Sums of such estimates telescope.
+
+| file | holds |
+|---|---|
+| `layer.py` | `Skin`, `Gauge`, mean thickness as face ids |
+| `_kernels.py` | supports, frustums, means |
+
+Source: derived here; supports of convex bodies and Steiner's formula are textbook matter.
+
+Known limits: a frustum counts whole wherever it is met, so brackets of single thin chips stay wide; places on
+the plane between two tiles are stored in both.
+"""
+
+from vmachining.engines.mesh.skin.layer import (
+    NO_SKIN,
+    Gauge,
+    Leeway,
+    Skin,
+    boxes_seen,
+    gauge,
+    hull_skin,
+    mean_skin,
+    supports,
+    thick,
+    untag,
+)
+
+__all__ = [
+    "NO_SKIN",
+    "Gauge",
+    "Leeway",
+    "Skin",
+    "boxes_seen",
+    "gauge",
+    "hull_skin",
+    "mean_skin",
+    "supports",
+    "thick",
+    "untag",
+]

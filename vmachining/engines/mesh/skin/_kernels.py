@@ -1,0 +1,328 @@
+"""Bounds and means of the layer between the facets of an inner sweep and the surface it stands for.
+
+Legend
+    points (n, 3), triangles (m, 3), normals (m, 3), edges (k, 4)   the inner cutter, see `facets.Polyhedron`
+    most, mean (m,)   mm, largest and mean distance from a facet to the true cutter along its normal
+    seg           meridian of the true cutter, rows (r0, z0, r1, z1, cr, cz, R, ...); R = 0 is a line
+    cos, sin, p, d, lo, hi, apex, heights, corner, cell, rear   as in the kernels of straight sweeps
+    slack (2,)    mm by which the true path may leave the straight one: sideways, along the tool axis
+    lift (3,)     mm, mean distance of the true path from the straight one
+    inward (3,)   where a level arc goes on, zero elsewhere: facets wholly on that side of p lie in its ring
+"""
+
+import numpy as np
+
+from vmachining.jit import kernel
+from vmachining.sweep._kernels import meridian
+
+
+@kernel
+def support(seg, n_r, n_z):
+    """Largest r n_r + z n_z of a convex meridian, n_r >= 0."""
+    best = -np.inf
+    for i in range(seg.shape[0]):
+        best = max(best, seg[i, 0] * n_r + seg[i, 1] * n_z, seg[i, 2] * n_r + seg[i, 3] * n_z)
+        if seg[i, 6] > 0.0:
+            a_r, a_z = seg[i, 0] - seg[i, 4], seg[i, 1] - seg[i, 5]
+            b_r, b_z = seg[i, 2] - seg[i, 4], seg[i, 3] - seg[i, 5]
+            if a_r * n_z - a_z * n_r >= 0.0 and n_r * b_z - n_z * b_r >= 0.0:
+                size = np.sqrt(n_r * n_r + n_z * n_z)
+                best = max(best, seg[i, 4] * n_r + seg[i, 5] * n_z + seg[i, 6] * size)
+    return best
+
+
+@kernel
+def gauge(points, triangles, normals, seg, most, mean):
+    """Fill `most` and `mean` for the facets of a polyhedron inside the body of a meridian.
+
+    The mean is a quadrature of second degree (the gap is quadratic to leading order); each of its three
+    distances is found by Newton's method on the signed distance.
+    """
+    for t in range(triangles.shape[0]):
+        n = normals[t]
+        a, b, c = points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]]
+        top = support(seg, np.sqrt(n[0] * n[0] + n[1] * n[1]), n[2])
+        reach = max(n[0] * a[0] + n[1] * a[1] + n[2] * a[2], n[0] * b[0] + n[1] * b[1] + n[2] * b[2])
+        reach = max(reach, n[0] * c[0] + n[1] * c[1] + n[2] * c[2])
+        most[t] = max(0.0, top - reach)
+        total = 0.0
+        for k in range(3):
+            w_a = 2.0 / 3.0 if k == 0 else 1.0 / 6.0
+            w_b = 2.0 / 3.0 if k == 1 else 1.0 / 6.0
+            w_c = 2.0 / 3.0 if k == 2 else 1.0 / 6.0
+            x = w_a * a[0] + w_b * b[0] + w_c * c[0]
+            y = w_a * a[1] + w_b * b[1] + w_c * c[1]
+            z = w_a * a[2] + w_b * b[2] + w_c * c[2]
+            s = 0.0
+            for _ in range(30):
+                q_x, q_y, q_z = x + s * n[0], y + s * n[1], z + s * n[2]
+                rho = np.sqrt(q_x * q_x + q_y * q_y)
+                gap, n_r, n_z = meridian(seg, 0, seg.shape[0], rho, q_z)
+                slope = n_z * n[2]
+                if rho > 0.0:
+                    slope += n_r * (q_x * n[0] + q_y * n[1]) / rho
+                step = -gap / max(slope, 0.5)
+                s = min(max(s + step, 0.0), most[t])
+                if abs(step) <= 1e-12:
+                    break
+            total += s / 3.0
+        mean[t] = total
+
+
+@kernel
+def under_roof(x0, x1, y0, y1, z0, lo, hi, corner, heights, cell):
+    """Whether a box from z0 up can meet the solid below the grid of heights."""
+    if not (z0 <= hi[2] and x0 <= hi[0] and x1 >= lo[0] and y0 <= hi[1] and y1 >= lo[1]):
+        return False
+    nx, ny = heights.shape
+    i0, i1 = max(int((x0 - corner[0]) / cell), 0), min(int((x1 - corner[0]) / cell), nx - 1)
+    j0, j1 = max(int((y0 - corner[1]) / cell), 0), min(int((y1 - corner[1]) / cell), ny - 1)
+    for i in range(i0, i1 + 1):
+        for j in range(j0, j1 + 1):
+            if heights[i, j] >= z0:
+                return True
+    return False
+
+
+@kernel
+def boxes_seen(boxes, lo, hi, corner, heights, cell, out):
+    """`under_roof` for boxes (k, 2, 3); the grid must reach as high as the solid inside lo, hi."""
+    for k in range(boxes.shape[0]):
+        a, b = boxes[k, 0], boxes[k, 1]
+        out[k] = b[2] >= lo[2] and under_roof(a[0], b[0], a[1], b[1], a[2], lo, hi, corner, heights, cell)
+
+
+@kernel
+def overlapping(hulls, lo, hi, out):
+    """Whether the boxes of hulls (n, m, 3) overlap a box."""
+    for i in range(hulls.shape[0]):
+        out[i] = True
+        for axis in range(3):
+            a, b = hulls[i, 0, axis], hulls[i, 0, axis]
+            for j in range(1, hulls.shape[1]):
+                a, b = min(a, hulls[i, j, axis]), max(b, hulls[i, j, axis])
+            if a > hi[axis] or b < lo[axis]:
+                out[i] = False
+                break
+
+
+@kernel
+def _frustum(corners, gap, high, apex, lo, hi, corner, heights, cell, out):
+    """Whether the frustum over a facet (4, 3) is seen; then its eight corners and its volume are put into `out`.
+
+    The frustum holds what the cone from the apex over the facet has between its plane and `gap` above;
+    high: distance of the apex from the plane.
+    """
+    grow = gap / high
+    x0, y0, z0, x1, y1, z1 = np.inf, np.inf, np.inf, -np.inf, -np.inf, -np.inf
+    for k in range(4):
+        x, y, z = corners[k, 0], corners[k, 1], corners[k, 2]
+        x0, y0, z0 = min(x0, x), min(y0, y), min(z0, z)
+        x1, y1, z1 = max(x1, x), max(y1, y), max(z1, z)
+    # all of it moves away from the apex
+    x0, x1 = min(x0, x0 + grow * (x0 - apex[0])), max(x1, x1 + grow * (x1 - apex[0]))
+    y0, y1 = min(y0, y0 + grow * (y0 - apex[1])), max(y1, y1 + grow * (y1 - apex[1]))
+    z0, z1 = min(z0, z0 + grow * (z0 - apex[2])), max(z1, z1 + grow * (z1 - apex[2]))
+    if z1 < lo[2] or not under_roof(x0, x1, y0, y1, z0, lo, hi, corner, heights, cell):
+        return False
+    for k in range(4):
+        for i in range(3):
+            out[3 * k + i] = corners[k, i]
+            out[12 + 3 * k + i] = corners[k, i] + grow * (corners[k, i] - apex[i])
+    area = 0.0
+    for k in range(1, 3):
+        a, b, c = corners[0], corners[k], corners[k + 1]
+        u_x, u_y, u_z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+        v_x, v_y, v_z = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+        w_x, w_y, w_z = u_y * v_z - u_z * v_y, u_z * v_x - u_x * v_z, u_x * v_y - u_y * v_x
+        area += 0.5 * np.sqrt(w_x * w_x + w_y * w_y + w_z * w_z)
+    out[24] = area * gap * (1.0 + grow + grow * grow / 3.0)
+    return True
+
+
+@kernel
+def _cover(facet, gap, high, apex, lo, hi, corner, heights, cell, size, stack, rows, count):
+    """Add the seen parts of a facet (4, 3) to `rows`, halved to edges of at most `size`; (rows, count).
+
+    A triangle has its last corner twice; a parallelogram stays one.
+    """
+    stack[0] = facet
+    left = 1
+    row = np.empty(25)
+    edge = np.empty(4)
+    while left > 0:
+        left -= 1
+        now = stack[left].copy()
+        if not _frustum(now, gap, high, apex, lo, hi, corner, heights, cell, row):
+            continue
+        for k in range(4):
+            a, b = now[k], now[(k + 1) % 4]
+            edge[k] = (b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2 + (b[2] - a[2]) ** 2
+        at = 0
+        for k in range(1, 4):
+            if edge[k] > edge[at]:
+                at = k
+        if edge[at] <= size * size or left + 2 > stack.shape[0]:
+            if count == rows.shape[0]:
+                more = np.empty((2 * count, 25))
+                more[:count] = rows
+                rows = more
+            rows[count] = row
+            count += 1
+            continue
+        b, c, d = (at + 1) % 4, (at + 2) % 4, (at + 3) % 4
+        if edge[2] == 0.0:  # a triangle: from the middle of the longest edge to the corner across
+            c = 2 if at == 0 else (0 if at == 1 else 1)
+            b = 1 if at == 0 else (2 if at == 1 else 0)
+            for i in range(3):
+                middle = 0.5 * (now[at, i] + now[b, i])
+                stack[left, 0, i], stack[left, 1, i] = now[at, i], middle
+                stack[left, 2, i], stack[left, 3, i] = now[c, i], now[c, i]
+                stack[left + 1, 0, i], stack[left + 1, 1, i] = middle, now[b, i]
+                stack[left + 1, 2, i], stack[left + 1, 3, i] = now[c, i], now[c, i]
+        else:
+            for i in range(3):
+                near, far = 0.5 * (now[at, i] + now[b, i]), 0.5 * (now[c, i] + now[d, i])
+                stack[left, 0, i], stack[left, 1, i] = now[at, i], near
+                stack[left, 2, i], stack[left, 3, i] = far, now[d, i]
+                stack[left + 1, 0, i], stack[left + 1, 1, i] = near, now[b, i]
+                stack[left + 1, 2, i], stack[left + 1, 3, i] = now[c, i], far
+        left += 2
+    return rows, count
+
+
+@kernel
+def hull_skin(
+    points, triangles, normals, edges, most, mean, seg, cos, sin, p, d, lo, hi, apex, corner, heights, cell,
+    rear, slack, lift, inward, size,
+):  # fmt: skip
+    """Skin of conv(K + p, K + p + d), K the inner cutter, as far as a tile can see it.
+
+    Returns rows (k, 25): eight corners and the volume of the frustums; means (m + k,): mean distance of the
+    truth from every facet, then from the parallelogram behind every edge.
+    """
+    n, m = points.shape[0], triangles.shape[0]
+    at = np.empty((n, 3))
+    for v in range(n):
+        at[v, 0] = p[0] + cos * points[v, 0] - sin * points[v, 1]
+        at[v, 1] = p[1] + sin * points[v, 0] + cos * points[v, 1]
+        at[v, 2] = p[2] + points[v, 2]
+    rows, count = np.empty((256, 25)), 0
+    means = np.zeros(m + edges.shape[0])
+    front = np.empty(m, np.bool_)
+    stack = np.empty((64, 4, 3))
+    facet = np.empty((4, 3))
+    sided = inward[0] != 0.0 or inward[1] != 0.0 or inward[2] != 0.0
+    tiny = 1e-13 * (1.0 + abs(apex[0]) + abs(apex[1]) + abs(apex[2]))
+
+    for t in range(m):
+        n_x = cos * normals[t, 0] - sin * normals[t, 1]
+        n_y = sin * normals[t, 0] + cos * normals[t, 1]
+        n_z = normals[t, 2]
+        ahead = n_x * d[0] + n_y * d[1] + n_z * d[2]
+        front[t] = ahead > 0.0
+        extra = slack[0] * np.sqrt(n_x * n_x + n_y * n_y) + slack[1] * abs(n_z)
+        means[t] = max(0.0, mean[t] + n_x * lift[0] + n_y * lift[1] + n_z * lift[2])
+        gap = most[t] + extra
+        if ahead < -rear or gap <= tiny:
+            continue
+        outside = not sided
+        for k in range(4):
+            q = at[triangles[t, min(k, 2)]]
+            for i in range(3):
+                facet[k, i] = q[i] + (d[i] if front[t] else 0.0)
+            if sided:
+                side = inward[0] * (q[0] - p[0]) + inward[1] * (q[1] - p[1])
+                outside = outside or side < 2.0 * gap
+        if not outside:
+            continue
+        high = -np.inf
+        for k in range(3):
+            high = max(
+                high,
+                n_x * (facet[k, 0] - apex[0]) + n_y * (facet[k, 1] - apex[1]) + n_z * (facet[k, 2] - apex[2]),
+            )
+        rows, count = _cover(
+            facet, gap, max(high, tiny), apex, lo, hi, corner, heights, cell, size, stack, rows, count
+        )
+
+    length = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
+    if length == 0.0:
+        return rows[:count], means
+    for e in range(edges.shape[0]):
+        left, right = front[edges[e, 2]], front[edges[e, 3]]
+        if left == right:
+            continue
+        u, v = (edges[e, 0], edges[e, 1]) if right else (edges[e, 1], edges[e, 0])
+        # outward: the quad runs v, u, u + d, v + d
+        e_x, e_y, e_z = at[u, 0] - at[v, 0], at[u, 1] - at[v, 1], at[u, 2] - at[v, 2]
+        n_x, n_y, n_z = e_y * d[2] - e_z * d[1], e_z * d[0] - e_x * d[2], e_x * d[1] - e_y * d[0]
+        size_n = np.sqrt(n_x * n_x + n_y * n_y + n_z * n_z)
+        if size_n <= 1e-12 * length * (abs(e_x) + abs(e_y) + abs(e_z)):
+            continue
+        n_x, n_y, n_z = n_x / size_n, n_y / size_n, n_z / size_n
+        n_h = np.sqrt(n_x * n_x + n_y * n_y)
+        reach = max(
+            n_x * (at[u, 0] - p[0]) + n_y * (at[u, 1] - p[1]) + n_z * (at[u, 2] - p[2]),
+            n_x * (at[v, 0] - p[0]) + n_y * (at[v, 1] - p[1]) + n_z * (at[v, 2] - p[2]),
+        )
+        gap = max(0.0, support(seg, n_h, n_z) - reach)
+        means[m + e] = _mean_gap(seg, gap, at[v], at[u], p, d, length, n_x, n_y, n_z)
+        means[m + e] = max(0.0, means[m + e] + n_x * lift[0] + n_y * lift[1] + n_z * lift[2])
+        gap += slack[0] * n_h + slack[1] * abs(n_z)
+        if gap <= tiny:
+            continue
+        high = n_x * (at[u, 0] - apex[0]) + n_y * (at[u, 1] - apex[1]) + n_z * (at[u, 2] - apex[2])
+        for i in range(3):
+            facet[0, i], facet[1, i] = at[v, i], at[u, i]
+            facet[2, i], facet[3, i] = at[u, i] + d[i], at[v, i] + d[i]
+        rows, count = _cover(
+            facet, gap, max(high, tiny), apex, lo, hi, corner, heights, cell, size, stack, rows, count
+        )
+    return rows[:count], means
+
+
+@kernel
+def _mean_gap(seg, gap, a, b, p, d, length, n_x, n_y, n_z):
+    """Mean distance, along n, from the edge a b to the shadow of the true cutter along d.
+
+    Near the point of contact of the tangent with normal n the shadow is a parabola of radius h + h'', h its
+    support over the angle in the plane across d.
+    """
+    d_x, d_y, d_z = d[0] / length, d[1] / length, d[2] / length
+    # c = d x n runs along the edge in that plane
+    c_x, c_y, c_z = d_y * n_z - d_z * n_y, d_z * n_x - d_x * n_z, d_x * n_y - d_y * n_x
+    step = 1e-3
+    cos, sin = np.cos(step), np.sin(step)
+    h = support(seg, np.sqrt(n_x * n_x + n_y * n_y), n_z)
+    values = np.empty(2)
+    for k in range(2):
+        s = sin if k == 0 else -sin
+        x, y, z = cos * n_x + s * c_x, cos * n_y + s * c_y, cos * n_z + s * c_z
+        values[k] = support(seg, np.sqrt(x * x + y * y), z)
+    slope = (values[0] - values[1]) / (2.0 * step)  # h', the place of contact along c
+    radius = h + (values[0] - 2.0 * h + values[1]) / (step * step)
+    from_, to = 0.0, 0.0
+    for i in range(3):
+        c = c_x if i == 0 else (c_y if i == 1 else c_z)
+        from_ += c * (a[i] - p[i])
+        to += c * (b[i] - p[i])
+    if not radius > 1e-6 or from_ == to:
+        return 0.5 * gap  # an edge of the cutter: the gap is a triangle
+    x, y = from_ - slope, to - slope
+    return min(max(gap - (x * x + x * y + y * y) / (6.0 * radius), 0.0), gap)
+
+
+@kernel
+def area_sums(points, triangles, weight):
+    """Sum of area times weight (m,) over triangles."""
+    total = 0.0
+    for t in range(triangles.shape[0]):
+        if weight[t] == 0.0:
+            continue
+        a, b, c = points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]]
+        x = (b[1] - a[1]) * (c[2] - a[2]) - (b[2] - a[2]) * (c[1] - a[1])
+        y = (b[2] - a[2]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[2] - a[2])
+        z = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+        total += 0.5 * np.sqrt(x * x + y * y + z * z) * weight[t]
+    return total

@@ -1,0 +1,155 @@
+"""The layer between inner facets and the truth: where it may be, how large, and how thick in the mean."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from vmachining.arrays import Bools, Floats, Ints
+from vmachining.engines.mesh.skin import _kernels
+from vmachining.sweep import Sweep
+
+__all__ = [
+    "NO_SKIN",
+    "Gauge",
+    "Leeway",
+    "Skin",
+    "boxes_seen",
+    "gauge",
+    "hull_skin",
+    "mean_skin",
+    "supports",
+    "thick",
+    "untag",
+]
+
+boxes_seen = _kernels.boxes_seen
+
+
+class Gauge(NamedTuple):
+    """How far the facets of an inner cutter lie below its surface.
+
+    most, mean : (m,) mm, along the normal of each facet. meridian : (k, 10) rows of the true cutter.
+    """
+
+    most: Floats
+    mean: Floats
+    meridian: Floats
+
+
+def gauge(points: Floats, triangles: Ints, normals: Floats, meridian: Floats) -> Gauge:
+    """Gauge of a polyhedron (points (n, 3), triangles (m, 3), unit normals (m, 3)) inside a convex body."""
+    most, mean = np.empty((2, len(triangles)))
+    _kernels.gauge(points, triangles, normals, meridian, most, mean)  # type: ignore[no-untyped-call]
+    return Gauge(most, mean, meridian)
+
+
+def supports(meridian: Floats, normals: Floats) -> Floats:
+    """(k,) support of a convex body of revolution in directions (k, 2) of (n_r, n_z), n_r >= 0."""
+    return np.array([_kernels.support(meridian, *n) for n in normals.tolist()])  # type: ignore[no-untyped-call]
+
+
+class Leeway(NamedTuple):
+    """How a true path may differ from the straight one, see the legend of `_kernels.py`."""
+
+    slack: Floats
+    lift: Floats
+    inward: Floats
+
+
+class Skin(NamedTuple):
+    """Places that hold a layer of the workpiece that is not really there.
+
+    corners : (n, 8, 3) mm, the convex hull of which holds a place. volume : (n,) mm^3, at most.
+    """
+
+    corners: Floats
+    volume: Floats
+
+    @classmethod
+    def of(cls, rows: Floats) -> Skin:
+        """From rows (n, 25)."""
+        return cls(rows[:, :24].reshape(-1, 8, 3), rows[:, 24])
+
+    @classmethod
+    def joined(cls, parts: Sequence[Skin]) -> Skin:
+        """All places of several skins."""
+        if len(parts) < 2:
+            return parts[0] if parts else NO_SKIN
+        return cls(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+    @property
+    def total(self) -> float:
+        """mm^3, at most."""
+        return float(self.volume.sum())
+
+    def where(self, kept: Bools) -> Skin:
+        """Those places alone."""
+        return Skin(self.corners[kept], self.volume[kept])
+
+    def split(self, axis: int, at: float) -> tuple[Skin, Skin]:
+        """What can be above and what below a plane across an axis; places on it are on both sides."""
+        along = self.corners[:, :, axis]
+        return self.where(along.max(axis=1) > at), self.where(along.min(axis=1) < at)
+
+    @property
+    def boxes(self) -> Floats:
+        """(n, 2, 3) mm."""
+        return np.stack([self.corners.min(axis=1), self.corners.max(axis=1)], axis=1)
+
+    def under(self, sweep: Sweep, depth: float) -> tuple[float, Skin]:
+        """mm^3 that the sweep can meet at most, and the places that are not wholly cut away by it.
+
+        depth : mm; what is at least that deep in the sweep is in its inner mesh as well.
+        """
+        lo, hi = sweep.bounds
+        near = np.empty(len(self.volume), dtype=np.bool_)
+        _kernels.overlapping(self.corners, lo, hi, near)  # type: ignore[no-untyped-call]
+        if not near.any():
+            return 0.0, self
+        low, high = sweep.hull_distance(self.corners[near], within=ROUGH_MM)
+        met = float(self.volume[near][low <= 0.0].sum())
+        gone = high <= -depth
+        if not gone.any():
+            return met, self
+        near[near] = gone
+        return met, self.where(~near)
+
+
+NO_SKIN = Skin(np.empty((0, 8, 3)), np.empty(0))
+
+ROUGH_MM = 1e-4
+"""Distances to a sweep need not be better: a hundredth of the facets' usual depth."""
+
+TAGS = 1 << 12
+"""Facets of one sweep told apart: neighbours differ by far less."""
+
+LEVELS = 1 << 15
+"""Steps of one chord in which a mean thickness travels with a facet, eight chords at most."""
+
+OURS = 1 << 30
+"""Set in face ids of sweeps; manifold3d numbers the faces of other solids from 0."""
+
+
+def thick(mean: Floats, kin: Ints, chord: float) -> Ints:
+    """(m,) face ids that carry a mean thickness (m,) mm along; triangles with equal `kin` share one.
+
+    manifold3d keeps a face id of 31 bits through every boolean.
+    """
+    level = np.clip(np.rint(mean * (LEVELS / chord)), 0, 8 * LEVELS - 1).astype(np.int64)
+    return OURS + level * TAGS + kin % TAGS
+
+
+def untag(face_id: Ints, chord: float) -> Floats:
+    """(m,) mm, the mean thickness that face ids carry."""
+    return np.where(face_id >= OURS, (face_id & (OURS - 1)) // TAGS * (chord / LEVELS), 0.0)
+
+
+def mean_skin(points: Floats, triangles: Ints, thickness: Floats) -> float:
+    """mm^3, area times thickness (m,) summed over triangles."""
+    return float(_kernels.area_sums(points, triangles, thickness))  # type: ignore[no-untyped-call]
+
+
+hull_skin = _kernels.hull_skin

@@ -1,0 +1,170 @@
+"""Cutters made of convex facets, and the closed mesh of one of them that moves in a straight line."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from vmachining.arrays import Floats, Ints
+from vmachining.engines.mesh import _kernels
+from vmachining.engines.mesh.facets import (
+    FACET_SHARE,
+    Polyhedron,
+    Side,
+    grown,
+    meridian,
+    narrowed,
+    polyhedron,
+)
+from vmachining.engines.mesh.skin import Gauge, Leeway, gauge, hull_skin
+from vmachining.engines.mesh.window import Window
+from vmachining.sweep.turned import meridian_rows
+from vmachining.tool import Profile
+
+__all__ = ["Facets", "Part", "Piece", "facets", "shape_key", "shifted", "straight"]
+
+_NO_GRID = np.zeros((1, 1))
+
+NO_ROWS = np.empty((0, 25))
+
+STIFF = Leeway(np.zeros(2), np.zeros(3), np.zeros(3))
+
+SKIN_CELLS = 2.0
+"""Largest place of a skin, in cells of the grid of heights: smaller ones are not better seen."""
+
+
+class Part(NamedTuple):
+    """Convex part of a cutter: its meridian (k, 2), the polyhedron of its circles, and what that lacks."""
+
+    line: Floats
+    body: Polyhedron
+    gauge: Gauge | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Facets:
+    """A cutter ready to be swept. One part per convex run of its meridian, with the run itself."""
+
+    parts: tuple[Part, ...]
+    runs: tuple[Profile, ...]
+    sag: float
+    side: Side
+
+
+class Piece(NamedTuple):
+    """Closed mesh, part of a sweep. points (n, 3); triangles (m, 3).
+
+    mean (m,): mm between a facet and the truth in the mean, None where nobody asked. kin (m,): equal for
+    triangles of one plane facet. skin (k, 25): rows of `Skin` between this piece and the truth.
+    """
+
+    points: Floats
+    triangles: Ints
+    mean: Floats | None = None
+    kin: Ints | None = None
+    skin: Floats = NO_ROWS
+
+
+def facets(profile: Profile, chord: float, side: Side) -> Facets:
+    """Facets of a cutter whose inner and outer solids differ by at most about `chord`; remembered by shape."""
+    key = (profile.points.tobytes(), profile.centers.tobytes(), profile.radii.tobytes(), chord, side)
+    known = _known.get(key)
+    if known is None:
+        if len(_known) > 256:
+            _known.clear()
+        known = _known[key] = _facets(profile, chord, side)
+    return known
+
+
+def shape_key(profile: Profile) -> str:
+    """Equal for equal shapes, also in another session."""
+    parts = profile.points.tobytes(), profile.centers.tobytes(), profile.radii.tobytes()
+    return hashlib.sha256(b"|".join(parts)).hexdigest()
+
+
+_known: dict[tuple[bytes, bytes, bytes, float, Side], Facets] = {}
+_shifted: dict[tuple[bytes, float, float, float, Side], Part | None] = {}
+
+
+def _facets(profile: Profile, chord: float, side: Side) -> Facets:
+    sag = chord / FACET_SHARE
+    runs = tuple(profile.convex_pieces())
+    parts = tuple(_part(meridian(run, sag, side), run, sag, side) for run in runs)
+    return Facets(parts, runs, sag, side)
+
+
+def _part(line: Floats, run: Profile, sag: float, side: Side) -> Part:
+    body = polyhedron(line, sag, side)
+    lacks = None
+    if side is Side.INNER:
+        lacks = gauge(body.points, body.triangles, body.normals, meridian_rows(run))
+    return Part(line, body, lacks)
+
+
+def shifted(part: Part, run: Profile, tool: Facets, radial: float, axial: float) -> Part | None:
+    """The part grown (outer) or narrowed (inner) by an error of the path; None if nothing is left of it."""
+    key = (part.line.tobytes(), radial, axial, tool.sag, tool.side)
+    if key not in _shifted:
+        if len(_shifted) > 256:
+            _shifted.clear()
+        change = narrowed if tool.side is Side.INNER else grown
+        line = change(part.line, radial, axial)
+        _shifted[key] = None if line is None else _part(line, run, tool.sag, tool.side)
+    return _shifted[key]
+
+
+def straight(
+    part: Part,
+    start: Floats,
+    end: Floats,
+    window: Window | None,
+    *,
+    heading: Floats | None = None,
+    chained: bool = False,
+    skinned: bool = False,
+    leeway: Leeway = STIFF,
+) -> Iterator[Piece]:
+    """conv(K(start), K(end)) with K facetted beside the heading (of the motion, unless given).
+
+    With `chained` the cutter at the start has been removed before, and its rear is left out. `skinned` asks for
+    means and skin, in a window; there may then be a piece without triangles.
+    """
+    cutter = part.body
+    d = end - start
+    along = d if heading is None else heading
+    level = float(np.hypot(along[0], along[1]))
+    cos, sin = (along[0] / level, along[1] / level) if level > 0.0 else (1.0, 0.0)
+    bottom, top = cutter.height
+    apex = start + [0.0, 0.0, bottom + 0.999 * (top - bottom)]  # inside the cutter at its start
+    corner, heights, cell, cull = start, _NO_GRID, 1.0, False
+    lo, hi = np.full(3, -np.inf), np.full(3, np.inf)
+    if window is not None:
+        slack = 0.0
+        if skinned and part.gauge is not None:  # the true sweep reaches a little farther
+            slack = float(part.gauge.most.max() + leeway.slack.sum())
+        reach = [cutter.reach + slack, cutter.reach + slack, 0.0]
+        low, high = np.minimum(start, end) - reach, np.maximum(start, end) + reach
+        found = window.within(np.stack([low + [0.0, 0.0, bottom - slack], high + [0.0, 0.0, top]]))
+        if found is None:
+            return
+        lo, hi = found
+        corner, heights, cell = window.lo, window.heights, window.cell
+        cull = bool(hi[2] < apex[2] - 0.05 * (top - bottom))
+    rear = cutter.turn * float(np.linalg.norm(d)) if chained and d.any() else np.inf
+    body = cutter.points, cutter.triangles, cutter.normals, cutter.edges
+    view = lo, hi, apex, corner, heights, cell
+    points, triangles, source, sound = _kernels.swept_facets(*body, cos, sin, start, d, *view, cull, rear)  # type: ignore[no-untyped-call]
+    if not sound:
+        points, triangles, source, _ = _kernels.swept_facets(*body, cos, sin, start, d, *view, False, np.inf)  # type: ignore[no-untyped-call]
+    if not skinned or window is None or part.gauge is None:
+        if len(triangles):
+            yield Piece(points, triangles)
+        return
+    rows, means = hull_skin(*body, *part.gauge, cos, sin, start, d, *view, rear, *leeway, SKIN_CELLS * cell)  # type: ignore[no-untyped-call]
+    mean = np.where(source >= 0, means[source], 0.0)
+    kin = np.where(source >= 0, source, -1 - np.arange(len(source)))
+    yield Piece(points, triangles, mean, kin, rows)
