@@ -197,7 +197,7 @@ class Rings:
         r, z = self._tool.joints[joint].tolist()
         if r <= 0.0 or ub - ua < 1e-12:
             return []
-        turns = (-2.0 * np.pi, 0.0, 2.0 * np.pi)
+        turns = _turns(ua) + 2.0 * np.pi * np.arange(3)
         inner = sorted(
             v + s for v in self._breaks.get(joint, []) for s in turns if ua + 1e-12 < v + s < ub - 1e-12
         )

@@ -13,6 +13,7 @@ The side +1 is the upper of the two angles.
 | `ArcTurn` | torus from one side of a ring to the other | normal angle of every u, tan beta = -D / N |
 | `BallTurn` | ball, below | great circle of normals square to the velocity of the centre |
 | `EdgeSpan` | sharp edge | angles between two ends |
+| `RimPatch` | sharp edge | angles that stay |
 | `Chord` | disc | straight line |
 
 Source: the v-form of the toroidal grazing condition of Weinert, Du, Damm, Stautner (2004), here for any arc:
@@ -22,10 +23,12 @@ f = cos b D(u) + sin b N(u), D = m.(V + z_c S), N = A.V - r_c m.S.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 from vmachining.arrays import Floats
 from vmachining.engines.brep.caps import Pose
@@ -34,9 +37,12 @@ from vmachining.sweep import Turn
 from vmachining.tool import Segment
 
 __all__ = [
-    "ArcSide", "ArcTurn", "BallTurn", "Chord", "EdgeSpan", "End", "LineSide", "Moving", "State", "Stretch", "angle",
+    "ArcSide", "ArcTurn", "BallTurn", "Chord", "EdgeSpan", "End", "LineSide", "Moving", "RimPatch", "State", "Stretch", "angle",
     "near", "wave",
 ]  # fmt: skip
+
+CORNERS = 129
+"""Of the polygon that measures a curve."""
 
 DENSE = 65
 """Times at which a block is looked at as a whole."""
@@ -208,9 +214,13 @@ class ArcSide(Stretch):
     def place(self, of: Angles, st: State, s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         g = self.segment
         b0, b1 = g.beta
-        beta = np.broadcast_to(b0 + s * (b1 - b0), (len(st.t), len(s)))
-        r, z = g.cr + g.radius * np.cos(beta), g.cz + g.radius * np.sin(beta)
-        return r, z, beta, of.between(self.ends, st, s, angle(*wave(st, r, z, beta), self.ends[0][1]))
+
+        def at(x: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+            beta = b0 + x * (b1 - b0)
+            r, z = g.cr + g.radius * np.cos(beta), g.cz + g.radius * np.sin(beta)
+            return r, z, beta, of.between(self.ends, st, x, angle(*wave(st, r, z, beta), self.ends[0][1]))
+
+        return at(evened(at, len(st.t), s))
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,9 +237,13 @@ class ArcTurn(Stretch):
 
     def place(self, of: Angles, st: State, s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         g = self.segment
-        u = of.span(self.ends, st, s)
-        beta = graze_beta(st, g.cr, g.cz, u)
-        return g.cr + g.radius * np.cos(beta), g.cz + g.radius * np.sin(beta), beta, u
+
+        def at(x: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+            u = of.span(self.ends, st, x)
+            beta = graze_beta(st, g.cr, g.cz, u)
+            return g.cr + g.radius * np.cos(beta), g.cz + g.radius * np.sin(beta), beta, u
+
+        return at(evened(at, len(st.t), s))
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,6 +288,22 @@ class EdgeSpan(Stretch):
 
 
 @dataclass(frozen=True, eq=False)
+class RimPatch(Stretch):
+    """A sharp edge between two angles that do not change; its face is trimmed (`vmachining.engines.brep.lens`)."""
+
+    element: int
+    ends: tuple[End, End]
+    r: float
+    z: float
+    lo: float
+    hi: float
+
+    def place(self, of: Angles, st: State, s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        u = np.broadcast_to(self.lo + s * (self.hi - self.lo), (len(st.t), len(s)))
+        return np.full(u.shape, self.r), np.full(u.shape, self.z), graze_beta(st, self.r, self.z, u), u
+
+
+@dataclass(frozen=True, eq=False)
 class Chord(Stretch):
     """A disc, from one side of its rim to the other."""
 
@@ -290,6 +320,23 @@ class Chord(Stretch):
         q = (1.0 - s) * self.r * np.sin(ua) + s * self.r * np.sin(ub)
         full = np.full(p.shape, 1.0)
         return np.hypot(p, q), self.z * full, self.beta * full, np.arctan2(q, p)
+
+
+def evened(at: Callable[[Floats], tuple[Floats, Floats, Floats, Floats]], count: int, s: Floats) -> Floats:
+    """Parameters x (n, m) of a curve at shares s (m,) of its length on the body, at every time.
+
+    The curve runs up a meridian and fast around the bottom of a level cutter: in u or beta alone it has a corner.
+    Lengths are those of a polygon with many corners close to both ends; only their smoothness matters.
+    """
+    x = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, CORNERS))
+    x[-1] = 1.0
+    r, z, _, u = at(np.broadcast_to(x, (count, CORNERS)))
+    steps = np.diff(np.stack([r * np.cos(u), r * np.sin(u), z]), axis=-1)
+    length = np.zeros((count, CORNERS))
+    np.cumsum(np.sqrt((steps * steps).sum(axis=0)), axis=1, out=length[:, 1:])
+    length /= length[:, -1:]
+    found = np.stack([make_interp_spline(row, x, k=5)(s) for row in length])
+    return np.asarray(np.where(s == 0.0, 0.0, np.where(s == 1.0, 1.0, found)))
 
 
 def graze_beta(st: State, r: float, z: float, u: Floats) -> Floats:

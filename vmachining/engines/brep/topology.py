@@ -49,11 +49,15 @@ class Edge:
 
 
 class Use(NamedTuple):
-    """An edge in a loop. start, end: (u, v) where its ends lie in the surface, if known; else inverted."""
+    """An edge in a loop, inverted unless it is known where it lies in the surface.
+
+    start, end: (u, v) of its ends, between them a line. path: curve (u, v) with the parameter of the edge.
+    """
 
     edge: Edge
     start: tuple[float, float] | None = None
     end: tuple[float, float] | None = None
+    path: BSpline | None = None
 
 
 class Builder:
@@ -157,7 +161,7 @@ class Builder:
         self._make.MakeWire(wire)
         for k in reversed(order) if turn else order:
             edge = uses[k].edge
-            self._pcurve(face, geom, surface, edge, *runs[k])
+            self._pcurve(face, geom, surface, uses[k], *runs[k])
             sense = forward[k] != turn
             self._make.Add(wire, edge.shape.Oriented(_sense(sense)))
             after = (k - 1 if turn else k + 1) % len(uses)
@@ -189,6 +193,8 @@ class Builder:
         """Parameters of an edge and where they lie in the surface, unwrapped."""
         curve = use.edge.curve
         t = np.linspace(curve.t0, curve.t1, 17)
+        if use.path is not None:
+            return t, np.asarray(use.path(t))
         if use.start is not None and use.end is not None:
             share = ((t - t[0]) / (t[-1] - t[0]))[:, None]
             return t, (1.0 - share) * np.array(use.start) + share * np.array(use.end)
@@ -220,16 +226,21 @@ class Builder:
                 uv[k, 0] = uv[good[np.argmin(np.abs(good - k))], 0]
         return np.where(np.isnan(uv), 0.0, uv)
 
-    def _pcurve(self, face: Any, geom: Any, surface: Surface, edge: Edge, t: Floats, uv: Floats) -> None:
+    def _pcurve(self, face: Any, geom: Any, surface: Surface, use: Use, t: Floats, uv: Floats) -> None:
         """Give the edge its curve in the parameters of the face."""
+        edge = use.edge
         share = ((t - t[0]) / (t[-1] - t[0]))[:, None]
         chord = (1.0 - share) * uv[0] + share * uv[-1]
         curve, step = edge.curve, uv[-1] - uv[0]
         speed = float(np.linalg.norm(step)) / (t[-1] - t[0])
         miss = float(np.linalg.norm(surface.at(chord) - curve.at(t), axis=-1).max())
-        if miss <= FIT and abs(speed - 1.0) < 1e-12:
+        if use.path is not None:
+            fine = np.linspace(t[0], t[-1], 101)
+            miss = float(np.linalg.norm(surface.at(use.path(fine)) - curve.at(fine), axis=-1).max())
+            plane_curve: Any = _flat(use.path)
+        elif miss <= FIT and abs(speed - 1.0) < 1e-12:
             origin = uv[0] - t[0] * step / (t[-1] - t[0])
-            plane_curve: Any = Geom2d_Line(gp_Pnt2d(*origin.tolist()), gp_Dir2d(*step.tolist()))
+            plane_curve = Geom2d_Line(gp_Pnt2d(*origin.tolist()), gp_Dir2d(*step.tolist()))
         else:
             if miss <= FIT:
                 spline = make_interp_spline(t[[0, -1]], uv[[0, -1]], k=1)

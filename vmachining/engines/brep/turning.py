@@ -27,6 +27,7 @@ from scipy.interpolate import BSpline, make_interp_spline
 from vmachining.arrays import Floats
 from vmachining.engines.brep.caps import FLAT, Rings, Tool, meridian_curve, normals
 from vmachining.engines.brep.grazes import Grazes
+from vmachining.engines.brep.lens import Lens
 from vmachining.engines.brep.shapes import (
     DEGREE,
     FIT_MM,
@@ -37,9 +38,10 @@ from vmachining.engines.brep.shapes import (
     Spline,
     SplineSheet,
     Straight,
+    interpolated,
     nodes_for,
 )
-from vmachining.engines.brep.stretches import Chord, EdgeSpan, End, Moving, Stretch
+from vmachining.engines.brep.stretches import Chord, EdgeSpan, End, Moving, RimPatch, State, Stretch
 from vmachining.engines.brep.topology import SAME, Builder, Edge, Use
 from vmachining.errors import EngineError, SweepError
 from vmachining.tool import Profile
@@ -79,13 +81,15 @@ class _Turning:
         self.curves: dict[tuple[int, int], list[Edge]] = {}
         self.ties: dict[End, Edge] = {}
         self.cuts: dict[tuple[int, int], tuple[float, float]] = {}
+        self.lenses: dict[int, tuple[Edge, Edge]] = {}
+        self.w = np.zeros(0)
 
     # -- sheets --------------------------------------------------------------------------------------------
 
     def sheets(self) -> None:
         """Ties, ends and faces of all stretches."""
         g = self.grazes
-        w = self._times()
+        w = self.w = self._times()
         st = g.moving.state(w)
         for end in g.ends:
             spline = make_interp_spline(w, g.tie(end, st), k=DEGREE)
@@ -93,19 +97,59 @@ class _Turning:
         middle_w = 0.5 * (w[:-1] + w[1:])
         middle = g.moving.state(middle_w)
         for number, stretch in enumerate(g.stretches):
-            s = np.array([0.0, 1.0]) if stretch.linear else self._places(stretch)
-            grid = stretch.points(g, st, s)
-            along = make_interp_spline(s, np.zeros(len(s)), k=1 if stretch.linear else DEGREE)
-            poles = make_interp_spline(s, grid.transpose(1, 0, 2), k=along.k).c
-            inner = make_interp_spline(w, poles.transpose(1, 0, 2), k=DEGREE)
-            sheet = SplineSheet(along, BSpline(inner.t, np.zeros(len(w)), DEGREE), inner.c.transpose(1, 0, 2))
-            middle_s = np.array([0.5]) if stretch.linear else 0.5 * (s[:-1] + s[1:])
-            exact = stretch.points(g, middle, middle_s)
-            uv = np.stack(np.meshgrid(middle_s, middle_w), axis=-1)
-            self.error = max(self.error, float(np.linalg.norm(sheet.at(uv) - exact, axis=-1).max()))
-            self._sheet(number, stretch, sheet, {-1: poles[:, 0], 1: poles[:, -1]})
+            sheet = self._fitted(stretch, st, middle, middle_w)
+            self._sheet(number, stretch, sheet)
+        for lens in g.lenses:
+            patch = self._patch(lens)
+            self._lens(lens, patch, self._fitted(patch, st, middle, middle_w))
         if self.error > max(self.fit, 1e-3):
             raise SweepError(f"splines miss the envelope by {self.error:.2g} mm")
+
+    def _fitted(self, stretch: Stretch, st: State, middle: State, middle_w: Floats) -> SplineSheet:
+        """Sheet of a stretch through its points at the nodes of time; its error is noted."""
+        g = self.grazes
+        s = np.array([0.0, 1.0]) if stretch.linear else self._places(stretch)
+        along = make_interp_spline(s, np.zeros(len(s)), k=1 if stretch.linear else DEGREE)
+        poles = make_interp_spline(s, stretch.points(g, st, s).transpose(1, 0, 2), k=along.k).c
+        inner = make_interp_spline(self.w, poles.transpose(1, 0, 2), k=DEGREE)
+        over = BSpline(inner.t, np.zeros(len(self.w)), DEGREE)
+        sheet = SplineSheet(along, over, inner.c.transpose(1, 0, 2))
+        middle_s = np.array([0.5]) if stretch.linear else 0.5 * (s[:-1] + s[1:])
+        exact = stretch.points(g, middle, middle_s)
+        uv = np.stack(np.meshgrid(middle_s, middle_w), axis=-1)
+        self.error = max(self.error, float(np.linalg.norm(sheet.at(uv) - exact, axis=-1).max()))
+        return sheet
+
+    def _patch(self, lens: Lens) -> RimPatch:
+        ring = self.grazes.rings[lens.ring]
+        element = next(k for k, e in enumerate(self.grazes.elements) if e.kind == "edge" and lens.ring in (
+            e.lower, e.upper))  # fmt: skip
+        ends = (lens.ring, -1), (lens.ring, 1)
+        return RimPatch(element, ends, ring.r, ring.z, lens.lo, lens.hi)
+
+    def _lens(self, lens: Lens, patch: RimPatch, sheet: SplineSheet) -> None:
+        """Face of a lens of the rim: its border, and the last (or first) pose of the rim."""
+        ring, size = self.grazes.rings[lens.ring], lens.hi - lens.lo
+
+        def path(s: Floats) -> Floats:
+            return np.column_stack([s, lens.border(self.moving, ring, lens.lo + s * size)])
+
+        def points(s: Floats) -> Floats:
+            w = path(s)[:, 1]
+            st, u = self.moving.state(w), lens.lo + s[:, None] * size
+            return np.asarray(st.tip + ring.z * st.axis + ring.r * st.radial(u)[:, 0])
+
+        border = self.build.edge(interpolated(points, 0.0, 1.0, FIT_MM, first=9, most=NODES))
+        trace = interpolated(path, 0.0, 1.0, 0.01 * FIT_MM, first=9, most=NODES).spline
+        w = float(lens.sign > 0)
+        rim = self.build.edge(Spline(BSpline(sheet.u.t, sheet.poles[:, -1 if w else 0], sheet.u.k), 0.0))
+        self.rims[lens.sign].put(ring.joint, lens.lo, lens.hi, rim)
+        loop = [Use(rim, (0.0, w), (1.0, w)), Use(border, path=trace)]
+        at = 0.5 * (w + float(trace(0.5)[1]))
+        normal = patch.normals(self.grazes, self.moving.state(np.array([at])), np.array([0.5]))[0, 0]
+        self.build.face(sheet, [loop], np.array([0.5, at]), normal)
+        line = self.build.edge(Straight(*(self.build.place(v) for v in (border.first, border.last))))
+        self.lenses[lens.ring] = border, line
 
     def _times(self) -> Floats:
         """Nodes in time that serve all ties and, sampled, all sheets."""
@@ -115,11 +159,13 @@ class _Turning:
             st = g.moving.state(w)
             ties = [g.tie(end, st) for end in g.ends]
             inner = [
-                stretch.points(g, st, s).reshape(len(w), -1) for stretch in g.stretches if not stretch.linear
+                stretch.points(g, st, s).reshape(len(w), -1)
+                for stretch in [*g.stretches, *map(self._patch, g.lenses)]
+                if not stretch.linear
             ]
             return np.concatenate([*ties, *inner], axis=1)
 
-        wanted = min(self.fit, FIT_MM) if g.valley else self.fit
+        wanted = min(self.fit, FIT_MM) if g.valley or g.lenses else self.fit
         nodes, error = nodes_for(paths, 0.0, 1.0, wanted, first=7, most=NODES)
         if error > 10.0 * wanted:
             raise SweepError("the grazing curve moves too unevenly for a spline in time")
@@ -137,11 +183,11 @@ class _Turning:
             raise SweepError("the grazing curve bends too sharply for a spline")
         return nodes
 
-    def _sheet(self, number: int, stretch: Stretch, sheet: SplineSheet, borders: dict[int, Floats]) -> None:
+    def _sheet(self, number: int, stretch: Stretch, sheet: SplineSheet) -> None:
         loop: list[Use] = []
         last, first = (self.ties[stretch.ends[k]] for k in (1, 0))
         for sign, w in ((-1, 0.0), (1, 1.0)):
-            edges = self._border(number, stretch, sheet.u, borders[sign], sign)
+            edges = self._border(stretch, sheet.u, sheet.poles[:, -1 if sign > 0 else 0], sign)
             self.curves[number, sign] = edges
             stops = [0.0, 1.0] if stretch.linear else [edges[0].curve.t0, *(e.curve.t1 for e in edges)]
             uses = [Use(e, (a, w), (b, w)) for e, (a, b) in zip(edges, pairwise(stops), strict=True)]
@@ -152,7 +198,7 @@ class _Turning:
         normal = stretch.normals(self.grazes, self.moving.state(np.array([0.5])), np.array([0.5]))[0, 0]
         self.build.face(sheet, [loop], np.array([0.5, 0.5]), normal)
 
-    def _border(self, number: int, stretch: Stretch, along: BSpline, poles: Floats, sign: int) -> list[Edge]:
+    def _border(self, stretch: Stretch, along: BSpline, poles: Floats, sign: int) -> list[Edge]:
         """Edges of the grazing curve in a pose, cut where a cap is cut."""
         if stretch.linear:
             return [self.build.edge(Straight(poles[0], poles[-1]))]
@@ -172,6 +218,9 @@ class _Turning:
         if ring is None:
             return None
         g = self.grazes
+        for lens in g.lenses:
+            if (lens.ring, lens.sign) == (ring, sign):
+                return lens.lo, lens.hi
         if not g.present[ring]:
             return (0.0, 2.0 * np.pi) if g.sign[ring] == sign else None
         lo, hi = (float(g.angle(ring, side, self.states[sign])[0]) for side in (-1, 1))
@@ -183,7 +232,7 @@ class _Turning:
         for sign in (-1, 1):
             rim = self.rims[sign]
             for k, circle in enumerate(g.rings):
-                if g.present[k]:
+                if g.present[k] or any((lens.ring, lens.sign) == (k, sign) for lens in g.lenses):
                     rim.break_at(circle.joint, list(self.kept(k, sign) or ()))
             for number, e in enumerate(g.elements):
                 if e.kind in ("line", "arc") and self._wraps(number, sign):
@@ -243,17 +292,21 @@ class _Turning:
         if arc is None:
             return
         joint, up = g.rings[ring].joint, float(np.sign(np.sin(g.rings[ring].beta)))
-        if not g.present[ring]:
-            first = self.rims[sign]._breaks[joint][0]
-            edges = self.rims[sign].arcs(joint, first, first + 2.0 * np.pi)
-        else:
-            edges = self.rims[sign].arcs(joint, *arc)
+        holes = []
+        whole = arc[1] - arc[0] >= 2.0 * np.pi
+        first = self.rims[sign]._breaks[joint][0]
+        edges = self.rims[sign].arcs(joint, *((first, first + 2.0 * np.pi) if whole else arc))
+        if ring in self.lenses:
+            border, line = self.lenses[ring]
+            holes = [[border, line]] if whole else []
+            edges += [] if whole else [line]
+        if g.present[ring]:
             edges += [edge for k, s in enumerate(g.stretches) if s.element == number
                       for edge in self.curves[k, sign]]  # fmt: skip
             edges += self._valley(ring, sign)
         point = pose.point(0.0, g.rings[ring].z, 0.0)
         self.build.face(
-            Plane(Frame(point, pose.axis, pose.heading)), [_loop(edges)], np.zeros(2), up * pose.axis
+            Plane(Frame(point, pose.axis, pose.heading)), [_loop(edges), *holes], np.zeros(2), up * pose.axis
         )
 
     def _valley(self, ring: int, sign: int) -> list[Edge]:

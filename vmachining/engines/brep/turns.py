@@ -5,19 +5,20 @@
    their own time is slow there, so that the square roots that births are made of become smooth. What no
    piece covers is thinner than `GAP_MM`.
 2. Where a valley of a flat face cannot be drawn in one go, or a chord begins to lie inside, the piece is halved.
-3. Every piece must be valid and closed, none of its sheets may lie inside the sweep (phi_tt < 0, sampled), and
-   its volume must be the one of the flux identity V(K) + Phi - W to 1e-5. A solid whose boundary runs through
-   itself has V(K) + Phi instead, so what is entered twice cannot be lost.
+3. Where a sheet lies inside the sweep (phi_tt < 0, sampled; up to -phi_tt / 2 deep after a unit of time) by more
+   than `FOLD_MM`, the piece is halved: a quarter of the depth. What would take more pieces is refused.
+4. Every piece must be valid and closed, and its volume must be the one of the flux identity V(K) + Phi - W to
+   1e-5. A solid whose boundary runs through itself has V(K) + Phi instead, so what is entered twice cannot be lost.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from vmachining.arrays import Floats
-from vmachining.engines.brep.caps import FLAT
-from vmachining.engines.brep.grazes import Divide, Grazes
-from vmachining.engines.brep.stretches import Chord, EdgeSpan, Moving
+from vmachining.engines.brep.caps import FLAT, Tool
+from vmachining.engines.brep.grazes import Divide, Grazes, Ring, rings_of
+from vmachining.engines.brep.lens import lens_opens
+from vmachining.engines.brep.stretches import EdgeSpan, Moving
 from vmachining.engines.brep.turning import Built, turning
 from vmachining.errors import SweepError
 from vmachining.sweep import Sweep, Turn
@@ -29,14 +30,17 @@ __all__ = ["GAP_MM", "Piece", "turn_pieces"]
 GAP_MM = 1e-6
 """mm of motion left out at a change of shape: ten times OCCT's confusion of points."""
 
-PARTS = 12
+PARTS = 24
 """Most pieces of one block before it is refused."""
 
 LEAST_MM = 1e-3
 """A piece that moves less is none: two changes of shape are too close to each other."""
 
-FOLD = 1e-7
-"""A fold is one if its phi_tt is below this share of what the motion could make it."""
+FOLD_MM = 1e-5
+"""A sheet may lie this deep inside the sweep: it crosses itself by that much, and its volume is right to 1e-5."""
+
+HALVINGS = 3
+"""A sheet that lies too deep is halved in time this often: half the time, a quarter of the depth."""
 
 
 class Piece(tuple[Sweep, Built]):
@@ -74,16 +78,31 @@ def turn_pieces(profile: Profile, path: Turn, fit_mm: float) -> list[Piece]:
 def _cuts(profile: Profile, path: Turn) -> list[float]:
     """Instants at which the grazing curve changes its shape, in a way that changes the sheets."""
     ends = (profile.z_min, profile.z_max)
+    found = changes(Sweep.along(profile, path))
+    swaps = {c.t for c in found if c.kind == "swap"} if not path.is_steady else set()
+    moving, rings = Moving(path), rings_of(Tool.of(profile))[0]
     out = []
-    for c in changes(Sweep.along(profile, path)):
-        if c.kind == "swap" and not path.is_steady:
+    for c in found:
+        if c.t in swaps and (c.kind == "swap" or c.z in ends):
             continue  # the chord of a disc passes its middle, the curve the tip of a ball
         if c.kind == "merge" and c.z in ends:
             continue  # the same
         if c.kind == "end" and c.z == profile.z_min and profile.points[0, 0] <= FLAT and _is_round(profile):
             continue
+        if c.kind == "end" and c.z in ends and _is_lens(moving, c.t, c.z, rings):
+            continue
         out.append(c.t)
     return sorted(set(out))
+
+
+def _is_lens(moving: Moving, t: float, z: float, rings: list[Ring]) -> bool:
+    """Whether the chord of a disc opens or closes as a lens, which needs no cut."""
+    for k, ring in enumerate(rings):
+        if ring.disc and ring.z == z:
+            beside = k - ring.disc
+            if 0 <= beside < len(rings) and rings[beside].joint == ring.joint:
+                return lens_opens(moving, t, ring, rings[beside])
+    return False
 
 
 def _is_round(profile: Profile) -> bool:
@@ -111,10 +130,11 @@ class _Work:
         moving = Moving(part, (offset if soft_a else np.inf, offset if soft_b else np.inf))
         try:
             built = turning(self.profile, moving, self.fit)
+            depth = _depth(built.grazes)
         except Divide as found:
             self._divide(found, a, b, soft_a, soft_b)
             return
-        _check_folds(built.grazes)
+        built = built._replace(fit_mm=max(built.fit_mm, depth))
         self.out.append(Piece((Sweep.along(self.profile, part), built)))
 
     def _divide(self, found: Divide, a: float, b: float, soft_a: bool, soft_b: bool) -> None:
@@ -130,24 +150,23 @@ class _Work:
         self.add(middle, b, found.soft, soft_b)
 
 
-def _check_folds(grazes: Grazes) -> None:
-    """Refuse sheets that lie inside the sweep."""
+def _depth(grazes: Grazes) -> float:
+    """mm by which a sheet may lie inside the sweep.
+
+    Raises
+    ------
+    SweepError
+        Too deep: `Divide` if halves may do.
+    """
     w, s = np.linspace(0.0, 1.0, 7), np.linspace(0.0, 1.0, 9)
-    scale = FOLD * _scale(grazes)
+    deepest = 0.0
     for stretch in grazes.stretches:
-        if isinstance(stretch, EdgeSpan | Chord):
-            continue  # edges never fold by themselves; chords were looked at
-        if grazes.fold(stretch, w, s).min() < -scale:
+        if isinstance(stretch, EdgeSpan):
+            continue  # edges never fold by themselves
+        depth = -0.5 * float(grazes.fold(stretch, w, s).min())
+        if depth > FOLD_MM:
             g = grazes.elements[stretch.element].segment
-            raise SweepError(
-                f"the envelope folds inside the sweep, between heights {g.z0:.6g} and {g.z1:.6g} mm of the tool"
-            )
-
-
-def _scale(grazes: Grazes) -> float:
-    """What phi_tt is made of: speed times turning, mm per unit of t squared."""
-    st = grazes.dense
-    fast: Floats = np.linalg.norm(st.velocity, axis=1) + grazes.tool.joints[-1, 1] * np.linalg.norm(
-        st.rate, axis=1
-    )
-    return float((fast * np.linalg.norm(st.rate, axis=1)).max())
+            text = f"the envelope folds inside the sweep, between heights {g.z0:.6g} and {g.z1:.6g} mm of the tool"
+            raise (Divide(text, 0.5, soft=False) if depth < FOLD_MM * 4.0**HALVINGS else SweepError(text))
+        deepest = max(deepest, depth)
+    return deepest
