@@ -12,9 +12,12 @@ import pytest
 from tinyjob import JOB, PROGRAM, write_job
 
 import vmachining as vm
+from tests.models.shipped import MODELS
 from vmachining.cli.main import run
 from vmachining.errors import InputError, ToolError
 from vmachining.job import Scene
+from vmachining.sweep import Stance
+from vmachining.tool import Edge
 
 MM = 1e-6
 # blocks of the tiny program: 0, 1 rapids, 2 the slot X-4..14 at z -1 (stock X0..10), 3, 4 rapids,
@@ -238,3 +241,39 @@ def test_a_page_escapes_foreign_names(tmp_path):
     write_engagement_page(found, tmp_path / "a.html", name="<script>alert(1)</script>")
     text = (tmp_path / "a.html").read_text(encoding="utf-8")
     assert "<script>alert(1)" not in text and "&lt;script&gt;alert(1)" in text
+
+
+# -- a model whose blocks are known --------------------------------------------------------------------------
+
+
+def test_the_rate_of_a_ball_on_a_half_cylinder_adds_up():
+    """models/half_cylinder: every steady chord removes 3.042724 mm3 (closed form of its readme), meshes as stock.
+
+    Rate over the chord by 4 Gauss nodes; trapezia over 3 degree steps are good to some 1e-4.
+    """
+    scene = Scene.of(vm.Job.load(MODELS / "half_cylinder" / "job.toml"))
+    x, w = np.polynomial.legendre.leggauss(4)
+    found = [scene.engage(120, at=0.5 + 0.5 * node, angles=120) for node in x]
+    chord = 110 * np.sin(pi / 428)
+    total = 0.5 * chord * float(w @ [one.removal_per_mm for one in found])
+    assert total == pytest.approx(3.042724, rel=1e-3)
+    # across the feed the ball cuts to w = 3.001975 mm on both sides
+    assert found[0].ae == pytest.approx(2 * 3.001975, abs=0.005)
+
+
+def test_straight_edges_are_rays():
+    """The edge of a cylinder is a line: its ends at an earlier sweep are those of `Sweep.ray_intervals`."""
+    tool = vm.FlatEnd(diameter=10, length=30)
+    before = vm.Sweep(vm.BallNose(diameter=12, length=40), (-20, -3, -2.5), (20, 1, -1.0))
+    swept, now = vm.engagement.Past(0, before), Stance.on(vm.Line((0, 0, -4), (9, 2, -4)), 0.3)
+    cutting = Edge(tool)
+    phi = np.radians(np.arange(25, 100, 5.0))
+    stock = vm.engagement.BoxStock((-50, -50, -20), (50, 50, 0))
+    work = vm.engagement.RayWorkpiece(stock, [swept])
+    parts = vm.engagement.engaged_parts(cutting, now, phi, work)
+    foot = now.points(cutting, phi, np.zeros(len(phi), dtype=np.int64), np.zeros(len(phi)))
+    inside = before.ray_intervals(foot, now.axis)
+    assert inside.counts.tolist() == [1] * len(phi)
+    mine = parts.take(parts.upper_by == 0)
+    assert len(mine.row) > 5
+    assert mine.upper == pytest.approx(inside.enter[mine.row], abs=1e-7)

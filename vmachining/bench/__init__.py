@@ -5,6 +5,7 @@
 | `accuracy` | bracket and error of single sweeps with a closed form, over the chord |
 | `brep` | seconds per block of the B-rep ladder over a long program, two workers against one |
 | `brep-chains` | random chains through the ladder: agreed, retried, refused, silently wrong; plain booleans beside |
+| `engage` | what the cutting edge touches: distances against B-rep solids on curved stock, time of both |
 | `half_cylinder` | time per block of a ball finishing a half cylinder, against one global solid cut block by block |
 | `half_cylinder_long` | the same over 20,000 blocks: whether time and memory stay flat |
 | `machine` | inverse kinematics, deviation of joint-linear blocks and pulse trains: rates and errors |
@@ -29,6 +30,7 @@ CASES = {
     "accuracy": "accuracy",
     "brep": "brep",
     "brep-chains": "brep_chains",
+    "engage": "engage",
     "half_cylinder": "half_cylinder",
     "half_cylinder_long": "half_cylinder",
     "machine": "machine",

@@ -51,9 +51,10 @@ def engage(
     if found.is_air:
         print("  engaged   nowhere: air")
     else:
-        told = ", ".join(f"{a:.6f} to {b:.6f}" for a, b in arcs)
+        told = ", ".join(f"{a:.6f} to {b:.6f}" for a, b in arcs) + f" degrees {turned}"
+        told = "all round" if found.is_round else told
         deep = "feed along the axis" if s["ae_mm"] is None else f"radial {s['ae_mm']:.6f} mm"
-        print(f"  engaged   {told} degrees {turned}")
+        print(f"  engaged   {told}")
         print(f"  depth     axial {s['ap_mm']:.6f} mm, {deep}")
         print(f"  cut       at most {s['length_max_mm']:.6f} mm of the edge")
         print(f"  surface   {s['area_mm2']:.6g} mm2, {100 * s['area_fraction']:.4g} % of what cuts")

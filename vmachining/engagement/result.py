@@ -87,6 +87,11 @@ class Engagement:
         return not len(self.contact.parts.row)
 
     @property
+    def is_round(self) -> bool:
+        """Something is touched at every angle."""
+        return len(self.arcs) == 1 and float(np.ptp(self.arcs)) >= 2.0 * np.pi
+
+    @property
     def intervals(self) -> EdgeParts:
         """Engaged intervals on the grid, joined over the joints of the meridian; `piece` is the lowest one."""
         return _joined(self.contact.parts.take(self.contact.parts.row < self.contact.grid))

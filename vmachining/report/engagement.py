@@ -203,13 +203,13 @@ def write_engagement_png(found: Engagement, path: Path, *, name: str = "") -> No
     for joint in d.joints:
         top.axhline(float(joint), color=MUTED, lw=0.8, ls=":")
     top.set(ylabel="along the edge s, mm", ylim=(y[0], d.top), title=_title(found, name))
-    top.legend(loc="upper right", frameon=False)
+    top.legend(loc="best", framealpha=0.85, edgecolor="none")
     figure.colorbar(mesh, ax=top, label="chip thickness / feed per tooth", pad=0.01)
     bottom.plot(d.turn, d.length, color=BEFORE, label="length of cut, mm")
     bottom.plot(d.turn, d.area, color=AFTER, label="chip area / feed per tooth, mm")
     bottom.set(xlabel=f"{d.axis}, degrees", xlim=(0, 360), xticks=range(0, 361, 30))
     bottom.set_ylim(bottom=0.0)
-    bottom.legend(loc="upper right", frameon=False)
+    bottom.legend(loc="best", framealpha=0.85, edgecolor="none")
     for axes in (top, bottom):
         axes.grid(color=GRID, lw=0.8)
         axes.set_axisbelow(True)
@@ -226,8 +226,10 @@ def _facts(found: Engagement) -> list[tuple[str, str]]:
     """Key figures in words."""
     s = found.summary
     tip, axis = (", ".join(f"{v:.6g}" for v in s[key]) for key in ("tip_mm", "axis"))
-    arcs = s["arcs_feed_deg"] if s["arcs_feed_deg"] is not None else s["arcs_deg"]
-    told = ", ".join(f"{a:.6f}° to {b:.6f}°" for a, b in arcs) or "none: air"
+    fed = s["arcs_feed_deg"] is not None
+    arcs = s["arcs_feed_deg"] if fed else s["arcs_deg"]
+    told = ", ".join(f"{a:.6f}° to {b:.6f}°" for a, b in arcs) + (" from the feed" if fed else "")
+    told = "all round" if found.is_round else "nowhere: air" if found.is_air else told
     rows = [
         ("tip, axis", f"({tip}) mm, ({axis})"), ("engaged", told),
         ("axial depth", f"{s['ap_mm']:.6f} mm"),
