@@ -223,8 +223,9 @@ def _owners(block: Block, modal_motion: int | None) -> None:
     if tap:
         takers.setdefault("K", []).append("tap")
     for letter in "PQR":
-        if letter in block.words and len(takers.get(letter, ())) > 1:
-            what = f"two codes of this block claim {letter}"
+        who = takers.get(letter, ())
+        if letter in block.words and len(who) > 1 and (letter == "P" or "M19" in who):
+            what = f"{' and '.join(who)} of this block both claim {letter}"
             block.problems.append(Problem("E206", block.word(letter), what))
     for letter, (_, word) in block.words.items():
         if letter in _ALWAYS or letter in takers:
