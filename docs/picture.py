@@ -1,4 +1,4 @@
-"""Draws docs/slot.png, the picture in README.md: python docs/picture.py"""
+"""Draws docs/slot.png and docs/engagement.png, the pictures in README.md: python docs/picture.py"""
 
 from __future__ import annotations
 
@@ -12,8 +12,13 @@ import matplotlib.pyplot as plt
 import numpy as np
 import polars as pl
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from PIL import Image
 
 import vmachining as vm
+from vmachining.engagement import BoxStock, Past, RayWorkpiece, contact
+from vmachining.report.engagement import write_engagement_png
+from vmachining.sweep import Stance
+from vmachining.tool import Edge
 
 HERE = Path(__file__).parent
 
@@ -56,5 +61,26 @@ def main() -> None:
     figure.savefig(HERE / "slot.png", pil_kwargs={"optimize": True})
 
 
+def engagement() -> None:
+    """A bull nose that leans and turns, beside two passes before it."""
+
+    def axis(a: float, b: float) -> tuple[float, float, float]:
+        return float(np.sin(b)), float(-np.sin(a) * np.cos(b)), float(np.cos(a) * np.cos(b))
+
+    def path(y: float) -> vm.Turn:
+        return vm.Turn.great_circle(
+            vm.Pose((-30, y, -1.5), axis(0.10, 0.15)), vm.Pose((30, y, -1.2), axis(0.15, 0.25))
+        )
+
+    tool = vm.BullNose(diameter=12, corner_radius=3, length=30)
+    before = [Past(k, vm.Sweep.along(tool, path(y))) for k, y in enumerate((8.0, 4.0))]
+    edge, now = Edge(tool), Stance.on(path(0.0), 0.5)
+    found = contact(edge, now, RayWorkpiece(BoxStock((-40, -40, -20), (40, 40, 0)), before))
+    target = HERE / "engagement.png"
+    write_engagement_png(vm.Engagement(edge, now, found, "dexel", 0.5, 2), target, name="bull nose D12 r3")
+    Image.open(target).convert("P", palette=Image.Palette.ADAPTIVE, colors=128).save(target, optimize=True)
+
+
 if __name__ == "__main__":
     main()
+    engagement()
