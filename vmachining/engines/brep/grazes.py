@@ -55,6 +55,9 @@ JOINT = 1e-9
 SHUT = 1e-5
 """sin^2 of half the angle of a chord that is all but a point: on a rim of 10 mm it cuts off 5e-5 mm."""
 
+NARROW_MM = 1e-7
+"""OCCT's confusion of points."""
+
 QUICK = 1.0
 """rad between two looks: a heading that turns faster has no branch that could be followed."""
 
@@ -129,6 +132,7 @@ class Grazes:
         self._heading = self._followed(np.arctan2(b, a))
         self.valley: dict[End, tuple[Floats, Floats, float, float]] = {}
         self.stretches = self._stretches()
+        self._check_widths()
         self.folded = self._valleys()
 
     def _shut(self, two: Bools, size: Floats) -> None:
@@ -267,6 +271,16 @@ class Grazes:
                 raise SweepError(f"the grazing curve turns back or closes on the face {where}")
         return out
 
+    def _check_widths(self) -> None:
+        """Sharp edges whose two ends meet change their shape there."""
+        for span in [s for s in self.stretches if isinstance(s, EdgeSpan)]:
+            ends = self.span(span.ends, self.dense, np.array([0.0, 1.0]))
+            width = np.abs(ends[:, 1] - ends[:, 0]) * span.r
+            if width.min() < NARROW_MM:
+                text = f"the grazing curve narrows to a point at height {span.z:.6g} mm"
+                k = int(np.argmin(width))
+                raise Divide(text, float(k > 0), soft=True) if k in (0, DENSE - 1) else SweepError(text)
+
     def _turning(self, k: int, e: Element, live: list[int]) -> list[Stretch]:
         """Stretches on an arc or an edge that come back to the ring they start from."""
         out: list[Stretch] = []
@@ -274,7 +288,7 @@ class Grazes:
         for ring in live:
             other = e.upper if ring == e.lower else e.lower
             if len(live) == 2:
-                trails = self._middle_trails(e)
+                trails = self.middle_trails(e)
             else:
                 trails = self.sign[other] < 0.0 if other is not None else self._tip_trails()
             first = -1 if trails else 1  # of a trailing end the curve is where the ring leads
@@ -287,7 +301,7 @@ class Grazes:
                 out.append(ArcTurn(k, turn, g))
         return out
 
-    def _middle_trails(self, e: Element) -> bool:
+    def middle_trails(self, e: Element) -> bool:
         """Whether circles trail that lie between two turning stretches of an element."""
         b0, b1 = (self.rings[r].beta for r in (e.lower, e.upper) if r is not None)
         return bool(np.sin(0.5 * (b0 + b1)) < 0.0) == self._tip_trails()

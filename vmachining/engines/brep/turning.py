@@ -80,7 +80,7 @@ class _Turning:
         self.rims = {sign: Rings(self.build, pose, self.tool) for sign, pose in self.poses.items()}
         self.curves: dict[tuple[int, int], list[Edge]] = {}
         self.ties: dict[End, Edge] = {}
-        self.cuts: dict[tuple[int, int], tuple[float, float]] = {}
+        self.cuts: dict[tuple[int, int], list[tuple[float, Stretch | None]]] = {}
         self.lenses: dict[int, tuple[Edge, Edge]] = {}
         self.w = np.zeros(0)
 
@@ -236,21 +236,17 @@ class _Turning:
                     rim.break_at(circle.joint, list(self.kept(k, sign) or ()))
             for number, e in enumerate(g.elements):
                 if e.kind in ("line", "arc") and self._wraps(number, sign):
-                    front = self._front(number, sign)
-                    self.cuts[number, sign] = front, front + np.pi
-                    turn = self._turning(number)
-                    for ring in (e.lower, e.upper):
-                        if ring is None:
-                            continue
-                        whole = not g.present[ring]
-                        rim.break_at(g.rings[ring].joint, [front, front + np.pi] if whole or turn is None else [
-                            front + np.pi])  # fmt: skip
+                    self.cuts[number, sign] = self._meridians(number, sign)
+                    for u, turn in self.cuts[number, sign]:
+                        for ring in (e.lower, e.upper):
+                            if ring is not None and (turn is None or turn.ends[0][0] != ring):
+                                rim.break_at(g.rings[ring].joint, [u])
             for circle in g.rings:
                 if not rim._breaks.get(circle.joint):
                     rim.break_at(circle.joint, [0.0])
 
-    def _turning(self, number: int) -> Stretch | None:
-        return next((s for s in self.grazes.stretches if s.element == number and _turns(s)), None)
+    def _turning(self, number: int) -> list[Stretch]:
+        return [s for s in self.grazes.stretches if s.element == number and _turns(s)]
 
     def _wraps(self, number: int, sign: int) -> bool:
         """Whether the cap on an element runs round the axis, or over too much of a ball."""
@@ -259,7 +255,8 @@ class _Turning:
             if ring is not None and not g.present[ring] and g.sign[ring] == sign:
                 return not (e.kind == "arc" and abs(e.segment.cr) <= FLAT and e.lower is None)
         if e.lower is not None:
-            return False
+            band = -1 if g.middle_trails(e) else 1
+            return len(self._turning(number)) == 2 and band == sign
         tip = -1 if g._tip_trails() else 1
         if tip != sign:
             return False
@@ -268,12 +265,20 @@ class _Turning:
             return bool(abs(V @ self.states[sign].axis[0]) > STEEP * np.linalg.norm(V))
         return True
 
-    def _front(self, number: int, sign: int) -> float:
-        """Angle of the middle of the curve that turns on an element."""
-        turn = self._turning(number)
-        if turn is None:
-            return 0.0
-        return float(turn.place(self.grazes, self.states[sign], np.array([0.5]))[3][0, 0])
+    def _meridians(self, number: int, sign: int) -> list[tuple[float, Stretch | None]]:
+        """Two angles, the lower one first, at which a cap is cut, each with the curve that turns there."""
+        found: list[tuple[float, Stretch | None]] = [
+            (
+                float(turn.place(self.grazes, self.states[sign], np.array([0.5]))[3][0, 0]) % (2.0 * np.pi),
+                turn,
+            )
+            for turn in self._turning(number)
+        ]
+        if not found:
+            found.append((0.0, None))
+        if len(found) == 1:
+            found.append(((found[0][0] + np.pi) % (2.0 * np.pi), None))
+        return sorted(found, key=lambda cut: cut[0])
 
     def caps(self) -> None:
         """Faces of both poses."""
@@ -331,61 +336,63 @@ class _Turning:
 
     def _cap(self, number: int, sign: int) -> None:
         g, e = self.grazes, self.grazes.elements[number]
-        rim = self.rims[sign].arcs
         if (number, sign) in self.cuts:
             self._halves(number, sign)
             return
         edges = [
             edge for k, s in enumerate(g.stretches) if s.element == number for edge in self.curves[k, sign]
         ]
-        middles = []
         for ring in (e.lower, e.upper):
             arc = self.kept(ring, sign)
             if arc is not None and ring is not None:
-                edges += rim(g.rings[ring].joint, *arc)
-                middles.append(0.5 * (arc[0] + arc[1]))
-        if edges:
-            middle = float(np.mean(middles)) if middles else self._front(number, sign)
-            self._face(number, sign, edges, (middle - np.pi / 2, middle + np.pi / 2))
+                edges += self.rims[sign].arcs(g.rings[ring].joint, *arc)
+        while edges:
+            loop = _loop(edges)
+            edges = [edge for edge in edges if edge not in loop]
+            self._face(number, sign, loop, self._spread(loop, sign))
+
+    def _spread(self, loop: Sequence[Edge], sign: int) -> tuple[float, float]:
+        """A half turn around the middle of a loop."""
+        pose = self.poses[sign]
+        points = np.concatenate([e.curve.at(np.linspace(e.curve.t0, e.curve.t1, 9)) for e in loop]) - pose.tip
+        u = np.sort(np.arctan2(points @ pose.left, points @ pose.heading))
+        gaps = np.diff(np.append(u, u[0] + 2.0 * np.pi))
+        k = int(np.argmax(gaps))  # the middle lies opposite to the widest gap
+        middle = u[k] + 0.5 * gaps[k] + np.pi
+        return middle - np.pi / 2, middle + np.pi / 2
 
     def _halves(self, number: int, sign: int) -> None:
         """A cap that runs all round, cut along two meridians."""
-        g, e = self.grazes, self.grazes.elements[number]
-        front, back = self.cuts[number, sign]
-        turn = self._turning(number)
-        pose, s = self.poses[sign], e.segment
-        ribs = []
-        for u, cut in ((front, turn is not None), (back, False)):
+        g, e, pose = self.grazes, self.grazes.elements[number], self.poses[sign]
+        cuts, s, st = self.cuts[number, sign], e.segment, self.states[sign]
+        ribs, halves = [], [[], []]  # type: tuple[list[Edge], list[list[Edge]]]
+        for k, (u, turn) in enumerate(cuts):
             curve = meridian_curve(pose.tip, pose.radial(u), s, pose.axis)
-            if cut:
-                assert turn is not None
-                beta = float(turn.place(g, self.states[sign], np.array([0.5]))[2][0, 0])
-                whole = e.lower if e.lower is not None and not g.present[e.lower] else None
-                low = e.lower is None or (whole is not None and g.sign[whole] == sign)
-                assert isinstance(curve, Circle)
-                curve = Part(curve, curve.t0, beta) if low else Part(curve, beta, curve.t1)
-            ribs.append(self.build.edge(curve))
-        for half in (1, -1):
-            edges = list(ribs)
             if turn is not None:
+                assert isinstance(curve, Circle)
+                beta = float(turn.place(g, st, np.array([0.5]))[2][0, 0])
+                up = turn.ends[0][0] == e.upper
+                curve = Part(curve, curve.t0, beta) if up else Part(curve, beta, curve.t1)
                 parts = self.curves[g.stretches.index(turn), sign]
-                at = float(turn.place(g, self.states[sign], np.array([0.75]))[3][0, 0])
-                ahead = np.sin(at - front) > 0.0
-                edges.append(parts[1 if ahead == (half > 0) else 0])
-            lo, hi = (front, back) if half > 0 else (back, front + 2.0 * np.pi)
-            for ring in (e.lower, e.upper):
-                if ring is None:
-                    continue
-                arc = self.kept(ring, sign)
-                if arc is None:
-                    continue
-                if g.present[ring]:
-                    shift = 2.0 * np.pi * np.round((back - 0.5 * (arc[0] + arc[1])) / (2.0 * np.pi))
-                    a, b = (arc[0] + shift, back) if half > 0 else (back, arc[1] + shift)
-                else:
-                    a, b = lo, hi
-                edges += self.rims[sign].arcs(g.rings[ring].joint, a, b)
-            self._face(number, sign, edges, (lo, hi))
+                at = float(turn.place(g, st, np.array([0.75]))[3][0, 0])
+                ahead = 1 if np.sin(at - u) > 0.0 else 0
+                halves[k].append(parts[ahead])
+                halves[1 - k].append(parts[1 - ahead])
+            ribs.append(self.build.edge(curve))
+        stops = [cuts[0][0], cuts[1][0], cuts[0][0] + 2.0 * np.pi]
+        for ring in (e.lower, e.upper):
+            arc = self.kept(ring, sign)
+            if arc is None or ring is None:
+                continue
+            inside = [u + turn for u in stops[:2] for turn in 2.0 * np.pi * np.arange(-2, 3)]
+            ends = [arc[0], *sorted(u for u in inside if arc[0] < u < arc[1]), arc[1]]
+            if not g.present[ring]:
+                ends = stops
+            for a, b in pairwise(ends):
+                middle = stops[0] + (0.5 * (a + b) - stops[0]) % (2.0 * np.pi)
+                halves[int(middle > stops[1])] += self.rims[sign].arcs(g.rings[ring].joint, a, b)
+        for k in (0, 1):
+            self._face(number, sign, _loop([*ribs, *halves[k]]), (stops[k], stops[k + 1]))
 
     def _face(self, number: int, sign: int, edges: list[Edge], span: tuple[float, float]) -> None:
         pose, s = self.poses[sign], self.grazes.elements[number].segment
@@ -406,7 +413,7 @@ class _Turning:
             outward = offset - s.cz * pose.axis - s.cr * (radial / size if size > FLAT else 0.0)
         else:
             outward = np.cos(s.beta[0]) * radial / size + np.sin(s.beta[0]) * pose.axis
-        self.build.face(surface, [_loop(edges)], probe, outward)
+        self.build.face(surface, [edges], probe, outward)
 
 
 def _turns(stretch: Stretch) -> bool:
@@ -416,18 +423,20 @@ def _turns(stretch: Stretch) -> bool:
 def _loop(edges: Sequence[Edge]) -> list[Edge]:
     """Edges in the order in which they follow each other.
 
+    The run of the first edge; others may be left.
+
     Raises
     ------
     EngineError
-        They are not one closed run.
+        It does not close.
     """
     rest = list(edges)
     out = [rest.pop(0)]
     start, place = out[0].first, out[0].last
-    while rest:
+    while rest and place != start:
         k = next((k for k, e in enumerate(rest) if place in (e.first, e.last)), None)
-        if k is None or place == start:
-            raise EngineError("the edges of a cap are no single loop", engine="brep")
+        if k is None:
+            raise EngineError("the edges of a cap do not follow each other", engine="brep")
         edge = rest.pop(k)
         out.append(edge)
         place = edge.last if edge.first == place else edge.first

@@ -1,9 +1,8 @@
 """Solids of a block whose tool axis turns: cut in time where the grazing curve changes its shape, each gated.
 
 1. `vmachining.sweep.topology.changes` finds the instants at which the curve reaches a joint, a chord of a disc is
-   born or dies, two arcs merge. Pieces end `GAP_MM` of motion before such an instant and begin as much after it;
-   their own time is slow there, so that the square roots that births are made of become smooth. What no
-   piece covers is thinner than `GAP_MM`.
+   born or dies, two arcs merge. Between the pieces before and after lies `GAP_MM` of motion; their own time is
+   slow there, so that the square roots that births are made of become smooth.
 2. Where a valley of a flat face cannot be drawn in one go, or a chord begins to lie inside, the piece is halved.
 3. Where a sheet lies inside the sweep (phi_tt < 0, sampled; up to -phi_tt / 2 deep after a unit of time) by more
    than `FOLD_MM`, the piece is halved: a quarter of the depth. What would take more pieces is refused.
@@ -27,8 +26,12 @@ from vmachining.tool import Profile
 
 __all__ = ["GAP_MM", "Piece", "turn_pieces"]
 
-GAP_MM = 1e-6
-"""mm of motion left out at a change of shape: ten times OCCT's confusion of points."""
+GAP_MM = 1e-4
+"""mm of motion left out at a change of shape: both poses are there, so smooth faces miss the square of it over
+their radius, and only a sharp edge leaves a groove half as deep. No edge of the solids is much shorter."""
+
+END_GAP_MM = 1e-6
+"""mm of motion left out where the shape changes at the very start or end of the block, of all faces there."""
 
 PARTS = 24
 """Most pieces of one block before it is refused."""
@@ -116,25 +119,35 @@ class _Work:
         self.profile, self.path, self.fit = profile, path, fit_mm
         self.out: list[Piece] = []
         reach = float(np.abs(profile.points[:, 1]).max() + profile.max_radius)
+        self.sharp = any(e.kind == "edge" for e in rings_of(Tool.of(profile))[1])
         self.speed = path.tip_series.bound(1) + reach * path.axis_series.bound(1)
 
     def add(self, a: float, b: float, soft_a: bool, soft_b: bool) -> None:
         """The part from t = a to b; soft ends are changes of shape."""
-        gap = 0.5 * GAP_MM / self.speed
-        lo, hi = a + gap * soft_a, b - gap * soft_b
+        gaps = [
+            (0.5 * GAP_MM if 0.0 < t < 1.0 else END_GAP_MM) / self.speed * s
+            for t, s in ((a, soft_a), (b, soft_b))
+        ]
+        lo, hi = a + gaps[0], b - gaps[1]
         if (hi - lo) * self.speed < LEAST_MM or len(self.out) >= PARTS:
             raise SweepError("the grazing curve changes its shape too often for solids")
         part = self.path if (lo, hi) == (0.0, 1.0) else self.path.split([lo, hi] if hi < 1.0 else [lo])[
             1 if lo > 0.0 or hi < 1.0 else 0]  # fmt: skip
-        offset = gap / (hi - lo)
-        moving = Moving(part, (offset if soft_a else np.inf, offset if soft_b else np.inf))
+        before, after = (
+            gap / (hi - lo) if soft else np.inf for gap, soft in zip(gaps, (soft_a, soft_b), strict=True)
+        )
+        moving = Moving(part, (before, after))
         try:
             built = turning(self.profile, moving, self.fit)
             depth = _depth(built.grazes)
         except Divide as found:
             self._divide(found, a, b, soft_a, soft_b)
             return
-        built = built._replace(fit_mm=max(built.fit_mm, depth))
+        lost = [
+            0.0,
+            *(gap * self.speed for gap, t in zip(gaps, (a, b), strict=True) if self.sharp or t in (0.0, 1.0)),
+        ]
+        built = built._replace(fit_mm=max(built.fit_mm, depth, *lost))
         self.out.append(Piece((Sweep.along(self.profile, part), built)))
 
     def _divide(self, found: Divide, a: float, b: float, soft_a: bool, soft_b: bool) -> None:
