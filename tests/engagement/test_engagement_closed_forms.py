@@ -401,6 +401,16 @@ def test_air_is_empty():
     assert len(contact(edge, sliding, RayWorkpiece(slab(0.0), [])).parts.row) == 0
 
 
+def test_a_line_along_a_wall_is_no_contact():
+    """A slot of 10 mm followed again, 1e-10 mm to the side: at 0 degrees exactly the wall touches, nothing is cut."""
+    tool = FlatEnd(diameter=10, length=30)
+    before = Past(0, Sweep(tool, (-50, 0, -2), (50, 0, -2)))
+    for aside in (0.0, 1e-10, -1e-10):
+        edge, now = Edge(tool), stance((0, aside, -2), velocity=(1, 1e-7, 0))
+        found = contact(edge, now, RayWorkpiece(slab(0.0), [before]))
+        assert not len(found.arcs) and not len(found.parts.row)
+
+
 def test_the_map_holds_the_areas():
     found = bull_in_slab()
     chart = found.map(cells=400)

@@ -21,6 +21,9 @@ IDLE = 1e-12
 PHI_RAD = 1e-9
 """Ends of engaged arcs are narrowed to this."""
 
+TOUCH_RAD = 1e-4
+"""Arcs narrower than this are a line along which tool and wall touch: sqrt(2 x 1e-9 mm / R) for R = 0.2 mm."""
+
 FAN = 16
 """Angles tried at once between an angle that cuts and a neighbour that does not."""
 
@@ -104,6 +107,10 @@ def contact(
     arcs = _arcs(cutting, phi, engaged)
     if not len(arcs) or cutting.all():
         return Contact(phi, angles, parts, arcs)
+    for first, last in arcs[np.ptp(arcs, axis=1) < TOUCH_RAD]:
+        turn = 2.0 * np.pi * np.ceil((first - phi - PHI_RAD) / (2.0 * np.pi))
+        parts = parts.take(phi[parts.row] + turn[parts.row] > last + PHI_RAD)
+    arcs = arcs[np.ptp(arcs, axis=1) >= TOUCH_RAD]
     ends = arcs.ravel()
     more = engaged(ends)
     more = more._replace(row=more.row + angles)
