@@ -116,11 +116,17 @@ def _joints(move: Move, machine: Machine | None) -> tuple[Floats, Floats, Machin
             line=move.line,
             remedy='name it in the job: chain = "ac-table" or file = "machine.toml" under [machine]',
         )
-    chain = machine.tip_centred() if move.tcp else machine
+    chain = _tip_centred(machine) if move.tcp else machine
     x, y, z = move.start
     first = chain.joints(degrees=True, x=x, y=y, z=z, **(move.rotary_start or {}))
     x, y, z = move.end
     return first, chain.joints(degrees=True, x=x, y=y, z=z, **angles), chain
+
+
+@lru_cache(maxsize=8)
+def _tip_centred(machine: Machine) -> Machine:
+    """The chain in which blocks under tool-centre-point control are joint-linear."""
+    return machine.tip_centred()
 
 
 @lru_cache(maxsize=8)
