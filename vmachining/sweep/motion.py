@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -349,10 +350,8 @@ def _pack(pieces: Sequence[Profile], path: Path) -> _Packed:
     travel = path.end - path.start
     still = _is_straight(path)
     if still and not travel[:2].any():
-        pieces, travel = [piece.extruded(float(travel[2])) for piece in pieces], np.zeros(3)
-    seg = [meridian_rows(piece) for piece in pieces]
-    first = np.cumsum([0, *(len(s) for s in seg)])
-    size = np.array([(p.max_radius, p.z_min, p.z_max) for p in pieces])
+        pieces, travel = tuple(piece.extruded(float(travel[2])) for piece in pieces), np.zeros(3)
+    seg, first, size = _bodies(tuple(pieces))
     row = np.zeros(10)
     if still:
         row[6:9] = travel
@@ -364,7 +363,15 @@ def _pack(pieces: Sequence[Profile], path: Path) -> _Packed:
     low, high = path.bounds - path.start
     extent = float(max(np.abs([low, high]).max(), np.abs(size).max()))
     tol = max(ULPS * float(np.finfo(float).eps) * extent, 1e-14)
-    return _Packed(np.concatenate(seg), first, size, row, tol)
+    return _Packed(seg, first, size, row, tol)
+
+
+@lru_cache(maxsize=256)
+def _bodies(pieces: tuple[Profile, ...]) -> tuple[Floats, Ints, Floats]:
+    """Rows of convex bodies, where each begins, and (radius, lowest, highest z) of each."""
+    rows = [meridian_rows(piece) for piece in pieces]
+    size = np.array([(p.max_radius, p.z_min, p.z_max) for p in pieces])
+    return np.concatenate(rows), np.cumsum([0, *(len(r) for r in rows)]), size
 
 
 def _between(start: Place, end: Place) -> Line | Turn:

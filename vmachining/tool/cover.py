@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from vmachining.tool.profile import Profile, Segment
@@ -9,6 +11,7 @@ from vmachining.tool.profile import Profile, Segment
 __all__ = ["convex_cover"]
 
 
+@lru_cache(maxsize=256)
 def convex_cover(profile: Profile) -> tuple[Profile, ...]:
     """Convex bodies whose union is the body and whose interiors overlap across every split.
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -288,6 +289,7 @@ class Profile:
         runs = [self.segments[a:b] for a, b in pairwise(bounds)]
         return tuple(Profile.of(run) for run in runs if run[0].z0 < run[-1].z1)
 
+    @lru_cache(maxsize=1024)  # noqa: B019  profiles are few, small and asked for every block
     def _widest(self) -> tuple[float, float]:
         """(radius, lowest height) of the largest circle."""
         k = int(np.argmax(self.points[:, 0]))

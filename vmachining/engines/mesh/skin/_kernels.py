@@ -93,17 +93,29 @@ def boxes_seen(boxes, lo, hi, corner, heights, cell, out):
 
 
 @kernel
-def overlapping(hulls, lo, hi, out):
-    """Whether the boxes of hulls (n, m, 3) overlap a box."""
+def boxes_of(hulls, out):
+    """Boxes (n, 2, 3) of hulls (n, m, 3)."""
     for i in range(hulls.shape[0]):
-        out[i] = True
         for axis in range(3):
             a, b = hulls[i, 0, axis], hulls[i, 0, axis]
             for j in range(1, hulls.shape[1]):
                 a, b = min(a, hulls[i, j, axis]), max(b, hulls[i, j, axis])
-            if a > hi[axis] or b < lo[axis]:
-                out[i] = False
-                break
+            out[i, 0, axis], out[i, 1, axis] = a, b
+
+
+@kernel
+def overlapping(boxes, lo, hi, out):
+    """Whether boxes (n, 2, 3) overlap a box."""
+    for i in range(boxes.shape[0]):
+        a, b = boxes[i, 0], boxes[i, 1]
+        out[i] = (
+            a[0] <= hi[0]
+            and b[0] >= lo[0]
+            and a[1] <= hi[1]
+            and b[1] >= lo[1]
+            and a[2] <= hi[2]
+            and b[2] >= lo[2]
+        )
 
 
 @kernel
@@ -141,18 +153,17 @@ def _frustum(corners, gap, high, apex, lo, hi, corner, heights, cell, out):
 
 
 @kernel
-def _cover(facet, gap, high, apex, lo, hi, corner, heights, cell, size, stack, rows, count):
+def _cover(facet, gap, high, apex, lo, hi, corner, heights, cell, size, work, rows, count):
     """Add the seen parts of a facet (4, 3) to `rows`, halved to edges of at most `size`; (rows, count).
 
     A triangle has its last corner twice; a parallelogram stays one.
     """
+    stack, now, edge, row = work
     stack[0] = facet
     left = 1
-    row = np.empty(25)
-    edge = np.empty(4)
     while left > 0:
         left -= 1
-        now = stack[left].copy()
+        now[:] = stack[left]
         if not _frustum(now, gap, high, apex, lo, hi, corner, heights, cell, row):
             continue
         for k in range(4):
@@ -210,8 +221,8 @@ def hull_skin(
     rows, count = np.empty((256, 25)), 0
     means = np.zeros(m + edges.shape[0])
     front = np.empty(m, np.bool_)
-    stack = np.empty((64, 4, 3))
     facet = np.empty((4, 3))
+    work = np.empty((64, 4, 3)), np.empty((4, 3)), np.empty(4), np.empty(25)
     sided = inward[0] != 0.0 or inward[1] != 0.0 or inward[2] != 0.0
     tiny = 1e-13 * (1.0 + abs(apex[0]) + abs(apex[1]) + abs(apex[2]))
 
@@ -226,6 +237,15 @@ def hull_skin(
         gap = most[t] + extra
         if ahead < -rear or gap <= tiny:
             continue
+        low = min(at[triangles[t, 0], 2], at[triangles[t, 1], 2], at[triangles[t, 2], 2])
+        if front[t]:
+            low += d[2]
+        q = at[triangles[t, 0]]
+        high = n_x * (q[0] - apex[0]) + n_y * (q[1] - apex[1]) + n_z * (q[2] - apex[2])
+        if front[t]:
+            high += ahead
+        if high > tiny and low - gap / high * max(apex[2] - low, 0.0) > hi[2]:
+            continue  # above the box, however far the frustum reaches down
         outside = not sided
         for k in range(4):
             q = at[triangles[t, min(k, 2)]]
@@ -236,14 +256,8 @@ def hull_skin(
                 outside = outside or side < 2.0 * gap
         if not outside:
             continue
-        high = -np.inf
-        for k in range(3):
-            high = max(
-                high,
-                n_x * (facet[k, 0] - apex[0]) + n_y * (facet[k, 1] - apex[1]) + n_z * (facet[k, 2] - apex[2]),
-            )
         rows, count = _cover(
-            facet, gap, max(high, tiny), apex, lo, hi, corner, heights, cell, size, stack, rows, count
+            facet, gap, max(high, tiny), apex, lo, hi, corner, heights, cell, size, work, rows, count
         )
 
     length = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
@@ -277,7 +291,7 @@ def hull_skin(
             facet[0, i], facet[1, i] = at[v, i], at[u, i]
             facet[2, i], facet[3, i] = at[u, i] + d[i], at[v, i] + d[i]
         rows, count = _cover(
-            facet, gap, max(high, tiny), apex, lo, hi, corner, heights, cell, size, stack, rows, count
+            facet, gap, max(high, tiny), apex, lo, hi, corner, heights, cell, size, work, rows, count
         )
     return rows[:count], means
 

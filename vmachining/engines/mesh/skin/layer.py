@@ -62,16 +62,21 @@ class Leeway(NamedTuple):
 class Skin(NamedTuple):
     """Places that hold a layer of the workpiece that is not really there.
 
-    corners : (n, 8, 3) mm, the convex hull of which holds a place. volume : (n,) mm^3, at most.
+    corners : (n, 8, 3) mm, the convex hull of which holds a place. boxes : (n, 2, 3) mm, around it. volume :
+    (n,) mm^3, at most.
     """
 
     corners: Floats
+    boxes: Floats
     volume: Floats
 
     @classmethod
     def of(cls, rows: Floats) -> Skin:
         """From rows (n, 25)."""
-        return cls(rows[:, :24].reshape(-1, 8, 3), rows[:, 24])
+        corners = rows[:, :24].reshape(-1, 8, 3)
+        boxes = np.empty((len(rows), 2, 3))
+        _kernels.boxes_of(corners, boxes)  # type: ignore[no-untyped-call]
+        return cls(corners, boxes, rows[:, 24])
 
     @classmethod
     def joined(cls, parts: Sequence[Skin]) -> Skin:
@@ -87,17 +92,11 @@ class Skin(NamedTuple):
 
     def where(self, kept: Bools) -> Skin:
         """Those places alone."""
-        return Skin(self.corners[kept], self.volume[kept])
+        return Skin(self.corners[kept], self.boxes[kept], self.volume[kept])
 
     def split(self, axis: int, at: float) -> tuple[Skin, Skin]:
         """What can be above and what below a plane across an axis; places on it are on both sides."""
-        along = self.corners[:, :, axis]
-        return self.where(along.max(axis=1) > at), self.where(along.min(axis=1) < at)
-
-    @property
-    def boxes(self) -> Floats:
-        """(n, 2, 3) mm."""
-        return np.stack([self.corners.min(axis=1), self.corners.max(axis=1)], axis=1)
+        return self.where(self.boxes[:, 1, axis] > at), self.where(self.boxes[:, 0, axis] < at)
 
     def under(self, sweep: Sweep, depth: float) -> tuple[float, Skin]:
         """mm^3 that the sweep can meet at most, and the places that are not wholly cut away by it.
@@ -106,7 +105,7 @@ class Skin(NamedTuple):
         """
         lo, hi = sweep.bounds
         near = np.empty(len(self.volume), dtype=np.bool_)
-        _kernels.overlapping(self.corners, lo, hi, near)  # type: ignore[no-untyped-call]
+        _kernels.overlapping(self.boxes, lo, hi, near)  # type: ignore[no-untyped-call]
         if not near.any():
             return 0.0, self
         low, high = sweep.hull_distance(self.corners[near], within=ROUGH_MM)
@@ -118,7 +117,7 @@ class Skin(NamedTuple):
         return met, self.where(~near)
 
 
-NO_SKIN = Skin(np.empty((0, 8, 3)), np.empty(0))
+NO_SKIN = Skin(np.empty((0, 8, 3)), np.empty((0, 2, 3)), np.empty(0))
 
 ROUGH_MM = 1e-4
 """Distances to a sweep need not be better: a hundredth of the facets' usual depth."""
