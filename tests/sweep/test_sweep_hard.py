@@ -13,6 +13,7 @@ from test_sweep_turning import TURNS, UP, tilted
 from vmachining.geometry import Arc
 from vmachining.sweep import Pose, Sweep, Turn, breaks
 from vmachining.sweep.flux import _kernels as flux_kernels
+from vmachining.sweep.turned._kernels import PATIENCE
 from vmachining.tool import BallNose, BullNose, Cutter, FlatEnd, Profile, Taper
 
 F20 = FlatEnd(diameter=20, length=50)
@@ -206,7 +207,7 @@ def test_a_search_that_is_given_up_says_so(monkeypatch):
 
     def visited(z: float) -> tuple[bool, bool]:
         """Of points on the axis at the start; the centre is at z = 5, the tip at 0."""
-        return flux_kernels.visited(q.seg, q.ends, q.limits, q.waves, 0.0, 0.0, z, 1.0, 1e-7, *room)
+        return flux_kernels.visited(q.seg, q.ends, q.limits, q.waves, 0.0, 0.0, z, 1.0, 1e-7, PATIENCE, *room)
 
     assert visited(5.0) == (True, False)
     assert visited(-1.0) == (False, False)
