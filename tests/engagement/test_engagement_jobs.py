@@ -158,6 +158,7 @@ REFUSED = {
     "angles": ({"angles": 2}, "2 angles: want 4 to"),
     "edge": ({"edge": "wavy"}, "unknown edge 'wavy'; one of straight, helix"),
     "helix": ({"edge": "helix"}, "tool 1 has no helix angle; give helix_deg"),
+    "phase": ({"phase": 1.0}, "phase 1 of the angles"),
     "seconds": ({"seconds": 0.0}, "want a positive number"),
 }
 
@@ -181,11 +182,12 @@ def test_a_cut_without_a_tool_is_refused(tmp_path):
 
 def test_json_is_all_of_it_and_alone(tmp_path, capsys):
     job = write_job(tmp_path)
-    assert run(["engage", str(job), "--block", "2", "--at", "0.25", "--angles", "72", "--json"]) == 0
+    words = ["--block", "2", "--at", "0.25", "--angles", "72", "--phase", "0.5", "--json"]
+    assert run(["engage", str(job), *words]) == 0
     out, err = capsys.readouterr()
     record = json.loads(out)
     assert err == "" and record["block"] == 2 and record["at"] == 0.25 and record["method"] == "dexel"
-    found = vm.engage(vm.Job.load(job), 2, at=0.25, angles=72)
+    found = vm.engage(vm.Job.load(job), 2, at=0.25, angles=72, phase=0.5)
     assert record == json.loads(json.dumps(found.to_dict()))
     assert len({row["phi_deg"] for row in record["intervals"]}) == 72
     assert record["tip_mm"] == [0.5, 4.0, -1.0]

@@ -272,6 +272,10 @@ def engage(
     at: Annotated[float, typer.Option("--at", metavar="P", help="Fraction of the block, 0 to 1.")] = 0.5,
     method: Annotated[str, typer.Option("--method", help="dexel: exact distances; brep: OCCT.")] = "dexel",
     angles: Annotated[int, typer.Option("--angles", metavar="N", help="Rotation angles of a turn.")] = 360,
+    phase: Annotated[
+        float,
+        typer.Option("--phase", metavar="X", help="Angles are 360 (k + X) / N degrees; 0.5 avoids walls."),
+    ] = 0.0,
     edge: Annotated[
         str, typer.Option("--edge", help="straight, or helix: wound as the tool says.")
     ] = "straight",
@@ -288,8 +292,8 @@ def engage(
     from vmachining.cli import engage as room
 
     return room.engage(
-        job, block=block, at=at, method=method, angles=angles, edge=edge, bottom=bottom, seconds=seconds, out=out,
-        as_json=as_json,
+        job, block=block, at=at, method=method, angles=angles, phase=phase, edge=edge, bottom=bottom,
+        seconds=seconds, out=out, as_json=as_json,
     )  # fmt: skip
 
 

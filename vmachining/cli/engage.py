@@ -19,6 +19,7 @@ def engage(
     at: float,
     method: str,
     angles: int,
+    phase: float,
     edge: str,
     bottom: bool,
     seconds: float,
@@ -28,7 +29,15 @@ def engage(
     """`vmachining engage`."""
     job = Job.load(file)
     found = engaged(
-        job, block, at=at, method=method, angles=angles, edge=edge, bottom=bottom, seconds=seconds
+        job,
+        block,
+        at=at,
+        method=method,
+        angles=angles,
+        phase=phase,
+        edge=edge,
+        bottom=bottom,
+        seconds=seconds,
     )
     if out is not None:
         from vmachining.report import write_engagement
