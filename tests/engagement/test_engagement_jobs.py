@@ -193,6 +193,14 @@ def test_json_is_all_of_it_and_alone(tmp_path, capsys):
     assert record["tip_mm"] == [0.5, 4.0, -1.0]
 
 
+def test_a_second_opinion_that_fails_is_a_finding(tmp_path, capsys):
+    job = write_job(tmp_path)
+    assert run(["engage", str(job), "--block", "2", "--method", "brep", "--seconds", "1e-6"]) == 1
+    out, err = capsys.readouterr()
+    assert out == "" and err.count("\n") == 1
+    assert "no answer within 1e-06 s; take --method dexel, or more --seconds" in err
+
+
 def test_files_hold_the_same_numbers(tmp_path, capsys):
     pytest.importorskip("matplotlib")
     from PIL import Image

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note
+from vmachining.errors import EngineError, SweepError
 from vmachining.job import Job
 from vmachining.job import engage as engaged
 
@@ -28,17 +29,17 @@ def engage(
 ) -> int:
     """`vmachining engage`."""
     job = Job.load(file)
-    found = engaged(
-        job,
-        block,
-        at=at,
-        method=method,
-        angles=angles,
-        phase=phase,
-        edge=edge,
-        bottom=bottom,
-        seconds=seconds,
-    )
+    try:
+        found = engaged(
+            job, block, at=at, method=method, angles=angles, phase=phase, edge=edge, bottom=bottom,
+            seconds=seconds,
+        )  # fmt: skip
+    except (EngineError, SweepError) as exc:
+        if method != "brep":
+            raise
+        # not a bug of ours: no solid, or OCCT gave up; the other method has an answer
+        note(f"vmachining: {exc}{'' if exc.remedy else '; take --method dexel, or more --seconds'}")
+        return Code.FINDINGS
     if out is not None:
         from vmachining.report import write_engagement
 
