@@ -48,8 +48,11 @@ from vmachining.tool import Profile
 
 __all__ = ["Built", "turning"]
 
-NODES = 160
-"""Most nodes of a stretch and of the time; beyond, the block is split or refused."""
+NODES, TIMES = 400, 160
+"""Most nodes of a stretch and of the time; a block that wants more is refused."""
+
+FAR = 10.0
+"""Nodes are chosen on a few curves; a sheet that misses the rest by this many times what was asked is refused."""
 
 STEEP = 0.85
 """Part of a ball that a cap may cover as one face, as a share of the way from a point to half the ball."""
@@ -102,7 +105,7 @@ class _Turning:
         for lens in g.lenses:
             patch = self._patch(lens)
             self._lens(lens, patch, self._fitted(patch, st, middle, middle_w))
-        if self.error > max(self.fit, 1e-3):
+        if self.error > FAR * max(self.fit, FIT_MM):
             raise SweepError(f"splines miss the envelope by {self.error:.2g} mm")
 
     def _fitted(self, stretch: Stretch, st: State, middle: State, middle_w: Floats) -> SplineSheet:
@@ -153,7 +156,7 @@ class _Turning:
 
     def _times(self) -> Floats:
         """Nodes in time that serve all ties and, sampled, all sheets."""
-        g, s = self.grazes, np.array([0.15, 0.5, 0.85])
+        g, s = self.grazes, np.array([0.03, 0.15, 0.35, 0.5, 0.65, 0.85, 0.97])
 
         def paths(w: Floats) -> Floats:
             st = g.moving.state(w)
@@ -166,7 +169,7 @@ class _Turning:
             return np.concatenate([*ties, *inner], axis=1)
 
         wanted = min(self.fit, FIT_MM) if g.valley or g.lenses else self.fit
-        nodes, error = nodes_for(paths, 0.0, 1.0, wanted, first=7, most=NODES)
+        nodes, error = nodes_for(paths, 0.0, 1.0, wanted, first=7, most=TIMES)
         if error > 10.0 * wanted:
             raise SweepError("the grazing curve moves too unevenly for a spline in time")
         return nodes
@@ -195,7 +198,10 @@ class _Turning:
             if sign < 0:
                 loop.append(Use(last, (1.0, 0.0), (1.0, 1.0)))
         loop.append(Use(first, (0.0, 0.0), (0.0, 1.0)))
-        normal = stretch.normals(self.grazes, self.moving.state(np.array([0.5])), np.array([0.5]))[0, 0]
+        half = np.array([0.5])
+        normal = stretch.normals(self.grazes, self.moving.state(half), half)[0, 0]
+        if not isinstance(stretch, EdgeSpan) and self.grazes.fold(stretch, half, half)[0, 0] < 0.0:
+            normal = -normal  # a sheet that lies inside is passed the other way
         self.build.face(sheet, [loop], np.array([0.5, 0.5]), normal)
 
     def _border(self, stretch: Stretch, along: BSpline, poles: Floats, sign: int) -> list[Edge]:
