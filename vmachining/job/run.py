@@ -183,7 +183,7 @@ class _Run:
         self._refuse_early(program, tools, stock)
         self.certify = bool(self.options["certify"]) or self.brep != "none" or leans(program, job.machine)
         make_folder(self.folder)
-        self._open_manifest()
+        self._open_manifest(program.files)
         feed = job.keys.feed
         counts = (lambda length: sample_count(feed, length)) if feed and feed.insert_blocks else None
         engine = self._stage("program", program, blocks, times, tools, stock, counts, check=True)
@@ -319,8 +319,9 @@ class _Run:
             with suppress(OSError):
                 (self.folder / old["file"]).unlink()
 
-    def _open_manifest(self) -> None:
+    def _open_manifest(self, subprograms: tuple[str, ...]) -> None:
         roles = {"program": self.job.program_path}
+        roles |= {f"subprogram {k}": Path(name) for k, name in enumerate(subprograms, 1)}
         if self.job.source is not None:
             roles = {"job": self.job.source, **roles}
         if (path := self.job.stock_path) is not None:
