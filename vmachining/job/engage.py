@@ -35,8 +35,9 @@ from vmachining.job.reading import read_job_program, refuse_unknown_tools
 from vmachining.job.stock import raw_stock
 from vmachining.nc import Motion, Program
 from vmachining.sweep import Stance, Sweep, Turn
+from vmachining.sweep.bounds import body_bounds
 from vmachining.tolerance import LENGTH_EPS_MM
-from vmachining.tool import Edge, Profile, Tool
+from vmachining.tool import Edge, EdgeParts, Profile, Tool
 
 if TYPE_CHECKING:
     from vmachining.engines.brep import Blank
@@ -45,6 +46,9 @@ __all__ = ["EDGES", "METHODS", "Scene", "engage"]
 
 METHODS = ("dexel", "brep", "analytic")
 EDGES = ("straight", "helix")
+CLIP_MM = 2.0
+"""Earlier tools are cut off this far beyond the highest point that could lie in them."""
+
 LEAST_ANGLES, MOST_ANGLES = 4, 100_000
 
 
@@ -135,11 +139,14 @@ class Scene:
         tool = self.job.tools[number]
         cutting = Edge(tool, helix_deg=_helix(tool, number) if edge == "helix" else 0.0, bottom=bottom)
         stance = Stance.on(path, t)
-        past = self._reaching(index, tool.cutter, stance)
         own = _own(block, tool.cutter, path, t)
         stock, notes = self._stock(method)
         phi = 2.0 * np.pi * (np.arange(angles) + phase) / angles
-        near = sweeps_near(cutting, stance, phi, facing_parts(cutting, stance, phi), past)
+        parts = facing_parts(cutting, stance, phi)
+        if method == "dexel" or self.job.keys.stock.step is None:  # where the stock is known without OCCT
+            parts = RayWorkpiece(self._stock("dexel")[0], []).holds(cutting, stance, phi, parts)
+        past = self._reaching(index, _region(cutting, stance, phi, parts))
+        near = sweeps_near(cutting, stance, phi, parts, past)
         if not bottom and tool.cutter.points[0, 0] > 0.0 and _bottom_leads(stance, tool.cutter):
             notes = (
                 *notes,
@@ -173,18 +180,27 @@ class Scene:
         low, high = ends[which], ends[which + 1]
         return mine[which], float(np.clip((at - low) / (high - low), 0.0, 1.0))
 
-    def _reaching(self, index: int, cutter: Profile, stance: Stance) -> list[Past]:
-        """Earlier sweeps whose box meets that of the tool."""
-        box = Sweep.along(cutter, _at_rest(stance)).bounds
+    def _reaching(self, index: int, region: Floats) -> list[Past]:
+        """Earlier sweeps whose box meets a region (2, 3), of tools as high as they can reach it."""
         out = []
+        clips: dict[tuple[int, float], Profile] = {}
         for block, number, path in self.cuts[:index]:
+            low, high = path.bounds
+            away = np.maximum(np.maximum(region[1] - low, high - region[0]), 0.0)
+            reach = float(np.ceil(np.linalg.norm(away) + CLIP_MM))
             profile = self.job.tools[number].cutter
-            low, high = _rough_box(profile, path)
-            if (low <= box[1]).all() and (high >= box[0]).all():
-                one = Past(block, Sweep.along(profile, path))
-                low, high = one.sweep.bounds
-                if (low <= box[1]).all() and (high >= box[0]).all():
-                    out.append(one)
+            if reach < profile.z_max:
+                if (number, reach) not in clips:
+                    clips[number, reach] = profile.clip(profile.z_min, reach)
+                profile = clips[number, reach]
+            far = float(np.hypot(profile.max_radius, max(abs(profile.z_min), profile.z_max)))
+            if not _meet(np.stack([low - far, high + far]), region):
+                continue
+            if isinstance(path, Turn) and not _meet(body_bounds(profile, path), region):
+                continue
+            sweep = Sweep.along(profile, path)
+            if _meet(sweep.bounds, region):
+                out.append(Past(block, sweep))
         return out
 
     def _stock(self, method: str) -> tuple[Any, tuple[str, ...]]:
@@ -250,21 +266,23 @@ def _bottom_leads(stance: Stance, cutter: Profile) -> bool:
     return sink + swing > 1e-9 * max(float(np.linalg.norm(stance.velocity)), swing)
 
 
-def _at_rest(stance: Stance) -> CutterPath:
-    """The tool at one pose, as a path."""
-    if np.array_equal(stance.axis, [0.0, 0.0, 1.0]):
-        return Line(stance.tip, stance.tip)
-    return Turn.through(stance.tip, stance.tip, "axis", stance.axis, stance.axis)
+def _region(edge: Edge, stance: Stance, phi: Floats, parts: EdgeParts) -> Floats:
+    """(2, 3) mm: a box around parts of the edge, and around what lies between two angles."""
+    if not len(parts.row):
+        return np.array([[np.inf] * 3, [-np.inf] * 3])
+    share = np.linspace(0.0, 1.0, 9)
+    s = parts.lower[:, None] + (parts.upper - parts.lower)[:, None] * share
+    row, piece = (np.repeat(column, len(share)) for column in (parts.row, parts.piece))
+    points = stance.points(edge, phi[row], piece, s.ravel())
+    # between two samples of a stretch, and to the next angle
+    margin = edge.stretch * float((parts.upper - parts.lower).max()) / 16.0
+    margin += 2.0 * np.pi * edge.profile.max_radius / len(phi)
+    return np.stack([points.min(axis=0) - margin, points.max(axis=0) + margin])
 
 
-def _rough_box(profile: Profile, path: CutterPath) -> tuple[Floats, Floats]:
-    """A box around a sweep, quick, and wide where the tool leans."""
-    low, high = path.bounds
-    if isinstance(path, Turn):
-        far = float(np.hypot(profile.max_radius, np.abs(profile.points[:, 1]).max()))
-        return low - far, high + far
-    r = profile.max_radius
-    return low + [-r, -r, profile.z_min], high + [r, r, profile.z_max]
+def _meet(one: Floats, other: Floats) -> bool:
+    """Whether two boxes (2, 3) do."""
+    return bool((one[0] <= other[1]).all() and (one[1] >= other[0]).all())
 
 
 def _faces(job: Job) -> Blank:
