@@ -105,6 +105,24 @@ def test_modes_come_back_by_m72_and_at_the_end_of_a_sub():
     assert (last.end, last.feed_mm_min, last.spindle_rpm) == ((3, 1, 0), 100, 100)
 
 
+def test_modes_can_be_read_by_name():
+    """As the reference control answers them; codes are ten times their number."""
+    head = "G20 G90.1 G93 G55 G99 S100 M3\nT2\nT1 M6\n"
+    asked = {"_plane": 170, "_motion_mode": 800, "_coord_system": 550, "_inverse_time": 1, "_units_per_minute": 0,
+             "_retract_r_plane": 1, "_retract_old_z": 0, "_spindle_on": 0, "_ijk_absolute_mode": 1, "_selected_tool": 1,
+             "_current_tool": 1, "_tool_offset": 0, "_task": 0, "_call_level": 0, "_metric": 0, "_ccomp": 400}  # fmt: skip
+    text = head + "".join(f"#{k}=#<{name}>\n" for k, name in enumerate(asked, 100)) + "#99=#<_line>\n"
+    text += "".join(f"G0 X#{k}\n" for k in range(99, 100 + len(asked))) + "M2\n"
+    program = parse_program(text.encode(), "p", home=(0, 0, 0))
+    program.require_clean()
+    found = [round(m.end[0] / 25.4, 9) for m in program.moves]
+    assert found == [4 + len(asked), *asked.values()]
+    turned = parse_program(
+        b"G41.1 D2\nG1 F1 X[#<_ccomp>/100]\nM4 S1\nY#<_spindle_cw>\nG40\nM2\n", "p", home=(0, 0, 0)
+    )
+    assert turned.moves[0].end_program == pytest.approx((4.1, 1, 0))
+
+
 def test_tools_that_g10_writes():
     """L1 writes an offset, L10 the one with which the tool stands at the words; nothing moves before G43."""
     text = HEAD + "T1 M6 M3\nG0 Z9\nG10 L1 P1 X1 Z5 R2\nG43 H1\nG0 X0 Y0 Z1\nG49\nG53 G0 Z20\nG10 L10 P1 Z3\n"

@@ -386,6 +386,7 @@ class Reader:
             for error in lexed.errors:
                 self._record(error.code, number, error.col, error.length, n, error.text[:60], error.message)
             return
+        self.memory.line = number
         try_state = self.state.clone()
         values, writes = line_values(lexed, self.memory, problems)
         moves, warnings = list[Move](), list[Problem]()

@@ -14,7 +14,7 @@ have offsets (G5x and G92) and no length, hence one world, in degrees.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from math import cos, isnan, radians, sin
 from operator import attrgetter
@@ -219,6 +219,7 @@ class Memory:
 
     def __init__(self, state: State) -> None:
         self.state = state
+        self.line = 0
         self._named: dict[str, float] = {}
         self._global: dict[str, float] = {"_value": 0.0, "_value_returned": 0.0}
         self._numbered: dict[int, float] = {}
@@ -343,7 +344,33 @@ class Memory:
             return (state.feed or 0.0) / (1.0 if state.feed_mode == 930 else state.scale)
         if name == "_rpm":
             return state.speed
-        return float(state.tool) if name == "_current_tool" else None
+        if name == "_line":
+            return float(self.line)
+        ask = _ASKED.get(name)
+        return None if ask is None else float(ask(state))
+
+
+_ASKED: Final[Mapping[str, Callable[[State], float | bool]]] = {
+    "_current_tool": lambda state: state.tool,
+    "_selected_tool": lambda state: state.selected or 0,
+    "_tool_offset": lambda state: state.length != ORIGIN,
+    "_plane": lambda state: next(code for code, plane in PLANES.items() if plane is state.plane),
+    "_motion_mode": lambda state: 800 if state.motion is None else state.motion,
+    "_coord_system": lambda state: state.work,
+    "_ccomp": lambda state: 400 if state.compensation is None else 415 - 5 * state.compensation.side,
+    "_inverse_time": lambda state: state.feed_mode == 930,
+    "_units_per_minute": lambda state: state.feed_mode == 940,
+    "_units_per_rev": lambda state: state.feed_mode == 950,
+    "_retract_r_plane": lambda state: state.to_r,
+    "_retract_old_z": lambda state: not state.to_r,
+    "_ijk_absolute_mode": lambda state: state.absolute_center,
+    "_spindle_on": lambda state: state.direction != 0,
+    "_spindle_cw": lambda state: state.direction == 1,
+    "_call_level": lambda state: len(state.levels) - 1,
+    "_task": lambda _: 0,
+    "_remap_level": lambda _: 0,
+}
+"""Modes that programs may read, by name; codes are ten times their number."""
 
 
 def _truth(flag: bool) -> float:
