@@ -86,7 +86,7 @@ def _cuts(profile: Profile, path: Turn) -> list[float]:
     moving, rings = Moving(path), rings_of(Tool.of(profile))[0]
     out = []
     for c in found:
-        if c.t in swaps and (c.kind == "swap" or c.z in ends):
+        if c.t in swaps and (c.kind in ("swap", "merge") or c.z in ends):
             continue  # the chord of a disc passes its middle, the curve the tip of a ball
         if c.kind == "merge" and c.z in ends:
             continue  # the same
