@@ -24,6 +24,7 @@ from vmachining.nc.lexer import LexedLine, Word
 __all__ = ["SIGNAL_WORDS", "Block", "Problem", "block_number", "build_block"]
 
 _BLOCK_NUMBER: Final = re.compile(r"[Nn]([0-9]{1,5})(?:\.[0-9]*)?")
+_PROBE: Final = re.compile(r"[Gg]0*38\.[2-5]")
 _ALWAYS: Final = frozenset("GMNFST")
 _FOREIGN_AXES: Final = frozenset("ABCUVW")
 _MTS_WORDS: Final = {
@@ -156,7 +157,16 @@ def build_block(
             block.problems.append(Problem("E209", block.words[letter][1], what))
     if known:
         _owners(block, modal_motion)
+    elif not (block.axes or block.rotary or block.polar):
+        block.problems = [_aimless(problem) for problem in block.problems]
     return block
+
+
+def _aimless(problem: Problem) -> Problem:
+    """Probing without axis words is wrong on every control: say that, too."""
+    if problem.word is None or not _PROBE.fullmatch(problem.word.text.replace(" ", "")):
+        return problem
+    return problem._replace(message=f"{problem.word.text} without axis words; {problem.message}")
 
 
 def _g_code(block: Block, word: Word, value: float, groups: dict[int, int]) -> bool:
