@@ -95,7 +95,7 @@ def write_pack(
     terms = _licence(licence)
     inputs, told = _inputs(job)
     old = _old_files(folder)
-    result = run(_without_feed(job), brep=brep, workers=workers, progress=progress)
+    result = run(_without_feed(job), certify=True, brep=brep, workers=workers, progress=progress)
     with TemporaryDirectory(prefix="vmachining-pack-") as scratch:
         # everything is made before the first byte of an earlier pack goes: it may hold our own inputs
         made = Path(scratch)

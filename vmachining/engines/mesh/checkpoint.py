@@ -33,6 +33,7 @@ def write_tiles(path: Path, root: Tile, blocks: dict[int, int], state: dict[str,
             "color": tile.color,
             "chord": tile.chord,
             "tidied": tile.tidied,
+            "means": tile.has_means,
         }
         nodes.append(node)
         if tile.halves is not None:
@@ -102,7 +103,7 @@ def read_tiles(path: Path) -> tuple[Tile, dict[int, int], dict[str, Any]]:
         inner = solid(f"{k}.{Side.INNER}")
         skin = Skin(*(arrays[f"{k}.skin.{column}"] for column in Skin._fields))
         tile = Tile({}, {}, np.array(node["box"]), turns=node["turns"], color=node["color"],
-                    skin=skin, chord=node["chord"], tidied=node["tidied"])  # fmt: skip
+                    skin=skin, chord=node["chord"], tidied=node["tidied"], has_means=node["means"])  # fmt: skip
         tile.put(Side.INNER, inner)
         tile.put(Side.OUTER, inner if node["one"] else solid(f"{k}.{Side.OUTER}"))
         return tile

@@ -61,9 +61,10 @@ class MeshEngine:
         self._blocks: dict[int, int] = {}
         self._removed: tuple[str, list[float]] | None = None
         solids = {side: stock.solids[side] for side in SIDES}
-        root = Tile.of(solids, 0.0 if certify else self.chord)
+        root = Tile.of(solids, self.chord)
         if root is None:
             raise EngineError("the stock is empty", engine=self.name)
+        root.has_means = solids[Side.INNER] is solids[Side.OUTER]
         self._root = root
         self._gone = 0.0
         self.stock_volume = _bracket(root.volumes[Side.INNER], root.volumes[Side.OUTER])

@@ -9,12 +9,11 @@ By two workpieces (`cut_twice`): A is cut by inner sweeps, B by outer ones, W th
 
     hi = vol(A and W_outer)      the most that can be left, cut by the most that can cut
     lo = vol(B and W_inner)      the least by the least
-    estimate = w vol(A and W_inner) + (1 - w) vol(B and W_outer)
 
 W_inner < W < W_outer for every block, so B < S < A by induction for the true workpiece S, hence lo <= truth <= hi.
-Both volumes of the estimate lie between lo and hi too. The weight w cancels the error of the facets, see
-`solids.balance`: it is 1/3 on the level, where facets lie along the motion, and follows the silhouette of the
-cutter on slopes.
+The estimate is that of the means on the facets of A. Where a turning tool has been, or the raw stock is round,
+it is w vol(A and W_inner) + (1 - w) vol(B and W_outer) with a weight that cancels the error of the facets, see
+`solids.balance`.
 """
 
 from __future__ import annotations
@@ -66,18 +65,23 @@ class Cut:
         return balance(self.sweep, self.facets(Side.INNER), self.facets(Side.OUTER))
 
 
-def cut_once(tile: Tile, cut: Cut) -> Bracket:
-    """Remove a sweep of an upright tool from a tile; mm^3, bounded in advance."""
-    sweep, window = cut.sweep, tile.window
-    tool = cut.facets(Side.INNER)
+def _inner(tile: Tile, cut: Cut) -> tuple[list[Manifold], list[Skin]]:
+    """Inner solids of an upright tool, with means on their facets, and what they leave."""
     solids, left = [], []
-    for piece in pieces(sweep, tool, window, cut.chained, skinned=True):
+    for piece in pieces(cut.sweep, cut.facets(Side.INNER), tile.window, cut.chained, skinned=True):
         if len(piece.skin):
             left.append(Skin.of(piece.skin))
         if len(piece.triangles):
             assert piece.mean is not None and piece.kin is not None
             ids = thick(piece.mean, piece.kin, cut.chord)
             solids.append(manifold(piece.points, piece.triangles, cut.run, ids))
+    return solids, left
+
+
+def cut_once(tile: Tile, cut: Cut) -> Bracket:
+    """Remove a sweep of an upright tool from a tile; mm^3, bounded in advance."""
+    sweep = cut.sweep
+    solids, left = _inner(tile, cut)
     if not solids and not left:
         return AIR
     skin = Skin.joined(left)
@@ -114,6 +118,7 @@ def cut_once(tile: Tile, cut: Cut) -> Bracket:
 
 def cut_twice(tile: Tile, cut: Cut) -> Bracket:
     """Remove a sweep from both workpieces of a tile; mm^3."""
+    path = cut.sweep.path
 
     def solids(side: Side) -> list[Manifold]:
         return cutters(cut.sweep, cut.facets(side), tile.window, chained=cut.chained, block_id=cut.run)
@@ -132,11 +137,12 @@ def cut_twice(tile: Tile, cut: Cut) -> Bracket:
         hi = shared(inner_cut, outer)
     if hi <= noise:  # rounding, not metal: leave the tile as it is, exactly
         return AIR
-    inner = solids(Side.INNER)
+    inner = solids(Side.INNER) if isinstance(path, Turn) else _inner(tile, cut)[0]
     lo = 0.0 if fresh else shared(outer_cut, inner)
     rest[Side.INNER] = minus(inner_cut, inner)
     if not fresh:
         rest[Side.OUTER] = minus(outer_cut, outer)
+    thin = tile.thin
     removed = dict.fromkeys(SIDES, 0.0)
     for side in SIDES:
         loss = tile.volumes[side] - float(rest[side].volume())
@@ -145,11 +151,17 @@ def cut_twice(tile: Tile, cut: Cut) -> Bracket:
             tile.put(side, rest[side])
     if fresh:
         lo = removed[Side.INNER]
-    if isinstance(cut.sweep.path, Turn) and not cut.sweep.path.is_steady:
-        noise += TWICE_REL * sum(float(cutter.volume()) for cutter in outer)
-    weight = cut.weight
-    estimate = weight * removed[Side.INNER] + (1.0 - weight) * removed[Side.OUTER]
-    return Bracket(max(0.0, min(lo - noise, estimate)), estimate, max(hi + noise, estimate))
+    if isinstance(path, Turn):
+        tile.has_means = False
+        if not path.is_steady:
+            noise += TWICE_REL * sum(float(cutter.volume()) for cutter in outer)
+    if tile.has_means:
+        estimate = removed[Side.INNER] + tile.thin - thin
+    else:
+        weight = cut.weight
+        estimate = weight * removed[Side.INNER] + (1.0 - weight) * removed[Side.OUTER]
+    lo, hi = max(0.0, lo - noise), hi + noise
+    return Bracket(lo, min(max(estimate, lo), hi), hi)
 
 
 def minus(solid: Manifold, cutters: list[Manifold]) -> Manifold:

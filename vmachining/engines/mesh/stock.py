@@ -35,6 +35,13 @@ class StockMesh:
         """(2, 3) mm."""
         return np.array(self.solids[Side.INNER].bounding_box()).reshape(2, 3)
 
+    @property
+    def corners(self) -> Floats:
+        """(n, 3, 3) mm: corners of the triangles, counterclockwise seen from outside."""
+        mesh = self.solids[Side.INNER].to_mesh64()
+        points = np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3]
+        return np.asarray(points[np.asarray(mesh.tri_verts)])
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StockSurface:

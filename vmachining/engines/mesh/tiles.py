@@ -31,6 +31,7 @@ from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.skin import NO_SKIN, Skin, mean_skin, untag
 from vmachining.engines.mesh.solids import checked
 from vmachining.engines.mesh.window import Window
+from vmachining.tolerance import CHORD_MM
 
 __all__ = ["Share", "Tile", "joined", "reached"]
 
@@ -52,8 +53,8 @@ class Tile:
 
     turns : upper halves on the way from the root. color : says who cuts it, None until it is small enough.
     skin : where inner sweeps may have left what they should not; tidied : its places when they were last looked
-    through. thin : mm^3 of it in the mean. chord : mm, unit in which the facets of sweeps carry their means; 0
-    with two workpieces, which need no skin.
+    through. thin : mm^3 of it in the mean. chord : mm, unit in which the facets of sweeps carry their means.
+    has_means : with two workpieces, whether all facets do, and the raw stock was one exact mesh.
     """
 
     solids: dict[Side, Manifold]
@@ -66,7 +67,8 @@ class Tile:
     skin: Skin = NO_SKIN
     thin: float = 0.0
     tidied: int = 0
-    chord: float = 0.0
+    has_means: bool = True
+    chord: float = CHORD_MM
 
     @classmethod
     def of(cls, solids: dict[Side, Manifold], chord: float, skin: Skin = NO_SKIN) -> Tile | None:
@@ -93,9 +95,8 @@ class Tile:
         if not result.is_empty():
             mesh = result.to_mesh64()
             self.window = _window(mesh, self.box[0] - margin, self.box[1] + margin)
-            if self.chord > 0.0:
-                thickness = untag(np.asarray(mesh.face_id, dtype=np.int64), self.chord)
-                self.thin = mean_skin(mesh.vert_properties, mesh.tri_verts, thickness)
+            thickness = untag(np.asarray(mesh.face_id, dtype=np.int64), self.chord)
+            self.thin = mean_skin(mesh.vert_properties, mesh.tri_verts, thickness)
 
     def cover(self, skin: Skin) -> None:
         """Replace the skin; now and then, places over which the solid no longer reaches are forgotten."""
@@ -130,7 +131,7 @@ class Tile:
             return
         self.halves = (halves[0], halves[1])
         for k, half in enumerate(self.halves):
-            half.turns, half.color = self.turns + 1 - k, self.color
+            half.turns, half.color, half.has_means = self.turns + 1 - k, self.color, self.has_means
         self.solids.clear()
         self.skin = NO_SKIN
 
