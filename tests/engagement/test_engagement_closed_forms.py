@@ -304,6 +304,20 @@ def test_a_second_pass_is_met_in_the_rest():
     assert np.allclose(part.upper, 0.5, atol=MM) and (part.upper_by == 4).all()
 
 
+def test_a_jump_of_the_length_is_found_at_its_angle():
+    """A slot of 2 mm beside one of 1 mm, walls at y = -5: 1 mm deep where cos(phi) > 1 / 5, 2 mm beyond."""
+    tool = FlatEnd(diameter=10, length=30)
+    shallow = Past(3, Sweep(tool, (-50, 0, -1), (50, 0, -1)))
+    edge, now = Edge(tool), stance((0, -6, -2))
+    found = Engagement(edge, now, contact(edge, now, RayWorkpiece(slab(0.0), [shallow])), "dexel")
+    assert found.arcs == pytest.approx(np.array([[0.0, pi]]), abs=1e-7)
+    sides = found.contact.phi[found.contact.grid + 2 :]
+    assert sides == pytest.approx(np.full(2, acos(0.2)), abs=2e-9) and sides[0] < sides[1]
+    # 4 mm of width 1 mm deep, 6 mm 2 mm deep; trapezia of a sine over 1 degree
+    assert found.removal_per_mm == pytest.approx(4.0 + 12.0, rel=5e-5)
+    assert found.area == pytest.approx(5 * (acos(0.2) + 2 * (pi - acos(0.2))), abs=1e-6)
+
+
 def test_the_end_of_the_block_before_is_no_air():
     """At p = 0 the tool stands on the end pose of the block before; the front cuts all the same."""
     for tool in (FlatEnd(diameter=10, length=30), BallNose(diameter=10, length=30)):

@@ -24,6 +24,10 @@ PHI_RAD = 1e-9
 TOUCH_RAD = 1e-4
 """Arcs narrower than this are a line along which tool and wall touch: sqrt(2 x 1e-9 mm / R) for R = 0.2 mm."""
 
+JUMP, JUMP_MM = 1.1, 0.02
+"""A change of length from angle to angle may be a jump if it is this many times those beside it, and this much
+more. Steep ends of a smooth curve are taken for one too: two angles more, which are as true as the others."""
+
 FAN = 16
 """Angles tried at once between an angle that cuts and a neighbour that does not."""
 
@@ -31,7 +35,8 @@ FAN = 16
 class Contact(NamedTuple):
     """What an edge touches, turned through a grid of angles.
 
-    phi : (n,) rad, the grid first, then the ends of the arcs, inside of each. grid : how many are grid.
+    phi : (n,) rad, the grid first, then the ends of the arcs, inside of each, and both sides of every jump of the
+    engaged length within an arc. grid : how many are grid.
     parts : engaged stretches; `row` counts in phi. arcs : (k, 2) rad, rising, engaged without a gap; an arc over
     the end of the grid ends beyond 2 pi.
     """
@@ -105,17 +110,19 @@ def contact(
     parts = engaged(phi)
     cutting = np.bincount(parts.row, minlength=angles) > 0
     arcs = _arcs(cutting, phi, engaged)
-    if not len(arcs) or cutting.all():
+    if not cutting.all():
+        for first, last in arcs[np.ptp(arcs, axis=1) < TOUCH_RAD]:
+            turn = 2.0 * np.pi * np.ceil((first - phi - PHI_RAD) / (2.0 * np.pi))
+            parts = parts.take(phi[parts.row] + turn[parts.row] > last + PHI_RAD)
+        arcs = arcs[np.ptp(arcs, axis=1) >= TOUCH_RAD]
+    ends = np.empty(0) if cutting.all() else arcs.ravel()
+    more = np.concatenate([ends, _jumps(parts, phi, engaged)])
+    if not len(more):
         return Contact(phi, angles, parts, arcs)
-    for first, last in arcs[np.ptp(arcs, axis=1) < TOUCH_RAD]:
-        turn = 2.0 * np.pi * np.ceil((first - phi - PHI_RAD) / (2.0 * np.pi))
-        parts = parts.take(phi[parts.row] + turn[parts.row] > last + PHI_RAD)
-    arcs = arcs[np.ptp(arcs, axis=1) >= TOUCH_RAD]
-    ends = arcs.ravel()
-    more = engaged(ends)
-    more = more._replace(row=more.row + angles)
-    joined = EdgeParts._make(np.concatenate(pair) for pair in zip(parts, more, strict=True))
-    return Contact(np.concatenate([phi, ends]), angles, joined, arcs)
+    beside = engaged(more)
+    beside = beside._replace(row=beside.row + angles)
+    joined = EdgeParts._make(np.concatenate(pair) for pair in zip(parts, beside, strict=True))
+    return Contact(np.concatenate([phi, more]), angles, joined, arcs)
 
 
 def _arcs(cutting: Bools, phi: Floats, engaged: Callable[[Floats], EdgeParts]) -> Floats:
@@ -130,17 +137,7 @@ def _arcs(cutting: Bools, phi: Floats, engaged: Callable[[Floats], EdgeParts]) -
     leaves = np.flatnonzero(cutting & ~np.roll(cutting, -1))
     good = np.concatenate([phi[enters], phi[leaves]])
     bad = np.concatenate([phi[enters] - step, phi[leaves] + step])
-    share = np.arange(1, FAN) / FAN
-    while np.abs(bad - good).max() > PHI_RAD:
-        tried = good[:, None] + (bad - good)[:, None] * share
-        parts = engaged(tried.ravel())
-        hit = (np.bincount(parts.row, minlength=tried.size) > 0).reshape(tried.shape)
-        last = np.where(
-            hit.all(axis=1), FAN - 1, np.argmin(hit, axis=1)
-        )  # tries that cut, from the good side
-        ladder = np.column_stack([good, tried, bad])
-        every = np.arange(len(good))
-        good, bad = ladder[every, last], ladder[every, last + 1]
+    good, _ = _narrowed(good, bad, lambda at: _lengths(engaged(at.ravel()), at.size).reshape(at.shape) > 0.0)
     first, final = good[: len(enters)], good[len(enters) :]
     if leaves[0] < enters[0]:  # the arc over the end of the grid
         final = np.roll(final, -1)
@@ -149,3 +146,49 @@ def _arcs(cutting: Bools, phi: Floats, engaged: Callable[[Floats], EdgeParts]) -
     early = out[:, 0] < 0.0  # begins before the first angle of the grid
     out[early] += 2.0 * np.pi
     return np.asarray(out[np.argsort(out[:, 0])])
+
+
+def _jumps(parts: EdgeParts, phi: Floats, engaged: Callable[[Floats], EdgeParts]) -> Floats:
+    """(2 k,) rad: both sides of the angles where the engaged length jumps, because edges lie along edges there.
+
+    A jump stands out from the changes beside it; the largest change within is followed until `PHI_RAD`.
+    """
+    length = _lengths(parts, len(phi))
+    after = np.roll(length, -1)
+    change = np.abs(after - length)
+    beside = np.maximum(np.roll(change, 1), np.roll(change, -1))
+    jump = np.flatnonzero((length > 0.0) & (after > 0.0) & (change > JUMP * beside + JUMP_MM))
+    if not len(jump):
+        return np.empty(0)
+    left, right = phi[jump], phi[jump] + 2.0 * np.pi / len(phi)
+    low, high = length[jump], after[jump]
+    share, every = np.arange(1, FAN) / FAN, np.arange(len(jump))
+    while (right - left).max() > PHI_RAD:
+        tried = left[:, None] + (right - left)[:, None] * share
+        angle = np.column_stack([left, tried, right])
+        found = _lengths(engaged(tried.ravel()), tried.size).reshape(tried.shape)
+        value = np.column_stack([low, found, high])
+        most = np.argmax(np.abs(np.diff(value, axis=1)), axis=1)
+        left, right = angle[every, most], angle[every, most + 1]
+        low, high = value[every, most], value[every, most + 1]
+    return np.stack([left, right], axis=1).ravel()
+
+
+def _narrowed(good: Floats, bad: Floats, same: Callable[[Floats], Bools]) -> tuple[Floats, Floats]:
+    """Angles (n,) on both sides of a change, closer than `PHI_RAD`; `same` (n, m) is true as at `good`."""
+    share = np.arange(1, FAN) / FAN
+    every = np.arange(len(good))
+    while np.abs(bad - good).max() > PHI_RAD:
+        tried = good[:, None] + (bad - good)[:, None] * share
+        hit = same(tried)
+        last = np.where(hit.all(axis=1), FAN - 1, np.argmin(hit, axis=1))  # tries as the good side
+        ladder = np.column_stack([good, tried, bad])
+        good, bad = ladder[every, last], ladder[every, last + 1]
+    return good, bad
+
+
+def _lengths(parts: EdgeParts, rows: int) -> Floats:
+    """(rows,) engaged mm of the meridian."""
+    out = np.zeros(rows)
+    np.add.at(out, parts.row, parts.upper - parts.lower)
+    return out
