@@ -66,6 +66,13 @@ def test_refusals(tmp_path, text, files, code):
     assert code in {f.code for f in read(tmp_path, text, **files).errors}
 
 
+def test_a_file_that_cannot_be_read_is_told_where_it_is_called(tmp_path):
+    program = read(tmp_path, "G0 X1\no<b> call\nG0 X2\nM2\n", b="\0\1binary")
+    (error,) = program.errors
+    assert (error.line, error.code) == (2, "E412") and "binary" in error.message
+    assert len(program.moves) == 1
+
+
 def test_bytes_have_no_folder_but_those_given(tmp_path):
     (tmp_path / "s.ngc").write_text("o<s> sub\nG0 X1\no<s> endsub\n")
     assert [f.code for f in parse_program(b"o<s> call\nM2\n", "p").errors] == ["E412"]

@@ -47,7 +47,6 @@ _PLAIN: Final = re.compile(
 _ABORT: Final = re.compile(r"\([ \t]*abort[ \t]*,", re.IGNORECASE)
 _NUMBERED: Final = re.compile(r"[ \t]*/?[ \t]*[Nn][ \t]*([0-9]{1,5})(?![0-9.])")
 
-
 THREE_AXES: Final = tuple(Move._field_defaults.values())
 """The fields of a move that three axes do not use."""
 
@@ -243,8 +242,8 @@ class Reader:
             self._never_reached(restart)
         return stop
 
-    def _load(self, label: str) -> bool:
-        """Read the file of a subprogram, and say what is wrong with it."""
+    def _load(self, label: str, index: int) -> bool:
+        """Read the file of a subprogram called in a line, and say what is wrong with it."""
         assert self.flow is not None
         structure = self.flow.structure
         known = len(structure.problems)
@@ -252,7 +251,8 @@ class Reader:
             if not self.files.load(label, structure):
                 return False
         except (OSError, NCError) as exc:
-            raise _GiveUpError("E412", self.own - 1, f"the file of subprogram {label}: {exc}") from None
+            at = self.flow.origin(self.own, index)
+            raise _GiveUpError("E412", at, f"the file of subprogram {label}: {exc}") from None
         self.flow.stops = sorted(structure.items)
         for index, problem in structure.problems[known:]:
             self._flow_problem(problem, index)
@@ -401,7 +401,7 @@ class Reader:
             problems = block.problems
             if not problems and 10 in block.m:
                 problem = (
-                    self.flow.check(block)
+                    self.flow.check(block, number - 1)
                     if self.flow is not None
                     else Problem("E412", block.m[10][1], "M98 and M99 are plain numbers, nothing computed")
                 )

@@ -45,7 +45,7 @@ class Flow:
     Parameters
     ----------
     report : takes a problem and its 0-based line.
-    load : reads the file of a subprogram that this one does not define; False where there is none.
+    load : takes a label and the 0-based line that calls it, reads its file; False where there is none.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class Flow:
         structure: Structure,
         memory: Memory,
         report: Callable[[Problem, int], None],
-        load: Callable[[str], bool],
+        load: Callable[[str, int], bool],
     ) -> None:
         self.structure, self.memory, self.report, self.load = structure, memory, report, load
         self.frames: list[Frame] = []
@@ -137,7 +137,7 @@ class Flow:
             wanted = f"{evaluate(computed, self.memory):.0f}"
         subs = self.structure.subs
         start = subs.get(wanted)
-        if start is None and self.load(wanted):
+        if start is None and self.load(wanted, item.index):
             start = subs.get(wanted)
         if start is None:
             what = f"no subprogram {wanted} is defined in this file or in one of its own"
@@ -189,8 +189,8 @@ class Flow:
 
     # ---- M98, M99 ----
 
-    def check(self, block: Block) -> Problem | None:
-        """What is wrong with M98 or M99 of a block, before it runs."""
+    def check(self, block: Block, index: int) -> Problem | None:
+        """What is wrong with M98 or M99 of a block, before it runs; index : its 0-based line."""
         code, word = block.m[10]
         if code == 99:
             if not self.frames:
@@ -199,7 +199,7 @@ class Flow:
         number, repeats = block.value("P"), block.value("L")
         label = "" if number is None else str(number).removesuffix(".0")
         if label not in self.structure.numbers and label:
-            self.load(label)
+            self.load(label, index)
         if label not in self.structure.numbers:
             what = (
                 "M98 without P"
