@@ -1,9 +1,10 @@
 """Random chains of blocks through the B-rep ladder: how often it agrees, and whether it is ever silently wrong.
 
-Chains of 5 to 20 blocks, each on a plot of its own. Every value is held against the bracket of the mesh engine
-(that is the gate) and against rays (that is the referee: independent of both): sets of random vertical rays,
-exact intervals of stock and sweeps along each, and the spread of the sets as error bar. A value outside of it is
-asked again with sixteen times the rays. The same blocks go through plain successive booleans as a baseline.
+Chains of 5 to 20 blocks, each on a plot of its own; a batch of them shares one long bar. Every value is held
+against the bracket of the mesh engine (that is the gate) and against rays (that is the referee: independent of
+both): sets of random vertical rays, exact intervals of stock and sweeps along each, and the spread of the sets
+as error bar. A value outside of it is asked again with sixteen times the rays. The same blocks go through plain
+successive booleans as a baseline.
 """
 
 from __future__ import annotations
@@ -195,10 +196,12 @@ def brep_chains(
     seconds: dict[str, list[float]] = {family: [] for family in only}
     for first in range(0, chains, batch):
         numbers = range(first, min(first + batch, chains))
-        made = [_chain(seed, number, only[number % len(only)]) for number in numbers]
-        yield from _held(made, seed, workers, counts, rungs, seconds)
+        bar = _bar(numbers)
+        engine = MeshEngine(box_stock(tuple(bar[0]), tuple(bar[1])), CHORD, certify=True)
+        made = [_chain(seed, number, only[number % len(only)], engine) for number in numbers]
+        yield from _held(made, bar, seed, workers, counts, rungs, seconds)
         if baseline:
-            _base(made, workers, counts)
+            _base(made, bar, workers, counts)
         for family in only:
             spent = seconds[family]
             middle = round(float(np.median(spent)), 2) if spent else None
@@ -211,65 +214,66 @@ def brep_chains(
         }  # fmt: skip
 
 
-def _plot(number: int) -> tuple[Floats, Floats]:
-    """Corners of the stock of a chain, far from those of its neighbours."""
-    low = np.array([2.0 * PLOT * number, 0.0, -DEEP])
-    return low, low + [PLOT, PLOT, DEEP]
+def _bar(numbers: range) -> tuple[Floats, Floats]:
+    """Corners of the stock of some chains: plots with as much left between them."""
+    low = np.array([2.0 * PLOT * numbers[0], 0.0, -DEEP])
+    return low, np.array([2.0 * PLOT * numbers[-1] + PLOT, PLOT, 0.0])
 
 
-def _chain(seed: int, number: int, family: str) -> _Chain:
+def _chain(seed: int, number: int, family: str, engine: MeshEngine) -> _Chain:
     rng = np.random.default_rng([seed, number])
     kind, tool = tools(rng)
-    at = _plot(number)[0] * [1.0, 0.0, 0.0]
+    at = np.array([2.0 * PLOT * number, 0.0, 0.0])
     paths = families(family, rng, tool.profile.radius_at(2.0).item())
     sweeps = [Sweep.along(tool, _shifted(path, at)) for path in paths]
-    low, high = _plot(number)
-    engine = MeshEngine(box_stock(tuple(low), tuple(high)), CHORD, certify=True)
     return _Chain(
         number, family, kind, sweeps, [engine.cut(sweep, block=k) for k, sweep in enumerate(sweeps)]
     )
 
 
 def _held(
-    made: Sequence[_Chain], seed: int, workers: int, counts: dict[str, Counter[str]], rungs: Counter[str],
-    seconds: dict[str, list[float]],
+    made: Sequence[_Chain], bar: tuple[Floats, Floats], seed: int, workers: int, counts: dict[str, Counter[str]],
+    rungs: Counter[str], seconds: dict[str, list[float]],
 ) -> Iterator[dict[str, Any]]:  # fmt: skip
     """Every block of some chains by the ladder, held against bracket and rays."""
-    for chain in made:
-        low, high = _plot(chain.number)
-        stock = Blank("box", tuple(low.tolist()), tuple(high.tolist()))
-        blocks, asked = [[sweep] for sweep in chain.sweeps], dict(enumerate(chain.brackets))
+    stock = Blank("box", tuple(bar[0].tolist()), tuple(bar[1].tolist()))
+    where = [(chain, k) for chain in made for k in range(len(chain.sweeps))]
+    blocks = [[chain.sweeps[k]] for chain, k in where]
+    asked = {number: chain.brackets[k] for number, (chain, k) in enumerate(where)}
+    for number, verdict in check_blocks(stock, blocks, asked, workers=workers, seconds=ASKED_S):
+        chain, k = where[number]
         here = counts[chain.family]
-        for k, verdict in check_blocks(stock, blocks, asked, workers=workers, seconds=ASKED_S):
-            here["blocks"] += 1
-            here[str(verdict.status)] += 1
-            rungs[verdict.rung] += 1
-            seconds[chain.family].append(verdict.seconds)
-            about = {
-                "case": "brep-chains", "seed": [seed, chain.number], "family": chain.family,
-                "tool": chain.tool, "block": k, "bracket": list(chain.brackets[k]),
-            }  # fmt: skip
-            value = verdict.removed_mm3
-            if value is None:
-                yield about | {"refused": verdict.reason, "tried": verdict.tried, "seconds": verdict.seconds}
-                continue
-            count = 16 if chain.family in CURVED else 48
-            rays = referee(chain.sweeps, k, (low, high), count)
-            if abs(value - rays[0]) > rays[1]:
-                here["asked again"] += 1
-                rays = referee(chain.sweeps, k, (low, high), 4 * count)
-            in_bracket = chain.brackets[k].holds(value, verdict.slack_mm3)
-            if abs(value - rays[0]) > rays[1] or not in_bracket:
-                here["silently wrong"] += 1
-                yield about | {"wrong": value, "rays": rays[0], "bar": rays[1], "rung": verdict.rung}
+        here["blocks"] += 1
+        here[str(verdict.status)] += 1
+        rungs[verdict.rung] += 1
+        seconds[chain.family].append(verdict.seconds)
+        about = {
+            "case": "brep-chains", "seed": [seed, chain.number], "family": chain.family,
+            "tool": chain.tool, "block": k, "bracket": list(chain.brackets[k]),
+        }  # fmt: skip
+        value = verdict.removed_mm3
+        if value is None:
+            yield about | {"refused": verdict.reason, "tried": verdict.tried, "seconds": verdict.seconds}
+            continue
+        count = 16 if chain.family in CURVED else 48
+        rays = referee(chain.sweeps, k, bar, count)
+        if abs(value - rays[0]) > rays[1]:
+            here["asked again"] += 1
+            rays = referee(chain.sweeps, k, bar, 4 * count)
+        in_bracket = chain.brackets[k].holds(value, verdict.slack_mm3)
+        if abs(value - rays[0]) > rays[1] or not in_bracket:
+            here["silently wrong"] += 1
+            yield about | {"wrong": value, "rays": rays[0], "bar": rays[1], "rung": verdict.rung}
 
 
-def _base(made: Sequence[_Chain], workers: int, counts: dict[str, Counter[str]]) -> None:
+def _base(
+    made: Sequence[_Chain], bar: tuple[Floats, Floats], workers: int, counts: dict[str, Counter[str]]
+) -> None:
     """The same blocks by plain successive booleans."""
 
     def one(chain: _Chain) -> list[tuple[float, bool] | None]:
         try:
-            return isolated(_successive, _plot(chain.number), chain.sweeps, BASE_S, seconds=1.5 * BASE_S)
+            return isolated(_successive, bar, chain.sweeps, BASE_S, seconds=1.5 * BASE_S)
         except (EngineError, SweepError):
             return [None] * len(chain.sweeps)
 

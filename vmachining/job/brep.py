@@ -19,6 +19,7 @@ from vmachining.job.contact import ToolParts
 from vmachining.job.jobfile import Job
 from vmachining.job.paths import move_path
 from vmachining.job.simulate import Progress, Stopped
+from vmachining.job.stock import raw_stock
 from vmachining.machine import Machine
 from vmachining.nc import Motion, Program
 from vmachining.sweep import Sweep
@@ -30,6 +31,9 @@ if TYPE_CHECKING:
     from vmachining.job.result import RunResult
 
 __all__ = ["BREP_HELP", "Asked", "blank", "brep_columns", "parse_brep", "write_step"]
+
+TRIANGLES = 5000
+"""Most triangles of an STL that become faces: booleans of more take too long."""
 
 SAMPLE = 20
 """Blocks of `--brep sample`, spread evenly over those that remove something."""
@@ -69,7 +73,7 @@ def blank(job: Job) -> Blank:
     Raises
     ------
     InputError
-        An STL stock: triangles are no B-rep.
+        An STL stock of more than `TRIANGLES` triangles.
     """
     from vmachining.engines.brep import Blank
 
@@ -85,11 +89,14 @@ def blank(job: Job) -> Blank:
         return Blank("cylinder", (0.0, 0.0, low), (0.0, 0.0, high), center=(x, y), radius=scale * bar.radius)
     if keys.step is not None:
         return Blank("step", file=str(job.stock_path))
-    raise InputError(
-        "--brep wants a stock of faces, an STL has triangles",
-        **job.where("stock"),
-        remedy="give the stock as box, cylinder or step, or take --brep none",
-    )
+    corners = raw_stock(job).mesh.corners
+    if len(corners) > TRIANGLES:
+        raise InputError(
+            f"--brep makes a solid of at most {TRIANGLES} triangles, this stock has {len(corners)}",
+            **job.where("stock"),
+            remedy="give the stock as box, cylinder or step, or take --brep none",
+        )
+    return Blank("triangles", triangles=tuple(map(tuple, corners.reshape(-1, 9).tolist())))
 
 
 def chosen(asked: Asked, rows: pl.DataFrame) -> list[int]:
@@ -184,7 +191,7 @@ def write_step(result: RunResult, path: Path) -> None:
     Raises
     ------
     InputError
-        The stock is an STL.
+        The stock is an STL of too many triangles.
     EngineError
         Refused; no file is left.
     """

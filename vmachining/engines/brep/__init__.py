@@ -19,13 +19,17 @@ Goal: a B-rep answer beside the mesh bracket. Every value is either inside the b
 | `caps.py` | poses, circles and segments of an upright tool |
 | `level.py`, `upright.py` | level lines and arcs; plunges and full circles |
 | `guides.py`, `ramp.py`, `front.py` | ramps and helices; helices whose axis lies in the tool, steep ones |
+| `stretches.py`, `grazes.py` | grazing curves of a tool that turns, face by face; valleys of flat faces that tilt |
+| `turning.py`, `lens.py`, `turns.py` | solid of a tool that turns; lenses of its flat faces; parts in time, and gates |
 | `swept.py` | `solid`, `solids`, `inspect` |
+| `write.py` | `write_solids` |
 | `measure.py` | `volume` |
 | `ladder.py` | `Ladder`, rungs and gate |
 | `near.py` | which earlier sweeps reach a region |
 | `workpiece.py` | the stock after all blocks as a valid solid, STEP with faces named and coloured by block |
 | `edges.py`, `edgeworker.py` | `BrepWorkpiece`: which parts of a cutting edge lie in the workpiece |
 | `workers.py`, `worker.py` | `check_blocks`, `step_file` and the process they drive |
+| `polyhedron.py` | a stock of triangles as a solid of plane faces |
 | `step.py` | `read_step`: STEP -> closed solid -> triangles and exact volume |
 
 Measured (2 cores, shared machine): solids take 15 to 60 ms, helices 100 ms; all tools and 3-axis motions of
@@ -39,6 +43,10 @@ a fuzzy value, none was refused (chains of `vmachining bench brep-chains`, curve
 are not in these numbers: a chain of them takes many minutes). A block of overlapping passes takes 0.2 s (flat)
 to 0.6 s (ball); two ramps of a torus that cut into each other took up to a minute on a loaded machine, because
 both meet in spline faces of a hundred knots.
+
+Tools that turn: nothing is sewn either; a spline sheet and its neighbours share nodes, so borders agree to
+rounding. Flat faces that tilt re-enter nearly always; their valleys and lenses are cut in closed form, and the
+volume equals V(K) + Phi - W of the flux identity (gate: 1e-5; found: mostly 1e-8). TURNED_NUMBERS
 
 Known limits: a block whose solid cannot be built is refused by name, and so are blocks that need it as a
 neighbour: arcs in upright planes where a torus moves level or a cone meets a steep slope, and what `turns.py`

@@ -33,6 +33,7 @@ import numpy as np
 from vmachining.arrays import Floats
 from vmachining.engines.brep.measure import volume
 from vmachining.engines.brep.near import SweepIndex
+from vmachining.engines.brep.polyhedron import polyhedron
 from vmachining.engines.brep.swept import solids
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Arc, Bracket, Line
@@ -85,9 +86,9 @@ class Verdict(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Blank:
-    """Raw stock: box (lo, hi), cylinder (center, radius, z), or a STEP file. Lengths in mm.
+    """Raw stock: box (lo, hi), cylinder (center, radius, z), a STEP file, or triangles. Lengths in mm.
 
-    kind : "box", "cylinder" or "step".
+    kind : "box", "cylinder", "step" or "triangles". triangles : rows of three corners, see `polyhedron`.
     """
 
     kind: str
@@ -96,6 +97,7 @@ class Blank:
     center: tuple[float, float] = (0.0, 0.0)
     radius: float = 0.0
     file: str = ""
+    triangles: tuple[tuple[float, ...], ...] = ()
 
     def shape(self) -> Any:
         """TopoDS_Shape."""
@@ -107,6 +109,8 @@ class Blank:
         if self.kind == "cylinder":
             foot = gp_Ax2(gp_Pnt(*self.center, self.lo[2]), gp_Dir(0.0, 0.0, 1.0))
             return BRepPrimAPI_MakeCylinder(foot, self.radius, self.hi[2] - self.lo[2]).Shape()
+        if self.kind == "triangles":
+            return polyhedron(self.triangles)
         import cadquery as cq
 
         found = [s for v in cq.importers.importStep(self.file).vals() for s in v.Solids()]  # type: ignore[union-attr]
@@ -130,6 +134,12 @@ class Ladder:
         self._first = np.cumsum([0, *(len(block) for block in blocks)])
         self._index = SweepIndex(self._sweeps)
         self._made: dict[int, list[Any]] = {}
+
+    def warm(self) -> None:
+        """Compile what blocks will need, so that no block pays for it with its time."""
+        for kind in {type(sweep.path) for sweep in self._sweeps}:
+            sweep = next(sweep for sweep in self._sweeps if type(sweep.path) is kind)
+            sweep.signed_distance(sweep.bounds)
 
     def removed(
         self,

@@ -1,6 +1,6 @@
 """The process that runs OCCT: `python -m vmachining.engines.brep.worker`, driven by `workers.py`.
 
-Pickled messages over stdin and stdout. First (stock, blocks), then questions:
+Pickled messages over stdin and stdout. First (stock, blocks), answered by "ready" or why not, then questions:
 
 | question | answers |
 |---|---|
@@ -37,12 +37,19 @@ def main() -> None:
 
     quiet()
     stock, blocks = pickle.load(questions)
-    ladder: Ladder | None = None
 
     def say(answer: object) -> None:
         pickle.dump(answer, answers)
         answers.flush()
 
+    ladder: Ladder | None = None
+    try:
+        if blocks:
+            ladder = Ladder(stock, blocks)
+            ladder.warm()
+    except VMachiningError as exc:  # the stock is no solid
+        say(exc.message)
+        return
     say("ready")
     while True:
         try:
@@ -55,7 +62,7 @@ def main() -> None:
             say(_called(*question))
         else:
             block, bracket, rungs = question
-            ladder = ladder or Ladder(stock, blocks)
+            assert ladder is not None
             say(ladder.removed(block, bracket, rungs=rungs, told=say))
 
 

@@ -8,9 +8,9 @@ all memory back.
 
 from __future__ import annotations
 
+import os
 import pickle
 import queue
-import select
 import subprocess
 import sys
 import threading
@@ -31,12 +31,39 @@ T = TypeVar("T")
 LONGEST, MOST = 0.4, 0.8
 """Parts of the limit of a block: for one rung, and until which another rung is worth a new process."""
 
-START_SECONDS = 180.0
+PATIENCE = 8.0
+"""Seconds by the clock that count as one of the processor."""
+
+START_SECONDS = 300.0
 """An interpreter that loads OCCT and compiles kernels on a busy machine."""
 
 
 class _Gone(Exception):  # noqa: N818 - not an error of ours
     """The worker does not answer any more; says why."""
+
+
+class _Watch:
+    """Seconds that a process has taken since now: of a processor, so that a busy machine makes nobody late.
+
+    Where the system does not tell, and for who waits without working, a share of the clock.
+    """
+
+    def __init__(self, pid: int) -> None:
+        self._pid, self._clock, self._cpu = pid, monotonic(), _processor_seconds(pid)
+
+    def used(self) -> float:
+        clock, cpu = monotonic() - self._clock, _processor_seconds(self._pid)
+        if cpu is None or self._cpu is None:
+            return clock
+        return max(cpu - self._cpu, clock / PATIENCE)
+
+
+def _processor_seconds(pid: int) -> float | None:
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    except (OSError, IndexError, ValueError, AttributeError):  # another system, or a process that is gone
+        return None
 
 
 class _Worker:
@@ -49,15 +76,19 @@ class _Worker:
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
         )
-        self.done = 0
-        self.rung = ""
+        self.done, self.rung, self.used = 0, "", 0.0
+        self._answers: queue.SimpleQueue[tuple[bool, Any]] = queue.SimpleQueue()
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
         # a pipe is short: what does not read its greeting would keep us writing for ever
         late = threading.Timer(START_SECONDS, self._process.kill)
         late.start()
         try:
             self._send(hello)
-            self._receive(START_SECONDS)
-        except _Gone:
+            greeting = self._receive(START_SECONDS)
+            if greeting != "ready":
+                raise EngineError(str(greeting), engine="brep")
+        except (_Gone, EngineError):
             self.close()
             raise
         finally:
@@ -70,16 +101,22 @@ class _Worker:
     def ask(
         self, block: int, bracket: Bracket, rungs: Sequence[str], seconds: float, longest: float
     ) -> Verdict:
-        """seconds : of the block. longest : of one rung; `rung` is the one under way if this ends badly."""
-        end = monotonic() + seconds
+        """seconds : of the block. longest : of one rung.
+
+        If this ends badly, `rung` is the one that was under way, and `used` what the block had taken, s.
+        """
+        watch = _Watch(self._process.pid)
         self.rung = rungs[0]
-        self._send(pickle.dumps(("check", block, bracket, tuple(rungs))))
-        while True:
-            answer = self._receive(max(min(longest, end - monotonic()), 0.0))
-            if isinstance(answer, Verdict):
-                self.done += 1
-                return answer
-            self.rung = answer
+        try:
+            self._send(pickle.dumps(("check", block, bracket, tuple(rungs))))
+            while True:
+                answer = self._receive(min(longest, seconds - watch.used()))
+                if isinstance(answer, Verdict):
+                    self.done += 1
+                    return answer
+                self.rung = answer
+        finally:
+            self.used = watch.used()
 
     def call(self, question: object, seconds: float) -> Any:
         """Any question, and its answer."""
@@ -93,6 +130,7 @@ class _Worker:
     def close(self) -> None:
         self._process.kill()
         self._process.wait()
+        self._reader.join(timeout=10.0)
         for pipe in (self._process.stdin, self._process.stdout):
             if pipe is not None:
                 try:
@@ -108,16 +146,30 @@ class _Worker:
         except OSError as exc:
             raise _Gone(self._end()) from exc
 
-    def _receive(self, seconds: float) -> Any:
+    def _read(self) -> None:
+        """Carry answers from the pipe, where a buffer would hide them from whoever waits with a limit."""
         pipe = self._process.stdout
         assert pipe is not None
-        ready, _, _ = select.select([pipe], [], [], seconds)
-        if not ready:
-            raise _Gone(f"no answer within {seconds:g} s")
-        try:
-            return pickle.load(pipe)
-        except Exception as exc:  # the end of the pipe, or bytes that are no answer
-            raise _Gone(self._end()) from exc
+        while True:
+            try:
+                self._answers.put((True, pickle.load(pipe)))
+            except Exception:  # the end of the pipe, or bytes that are no answer
+                self._answers.put((False, None))
+                return
+
+    def _receive(self, seconds: float) -> Any:
+        watch = _Watch(self._process.pid)
+        while True:
+            left = seconds - watch.used()
+            try:
+                good, answer = self._answers.get(timeout=min(max(left, 0.0), 1.0))
+            except queue.Empty:
+                if left <= 0.0:
+                    raise _Gone(f"no answer within {seconds:.3g} s") from None
+                continue
+            if not good:
+                raise _Gone(self._end())
+            return answer
 
     def _end(self) -> str:
         try:
@@ -148,8 +200,9 @@ def check_blocks(
     blocks : what every block of the program sweeps, in program order.
     asked : block number -> bracket of its removed volume.
     workers : processes.
-    seconds : limit of one block. A rung that crashes or takes longer than 0.4 of it costs the process; the block
-        goes on with the next rung in a new one, and is refused if no rung and no time is left.
+    seconds : limit of one block, of processor time where the system tells it. A rung that crashes or takes longer
+        than 0.4 of it costs the process; the block goes on with the next rung in a new one, and is refused if
+        no rung and no time is left.
     recycle : blocks after which a process is replaced.
     stop : asked between blocks; what is under way is dropped.
 
@@ -185,7 +238,7 @@ def check_blocks(
                 if worker is not None and worker.done >= recycle:
                     drop(worker)
                     worker = None
-                begin, left, lost = monotonic(), list(rungs), ""
+                begin, used, left, lost = monotonic(), 0.0, list(rungs), ""
                 while True:
                     if worker is None:
                         try:
@@ -193,21 +246,22 @@ def check_blocks(
                         except (_Gone, OSError) as exc:
                             answers.put(EngineError(f"no worker process: {exc}", engine="brep"))
                             return
+                        except EngineError as exc:
+                            answers.put(exc)
+                            return
                         running.add(worker)
                     if ended.is_set():
                         return
-                    remaining = seconds - (monotonic() - begin)
                     try:
-                        verdict = worker.ask(block, bracket, left, remaining, LONGEST * seconds)
+                        verdict = worker.ask(block, bracket, left, seconds - used, LONGEST * seconds)
                     except _Gone as exc:
-                        lost = f"{worker.rung}: {exc}"
+                        lost, used = f"{worker.rung}: {exc}", used + worker.used
                         left = left[left.index(worker.rung) + 1 :]
                         drop(worker)
                         worker = None
-                        spent = monotonic() - begin
-                        if left and spent < MOST * seconds:
+                        if left and used < MOST * seconds:
                             continue  # what crashes one way of doing it may work another way
-                        verdict = Verdict(Status.REFUSED, None, "", "", spent, 0)
+                        verdict = Verdict(Status.REFUSED, None, "", "", monotonic() - begin, 0)
                     if verdict.status is Status.REFUSED and lost:
                         told = f"{verdict.reason}; " if verdict.reason else ""
                         verdict = verdict._replace(reason=told + lost)

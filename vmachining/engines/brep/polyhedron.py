@@ -1,0 +1,66 @@
+"""A stock of triangles as a solid: plane faces, coplanar neighbours made one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from vmachining.engines.brep.swept import inspect
+from vmachining.errors import EngineError
+
+__all__ = ["polyhedron"]
+
+PLANE_TOL = 1e-7
+"""mm between shared corners, and rad between triangles that are one face."""
+
+VOLUME_REL = 1e-12
+"""Faces are planes through the same corners: rounding of a sum over all of them."""
+
+
+def polyhedron(triangles: Sequence[Sequence[float]]) -> Any:
+    """TopoDS_Solid inside triangles (n, 9), mm, whose corners turn counterclockwise seen from outside.
+
+    Raises
+    ------
+    EngineError
+        OCCT does not call it valid and closed, or finds another volume than the triangles have.
+    """
+    from OCP.BRepBuilderAPI import (
+        BRepBuilderAPI_MakeFace,
+        BRepBuilderAPI_MakePolygon,
+        BRepBuilderAPI_MakeSolid,
+        BRepBuilderAPI_Sewing,
+    )
+    from OCP.gp import gp_Pnt
+    from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
+    from OCP.TopAbs import TopAbs_ShapeEnum
+    from OCP.TopoDS import TopoDS
+
+    corners = np.asarray(triangles, dtype=np.float64).reshape(-1, 3, 3)
+    sewing = BRepBuilderAPI_Sewing(PLANE_TOL)
+    for corner in corners.tolist():
+        outline = BRepBuilderAPI_MakePolygon(*(gp_Pnt(*p) for p in corner), True)
+        sewing.Add(BRepBuilderAPI_MakeFace(outline.Wire(), True).Face())
+    sewing.Perform()
+    skin = sewing.SewedShape()
+    if skin.ShapeType() != TopAbs_ShapeEnum.TopAbs_SHELL:
+        raise EngineError("the triangles of the stock are not one closed shell", engine="brep")
+    merged = ShapeUpgrade_UnifySameDomain(
+        BRepBuilderAPI_MakeSolid(TopoDS.Shell_s(skin)).Solid(), True, True, False
+    )
+    merged.SetLinearTolerance(PLANE_TOL)
+    merged.SetAngularTolerance(PLANE_TOL)
+    merged.Build()
+    solid = merged.Shape()
+    a, b, c = (corners - corners.mean(axis=(0, 1))).transpose(1, 0, 2)
+    exact = float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
+    found = inspect(solid)
+    if not (found.valid and found.closed):
+        raise EngineError("OCCT makes no valid solid of the triangles of the stock", engine="brep")
+    if abs(found.volume - exact) > VOLUME_REL * len(corners) * abs(exact):
+        raise EngineError(
+            f"the triangles of the stock hold {exact:.9g} mm3, OCCT finds {found.volume:.9g}", engine="brep"
+        )
+    return solid
