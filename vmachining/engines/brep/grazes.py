@@ -52,8 +52,9 @@ __all__ = ["Divide", "Grazes", "Ring", "rings_of"]
 JOINT = 1e-9
 """rad: normals closer than this belong to tangent faces."""
 
-SHUT = 1e-5
-"""sin^2 of half the angle of a chord that is all but a point: on a rim of 10 mm it cuts off 5e-5 mm."""
+SHUT = 1e-4
+"""sin^2 of half the angle of a chord that is all but a point: on a rim of 10 mm it cuts off 5e-4 mm,
+and what it hides there lies that times the turn of the block below the face."""
 
 NARROW_MM = 1e-7
 """OCCT's confusion of points."""
@@ -106,6 +107,7 @@ class Grazes:
         self.tool, self.moving = tool, moving
         self.rings, self.elements = rings_of(tool)
         self._w = np.linspace(0.0, 1.0, DENSE)
+        self._angles: dict[tuple[int, int, bool, bytes], Floats] = {}
         self.dense = moving.state(self._w)
         self._times = self.dense.t
         r, z, beta = (np.array([v]) for v in zip(*[(g.r, g.z, g.beta) for g in self.rings], strict=True))
@@ -210,7 +212,15 @@ class Grazes:
         )
 
     def angle(self, ring: int, side: int, st: State) -> Floats:
-        """(n,) where a side of a ring grazes, or where its valley runs."""
+        """(n,) where a side of a ring grazes, or where its valley runs; the latest few hundred remembered."""
+        key = ring, side, (ring, side) in self.valley, st.t.tobytes()
+        if key not in self._angles:
+            if len(self._angles) > 500:
+                self._angles.clear()
+            self._angles[key] = self._angle(ring, side, st)
+        return self._angles[key]
+
+    def _angle(self, ring: int, side: int, st: State) -> Floats:
         g = self.rings[ring]
         one = np.ones((len(st.t), 1))
         a, b, c = (v[:, 0] for v in wave(st, g.r * one, g.z * one, g.beta * one))

@@ -41,7 +41,7 @@ __all__ = [
     "near", "wave",
 ]  # fmt: skip
 
-CORNERS = 129
+CORNERS = 97
 """Of the polygon that measures a curve."""
 
 DENSE = 65

@@ -119,8 +119,10 @@ class _Turning:
         sheet = SplineSheet(along, over, inner.c.transpose(1, 0, 2))
         middle_s = np.array([0.5]) if stretch.linear else 0.5 * (s[:-1] + s[1:])
         exact = stretch.points(g, middle, middle_s)
-        uv = np.stack(np.meshgrid(middle_s, middle_w), axis=-1)
-        self.error = max(self.error, float(np.linalg.norm(sheet.at(uv) - exact, axis=-1).max()))
+        found = BSpline(over.t, BSpline(along.t, sheet.poles, along.k)(middle_s).transpose(1, 0, 2), DEGREE)(
+            middle_w
+        )
+        self.error = max(self.error, float(np.linalg.norm(found - exact, axis=-1).max()))
         return sheet
 
     def _patch(self, lens: Lens) -> RimPatch:
@@ -158,17 +160,16 @@ class _Turning:
         """Nodes in time that serve all ties and, sampled, all sheets."""
         g, s = self.grazes, np.array([0.03, 0.15, 0.35, 0.5, 0.65, 0.85, 0.97])
 
+        wanted = min(self.fit, FIT_MM) if g.valley or g.lenses else self.fit
+        share = wanted / self.fit  # only what lies in a plane of the tool has to be as good as that plane
+
         def paths(w: Floats) -> Floats:
             st = g.moving.state(w)
-            ties = [g.tie(end, st) for end in g.ends]
-            inner = [
-                stretch.points(g, st, s).reshape(len(w), -1)
-                for stretch in [*g.stretches, *map(self._patch, g.lenses)]
-                if not stretch.linear
-            ]
-            return np.concatenate([*ties, *inner], axis=1)
+            ties = [g.tie(end, st) * (1.0 if end in g.valley else share) for end in g.ends]
+            curved = [share * e.points(g, st, s).reshape(len(w), -1) for e in g.stretches if not e.linear]
+            lenses = [self._patch(lens).points(g, st, s).reshape(len(w), -1) for lens in g.lenses]
+            return np.concatenate([*ties, *curved, *lenses], axis=1)
 
-        wanted = min(self.fit, FIT_MM) if g.valley or g.lenses else self.fit
         nodes, error = nodes_for(paths, 0.0, 1.0, wanted, first=7, most=TIMES)
         if error > 10.0 * wanted:
             raise SweepError("the grazing curve moves too unevenly for a spline in time")
@@ -403,13 +404,15 @@ class _Turning:
     def _face(self, number: int, sign: int, edges: list[Edge], span: tuple[float, float]) -> None:
         pose, s = self.poses[sign], self.grazes.elements[number].segment
         st = self.states[sign]
-        region = normals(pose, np.linspace(*s.beta, 9).tolist(), np.linspace(*span, 25).tolist())
-        V = st.velocity[0] + (s.cz * st.rate[0] if s.is_arc else 0.0)
-        region = np.concatenate([region, normals(pose, np.linspace(*s.beta, 9).tolist(), np.linspace(
-            span[0] - 1.6, span[1] + 1.6, 33).tolist())])  # fmt: skip
-        kept = region[sign * (region @ V) >= -1e-9]
-        hints = np.array([pose.axis, pose.heading, pose.left]) if s.is_arc else None
-        surface = pose.surface(s, 0.5 * (span[0] + span[1]), kept if len(kept) else region, hints)
+        region = hints = None
+        if s.is_arc and abs(s.cr) <= FLAT:
+            V = st.velocity[0] + s.cz * st.rate[0]
+            around = np.linspace(span[0] - 1.6, span[1] + 1.6, 33).tolist()
+            region = normals(pose, np.linspace(*s.beta, 9).tolist(), around)
+            kept = region[sign * (region @ V) >= -1e-9]
+            region = kept if len(kept) else region
+            hints = np.array([pose.axis, pose.heading, pose.left])
+        surface = pose.surface(s, 0.5 * (span[0] + span[1]), region, hints)
         curve = edges[0].curve
         probe = curve.at(np.array(0.5 * (curve.t0 + curve.t1)))
         offset = probe - pose.tip

@@ -171,7 +171,7 @@ def _depth(grazes: Grazes) -> float:
     SweepError
         Too deep: `Divide` if halves may do.
     """
-    w, s = np.linspace(0.0, 1.0, 7), np.linspace(0.0, 1.0, 9)
+    w, s = np.linspace(0.0, 1.0, 5), np.linspace(0.0, 1.0, 9)
     deepest = 0.0
     for stretch in grazes.stretches:
         if isinstance(stretch, EdgeSpan):
