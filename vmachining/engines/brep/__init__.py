@@ -19,7 +19,7 @@ Goal: a B-rep answer beside the mesh bracket. Every value is either inside the b
 | `caps.py` | poses, circles and segments of an upright tool |
 | `level.py`, `upright.py` | level lines and arcs; plunges and full circles |
 | `guides.py`, `ramp.py`, `front.py` | ramps and helices; helices whose axis lies in the tool, steep ones |
-| `stretches.py`, `grazes.py` | grazing curves of a tool that turns, face by face; valleys of flat faces that tilt |
+| `rings.py`, `stretches.py`, `grazes.py` | grazing curves of a tool that turns; valleys of flat faces that tilt |
 | `turning.py`, `lens.py`, `turns.py` | solid of a tool that turns; lenses of its flat faces; parts in time, and gates |
 | `swept.py` | `solid`, `solids`, `inspect` |
 | `write.py` | `write_solids` |
@@ -44,9 +44,14 @@ are not in these numbers: a chain of them takes many minutes). A block of overla
 to 0.6 s (ball); two ramps of a torus that cut into each other took up to a minute on a loaded machine, because
 both meet in spline faces of a hundred knots.
 
-Tools that turn: nothing is sewn either; a spline sheet and its neighbours share nodes, so borders agree to
-rounding. Flat faces that tilt re-enter nearly always; their valleys and lenses are cut in closed form, and the
-volume equals V(K) + Phi - W of the flux identity (gate: 1e-5; found: mostly 1e-8). TURNED_NUMBERS
+Tools that turn: a spline sheet and its neighbours share nodes, so borders agree to rounding. Flat faces that tilt
+re-enter nearly always; valleys and lenses cut that off in closed form, and the volume is V(K) + Phi - W of the
+flux identity (gate 1e-5, mostly met to 1e-8). Of 121 finishing blocks (1 to 5 mm, 1 to 5 degrees) 70 are one
+solid, 39 several in time, 12 are refused; a solid with all its gates takes 0.14 s in the median. In the sweep
+gauntlet (140 blocks from seed 1000, 20 of each family) one solid / several / refused: finishing 17 / 2 / 1, free
+16 / 1 / 3, in plane 14 / 2 / 4, rotary 18 / 0 / 2, hardly turning 20 / 0 / 0, along the axis 9 / 0 / 11, pivot
+1 / 2 / 17; none contradicted its bracket or its STEP file. Jobs of 21 five-axis blocks: ball 20 agreed and 1
+retried, bull nose 17 and 4, flat 13 and 8.
 
 Known limits: a block whose solid cannot be built is refused by name, and so are blocks that need it as a
 neighbour: arcs in upright planes where a torus moves level or a cone meets a steep slope, and what `turns.py`
