@@ -19,7 +19,7 @@ import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.engines.mesh.facets import Side, arc_steps
-from vmachining.engines.mesh.skin import Leeway, supports
+from vmachining.engines.mesh.skin import Leeway, Way, supports
 from vmachining.engines.mesh.straight import (
     NO_ROWS,
     SKIN_CELLS,
@@ -31,11 +31,12 @@ from vmachining.engines.mesh.straight import (
     straight,
 )
 from vmachining.engines.mesh.window import Window
-from vmachining.geometry import Arc
+from vmachining.geometry import Arc, Line
 from vmachining.geometry.path import PLANE_AXES
+from vmachining.sweep import Sweep
 from vmachining.tool import Profile
 
-__all__ = ["level_arc", "polygon"]
+__all__ = ["level_arc", "polygon", "way"]
 
 AROUND = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 """Corners (8, 3) of a cube."""
@@ -224,6 +225,31 @@ def _ring_skin(
             ball = middle[:, None] + half[:, None] * AROUND
             out.append(np.column_stack([ball.reshape(-1, 24), volume])[seen])
     return np.concatenate(out) if out else NO_ROWS
+
+
+def way(sweep: Sweep, chord: float, window: Window | None) -> Way:
+    """An upright sweep as straight ones, those that can reach the window.
+
+    Inner meshes lie within `chord` of the truth: a depth of facets of the cutter, of its circles, of the path.
+    """
+    path = sweep.path
+    if not isinstance(path, Arc):
+        return Way((sweep,), 0.0, chord, sweep.bounds)
+    steps = max(arc_steps(path.radius, abs(path.angle), chord), 1)
+    width = abs(path.angle) / steps
+    depth = path.radius * (1.0 - np.cos(width / 2))
+    slack = float(np.hypot(depth / 2, path.radius * width**3 / 50.0))
+    corners = path.position(np.linspace(0.0, 1.0, steps + 1))
+    for k in PLANE_AXES[path.axis]:
+        if path.radius > 0.0:
+            corners[:, k] = path.center[k] + (corners[:, k] - path.center[k]) * (
+                1.0 + depth / 2 / path.radius
+            )
+    pieces = [Sweep.along(sweep.profile, Line(a, b)) for a, b in pairwise(corners)]
+    if window is not None:
+        lo, hi = window.lo - slack, window.hi + slack
+        pieces = [p for p in pieces for a, b in (p.bounds,) if (a <= hi).all() and (b >= lo).all()]
+    return Way(tuple(pieces), slack, chord + slack, sweep.bounds)
 
 
 def polygon(

@@ -158,7 +158,7 @@ class MeshEngine:
         inner = outer = 0.0
         for tile in self._root.leaves():
             inner += tile.volumes[Side.INNER]
-            outer += tile.volumes[Side.OUTER] - tile.skin.total
+            outer += tile.volumes[Side.OUTER] - tile.hidden
         left = self.stock_volume.estimate - self._gone
         return Bracket(outer, min(max(left, outer), inner), inner)
 

@@ -22,6 +22,7 @@ from dataclasses import dataclass
 
 from manifold3d import Manifold, OpType
 
+from vmachining.engines.mesh.curved import way
 from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.skin import Skin, thick
 from vmachining.engines.mesh.solids import balance, checked, cutters, manifold, pieces
@@ -84,9 +85,9 @@ def cut_once(tile: Tile, cut: Cut) -> Bracket:
     solids, left = _inner(tile, cut)
     if not solids and not left:
         return AIR
-    skin = Skin.joined(left)
+    skin, whole = Skin.joined(left), way(sweep, cut.chord, tile.window)
     if len(left) > 1 or not isinstance(sweep.path, Line):  # facets inside another piece leave nothing
-        skin = skin.under(sweep, cut.chord)[1]
+        skin = skin.under(whole)[1]
     large, small = tile.solids[Side.INNER], tile.solids[Side.OUTER]
     noise = VOLUME_REL * (1.0 + tile.volumes[Side.INNER])
     loss = dict.fromkeys(SIDES, 0.0)
@@ -98,7 +99,7 @@ def cut_once(tile: Tile, cut: Cut) -> Bracket:
             return AIR
         tile.cover(Skin.joined([tile.skin, skin]))
         return Bracket(0.0, 0.0, noise + skin.total)
-    met, kept = tile.skin.under(sweep, cut.chord)
+    met, kept = tile.skin.under(whole)
     before = tile.lacking
     other = rest
     if small is not large:

@@ -106,6 +106,13 @@ class Tile:
         self.skin = skin
 
     @property
+    def hidden(self) -> float:
+        """mm^3 of the solid that may not be there, at most."""
+        if self.window is None or not len(self.skin.volume):
+            return 0.0
+        return self.skin.where(self.window.sees(self.skin.boxes)).total
+
+    @property
     def lacking(self) -> float:
         """mm^3 that INNER has too much in the mean: under its facets, and of a raw stock that is round."""
         return self.thin + RAW_EXTRA * (self.volumes[Side.INNER] - self.volumes[Side.OUTER])

@@ -23,6 +23,10 @@ under facets, and both are bounded without a boolean:
 
 Hence  a - sum of stored frustums that meet W  <=  removed  <=  a + sum of seen frustums  (`Skin`).
 
+What a frustum meets, and whether it is wholly inside, is asked of straight sweeps: the signed distance to one is
+convex, so its tangent bounds it from below over the frustum, its largest value at a corner from above. A curved
+path is asked as a polygon (`Way`).
+
 Level arcs: in every plane through the arc's axis the inner ring holds the section of the inner meridian, drawn
 in by the depth of the circle's polygon; frustums over its edges are revolved. Paths taken as polygons: the
 true path keeps to a straight piece by a slack, which thickens the frustums. Frustums wholly inside another part
@@ -49,6 +53,7 @@ from vmachining.engines.mesh.skin.layer import (
     Gauge,
     Leeway,
     Skin,
+    Way,
     boxes_seen,
     gauge,
     hull_skin,
@@ -63,6 +68,7 @@ __all__ = [
     "Gauge",
     "Leeway",
     "Skin",
+    "Way",
     "boxes_seen",
     "gauge",
     "hull_skin",

@@ -16,6 +16,7 @@ __all__ = [
     "Gauge",
     "Leeway",
     "Skin",
+    "Way",
     "boxes_seen",
     "gauge",
     "hull_skin",
@@ -98,23 +99,41 @@ class Skin(NamedTuple):
         """What can be above and what below a plane across an axis; places on it are on both sides."""
         return self.where(self.boxes[:, 1, axis] > at), self.where(self.boxes[:, 0, axis] < at)
 
-    def under(self, sweep: Sweep, depth: float) -> tuple[float, Skin]:
-        """mm^3 that the sweep can meet at most, and the places that are not wholly cut away by it.
-
-        depth : mm; what is at least that deep in the sweep is in its inner mesh as well.
-        """
-        lo, hi = sweep.bounds
+    def under(self, way: Way) -> tuple[float, Skin]:
+        """mm^3 that the sweep can meet at most, and the places that are not wholly cut away by it."""
+        if not way.sweeps:
+            return 0.0, self
+        lo, hi = way.bounds
         near = np.empty(len(self.volume), dtype=np.bool_)
         _kernels.overlapping(self.boxes, lo, hi, near)  # type: ignore[no-untyped-call]
-        if not near.any():
+        which = np.flatnonzero(near)
+        if not len(which):
             return 0.0, self
-        low, high = sweep.hull_distance(self.corners[near], within=ROUGH_MM)
-        met = float(self.volume[near][low <= 0.0].sum())
-        gone = high <= -depth
+        corners = self.corners[which]
+        met, gone = np.zeros((2, len(which)), dtype=np.bool_)
+        for sweep in way.sweeps:
+            left = np.flatnonzero(~gone) if len(way.sweeps) > 1 else slice(None)
+            low, high = sweep.hull_distance(corners[left], within=ROUGH_MM)
+            met[left] |= low <= way.slack
+            gone[left] |= high <= -way.depth
+        total = float(self.volume[which[met]].sum())
         if not gone.any():
-            return met, self
-        near[near] = gone
-        return met, self.where(~near)
+            return total, self
+        near[which] = gone
+        return total, self.where(~near)
+
+
+class Way(NamedTuple):
+    """A sweep as straight ones, for questions of what it meets and what it cuts away.
+
+    slack : mm by which the true sweep may reach beyond them. depth : mm; what is at least that deep in one of
+    them is in the inner mesh of the sweep too. bounds : (2, 3) mm, of the true sweep.
+    """
+
+    sweeps: tuple[Sweep, ...]
+    slack: float
+    depth: float
+    bounds: Floats
 
 
 NO_SKIN = Skin(np.empty((0, 8, 3)), np.empty((0, 2, 3)), np.empty(0))
