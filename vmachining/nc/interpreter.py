@@ -26,7 +26,7 @@ INCH: Final = 25.4
 _FIXED: Final = {12: "work offset", 6: "units", 8: "tool length"}
 """Groups that must not change while cutter compensation is on."""
 
-_SIGNALS: Final = {62: "P", 63: "P", 64: "P", 65: "P", 66: "", 67: "EQ", 68: "EQ"}
+_SIGNALS: Final = {62: "P", 63: "P", 64: "P", 65: "P", 66: "", 67: "E", 68: "E"}
 """Words without which a code that sets an output or reads an input says nothing."""
 
 
@@ -136,6 +136,8 @@ class _Interpreter(Run):
             raise self.fail("E376", word, f"{spell('M', code)} needs {' and '.join(letters)}")
         if code == 66 and ("P" in block.words) == ("E" in block.words):
             raise self.fail("E376", word, "M66 waits for an input: one of P and E is wanted")
+        if code == 66 and block.value("L") and not (block.value("Q") or 0.0) > 0.0:
+            raise self.fail("E376", block.word("L"), "M66 that waits needs Q, the seconds it may take")
 
     def _orient(self) -> None:
         """M19: the spindle stops at an angle, which no cutter of revolution knows."""
