@@ -74,7 +74,9 @@ def sweep_record(sweep: Sweep, chord: float = CHORD_MM, step: Path | None = None
     Raises
     ------
     EngineError
-        As `swept_volume`; or there are no solids to write, or the file does not read back the same.
+        As `swept_volume`; or the file does not read back the same.
+    SweepError
+        There are no solids to write.
     """
     begin = time.perf_counter()
     bracket = swept_volume(sweep, chord)
@@ -90,8 +92,9 @@ def sweep_record(sweep: Sweep, chord: float = CHORD_MM, step: Path | None = None
     if step is not None:
         from vmachining.engines import brep
 
-        if not record["brep_valid"] or record["brep_mm3"] is None:
-            raise EngineError(f"no B-rep solid to write: {record['brep_note']}", engine="brep")
+        # several solids are valid one by one, whatever booleans of them say
+        if not record["brep_valid"] or (record["brep_mm3"] is None and record["brep_solids"] < 2):
+            raise SweepError(f"no B-rep solid to write: {record['brep_note']}")
         brep.isolated(brep.write_sweep, step, sweep, seconds=BREP_SECONDS)
     return record
 

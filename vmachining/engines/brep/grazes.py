@@ -1,8 +1,7 @@
 """How the grazing curve of a tool whose axis turns runs over the body during a block, and where it must not.
 
-A `Ring` is a circle where two faces of the body meet, with the normal of one of them: a sharp edge has two. From
-ring to ring the curve is made of stretches (`stretches.py`, with the symbols). Rings that graze and stretches are
-the same all along a block; `Grazes` refuses it otherwise.
+From ring to ring (`rings.py`) the curve is made of stretches (`stretches.py`, with the symbols). Rings that graze
+and stretches are the same all along a block; `Grazes` refuses it otherwise.
 
 A flat face that tilts about a line in it leaves the sweep on both sides of its chord: phi_tt < 0, the chord lies
 inside. The roof of such a face over a point is the higher one of two planes, where the point was entered and
@@ -19,7 +18,6 @@ It runs from the chord of one pose to the chord of the other one, and takes the 
 from __future__ import annotations
 
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
@@ -27,6 +25,7 @@ from scipy.optimize import brentq
 from vmachining.arrays import Bools, Floats
 from vmachining.engines.brep.caps import FLAT, Tool
 from vmachining.engines.brep.lens import Lens, lens_opens, lens_span, side_speed
+from vmachining.engines.brep.rings import Element, rings_of
 from vmachining.engines.brep.stretches import (
     DENSE,
     ArcSide,
@@ -45,12 +44,8 @@ from vmachining.engines.brep.stretches import (
 )
 from vmachining.errors import SweepError
 from vmachining.sweep.grazing import across, folding, instant
-from vmachining.tool import Segment
 
-__all__ = ["Divide", "Grazes", "Ring", "rings_of"]
-
-JOINT = 1e-9
-"""rad: normals closer than this belong to tangent faces."""
+__all__ = ["Divide", "Grazes"]
 
 SHUT = 1e-4
 """sin^2 of half the angle of a chord that is all but a point: on a rim of 10 mm it cuts off 5e-4 mm,
@@ -69,29 +64,6 @@ class Divide(SweepError):  # noqa: N818
     def __init__(self, message: str, at: float, *, soft: bool) -> None:
         super().__init__(message)
         self.at, self.soft = at, soft
-
-
-class Ring(NamedTuple):
-    """Circle of the body with a normal. joint : of the tool. disc : whether it bounds a disc: -1 below, 1 above."""
-
-    joint: int
-    r: float
-    z: float
-    beta: float
-    disc: int
-
-
-class Element(NamedTuple):
-    """A face (disc, line, arc) or a sharp edge of the body; rings below and above, None at the axis.
-
-    segment : of a line or an arc, with its number; of an edge and a disc: radius and height in r0, z0.
-    """
-
-    kind: str
-    segment: Segment
-    number: int
-    lower: int | None
-    upper: int | None
 
 
 class Grazes:
@@ -135,7 +107,7 @@ class Grazes:
         self.valley: dict[End, tuple[Floats, Floats, float, float]] = {}
         self.stretches = self._stretches()
         self._check_widths()
-        self.folded = self._valleys()
+        self._valleys()
 
     def _shut(self, two: Bools, size: Floats) -> None:
         """Lenses that are all but shut at an end of the block, because another change is there, are."""
@@ -367,13 +339,12 @@ class Grazes:
             out[k] = folding(now, z[k], r[k], np.cos(beta[k]), np.sin(beta[k]), u[k] + shift, bend)
         return out
 
-    def _valleys(self) -> list[int]:
+    def _valleys(self) -> None:
         """Discs whose chords lie inside the sweep: what is left of them is where their first and last pose meet.
 
         Between a sheet of the edge and the disc at the other end of the block the solid has a valley, from
         the chord of that end to the line in which both discs meet.
         """
-        out = []
         for chord in [c for c in self.stretches if isinstance(c, Chord)]:
             fold = self.fold(chord, np.linspace(0.0, 1.0, 9), np.array([0.0, 1.0]))
             if (fold > 0.0).all():
@@ -386,10 +357,8 @@ class Grazes:
                 raise self._fold_begins(chord)
             if not spans:
                 continue  # a round corner: a fold like any other
-            out.append(chord.element)
             self._open_valley(chord, ring, spans)
             self.stretches.remove(chord)
-        return out
 
     def _fold_begins(self, chord: Chord) -> SweepError:
         """When a chord begins or ceases to lie inside, if all of it does so at once."""
@@ -439,37 +408,3 @@ class Grazes:
     def ends(self) -> list[End]:
         """Every end of a stretch once."""
         return sorted({end for stretch in self.stretches for end in stretch.ends})
-
-
-def rings_of(tool: Tool) -> tuple[list[Ring], list[Element]]:
-    """Rings and elements from the bottom up; faces and sharp edges take turns."""
-    rings: list[Ring] = []
-    elements: list[Element] = []
-    nan, n = float("nan"), len(tool.segments)
-    below: int | None = None
-    for k in range(n + 1):
-        r, z = tool.joints[k].tolist()
-        spot = Segment(r, z, r, z, nan, nan, 0.0)
-        first = len(rings)
-        if r > FLAT:
-            low, high = tool.normal_angles(k)
-            if high < low - JOINT:
-                raise SweepError("a tool that is not convex is swept in convex pieces")
-            rings.append(Ring(k, r, z, low, -1 if k == 0 else 0))
-            if high > low + JOINT:
-                rings.append(Ring(k, r, z, high, 1 if k == n else 0))
-            elif k == n:
-                rings[-1] = rings[-1]._replace(disc=1)
-        upper = first if len(rings) > first else None
-        if k == 0:
-            if upper is not None:
-                elements.append(Element("disc", spot, -1, None, upper))
-        else:
-            s = tool.segments[k - 1]
-            elements.append(Element("arc" if s.is_arc else "line", s, k - 1, below, upper))
-        if len(rings) == first + 2:
-            elements.append(Element("edge", spot, k, first, first + 1))
-        below = len(rings) - 1 if upper is not None else None
-        if k == n and below is not None:
-            elements.append(Element("disc", spot, n, below, None))
-    return rings, elements

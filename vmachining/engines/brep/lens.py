@@ -18,16 +18,14 @@ be cut in time. Lenses on the other side of the rim have borders that exist at a
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from vmachining.arrays import Floats
+from vmachining.engines.brep.rings import Ring
 from vmachining.engines.brep.stretches import Moving, State, angle, wave
 from vmachining.sweep.grazing import across, folding, instant
-
-if TYPE_CHECKING:
-    from vmachining.engines.brep.grazes import Ring
 
 __all__ = ["Lens", "lens_opens", "lens_span", "side_speed"]
 

@@ -26,7 +26,7 @@ from vmachining.arrays import Floats
 from vmachining.engines.brep.shapes import Curve, Surface, interpolated, knots_of, pnt
 from vmachining.errors import EngineError
 
-__all__ = ["SAME", "Builder", "Edge", "Use"]
+__all__ = ["SAME", "Builder", "Edge", "Use", "run_of"]
 
 TOL = 1e-7
 """mm, tolerance of vertices, edges and faces: OCCT's own confusion."""
@@ -302,3 +302,28 @@ def _flat(spline: BSpline) -> Any:
     for k, (u, v) in enumerate(spline.c.tolist(), start=1):
         poles.SetValue(k, gp_Pnt2d(u, v))
     return Geom2d_BSplineCurve(poles, *knots_of(spline), spline.k)
+
+
+def run_of(edges: Sequence[Edge]) -> list[Edge]:
+    """Edges in the order in which they follow each other.
+
+    The run of the first edge; others may be left.
+
+    Raises
+    ------
+    EngineError
+        It does not close.
+    """
+    rest = list(edges)
+    out = [rest.pop(0)]
+    start, place = out[0].first, out[0].last
+    while rest and place != start:
+        k = next((k for k, e in enumerate(rest) if place in (e.first, e.last)), None)
+        if k is None:
+            raise EngineError("the edges of a cap do not follow each other", engine="brep")
+        edge = rest.pop(k)
+        out.append(edge)
+        place = edge.last if edge.first == place else edge.first
+    if place != start:
+        raise EngineError("the edges of a cap do not close", engine="brep")
+    return out

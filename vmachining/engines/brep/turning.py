@@ -42,8 +42,8 @@ from vmachining.engines.brep.shapes import (
     nodes_for,
 )
 from vmachining.engines.brep.stretches import Chord, EdgeSpan, End, Moving, RimPatch, State, Stretch
-from vmachining.engines.brep.topology import SAME, Builder, Edge, Use
-from vmachining.errors import EngineError, SweepError
+from vmachining.engines.brep.topology import SAME, Builder, Edge, Use, run_of
+from vmachining.errors import SweepError
 from vmachining.tool import Profile
 
 __all__ = ["Built", "turning"]
@@ -318,7 +318,7 @@ class _Turning:
             edges += self._valley(ring, sign)
         point = pose.point(0.0, g.rings[ring].z, 0.0)
         self.build.face(
-            Plane(Frame(point, pose.axis, pose.heading)), [_loop(edges), *holes], np.zeros(2), up * pose.axis
+            Plane(Frame(point, pose.axis, pose.heading)), [run_of(edges), *holes], np.zeros(2), up * pose.axis
         )
 
     def _valley(self, ring: int, sign: int) -> list[Edge]:
@@ -354,7 +354,7 @@ class _Turning:
             if arc is not None and ring is not None:
                 edges += self.rims[sign].arcs(g.rings[ring].joint, *arc)
         while edges:
-            loop = _loop(edges)
+            loop = run_of(edges)
             edges = [edge for edge in edges if edge not in loop]
             self._face(number, sign, loop, self._spread(loop, sign))
 
@@ -399,7 +399,7 @@ class _Turning:
                 middle = stops[0] + (0.5 * (a + b) - stops[0]) % (2.0 * np.pi)
                 halves[int(middle > stops[1])] += self.rims[sign].arcs(g.rings[ring].joint, a, b)
         for k in (0, 1):
-            self._face(number, sign, _loop([*ribs, *halves[k]]), (stops[k], stops[k + 1]))
+            self._face(number, sign, run_of([*ribs, *halves[k]]), (stops[k], stops[k + 1]))
 
     def _face(self, number: int, sign: int, edges: list[Edge], span: tuple[float, float]) -> None:
         pose, s = self.poses[sign], self.grazes.elements[number].segment
@@ -427,31 +427,6 @@ class _Turning:
 
 def _turns(stretch: Stretch) -> bool:
     return stretch.ends[0][0] == stretch.ends[1][0] and not isinstance(stretch, Chord | EdgeSpan)
-
-
-def _loop(edges: Sequence[Edge]) -> list[Edge]:
-    """Edges in the order in which they follow each other.
-
-    The run of the first edge; others may be left.
-
-    Raises
-    ------
-    EngineError
-        It does not close.
-    """
-    rest = list(edges)
-    out = [rest.pop(0)]
-    start, place = out[0].first, out[0].last
-    while rest and place != start:
-        k = next((k for k, e in enumerate(rest) if place in (e.first, e.last)), None)
-        if k is None:
-            raise EngineError("the edges of a cap do not follow each other", engine="brep")
-        edge = rest.pop(k)
-        out.append(edge)
-        place = edge.last if edge.first == place else edge.first
-    if place != start:
-        raise EngineError("the edges of a cap do not close", engine="brep")
-    return out
 
 
 def turning(profile: Profile, moving: Moving, fit_mm: float) -> Built:

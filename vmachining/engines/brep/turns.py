@@ -12,11 +12,14 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from vmachining.engines.brep.caps import FLAT, Tool
-from vmachining.engines.brep.grazes import Divide, Grazes, Ring, rings_of
+from vmachining.engines.brep.grazes import Divide, Grazes
 from vmachining.engines.brep.lens import lens_opens
+from vmachining.engines.brep.rings import Ring, rings_of
 from vmachining.engines.brep.stretches import EdgeSpan, Moving
 from vmachining.engines.brep.turning import Built, turning
 from vmachining.errors import SweepError
@@ -46,18 +49,11 @@ HALVINGS = 3
 """A sheet that lies too deep is halved in time this often: half the time, a quarter of the depth."""
 
 
-class Piece(tuple[Sweep, Built]):
-    """A part of the block in time and its faces."""
+class Piece(NamedTuple):
+    """sweep : the exact sweep of a part of the block in time. built : its faces."""
 
-    @property
-    def sweep(self) -> Sweep:
-        """The exact sweep of this part."""
-        return self[0]
-
-    @property
-    def built(self) -> Built:
-        """Its faces."""
-        return self[1]
+    sweep: Sweep
+    built: Built
 
 
 def turn_pieces(profile: Profile, path: Turn, fit_mm: float) -> list[Piece]:
@@ -148,7 +144,7 @@ class _Work:
             *(gap * self.speed for gap, t in zip(gaps, (a, b), strict=True) if self.sharp or t in (0.0, 1.0)),
         ]
         built = built._replace(fit_mm=max(built.fit_mm, depth, *lost))
-        self.out.append(Piece((Sweep.along(self.profile, part), built)))
+        self.out.append(Piece(Sweep.along(self.profile, part), built))
 
     def _divide(self, found: Divide, a: float, b: float, soft_a: bool, soft_b: bool) -> None:
         """Where a piece says that it has to be cut."""
