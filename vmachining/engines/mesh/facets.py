@@ -124,7 +124,7 @@ class Polyhedron:
 
     points (n, 3); triangles (m, 3), outward; normals (m, 3), unit; edges (k, 4): two points and the triangles
     on the left and on the right of the way from the first to the second; height: lowest and highest z; reach:
-    largest radius; areas (m,) mm^2;
+    largest radius; areas (m,) mm^2; planes (m,): equal for triangles of one facet;
     turn: sine of half as much again as the largest angle between neighbouring facets of a round surface.
     """
 
@@ -136,6 +136,7 @@ class Polyhedron:
     reach: float
     turn: float
     areas: Floats
+    planes: Ints
 
     def shadow(self, level: float, rise: float) -> float:
         """mm^2 of the projection along the unit direction (level, 0, rise), without the upper rim's share.
@@ -170,7 +171,7 @@ def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
             continue
         polygon = circle(base * 2 ** max(0, int(np.ceil(np.log2(steps / base) - 1e-9))), side) * r
         rings.append(np.column_stack([polygon, np.full(len(polygon), z)]))
-    points, triangles = _hull(np.concatenate(rings))
+    points, triangles, planes = _hull(np.concatenate(rings))
     half = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     owner = np.tile(np.arange(len(triangles)), 3)
     left = {(int(u), int(v)): int(t) for (u, v), t in zip(half, owner, strict=True)}
@@ -188,14 +189,15 @@ def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
         normals,
         edges,
         areas=areas,
+        planes=planes,
         height=(float(line[0, 1]), float(line[-1, 1])),
         reach=float(np.hypot(points[:, 0], points[:, 1]).max()),
         turn=float(np.sin(min(1.5 * bend, np.pi / 2))),
     )
 
 
-def _hull(cloud: Floats) -> tuple[Floats, Ints]:
-    """Points (n, 3) and outward triangles (m, 3) of a convex hull, the same in every process.
+def _hull(cloud: Floats) -> tuple[Floats, Ints, Ints]:
+    """Points (n, 3), outward triangles (m, 3) and their planes (m,) of a convex hull, the same in every process.
 
     (The hull of manifold3d splits plane facets as its threads happen to meet them.)
     """
@@ -206,7 +208,10 @@ def _hull(cloud: Floats) -> tuple[Floats, Ints]:
     a, b, c = (points[triangles[:, k]] for k in range(3))
     inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0
     triangles[inward] = triangles[inward][:, ::-1]
-    return points, triangles.astype(np.int64)
+    _, planes = np.unique(
+        hull.equations, axis=0, return_inverse=True
+    )  # parts of one facet have the same numbers
+    return points, triangles.astype(np.int64), planes.ravel().astype(np.int64)
 
 
 CHUNK = 256

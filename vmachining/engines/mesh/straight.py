@@ -101,7 +101,7 @@ def _part(line: Floats, run: Profile, sag: float, side: Side) -> Part:
     body = polyhedron(line, sag, side)
     lacks = None
     if side is Side.INNER:
-        lacks = gauge(body.points, body.triangles, body.normals, meridian_rows(run))
+        lacks = gauge(body.points, body.triangles, body.normals, body.planes, meridian_rows(run))
     return Part(line, body, lacks)
 
 
@@ -166,5 +166,7 @@ def straight(
         return
     rows, means = hull_skin(*body, *part.gauge, cos, sin, start, d, *view, rear, *leeway, SKIN_CELLS * cell)  # type: ignore[no-untyped-call]
     mean = np.where(source >= 0, means[source], 0.0)
-    kin = np.where(source >= 0, source, -1 - np.arange(len(source)))
+    m = len(cutter.triangles)
+    kin = np.where(source < m, cutter.planes[np.minimum(source, m - 1)], source)
+    kin[source < 0] = -1 - np.flatnonzero(source < 0)
     yield Piece(points, triangles, mean, kin, rows)

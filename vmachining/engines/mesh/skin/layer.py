@@ -40,11 +40,17 @@ class Gauge(NamedTuple):
     meridian: Floats
 
 
-def gauge(points: Floats, triangles: Ints, normals: Floats, meridian: Floats) -> Gauge:
-    """Gauge of a polyhedron (points (n, 3), triangles (m, 3), unit normals (m, 3)) inside a convex body."""
+def gauge(points: Floats, triangles: Ints, normals: Floats, planes: Ints, meridian: Floats) -> Gauge:
+    """Gauge of a polyhedron inside a convex body; triangles in one plane get one mean.
+
+    points (n, 3), triangles (m, 3), unit normals (m, 3), planes (m,): equal in one plane.
+    """
     most, mean = np.empty((2, len(triangles)))
     _kernels.gauge(points, triangles, normals, meridian, most, mean)  # type: ignore[no-untyped-call]
-    return Gauge(most, mean, meridian)
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    whole = np.maximum(np.bincount(planes, area), 1e-300)
+    return Gauge(most, (np.bincount(planes, area * mean) / whole)[planes], meridian)
 
 
 def supports(meridian: Floats, normals: Floats) -> Floats:
