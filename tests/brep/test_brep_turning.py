@@ -130,3 +130,13 @@ def test_a_lens_of_a_tilting_face_needs_no_cut() -> None:
     (part,) = brep.solids(sweep)
     assert brep.inspect(part.shape).volume == pytest.approx(sweep.flux().volume, rel=1e-6)
     assert sweep.flux().again > 1e-4 * sweep.flux().volume
+
+
+@pytest.mark.parametrize("way", [8.0, -8.0])
+def test_a_taper_that_moves_along_its_axis_grazes_on_all_of_its_top_edge(way: float) -> None:
+    """Neither its side nor its corner grazes anywhere."""
+    start = np.array([0.1, 0.2, 1.0]) / np.linalg.norm([0.1, 0.2, 1.0])
+    end = np.array([0.11, 0.2, 1.0]) / np.linalg.norm([0.11, 0.2, 1.0])
+    move = Turn.through((0, 0, 0), way * start, "axis", start, end)
+    sweep = Sweep.along(Taper(diameter=2, corner_radius=0.5, taper_deg=12, length=15), move)
+    checked(sweep, sweep.flux().volume)

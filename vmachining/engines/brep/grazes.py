@@ -35,10 +35,12 @@ from vmachining.engines.brep.stretches import (
     EdgeSpan,
     End,
     LineSide,
+    LineTurn,
     Moving,
     State,
     Stretch,
     angle,
+    line_form,
     near,
     wave,
 )
@@ -193,6 +195,8 @@ class Grazes:
         return self._angles[key]
 
     def _angle(self, ring: int, side: int, st: State) -> Floats:
+        if not self.present[ring]:
+            return np.full(len(st.t), 0.5 * np.pi * (1 + side))  # an edge that grazes all round
         g = self.rings[ring]
         one = np.ones((len(st.t), 1))
         a, b, c = (v[:, 0] for v in wave(st, g.r * one, g.z * one, g.beta * one))
@@ -246,8 +250,11 @@ class Grazes:
                         out.append(EdgeSpan(k, ends, g.r0, g.z0))
                     else:
                         out.append((LineSide if e.kind == "line" else ArcSide)(k, ends, g))
-            elif e.kind != "line" and (len(live) == 1 or (len(live) == 2 and (low < 0.0).all())):
+            elif len(live) == 1 or (e.kind != "line" and len(live) == 2 and (low < 0.0).all()):
                 out += self._turning(k, e, live)
+            elif e.kind == "edge" and not live and self.sign[e.lower] != self.sign[e.upper]:
+                assert e.lower is not None  # all of the edge grazes: two halves of it
+                out += [EdgeSpan(k, ((e.lower, t), (e.lower, -t)), g.r0, g.z0) for t in (-1, 1)]
             elif live or (high > 0.0).any():
                 where = f"between heights {g.z0:.6g} and {g.z1:.6g} mm"
                 raise SweepError(f"the grazing curve turns back or closes on the face {where}")
@@ -279,6 +286,10 @@ class Grazes:
                 out.append(EdgeSpan(k, turn, g.r0, g.z0))
             elif other is None and abs(g.cr) <= FLAT and ring == e.upper:
                 out.append(BallTurn(k, ((ring, -1), (ring, 1)), g))
+            elif e.kind == "line":
+                if other is None:
+                    raise SweepError("the grazing curve turns back on a cone with a tip")
+                out.append(LineTurn(k, turn, g, ring == e.upper))
             else:
                 out.append(ArcTurn(k, turn, g))
         return out
@@ -300,14 +311,10 @@ class Grazes:
         """
         g, st = e.segment, self.dense
         if e.kind == "line":
-            share = np.array([[0.0, 0.5, 1.0]])
-            r, z = g.r0 + share * (g.r1 - g.r0), g.z0 + share * (g.z1 - g.z0)
-            a, b, c = wave(st, r, z, np.full(r.shape, g.beta[0]))
-            first, middle, last = (a * a + b * b - c * c).T
-            bend, slope = 2.0 * (first + last - 2.0 * middle), 4.0 * middle - 3.0 * first - last
+            first, slope, bend = line_form(st, g)
             with np.errstate(divide="ignore", invalid="ignore"):
                 at = np.clip(np.nan_to_num(-0.5 * slope / bend), 0.0, 1.0)
-            values = np.stack([first, last, first + slope * at + bend * at * at])
+            values = np.stack([first, first + slope + bend, first + slope * at + bend * at * at])
             return values.min(axis=0), values.max(axis=0)
         b0, b1 = (
             (self.rings[r].beta for r in (e.lower, e.upper) if r is not None) if e.kind == "edge" else g.beta

@@ -9,6 +9,7 @@ The side +1 is the upper of the two angles.
 | stretch | on | given by |
 |---|---|---|
 | `LineSide` | cylinder, cone | u of every height, once per side |
+| `LineTurn` | cone from one side of a ring to the other | both angles of every height |
 | `ArcSide` | torus between two rings | u of every normal angle, once per side |
 | `ArcTurn` | torus from one side of a ring to the other | normal angle of every u, tan beta = -D / N |
 | `BallTurn` | ball, below | great circle of normals square to the velocity of the centre |
@@ -37,8 +38,8 @@ from vmachining.sweep import Turn
 from vmachining.tool import Segment
 
 __all__ = [
-    "ArcSide", "ArcTurn", "BallTurn", "Chord", "EdgeSpan", "End", "LineSide", "Moving", "RimPatch", "State", "Stretch", "angle",
-    "near", "wave",
+    "ArcSide", "ArcTurn", "BallTurn", "Chord", "EdgeSpan", "End", "LineSide", "LineTurn", "Moving", "RimPatch",
+    "State", "Stretch", "angle", "line_form", "near", "wave",
 ]  # fmt: skip
 
 CORNERS = 97
@@ -126,6 +127,15 @@ def wave(st: State, r: Floats, z: Floats, beta: Floats) -> tuple[Floats, Floats,
     return part(st.x), part(st.y), np.asarray(up * (V * st.axis).sum(1)[:, None])
 
 
+def line_form(st: State, g: Segment) -> tuple[Floats, Floats, Floats]:
+    """a^2 + b^2 - c^2 = p + q x + s x^2 of the circles at shares x of a line: (n,) each."""
+    share = np.array([[0.0, 0.5, 1.0]])
+    r, z = g.r0 + share * (g.r1 - g.r0), g.z0 + share * (g.z1 - g.z0)
+    a, b, c = wave(st, r, z, np.full(r.shape, g.beta[0]))
+    first, middle, last = (a * a + b * b - c * c).T
+    return first, 4.0 * middle - 3.0 * first - last, 2.0 * (first + last - 2.0 * middle)
+
+
 def angle(a: Floats, b: Floats, c: Floats, side: float) -> Floats:
     """phi -+ acos(-c / r), phi in (-pi, pi]; NaN without a root."""
     r = np.hypot(a, b)
@@ -197,6 +207,37 @@ class LineSide(Stretch):
         z = np.broadcast_to(z, r.shape)
         beta = np.full(r.shape, g.beta[0])
         return r, z, beta, of.between(self.ends, st, s, angle(*wave(st, r, z, beta), self.ends[0][1]))
+
+
+@dataclass(frozen=True, eq=False)
+class LineTurn(Stretch):
+    """A cone from one side of a ring to the other one, by the square root of the way to where it turns."""
+
+    element: int
+    ends: tuple[End, End]
+    segment: Segment
+    last: bool  # whether the ring is the upper one
+
+    def place(self, of: Angles, st: State, s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        g, ring = self.segment, self.ends[0][0]
+        first, slope, bend = line_form(st, g)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            root = np.sqrt(np.maximum(slope * slope - 4.0 * first * bend, 0.0))
+            q = -0.5 * (slope + np.where(slope < 0.0, -root, root))
+            both = np.stack([q / bend, first / q])
+        both = np.where((both >= 0.0) & (both <= 1.0), both, np.nan)
+        turn = (np.nanmax if self.last else np.nanmin)(both, axis=0)[:, None]
+        sigma = 2.0 * s - 1.0
+        way = float(self.last) - turn
+        x = turn + way * sigma**2
+        deep = np.sqrt(np.maximum(way * (slope[:, None] + bend[:, None] * (x + turn)), 0.0)) * np.abs(sigma)
+        r, z = g.r0 + x * (g.r1 - g.r0), g.z0 + x * (g.z1 - g.z0)
+        beta = np.full(r.shape, g.beta[0])
+        a, b, c = wave(st, r, z, beta)
+        middle = 0.5 * (of.angle(ring, -1, st) + of.angle(ring, 1, st))[:, None]
+        phi, half = near(np.arctan2(b, a), middle), np.arctan2(deep, -c)
+        e0, e1 = self.ends[0][1], self.ends[1][1]
+        return r, z, beta, phi + np.where(sigma < 0.0, e0 * half, e1 * half + 2.0 * np.pi * (e0 > e1))
 
 
 @dataclass(frozen=True, eq=False)

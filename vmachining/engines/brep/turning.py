@@ -210,12 +210,19 @@ class _Turning:
         if stretch.linear:
             return [self.build.edge(Straight(poles[0], poles[-1]))]
         whole = Spline(BSpline(along.t, poles, along.k), 0.0)
-        stops = [0.0, 0.5, 1.0] if (stretch.element, sign) in self.cuts and _turns(stretch) else [0.0, 1.0]
+        inside = [0.5] if (stretch.element, sign) in self.cuts and _turns(stretch) else []
+        if isinstance(stretch, EdgeSpan):  # a cap beside it may be cut there
+            joint = self.grazes.rings[stretch.ends[0][0]].joint
+            ua, ub = self.grazes.span(stretch.ends, self.states[sign], np.array([0.0, 1.0]))[0].tolist()
+            turns = 2.0 * np.pi * np.arange(-3, 4)
+            shares = ((u + t - ua) / (ub - ua) for u in self.rims[sign]._breaks[joint] for t in turns)
+            inside = sorted(s for s in shares if 1e-9 < s < 1.0 - 1e-9)
+        stops = [0.0, *inside, 1.0]
         edges = [self.build.edge(Part(whole, a, b)) for a, b in pairwise(stops)]
         if isinstance(stretch, EdgeSpan):
-            ua, ub = self.grazes.span(stretch.ends, self.states[sign], np.array([0.0, 1.0]))[0].tolist()
-            lo, hi = min(ua, ub), max(ua, ub)
-            self.rims[sign].put(self.grazes.rings[stretch.ends[0][0]].joint, lo, hi, edges[0])
+            for edge, share in zip(edges, pairwise(stops), strict=True):
+                lo, hi = sorted(ua + s * (ub - ua) for s in share)
+                self.rims[sign].put(joint, lo, hi, edge)
         return edges
 
     # -- caps ----------------------------------------------------------------------------------------------
@@ -248,6 +255,9 @@ class _Turning:
                         for ring in (e.lower, e.upper):
                             if ring is not None and (turn is None or turn.ends[0][0] != ring):
                                 rim.break_at(g.rings[ring].joint, [u])
+            for span in g.stretches:
+                if isinstance(span, EdgeSpan) and not g.present[span.ends[0][0]]:
+                    rim.break_at(g.rings[span.ends[0][0]].joint, [0.0, np.pi])
             for circle in g.rings:
                 if not rim._breaks.get(circle.joint):
                     rim.break_at(circle.joint, [0.0])
@@ -376,13 +386,13 @@ class _Turning:
         for k, (u, turn) in enumerate(cuts):
             curve = meridian_curve(pose.tip, pose.radial(u), s, pose.axis)
             if turn is not None:
-                assert isinstance(curve, Circle)
-                beta = float(turn.place(g, st, np.array([0.5]))[2][0, 0])
+                _, z, beta, _ = (float(v[0, 0]) for v in turn.place(g, st, np.array([0.5])))
+                at = beta if isinstance(curve, Circle) else curve.t1 * (z - s.z0) / (s.z1 - s.z0)
                 up = turn.ends[0][0] == e.upper
-                curve = Part(curve, curve.t0, beta) if up else Part(curve, beta, curve.t1)
+                curve = Part(curve, curve.t0, at) if up else Part(curve, at, curve.t1)
                 parts = self.curves[g.stretches.index(turn), sign]
-                at = float(turn.place(g, st, np.array([0.75]))[3][0, 0])
-                ahead = 1 if np.sin(at - u) > 0.0 else 0
+                later = float(turn.place(g, st, np.array([0.75]))[3][0, 0])
+                ahead = 1 if np.sin(later - u) > 0.0 else 0
                 halves[k].append(parts[ahead])
                 halves[1 - k].append(parts[1 - ahead])
             ribs.append(self.build.edge(curve))
