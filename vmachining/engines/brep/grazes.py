@@ -261,14 +261,18 @@ class Grazes:
         return out
 
     def _check_widths(self) -> None:
-        """Sharp edges whose two ends meet change their shape there."""
-        for span in [s for s in self.stretches if isinstance(s, EdgeSpan)]:
-            ends = self.span(span.ends, self.dense, np.array([0.0, 1.0]))
-            width = np.abs(ends[:, 1] - ends[:, 0]) * span.r
-            if width.min() < NARROW_MM:
-                text = f"the grazing curve narrows to a point at height {span.z:.6g} mm"
-                k = int(np.argmin(width))
-                raise Divide(text, float(k > 0), soft=True) if k in (0, DENSE - 1) else SweepError(text)
+        """On a sharp edge the shape changes where an end of one of its normals meets one of the other."""
+        for e in [e for e in self.elements if e.kind == "edge"]:
+            assert e.lower is not None and e.upper is not None
+            if not (self.present[e.lower] and self.present[e.upper]):
+                continue
+            for first, second in ((a, b) for a in (-1, 1) for b in (-1, 1)):
+                apart = self.angle(e.lower, first, self.dense) - self.angle(e.upper, second, self.dense)
+                width = np.abs(near(apart, np.zeros(DENSE))) * e.segment.r0
+                if width.min() < NARROW_MM:
+                    text = f"the grazing curve narrows to a point at height {e.segment.z0:.6g} mm"
+                    k = int(np.argmin(width))
+                    raise Divide(text, float(k > 0), soft=True) if k in (0, DENSE - 1) else SweepError(text)
 
     def _turning(self, k: int, e: Element, live: list[int]) -> list[Stretch]:
         """Stretches on an arc or an edge that come back to the ring they start from."""

@@ -215,8 +215,9 @@ class _Turning:
             joint = self.grazes.rings[stretch.ends[0][0]].joint
             ua, ub = self.grazes.span(stretch.ends, self.states[sign], np.array([0.0, 1.0]))[0].tolist()
             turns = 2.0 * np.pi * np.arange(-3, 4)
-            shares = ((u + t - ua) / (ub - ua) for u in self.rims[sign]._breaks[joint] for t in turns)
-            inside = sorted(s for s in shares if 1e-9 < s < 1.0 - 1e-9)
+            lo, hi = sorted((ua, ub))
+            marks = (u + t for u in self.rims[sign]._breaks[joint] for t in turns)
+            inside = sorted((u - ua) / (ub - ua) for u in marks if lo + 1e-9 < u < hi - 1e-9)
         stops = [0.0, *inside, 1.0]
         edges = [self.build.edge(Part(whole, a, b)) for a, b in pairwise(stops)]
         if isinstance(stretch, EdgeSpan):
