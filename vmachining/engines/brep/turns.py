@@ -8,6 +8,12 @@
    than `FOLD_MM`, the piece is halved: a quarter of the depth. What would take more pieces is refused.
 4. Every piece must be valid and closed, and its volume must be the one of the flux identity V(K) + Phi - W to
    1e-5. A solid whose boundary runs through itself has V(K) + Phi instead, so what is entered twice cannot be lost.
+
+Known limits, refused by name: pivots in the tool or close to it (the envelope folds, or turns too fast to follow),
+motions that stay in a plane through the axis with no speed along it, chords of a flat face with a round corner
+that lie inside by more than some 1e-4 mm, two arcs that merge there (too sharp for a tensor product), centres of a
+ball on a path that bends more than the ball. The gate of a part says nothing about the union: that parts leave no
+gap rests on their ends. Where the shape changes at the very start or end, edges may be as short as 5e-7 mm.
 """
 
 from __future__ import annotations
