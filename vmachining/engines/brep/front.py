@@ -11,7 +11,8 @@ axis the curve gamma comes closest to the axis where its sheet turns back,
 
 with a cusp there that no kernel likes. Below (f > 0) the sheet is the boundary, above it lies inside. The cusp
 is cut off by a cylinder about the axis, a little wider than the circle of the cusp. What is missing then lies
-inside the first pose but for a sliver at the very start, some 1e-3 of the cube of the radius of the cylinder.
+inside the first pose but for a sliver at the very start, estimated to some 1e-6 of the cube of that
+radius.
 
 Symbols: rc radius of the helix, s distance from its axis, b rise per radian; tau, beta, u as in `ramp.py`.
 Known limits: a cusp and its cylinder must lie on one segment of the meridian.
@@ -33,7 +34,7 @@ from vmachining.tool import Profile, Segment
 
 __all__ = ["front"]
 
-WIDER = 0.2
+WIDER = 0.02
 """Of the radius of the cusp: by how much its cylinder is wider, if the ends of the segment leave room for that."""
 
 CLOSE_MM = 1e-6
