@@ -49,6 +49,15 @@ each other were seen to take more than 48 s of booleans and to be refused. A blo
 0.1 s (flat) to 0.2 s (ball) of processor time, the same at the end of 2000 blocks as at their beginning; two ramps
 of a torus that cut into each other take 23 s, because both meet in spline faces of a hundred knots.
 
+Tools that turn: a spline sheet and its neighbours share nodes, so borders agree to rounding. Flat faces that tilt
+re-enter nearly always; valleys and lenses cut that off in closed form, and the volume is V(K) + Phi - W of the
+flux identity (gate 1e-5, mostly met to 1e-8). Of 121 finishing blocks (1 to 5 mm, 1 to 5 degrees) 70 are one
+solid, 39 several in time, 12 are refused; one solid takes 0.13 s of a loaded core in the median, gates included,
+several 0.4 s. In the sweep gauntlet (140 blocks from seed 1000, 20 of each family) one solid / several / refused:
+finishing 17 / 1 / 2, free 16 / 1 / 3, in plane 14 / 2 / 4, rotary 18 / 0 / 2, hardly turning 20 / 0 / 0, along the
+axis 14 / 1 / 5, pivot 1 / 2 / 17 (0.10 s in the median); none contradicted its bracket or its STEP file. Jobs of
+21 five-axis blocks each: ball 20 agreed and 1 retried, bull nose 17 and 4, flat 13 and 8.
+
 Known limits: a block whose solid cannot be built is refused by name, and so are blocks that need it as a
 neighbour: arcs in upright planes where a torus moves level or a cone meets a steep slope, and what `turns.py`
 says of tools that turn. A cutter that is not convex on a ramp, and arcs or helices that come
