@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
+from manifold3d import Manifold
+from scipy.optimize import nnls
 
 from vmachining.engines.mesh import MeshEngine, box_stock, cylinder_stock
 from vmachining.engines.mesh.facets import Side
@@ -170,3 +172,49 @@ def test_turning_tools_want_two_workpieces():
     turn = Sweep(TOOLS["ball"].cutter, Pose((5, 5, -1), (0, 0, 1)), Pose((15, 5, -1), (0.6, 0, 0.8)))
     with pytest.raises(EngineError, match="certify"):
         MeshEngine(box_stock(LO, HI)).cut(turn)
+
+
+def test_no_cutter_is_too_thin_for_a_helix():
+    """Thinner than its polygon's chords are deep, it has once cut nothing."""
+    cutter = FlatEnd(diameter=0.06, length=5).cutter
+    sweep = Sweep.along(cutter, Arc((10, 0, -1), (0, 0, -1), angle=1.0, rise=-0.5))
+    engine = MeshEngine(box_stock((-12, -12, -2), (12, 12, 0)), 0.5)
+    about = 0.06 * 10.0 * 1.25
+    lo, estimate, hi = engine.cut(sweep)
+    assert 0.0 < lo < about < hi and abs(estimate - about) < 0.01 * about
+
+
+@pytest.mark.parametrize("certify", [False, True])
+def test_a_helix_beside_the_stock_removes_nothing(certify):
+    """A bar just beyond the wall of the hole, where a chord of the path comes nearest to it."""
+    half, radius = np.pi / 16, 8.0
+    begin = radius * np.array([np.cos(half), -np.sin(half)])
+    path = Arc((*begin, -2), (0, 0, -2), angle=np.pi / 2, rise=1e-3)
+    sweep = Sweep.along(FlatEnd(diameter=6, length=5).cutter, path)
+    wall = radius - 3.0
+    engine = MeshEngine(box_stock((wall - 1.0, -0.02, -1), (wall - 1e-4, 0.02, 0)), 0.5, certify=certify)
+    assert sweep.signed_distance([[wall - 1e-4, y, -0.5] for y in (-0.02, 0.0, 0.02)]).min() > 0.0
+    assert engine.cut(sweep).lo == 0.0
+
+
+def test_what_is_left_under_the_rear_of_a_flat_end_is_stored():
+    """Down a helix, chords of the circle of the bottom leave slivers behind the tool too."""
+    cutter = FlatEnd(diameter=20, length=30).cutter
+    engine = MeshEngine(box_stock((-22, -22, -10), (22, 22, 0)), 0.2)
+    engine.cut(Sweep.along(cutter, Line((0, 0, 1), (0, 0, -1))))
+    sweep = Sweep.along(cutter, Arc((0, 0, -1), (0, 0.5, -1), angle=3.0, rise=-1.0))
+    engine.cut(sweep)
+    at = np.array(
+        [[7.563883, -6.381085, -1.629429], [9.908209, -1.558445, -1.881688], [6.976283, -6.671511, -1.763472]]
+    )
+    assert (sweep.signed_distance(at) < 0.0).all()
+    places = np.concatenate([tile.skin.corners for tile in engine._root.leaves()])
+    for point in at:
+        speck = Manifold.cube((1e-4, 1e-4, 1e-4), True).translate(tuple(point.tolist()))
+        assert (engine.whole() ^ speck).volume() == pytest.approx(1e-12, rel=1e-3)
+        near = places[((places.min(axis=1) <= point) & (places.max(axis=1) >= point)).all(axis=1)]
+        off = [
+            nnls(np.vstack([(corners - point).T, np.ones(8)]), np.array([0.0, 0.0, 0.0, 1.0]))[1]
+            for corners in near
+        ]
+        assert min(off, default=1.0) < 1e-9

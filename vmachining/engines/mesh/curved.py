@@ -5,9 +5,9 @@ through both axes. Within the swept angle every point of that range is cut, outs
 poses reach. This holds with the centre inside the cutter too (the range then starts at 0).
 
 Polygons of a path: corners on radius rc + s/2, s the depth of a chord, keep the true centre within
-e = hypot(s/2, rc D^3 / 50) of the chord (the second term is the lag along the chord, at most
-rc D^3 / (36 sqrt 3) = rc D^3 / 62). A cutter grown by e on that polygon holds the true sweep and one
-narrowed by e is held by it. In the mean the true centre is s/6 outside of the chord.
+e = s/2 (1 + s/rc) of the point of the chord at the same time: so far apart they are in the middle, and s/2 at
+the ends (the lag along the chord has no part in it). A cutter grown by e on that polygon holds the true sweep
+and one narrowed by e is held by it. In the mean the true centre is s/6 outside of the chord.
 """
 
 from __future__ import annotations
@@ -238,7 +238,7 @@ def way(sweep: Sweep, chord: float, window: Window | None) -> Way:
     steps = max(arc_steps(path.radius, abs(path.angle), chord), 1)
     width = abs(path.angle) / steps
     depth = path.radius * (1.0 - np.cos(width / 2))
-    slack = float(np.hypot(depth / 2, path.radius * width**3 / 50.0))
+    slack = depth / 2 * (1.0 + depth / path.radius) if path.radius > 0.0 else 0.0
     corners = path.position(np.linspace(0.0, 1.0, steps + 1))
     for k in PLANE_AXES[path.axis]:
         if path.radius > 0.0:
@@ -258,17 +258,19 @@ def polygon(
     """Straight pieces along a polygon, see the head of this file."""
     rc, turn = path.radius, abs(path.angle)
     steps = max(arc_steps(rc, turn, tool.sag), int(np.ceil(turn / (np.pi / 8))))
-    width = turn / steps
-    depth = rc * (1.0 - np.cos(width / 2))
-    radius = rc * (1.0 + width * width / 12.0) if tool.side is Side.FAIR else rc + depth / 2
-    slack = np.zeros(2)
-    if tool.side is not Side.FAIR:
-        radial = float(np.hypot(depth / 2, rc * width**3 / 50.0))
-        slack = np.array([radial, 0.0 if path.axis == 2 else radial])
-        moved = shifted(part, run, tool, *slack.tolist())
-        if moved is None:
-            return
-        part = moved
+    moved: Part | None = part
+    while True:
+        width = turn / steps
+        depth = rc * (1.0 - np.cos(width / 2))
+        radius = rc * (1.0 + width * width / 12.0) if tool.side is Side.FAIR else rc + depth / 2
+        slack = np.zeros(2)
+        if tool.side is not Side.FAIR:
+            radial = float(depth / 2 * (1.0 + depth / rc))
+            slack = np.array([radial, 0.0 if path.axis == 2 else radial])
+            moved = shifted(part, run, tool, *slack.tolist())
+        if moved is not None:
+            break
+        steps *= 2  # nothing is left of a cutter as thin as that
     corners = path.position(np.linspace(0.0, 1.0, steps + 1))
     middles = path.position((np.arange(steps) + 0.5) / steps) - path.center
     a, b = PLANE_AXES[path.axis]
@@ -277,5 +279,7 @@ def polygon(
     middles[:, path.axis] = 0.0
     for k, (start, end) in enumerate(pairwise(corners)):
         leeway = Leeway(slack, middles[k] * (depth / 6.0 / rc), np.zeros(3))
-        yield from straight(part, start, end, window, chained=chained, skinned=skinned, leeway=leeway)
+        yield from straight(
+            moved, start, end, window, chained=chained, skinned=skinned, leeway=leeway, bend=width / 2
+        )
         chained = True

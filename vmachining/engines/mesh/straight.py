@@ -127,11 +127,13 @@ def straight(
     chained: bool = False,
     skinned: bool = False,
     leeway: Leeway = STIFF,
+    bend: float = 0.0,
 ) -> Iterator[Piece]:
     """conv(K(start), K(end)) with K facetted beside the heading (of the motion, unless given).
 
     With `chained` the cutter at the start has been removed before, and its rear is left out. `skinned` asks for
-    means and skin, in a window; there may then be a piece without triangles.
+    means and skin, in a window; there may then be a piece without triangles. bend: angle by which the true path
+    may head elsewhere.
     """
     cutter = part.body
     d = end - start
@@ -148,13 +150,15 @@ def straight(
             slack = float(part.gauge.most.max() + leeway.slack.sum())
         reach = [cutter.reach + slack, cutter.reach + slack, 0.0]
         low, high = np.minimum(start, end) - reach, np.maximum(start, end) + reach
-        found = window.within(np.stack([low + [0.0, 0.0, bottom - slack], high + [0.0, 0.0, top]]))
+        found = window.within(np.stack([low + [0.0, 0.0, bottom - slack], high + [0.0, 0.0, top + slack]]))
         if found is None:
             return
         lo, hi = found
         corner, heights, cell = window.lo, window.heights, window.cell
         cull = bool(hi[2] < apex[2] - 0.05 * (top - bottom))
-    rear = cutter.turn * float(np.linalg.norm(d)) if chained and d.any() else np.inf
+    rear = np.inf
+    if chained and d.any():
+        rear = float(np.sin(min(np.arcsin(cutter.turn) + bend, np.pi / 2)) * np.linalg.norm(d))
     body = cutter.points, cutter.triangles, cutter.normals, cutter.edges
     view = lo, hi, apex, corner, heights, cell
     points, triangles, source, sound = _kernels.swept_facets(*body, cos, sin, start, d, *view, cull, rear)  # type: ignore[no-untyped-call]

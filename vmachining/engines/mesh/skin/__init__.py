@@ -16,7 +16,8 @@ under facets, and both are bounded without a boolean:
    in the block before are not counted: what lies beyond them and inside W is in the pose of the start, which is
    no part of S any more. (Let n be the outward normal of the true cutter under such a facet, n . d <= 0. A point
    x beyond it and outside of K that K + t d reaches has x - t d in K, so n . (x - z) <= t n . d <= 0 with z on the
-   surface under x: x is not beyond it.)
+   surface under x: x is not beyond it. Under a sharp edge to a facet that is counted, the surface of the other
+   side can be the one: there a strip of the facet stays.)
 3. The seen frustums of all blocks hold A - S: what a block adds to A - S is A and (W - V). A frustum wholly
    inside a later V has left A, and leaves the store. The third term of (1) is at most the volume of the stored
    frustums that meet W.

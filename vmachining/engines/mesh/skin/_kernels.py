@@ -15,6 +15,8 @@ import numpy as np
 from vmachining.jit import kernel
 from vmachining.sweep._kernels import meridian
 
+COS_SHARP = float(np.cos(np.pi / 4))  # as in `facets.py`
+
 
 @kernel
 def support(seg, n_r, n_z):
@@ -203,6 +205,32 @@ def _cover(facet, gap, high, apex, lo, hi, corner, heights, cell, size, work, ro
 
 
 @kernel
+def _brink(u, v, n_x, n_y, n_z, grow, apex, out):
+    """Strip (4, 3) of a facet at its sharp edge u v, as far as cones from the apex leave the body beyond the edge.
+
+    grow: thickness of the frustum over the facet, in distances of the apex from its plane.
+    """
+    e_x, e_y, e_z = v[0] - u[0], v[1] - u[1], v[2] - u[2]
+    length = np.sqrt(e_x * e_x + e_y * e_y + e_z * e_z)
+    e_x, e_y, e_z = e_x / length, e_y / length, e_z / length
+    s_x, s_y, s_z = (
+        n_y * e_z - n_z * e_y,
+        n_z * e_x - n_x * e_z,
+        n_x * e_y - n_y * e_x,
+    )  # across, in the plane
+    if s_x * (apex[0] - u[0]) + s_y * (apex[1] - u[1]) + s_z * (apex[2] - u[2]) < 0.0:
+        s_x, s_y, s_z = -s_x, -s_y, -s_z
+    far = 0.0
+    for i in range(3):
+        far += max((u[i] - apex[i]) ** 2, (v[i] - apex[i]) ** 2)
+    width = grow * (1.0 + grow) * np.sqrt(far)
+    for i in range(3):
+        e, s = (e_x, s_x) if i == 0 else ((e_y, s_y) if i == 1 else (e_z, s_z))
+        out[0, i], out[1, i] = u[i] - width * e, v[i] + width * e
+        out[2, i], out[3, i] = v[i] + width * (e + s), u[i] - width * (e - s)
+
+
+@kernel
 def hull_skin(
     points, triangles, normals, edges, most, mean, seg, cos, sin, p, d, lo, hi, apex, corner, heights, cell,
     rear, slack, lift, inward, size,
@@ -220,7 +248,7 @@ def hull_skin(
         at[v, 2] = p[2] + points[v, 2]
     rows, count = np.empty((256, 25)), 0
     means = np.zeros(m + edges.shape[0])
-    front = np.empty(m, np.bool_)
+    front, behind = np.empty(m, np.bool_), np.empty(m, np.bool_)
     facet = np.empty((4, 3))
     work = np.empty((64, 4, 3)), np.empty((4, 3)), np.empty(4), np.empty(25)
     sided = inward[0] != 0.0 or inward[1] != 0.0 or inward[2] != 0.0
@@ -231,11 +259,11 @@ def hull_skin(
         n_y = sin * normals[t, 0] + cos * normals[t, 1]
         n_z = normals[t, 2]
         ahead = n_x * d[0] + n_y * d[1] + n_z * d[2]
-        front[t] = ahead > 0.0
+        front[t], behind[t] = ahead > 0.0, ahead < -rear
         extra = slack[0] * np.sqrt(n_x * n_x + n_y * n_y) + slack[1] * abs(n_z)
         means[t] = max(0.0, mean[t] + n_x * lift[0] + n_y * lift[1] + n_z * lift[2])
         gap = most[t] + extra
-        if ahead < -rear or gap <= tiny:
+        if behind[t] or gap <= tiny:
             continue
         low = min(at[triangles[t, 0], 2], at[triangles[t, 1], 2], at[triangles[t, 2], 2])
         if front[t]:
@@ -264,6 +292,22 @@ def hull_skin(
     if length == 0.0:
         return rows[:count], means
     for e in range(edges.shape[0]):
+        t, other = edges[e, 2], edges[e, 3]
+        if behind[other]:
+            t, other = other, t
+        # beyond a disc that moves in its plane nothing is
+        counts = not behind[other] and (front[other] or most[other] + slack[1] > tiny)
+        if behind[t] and counts and normals[t] @ normals[other] < COS_SHARP:
+            n_x = cos * normals[t, 0] - sin * normals[t, 1]
+            n_y = sin * normals[t, 0] + cos * normals[t, 1]
+            gap = most[t] + slack[0] * np.sqrt(n_x * n_x + n_y * n_y) + slack[1] * abs(normals[t, 2])
+            q = at[edges[e, 0]]
+            high = n_x * (q[0] - apex[0]) + n_y * (q[1] - apex[1]) + normals[t, 2] * (q[2] - apex[2])
+            if gap > tiny:
+                _brink(q, at[edges[e, 1]], n_x, n_y, normals[t, 2], gap / max(high, tiny), apex, facet)
+                rows, count = _cover(
+                    facet, gap, max(high, tiny), apex, lo, hi, corner, heights, cell, size, work, rows, count
+                )
         left, right = front[edges[e, 2]], front[edges[e, 3]]
         if left == right:
             continue
