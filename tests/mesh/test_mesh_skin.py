@@ -12,12 +12,13 @@ from scipy.optimize import nnls
 from vmachining.engines.mesh import MeshEngine, box_stock, cylinder_stock
 from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.skin import supports, thick, untag
+from vmachining.engines.mesh.solids import manifold, pieces
 from vmachining.engines.mesh.straight import facets
 from vmachining.errors import EngineError
 from vmachining.geometry import Arc, Line
 from vmachining.sweep import Pose, Sweep
 from vmachining.sweep.turned import meridian_rows
-from vmachining.tool import BallNose, BullNose, FlatEnd, Taper
+from vmachining.tool import BallNose, BullNose, FlatEnd, ProfileTool, Taper
 
 TOOLS = {
     "flat": FlatEnd(diameter=6, length=30),
@@ -174,6 +175,16 @@ def test_turning_tools_want_two_workpieces():
         MeshEngine(box_stock(LO, HI)).cut(turn)
 
 
+def is_stored(engine, point):
+    """Whether one place of the skin holds a point of the workpiece."""
+    speck = Manifold.cube((1e-4, 1e-4, 1e-4), True).translate(tuple(point.tolist()))
+    assert (engine.whole() ^ speck).volume() == pytest.approx(1e-12, rel=1e-3)
+    places = np.concatenate([tile.skin.corners for tile in engine._root.leaves()])
+    near = places[((places.min(axis=1) <= point) & (places.max(axis=1) >= point)).all(axis=1)]
+    weights = (np.vstack([(corners - point).T, np.ones(8)]) for corners in near)
+    return min((nnls(w, np.array([0.0, 0.0, 0.0, 1.0]))[1] for w in weights), default=1.0) < 1e-9
+
+
 def test_no_cutter_is_too_thin_for_a_helix():
     """Thinner than its polygon's chords are deep, it has once cut nothing."""
     cutter = FlatEnd(diameter=0.06, length=5).cutter
@@ -208,13 +219,25 @@ def test_what_is_left_under_the_rear_of_a_flat_end_is_stored():
         [[7.563883, -6.381085, -1.629429], [9.908209, -1.558445, -1.881688], [6.976283, -6.671511, -1.763472]]
     )
     assert (sweep.signed_distance(at) < 0.0).all()
-    places = np.concatenate([tile.skin.corners for tile in engine._root.leaves()])
-    for point in at:
-        speck = Manifold.cube((1e-4, 1e-4, 1e-4), True).translate(tuple(point.tolist()))
-        assert (engine.whole() ^ speck).volume() == pytest.approx(1e-12, rel=1e-3)
-        near = places[((places.min(axis=1) <= point) & (places.max(axis=1) >= point)).all(axis=1)]
-        off = [
-            nnls(np.vstack([(corners - point).T, np.ones(8)]), np.array([0.0, 0.0, 0.0, 1.0]))[1]
-            for corners in near
-        ]
-        assert min(off, default=1.0) < 1e-9
+    assert all(is_stored(engine, point) for point in at)
+
+
+def test_what_a_chained_block_leaves_to_the_one_before_stays_stored():
+    """A disc that goes up after an arc in an upright plane: the top of its start has been narrowed away."""
+    cutter = ProfileTool(points=[(4, 0), (4, 1.5), (1.5, 1.5)], length=30).cutter
+    engine = MeshEngine(box_stock((0, 0, -10), (20, 20, 0)), 0.05)
+    arc = Arc((10, 10, -6), (10, 10, -3), angle=-0.5, axis=1)
+    p = arc.end
+    engine.cut(Sweep.along(cutter, arc))
+    engine.cut(Sweep.along(cutter, Line(p, p + [-0.75, -0.3, 1.3])))
+    for x, y in ((14.2052343, 10.7750103), (13.0307682, 10.1689316), (14.5007221, 9.6862677)):
+        assert is_stored(engine, np.array([x, y, p[2] + 1.5 - 4e-4]))
+
+
+def test_rings_of_round_tips_do_not_cross_themselves():
+    """A volume taken twice would come out of the tip of the groove."""
+    sweep = Sweep.along(TOOLS["ball"].cutter, Arc((10, 0, -1), (0, 0, -1), angle=2 * np.pi))
+    *_, ring = pieces(sweep, facets(sweep.profile, 0.2, Side.INNER), None)
+    solid = manifold(ring.points, ring.triangles)
+    block = Manifold.cube((30, 30, 3)).translate((-15, -15, -3))
+    assert abs(((block - solid) ^ solid).volume()) < 1e-9

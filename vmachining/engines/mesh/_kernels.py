@@ -88,8 +88,9 @@ def swept_facets(
 
     Left out are, with `cull`, facets whose cone from `apex` passes above everything that the box and the grid of
     `heights` (its `corner` (3,) and `cell`, see `roof`) hold, and facets of the start copy with
-    normal . d < -rear (rear = inf: none). Holes are closed by the cone from the apex over their rim. The solid
-    is star-shaped about the apex, so what is lost are the cones over the facets left out.
+    normal . d < -rear (rear = inf: none) that lie wholly behind the tool axis. Holes are closed by the cone from
+    the apex over their rim. The solid is star-shaped about the apex, so what is lost are the cones over the
+    facets left out.
 
     Returns (points, triangles, source, sound); empty if a facet plane separates the box from the solid. source:
     the facet of a triangle, or m + its edge, or -1 on the closing cone. `sound` is False where an edge does not
@@ -113,6 +114,9 @@ def swept_facets(
         nz = normals[t, 2]
         ahead = nx * d[0] + ny * d[1] + nz * d[2]
         front[t], behind[t] = ahead > 0.0, ahead < -rear
+        for k in range(3):
+            q = at[triangles[t, k]]
+            behind[t] = behind[t] and (q[0] - p[0]) * d[0] + (q[1] - p[1]) * d[1] < 0.0
         q = at[triangles[t, 0] + (n if front[t] else 0)]
         near = nx * (lo[0] if nx > 0 else hi[0]) + ny * (lo[1] if ny > 0 else hi[1])
         near += nz * (lo[2] if nz > 0 else hi[2])

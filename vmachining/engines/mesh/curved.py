@@ -107,9 +107,14 @@ def _ring(
     else:
         fair = np.sqrt(step / np.sin(step))
         near, far = near * fair, far * fair
-    section = _clipped(
-        np.concatenate([np.stack([far, line[:, 1]], 1), np.stack([near, line[:, 1]], 1)[::-1]])
-    )
+    z = line[:, 1]
+    if side is Side.INNER:
+        near, far, z = _uncrossed(near, far, z)
+        if len(z) < 2:
+            return Piece(
+                np.empty((0, 3)), np.empty((0, 3), dtype=np.int64), np.empty(0), np.empty(0, dtype=int)
+            )
+    section = _clipped(np.concatenate([np.stack([far, z], 1), np.stack([near, z], 1)[::-1]]))
     section = section[np.linalg.norm(section - np.roll(section, 1, axis=0), axis=1) > 1e-12]
     k, cols = len(section), len(angles) - 1 if full else len(angles)
     cos, sin = np.cos(angles[:cols]), np.sin(angles[:cols])
@@ -145,6 +150,24 @@ def _ring(
     vertices = points.reshape(-1, 3)[used]
     faces = inverse.reshape(-1, 3)
     return Piece(vertices, faces, mean[distinct], kin[distinct]) if skinned else Piece(vertices, faces)
+
+
+def _uncrossed(near: Floats, far: Floats, z: Floats) -> tuple[Floats, Floats, Floats]:
+    """Sides of a section without the ends where drawing them in has put the near one beyond the far one."""
+    width = far - near
+    if (width >= 0.0).all():
+        return near, far, z
+    rows = np.stack([near, far, z], axis=1)
+    out = []
+    for k in range(len(rows)):
+        if width[k] >= 0.0:
+            out.append(rows[k])
+        if k + 1 < len(rows) and (width[k] < 0.0) != (width[k + 1] < 0.0):
+            t = width[k] / (width[k] - width[k + 1])
+            n, f, h = rows[k] + t * (rows[k + 1] - rows[k])
+            out.append(np.array([n, n, h]))
+    n, f, h = np.array(out).reshape(-1, 3).T
+    return n, f, h
 
 
 def _clipped(section: Floats) -> Floats:
@@ -227,14 +250,18 @@ def _ring_skin(
     return np.concatenate(out) if out else NO_ROWS
 
 
-def way(sweep: Sweep, chord: float, window: Window | None) -> Way:
+def way(sweep: Sweep, chord: float, window: Window | None, chained: bool) -> Way:
     """An upright sweep as straight ones, those that can reach the window.
 
     Inner meshes lie within `chord` of the truth: a depth of facets of the cutter, of its circles, of the path.
+    `chained` ones lack some of the cutter at the start, behind its axis; chains of hulls do not.
     """
     path = sweep.path
+    heading = np.zeros(2)
+    if chained and (isinstance(path, Line) or (path.axis == 2 and path.rise == 0.0)):
+        heading = path.velocity(0.0)[:2]
     if not isinstance(path, Arc):
-        return Way((sweep,), 0.0, chord, sweep.bounds)
+        return Way((sweep,), 0.0, chord, sweep.bounds, path.start[:2], heading)
     steps = max(arc_steps(path.radius, abs(path.angle), chord), 1)
     width = abs(path.angle) / steps
     depth = path.radius * (1.0 - np.cos(width / 2))
@@ -249,7 +276,7 @@ def way(sweep: Sweep, chord: float, window: Window | None) -> Way:
     if window is not None:
         lo, hi = window.lo - slack, window.hi + slack
         pieces = [p for p in pieces for a, b in (p.bounds,) if (a <= hi).all() and (b >= lo).all()]
-    return Way(tuple(pieces), slack, chord + slack, sweep.bounds)
+    return Way(tuple(pieces), slack, chord + slack, sweep.bounds, path.start[:2], heading)
 
 
 def polygon(
@@ -280,6 +307,7 @@ def polygon(
     for k, (start, end) in enumerate(pairwise(corners)):
         leeway = Leeway(slack, middles[k] * (depth / 6.0 / rc), np.zeros(3))
         yield from straight(
-            moved, start, end, window, chained=chained, skinned=skinned, leeway=leeway, bend=width / 2
-        )
+            moved, start, end, window, chained=chained, skinned=skinned, leeway=leeway, bend=width / 2,
+            whole=skinned and k == 0,
+        )  # fmt: skip
         chained = True

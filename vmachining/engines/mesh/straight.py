@@ -128,12 +128,13 @@ def straight(
     skinned: bool = False,
     leeway: Leeway = STIFF,
     bend: float = 0.0,
+    whole: bool = False,
 ) -> Iterator[Piece]:
     """conv(K(start), K(end)) with K facetted beside the heading (of the motion, unless given).
 
     With `chained` the cutter at the start has been removed before, and its rear is left out. `skinned` asks for
     means and skin, in a window; there may then be a piece without triangles. bend: angle by which the true path
-    may head elsewhere.
+    may head elsewhere. whole: the mesh has its rear nevertheless.
     """
     cutter = part.body
     d = end - start
@@ -161,7 +162,9 @@ def straight(
         rear = float(np.sin(min(np.arcsin(cutter.turn) + bend, np.pi / 2)) * np.linalg.norm(d))
     body = cutter.points, cutter.triangles, cutter.normals, cutter.edges
     view = lo, hi, apex, corner, heights, cell
-    points, triangles, source, sound = _kernels.swept_facets(*body, cos, sin, start, d, *view, cull, rear)  # type: ignore[no-untyped-call]
+    points, triangles, source, sound = _kernels.swept_facets(
+        *body, cos, sin, start, d, *view, cull, np.inf if whole else rear
+    )  # type: ignore[no-untyped-call]
     if not sound:
         points, triangles, source, _ = _kernels.swept_facets(*body, cos, sin, start, d, *view, False, np.inf)  # type: ignore[no-untyped-call]
     if not skinned or window is None or part.gauge is None:
