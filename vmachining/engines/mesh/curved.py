@@ -45,13 +45,14 @@ AROUND = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in 
 def level_arc(
     part: Part, tool: Facets, path: Arc, window: Window | None, chained: bool, skinned: bool
 ) -> Iterator[Piece]:
-    """The cutter at both ends and the ring between."""
+    """The cutter at both ends and the ring between; of a `chained` start only the mesh, for the skin's sake."""
     begin, end, line = path.start, path.end, part.line
-    for at, t in ((begin, 0.0), (end, 1.0))[chained:]:
+    for at, t in ((begin, 0.0), (end, 1.0))[chained and not skinned :]:
         heading = path.velocity(t)
         inward = heading if t == 0.0 else -heading
         leeway = STIFF._replace(inward=inward / np.linalg.norm(inward))
-        yield from straight(part, at, at, window, heading=heading, skinned=skinned, leeway=leeway)
+        for piece in straight(part, at, at, window, heading=heading, skinned=skinned, leeway=leeway):
+            yield piece._replace(skin=NO_ROWS) if chained and t == 0.0 else piece
     lo, hi = sorted((path.start_angle, path.start_angle + path.angle))
     full = hi - lo >= 2 * np.pi - 1e-12
     if full:
@@ -250,18 +251,14 @@ def _ring_skin(
     return np.concatenate(out) if out else NO_ROWS
 
 
-def way(sweep: Sweep, chord: float, window: Window | None, chained: bool) -> Way:
+def way(sweep: Sweep, chord: float, window: Window | None) -> Way:
     """An upright sweep as straight ones, those that can reach the window.
 
     Inner meshes lie within `chord` of the truth: a depth of facets of the cutter, of its circles, of the path.
-    `chained` ones lack some of the cutter at the start, behind its axis; chains of hulls do not.
     """
     path = sweep.path
-    heading = np.zeros(2)
-    if chained and (isinstance(path, Line) or (path.axis == 2 and path.rise == 0.0)):
-        heading = path.velocity(0.0)[:2]
     if not isinstance(path, Arc):
-        return Way((sweep,), 0.0, chord, sweep.bounds, path.start[:2], heading)
+        return Way((sweep,), 0.0, chord, sweep.bounds)
     steps = max(arc_steps(path.radius, abs(path.angle), chord), 1)
     width = abs(path.angle) / steps
     depth = path.radius * (1.0 - np.cos(width / 2))
@@ -276,7 +273,7 @@ def way(sweep: Sweep, chord: float, window: Window | None, chained: bool) -> Way
     if window is not None:
         lo, hi = window.lo - slack, window.hi + slack
         pieces = [p for p in pieces for a, b in (p.bounds,) if (a <= hi).all() and (b >= lo).all()]
-    return Way(tuple(pieces), slack, chord + slack, sweep.bounds, path.start[:2], heading)
+    return Way(tuple(pieces), slack, chord + slack, sweep.bounds)
 
 
 def polygon(
@@ -307,7 +304,6 @@ def polygon(
     for k, (start, end) in enumerate(pairwise(corners)):
         leeway = Leeway(slack, middles[k] * (depth / 6.0 / rc), np.zeros(3))
         yield from straight(
-            moved, start, end, window, chained=chained, skinned=skinned, leeway=leeway, bend=width / 2,
-            whole=skinned and k == 0,
-        )  # fmt: skip
+            moved, start, end, window, chained=chained, skinned=skinned, leeway=leeway, bend=width / 2
+        )
         chained = True

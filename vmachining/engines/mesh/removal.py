@@ -85,7 +85,7 @@ def cut_once(tile: Tile, cut: Cut) -> Bracket:
     solids, left = _inner(tile, cut)
     if not solids and not left:
         return AIR
-    skin, whole = Skin.joined(left), way(sweep, cut.chord, tile.window, cut.chained)
+    skin, whole = Skin.joined(left), way(sweep, cut.chord, tile.window)
     if len(left) > 1 or not isinstance(sweep.path, Line):  # facets inside another piece leave nothing
         skin = skin.under(whole)[1]
     large, small = tile.solids[Side.INNER], tile.solids[Side.OUTER]

@@ -171,10 +171,7 @@ def pieces(
         return
     for part, run in zip(tool.parts, tool.runs, strict=True):
         if isinstance(path, Line) or path.radius <= 0.0 or abs(path.angle) < SHORT_ARC:
-            yield from straight(
-                part, path.start, path.end, window, chained=chained, skinned=skinned,
-                whole=skinned and not isinstance(path, Line),
-            )  # fmt: skip
+            yield from straight(part, path.start, path.end, window, chained=chained, skinned=skinned)
         elif path.axis == 2 and path.rise == 0.0:
             yield from level_arc(part, tool, path, window, chained, skinned)
         else:

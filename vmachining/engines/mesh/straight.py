@@ -87,7 +87,7 @@ def shape_key(profile: Profile) -> str:
 
 
 _known: dict[tuple[bytes, bytes, bytes, float, Side], Facets] = {}
-_shifted: dict[tuple[bytes, float, float, float, Side], Part | None] = {}
+_shifted: dict[tuple[bytes, str, float, float, float, Side], Part | None] = {}
 
 
 def _facets(profile: Profile, chord: float, side: Side) -> Facets:
@@ -107,7 +107,7 @@ def _part(line: Floats, run: Profile, sag: float, side: Side) -> Part:
 
 def shifted(part: Part, run: Profile, tool: Facets, radial: float, axial: float) -> Part | None:
     """The part grown (outer) or narrowed (inner) by an error of the path; None if nothing is left of it."""
-    key = (part.line.tobytes(), radial, axial, tool.sag, tool.side)
+    key = (part.line.tobytes(), shape_key(run), radial, axial, tool.sag, tool.side)
     if key not in _shifted:
         if len(_shifted) > 256:
             _shifted.clear()
@@ -128,13 +128,13 @@ def straight(
     skinned: bool = False,
     leeway: Leeway = STIFF,
     bend: float = 0.0,
-    whole: bool = False,
 ) -> Iterator[Piece]:
     """conv(K(start), K(end)) with K facetted beside the heading (of the motion, unless given).
 
     With `chained` the cutter at the start has been removed before, and its rear is left out. `skinned` asks for
-    means and skin, in a window; there may then be a piece without triangles. bend: angle by which the true path
-    may head elsewhere. whole: the mesh has its rear nevertheless.
+    means and skin, in a window: the rear is then left out of the skin alone, for places of the skin are forgotten
+    once the mesh holds them; and there may be a piece without triangles. bend: angle by which the true path
+    may head elsewhere.
     """
     cutter = part.body
     d = end - start
@@ -157,13 +157,15 @@ def straight(
         lo, hi = found
         corner, heights, cell = window.lo, window.heights, window.cell
         cull = bool(hi[2] < apex[2] - 0.05 * (top - bottom))
+        if not cull:  # frustums over the top disc are slim from the middle only
+            apex[2] = start[2] + 0.5 * (bottom + top)
     rear = np.inf
     if chained and d.any():
         rear = float(np.sin(min(np.arcsin(cutter.turn) + bend, np.pi / 2)) * np.linalg.norm(d))
     body = cutter.points, cutter.triangles, cutter.normals, cutter.edges
     view = lo, hi, apex, corner, heights, cell
     points, triangles, source, sound = _kernels.swept_facets(
-        *body, cos, sin, start, d, *view, cull, np.inf if whole else rear
+        *body, cos, sin, start, d, *view, cull, np.inf if skinned else rear
     )  # type: ignore[no-untyped-call]
     if not sound:
         points, triangles, source, _ = _kernels.swept_facets(*body, cos, sin, start, d, *view, False, np.inf)  # type: ignore[no-untyped-call]

@@ -122,8 +122,6 @@ class Skin(NamedTuple):
             low, high = sweep.hull_distance(corners[left], within=ROUGH_MM)
             met[left] |= low <= way.slack
             gone[left] |= high <= -way.depth
-        if way.heading.any():
-            gone &= ((corners[..., :2] - way.start) @ way.heading).min(axis=1) >= 0.0
         total = float(self.volume[which[met]].sum())
         if not gone.any():
             return total, self
@@ -135,16 +133,13 @@ class Way(NamedTuple):
     """A sweep as straight ones, for questions of what it meets and what it cuts away.
 
     slack : mm by which the true sweep may reach beyond them. depth : mm; what is at least that deep in one of
-    them is in the inner mesh of the sweep too. bounds : (2, 3) mm, of the true sweep. start, heading :
-    (2,) in x and y; behind that plane the inner mesh may lack what the sweep before has cut. heading 0: nowhere.
+    them is in the inner mesh of the sweep too. bounds : (2, 3) mm, of the true sweep.
     """
 
     sweeps: tuple[Sweep, ...]
     slack: float
     depth: float
     bounds: Floats
-    start: Floats
-    heading: Floats
 
 
 NO_SKIN = Skin(np.empty((0, 8, 3)), np.empty((0, 2, 3)), np.empty(0))
