@@ -39,7 +39,7 @@ Measured: a boolean costs about 1 ms for the contact (some 270 triangles of a 1 
 ball at chord 0.01) and 0.25 microseconds per triangle of the rest; bounding the skin costs half as much again.
 `vmachining bench half_cylinder` compares with one global solid.
 
-Known limits: brackets of thin chips are wide (some 15 % of such a block, 7 % certified; sums of blocks are far
+Known limits: brackets of thin chips are wide (15 to 25 % of such a block, 7 % certified; sums of blocks are far
 narrower, for what one block leaves to the next one cancels). Chains of hulls make helices and upright arcs dear,
 and turning tools cost 0.2 to 0.5 s per block. The joined surface can keep a slit of no width where two tiles met;
 its volume is right.

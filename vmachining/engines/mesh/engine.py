@@ -39,7 +39,7 @@ class MeshEngine:
     tile_mm : float or None
         Largest tile that a sweep works on; None chooses from the cutter.
     certify : bool
-        Two workpieces instead of bounds in advance: three to four times slower. Needed where the tool turns.
+        Two workpieces instead of bounds in advance: nearly twice as slow. Needed where the tool turns.
     """
 
     name = "mesh"
