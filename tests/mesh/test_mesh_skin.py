@@ -163,10 +163,34 @@ def test_supports_of_a_ball_and_of_a_cylinder():
 
 def test_a_mean_travels_with_its_facet():
     mean = np.array([0.0, 1e-6, 0.0034567, 0.0799])
-    ids = thick(mean, np.arange(4), 0.01)
+    ids = thick(np.arange(12).reshape(4, 3), mean, np.arange(4), 0.01)
     assert len(set(ids.tolist())) == 4 and (ids < 2**31).all()
-    assert untag(ids, 0.01) == pytest.approx(mean, abs=0.01 / 2**16)
+    assert untag(ids, 0.01) == pytest.approx(mean, abs=0.01 / 2**14)  # half a step of 2^-13 chords
     assert (untag(np.arange(5000), 0.01) == 0.0).all()
+
+
+@pytest.mark.parametrize("facets_in_a_row", [400, 2**14, 50_000])
+def test_neighbours_share_an_id_only_in_one_plane(facets_in_a_row):
+    """manifold3d would mesh them anew as one facet: numbers that return after 2^14 must not meet."""
+    n = facets_in_a_row
+    strip = np.stack([np.arange(n), np.arange(n) + 1, np.arange(n) + 2], axis=1)
+    half = np.arange(n) // 2
+    kin = np.where(half % 2 == 0, half // 2, half // 2 + 2**14)  # two triangles each, then one that clashes
+    mean = np.full(n, 0.003)
+    ids = thick(strip, mean, kin, 0.01)
+    assert ((ids[1:] == ids[:-1]) == (kin[1:] == kin[:-1])).all() and (ids < 2**31).all()
+    assert np.abs(untag(ids, 0.01) - mean).max() <= 4 * 0.01 / 2**13
+
+
+def test_ids_of_a_large_and_fine_ball():
+    """More facets than numbers: whoever shares an edge and an id lies in one plane."""
+    body = facets(BallNose(diameter=40, length=60).cutter, 0.004, Side.INNER).parts[0]
+    assert body.gauge is not None and len(np.unique(body.body.planes)) > 2**14
+    ids = thick(body.body.triangles, body.gauge.mean, body.body.planes, 0.004)
+    left, right = body.body.edges[:, 2], body.body.edges[:, 3]
+    together = ids[left] == ids[right]
+    bend = np.einsum("ij,ij->i", body.body.normals[left], body.body.normals[right])
+    assert (bend[together] > 1.0 - 1e-9).all() and together.any()
 
 
 def test_turning_tools_want_two_workpieces():

@@ -241,8 +241,8 @@ class LineTurn(Stretch):
 
 
 @dataclass(frozen=True, eq=False)
-class ArcSide(Stretch):
-    """One side of a torus, from its lower to its upper ring."""
+class Round(Stretch):
+    """On an arc of the meridian."""
 
     element: int
     ends: tuple[End, End]
@@ -251,6 +251,11 @@ class ArcSide(Stretch):
     @property
     def bend(self) -> float:  # type: ignore[override]
         return 1.0 / self.segment.radius
+
+
+@dataclass(frozen=True, eq=False)
+class ArcSide(Round):
+    """One side of a torus, from its lower to its upper ring."""
 
     def place(self, of: Angles, st: State, s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         g = self.segment
@@ -265,16 +270,8 @@ class ArcSide(Stretch):
 
 
 @dataclass(frozen=True, eq=False)
-class ArcTurn(Stretch):
+class ArcTurn(Round):
     """A torus from one side of a ring to the other one."""
-
-    element: int
-    ends: tuple[End, End]
-    segment: Segment
-
-    @property
-    def bend(self) -> float:  # type: ignore[override]
-        return 1.0 / self.segment.radius
 
     def place(self, of: Angles, st: State, s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         g = self.segment
@@ -288,16 +285,8 @@ class ArcTurn(Stretch):
 
 
 @dataclass(frozen=True, eq=False)
-class BallTurn(Stretch):
+class BallTurn(Round):
     """A ball below its upper ring."""
-
-    element: int
-    ends: tuple[End, End]
-    segment: Segment
-
-    @property
-    def bend(self) -> float:  # type: ignore[override]
-        return 1.0 / self.segment.radius
 
     def place(self, of: Angles, st: State, s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         g, A = self.segment, st.axis

@@ -10,6 +10,7 @@ Legend
 
 import numpy as np
 
+from vmachining.engines.mesh.skin._kernels import under_roof
 from vmachining.jit import kernel
 
 
@@ -68,16 +69,7 @@ def _seen(quad, points, lo, hi, apex, corner, heights, cell):
             y = q[1] + s * (apex[1] - q[1])
             x0, x1 = min(x0, x), max(x1, x)
             y0, y1 = min(y0, y), max(y1, y)
-    if not (z_min <= hi[2] and x0 <= hi[0] and x1 >= lo[0] and y0 <= hi[1] and y1 >= lo[1]):
-        return False
-    nx, ny = heights.shape
-    i0, i1 = max(int((x0 - corner[0]) / cell), 0), min(int((x1 - corner[0]) / cell), nx - 1)
-    j0, j1 = max(int((y0 - corner[1]) / cell), 0), min(int((y1 - corner[1]) / cell), ny - 1)
-    for i in range(i0, i1 + 1):
-        for j in range(j0, j1 + 1):
-            if heights[i, j] >= z_min:
-                return True
-    return False
+    return under_roof(x0, x1, y0, y1, z_min, lo, hi, corner, heights, cell)
 
 
 @kernel

@@ -74,7 +74,7 @@ def _inner(tile: Tile, cut: Cut) -> tuple[list[Manifold], list[Skin]]:
             left.append(Skin.of(piece.skin))
         if len(piece.triangles):
             assert piece.mean is not None and piece.kin is not None
-            ids = thick(piece.mean, piece.kin, cut.chord)
+            ids = thick(piece.triangles, piece.mean, piece.kin, cut.chord)
             solids.append(manifold(piece.points, piece.triangles, cut.run, ids))
     return solids, left
 

@@ -147,23 +147,46 @@ NO_SKIN = Skin(np.empty((0, 8, 3)), np.empty((0, 2, 3)), np.empty(0))
 ROUGH_MM = 1e-4
 """Distances to a sweep need not be better: a hundredth of the facets' usual depth."""
 
-TAGS = 1 << 12
-"""Facets of one sweep told apart: neighbours differ by far less."""
+TAGS = 1 << 14
+"""Facets of one piece told apart by number; where there are more, neighbours are told apart by thickness."""
 
-LEVELS = 1 << 15
+LEVELS = 1 << 13
 """Steps of one chord in which a mean thickness travels with a facet, eight chords at most."""
 
 OURS = 1 << 30
 """Set in face ids of sweeps; manifold3d numbers the faces of other solids from 0."""
 
 
-def thick(mean: Floats, kin: Ints, chord: float) -> Ints:
+def thick(triangles: Ints, mean: Floats, kin: Ints, chord: float) -> Ints:
     """(m,) face ids that carry a mean thickness (m,) mm along; triangles with equal `kin` share one.
 
-    manifold3d keeps a face id of 31 bits through every boolean.
+    manifold3d keeps a face id of 31 bits through every boolean, and takes neighbours with one id for one plane
+    facet that it may mesh anew: triangles (m, 3) with a common edge share an id only if they share `kin`.
     """
+    _, number = np.unique(kin, return_inverse=True)
     level = np.clip(np.rint(mean * (LEVELS / chord)), 0, 8 * LEVELS - 1).astype(np.int64)
-    return OURS + level * TAGS + kin % TAGS
+    if number.max(initial=0) >= TAGS:
+        level = _told_apart(triangles, level, number)
+    return OURS + level * TAGS + number % TAGS
+
+
+def _told_apart(triangles: Ints, level: Ints, number: Ints) -> Ints:
+    """Levels (m,), changed by a step or two where neighbours would get one id and are not one facet."""
+    edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    order = np.lexsort((edges[:, 1], edges[:, 0]))
+    same = (edges[order[1:]] == edges[order[:-1]]).all(axis=1)
+    one, other = order[:-1][same] // 3, order[1:][same] // 3
+    while True:
+        clash = (
+            (number[one] != number[other])
+            & (number[one] % TAGS == number[other] % TAGS)
+            & (level[one] == level[other])
+        )
+        if not clash.any():
+            return level
+        # of two facets the one with the higher number moves, with all its triangles, so this ends
+        moved = np.isin(number, np.maximum(number[one], number[other])[clash])
+        level = np.where(moved, (level + 1) % (8 * LEVELS), level)
 
 
 def untag(face_id: Ints, chord: float) -> Floats:
