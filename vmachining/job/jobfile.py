@@ -17,6 +17,7 @@ from vmachining.job.model import LATER, TOOL_KEYS, JobFile
 from vmachining.job.model import Machine as MachineKeys
 from vmachining.job.words import Refuse, first_refusal
 from vmachining.machine import Machine, load
+from vmachining.textfile import read_text
 from vmachining.tool import Tool, tool_from_mapping
 
 __all__ = ["MM_PER_INCH", "Job", "read_tools"]
@@ -54,14 +55,7 @@ class Job:
             contradiction, or names a file that does not exist. The message starts with file:line:column.
         """
         path = Path(path)
-        try:
-            text = path.read_bytes().decode("utf-8-sig")
-        except OSError as exc:
-            raise JobError(f"cannot read the job file: {exc.strerror or exc}", file=str(path)) from exc
-        except UnicodeDecodeError as exc:
-            raise JobError(
-                f"not a UTF-8 text (byte {exc.start})", file=str(path), remedy="a job file is TOML text"
-            ) from exc
+        text = read_text(path, "job file", JobError, wrong="a job file is TOML text")
         try:
             data = tomllib.loads(text)
         except tomllib.TOMLDecodeError as exc:

@@ -36,6 +36,7 @@ from vmachining.geometry.rotation import UNIT, rotation
 from vmachining.machine.axis import Axis, Kind
 from vmachining.machine.chain import Machine
 from vmachining.machine.presets import PRESETS, preset
+from vmachining.textfile import read_text
 
 __all__ = ["load", "machine_from_mapping", "read_machine"]
 
@@ -68,15 +69,7 @@ def load(name_or_file: str | Path, **options: Any) -> Machine:
 def read_machine(path: str | Path) -> Machine:
     """The machine in a TOML file. Raises KinematicsError with file and line."""
     path = Path(path)
-    try:
-        text = path.read_bytes().decode("utf-8-sig")
-    except OSError as exc:
-        raise KinematicsError(
-            f"cannot read the machine file: {exc.strerror or exc}", file=str(path),
-            remedy=f"presets: {', '.join(PRESETS)}",
-        ) from exc  # fmt: skip
-    except UnicodeDecodeError as exc:
-        raise KinematicsError(f"not a UTF-8 text (byte {exc.start})", file=str(path)) from exc
+    text = read_text(path, "machine file", KinematicsError, missing=f"presets: {', '.join(PRESETS)}")
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as exc:

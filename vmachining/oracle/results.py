@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vmachining.errors import InputError
+from vmachining.textfile import read_text
 
 if TYPE_CHECKING:
     import polars as pl
@@ -73,15 +74,7 @@ def csv_rows(path: Path) -> Iterator[tuple[int, list[str]]]:
     InputError
         It cannot be read, or is no CSV table.
     """
-    try:
-        text = path.read_bytes().decode("utf-8-sig")
-    except OSError as exc:
-        raise InputError(f"cannot read the results: {exc.strerror or exc}", file=str(path)) from exc
-    except UnicodeDecodeError as exc:
-        raise InputError(
-            f"not a UTF-8 text (byte {exc.start})", file=str(path), remedy="results are a CSV table"
-        ) from exc
-    yield from _rows(text, path)
+    yield from _rows(read_text(path, "results", InputError, wrong="results are a CSV table"), path)
 
 
 def _read_csv(path: Path) -> Results:

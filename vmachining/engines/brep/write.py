@@ -51,6 +51,7 @@ def write_solids(path: Path, shapes: Sequence[Any]) -> float:
     for shape in shapes:
         writer.Transfer(shape, STEPControl_StepModelType.STEPControl_AsIs)
     if writer.Write(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
+        path.unlink(missing_ok=True)
         raise EngineError(f"OCCT cannot write {path.name}", engine="brep")
     found = [cq.Shape.cast(v.wrapped) for v in cq.importers.importStep(str(path)).vals()]  # type: ignore[union-attr]
     back = sorted(volume(part.wrapped) for whole in found for part in whole.Solids())
