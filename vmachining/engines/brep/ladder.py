@@ -25,7 +25,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from time import perf_counter
+from time import process_time
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -71,7 +71,8 @@ class Status(StrEnum):
 class Verdict(NamedTuple):
     """removed_mm3 : None if refused or skipped. rung : what worked. reason : why not. tried : value per rung.
 
-    slack_mm3 : by how much the rung that worked, or else the last one, widened the bracket at both ends.
+    seconds : of a processor, all rungs and the processes they cost. slack_mm3 : by how much the rung that worked,
+    or else the last one, widened the bracket at both ends.
     """
 
     status: Status
@@ -153,7 +154,7 @@ class Ladder:
 
         It agreed if the first of `RUNGS` worked, and was retried if any other one did.
         """
-        begin = perf_counter()
+        begin = process_time()
         tried: list[float | None] = []
         reason, count, slack = "", 0, 0.0
         members = range(int(self._first[block]), int(self._first[block + 1]))
@@ -175,12 +176,12 @@ class Ladder:
             tried.append(value)
             if bracket.holds(value, slack):
                 status = Status.AGREED if rung == RUNGS[0] else Status.RETRIED
-                spent = perf_counter() - begin
+                spent = process_time() - begin
                 return Verdict(status, max(value, 0.0), rung, "", spent, count, tuple(tried), slack)
             reason = f"{value:.6g} mm3 is outside [{bracket.lo:.6g}, {bracket.hi:.6g}]"
             if not plans:
                 break
-        return Verdict(Status.REFUSED, None, "", reason, perf_counter() - begin, count, tuple(tried), slack)
+        return Verdict(Status.REFUSED, None, "", reason, process_time() - begin, count, tuple(tried), slack)
 
     def _common_box(self, k: int) -> float:
         """mm^3 of the box in which a sweep and the stock can meet: no boolean vouches for this one."""

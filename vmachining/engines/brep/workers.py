@@ -238,7 +238,7 @@ def check_blocks(
                 if worker is not None and worker.done >= recycle:
                     drop(worker)
                     worker = None
-                begin, used, left, lost = monotonic(), 0.0, list(rungs), ""
+                used, left, lost = 0.0, list(rungs), ""
                 while True:
                     if worker is None:
                         try:
@@ -261,11 +261,11 @@ def check_blocks(
                         worker = None
                         if left and used < MOST * seconds:
                             continue  # what crashes one way of doing it may work another way
-                        verdict = Verdict(Status.REFUSED, None, "", "", monotonic() - begin, 0)
+                        verdict = Verdict(Status.REFUSED, None, "", "", 0.0, 0)
                     if verdict.status is Status.REFUSED and lost:
                         told = f"{verdict.reason}; " if verdict.reason else ""
                         verdict = verdict._replace(reason=told + lost)
-                    answers.put((block, verdict))
+                    answers.put((block, verdict._replace(seconds=used + verdict.seconds)))
                     break
         finally:
             if worker is not None:
