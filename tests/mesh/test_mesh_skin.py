@@ -26,6 +26,7 @@ TOOLS = {
     "bull": BullNose(diameter=8, corner_radius=1.5, length=30),
     "taper": Taper(diameter=3, taper_deg=10, corner_radius=0.7, length=30),
 }
+DOVETAIL = ProfileTool(points=[(0, 0), (4, 0), (2, 3), (2, 30)]).cutter
 LO, HI = (0.0, 0.0, -10.0), (24.0, 18.0, 0.0)
 
 
@@ -204,7 +205,7 @@ def is_accounted_for(engine, point):
     speck = Manifold.cube((1e-4, 1e-4, 1e-4), True).translate(tuple(point.tolist()))
     if (engine.whole() ^ speck).volume() == 0.0:
         return True
-    places = np.concatenate([tile.skin.corners for tile in engine._root.leaves()])
+    places = np.concatenate([tile.places.skin.corners for tile in engine._root.leaves()])
     near = places[((places.min(axis=1) <= point) & (places.max(axis=1) >= point)).all(axis=1)]
     weights = (np.vstack([(corners - point).T, np.ones(8)]) for corners in near)
     return min((nnls(w, np.array([0.0, 0.0, 0.0, 1.0]))[1] for w in weights), default=1.0) < 1e-9
@@ -266,3 +267,31 @@ def test_rings_of_round_tips_do_not_cross_themselves():
     solid = manifold(ring.points, ring.triangles)
     block = Manifold.cube((30, 30, 3)).translate((-15, -15, -3))
     assert abs(((block - solid) ^ solid).volume()) < 1e-9
+
+
+@pytest.mark.parametrize("tool", ["ball", "bull", "dovetail"])
+def test_what_blocks_with_a_shed_rear_leave_stays_accounted_for(tool):
+    """Level blocks that turn, then straight on up and down, each from where the last one ended."""
+    cutter = TOOLS[tool].cutter if tool in TOOLS else DOVETAIL
+    rng = np.random.default_rng(11)
+    engine = MeshEngine(box_stock((0, 0, -10), (20, 20, 0)), 0.1)
+    at, heading, sweeps = np.array([6.0, 10.0, -3.0]), 0.0, []
+    for k in range(24):
+        level = k < 16
+        heading += rng.choice([0.0, 0.4, -1.2, 2.8]) if level else 0.0
+        step = np.array([np.cos(heading), np.sin(heading), 0.0 if level else rng.uniform(-0.6, 0.6)])
+        sweeps.append(Sweep.along(cutter, Line(at, at + rng.choice([0.3, 1.5]) * step)))
+        engine.cut(sweeps[-1])
+        at = sweeps[-1].path.end
+        heading += np.pi if not (3 < at[0] < 17 and 3 < at[1] < 17) else 0.0
+    mesh = engine.whole().to_mesh64()
+    a, b, c = (mesh.vert_properties[mesh.tri_verts[:, k], :3] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    size = np.linalg.norm(normal, axis=1)
+    which = rng.choice(len(a), 1500, p=size / size.sum())
+    shares = rng.dirichlet([1.0, 1.0, 1.0], 1500)[..., None]
+    points = (np.stack([a, b, c], axis=1)[which] * shares).sum(axis=1)
+    points -= normal[which] / size[which, None] * rng.uniform(1e-3, 0.05, (1500, 1))
+    gone = np.min([sweep.signed_distance(points) for sweep in sweeps], axis=0) < -1e-3
+    assert gone.sum() > 20
+    assert all(is_accounted_for(engine, point) for point in points[gone][:150])

@@ -1,4 +1,4 @@
-"""Bounds of the distance over small hulls, against the distance of points in them."""
+"""What a sweep meets of small hulls, against the distance of points in them."""
 
 import numpy as np
 import pytest
@@ -20,19 +20,39 @@ PATHS = [
 ]
 
 
+def boxes(hulls):
+    return np.stack([hulls.min(axis=1), hulls.max(axis=1)], axis=1)
+
+
 @pytest.mark.parametrize("within", [0.0, 1e-4])
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.sampled_from(TOOLS), st.sampled_from(PATHS))
-def test_no_point_of_a_hull_passes_the_bounds(within, seed, tool, path):
+def test_points_of_hulls_are_where_they_are_said_to_be(within, seed, tool, path):
     rng = np.random.default_rng(seed)
     sweep = Sweep.along(tool, path)
     box = np.array(sweep.bounds)
-    middle = rng.uniform(box[0] - 2, box[1] + 2, (20, 1, 3))
-    hulls = middle + rng.uniform(-1, 1, (20, 8, 3)) * rng.choice([0.01, 0.3, 2.0], (20, 1, 1))
-    low, high = sweep.hull_distance(hulls, within=within)
-    shares = rng.dirichlet(np.full(8, 0.5), (20, 40))
+    slack, depth = rng.choice([0.0, 0.01, 0.3], 2)
+    middle = rng.uniform(box[0] - 2, box[1] + 2, (30, 1, 3))
+    hulls = middle + rng.uniform(-1, 1, (30, 8, 3)) * rng.choice([0.01, 0.3, 2.0], (30, 1, 1))
+    met, deep = sweep.meets(hulls, boxes(hulls), slack=slack, depth=depth, within=within)
+    shares = rng.dirichlet(np.full(8, 0.5), (30, 40))
     points = np.concatenate([hulls, np.einsum("nkj,nji->nki", shares, hulls)], axis=1)
-    gaps = sweep.signed_distance(points.reshape(-1, 3)).reshape(20, -1)
-    assert (gaps.min(axis=1) >= low - 1e-9).all()
-    inside = high < -within
-    assert (gaps[inside].max(axis=1, initial=-np.inf) <= high[inside] + within + 1e-9).all()
+    gaps = sweep.signed_distance(points.reshape(-1, 3)).reshape(30, -1)
+    assert (gaps[~met] > slack - 1e-9).all()
+    assert (gaps[deep] <= -depth + 1e-9).all()
+    assert not (deep & ~met).any()
+
+
+def test_small_hulls_are_told_apart_sharply():
+    """Specks: beside the surface by more than their size they are on the side of their middle."""
+    rng = np.random.default_rng(7)
+    sweep = Sweep.along(TOOLS[0], PATHS[1])
+    box = np.array(sweep.bounds)
+    middle = rng.uniform(box[0] - 1, box[1] + 1, (500, 1, 3))
+    hulls = middle + rng.uniform(-1e-3, 1e-3, (500, 8, 3))
+    gap = sweep.signed_distance(middle[:, 0])
+    met, deep = sweep.meets(hulls, boxes(hulls), slack=0.1, depth=0.2)
+    clear = 2e-3
+    assert (met[gap < 0.1] == 1).all() and not met[gap > 0.1 + clear].any()
+    assert deep[gap < -0.2 - clear].all() and not deep[gap > -0.2 + clear].any()
+    assert met.any() and deep.any() and not met.all()

@@ -278,46 +278,69 @@ def distances(seg, first, path, points, tol, out) -> None:
 
 
 @kernel
-def hull_distances(seg, first, path, hulls, tol, low, high) -> None:
-    """Bounds of the signed distance over convex hulls of points (n, m, 3), from the start; straight motions.
+def meets(seg, first, path, start, bounds, hulls, boxes, slack, depth, tol, met, deep) -> None:
+    """Which hulls of points (n, m, 3) in boxes (n, 2, 3) come near a straight sweep, which lie deep in it.
 
-    phi of a piece is convex in (point, tau): it lies above its tangents, and over a hull below its largest value
-    at a corner. Where low is above zero or high above -tol they may be coarse.
+    phi of a piece is convex in (point, tau): over a hull it lies above its tangents, below its largest value at
+    a corner, whatever tau is taken there. Met is set where phi <= slack may be, deep where phi <= -depth holds
+    all over; the centre of the box decides most of them.
     """
     m = hulls.shape[1]
     travel = path[6:9]
-    speed = travel[0] ** 2 + travel[1] ** 2
+    level = travel[0] ** 2 + travel[1] ** 2
+    size = level + travel[2] ** 2
+    q = np.empty(3)
     for i in range(len(hulls)):
-        x, y, z = 0.0, 0.0, 0.0
-        for j in range(m):
-            x, y, z = x + hulls[i, j, 0] / m, y + hulls[i, j, 1] / m, z + hulls[i, j, 2] / m
-        reach = 0.0
-        for j in range(m):
-            q = hulls[i, j]
-            reach = max(reach, (q[0] - x) ** 2 + (q[1] - y) ** 2 + (q[2] - z) ** 2)
-        reach = np.sqrt(reach)
-        low[i], high[i] = np.inf, np.inf
+        a, b = boxes[i, 0], boxes[i, 1]
+        apart = False
+        for k in range(3):
+            apart = apart or a[k] > bounds[1, k] + slack or b[k] < bounds[0, k] - slack
+        if apart:
+            continue
+        x, y, z = (
+            0.5 * (a[0] + b[0]) - start[0],
+            0.5 * (a[1] + b[1]) - start[1],
+            0.5 * (a[2] + b[2]) - start[2],
+        )
+        reach = 0.5 * np.sqrt((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2 + (b[2] - a[2]) ** 2)
+        tau = 0.5
+        if level > 0.0:
+            tau = min(max((x * travel[0] + y * travel[1]) / level, 0.0), 1.0)
         for k in range(len(first) - 1):
-            tau = 0.5
-            if speed > 0.0:
-                tau = min(max((x * travel[0] + y * travel[1]) / speed, 0.0), 1.0)
-            d, n_x, n_y, n_z, g = pose(seg, first[k], first[k + 1], travel, tau, x, y, z)
-            bound = d + min(-g * tau, g * (1.0 - tau)) - reach
-            if bound > tol:
-                low[i] = min(low[i], bound)
+            i0, i1 = first[k], first[k + 1]
+            d, n_x, n_y, n_z, g = pose(seg, i0, i1, travel, tau, x, y, z)
+            tangent, at = d + min(-g * tau, g * (1.0 - tau)), tau
+            if tangent - reach > slack:
                 continue
-            d, n_x, n_y, n_z, _tau = nearest(seg, first[k], first[k + 1], travel, x, y, z, tol)
-            drop = 0.0
+            if d + reach <= -depth:
+                met[i], deep[i] = True, True
+                break
+            if d > -depth:  # another pose may be nearer
+                d, n_x, n_y, n_z, at = nearest(seg, i0, i1, travel, x, y, z, tol)
+                tangent = d - tol
             for j in range(m):
-                q = hulls[i, j]
-                drop = min(drop, n_x * (q[0] - x) + n_y * (q[1] - y) + n_z * (q[2] - z))
-            low[i] = min(low[i], d - tol + drop)
-            if d >= 0.0:
-                continue
-            top = d
-            for j in range(m):
-                q = hulls[i, j]
-                top = max(top, nearest(seg, first[k], first[k + 1], travel, q[0], q[1], q[2], tol)[0])
-                if top > -tol:
+                for c in range(3):
+                    q[c] = hulls[i, j, c] - start[c]
+                if tangent + n_x * (q[0] - x) + n_y * (q[1] - y) + n_z * (q[2] - z) <= slack:
+                    met[i] = True
                     break
-            high[i] = min(high[i], top)
+            else:
+                continue
+            if d > -depth:
+                continue
+            inside = True
+            for j in range(m):
+                for c in range(3):
+                    q[c] = hulls[i, j, c] - start[c]
+                t = at
+                if size > 0.0:
+                    along = (q[0] - x) * travel[0] + (q[1] - y) * travel[1] + (q[2] - z) * travel[2]
+                    t = min(max(at + along / size, 0.0), 1.0)
+                if pose(seg, i0, i1, travel, t, q[0], q[1], q[2])[0] <= -depth:
+                    continue
+                if nearest(seg, i0, i1, travel, q[0], q[1], q[2], tol)[0] > -depth:
+                    inside = False
+                    break
+            if inside:
+                deep[i] = True
+                break

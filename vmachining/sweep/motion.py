@@ -211,34 +211,40 @@ class Sweep:
         """
         return self._distances(points, -np.inf)
 
-    def hull_distance(self, hulls: Floats, *, within: float = 0.0) -> tuple[Floats, Floats]:
-        """Bounds of the signed distance over small convex hulls.
+    def meets(
+        self, hulls: Floats, boxes: Floats, *, slack: float = 0.0, depth: float = 0.0, within: float = 0.0
+    ) -> tuple[Bools, Bools]:
+        """Which small convex hulls the sweep may meet, and which lie deep in it for sure.
 
         Parameters
         ----------
         hulls : (n, m, 3) float
             mm, m points each.
+        boxes : (n, 2, 3) float
+            mm, around them.
+        slack, depth : float
+            mm, not negative.
         within : float
-            mm by which the bounds may be wider than rounding wants.
+            mm by which distances may be coarser than rounding wants.
 
         Returns
         -------
-        (n,) float, (n,) float
-            mm. No point of a hull is nearer to the sweep than the first; where the second is negative, every
-            point of the hull is inside, at least that deep. Sharp for straight sweeps, by the largest distance
-            in the hull from its middle too wide for others.
+        (n,) bool, (n,) bool
+            A hull of which the first is False has no point within `slack` of the sweep; one of which the second
+            is True lies inside, `depth` deep at least. Sharp for straight sweeps; for others a hull is taken as
+            the ball around its box.
         """
+        met, deep = np.zeros((2, len(hulls)), dtype=np.bool_)
         if self._near is not None and _is_straight(self.path):  # type: ignore[arg-type]
-            low, high = np.empty((2, len(hulls)))
             p = self._near
-            _kernels.hull_distances(
-                p.seg, p.first, p.path, hulls - self.path.start, max(p.tol, within), low, high
-            )
-            return low, high
-        middle = hulls.mean(axis=1)
-        reach = np.linalg.norm(hulls - middle[:, None], axis=2).max(axis=1)
-        gap = self._distances(middle, -np.inf)
-        return gap - reach, gap + reach
+            _kernels.meets(
+                p.seg, p.first, p.path, self.path.start, np.asarray(self.bounds), hulls, boxes,
+                slack, depth, max(p.tol, within), met, deep,
+            )  # fmt: skip
+            return met, deep
+        reach = 0.5 * np.linalg.norm(boxes[:, 1] - boxes[:, 0], axis=1)
+        gap = self._distances(boxes.mean(axis=1), -np.inf)
+        return gap - reach <= slack, gap + reach <= -depth
 
     def contains(self, points: ArrayLike, *, slack: float = 0.0) -> Bools:
         """(n,) bool: whether points lie in the sweep, or within `slack` mm of it."""

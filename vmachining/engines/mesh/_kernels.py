@@ -4,6 +4,7 @@ Legend
     points (n, 3), triangles (m, 3), normals (m, 3), edges (k, 4)   the cutter, see `facets.Polyhedron`
     cos, sin      turn of the cutter about its axis, to the heading
     p (3,)        start of the tip                  d (3,)        displacement, zero for a cutter at rest
+    seen (2,)     how many of the triangles and edges can be below the box's top, without `cull` all of them
     lo, hi (3,)   box of the material               apex (3,)     a point inside the swept solid, above the box
     a facet faces forward if its normal . d > 0: it goes with the end copy (vertex v + n), else it stays (v)
 """
@@ -58,9 +59,11 @@ def _seen(quad, points, lo, hi, apex, corner, heights, cell):
     z_min = np.inf
     x0, x1, y0, y1 = np.inf, -np.inf, np.inf, -np.inf
     for k in range(4):
+        z_min = min(z_min, points[quad[k], 2])
+    if z_min > hi[2]:
+        return False
+    for k in range(4):
         q = points[quad[k]]
-        if q[2] < z_min:
-            z_min = q[2]
         t = 0.0
         if q[2] < hi[2]:
             t = (hi[2] - q[2]) / (apex[2] - q[2])
@@ -74,7 +77,7 @@ def _seen(quad, points, lo, hi, apex, corner, heights, cell):
 
 @kernel
 def swept_facets(
-    points, triangles, normals, edges, cos, sin, p, d, lo, hi, apex, corner, heights, cell, cull, rear
+    points, triangles, normals, edges, seen, cos, sin, p, d, lo, hi, apex, corner, heights, cell, cull, rear
 ):
     """Triangles of conv(K + p, K + p + d), K the cutter.
 
@@ -88,7 +91,7 @@ def swept_facets(
     the facet of a triangle, or m + its edge, or -1 on the closing cone. `sound` is False where an edge does not
     have two triangles, one each way: then the whole solid has to be taken.
     """
-    n, m = points.shape[0], triangles.shape[0]
+    n, m, among = points.shape[0], triangles.shape[0], seen[0]
     nothing = np.empty((0, 3)), np.empty((0, 3), np.int64), np.empty(0, np.int64), True
     at = np.empty((2 * n + 1, 3))
     for v in range(n):
@@ -99,8 +102,8 @@ def swept_facets(
             at[n + v, k] = at[v, k] + d[k]
     at[2 * n] = apex
 
-    front, behind = np.empty(m, np.bool_), np.empty(m, np.bool_)
-    for t in range(m):
+    front, behind = np.empty(among, np.bool_), np.empty(among, np.bool_)
+    for t in range(among):
         nx = cos * normals[t, 0] - sin * normals[t, 1]
         ny = sin * normals[t, 0] + cos * normals[t, 1]
         nz = normals[t, 2]
@@ -115,11 +118,11 @@ def swept_facets(
         if near >= nx * q[0] + ny * q[1] + nz * q[2]:
             return nothing
 
-    out = np.empty((m + 2 * edges.shape[0], 3), np.int64)
-    origin = np.empty(m + 2 * edges.shape[0], np.int64)
+    out = np.empty((among + 2 * seen[1], 3), np.int64)
+    origin = np.empty(among + 2 * seen[1], np.int64)
     quad = np.empty(4, np.int64)
     count = 0
-    for t in range(m):
+    for t in range(among):
         if behind[t]:
             continue
         shift = n if front[t] else 0
@@ -130,7 +133,7 @@ def swept_facets(
             out[count] = quad[:3]
             origin[count] = t
             count += 1
-    for e in range(edges.shape[0]):
+    for e in range(seen[1]):
         left, right = front[edges[e, 2]], front[edges[e, 3]]
         if left == right:
             continue

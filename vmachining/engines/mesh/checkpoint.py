@@ -10,7 +10,7 @@ import numpy as np
 from manifold3d import Manifold, Mesh64
 
 from vmachining.engines.mesh.facets import Side
-from vmachining.engines.mesh.skin import Skin
+from vmachining.engines.mesh.skin import Places, Skin
 from vmachining.engines.mesh.solids import checked
 from vmachining.engines.mesh.tiles import SIDES, Tile
 from vmachining.errors import EngineError
@@ -33,6 +33,7 @@ def write_tiles(path: Path, root: Tile, blocks: dict[int, int], state: dict[str,
             "color": tile.color,
             "chord": tile.chord,
             "tidied": tile.tidied,
+            "dusty": tile.dusty,
             "means": tile.has_means,
         }
         nodes.append(node)
@@ -40,7 +41,7 @@ def write_tiles(path: Path, root: Tile, blocks: dict[int, int], state: dict[str,
             for half in tile.halves:
                 visit(half)
             return
-        for column, values in zip(Skin._fields, tile.skin, strict=True):
+        for column, values in zip(Skin._fields, tile.places.skin, strict=True):
             arrays[f"{len(nodes) - 1}.skin.{column}"] = values
         node["one"] = tile.solids[Side.OUTER] is tile.solids[Side.INNER]
         for side in SIDES[: 1 if node["one"] else 2]:
@@ -103,7 +104,8 @@ def read_tiles(path: Path) -> tuple[Tile, dict[int, int], dict[str, Any]]:
         inner = solid(f"{k}.{Side.INNER}")
         skin = Skin(*(arrays[f"{k}.skin.{column}"] for column in Skin._fields))
         tile = Tile({}, {}, np.array(node["box"]), turns=node["turns"], color=node["color"],
-                    skin=skin, chord=node["chord"], tidied=node["tidied"], has_means=node["means"])  # fmt: skip
+                    places=Places(skin), chord=node["chord"], tidied=node["tidied"], dusty=node["dusty"],
+                    has_means=node["means"])  # fmt: skip
         tile.put(Side.INNER, inner)
         tile.put(Side.OUTER, inner if node["one"] else solid(f"{k}.{Side.OUTER}"))
         return tile

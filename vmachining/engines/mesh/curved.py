@@ -258,7 +258,7 @@ def way(sweep: Sweep, chord: float, window: Window | None) -> Way:
     """
     path = sweep.path
     if not isinstance(path, Arc):
-        return Way((sweep,), 0.0, chord, sweep.bounds)
+        return Way((sweep,), 0.0, chord)
     steps = max(arc_steps(path.radius, abs(path.angle), chord), 1)
     width = abs(path.angle) / steps
     depth = path.radius * (1.0 - np.cos(width / 2))
@@ -273,7 +273,7 @@ def way(sweep: Sweep, chord: float, window: Window | None) -> Way:
     if window is not None:
         lo, hi = window.lo - slack, window.hi + slack
         pieces = [p for p in pieces for a, b in (p.bounds,) if (a <= hi).all() and (b >= lo).all()]
-    return Way(tuple(pieces), slack, chord + slack, sweep.bounds)
+    return Way(tuple(pieces), slack, chord + slack)
 
 
 def polygon(

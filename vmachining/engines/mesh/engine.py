@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from manifold3d import Manifold, OpType
@@ -15,12 +16,12 @@ from manifold3d import Manifold, OpType
 from vmachining.arrays import Floats
 from vmachining.engines.mesh.checkpoint import read_tiles, write_tiles
 from vmachining.engines.mesh.facets import Side
-from vmachining.engines.mesh.removal import AIR, Cut, cut_once, cut_twice, shared
-from vmachining.engines.mesh.solids import checked, cutters, facets, shape_key
+from vmachining.engines.mesh.removal import AIR, Cut, Start, cut_once, cut_twice, shared
+from vmachining.engines.mesh.solids import checked, cutters, facets, is_ring, shape_key
 from vmachining.engines.mesh.stock import StockMesh, StockSurface
 from vmachining.engines.mesh.tiles import SIDES, Share, Tile, joined, reached
 from vmachining.errors import EngineError
-from vmachining.geometry import Bracket
+from vmachining.geometry import Arc, Bracket, Line
 from vmachining.sweep import Sweep, Turn
 from vmachining.tolerance import CHORD_MM, VOLUME_REL
 
@@ -59,7 +60,8 @@ class MeshEngine:
         self.certify = certify
         self._share = Share()
         self._blocks: dict[int, int] = {}
-        self._removed: tuple[str, list[float]] | None = None
+        self._stand: Stand | None = None
+        self._cuts = 0
         solids = {side: stock.solids[side] for side in SIDES}
         root = Tile.of(solids, self.chord)
         if root is None:
@@ -86,7 +88,9 @@ class MeshEngine:
                 engine=self.name,
                 block=block,
             )
-        cut = Cut(sweep, self.chord, self._chained(sweep), self._run_id(block))
+        start, stand = self._started(sweep)
+        cut = Cut(sweep, self.chord, self._cuts, start, self._run_id(block))
+        self._cuts += 1
         total = AIR
         for tile in reached(self._root, self._box(sweep), self._tile_size(sweep), self._share):
             try:
@@ -95,17 +99,26 @@ class MeshEngine:
                 raise EngineError(error.reason, engine=self.name, block=block) from error
         lo, estimate, hi = total
         total = Bracket(lo, min(max(estimate, lo), hi), hi)
-        self._removed = shape_key(sweep.profile), _pose(sweep, 1.0).tolist()
+        self._stand = stand
         self._gone += total.estimate
         return total
 
-    def _chained(self, sweep: Sweep) -> bool:
-        """Whether the last sweep ended with this cutter at this start: then it is already cut free there."""
-        if self._removed is None or self._removed[0] != shape_key(sweep.profile):
-            return False
-        start = _pose(sweep, 0.0)
-        gap = np.abs(np.array(self._removed[1]) - start).max()
-        return bool(gap <= 1e-12 * (1.0 + np.abs(start).max()))
+    def _started(self, sweep: Sweep) -> tuple[Start, Stand]:
+        """What was removed where the sweep starts, and how things are where it ends."""
+        path, shape, last = sweep.path, shape_key(sweep.profile), self._stand
+        begin = _pose(sweep, 0.0)
+        stand = Stand(shape, _pose(sweep, 1.0).tolist(), _heading(sweep, 1.0), True)
+        if last is None or last.shape != shape:
+            return Start.FRESH, stand
+        if np.abs(last.pose - begin).max() > 1e-12 * (1.0 + np.abs(begin).max()):
+            return Start.FRESH, stand
+        if not isinstance(path, Line) or last.heading is None:
+            return Start.CHAINED, stand
+        if last.whole and last.heading == stand.heading:
+            return Start.SHED, stand
+        if path.start[2] == path.end[2]:
+            return Start.SHED, stand._replace(whole=False)
+        return Start.CHAINED, stand
 
     def touch(
         self, sweep: Sweep, *, deep: Sequence[Sweep] | None = None, chord: float | None = None
@@ -194,7 +207,8 @@ class MeshEngine:
             "certify": self.certify,
             "stock": list(self.stock_volume),
             "gone": self._gone,
-            "removed": list(self._removed) if self._removed is not None else None,
+            "stand": list(self._stand) if self._stand is not None else None,
+            "cuts": self._cuts,
         }
         write_tiles(path, self._root, self._blocks, state)
 
@@ -214,10 +228,10 @@ class MeshEngine:
             engine.chord, engine.tile_mm, engine.certify = state["chord"], state["tile_mm"], state["certify"]
             engine.stock_volume = Bracket(*state["stock"])
             engine._gone = state["gone"] if engine._share.part == 0 else 0.0
-            removed = state["removed"]
+            engine._cuts = state["cuts"]
+            engine._stand = Stand(*state["stand"]) if state["stand"] is not None else None
         except KeyError as error:
             raise EngineError(f"checkpoint {path} lacks {error}", engine=cls.name) from error
-        engine._removed = (removed[0], removed[1]) if removed is not None else None
         return engine
 
     @classmethod
@@ -229,6 +243,29 @@ class MeshEngine:
             engine._blocks |= each._blocks
             engine._gone += each._gone
         return engine
+
+
+class Stand(NamedTuple):
+    """How the last cut left the place where it ended.
+
+    shape : of the cutter. pose : six numbers, tip and axis. heading : of the facets of its mesh there, [] of one
+    that has none, None of one that is narrowed. whole : all of that mesh is removed; else what lies deep in it.
+    """
+
+    shape: str
+    pose: list[float]
+    heading: list[float] | None
+    whole: bool
+
+
+def _heading(sweep: Sweep, t: float) -> list[float] | None:
+    """See `Stand`; of straight and of level paths."""
+    path = sweep.path
+    if isinstance(path, Turn) or (isinstance(path, Arc) and not is_ring(path)):
+        return None
+    d = path.velocity(t)
+    level = float(np.hypot(d[0], d[1]))
+    return [float(d[0]) / level, float(d[1]) / level] if level > 0.0 else []
 
 
 def _pose(sweep: Sweep, t: float) -> Floats:

@@ -123,7 +123,8 @@ class Polyhedron:
     """Convex part of a cutter, tool frame, heading along +x.
 
     points (n, 3); triangles (m, 3), outward; normals (m, 3), unit; edges (k, 4): two points and the triangles
-    on the left and on the right of the way from the first to the second; height: lowest and highest z; reach:
+    on the left and on the right of the way from the first to the second; both begin with the lowest, and
+    triangle_lows (m,), edge_lows (k,) say how low they reach; height: lowest and highest z; reach:
     largest radius; areas (m,) mm^2; planes (m,): equal for triangles of one facet;
     turn: sine of half as much again as the largest angle between neighbouring facets of a round surface.
     """
@@ -137,6 +138,16 @@ class Polyhedron:
     turn: float
     areas: Floats
     planes: Ints
+    patches: Ints
+    triangle_lows: Floats
+    edge_lows: Floats
+
+    def upto(self, z: float) -> tuple[int, int]:
+        """How many triangles and how many edges have a point at or below a height, mm."""
+        return (
+            int(np.searchsorted(self.triangle_lows, z, side="right")),
+            int(np.searchsorted(self.edge_lows, z, side="right")),
+        )
 
     def shadow(self, level: float, rise: float) -> float:
         """mm^2 of the projection along the unit direction (level, 0, rise), without the upper rim's share.
@@ -176,6 +187,7 @@ def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
     owner = np.tile(np.arange(len(triangles)), 3)
     left = {(int(u), int(v)): int(t) for (u, v), t in zip(half, owner, strict=True)}
     edges = np.array([(u, v, t, left[v, u]) for (u, v), t in left.items() if u < v], dtype=np.int64)
+    edges = edges[np.argsort(points[edges[:, :2], 2].min(axis=1), kind="stable")]
     normals = _support_normals(points, triangles, left)
     bends = np.arccos(np.clip(np.einsum("ij,ij->i", normals[edges[:, 2]], normals[edges[:, 3]]), -1.0, 1.0))
     bend = float(bends[bends < SHARP].max(initial=0.0))
@@ -190,6 +202,9 @@ def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
         edges,
         areas=areas,
         planes=planes,
+        patches=_patches(triangles, planes, left, points),
+        triangle_lows=points[triangles, 2].min(axis=1),
+        edge_lows=points[edges[:, :2], 2].min(axis=1),
         height=(float(line[0, 1]), float(line[-1, 1])),
         reach=float(np.hypot(points[:, 0], points[:, 1]).max()),
         turn=float(np.sin(min(1.5 * bend, np.pi / 2))),
@@ -211,7 +226,28 @@ def _hull(cloud: Floats) -> tuple[Floats, Ints, Ints]:
     _, planes = np.unique(
         hull.equations, axis=0, return_inverse=True
     )  # parts of one facet have the same numbers
-    return points, triangles.astype(np.int64), planes.ravel().astype(np.int64)
+    order = np.argsort(points[triangles, 2].min(axis=1), kind="stable")
+    return points, triangles[order].astype(np.int64), planes.ravel()[order].astype(np.int64)
+
+
+def _patches(triangles: Ints, planes: Ints, left: dict[tuple[int, int], int], points: Floats) -> Ints:
+    """See `Polyhedron`. A triangle takes the neighbour in its plane over its longest edge that is free."""
+    out, taken = [], np.zeros(len(triangles), dtype=bool)
+    for t, corners in enumerate(triangles.tolist()):
+        if taken[t]:
+            continue
+        taken[t] = True
+        row = [t, -1, *corners, corners[2]]
+        pairs = [(corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]) for k in range(3)]
+        for u, v, w in sorted(pairs, key=lambda c: -float(np.linalg.norm(points[c[0]] - points[c[1]]))):
+            other = left[v, u]
+            if not taken[other] and planes[other] == planes[t]:
+                taken[other] = True
+                across = next(c for c in triangles[other].tolist() if c not in (u, v))
+                row = [t, other, w, u, across, v]
+                break
+        out.append(row)
+    return np.array(out, dtype=np.int64)
 
 
 CHUNK = 256

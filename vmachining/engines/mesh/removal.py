@@ -19,6 +19,7 @@ it is w vol(A and W_inner) + (1 - w) vol(B and W_outer) with a weight that cance
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 
 from manifold3d import Manifold, OpType
 
@@ -32,7 +33,7 @@ from vmachining.geometry import Bracket, Line
 from vmachining.sweep import Sweep, Turn
 from vmachining.tolerance import VOLUME_REL
 
-__all__ = ["AIR", "Cut", "cut_once", "cut_twice", "shared"]
+__all__ = ["AIR", "Cut", "Start", "cut_once", "cut_twice", "shared"]
 
 TWICE_REL = 3e-6
 """Part of a turning sweep that its meshes may count twice or leave as crevices, at most, where a disc tilts into
@@ -44,16 +45,29 @@ MANY = 3
 AIR = Bracket(0.0, 0.0, 0.0)
 
 
+class Start(Enum):
+    """What of the cutter at the start of a path the cut before has removed.
+
+    SHED : so much that the rear may be left out of the mesh although places of the skin are forgotten, see `skin`.
+    """
+
+    FRESH = "nothing"
+    CHAINED = "the true cutter from the true workpiece"
+    SHED = "its mesh from the mesh too"
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Cut:
     """One block on its way through the tiles.
 
-    chained : the cutter has been removed at the start of the path. run : id that its faces get, or None.
+    number : of the cut, in order. start : what the cut before has left where this one begins. run : id that its
+    faces get, or None.
     """
 
     sweep: Sweep
     chord: float
-    chained: bool
+    number: int
+    start: Start
     run: int | None
 
     def facets(self, side: Side) -> Facets:
@@ -66,10 +80,11 @@ class Cut:
         return balance(self.sweep, self.facets(Side.INNER), self.facets(Side.OUTER))
 
 
-def _inner(tile: Tile, cut: Cut) -> tuple[list[Manifold], list[Skin]]:
+def _inner(tile: Tile, cut: Cut, *, shed: bool) -> tuple[list[Manifold], list[Skin]]:
     """Inner solids of an upright tool, with means on their facets, and what they leave."""
     solids, left = [], []
-    for piece in pieces(cut.sweep, cut.facets(Side.INNER), tile.window, cut.chained, skinned=True):
+    tool, chained = cut.facets(Side.INNER), cut.start is not Start.FRESH
+    for piece in pieces(cut.sweep, tool, tile.window, chained, skinned=True, shed=shed):
         if len(piece.skin):
             left.append(Skin.of(piece.skin))
         if len(piece.triangles):
@@ -82,12 +97,13 @@ def _inner(tile: Tile, cut: Cut) -> tuple[list[Manifold], list[Skin]]:
 def cut_once(tile: Tile, cut: Cut) -> Bracket:
     """Remove a sweep of an upright tool from a tile; mm^3, bounded in advance."""
     sweep = cut.sweep
-    solids, left = _inner(tile, cut)
+    shed = cut.start is Start.SHED and tile.dusty != cut.number - 1
+    solids, left = _inner(tile, cut, shed=shed)
     if not solids and not left:
         return AIR
     skin, whole = Skin.joined(left), way(sweep, cut.chord, tile.window)
     if len(left) > 1 or not isinstance(sweep.path, Line):  # facets inside another piece leave nothing
-        skin = skin.under(whole)[1]
+        skin = skin.where(~skin.under(whole)[1])
     large, small = tile.solids[Side.INNER], tile.solids[Side.OUTER]
     noise = VOLUME_REL * (1.0 + tile.volumes[Side.INNER])
     loss = dict.fromkeys(SIDES, 0.0)
@@ -95,11 +111,13 @@ def cut_once(tile: Tile, cut: Cut) -> Bracket:
         rest = minus(large, solids)
         loss[Side.INNER] = tile.volumes[Side.INNER] - float(rest.volume())
     if loss[Side.INNER] <= noise:  # rounding, not metal: leave the solid as it is, exactly
+        if solids:
+            tile.dusty = cut.number
         if not skin.total > 0.0:
             return AIR
-        tile.cover(Skin.joined([tile.skin, skin]))
+        tile.cover(skin)
         return Bracket(0.0, 0.0, noise + skin.total)
-    met, kept = tile.skin.under(whole)
+    met, gone = tile.places.skin.under(whole)
     before = tile.lacking
     other = rest
     if small is not large:
@@ -109,7 +127,8 @@ def cut_once(tile: Tile, cut: Cut) -> Bracket:
         loss[Side.OUTER] = loss[Side.INNER]
     tile.put(Side.INNER, rest)
     tile.put(Side.OUTER, other)
-    tile.cover(Skin.joined([kept, skin]))
+    tile.places.drop(gone)
+    tile.cover(skin)
     return Bracket(
         max(0.0, min(loss.values()) - met - noise),
         loss[Side.INNER] + tile.lacking - before,
@@ -122,7 +141,8 @@ def cut_twice(tile: Tile, cut: Cut) -> Bracket:
     path = cut.sweep.path
 
     def solids(side: Side) -> list[Manifold]:
-        return cutters(cut.sweep, cut.facets(side), tile.window, chained=cut.chained, block_id=cut.run)
+        chained = cut.start is not Start.FRESH
+        return cutters(cut.sweep, cut.facets(side), tile.window, chained=chained, block_id=cut.run)
 
     outer = solids(Side.OUTER)
     if not outer:
@@ -138,7 +158,7 @@ def cut_twice(tile: Tile, cut: Cut) -> Bracket:
         hi = shared(inner_cut, outer)
     if hi <= noise:  # rounding, not metal: leave the tile as it is, exactly
         return AIR
-    inner = solids(Side.INNER) if isinstance(path, Turn) else _inner(tile, cut)[0]
+    inner = solids(Side.INNER) if isinstance(path, Turn) else _inner(tile, cut, shed=True)[0]
     lo = 0.0 if fresh else shared(outer_cut, inner)
     rest[Side.INNER] = minus(inner_cut, inner)
     if not fresh:

@@ -34,6 +34,7 @@ __all__ = [
     "checked",
     "cutters",
     "facets",
+    "is_ring",
     "manifold",
     "pieces",
     "shape_key",
@@ -154,14 +155,30 @@ def checked(result: Manifold) -> Manifold:
     return result
 
 
+def _is_chord(path: Arc) -> bool:
+    return path.radius <= 0.0 or abs(path.angle) < SHORT_ARC
+
+
+def is_ring(path: Arc) -> bool:
+    """Whether an arc is cut as a ring, with the cutter as it heads at both ends."""
+    return not _is_chord(path) and path.axis == 2 and path.rise == 0.0
+
+
 def pieces(
-    sweep: Sweep, tool: Facets, window: Window | None, chained: bool = False, *, skinned: bool = False
+    sweep: Sweep,
+    tool: Facets,
+    window: Window | None,
+    chained: bool = False,
+    *,
+    skinned: bool = False,
+    shed: bool = False,
 ) -> Iterator[Piece]:
     """Meshes whose union is the sweep, inside the window at least.
 
     A piece that cannot reach the window is left out. `chained` promises that the cutter at the start of the
     path has been removed before: what only it would cut may be missing. `skinned` asks inner pieces of an
-    upright tool, in a window, for what they leave; some of them may then be without triangles.
+    upright tool, in a window, for what they leave; some of them may then be without triangles. They keep the
+    rear of a chained start, unless it is a straight path and they may shed it.
     """
     path = sweep.path
     if isinstance(path, Turn):
@@ -170,9 +187,11 @@ def pieces(
             yield Piece(*mesh)
         return
     for part, run in zip(tool.parts, tool.runs, strict=True):
-        if isinstance(path, Line) or path.radius <= 0.0 or abs(path.angle) < SHORT_ARC:
-            yield from straight(part, path.start, path.end, window, chained=chained, skinned=skinned)
-        elif path.axis == 2 and path.rise == 0.0:
+        if isinstance(path, Line) or _is_chord(path):
+            yield from straight(
+                part, path.start, path.end, window, chained=chained, skinned=skinned, shed=shed
+            )
+        elif is_ring(path):
             yield from level_arc(part, tool, path, window, chained, skinned)
         else:
             yield from polygon(part, run, tool, path, window, chained, skinned)

@@ -33,7 +33,7 @@ NO_ROWS = np.empty((0, 25))
 
 STIFF = Leeway(np.zeros(2), np.zeros(3), np.zeros(3))
 
-SKIN_CELLS = 2.0
+SKIN_CELLS = 3.0
 """Largest place of a skin, in cells of the grid of heights: smaller ones are not better seen."""
 
 
@@ -126,15 +126,16 @@ def straight(
     heading: Floats | None = None,
     chained: bool = False,
     skinned: bool = False,
+    shed: bool = False,
     leeway: Leeway = STIFF,
     bend: float = 0.0,
 ) -> Iterator[Piece]:
     """conv(K(start), K(end)) with K facetted beside the heading (of the motion, unless given).
 
     With `chained` the cutter at the start has been removed before, and its rear is left out. `skinned` asks for
-    means and skin, in a window: the rear is then left out of the skin alone, for places of the skin are forgotten
-    once the mesh holds them; and there may be a piece without triangles. bend: angle by which the true path
-    may head elsewhere.
+    means and skin, in a window: the rear is then left out of the skin alone, unless it may be `shed`, for places
+    of the skin are forgotten once the mesh holds them; and there may be a piece without triangles. bend: angle
+    by which the true path may head elsewhere.
     """
     cutter = part.body
     d = end - start
@@ -164,16 +165,22 @@ def straight(
         rear = float(np.sin(min(np.arcsin(cutter.turn) + bend, np.pi / 2)) * np.linalg.norm(d))
     body = cutter.points, cutter.triangles, cutter.normals, cutter.edges
     view = lo, hi, apex, corner, heights, cell
+    every = len(cutter.triangles), len(cutter.edges)
+    seen = cutter.upto(hi[2] - start[2] + max(0.0, -d[2])) if cull else every
     points, triangles, source, sound = _kernels.swept_facets(
-        *body, cos, sin, start, d, *view, cull, np.inf if skinned else rear
+        *body, seen, cos, sin, start, d, *view, cull, np.inf if skinned and not shed else rear
     )  # type: ignore[no-untyped-call]
     if not sound:
-        points, triangles, source, _ = _kernels.swept_facets(*body, cos, sin, start, d, *view, False, np.inf)  # type: ignore[no-untyped-call]
+        points, triangles, source, _ = _kernels.swept_facets(  # type: ignore[no-untyped-call]
+            *body, every, cos, sin, start, d, *view, False, np.inf
+        )
     if not skinned or window is None or part.gauge is None:
         if len(triangles):
             yield Piece(points, triangles)
         return
-    rows, means = hull_skin(*body, *part.gauge, cos, sin, start, d, *view, rear, *leeway, SKIN_CELLS * cell)  # type: ignore[no-untyped-call]
+    rows, means = hull_skin(  # type: ignore[no-untyped-call]
+        *body, cutter.patches, *part.gauge, cos, sin, start, d, *view, rear, *leeway, SKIN_CELLS * cell
+    )
     mean = np.where(source >= 0, means[source], 0.0)
     m = len(cutter.triangles)
     kin = np.where(source < m, cutter.planes[np.minimum(source, m - 1)], source)

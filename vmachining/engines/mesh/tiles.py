@@ -28,7 +28,7 @@ from manifold3d import Manifold, Mesh64
 from vmachining.arrays import Floats
 from vmachining.engines.mesh import _kernels
 from vmachining.engines.mesh.facets import Side
-from vmachining.engines.mesh.skin import NO_SKIN, Skin, mean_skin, untag
+from vmachining.engines.mesh.skin import NO_SKIN, Places, Skin, mean_skin, untag
 from vmachining.engines.mesh.solids import checked
 from vmachining.engines.mesh.window import Window
 from vmachining.tolerance import CHORD_MM
@@ -38,8 +38,8 @@ __all__ = ["Share", "Tile", "joined", "reached"]
 SHAPE = np.array([1.0, 1.0, 1.0 / 8.0])
 """Tiles are columns: walls along the tool axis are few tall facets, so cutting them in height only adds tiles."""
 
-ROOF_CELLS = 16
-"""Cells of the grid of heights along the longer side of a tile: a ball sees its contact in about a dozen."""
+ROOF_CELLS = 24
+"""Cells of the grid of heights along the longer side of a tile: a ball sees its contact in a dozen and more."""
 
 RAW_EXTRA = 2.0 / 3.0
 """Part of the gap between the two meshes of a round raw stock that is not there: Huygens' rule, see `stock`."""
@@ -52,8 +52,9 @@ class Tile:
     """Part of the stock. solids and volumes are by `Side`; box (2, 3) holds the largest of the solids.
 
     turns : upper halves on the way from the root. color : says who cuts it, None until it is small enough.
-    skin : where inner sweeps may have left what they should not; tidied : its places when they were last looked
-    through. thin : mm^3 of it in the mean. chord : mm, unit in which the facets of sweeps carry their means.
+    places : where inner sweeps may have left what they should not; tidied : how many when they were last looked
+    through. dusty : number of the last cut that left as much of its mesh in the solid as rounding hides.
+    thin : mm^3 that the solid has too much in the mean. chord : mm, unit in which facets of sweeps carry theirs.
     has_means : with two workpieces, whether all facets do, and the raw stock was one exact mesh.
     """
 
@@ -64,9 +65,10 @@ class Tile:
     window: Window | None = field(default=None)
     turns: int = 0
     color: int | None = None
-    skin: Skin = NO_SKIN
+    places: Places = field(default_factory=lambda: Places(NO_SKIN))
     thin: float = 0.0
     tidied: int = 0
+    dusty: int = -1
     has_means: bool = True
     chord: float = CHORD_MM
 
@@ -75,7 +77,7 @@ class Tile:
         """Tile of two solids, None if nothing is left in it."""
         if solids[Side.INNER].is_empty():
             return None
-        tile = cls(solids, {}, np.empty((2, 3)), skin=skin, chord=chord)
+        tile = cls(solids, {}, np.empty((2, 3)), places=Places(skin), chord=chord)
         for side in SIDES:
             tile.put(side, solids[side])
         return tile
@@ -99,18 +101,19 @@ class Tile:
             self.thin = mean_skin(mesh.vert_properties, mesh.tri_verts, thickness)
 
     def cover(self, skin: Skin) -> None:
-        """Replace the skin; now and then, places over which the solid no longer reaches are forgotten."""
-        if len(skin.volume) > 2 * self.tidied + 256 and self.window is not None:
-            skin = skin.where(self.window.sees(skin.boxes))
-            self.tidied = len(skin.volume)
-        self.skin = skin
+        """Add places; now and then, those over which the solid no longer reaches are forgotten."""
+        self.places.add(skin)
+        if len(self.places) > 2 * self.tidied + 256 and self.window is not None:
+            self.places.drop(~self.window.sees(self.places.skin.boxes))
+            self.tidied = len(self.places)
 
     @property
     def hidden(self) -> float:
         """mm^3 of the solid that may not be there, at most."""
-        if self.window is None or not len(self.skin.volume):
+        if self.window is None:
             return 0.0
-        return self.skin.where(self.window.sees(self.skin.boxes)).total
+        skin = self.places.skin
+        return skin.where(self.window.sees(skin.boxes)).total
 
     @property
     def lacking(self) -> float:
@@ -129,7 +132,7 @@ class Tile:
                 above, below = part.split_by_plane(normal, at)
                 shared[id(part)] = checked(above), checked(below)
             upper[side], lower[side] = shared[id(part)]
-        skins = self.skin.split(axis, at)
+        skins = self.places.skin.split(axis, at)
         halves = Tile.of(upper, self.chord, skins[0]), Tile.of(lower, self.chord, skins[1])
         if halves[0] is None or halves[1] is None:  # all on one side: its box was not tight
             only = halves[0] or halves[1]
@@ -138,9 +141,10 @@ class Tile:
             return
         self.halves = (halves[0], halves[1])
         for k, half in enumerate(self.halves):
-            half.turns, half.color, half.has_means = self.turns + 1 - k, self.color, self.has_means
+            half.turns, half.color = self.turns + 1 - k, self.color
+            half.has_means, half.dusty = self.has_means, self.dusty
         self.solids.clear()
-        self.skin = NO_SKIN
+        self.places = Places(NO_SKIN)
 
     def leaves(self) -> Iterator[Tile]:
         """Tiles that are not halved, in a fixed order."""

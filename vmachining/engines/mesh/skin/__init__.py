@@ -22,6 +22,16 @@ under facets, and both are bounded without a boolean:
    inside a later V has left A, and leaves the store. The third term of (1) is at most the volume of the stored
    frustums that meet W.
 
+4. Where the cutter starts in a place K(p) that the cut before has left, the rear may be missing from the mesh:
+   what V then lacks lies in K(p), no part of S, so (1) holds, and adds nothing to A - S. But places are forgotten
+   that lie in V, so A must be free of what is missing. It is if the mesh of the cutter at p is the one that the
+   cut before removed there (same heading), and that cut left nothing of its own mesh in A. It is too after a
+   level block: a point x in the missing part lies behind the axis. The normal n under which it is next to the
+   surface of K(p), at y, then has n . d <= 0, so y is on the surface of W, and x is no deeper in W than in K(p).
+   Places are forgotten when they are a chord deep in W: this part of them is a chord deep in K(p), hence in any
+   mesh of the cutter there, hence in that of the cut before; and as it lies as deep in the sweep of that cut,
+   what was missing there does not hold it either unless the cut before that one had it, and so on.
+
 Hence  a - sum of stored frustums that meet W  <=  removed  <=  a + sum of seen frustums  (`Skin`).
 
 What a frustum meets, and whether it is wholly inside, is asked of straight sweeps: the signed distance to one is
@@ -40,7 +50,7 @@ there. It travels with the facet as its face id. Sums of such estimates telescop
 
 | file | holds |
 |---|---|
-| `layer.py` | `Skin`, `Gauge`, mean thickness as face ids |
+| `layer.py` | `Skin`, `Places`, `Gauge`, mean thickness as face ids |
 | `_kernels.py` | supports, frustums, means |
 
 Source: derived here; supports of convex bodies and Steiner's formula are textbook matter.
@@ -53,6 +63,7 @@ from vmachining.engines.mesh.skin.layer import (
     NO_SKIN,
     Gauge,
     Leeway,
+    Places,
     Skin,
     Way,
     boxes_seen,
@@ -68,6 +79,7 @@ __all__ = [
     "NO_SKIN",
     "Gauge",
     "Leeway",
+    "Places",
     "Skin",
     "Way",
     "boxes_seen",

@@ -1,7 +1,8 @@
 """Bounds and means of the layer between the facets of an inner sweep and the surface it stands for.
 
 Legend
-    points (n, 3), triangles (m, 3), normals (m, 3), edges (k, 4)   the inner cutter, see `facets.Polyhedron`
+    points (n, 3), triangles (m, 3), normals (m, 3), edges (k, 4), patches (l, 6)   the inner cutter, see
+                  `facets.Polyhedron`
     most, mean (m,)   mm, largest and mean distance from a facet to the true cutter along its normal
     seg           meridian of the true cutter, rows (r0, z0, r1, z1, cr, cz, R, ...); R = 0 is a line
     cos, sin, p, d, lo, hi, apex, heights, corner, cell, rear   as in the kernels of straight sweeps
@@ -106,18 +107,20 @@ def boxes_of(hulls, out):
 
 
 @kernel
-def overlapping(boxes, lo, hi, out):
-    """Whether boxes (n, 2, 3) overlap a box."""
-    for i in range(boxes.shape[0]):
-        a, b = boxes[i, 0], boxes[i, 1]
-        out[i] = (
-            a[0] <= hi[0]
-            and b[0] >= lo[0]
-            and a[1] <= hi[1]
-            and b[1] >= lo[1]
-            and a[2] <= hi[2]
-            and b[2] >= lo[2]
-        )
+def drop(corners, boxes, volume, gone):
+    """Put the last rows where others, the first len(gone) of which are asked, are gone; how many are left."""
+    count = len(gone)
+    i = 0
+    while i < count:
+        if not gone[i]:
+            i += 1
+            continue
+        count -= 1
+        while count > i and gone[count]:
+            count -= 1
+        corners[i], boxes[i], volume[i] = corners[count], boxes[count], volume[count]
+        i += 1
+    return count
 
 
 @kernel
@@ -232,7 +235,7 @@ def _brink(u, v, n_x, n_y, n_z, grow, apex, out):
 
 @kernel
 def hull_skin(
-    points, triangles, normals, edges, most, mean, seg, cos, sin, p, d, lo, hi, apex, corner, heights, cell,
+    points, triangles, normals, edges, patches, most, mean, seg, cos, sin, p, d, lo, hi, apex, corner, heights, cell,
     rear, slack, lift, inward, size,
 ):  # fmt: skip
     """Skin of conv(K + p, K + p + d), K the inner cutter, as far as a tile can see it.
@@ -260,33 +263,48 @@ def hull_skin(
         n_z = normals[t, 2]
         ahead = n_x * d[0] + n_y * d[1] + n_z * d[2]
         front[t], behind[t] = ahead > 0.0, ahead < -rear
-        extra = slack[0] * np.sqrt(n_x * n_x + n_y * n_y) + slack[1] * abs(n_z)
         means[t] = max(0.0, mean[t] + n_x * lift[0] + n_y * lift[1] + n_z * lift[2])
-        gap = most[t] + extra
-        if behind[t] or gap <= tiny:
-            continue
-        low = min(at[triangles[t, 0], 2], at[triangles[t, 1], 2], at[triangles[t, 2], 2])
-        if front[t]:
-            low += d[2]
-        q = at[triangles[t, 0]]
-        high = n_x * (q[0] - apex[0]) + n_y * (q[1] - apex[1]) + n_z * (q[2] - apex[2])
-        if front[t]:
-            high += ahead
-        if high > tiny and low - gap / high * max(apex[2] - low, 0.0) > hi[2]:
-            continue  # above the box, however far the frustum reaches down
-        outside = not sided
-        for k in range(4):
-            q = at[triangles[t, min(k, 2)]]
-            for i in range(3):
-                facet[k, i] = q[i] + (d[i] if front[t] else 0.0)
-            if sided:
-                side = inward[0] * (q[0] - p[0]) + inward[1] * (q[1] - p[1])
-                outside = outside or side < 2.0 * gap
-        if not outside:
-            continue
-        rows, count = _cover(
-            facet, gap, max(high, tiny), apex, lo, hi, corner, heights, cell, size, work, rows, count
-        )
+
+    for k in range(patches.shape[0]):
+        one, two = patches[k, 0], patches[k, 1]
+        whole = two < 0 or (front[one] == front[two] and behind[one] == behind[two])
+        for t in (one, two):
+            if behind[t] or (whole and t != one):
+                continue
+            corners = patches[k, 2:] if whole else triangles[t]
+            low = np.inf
+            for v in corners:
+                low = min(low, at[v, 2])
+            if front[t]:
+                low += d[2]
+            gap = max(most[t], most[two]) if whole and two >= 0 else most[t]
+            if low > hi[2] and low > apex[2]:
+                continue
+            n_x = cos * normals[t, 0] - sin * normals[t, 1]
+            n_y = sin * normals[t, 0] + cos * normals[t, 1]
+            n_z = normals[t, 2]
+            gap += slack[0] * np.sqrt(n_x * n_x + n_y * n_y) + slack[1] * abs(n_z)
+            if gap <= tiny:
+                continue
+            q = at[corners[0]]
+            high = n_x * (q[0] - apex[0]) + n_y * (q[1] - apex[1]) + n_z * (q[2] - apex[2])
+            if front[t]:
+                high += n_x * d[0] + n_y * d[1] + n_z * d[2]
+            if high > tiny and low - gap / high * max(apex[2] - low, 0.0) > hi[2]:
+                continue  # above the box, however far the frustum reaches down
+            outside = not sided
+            for c in range(4):
+                q = at[corners[min(c, len(corners) - 1)]]
+                for i in range(3):
+                    facet[c, i] = q[i] + (d[i] if front[t] else 0.0)
+                if sided:
+                    side = inward[0] * (q[0] - p[0]) + inward[1] * (q[1] - p[1])
+                    outside = outside or side < 2.0 * gap
+            if not outside:
+                continue
+            rows, count = _cover(
+                facet, gap, max(high, tiny), apex, lo, hi, corner, heights, cell, size, work, rows, count
+            )
 
     length = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
     if length == 0.0:

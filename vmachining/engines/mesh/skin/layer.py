@@ -15,6 +15,7 @@ __all__ = [
     "NO_SKIN",
     "Gauge",
     "Leeway",
+    "Places",
     "Skin",
     "Way",
     "boxes_seen",
@@ -105,41 +106,62 @@ class Skin(NamedTuple):
         """What can be above and what below a plane across an axis; places on it are on both sides."""
         return self.where(self.boxes[:, 1, axis] > at), self.where(self.boxes[:, 0, axis] < at)
 
-    def under(self, way: Way) -> tuple[float, Skin]:
-        """mm^3 that the sweep can meet at most, and the places that are not wholly cut away by it."""
-        if not way.sweeps:
-            return 0.0, self
-        lo, hi = way.bounds
-        near = np.empty(len(self.volume), dtype=np.bool_)
-        _kernels.overlapping(self.boxes, lo, hi, near)  # type: ignore[no-untyped-call]
-        which = np.flatnonzero(near)
-        if not len(which):
-            return 0.0, self
-        corners = self.corners[which]
-        met, gone = np.zeros((2, len(which)), dtype=np.bool_)
+    def under(self, way: Way) -> tuple[float, Bools]:
+        """mm^3 that the sweep can meet at most, and which places (n,) are wholly cut away by it."""
+        met, gone = np.zeros((2, len(self.volume)), dtype=np.bool_)
         for sweep in way.sweeps:
-            left = np.flatnonzero(~gone) if len(way.sweeps) > 1 else slice(None)
-            low, high = sweep.hull_distance(corners[left], within=ROUGH_MM)
-            met[left] |= low <= way.slack
-            gone[left] |= high <= -way.depth
-        total = float(self.volume[which[met]].sum())
-        if not gone.any():
-            return total, self
-        near[which] = gone
-        return total, self.where(~near)
+            near, deep = sweep.meets(
+                self.corners, self.boxes, slack=way.slack, depth=way.depth, within=ROUGH_MM
+            )
+            met |= near
+            gone |= deep
+        return float(self.volume[met].sum()), gone
+
+
+class Places:
+    """The skin of a tile, as its blocks change it: rows in front of spare ones, in no order."""
+
+    __slots__ = ("_count", "_rows")
+
+    def __init__(self, skin: Skin) -> None:
+        self._rows, self._count = skin, len(skin.volume)
+
+    @property
+    def skin(self) -> Skin:
+        """A view, until the next change."""
+        return Skin(*(column[: self._count] for column in self._rows))
+
+    def __len__(self) -> int:
+        return self._count
+
+    def drop(self, gone: Bools) -> None:
+        """Forget places."""
+        self._count = _kernels.drop(*self._rows, gone)  # type: ignore[no-untyped-call]
+
+    def add(self, skin: Skin) -> None:
+        """Remember more of them."""
+        begin, end = self._count, self._count + len(skin.volume)
+        if end > len(self._rows.volume):
+            room = (end + end // 2,)
+            rows = Skin(*(np.empty(room + column.shape[1:]) for column in self._rows))
+            for old, new in zip(self.skin, rows, strict=True):
+                new[:begin] = old
+            self._rows = rows
+        for column, new in zip(self._rows, skin, strict=True):
+            column[begin:end] = new
+        self._count = end
 
 
 class Way(NamedTuple):
     """A sweep as straight ones, for questions of what it meets and what it cuts away.
 
     slack : mm by which the true sweep may reach beyond them. depth : mm; what is at least that deep in one of
-    them is in the inner mesh of the sweep too. bounds : (2, 3) mm, of the true sweep.
+    them is in the inner mesh of the sweep too.
     """
 
     sweeps: tuple[Sweep, ...]
     slack: float
     depth: float
-    bounds: Floats
 
 
 NO_SKIN = Skin(np.empty((0, 8, 3)), np.empty((0, 2, 3)), np.empty(0))
@@ -163,7 +185,9 @@ def thick(triangles: Ints, mean: Floats, kin: Ints, chord: float) -> Ints:
     manifold3d keeps a face id of 31 bits through every boolean, and takes neighbours with one id for one plane
     facet that it may mesh anew: triangles (m, 3) with a common edge share an id only if they share `kin`.
     """
-    _, number = np.unique(kin, return_inverse=True)
+    number: Ints = kin - kin.min(initial=0)
+    if number.max(initial=0) >= TAGS:  # few of them are here
+        _, number = np.unique(kin, return_inverse=True)
     level = np.clip(np.rint(mean * (LEVELS / chord)), 0, 8 * LEVELS - 1).astype(np.int64)
     if number.max(initial=0) >= TAGS:
         level = _told_apart(triangles, level, number)
