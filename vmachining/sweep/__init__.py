@@ -27,6 +27,7 @@ membership, distance, and where a ray is inside.
 | `grazing.py` | the condition N . V = 0 on circles, discs and edges of any body of revolution |
 | `weinert.py` | the explicit profiles of toroidal and cylindrical cutters, with corrected equations |
 | `stance.py` | `Stance`: the tool at one instant, its surface by rotation angle |
+| `folds.py` | where an envelope lies inside the sweep, which poses cover it |
 | `topology.py` | `breaks`: instants at which the grazing curve changes its shape |
 | `_kernels.py` | distances and ray intervals of bodies that only translate, in numba |
 | `turned/` | the same where the axis turns |

@@ -237,12 +237,18 @@ class Turn:
 
     def split(self, fractions: Sequence[float]) -> list[Turn]:
         """Pieces between consecutive fractions (0 and 1 are added)."""
-        ts = [0.0, *fractions, 1.0]
-        ends = [_frozen(self.position(t)) for t in ts]
-        return [
-            Turn(p, q, self.tip_series.part(a, b), self.axis_series.part(a, b))
-            for (a, b), (p, q) in zip(pairwise(ts), pairwise(ends), strict=True)
-        ]
+        return [self.part(a, b) for a, b in pairwise([0.0, *fractions, 1.0])]
+
+    def part(self, a: float, b: float) -> Turn:
+        """The motion from t = a to b."""
+        start, end = _frozen(self.position(a)), _frozen(self.position(b))
+        return Turn(start, end, self.tip_series.part(a, b), self.axis_series.part(a, b))
+
+    def drifting(self, step: ArrayLike) -> Turn:
+        """The motion with a drift: the last pose is moved by `step` (3,) mm, the first one stays."""
+        way = np.asarray(step, dtype=np.float64)
+        series = self.tip_series + Series.linear(np.zeros(3), way)
+        return Turn(self.start, _frozen(self.end + way), series, self.axis_series)
 
 
 def _great_circle(start: Angles, end: Angles) -> Series:

@@ -8,6 +8,7 @@ import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.engines.brep.caps import UP
+from vmachining.engines.brep.cover import covered
 from vmachining.engines.brep.front import front
 from vmachining.engines.brep.guides import HelixGuide, LineGuide
 from vmachining.engines.brep.level import bent_guide, level, straight_guide
@@ -147,17 +148,22 @@ def _carried(path: Arc) -> Turn:
 
 def _turning(profile: Profile, path: Turn, fit_mm: float) -> list[Swept]:
     """Solids of a turning tool, each of the volume that the flux through its front gives."""
-    found = []
-    for body in convex_cover(profile):
-        for piece in turn_pieces(body, path, fit_mm):
+
+    def build(body: Profile, part: Turn, off_mm: float) -> list[Swept]:
+        if part.is_steady:
+            return solids(Sweep.along(body, part))
+        found = []
+        for piece in turn_pieces(body, part, fit_mm):
             shape = piece.built.builder.solid()
             value, exact = _inspected(shape).volume, piece.sweep.flux().volume
             if abs(value - exact) > VOLUME_REL[True] * exact:
                 raise EngineError(
                     f"swept solid of {value:.9g} mm3, the flux identity gives {exact:.9g}", engine="brep"
                 )
-            found.append(Swept(shape, piece.built.fit_mm))
-    return found
+            found.append(Swept(shape, piece.built.fit_mm + off_mm))
+        return found
+
+    return [part for body in convex_cover(profile) for part in covered(body, path, build)]
 
 
 def _turned_back(shape: Any, frame: Floats) -> Any:

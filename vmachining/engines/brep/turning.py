@@ -410,15 +410,18 @@ class _Turning:
                 middle = stops[0] + (0.5 * (a + b) - stops[0]) % (2.0 * np.pi)
                 halves[int(middle > stops[1])] += self.rims[sign].arcs(g.rings[ring].joint, a, b)
         for k in (0, 1):
-            self._face(number, sign, run_of([*ribs, *halves[k]]), (stops[k], stops[k + 1]))
+            self._face(number, sign, run_of([*ribs, *halves[k]]), (stops[k], stops[k + 1]), 0.0)
 
-    def _face(self, number: int, sign: int, edges: list[Edge], span: tuple[float, float]) -> None:
+    def _face(
+        self, number: int, sign: int, edges: list[Edge], span: tuple[float, float], beyond: float = 1.6
+    ) -> None:
+        """beyond : rad by which a ball's cap may reach farther around than its span."""
         pose, s = self.poses[sign], self.grazes.elements[number].segment
         st = self.states[sign]
         region = hints = None
         if s.is_arc and abs(s.cr) <= FLAT:
             V = st.velocity[0] + s.cz * st.rate[0]
-            around = np.linspace(span[0] - 1.6, span[1] + 1.6, 33).tolist()
+            around = np.linspace(span[0] - beyond, span[1] + beyond, 33).tolist()
             region = normals(pose, np.linspace(*s.beta, 9).tolist(), around)
             kept = region[sign * (region @ V) >= -1e-9]
             region = kept if len(kept) else region

@@ -133,8 +133,7 @@ class _Work:
         lo, hi = a + gaps[0], b - gaps[1]
         if (hi - lo) * self.speed < LEAST_MM or len(self.out) >= PARTS:
             raise SweepError("the grazing curve changes its shape too often for solids")
-        part = self.path if (lo, hi) == (0.0, 1.0) else self.path.split([lo, hi] if hi < 1.0 else [lo])[
-            1 if lo > 0.0 or hi < 1.0 else 0]  # fmt: skip
+        part = self.path if (lo, hi) == (0.0, 1.0) else self.path.part(lo, hi)
         before, after = (
             gap / (hi - lo) if soft else np.inf for gap, soft in zip(gaps, (soft_a, soft_b), strict=True)
         )

@@ -1,0 +1,137 @@
+"""Sweeps that no single envelope bounds: parts of the tool and of the block whose union is the sweep.
+
+A pivot in the tool folds the envelope inside the sweep. There the tool is cut: the slab around the pivot is swept
+by some poses of the whole tool, the bodies below and above it have envelopes that do not fold
+(`vmachining.sweep.folds`). What has no slab, or bodies without a solid, is halved in time. Every part is built and
+gated like a block of its own; that nothing is missing between them is measured in exact distances (`GAP_MM`).
+
+A motion that stays in a plane through the axis grazes along whole circles and on edges of no width, at all times.
+1e-6 mm of motion along the axis and out of the plane (`NUDGES`) makes a general one of it, off by as much.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Generic, NamedTuple, TypeVar
+
+import numpy as np
+
+from vmachining.errors import EngineError, SweepError
+from vmachining.sweep import Turn
+from vmachining.sweep.folds import plans, standing
+from vmachining.tool import Profile
+
+__all__ = ["covered"]
+
+GAP_MM = 1e-5
+"""What may be missing between poses: as much as a sheet may lie inside (`FOLD_MM` of `turns.py`)."""
+
+DEEP_MM = 5e-6
+"""A fold that lies deeper belongs into the slab."""
+
+POSES = 16
+"""Most parts of a block between whose ends the slab has to be covered."""
+
+DEPTH, TRIALS, MOST = 6, 100, 64
+"""Most cuts of a part, in tool or time; most parts tried, and most found."""
+
+WAYS = ((1, 0), (-1, 0), (1, 1), (-1, 1))
+NUDGES = tuple((1e-6, *way) for way in WAYS[:2]) + tuple((1e-5, *way) for way in WAYS)
+"""mm by which the last pose of a planar motion may be moved, in parts of the axis and of the normal of the plane."""
+
+PLANAR = 1e-9
+"""A motion leaves its plane by less than this share of its size, or stays in it."""
+
+T = TypeVar("T")
+Build = Callable[[Profile, Turn, float], list[T]]
+"""Solids of a part; the number is how far (mm) its motion is off."""
+
+
+class _Found(NamedTuple, Generic[T]):
+    """profile, t : of a pose, so that it is taken once; t is None for a part that moves. parts : its solids."""
+
+    profile: Profile
+    t: float | None
+    parts: list[T]
+
+
+def covered(profile: Profile, path: Turn, build: Build[T]) -> list[T]:
+    """What `build` makes of the parts of a block of a convex profile.
+
+    Raises
+    ------
+    SweepError, EngineError
+        The first reason for which there is no solid, if there are no parts either.
+    """
+    work = _Work(path, build)
+    found = work.parts(profile, 0.0, 1.0, 0)
+    once: dict[tuple[int, float], _Found[T]] = {}
+    moving = [f for f in found if f.t is None or once.setdefault((id(f.profile), f.t), f) is f]
+    return [part for f in moving for part in f.parts]
+
+
+class _Work(Generic[T]):
+    """Parts in the making."""
+
+    def __init__(self, path: Turn, build: Build[T]) -> None:
+        self.path, self.build, self.trials = path, build, 0
+
+    def parts(self, profile: Profile, a: float, b: float, depth: int) -> list[_Found[T]]:
+        """From t = a to b."""
+        part = self.path if (a, b) == (0.0, 1.0) else self.path.part(a, b)
+        reasons: list[SweepError | EngineError] = []
+        for motion, off in _motions(part):
+            self.trials += 1
+            try:
+                return [_Found(profile, None, self.build(profile, motion, off))]
+            except (SweepError, EngineError) as reason:
+                reasons.append(reason)
+        found = self._cut(profile, part, a, b, depth) if depth < DEPTH else []
+        if not found:
+            raise reasons[0]
+        return found
+
+    def _cut(self, profile: Profile, part: Turn, a: float, b: float, depth: int) -> list[_Found[T]]:
+        """Parts of a part, none if they cannot be built."""
+        for slab, count in plans(profile, part, DEEP_MM, GAP_MM, POSES):
+            stops = [a + (b - a) * k / count for k in range(count + 1)]
+            found = self._all([(body, a, b) for body in slab.bodies], depth)
+            if found is not None:
+                return found + [
+                    _Found(profile, t, self.build(profile, standing(self.path, t), 0.0)) for t in stops
+                ]
+        middle = 0.5 * (a + b)
+        return self._all([(profile, a, middle), (profile, middle, b)], depth) or []
+
+    def _all(self, wanted: list[tuple[Profile, float, float]], depth: int) -> list[_Found[T]] | None:
+        """All of some parts, None if one of them has no solid."""
+        out: list[_Found[T]] = []
+        for body, a, b in wanted:
+            if self.trials >= TRIALS or sum(len(f.parts) for f in out) > MOST:
+                return None
+            try:
+                out += self.parts(body, a, b, depth + 1)
+            except (SweepError, EngineError):
+                return None
+        return out
+
+
+def _motions(path: Turn) -> Iterator[tuple[Turn, float]]:
+    """A motion, and if it is planar its neighbours, with their distance in mm."""
+    yield path, 0.0
+    t = np.linspace(0.0, 1.0, 9)
+    axis, rate, velocity = path.axis(t), path.axis_rate(t), path.velocity(t)
+    across = np.cross(axis, rate)
+    size = np.linalg.norm(across, axis=1)
+    if not size.all():
+        return
+    across /= size[:, None]
+    speed = float(np.abs(velocity).max())
+    if (
+        max(np.abs(across - across[0]).max(), np.abs(velocity @ across[0]).max() / max(speed, PLANAR))
+        > PLANAR
+    ):
+        return
+    for distance, along, aside in NUDGES:
+        step = distance * (along * axis[4] + aside * across[4])
+        yield path.drifting(step), distance
