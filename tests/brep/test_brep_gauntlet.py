@@ -1,44 +1,38 @@
-"""The gauntlet: its referee against a closed form, its record after a cut, its table."""
+"""The gauntlet of single sweeps: passes on cheap seeds, keeps a journal, goes on from it."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from vmachining import BallNose, FlatEnd, Sweep
-from vmachining.bench.brep_chains import recorded, table
-from vmachining.bench.referee import referee
-from vmachining.geometry import Line
-
-BAR = (np.array([0.0, -20.0, -20.0]), np.array([30.0, 20.0, 0.0]))
+from vmachining.bench.gauntlet import FAMILIES, sweep_gauntlet
+from vmachining.bench.hard import HARD
+from vmachining.cli.main import main
 
 
-def test_the_referee_knows_slots_with_a_closed_form() -> None:
-    across = Line((-10, 0, -1), (40, 0, -1))
-    segment = 25 * np.arccos(4 / 5) - 4 * 3
-    for tool, truth in (
-        (FlatEnd(diameter=10, length=40), 300.0),
-        (BallNose(diameter=10, length=40), 30 * segment),
-    ):
-        sweeps = [Sweep.along(tool, across)] * 2
-        value, bar = referee(sweeps, 0, BAR, 24)
-        assert abs(value - truth) <= bar < 0.02 * truth
-        assert referee(sweeps, 1, BAR, 24)[0] == pytest.approx(0.0, abs=1e-9)
+def test_a_run_goes_on_from_its_journal(tmp_path: Path) -> None:
+    journal = tmp_path / "done.jsonl"
+    first = list(sweep_gauntlet(2, 9, journal))
+    assert [row["seed"] for row in first[:2]] == [9, 10]
+    assert first[0]["motion"] == HARD[0]
+    assert all(row["brep"] == "solid" and not row["failed"] for row in first[:2])
+    rows = journal.read_text().splitlines()
+    changed = json.dumps(json.loads(rows[0]) | {"reason": "kept"})
+    journal.write_text(changed + "\n" + rows[1][:20])  # the second line was cut
+    second = list(sweep_gauntlet(2, 9, journal))
+    assert second[0]["reason"] == "kept" and second[1]["exact_mm3"] == first[1]["exact_mm3"]
+    assert len(journal.read_text().splitlines()) == 2
+    table = {row["family"]: row for row in second[2:-1]}
+    assert tuple(table) == FAMILIES
+    assert table["hard"]["passed"] == table["finishing"]["passed"] == 1
+    assert second[-1]["blocks"] == second[-1]["passed"] == 2
 
 
-def test_a_cut_record_loses_the_chain_under_way_and_the_last_line_of_a_chain_counts(tmp_path: Path) -> None:
-    def line(chain: int, status: str, plain: str) -> str:
-        block = {"status": status, "rung": "", "value": None, "wrong": False, "seconds": 2.0}
-        return json.dumps({"chain": chain, "family": "bore", "blocks": [block], "baseline": [plain]})
-
-    file = tmp_path / "record"
-    file.write_text("\n".join([line(4, "refused", "failed"), line(11, "agreed", "right"), line(4, "agreed", "right")])
-                    + "\n" + line(18, "agreed", "right")[:-30])  # fmt: skip
-    known = recorded(file)
-    assert list(known) == [4, 11]
-    *_, total = table(known.values())
-    assert total["asked"] == total["agreed"] == 2 and total["refused"] == 0
-    assert total["baseline"] == {"right": 2} and total["median_s"] == 2.0
+def test_seeds_and_journal_belong_to_the_gauntlet(capsys: pytest.CaptureFixture[str]) -> None:
+    for words in (["accuracy", "--seeds", "0:2"], ["sweep-gauntlet", "--seeds", "two"]):
+        with pytest.raises(SystemExit) as left:
+            main(["bench", *words])
+        assert left.value.code == 2
+    assert "FIRST:LAST" in capsys.readouterr().err

@@ -13,7 +13,7 @@
 | `nc_fuzz` | damaged programs: only declared errors, no hang, no word skipped in silence |
 | `rays` | microseconds per ray of exact sweeps, three and five axes; the tilting capsule against its closed form |
 | `sweep5` | five-axis meshes against reference volumes: error, bracket, time; time of finishing blocks |
-| `sweep-gauntlet` | 1,000 random five-axis blocks: solid, bracket, exact volume and membership, failures by seed |
+| `sweep-gauntlet` | 1,000 random and hard sweeps: solids, STEP, bracket, exact volume, rays, membership; by family and seed |
 
 Times of one run are compared with each other only; machines are noisy.
 """
@@ -24,7 +24,7 @@ from collections.abc import Callable, Iterator
 from importlib import import_module
 from typing import Any
 
-__all__ = ["CASES", "case"]
+__all__ = ["CASES", "SEEDED", "case"]
 
 CASES = {
     "accuracy": "accuracy",
@@ -38,13 +38,16 @@ CASES = {
     "nc_fuzz": "nc",
     "rays": "rays",
     "sweep5": "sweep5",
-    "sweep-gauntlet": "sweep5",
+    "sweep-gauntlet": "gauntlet",
 }
 """File of each case; a case loads only what it measures."""
 
+SEEDED = ("sweep-gauntlet",)
+"""Cases that take `first`, `blocks` and `journal`: they resume, and run in parts."""
 
-def case(name: str) -> Callable[[], Iterator[dict[str, Any]]]:
+
+def case(name: str) -> Callable[..., Iterator[dict[str, Any]]]:
     """The function of a case."""
     module = import_module(f"{__name__}.{CASES[name]}")
-    found: Callable[[], Iterator[dict[str, Any]]] = getattr(module, name.replace("-", "_"))
+    found: Callable[..., Iterator[dict[str, Any]]] = getattr(module, name.replace("-", "_"))
     return found

@@ -1,4 +1,4 @@
-"""Single five-axis sweeps: mesh volumes against reference rows, and random blocks against the exact sweep.
+"""Single five-axis sweeps: mesh volumes against reference rows, time of typical finishing blocks.
 
 Reference volumes (mm^3): tilts about a point of the axis in closed form, moves by the flux of the advancing
 surface less what is entered twice, both confirmed by an independent quadrature of line lengths, good to 1e-5.
@@ -8,9 +8,7 @@ All cutters are cut flat 50 mm above the tip.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
-from tempfile import TemporaryDirectory
-from time import perf_counter, process_time
+from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,9 +17,8 @@ from manifold3d import Manifold
 from vmachining.arrays import Floats, Ints
 from vmachining.engines.mesh.solids import manifold
 from vmachining.engines.mesh.turning import turning_pieces
-from vmachining.errors import VMachiningError
 from vmachining.sweep import Pose, Sweep, Turn
-from vmachining.tool import BallNose, BullNose, Cutter, FlatEnd, Taper
+from vmachining.tool import BallNose, BullNose, Cutter, FlatEnd
 
 __all__ = [
     "MOTIONS",
@@ -31,7 +28,8 @@ __all__ = [
     "block",
     "reference",
     "sweep5",
-    "sweep_gauntlet",
+    "turned",
+    "unit",
     "united",
     "winding",
 ]
@@ -149,115 +147,11 @@ def block(seed: int) -> Sweep:
         BallNose(diameter=10, length=30),
         BullNose(diameter=10, corner_radius=2, length=30),
     )
-    axis = _unit(rng.normal(size=3) * [1, 1, 0.3] + [0, 0, 1.5])
+    axis = unit(rng.normal(size=3) * [1, 1, 0.3] + [0, 0, 1.5])
     way = rng.normal(size=3)
-    way = _unit(way - 0.9 * (way @ axis) * axis) * rng.uniform(1.0, 5.0)
-    start, end = Pose((0, 0, 0), axis), Pose(way, _turned(axis, rng, np.radians(rng.uniform(1.0, 5.0))))
+    way = unit(way - 0.9 * (way @ axis) * axis) * rng.uniform(1.0, 5.0)
+    start, end = Pose((0, 0, 0), axis), Pose(way, turned(axis, rng, np.radians(rng.uniform(1.0, 5.0))))
     return Sweep.along(cutters[seed % 3], Turn.great_circle(start, end))
-
-
-FAMILIES = ("finishing", "free", "pivot", "in plane", "along the axis", "rotary", "hardly turning")
-
-
-def sweep_gauntlet(blocks: int = 1000, first: int = 0) -> Iterator[dict[str, Any]]:
-    """Random blocks of every family and tool, 0.1 to 100 mm: solid, bracket, exact volume, exact membership.
-
-    A row per failure and per block without B-rep solid, named by its seed, and one count per family at the end.
-    """
-    counts = {family: [0, 0] for family in FAMILIES}
-    kernel = {family: dict.fromkeys(BREP, 0) for family in FAMILIES}
-    unknown = crevices = 0
-    begin = perf_counter()
-    brep_seconds = []
-    for seed in range(first, first + blocks):
-        family = FAMILIES[seed % len(FAMILIES)]
-        counts[family][0] += 1
-        sweep = _random_block(seed)
-        bracket = None
-        try:
-            problems, exact, crevice, bracket = _trial(sweep)
-        except VMachiningError as error:
-            problems, exact, crevice = [f"{type(error).__name__}: {error}"], None, False
-        verdict, reason, spent = _brep(sweep, bracket)
-        kernel[family][verdict] += 1
-        brep_seconds.append(spent)
-        if verdict == "wrong":
-            problems.append(f"B-rep: {reason}")
-        elif verdict == "refused":
-            yield {"case": "sweep-gauntlet", "seed": seed, "family": family, "brep_refused": reason}
-        unknown += exact is None
-        crevices += crevice
-        if problems:
-            yield {"case": "sweep-gauntlet", "seed": seed, "family": family, "failed": problems}
-        else:
-            counts[family][1] += 1
-    yield {
-        "case": "sweep-gauntlet",
-        "blocks": blocks,
-        "passed": sum(good for _, good in counts.values()),
-        "by_family": {family: f"{good} of {all_}" for family, (all_, good) in counts.items()},
-        "without_exact_volume": unknown,
-        "outer_with_crevices": crevices,
-        "brep_by_family": kernel,
-        "brep_median_seconds": float(np.median(brep_seconds)),
-        "seconds": perf_counter() - begin,
-    }
-
-
-BREP = ("solid", "solids", "refused", "wrong")
-"""One B-rep solid, several whose union is the sweep, none and a named reason, or one that contradicts a gate."""
-
-
-def _brep(sweep: Sweep, bracket: tuple[float, float] | None) -> tuple[str, str, float]:
-    """(word of `BREP`, reason, CPU seconds): valid by OCCT, volume of the flux, bracket of the mesh, STEP and back."""
-    from vmachining.engines import brep
-
-    begin = process_time()
-    try:
-        parts = brep.solids(sweep)
-    except VMachiningError as error:
-        return "refused", str(error), process_time() - begin
-    spent = process_time() - begin
-    if len(parts) == 1 and bracket is not None:
-        found = brep.volume(parts[0].shape)
-        if not bracket[0] * (1 - 1e-6) <= found <= bracket[1] * (1 + 1e-6):
-            return "wrong", f"{found:.9g} mm3 outside [{bracket[0]:.9g}, {bracket[1]:.9g}]", spent
-    with TemporaryDirectory() as folder:
-        try:
-            brep.write_solids(Path(folder) / "sweep.step", [part.shape for part in parts])
-        except VMachiningError as error:
-            return "wrong", str(error), spent
-    return "solid" if len(parts) == 1 else "solids", "", spent
-
-
-def _trial(sweep: Sweep) -> tuple[list[str], float | None, bool, tuple[float, float]]:
-    """What is wrong with the meshes of a sweep; its exact volume; whether the outer mesh has crevices; bracket."""
-    problems = []
-    chord = sweep.profile.max_radius / 200.0
-    solids = {side: united(sweep, chord, side) for side in SIDES}
-    lo, fair, hi = (float(solids[side].volume()) for side in SIDES)
-    if not 0.0 < lo <= fair <= hi:
-        problems.append(f"order {lo:.9g} {fair:.9g} {hi:.9g}")
-    exact = sweep.volume
-    if exact is not None:
-        if not lo * (1 - 1e-5) <= exact <= hi * (1 + 1e-5):
-            problems.append(f"exact {exact:.9g} outside [{lo:.9g}, {hi:.9g}]")
-        if (
-            abs(fair - exact) > 0.25 * (hi - lo) + 1e-5 * exact
-        ):  # facets of the envelope: 2/3 SAG of the width
-            problems.append(f"fair {fair:.9g} off exact {exact:.9g}")
-    inner = np.array(solids["inner"].to_mesh64().vert_properties)[:, :3]
-    inner = inner[:: max(1, len(inner) // 40)]
-    if not sweep.contains(inner, slack=1e-6 * chord).all():
-        problems.append("a vertex of the inner mesh is outside")
-    rng = np.random.default_rng(1)
-    outer = np.array(solids["outer"].to_mesh64().vert_properties)[:, :3]
-    near = outer[rng.integers(len(outer), size=60)] + chord * rng.normal(size=(60, 3))
-    held = np.any([np.abs(winding(near, p)) > 0.5 for p in turning_pieces(sweep, chord, "outer")], axis=0)
-    if (sweep.contains(near) & ~held).any():
-        problems.append("a point of the sweep is outside the outer mesh")
-    crevice = bool((sweep.signed_distance(outer) < -1e-6 * chord).any())
-    return problems, exact, crevice, (lo, hi)
 
 
 def winding(points: Floats, mesh: tuple[Floats, Ints]) -> Floats:
@@ -273,48 +167,12 @@ def winding(points: Floats, mesh: tuple[Floats, Ints]) -> Floats:
     return out
 
 
-def _random_block(seed: int) -> Sweep:
-    """A block of the family that the seed belongs to."""
-    rng = np.random.default_rng(seed)
-    size = float(10.0 ** rng.uniform(0.0, 1.3))
-    slim = size * rng.uniform(2.0, 6.0)
-    cutters: tuple[Cutter, ...] = (
-        FlatEnd(diameter=size, length=slim),
-        BallNose(diameter=size, length=slim),
-        BullNose(diameter=size, corner_radius=size * rng.uniform(0.05, 0.45), length=slim),
-        Taper(diameter=size, taper_deg=rng.uniform(1, 15), corner_radius=size / 4, length=slim),
-    )
-    cutter = cutters[int(rng.integers(len(cutters)))]
-    family = FAMILIES[seed % len(FAMILIES)]
-    axis = _unit(rng.normal(size=3) + [0, 0, 1.5])
-    travel = float(10.0 ** rng.uniform(-1.0, 2.0 if family == "free" else 1.0))
-    angle = float(np.radians(10.0 ** rng.uniform(-1.0, 1.7 if family == "free" else 1.0)))
-    way = _unit(rng.normal(size=3)) * travel
-    end = _turned(axis, rng, angle)
-    if family == "pivot":  # about a point of the axis, perhaps not quite
-        height = slim * rng.uniform(0.0, 1.0)
-        way = height * (axis - end) + way * rng.choice([0.0, 1e-3, 0.02])
-    elif family == "in plane":
-        side = _unit(end - (end @ axis) * axis)
-        way = travel * (rng.normal() * side + 0.1 * rng.normal() * axis)
-    elif family == "along the axis":
-        way = axis * travel * rng.choice([-1.0, 1.0])
-    elif family == "hardly turning":
-        end = _turned(axis, rng, float(10.0 ** rng.uniform(-9.0, -3.0)))
-    elif family == "rotary":
-        angles = rng.uniform(-0.8, 0.8, 2)
-        return Sweep.along(
-            cutter, Turn.rotary((0, 0, 0), way, "ac", angles, angles + rng.normal(size=2) * angle)
-        )
-    return Sweep.along(cutter, Turn.great_circle(Pose((0, 0, 0), axis), Pose(way, end)))
-
-
-def _turned(axis: Floats, rng: np.random.Generator, angle: float) -> Floats:
+def turned(axis: Floats, rng: np.random.Generator, angle: float) -> Floats:
     """A direction at `angle` (rad) from the axis."""
     across = rng.normal(size=3)
-    across = _unit(across - (across @ axis) * axis)
+    across = unit(across - (across @ axis) * axis)
     return np.asarray(np.cos(angle) * axis + np.sin(angle) * across)
 
 
-def _unit(vector: Floats) -> Floats:
+def unit(vector: Floats) -> Floats:
     return np.asarray(vector / np.linalg.norm(vector))

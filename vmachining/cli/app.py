@@ -398,12 +398,19 @@ def bench(
     cases: Annotated[
         list[str] | None, typer.Argument(metavar="[CASE...]", help="Names; default: all.")
     ] = None,
+    seeds: Annotated[
+        str | None,
+        typer.Option(metavar="FIRST:LAST", help="Of a case that goes by seeds: those before LAST."),
+    ] = None,
+    journal: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Keeps what is done; the next run goes on from there.")
+    ] = None,
     as_json: Json = False,
 ) -> int:
     """Run benchmarks; one JSON object per line."""
     from vmachining.cli import single
 
-    return single.bench(cases or [], as_json=as_json)
+    return single.bench(cases or [], seeds=seeds, journal=journal, as_json=as_json)
 
 
 def command() -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from pathlib import Path
+from typing import Any
 
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit
@@ -35,15 +36,30 @@ def sweep(name: str, *, chord: float, step: Path | None, as_json: bool) -> int:
     return Code.DONE
 
 
-def bench(names: list[str], *, as_json: bool) -> int:
+def bench(names: list[str], *, seeds: str | None, journal: Path | None, as_json: bool) -> int:
     """`vmachining bench`."""
-    from vmachining.bench import CASES, case
+    from vmachining.bench import CASES, SEEDED, case
 
     for name in names:
         if name not in CASES:
             raise InputError(f"unknown case {name!r}", remedy=f"known: {', '.join(sorted(CASES))}")
+    options = _seeded(seeds, journal)
+    if options and not (names and set(names) <= set(SEEDED)):
+        raise InputError("--seeds and --journal belong to one case", remedy=f"name {', '.join(SEEDED)}")
     for name in names or sorted(CASES):
-        for record in case(name)():
+        for record in case(name)(**options):
             emit(record)
             sys.stdout.flush()
     return Code.DONE
+
+
+def _seeded(seeds: str | None, journal: Path | None) -> dict[str, Any]:
+    """Arguments of a case that goes by seeds."""
+    options: dict[str, Any] = {} if journal is None else {"journal": journal}
+    if seeds is not None:
+        try:
+            first, last = (int(word) for word in seeds.split(":"))
+        except ValueError as exc:
+            raise InputError(f"--seeds {seeds!r} is no range", remedy="want FIRST:LAST, like 0:200") from exc
+        options |= {"first": first, "blocks": last - first}
+    return options

@@ -56,9 +56,11 @@ class Slab(NamedTuple):
 
 
 def slabs(profile: Profile, path: Turn, depth: float) -> list[Slab]:
-    """Slabs outside of which no sheet lies deeper inside than `depth` mm, none if the tool has no fold.
+    """Slabs outside of which the first and last pose cross at most `depth` mm above a sheet that lies inside.
 
-    Folds of the chords of flat faces alone do not count: no slab without its rim covers them.
+    None if the tool has no fold; -phi_tt / 8 is the height of that crossing, halfway between the poses.
+
+    Chords of flat faces do not count: no slab without its rim covers them.
     """
     found = np.array([_heights(profile, path, t, depth) for t in np.linspace(0.0, 1.0, TIMES)])
     if not np.isfinite(found).any():
@@ -142,7 +144,7 @@ def _heights(profile: Profile, path: Turn, t: float, depth: float) -> tuple[floa
         out, up = np.cos(beta), np.sin(beta)
         for u in grazing_angles(circles(now, z, r, out, up)).T:
             bend = np.full(len(z), 1.0 / s.radius if s.is_arc else 0.0)
-            deep = folding(now, z, r, out, up, np.nan_to_num(u), bend) < -2.0 * depth
+            deep = folding(now, z, r, out, up, np.nan_to_num(u), bend) < -8.0 * depth
             found += z[deep & np.isfinite(u) & (r > 0.0) & (np.abs(out) > 1e-9)].tolist()
         found += [ring] if near and ring is not None else []
     return (min(found), max(found)) if found else (np.nan, np.nan)

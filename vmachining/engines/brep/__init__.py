@@ -24,6 +24,7 @@ Goal: a B-rep answer beside the mesh bracket. Every value is either inside the b
 | `cover.py` | parts of tool and block whose union is a sweep with a pivot in the tool |
 | `swept.py` | `solid`, `solids`, `inspect` |
 | `write.py` | `write_solids` |
+| `inside.py` | `held` |
 | `measure.py` | `volume` |
 | `ladder.py` | `Ladder`, rungs and gate |
 | `near.py` | which earlier sweeps reach a region |
@@ -78,6 +79,7 @@ from vmachining.engines.brep.step import StepSolid, read_step
 
 if TYPE_CHECKING:
     from vmachining.engines.brep.edges import BrepWorkpiece
+    from vmachining.engines.brep.inside import held
     from vmachining.engines.brep.ladder import RUNGS, Blank, Ladder, Status, Verdict
     from vmachining.engines.brep.measure import volume
     from vmachining.engines.brep.swept import Inspection, inspect, solid, solids
@@ -96,6 +98,7 @@ __all__ = [
     "Verdict",
     "check_blocks",
     "described",
+    "held",
     "inspect",
     "isolated",
     "read_step",
@@ -109,6 +112,7 @@ __all__ = [
 
 _FILES = {
     "edges": ("BrepWorkpiece",),
+    "inside": ("held",),
     "ladder": ("RUNGS", "Blank", "Ladder", "Status", "Verdict"),
     "measure": ("volume",),
     "swept": ("Inspection", "inspect", "solid", "solids"),

@@ -65,6 +65,10 @@ def covered(profile: Profile, path: Turn, build: Build[T]) -> list[T]:
     """
     work = _Work(path, build)
     found = work.parts(profile, 0.0, 1.0, 0)
+    if sum(len(f.parts) for f in found) > MOST:
+        raise SweepError(
+            f"the envelope folds: more than {MOST} solids would cover the sweep", remedy="split the block"
+        )
     once: dict[tuple[int, float], _Found[T]] = {}
     moving = [f for f in found if f.t is None or once.setdefault((id(f.profile), f.t), f) is f]
     return [part for f in moving for part in f.parts]
@@ -107,7 +111,7 @@ class _Work(Generic[T]):
         """All of some parts, None if one of them has no solid."""
         out: list[_Found[T]] = []
         for body, a, b in wanted:
-            if self.trials >= TRIALS or sum(len(f.parts) for f in out) > MOST:
+            if self.trials >= TRIALS:
                 return None
             try:
                 out += self.parts(body, a, b, depth + 1)

@@ -4,8 +4,9 @@
    born or dies, two arcs merge. Between the pieces before and after lies `GAP_MM` of motion; their own time is
    slow there, so that the square roots that births are made of become smooth.
 2. Where a valley of a flat face cannot be drawn in one go, or a chord begins to lie inside, the piece is halved.
-3. Where a sheet lies inside the sweep (phi_tt < 0, sampled; up to -phi_tt / 2 deep after a unit of time) by more
-   than `FOLD_MM`, the piece is halved: a quarter of the depth. What would take more pieces is refused.
+3. Where a sheet lies inside the sweep (phi_tt < 0, sampled) the piece crosses itself along the line in which its
+   first and last pose meet: halfway between them, -phi_tt / 8 above the sheet. If that is more than `FOLD_MM`, the
+   piece is halved: a quarter of the depth. What would take more pieces is refused.
 4. Every piece must be valid and closed, and its volume must be the one of the flux identity V(K) + Phi - W to
    1e-5. A solid whose boundary runs through itself has V(K) + Phi instead, so what is entered twice cannot be lost.
 
@@ -49,7 +50,7 @@ LEAST_MM = 1e-3
 """A piece that moves less is none: two changes of shape are too close to each other."""
 
 FOLD_MM = 1e-5
-"""A sheet may lie this deep inside the sweep: it crosses itself by that much, and its volume is right to 1e-5."""
+"""A solid may cross itself by this much where a sheet lies inside the sweep; its volume is right to 1e-5."""
 
 HALVINGS = 3
 """A sheet that lies too deep is halved in time this often: half the time, a quarter of the depth."""
@@ -165,7 +166,7 @@ class _Work:
 
 
 def _depth(grazes: Grazes) -> float:
-    """mm by which a sheet may lie inside the sweep.
+    """mm by which a sheet may lie below the line in which the first and the last pose meet.
 
     Raises
     ------
@@ -177,7 +178,7 @@ def _depth(grazes: Grazes) -> float:
     for stretch in grazes.stretches:
         if isinstance(stretch, EdgeSpan):
             continue  # edges never fold by themselves
-        depth = -0.5 * float(grazes.fold(stretch, w, s).min())
+        depth = -0.125 * float(grazes.fold(stretch, w, s).min())
         if depth > FOLD_MM:
             g = grazes.elements[stretch.element].segment
             text = f"the envelope folds inside the sweep, between heights {g.z0:.6g} and {g.z1:.6g} mm of the tool"
