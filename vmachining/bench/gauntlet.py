@@ -148,6 +148,8 @@ def _brep(sweep: Sweep, bracket: tuple[float, float] | None) -> tuple[str, str, 
         parts = brep.solids(sweep)
     except VMachiningError as error:
         return "refused", str(error), 0, process_time() - begin
+    except Exception as error:  # a bug: counted, so that the run goes on
+        return "wrong", f"{type(error).__name__}: {error}", 0, process_time() - begin
     spent, count = process_time() - begin, len(parts)
     if count == 1 and bracket is not None:
         found = brep.volume(parts[0].shape)

@@ -27,7 +27,10 @@ from vmachining.engines.brep.caps import FLAT, Tool
 from vmachining.engines.brep.lens import Lens, lens_opens, lens_span, side_speed
 from vmachining.engines.brep.rings import Element, rings_of
 from vmachining.engines.brep.stretches import (
+    CORNERS,
     DENSE,
+    LONG,
+    LOOKS,
     ArcSide,
     ArcTurn,
     BallTurn,
@@ -40,12 +43,14 @@ from vmachining.engines.brep.stretches import (
     State,
     Stretch,
     angle,
+    graze_beta,
     line_form,
     near,
     wave,
 )
 from vmachining.errors import SweepError
 from vmachining.sweep.grazing import across, folding, instant
+from vmachining.tool import Segment
 
 __all__ = ["Divide", "Grazes"]
 
@@ -55,6 +60,9 @@ and what it hides there lies that times the turn of the block below the face."""
 
 NARROW_MM = 1e-7
 """OCCT's confusion of points."""
+
+BENT = 0.1
+"""A cone of which a circle has a^2 + b^2 - c^2 below this share of the largest is left by the square root."""
 
 QUICK = 1.0
 """rad between two looks: a heading that turns faster has no branch that could be followed."""
@@ -248,8 +256,11 @@ class Grazes:
                     ends = ((live[0], side), (live[1], side))
                     if e.kind == "edge":
                         out.append(EdgeSpan(k, ends, g.r0, g.z0))
+                    elif e.kind == "line":
+                        bent = abs(g.r1 - g.r0) > FLAT and bool(low.min() < BENT * high.max())
+                        out.append(LineSide(k, ends, g, bent))
                     else:
-                        out.append((LineSide if e.kind == "line" else ArcSide)(k, ends, g))
+                        out.append(ArcSide(k, ends, g))
             elif len(live) == 1 or (e.kind != "line" and len(live) == 2 and (low < 0.0).all()):
                 out += self._turning(k, e, live)
             elif e.kind == "edge" and not live and self.sign[e.lower] != self.sign[e.upper]:
@@ -295,8 +306,18 @@ class Grazes:
                     raise SweepError("the grazing curve turns back on a cone with a tip")
                 out.append(LineTurn(k, turn, g, ring == e.upper))
             else:
-                out.append(ArcTurn(k, turn, g))
+                out.append(ArcTurn(k, turn, g, LOOKS if self._is_sharp(g, turn) else 1))
         return out
+
+    def _is_sharp(self, g: Segment, turn: tuple[End, End]) -> bool:
+        """Whether a curve around a torus is much faster at some angles than at others."""
+        st = State(*(v[:: DENSE // 4] for v in self.dense))
+        u = self.span(turn, st, np.linspace(0.0, 1.0, CORNERS))
+        beta = graze_beta(st, g.cr, g.cz, u)
+        run = np.abs(np.diff(beta, axis=1)) * g.radius
+        around = np.abs(np.diff(u, axis=1)) * (g.cr + g.radius * np.cos(0.5 * (beta[:, 1:] + beta[:, :-1])))
+        step = np.hypot(run, around)
+        return bool((step.max(axis=1) > LONG * step.sum(axis=1)).any())
 
     def middle_trails(self, e: Element) -> bool:
         """Whether circles trail that lie between two turning stretches of an element."""

@@ -1,4 +1,8 @@
-"""`held`: which points lie in a union of solids."""
+"""`held`: which points lie in a union of solids, by how often rays cross their faces.
+
+OCCT's own classifier (`BRepClass3d_SolidClassifier`) was seen to call nearly all points of a valid solid with a
+sliver face outside; its intersections of lines with faces are right there, and ten times as fast.
+"""
 
 from __future__ import annotations
 
@@ -12,19 +16,33 @@ from vmachining.arrays import Bools, Floats
 __all__ = ["held"]
 
 ON_MM = 1e-7
-"""OCCT's confusion of points: what is nearer to a face lies on it."""
+"""OCCT's confusion of points."""
+
+SAME_MM = 1e-6
+"""Crossings closer than this are one: a ray through an edge meets both faces."""
+
+FAR_MM = 1e6
+
+RAYS = 3
+"""Rays of a point; the majority counts, as one may touch a face or an edge."""
 
 
 def held(shapes: Sequence[Any], points: Floats) -> Bools:
-    """(n,) bool: points (n, 3) mm in or on one of some TopoDS_Solids, by OCCT's classifier."""
-    from OCP.BRepClass3d import BRepClass3d_SolidClassifier
-    from OCP.gp import gp_Pnt
-    from OCP.TopAbs import TopAbs_State
+    """(n,) bool: whether points (n, 3) mm lie in one of some TopoDS_Solids."""
+    from OCP.gp import gp_Dir, gp_Lin, gp_Pnt
+    from OCP.IntCurvesFace import IntCurvesFace_ShapeIntersector
 
+    rng = np.random.default_rng(4)
     out = np.zeros(len(points), dtype=np.bool_)
     for shape in shapes:
-        search = BRepClass3d_SolidClassifier(shape)
+        meet = IntCurvesFace_ShapeIntersector()
+        meet.Load(shape, ON_MM)
         for k in np.flatnonzero(~out):
-            search.Perform(gp_Pnt(*points[k].tolist()), ON_MM)
-            out[k] = search.State() != TopAbs_State.TopAbs_OUT
+            votes = 0
+            for way in rng.normal(size=(RAYS, 3)).tolist():
+                meet.Perform(gp_Lin(gp_Pnt(*points[k].tolist()), gp_Dir(*way)), 0.0, FAR_MM)
+                found = np.sort([meet.WParameter(i) for i in range(1, meet.NbPnt() + 1)])
+                crossings = len(found) - int((np.diff(found) < SAME_MM).sum())
+                votes += crossings % 2
+            out[k] = 2 * votes > RAYS
     return out

@@ -45,6 +45,9 @@ __all__ = [
 CORNERS = 97
 """Of the polygon that measures a curve."""
 
+LOOKS, LONG = 4, 0.1
+"""A polygon one side of which is longer than this share of it is put up this often."""
+
 DENSE = 65
 """Times at which a block is looked at as a whole."""
 
@@ -195,18 +198,27 @@ class Stretch(ABC):
 
 @dataclass(frozen=True, eq=False)
 class LineSide(Stretch):
-    """One side of a cylinder or a cone."""
+    """One side of a cylinder or a cone.
+
+    bent : whether it all but turns at an end at some time, so that its angle goes by a square root of the height:
+        even shares of its length then instead of the height.
+    """
 
     element: int
     ends: tuple[End, End]
     segment: Segment
+    bent: bool = False
 
     def place(self, of: Angles, st: State, s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         g = self.segment
-        r, z = np.broadcast_to(g.r0 + s * (g.r1 - g.r0), (len(st.t), len(s))), g.z0 + s * (g.z1 - g.z0)
-        z = np.broadcast_to(z, r.shape)
-        beta = np.full(r.shape, g.beta[0])
-        return r, z, beta, of.between(self.ends, st, s, angle(*wave(st, r, z, beta), self.ends[0][1]))
+
+        def at(x: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+            shape = (len(st.t), x.shape[-1])
+            r, z = (np.broadcast_to(a + x * (b - a), shape) for a, b in ((g.r0, g.r1), (g.z0, g.z1)))
+            beta = np.full(shape, g.beta[0])
+            return r, z, beta, of.between(self.ends, st, x, angle(*wave(st, r, z, beta), self.ends[0][1]))
+
+        return at(evened(at, len(st.t), s) if self.bent else s)
 
 
 @dataclass(frozen=True, eq=False)
@@ -271,7 +283,9 @@ class ArcSide(Round):
 
 @dataclass(frozen=True, eq=False)
 class ArcTurn(Round):
-    """A torus from one side of a ring to the other one."""
+    """A torus from one side of a ring to the other one; `looks` of `evened` at it."""
+
+    looks: int = 1
 
     def place(self, of: Angles, st: State, s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         g = self.segment
@@ -281,7 +295,7 @@ class ArcTurn(Round):
             beta = graze_beta(st, g.cr, g.cz, u)
             return g.cr + g.radius * np.cos(beta), g.cz + g.radius * np.sin(beta), beta, u
 
-        return at(evened(at, len(st.t), s))
+        return at(evened(at, len(st.t), s, self.looks))
 
 
 @dataclass(frozen=True, eq=False)
@@ -352,21 +366,33 @@ class Chord(Stretch):
         return np.hypot(p, q), self.z * full, self.beta * full, np.arctan2(q, p)
 
 
-def evened(at: Callable[[Floats], tuple[Floats, Floats, Floats, Floats]], count: int, s: Floats) -> Floats:
+def evened(
+    at: Callable[[Floats], tuple[Floats, Floats, Floats, Floats]], count: int, s: Floats, looks: int = 1
+) -> Floats:
     """Parameters x (n, m) of a curve at shares s (m,) of its length on the body, at every time.
 
     The curve runs up a meridian and fast around the bottom of a level cutter: in u or beta alone it has a corner.
-    Lengths are those of a polygon with many corners close to both ends; only their smoothness matters.
+    Lengths are those of a polygon with many corners close to both ends; only their smoothness matters. With more
+    `looks` the polygon is put up again with corners at equal lengths.
     """
-    x = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, CORNERS))
-    x[-1] = 1.0
-    r, z, _, u = at(np.broadcast_to(x, (count, CORNERS)))
-    steps = np.diff(np.stack([r * np.cos(u), r * np.sin(u), z]), axis=-1)
-    length = np.zeros((count, CORNERS))
-    np.cumsum(np.sqrt((steps * steps).sum(axis=0)), axis=1, out=length[:, 1:])
-    length /= length[:, -1:]
-    found = np.stack([make_interp_spline(row, x, k=5)(s) for row in length])
+    share = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, CORNERS))
+    share[-1] = 1.0
+    x = np.broadcast_to(share, (count, CORNERS))
+    length = _lengths(at, x)
+    for _ in range(looks - 1):
+        x = np.stack([np.interp(share, *row) for row in zip(length, x, strict=True)])
+        length = _lengths(at, x)
+    found = np.stack([make_interp_spline(*row, k=5)(s) for row in zip(length, x, strict=True)])
     return np.asarray(np.where(s == 0.0, 0.0, np.where(s == 1.0, 1.0, found)))
+
+
+def _lengths(at: Callable[[Floats], tuple[Floats, Floats, Floats, Floats]], x: Floats) -> Floats:
+    """(n, m) shares of the length of a polygon on the body at its corners x (n, m)."""
+    r, z, _, u = at(x)
+    steps = np.diff(np.stack([r * np.cos(u), r * np.sin(u), z]), axis=-1)
+    length = np.zeros(x.shape)
+    np.cumsum(np.sqrt((steps * steps).sum(axis=0)), axis=1, out=length[:, 1:])
+    return np.asarray(length / length[:, -1:])
 
 
 def graze_beta(st: State, r: float, z: float, u: Floats) -> Floats:

@@ -48,7 +48,7 @@ from vmachining.tool import Profile
 
 __all__ = ["Built", "turning"]
 
-NODES, TIMES = 400, 160
+NODES, TIMES = 640, 160
 """Most nodes of a stretch and of the time; a block that wants more is refused."""
 
 FAR = 10.0
@@ -91,39 +91,50 @@ class _Turning:
 
     def sheets(self) -> None:
         """Ties, ends and faces of all stretches."""
-        g = self.grazes
-        w = self.w = self._times()
-        st = g.moving.state(w)
+        g, wanted = self.grazes, FAR * max(self.fit, FIT_MM)
+        self.w = self._times()
+        patches = [self._patch(lens) for lens in g.lenses]
+        while True:
+            self.error = 0.0
+            fitted = [self._fitted(stretch) for stretch in [*g.stretches, *patches]]
+            if self.error <= wanted:
+                break
+            if 2 * len(self.w) > TIMES:
+                raise SweepError(f"splines miss the envelope by {self.error:.2g} mm")
+            self.w = np.sort(np.concatenate([self.w, 0.5 * (self.w[:-1] + self.w[1:])]))
+        st = g.moving.state(self.w)
         for end in g.ends:
-            spline = make_interp_spline(w, g.tie(end, st), k=DEGREE)
+            spline = make_interp_spline(self.w, g.tie(end, st), k=DEGREE)
             self.ties[end] = self.build.edge(Spline(spline, 0.0))
-        middle_w = 0.5 * (w[:-1] + w[1:])
-        middle = g.moving.state(middle_w)
         for number, stretch in enumerate(g.stretches):
-            sheet = self._fitted(stretch, st, middle, middle_w)
-            self._sheet(number, stretch, sheet)
-        for lens in g.lenses:
-            patch = self._patch(lens)
-            self._lens(lens, patch, self._fitted(patch, st, middle, middle_w))
-        if self.error > FAR * max(self.fit, FIT_MM):
-            raise SweepError(f"splines miss the envelope by {self.error:.2g} mm")
+            self._sheet(number, stretch, fitted[number])
+        for lens, patch, sheet in zip(g.lenses, patches, fitted[len(g.stretches) :], strict=True):
+            self._lens(lens, patch, sheet)
 
-    def _fitted(self, stretch: Stretch, st: State, middle: State, middle_w: Floats) -> SplineSheet:
+    def _fitted(self, stretch: Stretch) -> SplineSheet:
         """Sheet of a stretch through its points at the nodes of time; its error is noted."""
-        g = self.grazes
+        middle_w = 0.5 * (self.w[:-1] + self.w[1:])
+        st, middle = (self.moving.state(w) for w in (self.w, middle_w))
         s = np.array([0.0, 1.0]) if stretch.linear else self._places(stretch)
         along = make_interp_spline(s, np.zeros(len(s)), k=1 if stretch.linear else DEGREE)
-        poles = make_interp_spline(s, stretch.points(g, st, s).transpose(1, 0, 2), k=along.k).c
+        poles = make_interp_spline(s, self._points(stretch, st, s).transpose(1, 0, 2), k=along.k).c
         inner = make_interp_spline(self.w, poles.transpose(1, 0, 2), k=DEGREE)
         over = BSpline(inner.t, np.zeros(len(self.w)), DEGREE)
         sheet = SplineSheet(along, over, inner.c.transpose(1, 0, 2))
         middle_s = np.array([0.5]) if stretch.linear else 0.5 * (s[:-1] + s[1:])
-        exact = stretch.points(g, middle, middle_s)
+        exact = self._points(stretch, middle, middle_s)
         found = BSpline(over.t, BSpline(along.t, sheet.poles, along.k)(middle_s).transpose(1, 0, 2), DEGREE)(
             middle_w
         )
         self.error = max(self.error, float(np.linalg.norm(found - exact, axis=-1).max()))
         return sheet
+
+    def _points(self, stretch: Stretch, st: State, s: Floats) -> Floats:
+        """(n, m, 3) mm; refused where there are none."""
+        found = stretch.points(self.grazes, st, s)
+        if not np.isfinite(found).all():
+            raise SweepError("the grazing curve ends on its way over a face")
+        return found
 
     def _patch(self, lens: Lens) -> RimPatch:
         ring = self.grazes.rings[lens.ring]
@@ -177,10 +188,10 @@ class _Turning:
 
     def _places(self, stretch: Stretch) -> Floats:
         """Nodes along a stretch that serve both ends of the block, where its border lies on a cap, and between."""
-        g, st = self.grazes, self.moving.state(np.array([0.0, 0.25, 0.5, 0.75, 1.0]))
+        st = self.moving.state(np.array([0.0, 0.25, 0.5, 0.75, 1.0]))
 
         def curves(s: Floats) -> Floats:
-            return stretch.points(g, st, s).transpose(1, 0, 2).reshape(len(s), -1)
+            return self._points(stretch, st, s).transpose(1, 0, 2).reshape(len(s), -1)
 
         nodes, error = nodes_for(curves, 0.0, 1.0, FIT_MM, first=7, most=NODES)
         if error > 3.0 * FIT_MM:
