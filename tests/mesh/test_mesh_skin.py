@@ -11,7 +11,8 @@ from scipy.optimize import nnls
 
 from vmachining.engines.mesh import MeshEngine, box_stock, cylinder_stock
 from vmachining.engines.mesh.facets import Side
-from vmachining.engines.mesh.skin import supports, thick, untag
+from vmachining.engines.mesh.gap import supports
+from vmachining.engines.mesh.skin import thick, untag
 from vmachining.engines.mesh.solids import manifold, pieces
 from vmachining.engines.mesh.straight import facets
 from vmachining.errors import EngineError
@@ -150,6 +151,51 @@ def test_no_facet_lies_deeper_than_its_gauge(tool):
         above = (true @ part.body.normals.T).max(axis=0) - plane
         assert (above <= part.gauge.most + 1e-12).all()
         assert (part.gauge.mean <= part.gauge.most + 1e-12).all() and (part.gauge.mean >= 0.0).all()
+
+
+@pytest.mark.parametrize("tool", TOOLS)
+def test_the_bulk_bounds_what_is_between_a_facet_and_the_surface(tool):
+    """Against 400 points a facet, each followed to the surface by halving."""
+    rng = np.random.default_rng(5)
+    sweep = Sweep(TOOLS[tool], (0, 0, 0), (0, 0, 0))
+    part = facets(TOOLS[tool].cutter, 0.05, Side.INNER).parts[0]
+    body, known = part.body, part.gauge
+    assert known is not None
+    for t in rng.choice(np.flatnonzero((body.areas > 1e-6) & (known.most > 1e-9)), 12, replace=False):
+        k = np.arange(20)
+        u, v = np.meshgrid((k + 0.5) / 20, (k + 0.5) / 20)
+        u, v = np.where(u + v > 1.0, 1.0 - u, u).ravel(), np.where(u + v > 1.0, 1.0 - v, v).ravel()
+        a, b, c = body.points[body.triangles[t]]
+        at = a + u[:, None] * (b - a) + v[:, None] * (c - a)
+        low, high = np.zeros(400), np.full(400, known.most[t])
+        for _ in range(40):
+            middle = 0.5 * (low + high)
+            inside = sweep.signed_distance(at + middle[:, None] * body.normals[t]) <= 0.0
+            low, high = np.where(inside, middle, low), np.where(inside, high, middle)
+        true = body.areas[t] * low.mean()
+        assert true <= known.bulk[t] <= 1.15 * true  # nine tangents of a parabola: 1 + 1/9 in one direction
+
+
+@pytest.mark.parametrize("tool", ["flat", "ball", "bull"])
+@pytest.mark.parametrize("step", [(8, 3, 0), (8, 3, -2), (5, 0, 6), (0, 0, 4), (0.3, 0.1, 0)])
+def test_a_bracket_is_hardly_wider_than_what_the_mesh_lacks(tool, step):
+    """Deep in the stock, where all of the layer is in material; lo is the mesh."""
+    sweep = Sweep(TOOLS[tool], (0, 0, 0), step)
+    engine = MeshEngine(box_stock((-20, -20, -20), (30, 30, 60)), 0.01, tile_mm=200.0)
+    lo, estimate, hi = engine.cut(sweep)
+    missing = sweep.volume - lo
+    assert missing > 0.0 and hi >= sweep.volume
+    assert hi - lo <= 1.1 * missing  # tangents and cones, a few per cent each
+    assert abs(estimate - sweep.volume) <= 1e-3 * missing
+
+
+@pytest.mark.parametrize("step", [(8, 3, -2), (5, 0, 6), (3, 0, 0)])
+def test_the_shadow_of_a_cone_is_no_parabola(step):
+    """Its straight sides once made the estimate of a ramp wrong by a quarter of what the facets lack."""
+    sweep = Sweep(TOOLS["taper"], (0, 0, 0), step)
+    engine = MeshEngine(box_stock((-20, -20, -20), (30, 30, 60)), 0.01, tile_mm=200.0)
+    lo, estimate, _ = engine.cut(sweep)
+    assert abs(estimate - sweep.volume) <= 0.03 * (sweep.volume - lo)  # a quadrature over tall facets
 
 
 def test_supports_of_a_ball_and_of_a_cylinder():

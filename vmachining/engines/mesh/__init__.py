@@ -21,7 +21,8 @@
 |---|---|
 | `engine.py` | `MeshEngine`: cut, touch, volume, surface |
 | `removal.py` | one sweep against one tile; the proof for two workpieces |
-| `skin/` | what inner facets leave: bounds and means; the proof in advance |
+| `gap/` | between facets and the surface they stand for: bounds and means |
+| `skin/` | what inner facets leave; the proof in advance |
 | `crew.py` | `Crew`, `Solo`, `MeshCrew`, `crew`: who cuts |
 | `tiles.py` | `Tile`, `reached`, `joined` |
 | `window.py` | what a tile lets a mesh see |

@@ -19,7 +19,8 @@ import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.engines.mesh.facets import Side, arc_steps
-from vmachining.engines.mesh.skin import Leeway, Way, supports
+from vmachining.engines.mesh.gap import supports
+from vmachining.engines.mesh.skin import Leeway, Way
 from vmachining.engines.mesh.straight import (
     NO_ROWS,
     SKIN_CELLS,

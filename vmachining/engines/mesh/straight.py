@@ -20,7 +20,8 @@ from vmachining.engines.mesh.facets import (
     narrowed,
     polyhedron,
 )
-from vmachining.engines.mesh.skin import Gauge, Leeway, gauge, hull_skin
+from vmachining.engines.mesh.gap import Gauge, gauge
+from vmachining.engines.mesh.skin import Leeway, hull_skin
 from vmachining.engines.mesh.window import Window
 from vmachining.sweep.turned import meridian_rows
 from vmachining.tool import Profile
@@ -33,7 +34,7 @@ NO_ROWS = np.empty((0, 25))
 
 STIFF = Leeway(np.zeros(2), np.zeros(3), np.zeros(3))
 
-SKIN_CELLS = 3.0
+SKIN_CELLS = 4.0
 """Largest place of a skin, in cells of the grid of heights: smaller ones are not better seen."""
 
 
@@ -158,8 +159,6 @@ def straight(
         lo, hi = found
         corner, heights, cell = window.lo, window.heights, window.cell
         cull = bool(hi[2] < apex[2] - 0.05 * (top - bottom))
-        if not cull:  # frustums over the top disc are slim from the middle only
-            apex[2] = start[2] + 0.5 * (bottom + top)
     rear = np.inf
     if chained and d.any():
         rear = float(np.sin(min(np.arcsin(cutter.turn) + bend, np.pi / 2)) * np.linalg.norm(d))
@@ -178,6 +177,9 @@ def straight(
         if len(triangles):
             yield Piece(points, triangles)
         return
+    # seen from about the middle of its round part, the frustums of a cutter are slim
+    apex = start + [0.0, 0.0, bottom + min(0.5 * (top - bottom), cutter.reach)]
+    view = lo, hi, apex, corner, heights, cell
     rows, means = hull_skin(  # type: ignore[no-untyped-call]
         *body, cutter.patches, *part.gauge, cos, sin, start, d, *view, rear, *leeway, SKIN_CELLS * cell
     )

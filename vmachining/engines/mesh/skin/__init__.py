@@ -11,7 +11,11 @@ under facets, and both are bounded without a boolean:
 1. W - V is covered by frustums: V = conv(K, K + d) is star-shaped about an inner point, so a point of W - V lies
    in the cone from there over one facet of V, beyond its plane by at most h_W(n) - h_V(n), the difference of the
    supports in direction of its normal n, in closed form for a body of revolution. A frustum of thickness g over
-   an area F whose plane is h away from the point has g F (1 + g/h + g^2/(3 h^2)).
+   an area F whose plane is h away from the point has g F (1 + g/h + g^2/(3 h^2)). The surface is mostly lower: with
+   the gap G along the normal (`vmachining.engines.mesh.gap`) below tangents of slope m, it is along the lines from
+   the point at most their height divided by 1 - m l/h, l the distance of the facet from the foot of the point,
+   along the slope. Hence at most (1 + g/h)^2 / (1 - m l/h) times the integral of the tangents. (Those of K + d
+   bound W if all face the way that the facet does; at silhouettes g has to do.)
 2. Of these only what the roof of A lets be seen can hold material. Facets behind a start that the tool came to
    in the block before are not counted: what lies beyond them and inside W is in the pose of the start, which is
    no part of S any more. (Let n be the outward normal of the true cutter under such a facet, n . d <= 0. A point
@@ -44,14 +48,13 @@ true path keeps to a straight piece by a slack, which thickens the frustums. Fru
 of the same V are no part of W - V.
 
 The estimate does with means what the bracket does with bounds: V_est = vol(A) - sum of area times mean thickness
-over all triangles of A, and a block removes what V_est loses. The mean thickness of a facet is a quadrature of
-its distance to the true surface; under a silhouette, of the chord to the true shadow of the cutter, a parabola
-there. It travels with the facet as its face id. Sums of such estimates telescope.
+over all triangles of A, and a block removes what V_est loses. The mean is that of the gap. It travels with the
+facet as its face id. Sums of such estimates telescope.
 
 | file | holds |
 |---|---|
-| `layer.py` | `Skin`, `Places`, `Gauge`, mean thickness as face ids |
-| `_kernels.py` | supports, frustums, means |
+| `layer.py` | `Skin`, `Places`, mean thickness as face ids |
+| `_kernels.py` | frustums, what is seen of them, means |
 
 Source: derived here; supports of convex bodies and Steiner's formula are textbook matter.
 
@@ -61,32 +64,26 @@ the plane between two tiles are stored in both.
 
 from vmachining.engines.mesh.skin.layer import (
     NO_SKIN,
-    Gauge,
     Leeway,
     Places,
     Skin,
     Way,
     boxes_seen,
-    gauge,
     hull_skin,
     mean_skin,
-    supports,
     thick,
     untag,
 )
 
 __all__ = [
     "NO_SKIN",
-    "Gauge",
     "Leeway",
     "Places",
     "Skin",
     "Way",
     "boxes_seen",
-    "gauge",
     "hull_skin",
     "mean_skin",
-    "supports",
     "thick",
     "untag",
 ]

@@ -3,7 +3,7 @@
 Legend
     points (n, 3), triangles (m, 3), normals (m, 3), edges (k, 4), patches (l, 6)   the inner cutter, see
                   `facets.Polyhedron`
-    most, mean (m,)   mm, largest and mean distance from a facet to the true cutter along its normal
+    most, mean, bulk, slope, plumb   of its facets, see `vmachining.engines.mesh.gap`
     seg           meridian of the true cutter, rows (r0, z0, r1, z1, cr, cz, R, ...); R = 0 is a line
     cos, sin, p, d, lo, hi, apex, heights, corner, cell, rear   as in the kernels of straight sweeps
     slack (2,)    mm by which the true path may leave the straight one: sideways, along the tool axis
@@ -13,63 +13,10 @@ Legend
 
 import numpy as np
 
+from vmachining.engines.mesh.gap._kernels import across, shadow_gap, support
 from vmachining.jit import kernel
-from vmachining.sweep._kernels import meridian
 
 COS_SHARP = float(np.cos(np.pi / 4))  # as in `facets.py`
-
-
-@kernel
-def support(seg, n_r, n_z):
-    """Largest r n_r + z n_z of a convex meridian, n_r >= 0."""
-    best = -np.inf
-    for i in range(seg.shape[0]):
-        best = max(best, seg[i, 0] * n_r + seg[i, 1] * n_z, seg[i, 2] * n_r + seg[i, 3] * n_z)
-        if seg[i, 6] > 0.0:
-            a_r, a_z = seg[i, 0] - seg[i, 4], seg[i, 1] - seg[i, 5]
-            b_r, b_z = seg[i, 2] - seg[i, 4], seg[i, 3] - seg[i, 5]
-            if a_r * n_z - a_z * n_r >= 0.0 and n_r * b_z - n_z * b_r >= 0.0:
-                size = np.sqrt(n_r * n_r + n_z * n_z)
-                best = max(best, seg[i, 4] * n_r + seg[i, 5] * n_z + seg[i, 6] * size)
-    return best
-
-
-@kernel
-def gauge(points, triangles, normals, seg, most, mean):
-    """Fill `most` and `mean` for the facets of a polyhedron inside the body of a meridian.
-
-    The mean is a quadrature of second degree (the gap is quadratic to leading order); each of its three
-    distances is found by Newton's method on the signed distance.
-    """
-    for t in range(triangles.shape[0]):
-        n = normals[t]
-        a, b, c = points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]]
-        top = support(seg, np.sqrt(n[0] * n[0] + n[1] * n[1]), n[2])
-        reach = max(n[0] * a[0] + n[1] * a[1] + n[2] * a[2], n[0] * b[0] + n[1] * b[1] + n[2] * b[2])
-        reach = max(reach, n[0] * c[0] + n[1] * c[1] + n[2] * c[2])
-        most[t] = max(0.0, top - reach)
-        total = 0.0
-        for k in range(3):
-            w_a = 2.0 / 3.0 if k == 0 else 1.0 / 6.0
-            w_b = 2.0 / 3.0 if k == 1 else 1.0 / 6.0
-            w_c = 2.0 / 3.0 if k == 2 else 1.0 / 6.0
-            x = w_a * a[0] + w_b * b[0] + w_c * c[0]
-            y = w_a * a[1] + w_b * b[1] + w_c * c[1]
-            z = w_a * a[2] + w_b * b[2] + w_c * c[2]
-            s = 0.0
-            for _ in range(30):
-                q_x, q_y, q_z = x + s * n[0], y + s * n[1], z + s * n[2]
-                rho = np.sqrt(q_x * q_x + q_y * q_y)
-                gap, n_r, n_z = meridian(seg, 0, seg.shape[0], rho, q_z)
-                slope = n_z * n[2]
-                if rho > 0.0:
-                    slope += n_r * (q_x * n[0] + q_y * n[1]) / rho
-                step = -gap / max(slope, 0.5)
-                s = min(max(s + step, 0.0), most[t])
-                if abs(step) <= 1e-12:
-                    break
-            total += s / 3.0
-        mean[t] = total
 
 
 @kernel
@@ -124,11 +71,13 @@ def drop(corners, boxes, volume, gone):
 
 
 @kernel
-def _frustum(corners, gap, high, apex, lo, hi, corner, heights, cell, out):
-    """Whether the frustum over a facet (4, 3) is seen; then its eight corners and its volume are put into `out`.
+def _frustum(corners, gap, bulk, lean, way, high, apex, lo, hi, corner, heights, cell, out):
+    """Whether the frustum over a facet (4, 3) is seen; then its eight corners and a volume are put into `out`.
 
-    The frustum holds what the cone from the apex over the facet has between its plane and `gap` above;
-    high: distance of the apex from the plane.
+    The frustum holds what the cone from the apex over the facet has between its plane and `gap` above; high:
+    distance of the apex from the plane. The volume is at most that of the frustum, or of what is below the
+    tangents of the bulk, see `skin`. lean (2, 3): directions times slopes. way (3,): if not zero, the bulk is
+    that of all of a facet that is alike from 0 to 1 in this direction.
     """
     grow = gap / high
     x0, y0, z0, x1, y1, z1 = np.inf, np.inf, np.inf, -np.inf, -np.inf, -np.inf
@@ -154,14 +103,25 @@ def _frustum(corners, gap, high, apex, lo, hi, corner, heights, cell, out):
         w_x, w_y, w_z = u_y * v_z - u_z * v_y, u_z * v_x - u_x * v_z, u_x * v_y - u_y * v_x
         area += 0.5 * np.sqrt(w_x * w_x + w_y * w_y + w_z * w_z)
     out[24] = area * gap * (1.0 + grow + grow * grow / 3.0)
+    one, two, first, last = 0.0, 0.0, np.inf, -np.inf
+    for k in range(4):
+        x, y, z = corners[k, 0] - apex[0], corners[k, 1] - apex[1], corners[k, 2] - apex[2]
+        one = max(one, abs(x * lean[0, 0] + y * lean[0, 1] + z * lean[0, 2]))
+        two = max(two, abs(x * lean[1, 0] + y * lean[1, 1] + z * lean[1, 2]))
+        along = x * way[0] + y * way[1] + z * way[2]
+        first, last = min(first, along), max(last, along)
+    lost = (one + two) / high
+    if lost < 1.0:
+        share = min(last - first + 1e-12, 1.0) if last > first else 1.0
+        out[24] = min(out[24], bulk * share * (1.0 + grow) ** 2 / (1.0 - lost))
     return True
 
 
 @kernel
-def _cover(facet, gap, high, apex, lo, hi, corner, heights, cell, size, work, rows, count):
+def _cover(facet, gap, bulk, lean, way, high, apex, lo, hi, corner, heights, cell, size, work, rows, count):
     """Add the seen parts of a facet (4, 3) to `rows`, halved to edges of at most `size`; (rows, count).
 
-    A triangle has its last corner twice; a parallelogram stays one.
+    A triangle has its last corner twice; a quadrangle stays one.
     """
     stack, now, edge, row = work
     stack[0] = facet
@@ -169,7 +129,7 @@ def _cover(facet, gap, high, apex, lo, hi, corner, heights, cell, size, work, ro
     while left > 0:
         left -= 1
         now[:] = stack[left]
-        if not _frustum(now, gap, high, apex, lo, hi, corner, heights, cell, row):
+        if not _frustum(now, gap, bulk, lean, way, high, apex, lo, hi, corner, heights, cell, row):
             continue
         for k in range(4):
             a, b = now[k], now[(k + 1) % 4]
@@ -235,17 +195,17 @@ def _brink(u, v, n_x, n_y, n_z, grow, apex, out):
 
 @kernel
 def hull_skin(
-    points, triangles, normals, edges, patches, most, mean, seg, cos, sin, p, d, lo, hi, apex, corner, heights, cell,
-    rear, slack, lift, inward, size,
+    points, triangles, normals, edges, patches, most, mean, bulk, slope, plumb, seg, cos, sin, p, d, lo, hi, apex,
+    corner, heights, cell, rear, slack, lift, inward, size,
 ):  # fmt: skip
     """Skin of conv(K + p, K + p + d), K the inner cutter, as far as a tile can see it.
 
     Returns rows (k, 25): eight corners and the volume of the frustums; means (m + k,): mean distance of the
     truth from every facet, then from the parallelogram behind every edge.
     """
-    n, m = points.shape[0], triangles.shape[0]
-    at = np.empty((n, 3))
-    for v in range(n):
+    m = triangles.shape[0]
+    at = np.empty(points.shape)
+    for v in range(len(points)):
         at[v, 0] = p[0] + cos * points[v, 0] - sin * points[v, 1]
         at[v, 1] = p[1] + sin * points[v, 0] + cos * points[v, 1]
         at[v, 2] = p[2] + points[v, 2]
@@ -255,6 +215,9 @@ def hull_skin(
     facet = np.empty((4, 3))
     work = np.empty((64, 4, 3)), np.empty((4, 3)), np.empty(4), np.empty(25)
     sided = inward[0] != 0.0 or inward[1] != 0.0 or inward[2] != 0.0
+    length = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
+    still, up, lean = np.zeros(3), np.zeros(3), np.zeros((2, 3))
+    stiff = slack[0] == 0.0 and slack[1] == 0.0
     tiny = 1e-13 * (1.0 + abs(apex[0]) + abs(apex[1]) + abs(apex[2]))
 
     for t in range(m):
@@ -283,13 +246,28 @@ def hull_skin(
             n_x = cos * normals[t, 0] - sin * normals[t, 1]
             n_y = sin * normals[t, 0] + cos * normals[t, 1]
             n_z = normals[t, 2]
+            ahead = n_x * d[0] + n_y * d[1] + n_z * d[2]
+            # tangents of the cutter bound the sweep if they face the same way as the facet
+            level, steep = slope[t, 0], slope[t, 1]
+            if whole and two >= 0:
+                level, steep = max(level, slope[two, 0]), max(steep, slope[two, 1])
+            lean[0, 0], lean[0, 1], lean[0, 2], lean[1, 0], lean[1, 1], lean[1, 2] = across(n_x, n_y, n_z)
+            aside = 0.0
+            for i in range(3):
+                lean[0, i], lean[1, i] = lean[0, i] * level, lean[1, i] * steep
+            for i in range(2):
+                aside += abs(lean[i, 0] * d[0] + lean[i, 1] * d[1] + lean[i, 2] * d[2])
+            volume = np.inf
+            if stiff and abs(ahead) >= aside:
+                volume = bulk[t] + bulk[two] if whole and two >= 0 else bulk[t]
+            up[2] = 1.0 / plumb[t] if whole and two >= 0 and plumb[t] > 0.0 else 0.0
             gap += slack[0] * np.sqrt(n_x * n_x + n_y * n_y) + slack[1] * abs(n_z)
             if gap <= tiny:
                 continue
             q = at[corners[0]]
             high = n_x * (q[0] - apex[0]) + n_y * (q[1] - apex[1]) + n_z * (q[2] - apex[2])
             if front[t]:
-                high += n_x * d[0] + n_y * d[1] + n_z * d[2]
+                high += ahead
             if high > tiny and low - gap / high * max(apex[2] - low, 0.0) > hi[2]:
                 continue  # above the box, however far the frustum reaches down
             outside = not sided
@@ -303,10 +281,10 @@ def hull_skin(
             if not outside:
                 continue
             rows, count = _cover(
-                facet, gap, max(high, tiny), apex, lo, hi, corner, heights, cell, size, work, rows, count
-            )
+                facet, gap, volume, lean, up, max(high, tiny), apex, lo, hi, corner, heights, cell, size,
+                work, rows, count,
+            )  # fmt: skip
 
-    length = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
     if length == 0.0:
         return rows[:count], means
     for e in range(edges.shape[0]):
@@ -324,7 +302,22 @@ def hull_skin(
             if gap > tiny:
                 _brink(q, at[edges[e, 1]], n_x, n_y, normals[t, 2], gap / max(high, tiny), apex, facet)
                 rows, count = _cover(
-                    facet, gap, max(high, tiny), apex, lo, hi, corner, heights, cell, size, work, rows, count
+                    facet,
+                    gap,
+                    np.inf,
+                    lean,
+                    still,
+                    max(high, tiny),
+                    apex,
+                    lo,
+                    hi,
+                    corner,
+                    heights,
+                    cell,
+                    size,
+                    work,
+                    rows,
+                    count,
                 )
         left, right = front[edges[e, 2]], front[edges[e, 3]]
         if left == right:
@@ -343,50 +336,30 @@ def hull_skin(
             n_x * (at[v, 0] - p[0]) + n_y * (at[v, 1] - p[1]) + n_z * (at[v, 2] - p[2]),
         )
         gap = max(0.0, support(seg, n_h, n_z) - reach)
-        means[m + e] = _mean_gap(seg, gap, at[v], at[u], p, d, length, n_x, n_y, n_z)
+        gap = gap + slack[0] * n_h + slack[1] * abs(n_z)
+        high = n_x * (at[u, 0] - apex[0]) + n_y * (at[u, 1] - apex[1]) + n_z * (at[u, 2] - apex[2])
+        low = min(at[u, 2], at[v, 2]) + min(d[2], 0.0)
+        if high > tiny and low - gap / high * max(apex[2] - low, 0.0) > hi[2]:
+            continue
+        n = np.array((n_x, n_y, n_z))
+        # c = d x n runs along the edge in the plane across d
+        c = (
+            np.array(((d[1] * n_z - d[2] * n_y), (d[2] * n_x - d[0] * n_z), (d[0] * n_y - d[1] * n_x)))
+            / length
+        )
+        means[m + e], bound, steep = shadow_gap(seg, reach, at[v] - p, at[u] - p, n, c)
         means[m + e] = max(0.0, means[m + e] + n_x * lift[0] + n_y * lift[1] + n_z * lift[2])
-        gap += slack[0] * n_h + slack[1] * abs(n_z)
         if gap <= tiny:
             continue
-        high = n_x * (at[u, 0] - apex[0]) + n_y * (at[u, 1] - apex[1]) + n_z * (at[u, 2] - apex[2])
         for i in range(3):
             facet[0, i], facet[1, i] = at[v, i], at[u, i]
             facet[2, i], facet[3, i] = at[u, i] + d[i], at[v, i] + d[i]
+        lean[0], lean[1] = steep * c, 0.0
         rows, count = _cover(
-            facet, gap, max(high, tiny), apex, lo, hi, corner, heights, cell, size, work, rows, count
-        )
+            facet, gap, bound * size_n if stiff else np.inf, lean, d / (length * length), max(high, tiny), apex,
+            lo, hi, corner, heights, cell, size, work, rows, count,
+        )  # fmt: skip
     return rows[:count], means
-
-
-@kernel
-def _mean_gap(seg, gap, a, b, p, d, length, n_x, n_y, n_z):
-    """Mean distance, along n, from the edge a b to the shadow of the true cutter along d.
-
-    Near the point of contact of the tangent with normal n the shadow is a parabola of radius h + h'', h its
-    support over the angle in the plane across d.
-    """
-    d_x, d_y, d_z = d[0] / length, d[1] / length, d[2] / length
-    # c = d x n runs along the edge in that plane
-    c_x, c_y, c_z = d_y * n_z - d_z * n_y, d_z * n_x - d_x * n_z, d_x * n_y - d_y * n_x
-    step = 1e-3
-    cos, sin = np.cos(step), np.sin(step)
-    h = support(seg, np.sqrt(n_x * n_x + n_y * n_y), n_z)
-    values = np.empty(2)
-    for k in range(2):
-        s = sin if k == 0 else -sin
-        x, y, z = cos * n_x + s * c_x, cos * n_y + s * c_y, cos * n_z + s * c_z
-        values[k] = support(seg, np.sqrt(x * x + y * y), z)
-    slope = (values[0] - values[1]) / (2.0 * step)  # h', the place of contact along c
-    radius = h + (values[0] - 2.0 * h + values[1]) / (step * step)
-    from_, to = 0.0, 0.0
-    for i in range(3):
-        c = c_x if i == 0 else (c_y if i == 1 else c_z)
-        from_ += c * (a[i] - p[i])
-        to += c * (b[i] - p[i])
-    if not radius > 1e-6 or from_ == to:
-        return 0.5 * gap  # an edge of the cutter: the gap is a triangle
-    x, y = from_ - slope, to - slope
-    return min(max(gap - (x * x + x * y + y * y) / (6.0 * radius), 0.0), gap)
 
 
 @kernel

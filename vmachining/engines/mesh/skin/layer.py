@@ -13,50 +13,18 @@ from vmachining.sweep import Sweep
 
 __all__ = [
     "NO_SKIN",
-    "Gauge",
     "Leeway",
     "Places",
     "Skin",
     "Way",
     "boxes_seen",
-    "gauge",
     "hull_skin",
     "mean_skin",
-    "supports",
     "thick",
     "untag",
 ]
 
 boxes_seen = _kernels.boxes_seen
-
-
-class Gauge(NamedTuple):
-    """How far the facets of an inner cutter lie below its surface.
-
-    most, mean : (m,) mm, along the normal of each facet. meridian : (k, 10) rows of the true cutter.
-    """
-
-    most: Floats
-    mean: Floats
-    meridian: Floats
-
-
-def gauge(points: Floats, triangles: Ints, normals: Floats, planes: Ints, meridian: Floats) -> Gauge:
-    """Gauge of a polyhedron inside a convex body; triangles in one plane get one mean.
-
-    points (n, 3), triangles (m, 3), unit normals (m, 3), planes (m,): equal in one plane.
-    """
-    most, mean = np.empty((2, len(triangles)))
-    _kernels.gauge(points, triangles, normals, meridian, most, mean)  # type: ignore[no-untyped-call]
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    whole = np.maximum(np.bincount(planes, area), 1e-300)
-    return Gauge(most, (np.bincount(planes, area * mean) / whole)[planes], meridian)
-
-
-def supports(meridian: Floats, normals: Floats) -> Floats:
-    """(k,) support of a convex body of revolution in directions (k, 2) of (n_r, n_z), n_r >= 0."""
-    return np.array([_kernels.support(meridian, *n) for n in normals.tolist()])  # type: ignore[no-untyped-call]
 
 
 class Leeway(NamedTuple):
