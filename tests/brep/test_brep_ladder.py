@@ -13,6 +13,7 @@ from threading import Event
 import numpy as np
 import polars as pl
 import pytest
+from scipy.integrate import quad
 from tinyjob import PROGRAM, SLOT_MM3, write_job
 
 from vmachining import BallNose, Bracket, BullNose, FlatEnd, Job, Sweep, run
@@ -21,6 +22,7 @@ from vmachining.engines import brep
 from vmachining.engines.brep import Blank, Ladder, Status, described, isolated, ladder, workers, workpiece
 from vmachining.engines.brep.near import SweepIndex
 from vmachining.engines.brep.polyhedron import polyhedron
+from vmachining.engines.brep.sections import integrated
 from vmachining.engines.brep.step import read_step
 from vmachining.engines.brep.workpiece import write_step
 from vmachining.engines.mesh import MeshEngine, box_stock
@@ -93,32 +95,36 @@ def test_every_rung_gives_the_same_value(rung: str) -> None:
     depth = [np.maximum(d - 5 + np.sqrt(np.maximum(25 - (y - c) ** 2, 0)), 0) for c, d in ((0, 1), (3, 1.5))]
     truth = 30 * float(np.trapezoid(np.maximum(depth[1] - depth[0], 0), y))
     verdict = work.removed(1, near(truth, 3e-4), rungs=[rung])
-    assert verdict.removed_mm3 == pytest.approx(truth, rel=1e-4 if rung in ("grown", "fuzzy 1e-03") else 1e-6)
+    assert verdict.removed_mm3 == pytest.approx(
+        truth, rel=1e-4 if rung in ("grown", "fuzzy 1e-03", "sections") else 1e-6
+    )
 
 
 def test_a_wrong_boolean_is_retried_or_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     tool = FlatEnd(diameter=10, length=40)
     work = Ladder(BOX, chain(tool, [Line((-10, 0, -1), (40, 0, -1))]))
-    right = ladder._common
-    monkeypatch.setattr(ladder, "_common", lambda a, b, fuzzy: right(a, b, fuzzy) if fuzzy else a)
+    right = ladder.common
+    monkeypatch.setattr(ladder, "common", lambda a, b, fuzzy: right(a, b, fuzzy) if fuzzy else a)
     retried = work.removed(0, near(300.0))
     assert retried.status is Status.RETRIED and retried.rung == "fuzzy 1e-05"
-    monkeypatch.setattr(ladder, "_common", lambda a, b, fuzzy: a)
-    refused = work.removed(0, near(300.0))
+    monkeypatch.setattr(ladder, "common", lambda a, b, fuzzy: a)
+    saved = work.removed(0, near(300.0))
+    assert saved.rung == "sections" and saved.removed_mm3 == pytest.approx(300.0, rel=1e-6)
+    refused = work.removed(0, near(300.0), rungs=ladder.RUNGS[:-1])
     assert refused.status is Status.REFUSED and refused.removed_mm3 is None
-    assert "is outside [" in refused.reason and len(refused.tried) == len(ladder.RUNGS)
+    assert "is outside [" in refused.reason and len(refused.tried) == len(ladder.RUNGS) - 1
 
 
 def test_what_the_kernel_raises_costs_a_rung_only(monkeypatch: pytest.MonkeyPatch) -> None:
     work = Ladder(BOX, chain(FlatEnd(diameter=10, length=40), [Line((-10, 0, -1), (40, 0, -1))]))
-    right = ladder._common
+    right = ladder.common
 
     def raises(one: object, other: object, fuzzy: float) -> object:
         if not fuzzy:
             raise RuntimeError("Standard_OutOfRange")
         return right(one, other, fuzzy)
 
-    monkeypatch.setattr(ladder, "_common", raises)
+    monkeypatch.setattr(ladder, "common", raises)
     verdict = work.removed(0, near(300.0))
     assert verdict.rung == "fuzzy 1e-05" and verdict.tried[0] is None
     refused = work.removed(0, near(300.0), rungs=["plain"])
@@ -128,7 +134,7 @@ def test_what_the_kernel_raises_costs_a_rung_only(monkeypatch: pytest.MonkeyPatc
 def test_a_wrong_boolean_does_not_widen_its_own_gate(monkeypatch: pytest.MonkeyPatch) -> None:
     work = Ladder(BOX, chain(FlatEnd(diameter=10, length=40), [Line((-10, 0, -1), (40, 0, -1))]))
     huge = Blank("box", (0, 0, 0), (1e4, 1e4, 1e4)).shape()
-    monkeypatch.setattr(ladder, "_common", lambda a, b, fuzzy: huge)
+    monkeypatch.setattr(ladder, "common", lambda a, b, fuzzy: huge)
     verdict = work.removed(0, near(300.0), rungs=["plain"])
     assert verdict.status is Status.REFUSED
     # at most a millionth of the box 30 x 10 x 1 in which both can meet, whatever the kernel says they share
@@ -353,14 +359,14 @@ def test_an_open_workpiece_is_refused_and_several_pieces_with_a_hole_are_not() -
 
 def test_a_workpiece_whose_cut_the_kernel_refuses_is_cut_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:
     sweeps = chain(FlatEnd(diameter=10, length=40), [Line((-10, 0, -1), (40, 0, -1))])
-    right = workpiece._minus
+    right = workpiece.minus
 
     def raises(one: object, others: list[object], fuzzy: float) -> object:
         if not fuzzy:
             raise EngineError("the boolean gives nothing back", engine="brep")
         return right(one, others, fuzzy)
 
-    monkeypatch.setattr(workpiece, "_minus", raises)
+    monkeypatch.setattr(workpiece, "minus", raises)
     shape = workpiece.workpiece(BOX, sweeps, [near(300.0)])
     assert brep.volume(shape) == pytest.approx(30 * 40 * 20 - 300, rel=1e-9)
     bottom = Arc((10, 0, -2), (10, 0, 0), 1, angle=1.0)  # begins level, where a torus has no smooth sheet
@@ -374,3 +380,39 @@ def test_a_workpiece_that_leaves_its_brackets_is_refused(tmp_path: Path) -> None
     with pytest.raises(EngineError, match=r"block 0: removes 300, 300.* the bracket is \[200"):
         write_step(tmp_path / "w.step", BOX, sweeps, [near(200.0)], ["block 0"])
     assert not (tmp_path / "w.step").exists()
+
+
+def test_the_integral_over_heights_knows_its_error_and_finds_kinks_it_is_told() -> None:
+    value, error = integrated(lambda z: z**4, [0.0, 2.0], 1e-9)
+    assert value == pytest.approx(2**5 / 5, rel=1e-12) and error < 1e-9
+    value, error = integrated(lambda z: abs(z - 0.7), [0.0, 0.7, 2.0], 1e-9)
+    assert value == pytest.approx((0.7**2 + 1.3**2) / 2, rel=1e-12) and error < 1e-9
+    truth = 2.0 / 3.0
+    value, error = integrated(np.sqrt, [0.0, 1.0], 1e-4)
+    assert abs(value - truth) <= error <= 1e-4
+
+
+def test_sections_find_the_closed_form_where_booleans_lie() -> None:
+    """Two slots of a ball beside each other: the second one takes a segment less what both share."""
+    tool, step = BallNose(diameter=10, length=40), 3.0
+    across = [Line((-10, y, -2), (40, y, -2)) for y in (0, step)]
+    segment, shared = (
+        25 * np.arccos(3 / 5) - 3 * 4,
+        2 * quad(lambda y: np.sqrt(25 - y * y) - 3, step / 2, 4)[0],
+    )
+    truth = 30 * (segment - shared)
+    bracket = Bracket(truth * 0.99, truth, truth * 1.01)
+    verdict = Ladder(BOX, chain(tool, across)).removed(1, bracket, rungs=("sections",))
+    assert verdict.status is Status.RETRIED and verdict.slack_mm3 < 0.0
+    assert abs(verdict.removed_mm3 - truth) <= max(-verdict.slack_mm3, 1e-6 * truth)  # type: ignore[operator]
+    # a value whose error reaches out of the bracket is none
+    tight = Bracket(verdict.removed_mm3, verdict.removed_mm3, verdict.removed_mm3)  # type: ignore[arg-type]
+    assert Ladder(BOX, chain(tool, across)).removed(1, tight, rungs=("sections",)).status is Status.REFUSED
+
+
+def test_helices_in_each_other_are_cut_in_sections_first() -> None:
+    tool = BullNose(diameter=8, corner_radius=3, length=40)
+    first = Arc((31.4, 0, 0.2), (30, 0, 0), angle=-pi, rise=-0.4)
+    second = Arc(tuple(first.end), (30, 0, 0), angle=-pi, rise=-0.4)
+    work = Ladder(BOX, chain(tool, [first, second]))
+    assert [work._ordered([(k, list(range(k)))], ladder.RUNGS)[0] for k in (0, 1)] == ["plain", "sections"]

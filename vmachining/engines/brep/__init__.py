@@ -27,6 +27,8 @@ Goal: a B-rep answer beside the mesh bracket. Every value is either inside the b
 | `inside.py` | `held` |
 | `measure.py` | `volume` |
 | `ladder.py` | `Ladder`, rungs and gate |
+| `booleans.py` | what OCCT is asked, and whether it worked |
+| `sections.py` | removed volume from areas of level sections, where booleans of solids hang or lie |
 | `near.py` | which earlier sweeps reach a region |
 | `workpiece.py` | the stock after all blocks as a valid solid, STEP with faces named and coloured by block |
 | `edges.py`, `edgeworker.py` | `BrepWorkpiece`: which parts of a cutting edge lie in the workpiece |

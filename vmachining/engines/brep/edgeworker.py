@@ -21,7 +21,8 @@ from typing import Any
 import numpy as np
 
 from vmachining.arrays import Bools, Floats
-from vmachining.engines.brep.ladder import Blank, _box, _meets, _within, quiet
+from vmachining.engines.brep.booleans import box_of
+from vmachining.engines.brep.ladder import Blank, _meets, _within, quiet
 from vmachining.engines.brep.shapes import Circle, Curve, Frame, Straight, interpolated, pnt
 from vmachining.engines.brep.swept import solids
 from vmachining.errors import SweepError, VMachiningError
@@ -84,7 +85,7 @@ class Solid:
         self._hits = IntCurvesFace_ShapeIntersector()
         self._hits.Load(shape, 1e-8)
         self._sides = BRepClass3d_SolidClassifier(shape)
-        self.box = _box(shape)
+        self.box = box_of(shape)
         self._far = float(np.linalg.norm(self.box[1] - self.box[0])) + 1.0
 
     def parameters(self, curve: Curve) -> Floats:
@@ -133,7 +134,7 @@ class Members:
         import cadquery as cq
 
         shape = stock.shape()
-        box = _box(shape)
+        box = box_of(shape)
         self._stock = [Solid(s.wrapped) for s in cq.Shape.cast(shape).Solids()]
         self._stock_code = stock_code
         self._past: list[tuple[int, list[Solid]]] = []

@@ -16,6 +16,7 @@ of the block, widened by a stated slack, and on disagreement the next rung is cl
 | `late stock` | earlier sweeps leave the sweep first, the stock is met last |
 | `halves` | the block in two halves, the second after the first |
 | `grown` | earlier sweeps grown by 1e-5 mm, the bracket widened by what that can change |
+| `sections` | areas of level sections, integrated: the value and its error must lie in the bracket (`sections.py`) |
 
 A value that no rung brings into the bracket is refused; the bracket stands.
 """
@@ -25,21 +26,24 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 from time import process_time
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from vmachining.arrays import Floats
+from vmachining.engines.brep.booleans import apart, box_of, common, is_empty, minus, turned
 from vmachining.engines.brep.measure import volume
 from vmachining.engines.brep.near import SweepIndex
 from vmachining.engines.brep.polyhedron import polyhedron
+from vmachining.engines.brep.sections import integrated, level_area
 from vmachining.engines.brep.swept import solids
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Arc, Bracket, Line
 from vmachining.sweep import Sweep, Turn
 
-__all__ = ["RUNGS", "Blank", "Ladder", "Status", "Verdict", "quiet"]
+__all__ = ["RUNGS", "SECTIONS", "Blank", "Ladder", "Status", "Verdict", "quiet"]
 
 SLACK_REL = 1e-6
 """Of the volume that stock and sweep share, or of the box both are in if a boolean claims to find more there:
@@ -51,11 +55,16 @@ SLACK_MM3 = 1e-6
 GROWTH_MM = 1e-5
 """A hundred times OCCT's confusion of points: tangent faces are apart then."""
 
-ODD_RAD = 0.137
+SECTIONS = "sections"
+"""The rung that needs no boolean of solids."""
+
+SECTION_REL = 0.1
+"""Of the width of the bracket: difference asked of the last two rules of the integral over sections; the value and
+this difference must lie inside."""
 
 RUNGS = (
     "plain", "fuzzy 1e-05", "fuzzy 1e-04", "fuzzy 1e-03", "turned", "reversed", "joint", "late stock", "halves",
-    "grown",
+    "grown", SECTIONS,
 )  # fmt: skip
 
 
@@ -72,7 +81,7 @@ class Verdict(NamedTuple):
     """removed_mm3 : None if refused or skipped. rung : what worked. reason : why not. tried : value per rung.
 
     seconds : of a processor, all rungs and the processes they cost. slack_mm3 : by how much the rung that worked,
-    or else the last one, widened the bracket at both ends.
+    or else the last one, widened the bracket at both ends; negative: the value's own error, kept inside.
     """
 
     status: Status
@@ -130,7 +139,7 @@ class Ladder:
 
     def __init__(self, stock: Blank, blocks: Sequence[Sequence[Sweep]]) -> None:
         self._stock = stock.shape()
-        self._box = _box(self._stock)
+        self._box = box_of(self._stock)
         self._sweeps = [_within(sweep, self._box) for block in blocks for sweep in block]
         self._first = np.cumsum([0, *(len(block) for block in blocks)])
         self._index = SweepIndex(self._sweeps)
@@ -159,10 +168,13 @@ class Ladder:
         reason, count, slack = "", 0, 0.0
         members = range(int(self._first[block]), int(self._first[block + 1]))
         plans = [(k, self._index.needed(k, self._box)) for k in members if _meets(self._sweeps[k], self._box)]
-        for rung in rungs:
+        for rung in self._ordered(plans, rungs):
             told(rung)
             try:
-                value, count, slack = self._climb(plans, rung)
+                if rung == SECTIONS:
+                    value, count, slack = self._sectioned(plans, bracket)
+                else:
+                    value, count, slack = self._climb(plans, rung)
             except (SweepError, EngineError) as exc:
                 reason = str(exc)
                 tried.append(None)
@@ -182,6 +194,17 @@ class Ladder:
             if not plans:
                 break
         return Verdict(Status.REFUSED, None, "", reason, process_time() - begin, count, tuple(tried), slack)
+
+    def _ordered(self, plans: Sequence[tuple[int, list[int]]], rungs: Sequence[str]) -> list[str]:
+        """The rungs in the order they are tried: wound helices over each other are cut in sections first.
+
+        Their sheets touch along curves: booleans of solids were seen to take more than 48 s, and to lose parts.
+        """
+        wound = any(
+            _is_wound(self._sweeps[k]) and any(_is_wound(self._sweeps[j]) for j in earlier)
+            for k, earlier in plans
+        )
+        return sorted(rungs, key=lambda rung: rung != SECTIONS) if wound else list(rungs)
 
     def _common_box(self, k: int) -> float:
         """mm^3 of the box in which a sweep and the stock can meet: no boolean vouches for this one."""
@@ -220,25 +243,42 @@ class Ladder:
         stock, cut = self._stock, [part for tool in tools for part in tool]
         parts = _solids(sweep)
         if rung == "turned":
-            stock, parts, cut = _turn(stock), [_turn(p) for p in parts], [_turn(p) for p in cut]
+            stock, parts, cut = turned(stock), [turned(p) for p in parts], [turned(p) for p in cut]
         value = shared = 0.0
         for number, part in enumerate(parts):
-            rest = part if rung == "late stock" else _common(part, stock, fuzzy)
+            rest = part if rung == "late stock" else common(part, stock, fuzzy)
             shared += volume(rest)
             others = [*cut, *parts[:number]]
             if rung == "joint" and others:
-                rest = _minus(rest, others, fuzzy)
+                rest = minus(rest, others, fuzzy)
             else:
                 for other in others:
-                    if _apart(rest, other):
+                    if apart(rest, other):
                         continue
-                    rest = _minus(rest, [other], fuzzy)
-                    if _is_empty(rest):
+                    rest = minus(rest, [other], fuzzy)
+                    if is_empty(rest):
                         break
-            if rung == "late stock" and not _is_empty(rest):
-                rest = _common(rest, stock, fuzzy)
+            if rung == "late stock" and not is_empty(rest):
+                rest = common(rest, stock, fuzzy)
             value += volume(rest)
         return value, shared
+
+    def _sectioned(
+        self, plans: Sequence[tuple[int, list[int]]], bracket: Bracket
+    ) -> tuple[float, int, float]:
+        """(value, earlier sweeps used, minus its error) by level sections."""
+        total = error = 0.0
+        for k, earlier in plans:
+            bounds = self._sweeps[k].bounds
+            box = np.stack([np.maximum(bounds[0], self._box[0]), np.minimum(bounds[1], self._box[1])])
+            parts = _solids(self._sweeps[k])
+            others = [part for j in earlier for part in self._solids(j)]
+            stops = [z for j in (k, *earlier) for z in _levels(self._sweeps[j]) if box[0, 2] < z < box[1, 2]]
+            share = SECTION_REL * (bracket.hi - bracket.lo) / len(plans)
+            level = partial(level_area, stock=self._stock, parts=parts, others=others, box=box)
+            value, miss = integrated(level, [box[0, 2], *stops, box[1, 2]], share)
+            total, error = total + value, error + miss
+        return float(total), sum(len(earlier) for _, earlier in plans), -float(error)
 
     def _solids(self, k: int) -> list[Any]:
         """Solids of an earlier sweep, the latest few hundred remembered."""
@@ -247,6 +287,22 @@ class Ladder:
                 self._made.pop(next(iter(self._made)))
             self._made[k] = _solids(self._sweeps[k])
         return self._made[k]
+
+
+def _is_wound(sweep: Sweep) -> bool:
+    """Whether a helix has several solids (`swept.py`), with spline sheets that reach its axis."""
+    path = sweep.path
+    if not isinstance(path, Arc) or path.axis != 2 or path.angle * path.rise == 0.0:
+        return False
+    return path.radius <= sweep.profile.max_radius
+
+
+def _levels(sweep: Sweep) -> list[float]:
+    """Heights at which the section of an upright sweep changes its shape: joints of the tool at both ends."""
+    if not isinstance(sweep.path, (Line, Arc)):
+        return []
+    tips = (float(sweep.path.start[2]), float(sweep.path.end[2]))
+    return [tip + z for tip in tips for z in sweep.profile.points[:, 1].tolist()]
 
 
 def _meets(sweep: Sweep, box: Floats) -> bool:
@@ -305,74 +361,3 @@ def quiet() -> None:
     from OCP.Message import Message
 
     Message.DefaultMessenger_s().ChangePrinters().Clear()
-
-
-# -- OCCT ----------------------------------------------------------------------------------------------------
-
-
-def _operated(operation: Any, one: Any, others: Sequence[Any], fuzzy: float) -> Any:
-    """Result of a boolean; asked whether it worked."""
-    from OCP.TopTools import TopTools_ListOfShape
-
-    arguments, tools = TopTools_ListOfShape(), TopTools_ListOfShape()
-    arguments.Append(one)
-    for other in others:
-        tools.Append(other)
-    operation.SetArguments(arguments)
-    operation.SetTools(tools)
-    operation.SetNonDestructive(True)
-    if fuzzy > 0.0:
-        operation.SetFuzzyValue(fuzzy)
-    try:
-        operation.Build()
-    except Exception as exc:  # OCCT raises whatever it meets
-        raise EngineError(f"the boolean failed: {exc}", engine="brep") from exc
-    if not operation.IsDone() or operation.Shape().IsNull():
-        raise EngineError("the boolean gives nothing back", engine="brep")
-    return operation.Shape()
-
-
-def _common(one: Any, other: Any, fuzzy: float) -> Any:
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Common
-
-    return _operated(BRepAlgoAPI_Common(), one, [other], fuzzy)
-
-
-def _minus(one: Any, others: Sequence[Any], fuzzy: float) -> Any:
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
-
-    return _operated(BRepAlgoAPI_Cut(), one, others, fuzzy)
-
-
-def _turn(shape: Any) -> Any:
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
-    from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
-
-    motion = gp_Trsf()
-    motion.SetRotation(gp_Ax1(gp_Pnt(0.0, 0.0, 0.0), gp_Dir(1.0, 2.0, 3.0)), ODD_RAD)
-    return BRepBuilderAPI_Transform(shape, motion, True).Shape()
-
-
-def _box(shape: Any) -> Floats:
-    """(2, 3) mm, a little wider than the shape."""
-    from OCP.Bnd import Bnd_Box
-    from OCP.BRepBndLib import BRepBndLib
-
-    box = Bnd_Box()
-    BRepBndLib.Add_s(shape, box, False)
-    if box.IsVoid():
-        return np.array([[np.inf] * 3, [-np.inf] * 3])
-    low, high = box.CornerMin(), box.CornerMax()
-    return np.array([[low.X(), low.Y(), low.Z()], [high.X(), high.Y(), high.Z()]])
-
-
-def _apart(one: Any, other: Any) -> bool:
-    a, b = _box(one), _box(other)
-    return bool((a[0] > b[1]).any() or (b[0] > a[1]).any())
-
-
-def _is_empty(shape: Any) -> bool:
-    from OCP.TopAbs import TopAbs_ShapeEnum
-    from OCP.TopExp import TopExp_Explorer
-
-    return not TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE).More()

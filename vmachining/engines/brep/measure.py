@@ -37,7 +37,7 @@ from scipy.interpolate import BSpline
 from vmachining.arrays import Floats
 from vmachining.errors import EngineError
 
-__all__ = ["volume"]
+__all__ = ["area", "volume"]
 
 KIND = GeomAbs_SurfaceType
 NODES = 10
@@ -64,6 +64,19 @@ def volume(shape: Any) -> float:
         if origin is None:
             origin = place
         total += sign * (flux + float((place - origin) @ area) / 3.0)
+    return total
+
+
+def area(shape: Any) -> float:
+    """mm^2 of the plane faces of a TopoDS_Shape."""
+    total = 0.0
+    faces = TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE)
+    while faces.More():
+        face = TopoDS.Face_s(faces.Current())
+        faces.Next()
+        total += float(
+            np.linalg.norm(_face(TopoDS.Face_s(face.Oriented(TopAbs_Orientation.TopAbs_FORWARD)))[2])
+        )
     return total
 
 

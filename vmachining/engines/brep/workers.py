@@ -19,7 +19,7 @@ from pathlib import Path
 from time import monotonic
 from typing import Any, TypeVar, cast
 
-from vmachining.engines.brep.ladder import RUNGS, Blank, Status, Verdict
+from vmachining.engines.brep.ladder import RUNGS, SECTIONS, Blank, Status, Verdict
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Bracket
 from vmachining.sweep import Sweep
@@ -28,8 +28,8 @@ __all__ = ["check_blocks", "isolated", "step_file"]
 
 T = TypeVar("T")
 
-LONGEST, MOST = 0.4, 0.8
-"""Parts of the limit of a block: for one rung, and until which another rung is worth a new process."""
+LONGEST, MOST = 0.25, 0.8
+"""Parts of the limit of a block: for one boolean rung, and until which another rung is worth a new process."""
 
 PATIENCE = 8.0
 """Seconds by the clock that count as one of the processor."""
@@ -40,6 +40,10 @@ START_SECONDS = 300.0
 
 class _Gone(Exception):  # noqa: N818 - not an error of ours
     """The worker does not answer any more; says why."""
+
+
+class _Late(_Gone):
+    """The worker takes too long."""
 
 
 class _Watch:
@@ -76,7 +80,8 @@ class _Worker:
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
         )
-        self.done, self.rung, self.used = 0, "", 0.0
+        self.done, self.rung, self.used, self.late = 0, "", 0.0, False
+        self.tried: list[str] = []
         self._answers: queue.SimpleQueue[tuple[bool, Any]] = queue.SimpleQueue()
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
@@ -103,20 +108,27 @@ class _Worker:
     ) -> Verdict:
         """seconds : of the block. longest : of one rung.
 
-        If this ends badly, `rung` is the one that was under way, and `used` what the block had taken, s.
+        If this ends badly, `rung` is the one that was under way, `tried` all until then, `late` whether it was slow,
+        and `used` what the block had taken, s.
         """
         watch = _Watch(self._process.pid)
-        self.rung = rungs[0]
+        self.rung, self.tried, self.late = rungs[0], [], False
         try:
             self._send(pickle.dumps(("check", block, bracket, tuple(rungs))))
             while True:
-                answer = self._receive(min(longest, seconds - watch.used()))
+                left = seconds - watch.used()
+                answer = self._receive(left if self.rung == SECTIONS else min(longest, left))
                 if isinstance(answer, Verdict):
                     self.done += 1
                     return answer
                 self.rung = answer
+                self.tried.append(answer)
+        except _Late:
+            self.late = True
+            raise
         finally:
             self.used = watch.used()
+            self.tried = self.tried or [self.rung]
 
     def call(self, question: object, seconds: float) -> Any:
         """Any question, and its answer."""
@@ -165,7 +177,7 @@ class _Worker:
                 good, answer = self._answers.get(timeout=min(max(left, 0.0), 1.0))
             except queue.Empty:
                 if left <= 0.0:
-                    raise _Gone(f"no answer within {seconds:.3g} s") from None
+                    raise _Late(f"no answer within {seconds:.3g} s") from None
                 continue
             if not good:
                 raise _Gone(self._end())
@@ -201,8 +213,8 @@ def check_blocks(
     asked : block number -> bracket of its removed volume.
     workers : processes.
     seconds : limit of one block, of processor time where the system tells it. A rung that crashes or takes longer
-        than 0.4 of it costs the process; the block goes on with the next rung in a new one, and is refused if
-        no rung and no time is left.
+        than 0.25 of it (sections: what is left of it) costs the process; the block goes on with the next rung in a
+        new one, after a hang with sections, and is refused if no rung and no time is left.
     recycle : blocks after which a process is replaced.
     stop : asked between blocks; what is under way is dropped.
 
@@ -256,7 +268,9 @@ def check_blocks(
                         verdict = worker.ask(block, bracket, left, seconds - used, LONGEST * seconds)
                     except _Gone as exc:
                         lost, used = f"{worker.rung}: {exc}", used + worker.used
-                        left = left[left.index(worker.rung) + 1 :]
+                        left = [rung for rung in left if rung not in worker.tried]
+                        if worker.late:  # what hangs one way hangs most ways, but sections do not
+                            left.sort(key=lambda rung: rung != SECTIONS)
                         drop(worker)
                         worker = None
                         if left and used < MOST * seconds:

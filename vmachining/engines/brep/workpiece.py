@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.ladder import SLACK_MM3, Blank, _meets, _minus, _within
-from vmachining.engines.brep.ladder import _box as box_of
+from vmachining.engines.brep.booleans import box_of, minus
+from vmachining.engines.brep.ladder import SLACK_MM3, Blank, _meets, _within
 from vmachining.engines.brep.measure import volume
 from vmachining.engines.brep.near import SweepIndex
 from vmachining.engines.brep.swept import inspect, solids
@@ -87,7 +87,7 @@ def _cut(shape: Any, tools: list[Any], before: float, bracket: Bracket, number: 
         rest = shape
         try:
             for tool in tools:
-                rest = _minus(rest, [tool], fuzzy)
+                rest = minus(rest, [tool], fuzzy)
             after = volume(rest)
         except EngineError as exc:  # as a wrong volume: the next fuzzy value may work
             removed.append(f"({exc})")

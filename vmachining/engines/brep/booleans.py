@@ -1,0 +1,84 @@
+"""Booleans of OCCT, asked whether they worked; boxes, and whether anything is left."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from vmachining.arrays import Floats
+from vmachining.errors import EngineError
+
+__all__ = ["apart", "box_of", "common", "is_empty", "minus", "turned"]
+
+ODD_RAD = 0.137
+
+
+def _operated(operation: Any, one: Any, others: Sequence[Any], fuzzy: float) -> Any:
+    """Result of a boolean; asked whether it worked."""
+    from OCP.TopTools import TopTools_ListOfShape
+
+    arguments, tools = TopTools_ListOfShape(), TopTools_ListOfShape()
+    arguments.Append(one)
+    for other in others:
+        tools.Append(other)
+    operation.SetArguments(arguments)
+    operation.SetTools(tools)
+    operation.SetNonDestructive(True)
+    operation.SetCheckInverted(False)  # no solid of ours is inside out; asking takes longer than many cuts
+    if fuzzy > 0.0:
+        operation.SetFuzzyValue(fuzzy)
+    try:
+        operation.Build()
+    except Exception as exc:  # OCCT raises whatever it meets
+        raise EngineError(f"the boolean failed: {exc}", engine="brep") from exc
+    if not operation.IsDone() or operation.Shape().IsNull():
+        raise EngineError("the boolean gives nothing back", engine="brep")
+    return operation.Shape()
+
+
+def common(one: Any, other: Any, fuzzy: float) -> Any:
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Common
+
+    return _operated(BRepAlgoAPI_Common(), one, [other], fuzzy)
+
+
+def minus(one: Any, others: Sequence[Any], fuzzy: float) -> Any:
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+
+    return _operated(BRepAlgoAPI_Cut(), one, others, fuzzy)
+
+
+def turned(shape: Any) -> Any:
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
+    from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
+
+    motion = gp_Trsf()
+    motion.SetRotation(gp_Ax1(gp_Pnt(0.0, 0.0, 0.0), gp_Dir(1.0, 2.0, 3.0)), ODD_RAD)
+    return BRepBuilderAPI_Transform(shape, motion, True).Shape()
+
+
+def box_of(shape: Any) -> Floats:
+    """(2, 3) mm, a little wider than the shape."""
+    from OCP.Bnd import Bnd_Box
+    from OCP.BRepBndLib import BRepBndLib
+
+    box = Bnd_Box()
+    BRepBndLib.Add_s(shape, box, False)
+    if box.IsVoid():
+        return np.array([[np.inf] * 3, [-np.inf] * 3])
+    low, high = box.CornerMin(), box.CornerMax()
+    return np.array([[low.X(), low.Y(), low.Z()], [high.X(), high.Y(), high.Z()]])
+
+
+def apart(one: Any, other: Any) -> bool:
+    a, b = box_of(one), box_of(other)
+    return bool((a[0] > b[1]).any() or (b[0] > a[1]).any())
+
+
+def is_empty(shape: Any) -> bool:
+    from OCP.TopAbs import TopAbs_ShapeEnum
+    from OCP.TopExp import TopExp_Explorer
+
+    return not TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE).More()
