@@ -56,8 +56,8 @@ MACHINES = (
 )
 """Chains from workpiece to tool: kind, direction, point on the axis (mm), sign."""
 
-NEAR_MM = 2e-5
-"""Points closer to the surface than this are not asked: a fold and a gap of 1e-5 mm each."""
+NEAR_MM = 6e-5
+"""Points closer to the surface than this are not asked: a fold and a gap of 3e-5 mm each."""
 
 POINTS = 96
 SETS, RAYS = 16, 9

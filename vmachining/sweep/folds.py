@@ -39,10 +39,10 @@ ALONG = 33
 AROUND = 48
 """Angles of a circle at which the slab is looked at; more come close to the plane of the turn."""
 
-SLIM = 0.02
+SLIM = 0.002
 """Of the largest radius: what is left below or above the slab is no body of its own if it is less high."""
 
-MARGINS = (0.1, 0.03, 0.3, 0.01)
+MARGINS = (0.1, 0.03, 0.3, 0.01, 0.003)
 """Of the largest radius, by which a slab reaches beyond the folds, in the order in which they are tried: where
 the slab is high poses do not cover it, where it is low the envelope of the rest is sharp."""
 

@@ -23,16 +23,16 @@ from vmachining.tool import Profile
 
 __all__ = ["covered"]
 
-GAP_MM = 1e-5
+GAP_MM = 3e-5
 """What may be missing between poses: as much as a sheet may lie inside (`FOLD_MM` of `turns.py`)."""
 
-DEEP_MM = 5e-6
+DEEP_MM = 1.5e-5
 """A fold that lies deeper belongs into the slab."""
 
 POSES = 16
 """Most parts of a block between whose ends the slab has to be covered."""
 
-DEPTH, TRIALS, MOST = 6, 100, 64
+DEPTH, TRIALS, MOST = 6, 80, 64
 """Most cuts of a part, in tool or time; most parts tried, and most found."""
 
 WAYS = ((1, 0), (-1, 0), (1, 1), (-1, 1))
@@ -84,8 +84,8 @@ class _Work(Generic[T]):
         """From t = a to b."""
         part = self.path if (a, b) == (0.0, 1.0) else self.path.part(a, b)
         reasons: list[SweepError | EngineError] = []
+        self.trials += 1
         for motion, off in _motions(part):
-            self.trials += 1
             try:
                 return [_Found(profile, None, self.build(profile, motion, off))]
             except (SweepError, EngineError) as reason:

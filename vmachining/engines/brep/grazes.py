@@ -69,11 +69,11 @@ QUICK = 1.0
 
 
 class Divide(SweepError):  # noqa: N818
-    """A block that has to be cut in its own time `at`; `soft` if its shape changes there."""
+    """A block that has to be cut in its own time `at`, or in equal parts; `soft` if its shape changes there."""
 
-    def __init__(self, message: str, at: float, *, soft: bool) -> None:
+    def __init__(self, message: str, at: float, *, soft: bool, parts: int = 2) -> None:
         super().__init__(message)
-        self.at, self.soft = at, soft
+        self.at, self.soft, self.parts = at, soft, parts
 
 
 class Grazes:

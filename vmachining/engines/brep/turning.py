@@ -25,7 +25,7 @@ import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.caps import FLAT, Rings, Tool, meridian_curve, normals
+from vmachining.engines.brep.caps import FLAT, Rings, meridian_curve, normals
 from vmachining.engines.brep.grazes import Grazes
 from vmachining.engines.brep.lens import Lens
 from vmachining.engines.brep.shapes import (
@@ -41,10 +41,9 @@ from vmachining.engines.brep.shapes import (
     interpolated,
     nodes_for,
 )
-from vmachining.engines.brep.stretches import Chord, EdgeSpan, End, Moving, RimPatch, State, Stretch
+from vmachining.engines.brep.stretches import Chord, EdgeSpan, End, RimPatch, State, Stretch
 from vmachining.engines.brep.topology import SAME, Builder, Edge, Use, run_of
 from vmachining.errors import SweepError
-from vmachining.tool import Profile
 
 __all__ = ["Built", "turning"]
 
@@ -72,9 +71,9 @@ class Built(NamedTuple):
 class _Turning:
     """One solid in the making."""
 
-    def __init__(self, profile: Profile, moving: Moving, fit_mm: float) -> None:
-        self.tool = Tool.of(profile)
-        self.grazes = Grazes(self.tool, moving)
+    def __init__(self, grazes: Grazes, fit_mm: float) -> None:
+        moving = grazes.moving
+        self.tool, self.grazes = grazes.tool, grazes
         self.moving, self.fit = moving, fit_mm
         self.build = Builder()
         self.error = 0.0
@@ -454,8 +453,8 @@ def _turns(stretch: Stretch) -> bool:
     return stretch.ends[0][0] == stretch.ends[1][0] and not isinstance(stretch, Chord | EdgeSpan)
 
 
-def turning(profile: Profile, moving: Moving, fit_mm: float) -> Built:
-    """Faces of the sweep of a convex profile.
+def turning(grazes: Grazes, fit_mm: float) -> Built:
+    """Faces of the sweep of the convex profile that grazes.
 
     Raises
     ------
@@ -464,7 +463,7 @@ def turning(profile: Profile, moving: Moving, fit_mm: float) -> Built:
     EngineError
         Edges do not fit.
     """
-    work = _Turning(profile, moving, fit_mm)
+    work = _Turning(grazes, fit_mm)
     work.prepare()
     work.sheets()
     work.caps()

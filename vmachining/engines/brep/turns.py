@@ -6,7 +6,7 @@
 2. Where a valley of a flat face cannot be drawn in one go, or a chord begins to lie inside, the piece is halved.
 3. Where a sheet lies inside the sweep (phi_tt < 0, sampled) the piece crosses itself along the line in which its
    first and last pose meet: halfway between them, -phi_tt / 8 above the sheet. If that is more than `FOLD_MM`, the
-   piece is halved: a quarter of the depth. What would take more pieces is refused.
+   piece is cut in equal parts: the depth falls with the square of their number. More than `PARTS` are refused.
 4. Every piece must be valid and closed, and its volume must be the one of the flux identity V(K) + Phi - W to
    1e-5. A solid whose boundary runs through itself has V(K) + Phi instead, so what is entered twice cannot be lost.
 
@@ -43,17 +43,14 @@ their radius, and only a sharp edge leaves a groove half as deep. No edge of the
 END_GAP_MM = 1e-6
 """mm of motion left out where the shape changes at the very start or end of the block, of all faces there."""
 
-PARTS = 24
+PARTS = 64
 """Most pieces of one block before it is refused."""
 
 LEAST_MM = 1e-3
 """A piece that moves less is none: two changes of shape are too close to each other."""
 
-FOLD_MM = 1e-5
+FOLD_MM = 3e-5
 """A solid may cross itself by this much where a sheet lies inside the sweep; its volume is right to 1e-5."""
-
-HALVINGS = 3
-"""A sheet that lies too deep is halved in time this often: half the time, a quarter of the depth."""
 
 
 class Piece(NamedTuple):
@@ -120,9 +117,10 @@ class _Work:
 
     def __init__(self, profile: Profile, path: Turn, fit_mm: float) -> None:
         self.profile, self.path, self.fit = profile, path, fit_mm
+        self.tool = Tool.of(profile)
         self.out: list[Piece] = []
         reach = float(np.abs(profile.points[:, 1]).max() + profile.max_radius)
-        self.sharp = any(e.kind == "edge" for e in rings_of(Tool.of(profile))[1])
+        self.sharp = any(e.kind == "edge" for e in rings_of(self.tool)[1])
         self.speed = path.tip_series.bound(1) + reach * path.axis_series.bound(1)
 
     def add(self, a: float, b: float, soft_a: bool, soft_b: bool) -> None:
@@ -140,8 +138,9 @@ class _Work:
         )
         moving = Moving(part, (before, after))
         try:
-            built = turning(self.profile, moving, self.fit)
-            depth = _depth(built.grazes)
+            grazes = Grazes(self.tool, moving)
+            depth = _depth(grazes)
+            built = turning(grazes, self.fit)
         except Divide as found:
             self._divide(found, a, b, soft_a, soft_b)
             return
@@ -160,9 +159,11 @@ class _Work:
                 raise SweepError(str(found))
             self.add(a, b, soft_a or found.at == 0.0, soft_b or found.at == 1.0)
             return
-        middle = a + found.at * (b - a)
-        self.add(a, middle, soft_a, found.soft)
-        self.add(middle, b, found.soft, soft_b)
+        shares = [found.at] if found.parts == 2 else [k / found.parts for k in range(1, found.parts)]
+        stops = [a, *(a + share * (b - a) for share in shares), b]
+        for k in range(len(stops) - 1):
+            first, last = k == 0, k + 2 == len(stops)
+            self.add(stops[k], stops[k + 1], soft_a if first else found.soft, soft_b if last else found.soft)
 
 
 def _depth(grazes: Grazes) -> float:
@@ -182,6 +183,7 @@ def _depth(grazes: Grazes) -> float:
         if depth > FOLD_MM:
             g = grazes.elements[stretch.element].segment
             text = f"the envelope folds inside the sweep, between heights {g.z0:.6g} and {g.z1:.6g} mm of the tool"
-            raise (Divide(text, 0.5, soft=False) if depth < FOLD_MM * 4.0**HALVINGS else SweepError(text))
+            parts = int(np.ceil(1.05 * np.sqrt(depth / FOLD_MM)))
+            raise Divide(text, 0.5, soft=False, parts=parts) if parts < PARTS else SweepError(text)
         deepest = max(deepest, depth)
     return deepest
