@@ -90,7 +90,7 @@ def run_(
     engine: Annotated[str, typer.Option("--engine", help="Engine: mesh.")] = "mesh",
     certify: Annotated[
         bool,
-        typer.Option("--certify", help="Narrower brackets from two workpieces, nearly twice as slow."),
+        typer.Option("--certify", help="Narrower brackets from two workpieces, more than twice as slow."),
     ] = False,
     brep: Annotated[
         str, typer.Option("--brep", metavar="WHICH", help="B-rep checks: none, sample, all or blocks 3,7-12.")

@@ -13,7 +13,7 @@
 4. A block is one boolean per tile, with the inner sweep. What its facets leave is bounded in advance by frustums,
    and its mean, which travels with the facets through the booleans, makes the estimate (`skin/`). Asked to certify,
    or where a tool turns, the engine keeps two workpieces, cut by the inner and by the outer sweeps: four booleans
-   per tile, a bracket half as wide (`removal.py`).
+   per tile, a bracket half as wide where passes overlap (`removal.py`).
 5. Tiles are independent: several processes cut one workpiece (`crew.py`). A half-cut workpiece can be saved
    (`checkpoint.py`).
 

@@ -40,7 +40,7 @@ class MeshEngine:
     tile_mm : float or None
         Largest tile that a sweep works on; None chooses from the cutter.
     certify : bool
-        Two workpieces instead of bounds in advance: nearly twice as slow. Needed where the tool turns.
+        Two workpieces instead of bounds in advance: more than twice as slow. Needed where the tool turns.
     """
 
     name = "mesh"
