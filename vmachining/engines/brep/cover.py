@@ -12,6 +12,7 @@ A motion that stays in a plane through the axis grazes along whole circles and o
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from time import process_time
 from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -32,8 +33,11 @@ DEEP_MM = 1.5e-5
 POSES = 16
 """Most parts of a block between whose ends the slab has to be covered."""
 
-DEPTH, TRIALS, MOST = 6, 80, 64
-"""Most cuts of a part, in tool or time; most parts tried, and most found."""
+DEPTH, MOST = 6, 64
+"""Most cuts of a part, in tool or time, and most solids."""
+
+PATIENCE_S = 20.0
+"""Processor time after which no more parts are tried: what took longer was refused in the end, as a rule."""
 
 WAYS = ((1, 0), (-1, 0), (1, 1), (-1, 1))
 NUDGES = tuple((1e-6, *way) for way in WAYS[:2]) + tuple((1e-5, *way) for way in WAYS)
@@ -78,14 +82,15 @@ class _Work(Generic[T]):
     """Parts in the making."""
 
     def __init__(self, path: Turn, build: Build[T]) -> None:
-        self.path, self.build, self.trials = path, build, 0
+        self.path, self.build, self.until = path, build, process_time() + PATIENCE_S
 
     def parts(self, profile: Profile, a: float, b: float, depth: int) -> list[_Found[T]]:
         """From t = a to b."""
         part = self.path if (a, b) == (0.0, 1.0) else self.path.part(a, b)
         reasons: list[SweepError | EngineError] = []
-        self.trials += 1
         for motion, off in _motions(part):
+            if reasons and process_time() > self.until:
+                break
             try:
                 return [_Found(profile, None, self.build(profile, motion, off))]
             except (SweepError, EngineError) as reason:
@@ -111,7 +116,7 @@ class _Work(Generic[T]):
         """All of some parts, None if one of them has no solid."""
         out: list[_Found[T]] = []
         for body, a, b in wanted:
-            if self.trials >= TRIALS:
+            if process_time() > self.until or sum(len(f.parts) for f in out) > MOST:
                 return None
             try:
                 out += self.parts(body, a, b, depth + 1)
