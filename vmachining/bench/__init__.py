@@ -3,7 +3,8 @@
 | case | says |
 |---|---|
 | `accuracy` | bracket and error of single sweeps with a closed form, over the chord |
-| `brep` | seconds per block of the B-rep ladder over a long program, two workers against one |
+| `brep` | seconds per block of the B-rep ladder over a long program |
+| `brep-workers` | two B-rep workers against one: times, start-up, processors used, memory of the largest |
 | `brep-chains` | random chains through the ladder: agreed, retried, refused, silently wrong; plain booleans beside |
 | `engage` | what the cutting edge touches: distances against B-rep solids on curved stock, time of both |
 | `half_cylinder` | time per block of a ball finishing a half cylinder, against one global solid cut block by block |
@@ -30,6 +31,7 @@ CASES = {
     "accuracy": "accuracy",
     "brep": "brep",
     "brep-chains": "brep_chains",
+    "brep-workers": "brep",
     "engage": "engage",
     "half_cylinder": "half_cylinder",
     "half_cylinder_long": "half_cylinder",
