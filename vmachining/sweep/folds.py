@@ -121,7 +121,8 @@ def _surface(profile: Profile, now: Instant, slab: Slab) -> Floats:
         *(middle + side + np.concatenate([-close, [0.0], close]) for side in (0.0, np.pi)),
     ])  # fmt: skip
     m = np.cos(u)[:, None] * x + np.sin(u)[:, None] * y
-    z = np.linspace(slab.lo, slab.hi, 9)
+    joints = profile.points[:, 1]
+    z = np.union1d(np.linspace(slab.lo, slab.hi, 9), joints[(joints >= slab.lo) & (joints <= slab.hi)])
     circles_ = [(h, float(r)) for h, r in zip(z.tolist(), profile.radius_at(z), strict=True)]
     for h, end in ((profile.z_min, 0), (profile.z_max, -1)):
         if slab.lo <= h <= slab.hi:

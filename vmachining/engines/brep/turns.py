@@ -7,14 +7,16 @@
 3. Where a sheet lies inside the sweep (phi_tt < 0, sampled) the piece crosses itself along the line in which its
    first and last pose meet: halfway between them, -phi_tt / 8 above the sheet. If that is more than `FOLD_MM`, the
    piece is cut in equal parts: the depth falls with the square of their number. More than `PARTS` are refused.
-4. Every piece must be valid and closed, and its volume must be the one of the flux identity V(K) + Phi - W to
+4. What the tool reaches in the motion left out between two pieces, beyond its poses there, is measured in exact
+   distances (`Slab`, `uncovered`); more than `GAP_MM` is refused, less is part of `fit_mm`.
+5. Every piece must be valid and closed, and its volume must be the one of the flux identity V(K) + Phi - W to
    1e-5. A solid whose boundary runs through itself has V(K) + Phi instead, so what is entered twice cannot be lost.
 
-Known limits, refused by name: pivots in the tool or close to it (the envelope folds, or turns too fast to follow),
-motions that stay in a plane through the axis with no speed along it, chords of a flat face with a round corner
-that lie inside by more than some 1e-4 mm, two arcs that merge there (too sharp for a tensor product), centres of a
-ball on a path that bends more than the ball. The gate of a part says nothing about the union: that parts leave no
-gap rests on their ends. Where the shape changes at the very start or end, edges may be as short as 5e-7 mm.
+Known limits, refused by name here, while `cover.py` looks for parts that can be built: pivots in the tool or close
+to it (the envelope folds, or turns too fast to follow), motions that stay in a plane through the axis with no speed
+along it, chords of a flat face with a round corner that lie deep inside, two arcs that merge there (too sharp for a
+tensor product), centres of a ball on a path that bends more than the ball. Where the shape changes at the very start
+or end, edges may be as short as 5e-7 mm.
 """
 
 from __future__ import annotations
@@ -31,6 +33,7 @@ from vmachining.engines.brep.stretches import EdgeSpan, Moving
 from vmachining.engines.brep.turning import Built, turning
 from vmachining.errors import SweepError
 from vmachining.sweep import Sweep, Turn
+from vmachining.sweep.folds import Slab, uncovered
 from vmachining.sweep.topology import changes
 from vmachining.tool import Profile
 
@@ -75,7 +78,7 @@ def turn_pieces(profile: Profile, path: Turn, fit_mm: float) -> list[Piece]:
     stops = [0.0, *cuts, 1.0]
     for k in range(len(stops) - 1):
         work.add(stops[k], stops[k + 1], k > 0, k + 1 < len(stops) - 1)
-    return work.out
+    return work.joined()
 
 
 def _cuts(profile: Profile, path: Turn) -> list[float]:
@@ -119,8 +122,8 @@ class _Work:
         self.profile, self.path, self.fit = profile, path, fit_mm
         self.tool = Tool.of(profile)
         self.out: list[Piece] = []
+        self.spans: list[tuple[float, float]] = []
         reach = float(np.abs(profile.points[:, 1]).max() + profile.max_radius)
-        self.sharp = any(e.kind == "edge" for e in rings_of(self.tool)[1])
         self.speed = path.tip_series.bound(1) + reach * path.axis_series.bound(1)
 
     def add(self, a: float, b: float, soft_a: bool, soft_b: bool) -> None:
@@ -144,12 +147,25 @@ class _Work:
         except Divide as found:
             self._divide(found, a, b, soft_a, soft_b)
             return
-        lost = [
-            0.0,
-            *(gap * self.speed for gap, t in zip(gaps, (a, b), strict=True) if self.sharp or t in (0.0, 1.0)),
-        ]
+        lost = [gap * self.speed for gap, t in zip(gaps, (a, b), strict=True) if t in (0.0, 1.0)]
         built = built._replace(fit_mm=max(built.fit_mm, depth, *lost))
         self.out.append(Piece(Sweep.along(self.profile, part), built))
+        self.spans.append((lo, hi))
+
+    def joined(self) -> list[Piece]:
+        """All pieces, with what is missing between them as an error of the later one."""
+        whole = Slab(self.profile.z_min, self.profile.z_max, ())
+        for k in range(1, len(self.out)):
+            last, first = self.spans[k - 1][1], self.spans[k][0]
+            if first <= last:
+                continue
+            missing = uncovered(self.profile, self.path.part(last, first), whole, 1)
+            if missing > GAP_MM:
+                raise SweepError(f"{missing:.2g} mm are missing where the block is cut in time")
+            piece = self.out[k]
+            built = piece.built._replace(fit_mm=max(piece.built.fit_mm, missing))
+            self.out[k] = piece._replace(built=built)
+        return self.out
 
     def _divide(self, found: Divide, a: float, b: float, soft_a: bool, soft_b: bool) -> None:
         """Where a piece says that it has to be cut."""
