@@ -87,30 +87,41 @@ class _Work(Generic[T]):
     def parts(self, profile: Profile, a: float, b: float, depth: int) -> list[_Found[T]]:
         """From t = a to b."""
         part = self.path if (a, b) == (0.0, 1.0) else self.path.part(a, b)
-        reasons: list[SweepError | EngineError] = []
-        for motion, off in _motions(part):
-            if reasons and process_time() > self.until:
-                break
-            try:
-                return [_Found(profile, None, self.build(profile, motion, off))]
-            except (SweepError, EngineError) as reason:
-                reasons.append(reason)
-        found = self._cut(profile, part, a, b, depth) if depth < DEPTH else []
+        try:
+            return [_Found(profile, None, self.build(profile, part, 0.0))]
+        except (SweepError, EngineError) as error:
+            reason = error
+        deeper = depth < DEPTH
+        found = self._slab(profile, part, a, b, depth) if deeper else None
+        found = found or self._nudged(profile, part)
+        if not found and deeper:
+            middle = 0.5 * (a + b)
+            found = self._all([(profile, a, middle), (profile, middle, b)], depth)
         if not found:
-            raise reasons[0]
+            raise reason
         return found
 
-    def _cut(self, profile: Profile, part: Turn, a: float, b: float, depth: int) -> list[_Found[T]]:
-        """Parts of a part, none if they cannot be built."""
+    def _slab(self, profile: Profile, part: Turn, a: float, b: float, depth: int) -> list[_Found[T]] | None:
+        """Bodies below and above a slab, and poses."""
         for slab, count in plans(profile, part, DEEP_MM, GAP_MM, POSES):
-            stops = [a + (b - a) * k / count for k in range(count + 1)]
             found = self._all([(body, a, b) for body in slab.bodies], depth)
             if found is not None:
+                stops = [a + (b - a) * k / count for k in range(count + 1)]
                 return found + [
                     _Found(profile, t, self.build(profile, standing(self.path, t), 0.0)) for t in stops
                 ]
-        middle = 0.5 * (a + b)
-        return self._all([(profile, a, middle), (profile, middle, b)], depth) or []
+        return None
+
+    def _nudged(self, profile: Profile, part: Turn) -> list[_Found[T]] | None:
+        """The solids of a neighbour of a planar motion."""
+        for motion, off in _neighbours(part):
+            if process_time() > self.until:
+                break
+            try:
+                return [_Found(profile, None, self.build(profile, motion, off))]
+            except (SweepError, EngineError):
+                continue
+        return None
 
     def _all(self, wanted: list[tuple[Profile, float, float]], depth: int) -> list[_Found[T]] | None:
         """All of some parts, None if one of them has no solid."""
@@ -125,9 +136,8 @@ class _Work(Generic[T]):
         return out
 
 
-def _motions(path: Turn) -> Iterator[tuple[Turn, float]]:
-    """A motion, and if it is planar its neighbours, with their distance in mm."""
-    yield path, 0.0
+def _neighbours(path: Turn) -> Iterator[tuple[Turn, float]]:
+    """General motions next to a planar one, with their distance in mm; none of others."""
     t = np.linspace(0.0, 1.0, 9)
     axis, rate, velocity = path.axis(t), path.axis_rate(t), path.velocity(t)
     across = np.cross(axis, rate)
