@@ -18,8 +18,9 @@ from typing import Generic, NamedTuple, TypeVar
 import numpy as np
 
 from vmachining.errors import EngineError, SweepError
-from vmachining.sweep import Turn
+from vmachining.sweep import Sweep, Turn
 from vmachining.sweep.folds import plans, standing
+from vmachining.sweep.topology import changes
 from vmachining.tool import Profile
 
 __all__ = ["covered"]
@@ -42,6 +43,9 @@ PATIENCE_S = 20.0
 WAYS = ((1, 0), (-1, 0), (1, 1), (-1, 1))
 NUDGES = tuple((1e-6, *way) for way in WAYS[:2]) + tuple((1e-5, *way) for way in WAYS)
 """mm by which the last pose of a planar motion may be moved, in parts of the axis and of the normal of the plane."""
+
+END = 1e-3
+"""Closer to an end of a part than this it is not cut."""
 
 PLANAR = 1e-9
 """A motion leaves its plane by less than this share of its size, or stays in it."""
@@ -93,9 +97,11 @@ class _Work(Generic[T]):
             reason = error
         deeper = depth < DEPTH
         found = self._slab(profile, part, a, b, depth) if deeper else None
-        found = found or self._nudged(profile, part)
+        swap = _swap(profile, part)
+        if swap is None:
+            found = found or self._nudged(profile, part)
         if not found and deeper:
-            middle = 0.5 * (a + b)
+            middle = a + (b - a) * (0.5 if swap is None else swap)
             found = self._all([(profile, a, middle), (profile, middle, b)], depth)
         if not found:
             raise reason
@@ -134,6 +140,12 @@ class _Work(Generic[T]):
             except (SweepError, EngineError):
                 return None
         return out
+
+
+def _swap(profile: Profile, path: Turn) -> float | None:
+    """First instant at which front and rear of flat faces swap: a motion is nudged one way before, the other after."""
+    found = [c.t for c in changes(Sweep.along(profile, path)) if c.kind == "swap" and END < c.t < 1.0 - END]
+    return found[0] if found else None
 
 
 def _neighbours(path: Turn) -> Iterator[tuple[Turn, float]]:
