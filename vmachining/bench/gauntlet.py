@@ -13,7 +13,7 @@ A block passes if
 
 A block without B-rep solids (`refused`, with its reason) does not pass, but is not wrong.
 
-`journal`, a file of one row per seed, makes a run that was cut resume where it was. Measured, seeds 0 to 999: see
+`journal`, a file of one row per seed, makes a run that was cut resume where it was. What was measured:
 `vmachining.engines.brep`.
 """
 
