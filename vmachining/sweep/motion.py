@@ -84,6 +84,7 @@ class Sweep:
     _near: _Packed | None = field(repr=False)
     _turned: Packed | None = field(repr=False)
     _known: dict[float, FluxVolume] = field(repr=False)
+    _box: Floats | None = field(repr=False)
 
     def __init__(self, tool: Body, start: Place, end: Place) -> None:
         self._fill(tool, _between(start, end))
@@ -109,6 +110,7 @@ class Sweep:
         object.__setattr__(self, "profile", profile)
         object.__setattr__(self, "path", path)
         object.__setattr__(self, "_known", {})
+        object.__setattr__(self, "_box", None)
         cover = convex_cover(profile)
         curved = isinstance(path, Turn) or not _is_straight(path)
         level = isinstance(path, Arc) and path.axis == 2 and path.rise == 0.0
@@ -140,8 +142,16 @@ class Sweep:
     @property
     def bounds(self) -> Floats:
         """(2, 3) mm: the tight box; for a `Turn` at most about 1e-5 of the motion too large."""
+        if self._box is None:
+            box = self._tight_box()
+            box.flags.writeable = False
+            object.__setattr__(self, "_box", box)
+        assert self._box is not None
+        return self._box
+
+    def _tight_box(self) -> Floats:
         if isinstance(self.path, Turn):
-            return body_bounds(self.profile, self.path)
+            return np.array(body_bounds(self.profile, self.path))
         r = self.profile.max_radius
         grow = np.array([[-r, -r, self.profile.z_min], [r, r, self.profile.z_max]])
         return np.asarray(self.path.bounds + grow)

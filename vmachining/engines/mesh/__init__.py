@@ -23,6 +23,7 @@
 | `removal.py` | one sweep against one tile; the proof for two workpieces |
 | `gap/` | between facets and the surface they stand for: bounds and means |
 | `skin/` | what inner facets leave; the proof in advance |
+| `ahead.py` | where a chained block can still remove something |
 | `crew.py` | `Crew`, `Solo`, `MeshCrew`, `crew`: who cuts |
 | `tiles.py` | `Tile`, `reached`, `joined` |
 | `window.py` | what a tile lets a mesh see |

@@ -279,3 +279,106 @@ def _compact(points, triangles):
                 count += 1
             triangles[t, k] = index[v]
     return out[:count].copy(), triangles
+
+
+@kernel
+def rear_limits(seg, level, rise, bottom, top, low, step, out):
+    """Least way along the heading of what a motion (level, rise) leaves a body of a meridian for, see `ahead.py`.
+
+    out (k,): for heights from `low` up, in steps; inf where there is nothing.
+    """
+    k = out.shape[0]
+    size = (top - bottom) / k
+    out[:] = np.inf
+    for i in range(k):
+        a, b = bottom + (i - 1e-9) * size, bottom + (i + 1 + 1e-9) * size
+        least = np.inf
+        for row in range(seg.shape[0]):
+            z0, z1 = max(a, seg[row, 1]), min(b, seg[row, 3])
+            if z0 > z1:
+                continue
+            narrow, wide, bend = np.inf, 0.0, np.inf
+            for end in range(2):
+                z = z0 if end == 0 else z1
+                if seg[row, 6] > 0.0:
+                    n_z = min(max((z - seg[row, 5]) / seg[row, 6], -1.0), 1.0)
+                    n_r = np.sqrt(max(1.0 - n_z * n_z, 0.0))
+                    r = seg[row, 4] + seg[row, 6] * n_r
+                else:
+                    n_r, n_z = seg[row, 7], seg[row, 8]
+                    share = 1.0 if end == 1 else 0.0
+                    if seg[row, 3] > seg[row, 1]:
+                        share = (z - seg[row, 1]) / (seg[row, 3] - seg[row, 1])
+                    r = seg[row, 0] + share * (seg[row, 2] - seg[row, 0])
+                narrow, wide = min(narrow, r), max(wide, r)
+                if n_r < 1e-9:
+                    bend = min(bend, -np.inf if n_z * rise > 0.0 else np.inf)
+                else:
+                    bend = min(bend, -n_z * rise / (n_r * level))
+            if seg[row, 6] > 0.0 and z0 <= seg[row, 5] <= z1:
+                wide = seg[row, 4] + seg[row, 6]
+            if bend <= 1.0 + 1e-9:
+                bend = min(max(bend - 1e-9, -1.0), 1.0)
+                least = min(least, bend * (wide if bend < 0.0 else narrow))
+        if least == np.inf:
+            continue
+        for j in range(k):  # from which part of the way can a height be reached?
+            c, d = low + (j - 1e-9) * step, low + (j + 1 + 1e-9) * step
+            first, last = 0.0, 1.0
+            if rise != 0.0:
+                s, t = (c - b) / rise, (d - a) / rise
+                if rise < 0.0:
+                    s, t = (d - a) / rise, (c - b) / rise
+                first, last = max(s, 0.0), min(t, 1.0)
+            elif d < a or c > b:
+                continue
+            if first <= last:
+                out[j] = min(out[j], least + first * level)
+
+
+@kernel
+def above(triangles, z, hulls, boxes):
+    """What triangles (n, 3, 3) have above a height: hulls (n, 4, 3) in boxes (n, 2, 3); how many there are."""
+    count = 0
+    for t in range(triangles.shape[0]):
+        size = 0
+        for k in range(3):
+            a, b = triangles[t, k], triangles[t, (k + 1) % 3]
+            if a[2] >= z:
+                hulls[count, size] = a
+                size += 1
+            if (a[2] >= z) != (b[2] >= z):
+                share = (z - a[2]) / (b[2] - a[2])
+                for i in range(2):
+                    hulls[count, size, i] = a[i] + share * (b[i] - a[i])
+                hulls[count, size, 2] = z
+                size += 1
+        if size == 0:
+            continue
+        for k in range(size, 4):
+            hulls[count, k] = hulls[count, size - 1]
+        for i in range(3):
+            low, high = hulls[count, 0, i], hulls[count, 0, i]
+            for k in range(1, 4):
+                low, high = min(low, hulls[count, k, i]), max(high, hulls[count, k, i])
+            boxes[count, 0, i], boxes[count, 1, i] = low, high
+        count += 1
+    return count
+
+
+@kernel
+def in_front(corners, start, heading, low, step, limits, out):
+    """Which hulls of points (n, m, 3) are not wholly behind the limits (k,) at their heights."""
+    k = limits.shape[0]
+    for i in range(corners.shape[0]):
+        far, z0, z1 = -np.inf, np.inf, -np.inf
+        for j in range(corners.shape[1]):
+            q = corners[i, j]
+            far = max(far, (q[0] - start[0]) * heading[0] + (q[1] - start[1]) * heading[1])
+            z0, z1 = min(z0, q[2] - start[2]), max(z1, q[2] - start[2])
+        j0, j1 = int(np.floor((z0 - low) / step)), int(np.floor((z1 - low) / step))
+        out[i] = False
+        for j in range(max(j0, 0), min(j1, k - 1) + 1):
+            if far >= limits[j]:
+                out[i] = True
+                break

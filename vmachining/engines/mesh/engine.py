@@ -14,6 +14,7 @@ import numpy as np
 from manifold3d import Manifold, OpType
 
 from vmachining.arrays import Floats
+from vmachining.engines.mesh.ahead import ahead
 from vmachining.engines.mesh.checkpoint import read_tiles, write_tiles
 from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.removal import AIR, Cut, Start, cut_once, cut_twice, shared
@@ -89,7 +90,10 @@ class MeshEngine:
                 block=block,
             )
         start, stand = self._started(sweep)
-        cut = Cut(sweep, self.chord, self._cuts, start, self._run_id(block))
+        bounds = np.array(sweep.bounds)
+        inner = facets(sweep.profile, self.chord, Side.INNER)
+        front = None if start is Start.FRESH or self.certify else ahead(sweep, inner)
+        cut = Cut(sweep, self.chord, self._cuts, start, self._run_id(block), bounds, front)
         self._cuts += 1
         total = AIR
         for tile in reached(self._root, self._box(sweep), self._tile_size(sweep), self._share):

@@ -23,6 +23,8 @@ from enum import Enum
 
 from manifold3d import Manifold, OpType
 
+from vmachining.arrays import Floats
+from vmachining.engines.mesh.ahead import Ahead
 from vmachining.engines.mesh.curved import way
 from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.skin import Skin, thick
@@ -61,7 +63,7 @@ class Cut:
     """One block on its way through the tiles.
 
     number : of the cut, in order. start : what the cut before has left where this one begins. run : id that its
-    faces get, or None.
+    faces get, or None. bounds : (2, 3) mm, of the sweep. ahead : what a chained one can still remove.
     """
 
     sweep: Sweep
@@ -69,6 +71,8 @@ class Cut:
     number: int
     start: Start
     run: int | None
+    bounds: Floats
+    ahead: Ahead | None
 
     def facets(self, side: Side) -> Facets:
         """The cutter from one side."""
@@ -94,9 +98,28 @@ def _inner(tile: Tile, cut: Cut, *, shed: bool) -> tuple[list[Manifold], list[Sk
     return solids, left
 
 
+def _is_met(tile: Tile, cut: Cut) -> bool:
+    """Whether the sweep may find material in a tile; where it does not, the solids stay as they are.
+
+    Of a chained block only what is ahead of the cutter counts, and what is behind may remain in the mesh.
+    """
+    hulls, boxes = tile.above(float(cut.bounds[0, 2]))
+    if cut.ahead is not None:
+        met = cut.ahead.meets(hulls, boxes, tile.box)
+        if not met:
+            tile.dusty = cut.number
+        return met
+    if (cut.bounds[0] >= tile.box[0]).all() and (cut.bounds[1] <= tile.box[1]).all():
+        return True  # all of it may lie below the surface
+    whole = way(cut.sweep, cut.chord, tile.window)
+    return any(sweep.meets(hulls, boxes, slack=whole.slack)[0].any() for sweep in whole.sweeps)
+
+
 def cut_once(tile: Tile, cut: Cut) -> Bracket:
     """Remove a sweep of an upright tool from a tile; mm^3, bounded in advance."""
     sweep = cut.sweep
+    if not _is_met(tile, cut):
+        return AIR
     shed = cut.start is Start.SHED and tile.dusty != cut.number - 1
     solids, left = _inner(tile, cut, shed=shed)
     if not solids and not left:
@@ -139,6 +162,8 @@ def cut_once(tile: Tile, cut: Cut) -> Bracket:
 def cut_twice(tile: Tile, cut: Cut) -> Bracket:
     """Remove a sweep from both workpieces of a tile; mm^3."""
     path = cut.sweep.path
+    if not isinstance(path, Turn) and not _is_met(tile, cut):
+        return AIR
 
     def solids(side: Side) -> list[Manifold]:
         chained = cut.start is not Start.FRESH

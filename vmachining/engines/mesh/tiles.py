@@ -55,7 +55,8 @@ class Tile:
     places : where inner sweeps may have left what they should not; tidied : how many when they were last looked
     through. dusty : number of the last cut that left as much of its mesh in the solid as rounding hides.
     thin : mm^3 that the solid has too much in the mean. chord : mm, unit in which facets of sweeps carry theirs.
-    has_means : with two workpieces, whether all facets do, and the raw stock was one exact mesh.
+    has_means : with two workpieces, whether all facets do, and the raw stock was one exact mesh. shell : (m, 3, 3)
+    mm, corners of the triangles of INNER.
     """
 
     solids: dict[Side, Manifold]
@@ -70,6 +71,7 @@ class Tile:
     tidied: int = 0
     dusty: int = -1
     has_means: bool = True
+    shell: Floats = field(default_factory=lambda: np.empty((0, 3, 3)))
     chord: float = CHORD_MM
 
     @classmethod
@@ -99,6 +101,13 @@ class Tile:
             self.window = _window(mesh, self.box[0] - margin, self.box[1] + margin)
             thickness = untag(np.asarray(mesh.face_id, dtype=np.int64), self.chord)
             self.thin = mean_skin(mesh.vert_properties, mesh.tri_verts, thickness)
+            self.shell = mesh.vert_properties[:, :3][mesh.tri_verts]
+
+    def above(self, z: float) -> tuple[Floats, Floats]:
+        """What the triangles of INNER have above a height: the hulls of (n, 4, 3) in boxes (n, 2, 3), mm."""
+        hulls, boxes = np.empty((len(self.shell), 4, 3)), np.empty((len(self.shell), 2, 3))
+        n = _kernels.above(self.shell, z, hulls, boxes)  # type: ignore[no-untyped-call]
+        return hulls[:n], boxes[:n]
 
     def cover(self, skin: Skin) -> None:
         """Add places; now and then, those over which the solid no longer reaches are forgotten."""
@@ -144,6 +153,7 @@ class Tile:
             half.turns, half.color = self.turns + 1 - k, self.color
             half.has_means, half.dusty = self.has_means, self.dusty
         self.solids.clear()
+        self.shell = np.empty((0, 3, 3))
         self.places = Places(NO_SKIN)
 
     def leaves(self) -> Iterator[Tile]:

@@ -1,0 +1,83 @@
+"""What a chained block can still remove, against points of its sweep outside of where it starts."""
+
+import numpy as np
+import pytest
+
+from vmachining.engines.mesh import MeshEngine, box_stock
+from vmachining.engines.mesh.ahead import ahead
+from vmachining.engines.mesh.facets import Side
+from vmachining.engines.mesh.straight import facets
+from vmachining.geometry import Line
+from vmachining.sweep import Sweep
+from vmachining.tool import BallNose, BullNose, FlatEnd, ProfileTool, Taper
+
+TOOLS = {
+    "flat": FlatEnd(diameter=6, length=8),
+    "ball": BallNose(diameter=6, length=8),
+    "bull": BullNose(diameter=8, corner_radius=1.5, length=8),
+    "taper": Taper(diameter=3, taper_deg=10, corner_radius=0.7, length=8),
+    "barrel": ProfileTool(points=[(0, 0), (2, 0), (4, 3), (2.5, 8)]),
+}
+
+
+@pytest.mark.parametrize("tool", TOOLS)
+@pytest.mark.parametrize("step", [(2, 1, 0), (1, -1, 0.7), (1, 0, -0.7), (0.2, 0.1, 2), (0.1, 0, -2)])
+def test_nothing_new_is_behind_the_limits(tool, step):
+    rng = np.random.default_rng(3)
+    cutter = TOOLS[tool].cutter
+    sweep, start = Sweep(cutter, (0, 0, 0), step), Sweep(cutter, (0, 0, 0), (0, 0, 0))
+    found = ahead(sweep, facets(cutter, 0.01, Side.INNER))
+    assert found is not None
+    low, high = np.array(sweep.bounds)
+    points = rng.uniform(low, high, (100_000, 3))
+    points = points[(sweep.signed_distance(points) < 0.0) & (start.signed_distance(points) > 0.0)]
+    along = points[:, :2] @ found.heading
+    k = np.floor((points[:, 2] - found.low) / found.step).astype(int)
+    assert len(points) > 1000 and (along >= found.limits[k] - 1e-9).all()
+
+
+@pytest.mark.parametrize("rise", [-1.5, -0.2, 0.0, 0.2, 1.5])
+def test_limits_of_a_ball_are_those_of_its_front_half(rise):
+    """Where the normal looks ahead, (y - c) . d >= 0, moved on by any part of the way."""
+    radius, level = 3.0, 1.2
+    cutter = BallNose(diameter=6, length=8).cutter
+    found = ahead(Sweep(cutter, (0, 0, 0), (level, 0, rise)), facets(cutter, 0.01, Side.INNER))
+    assert found is not None
+    part = np.linspace(0, 1, 4001)
+    for j, limit in enumerate(found.limits):
+        z = found.low + (j + 0.5) * found.step
+        at = z - part * rise
+        half = np.sqrt(np.maximum(radius**2 - np.minimum(at - radius, 0.0) ** 2, 0.0))
+        rear = np.where(at < radius, (radius - at) * rise / level, 0.0)
+        rear = np.where(rear > half, np.inf, np.maximum(rear, -half))
+        rear = np.where((at < 0) | (at > 8), np.inf, rear) + part * level
+        if 0.3 < z < 2.5 and np.isfinite(rear.min()):
+            # a step of the table is 0.1 mm in height, and the limit leans as the motion does
+            assert rear.min() - 0.1 - 0.2 * abs(rise) / level <= limit <= rear.min() + 1e-9 + 0.1 * abs(rise)
+
+
+def test_vertical_moves_and_waisted_cutters_have_no_limits():
+    ball = TOOLS["ball"].cutter
+    assert ahead(Sweep(ball, (0, 0, 0), (0, 0, -1)), facets(ball, 0.01, Side.INNER)) is None
+    waist = ProfileTool(points=[(0, 0), (4, 0), (2, 3), (3, 8)]).cutter
+    assert ahead(Sweep(waist, (0, 0, 0), (1, 0, 0)), facets(waist, 0.01, Side.INNER)) is None
+
+
+def test_a_block_ahead_of_which_nothing_is_left_removes_nothing_at_all():
+    """Out of the stock, with the rear of the cutter in the slot that it has cut."""
+    cutter = BallNose(diameter=10, length=40).cutter
+    engine = MeshEngine(box_stock((0, 0, -10), (20, 20, 0)))
+    at = np.array([4.0, 10.0, -1.0])
+    for x in (8.0, 14.0, 20.5, 26.0):
+        lo, _, hi = engine.cut(Sweep.along(cutter, Line(at, (x, 10.0, -1.0))))
+        at = np.array([x, 10.0, -1.0])
+    assert lo == hi == 0.0  # from 20.5 on the front is outside
+
+
+def test_a_block_that_begins_below_the_surface_finds_its_material():
+    """A short cutter deep in the stock: no triangle is ahead of it, but all of its way is."""
+    cutter = FlatEnd(diameter=4, length=2).cutter
+    engine = MeshEngine(box_stock((0, 0, -20), (40, 20, 0)), tile_mm=100.0)
+    first = engine.cut(Sweep.along(cutter, Line((10, 10, -10), (10, 10, -10))))
+    second = engine.cut(Sweep.along(cutter, Line((10, 10, -10), (16, 10, -10))))
+    assert first.holds(np.pi * 4 * 2) and second.holds(6 * 4 * 2)

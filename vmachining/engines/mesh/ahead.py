@@ -1,0 +1,87 @@
+"""What a block can still remove where the one before has left its cutter, and which solids that cannot touch.
+
+A straight block starts in a pose K(p) that is cut free. Only N = W - K(p) can hold material, W the sweep. A point of
+N lies on a line along d that has left K at a point y where the outward normal n has n . d >= 0: x = y + s d. On a
+body of revolution, in the direction e of the way seen from above,
+
+    y . e >= r(z) cos(psi),   cos(psi) >= -(n_z / n_r) (d_z / |d_xy|)
+
+so that N has a rear limit at every height, x . e >= limit(z). It is tabulated in steps of height, each with the least
+value in it: r and n_z / n_r are monotone, or concave, between the points of the meridian.
+
+If no triangle of a solid A reaches into N, because it is behind the limit or outside W, then A and N have nothing
+in common: N of a convex cutter is connected, and its foremost point, p + d + r_max e, is outside the box of A.
+
+Source: derived here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vmachining.arrays import Floats
+from vmachining.engines.mesh import _kernels
+from vmachining.engines.mesh.straight import Facets
+from vmachining.geometry import Line
+from vmachining.sweep import Sweep
+
+__all__ = ["Ahead", "ahead"]
+
+STEPS = 96
+"""Heights of the table."""
+
+CLEAR_MM = 1e-9
+"""A triangle nearer to the limit than this is not behind it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ahead:
+    """Rear limits of what a straight block can still remove.
+
+    sweep : the block. heading : (2,) unit vector. low, step : mm, height of the table above its start and steps.
+    limits : (k,) mm, from the start along the heading; nothing is removed below or above the table. front : (3,)
+    mm, a point of what the block can still remove.
+    """
+
+    sweep: Sweep
+    heading: Floats
+    low: float
+    step: float
+    limits: Floats
+    front: Floats
+
+    def meets(self, hulls: Floats, boxes: Floats, box: Floats) -> bool:
+        """Whether a solid may be touched: hulls (n, 4, 3) of its surface in boxes (n, 2, 3), and its box (2, 3)."""
+        if (self.front >= box[0]).all() and (self.front <= box[1]).all():
+            return True
+        near = np.empty(len(hulls), dtype=np.bool_)
+        _kernels.in_front(  # type: ignore[no-untyped-call]
+            hulls, self.sweep.path.start, self.heading, self.low, self.step, self.limits - CLEAR_MM, near
+        )
+        return bool(near.any() and self.sweep.meets(hulls[near], boxes[near], within=CLEAR_MM)[0].any())
+
+
+def ahead(sweep: Sweep, tool: Facets) -> Ahead | None:
+    """Limits of a straight block that starts in a pose that is cut free; None where there are none to tell.
+
+    tool : inner facets of the cutter.
+    """
+    path = sweep.path
+    if not isinstance(path, Line) or len(tool.parts) != 1 or tool.parts[0].gauge is None:
+        return None
+    d = path.end - path.start
+    level = float(np.hypot(d[0], d[1]))
+    if level == 0.0:
+        return None
+    profile, rows = sweep.profile, tool.parts[0].gauge.meridian
+    low = profile.z_min + min(0.0, float(d[2]))
+    step = (profile.z_max + max(0.0, float(d[2])) - low) / STEPS
+    limits = np.empty(STEPS)
+    _kernels.rear_limits(rows, level, float(d[2]), profile.z_min, profile.z_max, low, step, limits)  # type: ignore[no-untyped-call]
+    widest = int(np.argmax(profile.points[:, 0]))
+    widest = max(k for k, r in enumerate(profile.points[:, 0]) if r == profile.points[widest, 0])
+    heading = d[:2] / level
+    front = path.end + np.array([*(profile.points[widest, 0] * heading), profile.points[widest, 1]])
+    return Ahead(sweep, heading, low, step, limits, front)
