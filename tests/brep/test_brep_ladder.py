@@ -281,7 +281,7 @@ def test_a_refusal_is_told_and_ends_with_code_1(tmp_path: Path) -> None:
     assert (
         rows["removed_brep_mm3"].null_count() == len(rows) == 2
     )  # the arc, and what needs it as a neighbour
-    assert all("for a spline" in text for text in rows["warning"])
+    assert all("the envelope folds inside the sweep" in text for text in rows["warning"])
 
 
 def test_a_stock_of_triangles_is_a_solid_of_plane_faces(tmp_path: Path) -> None:

@@ -150,7 +150,7 @@ def _turning(profile: Profile, path: Turn, fit_mm: float) -> list[Swept]:
     """Solids of a turning tool, each of the volume that the flux through its front gives."""
 
     def build(body: Profile, part: Turn, off_mm: float) -> list[Swept]:
-        if part.is_steady:
+        if part.is_steady and part.is_straight:  # a pose; arcs in upright planes are steady, too
             return solids(Sweep.along(body, part))
         found = []
         for piece in turn_pieces(body, part, fit_mm):
