@@ -143,11 +143,9 @@ class Sweep:
     def bounds(self) -> Floats:
         """(2, 3) mm: the tight box; for a `Turn` at most about 1e-5 of the motion too large."""
         if self._box is None:
-            box = self._tight_box()
-            box.flags.writeable = False
-            object.__setattr__(self, "_box", box)
+            object.__setattr__(self, "_box", self._tight_box())
         assert self._box is not None
-        return self._box
+        return self._box.copy()
 
     def _tight_box(self) -> Floats:
         if isinstance(self.path, Turn):
