@@ -9,7 +9,7 @@ from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.straight import facets
 from vmachining.geometry import Line
 from vmachining.sweep import Sweep
-from vmachining.tool import BallNose, BullNose, FlatEnd, ProfileTool, Taper
+from vmachining.tool import BallNose, BullNose, FlatEnd, Profile, ProfileTool, Taper
 
 TOOLS = {
     "flat": FlatEnd(diameter=6, length=8),
@@ -34,6 +34,22 @@ def test_nothing_new_is_behind_the_limits(tool, step):
     along = points[:, :2] @ found.heading
     k = np.floor((points[:, 2] - found.low) / found.step).astype(int)
     assert len(points) > 1000 and (along >= found.limits[k] - 1e-9).all()
+
+
+@pytest.mark.parametrize("step", [(0.3, 0, 0), (0.3, 0, 1.5), (0.3, 0, -1.5)])
+def test_the_foremost_point_is_new(step):
+    """Also of a cutter that is widest in the middle of an arc, where no point of its meridian lies."""
+    none = (np.nan, np.nan)
+    bulge = Profile(
+        np.array([(0, 0), (4, 0), (4, 6), (2, 8)]), np.array([none, (0, 3), none]), np.array([0, 5, 0])
+    )
+    assert bulge.max_radius == 5.0
+    for cutter in (bulge, *(tool.cutter for tool in TOOLS.values())):
+        sweep, start = Sweep(cutter, (0, 0, 0), step), Sweep(cutter, (0, 0, 0), (0, 0, 0))
+        found = ahead(sweep, facets(cutter, 0.01, Side.INNER))
+        assert found is not None
+        assert abs(sweep.signed_distance([found.front])[0]) < 1e-9
+        assert start.signed_distance([found.front])[0] > 0.1
 
 
 @pytest.mark.parametrize("rise", [-1.5, -0.2, 0.0, 0.2, 1.5])

@@ -13,6 +13,7 @@ from vmachining.errors import EngineError
 __all__ = ["apart", "box_of", "common", "is_empty", "minus", "turned"]
 
 ODD_RAD = 0.137
+"""A turn that no face of ours is aligned with, before or after."""
 
 
 def _operated(operation: Any, one: Any, others: Sequence[Any], fuzzy: float) -> Any:
@@ -39,18 +40,21 @@ def _operated(operation: Any, one: Any, others: Sequence[Any], fuzzy: float) -> 
 
 
 def common(one: Any, other: Any, fuzzy: float) -> Any:
+    """What two shapes share. Raises EngineError if OCCT does not say that it is done."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Common
 
     return _operated(BRepAlgoAPI_Common(), one, [other], fuzzy)
 
 
 def minus(one: Any, others: Sequence[Any], fuzzy: float) -> Any:
+    """A shape without others. Raises EngineError if OCCT does not say that it is done."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
 
     return _operated(BRepAlgoAPI_Cut(), one, others, fuzzy)
 
 
 def turned(shape: Any) -> Any:
+    """The shape turned by `ODD_RAD` about a slanting axis through the origin; volumes stay."""
     from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
     from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
 
@@ -73,11 +77,13 @@ def box_of(shape: Any) -> Floats:
 
 
 def apart(one: Any, other: Any) -> bool:
+    """Whether the boxes of two shapes do not touch."""
     a, b = box_of(one), box_of(other)
     return bool((a[0] > b[1]).any() or (b[0] > a[1]).any())
 
 
 def is_empty(shape: Any) -> bool:
+    """Whether a shape has no face."""
     from OCP.TopAbs import TopAbs_ShapeEnum
     from OCP.TopExp import TopExp_Explorer
 

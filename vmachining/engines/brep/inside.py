@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from vmachining.arrays import Bools, Floats
+from vmachining.errors import EngineError
 
 __all__ = ["held"]
 
@@ -28,7 +29,13 @@ RAYS = 3
 
 
 def held(shapes: Sequence[Any], points: Floats) -> Bools:
-    """(n,) bool: whether points (n, 3) mm lie in one of some TopoDS_Solids."""
+    """(n,) bool: whether points (n, 3) mm lie in one of some TopoDS_Solids.
+
+    Raises
+    ------
+    EngineError
+        OCCT gives up on a line.
+    """
     from OCP.gp import gp_Dir, gp_Lin, gp_Pnt
     from OCP.IntCurvesFace import IntCurvesFace_ShapeIntersector
 
@@ -41,6 +48,8 @@ def held(shapes: Sequence[Any], points: Floats) -> Bools:
             votes = 0
             for way in rng.normal(size=(RAYS, 3)).tolist():
                 meet.Perform(gp_Lin(gp_Pnt(*points[k].tolist()), gp_Dir(*way)), 0.0, FAR_MM)
+                if not meet.IsDone():
+                    raise EngineError("OCCT cannot tell where a line meets a solid", engine="brep")
                 found = np.sort([meet.WParameter(i) for i in range(1, meet.NbPnt() + 1)])
                 crossings = len(found) - int((np.diff(found) < SAME_MM).sum())
                 votes += crossings % 2

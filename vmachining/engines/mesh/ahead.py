@@ -10,7 +10,8 @@ so that N has a rear limit at every height, x . e >= limit(z). It is tabulated i
 value in it: r and n_z / n_r are monotone, or concave, between the points of the meridian.
 
 If no triangle of a solid A reaches into N, because it is behind the limit or outside W, then A and N have nothing
-in common: N of a convex cutter is connected, and its foremost point, p + d + r_max e, is outside the box of A.
+in common: N of a convex cutter is connected, and its foremost point, p + d + r_max e at the height of the largest
+radius r_max, farther ahead than any point of K(p), is outside the box of A.
 
 Source: derived here.
 """
@@ -80,8 +81,8 @@ def ahead(sweep: Sweep, tool: Facets) -> Ahead | None:
     step = (profile.z_max + max(0.0, float(d[2])) - low) / STEPS
     limits = np.empty(STEPS)
     _kernels.rear_limits(rows, level, float(d[2]), profile.z_min, profile.z_max, low, step, limits)  # type: ignore[no-untyped-call]
-    widest = int(np.argmax(profile.points[:, 0]))
-    widest = max(k for k, r in enumerate(profile.points[:, 0]) if r == profile.points[widest, 0])
     heading = d[:2] / level
-    front = path.end + np.array([*(profile.points[widest, 0] * heading), profile.points[widest, 1]])
+    # the larger height leaves the boxes of tiles sooner; arcs may bulge between the points of a profile
+    high = profile.z_max if profile.points[-1, 0] >= profile.max_radius else profile.widest_z
+    front = path.end + np.array([*(profile.max_radius * heading), high])
     return Ahead(sweep, heading, low, step, limits, front)
