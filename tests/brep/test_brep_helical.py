@@ -20,11 +20,13 @@ TOOLS: dict[str, Cutter] = {
     "ball": BallNose(diameter=10, length=40),
     "bull": BullNose(diameter=10, corner_radius=2, length=40),
     "taper": Taper(diameter=6, corner_radius=1, taper_deg=10, length=30),
+    "taper ball": Taper(diameter=6, corner_radius=3, taper_deg=10, length=30),
     "cone": ProfileTool(points=[[0, 0], [5, 5], [5, 30]]),
 }
 PATHS = {
     "full turn": Arc((3, 0, 0), (0, 0, 0), angle=2 * pi, rise=1),
     "down, clockwise, more than a turn": Arc((3, 0, 0), (0, 0, 0), angle=-2.5 * pi, rise=-2),
+    "down, clockwise, two turns": Arc((3, 0, 0), (0, 0, 0), angle=-4 * pi, rise=-2),
     "axis on the wall": Arc((5, 0, 0), (0, 0, 0), angle=2 * pi, rise=-0.2),
     "axis beside the wall": Arc((5.2, 0, 0), (0, 0, 0), angle=2 * pi, rise=-0.2),
     "tiny": Arc((0.2, 0, 0), (0, 0, 0), angle=1, rise=0.1),
