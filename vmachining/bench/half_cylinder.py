@@ -19,9 +19,10 @@ from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.solids import facets, manifold
 from vmachining.engines.mesh.stock import StockMesh
 from vmachining.geometry import Bracket, Line
+from vmachining.sweep import Sweep
 from vmachining.tool import BallNose, Profile
 
-__all__ = ["half_cylinder", "half_cylinder_long", "path"]
+__all__ = ["half_cylinder", "half_cylinder_long", "path", "thin_chips"]
 
 RADIUS, BALL, ALLOWANCE, CHORD = 50.0, 5.0, 1.0, 0.01
 PER_PASS = 173
@@ -81,6 +82,27 @@ def half_cylinder_long(blocks: int = 20_000) -> Iterator[dict[str, Any]]:
     yield _record("mesh with bracket, all cores", seconds, removed, peak) | {
         "bracket_width_rel": width / removed
     }
+
+
+def thin_chips(blocks: int = 600) -> Iterator[dict[str, Any]]:
+    """How wide the brackets of 1 mm finishing blocks are, one by one and of their sum, both ways to bound them."""
+    cutter = BallNose(diameter=2 * BALL, length=80.0).cutter
+    points = path(blocks)
+    for certify in (False, True):
+        engine = MeshEngine(stock(float(points[:, 0].max()) + 1.0), CHORD, certify=certify)
+        widths = []
+        for k, (a, b) in enumerate(pairwise(points)):
+            lo, estimate, hi = engine.cut(Sweep.along(cutter, Line(a, b)), k)
+            if estimate > 0.1:  # mm^3; those that merely touch are left out
+                widths.append((hi - lo) / estimate)
+        left, raw = engine.volume, engine.stock_volume
+        yield {
+            "case": "thin_chips",
+            "certify": certify,
+            "blocks": len(widths),
+            "width_rel_median": float(np.median(widths)),
+            "width_rel_of_the_sum": (left.hi - left.lo) / (raw.estimate - left.estimate),
+        }
 
 
 def _cut(hands: Crew, cutter: Profile, points: Floats) -> tuple[float, list[float], float, float]:
