@@ -25,6 +25,8 @@ from tempfile import TemporaryDirectory
 from types import TracebackType
 from typing import Any, NoReturn, Protocol, TypeAlias
 
+from manifold3d import Manifold
+
 from vmachining.engines.mesh.engine import MeshEngine
 from vmachining.engines.mesh.tiles import Share
 from vmachining.errors import EngineError
@@ -309,10 +311,30 @@ def _hire() -> tuple[subprocess.Popen[bytes], Connection]:
     return process, Connection(here.detach())
 
 
+def _use_one_thread() -> None:
+    """Keep manifold3d from starting threads in this process: the other cores belong to the other workers.
+
+    It asks once, at its first boolean, on how many cores it may run; two workers with two threads each were
+    measured to spend half as much again on waiting for each other.
+    """
+    if not hasattr(os, "sched_setaffinity"):
+        return
+    cores = os.sched_getaffinity(0)
+    try:
+        os.sched_setaffinity(0, {min(cores)})
+        (Manifold.cube() - Manifold.cube((0.5, 0.5, 0.5))).num_tri()
+    except OSError:  # a system that does not let its processes choose
+        return
+    finally:
+        with suppress(OSError):
+            os.sched_setaffinity(0, cores)
+
+
 def serve(descriptor: int) -> None:
     """Life of a worker: orders in, answers out, until the line is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    _use_one_thread()
     line = Connection(descriptor)
     profiles: dict[int, Profile] = {}
     with suppress(EOFError, BrokenPipeError, ConnectionResetError):
