@@ -1,11 +1,15 @@
 """What a chained block can still remove, against points of its sweep outside of where it starts."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 from vmachining.engines.mesh import MeshEngine, box_stock
 from vmachining.engines.mesh.ahead import ahead
 from vmachining.engines.mesh.facets import Side
+from vmachining.engines.mesh.removal import shared
+from vmachining.engines.mesh.solids import cutters
 from vmachining.engines.mesh.straight import facets
 from vmachining.geometry import Line
 from vmachining.sweep import Sweep
@@ -97,3 +101,35 @@ def test_a_block_that_begins_below_the_surface_finds_its_material():
     first = engine.cut(Sweep.along(cutter, Line((10, 10, -10), (10, 10, -10))))
     second = engine.cut(Sweep.along(cutter, Line((10, 10, -10), (16, 10, -10))))
     assert first.holds(np.pi * 4 * 2) and second.holds(6 * 4 * 2)
+
+
+def zigzag(rng: np.random.Generator, runs: int, steep: float):
+    """Corners (3 runs + 1, 3) mm of a path through the top of the stock: three blocks one way, then another."""
+    at = [np.array([4.0, 4.0, -1.5])]
+    while len(at) < 3 * runs:
+        heading, steps = rng.uniform(-np.pi, np.pi), rng.uniform(0.3, 2.0, 3)
+        level = np.cumsum(steps)[:, None] * [np.cos(heading), np.sin(heading)]
+        rises = np.cumsum(steps * rng.uniform(-steep, steep, 3))
+        run = at[-1] + np.column_stack([level, rises])
+        if (run > [1, 1, -4]).all() and (run < [19, 19, 0]).all():
+            at.extend(run)
+    return np.array(at)
+
+
+@pytest.mark.parametrize("steep", [0.0, 0.3, 1.5])
+@pytest.mark.parametrize("tool", TOOLS)
+def test_all_that_the_mesh_of_a_cutter_holds_is_gone_although_only_some_of_it_is_built(tool, steep):
+    """Whatever was left out of the mesh held no material: the whole mesh of the last block finds none."""
+    rng = np.random.default_rng(len(tool))
+    cutter = TOOLS[tool].cutter
+    engine = MeshEngine(box_stock((0, 0, -12), (20, 20, -0.5)), 0.02, tile_mm=100.0)
+    points = zigzag(rng, 12, steep)
+    checked = 0
+    for k, (a, b) in enumerate(pairwise(points)):
+        sweep = Sweep.along(cutter, Line(a, b))
+        removed = engine.cut(sweep, k)
+        if k % 3 == 2 and removed.estimate > 0.1:
+            whole = cutters(sweep, facets(cutter, 0.02, Side.INNER))
+            assert shared(engine.whole(), whole) < 1e-8
+            checked += 1
+    assert checked > 3

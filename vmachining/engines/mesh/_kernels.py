@@ -16,6 +16,36 @@ from vmachining.jit import kernel
 
 
 @kernel
+def _raise(a, b, c, lo, cell, out):
+    """Raise the cells (nx, ny) over a triangle to its height; only if it faces up or stands upright."""
+    nx, ny = out.shape
+    nz = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    if nz < 0.0:  # what faces down is below something that faces up
+        return
+    i0 = int(np.floor((min(a[0], b[0], c[0]) - lo[0]) / cell))
+    i1 = int(np.floor((max(a[0], b[0], c[0]) - lo[0]) / cell))
+    j0 = int(np.floor((min(a[1], b[1], c[1]) - lo[1]) / cell))
+    j1 = int(np.floor((max(a[1], b[1], c[1]) - lo[1]) / cell))
+    i0, i1, j0, j1 = max(i0, 0), min(i1, nx - 1), max(j0, 0), min(j1, ny - 1)
+    top, low = max(a[2], b[2], c[2]), min(a[2], b[2], c[2])
+    if (i0 == i1 and j0 == j1) or nz < 1e-9 or top - low < 1e-9:
+        for i in range(i0, i1 + 1):
+            for j in range(j0, j1 + 1):
+                out[i, j] = max(out[i, j], top)
+        return
+    # slopes of its plane, dz/dx and dz/dy
+    nx_ = (b[1] - a[1]) * (c[2] - a[2]) - (b[2] - a[2]) * (c[1] - a[1])
+    ny_ = (b[2] - a[2]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[2] - a[2])
+    sx, sy = -nx_ / nz, -ny_ / nz
+    rise = 0.5 * cell * (abs(sx) + abs(sy)) + 1e-9
+    for i in range(i0, i1 + 1):
+        x = lo[0] + (i + 0.5) * cell - a[0]
+        for j in range(j0, j1 + 1):
+            y = lo[1] + (j + 0.5) * cell - a[1]
+            out[i, j] = max(out[i, j], min(top, a[2] + sx * x + sy * y + rise))
+
+
+@kernel
 def roof(points, triangles, lo, cell, out):
     """Largest height of the solid over every cell of a grid in x and y, into `out` (nx, ny).
 
@@ -23,34 +53,46 @@ def roof(points, triangles, lo, cell, out):
     belongs to the solid there is a triangle above it, so the highest triangle over a cell bounds the solid.
     """
     out[:] = -np.inf
-    nx, ny = out.shape
     for t in range(triangles.shape[0]):
-        a, b, c = points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]]
-        # one way only: what faces down is below something that faces up
-        nz = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-        if nz < 0.0:
-            continue
-        i0 = int((min(a[0], b[0], c[0]) - lo[0]) / cell)
-        i1 = int((max(a[0], b[0], c[0]) - lo[0]) / cell)
-        j0 = int((min(a[1], b[1], c[1]) - lo[1]) / cell)
-        j1 = int((max(a[1], b[1], c[1]) - lo[1]) / cell)
-        i0, i1, j0, j1 = max(i0, 0), min(i1, nx - 1), max(j0, 0), min(j1, ny - 1)
-        top, low = max(a[2], b[2], c[2]), min(a[2], b[2], c[2])
-        if (i0 == i1 and j0 == j1) or nz < 1e-9 or top - low < 1e-9:
-            for i in range(i0, i1 + 1):
-                for j in range(j0, j1 + 1):
-                    out[i, j] = max(out[i, j], top)
-            continue
-        # slopes of its plane, dz/dx and dz/dy
-        nx_ = (b[1] - a[1]) * (c[2] - a[2]) - (b[2] - a[2]) * (c[1] - a[1])
-        ny_ = (b[2] - a[2]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[2] - a[2])
-        sx, sy = -nx_ / nz, -ny_ / nz
-        rise = 0.5 * cell * (abs(sx) + abs(sy)) + 1e-9
-        for i in range(i0, i1 + 1):
-            x = lo[0] + (i + 0.5) * cell - a[0]
-            for j in range(j0, j1 + 1):
-                y = lo[1] + (j + 0.5) * cell - a[1]
-                out[i, j] = max(out[i, j], min(top, a[2] + sx * x + sy * y + rise))
+        _raise(points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]], lo, cell, out)
+
+
+@kernel
+def roof_of(hulls, chosen, lo, cell, out):
+    """The same for those of the pieces (n, 4, 3) of triangles, see `above`, that are chosen.
+
+    Returns the ranges i0, i1, j0, j1 of cells outside of which there is none; i0 >= i1 if there is none at all.
+    """
+    out[:] = -np.inf
+    for t in range(hulls.shape[0]):
+        if chosen[t]:
+            _raise(hulls[t, 0], hulls[t, 1], hulls[t, 2], lo, cell, out)
+            _raise(hulls[t, 0], hulls[t, 2], hulls[t, 3], lo, cell, out)
+    i0, i1, j0, j1 = out.shape[0], 0, out.shape[1], 0
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            if out[i, j] > -np.inf:
+                i0, i1, j0, j1 = min(i0, i), max(i1, i + 1), min(j0, j), max(j1, j + 1)
+    return i0, i1, j0, j1
+
+
+@kernel
+def _beside(q, lo, hi, apex):
+    """Sides of the box that a point is beyond, as bits, with all of the way from there to the apex below its top."""
+    if q[2] > hi[2]:
+        return 16
+    t = (hi[2] - q[2]) / (apex[2] - q[2])
+    x, y = q[0] + t * (apex[0] - q[0]), q[1] + t * (apex[1] - q[1])
+    out = 0
+    if q[0] < lo[0] and x < lo[0]:
+        out += 1
+    if q[0] > hi[0] and x > hi[0]:
+        out += 2
+    if q[1] < lo[1] and y < lo[1]:
+        out += 4
+    if q[1] > hi[1] and y > hi[1]:
+        out += 8
+    return out
 
 
 @kernel
@@ -94,12 +136,16 @@ def swept_facets(
     n, m, among = points.shape[0], triangles.shape[0], seen[0]
     nothing = np.empty((0, 3)), np.empty((0, 3), np.int64), np.empty(0, np.int64), True
     at = np.empty((2 * n + 1, 3))
+    beside = np.zeros(2 * n, np.uint8)
     for v in range(n):
         at[v, 0] = p[0] + cos * points[v, 0] - sin * points[v, 1]
         at[v, 1] = p[1] + sin * points[v, 0] + cos * points[v, 1]
         at[v, 2] = p[2] + points[v, 2]
         for k in range(3):
             at[n + v, k] = at[v, k] + d[k]
+        if cull:
+            beside[v] = _beside(at[v], lo, hi, apex)
+            beside[n + v] = _beside(at[n + v], lo, hi, apex)
     at[2 * n] = apex
 
     front, behind = np.empty(among, np.bool_), np.empty(among, np.bool_)
@@ -129,6 +175,8 @@ def swept_facets(
         for k in range(3):
             quad[k] = triangles[t, k] + shift
         quad[3] = quad[2]
+        if cull and beside[quad[0]] & beside[quad[1]] & beside[quad[2]]:
+            continue
         if not cull or _seen(quad, at, lo, hi, apex, corner, heights, cell):
             out[count] = quad[:3]
             origin[count] = t
@@ -140,6 +188,8 @@ def swept_facets(
         # the facet that stays behind runs u -> v along this edge; the silhouette runs v, u, u + d, v + d
         u, v = (edges[e, 0], edges[e, 1]) if right else (edges[e, 1], edges[e, 0])
         quad[0], quad[1], quad[2], quad[3] = v, u, u + n, v + n
+        if cull and beside[v] & beside[u] & beside[u + n] & beside[v + n]:
+            continue
         if not cull or _seen(quad, at, lo, hi, apex, corner, heights, cell):
             out[count, 0], out[count, 1], out[count, 2] = v, u, u + n
             out[count + 1, 0], out[count + 1, 1], out[count + 1, 2] = v, u + n, v + n
@@ -337,15 +387,49 @@ def rear_limits(seg, level, rise, bottom, top, low, step, out):
 
 
 @kernel
-def above(triangles, z, hulls, boxes):
-    """What triangles (n, 3, 3) have above a height: hulls (n, 4, 3) in boxes (n, 2, 3); how many there are."""
-    count = 0
+def front_limits(points, triangles, normals, cos, sin, d, low, step, out):
+    """Lower the limits of `rear_limits` to those of the facets: what they leave where they have been, moved by d."""
+    k = out.shape[0]
+    level = np.hypot(d[0], d[1])
+    tiny = 1e-12 * np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
+    ex, ey = d[0] / level, d[1] / level
     for t in range(triangles.shape[0]):
+        nx = cos * normals[t, 0] - sin * normals[t, 1]
+        ny = sin * normals[t, 0] + cos * normals[t, 1]
+        if nx * d[0] + ny * d[1] + normals[t, 2] * d[2] <= tiny:
+            continue
+        least, z0, z1 = np.inf, np.inf, -np.inf
+        for i in range(3):
+            q = points[triangles[t, i]]
+            x, y = cos * q[0] - sin * q[1], sin * q[0] + cos * q[1]
+            least = min(least, ex * x + ey * y)
+            z0, z1 = min(z0, q[2]), max(z1, q[2])
+        z0, z1 = z0 + min(d[2], 0.0), z1 + max(d[2], 0.0)
+        j0, j1 = int(np.floor((z0 - low) / step - 1e-9)), int(np.floor((z1 - low) / step + 1e-9))
+        for j in range(max(j0, 0), min(j1, k - 1) + 1):
+            out[j] = min(out[j], least)
+
+
+@kernel
+def above(points, triangles, lo, hi, hulls, boxes):
+    """What triangles that reach into a column have above its foot: hulls (n, 4, 3) in boxes (n, 2, 3); how many.
+
+    lo, hi (3,): the column, as high as it may be.
+    """
+    count = 0
+    z = lo[2]
+    for t in range(triangles.shape[0]):
+        u, v, w = points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]]
+        if max(u[0], v[0], w[0]) < lo[0] or min(u[0], v[0], w[0]) > hi[0]:
+            continue
+        if max(u[1], v[1], w[1]) < lo[1] or min(u[1], v[1], w[1]) > hi[1] or max(u[2], v[2], w[2]) < z:
+            continue
         size = 0
         for k in range(3):
-            a, b = triangles[t, k], triangles[t, (k + 1) % 3]
+            a, b = points[triangles[t, k]], points[triangles[t, (k + 1) % 3]]
             if a[2] >= z:
-                hulls[count, size] = a
+                for i in range(3):
+                    hulls[count, size, i] = a[i]
                 size += 1
             if (a[2] >= z) != (b[2] >= z):
                 share = (z - a[2]) / (b[2] - a[2])

@@ -13,6 +13,12 @@ If no triangle of a solid A reaches into N, because it is behind the limit or ou
 in common: N of a convex cutter is connected, and its foremost point, p + d + r_max e at the height of the largest
 radius r_max, farther ahead than any point of K(p), is outside the box of A.
 
+Where A and N do meet, a mesh V of the cutter in W need be right only below those triangles, if A is free of the
+mesh K' of the cutter at p, and the cutter opens upwards, with its top above A. From a point of A and V go up to where
+A ends: all the way is in A, hence in V and not in K', so it ends in a triangle of A that reaches into V - K'. Limits
+of V - K' are those of facets that look ahead, as above. From a point of A in W, but not in V nor in K(p), the way up
+may come into K(p), which is no harm if a limit holds from its height upwards. `lowest` is below both.
+
 Source: derived here.
 """
 
@@ -22,7 +28,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vmachining.arrays import Floats
+from vmachining.arrays import Bools, Floats
 from vmachining.engines.mesh import _kernels
 from vmachining.engines.mesh.straight import Facets
 from vmachining.geometry import Line
@@ -43,7 +49,8 @@ class Ahead:
 
     sweep : the block. heading : (2,) unit vector. low, step : mm, height of the table above its start and steps.
     limits : (k,) mm, from the start along the heading; nothing is removed below or above the table. front : (3,)
-    mm, a point of what the block can still remove.
+    mm, a point of what the block can still remove. lowest : (k,) mm, limits for the mesh, and for what is above.
+    top : mm, below which the sweep opens upwards; -inf where it does not.
     """
 
     sweep: Sweep
@@ -52,16 +59,25 @@ class Ahead:
     step: float
     limits: Floats
     front: Floats
+    lowest: Floats
+    top: float
 
-    def meets(self, hulls: Floats, boxes: Floats, box: Floats) -> bool:
-        """Whether a solid may be touched: hulls (n, 4, 3) of its surface in boxes (n, 2, 3), and its box (2, 3)."""
-        if (self.front >= box[0]).all() and (self.front <= box[1]).all():
-            return True
-        near = np.empty(len(hulls), dtype=np.bool_)
+    def meets(self, hulls: Floats, boxes: Floats, box: Floats) -> tuple[bool, Bools]:
+        """Whether a solid may be touched, and which parts of its surface can be above a place that is.
+
+        hulls (n, 4, 3) of its surface in boxes (n, 2, 3), mm; box (2, 3) of all of it.
+        """
+        over, near = self._before(self.lowest, hulls), self._before(self.limits, hulls)
+        over[over] = self.sweep.meets(hulls[over], boxes[over], within=CLEAR_MM)[0]
+        inside = (self.front >= box[0]).all() and (self.front <= box[1]).all()
+        return bool(inside or (over & near).any()), over
+
+    def _before(self, limits: Floats, hulls: Floats) -> Bools:
+        out = np.empty(len(hulls), dtype=np.bool_)
         _kernels.in_front(  # type: ignore[no-untyped-call]
-            hulls, self.sweep.path.start, self.heading, self.low, self.step, self.limits - CLEAR_MM, near
+            hulls, self.sweep.path.start, self.heading, self.low, self.step, limits - CLEAR_MM, out
         )
-        return bool(near.any() and self.sweep.meets(hulls[near], boxes[near], within=CLEAR_MM)[0].any())
+        return out
 
 
 def ahead(sweep: Sweep, tool: Facets) -> Ahead | None:
@@ -85,4 +101,11 @@ def ahead(sweep: Sweep, tool: Facets) -> Ahead | None:
     # the larger height leaves the boxes of tiles sooner; arcs may bulge between the points of a profile
     high = profile.z_max if profile.points[-1, 0] >= profile.max_radius else profile.widest_z
     front = path.end + np.array([*(profile.max_radius * heading), high])
-    return Ahead(sweep, heading, low, step, limits, front)
+    lowest = np.minimum.accumulate(limits)
+    body = tool.parts[0].body
+    _kernels.front_limits(  # type: ignore[no-untyped-call]
+        body.points, body.triangles, body.normals, heading[0], heading[1], d, low, step, lowest
+    )
+    opens_up = body.opens_up and profile.points[-1, 0] >= profile.max_radius
+    top = profile.z_max + float(min(path.start[2], path.end[2])) if opens_up else -np.inf
+    return Ahead(sweep, heading, low, step, limits, front, lowest, top)

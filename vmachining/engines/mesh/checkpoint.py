@@ -29,7 +29,7 @@ def write_tiles(path: Path, root: Tile, blocks: dict[int, int], state: dict[str,
         node: dict[str, Any] = {
             "box": tile.box.tolist(),
             "halved": tile.halves is not None,
-            "turns": tile.turns,
+            "place": tile.place,
             "color": tile.color,
             "chord": tile.chord,
             "tidied": tile.tidied,
@@ -99,11 +99,11 @@ def read_tiles(path: Path) -> tuple[Tile, dict[int, int], dict[str, Any]]:
         k, node = next(nodes)
         if node["halved"]:
             first = build()
-            return Tile({}, {}, np.array(node["box"]), (first, build()), None, node["turns"], node["color"],
+            return Tile({}, {}, np.array(node["box"]), (first, build()), None, tuple(node["place"]), node["color"],
                         chord=node["chord"])  # fmt: skip
         inner = solid(f"{k}.{Side.INNER}")
         skin = Skin(*(arrays[f"{k}.skin.{column}"] for column in Skin._fields))
-        tile = Tile({}, {}, np.array(node["box"]), turns=node["turns"], color=node["color"],
+        tile = Tile({}, {}, np.array(node["box"]), place=tuple(node["place"]), color=node["color"],
                     places=Places(skin), chord=node["chord"], tidied=node["tidied"], dusty=node["dusty"],
                     has_means=node["means"])  # fmt: skip
         tile.put(Side.INNER, inner)

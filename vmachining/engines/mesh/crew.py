@@ -19,6 +19,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from multiprocessing.connection import Connection
+from multiprocessing.reduction import ForkingPickler
 from pathlib import Path
 from resource import RUSAGE_SELF, getrusage
 from tempfile import TemporaryDirectory
@@ -146,7 +147,7 @@ class MeshCrew:
         self.chord = engine.chord
         self._profiles: dict[int, tuple[int, Profile]] = {}
         self._waiting: list[tuple[Any, ...]] = []
-        self._sent, self._first = 0, 0
+        self._sent, self._told, self._first = 0, 0, 0
         self._answers: list[deque[tuple[float, float, float]]] = []
         self._sums: dict[int, Bracket] = {}
         self._folder = TemporaryDirectory(prefix="vmachining-crew-")
@@ -230,10 +231,10 @@ class MeshCrew:
         return lambda: self._answer(number)
 
     def _flush(self) -> None:
-        orders, self._waiting = self._waiting, []
+        orders, self._waiting, self._told = ForkingPickler.dumps(self._waiting), [], self._sent
         for part, (_, line) in enumerate(self._workers):
             try:
-                line.send(orders)
+                line.send_bytes(orders)
             except OSError:
                 self._lost(part)
 
@@ -243,7 +244,7 @@ class MeshCrew:
 
     def _sum(self, stop: int) -> None:
         """Add up the answers to all orders before `stop`, waiting for them."""
-        if self._first < stop and self._waiting:
+        if self._told < stop:
             self._flush()
         while self._first < stop:
             self._gather()

@@ -252,8 +252,8 @@ def _ring_skin(
     return np.concatenate(out) if out else NO_ROWS
 
 
-def way(sweep: Sweep, chord: float, window: Window | None) -> Way:
-    """An upright sweep as straight ones, those that can reach the window.
+def way(sweep: Sweep, chord: float, box: Floats | None = None) -> Way:
+    """An upright sweep as straight ones, those that can reach a box (2, 3).
 
     Inner meshes lie within `chord` of the truth: a depth of facets of the cutter, of its circles, of the path.
     """
@@ -271,8 +271,8 @@ def way(sweep: Sweep, chord: float, window: Window | None) -> Way:
                 1.0 + depth / 2 / path.radius
             )
     pieces = [Sweep.along(sweep.profile, Line(a, b)) for a, b in pairwise(corners)]
-    if window is not None:
-        lo, hi = window.lo - slack, window.hi + slack
+    if box is not None:
+        lo, hi = box[0] - slack, box[1] + slack
         pieces = [p for p in pieces for a, b in (p.bounds,) if (a <= hi).all() and (b >= lo).all()]
     return Way(tuple(pieces), slack, chord + slack)
 

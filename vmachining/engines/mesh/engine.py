@@ -118,8 +118,10 @@ class MeshEngine:
             return Start.FRESH, stand
         if not isinstance(path, Line) or last.heading is None:
             return Start.CHAINED, stand
-        if last.whole and last.heading == stand.heading:
-            return Start.SHED, stand
+        if _are_equal(
+            last.heading, stand.heading
+        ):  # the second block after a turn is not shed, and cleans up
+            return Start.CLEAN if last.whole else Start.CHAINED, stand
         if path.start[2] == path.end[2]:
             return Start.SHED, stand._replace(whole=False)
         return Start.CHAINED, stand
@@ -270,6 +272,13 @@ def _heading(sweep: Sweep, t: float) -> list[float] | None:
     d = path.velocity(t)
     level = float(np.hypot(d[0], d[1]))
     return [float(d[0]) / level, float(d[1]) / level] if level > 0.0 else []
+
+
+def _are_equal(one: list[float], other: list[float] | None) -> bool:
+    """Headings that differ by so little that two meshes of a cutter differ by less than rounding hides."""
+    return (
+        other is not None and len(one) == len(other) and bool(np.allclose(one, other, rtol=0.0, atol=1e-12))
+    )
 
 
 def _pose(sweep: Sweep, t: float) -> Floats:

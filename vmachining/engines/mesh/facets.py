@@ -126,7 +126,8 @@ class Polyhedron:
     on the left and on the right of the way from the first to the second; both begin with the lowest, and
     triangle_lows (m,), edge_lows (k,) say how low they reach; height: lowest and highest z; reach:
     largest radius; areas (m,) mm^2; planes (m,): equal for triangles of one facet;
-    turn: sine of half as much again as the largest angle between neighbouring facets of a round surface.
+    turn: sine of half as much again as the largest angle between neighbouring facets of a round surface;
+    opens_up: whether no facet but the top looks up, so that what is above a point inside is inside, up to the top.
     """
 
     points: Floats
@@ -141,6 +142,7 @@ class Polyhedron:
     patches: Ints
     triangle_lows: Floats
     edge_lows: Floats
+    opens_up: bool
 
     def upto(self, z: float) -> tuple[int, int]:
         """How many triangles and how many edges have a point at or below a height, mm."""
@@ -208,6 +210,7 @@ def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
         height=(float(line[0, 1]), float(line[-1, 1])),
         reach=float(np.hypot(points[:, 0], points[:, 1]).max()),
         turn=float(np.sin(min(1.5 * bend, np.pi / 2))),
+        opens_up=bool(((normals[:, 2] < 1e-9) | (normals[:, 2] > 1.0 - 1e-9)).all()),
     )
 
 

@@ -21,6 +21,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
+import numpy as np
 from manifold3d import Manifold, OpType
 
 from vmachining.arrays import Floats
@@ -31,6 +32,7 @@ from vmachining.engines.mesh.skin import Skin, thick
 from vmachining.engines.mesh.solids import balance, checked, cutters, manifold, pieces
 from vmachining.engines.mesh.straight import Facets, facets
 from vmachining.engines.mesh.tiles import SIDES, Tile
+from vmachining.engines.mesh.window import Window, below
 from vmachining.geometry import Bracket, Line
 from vmachining.sweep import Sweep, Turn
 from vmachining.tolerance import VOLUME_REL
@@ -55,7 +57,8 @@ class Start(Enum):
 
     FRESH = "nothing"
     CHAINED = "the true cutter from the true workpiece"
-    SHED = "its mesh from the mesh too"
+    SHED = "what lies deep in its mesh from the mesh too"
+    CLEAN = "all of its mesh from the mesh too"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,11 +87,11 @@ class Cut:
         return balance(self.sweep, self.facets(Side.INNER), self.facets(Side.OUTER))
 
 
-def _inner(tile: Tile, cut: Cut, *, shed: bool) -> tuple[list[Manifold], list[Skin]]:
+def _inner(view: Window, cut: Cut, *, shed: bool) -> tuple[list[Manifold], list[Skin]]:
     """Inner solids of an upright tool, with means on their facets, and what they leave."""
     solids, left = [], []
     tool, chained = cut.facets(Side.INNER), cut.start is not Start.FRESH
-    for piece in pieces(cut.sweep, tool, tile.window, chained, skinned=True, shed=shed):
+    for piece in pieces(cut.sweep, tool, view, chained, skinned=True, shed=shed):
         if len(piece.skin):
             left.append(Skin.of(piece.skin))
         if len(piece.triangles):
@@ -98,33 +101,43 @@ def _inner(tile: Tile, cut: Cut, *, shed: bool) -> tuple[list[Manifold], list[Sk
     return solids, left
 
 
-def _is_met(tile: Tile, cut: Cut) -> bool:
-    """Whether the sweep may find material in a tile; where it does not, the solids stay as they are.
+def _view(tile: Tile, cut: Cut, *, clean: bool) -> Window | None:
+    """What of a tile the sweep may find material in; None where that is nothing, and the solids stay as they are.
 
-    Of a chained block only what is ahead of the cutter counts, and what is behind may remain in the mesh.
+    Of a chained block only what is ahead of the cutter counts, and what is behind may remain in the mesh. Where
+    the start is clean, mesh and skin need only be right below what is ahead.
     """
-    hulls, boxes = tile.above(float(cut.bounds[0, 2]))
+    hulls, boxes = tile.above(cut.bounds)
     if cut.ahead is not None:
-        met = cut.ahead.meets(hulls, boxes, tile.box)
-        if not met:
+        met, over = cut.ahead.meets(hulls, boxes, tile.box)
+        view: Window | None = None
+        if met and clean and boxes[:, 1, 2].max(initial=-np.inf) < cut.ahead.top:
+            wide = tile.wide_box
+            box = np.stack([np.maximum(wide[0], cut.bounds[0]), np.minimum(wide[1], cut.bounds[1])])
+            view = below(hulls, over, box, tile.cell)
+        elif met:
+            view = tile.window
+        if view is None:
             tile.dusty = cut.number
-        return met
+        return view
     if (cut.bounds[0] >= tile.box[0]).all() and (cut.bounds[1] <= tile.box[1]).all():
-        return True  # all of it may lie below the surface
-    whole = way(cut.sweep, cut.chord, tile.window)
-    return any(sweep.meets(hulls, boxes, slack=whole.slack)[0].any() for sweep in whole.sweeps)
+        return tile.window  # all of it may lie below the surface
+    whole = way(cut.sweep, cut.chord, tile.wide_box)
+    met = any(sweep.meets(hulls, boxes, slack=whole.slack)[0].any() for sweep in whole.sweeps)
+    return tile.window if met else None
 
 
 def cut_once(tile: Tile, cut: Cut) -> Bracket:
     """Remove a sweep of an upright tool from a tile; mm^3, bounded in advance."""
     sweep = cut.sweep
-    if not _is_met(tile, cut):
+    shed = cut.start in (Start.SHED, Start.CLEAN) and tile.dusty != cut.number - 1
+    view = _view(tile, cut, clean=shed and cut.start is Start.CLEAN)
+    if view is None:
         return AIR
-    shed = cut.start is Start.SHED and tile.dusty != cut.number - 1
-    solids, left = _inner(tile, cut, shed=shed)
+    solids, left = _inner(view, cut, shed=shed)
     if not solids and not left:
         return AIR
-    skin, whole = Skin.joined(left), way(sweep, cut.chord, tile.window)
+    skin, whole = Skin.joined(left), way(sweep, cut.chord, tile.wide_box)
     if len(left) > 1 or not isinstance(sweep.path, Line):  # facets inside another piece leave nothing
         skin = skin.where(~skin.under(whole)[1])
     large, small = tile.solids[Side.INNER], tile.solids[Side.OUTER]
@@ -161,13 +174,13 @@ def cut_once(tile: Tile, cut: Cut) -> Bracket:
 
 def cut_twice(tile: Tile, cut: Cut) -> Bracket:
     """Remove a sweep from both workpieces of a tile; mm^3."""
-    path = cut.sweep.path
-    if not isinstance(path, Turn) and not _is_met(tile, cut):
+    path, window = cut.sweep.path, tile.window
+    if not isinstance(path, Turn) and _view(tile, cut, clean=False) is None:
         return AIR
 
     def solids(side: Side) -> list[Manifold]:
         chained = cut.start is not Start.FRESH
-        return cutters(cut.sweep, cut.facets(side), tile.window, chained=chained, block_id=cut.run)
+        return cutters(cut.sweep, cut.facets(side), window, chained=chained, block_id=cut.run)
 
     outer = solids(Side.OUTER)
     if not outer:
@@ -183,7 +196,7 @@ def cut_twice(tile: Tile, cut: Cut) -> Bracket:
         hi = shared(inner_cut, outer)
     if hi <= noise:  # rounding, not metal: leave the tile as it is, exactly
         return AIR
-    inner = solids(Side.INNER) if isinstance(path, Turn) else _inner(tile, cut, shed=True)[0]
+    inner = solids(Side.INNER) if isinstance(path, Turn) else _inner(window, cut, shed=True)[0]
     lo = 0.0 if fresh else shared(outer_cut, inner)
     rest[Side.INNER] = minus(inner_cut, inner)
     if not fresh:

@@ -11,9 +11,9 @@ that untouched stock stays in few large pieces and a block costs what its neighb
 blocks came before.
 
 Tiles know nothing of each other, so several processes can cut one workpiece: all of them halve alike, and each
-cuts the tiles of its own colour. A tile is coloured when it first has the wanted size, by the number of times
-that the way down to it turned to the upper half; neighbours then mostly differ, and both sides of a path are
-busy. `joined` takes every tile from the process that cut it.
+cuts the tiles of its own colour. A tile is coloured when it first has the wanted size, as the squares of a
+chessboard are; neighbours then mostly differ, and both sides of a path are busy. `joined` takes every tile from
+the process that cut it.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from manifold3d import Manifold, Mesh64
+from manifold3d import Manifold
 
-from vmachining.arrays import Floats
+from vmachining.arrays import Floats, Ints
 from vmachining.engines.mesh import _kernels
 from vmachining.engines.mesh.facets import Side
-from vmachining.engines.mesh.skin import NO_SKIN, Places, Skin, mean_skin, untag
+from vmachining.engines.mesh.skin import NO_SKIN, Places, Skin, mean_skin
 from vmachining.engines.mesh.solids import checked
-from vmachining.engines.mesh.window import Window
+from vmachining.engines.mesh.window import Window, roofed
 from vmachining.tolerance import CHORD_MM
 
 __all__ = ["Share", "Tile", "joined", "reached"]
@@ -46,32 +46,35 @@ RAW_EXTRA = 2.0 / 3.0
 
 SIDES = (Side.INNER, Side.OUTER)
 
+NO_SHELL: tuple[Floats, Ints] = np.empty((0, 3)), np.empty((0, 3), dtype=np.uint64)
+
 
 @dataclass(slots=True, eq=False)
 class Tile:
     """Part of the stock. solids and volumes are by `Side`; box (2, 3) holds the largest of the solids.
 
-    turns : upper halves on the way from the root. color : says who cuts it, None until it is small enough.
+    place : number along each axis, counted from below in tiles of its size. color : says who cuts it, None until
+    it is small enough.
     places : where inner sweeps may have left what they should not; tidied : how many when they were last looked
     through. dusty : number of the last cut that left as much of its mesh in the solid as rounding hides.
     thin : mm^3 that the solid has too much in the mean. chord : mm, unit in which facets of sweeps carry theirs.
-    has_means : with two workpieces, whether all facets do, and the raw stock was one exact mesh. shell : (m, 3, 3)
-    mm, corners of the triangles of INNER.
+    has_means : with two workpieces, whether all facets do, and the raw stock was one exact mesh. shell : (n, 3)
+    mm and (m, 3), points and triangles of INNER.
     """
 
     solids: dict[Side, Manifold]
     volumes: dict[Side, float]
     box: Floats
     halves: tuple[Tile, Tile] | None = None
-    window: Window | None = field(default=None)
-    turns: int = 0
+    _window: Window | None = field(default=None)
+    place: tuple[int, ...] = (0, 0, 0)
     color: int | None = None
     places: Places = field(default_factory=lambda: Places(NO_SKIN))
     thin: float = 0.0
     tidied: int = 0
     dusty: int = -1
     has_means: bool = True
-    shell: Floats = field(default_factory=lambda: np.empty((0, 3, 3)))
+    shell: tuple[Floats, Ints] = NO_SHELL
     chord: float = CHORD_MM
 
     @classmethod
@@ -94,32 +97,54 @@ class Tile:
         self.volumes[side] = float(result.volume())
         box = result.bounding_box()
         self.box = np.array([box[:3], box[3:]])
-        margin = 1e-6 * (1.0 + float(np.abs(self.box).max()))
-        self.window = None
+        self._window, self.shell = None, NO_SHELL
         if not result.is_empty():
             mesh = result.to_mesh64()
-            self.window = _window(mesh, self.box[0] - margin, self.box[1] + margin)
-            thickness = untag(np.asarray(mesh.face_id, dtype=np.int64), self.chord)
-            self.thin = mean_skin(mesh.vert_properties, mesh.tri_verts, thickness)
-            self.shell = mesh.vert_properties[:, :3][mesh.tri_verts]
+            self.shell = mesh.vert_properties, mesh.tri_verts
+            self.thin = mean_skin(*self.shell, np.array(mesh.face_id, dtype=np.int64), self.chord)
 
-    def above(self, z: float) -> tuple[Floats, Floats]:
-        """What the triangles of INNER have above a height: the hulls of (n, 4, 3) in boxes (n, 2, 3), mm."""
-        hulls, boxes = np.empty((len(self.shell), 4, 3)), np.empty((len(self.shell), 2, 3))
-        n = _kernels.above(self.shell, z, hulls, boxes)  # type: ignore[no-untyped-call]
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing is left of it; it may have been halved."""
+        return len(self.shell[1]) == 0
+
+    @property
+    def wide_box(self) -> Floats:
+        """(2, 3) mm: the box, and a little more."""
+        margin = 1e-6 * (1.0 + float(np.abs(self.box).max()))
+        return self.box + [[-margin], [margin]]
+
+    @property
+    def cell(self) -> float:
+        """mm, of the grid of heights."""
+        return max(float((self.box[1] - self.box[0])[:2].max()) / ROOF_CELLS, 1e-3)
+
+    @property
+    def window(self) -> Window:
+        """What it lets be seen, made when it is asked for."""
+        if self._window is None:
+            self._window = roofed(self.shell, self.wide_box, self.cell)
+        return self._window
+
+    def above(self, box: Floats) -> tuple[Floats, Floats]:
+        """What the triangles of INNER that reach above the foot of a box (2, 3) have there: the hulls of (n, 4, 3)
+        in boxes (n, 2, 3), mm."""
+        points, triangles = self.shell
+        hulls, boxes = np.empty((len(triangles), 4, 3)), np.empty((len(triangles), 2, 3))
+        n = _kernels.above(points, triangles, box[0], box[1], hulls, boxes)  # type: ignore[no-untyped-call]
         return hulls[:n], boxes[:n]
 
     def cover(self, skin: Skin) -> None:
         """Add places; now and then, those over which the solid no longer reaches are forgotten."""
         self.places.add(skin)
-        if len(self.places) > 2 * self.tidied + 256 and self.window is not None:
+        if len(self.places) > 2 * self.tidied + 256 and not self.is_empty:
             self.places.drop(~self.window.sees(self.places.skin.boxes))
             self.tidied = len(self.places)
 
     @property
     def hidden(self) -> float:
         """mm^3 of the solid that may not be there, at most."""
-        if self.window is None:
+        if self.is_empty:
             return 0.0
         skin = self.places.skin
         return skin.where(self.window.sees(skin.boxes)).total
@@ -150,10 +175,11 @@ class Tile:
             return
         self.halves = (halves[0], halves[1])
         for k, half in enumerate(self.halves):
-            half.turns, half.color = self.turns + 1 - k, self.color
+            half.place = tuple(2 * n + 1 - k if i == axis else n for i, n in enumerate(self.place))
+            half.color = self.color
             half.has_means, half.dusty = self.has_means, self.dusty
         self.solids.clear()
-        self.shell = np.empty((0, 3, 3))
+        self.shell, self._window = NO_SHELL, None
         self.places = Places(NO_SKIN)
 
     def leaves(self) -> Iterator[Tile]:
@@ -163,16 +189,8 @@ class Tile:
             tile = stack.pop()
             if tile.halves is not None:
                 stack.extend(reversed(tile.halves))
-            elif tile.window is not None:
+            elif not tile.is_empty:
                 yield tile
-
-
-def _window(mesh: Mesh64, lo: Floats, hi: Floats) -> Window:
-    """Box of a solid with a grid of how high it reaches."""
-    cell = max(float((hi - lo)[:2].max()) / ROOF_CELLS, 1e-3)
-    heights = np.empty(tuple(int(n) for n in np.ceil((hi - lo)[:2] / cell)))
-    _kernels.roof(mesh.vert_properties, mesh.tri_verts, lo, cell, heights)  # type: ignore[no-untyped-call]
-    return Window(lo, hi, heights, cell)
 
 
 class Share(NamedTuple):
@@ -192,7 +210,7 @@ def reached(root: Tile, box: Floats, size: float | None, share: Share) -> list[T
     (x0, y0, z0), (x1, y1, z1) = box.tolist()
     while stack:
         tile = stack.pop()
-        if tile.window is None and tile.halves is None:
+        if tile.is_empty and tile.halves is None:
             continue
         if tile.color is not None and tile.color % share.parts != share.part:
             continue
@@ -206,7 +224,7 @@ def reached(root: Tile, box: Floats, size: float | None, share: Share) -> list[T
                 continue
             if max(a1 - a0, b1 - b0, (c1 - c0) * SHAPE[2]) <= size:
                 if tile.color is None:
-                    tile.color = tile.turns
+                    tile.color = sum(tile.place)
                     if tile.color % share.parts != share.part:
                         continue
                 found.append(tile)

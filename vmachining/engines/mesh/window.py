@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vmachining.arrays import Bools, Floats
+from vmachining.arrays import Bools, Floats, Ints
+from vmachining.engines.mesh import _kernels
 from vmachining.engines.mesh.skin import boxes_seen
 
-__all__ = ["Window"]
+__all__ = ["Window", "below", "roofed"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,3 +47,26 @@ class Window:
         out = np.empty(len(boxes), dtype=np.bool_)
         boxes_seen(boxes, self.lo, self.hi, self.lo, self.heights, self.cell, out)  # type: ignore[no-untyped-call]
         return out
+
+
+def roofed(mesh: tuple[Floats, Ints], box: Floats, cell: float) -> Window:
+    """What points (n, 3) and triangles (m, 3) of a closed mesh in a box (2, 3) let be seen."""
+    lo, hi = box
+    heights = _grid(lo, hi, cell)
+    _kernels.roof(*mesh, lo, cell, heights)  # type: ignore[no-untyped-call]
+    return Window(lo, hi, heights, cell)
+
+
+def below(hulls: Floats, chosen: Bools, box: Floats, cell: float) -> Window | None:
+    """What is in a box (2, 3) below those of the pieces (n, 4, 3) of a surface that are chosen (n,), if anything."""
+    (lo, hi), heights = box.copy(), _grid(box[0], box[1], cell)
+    i0, i1, j0, j1 = _kernels.roof_of(hulls, chosen, lo, cell, heights)  # type: ignore[no-untyped-call]
+    if i0 >= i1:
+        return None
+    hi[:2] = np.minimum(hi[:2], lo[:2] + [i1 * cell, j1 * cell])
+    lo[:2] += [i0 * cell, j0 * cell]
+    return Window(lo, hi, np.ascontiguousarray(heights[i0:i1, j0:j1]), cell)
+
+
+def _grid(lo: Floats, hi: Floats, cell: float) -> Floats:
+    return np.empty(tuple(int(n) for n in np.ceil((hi - lo)[:2] / cell + 1e-9)))

@@ -36,6 +36,9 @@ under facets, and both are bounded without a boolean:
    mesh of the cutter there, hence in that of the cut before; and as it lies as deep in the sweep of that cut,
    what was missing there does not hold it either unless the cut before that one had it, and so on.
 
+5. For the same reason mesh and skin need only be right below what is ahead of such a start, see `ahead.py`: the
+   rest of the roof of A is then left out of what a mesh is asked to see.
+
 Hence  a - sum of stored frustums that meet W  <=  removed  <=  a + sum of seen frustums  (`Skin`).
 
 What a frustum meets, and whether it is wholly inside, is asked of straight sweeps: the signed distance to one is

@@ -18,6 +18,8 @@ from vmachining.jit import kernel
 
 COS_SHARP = float(np.cos(np.pi / 4))  # as in `facets.py`
 
+GROWS = 0.02  # gap in heights of the apex over a facet, of nearly all frustums; the others are looked at one by one
+
 
 @kernel
 def under_roof(x0, x1, y0, y1, z0, lo, hi, corner, heights, cell):
@@ -68,6 +70,22 @@ def drop(corners, boxes, volume, gone):
         corners[i], boxes[i], volume[i] = corners[count], boxes[count], volume[count]
         i += 1
     return count
+
+
+@kernel
+def _beside(x, y, z, lo, hi, apex):
+    """Sides of the box that a point is beyond, as bits, and stays when it moves away from the apex, see GROWS."""
+    ends = (x, y, z), (x + GROWS * (x - apex[0]), y + GROWS * (y - apex[1]), z + GROWS * (z - apex[2]))
+    out = 63
+    for q in ends:
+        here = 0
+        for i in range(3):
+            if q[i] < lo[i]:
+                here |= 1 << 2 * i
+            if q[i] > hi[i]:
+                here |= 2 << 2 * i
+        out &= here
+    return out
 
 
 @kernel
@@ -205,10 +223,13 @@ def hull_skin(
     """
     m = triangles.shape[0]
     at = np.empty(points.shape)
+    beside = np.empty(2 * len(points), np.uint8)
     for v in range(len(points)):
         at[v, 0] = p[0] + cos * points[v, 0] - sin * points[v, 1]
         at[v, 1] = p[1] + sin * points[v, 0] + cos * points[v, 1]
         at[v, 2] = p[2] + points[v, 2]
+        beside[v] = _beside(at[v, 0], at[v, 1], at[v, 2], lo, hi, apex)
+        beside[v + len(points)] = _beside(at[v, 0] + d[0], at[v, 1] + d[1], at[v, 2] + d[2], lo, hi, apex)
     rows, count = np.empty((256, 25)), 0
     means = np.zeros(m + edges.shape[0])
     front, behind = np.empty(m, np.bool_), np.empty(m, np.bool_)
@@ -235,18 +256,30 @@ def hull_skin(
             if behind[t] or (whole and t != one):
                 continue
             corners = patches[k, 2:] if whole else triangles[t]
-            low = np.inf
+            shift = len(points) if front[t] else 0
+            common, low = 63, np.inf
             for v in corners:
+                common &= beside[v + shift]
                 low = min(low, at[v, 2])
             if front[t]:
                 low += d[2]
-            gap = max(most[t], most[two]) if whole and two >= 0 else most[t]
-            if low > hi[2] and low > apex[2]:
-                continue
             n_x = cos * normals[t, 0] - sin * normals[t, 1]
             n_y = sin * normals[t, 0] + cos * normals[t, 1]
             n_z = normals[t, 2]
+            gap = max(most[t], most[two]) if whole and two >= 0 else most[t]
+            gap += slack[0] * np.sqrt(n_x * n_x + n_y * n_y) + slack[1] * abs(n_z)
+            if gap <= tiny or (low > hi[2] and low > apex[2]):
+                continue
             ahead = n_x * d[0] + n_y * d[1] + n_z * d[2]
+            q = at[corners[0]]
+            high = n_x * (q[0] - apex[0]) + n_y * (q[1] - apex[1]) + n_z * (q[2] - apex[2])
+            if front[t]:
+                high += ahead
+            if high > tiny:
+                if common != 0 and gap <= GROWS * high:
+                    continue
+                if low - gap / high * max(apex[2] - low, 0.0) > hi[2]:
+                    continue  # above the box, however far the frustum reaches down
             # tangents of the cutter bound the sweep if they face the same way as the facet
             level, steep = slope[t, 0], slope[t, 1]
             if whole and two >= 0:
@@ -261,15 +294,6 @@ def hull_skin(
             if stiff and abs(ahead) >= aside:
                 volume = bulk[t] + bulk[two] if whole and two >= 0 else bulk[t]
             up[2] = 1.0 / plumb[t] if whole and two >= 0 and plumb[t] > 0.0 else 0.0
-            gap += slack[0] * np.sqrt(n_x * n_x + n_y * n_y) + slack[1] * abs(n_z)
-            if gap <= tiny:
-                continue
-            q = at[corners[0]]
-            high = n_x * (q[0] - apex[0]) + n_y * (q[1] - apex[1]) + n_z * (q[2] - apex[2])
-            if front[t]:
-                high += ahead
-            if high > tiny and low - gap / high * max(apex[2] - low, 0.0) > hi[2]:
-                continue  # above the box, however far the frustum reaches down
             outside = not sided
             for c in range(4):
                 q = at[corners[min(c, len(corners) - 1)]]
@@ -289,6 +313,8 @@ def hull_skin(
         return rows[:count], means
     for e in range(edges.shape[0]):
         t, other = edges[e, 2], edges[e, 3]
+        if front[t] == front[other] and behind[t] == behind[other]:
+            continue
         if behind[other]:
             t, other = other, t
         # beyond a disc that moves in its plane nothing is
@@ -360,6 +386,13 @@ def hull_skin(
             lo, hi, corner, heights, cell, size, work, rows, count,
         )  # fmt: skip
     return rows[:count], means
+
+
+@kernel
+def untag(face_id, ours, tags, step, out):
+    """Thickness (m,) from face ids, see `layer.thick`; those below `ours` carry none."""
+    for t in range(face_id.shape[0]):
+        out[t] = (face_id[t] - ours) // tags * step if face_id[t] >= ours else 0.0
 
 
 @kernel

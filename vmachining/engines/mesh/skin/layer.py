@@ -183,12 +183,14 @@ def _told_apart(triangles: Ints, level: Ints, number: Ints) -> Ints:
 
 def untag(face_id: Ints, chord: float) -> Floats:
     """(m,) mm, the mean thickness that face ids carry."""
-    return np.where(face_id >= OURS, (face_id & (OURS - 1)) // TAGS * (chord / LEVELS), 0.0)
+    out = np.empty(len(face_id))
+    _kernels.untag(face_id, OURS, TAGS, chord / LEVELS, out)  # type: ignore[no-untyped-call]
+    return out
 
 
-def mean_skin(points: Floats, triangles: Ints, thickness: Floats) -> float:
-    """mm^3, area times thickness (m,) summed over triangles."""
-    return float(_kernels.area_sums(points, triangles, thickness))  # type: ignore[no-untyped-call]
+def mean_skin(points: Floats, triangles: Ints, face_id: Ints, chord: float) -> float:
+    """mm^3, area times the mean thickness that face ids (m,) carry, summed over triangles."""
+    return float(_kernels.area_sums(points, triangles, untag(face_id, chord)))  # type: ignore[no-untyped-call]
 
 
 hull_skin = _kernels.hull_skin
