@@ -155,9 +155,10 @@ def swept_facets(
         nz = normals[t, 2]
         ahead = nx * d[0] + ny * d[1] + nz * d[2]
         front[t], behind[t] = ahead > 0.0, ahead < -rear
-        for k in range(3):
-            q = at[triangles[t, k]]
-            behind[t] = behind[t] and (q[0] - p[0]) * d[0] + (q[1] - p[1]) * d[1] < 0.0
+        if behind[t]:
+            for k in range(3):
+                q = at[triangles[t, k]]
+                behind[t] = behind[t] and (q[0] - p[0]) * d[0] + (q[1] - p[1]) * d[1] < 0.0
         q = at[triangles[t, 0] + (n if front[t] else 0)]
         near = nx * (lo[0] if nx > 0 else hi[0]) + ny * (lo[1] if ny > 0 else hi[1])
         near += nz * (lo[2] if nz > 0 else hi[2])

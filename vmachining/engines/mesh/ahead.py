@@ -50,7 +50,8 @@ class Ahead:
     sweep : the block. heading : (2,) unit vector. low, step : mm, height of the table above its start and steps.
     limits : (k,) mm, from the start along the heading; nothing is removed below or above the table. front : (3,)
     mm, a point of what the block can still remove. lowest : (k,) mm, limits for the mesh, and for what is above.
-    top : mm, below which the sweep opens upwards; -inf where it does not.
+    top : mm, below which the sweep opens upwards; -inf where it does not. box : (2, 3) mm, of the sweep without
+    what is behind the lowest limit.
     """
 
     sweep: Sweep
@@ -61,6 +62,7 @@ class Ahead:
     front: Floats
     lowest: Floats
     top: float
+    box: Floats
 
     def meets(self, hulls: Floats, boxes: Floats, box: Floats) -> tuple[bool, Bools]:
         """Whether a solid may be touched, and which parts of its surface can be above a place that is.
@@ -108,4 +110,18 @@ def ahead(sweep: Sweep, tool: Facets) -> Ahead | None:
     )
     opens_up = body.opens_up and profile.points[-1, 0] >= profile.max_radius
     top = profile.z_max + float(min(path.start[2], path.end[2])) if opens_up else -np.inf
-    return Ahead(sweep, heading, low, step, limits, front, lowest, top)
+    box = _before(sweep.bounds, path.start, heading, float(lowest.min()) - CLEAR_MM)
+    return Ahead(sweep, heading, low, step, limits, front, lowest, top, box)
+
+
+def _before(box: Floats, start: Floats, heading: Floats, limit: float) -> Floats:
+    """The box (2, 3) around what a box has on from a limit along the heading."""
+    for i, j in ((0, 1), (1, 0)):
+        if abs(heading[i]) > 1e-9:
+            aside = float(np.max(heading[j] * (box[:, j] - start[j])))
+            at = start[i] + (limit - aside) / heading[i]
+            if heading[i] > 0.0:
+                box[0, i] = max(box[0, i], at)
+            else:
+                box[1, i] = min(box[1, i], at)
+    return box

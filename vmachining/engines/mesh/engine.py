@@ -92,11 +92,13 @@ class MeshEngine:
         start, stand = self._started(sweep)
         bounds = np.array(sweep.bounds)
         inner = facets(sweep.profile, self.chord, Side.INNER)
-        front = None if start is Start.FRESH or self.certify else ahead(sweep, inner)
+        tiles = reached(self._root, self._box(sweep), self._tile_size(sweep), self._share)
+        free = start is not Start.FRESH and not self.certify and len(tiles) > 0
+        front = ahead(sweep, inner) if free else None
         cut = Cut(sweep, self.chord, self._cuts, start, self._run_id(block), bounds, front)
         self._cuts += 1
         total = AIR
-        for tile in reached(self._root, self._box(sweep), self._tile_size(sweep), self._share):
+        for tile in tiles:
             try:
                 total = total.plus(cut_twice(tile, cut) if self.certify else cut_once(tile, cut))
             except EngineError as error:

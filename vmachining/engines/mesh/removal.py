@@ -104,27 +104,35 @@ def _inner(view: Window, cut: Cut, *, shed: bool) -> tuple[list[Manifold], list[
 def _view(tile: Tile, cut: Cut, *, clean: bool) -> Window | None:
     """What of a tile the sweep may find material in; None where that is nothing, and the solids stay as they are.
 
-    Of a chained block only what is ahead of the cutter counts, and what is behind may remain in the mesh. Where
-    the start is clean, mesh and skin need only be right below what is ahead.
+    Of a chained block only what is ahead of the cutter counts, and what is behind may remain in the mesh; the
+    tile is then dusty. Where the start is clean, mesh and skin need only be right below what is ahead.
     """
-    hulls, boxes = tile.above(cut.bounds)
     if cut.ahead is not None:
-        met, over = cut.ahead.meets(hulls, boxes, tile.box)
-        view: Window | None = None
-        if met and clean and boxes[:, 1, 2].max(initial=-np.inf) < cut.ahead.top:
-            wide = tile.wide_box
-            box = np.stack([np.maximum(wide[0], cut.bounds[0]), np.minimum(wide[1], cut.bounds[1])])
-            view = below(hulls, over, box, tile.cell)
-        elif met:
-            view = tile.window
+        view = _view_ahead(tile, cut.ahead, clean=clean)
         if view is None:
             tile.dusty = cut.number
         return view
+    hulls, boxes = tile.above(cut.bounds)
     if (cut.bounds[0] >= tile.box[0]).all() and (cut.bounds[1] <= tile.box[1]).all():
         return tile.window  # all of it may lie below the surface
     whole = way(cut.sweep, cut.chord, tile.wide_box)
     met = any(sweep.meets(hulls, boxes, slack=whole.slack)[0].any() for sweep in whole.sweeps)
     return tile.window if met else None
+
+
+def _view_ahead(tile: Tile, ahead: Ahead, *, clean: bool) -> Window | None:
+    """The same for a chained block."""
+    wide = tile.wide_box
+    box = np.stack([np.maximum(wide[0], ahead.box[0]), np.minimum(wide[1], ahead.box[1])])
+    if (box[0] >= box[1]).any():
+        return None
+    hulls, boxes = tile.above(ahead.box)
+    met, over = ahead.meets(hulls, boxes, tile.box)
+    if not met:
+        return None
+    if clean and boxes[:, 1, 2].max(initial=-np.inf) < ahead.top:
+        return below(hulls, over, box, tile.cell)
+    return tile.window
 
 
 def cut_once(tile: Tile, cut: Cut) -> Bracket:
