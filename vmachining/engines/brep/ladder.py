@@ -217,11 +217,12 @@ class Ladder:
         for k, earlier in plans:
             if rung == "halves":
                 one, two = self._sweeps[k].split([0.5])
-                value, shared = self._cut(one, earlier, rung)
-                rest, more = self._cut(two, earlier, rung, own=one)
+                first = _solids(one)
+                value, shared = self._cut(first, earlier, rung)
+                rest, more = self._cut(_solids(two), earlier, rung, own=first)
                 value, shared = value + rest, shared + more
             else:
-                value, shared = self._cut(self._sweeps[k], earlier, rung)
+                value, shared = self._cut(self._solids(k), earlier, rung)
             total += value
             count += len(earlier)
             slack += SLACK_REL * min(abs(shared), self._common_box(k))
@@ -230,18 +231,19 @@ class Ladder:
         return total, count, slack
 
     def _cut(
-        self, sweep: Sweep, earlier: Sequence[int], rung: str, own: Sweep | None = None
+        self, parts: Sequence[Any], earlier: Sequence[int], rung: str, own: Sequence[Any] = ()
     ) -> tuple[float, float]:
-        """(removed volume, volume shared by stock and sweep) by one way of doing it."""
+        """(removed volume, volume shared by stock and sweep) by one way of doing it.
+
+        parts : solids of the sweep. own : of another part of the block that comes before it.
+        """
         fuzzy = float(rung.split()[1]) if rung.startswith("fuzzy") else 0.0
         grown = rung == "grown"
         tools = [_solids(_grown(self._sweeps[j])) if grown else self._solids(j) for j in earlier]
-        if own is not None:
-            tools.insert(0, _solids(own))
+        tools.insert(0, list(own))
         if rung == "reversed":
             tools.reverse()
         stock, cut = self._stock, [part for tool in tools for part in tool]
-        parts = _solids(sweep)
         if rung == "turned":
             stock, parts, cut = turned(stock), [turned(p) for p in parts], [turned(p) for p in cut]
         value = shared = 0.0
@@ -271,7 +273,7 @@ class Ladder:
         for k, earlier in plans:
             bounds = self._sweeps[k].bounds
             box = np.stack([np.maximum(bounds[0], self._box[0]), np.minimum(bounds[1], self._box[1])])
-            parts = _solids(self._sweeps[k])
+            parts = self._solids(k)
             others = [part for j in earlier for part in self._solids(j)]
             stops = [z for j in (k, *earlier) for z in _levels(self._sweeps[j]) if box[0, 2] < z < box[1, 2]]
             share = SECTION_REL * (bracket.hi - bracket.lo) / len(plans)
@@ -281,7 +283,7 @@ class Ladder:
         return float(total), sum(len(earlier) for _, earlier in plans), -float(error)
 
     def _solids(self, k: int) -> list[Any]:
-        """Solids of an earlier sweep, the latest few hundred remembered."""
+        """Solids of a sweep, the latest few hundred remembered: booleans leave them as they are."""
         if k not in self._made:
             if len(self._made) > 300:
                 self._made.pop(next(iter(self._made)))

@@ -34,6 +34,9 @@ LONGEST, MOST = 0.25, 0.8
 PATIENCE = 8.0
 """Seconds by the clock that count as one of the processor."""
 
+RUN = 16
+"""Blocks in a row for one worker."""
+
 START_SECONDS = 300.0
 """An interpreter that loads OCCT and compiles kernels on a busy machine."""
 
@@ -226,9 +229,12 @@ def check_blocks(
     # a block needs what came before it, no worker needs what comes after the last one asked for
     last = max(asked, default=-1)
     hello = pickle.dumps((stock, [list(block) for block in blocks[: last + 1]]))
-    waiting: queue.SimpleQueue[tuple[int, Bracket]] = queue.SimpleQueue()
-    for item in sorted(asked.items()):
-        waiting.put(item)
+    # neighbours need the same earlier solids, so a worker gets several in a row
+    items = sorted(asked.items())
+    run = max(1, min(RUN, len(items) // (8 * max(1, workers))))
+    waiting: queue.SimpleQueue[list[tuple[int, Bracket]]] = queue.SimpleQueue()
+    for first in range(0, len(items), run):
+        waiting.put(items[first : first + run])
     answers: queue.SimpleQueue[tuple[int, Verdict] | EngineError] = queue.SimpleQueue()
     ended = threading.Event()
     running: set[_Worker] = set()
@@ -241,12 +247,14 @@ def check_blocks(
 
     def ask_all() -> None:
         worker: _Worker | None = None
+        mine: list[tuple[int, Bracket]] = []
         try:
             while not ended.is_set():
                 try:
-                    block, bracket = waiting.get_nowait()
+                    mine = mine or waiting.get_nowait()
                 except queue.Empty:
                     return
+                block, bracket = mine.pop(0)
                 if worker is not None and worker.done >= recycle:
                     drop(worker)
                     worker = None
