@@ -99,8 +99,8 @@ def read_tiles(path: Path) -> tuple[Tile, dict[int, int], dict[str, Any]]:
         k, node = next(nodes)
         if node["halved"]:
             first = build()
-            return Tile({}, {}, np.array(node["box"]), (first, build()), None, tuple(node["place"]), node["color"],
-                        chord=node["chord"])  # fmt: skip
+            return Tile({}, {}, np.array(node["box"]), halves=(first, build()), place=tuple(node["place"]),
+                        color=node["color"], chord=node["chord"])  # fmt: skip
         inner = solid(f"{k}.{Side.INNER}")
         skin = Skin(*(arrays[f"{k}.skin.{column}"] for column in Skin._fields))
         tile = Tile({}, {}, np.array(node["box"]), place=tuple(node["place"]), color=node["color"],

@@ -28,6 +28,9 @@ from vmachining.tolerance import CHORD_MM, VOLUME_REL
 
 __all__ = ["MeshEngine"]
 
+SAME_HEADING = 1e-12
+"""Largest difference of unit vectors that are the same heading."""
+
 
 class MeshEngine:
     """Workpiece of one job, cut block by block.
@@ -279,7 +282,9 @@ def _heading(sweep: Sweep, t: float) -> list[float] | None:
 def _are_equal(one: list[float], other: list[float] | None) -> bool:
     """Headings that differ by so little that two meshes of a cutter differ by less than rounding hides."""
     return (
-        other is not None and len(one) == len(other) and bool(np.allclose(one, other, rtol=0.0, atol=1e-12))
+        other is not None
+        and len(one) == len(other)
+        and all(abs(a - b) <= SAME_HEADING for a, b in zip(one, other, strict=True))
     )
 
 

@@ -39,11 +39,12 @@ SKIN_CELLS = 4.0
 
 
 class Part(NamedTuple):
-    """Convex part of a cutter: its meridian (k, 2), the polyhedron of its circles, and what that lacks."""
+    """Convex part of a cutter: its meridian (k, 2), the polyhedron of its circles, and what that lacks, mm at most."""
 
     line: Floats
     body: Polyhedron
     gauge: Gauge | None
+    most: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,7 +104,7 @@ def _part(line: Floats, run: Profile, sag: float, side: Side) -> Part:
     lacks = None
     if side is Side.INNER:
         lacks = gauge(body.points, body.triangles, body.normals, body.planes, meridian_rows(run))
-    return Part(line, body, lacks)
+    return Part(line, body, lacks, 0.0 if lacks is None else float(lacks.most.max()))
 
 
 def shifted(part: Part, run: Profile, tool: Facets, radial: float, axial: float) -> Part | None:
@@ -150,7 +151,7 @@ def straight(
     if window is not None:
         slack = 0.0
         if skinned and part.gauge is not None:  # the true sweep reaches a little farther
-            slack = float(part.gauge.most.max() + leeway.slack.sum())
+            slack = part.most + float(leeway.slack.sum())
         reach = [cutter.reach + slack, cutter.reach + slack, 0.0]
         low, high = np.minimum(start, end) - reach, np.maximum(start, end) + reach
         found = window.within(np.stack([low + [0.0, 0.0, bottom - slack], high + [0.0, 0.0, top + slack]]))

@@ -51,7 +51,8 @@ NO_SHELL: tuple[Floats, Ints] = np.empty((0, 3)), np.empty((0, 3), dtype=np.uint
 
 @dataclass(slots=True, eq=False)
 class Tile:
-    """Part of the stock. solids and volumes are by `Side`; box (2, 3) holds the largest of the solids.
+    """Part of the stock. solids and volumes are by `Side`; box (2, 3) holds the largest of the solids,
+    wide_box has a little more. cell : mm, of the grid of heights.
 
     place : number along each axis, counted from below in tiles of its size. color : says who cuts it, None until
     it is small enough.
@@ -66,7 +67,6 @@ class Tile:
     volumes: dict[Side, float]
     box: Floats
     halves: tuple[Tile, Tile] | None = None
-    _window: Window | None = field(default=None)
     place: tuple[int, ...] = (0, 0, 0)
     color: int | None = None
     places: Places = field(default_factory=lambda: Places(NO_SKIN))
@@ -76,6 +76,9 @@ class Tile:
     has_means: bool = True
     shell: tuple[Floats, Ints] = NO_SHELL
     chord: float = CHORD_MM
+    wide_box: Floats = field(default_factory=lambda: np.zeros((2, 3)))
+    cell: float = 1.0
+    _window: Window | None = None
 
     @classmethod
     def of(cls, solids: dict[Side, Manifold], chord: float, skin: Skin = NO_SKIN) -> Tile | None:
@@ -99,6 +102,9 @@ class Tile:
         self.box = np.array([box[:3], box[3:]])
         self._window, self.shell = None, NO_SHELL
         if not result.is_empty():
+            margin = 1e-6 * (1.0 + max(map(abs, box)))
+            self.wide_box = self.box + [[-margin], [margin]]
+            self.cell = max(max(box[3] - box[0], box[4] - box[1]) / ROOF_CELLS, 1e-3)
             mesh = result.to_mesh64()
             self.shell = mesh.vert_properties, mesh.tri_verts
             self.thin = mean_skin(*self.shell, np.array(mesh.face_id, dtype=np.int64), self.chord)
@@ -107,17 +113,6 @@ class Tile:
     def is_empty(self) -> bool:
         """Whether nothing is left of it; it may have been halved."""
         return len(self.shell[1]) == 0
-
-    @property
-    def wide_box(self) -> Floats:
-        """(2, 3) mm: the box, and a little more."""
-        margin = 1e-6 * (1.0 + float(np.abs(self.box).max()))
-        return self.box + [[-margin], [margin]]
-
-    @property
-    def cell(self) -> float:
-        """mm, of the grid of heights."""
-        return max(float((self.box[1] - self.box[0])[:2].max()) / ROOF_CELLS, 1e-3)
 
     @property
     def window(self) -> Window:
