@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vmachining import BallNose, BullNose, FlatEnd, Sweep, Taper, Turn
+from vmachining import BallNose, BullNose, FlatEnd, ProfileTool, Sweep, Taper, Turn
 from vmachining.bench.sweep5 import VOLUMES, block, reference
 from vmachining.engines import brep
 from vmachining.geometry import Bracket
@@ -175,3 +175,26 @@ def test_a_taper_that_moves_along_its_axis_grazes_on_all_of_its_top_edge(way: fl
     move = Turn.through((0, 0, 0), way * start, "axis", start, end)
     sweep = Sweep.along(Taper(diameter=2, corner_radius=0.5, taper_deg=12, length=15), move)
     checked(sweep, sweep.flux().volume)
+
+
+@pytest.mark.parametrize("half_angle", [30.0, 60.0])
+@pytest.mark.parametrize("rise", [-6.0, -1.0, 1.0, 6.0])
+def test_the_grazing_curve_of_a_pointed_cone_goes_through_its_tip(half_angle: float, rise: float) -> None:
+    """Sideways it does, down and up it turns back below the rim or is not there at all."""
+    radius = 3.0
+    height = radius / np.tan(np.radians(half_angle))
+    cone = ProfileTool(points=[[0, 0], [radius, height], [radius, height + 8]])
+    tilted = np.array([0.03, -0.05, 1.0]) / np.linalg.norm([0.03, -0.05, 1.0])
+    sweep = Sweep.along(cone, Turn.through((0, 0, 0), (2, -1, rise), "axis", (0, 0, 1), tilted))
+    parts = brep.solids(sweep)
+    for part in parts:
+        found = brep.inspect(part.shape)
+        assert found.valid and found.closed and part.fit_mm < 1e-4
+    rng = np.random.default_rng(5)
+    lo, hi = sweep.bounds
+    points = rng.uniform(lo, hi, (400, 3))
+    gap = sweep.signed_distance(points)
+    clear = np.abs(gap) > 1e-3
+    assert (brep.held([part.shape for part in parts], points[clear]) == (gap[clear] < 0.0)).all()
+    if len(parts) == 1:
+        assert brep.volume(parts[0].shape) == pytest.approx(sweep.flux().volume, rel=1e-6)

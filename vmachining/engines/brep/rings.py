@@ -1,6 +1,7 @@
 """Faces, sharp edges and the circles between them, of a cutter from the bottom up.
 
-A `Ring` is a circle where two faces of the body meet, with the normal of one of them: a sharp edge has two.
+A `Ring` is a circle where two faces of the body meet, with the normal of one of them: a sharp edge has two. The
+tip of a cone is one too, without radius: a curve on one side of the cone goes on from it on the other side.
 """
 
 from __future__ import annotations
@@ -59,9 +60,11 @@ def rings_of(tool: Tool) -> tuple[list[Ring], list[Element]]:
                 rings.append(Ring(k, r, z, high, 1 if k == n else 0))
             elif k == n:
                 rings[-1] = rings[-1]._replace(disc=1)
+        elif k == 0 and not tool.segments[0].is_arc and tool.segments[0].z1 > z:
+            rings.append(Ring(k, 0.0, z, tool.normal_angles(k)[1], 0))
         upper = first if len(rings) > first else None
         if k == 0:
-            if upper is not None:
+            if upper is not None and r > FLAT:
                 elements.append(Element("disc", spot, -1, None, upper))
         else:
             s = tool.segments[k - 1]

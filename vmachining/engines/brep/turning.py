@@ -103,6 +103,10 @@ class _Turning:
             self.w = np.sort(np.concatenate([self.w, 0.5 * (self.w[:-1] + self.w[1:])]))
         st = g.moving.state(self.w)
         for end in g.ends:
+            other = end[0], -end[1]
+            if g.rings[end[0]].r == 0.0 and other in self.ties:
+                self.ties[end] = self.ties[other]  # both sides of a cone meet in the path of its tip
+                continue
             spline = make_interp_spline(self.w, g.tie(end, st), k=DEGREE)
             self.ties[end] = self.build.edge(Spline(spline, 0.0))
         for number, stretch in enumerate(g.stretches):
