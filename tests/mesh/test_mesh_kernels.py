@@ -4,6 +4,11 @@ import numpy as np
 import pytest
 
 from vmachining.engines.mesh._kernels import _twofold, roof
+from vmachining.engines.mesh.facets import Side
+from vmachining.engines.mesh.solids import facets, pieces
+from vmachining.geometry import Line
+from vmachining.sweep import Sweep
+from vmachining.tool import BallNose, BullNose, Taper
 
 TETRAHEDRON = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
 
@@ -33,3 +38,26 @@ def test_the_roof_lies_over_the_solid_and_touches_it():
     right_edge = 0.5 * np.arange(1, 9)
     assert (heights >= right_edge[:, None] / 2 - 1e-12).all()
     assert (heights <= right_edge[:, None] / 2 + 1e-6).all()
+
+
+@pytest.mark.parametrize("side", list(Side))
+@pytest.mark.parametrize("rise", [0.0, -0.4])
+def test_the_mesh_of_a_straight_sweep_is_convex_whatever_its_heading(side: Side, rise: float) -> None:
+    """Facets that lie along the motion once went with it or stayed as rounding had it, and the mesh folded."""
+    rng = np.random.default_rng(8)
+    for tool in (
+        BullNose(diameter=8, corner_radius=1.5, length=30),
+        BallNose(diameter=6, length=30),
+        Taper(diameter=3, corner_radius=0.7, taper_deg=10, length=30),
+    ):
+        for angle in rng.uniform(0.0, 2.0 * np.pi, 12):
+            start = rng.uniform(-20.0, 20.0, 3)
+            sweep = Sweep.along(tool, Line(start, start + [np.cos(angle), np.sin(angle), rise]))
+            (piece,) = pieces(sweep, facets(tool.cutter, 0.02, side), None)
+            corners = piece.points[piece.triangles]
+            normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+            sizes = np.linalg.norm(normals, axis=1)
+            flat = sizes > 1e-7  # mm^2; slivers have no direction
+            normals = normals[flat] / sizes[flat, None]
+            beyond = piece.points @ normals.T - np.einsum("ij,ij->i", corners[flat][:, 0], normals)
+            assert beyond.max() < 1e-7

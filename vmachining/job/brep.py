@@ -92,9 +92,9 @@ def blank(job: Job) -> Blank:
     corners = raw_stock(job).mesh.corners
     if len(corners) > TRIANGLES:
         raise InputError(
-            f"--brep makes a solid of at most {TRIANGLES} triangles, this stock has {len(corners)}",
+            f"the B-rep engine makes a solid of at most {TRIANGLES} triangles, this stock has {len(corners)}",
             **job.where("stock"),
-            remedy="give the stock as box, cylinder or step, or take --brep none",
+            remedy="give the stock as box, cylinder or step, or do without (--brep none, --method dexel)",
         )
     return Blank("triangles", triangles=tuple(map(tuple, corners.reshape(-1, 9).tolist())))
 

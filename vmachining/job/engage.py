@@ -206,7 +206,7 @@ class Scene:
     def _stock(self, method: str) -> tuple[Any, tuple[str, ...]]:
         """The stock as the method wants it, and what must be known of it; made once."""
         if method not in self._kept:
-            self._kept[method] = (_faces(self.job), ()) if method == "brep" else _plain_stock(self.job)
+            self._kept[method] = (blank(self.job), ()) if method == "brep" else _plain_stock(self.job)
         stock, notes = self._kept[method]
         return stock, notes
 
@@ -283,16 +283,6 @@ def _region(edge: Edge, stance: Stance, phi: Floats, parts: EdgeParts) -> Floats
 def _meet(one: Floats, other: Floats) -> bool:
     """Whether two boxes (2, 3) do."""
     return bool((one[0] <= other[1]).all() and (one[1] >= other[0]).all())
-
-
-def _faces(job: Job) -> Blank:
-    """The stock of the B-rep engine."""
-    if job.keys.stock.stl is not None:
-        raise InputError(
-            "method brep wants a stock of faces, an STL has triangles", **job.where("stock"),
-            remedy="take method dexel, or give the stock as box, cylinder or step",
-        )  # fmt: skip
-    return blank(job)
 
 
 def _plain_stock(job: Job) -> tuple[Stock, tuple[str, ...]]:

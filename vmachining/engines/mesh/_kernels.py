@@ -6,12 +6,12 @@ Legend
     p (3,)        start of the tip                  d (3,)        displacement, zero for a cutter at rest
     seen (2,)     how many of the triangles and edges can be below the box's top, without `cull` all of them
     lo, hi (3,)   box of the material               apex (3,)     a point inside the swept solid, above the box
-    a facet faces forward if its normal . d > 0: it goes with the end copy (vertex v + n), else it stays (v)
+    a facet faces forward if its normal . d > 0 (`ALONG`): it goes with the end copy (vertex v + n), else it stays (v)
 """
 
 import numpy as np
 
-from vmachining.engines.mesh.skin._kernels import under_roof
+from vmachining.engines.mesh.skin._kernels import ALONG, under_roof
 from vmachining.jit import kernel
 
 
@@ -149,12 +149,13 @@ def swept_facets(
     at[2 * n] = apex
 
     front, behind = np.empty(among, np.bool_), np.empty(among, np.bool_)
+    along = ALONG * np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
     for t in range(among):
         nx = cos * normals[t, 0] - sin * normals[t, 1]
         ny = sin * normals[t, 0] + cos * normals[t, 1]
         nz = normals[t, 2]
         ahead = nx * d[0] + ny * d[1] + nz * d[2]
-        front[t], behind[t] = ahead > 0.0, ahead < -rear
+        front[t], behind[t] = ahead > along, ahead < -rear
         if behind[t]:
             for k in range(3):
                 q = at[triangles[t, k]]
@@ -392,12 +393,12 @@ def front_limits(points, triangles, normals, cos, sin, d, low, step, out):
     """Lower the limits of `rear_limits` to those of the facets: what they leave where they have been, moved by d."""
     k = out.shape[0]
     level = np.hypot(d[0], d[1])
-    tiny = 1e-12 * np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
+    along = ALONG * np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
     ex, ey = d[0] / level, d[1] / level
     for t in range(triangles.shape[0]):
         nx = cos * normals[t, 0] - sin * normals[t, 1]
         ny = sin * normals[t, 0] + cos * normals[t, 1]
-        if nx * d[0] + ny * d[1] + normals[t, 2] * d[2] <= tiny:
+        if nx * d[0] + ny * d[1] + normals[t, 2] * d[2] <= along:
             continue
         least, z0, z1 = np.inf, np.inf, -np.inf
         for i in range(3):

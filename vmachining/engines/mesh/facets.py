@@ -190,13 +190,13 @@ def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
     left = {(int(u), int(v)): int(t) for (u, v), t in zip(half, owner, strict=True)}
     edges = np.array([(u, v, t, left[v, u]) for (u, v), t in left.items() if u < v], dtype=np.int64)
     edges = edges[np.argsort(points[edges[:, :2], 2].min(axis=1), kind="stable")]
-    normals = _support_normals(points, triangles, left)
-    bends = np.arccos(np.clip(np.einsum("ij,ij->i", normals[edges[:, 2]], normals[edges[:, 3]]), -1.0, 1.0))
-    bend = float(bends[bends < SHARP].max(initial=0.0))
     corners = points[triangles]
     areas = 0.5 * np.linalg.norm(
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
     )
+    normals = _alike(_support_normals(points, triangles, left), planes, areas)
+    bends = np.arccos(np.clip(np.einsum("ij,ij->i", normals[edges[:, 2]], normals[edges[:, 3]]), -1.0, 1.0))
+    bend = float(bends[bends < SHARP].max(initial=0.0))
     return Polyhedron(
         points,
         triangles,
@@ -255,6 +255,15 @@ def _patches(triangles: Ints, planes: Ints, left: dict[tuple[int, int], int], po
 
 CHUNK = 256
 """Facets whose planes are held against all points at once."""
+
+
+def _alike(normals: Floats, planes: Ints, areas: Floats) -> Floats:
+    """Normals (m, 3), those in one plane as that of the largest triangle in it."""
+    order = np.lexsort((-areas, planes))
+    _, first, plane = np.unique(planes[order], return_index=True, return_inverse=True)
+    out = np.empty_like(normals)
+    out[order] = normals[order[first]][plane]
+    return out
 
 
 def _support_normals(points: Floats, triangles: Ints, left: dict[tuple[int, int], int]) -> Floats:

@@ -18,6 +18,10 @@ from vmachining.jit import kernel
 
 COS_SHARP = float(np.cos(np.pi / 4))  # as in `facets.py`
 
+ALONG = 1e-12
+"""A facet whose normal is that square to the motion lies along it: it stays, with all others in its plane. Did rounding
+decide, neighbours would part, and the mesh would fold over itself."""
+
 GROWS = 0.02  # gap in heights of the apex over a facet, of nearly all frustums; the others are looked at one by one
 
 
@@ -246,7 +250,7 @@ def hull_skin(
         n_y = sin * normals[t, 0] + cos * normals[t, 1]
         n_z = normals[t, 2]
         ahead = n_x * d[0] + n_y * d[1] + n_z * d[2]
-        front[t], behind[t] = ahead > 0.0, ahead < -rear
+        front[t], behind[t] = ahead > ALONG * length, ahead < -rear
         means[t] = max(0.0, mean[t] + n_x * lift[0] + n_y * lift[1] + n_z * lift[2])
 
     for k in range(patches.shape[0]):
