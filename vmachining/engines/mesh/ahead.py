@@ -69,12 +69,12 @@ class Ahead:
 
         hulls (n, 4, 3) of its surface in boxes (n, 2, 3), mm; box (2, 3) of all of it.
         """
-        over, near = self._before(self.lowest, hulls), self._before(self.limits, hulls)
+        over, near = self._in_front(self.lowest, hulls), self._in_front(self.limits, hulls)
         over[over] = self.sweep.meets(hulls[over], boxes[over], within=CLEAR_MM)[0]
         inside = (self.front >= box[0]).all() and (self.front <= box[1]).all()
         return bool(inside or (over & near).any()), over
 
-    def _before(self, limits: Floats, hulls: Floats) -> Bools:
+    def _in_front(self, limits: Floats, hulls: Floats) -> Bools:
         out = np.empty(len(hulls), dtype=np.bool_)
         _kernels.in_front(  # type: ignore[no-untyped-call]
             hulls, self.sweep.path.start, self.heading, self.low, self.step, limits - CLEAR_MM, out
