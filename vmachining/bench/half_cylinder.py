@@ -108,9 +108,12 @@ def thin_chips(blocks: int = 600) -> Iterator[dict[str, Any]]:
 def _cut(hands: Crew, cutter: Profile, points: Floats) -> tuple[float, list[float], float, float]:
     """Removed volume, seconds of every block, sum of the bracket widths, peak MB. The crew goes home."""
     removed = width = 0.0
-    for at in points[: PER_PASS : PER_PASS // 8]:  # workers are up, kernels loaded: not in the time
-        lo, estimate, hi = hands.cut(cutter, Line(at, at), 0)()
-        removed, width = removed + estimate, width + hi - lo
+    for k in range(0, min(PER_PASS, len(points) - 1), PER_PASS // 8):
+        # workers are up and all kernels loaded, also those of blocks that go on: not in the time
+        ends = np.linspace(points[k], points[k + 1], 4)
+        for a, b in pairwise(ends):
+            lo, estimate, hi = hands.cut(cutter, Line(a, b), k)()
+            removed, width = removed + estimate, width + hi - lo
     seconds: list[float] = []
     waiting: deque[Callable[[], Bracket]] = deque()
     last = perf_counter()
