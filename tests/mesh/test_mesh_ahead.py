@@ -35,9 +35,9 @@ def test_nothing_new_is_behind_the_limits(tool, step):
     low, high = np.array(sweep.bounds)
     points = rng.uniform(low, high, (100_000, 3))
     points = points[(sweep.signed_distance(points) < 0.0) & (start.signed_distance(points) > 0.0)]
-    along = points[:, :2] @ found.heading
-    k = np.floor((points[:, 2] - found.low) / found.step).astype(int)
-    assert len(points) > 1000 and (along >= found.limits[k] - 1e-9).all()
+    along = points[:, :2] @ found.limits.heading
+    k = np.floor((points[:, 2] - found.limits.low) / found.limits.step).astype(int)
+    assert len(points) > 1000 and (along >= found.limits.rear[k] - 1e-9).all()
 
 
 @pytest.mark.parametrize("step", [(0.3, 0, 0), (0.3, 0, 1.5), (0.3, 0, -1.5)])
@@ -64,8 +64,8 @@ def test_limits_of_a_ball_are_those_of_its_front_half(rise):
     found = ahead(Sweep(cutter, (0, 0, 0), (level, 0, rise)), facets(cutter, 0.01, Side.INNER))
     assert found is not None
     part = np.linspace(0, 1, 4001)
-    for j, limit in enumerate(found.limits):
-        z = found.low + (j + 0.5) * found.step
+    for j, limit in enumerate(found.limits.rear):
+        z = found.limits.low + (j + 0.5) * found.limits.step
         at = z - part * rise
         half = np.sqrt(np.maximum(radius**2 - np.minimum(at - radius, 0.0) ** 2, 0.0))
         rear = np.where(at < radius, (radius - at) * rise / level, 0.0)

@@ -93,17 +93,26 @@ def pose(seg, i0, i1, travel, tau, x, y, z):
 
 
 @kernel
+def likely(seg, i0, travel, x, y, z):
+    """Where on the motion a point probably has its smallest phi: nearest to the axis, or to the centre of a ball."""
+    level = travel[0] ** 2 + travel[1] ** 2
+    if level == 0.0:
+        return 0.5
+    tau = min(max((x * travel[0] + y * travel[1]) / level, 0.0), 1.0)
+    if travel[2] == 0.0 or seg[i0, 6] == 0.0 or seg[i0, 4] != 0.0 or z - tau * travel[2] >= seg[i0, 5]:
+        return tau
+    along = x * travel[0] + y * travel[1] + (z - seg[i0, 5]) * travel[2]
+    return min(max(along / (level + travel[2] ** 2), 0.0), 1.0)
+
+
+@kernel
 def nearest(seg, i0, i1, travel, x, y, z, tol):
     """Smallest phi over the motion, to `tol`: (phi, n_x, n_y, n_z, tau).
 
     phi is convex in (point, tau). A cut through the two ends of the bracket, mixed so that its
     slope in tau vanishes, supports min over tau of phi; n is the gradient of that cut, not of one pose.
     """
-    speed = travel[0] ** 2 + travel[1] ** 2
-    tau = 0.5
-    if speed > 0.0:
-        tau = (x * travel[0] + y * travel[1]) / speed
-        tau = min(max(tau, 0.0), 1.0)
+    tau = likely(seg, i0, travel, x, y, z)
     d, n_x, n_y, n_z, g = pose(seg, i0, i1, travel, tau, x, y, z)
     if travel[2] == 0.0:  # horizontal: phi grows with the distance to the axis
         return d, n_x, n_y, n_z, tau
@@ -283,12 +292,11 @@ def meets(seg, first, path, start, bounds, hulls, boxes, slack, depth, tol, met,
 
     phi of a piece is convex in (point, tau): over a hull it lies above its tangents, below its largest value at
     a corner, whatever tau is taken there. Met is set where phi <= slack may be, deep where phi <= -depth holds
-    all over; the centre of the box decides most of them.
+    all over; the centre of the box decides most of them. With an infinite depth nothing is deep.
     """
     m = hulls.shape[1]
     travel = path[6:9]
-    level = travel[0] ** 2 + travel[1] ** 2
-    size = level + travel[2] ** 2
+    size = travel[0] ** 2 + travel[1] ** 2 + travel[2] ** 2
     q = np.empty(3)
     for i in range(len(hulls)):
         a, b = boxes[i, 0], boxes[i, 1]
@@ -303,11 +311,9 @@ def meets(seg, first, path, start, bounds, hulls, boxes, slack, depth, tol, met,
             0.5 * (a[2] + b[2]) - start[2],
         )
         reach = 0.5 * np.sqrt((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2 + (b[2] - a[2]) ** 2)
-        tau = 0.5
-        if level > 0.0:
-            tau = min(max((x * travel[0] + y * travel[1]) / level, 0.0), 1.0)
         for k in range(len(first) - 1):
             i0, i1 = first[k], first[k + 1]
+            tau = likely(seg, i0, travel, x, y, z)
             d, n_x, n_y, n_z, g = pose(seg, i0, i1, travel, tau, x, y, z)
             tangent, at = d + min(-g * tau, g * (1.0 - tau)), tau
             if tangent - reach > slack:
@@ -315,7 +321,10 @@ def meets(seg, first, path, start, bounds, hulls, boxes, slack, depth, tol, met,
             if d + reach <= -depth:
                 met[i], deep[i] = True, True
                 break
-            if d > -depth:  # another pose may be nearer
+            if depth == np.inf and d + reach <= slack:
+                met[i] = True
+                break
+            if d > -depth and d - tangent > tol:  # another pose may be nearer
                 d, n_x, n_y, n_z, at = nearest(seg, i0, i1, travel, x, y, z, tol)
                 tangent = d - tol
             for j in range(m):

@@ -4,14 +4,15 @@ Legend
     points (n, 3), triangles (m, 3), normals (m, 3), edges (k, 4)   the cutter, see `facets.Polyhedron`
     cos, sin      turn of the cutter about its axis, to the heading
     p (3,)        start of the tip                  d (3,)        displacement, zero for a cutter at rest
-    seen (2,)     how many of the triangles and edges can be below the box's top, without `cull` all of them
+    first (h + 1, 3), boxes (h, 2, 3)   clusters of the facets, see `clusters.py`
     lo, hi (3,)   box of the material               apex (3,)     a point inside the swept solid, above the box
     a facet faces forward if its normal . d > 0 (`ALONG`): it goes with the end copy (vertex v + n), else it stays (v)
 """
 
 import numpy as np
 
-from vmachining.engines.mesh.skin._kernels import ALONG, under_roof
+from vmachining.engines.mesh.gap._kernels import ALONG
+from vmachining.engines.mesh.skin._kernels import under_roof
 from vmachining.jit import kernel
 
 
@@ -118,8 +119,66 @@ def _seen(quad, points, lo, hi, apex, corner, heights, cell):
 
 
 @kernel
+def _goes(normal, cos, sin, d, along):
+    """Whether a facet faces forward."""
+    x, y = cos * normal[0] - sin * normal[1], sin * normal[0] + cos * normal[1]
+    return x * d[0] + y * d[1] + normal[2] * d[2] > along
+
+
+@kernel
+def _longer(rows, origin, count, size):
+    """Copies with room for more."""
+    more, whence = np.empty((size, 3), np.int64), np.empty(size, np.int64)
+    more[:count], whence[:count] = rows[:count], origin[:count]
+    return more, whence
+
+
+@kernel
+def _hidden(box, cos, sin, p, d, lo, hi, apex):
+    """Whether all facets in a box (2, 3) of the cutter, and what they sweep, are beside or above, see `_beside`."""
+    mid_x, mid_y = 0.5 * (box[0, 0] + box[1, 0]), 0.5 * (box[0, 1] + box[1, 1])
+    half_x, half_y = box[1, 0] - mid_x, box[1, 1] - mid_y
+    z0 = p[2] + box[0, 2] + min(d[2], 0.0)
+    if z0 > hi[2]:
+        return True
+    z1 = min(p[2] + box[1, 2] + max(d[2], 0.0), hi[2])  # no facet is seen above
+    t0, t1 = (hi[2] - z0) / (apex[2] - z0), (hi[2] - z1) / (apex[2] - z1)
+    for i in range(2):
+        if i == 0:
+            middle, half = cos * mid_x - sin * mid_y, abs(cos) * half_x + abs(sin) * half_y
+        else:
+            middle, half = sin * mid_x + cos * mid_y, abs(sin) * half_x + abs(cos) * half_y
+        first, last = p[i] + middle - half + min(d[i], 0.0), p[i] + middle + half + max(d[i], 0.0)
+        # where the ways to the apex leave the top of the box; they begin at x first or last, at height z0 or z1
+        way = apex[i] - last
+        if last < lo[i] and last + t0 * way < lo[i] and last + t1 * way < lo[i]:
+            return True
+        way = apex[i] - first
+        if first > hi[i] and first + t0 * way > hi[i] and first + t1 * way > hi[i]:
+            return True
+    return False
+
+
+@kernel
 def swept_facets(
-    points, triangles, normals, edges, seen, cos, sin, p, d, lo, hi, apex, corner, heights, cell, cull, rear
+    points,
+    triangles,
+    normals,
+    edges,
+    first,
+    boxes,
+    cos,
+    sin,
+    p,
+    d,
+    lo,
+    hi,
+    apex,
+    corner,
+    heights,
+    cell,
+    cull,
+    rear,
 ):
     """Triangles of conv(K + p, K + p + d), K the cutter.
 
@@ -129,74 +188,82 @@ def swept_facets(
     the apex over their rim. The solid is star-shaped about the apex, so what is lost are the cones over the
     facets left out.
 
-    Returns (points, triangles, source, sound); empty if a facet plane separates the box from the solid. source:
-    the facet of a triangle, or m + its edge, or -1 on the closing cone. `sound` is False where an edge does not
-    have two triangles, one each way: then the whole solid has to be taken.
+    Returns (points, triangles, source, sound); empty if the plane of a facet that is seen separates the box from
+    the solid. source: the facet of a triangle, or m + its edge, or -1 on the closing cone. `sound` is False where
+    an edge does not have two triangles, one each way: then the whole solid has to be taken.
     """
-    n, m, among = points.shape[0], triangles.shape[0], seen[0]
+    n, m = points.shape[0], triangles.shape[0]
     nothing = np.empty((0, 3)), np.empty((0, 3), np.int64), np.empty(0, np.int64), True
     at = np.empty((2 * n + 1, 3))
-    beside = np.zeros(2 * n, np.uint8)
-    for v in range(n):
-        at[v, 0] = p[0] + cos * points[v, 0] - sin * points[v, 1]
-        at[v, 1] = p[1] + sin * points[v, 0] + cos * points[v, 1]
-        at[v, 2] = p[2] + points[v, 2]
-        for k in range(3):
-            at[n + v, k] = at[v, k] + d[k]
-        if cull:
-            beside[v] = _beside(at[v], lo, hi, apex)
-            beside[n + v] = _beside(at[n + v], lo, hi, apex)
+    beside, placed = np.zeros(2 * n, np.uint8), np.zeros(n, np.bool_)
     at[2 * n] = apex
-
-    front, behind = np.empty(among, np.bool_), np.empty(among, np.bool_)
     along = ALONG * np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
-    for t in range(among):
-        nx = cos * normals[t, 0] - sin * normals[t, 1]
-        ny = sin * normals[t, 0] + cos * normals[t, 1]
-        nz = normals[t, 2]
-        ahead = nx * d[0] + ny * d[1] + nz * d[2]
-        front[t], behind[t] = ahead > along, ahead < -rear
-        if behind[t]:
-            for k in range(3):
-                q = at[triangles[t, k]]
-                behind[t] = behind[t] and (q[0] - p[0]) * d[0] + (q[1] - p[1]) * d[1] < 0.0
-        q = at[triangles[t, 0] + (n if front[t] else 0)]
-        near = nx * (lo[0] if nx > 0 else hi[0]) + ny * (lo[1] if ny > 0 else hi[1])
-        near += nz * (lo[2] if nz > 0 else hi[2])
-        if near >= nx * q[0] + ny * q[1] + nz * q[2]:
-            return nothing
 
-    out = np.empty((among + 2 * seen[1], 3), np.int64)
-    origin = np.empty(among + 2 * seen[1], np.int64)
+    out = np.empty((256, 3), np.int64)
+    origin = np.empty(256, np.int64)
     quad = np.empty(4, np.int64)
     count = 0
-    for t in range(among):
-        if behind[t]:
+    for c in range(boxes.shape[0]):
+        if cull and _hidden(boxes[c], cos, sin, p, d, lo, hi, apex):
             continue
-        shift = n if front[t] else 0
-        for k in range(3):
-            quad[k] = triangles[t, k] + shift
-        quad[3] = quad[2]
-        if cull and beside[quad[0]] & beside[quad[1]] & beside[quad[2]]:
-            continue
-        if not cull or _seen(quad, at, lo, hi, apex, corner, heights, cell):
-            out[count] = quad[:3]
-            origin[count] = t
-            count += 1
-    for e in range(seen[1]):
-        left, right = front[edges[e, 2]], front[edges[e, 3]]
-        if left == right:
-            continue
-        # the facet that stays behind runs u -> v along this edge; the silhouette runs v, u, u + d, v + d
-        u, v = (edges[e, 0], edges[e, 1]) if right else (edges[e, 1], edges[e, 0])
-        quad[0], quad[1], quad[2], quad[3] = v, u, u + n, v + n
-        if cull and beside[v] & beside[u] & beside[u + n] & beside[v + n]:
-            continue
-        if not cull or _seen(quad, at, lo, hi, apex, corner, heights, cell):
-            out[count, 0], out[count, 1], out[count, 2] = v, u, u + n
-            out[count + 1, 0], out[count + 1, 1], out[count + 1, 2] = v, u + n, v + n
-            origin[count], origin[count + 1] = m + e, m + e
-            count += 2
+        room = first[c + 1, 0] - first[c, 0] + 2 * (first[c + 1, 1] - first[c, 1])
+        if count + room > out.shape[0]:
+            out, origin = _longer(out, origin, count, count + 2 * room)
+        for t in range(first[c, 0], first[c + 1, 0]):
+            for k in range(3):
+                v = triangles[t, k]
+                if placed[v]:
+                    continue
+                placed[v] = True
+                at[v, 0] = p[0] + cos * points[v, 0] - sin * points[v, 1]
+                at[v, 1] = p[1] + sin * points[v, 0] + cos * points[v, 1]
+                at[v, 2] = p[2] + points[v, 2]
+                for i in range(3):
+                    at[n + v, i] = at[v, i] + d[i]
+                if cull:
+                    beside[v] = _beside(at[v], lo, hi, apex)
+                    beside[n + v] = _beside(at[n + v], lo, hi, apex)
+            nx = cos * normals[t, 0] - sin * normals[t, 1]
+            ny = sin * normals[t, 0] + cos * normals[t, 1]
+            nz = normals[t, 2]
+            ahead = nx * d[0] + ny * d[1] + nz * d[2]
+            if ahead < -rear:
+                behind = True
+                for k in range(3):
+                    q = at[triangles[t, k]]
+                    behind = behind and (q[0] - p[0]) * d[0] + (q[1] - p[1]) * d[1] < 0.0
+                if behind:
+                    continue
+            shift = n if ahead > along else 0
+            for k in range(3):
+                quad[k] = triangles[t, k] + shift
+            quad[3] = quad[2]
+            q = at[quad[0]]
+            near = nx * (lo[0] if nx > 0 else hi[0]) + ny * (lo[1] if ny > 0 else hi[1])
+            near += nz * (lo[2] if nz > 0 else hi[2])
+            if near >= nx * q[0] + ny * q[1] + nz * q[2]:
+                return nothing
+            if cull and beside[quad[0]] & beside[quad[1]] & beside[quad[2]]:
+                continue
+            if not cull or _seen(quad, at, lo, hi, apex, corner, heights, cell):
+                out[count] = quad[:3]
+                origin[count] = t
+                count += 1
+        for e in range(first[c, 1], first[c + 1, 1]):
+            left = _goes(normals[edges[e, 2]], cos, sin, d, along)
+            right = _goes(normals[edges[e, 3]], cos, sin, d, along)
+            if left == right:
+                continue
+            # the facet that stays behind runs u -> v along this edge; the silhouette runs v, u, u + d, v + d
+            u, v = (edges[e, 0], edges[e, 1]) if right else (edges[e, 1], edges[e, 0])
+            quad[0], quad[1], quad[2], quad[3] = v, u, u + n, v + n
+            if cull and beside[v] & beside[u] & beside[u + n] & beside[v + n]:
+                continue
+            if not cull or _seen(quad, at, lo, hi, apex, corner, heights, cell):
+                out[count, 0], out[count, 1], out[count, 2] = v, u, u + n
+                out[count + 1, 0], out[count + 1, 1], out[count + 1, 2] = v, u + n, v + n
+                origin[count], origin[count + 1] = m + e, m + e
+                count += 2
     if count == 0:
         return nothing
     kept = out[:count].copy()
@@ -413,22 +480,41 @@ def front_limits(points, triangles, normals, cos, sin, d, low, step, out):
 
 
 @kernel
-def above(points, triangles, lo, hi, hulls, boxes):
-    """What triangles that reach into a column have above its foot: hulls (n, 4, 3) in boxes (n, 2, 3); how many.
+def above(points, triangles, lo, hi, start, heading, low, step, lowest, rear, hulls, boxes, near):
+    """What triangles that reach into a column have above its foot: hulls (n, 4, 3) in boxes (n, 2, 3).
 
-    lo, hi (3,): the column, as high as it may be.
+    lo, hi (3,): the column, as high as it may be. Those behind the limits `lowest` (k,) at all their heights, see
+    `ahead.py`, are left out; near (n,): which are not behind those of `rear` either. No limits hold nothing back.
+    Returns how many there are, and the height up to which any triangle, left out or not, reaches.
     """
-    count = 0
-    z = lo[2]
+    count, top = 0, -np.inf
+    z, k = lo[2], lowest.shape[0]
     for t in range(triangles.shape[0]):
         u, v, w = points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]]
         if max(u[0], v[0], w[0]) < lo[0] or min(u[0], v[0], w[0]) > hi[0]:
             continue
-        if max(u[1], v[1], w[1]) < lo[1] or min(u[1], v[1], w[1]) > hi[1] or max(u[2], v[2], w[2]) < z:
+        peak = max(u[2], v[2], w[2])
+        if max(u[1], v[1], w[1]) < lo[1] or min(u[1], v[1], w[1]) > hi[1] or peak < z:
             continue
+        top = max(top, peak)
+        ahead = k == 0
+        near[count] = ahead
+        if not ahead:
+            far = max(
+                (u[0] - start[0]) * heading[0] + (u[1] - start[1]) * heading[1],
+                (v[0] - start[0]) * heading[0] + (v[1] - start[1]) * heading[1],
+                (w[0] - start[0]) * heading[0] + (w[1] - start[1]) * heading[1],
+            )
+            j0 = int(np.floor((max(min(u[2], v[2], w[2]), z) - start[2] - low) / step))
+            j1 = int(np.floor((peak - start[2] - low) / step))
+            for j in range(max(j0, 0), min(j1, k - 1) + 1):
+                ahead = ahead or far >= lowest[j]
+                near[count] = near[count] or far >= rear[j]
+            if not ahead:
+                continue
         size = 0
-        for k in range(3):
-            a, b = points[triangles[t, k]], points[triangles[t, (k + 1) % 3]]
+        for c in range(3):
+            a, b = points[triangles[t, c]], points[triangles[t, (c + 1) % 3]]
             if a[2] >= z:
                 for i in range(3):
                     hulls[count, size, i] = a[i]
@@ -441,30 +527,12 @@ def above(points, triangles, lo, hi, hulls, boxes):
                 size += 1
         if size == 0:
             continue
-        for k in range(size, 4):
-            hulls[count, k] = hulls[count, size - 1]
+        for c in range(size, 4):
+            hulls[count, c] = hulls[count, size - 1]
         for i in range(3):
-            low, high = hulls[count, 0, i], hulls[count, 0, i]
-            for k in range(1, 4):
-                low, high = min(low, hulls[count, k, i]), max(high, hulls[count, k, i])
-            boxes[count, 0, i], boxes[count, 1, i] = low, high
+            first, last = hulls[count, 0, i], hulls[count, 0, i]
+            for c in range(1, 4):
+                first, last = min(first, hulls[count, c, i]), max(last, hulls[count, c, i])
+            boxes[count, 0, i], boxes[count, 1, i] = first, last
         count += 1
-    return count
-
-
-@kernel
-def in_front(corners, start, heading, low, step, limits, out):
-    """Which hulls of points (n, m, 3) are not wholly behind the limits (k,) at their heights."""
-    k = limits.shape[0]
-    for i in range(corners.shape[0]):
-        far, z0, z1 = -np.inf, np.inf, -np.inf
-        for j in range(corners.shape[1]):
-            q = corners[i, j]
-            far = max(far, (q[0] - start[0]) * heading[0] + (q[1] - start[1]) * heading[1])
-            z0, z1 = min(z0, q[2] - start[2]), max(z1, q[2] - start[2])
-        j0, j1 = int(np.floor((z0 - low) / step)), int(np.floor((z1 - low) / step))
-        out[i] = False
-        for j in range(max(j0, 0), min(j1, k - 1) + 1):
-            if far >= limits[j]:
-                out[i] = True
-                break
+    return count, top

@@ -31,6 +31,7 @@ import numpy as np
 from vmachining.arrays import Bools, Floats
 from vmachining.engines.mesh import _kernels
 from vmachining.engines.mesh.straight import Facets
+from vmachining.engines.mesh.window import Limits, Surface
 from vmachining.geometry import Line
 from vmachining.sweep import Sweep
 
@@ -47,39 +48,25 @@ CLEAR_MM = 1e-9
 class Ahead:
     """Rear limits of what a straight block can still remove.
 
-    sweep : the block. heading : (2,) unit vector. low, step : mm, height of the table above its start and steps.
-    limits : (k,) mm, from the start along the heading; nothing is removed below or above the table. front : (3,)
-    mm, a point of what the block can still remove. lowest : (k,) mm, limits for the mesh, and for what is above.
-    top : mm, below which the sweep opens upwards; -inf where it does not. box : (2, 3) mm, of the sweep without
-    what is behind the lowest limit.
+    sweep : the block. limits : of what is removed, and for the mesh and what is above. front : (3,) mm, a point of
+    what the block can still remove. top : mm, below which the sweep opens upwards; -inf where it does not.
+    box : (2, 3) mm, of the sweep without what is behind all limits.
     """
 
     sweep: Sweep
-    heading: Floats
-    low: float
-    step: float
-    limits: Floats
+    limits: Limits
     front: Floats
-    lowest: Floats
     top: float
     box: Floats
 
-    def meets(self, hulls: Floats, boxes: Floats, box: Floats) -> tuple[bool, Bools]:
-        """Whether a solid may be touched, and which parts of its surface can be above a place that is.
+    def meets(self, surface: Surface, box: Floats) -> tuple[bool, Bools]:
+        """Whether a solid may be touched, and which parts (n,) of its surface can be above a place that is.
 
-        hulls (n, 4, 3) of its surface in boxes (n, 2, 3), mm; box (2, 3) of all of it.
+        surface : of the solid, see `above`, in the box and before the limits. box (2, 3) of the whole solid.
         """
-        over, near = self._in_front(self.lowest, hulls), self._in_front(self.limits, hulls)
-        over[over] = self.sweep.meets(hulls[over], boxes[over], within=CLEAR_MM)[0]
+        over, _ = self.sweep.meets(surface.hulls, surface.boxes, depth=np.inf, within=CLEAR_MM)
         inside = (self.front >= box[0]).all() and (self.front <= box[1]).all()
-        return bool(inside or (over & near).any()), over
-
-    def _in_front(self, limits: Floats, hulls: Floats) -> Bools:
-        out = np.empty(len(hulls), dtype=np.bool_)
-        _kernels.in_front(  # type: ignore[no-untyped-call]
-            hulls, self.sweep.path.start, self.heading, self.low, self.step, limits - CLEAR_MM, out
-        )
-        return out
+        return bool(inside or (over & surface.near).any()), over
 
 
 def ahead(sweep: Sweep, tool: Facets) -> Ahead | None:
@@ -108,10 +95,11 @@ def ahead(sweep: Sweep, tool: Facets) -> Ahead | None:
     _kernels.front_limits(  # type: ignore[no-untyped-call]
         body.points, body.triangles, body.normals, heading[0], heading[1], d, low, step, lowest
     )
+    limits, lowest = limits - CLEAR_MM, lowest - CLEAR_MM
     opens_up = body.opens_up and profile.points[-1, 0] >= profile.max_radius
     top = profile.z_max + float(min(path.start[2], path.end[2])) if opens_up else -np.inf
-    box = _before(sweep.bounds, path.start, heading, float(lowest.min()) - CLEAR_MM)
-    return Ahead(sweep, heading, low, step, limits, front, lowest, top, box)
+    box = _before(sweep.bounds, path.start, heading, float(lowest.min()))
+    return Ahead(sweep, Limits(path.start, heading, low, step, lowest, limits), front, top, box)
 
 
 def _before(box: Floats, start: Floats, heading: Floats, limit: float) -> Floats:

@@ -27,6 +27,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from vmachining.arrays import Bools, Floats, Ints
+from vmachining.engines.mesh.clusters import Clusters, clustered
 from vmachining.errors import EngineError
 from vmachining.tool import Profile
 
@@ -123,9 +124,10 @@ class Polyhedron:
     """Convex part of a cutter, tool frame, heading along +x.
 
     points (n, 3); triangles (m, 3), outward; normals (m, 3), unit; edges (k, 4): two points and the triangles
-    on the left and on the right of the way from the first to the second; both begin with the lowest, and
-    triangle_lows (m,), edge_lows (k,) say how low they reach; height: lowest and highest z; reach:
-    largest radius; areas (m,) mm^2; planes (m,): equal for triangles of one facet;
+    on the left and on the right of the way from the first to the second; patches (l, 6): two triangles in one
+    plane with a common edge, or one and -1, and their corners, the last one twice if there are three;
+    clusters of all of them; height: lowest and highest z; reach: largest radius; areas (m,) mm^2; planes (m,):
+    equal for triangles of one facet;
     turn: sine of half as much again as the largest angle between neighbouring facets of a round surface;
     opens_up: whether no facet but the top looks up, so that what is above a point inside is inside, up to the top.
     """
@@ -140,16 +142,8 @@ class Polyhedron:
     areas: Floats
     planes: Ints
     patches: Ints
-    triangle_lows: Floats
-    edge_lows: Floats
+    clusters: Clusters
     opens_up: bool
-
-    def upto(self, z: float) -> tuple[int, int]:
-        """How many triangles and how many edges have a point at or below a height, mm."""
-        return (
-            int(np.searchsorted(self.triangle_lows, z, side="right")),
-            int(np.searchsorted(self.edge_lows, z, side="right")),
-        )
 
     def shadow(self, level: float, rise: float) -> float:
         """mm^2 of the projection along the unit direction (level, 0, rise), without the upper rim's share.
@@ -189,7 +183,7 @@ def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
     owner = np.tile(np.arange(len(triangles)), 3)
     left = {(int(u), int(v)): int(t) for (u, v), t in zip(half, owner, strict=True)}
     edges = np.array([(u, v, t, left[v, u]) for (u, v), t in left.items() if u < v], dtype=np.int64)
-    edges = edges[np.argsort(points[edges[:, :2], 2].min(axis=1), kind="stable")]
+    patches = _patches(triangles, planes, left, points)
     corners = points[triangles]
     areas = 0.5 * np.linalg.norm(
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
@@ -197,16 +191,17 @@ def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
     normals = _alike(_support_normals(points, triangles, left), planes, areas)
     bends = np.arccos(np.clip(np.einsum("ij,ij->i", normals[edges[:, 2]], normals[edges[:, 3]]), -1.0, 1.0))
     bend = float(bends[bends < SHARP].max(initial=0.0))
+    clusters, order, edges, patches = clustered(points, triangles, edges, patches)
+    normals = normals[order]
     return Polyhedron(
         points,
-        triangles,
+        triangles[order],
         normals,
         edges,
-        areas=areas,
-        planes=planes,
-        patches=_patches(triangles, planes, left, points),
-        triangle_lows=points[triangles, 2].min(axis=1),
-        edge_lows=points[edges[:, :2], 2].min(axis=1),
+        areas=areas[order],
+        planes=planes[order],
+        patches=patches,
+        clusters=clusters,
         height=(float(line[0, 1]), float(line[-1, 1])),
         reach=float(np.hypot(points[:, 0], points[:, 1]).max()),
         turn=float(np.sin(min(1.5 * bend, np.pi / 2))),

@@ -32,7 +32,7 @@ from vmachining.engines.mesh.skin import Skin, thick
 from vmachining.engines.mesh.solids import balance, checked, cutters, manifold, pieces
 from vmachining.engines.mesh.straight import Facets, facets
 from vmachining.engines.mesh.tiles import SIDES, Tile
-from vmachining.engines.mesh.window import Window, below
+from vmachining.engines.mesh.window import Window, above, below
 from vmachining.geometry import Bracket, Line
 from vmachining.sweep import Sweep, Turn
 from vmachining.tolerance import VOLUME_REL
@@ -112,11 +112,14 @@ def _view(tile: Tile, cut: Cut, *, clean: bool) -> Window | None:
         if view is None:
             tile.dusty = cut.number
         return view
-    hulls, boxes = tile.above(cut.bounds)
+    surface = above(tile.shell, cut.bounds)
     if (cut.bounds[0] >= tile.box[0]).all() and (cut.bounds[1] <= tile.box[1]).all():
         return tile.window  # all of it may lie below the surface
     whole = way(cut.sweep, cut.chord, tile.wide_box)
-    met = any(sweep.meets(hulls, boxes, slack=whole.slack)[0].any() for sweep in whole.sweeps)
+    met = any(
+        sweep.meets(surface.hulls, surface.boxes, slack=whole.slack, depth=np.inf)[0].any()
+        for sweep in whole.sweeps
+    )
     return tile.window if met else None
 
 
@@ -126,12 +129,12 @@ def _view_ahead(tile: Tile, ahead: Ahead, *, clean: bool) -> Window | None:
     box = np.stack([np.maximum(wide[0], ahead.box[0]), np.minimum(wide[1], ahead.box[1])])
     if (box[0] >= box[1]).any():
         return None
-    hulls, boxes = tile.above(ahead.box)
-    met, over = ahead.meets(hulls, boxes, tile.box)
+    surface = above(tile.shell, ahead.box, ahead.limits)
+    met, over = ahead.meets(surface, tile.box)
     if not met:
         return None
-    if clean and boxes[:, 1, 2].max(initial=-np.inf) < ahead.top:
-        return below(hulls, over, box, tile.cell)
+    if clean and surface.top < ahead.top:
+        return below(surface.hulls, over, box, tile.cell)
     return tile.window
 
 

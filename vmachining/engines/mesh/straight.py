@@ -20,8 +20,8 @@ from vmachining.engines.mesh.facets import (
     narrowed,
     polyhedron,
 )
-from vmachining.engines.mesh.gap import Gauge, gauge
-from vmachining.engines.mesh.skin import Leeway, hull_skin
+from vmachining.engines.mesh.gap import Gauge, facet_means, gauge
+from vmachining.engines.mesh.skin import Leeway, hull_skin, spare
 from vmachining.engines.mesh.window import Window
 from vmachining.sweep.turned import meridian_rows
 from vmachining.tool import Profile
@@ -39,12 +39,18 @@ SKIN_CELLS = 4.0
 
 
 class Part(NamedTuple):
-    """Convex part of a cutter: its meridian (k, 2), the polyhedron of its circles, and what that lacks, mm at most."""
+    """Convex part of a cutter: its meridian (k, 2), the polyhedron of its circles, and what that lacks, mm at most.
+
+    eye : mm, height on its axis from which its skin is seen: about the middle of its round part, so that frustums
+    are slim. spare : (h,) mm, by how much every cluster of facets may lack more and keep them slim.
+    """
 
     line: Floats
     body: Polyhedron
     gauge: Gauge | None
     most: float
+    eye: float
+    spare: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,10 +107,15 @@ def _facets(profile: Profile, chord: float, side: Side) -> Facets:
 
 def _part(line: Floats, run: Profile, sag: float, side: Side) -> Part:
     body = polyhedron(line, sag, side)
-    lacks = None
-    if side is Side.INNER:
-        lacks = gauge(body.points, body.triangles, body.normals, body.planes, meridian_rows(run))
-    return Part(line, body, lacks, 0.0 if lacks is None else float(lacks.most.max()))
+    bottom, top = body.height
+    eye, room = bottom + min(0.5 * (top - bottom), body.reach), np.zeros(len(body.clusters.boxes))
+    if side is not Side.INNER:
+        return Part(line, body, None, 0.0, eye, room)
+    lacks = gauge(body.points, body.triangles, body.normals, body.planes, meridian_rows(run))
+    spare(  # type: ignore[no-untyped-call]
+        body.points, body.triangles, body.normals, body.edges, body.clusters.first, lacks.most, eye, room
+    )
+    return Part(line, body, lacks, float(lacks.most.max()), eye, room)
 
 
 def shifted(part: Part, run: Profile, tool: Facets, radial: float, axial: float) -> Part | None:
@@ -165,26 +176,26 @@ def straight(
         rear = float(np.sin(min(np.arcsin(cutter.turn) + bend, np.pi / 2)) * np.linalg.norm(d))
     body = cutter.points, cutter.triangles, cutter.normals, cutter.edges
     view = lo, hi, apex, corner, heights, cell
-    every = len(cutter.triangles), len(cutter.edges)
-    seen = cutter.upto(hi[2] - start[2] + max(0.0, -d[2])) if cull else every
     points, triangles, source, sound = _kernels.swept_facets(
-        *body, seen, cos, sin, start, d, *view, cull, np.inf if skinned and not shed else rear
+        *body, *cutter.clusters, cos, sin, start, d, *view, cull, np.inf if skinned and not shed else rear
     )  # type: ignore[no-untyped-call]
     if not sound:
         points, triangles, source, _ = _kernels.swept_facets(  # type: ignore[no-untyped-call]
-            *body, every, cos, sin, start, d, *view, False, np.inf
+            *body, *cutter.clusters, cos, sin, start, d, *view, False, np.inf
         )
     if not skinned or window is None or part.gauge is None:
         if len(triangles):
             yield Piece(points, triangles)
         return
-    # seen from about the middle of its round part, the frustums of a cutter are slim
-    apex = start + [0.0, 0.0, bottom + min(0.5 * (top - bottom), cutter.reach)]
-    view = lo, hi, apex, corner, heights, cell
-    rows, means = hull_skin(  # type: ignore[no-untyped-call]
-        *body, cutter.patches, *part.gauge, cos, sin, start, d, *view, rear, *leeway, SKIN_CELLS * cell
-    )
-    mean = np.where(source >= 0, means[source], 0.0)
+    view = lo, hi, start + [0.0, 0.0, part.eye], corner, heights, cell
+    lacks = part.gauge
+    rows = hull_skin(  # type: ignore[no-untyped-call]
+        *body, *cutter.clusters, part.spare, cutter.patches, lacks.most, lacks.bulk, lacks.slope, lacks.plumb,
+        lacks.meridian, cos, sin, start, d, *view, rear, leeway.slack, leeway.inward, SKIN_CELLS * cell,
+    )  # fmt: skip
+    mean = facet_means(  # type: ignore[no-untyped-call]
+        cutter.points, cutter.normals, cutter.edges, lacks.mean, lacks.meridian, cos, sin, d, leeway.lift, source
+    )  # fmt: skip
     m = len(cutter.triangles)
     kin = np.where(source < m, cutter.planes[np.minimum(source, m - 1)], source)
     kin[source < 0] = -1 - np.flatnonzero(source < 0)

@@ -26,7 +26,6 @@ import numpy as np
 from manifold3d import Manifold
 
 from vmachining.arrays import Floats, Ints
-from vmachining.engines.mesh import _kernels
 from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.skin import NO_SKIN, Places, Skin, mean_skin
 from vmachining.engines.mesh.solids import checked
@@ -120,14 +119,6 @@ class Tile:
         if self._window is None:
             self._window = roofed(self.shell, self.wide_box, self.cell)
         return self._window
-
-    def above(self, box: Floats) -> tuple[Floats, Floats]:
-        """What the triangles of INNER that reach above the foot of a box (2, 3) have there: the hulls of (n, 4, 3)
-        in boxes (n, 2, 3), mm."""
-        points, triangles = self.shell
-        hulls, boxes = np.empty((len(triangles), 4, 3)), np.empty((len(triangles), 2, 3))
-        n = _kernels.above(points, triangles, box[0], box[1], hulls, boxes)  # type: ignore[no-untyped-call]
-        return hulls[:n], boxes[:n]
 
     def cover(self, skin: Skin) -> None:
         """Add places; now and then, those over which the solid no longer reaches are forgotten."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from vmachining.arrays import Bools, Floats, Ints
 from vmachining.engines.mesh import _kernels
 from vmachining.engines.mesh.skin import boxes_seen
 
-__all__ = ["Window", "below", "roofed"]
+__all__ = ["Limits", "Surface", "Window", "above", "below", "roofed"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,6 +48,46 @@ class Window:
         out = np.empty(len(boxes), dtype=np.bool_)
         boxes_seen(boxes, self.lo, self.hi, self.lo, self.heights, self.cell, out)  # type: ignore[no-untyped-call]
         return out
+
+
+class Limits(NamedTuple):
+    """Ways along a heading, told by height: what is behind them at all of its heights does not matter.
+
+    start : (3,) mm, from where they count. heading : (2,) unit vector. low, step : mm, height of the table above
+    the start, and steps. lowest, rear : (k,) mm; nothing matters below or above the table.
+    """
+
+    start: Floats
+    heading: Floats
+    low: float
+    step: float
+    lowest: Floats
+    rear: Floats
+
+
+NO_LIMITS = Limits(np.zeros(3), np.zeros(2), 0.0, 1.0, np.empty(0), np.empty(0))
+
+
+class Surface(NamedTuple):
+    """What the triangles of a solid that reach into a column have above its foot.
+
+    hulls : (n, 4, 3) mm, in boxes (n, 2, 3), of those that are not behind `Limits.lowest`. near : (n,) which are
+    not behind `Limits.rear` either. top : mm, how high any of them reaches.
+    """
+
+    hulls: Floats
+    boxes: Floats
+    near: Bools
+    top: float
+
+
+def above(mesh: tuple[Floats, Ints], box: Floats, limits: Limits = NO_LIMITS) -> Surface:
+    """Of points (n, 3) and triangles (m, 3) what is in the column (2, 3) from the foot of a box upwards."""
+    points, triangles = mesh
+    m = len(triangles)
+    hulls, boxes, near = np.empty((m, 4, 3)), np.empty((m, 2, 3)), np.empty(m, dtype=np.bool_)
+    n, top = _kernels.above(points, triangles, box[0], box[1], *limits, hulls, boxes, near)  # type: ignore[no-untyped-call]
+    return Surface(hulls[:n], boxes[:n], near[:n], top)
 
 
 def roofed(mesh: tuple[Floats, Ints], box: Floats, cell: float) -> Window:

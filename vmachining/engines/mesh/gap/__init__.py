@@ -25,7 +25,9 @@ import numpy as np
 from vmachining.arrays import Floats, Ints
 from vmachining.engines.mesh.gap import _kernels
 
-__all__ = ["Gauge", "gauge", "supports"]
+__all__ = ["Gauge", "facet_means", "gauge", "supports"]
+
+facet_means = _kernels.facet_means
 
 
 class Gauge(NamedTuple):

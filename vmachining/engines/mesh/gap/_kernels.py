@@ -7,12 +7,18 @@ Legend
     bulk (m,)     mm^3, bound of the integral of that distance, by tangents of at most the
     slope (m, 2)  in the directions of `across`
     plumb (m,)    mm, height of a facet of a cylinder, 0 for others
+    cos, sin, d   of sweeps, as in the kernels of straight ones
+    lift (3,)     mm, mean distance of the true path from the straight one
 """
 
 import numpy as np
 
 from vmachining.jit import kernel
 from vmachining.sweep._kernels import meridian
+
+ALONG = 1e-12
+"""A facet whose normal is that square to the motion lies along it: it stays, with all others in its plane. Did rounding
+decide, neighbours would part, and the mesh would fold over itself."""
 
 PARTS = 3  # of the edges of a facet, for the integral over it
 
@@ -173,3 +179,61 @@ def shadow_gap(seg, reach, a, b, n, c):
         mean = bound
     bound = min(max(bound, 0.0) + 1e-12, gap)
     return min(max(mean, 0.0), bound), bound, steep
+
+
+@kernel
+def strip(seg, u, v, d):
+    """Of the parallelogram v, u, u + d, v + d, from the start: outward normal (3,), area, distance, gap to the truth.
+
+    Along the motion an edge has neither.
+    """
+    e = u - v
+    n = np.array((e[1] * d[2] - e[2] * d[1], e[2] * d[0] - e[0] * d[2], e[0] * d[1] - e[1] * d[0]))
+    area = np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+    far = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) * (abs(e[0]) + abs(e[1]) + abs(e[2]))
+    if area <= 1e-12 * far:
+        return n, 0.0, 0.0, 0.0
+    n /= area
+    reach = max(n[0] * u[0] + n[1] * u[1] + n[2] * u[2], n[0] * v[0] + n[1] * v[1] + n[2] * v[2])
+    return n, area, reach, max(0.0, support(seg, np.sqrt(n[0] * n[0] + n[1] * n[1]), n[2]) - reach)
+
+
+@kernel
+def along_shadow(n, d, length):
+    """d x n: runs along an edge with normal n in the plane across d."""
+    return (
+        np.array((d[1] * n[2] - d[2] * n[1], d[2] * n[0] - d[0] * n[2], d[0] * n[1] - d[1] * n[0])) / length
+    )
+
+
+@kernel
+def facet_means(points, normals, edges, mean, seg, cos, sin, d, lift, source):
+    """Mean distance (k,) of the truth from facets of a sweep: source (k,) tells which they are, see `swept_facets`."""
+    m = normals.shape[0]
+    out = np.zeros(source.shape[0])
+    u, v, n = np.empty(3), np.empty(3), np.empty(3)
+    length = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
+    for k in range(source.shape[0]):
+        if source[k] < 0:
+            continue
+        if k > 0 and source[k] == source[k - 1]:
+            out[k] = out[k - 1]
+            continue
+        e = source[k] - m
+        t = edges[e, 3] if e >= 0 else source[k]
+        n[0] = cos * normals[t, 0] - sin * normals[t, 1]
+        n[1] = sin * normals[t, 0] + cos * normals[t, 1]
+        n[2] = normals[t, 2]
+        if e < 0:
+            gap = mean[t]
+        else:
+            right = n[0] * d[0] + n[1] * d[1] + n[2] * d[2] > ALONG * length
+            q, r = points[edges[e, 0 if right else 1]], points[edges[e, 1 if right else 0]]
+            u[0], u[1], u[2] = cos * q[0] - sin * q[1], sin * q[0] + cos * q[1], q[2]
+            v[0], v[1], v[2] = cos * r[0] - sin * r[1], sin * r[0] + cos * r[1], r[2]
+            n, area, reach, _ = strip(seg, u, v, d)
+            if area == 0.0:
+                continue
+            gap = shadow_gap(seg, reach, v, u, n, along_shadow(n, d, length))[0]
+        out[k] = max(0.0, gap + n[0] * lift[0] + n[1] * lift[1] + n[2] * lift[2])
+    return out

@@ -74,6 +74,7 @@ from vmachining.engines.mesh.skin.layer import (
     boxes_seen,
     hull_skin,
     mean_skin,
+    spare,
     thick,
     untag,
 )
@@ -87,6 +88,7 @@ __all__ = [
     "boxes_seen",
     "hull_skin",
     "mean_skin",
+    "spare",
     "thick",
     "untag",
 ]

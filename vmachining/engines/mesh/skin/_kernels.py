@@ -3,24 +3,22 @@
 Legend
     points (n, 3), triangles (m, 3), normals (m, 3), edges (k, 4), patches (l, 6)   the inner cutter, see
                   `facets.Polyhedron`
-    most, mean, bulk, slope, plumb   of its facets, see `vmachining.engines.mesh.gap`
+    first (h + 1, 3), boxes (h, 2, 3), spare (h,)   its clusters, see `clusters.py` and `spare`
+    most, bulk, slope, plumb   of its facets, see `vmachining.engines.mesh.gap`
     seg           meridian of the true cutter, rows (r0, z0, r1, z1, cr, cz, R, ...); R = 0 is a line
     cos, sin, p, d, lo, hi, apex, heights, corner, cell, rear   as in the kernels of straight sweeps
     slack (2,)    mm by which the true path may leave the straight one: sideways, along the tool axis
-    lift (3,)     mm, mean distance of the true path from the straight one
     inward (3,)   where a level arc goes on, zero elsewhere: facets wholly on that side of p lie in its ring
 """
 
 import numpy as np
 
-from vmachining.engines.mesh.gap._kernels import across, shadow_gap, support
+from vmachining.engines.mesh.gap._kernels import ALONG, across, along_shadow, shadow_gap, strip
 from vmachining.jit import kernel
 
 COS_SHARP = float(np.cos(np.pi / 4))  # as in `facets.py`
 
-ALONG = 1e-12
-"""A facet whose normal is that square to the motion lies along it: it stays, with all others in its plane. Did rounding
-decide, neighbours would part, and the mesh would fold over itself."""
+ROUND = 1.1  # sum of the factors of two unit vectors less than 45 degrees apart in one between, 1 / cos(22.5 degrees)
 
 GROWS = 0.02  # gap in heights of the apex over a facet, of nearly all frustums; the others are looked at one by one
 
@@ -216,180 +214,212 @@ def _brink(u, v, n_x, n_y, n_z, grow, apex, out):
 
 
 @kernel
+def _ahead(normal, cos, sin, d):
+    """n . d of a facet."""
+    return (
+        (cos * normal[0] - sin * normal[1]) * d[0]
+        + (sin * normal[0] + cos * normal[1]) * d[1]
+        + normal[2] * d[2]
+    )
+
+
+@kernel
+def _out_of_sight(box, cos, sin, p, d, lo, hi, apex):
+    """Whether all that facets in a box (2, 3) of the cutter sweep is beside the box of a tile, see `_beside`."""
+    mid_x, mid_y = 0.5 * (box[0, 0] + box[1, 0]), 0.5 * (box[0, 1] + box[1, 1])
+    half_x, half_y = box[1, 0] - mid_x, box[1, 1] - mid_y
+    for i in range(3):
+        if i == 0:
+            middle, half = cos * mid_x - sin * mid_y, abs(cos) * half_x + abs(sin) * half_y
+        elif i == 1:
+            middle, half = sin * mid_x + cos * mid_y, abs(sin) * half_x + abs(cos) * half_y
+        else:
+            middle, half = 0.5 * (box[0, 2] + box[1, 2]), 0.5 * (box[1, 2] - box[0, 2])
+        first, last = p[i] + middle - half + min(d[i], 0.0), p[i] + middle + half + max(d[i], 0.0)
+        if last < lo[i] and last + GROWS * (last - apex[i]) < lo[i]:
+            return True
+        if first > hi[i] and first + GROWS * (first - apex[i]) > hi[i]:
+            return True
+    return False
+
+
+@kernel
+def spare(points, triangles, normals, edges, first, most, apex, out):
+    """How much thicker (h,) mm the layer over the facets of every cluster may be before a frustum grows by GROWS.
+
+    The strip that an edge sweeps has a normal between those of its facets, of which it is a sum with factors that
+    add up to less than ROUND, and a layer as much thicker at most; where an edge is sharp nothing is spared.
+    apex: height of the apex on the axis.
+    """
+    room = np.empty(triangles.shape[0])
+    for t in range(triangles.shape[0]):
+        q = points[triangles[t, 0]]
+        high = normals[t, 0] * q[0] + normals[t, 1] * q[1] + normals[t, 2] * (q[2] - apex)
+        room[t] = GROWS * high / ROUND - most[t]
+    for c in range(out.shape[0]):
+        out[c] = np.inf
+        for t in range(first[c, 0], first[c + 1, 0]):
+            out[c] = min(out[c], room[t])
+        for e in range(first[c, 1], first[c + 1, 1]):
+            out[c] = min(out[c], room[edges[e, 2]], room[edges[e, 3]])
+            one, two = normals[edges[e, 2]], normals[edges[e, 3]]
+            if one[0] * two[0] + one[1] * two[1] + one[2] * two[2] < COS_SHARP:
+                out[c] = -np.inf
+
+
+@kernel
 def hull_skin(
-    points, triangles, normals, edges, patches, most, mean, bulk, slope, plumb, seg, cos, sin, p, d, lo, hi, apex,
-    corner, heights, cell, rear, slack, lift, inward, size,
+    points, triangles, normals, edges, first, boxes, spare, patches, most, bulk, slope, plumb, seg, cos, sin, p, d,
+    lo, hi, apex, corner, heights, cell, rear, slack, inward, size,
 ):  # fmt: skip
     """Skin of conv(K + p, K + p + d), K the inner cutter, as far as a tile can see it.
 
-    Returns rows (k, 25): eight corners and the volume of the frustums; means (m + k,): mean distance of the
-    truth from every facet, then from the parallelogram behind every edge.
+    Returns rows (k, 25): eight corners and the volume of the frustums.
     """
-    m = triangles.shape[0]
+    many = points.shape[0]
     at = np.empty(points.shape)
-    beside = np.empty(2 * len(points), np.uint8)
-    for v in range(len(points)):
-        at[v, 0] = p[0] + cos * points[v, 0] - sin * points[v, 1]
-        at[v, 1] = p[1] + sin * points[v, 0] + cos * points[v, 1]
-        at[v, 2] = p[2] + points[v, 2]
-        beside[v] = _beside(at[v, 0], at[v, 1], at[v, 2], lo, hi, apex)
-        beside[v + len(points)] = _beside(at[v, 0] + d[0], at[v, 1] + d[1], at[v, 2] + d[2], lo, hi, apex)
+    beside, placed = np.empty(2 * many, np.uint8), np.zeros(many, np.bool_)
     rows, count = np.empty((256, 25)), 0
-    means = np.zeros(m + edges.shape[0])
-    front, behind = np.empty(m, np.bool_), np.empty(m, np.bool_)
     facet = np.empty((4, 3))
     work = np.empty((64, 4, 3)), np.empty((4, 3)), np.empty(4), np.empty(25)
     sided = inward[0] != 0.0 or inward[1] != 0.0 or inward[2] != 0.0
     length = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
+    along = ALONG * length
     still, up, lean = np.zeros(3), np.zeros(3), np.zeros((2, 3))
     stiff = slack[0] == 0.0 and slack[1] == 0.0
     tiny = 1e-13 * (1.0 + abs(apex[0]) + abs(apex[1]) + abs(apex[2]))
 
-    for t in range(m):
-        n_x = cos * normals[t, 0] - sin * normals[t, 1]
-        n_y = sin * normals[t, 0] + cos * normals[t, 1]
-        n_z = normals[t, 2]
-        ahead = n_x * d[0] + n_y * d[1] + n_z * d[2]
-        front[t], behind[t] = ahead > ALONG * length, ahead < -rear
-        means[t] = max(0.0, mean[t] + n_x * lift[0] + n_y * lift[1] + n_z * lift[2])
-
-    for k in range(patches.shape[0]):
-        one, two = patches[k, 0], patches[k, 1]
-        whole = two < 0 or (front[one] == front[two] and behind[one] == behind[two])
-        for t in (one, two):
-            if behind[t] or (whole and t != one):
+    for g in range(boxes.shape[0]):
+        if slack[0] + slack[1] < spare[g] and _out_of_sight(boxes[g], cos, sin, p, d, lo, hi, apex):
+            continue
+        for t in range(first[g, 0], first[g + 1, 0]):
+            for k in range(3):
+                v = triangles[t, k]
+                if placed[v]:
+                    continue
+                placed[v] = True
+                at[v, 0] = p[0] + cos * points[v, 0] - sin * points[v, 1]
+                at[v, 1] = p[1] + sin * points[v, 0] + cos * points[v, 1]
+                at[v, 2] = p[2] + points[v, 2]
+                beside[v] = _beside(at[v, 0], at[v, 1], at[v, 2], lo, hi, apex)
+                beside[v + many] = _beside(at[v, 0] + d[0], at[v, 1] + d[1], at[v, 2] + d[2], lo, hi, apex)
+        for k in range(first[g, 2], first[g + 1, 2]):
+            one, two = patches[k, 0], patches[k, 1]
+            ahead, second = _ahead(normals[one], cos, sin, d), 0.0
+            whole = two < 0
+            if not whole:
+                second = _ahead(normals[two], cos, sin, d)
+                whole = (ahead > along) == (second > along) and (ahead < -rear) == (second < -rear)
+            for t in (one, two):
+                if t == two:
+                    ahead = second
+                if ahead < -rear or (whole and t != one):
+                    continue
+                corners = patches[k, 2:] if whole else triangles[t]
+                shift = many if ahead > along else 0
+                common, low = 63, np.inf
+                for v in corners:
+                    common &= beside[v + shift]
+                    low = min(low, at[v, 2])
+                if shift > 0:
+                    low += d[2]
+                n_x = cos * normals[t, 0] - sin * normals[t, 1]
+                n_y = sin * normals[t, 0] + cos * normals[t, 1]
+                n_z = normals[t, 2]
+                gap = max(most[t], most[two]) if whole and two >= 0 else most[t]
+                gap += slack[0] * np.sqrt(n_x * n_x + n_y * n_y) + slack[1] * abs(n_z)
+                if gap <= tiny or (low > hi[2] and low > apex[2]):
+                    continue
+                q = at[corners[0]]
+                high = n_x * (q[0] - apex[0]) + n_y * (q[1] - apex[1]) + n_z * (q[2] - apex[2])
+                if shift > 0:
+                    high += ahead
+                if high > tiny:
+                    if common != 0 and gap <= GROWS * high:
+                        continue
+                    if low - gap / high * max(apex[2] - low, 0.0) > hi[2]:
+                        continue  # above the box, however far the frustum reaches down
+                # tangents of the cutter bound the sweep if they face the same way as the facet
+                level, steep = slope[t, 0], slope[t, 1]
+                if whole and two >= 0:
+                    level, steep = max(level, slope[two, 0]), max(steep, slope[two, 1])
+                lean[0, 0], lean[0, 1], lean[0, 2], lean[1, 0], lean[1, 1], lean[1, 2] = across(n_x, n_y, n_z)
+                aside = 0.0
+                for i in range(3):
+                    lean[0, i], lean[1, i] = lean[0, i] * level, lean[1, i] * steep
+                for i in range(2):
+                    aside += abs(lean[i, 0] * d[0] + lean[i, 1] * d[1] + lean[i, 2] * d[2])
+                volume = np.inf
+                if stiff and abs(ahead) >= aside:
+                    volume = bulk[t] + bulk[two] if whole and two >= 0 else bulk[t]
+                up[2] = 1.0 / plumb[t] if whole and two >= 0 and plumb[t] > 0.0 else 0.0
+                outside = not sided
+                for i in range(4):
+                    q = at[corners[min(i, len(corners) - 1)]]
+                    for j in range(3):
+                        facet[i, j] = q[j] + (d[j] if shift > 0 else 0.0)
+                    if sided:
+                        side = inward[0] * (q[0] - p[0]) + inward[1] * (q[1] - p[1])
+                        outside = outside or side < 2.0 * gap
+                if not outside:
+                    continue
+                rows, count = _cover(
+                    facet, gap, volume, lean, up, max(high, tiny), apex, lo, hi, corner, heights, cell, size,
+                    work, rows, count,
+                )  # fmt: skip
+        if length == 0.0:
+            continue
+        for e in range(first[g, 1], first[g + 1, 1]):
+            t, other = edges[e, 2], edges[e, 3]
+            left, right = _ahead(normals[t], cos, sin, d), _ahead(normals[other], cos, sin, d)
+            if min(left, right) < -rear <= max(left, right) and normals[t] @ normals[other] < COS_SHARP:
+                if right < -rear:
+                    t, other = other, t
+                # beyond a disc that moves in its plane nothing is
+                gap = (
+                    most[t]
+                    + slack[0] * np.hypot(normals[t, 0], normals[t, 1])
+                    + slack[1] * abs(normals[t, 2])
+                )
+                if gap > tiny and (max(left, right) > along or most[other] + slack[1] > tiny):
+                    n_x, n_y = (
+                        cos * normals[t, 0] - sin * normals[t, 1],
+                        sin * normals[t, 0] + cos * normals[t, 1],
+                    )
+                    q = at[edges[e, 0]]
+                    high = n_x * (q[0] - apex[0]) + n_y * (q[1] - apex[1]) + normals[t, 2] * (q[2] - apex[2])
+                    high = max(high, tiny)
+                    _brink(q, at[edges[e, 1]], n_x, n_y, normals[t, 2], gap / high, apex, facet)
+                    rows, count = _cover(
+                        facet, gap, np.inf, lean, still, high, apex, lo, hi, corner, heights, cell, size,
+                        work, rows, count,
+                    )  # fmt: skip
+            if (left > along) == (right > along):
                 continue
-            corners = patches[k, 2:] if whole else triangles[t]
-            shift = len(points) if front[t] else 0
-            common, low = 63, np.inf
-            for v in corners:
-                common &= beside[v + shift]
-                low = min(low, at[v, 2])
-            if front[t]:
-                low += d[2]
-            n_x = cos * normals[t, 0] - sin * normals[t, 1]
-            n_y = sin * normals[t, 0] + cos * normals[t, 1]
-            n_z = normals[t, 2]
-            gap = max(most[t], most[two]) if whole and two >= 0 else most[t]
-            gap += slack[0] * np.sqrt(n_x * n_x + n_y * n_y) + slack[1] * abs(n_z)
-            if gap <= tiny or (low > hi[2] and low > apex[2]):
+            u, v = (edges[e, 0], edges[e, 1]) if right > along else (edges[e, 1], edges[e, 0])
+            n, area, reach, gap = strip(seg, at[u] - p, at[v] - p, d)
+            gap = gap + slack[0] * np.sqrt(n[0] * n[0] + n[1] * n[1]) + slack[1] * abs(n[2])
+            if gap <= tiny:
                 continue
-            ahead = n_x * d[0] + n_y * d[1] + n_z * d[2]
-            q = at[corners[0]]
-            high = n_x * (q[0] - apex[0]) + n_y * (q[1] - apex[1]) + n_z * (q[2] - apex[2])
-            if front[t]:
-                high += ahead
+            high = n[0] * (at[u, 0] - apex[0]) + n[1] * (at[u, 1] - apex[1]) + n[2] * (at[u, 2] - apex[2])
+            low = min(at[u, 2], at[v, 2]) + min(d[2], 0.0)
             if high > tiny:
-                if common != 0 and gap <= GROWS * high:
+                i, j = u + many, v + many
+                if gap <= GROWS * high and beside[u] & beside[v] & beside[i] & beside[j]:
                     continue
                 if low - gap / high * max(apex[2] - low, 0.0) > hi[2]:
-                    continue  # above the box, however far the frustum reaches down
-            # tangents of the cutter bound the sweep if they face the same way as the facet
-            level, steep = slope[t, 0], slope[t, 1]
-            if whole and two >= 0:
-                level, steep = max(level, slope[two, 0]), max(steep, slope[two, 1])
-            lean[0, 0], lean[0, 1], lean[0, 2], lean[1, 0], lean[1, 1], lean[1, 2] = across(n_x, n_y, n_z)
-            aside = 0.0
+                    continue
+            c = along_shadow(n, d, length)
+            _, bound, steep = shadow_gap(seg, reach, at[v] - p, at[u] - p, n, c)
             for i in range(3):
-                lean[0, i], lean[1, i] = lean[0, i] * level, lean[1, i] * steep
-            for i in range(2):
-                aside += abs(lean[i, 0] * d[0] + lean[i, 1] * d[1] + lean[i, 2] * d[2])
-            volume = np.inf
-            if stiff and abs(ahead) >= aside:
-                volume = bulk[t] + bulk[two] if whole and two >= 0 else bulk[t]
-            up[2] = 1.0 / plumb[t] if whole and two >= 0 and plumb[t] > 0.0 else 0.0
-            outside = not sided
-            for c in range(4):
-                q = at[corners[min(c, len(corners) - 1)]]
-                for i in range(3):
-                    facet[c, i] = q[i] + (d[i] if front[t] else 0.0)
-                if sided:
-                    side = inward[0] * (q[0] - p[0]) + inward[1] * (q[1] - p[1])
-                    outside = outside or side < 2.0 * gap
-            if not outside:
-                continue
+                facet[0, i], facet[1, i] = at[v, i], at[u, i]
+                facet[2, i], facet[3, i] = at[u, i] + d[i], at[v, i] + d[i]
+            lean[0], lean[1] = steep * c, 0.0
             rows, count = _cover(
-                facet, gap, volume, lean, up, max(high, tiny), apex, lo, hi, corner, heights, cell, size,
-                work, rows, count,
+                facet, gap, bound * area if stiff else np.inf, lean, d / (length * length), max(high, tiny), apex,
+                lo, hi, corner, heights, cell, size, work, rows, count,
             )  # fmt: skip
-
-    if length == 0.0:
-        return rows[:count], means
-    for e in range(edges.shape[0]):
-        t, other = edges[e, 2], edges[e, 3]
-        if front[t] == front[other] and behind[t] == behind[other]:
-            continue
-        if behind[other]:
-            t, other = other, t
-        # beyond a disc that moves in its plane nothing is
-        counts = not behind[other] and (front[other] or most[other] + slack[1] > tiny)
-        if behind[t] and counts and normals[t] @ normals[other] < COS_SHARP:
-            n_x = cos * normals[t, 0] - sin * normals[t, 1]
-            n_y = sin * normals[t, 0] + cos * normals[t, 1]
-            gap = most[t] + slack[0] * np.sqrt(n_x * n_x + n_y * n_y) + slack[1] * abs(normals[t, 2])
-            q = at[edges[e, 0]]
-            high = n_x * (q[0] - apex[0]) + n_y * (q[1] - apex[1]) + normals[t, 2] * (q[2] - apex[2])
-            if gap > tiny:
-                _brink(q, at[edges[e, 1]], n_x, n_y, normals[t, 2], gap / max(high, tiny), apex, facet)
-                rows, count = _cover(
-                    facet,
-                    gap,
-                    np.inf,
-                    lean,
-                    still,
-                    max(high, tiny),
-                    apex,
-                    lo,
-                    hi,
-                    corner,
-                    heights,
-                    cell,
-                    size,
-                    work,
-                    rows,
-                    count,
-                )
-        left, right = front[edges[e, 2]], front[edges[e, 3]]
-        if left == right:
-            continue
-        u, v = (edges[e, 0], edges[e, 1]) if right else (edges[e, 1], edges[e, 0])
-        # outward: the quad runs v, u, u + d, v + d
-        e_x, e_y, e_z = at[u, 0] - at[v, 0], at[u, 1] - at[v, 1], at[u, 2] - at[v, 2]
-        n_x, n_y, n_z = e_y * d[2] - e_z * d[1], e_z * d[0] - e_x * d[2], e_x * d[1] - e_y * d[0]
-        size_n = np.sqrt(n_x * n_x + n_y * n_y + n_z * n_z)
-        if size_n <= 1e-12 * length * (abs(e_x) + abs(e_y) + abs(e_z)):
-            continue
-        n_x, n_y, n_z = n_x / size_n, n_y / size_n, n_z / size_n
-        n_h = np.sqrt(n_x * n_x + n_y * n_y)
-        reach = max(
-            n_x * (at[u, 0] - p[0]) + n_y * (at[u, 1] - p[1]) + n_z * (at[u, 2] - p[2]),
-            n_x * (at[v, 0] - p[0]) + n_y * (at[v, 1] - p[1]) + n_z * (at[v, 2] - p[2]),
-        )
-        gap = max(0.0, support(seg, n_h, n_z) - reach)
-        gap = gap + slack[0] * n_h + slack[1] * abs(n_z)
-        high = n_x * (at[u, 0] - apex[0]) + n_y * (at[u, 1] - apex[1]) + n_z * (at[u, 2] - apex[2])
-        low = min(at[u, 2], at[v, 2]) + min(d[2], 0.0)
-        if high > tiny and low - gap / high * max(apex[2] - low, 0.0) > hi[2]:
-            continue
-        n = np.array((n_x, n_y, n_z))
-        # c = d x n runs along the edge in the plane across d
-        c = (
-            np.array(((d[1] * n_z - d[2] * n_y), (d[2] * n_x - d[0] * n_z), (d[0] * n_y - d[1] * n_x)))
-            / length
-        )
-        means[m + e], bound, steep = shadow_gap(seg, reach, at[v] - p, at[u] - p, n, c)
-        means[m + e] = max(0.0, means[m + e] + n_x * lift[0] + n_y * lift[1] + n_z * lift[2])
-        if gap <= tiny:
-            continue
-        for i in range(3):
-            facet[0, i], facet[1, i] = at[v, i], at[u, i]
-            facet[2, i], facet[3, i] = at[u, i] + d[i], at[v, i] + d[i]
-        lean[0], lean[1] = steep * c, 0.0
-        rows, count = _cover(
-            facet, gap, bound * size_n if stiff else np.inf, lean, d / (length * length), max(high, tiny), apex,
-            lo, hi, corner, heights, cell, size, work, rows, count,
-        )  # fmt: skip
-    return rows[:count], means
+    return rows[:count]
 
 
 @kernel

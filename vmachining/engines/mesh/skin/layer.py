@@ -20,6 +20,7 @@ __all__ = [
     "boxes_seen",
     "hull_skin",
     "mean_skin",
+    "spare",
     "thick",
     "untag",
 ]
@@ -193,4 +194,4 @@ def mean_skin(points: Floats, triangles: Ints, face_id: Ints, chord: float) -> f
     return float(_kernels.area_sums(points, triangles, untag(face_id, chord)))  # type: ignore[no-untyped-call]
 
 
-hull_skin = _kernels.hull_skin
+hull_skin, spare = _kernels.hull_skin, _kernels.spare
