@@ -40,7 +40,9 @@ class Line:
     @property
     def bounds(self) -> Floats:
         """(2, 3): smallest and largest coordinates, mm."""
-        return np.stack([np.minimum(self.start, self.end), np.maximum(self.start, self.end)])
+        ends = np.array([self.start, self.end])
+        ends.sort(axis=0)
+        return ends
 
     def position(self, t: ArrayLike) -> Floats:
         """(..., 3) mm at parameter t. The ends are hit exactly."""

@@ -150,9 +150,9 @@ class Sweep:
     def _tight_box(self) -> Floats:
         if isinstance(self.path, Turn):
             return np.array(body_bounds(self.profile, self.path))
-        r = self.profile.max_radius
-        grow = np.array([[-r, -r, self.profile.z_min], [r, r, self.profile.z_max]])
-        return np.asarray(self.path.bounds + grow)
+        r, bottom, top = self.profile.max_radius, self.profile.z_min, self.profile.z_max
+        (x0, y0, z0), (x1, y1, z1) = self.path.bounds.tolist()
+        return np.array([[x0 - r, y0 - r, z0 + bottom], [x1 + r, y1 + r, z1 + top]])
 
     @property
     def volume(self) -> float | None:
@@ -374,8 +374,7 @@ def _pack(pieces: Sequence[Profile], path: Path) -> _Packed:
         arm = path.start - path.center
         axis = np.eye(3)[path.axis]
         row[0:3], row[3:6], row[6:9], row[9] = arm, np.cross(axis, arm), path.rise * axis, path.angle
-    low, high = path.bounds - path.start
-    extent = float(max(np.abs([low, high]).max(), np.abs(size).max()))
+    extent = max(float(np.abs(path.bounds - path.start).max()), float(np.abs(size).max()))
     tol = max(ULPS * float(np.finfo(float).eps) * extent, 1e-14)
     return _Packed(seg, first, size, row, tol)
 

@@ -456,27 +456,31 @@ def rear_limits(seg, level, rise, bottom, top, low, step, out):
 
 
 @kernel
-def front_limits(points, triangles, normals, cos, sin, d, low, step, out):
-    """Lower the limits of `rear_limits` to those of the facets: what they leave where they have been, moved by d."""
+def front_limits(points, triangles, normals, first, boxes, d, low, step, out):
+    """Lower the limits of `rear_limits` to those of the facets: what they leave where they have been, moved by d.
+
+    In the frame of the cutter the heading is +x; a cluster that begins behind no limit has nothing to tell.
+    """
     k = out.shape[0]
-    level = np.hypot(d[0], d[1])
-    along = ALONG * np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
-    ex, ey = d[0] / level, d[1] / level
-    for t in range(triangles.shape[0]):
-        nx = cos * normals[t, 0] - sin * normals[t, 1]
-        ny = sin * normals[t, 0] + cos * normals[t, 1]
-        if nx * d[0] + ny * d[1] + normals[t, 2] * d[2] <= along:
-            continue
-        least, z0, z1 = np.inf, np.inf, -np.inf
-        for i in range(3):
-            q = points[triangles[t, i]]
-            x, y = cos * q[0] - sin * q[1], sin * q[0] + cos * q[1]
-            least = min(least, ex * x + ey * y)
-            z0, z1 = min(z0, q[2]), max(z1, q[2])
-        z0, z1 = z0 + min(d[2], 0.0), z1 + max(d[2], 0.0)
+    level, rise = np.hypot(d[0], d[1]), d[2]
+    along = ALONG * np.hypot(level, rise)
+    for c in range(boxes.shape[0]):
+        z0, z1 = boxes[c, 0, 2] + min(rise, 0.0), boxes[c, 1, 2] + max(rise, 0.0)
         j0, j1 = int(np.floor((z0 - low) / step - 1e-9)), int(np.floor((z1 - low) / step + 1e-9))
+        tells = False
         for j in range(max(j0, 0), min(j1, k - 1) + 1):
-            out[j] = min(out[j], least)
+            tells = tells or boxes[c, 0, 0] < out[j]
+        if not tells:
+            continue
+        for t in range(first[c, 0], first[c + 1, 0]):
+            if normals[t, 0] * level + normals[t, 2] * rise <= along:
+                continue
+            u, v, w = points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]]
+            least = min(u[0], v[0], w[0])
+            z0, z1 = min(u[2], v[2], w[2]) + min(rise, 0.0), max(u[2], v[2], w[2]) + max(rise, 0.0)
+            j0, j1 = int(np.floor((z0 - low) / step - 1e-9)), int(np.floor((z1 - low) / step + 1e-9))
+            for j in range(max(j0, 0), min(j1, k - 1) + 1):
+                out[j] = min(out[j], least)
 
 
 @kernel

@@ -93,7 +93,7 @@ def ahead(sweep: Sweep, tool: Facets) -> Ahead | None:
     lowest = np.minimum.accumulate(limits)
     body = tool.parts[0].body
     _kernels.front_limits(  # type: ignore[no-untyped-call]
-        body.points, body.triangles, body.normals, heading[0], heading[1], d, low, step, lowest
+        body.points, body.triangles, body.normals, *body.clusters, d, low, step, lowest
     )
     limits, lowest = limits - CLEAR_MM, lowest - CLEAR_MM
     opens_up = body.opens_up and profile.points[-1, 0] >= profile.max_radius
@@ -104,12 +104,13 @@ def ahead(sweep: Sweep, tool: Facets) -> Ahead | None:
 
 def _before(box: Floats, start: Floats, heading: Floats, limit: float) -> Floats:
     """The box (2, 3) around what a box has on from a limit along the heading."""
-    for i, j in ((0, 1), (1, 0)):
-        if abs(heading[i]) > 1e-9:
-            aside = float(np.max(heading[j] * (box[:, j] - start[j])))
-            at = start[i] + (limit - aside) / heading[i]
-            if heading[i] > 0.0:
-                box[0, i] = max(box[0, i], at)
-            else:
-                box[1, i] = min(box[1, i], at)
-    return box
+    (x0, y0, z0), (x1, y1, z1) = box.tolist()
+    x, y = heading.tolist()
+    p, q, _ = start.tolist()
+    if abs(x) > 1e-9:
+        at = p + (limit - max(y * (y0 - q), y * (y1 - q))) / x
+        x0, x1 = (max(x0, at), x1) if x > 0.0 else (x0, min(x1, at))
+    if abs(y) > 1e-9:
+        at = q + (limit - max(x * (x0 - p), x * (x1 - p))) / y
+        y0, y1 = (max(y0, at), y1) if y > 0.0 else (y0, min(y1, at))
+    return np.array([[x0, y0, z0], [x1, y1, z1]])

@@ -10,6 +10,7 @@ run threads of their own). They ignore Ctrl-C, which is for this process to deci
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import socket
@@ -39,6 +40,9 @@ __all__ = ["Crew", "MeshCrew", "Solo", "crew"]
 
 BATCH = 16
 """Orders in one message: a message costs about as much as an order in air."""
+
+ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+"""What a worker inherits: threads of a linear algebra that it hardly uses would wait busily for work."""
 
 CutterPath: TypeAlias = Line | Arc | Turn
 
@@ -307,7 +311,7 @@ def _hire() -> tuple[subprocess.Popen[bytes], Connection]:
                 f"from vmachining.engines.mesh.crew import serve; serve({there.fileno()})",
             ],
             pass_fds=[there.fileno()],
-            env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+            env=os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
         )
     return process, Connection(here.detach())
 
@@ -346,6 +350,8 @@ def serve(descriptor: int) -> None:
             engine = MeshEngine.load(Path(start), share=Share(part, parts))
         except EngineError as error:
             failed = error
+        gc.collect()
+        gc.freeze()  # what is there stays: no need to look through it again and again
         while True:
             answers: list[Any] = []
             for order in line.recv():

@@ -116,10 +116,11 @@ class MeshEngine:
         """What was removed where the sweep starts, and how things are where it ends."""
         path, shape, last = sweep.path, shape_key(sweep.profile), self._stand
         begin = _pose(sweep, 0.0)
-        stand = Stand(shape, _pose(sweep, 1.0).tolist(), _heading(sweep, 1.0), True)
+        stand = Stand(shape, _pose(sweep, 1.0), _heading(sweep, 1.0), True)
         if last is None or last.shape != shape:
             return Start.FRESH, stand
-        if np.abs(last.pose - begin).max() > 1e-12 * (1.0 + np.abs(begin).max()):
+        far = 1e-12 * (1.0 + max(map(abs, begin)))
+        if any(abs(a - b) > far for a, b in zip(last.pose, begin, strict=True)):
             return Start.FRESH, stand
         if not isinstance(path, Line) or last.heading is None:
             return Start.CHAINED, stand
@@ -274,9 +275,9 @@ def _heading(sweep: Sweep, t: float) -> list[float] | None:
     path = sweep.path
     if isinstance(path, Turn) or (isinstance(path, Arc) and not is_ring(path)):
         return None
-    d = path.velocity(t)
-    level = float(np.hypot(d[0], d[1]))
-    return [float(d[0]) / level, float(d[1]) / level] if level > 0.0 else []
+    x, y, _ = path.velocity(t).tolist()
+    level = float(np.hypot(x, y))
+    return [x / level, y / level] if level > 0.0 else []
 
 
 def _are_equal(one: list[float], other: list[float] | None) -> bool:
@@ -288,11 +289,11 @@ def _are_equal(one: list[float], other: list[float] | None) -> bool:
     )
 
 
-def _pose(sweep: Sweep, t: float) -> Floats:
-    """(6,) tip and tool axis."""
+def _pose(sweep: Sweep, t: float) -> list[float]:
+    """Six numbers, tip and tool axis."""
     path = sweep.path
-    axis = path.axis(t) if isinstance(path, Turn) else np.array([0.0, 0.0, 1.0])
-    return np.concatenate([path.position(t), axis])
+    axis = path.axis(t).tolist() if isinstance(path, Turn) else [0.0, 0.0, 1.0]
+    return [*path.position(t).tolist(), *axis]
 
 
 def _bracket(inner_cut: float, outer_cut: float) -> Bracket:

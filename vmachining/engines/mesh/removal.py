@@ -125,8 +125,9 @@ def _view(tile: Tile, cut: Cut, *, clean: bool) -> Window | None:
 
 def _view_ahead(tile: Tile, ahead: Ahead, *, clean: bool) -> Window | None:
     """The same for a chained block."""
-    wide = tile.wide_box
-    box = np.stack([np.maximum(wide[0], ahead.box[0]), np.minimum(wide[1], ahead.box[1])])
+    box = tile.wide_box.copy()
+    np.maximum(box[0], ahead.box[0], out=box[0])
+    np.minimum(box[1], ahead.box[1], out=box[1])
     if (box[0] >= box[1]).any():
         return None
     surface = above(tile.shell, ahead.box, ahead.limits)
