@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from vmachining.engines.mesh._kernels import _twofold, roof
+from vmachining.engines.mesh._kernels import _twofold
 from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.solids import facets, pieces
+from vmachining.engines.mesh.window._kernels import roof
 from vmachining.geometry import Line
 from vmachining.sweep import Sweep
 from vmachining.tool import BallNose, BullNose, Taper

@@ -36,8 +36,8 @@ under facets, and both are bounded without a boolean:
    mesh of the cutter there, hence in that of the cut before; and as it lies as deep in the sweep of that cut,
    what was missing there does not hold it either unless the cut before that one had it, and so on.
 
-5. For the same reason mesh and skin need only be right below what is ahead of such a start, see `ahead.py`: the
-   rest of the roof of A is then left out of what a mesh is asked to see.
+5. For the same reason mesh and skin need only be right below what is ahead of such a start, see
+   `vmachining.engines.mesh.ahead`: the rest of the roof of A is then left out of what a mesh is asked to see.
 
 Hence  a - sum of stored frustums that meet W  <=  removed  <=  a + sum of seen frustums  (`Skin`).
 
@@ -71,7 +71,6 @@ from vmachining.engines.mesh.skin.layer import (
     Places,
     Skin,
     Way,
-    boxes_seen,
     hull_skin,
     mean_skin,
     spare,
@@ -85,7 +84,6 @@ __all__ = [
     "Places",
     "Skin",
     "Way",
-    "boxes_seen",
     "hull_skin",
     "mean_skin",
     "spare",

@@ -14,6 +14,7 @@ Legend
 import numpy as np
 
 from vmachining.engines.mesh.gap._kernels import ALONG, across, along_shadow, shadow_gap, strip
+from vmachining.engines.mesh.window._kernels import under_roof
 from vmachining.jit import kernel
 
 COS_SHARP = float(np.cos(np.pi / 4))  # as in `facets.py`
@@ -21,29 +22,6 @@ COS_SHARP = float(np.cos(np.pi / 4))  # as in `facets.py`
 ROUND = 1.1  # sum of the factors of two unit vectors less than 45 degrees apart in one between, 1 / cos(22.5 degrees)
 
 GROWS = 0.02  # gap in heights of the apex over a facet, of nearly all frustums; the others are looked at one by one
-
-
-@kernel
-def under_roof(x0, x1, y0, y1, z0, lo, hi, corner, heights, cell):
-    """Whether a box from z0 up can meet the solid below the grid of heights."""
-    if not (z0 <= hi[2] and x0 <= hi[0] and x1 >= lo[0] and y0 <= hi[1] and y1 >= lo[1]):
-        return False
-    nx, ny = heights.shape
-    i0, i1 = max(int((x0 - corner[0]) / cell), 0), min(int((x1 - corner[0]) / cell), nx - 1)
-    j0, j1 = max(int((y0 - corner[1]) / cell), 0), min(int((y1 - corner[1]) / cell), ny - 1)
-    for i in range(i0, i1 + 1):
-        for j in range(j0, j1 + 1):
-            if heights[i, j] >= z0:
-                return True
-    return False
-
-
-@kernel
-def boxes_seen(boxes, lo, hi, corner, heights, cell, out):
-    """`under_roof` for boxes (k, 2, 3); the grid must reach as high as the solid inside lo, hi."""
-    for k in range(boxes.shape[0]):
-        a, b = boxes[k, 0], boxes[k, 1]
-        out[k] = b[2] >= lo[2] and under_roof(a[0], b[0], a[1], b[1], a[2], lo, hi, corner, heights, cell)
 
 
 @kernel

@@ -17,15 +17,12 @@ __all__ = [
     "Places",
     "Skin",
     "Way",
-    "boxes_seen",
     "hull_skin",
     "mean_skin",
     "spare",
     "thick",
     "untag",
 ]
-
-boxes_seen = _kernels.boxes_seen
 
 
 class Leeway(NamedTuple):

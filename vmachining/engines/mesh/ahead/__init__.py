@@ -29,7 +29,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vmachining.arrays import Bools, Floats
-from vmachining.engines.mesh import _kernels
+from vmachining.engines.mesh.ahead import _kernels
 from vmachining.engines.mesh.straight import Facets
 from vmachining.engines.mesh.window import Limits, Surface
 from vmachining.geometry import Line

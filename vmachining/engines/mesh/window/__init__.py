@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vmachining.arrays import Bools, Floats, Ints
-from vmachining.engines.mesh import _kernels
-from vmachining.engines.mesh.skin import boxes_seen
+from vmachining.engines.mesh.window import _kernels
 
 __all__ = ["Limits", "Surface", "Window", "above", "below", "roofed"]
 
@@ -46,7 +45,7 @@ class Window:
     def sees(self, boxes: Floats) -> Bools:
         """(k,) whether boxes (k, 2, 3) can meet the material."""
         out = np.empty(len(boxes), dtype=np.bool_)
-        boxes_seen(boxes, self.lo, self.hi, self.lo, self.heights, self.cell, out)  # type: ignore[no-untyped-call]
+        _kernels.boxes_seen(boxes, self.lo, self.hi, self.lo, self.heights, self.cell, out)  # type: ignore[no-untyped-call]
         return out
 
 

@@ -1,0 +1,92 @@
+"""Clusters of facets: all of the cutter is in them, and what they leave out no tile can see."""
+
+import numpy as np
+import pytest
+
+from vmachining.engines.mesh import _kernels
+from vmachining.engines.mesh.facets import Side
+from vmachining.engines.mesh.skin import hull_skin
+from vmachining.engines.mesh.straight import facets
+from vmachining.tool import BallNose, BullNose, FlatEnd, ProfileTool, Taper
+
+TOOLS = {
+    "flat": FlatEnd(diameter=6, length=8),
+    "ball": BallNose(diameter=10, length=30),
+    "bull": BullNose(diameter=8, corner_radius=1.5, length=12),
+    "taper": Taper(diameter=3, taper_deg=10, corner_radius=0.7, length=8),
+    "barrel": ProfileTool(points=[(0, 0), (2, 0), (4, 3), (2.5, 8)]),
+}
+
+
+@pytest.mark.parametrize("tool", TOOLS)
+def test_every_facet_is_in_one_cluster_and_in_its_box(tool):
+    body = facets(TOOLS[tool].cutter, 0.01, Side.INNER).parts[0].body
+    first, boxes = body.clusters
+    assert (np.diff(first, axis=0) >= 0).all() and (first[0] == 0).all()
+    assert first[-1].tolist() == [len(body.triangles), len(body.edges), len(body.patches)]
+    for low, high, (box_low, box_high) in zip(first[:-1], first[1:], boxes, strict=True):
+        points = body.points[body.triangles[low[0] : high[0]]].reshape(-1, 3)
+        assert (points.min(axis=0) == box_low).all() and (points.max(axis=0) == box_high).all()
+        corners = set(body.triangles[low[0] : high[0]].ravel().tolist())
+        assert set(body.edges[low[1] : high[1], :2].ravel().tolist()) <= corners
+        pairs = body.patches[low[2] : high[2], :2]
+        assert sorted(pairs[pairs >= 0].tolist()) == list(range(low[0], high[0]))
+    # an edge lies between the two triangles that it names
+    for u, v, left, right in body.edges[::7].tolist():
+        assert {u, v} <= set(body.triangles[left].tolist()) & set(body.triangles[right].tolist())
+
+
+def _views(body, rng):
+    """Windows of a millimetre or two about the lower part of a sweep, with an uneven roof."""
+    for _ in range(12):
+        turn = rng.uniform(0.0, 2.0 * np.pi)
+        start = rng.uniform(-1.0, 1.0, 3)
+        step = np.array([np.cos(turn), np.sin(turn), rng.choice([0.0, 0.4, -0.4])]) * rng.uniform(0.3, 1.5)
+        low, top = start[2] + body.height[0] + min(step[2], 0.0), start[2] + body.height[1]
+        at = start[:2] + rng.uniform(-1.1, 1.1, 2) * body.reach
+        lo = np.array([*at, low - 0.2])
+        hi = np.array([*(at + rng.uniform(0.3, 2.0, 2)), low + rng.uniform(0.3, 0.6) * (top - low)])
+        cell = 0.19
+        shape = tuple(np.ceil((hi - lo)[:2] / cell + 1e-9).astype(int))
+        heights = np.where(rng.random(shape) < 0.3, -np.inf, rng.uniform(lo[2], hi[2], shape))
+        yield np.cos(turn), np.sin(turn), start, step, lo, hi, heights, cell
+
+
+def _sorted(rows):
+    return rows[np.lexsort(rows.T)]
+
+
+@pytest.mark.parametrize("slack", [0.0, 0.004])
+@pytest.mark.parametrize("tool", TOOLS)
+def test_what_clusters_leave_out_cannot_be_seen(tool, slack):
+    """Looking at every facet finds the same mesh and the same skin."""
+    part = facets(TOOLS[tool].cutter, 0.01, Side.INNER).parts[0]
+    body, lacks = part.body, part.gauge
+    first, boxes = body.clusters
+    everywhere = np.stack([np.full((len(boxes), 3), -1e3), np.full((len(boxes), 3), 1e3)], axis=1)
+    shape = body.points, body.triangles, body.normals, body.edges
+    gaps = lacks.most, lacks.bulk, lacks.slope, lacks.plumb, lacks.meridian
+    rng = np.random.default_rng(5)
+    seen = 0
+    for cos, sin, start, step, lo, hi, heights, cell in _views(body, rng):
+        apex = start + [0.0, 0.0, body.height[0] + 0.999 * (body.height[1] - body.height[0])]
+        meshes = [
+            _kernels.swept_facets(
+                *shape, first, around, cos, sin, start, step, lo, hi, apex, lo, heights, cell, True, np.inf
+            )
+            for around in (boxes, everywhere)
+        ]
+        found = [_sorted(points[triangles].reshape(-1, 9)) for points, triangles, _, _ in meshes]
+        # a mesh is empty where a facet that was looked at has all of the window beyond its plane
+        assert len(found[1]) == 0 or np.array_equal(*found)
+        eye = start + [0.0, 0.0, part.eye]
+        skins = [
+            hull_skin(
+                *shape, first, boxes, spare, body.patches, *gaps, cos, sin, start, step, lo, hi, eye, lo, heights,
+                cell, np.inf, np.array([slack, slack]), np.zeros(3), 4.0 * cell,
+            )
+            for spare in (part.spare, np.full(len(boxes), -np.inf))
+        ]  # fmt: skip
+        assert np.array_equal(*map(_sorted, skins))
+        seen += len(skins[0])
+    assert seen > 50
