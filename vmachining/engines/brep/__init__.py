@@ -21,6 +21,7 @@ Goal: a B-rep answer beside the mesh bracket. Every value is either inside the b
 | `guides.py`, `ramp.py`, `front.py` | ramps and helices; helices whose axis lies in the tool, steep ones |
 | `rings.py`, `stretches.py`, `grazes.py` | grazing curves of a tool that turns; valleys of flat faces that tilt |
 | `turning.py`, `lens.py`, `turns.py` | solid of a tool that turns; lenses of its flat faces; parts in time, and gates |
+| `hinge.py` | halves of a tool that turns about a fixed line through its axis |
 | `cover.py` | parts of tool and block whose union is a sweep with a pivot in the tool |
 | `swept.py` | `solid`, `solids`, `inspect` |
 | `write.py` | `write_solids` |

@@ -11,6 +11,7 @@ from vmachining.engines.brep.caps import UP
 from vmachining.engines.brep.cover import covered
 from vmachining.engines.brep.front import front
 from vmachining.engines.brep.guides import HelixGuide, LineGuide
+from vmachining.engines.brep.hinge import Hinge, halves
 from vmachining.engines.brep.level import bent_guide, level, straight_guide
 from vmachining.engines.brep.measure import volume
 from vmachining.engines.brep.ramp import ramp
@@ -152,18 +153,47 @@ def _turning(profile: Profile, path: Turn, fit_mm: float) -> list[Swept]:
     def build(body: Profile, part: Turn, off_mm: float) -> list[Swept]:
         if part.is_steady and part.is_straight:  # a pose; arcs in upright planes are steady, too
             return solids(Sweep.along(body, part))
-        found = []
-        for piece in turn_pieces(body, part, fit_mm):
-            shape = piece.built.builder.solid()
-            value, exact = _inspected(shape).volume, piece.sweep.flux().volume
-            if abs(value - exact) > VOLUME_REL[True] * exact:
-                raise EngineError(
-                    f"swept solid of {value:.9g} mm3, the flux identity gives {exact:.9g}", engine="brep"
-                )
-            found.append(Swept(shape, piece.built.fit_mm + off_mm))
-        return found
+        try:
+            return _enveloped(body, part, fit_mm, off_mm)
+        except (SweepError, EngineError):
+            found = _hinged(body, part)
+            if not found:
+                raise
+            return found
 
     return [part for body in convex_cover(profile) for part in covered(body, path, build)]
+
+
+def _enveloped(profile: Profile, path: Turn, fit_mm: float, off_mm: float) -> list[Swept]:
+    """By sheets that the grazing curve draws."""
+    found = []
+    for piece in turn_pieces(profile, path, fit_mm):
+        shape = piece.built.builder.solid()
+        value, exact = _inspected(shape).volume, piece.sweep.flux().volume
+        if abs(value - exact) > VOLUME_REL[True] * exact:
+            raise EngineError(
+                f"swept solid of {value:.9g} mm3, the flux identity gives {exact:.9g}", engine="brep"
+            )
+        found.append(Swept(shape, piece.built.fit_mm + off_mm))
+    return found
+
+
+def _hinged(profile: Profile, path: Turn) -> list[Swept]:
+    """Halves of a tool that turns about a fixed line through its axis; none of others."""
+    hinge = Hinge.of(path)
+    found: list[Swept] = []
+    if hinge is None:
+        return found
+    try:
+        for build, exact in halves(profile, hinge):
+            shape = build.solid()
+            value = _inspected(shape).volume
+            if abs(value - exact) > VOLUME_REL[False] * exact:
+                raise EngineError(f"half of {value:.9g} mm3, its flux gives {exact:.9g}", engine="brep")
+            found.append(Swept(shape, hinge.off_mm))
+    except (SweepError, EngineError):
+        return []
+    return found
 
 
 def _turned_back(shape: Any, frame: Floats) -> Any:

@@ -1,0 +1,115 @@
+"""Tools that turn about a fixed line through their axis: halves of closed-form volume whose union is the sweep."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vmachining import BallNose, BullNose, FlatEnd, ProfileTool, Sweep, Taper, Turn
+from vmachining.engines import brep
+from vmachining.engines.brep.hinge import Hinge, halves
+from vmachining.errors import SweepError
+from vmachining.tool import Cutter
+
+START, END = (v / np.linalg.norm(v) for v in np.array([[0.1, 0.05, 1.0], [0.3, -0.2, 1.0]]))
+TURNED = float(np.arccos(START @ END))
+
+
+def about(cutter: Cutter, height: float) -> Sweep:
+    """A point of the axis stands."""
+    move = Turn.through(np.zeros(3), np.zeros(3), "axis", START, END, control_height=height)
+    return Sweep.along(cutter, move)
+
+
+def pieces(sweep: Sweep) -> list[tuple[object, float]]:
+    """Shape and closed form of every half."""
+    assert isinstance(sweep.path, Turn)
+    hinge = Hinge.of(sweep.path)
+    assert hinge is not None
+    assert hinge.angle == pytest.approx(TURNED, abs=1e-12)
+    return [(build.solid(), volume) for build, volume in halves(sweep.profile, hinge)]
+
+
+def test_a_cylinder_about_its_middle_is_four_quarters() -> None:
+    """Each leads with one side, 2 R v dh, and with half a disc that turns about its diameter."""
+    radius, length = 4.0, 18.0
+    found = pieces(about(FlatEnd(diameter=2 * radius, length=length), 0.5 * length))
+    arm = 0.5 * length
+    exact = 0.5 * np.pi * radius**2 * arm + TURNED * (radius * arm**2 + 2.0 / 3.0 * radius**3)
+    assert len(found) == 4
+    for shape, volume in found:
+        assert volume == pytest.approx(exact, rel=1e-12)
+        assert brep.volume(shape) == pytest.approx(exact, rel=1e-9)
+
+
+def test_a_cylinder_about_its_tip_leads_with_its_top_and_half_its_plane() -> None:
+    """Above the pivot its side trails: the flux is that of the plane, 2 R z dz, and of half the top disc."""
+    radius, length = 4.0, 18.0
+    found = pieces(about(FlatEnd(diameter=2 * radius, length=length), 0.0))
+    exact = 0.5 * np.pi * radius**2 * length + TURNED * (radius * length**2 + 2.0 / 3.0 * radius**3)
+    assert [volume for _, volume in found] == pytest.approx([exact, exact], rel=1e-12)
+    assert [brep.volume(shape) for shape, _ in found] == pytest.approx([exact, exact], rel=1e-9)
+
+
+TAPER = Taper(diameter=6, corner_radius=1.5, taper_deg=12, length=20)
+CONE = ProfileTool(points=[[1, 0], [5, 3], [5, 12], [2, 15]])
+
+
+@pytest.mark.parametrize("height", [-7.0, 0.0, 0.8, 3.0, 9.0, 19.0, 31.0])
+@pytest.mark.parametrize(
+    "cutter",
+    [
+        FlatEnd(diameter=8, length=19),
+        BallNose(diameter=8, length=19),
+        BullNose(diameter=8, corner_radius=1.5, length=19),
+        TAPER,
+        CONE,
+    ],
+    ids=["flat", "ball", "bull", "taper", "profile"],
+)
+def test_the_halves_hold_what_the_exact_sweep_holds(cutter: Cutter, height: float) -> None:
+    """Pivots below the tool, in its tip, corner, side and top, and above it."""
+    sweep = about(cutter, height)
+    shapes = []
+    for shape, exact in pieces(sweep):
+        found = brep.inspect(shape)
+        assert found.valid and found.closed
+        assert found.volume == pytest.approx(exact, rel=1e-8)
+        shapes.append(shape)
+    rng = np.random.default_rng(2)
+    lo, hi = sweep.bounds
+    points = rng.uniform(lo, hi, (60, 3))
+    gap = sweep.signed_distance(points)
+    near = points[np.abs(gap) < 1.0]  # and close to the surface: along a step of the distance
+    step = 1e-6
+    slope = [(sweep.signed_distance(near + step * e) - sweep.signed_distance(near)) / step for e in np.eye(3)]
+    at = sweep.signed_distance(near)
+    points = np.concatenate(
+        [points, near - (at - rng.choice([-1e-3, 1e-3], len(at)))[:, None] * np.array(slope).T]
+    )
+    gap = sweep.signed_distance(points)
+    clear = np.abs(gap) > 1e-6
+    assert (brep.held(shapes, points[clear]) == (gap[clear] < 0.0)).all()
+
+
+@pytest.mark.parametrize(("cutter", "height"), [(TAPER, 9.0), (FlatEnd(diameter=8, length=20), 10.0)])
+def test_a_block_about_its_pivot_has_solids_within_a_second(cutter: Cutter, height: float) -> None:
+    """The envelope folds there, so that halves are taken."""
+    parts = brep.solids(about(cutter, height))
+    assert len(parts) == 4
+    assert max(part.fit_mm for part in parts) < 1e-9
+
+
+def test_other_motions_have_no_hinge() -> None:
+    """A pivot that moves by 1e-5 mm, an axis on a cone, one that stands."""
+    drift = Turn.through(np.zeros(3), (1e-5, 0, 0), "axis", START, END, control_height=4.0)
+    cone = Turn.rotary((0, 0, 0), (0, 0, 0), "ac", {"a": 0.5, "c": 0.0}, {"a": 0.5, "c": 0.4})
+    still = Turn.through(np.zeros(3), (1, 2, 3), "axis", START, START)
+    assert [Hinge.of(move) for move in (drift, cone, still)] == [None, None, None]
+
+
+def test_a_ball_about_its_centre_has_no_halves() -> None:
+    """All of it grazes: the sweep is two poses of the rest, which others find."""
+    sweep = about(BallNose(diameter=8, length=19), 4.0)
+    with pytest.raises(SweepError, match="centre of a ball"):
+        pieces(sweep)

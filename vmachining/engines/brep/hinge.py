@@ -1,0 +1,398 @@
+"""Swept solids of a tool that turns about a fixed line square to its axis, through a point of the axis: in halves.
+
+The grazing curve of such a block is never in general position. Every point of the two meridians beside the line
+grazes, and so do all circles whose normals pass the pivot, at all times; the flat faces leave the sweep all over.
+But half of the tool, up to the plane of its axis and the line, sweeps a solid of planes, cylinders, cones, spheres
+and tori. The sweep is the union of those of both halves.
+
+Symbols: P pivot, k its height in the tool, A axis, e line, s direction in which the tool leans above P. The half
+lies on the side of x = -s below P, so that its plane trails there and leads above. A circle of radius r, height z
+and normal (cos b, sin b) moves along its normal by
+
+    f = B cos v,    B = cos b (k - z) + r sin b,
+
+v the angle from x: the half of it either trails all round (B < 0) or leads. A half circle of B = 0 draws a sphere
+about P. Going up a convex meridian B passes zero from below on arcs and edges, where the distance from P is largest,
+and from above on straight lines, where it is least: there the tool is cut, since between two largest distances the
+solid would meet itself. In a plane square to e what is left is entered and left once by every point.
+
+The other half is the same with time turned round.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from vmachining.arrays import Floats
+from vmachining.engines.brep.caps import FLAT, Pose, around, meridian_curve, normals, sphere_frame
+from vmachining.engines.brep.shapes import (
+    FIT_MM,
+    Circle,
+    Curve,
+    Frame,
+    Plane,
+    Sphere,
+    Straight,
+    Surface,
+    interpolated,
+)
+from vmachining.engines.brep.topology import Builder, Edge, Use, run_of
+from vmachining.errors import SweepError
+from vmachining.sweep import Turn
+from vmachining.tool import Profile, Segment
+
+__all__ = ["Hinge", "halves"]
+
+TIMES = 17
+"""Instants at which a motion is looked at."""
+
+STILL_MM = 1e-7
+"""A pivot that moves less stands: OCCT's confusion of points."""
+
+SAME_RAD = 1e-9
+"""Directions of the line that differ less are one."""
+
+JOINED_MM = 1e-9
+"""Heights closer than this are one."""
+
+SNAP_MM = 1e-5
+"""A circle of B = 0 that is closer to a joint is taken for it: the faces miss the square of it over their radius."""
+
+LEAST_MM = 1e-4
+"""A pivot closer than this to a joint, but not in it, is refused: edges would be as short."""
+
+WIDEST = 0.99 * np.pi
+"""rad: most that a block may turn."""
+
+GAUSS = 12
+"""Nodes along a segment for the flux; r and B are smooth there."""
+
+
+class Hinge(NamedTuple):
+    """A turn about a fixed line. pivot (3,) mm, height (mm) of it in the tool; axis and side (s) at both ends.
+
+    off_mm : how far the pivot moves all the same.
+    """
+
+    pivot: Floats
+    height: float
+    axes: tuple[Floats, Floats]
+    sides: tuple[Floats, Floats]
+    off_mm: float
+
+    @classmethod
+    def of(cls, path: Turn) -> Hinge | None:
+        """The hinge of a motion, if it is one."""
+        t = np.linspace(0.0, 1.0, TIMES)
+        A, V, S = path.axis(t), path.velocity(t), path.axis_rate(t)
+        rate = np.linalg.norm(S, axis=1)
+        if rate.min() <= 1e-9 * rate.max() or path.turned >= WIDEST:
+            return None
+        line = np.cross(A, S) / rate[:, None]
+        k = -float((V * S).sum() / (S * S).sum())
+        pivots = path.position(t) + k * A
+        pivot = pivots.mean(axis=0)
+        off = float(np.linalg.norm(pivots - pivot, axis=1).max())
+        if off > STILL_MM or np.abs(line - line[0]).max() > SAME_RAD:
+            return None
+        sides = S / rate[:, None]
+        return cls(pivot, k, (A[0], A[-1]), (sides[0], sides[-1]), off)
+
+    @property
+    def angle(self) -> float:
+        """rad."""
+        first, last = self.axes
+        return float(np.arctan2(np.linalg.norm(np.cross(first, last)), first @ last))
+
+
+def halves(profile: Profile, hinge: Hinge) -> list[tuple[Builder, float]]:
+    """Faces of solids whose union is the sweep of a convex profile, each with its volume in mm^3.
+
+    Raises
+    ------
+    SweepError
+        The pivot is the centre of a ball of the tool, or all but in a joint of its meridian.
+    """
+    ends = list(zip(hinge.axes, hinge.sides, strict=True))
+    out = []
+    for body in _bodies(profile, hinge.height):
+        for turn, order in ((-1.0, ends), (1.0, ends[::-1])):
+            poses = [Pose(hinge.pivot - hinge.height * A, turn * s, A) for A, s in order]
+            half = _Half(body, hinge, (poses[0], poses[1]))
+            out.append((half.faces(), half.volume()))
+    return out
+
+
+def _bodies(profile: Profile, k: float) -> Iterator[Profile]:
+    """The tool cut where straight lines are nearest to the pivot."""
+    cuts = []
+    for g in profile.segments:
+        if g.is_arc or g.z1 - g.z0 <= JOINED_MM:
+            continue
+        slope = (g.r1 - g.r0) / (g.z1 - g.z0)
+        z = g.z0 + (k - g.z0 - g.r0 * slope) / (1.0 + slope * slope)
+        if g.z0 + SNAP_MM < z < g.z1 - SNAP_MM:
+            cuts.append(k if abs(z - k) <= JOINED_MM else z)
+    for lo, hi in pairwise([profile.z_min, *cuts, profile.z_max]):
+        yield profile.clip(lo, hi)
+
+
+class _Half:
+    """One half of a body from its trailing pose 0 to its leading pose 1."""
+
+    def __init__(self, body: Profile, hinge: Hinge, poses: tuple[Pose, Pose]) -> None:
+        self.pivot, self.k, self.poses = hinge.pivot, hinge.height, poses
+        self.angle, self.line = hinge.angle, poses[0].left
+        self.build = Builder()
+        self.segments = list(_cut(body, self.k))
+        first, last = self.segments[0], self.segments[-1]
+        self.nodes = [(first.r0, first.z0), *((g.r1, g.z1) for g in self.segments)]
+        near = min(abs(z - self.k) for _, z in self.nodes)
+        if JOINED_MM < near < LEAST_MM:
+            raise SweepError(f"the pivot is {near:.2g} mm from a joint of the tool")
+        self.below = min(first.z0, last.z1) < self.k - JOINED_MM
+        self.above = max(first.z0, last.z1) > self.k + JOINED_MM
+        self.signs = [self._leads(g) for g in self.segments]
+        self._edges: dict[tuple[Any, ...], Edge] = {}
+
+    def _leads(self, g: Segment) -> int:
+        """1 for a segment that leads, 0 for one that trails: its pose, too."""
+        r, z, beta, _ = _samples(g)
+        speed = _speed(r, z, beta, self.k)
+        if np.abs(speed).max() <= JOINED_MM:
+            raise SweepError("the pivot is the centre of a ball of the tool")
+        return int(speed.sum() > 0.0)
+
+    # -- edges: made once, by what they are ----------------------------------------------------------------
+
+    def _made(self, key: tuple[Any, ...], curve: Curve) -> Edge:
+        if key not in self._edges:
+            self._edges[key] = self.build.edge(curve)
+        return self._edges[key]
+
+    def _rib(self, pose: int, k: int, side: int) -> Edge:
+        """Segment k on one meridian."""
+        p = self.poses[pose]
+        return self._made(
+            ("rib", pose, k, side), meridian_curve(p.tip, side * p.left, self.segments[k], p.axis)
+        )
+
+    def _half_ring(self, pose: int, node: int) -> list[Edge]:
+        r, z = self.nodes[node]
+        if r <= FLAT:
+            return []
+        curve = self.poses[pose].ring(r, z, -0.5 * np.pi, 0.5 * np.pi)
+        return [self._made(("ring", pose, node), curve)]
+
+    def _across(self, pose: int, node: int) -> list[Edge]:
+        """Diameter; the one in the line is common to both poses."""
+        r, z = self.nodes[node]
+        if r <= FLAT:
+            return []
+        p = self.poses[pose]
+        ends = p.point(r, z, -0.5 * np.pi), p.point(r, z, 0.5 * np.pi)
+        if abs(z - self.k) <= JOINED_MM:
+            ends, pose = (self.pivot - r * self.line, self.pivot + r * self.line), 0
+        return [self._made(("across", pose, node), Straight(*ends))]
+
+    def _trace(self, node: int, side: int) -> list[Edge]:
+        """Path of an end of a half ring."""
+        r, z = self.nodes[node]
+        if abs(z - self.k) <= JOINED_MM:
+            return []
+        first, last = (p.axis for p in self.poses)
+        frame = Frame(self.pivot + side * r * self.line, np.cross(first, last), np.sign(z - self.k) * first)
+        key = ("trace", node, side if r > FLAT else 0)
+        return [self._made(key, Circle(frame, abs(z - self.k), 0.0, self.angle))]
+
+    # -- faces ---------------------------------------------------------------------------------------------
+
+    def faces(self) -> Builder:
+        """All of them."""
+        last = len(self.nodes) - 1
+        for k, g in enumerate(self.segments):
+            self._band(k, g)
+        for node, pose in ((0, 0), (last, 1)):  # the bottom disc trails, the top disc leads
+            self._disc(node, pose)
+        self._middle()
+        steps = [0, *self.signs, 1] if self.nodes[0][0] > FLAT else [self.signs[0], *self.signs, 1]
+        if self.nodes[last][0] <= FLAT:
+            steps[-1] = steps[-2]
+        for node, (low, high) in enumerate(pairwise(steps)):
+            if high > low:
+                self._zone(node)
+            elif high < low:
+                raise SweepError("the tool is nearest to the pivot in a joint")
+        return self.build
+
+    def _face(self, surface: Surface, edges: list[Edge], probe: Floats, outward: Floats) -> None:
+        self.build.face(surface, [run_of(edges)], probe, outward)
+
+    def _band(self, k: int, g: Segment) -> None:
+        """Half of a segment in its pose, and what its meridians draw where the plane has the other one."""
+        at = self.signs[k]
+        pose = self.poses[at]
+        loop = [
+            *self._half_ring(at, k),
+            self._rib(at, k, 1),
+            *self._half_ring(at, k + 1),
+            self._rib(at, k, -1),
+        ]
+        curve = meridian_curve(pose.tip, pose.heading, g, pose.axis)
+        t = np.array([0.5 * (curve.t0 + curve.t1)])
+        beta = float(t[0]) if g.is_arc else g.beta[0]
+        region = None
+        if g.is_arc and abs(g.cr) <= FLAT:
+            quarter = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 17).tolist()
+            region = normals(pose, np.linspace(*g.beta, 9).tolist(), quarter)
+        surface = pose.surface(g, 0.0, region, np.array([pose.axis, pose.left]))
+        self._face(surface, loop, curve.at(t)[0], pose.normal(beta, 0.0))
+        if at == int(0.5 * (g.z0 + g.z1) > self.k):
+            return
+        for side in (-1, 1):
+            rib = self._rib(0, k, side)
+            loop = [rib, *self._trace(k + 1, side), self._rib(1, k, side), *self._trace(k, side)]
+            probe = rib.curve.at(np.array([0.5 * (rib.curve.t0 + rib.curve.t1)]))[0]
+            first = self.poses[0]
+            outward = np.cos(beta) * side * first.left + np.sin(beta) * first.axis
+            self._face(self._turned(g, side), loop, probe, outward)
+
+    def _turned(self, g: Segment, side: int) -> Surface:
+        """A meridian segment turned about the line: its distance from P is a radius, its radius a height."""
+        way = 1.0 if 0.5 * (g.z0 + g.z1) > self.k else -1.0
+        a, b, c = (way * (z - self.k) for z in (g.z0, g.z1, g.cz))
+        seam = -way * (self.poses[0].axis + self.poses[1].axis)
+        axis = side * self.line
+        if g.is_arc:
+            return around(self.pivot, seam, Segment(a, g.r0, b, g.r1, c, g.cr, g.radius), c, axis=axis)
+        if abs(g.r0 - g.r1) <= FLAT:
+            return Plane(Frame(self.pivot + g.r0 * axis, axis, seam))
+        ends = sorted([(g.r0, a), (g.r1, b)])
+        (low, r_low), (high, r_high) = ends
+        turned = Segment(r_low, low, r_high, high, g.cz, g.cr, g.radius)
+        return around(self.pivot, seam, turned, 0.0, axis=axis)
+
+    def _disc(self, node: int, at: int) -> None:
+        """Half of a flat face in its pose, and the cylinder that its diameter draws where the plane has the other."""
+        r, z = self.nodes[node]
+        if r <= FLAT:
+            return
+        pose, up = self.poses[at], 1.0 if at else -1.0
+        center = pose.point(0.0, z, 0.0)
+        loop = [*self._half_ring(at, node), *self._across(at, node)]
+        self._face(Plane(Frame(center, pose.axis, pose.heading)), loop, center, up * pose.axis)
+        if abs(z - self.k) <= JOINED_MM or at == int(z > self.k):
+            return
+        loop = [*self._across(0, node), *self._trace(node, 1), *self._across(1, node), *self._trace(node, -1)]
+        first = self.poses[0]
+        surface = self._turned(Segment(0.0, z, r, z, np.nan, np.nan, 0.0), 1)
+        self._face(surface, loop, first.point(0.0, z, 0.0), up * first.axis)
+
+    def _middle(self) -> None:
+        """The plane of axis and line: below the pivot in the first pose, above it in the last one."""
+        last = len(self.nodes) - 1
+        for at in (0, 1):
+            if not (self.above if at else self.below):
+                continue
+            inside = [k for k, g in enumerate(self.segments) if (0.5 * (g.z0 + g.z1) > self.k) == bool(at)]
+            low = inside[0] if inside else (last if at else 0)
+            high = inside[-1] + 1 if inside else low
+            loop = [self._rib(at, k, -1) for k in inside]
+            loop += [
+                *self._across(at, high),
+                *(self._rib(at, k, 1) for k in reversed(inside)),
+                *self._across(at, low),
+            ]
+            pose = self.poses[at]
+            self._face(Plane(Frame(self.pivot, pose.heading, pose.axis)), loop, self.pivot, -pose.heading)
+
+    def _zone(self, node: int) -> None:
+        """The sphere that a half ring draws."""
+        r, z = self.nodes[node]
+        radius = float(np.hypot(r, z - self.k))
+        loop = [
+            *self._half_ring(0, node), *self._trace(node, 1), *self._half_ring(1, node), *self._trace(node, -1)
+        ]  # fmt: skip
+        first, last = self.poses
+        turns = np.linspace(0.0, 1.0, 9)
+        u = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 17).tolist()
+        region = []
+        for share in turns:
+            axis = (1.0 - share) * first.axis + share * last.axis
+            heading = (1.0 - share) * first.heading + share * last.heading
+            pose = Pose(self.pivot, heading / np.linalg.norm(heading), axis / np.linalg.norm(axis))
+            region += [(pose.point(r, z - self.k, v) - self.pivot) / radius for v in u]
+        hints = np.array([self.line, first.axis + last.axis, first.heading + last.heading])
+        sphere = Sphere(sphere_frame(self.pivot, np.array(region), hints), radius)
+        probe = first.point(r, z, 0.0)
+        uses = [Use(edge, path=_traced(sphere, edge.curve)) for edge in run_of(loop)]
+        self.build.face(sphere, [uses], probe, probe - self.pivot)
+
+    # -- size ----------------------------------------------------------------------------------------------
+
+    def volume(self) -> float:
+        """mm^3: half the body, and the flux through what leads, which is the same at all times.
+
+        int 2 r B ds along the meridian where B > 0 (the integral of cos v is 2), 2 r^3 / 3 of the top disc, and
+        int 2 r (z - k) dz of the plane above the pivot.
+        """
+        flux, body = 2.0 / 3.0 * self.nodes[-1][0] ** 3, 0.0
+        for k, g in enumerate(self.segments):
+            r, z, beta, weight = _samples(g)
+            if self.signs[k]:
+                flux += float((weight * 2.0 * r * _speed(r, z, beta, self.k)).sum())
+            dz = weight * np.cos(beta)
+            body += float((dz * 0.5 * np.pi * r * r).sum())
+            if 0.5 * (g.z0 + g.z1) > self.k:
+                flux += float((dz * 2.0 * r * (z - self.k)).sum())
+        return body + self.angle * flux
+
+
+def _traced(sphere: Sphere, curve: Curve) -> BSpline:
+    """A curve in the parameters of a sphere whose seam and poles are far: as good on one that is much larger."""
+
+    def exact(t: Floats) -> Floats:
+        uv = sphere.invert(curve.at(t))
+        uv[:, 0] %= 2.0 * np.pi
+        return uv
+
+    return interpolated(exact, curve.t0, curve.t1, FIT_MM / sphere.radius, first=13, most=400).spline
+
+
+def _speed(r: Floats, z: Floats, beta: Floats, k: float) -> Floats:
+    """B."""
+    return np.asarray(np.cos(beta) * (k - z) + np.sin(beta) * r)
+
+
+def _samples(g: Segment) -> tuple[Floats, Floats, Floats, Floats]:
+    """r, z, beta and weights of length at Gauss nodes of a segment."""
+    x, weight = np.polynomial.legendre.leggauss(GAUSS)
+    x, weight = 0.5 * (x + 1.0), 0.5 * weight
+    b0, b1 = g.beta
+    if g.is_arc:
+        beta = b0 + x * (b1 - b0)
+        r, z = g.cr + g.radius * np.cos(beta), g.cz + g.radius * np.sin(beta)
+        return r, z, beta, weight * g.radius * (b1 - b0)
+    r, z = g.r0 + x * (g.r1 - g.r0), g.z0 + x * (g.z1 - g.z0)
+    return r, z, np.full(len(x), b0), weight * float(np.hypot(g.r1 - g.r0, g.z1 - g.z0))
+
+
+def _cut(body: Profile, k: float) -> Iterator[Segment]:
+    """Segments cut at the equator of arcs, where B = 0 on arcs, and at the height of the pivot."""
+    for g in body.segments:
+        heights = [k]
+        if g.is_arc:
+            heights.append(g.cz)
+            if g.cr > FLAT:
+                at = float(np.arctan2(g.cz - k, g.cr))
+                if g.beta[0] < at < g.beta[1]:
+                    heights.append(g.cz + g.radius * float(np.sin(at)))
+        stops = [g.z0, g.z1]
+        stops += [z for j, z in enumerate(heights) if min(abs(z - q) for q in stops + heights[:j]) > SNAP_MM]
+        for lo, hi in pairwise(sorted(z for z in stops if g.z0 <= z <= g.z1)):
+            yield g.cut(lo, hi)
