@@ -231,7 +231,7 @@ class Sweep:
         boxes : (n, 2, 3) float
             mm, around them.
         slack, depth : float
-            mm, not negative.
+            mm, not negative; with an infinite depth only the first answer is asked for, which is faster.
         within : float
             mm by which distances may be coarser than rounding wants.
 
