@@ -11,7 +11,8 @@ A block passes if
 - its B-rep solids are valid, read back from STEP with their volumes, hold exactly the points of the exact sweep
   among a hundred near its surface, and one alone has a volume in the bracket.
 
-A block without B-rep solids (`refused`, with its reason) does not pass, but is not wrong.
+A block without B-rep solids (`refused`, with its reason) does not pass, but is not wrong. One that a referee has
+no answer for counts as wrong, and the run goes on.
 
 `journal`, a file of one row per seed, makes a run that was cut resume where it was. What was measured:
 `vmachining.engines.brep`.
@@ -128,7 +129,7 @@ def _row(seed: int) -> dict[str, Any]:
     bracket = exact = None
     try:
         problems, exact, bracket = _trial(sweep)
-    except VMachiningError as error:
+    except Exception as error:  # a refusal or a bug: counted, so that the run goes on
         problems = [f"{type(error).__name__}: {error}"]
     verdict, reason, count, spent = _brep(sweep, bracket)
     if verdict == "wrong":
@@ -158,7 +159,10 @@ def _brep(sweep: Sweep, bracket: tuple[float, float] | None) -> tuple[str, str, 
     points = _near(sweep)
     gap = sweep.signed_distance(points)
     clear = np.abs(gap) > NEAR_MM
-    strange = brep.held([part.shape for part in parts], points[clear]) != (gap[clear] < 0.0)
+    try:
+        strange = brep.held([part.shape for part in parts], points[clear]) != (gap[clear] < 0.0)
+    except VMachiningError as error:  # a referee without an answer is no pass
+        return "wrong", f"points of the solids: {error}", count, spent
     if strange.any():
         far = float(np.abs(gap[clear][strange]).max())
         return "wrong", f"{strange.sum()} points on the wrong side, up to {far:.2g} mm", count, spent

@@ -12,6 +12,7 @@ from vmachining.engines.brep.cover import covered
 from vmachining.engines.brep.front import front
 from vmachining.engines.brep.guides import HelixGuide, LineGuide
 from vmachining.engines.brep.hinge import Hinge, halves
+from vmachining.engines.brep.inside import inside_out
 from vmachining.engines.brep.level import bent_guide, level, straight_guide
 from vmachining.engines.brep.measure import volume
 from vmachining.engines.brep.ramp import ramp
@@ -134,11 +135,13 @@ def solids(sweep: Sweep, *, fit_mm: float = TURN_FIT_MM) -> list[Swept]:
 
 
 def _inspected(shape: Any) -> Inspection:
-    """What OCCT says; an error if it is not valid and closed."""
+    """What OCCT says; an error if it is not valid and closed, or inside out for OCCT."""
     report = inspect(shape)
     if not (report.valid and report.closed):
         what = "valid" if not report.valid else "closed"
         raise EngineError(f"OCCT says the swept solid is not {what}", engine="brep")
+    if inside_out(shape):
+        raise EngineError("OCCT takes the swept solid for all that lies around it", engine="brep")
     return report
 
 

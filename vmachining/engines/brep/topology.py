@@ -23,6 +23,7 @@ from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Shell, TopoDS_Solid, Top
 from scipy.interpolate import BSpline, make_interp_spline
 
 from vmachining.arrays import Floats
+from vmachining.engines.brep.inside import inside_out
 from vmachining.engines.brep.shapes import Curve, Surface, interpolated, knots_of, pnt
 from vmachining.errors import EngineError
 
@@ -66,7 +67,7 @@ class Builder:
     def __init__(self) -> None:
         self._points: list[Floats] = []
         self._vertices: list[Any] = []
-        self._faces: list[Any] = []
+        self._faces: list[tuple[float, Any]] = []
         self._make = BRep_Builder()
         self.miss = 0.0
 
@@ -107,22 +108,35 @@ class Builder:
         outward : (3,) a vector that leaves the solid there.
         """
         geom = surface.geom
-        shape = TopoDS_Face()
+        shape, size = TopoDS_Face(), 0.0
         self._make.MakeFace(shape, geom, TOL)
         for k, loop in enumerate(loops):
             uses = [item if isinstance(item, Use) else Use(item) for item in loop]
-            self._wire(shape, geom, surface, uses, hole=k > 0)
+            size = max(size, self._wire(shape, geom, surface, uses, hole=k > 0))
         at = probe if len(probe) == 2 else self._parameters(surface, probe[None, :])[0]
         h = 1e-6
         around = surface.at(np.array([at, at + [h, 0.0], at + [0.0, h]]))
         normal = np.cross(around[1] - around[0], around[2] - around[0])
-        self._faces.append(shape if normal @ outward > 0.0 else shape.Reversed())
+        self._faces.append((size, shape if normal @ outward > 0.0 else shape.Reversed()))
 
     def solid(self) -> Any:
-        """The TopoDS_Solid of all faces."""
+        """The TopoDS_Solid of all faces, large ones first.
+
+        Who reads a STEP file with OCCT has it look for the outside of a shell along a line through its first face.
+        Where that line meets a sliver, some 1e-5 mm wide, crossings get lost and the solid is turned inside out.
+        So a face comes first with which OCCT finds the outside.
+        """
+        faces = [face for _, face in sorted(self._faces, key=lambda sized: -sized[0])]
+        for k, face in enumerate(faces):
+            solid = self._closed([face, *faces[:k], *faces[k + 1 :]])
+            if not inside_out(solid):
+                return solid
+        return self._closed(faces)
+
+    def _closed(self, faces: list[Any]) -> Any:
         shell, solid = TopoDS_Shell(), TopoDS_Solid()
         self._make.MakeShell(shell)
-        for face in self._faces:
+        for face in faces:
             self._make.Add(shell, face)
         shell.Closed(True)
         self._make.MakeSolid(solid)
@@ -131,7 +145,8 @@ class Builder:
 
     # -- loops ---------------------------------------------------------------------------------------------
 
-    def _wire(self, face: Any, geom: Any, surface: Surface, uses: list[Use], *, hole: bool) -> None:
+    def _wire(self, face: Any, geom: Any, surface: Surface, uses: list[Use], *, hole: bool) -> float:
+        """Add a loop; mm^2 of what it encloses, seen from where that is most."""
         forward = _senses(uses)
         runs: list[tuple[Floats, Floats]] = []
         for use, ahead in zip(uses, forward, strict=True):
@@ -173,6 +188,10 @@ class Builder:
                 self._make.Add(wire, self._apex(geom, corner, tail, head))
         wire.Closed(True)
         self._make.Add(face, wire)
+        path = np.concatenate([use.edge.curve.at(t)[:: 1 if ahead else -1]
+                               for use, (t, _), ahead in zip(uses, runs, forward, strict=True)])  # fmt: skip
+        path -= path[0]
+        return 0.5 * float(np.linalg.norm(np.cross(path, np.roll(path, -1, axis=0)).sum(axis=0)))
 
     def _apex(self, geom: Any, corner: int, tail: Floats, head: Floats) -> Any:
         """The edge without length that OCCT wants where a face touches the tip of its cone."""

@@ -180,8 +180,8 @@ class _Turning:
         def paths(w: Floats) -> Floats:
             st = g.moving.state(w)
             ties = [g.tie(end, st) * (1.0 if end in g.valley else share) for end in g.ends]
-            curved = [share * e.points(g, st, s).reshape(len(w), -1) for e in g.stretches if not e.linear]
-            lenses = [self._patch(lens).points(g, st, s).reshape(len(w), -1) for lens in g.lenses]
+            curved = [share * self._points(e, st, s).reshape(len(w), -1) for e in g.stretches if not e.linear]
+            lenses = [self._points(self._patch(lens), st, s).reshape(len(w), -1) for lens in g.lenses]
             return np.concatenate([*ties, *curved, *lenses], axis=1)
 
         nodes, error = nodes_for(paths, 0.0, 1.0, wanted, first=7, most=TIMES)

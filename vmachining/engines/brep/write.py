@@ -54,12 +54,23 @@ def write_solids(path: Path, shapes: Sequence[Any]) -> float:
         path.unlink(missing_ok=True)
         raise EngineError(f"OCCT cannot write {path.name}", engine="brep")
     found = [cq.Shape.cast(v.wrapped) for v in cq.importers.importStep(str(path)).vals()]  # type: ignore[union-attr]
-    back = sorted(volume(part.wrapped) for whole in found for part in whole.Solids())
-    wanted = sorted(volume(shape) for shape in shapes)
-    good = len(back) == len(wanted) and all(
-        abs(a - b) <= SAME_REL * b for a, b in zip(back, wanted, strict=True)
-    )
-    if not good:
+    back = [volume(part.wrapped) for whole in found for part in whole.Solids()]
+    strange = _difference(back, [volume(shape) for shape in shapes])
+    if strange:
         path.unlink()
-        raise EngineError(f"{path.name} reads back with {back} mm3 instead of {wanted}", engine="brep")
+        raise EngineError(
+            f"{path.name} reads back with {strange}; split the block, or write STL", engine="brep"
+        )
     return float(sum(back))
+
+
+def _difference(back: Sequence[float], wanted: Sequence[float]) -> str:
+    """What became of some volumes (mm^3), in words; nothing if they are the same."""
+    if len(back) != len(wanted):
+        return f"{len(back)} solids instead of {len(wanted)}"
+    inverted = sum(value < 0.0 for value in back)
+    gaps = [abs(abs(a) - b) for a, b in zip(sorted(map(abs, back)), sorted(wanted), strict=True)]
+    other = sum(not gap <= SAME_REL * value for gap, value in zip(gaps, sorted(wanted), strict=True))
+    found = [f"{count} of {len(back)} solids {what}" for count, what in (
+        (inverted, "inside out"), (other, f"of another volume, by up to {max(gaps):.3g} mm3")) if count]  # fmt: skip
+    return " and ".join(found)

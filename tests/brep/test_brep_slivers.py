@@ -1,0 +1,140 @@
+"""Faces of some 1e-5 mm and less: where OCCT errs on them, and what is done about it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from vmachining import BullNose, Sweep, Turn
+from vmachining.bench import gauntlet
+from vmachining.engines import brep
+from vmachining.engines.brep import inside, write
+from vmachining.engines.brep.stretches import ArcTurn
+from vmachining.engines.brep.turns import turn_pieces
+from vmachining.errors import EngineError, SweepError
+from vmachining.tool import Profile
+
+TILT = Turn.rotary((0, 0, 0), (2, -4, 2.5), "ac", {"a": 0.3, "c": 0.2}, {"a": 0.35, "c": 0.5})
+
+
+def faces_of(shape: Any) -> list[Any]:
+    from OCP.TopAbs import TopAbs_ShapeEnum
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.TopoDS import TopoDS
+
+    out, found = [], TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE)
+    while found.More():
+        out.append(TopoDS.Face_s(found.Current()))
+        found.Next()
+    return out
+
+
+def solid_of(faces: list[Any]) -> Any:
+    from OCP.BRep import BRep_Builder
+    from OCP.TopoDS import TopoDS_Shell, TopoDS_Solid
+
+    make, shell, solid = BRep_Builder(), TopoDS_Shell(), TopoDS_Solid()
+    make.MakeShell(shell)
+    for face in faces:
+        make.Add(shell, face)
+    shell.Closed(True)
+    make.MakeSolid(solid)
+    make.Add(solid, shell)
+    return solid
+
+
+def test_step_turns_no_solid_with_slivers_inside_out(tmp_path: Path) -> None:
+    """A cone that turns about a line through its axis, but for 1e-6 mm along it: sheets of 6e-13 mm^2.
+
+    The second half fails once OCCT classifies such a shell rightly.
+    """
+    path = gauntlet.gauntlet_block(358).path
+    assert isinstance(path, Turn)
+    nan = np.full((1, 2), np.nan)
+    cone = Profile(np.array([[4.882, 11.3528], [7.4845, 25.7047]]), nan, np.zeros(1))
+    pieces = turn_pieces(cone, path.drifting(-1e-6 * path.axis(0.5)), 1e-6)
+    shapes = [piece.built.builder.solid() for piece in pieces]
+    volumes = [brep.volume(shape) for shape in shapes]
+    found = brep.write_solids(tmp_path / "sweep.step", shapes)
+    assert found == pytest.approx(sum(volumes), rel=len(shapes) * write.SAME_REL)
+    faces = faces_of(shapes[0])
+    turned = [solid_of([faces[k], *faces[:k], *faces[k + 1 :]]) for k in range(len(faces))]
+    turned = [solid for solid in turned if inside.inside_out(solid)]
+    assert turned and not inside.inside_out(shapes[0])
+    assert brep.inspect(turned[0]).valid and brep.volume(turned[0]) == pytest.approx(volumes[0], rel=1e-9)
+    with pytest.raises(EngineError, match=r"back with 1 of 2 solids inside out; split"):
+        brep.write_solids(tmp_path / "turned.step", [turned[0], shapes[-1]])
+    assert not (tmp_path / "turned.step").exists()
+
+
+@pytest.mark.parametrize(
+    ("back", "wanted", "said"),
+    [
+        ([3.0, 1.0, 2.0], [1.0, 2.0, 3.0], ""),
+        ([1.0], [1.0, 2.0], "1 solids instead of 2"),
+        ([-1.0, -2.0, 3.0], [1.0, 2.0, 3.0], "2 of 3 solids inside out"),
+        (
+            [-1.0, 2.25],
+            [2.0, 1.0],
+            "1 of 2 solids inside out and 1 of 2 solids of another volume, by up to 0.25 mm3",
+        ),
+        ([np.nan], [1.0], "1 of 1 solids of another volume, by up to nan mm3"),
+    ],
+)
+def test_a_file_that_differs_is_described_in_few_words(
+    back: list[float], wanted: list[float], said: str
+) -> None:
+    assert write._difference(back, wanted) == said
+
+
+def test_points_are_told_beside_a_face_that_no_line_can_meet() -> None:
+    """Seed 977: OCCT has no answer for any line on a sliver of a torus, 4e-3 x 7e-5 mm wide."""
+    from OCP.gp import gp_Dir, gp_Lin, gp_Pnt
+    from OCP.IntCurvesFace import IntCurvesFace_Intersector
+
+    sweep = gauntlet.gauntlet_block(977)
+    shapes = [part.shape for part in brep.solids(sweep)]
+    line = gp_Lin(gp_Pnt(0.0, 0.0, 0.0), gp_Dir(1.0, 2.0, 3.0))
+    done = []
+    for face in [face for shape in shapes for face in faces_of(shape)]:
+        meet = IntCurvesFace_Intersector(face, 1e-7)
+        meet.Perform(line, 0.0, 1e6)
+        done.append(meet.IsDone())
+    assert not all(done)
+    points = gauntlet._near(sweep)
+    gap = sweep.signed_distance(points)
+    clear = np.abs(gap) > gauntlet.NEAR_MM
+    assert (brep.held(shapes, points[clear]) == (gap[clear] < 0.0)).all()
+
+
+def test_a_point_without_an_answer_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(inside._Faces, "odd", lambda *_: None)
+    with pytest.raises(EngineError, match=r"lines through \[1\. 2\. 3\.\] mm"):
+        brep.held([solid_of([])], np.array([[1.0, 2.0, 3.0]]))
+
+
+def test_the_gauntlet_goes_on_where_its_referee_has_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    def silent(*_: Any) -> Any:
+        raise EngineError("OCCT cannot tell", engine="brep")
+
+    monkeypatch.setattr(brep, "held", silent)
+    row = gauntlet._row(9)
+    assert row["brep"] == "wrong" and row["failed"] == [f"B-rep: {row['reason']}"]
+    assert row["reason"] == "points of the solids: brep engine: OCCT cannot tell"
+
+
+def test_a_curve_that_breaks_off_between_its_nodes_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nodes are refined in time: the curve may end at a moment at which nobody had looked before."""
+    exact = ArcTurn.points
+
+    def broken(self: ArcTurn, grazes: Any, st: Any, s: Any) -> Any:
+        found = exact(self, grazes, st, s)
+        found[len(found) // 2 :, 0] = np.nan
+        return found
+
+    monkeypatch.setattr(ArcTurn, "points", broken)
+    with pytest.raises(SweepError, match="ends on its way over a face"):
+        brep.solid(Sweep.along(BullNose(diameter=10, corner_radius=2, length=30), TILT))
