@@ -26,7 +26,6 @@ def pieces(sweep: Sweep) -> list[tuple[object, float]]:
     assert isinstance(sweep.path, Turn)
     hinge = Hinge.of(sweep.path)
     assert hinge is not None
-    assert hinge.angle == pytest.approx(TURNED, abs=1e-12)
     return [(build.solid(), volume) for build, volume in halves(sweep.profile, hinge)]
 
 
@@ -69,7 +68,29 @@ CONE = ProfileTool(points=[[1, 0], [5, 3], [5, 12], [2, 15]])
 )
 def test_the_halves_hold_what_the_exact_sweep_holds(cutter: Cutter, height: float) -> None:
     """Pivots below the tool, in its tip, corner, side and top, and above it."""
-    sweep = about(cutter, height)
+    check(about(cutter, height))
+
+
+@pytest.mark.parametrize("cutter", [FlatEnd(diameter=8, length=19), BallNose(diameter=8, length=19), TAPER])
+def test_a_tilted_tool_may_turn_about_a_line_beside_it(cutter: Cutter) -> None:
+    """A table C under a tilted spindle: the axis runs on a cone, and meets that of the table 50 mm below."""
+    a = 0.4
+    rows = (
+        ("R", (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), -1.0), ("R", (1.0, 0.0, 0.0), (0.0, 0.0, 0.0), -1.0),
+        *(("L", tuple(row), (0.0, 0.0, 0.0), 1.0) for row in np.eye(3).tolist()),
+    )  # fmt: skip
+    q0 = np.array([0.0, a, 0.0, 0.0, 50.0])
+    sweep = Sweep.along(cutter, Turn.joints(rows, q0, q0 + [0.7, 0, 0, 0, 0]))
+    assert isinstance(sweep.path, Turn)
+    hinge = Hinge.of(sweep.path)
+    assert hinge is not None
+    assert hinge.angle == pytest.approx(0.7, abs=1e-9)
+    assert hinge.height == pytest.approx(-50.0, abs=1e-6)
+    check(sweep)
+
+
+def check(sweep: Sweep) -> None:
+    """Valid halves of their closed forms whose union holds points as the exact sweep does."""
     shapes = []
     for shape, exact in pieces(sweep):
         found = brep.inspect(shape)
@@ -101,11 +122,11 @@ def test_a_block_about_its_pivot_has_solids_within_a_second(cutter: Cutter, heig
 
 
 def test_other_motions_have_no_hinge() -> None:
-    """A pivot that moves by 1e-5 mm, an axis on a cone, one that stands."""
+    """A pivot that moves by 1e-5 mm, an axis that turns about a line that turns, one that stands."""
     drift = Turn.through(np.zeros(3), (1e-5, 0, 0), "axis", START, END, control_height=4.0)
-    cone = Turn.rotary((0, 0, 0), (0, 0, 0), "ac", {"a": 0.5, "c": 0.0}, {"a": 0.5, "c": 0.4})
+    both = Turn.rotary((0, 0, 0), (0, 0, 0), "ac", {"a": 0.5, "c": 0.0}, {"a": 0.7, "c": 0.4})
     still = Turn.through(np.zeros(3), (1, 2, 3), "axis", START, START)
-    assert [Hinge.of(move) for move in (drift, cone, still)] == [None, None, None]
+    assert [Hinge.of(move) for move in (drift, both, still)] == [None, None, None]
 
 
 def test_a_ball_about_its_centre_has_no_halves() -> None:
@@ -113,3 +134,9 @@ def test_a_ball_about_its_centre_has_no_halves() -> None:
     sweep = about(BallNose(diameter=8, length=19), 4.0)
     with pytest.raises(SweepError, match="centre of a ball"):
         pieces(sweep)
+
+
+def test_an_oblique_line_through_the_tool_has_no_halves() -> None:
+    cone = Turn.rotary((0, 0, 0), (0, 0, 0), "ac", {"a": 0.5, "c": 0.0}, {"a": 0.5, "c": 0.4})
+    with pytest.raises(SweepError, match="oblique"):
+        pieces(Sweep.along(FlatEnd(diameter=8, length=20), cone))

@@ -54,6 +54,8 @@ T = TypeVar("T")
 Build = Callable[[Profile, Turn, float], list[T]]
 """Solids of a part; the number is how far (mm) its motion is off."""
 
+Special = Callable[[Profile, Turn], list[T]]
+
 
 class _Found(NamedTuple, Generic[T]):
     """profile, t : of a pose, so that it is taken once; t is None for a part that moves. parts : its solids."""
@@ -63,15 +65,17 @@ class _Found(NamedTuple, Generic[T]):
     parts: list[T]
 
 
-def covered(profile: Profile, path: Turn, build: Build[T]) -> list[T]:
+def covered(profile: Profile, path: Turn, build: Build[T], special: Special[T]) -> list[T]:
     """What `build` makes of the parts of a block of a convex profile.
+
+    special : solids of motions of their own kind, none of others. One solid of a neighbour is preferred to two.
 
     Raises
     ------
     SweepError, EngineError
         The first reason for which there is no solid, if there are no parts either.
     """
-    work = _Work(path, build)
+    work = _Work(path, build, special)
     found = work.parts(profile, 0.0, 1.0, 0)
     if sum(len(f.parts) for f in found) > MOST:
         raise SweepError(
@@ -85,8 +89,9 @@ def covered(profile: Profile, path: Turn, build: Build[T]) -> list[T]:
 class _Work(Generic[T]):
     """Parts in the making."""
 
-    def __init__(self, path: Turn, build: Build[T]) -> None:
-        self.path, self.build, self.until = path, build, process_time() + PATIENCE_S
+    def __init__(self, path: Turn, build: Build[T], special: Special[T]) -> None:
+        self.path, self.build, self.special = path, build, special
+        self.until = process_time() + PATIENCE_S
 
     def parts(self, profile: Profile, a: float, b: float, depth: int) -> list[_Found[T]]:
         """From t = a to b."""
@@ -95,6 +100,10 @@ class _Work(Generic[T]):
             return [_Found(profile, None, self.build(profile, part, 0.0))]
         except (SweepError, EngineError) as error:
             reason = error
+        exact = self.special(profile, part)
+        if exact:
+            one = self._nudged(profile, part, hasty=True) if len(exact) == 2 else None
+            return one if one and len(one[0].parts) == 1 else [_Found(profile, None, exact)]
         deeper = depth < DEPTH
         found = self._slab(profile, part, a, b, depth) if deeper else None
         swap = _swap(profile, part)
@@ -118,15 +127,16 @@ class _Work(Generic[T]):
                 ]
         return None
 
-    def _nudged(self, profile: Profile, part: Turn) -> list[_Found[T]] | None:
-        """The solids of a neighbour of a planar motion."""
+    def _nudged(self, profile: Profile, part: Turn, *, hasty: bool = False) -> list[_Found[T]] | None:
+        """The solids of a neighbour of a planar motion; `hasty` until one has a shape without solids."""
         for motion, off in _neighbours(part):
             if process_time() > self.until:
                 break
             try:
                 return [_Found(profile, None, self.build(profile, motion, off))]
-            except (SweepError, EngineError):
-                continue
+            except (SweepError, EngineError) as error:
+                if hasty and isinstance(error, SweepError):
+                    break
         return None
 
     def _all(self, wanted: list[tuple[Profile, float, float]], depth: int) -> list[_Found[T]] | None:

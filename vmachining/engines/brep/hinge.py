@@ -1,22 +1,25 @@
-"""Swept solids of a tool that turns about a fixed line square to its axis, through a point of the axis: in halves.
+"""Swept solids of a tool that turns about a fixed line through a point of its axis: in halves.
 
-The grazing curve of such a block is never in general position. Every point of the two meridians beside the line
-grazes, and so do all circles whose normals pass the pivot, at all times; the flat faces leave the sweep all over.
-But half of the tool, up to the plane of its axis and the line, sweeps a solid of planes, cylinders, cones, spheres
-and tori. The sweep is the union of those of both halves.
+The grazing curve of such a block is never in general position. Every point of the two meridians in the plane of
+axis and line grazes, and so do all circles whose normals pass the pivot, at all times; the flat faces leave the
+sweep all over. But half of the tool, up to that plane, sweeps a solid of planes, cylinders, cones, spheres and tori.
+The sweep is the union of those of both halves.
 
-Symbols: P pivot, k its height in the tool, A axis, e line, s direction in which the tool leans above P. The half
-lies on the side of x = -s below P, so that its plane trails there and leads above. A circle of radius r, height z
-and normal (cos b, sin b) moves along its normal by
+Symbols: P pivot, k its height in the tool, A axis, s direction in which the tool leans above P, square to the line.
+The half lies on the side of x = -s below P. A circle of radius r, height z and normal (cos b, sin b) moves along its
+normal by
 
     f = B cos v,    B = cos b (k - z) + r sin b,
 
-v the angle from x: the half of it either trails all round (B < 0) or leads. A half circle of B = 0 draws a sphere
-about P. Going up a convex meridian B passes zero from below on arcs and edges, where the distance from P is largest,
-and from above on straight lines, where it is least: there the tool is cut, since between two largest distances the
-solid would meet itself. In a plane square to e what is left is entered and left once by every point.
+v the angle from x, per angle of the axis: the half of it either trails all round (B < 0) or leads. A half circle of
+B = 0 draws a sphere about P. Going up a convex meridian B passes zero from below on arcs and edges, where the distance
+from P is largest, and from above on straight lines, where it is least: there the tool is cut, since between two
+largest distances the solid would meet itself. What is left is entered and left once by every point: on a circle about
+the line the angle from the axis only grows, and between a least and a largest one lies the tool.
 
-The other half is the same with time turned round.
+The plane turns about a line in it. Where that is square to the axis, it trails below P and leads above; where it is
+oblique it must not pass the tool, and the plane does one or the other. The meridians draw what lies between a pose of
+the plane and the other pose of a face. The other half is the same with time turned round.
 """
 
 from __future__ import annotations
@@ -69,20 +72,26 @@ LEAST_MM = 1e-4
 WIDEST = 0.99 * np.pi
 """rad: most that a block may turn."""
 
+MARGIN = 1e-2
+"""Share of its largest distance from the line that no point of the plane of a half may be nearer."""
+
 GAUSS = 12
 """Nodes along a segment for the flux; r and B are smooth there."""
 
 
 class Hinge(NamedTuple):
-    """A turn about a fixed line. pivot (3,) mm, height (mm) of it in the tool; axis and side (s) at both ends.
+    """A turn about a fixed line.
 
-    off_mm : how far the pivot moves all the same.
+    pivot (3,) mm, where the line meets the axis, height (mm) of it in the tool; line (3,) unit; axis and side (s)
+    at both ends. angle : rad about the line. off_mm : how far the pivot moves all the same.
     """
 
     pivot: Floats
     height: float
+    line: Floats
     axes: tuple[Floats, Floats]
     sides: tuple[Floats, Floats]
+    angle: float
     off_mm: float
 
     @classmethod
@@ -91,23 +100,22 @@ class Hinge(NamedTuple):
         t = np.linspace(0.0, 1.0, TIMES)
         A, V, S = path.axis(t), path.velocity(t), path.axis_rate(t)
         rate = np.linalg.norm(S, axis=1)
-        if rate.min() <= 1e-9 * rate.max() or path.turned >= WIDEST:
+        if rate.min() <= 1e-9 * rate.max():
             return None
-        line = np.cross(A, S) / rate[:, None]
         k = -float((V * S).sum() / (S * S).sum())
         pivots = path.position(t) + k * A
         pivot = pivots.mean(axis=0)
         off = float(np.linalg.norm(pivots - pivot, axis=1).max())
-        if off > STILL_MM or np.abs(line - line[0]).max() > SAME_RAD:
+        lines = np.cross(S, path.axis_acceleration(t))
+        lines /= np.linalg.norm(lines, axis=1, keepdims=True)
+        if off > STILL_MM or np.abs(lines - lines[0]).max() > SAME_RAD:
             return None
-        sides = S / rate[:, None]
-        return cls(pivot, k, (A[0], A[-1]), (sides[0], sides[-1]), off)
-
-    @property
-    def angle(self) -> float:
-        """rad."""
-        first, last = self.axes
-        return float(np.arctan2(np.linalg.norm(np.cross(first, last)), first @ last))
+        line, sides = lines[0], S / rate[:, None]
+        across = [v - (v @ line) * line for v in (A[0], A[-1])]
+        angle = float(np.arctan2(np.cross(*across) @ line, across[0] @ across[1]))
+        if path.turned >= WIDEST * float(np.linalg.norm(across[0])):
+            return None
+        return cls(pivot, k, line, (A[0], A[-1]), (sides[0], sides[-1]), angle, off)
 
 
 def halves(profile: Profile, hinge: Hinge) -> list[tuple[Builder, float]]:
@@ -116,14 +124,15 @@ def halves(profile: Profile, hinge: Hinge) -> list[tuple[Builder, float]]:
     Raises
     ------
     SweepError
-        The pivot is the centre of a ball of the tool, or all but in a joint of its meridian.
+        The pivot is the centre of a ball of the tool, or all but in a joint of its meridian; a line oblique to the
+        axis passes through the tool.
     """
     ends = list(zip(hinge.axes, hinge.sides, strict=True))
     out = []
     for body in _bodies(profile, hinge.height):
-        for turn, order in ((-1.0, ends), (1.0, ends[::-1])):
-            poses = [Pose(hinge.pivot - hinge.height * A, turn * s, A) for A, s in order]
-            half = _Half(body, hinge, (poses[0], poses[1]))
+        for way, order in ((1.0, ends), (-1.0, ends[::-1])):
+            poses = [Pose(hinge.pivot - hinge.height * A, -way * s, A) for A, s in order]
+            half = _Half(body, hinge._replace(line=way * hinge.line), (poses[0], poses[1]))
             out.append((half.faces(), half.volume()))
     return out
 
@@ -143,22 +152,35 @@ def _bodies(profile: Profile, k: float) -> Iterator[Profile]:
 
 
 class _Half:
-    """One half of a body from its trailing pose 0 to its leading pose 1."""
+    """One half of a body from its trailing pose 0 to its leading pose 1, which turn about +line."""
 
     def __init__(self, body: Profile, hinge: Hinge, poses: tuple[Pose, Pose]) -> None:
-        self.pivot, self.k, self.poses = hinge.pivot, hinge.height, poses
-        self.angle, self.line = hinge.angle, poses[0].left
-        self.build = Builder()
+        self.pivot, self.k, self.line, self.angle = hinge.pivot, hinge.height, hinge.line, hinge.angle
+        self.poses, self.build = poses, Builder()
+        self.along, self.aside = (float(self.line @ v) for v in (poses[0].axis, poses[0].left))
+        self.is_square = abs(self.along) <= SAME_RAD
         self.segments = list(_cut(body, self.k))
-        first, last = self.segments[0], self.segments[-1]
-        self.nodes = [(first.r0, first.z0), *((g.r1, g.z1) for g in self.segments)]
+        self.nodes = [(g.r0, g.z0) for g in self.segments]
+        self.nodes.append((self.segments[-1].r1, self.segments[-1].z1))
+        self.oblique = 0 if self.is_square else self._beside()
         near = min(abs(z - self.k) for _, z in self.nodes)
         if JOINED_MM < near < LEAST_MM:
             raise SweepError(f"the pivot is {near:.2g} mm from a joint of the tool")
-        self.below = min(first.z0, last.z1) < self.k - JOINED_MM
-        self.above = max(first.z0, last.z1) > self.k + JOINED_MM
         self.signs = [self._leads(g) for g in self.segments]
         self._edges: dict[tuple[Any, ...], Edge] = {}
+
+    def _plane(self, z: float) -> int:
+        """1 where the plane of the half leads, 0 where it trails."""
+        return int(z > self.k) if self.is_square else self.oblique
+
+    def _beside(self) -> int:
+        """The same all over the plane, of which the line must not pass the half."""
+        rows = [np.array(self.nodes).T, *(np.array(_samples(g)[:2]) for g in self.segments)]
+        r, z = np.concatenate(rows, axis=1)
+        speed = np.stack([self.along * q - self.aside * (z - self.k) for q in (-r, r)])
+        if np.abs(speed).min() <= MARGIN * np.abs(speed).max() or speed.min() < 0.0 < speed.max():
+            raise SweepError("the tool turns about a line that is oblique to its axis and passes through it")
+        return int(speed.max() > 0.0)
 
     def _leads(self, g: Segment) -> int:
         """1 for a segment that leads, 0 for one that trails: its pose, too."""
@@ -197,18 +219,30 @@ class _Half:
         p = self.poses[pose]
         ends = p.point(r, z, -0.5 * np.pi), p.point(r, z, 0.5 * np.pi)
         if abs(z - self.k) <= JOINED_MM:
-            ends, pose = (self.pivot - r * self.line, self.pivot + r * self.line), 0
+            ends, pose = (self.pivot - r * p.left, self.pivot + r * p.left), 0
         return [self._made(("across", pose, node), Straight(*ends))]
 
     def _trace(self, node: int, side: int) -> list[Edge]:
         """Path of an end of a half ring."""
-        r, z = self.nodes[node]
-        if abs(z - self.k) <= JOINED_MM:
+        offset, foot = self._offset(*self.nodes[node], side)
+        radius = float(np.linalg.norm(foot))
+        if radius <= JOINED_MM:
             return []
-        first, last = (p.axis for p in self.poses)
-        frame = Frame(self.pivot + side * r * self.line, np.cross(first, last), np.sign(z - self.k) * first)
-        key = ("trace", node, side if r > FLAT else 0)
-        return [self._made(key, Circle(frame, abs(z - self.k), 0.0, self.angle))]
+        key = ("trace", node, side if self.nodes[node][0] > FLAT else 0)
+        frame = Frame(self.pivot + offset * self.line, self.line, foot)
+        return [self._made(key, Circle(frame, radius, 0.0, self.angle))]
+
+    def _offset(self, r: float, z: float, side: int) -> tuple[float, Floats]:
+        """Of a point of a meridian in the first pose: place on the line, (3,) mm from there."""
+        first = self.poses[0]
+        d = side * r * first.left + (z - self.k) * first.axis
+        return float(d @ self.line), d - (d @ self.line) * self.line
+
+    def _spun(self, v: Floats, share: float) -> Floats:
+        """(..., 3) turned about the line by a share of the angle."""
+        turn, w = share * self.angle, self.line
+        along = (v @ w)[..., None] * w
+        return np.asarray(along + np.cos(turn) * (v - along) + np.sin(turn) * np.cross(w, v))
 
     # -- faces ---------------------------------------------------------------------------------------------
 
@@ -252,7 +286,7 @@ class _Half:
             region = normals(pose, np.linspace(*g.beta, 9).tolist(), quarter)
         surface = pose.surface(g, 0.0, region, np.array([pose.axis, pose.left]))
         self._face(surface, loop, curve.at(t)[0], pose.normal(beta, 0.0))
-        if at == int(0.5 * (g.z0 + g.z1) > self.k):
+        if at == self._plane(0.5 * (g.z0 + g.z1)):
             return
         for side in (-1, 1):
             rib = self._rib(0, k, side)
@@ -263,19 +297,22 @@ class _Half:
             self._face(self._turned(g, side), loop, probe, outward)
 
     def _turned(self, g: Segment, side: int) -> Surface:
-        """A meridian segment turned about the line: its distance from P is a radius, its radius a height."""
-        way = 1.0 if 0.5 * (g.z0 + g.z1) > self.k else -1.0
-        a, b, c = (way * (z - self.k) for z in (g.z0, g.z1, g.cz))
-        seam = -way * (self.poses[0].axis + self.poses[1].axis)
-        axis = side * self.line
+        """A meridian segment turned about the line."""
+        spots = [self._offset(r, z, side) for r, z in ((g.r0, g.z0), (g.r1, g.z1))]
+        middle = self._offset(0.5 * (g.r0 + g.r1), 0.5 * (g.z0 + g.z1), side)[1]
+        out = middle / np.linalg.norm(middle)
+        (h0, r0), (h1, r1) = ((h, max(float(foot @ out), 0.0)) for h, foot in spots)
+        axis, seam = self.line, -self._spun(out, 0.5)
+        if h1 < h0:
+            axis, h0, h1 = -axis, -h0, -h1
         if g.is_arc:
-            return around(self.pivot, seam, Segment(a, g.r0, b, g.r1, c, g.cr, g.radius), c, axis=axis)
-        if abs(g.r0 - g.r1) <= FLAT:
-            return Plane(Frame(self.pivot + g.r0 * axis, axis, seam))
-        ends = sorted([(g.r0, a), (g.r1, b)])
-        (low, r_low), (high, r_high) = ends
-        turned = Segment(r_low, low, r_high, high, g.cz, g.cr, g.radius)
-        return around(self.pivot, seam, turned, 0.0, axis=axis)
+            h, foot = self._offset(g.cr, g.cz, side)
+            c = float(foot @ out)
+            turned = Segment(r0, h0, r1, h1, c, h if axis is self.line else -h, g.radius)
+            return around(self.pivot, seam, turned, c, axis=axis)
+        if h1 - h0 <= FLAT:
+            return Plane(Frame(self.pivot + h0 * axis, axis, seam))
+        return around(self.pivot, seam, Segment(r0, h0, r1, h1, np.nan, np.nan, 0.0), 0.0, axis=axis)
 
     def _disc(self, node: int, at: int) -> None:
         """Half of a flat face in its pose, and the cylinder that its diameter draws where the plane has the other."""
@@ -286,22 +323,20 @@ class _Half:
         center = pose.point(0.0, z, 0.0)
         loop = [*self._half_ring(at, node), *self._across(at, node)]
         self._face(Plane(Frame(center, pose.axis, pose.heading)), loop, center, up * pose.axis)
-        if abs(z - self.k) <= JOINED_MM or at == int(z > self.k):
+        if abs(z - self.k) <= JOINED_MM or at == self._plane(z):
             return
         loop = [*self._across(0, node), *self._trace(node, 1), *self._across(1, node), *self._trace(node, -1)]
         first = self.poses[0]
-        surface = self._turned(Segment(0.0, z, r, z, np.nan, np.nan, 0.0), 1)
+        surface = self._turned(Segment(-r, z, r, z, np.nan, np.nan, 0.0), 1)
         self._face(surface, loop, first.point(0.0, z, 0.0), up * first.axis)
 
     def _middle(self) -> None:
-        """The plane of axis and line: below the pivot in the first pose, above it in the last one."""
-        last = len(self.nodes) - 1
+        """The plane of axis and line, where it trails in the first pose, where it leads in the last one."""
         for at in (0, 1):
-            if not (self.above if at else self.below):
+            inside = [k for k, g in enumerate(self.segments) if self._plane(0.5 * (g.z0 + g.z1)) == at]
+            if not inside:
                 continue
-            inside = [k for k, g in enumerate(self.segments) if (0.5 * (g.z0 + g.z1) > self.k) == bool(at)]
-            low = inside[0] if inside else (last if at else 0)
-            high = inside[-1] + 1 if inside else low
+            low, high = inside[0], inside[-1] + 1
             loop = [self._rib(at, k, -1) for k in inside]
             loop += [
                 *self._across(at, high),
@@ -318,17 +353,12 @@ class _Half:
         loop = [
             *self._half_ring(0, node), *self._trace(node, 1), *self._half_ring(1, node), *self._trace(node, -1)
         ]  # fmt: skip
-        first, last = self.poses
-        turns = np.linspace(0.0, 1.0, 9)
+        first = self.poses[0]
         u = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 17).tolist()
-        region = []
-        for share in turns:
-            axis = (1.0 - share) * first.axis + share * last.axis
-            heading = (1.0 - share) * first.heading + share * last.heading
-            pose = Pose(self.pivot, heading / np.linalg.norm(heading), axis / np.linalg.norm(axis))
-            region += [(pose.point(r, z - self.k, v) - self.pivot) / radius for v in u]
-        hints = np.array([self.line, first.axis + last.axis, first.heading + last.heading])
-        sphere = Sphere(sphere_frame(self.pivot, np.array(region), hints), radius)
+        ring = np.array([first.point(r, z, v) for v in u]) - self.pivot
+        region = np.concatenate([self._spun(ring, share) for share in np.linspace(0.0, 1.0, 9).tolist()])
+        hints = np.array([self.line, self._spun(first.axis, 0.5), self._spun(first.heading, 0.5)])
+        sphere = Sphere(sphere_frame(self.pivot, region / radius, hints), radius)
         probe = first.point(r, z, 0.0)
         uses = [Use(edge, path=_traced(sphere, edge.curve)) for edge in run_of(loop)]
         self.build.face(sphere, [uses], probe, probe - self.pivot)
@@ -348,9 +378,9 @@ class _Half:
                 flux += float((weight * 2.0 * r * _speed(r, z, beta, self.k)).sum())
             dz = weight * np.cos(beta)
             body += float((dz * 0.5 * np.pi * r * r).sum())
-            if 0.5 * (g.z0 + g.z1) > self.k:
+            if self._plane(0.5 * (g.z0 + g.z1)):
                 flux += float((dz * 2.0 * r * (z - self.k)).sum())
-        return body + self.angle * flux
+        return body + self.angle * abs(self.aside) * flux
 
 
 def _traced(sphere: Sphere, curve: Curve) -> BSpline:

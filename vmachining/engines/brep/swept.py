@@ -156,15 +156,9 @@ def _turning(profile: Profile, path: Turn, fit_mm: float) -> list[Swept]:
     def build(body: Profile, part: Turn, off_mm: float) -> list[Swept]:
         if part.is_steady and part.is_straight:  # a pose; arcs in upright planes are steady, too
             return solids(Sweep.along(body, part))
-        try:
-            return _enveloped(body, part, fit_mm, off_mm)
-        except (SweepError, EngineError):
-            found = _hinged(body, part)
-            if not found:
-                raise
-            return found
+        return _enveloped(body, part, fit_mm, off_mm)
 
-    return [part for body in convex_cover(profile) for part in covered(body, path, build)]
+    return [part for body in convex_cover(profile) for part in covered(body, path, build, _hinged)]
 
 
 def _enveloped(profile: Profile, path: Turn, fit_mm: float, off_mm: float) -> list[Swept]:
