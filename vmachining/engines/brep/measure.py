@@ -20,6 +20,7 @@ Departure from `BRepGProp`: its plain variant was measured to be off by 7e-4 rel
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 from itertools import pairwise
 from typing import Any
@@ -99,7 +100,10 @@ def _face(face: Any) -> tuple[Floats, float, Floats]:
         return _xyz(surface.Plane().Location()), 0.0, area
     if kind == KIND.GeomAbs_Cone:
         return _xyz(surface.Cone().Apex()), 0.0, area
-    place, flux = _flux(surface, kind, [(_flat_nodes(edge, face), sign) for edge, sign in edges])
+    knots: tuple[Floats, ...] = ()
+    if kind == KIND.GeomAbs_BSplineSurface:  # where a straight edge crosses them, it is as smooth as they are
+        knots = tuple(np.unique(_values(k)) for k in (surface.BSpline().UKnots(), surface.BSpline().VKnots()))
+    place, flux = _flux(surface, kind, [(_flat_nodes(edge, face, knots), sign) for edge, sign in edges])
     return place, flux, area
 
 
@@ -236,8 +240,8 @@ def _stops(knots: Floats, first: float, last: float, least: int = 1) -> Floats:
     return np.concatenate([[first], np.unique(inside), [last]])
 
 
-def _flat_nodes(edge: Any, face: Any) -> tuple[Floats, Floats]:
-    """((n, 2) nodes, (n, 2) weighted steps) of the edge in the parameters of the face."""
+def _flat_nodes(edge: Any, face: Any, knots: Sequence[Floats] = ()) -> tuple[Floats, Floats]:
+    """((n, 2) nodes, (n, 2) weighted steps) of the edge in the parameters of the face, with knots in both."""
     curve = BRepAdaptor_Curve2d(edge, face)
     first, last = curve.FirstParameter(), curve.LastParameter()
     kind = curve.GetType()
@@ -248,8 +252,9 @@ def _flat_nodes(edge: Any, face: Any) -> tuple[Floats, Floats]:
     if kind == GeomAbs_CurveType.GeomAbs_Line:
         a, b = curve.Value(first), curve.Value(last)
         ends = np.array([(a.X(), a.Y()), (b.X(), b.Y())])
-        t, w = _nodes(np.linspace(0.0, 1.0, 5))
         step = ends[1] - ends[0]
+        crossed = [(k - ends[0, i]) / step[i] for i, k in enumerate(knots) if step[i] != 0.0]
+        t, w = _nodes(_stops(np.sort(np.concatenate([np.zeros(0), *crossed])), 0.0, 1.0, 4))
         return ends[0] + t[:, None] * step, w[:, None] * step
     t, w = _nodes(np.linspace(first, last, 9))
     points, slopes = [], []
