@@ -7,7 +7,10 @@ import pytest
 
 from vmachining import FlatEnd, Sweep, Turn
 from vmachining.engines import brep
-from vmachining.engines.brep.turns import turn_pieces
+from vmachining.engines.brep.caps import Tool
+from vmachining.engines.brep.grazes import Grazes
+from vmachining.engines.brep.stretches import LineSide, Moving
+from vmachining.engines.brep.turns import FOLD_MM, turn_pieces
 
 
 @pytest.mark.parametrize("aside", [0.007, 0.01])
@@ -19,7 +22,28 @@ def test_sheets_that_turn_round_the_tool_within_a_hundredth_of_their_height(asid
     end = (float(np.sin(0.011)), 0.0, float(np.cos(0.011)))
     path = Turn.through((0, 0, 0), (0, aside, 0), "axis", (0, 0, 1), end, control_height=4)
     cutter = FlatEnd(diameter=15, length=55)
-    (piece,) = turn_pieces(cutter.profile, path, 1e-6)
-    exact = Sweep.along(cutter, path).flux()
-    assert exact.error < 1e-7 * exact.volume
-    assert brep.volume(piece.built.builder.solid()) == pytest.approx(exact.volume, rel=1e-7)
+    for piece in turn_pieces(cutter.profile, path, 1e-6):
+        exact = piece.sweep.flux()
+        assert exact.error < 1e-7 * exact.volume
+        assert brep.volume(piece.built.builder.solid()) == pytest.approx(exact.volume, rel=1e-7)
+
+
+def test_folds_between_narrow_bounds_are_seen() -> None:
+    """The same with more of a turn: 3e-3 mm inside the sweep, between two hundredths of the height.
+
+    What lies inside, and how deep, says the exact distance; pieces keep to their bound.
+    """
+    end = (float(np.sin(0.05)), 0.0, float(np.cos(0.05)))
+    path = Turn.through((0, 0, 0), (0, 0.1, 0), "axis", (0, 0, 1), end, control_height=4)
+    profile = FlatEnd(diameter=15, length=55).profile
+
+    def deepest(grazes: Grazes, sweep: Sweep) -> float:
+        """mm, over the sheets of the side at half time."""
+        s, half = np.linspace(0.0, 0.15, 301), grazes.moving.state(np.array([0.5]))
+        sides = [stretch for stretch in grazes.stretches if isinstance(stretch, LineSide)]
+        return -float(min(sweep.signed_distance(side.points(grazes, half, s)[0]).min() for side in sides))
+
+    whole = Grazes(Tool.of(profile), Moving(path))
+    assert deepest(whole, Sweep.along(profile, path)) > 30.0 * FOLD_MM
+    pieces = turn_pieces(profile, path, 1e-6)
+    assert max(deepest(piece.built.grazes, piece.sweep) for piece in pieces) < 1.2 * FOLD_MM

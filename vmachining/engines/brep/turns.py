@@ -25,11 +25,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vmachining.arrays import Floats
 from vmachining.engines.brep.caps import FLAT, Tool
 from vmachining.engines.brep.grazes import Divide, Grazes
 from vmachining.engines.brep.lens import lens_opens
 from vmachining.engines.brep.rings import Ring, rings_of
-from vmachining.engines.brep.stretches import EdgeSpan, Moving
+from vmachining.engines.brep.stretches import EdgeSpan, Moving, Stretch
 from vmachining.engines.brep.turning import Built, turning
 from vmachining.errors import SweepError
 from vmachining.sweep import Sweep, Turn
@@ -54,6 +55,10 @@ LEAST_MM = 1e-3
 
 FOLD_MM = 3e-5
 """A solid may cross itself by this much where a sheet lies inside the sweep; its volume is right to 1e-5."""
+
+
+LOOKS, FINE = 17, 257
+"""Places along a sheet at which it is looked at for folds, and corners of the polygon that its length is taken of."""
 
 
 class Piece(NamedTuple):
@@ -190,12 +195,12 @@ def _depth(grazes: Grazes) -> float:
     SweepError
         Too deep: `Divide` if halves may do.
     """
-    w, s = np.linspace(0.0, 1.0, 5), np.linspace(0.0, 1.0, 9)
+    w = np.linspace(0.0, 1.0, 5)
     deepest = 0.0
     for stretch in grazes.stretches:
         if isinstance(stretch, EdgeSpan):
             continue  # edges never fold by themselves
-        depth = -0.125 * float(grazes.fold(stretch, w, s).min())
+        depth = -0.125 * float(grazes.fold(stretch, w, _looks(grazes, stretch, w)).min())
         if depth > FOLD_MM:
             g = grazes.elements[stretch.element].segment
             text = f"the envelope folds inside the sweep, between heights {g.z0:.6g} and {g.z1:.6g} mm of the tool"
@@ -203,3 +208,17 @@ def _depth(grazes: Grazes) -> float:
             raise Divide(text, 0.5, soft=False, parts=parts) if parts < PARTS else SweepError(text)
         deepest = max(deepest, depth)
     return deepest
+
+
+def _looks(grazes: Grazes, stretch: Stretch, w: Floats) -> Floats:
+    """Where to look at a sheet: at even shares, and at even shares of its length at all times.
+
+    With a pivot in the tool the curve runs half around it within a hundredth of its height, and folds there.
+    """
+    even, fine = np.linspace(0.0, 1.0, 9), np.linspace(0.0, 1.0, FINE)
+    steps = np.linalg.norm(np.diff(stretch.points(grazes, grazes.moving.state(w), fine), axis=1), axis=2)
+    if not np.isfinite(steps).all():
+        return even
+    lengths = np.concatenate([np.zeros((len(w), 1)), np.cumsum(steps, axis=1)], axis=1)
+    found = [np.interp(np.linspace(0.0, row[-1], LOOKS), row, fine) for row in lengths]
+    return np.unique(np.concatenate([even, *found]))
