@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 from vmachining import FlatEnd, Sweep, Turn
+from vmachining.arrays import Floats
 from vmachining.engines import brep
 from vmachining.engines.brep.caps import Tool
 from vmachining.engines.brep.grazes import Grazes
+from vmachining.engines.brep.shapes import FIT_MM, Cylinder, Frame, interpolated
 from vmachining.engines.brep.stretches import LineSide, Moving
+from vmachining.engines.brep.topology import TOL, Builder, Use
 from vmachining.engines.brep.turns import FOLD_MM, turn_pieces
 
 
@@ -47,3 +50,19 @@ def test_folds_between_narrow_bounds_are_seen() -> None:
     assert deepest(whole, Sweep.along(profile, path)) > 30.0 * FOLD_MM
     pieces = turn_pieces(profile, path, 1e-6)
     assert max(deepest(piece.built.grazes, piece.sweep) for piece in pieces) < 1.2 * FOLD_MM
+
+
+@pytest.mark.parametrize("wide", [3e-3, 1e-3, 3e-4])
+def test_edges_that_bend_sharply_lie_on_their_cylinder(wide: float) -> None:
+    """Half around within a share of the height: the curve in the parameters of the face begins at its knots."""
+    surface = Cylinder(Frame(np.zeros(3), np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])), 4.0)
+
+    def points(s: Floats) -> Floats:
+        u = 3.0 + np.arctan((s - 0.52) / wide)
+        return np.column_stack([4.0 * np.cos(u), 4.0 * np.sin(u), 50.0 * s])
+
+    curve = interpolated(points, 0.0, 1.0, FIT_MM)
+    build = Builder()
+    path, miss = build._inverted(surface, curve, *build._run(surface, Use(build.edge(curve))))
+    s = np.linspace(0.0, 1.0, 20001)
+    assert miss <= TOL and np.linalg.norm(surface.at(path(s)) - curve.at(s), axis=1).max() < 2.0 * TOL

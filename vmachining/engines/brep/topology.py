@@ -24,7 +24,7 @@ from scipy.interpolate import BSpline, make_interp_spline
 
 from vmachining.arrays import Floats
 from vmachining.engines.brep.inside import inside_out
-from vmachining.engines.brep.shapes import Curve, Surface, interpolated, knots_of, pnt
+from vmachining.engines.brep.shapes import Curve, Part, Spline, Surface, interpolated, knots_of, pnt
 from vmachining.errors import EngineError
 
 __all__ = ["SAME", "Builder", "Edge", "Use", "run_of"]
@@ -282,9 +282,29 @@ class Builder:
             return np.asarray(np.where(np.isnan(raw), near, raw + turns * period))
 
         size = max(1.0, float(np.ptp(curve.at(t), axis=0).max()))
+        breaks = _breaks(curve)
+        fine = np.unique(np.concatenate([np.linspace(t[0], t[-1], 101), 0.5 * (breaks[:-1] + breaks[1:])]))
+
+        def missed(path: BSpline) -> float:
+            return float(np.linalg.norm(surface.at(path(fine)) - curve.at(fine), axis=-1).max())
+
         spline = interpolated(exact, t[0], t[-1], FIT / size, first=13, most=400).spline
-        fine = np.linspace(t[0], t[-1], 101)
-        return spline, float(np.linalg.norm(surface.at(spline(fine)) - curve.at(fine), axis=-1).max())
+        for parts in (1, 2, 4) if len(breaks) > spline.k else ():
+            if missed(spline) <= TOL:
+                break
+            places = (
+                np.arange(parts * (len(breaks) - 1) + 1) / parts
+            )  # the curve's own knots are where it bends
+            nodes = np.interp(places, np.arange(len(breaks)), breaks)
+            spline = make_interp_spline(nodes, exact(nodes), k=spline.k)
+        return spline, missed(spline)
+
+
+def _breaks(curve: Curve) -> Floats:
+    """Ends of a curve and the knots between them."""
+    whole = curve.whole if isinstance(curve, Part) else curve
+    knots = np.unique(whole.spline.t) if isinstance(whole, Spline) else np.zeros(0)
+    return np.concatenate([[curve.t0], knots[(knots > curve.t0) & (knots < curve.t1)], [curve.t1]])
 
 
 def _sense(forward: bool) -> Any:
