@@ -7,6 +7,7 @@ import pytest
 
 from vmachining import BallNose, BullNose, FlatEnd, ProfileTool, Sweep, Taper, Turn
 from vmachining.engines import brep
+from vmachining.engines.brep.cover import _grade, _lift
 from vmachining.engines.brep.hinge import Hinge, halves
 from vmachining.errors import SweepError
 from vmachining.tool import Cutter
@@ -134,6 +135,30 @@ def test_a_ball_about_its_centre_has_no_halves() -> None:
     sweep = about(BallNose(diameter=8, length=19), 4.0)
     with pytest.raises(SweepError, match="centre of a ball"):
         pieces(sweep)
+
+
+def test_a_planar_block_is_cut_where_its_speed_along_the_axis_has_grown() -> None:
+    """The axis turns by theta = T t while a point of it moves across its first direction by w t: lift w sin(T t) / T."""
+    side = END - (END @ START) * START
+    way = 0.5 * side / np.linalg.norm(side)
+    move = Turn.through(np.zeros(3), way, "axis", START, END, control_height=7.0)
+    lift = _lift(move)
+    t = np.linspace(0.0, 1.0, 65)
+    assert lift == pytest.approx(0.5 * np.sin(TURNED * t) / TURNED, abs=1e-12)
+    assert lift is not None
+    share = _grade(lift)
+    assert share is not None  # a sixteenth of the largest, where one begins at zero
+    assert np.sin(TURNED * share) == pytest.approx(np.sin(TURNED) / 16.0, rel=1e-4)
+    assert _grade(lift[::-1]) == pytest.approx(1.0 - share, abs=1e-12)
+    rest = _lift(move.part(share, 1.0))
+    assert rest is not None
+    further = _grade(rest)
+    assert further is not None
+    third = _lift(move.part(share + further * (1.0 - share), 1.0))
+    assert third is not None and _grade(third * (1.0 - 1e-6) + 1e-6) is None
+    assert _lift(Turn.through(np.zeros(3), (1, 2, 3), "axis", START, END)) is None
+    head = move.part(0.0, 5e-3)
+    assert Hinge.of(head) is None and Hinge.of(head, 1e-5) is not None
 
 
 def test_an_oblique_line_through_the_tool_has_no_halves() -> None:

@@ -6,7 +6,9 @@ by some poses of the whole tool, the bodies below and above it have envelopes th
 gated like a block of its own; that nothing is missing between them is measured in exact distances (`GAP_MM`).
 
 A motion that stays in a plane through the axis grazes along whole circles and on edges of no width, at all times.
-1e-6 mm of motion along the axis and out of the plane (`NUDGES`) makes a general one of it, off by as much.
+1e-6 mm of motion along the axis and out of the plane (`NUDGES`) makes a general one of it, off by as much. Where its
+speed along the axis begins or ends at zero, sheets are sharp there and round elsewhere: such a block is cut where that
+speed has grown by `GRADE`, if all else fails; the part next to the zero may be a turn about a fixed line (`hinge.py`).
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 
+from vmachining.arrays import Floats
 from vmachining.errors import EngineError, SweepError
 from vmachining.sweep import Sweep, Turn
 from vmachining.sweep.folds import plans, standing
@@ -44,6 +47,12 @@ WAYS = ((1, 0), (-1, 0), (1, 1), (-1, 1))
 NUDGES = tuple((1e-6, *way) for way in WAYS[:2]) + tuple((1e-5, *way) for way in WAYS)
 """mm by which the last pose of a planar motion may be moved, in parts of the axis and of the normal of the plane."""
 
+EXACT_MM = 1e-7
+"""OCCT's confusion of points."""
+
+GRADE = 4.0
+"""Parts over which the lift of a planar motion grows by more have sheets that are sharp here and round there."""
+
 END = 1e-3
 """Closer to an end of a part than this it is not cut."""
 
@@ -54,7 +63,8 @@ T = TypeVar("T")
 Build = Callable[[Profile, Turn, float], list[T]]
 """Solids of a part; the number is how far (mm) its motion is off."""
 
-Special = Callable[[Profile, Turn], list[T]]
+Special = Callable[[Profile, Turn, float], list[T]]
+"""Solids of a motion of a kind of its own, or one off by less than the number (mm); none of others."""
 
 
 class _Found(NamedTuple, Generic[T]):
@@ -68,15 +78,20 @@ class _Found(NamedTuple, Generic[T]):
 def covered(profile: Profile, path: Turn, build: Build[T], special: Special[T]) -> list[T]:
     """What `build` makes of the parts of a block of a convex profile.
 
-    special : solids of motions of their own kind, none of others. One solid of a neighbour is preferred to two.
+    special : one solid of a neighbour is preferred to two of it.
 
     Raises
     ------
     SweepError, EngineError
         The first reason for which there is no solid, if there are no parts either.
     """
-    work = _Work(path, build, special)
-    found = work.parts(profile, 0.0, 1.0, 0)
+    try:
+        found = _Work(path, build, special).parts(profile, 0.0, 1.0, 0)
+    except (SweepError, EngineError):
+        lift = _lift(path)
+        if lift is None or _grade(lift) is None:
+            raise
+        found = _Work(path, build, special, is_graded=True).parts(profile, 0.0, 1.0, 0)
     if sum(len(f.parts) for f in found) > MOST:
         raise SweepError(
             f"the envelope folds: more than {MOST} solids would cover the sweep", remedy="split the block"
@@ -87,11 +102,12 @@ def covered(profile: Profile, path: Turn, build: Build[T], special: Special[T]) 
 
 
 class _Work(Generic[T]):
-    """Parts in the making."""
+    """Parts in the making; `is_graded` cuts planar motions by their lift."""
 
-    def __init__(self, path: Turn, build: Build[T], special: Special[T]) -> None:
+    def __init__(self, path: Turn, build: Build[T], special: Special[T], *, is_graded: bool = False) -> None:
         self.path, self.build, self.special = path, build, special
         self.until = process_time() + PATIENCE_S
+        self.is_graded = is_graded
 
     def parts(self, profile: Profile, a: float, b: float, depth: int) -> list[_Found[T]]:
         """From t = a to b."""
@@ -100,17 +116,19 @@ class _Work(Generic[T]):
             return [_Found(profile, None, self.build(profile, part, 0.0))]
         except (SweepError, EngineError) as error:
             reason = error
-        exact = self.special(profile, part)
+        exact = self.special(profile, part, NUDGES[-1][0] if self.is_graded else EXACT_MM)
         if exact:
             one = self._nudged(profile, part, hasty=True) if len(exact) == 2 else None
             return one if one and len(one[0].parts) == 1 else [_Found(profile, None, exact)]
         deeper = depth < DEPTH
         found = self._slab(profile, part, a, b, depth) if deeper else None
         swap = _swap(profile, part)
-        if swap is None:
-            found = found or self._nudged(profile, part)
+        lift = _lift(part) if self.is_graded else None
+        if swap is None and (lift is None or lift.min() <= EXACT_MM):
+            found = found or self._nudged(profile, part, hasty=self.is_graded)
         if not found and deeper:
-            middle = a + (b - a) * (0.5 if swap is None else swap)
+            share = _grade(lift) if swap is None and lift is not None else None
+            middle = a + (b - a) * (share or swap or 0.5)
             found = self._all([(profile, a, middle), (profile, middle, b)], depth)
         if not found:
             raise reason
@@ -156,6 +174,28 @@ def _swap(profile: Profile, path: Turn) -> float | None:
     """First instant at which front and rear of flat faces swap: a motion is nudged one way before, the other after."""
     found = [c.t for c in changes(Sweep.along(profile, path)) if c.kind == "swap" and END < c.t < 1.0 - END]
     return found[0] if found else None
+
+
+def _lift(path: Turn) -> Floats | None:
+    """(n,) mm: |A . V| / |S| of a planar motion at equal times, how far the axis passes its pole; None of others."""
+    if next(_neighbours(path), None) is None:
+        return None
+    t = np.linspace(0.0, 1.0, 65)
+    axis, rate, velocity = path.axis(t), path.axis_rate(t), path.velocity(t)
+    return np.asarray(np.abs((axis * velocity).sum(1)) / np.linalg.norm(rate, axis=1))
+
+
+def _grade(lift: Floats) -> float | None:
+    """Where to cut a planar motion whose lift begins or ends all but at zero, so that it grows by `GRADE` in a part.
+
+    The grazing curve follows a circle and two meridians but for corners as sharp as the lift is small.
+    """
+    steps = np.diff(lift)
+    if not ((steps > 0.0).all() or (steps < 0.0).all()) or lift.max() <= GRADE * lift.min():
+        return None
+    order = np.argsort(lift)
+    wanted = max(np.sqrt(lift.min() * lift.max()), lift.max() / GRADE**2)
+    return float(np.interp(wanted, lift[order], np.linspace(0.0, 1.0, len(lift))[order]))
 
 
 def _neighbours(path: Turn) -> Iterator[tuple[Turn, float]]:

@@ -95,8 +95,8 @@ class Hinge(NamedTuple):
     off_mm: float
 
     @classmethod
-    def of(cls, path: Turn) -> Hinge | None:
-        """The hinge of a motion, if it is one."""
+    def of(cls, path: Turn, off_mm: float = STILL_MM) -> Hinge | None:
+        """The hinge of a motion, if its pivot moves by less than `off_mm`."""
         t = np.linspace(0.0, 1.0, TIMES)
         A, V, S = path.axis(t), path.velocity(t), path.axis_rate(t)
         rate = np.linalg.norm(S, axis=1)
@@ -108,7 +108,7 @@ class Hinge(NamedTuple):
         off = float(np.linalg.norm(pivots - pivot, axis=1).max())
         lines = np.cross(S, path.axis_acceleration(t))
         lines /= np.linalg.norm(lines, axis=1, keepdims=True)
-        if off > STILL_MM or np.abs(lines - lines[0]).max() > SAME_RAD:
+        if off > off_mm or np.abs(lines - lines[0]).max() > SAME_RAD:
             return None
         line, sides = lines[0], S / rate[:, None]
         across = [v - (v @ line) * line for v in (A[0], A[-1])]

@@ -175,9 +175,9 @@ def _enveloped(profile: Profile, path: Turn, fit_mm: float, off_mm: float) -> li
     return found
 
 
-def _hinged(profile: Profile, path: Turn) -> list[Swept]:
-    """Halves of a tool that turns about a fixed line through its axis; none of others."""
-    hinge = Hinge.of(path)
+def _hinged(profile: Profile, path: Turn, off_mm: float) -> list[Swept]:
+    """Halves of a tool that turns about a line through its axis that moves by less than `off_mm`; none of others."""
+    hinge = Hinge.of(path, off_mm)
     found: list[Swept] = []
     if hinge is None:
         return found
