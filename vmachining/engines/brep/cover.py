@@ -37,11 +37,11 @@ DEEP_MM = 1.5e-5
 POSES = 16
 """Most parts of a block between whose ends the slab has to be covered."""
 
-DEPTH, MOST = 6, 64
-"""Most cuts of a part, in tool or time, and most solids."""
+DEPTH, MOST = 6, 160
+"""Most cuts of a part, in tool or time, and most solids: cones and discs that rock about a point inside need a hundred."""
 
-PATIENCE_S = 20.0
-"""Processor time after which no more parts are tried: what took longer was refused in the end, as a rule."""
+PATIENCE_S = 40.0
+"""Processor time after which no more parts are tried: a hundred solids take 10 to 40 s."""
 
 WAYS = ((1, 0), (-1, 0), (1, 1), (-1, 1))
 NUDGES = tuple((1e-6, *way) for way in WAYS[:2]) + tuple((1e-5, *way) for way in WAYS)
