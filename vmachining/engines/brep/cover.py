@@ -137,6 +137,8 @@ class _Work(Generic[T]):
     def _slab(self, profile: Profile, part: Turn, a: float, b: float, depth: int) -> list[_Found[T]] | None:
         """Bodies below and above a slab, and poses."""
         for slab, count in plans(profile, part, DEEP_MM, GAP_MM, POSES):
+            if process_time() > self.until:
+                break
             found = self._all([(body, a, b) for body in slab.bodies], depth)
             if found is not None:
                 stops = [a + (b - a) * k / count for k in range(count + 1)]
