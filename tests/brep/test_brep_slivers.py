@@ -138,3 +138,13 @@ def test_a_curve_that_breaks_off_between_its_nodes_is_refused(monkeypatch: pytes
     monkeypatch.setattr(ArcTurn, "points", broken)
     with pytest.raises(SweepError, match="ends on its way over a face"):
         brep.solid(Sweep.along(BullNose(diameter=10, corner_radius=2, length=30), TILT))
+
+
+def test_a_point_close_to_a_spline_face_is_told_by_whole_lines():
+    """7.6e-5 mm outside: rays that began there lost the face they entered by, half of them called it inside."""
+    sweep = gauntlet.gauntlet_block(11)
+    point = np.array([[28.944985204474662, -1.3447801277680909, 16.889041187727337]])
+    assert 7e-5 < sweep.signed_distance(point)[0] < 8e-5
+    faces = inside._Faces(brep.solids(sweep)[0].shape)
+    ways = np.random.default_rng(2).normal(size=(60, 3))
+    assert not any(faces.odd(point[0], way) for way in ways)

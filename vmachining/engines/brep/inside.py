@@ -88,16 +88,21 @@ class _Faces:
             found.Next()
 
     def odd(self, point: Floats, way: Floats) -> bool | None:
-        """Whether a ray leaves through the faces an odd number of times; None where OCCT cannot tell."""
+        """Whether a ray leaves through the faces an odd number of times; None where OCCT cannot tell.
+
+        The whole line is asked for: a spline face is looked for near facets of it, and of a line that begins between
+        these and the face the first crossing was lost.
+        """
         from OCP.gp import gp_Dir, gp_Lin, gp_Pnt
 
         line, crossings = gp_Lin(gp_Pnt(*point.tolist()), gp_Dir(*way.tolist())), []
         for face, box in self.faces:
             if box.IsOut(line):
                 continue
-            face.Perform(line, 0.0, FAR_MM)
+            face.Perform(line, -FAR_MM, FAR_MM)
             if not face.IsDone():
                 return None
-            crossings += [face.WParameter(i) for i in range(1, face.NbPnt() + 1)]
+            found = [face.WParameter(i) for i in range(1, face.NbPnt() + 1)]
+            crossings += [s for s in found if s > 0.0]
         apart = np.diff(np.sort(crossings)) >= SAME_MM
         return bool(crossings) and int(apart.sum()) % 2 == 0
