@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from somecutters import TOOLS
 
 from vmachining.engines.mesh import MeshEngine, box_stock
 from vmachining.engines.mesh.ahead import ahead
@@ -13,15 +14,7 @@ from vmachining.engines.mesh.solids import cutters
 from vmachining.engines.mesh.straight import facets
 from vmachining.geometry import Line
 from vmachining.sweep import Sweep
-from vmachining.tool import BallNose, BullNose, FlatEnd, Profile, ProfileTool, Taper
-
-TOOLS = {
-    "flat": FlatEnd(diameter=6, length=8),
-    "ball": BallNose(diameter=6, length=8),
-    "bull": BullNose(diameter=8, corner_radius=1.5, length=8),
-    "taper": Taper(diameter=3, taper_deg=10, corner_radius=0.7, length=8),
-    "barrel": ProfileTool(points=[(0, 0), (2, 0), (4, 3), (2.5, 8)]),
-}
+from vmachining.tool import BallNose, FlatEnd, Profile, ProfileTool
 
 
 @pytest.mark.parametrize("tool", TOOLS)

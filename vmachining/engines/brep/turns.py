@@ -57,6 +57,10 @@ FOLD_MM = 3e-5
 """A solid may cross itself by this much where a sheet lies inside the sweep; its volume is right to 1e-5."""
 
 
+SAME_BETA = 1e-3
+"""rad: normals so far beyond those of a face are not of it. They show where rounding decides, as about a corner of
+the grazing curve, which a torus has where its way begins level."""
+
 LOOKS, FINE = 17, 257
 """Places along a sheet at which it is looked at for folds, and corners of the polygon that its length is taken of."""
 
@@ -200,14 +204,23 @@ def _depth(grazes: Grazes) -> float:
     for stretch in grazes.stretches:
         if isinstance(stretch, EdgeSpan):
             continue  # edges never fold by themselves
-        depth = -0.125 * float(grazes.fold(stretch, w, _looks(grazes, stretch, w)).min())
+        looks = _looks(grazes, stretch, w)
+        depth = -0.125 * float(grazes.fold(stretch, w, looks).min())
         if depth > FOLD_MM:
-            g = grazes.elements[stretch.element].segment
-            text = f"the envelope folds inside the sweep, between heights {g.z0:.6g} and {g.z1:.6g} mm of the tool"
+            text = _reason(grazes, stretch, w, looks)
             parts = int(np.ceil(1.05 * np.sqrt(depth / FOLD_MM)))
             raise Divide(text, 0.5, soft=False, parts=parts) if parts < PARTS else SweepError(text)
         deepest = max(deepest, depth)
     return deepest
+
+
+def _reason(grazes: Grazes, stretch: Stretch, w: Floats, looks: Floats) -> str:
+    """Why a sheet that seems to fold cannot be made."""
+    g = grazes.elements[stretch.element].segment
+    _, _, beta, _ = stretch.place(grazes, grazes.moving.state(w), looks)
+    within = (beta >= min(g.beta) - SAME_BETA) & (beta <= max(g.beta) + SAME_BETA)
+    what = "the envelope folds inside the sweep" if within.all() else "the grazing curve has a corner"
+    return f"{what}, between heights {g.z0:.6g} and {g.z1:.6g} mm of the tool"
 
 
 def _looks(grazes: Grazes, stretch: Stretch, w: Floats) -> Floats:

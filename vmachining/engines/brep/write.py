@@ -72,5 +72,5 @@ def _difference(back: Sequence[float], wanted: Sequence[float]) -> str:
     gaps = [abs(abs(a) - b) for a, b in zip(sorted(map(abs, back)), sorted(wanted), strict=True)]
     other = sum(not gap <= SAME_REL * value for gap, value in zip(gaps, sorted(wanted), strict=True))
     found = [f"{count} of {len(back)} solids {what}" for count, what in (
-        (inverted, "inside out"), (other, f"of another volume, by up to {max(gaps):.3g} mm3")) if count]  # fmt: skip
+        (inverted, "inside out"), (other, f"of another volume, by up to {max(gaps, default=0.0):.3g} mm3")) if count]  # fmt: skip
     return " and ".join(found)

@@ -29,7 +29,7 @@
 | `window/` | what a tile lets a mesh see |
 | `solids.py` | `solid`, `pieces`, `cutters`, `balance`: meshes of sweeps |
 | `straight.py`, `curved.py` | cutters as facets on a straight way; arcs and helices |
-| `facets.py`, `clusters.py` | meridians and polyhedra of cutters; which facets are neighbours |
+| `facets.py`, `clusters/` | meridians and polyhedra of cutters; which facets are neighbours |
 | `turning/` | meshes of five-axis sweeps |
 | `stock.py` | `box_stock`, `cylinder_stock`, `stl_stock`, `mesh_stock` |
 | `checkpoint.py` | tiles on disk |
@@ -41,7 +41,7 @@ Measured, 1 mm finishing blocks of a 10 mm ball at chord 0.01: 5 to 6 ms a block
 0.7 microseconds per triangle of the tile, 2 per triangle of the cutter and 4 per triangle of the contact.
 `vmachining bench half_cylinder` compares with one global solid.
 
-Known limits: brackets of thin chips are wide (20 % of such a block, 9 % certified; sums of blocks are far
+Known limits: brackets of thin chips are wide (17 % of such a block, 9 % certified; sums of blocks are far
 narrower, for what one block leaves to the next one cancels). Chains of hulls make helices and upright arcs dear,
 and turning tools cost 0.2 to 0.5 s per block. The joined surface can keep a slit of no width where two tiles met;
 its volume is right.

@@ -4,13 +4,14 @@ Legend
     points (n, 3), triangles (m, 3), normals (m, 3), edges (k, 4)   the cutter, see `facets.Polyhedron`
     cos, sin      turn of the cutter about its axis, to the heading
     p (3,)        start of the tip                  d (3,)        displacement, zero for a cutter at rest
-    first (h + 1, 3), boxes (h, 2, 3)   clusters of the facets, see `clusters.py`
+    first (h + 1, 3), boxes (h, 2, 3)   clusters of the facets, see `clusters/`
     lo, hi (3,)   box of the material               apex (3,)     a point inside the swept solid, above the box
     a facet faces forward if its normal . d > 0 (`ALONG`): it goes with the end copy (vertex v + n), else it stays (v)
 """
 
 import numpy as np
 
+from vmachining.engines.mesh.clusters._kernels import extent, put, toward
 from vmachining.engines.mesh.gap._kernels import ALONG
 from vmachining.engines.mesh.window._kernels import under_roof
 from vmachining.jit import kernel
@@ -58,13 +59,6 @@ def _seen(quad, points, lo, hi, apex, corner, heights, cell):
 
 
 @kernel
-def _goes(normal, cos, sin, d, along):
-    """Whether a facet faces forward."""
-    x, y = cos * normal[0] - sin * normal[1], sin * normal[0] + cos * normal[1]
-    return x * d[0] + y * d[1] + normal[2] * d[2] > along
-
-
-@kernel
 def _longer(rows, origin, count, size):
     """Copies with room for more."""
     more, whence = np.empty((size, 3), np.int64), np.empty(size, np.int64)
@@ -75,19 +69,13 @@ def _longer(rows, origin, count, size):
 @kernel
 def _hidden(box, cos, sin, p, d, lo, hi, apex):
     """Whether all facets in a box (2, 3) of the cutter, and what they sweep, are beside or above, see `_beside`."""
-    mid_x, mid_y = 0.5 * (box[0, 0] + box[1, 0]), 0.5 * (box[0, 1] + box[1, 1])
-    half_x, half_y = box[1, 0] - mid_x, box[1, 1] - mid_y
-    z0 = p[2] + box[0, 2] + min(d[2], 0.0)
+    z0, z1 = extent(box, 2, cos, sin, p, d)
     if z0 > hi[2]:
         return True
-    z1 = min(p[2] + box[1, 2] + max(d[2], 0.0), hi[2])  # no facet is seen above
+    z1 = min(z1, hi[2])  # no facet is seen above
     t0, t1 = (hi[2] - z0) / (apex[2] - z0), (hi[2] - z1) / (apex[2] - z1)
     for i in range(2):
-        if i == 0:
-            middle, half = cos * mid_x - sin * mid_y, abs(cos) * half_x + abs(sin) * half_y
-        else:
-            middle, half = sin * mid_x + cos * mid_y, abs(sin) * half_x + abs(cos) * half_y
-        first, last = p[i] + middle - half + min(d[i], 0.0), p[i] + middle + half + max(d[i], 0.0)
+        first, last = extent(box, i, cos, sin, p, d)
         # where the ways to the apex leave the top of the box; they begin at x first or last, at height z0 or z1
         way = apex[i] - last
         if last < lo[i] and last + t0 * way < lo[i] and last + t1 * way < lo[i]:
@@ -149,14 +137,11 @@ def swept_facets(
         if count + room > out.shape[0]:
             out, origin = _longer(out, origin, count, count + 2 * room)
         for t in range(first[c, 0], first[c + 1, 0]):
-            for k in range(3):
-                v = triangles[t, k]
+            for v in triangles[t]:
                 if placed[v]:
                     continue
                 placed[v] = True
-                at[v, 0] = p[0] + cos * points[v, 0] - sin * points[v, 1]
-                at[v, 1] = p[1] + sin * points[v, 0] + cos * points[v, 1]
-                at[v, 2] = p[2] + points[v, 2]
+                put(points[v], cos, sin, p, at[v])
                 for i in range(3):
                     at[n + v, i] = at[v, i] + d[i]
                 if cull:
@@ -189,8 +174,8 @@ def swept_facets(
                 origin[count] = t
                 count += 1
         for e in range(first[c, 1], first[c + 1, 1]):
-            left = _goes(normals[edges[e, 2]], cos, sin, d, along)
-            right = _goes(normals[edges[e, 3]], cos, sin, d, along)
+            left = toward(normals[edges[e, 2]], cos, sin, d) > along
+            right = toward(normals[edges[e, 3]], cos, sin, d) > along
             if left == right:
                 continue
             # the facet that stays behind runs u -> v along this edge; the silhouette runs v, u, u + d, v + d

@@ -13,6 +13,7 @@ Legend
 
 import numpy as np
 
+from vmachining.engines.mesh.clusters._kernels import toward
 from vmachining.jit import kernel
 from vmachining.sweep._kernels import meridian
 
@@ -227,7 +228,7 @@ def facet_means(points, normals, edges, mean, seg, cos, sin, d, lift, source):
         if e < 0:
             gap = mean[t]
         else:
-            right = n[0] * d[0] + n[1] * d[1] + n[2] * d[2] > ALONG * length
+            right = toward(normals[t], cos, sin, d) > ALONG * length
             q, r = points[edges[e, 0 if right else 1]], points[edges[e, 1 if right else 0]]
             u[0], u[1], u[2] = cos * q[0] - sin * q[1], sin * q[0] + cos * q[1], q[2]
             v[0], v[1], v[2] = cos * r[0] - sin * r[1], sin * r[0] + cos * r[1], r[2]

@@ -3,7 +3,7 @@
 Legend
     points (n, 3), triangles (m, 3), normals (m, 3), edges (k, 4), patches (l, 6)   the inner cutter, see
                   `facets.Polyhedron`
-    first (h + 1, 3), boxes (h, 2, 3), spare (h,)   its clusters, see `clusters.py` and `spare`
+    first (h + 1, 3), boxes (h, 2, 3), spare (h,)   its clusters, see `clusters/` and `spare`
     most, bulk, slope, plumb   of its facets, see `vmachining.engines.mesh.gap`
     seg           meridian of the true cutter, rows (r0, z0, r1, z1, cr, cz, R, ...); R = 0 is a line
     cos, sin, p, d, lo, hi, apex, heights, corner, cell, rear   as in the kernels of straight sweeps
@@ -13,6 +13,7 @@ Legend
 
 import numpy as np
 
+from vmachining.engines.mesh.clusters._kernels import extent, put, toward
 from vmachining.engines.mesh.gap._kernels import ALONG, across, along_shadow, shadow_gap, strip
 from vmachining.engines.mesh.window._kernels import under_roof
 from vmachining.jit import kernel
@@ -192,28 +193,10 @@ def _brink(u, v, n_x, n_y, n_z, grow, apex, out):
 
 
 @kernel
-def _ahead(normal, cos, sin, d):
-    """n . d of a facet."""
-    return (
-        (cos * normal[0] - sin * normal[1]) * d[0]
-        + (sin * normal[0] + cos * normal[1]) * d[1]
-        + normal[2] * d[2]
-    )
-
-
-@kernel
 def _out_of_sight(box, cos, sin, p, d, lo, hi, apex):
     """Whether all that facets in a box (2, 3) of the cutter sweep is beside the box of a tile, see `_beside`."""
-    mid_x, mid_y = 0.5 * (box[0, 0] + box[1, 0]), 0.5 * (box[0, 1] + box[1, 1])
-    half_x, half_y = box[1, 0] - mid_x, box[1, 1] - mid_y
     for i in range(3):
-        if i == 0:
-            middle, half = cos * mid_x - sin * mid_y, abs(cos) * half_x + abs(sin) * half_y
-        elif i == 1:
-            middle, half = sin * mid_x + cos * mid_y, abs(sin) * half_x + abs(cos) * half_y
-        else:
-            middle, half = 0.5 * (box[0, 2] + box[1, 2]), 0.5 * (box[1, 2] - box[0, 2])
-        first, last = p[i] + middle - half + min(d[i], 0.0), p[i] + middle + half + max(d[i], 0.0)
+        first, last = extent(box, i, cos, sin, p, d)
         if last < lo[i] and last + GROWS * (last - apex[i]) < lo[i]:
             return True
         if first > hi[i] and first + GROWS * (first - apex[i]) > hi[i]:
@@ -271,22 +254,19 @@ def hull_skin(
         if slack[0] + slack[1] < spare[g] and _out_of_sight(boxes[g], cos, sin, p, d, lo, hi, apex):
             continue
         for t in range(first[g, 0], first[g + 1, 0]):
-            for k in range(3):
-                v = triangles[t, k]
+            for v in triangles[t]:
                 if placed[v]:
                     continue
                 placed[v] = True
-                at[v, 0] = p[0] + cos * points[v, 0] - sin * points[v, 1]
-                at[v, 1] = p[1] + sin * points[v, 0] + cos * points[v, 1]
-                at[v, 2] = p[2] + points[v, 2]
+                put(points[v], cos, sin, p, at[v])
                 beside[v] = _beside(at[v, 0], at[v, 1], at[v, 2], lo, hi, apex)
                 beside[v + many] = _beside(at[v, 0] + d[0], at[v, 1] + d[1], at[v, 2] + d[2], lo, hi, apex)
         for k in range(first[g, 2], first[g + 1, 2]):
             one, two = patches[k, 0], patches[k, 1]
-            ahead, second = _ahead(normals[one], cos, sin, d), 0.0
+            ahead, second = toward(normals[one], cos, sin, d), 0.0
             whole = two < 0
             if not whole:
-                second = _ahead(normals[two], cos, sin, d)
+                second = toward(normals[two], cos, sin, d)
                 whole = (ahead > along) == (second > along) and (ahead < -rear) == (second < -rear)
             for t in (one, two):
                 if t == two:
@@ -349,7 +329,7 @@ def hull_skin(
             continue
         for e in range(first[g, 1], first[g + 1, 1]):
             t, other = edges[e, 2], edges[e, 3]
-            left, right = _ahead(normals[t], cos, sin, d), _ahead(normals[other], cos, sin, d)
+            left, right = toward(normals[t], cos, sin, d), toward(normals[other], cos, sin, d)
             if min(left, right) < -rear <= max(left, right) and normals[t] @ normals[other] < COS_SHARP:
                 if right < -rear:
                     t, other = other, t
