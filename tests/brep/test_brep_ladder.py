@@ -22,7 +22,7 @@ from vmachining.engines import brep
 from vmachining.engines.brep import Blank, Ladder, Status, described, isolated, ladder, workers, workpiece
 from vmachining.engines.brep.near import SweepIndex
 from vmachining.engines.brep.polyhedron import polyhedron
-from vmachining.engines.brep.sections import integrated
+from vmachining.engines.brep.sections import integrated, level_area
 from vmachining.engines.brep.step import read_step
 from vmachining.engines.brep.workpiece import write_step
 from vmachining.engines.mesh import MeshEngine, box_stock
@@ -410,6 +410,25 @@ def test_sections_find_the_closed_form_where_booleans_lie() -> None:
     # a value whose error reaches out of the bracket is none
     tight = Bracket(verdict.removed_mm3, verdict.removed_mm3, verdict.removed_mm3)  # type: ignore[arg-type]
     assert Ladder(BOX, chain(tool, across)).removed(1, tight, rungs=("sections",)).status is Status.REFUSED
+
+
+def test_a_level_section_has_the_area_of_circles_and_ellipses() -> None:
+    """What a circle leaves of another one in a plate with a hole; edges stand for arcs to 1e-5 mm, areas to 1e-6 mm^2."""
+    import cadquery as cq
+
+    radius, away = 5.0, 3.0
+    one, other = (
+        cq.Solid.makeCylinder(radius, 4, cq.Vector(x, 0, -2), cq.Vector(0, 0, 1)) for x in (0, away)
+    )
+    hole = cq.Solid.makeCylinder(0.5, 4, cq.Vector(-4, 0, -2), cq.Vector(0, 0, 1))
+    plate = cq.Solid.makeBox(40, 40, 3, cq.Vector(-20, -20, -1)).cut(hole)
+    lens = 2 * radius**2 * np.arccos(away / (2 * radius)) - away / 2 * np.sqrt(4 * radius**2 - away**2)
+    box = np.array([[-5, -5, -1], [5, 5, 1]], dtype=float)
+    found = level_area(0.3, plate.wrapped, [one.wrapped], [other.wrapped], box)
+    assert found == pytest.approx(np.pi * (radius**2 - 0.25) - lens, abs=1e-6)
+    leaning = cq.Solid.makeCylinder(2, 40, cq.Vector(0, -12, -16), cq.Vector(0, 0.6, 0.8))
+    found = level_area(0.0, plate.wrapped, [leaning.wrapped], [], box)
+    assert found == pytest.approx(np.pi * 2 * 2 / 0.8, abs=1e-6)
 
 
 def test_helices_in_each_other_are_cut_in_sections_first() -> None:

@@ -3,11 +3,10 @@
 Sheets of two helices over each other touch along whole curves; OCCT walks along such contacts for minutes. A
 level plane meets every face in a curve of its own, and two curves in a plane that touch do so in a point. So
 
-1. at height z every solid has a section, a plane face; the one of the stock minus those of the earlier sweeps has
-   an area, and a smaller one after those of the block's own solids are cut from it, too: the difference A(z) is
-   what the block removes there (edges of plane faces never meet faces of solids: that was three times as slow).
-   The sections of the block less all others must give the same area, else all is cut at once, and if no two of the
-   three agree the plane moves by a little;
+1. at height z every solid has a section, a plane face, whose outline is followed with `SAG` mm; what the outlines
+   of the block, of the earlier sweeps and of the stock leave of each other is a matter of polygons (Clipper2), which
+   never fails: the area A(z) is what the block removes there. An outline has to have the area of its face (edges of
+   plane faces never meet faces of solids: that was three times as slow);
 2. A is integrated by Clenshaw-Curtis rules of 3, 5, 9, 17 and 33 heights between the heights known not to be
    smooth (ends of motions, joints of the tools). Each rule takes over the heights of the one before. Where two
    sections begin to meet A has a kink nobody knows of: the error of a rule then falls by four on the average, and
@@ -19,15 +18,16 @@ The faces are those of the solids, exact to their fits; only the integral over z
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from manifold3d import CrossSection, FillRule, OpType
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.booleans import apart, common, is_empty, minus
+from vmachining.engines.brep.booleans import apart, box_of, common, is_empty
 from vmachining.engines.brep.measure import area
 from vmachining.errors import EngineError
 
@@ -39,11 +39,19 @@ RULES = (2, 4, 8, 16, 32)
 MARGIN = 1.0
 """mm by which the plane is larger than the box of the block."""
 
+SAG = 1e-5
+"""mm between an edge and the chords that stand for it. Their ends are moved outward until a chord and its arc have
+the same area, so that only the ends of an edge err, by about sag times chord: 1e-7 mm^2."""
+
+LOOKS, MOST = 33, 8192
+"""Points at which an edge is looked at first, and most points of one."""
+
 ROUNDING = 1e-5
-"""Relative, and mm^2: edges of 10 mm that OCCT knows to 1e-7 mm, ten times over."""
+"""Relative, and mm^2, by which the area of an outline may differ from that of its face: edges of 10 mm that OCCT
+knows to 1e-7 mm, ten times over."""
 
 NUDGES = (0.0, 1e-5, 1e-4, 1e-3)
-"""Parts of the height left in the box by which a section moves where planar booleans go wrong."""
+"""Parts of the height left in the box by which a section moves where it goes wrong."""
 
 CLOSE = 0.02
 """Of the range of heights: ends of pieces closer than this are one."""
@@ -60,9 +68,9 @@ def integrated(f: Callable[[float], float], stops: Sequence[float], tol: float) 
         if z - kept[-1] > CLOSE * (high - low) and high - z > CLOSE * (high - low):
             kept.append(z)
     kept.append(high)
-    total = error = 0.0
+    total, error, once = 0.0, 0.0, cache(f)  # neighbouring pieces share a height
     for a, b in pairwise(kept):
-        value, miss = _piece(f, a, b, tol * (b - a) / (high - low))
+        value, miss = _piece(once, a, b, tol * (b - a) / (high - low))
         total, error = total + value, error + miss
     return total, error
 
@@ -74,7 +82,7 @@ def _piece(f: Callable[[float], float], a: float, b: float, tol: float) -> tuple
         x, w = _clenshaw_curtis(count)
         for s in x.tolist():
             if s not in known:
-                known[s] = f(a + (b - a) * s)
+                known[s] = f(b if s == 1.0 else a + (b - a) * s)
         value = (b - a) * float(w @ [known[s] for s in x.tolist()])
         miss, step = max(abs(value - last), 0.25 * step), abs(value - last)
         if miss <= tol:
@@ -109,31 +117,21 @@ def level_area(z: float, stock: Any, parts: Sequence[Any], others: Sequence[Any]
     Raises
     ------
     EngineError
-        No height close by at which two of three ways of cutting find the same area.
+        No height close by at which every section has an outline of its own area.
     """
     reason = ""
     for nudge in NUDGES:
         at = z + nudge * (
             float(box[1, 2]) - z if z < 0.5 * float(box[0, 2] + box[1, 2]) else float(box[0, 2]) - z
         )
-        known: list[float] = []
-        for way in _areas(at, stock, parts, others, box):
-            try:
-                value = way()
-            except EngineError as exc:
-                reason = str(exc)
-                continue
-            if any(abs(value - other) <= ROUNDING * (1.0 + abs(value)) for other in known):
-                return value
-            known.append(value)
-        reason = f"{known} mm2 at height {at:.6g}" if known else reason
+        try:
+            return _area(at, stock, parts, others, box)
+        except EngineError as exc:
+            reason = str(exc)
     raise EngineError(f"no area of a level section: {reason}", engine="brep")
 
 
-def _areas(
-    z: float, stock: Any, parts: Sequence[Any], others: Sequence[Any], box: Floats
-) -> tuple[Callable[[], float], ...]:
-    """Three ways to the area: what is left of the stock, piece by piece or all at once, and pieces of the parts."""
+def _area(z: float, stock: Any, parts: Sequence[Any], others: Sequence[Any], box: Floats) -> float:
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
     from OCP.gp import gp_Dir, gp_Pln, gp_Pnt
 
@@ -141,31 +139,70 @@ def _areas(
     wide, deep = (box[1, :2] - box[0, :2] + 2.0 * MARGIN).tolist()
     plane = BRepBuilderAPI_MakeFace(place, 0.0, wide, 0.0, deep).Face()
 
-    def sections(solids: Sequence[Any]) -> list[Any]:
-        found = [common(plane, solid, 0.0) for solid in solids if not apart(plane, solid)]
-        return [face for face in found if not is_empty(face)]
+    def union(solids: Sequence[Any]) -> CrossSection:
+        outlines = [_outline(common(plane, solid, 0.0)) for solid in solids if not apart(plane, solid)]
+        return CrossSection.batch_boolean(outlines, OpType.Add) if outlines else CrossSection()
 
-    whole, gone, own = common(plane, stock, 0.0), sections(others), sections(parts)
-
-    def of_stock() -> float:
-        rest = _without(whole, gone)
-        return area(rest) - area(_without(rest, own))
-
-    def of_parts() -> float:
-        return sum(area(_without(common(face, whole, 0.0), [*gone, *own[:k]])) for k, face in enumerate(own))
-
-    def at_once() -> float:
-        rest = minus(whole, gone, 0.0) if gone else whole
-        return area(rest) - area(minus(rest, own, 0.0)) if own else 0.0
-
-    return of_stock, of_parts, at_once
+    left = union(parts) ^ union([stock])
+    if left.is_empty():
+        return 0.0
+    x0, y0, x1, y1 = left.bounds()
+    near = [b for b in others if _overlap(box_of(b), x0, y0, x1, y1)]
+    return float((left - union(near)).area())
 
 
-def _without(face: Any, others: Sequence[Any]) -> Any:
-    """What others leave of a face, one after the other."""
-    for other in others:
-        if is_empty(face):
-            break
-        if not apart(face, other):
-            face = minus(face, [other], 0.0)
-    return face
+def _overlap(box: Floats, x0: float, y0: float, x1: float, y1: float) -> bool:
+    """Whether a box reaches over a rectangle."""
+    return bool(box[0, 0] < x1 and box[1, 0] > x0 and box[0, 1] < y1 and box[1, 1] > y0)
+
+
+def _outline(section: Any) -> CrossSection:
+    """Plane faces as polygons of their area."""
+    if is_empty(section):
+        return CrossSection()
+    found = CrossSection(list(_loops(section)), FillRule.EvenOdd)
+    wanted, reached = area(section), float(found.area())
+    if not abs(reached - wanted) <= ROUNDING * (1.0 + wanted):
+        raise EngineError(f"an outline has {reached:.9g} mm2, its face {wanted:.9g}", engine="brep")
+    return found
+
+
+def _loops(section: Any) -> Iterator[Floats]:
+    """Wires of faces as closed polygons (n, 2)."""
+    from OCP.BRepAdaptor import BRepAdaptor_Curve
+    from OCP.BRepTools import BRepTools_WireExplorer
+    from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.TopoDS import TopoDS
+
+    wires = TopExp_Explorer(section, TopAbs_ShapeEnum.TopAbs_WIRE)
+    while wires.More():
+        walk, loop = BRepTools_WireExplorer(TopoDS.Wire_s(wires.Current())), []
+        while walk.More():
+            edge = walk.Current()
+            points = _followed(BRepAdaptor_Curve(edge))
+            loop.append(
+                points[:0:-1] if edge.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else points[:-1]
+            )
+            walk.Next()
+        wires.Next()
+        if loop:
+            yield np.ascontiguousarray(np.concatenate(loop))
+
+
+def _followed(curve: Any) -> Floats:
+    """Points (n, 2) of an edge in a level plane, with its ends; see `SAG`."""
+    from OCP.GeomAbs import GeomAbs_CurveType
+
+    def at(count: int) -> Floats:
+        where = np.linspace(curve.FirstParameter(), curve.LastParameter(), count)
+        found = [curve.Value(float(t)) for t in where]
+        return np.array([(p.X(), p.Y()) for p in found])
+
+    if curve.GetType() == GeomAbs_CurveType.GeomAbs_Line:
+        return at(2)
+    coarse = at(LOOKS)
+    sag = 0.125 * float(np.linalg.norm(np.diff(coarse, 2, axis=0), axis=1).max())
+    points = at(min(MOST, int(np.ceil((LOOKS - 1) * np.sqrt(max(sag, SAG) / SAG))) + 1))
+    points[1:-1] -= np.diff(points, 2, axis=0) / 12.0  # two thirds of the sag
+    return points
