@@ -10,7 +10,9 @@ import pytest
 from vmachining import BallNose, BullNose, FlatEnd, ProfileTool, Sweep, Taper, Turn
 from vmachining.bench.sweep5 import VOLUMES, block, reference
 from vmachining.engines import brep
+from vmachining.engines.brep.cover import _flattened
 from vmachining.geometry import Bracket
+from vmachining.sweep import Pose
 
 TAPER = Taper(diameter=6, corner_radius=1.5, taper_deg=8, length=30)
 TILT = Turn.rotary((0, 0, 0), (2, -4, 2.5), "ac", {"a": 0.3, "c": 0.2}, {"a": 0.35, "c": 0.5})
@@ -76,7 +78,11 @@ def test_a_wanted_fit_is_reached() -> None:
     assert fine < coarse < 1e-3 and fine < 3e-7
 
 
-def strangers(sweep: Sweep, count: int) -> list[float]:
+GAP, FOLD, OFF = 3e-5, 3e-5, 3e-5
+"""mm: what may be missing between parts, lie inside a sheet, and be off a plane."""
+
+
+def strangers(sweep: Sweep, count: int, slack: float = GAP + FOLD) -> list[float]:
     """Distances (mm) of points near the sweep's surface on whose place its solids and the exact sweep disagree."""
     rng, body = np.random.default_rng(1), sweep.profile
     z = rng.uniform(body.z_min, body.z_max, count)
@@ -91,7 +97,7 @@ def strangers(sweep: Sweep, count: int) -> list[float]:
     shapes = [part.shape for part in brep.solids(sweep)]
     assert all(brep.inspect(shape).valid for shape in shapes)
     held = brep.held(shapes, points)
-    wrong = (held != (distance < 0.0)) & (np.abs(distance) > 6e-5)  # gap and fold, 3e-5 mm each
+    wrong = (held != (distance < 0.0)) & (np.abs(distance) > slack)
     return distance[wrong].tolist()
 
 
@@ -110,6 +116,29 @@ def test_a_pivot_in_the_tool_is_covered_by_parts(
     start, end = (v / np.linalg.norm(v) for v in np.array([[0.1, 0.05, 1.0], [0.14, 0.06, 1.0]]))
     move = Turn.through((0, 0, 0), height * (start - end) + drift, "axis", start, end)
     assert strangers(Sweep.along(cutter, move), 300) == []
+
+
+def test_a_block_that_hardly_leaves_its_plane_is_covered_by_planar_parts() -> None:
+    """The axis passes its pivot at 6e-4 mm: front and rear of the flat end swap within no time, and sheets are sharp."""
+    start = np.array([0.1, 0.05, 1.0]) / np.linalg.norm([0.1, 0.05, 1.0])
+    across = np.cross(np.cross(start, [1, 0, 0]), start)
+    across /= np.linalg.norm(across)
+    end = np.cos(0.02) * start + np.sin(0.02) * np.cross(across, start)
+
+    def move(slip: float) -> Turn:
+        return Turn.great_circle(Pose((0, 0, 0), start), Pose(34.4 * (start - end) + slip * across, end))
+
+    for slip, count in ((1.1e-5, 1), (1e-4, 2), (1e-2, 0)):
+        planes, off = _flattened(move(slip))
+        assert len(planes) == count and off == pytest.approx(slip / (2 * count) if count else 0.0, rel=1e-6)
+        for k, part in enumerate(planes):
+            t = np.linspace(0.0, 1.0, 11)
+            apart = part.position(t) - move(slip).position((k + t) / count)
+            assert np.abs(part.velocity(t) @ across).max() < 1e-12
+            assert np.linalg.norm(apart, axis=1).max() == pytest.approx(off, rel=1e-6)
+    sweep = Sweep.along(FlatEnd(diameter=19.5, length=42), move(1.1e-5))
+    assert strangers(sweep, 100, GAP + FOLD + OFF) == []
+    assert 5e-6 < max(part.fit_mm for part in brep.solids(sweep)) < GAP + FOLD + OFF
 
 
 def test_a_tilt_about_the_middle_of_the_axis_is_covered_by_parts() -> None:

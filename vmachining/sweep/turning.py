@@ -244,11 +244,11 @@ class Turn:
         start, end = _frozen(self.position(a)), _frozen(self.position(b))
         return Turn(start, end, self.tip_series.part(a, b), self.axis_series.part(a, b))
 
-    def drifting(self, step: ArrayLike) -> Turn:
-        """The motion with a drift: the last pose is moved by `step` (3,) mm, the first one stays."""
-        way = np.asarray(step, dtype=np.float64)
-        series = self.tip_series + Series.linear(np.zeros(3), way)
-        return Turn(self.start, _frozen(self.end + way), series, self.axis_series)
+    def drifting(self, last: ArrayLike, first: ArrayLike = (0.0, 0.0, 0.0)) -> Turn:
+        """The motion with a drift: the first and the last pose are moved by (3,) mm, others by what is between."""
+        before, after = np.asarray(first, dtype=np.float64), np.asarray(last, dtype=np.float64)
+        series = self.tip_series + Series.linear(before, after - before)
+        return Turn(_frozen(self.start + before), _frozen(self.end + after), series, self.axis_series)
 
 
 def _great_circle(start: Angles, end: Angles) -> Series:

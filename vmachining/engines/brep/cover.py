@@ -5,6 +5,9 @@ by some poses of the whole tool, the bodies below and above it have envelopes th
 (`vmachining.sweep.folds`). What has no slab, or bodies without a solid, is halved in time. Every part is built and
 gated like a block of its own; that nothing is missing between them is measured in exact distances (`GAP_MM`).
 
+A motion that hardly leaves a plane through the axis is taken for one that stays in it, in as many parts of the block
+as keep it within `GAP_MM` of the truth: what is planar has simpler solids than what is nearly so.
+
 A motion that stays in a plane through the axis grazes along whole circles and on edges of no width, at all times.
 1e-6 mm of motion along the axis and out of the plane (`NUDGES`) makes a general one of it, off by as much. Where its
 speed along the axis begins or ends at zero, sheets are sharp there and round elsewhere: such a block is cut where that
@@ -56,6 +59,9 @@ GRADE = 4.0
 END = 1e-3
 """Closer to an end of a part than this it is not cut."""
 
+FLAT_PARTS = 8
+"""Most parts of a block with a plane of their own each."""
+
 PLANAR = 1e-9
 """A motion leaves its plane by less than this share of its size, or stays in it."""
 
@@ -63,8 +69,9 @@ T = TypeVar("T")
 Build = Callable[[Profile, Turn, float], list[T]]
 """Solids of a part; the number is how far (mm) its motion is off."""
 
-Special = Callable[[Profile, Turn, float], list[T]]
-"""Solids of a motion of a kind of its own, or one off by less than the number (mm); none of others."""
+Special = Callable[[Profile, Turn, float, float], list[T]]
+"""Solids of a motion of a kind of its own, or one off by less than the third number (mm); none of others. The last
+one is how far the motion is off already."""
 
 
 class _Found(NamedTuple, Generic[T]):
@@ -85,20 +92,39 @@ def covered(profile: Profile, path: Turn, build: Build[T], special: Special[T]) 
     SweepError, EngineError
         The first reason for which there is no solid, if there are no parts either.
     """
+    found = _flat(profile, path, build, special)
+    if found is not None:
+        return found
     try:
-        found = _Work(path, build, special).parts(profile, 0.0, 1.0, 0)
+        found = _Work(path, build, special).solids(profile)
     except (SweepError, EngineError):
         lift = _lift(path)
         if lift is None or _grade(lift) is None:
             raise
-        found = _Work(path, build, special, is_graded=True).parts(profile, 0.0, 1.0, 0)
-    if sum(len(f.parts) for f in found) > MOST:
-        raise SweepError(
-            f"the envelope folds: more than {MOST} solids would cover the sweep", remedy="split the block"
-        )
-    once: dict[tuple[int, float], _Found[T]] = {}
-    moving = [f for f in found if f.t is None or once.setdefault((id(f.profile), f.t), f) is f]
-    return [part for f in moving for part in f.parts]
+        found = _Work(path, build, special, is_graded=True).solids(profile)
+    return found
+
+
+def _flat(profile: Profile, path: Turn, build: Build[T], special: Special[T]) -> list[T] | None:
+    """Solids of parts that stay in a plane each, for a block that nearly does and has none itself; None of others."""
+    planes, off = _flattened(path)
+    if not planes:
+        return None
+    try:
+        return build(profile, path, 0.0)
+    except (SweepError, EngineError):
+        pass
+
+    def near(body: Profile, part: Turn, more: float) -> list[T]:
+        return build(body, part, off + more)
+
+    def near_special(body: Profile, part: Turn, limit: float, more: float) -> list[T]:
+        return special(body, part, limit, off + more)
+
+    try:
+        return [one for part in planes for one in _Work(part, near, near_special).solids(profile)]
+    except (SweepError, EngineError):
+        return None
 
 
 class _Work(Generic[T]):
@@ -109,6 +135,17 @@ class _Work(Generic[T]):
         self.until = process_time() + PATIENCE_S
         self.is_graded = is_graded
 
+    def solids(self, profile: Profile) -> list[T]:
+        """Of the whole block; poses that several parts need are there once."""
+        found = self.parts(profile, 0.0, 1.0, 0)
+        if sum(len(f.parts) for f in found) > MOST:
+            raise SweepError(
+                f"the envelope folds: more than {MOST} solids would cover the sweep", remedy="split the block"
+            )
+        once: dict[tuple[int, float], _Found[T]] = {}
+        moving = [f for f in found if f.t is None or once.setdefault((id(f.profile), f.t), f) is f]
+        return [part for f in moving for part in f.parts]
+
     def parts(self, profile: Profile, a: float, b: float, depth: int) -> list[_Found[T]]:
         """From t = a to b."""
         part = self.path if (a, b) == (0.0, 1.0) else self.path.part(a, b)
@@ -116,7 +153,7 @@ class _Work(Generic[T]):
             return [_Found(profile, None, self.build(profile, part, 0.0))]
         except (SweepError, EngineError) as error:
             reason = error
-        exact = self.special(profile, part, NUDGES[-1][0] if self.is_graded else EXACT_MM)
+        exact = self.special(profile, part, NUDGES[-1][0] if self.is_graded else EXACT_MM, 0.0)
         if exact:
             one = self._nudged(profile, part, hasty=True) if len(exact) == 2 else None
             return one if one and len(one[0].parts) == 1 else [_Found(profile, None, exact)]
@@ -172,6 +209,21 @@ class _Work(Generic[T]):
         return out
 
 
+def _flattened(path: Turn) -> tuple[list[Turn], float]:
+    """Parts of a block moved into planes through the axis, and by how much at most (mm); none where it is too much."""
+    across = _plane(path)
+    if across is None:
+        return [], 0.0
+    t = np.linspace(0.0, 1.0, 9)
+    slip = path.velocity(t) @ across
+    count = int(np.ceil(np.abs(slip).max() / (2.0 * GAP_MM)))
+    if not 1 <= count <= FLAT_PARTS or np.ptp(slip) > PLANAR * np.abs(path.velocity(t)).max():
+        return [], 0.0
+    half = 0.5 * float(slip[0]) / count * across
+    parts = [path.part(k / count, (k + 1) / count) for k in range(count)]
+    return [part.drifting(-half, half) for part in parts], float(np.linalg.norm(half))
+
+
 def _swap(profile: Profile, path: Turn) -> float | None:
     """First instant at which front and rear of flat faces swap: a motion is nudged one way before, the other after."""
     found = [c.t for c in changes(Sweep.along(profile, path)) if c.kind == "swap" and END < c.t < 1.0 - END]
@@ -202,19 +254,19 @@ def _grade(lift: Floats) -> float | None:
 
 def _neighbours(path: Turn) -> Iterator[tuple[Turn, float]]:
     """General motions next to a planar one, with their distance in mm; none of others."""
-    t = np.linspace(0.0, 1.0, 9)
-    axis, rate, velocity = path.axis(t), path.axis_rate(t), path.velocity(t)
-    across = np.cross(axis, rate)
-    size = np.linalg.norm(across, axis=1)
-    if not size.all():
-        return
-    across /= size[:, None]
-    speed = float(np.abs(velocity).max())
-    if (
-        max(np.abs(across - across[0]).max(), np.abs(velocity @ across[0]).max() / max(speed, PLANAR))
-        > PLANAR
-    ):
+    across, velocity = _plane(path), path.velocity(np.linspace(0.0, 1.0, 9))
+    if across is None or np.abs(velocity @ across).max() > PLANAR * max(np.abs(velocity).max(), PLANAR):
         return
     for distance, along, aside in NUDGES:
-        step = distance * (along * axis[4] + aside * across[4])
-        yield path.drifting(step), distance
+        yield path.drifting(distance * (along * path.axis(0.5) + aside * across)), distance
+
+
+def _plane(path: Turn) -> Floats | None:
+    """(3,) normal of the plane in which the axis turns; None of an axis that leaves it or does not turn."""
+    t = np.linspace(0.0, 1.0, 9)
+    across = np.cross(path.axis(t), path.axis_rate(t))
+    size = np.linalg.norm(across, axis=1)
+    if not size.all():
+        return None
+    across /= size[:, None]
+    return across[4] if np.abs(across - across[0]).max() <= PLANAR else None

@@ -175,9 +175,9 @@ def _enveloped(profile: Profile, path: Turn, fit_mm: float, off_mm: float) -> li
     return found
 
 
-def _hinged(profile: Profile, path: Turn, off_mm: float) -> list[Swept]:
-    """Halves of a tool that turns about a line through its axis that moves by less than `off_mm`; none of others."""
-    hinge = Hinge.of(path, off_mm)
+def _hinged(profile: Profile, path: Turn, most_mm: float, off_mm: float) -> list[Swept]:
+    """Halves of a tool that turns about a line through its axis that moves by less than `most_mm`; none of others."""
+    hinge = Hinge.of(path, most_mm)
     found: list[Swept] = []
     if hinge is None:
         return found
@@ -187,7 +187,7 @@ def _hinged(profile: Profile, path: Turn, off_mm: float) -> list[Swept]:
             value = _inspected(shape).volume
             if abs(value - exact) > VOLUME_REL[False] * exact:
                 raise EngineError(f"half of {value:.9g} mm3, its flux gives {exact:.9g}", engine="brep")
-            found.append(Swept(shape, hinge.off_mm))
+            found.append(Swept(shape, hinge.off_mm + off_mm))
     except (SweepError, EngineError):
         return []
     return found
