@@ -179,11 +179,12 @@ def test_a_rung_that_hangs_or_dies_costs_a_process_and_at_worst_its_block(
     real = workers._Worker.ask
 
     def stumbles(
-        self: workers._Worker, block: int, bracket: Bracket, rungs: list[str], seconds: float, longest: float
-    ) -> brep.Verdict:
+        self: workers._Worker, block: int, bracket: Bracket, rungs: list[str], seconds: float,
+        longest: float, early: float,
+    ) -> brep.Verdict:  # fmt: skip
         if block == 0 or (block == 2 and "plain" in rungs):
             self._process.kill()
-        return real(self, block, bracket, rungs, seconds, 1e-6 if block == 1 else longest)
+        return real(self, block, bracket, rungs, seconds, 1e-6 if block == 1 else longest, early)
 
     monkeypatch.setattr(workers._Worker, "ask", stumbles)
     found = dict(brep.check_blocks(BOX, sweeps, asked, rungs=("plain", "fuzzy 1e-05")))
@@ -410,6 +411,15 @@ def test_sections_find_the_closed_form_where_booleans_lie() -> None:
     # a value whose error reaches out of the bracket is none
     tight = Bracket(verdict.removed_mm3, verdict.removed_mm3, verdict.removed_mm3)  # type: ignore[arg-type]
     assert Ladder(BOX, chain(tool, across)).removed(1, tight, rungs=("sections",)).status is Status.REFUSED
+
+
+def test_sections_come_next_when_time_is_short() -> None:
+    across = [Line((-10, 0, -1), (40, 0, -1))]
+    work, heard = Ladder(BOX, chain(FlatEnd(diameter=10, length=40), across)), list[str]()
+    verdict = work.removed(
+        0, Bracket(0, 1, 2), rungs=("plain", "fuzzy 1e-05", "sections"), early=0.0, told=heard.append
+    )
+    assert heard == ["sections", "plain", "fuzzy 1e-05"] and verdict.status is Status.REFUSED
 
 
 def test_a_level_section_has_the_area_of_circles_and_ellipses() -> None:

@@ -157,18 +157,23 @@ class Ladder:
         bracket: Bracket,
         *,
         rungs: Sequence[str] = RUNGS,
+        early: float = np.inf,
         told: Callable[[str], None] = lambda rung: None,
     ) -> Verdict:
         """Removed volume of a block, gated by its bracket; `told` hears of every rung before it is tried.
 
-        It agreed if the first of `RUNGS` worked, and was retried if any other one did.
+        It agreed if the first of `RUNGS` worked, and was retried if any other one did. After `early` s of a
+        processor the sections come next: they take their time, but hardly fail.
         """
         begin = process_time()
         tried: list[float | None] = []
         reason, count, slack = "", 0, 0.0
         members = range(int(self._first[block]), int(self._first[block + 1]))
         plans = [(k, self._index.needed(k, self._box)) for k in members if _meets(self._sweeps[k], self._box)]
-        for rung in self._ordered(plans, rungs):
+        left = self._ordered(plans, rungs)
+        while left:
+            late = SECTIONS in left and process_time() - begin > early
+            rung = left.pop(left.index(SECTIONS) if late else 0)
             told(rung)
             try:
                 if rung == SECTIONS:

@@ -4,7 +4,7 @@ Pickled messages over stdin and stdout. First (stock, blocks), answered by "read
 
 | question | answers |
 |---|---|
-| ("check", block, bracket, rungs) | the name of every rung before it is tried, then a `Verdict` |
+| ("check", block, bracket, rungs, early) | the name of every rung before it is tried, then a `Verdict` |
 | ("write", path, brackets, labels) | the volume of the STEP file, or the text of a refusal |
 | ("call", function, arguments) | ("value", what it returns), or (kind, text) of what it raised |
 
@@ -61,9 +61,9 @@ def main() -> None:
         elif kind == "call":
             say(_called(*question))
         else:
-            block, bracket, rungs = question
+            block, bracket, rungs, early = question
             assert ladder is not None
-            say(ladder.removed(block, bracket, rungs=rungs, told=say))
+            say(ladder.removed(block, bracket, rungs=rungs, early=early, told=say))
 
 
 def _called(function: Callable[..., object], arguments: tuple[object, ...]) -> tuple[str, object]:

@@ -28,8 +28,9 @@ __all__ = ["check_blocks", "isolated", "step_file"]
 
 T = TypeVar("T")
 
-LONGEST, MOST = 0.25, 0.8
-"""Parts of the limit of a block: for one boolean rung, and until which another rung is worth a new process."""
+LONGEST, EARLY, MOST = 0.25, 0.35, 0.8
+"""Parts of the limit of a block: for one boolean rung, until sections come next, and until which another rung is
+worth a new process."""
 
 PATIENCE = 8.0
 """Seconds by the clock that count as one of the processor."""
@@ -107,9 +108,9 @@ class _Worker:
         return self._receive(seconds)
 
     def ask(
-        self, block: int, bracket: Bracket, rungs: Sequence[str], seconds: float, longest: float
+        self, block: int, bracket: Bracket, rungs: Sequence[str], seconds: float, longest: float, early: float
     ) -> Verdict:
-        """seconds : of the block. longest : of one rung.
+        """seconds : of the block. longest : of one rung. early : until sections come next.
 
         If this ends badly, `rung` is the one that was under way, `tried` all until then, `late` whether it was slow,
         and `used` what the block had taken, s.
@@ -117,7 +118,7 @@ class _Worker:
         watch = _Watch(self._process.pid)
         self.rung, self.tried, self.late = rungs[0], [], False
         try:
-            self._send(pickle.dumps(("check", block, bracket, tuple(rungs))))
+            self._send(pickle.dumps(("check", block, bracket, tuple(rungs), early)))
             while True:
                 left = seconds - watch.used()
                 answer = self._receive(left if self.rung == SECTIONS else min(longest, left))
@@ -273,7 +274,8 @@ def check_blocks(
                     if ended.is_set():
                         return
                     try:
-                        verdict = worker.ask(block, bracket, left, seconds - used, LONGEST * seconds)
+                        early = EARLY * seconds - used
+                        verdict = worker.ask(block, bracket, left, seconds - used, LONGEST * seconds, early)
                     except _Gone as exc:
                         lost, used = f"{worker.rung}: {exc}", used + worker.used
                         left = [rung for rung in left if rung not in worker.tried]
