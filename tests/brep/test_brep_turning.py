@@ -141,6 +141,20 @@ def test_a_block_that_hardly_leaves_its_plane_is_covered_by_planar_parts() -> No
     assert 5e-6 < max(part.fit_mm for part in brep.solids(sweep)) < GAP + FOLD + OFF
 
 
+def test_a_taper_that_leaves_a_pocket_and_tilts_grazes_twice_on_its_cone() -> None:
+    """Circles between two heights trail all round; the curve turns back below on one side and above on the other."""
+    start = np.array([0.1, 0.05, 1.0]) / np.linalg.norm([0.1, 0.05, 1.0])
+    side = np.cross(start, [1, 0, 0]) / np.linalg.norm(np.cross(start, [1, 0, 0]))
+    end = np.cos(0.1) * start + np.sin(0.1) * side
+    move = Turn.great_circle(Pose((0, 0, 0), start), Pose(4.0 * start, end))
+    cutter = Taper(diameter=3, corner_radius=0.75, taper_deg=1.5, length=12)
+    part = Sweep.along(
+        cutter, move.part(0.6, 0.61)
+    )  # the pivot is 2.4 mm up and 40 mm aside: turns 1 mm from it
+    assert len(brep.solids(part)) == 1
+    assert strangers(part, 200) == []
+
+
 def test_a_tilt_about_the_middle_of_the_axis_is_covered_by_parts() -> None:
     assert strangers(reference("tilt about the middle", "F20"), 300) == []
 

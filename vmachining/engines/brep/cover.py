@@ -214,10 +214,10 @@ def _flattened(path: Turn) -> tuple[list[Turn], float]:
     across = _plane(path)
     if across is None:
         return [], 0.0
-    t = np.linspace(0.0, 1.0, 9)
-    slip = path.velocity(t) @ across
+    velocity = path.velocity(np.linspace(0.0, 1.0, 9))
+    slip, noise = velocity @ across, PLANAR * np.abs(velocity).max()
     count = int(np.ceil(np.abs(slip).max() / (2.0 * GAP_MM)))
-    if not 1 <= count <= FLAT_PARTS or np.ptp(slip) > PLANAR * np.abs(path.velocity(t)).max():
+    if np.abs(slip).max() <= noise or np.ptp(slip) > noise or count > FLAT_PARTS:
         return [], 0.0
     half = 0.5 * float(slip[0]) / count * across
     parts = [path.part(k / count, (k + 1) / count) for k in range(count)]

@@ -261,7 +261,7 @@ class Grazes:
                         out.append(LineSide(k, ends, g, bent))
                     else:
                         out.append(ArcSide(k, ends, g))
-            elif len(live) == 1 or (e.kind != "line" and len(live) == 2 and (low < 0.0).all()):
+            elif len(live) == 1 or (len(live) == 2 and (low < 0.0).all()):
                 out += self._turning(k, e, live)
             elif e.kind == "edge" and not live and self.sign[e.lower] != self.sign[e.upper]:
                 assert e.lower is not None  # all of the edge grazes: two halves of it
