@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from vmachining import BallNose, BullNose, FlatEnd, ProfileTool, Sweep, Taper, Turn
+from vmachining.bench.gauntlet import gauntlet_block
 from vmachining.bench.sweep5 import VOLUMES, block, reference
 from vmachining.engines import brep
 from vmachining.engines.brep.cover import _flattened
@@ -153,6 +154,11 @@ def test_a_taper_that_leaves_a_pocket_and_tilts_grazes_twice_on_its_cone() -> No
     )  # the pivot is 2.4 mm up and 40 mm aside: turns 1 mm from it
     assert len(brep.solids(part)) == 1
     assert strangers(part, 200) == []
+
+
+def test_a_chord_of_which_one_end_folds_first_keeps_its_sheet_as_long_as_that_is_shallow() -> None:
+    """A block of the gauntlet on rotary angles, by its seed: between both ends the chord lies inside in part."""
+    assert strangers(gauntlet_block(485), 100) == []
 
 
 def test_a_tilt_about_the_middle_of_the_axis_is_covered_by_parts() -> None:

@@ -32,7 +32,7 @@ from vmachining.tool import Profile
 __all__ = ["covered"]
 
 GAP_MM = 3e-5
-"""What may be missing between poses: as much as a sheet may lie inside (`FOLD_MM` of `turns.py`)."""
+"""What may be missing between poses: as much as a sheet may lie inside (`FOLD_MM` of `grazes.py`)."""
 
 DEEP_MM = 1.5e-5
 """A fold that lies deeper belongs into the slab."""

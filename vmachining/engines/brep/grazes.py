@@ -52,11 +52,14 @@ from vmachining.errors import SweepError
 from vmachining.sweep.grazing import across, folding, instant
 from vmachining.tool import Segment
 
-__all__ = ["Divide", "Grazes"]
+__all__ = ["FOLD_MM", "Divide", "Grazes"]
 
 SHUT = 1e-4
 """sin^2 of half the angle of a chord that is all but a point: on a rim of 10 mm it cuts off 5e-4 mm,
 and what it hides there lies that times the turn of the block below the face."""
+
+FOLD_MM = 3e-5
+"""A solid may cross itself by this much where a sheet lies inside the sweep; its volume is right to 1e-5."""
 
 NARROW_MM = 1e-7
 """OCCT's confusion of points."""
@@ -386,6 +389,8 @@ class Grazes:
                 e for e in self.stretches if isinstance(e, EdgeSpan) and ring in (e.ends[0][0], e.ends[1][0])
             ]
             if spans and (fold > 0.0).any():
+                if -0.125 * float(fold.min()) <= FOLD_MM:
+                    continue  # a part of it lies inside, but no deeper than a sheet may
                 raise self._fold_begins(chord)
             if not spans:
                 continue  # a round corner: a fold like any other
@@ -393,12 +398,13 @@ class Grazes:
             self.stretches.remove(chord)
 
     def _fold_begins(self, chord: Chord) -> SweepError:
-        """When a chord begins or ceases to lie inside, if all of it does so at once."""
+        """When the middle of a chord begins or ceases to lie inside; halves, where an end of it does so alone."""
         fold = self.fold(chord, self._w, np.array([0.0, 1.0]))
         k = np.flatnonzero((fold[1:] > 0.0).any(axis=1) != (fold[:-1] > 0.0).any(axis=1))
         text = "a chord of a flat face folds on the way"
+        halves = Divide(text, 0.5, soft=False)
         if not len(k):
-            return SweepError(text)
+            return halves
 
         def least(w: float) -> float:
             return float(self.fold(chord, np.array([w]), np.array([0.5]))[0, 0])
@@ -406,9 +412,10 @@ class Grazes:
         w = self._w[[k[0], k[0] + 1]]
         at = [least(v) for v in w.tolist()]
         if at[0] * at[1] > 0.0:
-            return SweepError(text)
+            return halves
         root = float(brentq(least, *w.tolist(), xtol=1e-14))
-        return Divide(text, float(self.moving.time(np.array([root]))[0]), soft=True)
+        when = float(self.moving.time(np.array([root]))[0])
+        return Divide(text, when, soft=True) if 0.01 < when < 0.99 else halves
 
     def _open_valley(self, chord: Chord, ring: int, spans: list[EdgeSpan]) -> None:
         g = self.rings[ring]

@@ -27,7 +27,7 @@ import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.engines.brep.caps import FLAT, Tool
-from vmachining.engines.brep.grazes import Divide, Grazes
+from vmachining.engines.brep.grazes import FOLD_MM, Divide, Grazes
 from vmachining.engines.brep.lens import lens_opens
 from vmachining.engines.brep.rings import Ring, rings_of
 from vmachining.engines.brep.stretches import EdgeSpan, Moving, Stretch
@@ -52,10 +52,6 @@ PARTS = 64
 
 LEAST_MM = 1e-3
 """A piece that moves less is none: two changes of shape are too close to each other."""
-
-FOLD_MM = 3e-5
-"""A solid may cross itself by this much where a sheet lies inside the sweep; its volume is right to 1e-5."""
-
 
 SAME_BETA = 1e-3
 """rad: normals so far beyond those of a face are not of it. They show where rounding decides, as about a corner of
