@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
+import sys
 import time
 from itertools import pairwise
 from math import pi
@@ -411,6 +413,31 @@ def test_sections_find_the_closed_form_where_booleans_lie() -> None:
     # a value whose error reaches out of the bracket is none
     tight = Bracket(verdict.removed_mm3, verdict.removed_mm3, verdict.removed_mm3)  # type: ignore[arg-type]
     assert Ladder(BOX, chain(tool, across)).removed(1, tight, rungs=("sections",)).status is Status.REFUSED
+
+
+def test_a_worker_ends_with_a_driver_that_is_killed(tmp_path: Path) -> None:
+    """Although it is busy, and so does not see that nobody is there any more."""
+    told = tmp_path / "pid"
+    busy = (
+        f"isolated(os.system, 'echo $PPID > {told}.new && mv {told}.new {told} && exec sleep 30', seconds=60)"
+    )
+    driver = subprocess.Popen(
+        [sys.executable, "-c", f"import os; from vmachining.engines.brep import isolated; {busy}"]
+    )
+    try:
+        until = time.monotonic() + 120.0
+        while not told.exists() and time.monotonic() < until:
+            time.sleep(0.1)
+        worker = Path("/proc") / told.read_text().strip()
+        if not worker.exists():
+            pytest.skip("no /proc to look into")
+    finally:
+        driver.kill()
+        driver.wait()
+    until = time.monotonic() + 20.0
+    while worker.exists() and time.monotonic() < until:
+        time.sleep(0.1)
+    assert not worker.exists()
 
 
 def test_sections_come_next_when_time_is_short() -> None:

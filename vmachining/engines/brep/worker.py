@@ -13,10 +13,13 @@ OCCT talks on stdout, so the answers go through a copy of it and stdout itself b
 
 from __future__ import annotations
 
+import ctypes
 import os
 import pickle
+import signal
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,8 +31,13 @@ if TYPE_CHECKING:
 __all__ = ["main"]
 
 
+PR_SET_PDEATHSIG = 1
+"""Of <sys/prctl.h>: the signal that a process gets when the thread that made it ends."""
+
+
 def main() -> None:
     """Answer until stdin ends."""
+    _end_with_driver()
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     questions = sys.stdin.buffer
@@ -64,6 +72,12 @@ def main() -> None:
             block, bracket, rungs, early = question
             assert ladder is not None
             say(ladder.removed(block, bracket, rungs=rungs, early=early, told=say))
+
+
+def _end_with_driver() -> None:
+    """Be killed with the process that drives this one (Linux): a boolean that hangs would never see stdin end."""
+    with suppress(AttributeError, OSError, TypeError):
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
 
 
 def _called(function: Callable[..., object], arguments: tuple[object, ...]) -> tuple[str, object]:
