@@ -121,18 +121,30 @@ def _flat(profile: Profile, path: Turn, build: Build[T], special: Special[T]) ->
     def near_special(body: Profile, part: Turn, limit: float, more: float) -> list[T]:
         return special(body, part, limit, off + more)
 
+    until = process_time() + PATIENCE_S
+    found: list[T] = []
     try:
-        return [one for part in planes for one in _Work(part, near, near_special).solids(profile)]
+        for part in planes:
+            found += _Work(part, near, near_special, until=until).solids(profile)
     except (SweepError, EngineError):
         return None
+    return found if len(found) <= MOST else None
 
 
 class _Work(Generic[T]):
-    """Parts in the making; `is_graded` cuts planar motions by their lift."""
+    """Parts in the making; `is_graded` cuts planar motions by their lift. until : processor time at which to give up."""
 
-    def __init__(self, path: Turn, build: Build[T], special: Special[T], *, is_graded: bool = False) -> None:
+    def __init__(
+        self,
+        path: Turn,
+        build: Build[T],
+        special: Special[T],
+        *,
+        is_graded: bool = False,
+        until: float | None = None,
+    ) -> None:
         self.path, self.build, self.special = path, build, special
-        self.until = process_time() + PATIENCE_S
+        self.until = process_time() + PATIENCE_S if until is None else until
         self.is_graded = is_graded
 
     def solids(self, profile: Profile) -> list[T]:

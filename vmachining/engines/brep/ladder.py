@@ -282,9 +282,10 @@ class Ladder:
             others = [part for j in earlier for part in self._solids(j)]
             stops = [z for j in (k, *earlier) for z in _levels(self._sweeps[j]) if box[0, 2] < z < box[1, 2]]
             share = SECTION_REL * (bracket.hi - bracket.lo) / len(plans)
+            doubts = [0.0]
             level = partial(level_area, stock=self._stock, parts=parts, others=others, box=box)
-            value, miss = integrated(level, [box[0, 2], *stops, box[1, 2]], share)
-            total, error = total + value, error + miss
+            value, miss = integrated(partial(_noted, level, doubts), [box[0, 2], *stops, box[1, 2]], share)
+            total, error = total + value, error + miss + max(doubts) * float(box[1, 2] - box[0, 2])
         return float(total), sum(len(earlier) for _, earlier in plans), -float(error)
 
     def _solids(self, k: int) -> list[Any]:
@@ -294,6 +295,13 @@ class Ladder:
                 self._made.pop(next(iter(self._made)))
             self._made[k] = _solids(self._sweeps[k])
         return self._made[k]
+
+
+def _noted(level: Callable[[float], tuple[float, float]], doubts: list[float], z: float) -> float:
+    """The area at a height; its doubt goes into a list."""
+    value, doubt = level(z)
+    doubts.append(doubt)
+    return value
 
 
 def _is_wound(sweep: Sweep) -> bool:
