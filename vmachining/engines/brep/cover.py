@@ -17,7 +17,6 @@ speed has grown by `GRADE`, if all else fails; the part next to the zero may be 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from time import process_time
 from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -29,7 +28,7 @@ from vmachining.sweep.folds import plans, standing
 from vmachining.sweep.topology import changes
 from vmachining.tool import Profile
 
-__all__ = ["covered"]
+__all__ = ["Tries", "covered"]
 
 GAP_MM = 3e-5
 """What may be missing between poses: as much as a sheet may lie inside (`FOLD_MM` of `grazes.py`)."""
@@ -43,8 +42,8 @@ POSES = 16
 DEPTH, MOST = 6, 160
 """Most cuts of a part, in tool or time, and most solids: cones and discs that rock about a point inside need a hundred."""
 
-PATIENCE_S = 40.0
-"""Processor time after which no more parts are tried: a hundred solids take 10 to 40 s."""
+TRIES = 300
+"""Most envelopes that are tried for one block, good or not: the same on every machine. They take 0.1 to 0.5 s each."""
 
 WAYS = ((1, 0), (-1, 0), (1, 1), (-1, 1))
 NUDGES = tuple((1e-6, *way) for way in WAYS[:2]) + tuple((1e-5, *way) for way in WAYS)
@@ -74,6 +73,19 @@ Special = Callable[[Profile, Turn, float, float], list[T]]
 one is how far the motion is off already."""
 
 
+class Tries:
+    """How many envelopes may still be tried."""
+
+    def __init__(self, left: int = TRIES) -> None:
+        self.left = left
+
+    def take(self) -> None:
+        """One more; raises SweepError if there are none left."""
+        if self.left <= 0:
+            raise SweepError(f"the envelope folds: {TRIES} parts of it were tried", remedy="split the block")
+        self.left -= 1
+
+
 class _Found(NamedTuple, Generic[T]):
     """profile, t : of a pose, so that it is taken once; t is None for a part that moves. parts : its solids."""
 
@@ -82,30 +94,30 @@ class _Found(NamedTuple, Generic[T]):
     parts: list[T]
 
 
-def covered(profile: Profile, path: Turn, build: Build[T], special: Special[T]) -> list[T]:
+def covered(profile: Profile, path: Turn, build: Build[T], special: Special[T], tries: Tries) -> list[T]:
     """What `build` makes of the parts of a block of a convex profile.
 
-    special : one solid of a neighbour is preferred to two of it.
+    special : one solid of a neighbour is preferred to two of it. tries : taken by `build` for every envelope.
 
     Raises
     ------
     SweepError, EngineError
         The first reason for which there is no solid, if there are no parts either.
     """
-    found = _flat(profile, path, build, special)
+    found = _flat(profile, path, build, special, tries)
     if found is not None:
         return found
     try:
-        found = _Work(path, build, special).solids(profile)
+        found = _Work(path, build, special, tries).solids(profile)
     except (SweepError, EngineError):
         lift = _lift(path)
         if lift is None or _grade(lift) is None:
             raise
-        found = _Work(path, build, special, is_graded=True).solids(profile)
+        found = _Work(path, build, special, tries, is_graded=True).solids(profile)
     return found
 
 
-def _flat(profile: Profile, path: Turn, build: Build[T], special: Special[T]) -> list[T] | None:
+def _flat(profile: Profile, path: Turn, build: Build[T], special: Special[T], tries: Tries) -> list[T] | None:
     """Solids of parts that stay in a plane each, for a block that nearly does and has none itself; None of others."""
     planes, off = _flattened(path)
     if not planes:
@@ -121,30 +133,28 @@ def _flat(profile: Profile, path: Turn, build: Build[T], special: Special[T]) ->
     def near_special(body: Profile, part: Turn, limit: float, more: float) -> list[T]:
         return special(body, part, limit, off + more)
 
-    until = process_time() + PATIENCE_S
     found: list[T] = []
     try:
         for part in planes:
-            found += _Work(part, near, near_special, until=until).solids(profile)
+            found += _Work(part, near, near_special, tries).solids(profile)
     except (SweepError, EngineError):
         return None
     return found if len(found) <= MOST else None
 
 
 class _Work(Generic[T]):
-    """Parts in the making; `is_graded` cuts planar motions by their lift. until : processor time at which to give up."""
+    """Parts in the making; `is_graded` cuts planar motions by their lift."""
 
     def __init__(
         self,
         path: Turn,
         build: Build[T],
         special: Special[T],
+        tries: Tries,
         *,
         is_graded: bool = False,
-        until: float | None = None,
     ) -> None:
-        self.path, self.build, self.special = path, build, special
-        self.until = process_time() + PATIENCE_S if until is None else until
+        self.path, self.build, self.special, self.tries = path, build, special, tries
         self.is_graded = is_graded
 
     def solids(self, profile: Profile) -> list[T]:
@@ -186,7 +196,7 @@ class _Work(Generic[T]):
     def _slab(self, profile: Profile, part: Turn, a: float, b: float, depth: int) -> list[_Found[T]] | None:
         """Bodies below and above a slab, and poses."""
         for slab, count in plans(profile, part, DEEP_MM, GAP_MM, POSES):
-            if process_time() > self.until:
+            if not self.tries.left:
                 break
             found = self._all([(body, a, b) for body in slab.bodies], depth)
             if found is not None:
@@ -199,7 +209,7 @@ class _Work(Generic[T]):
     def _nudged(self, profile: Profile, part: Turn, *, hasty: bool = False) -> list[_Found[T]] | None:
         """The solids of a neighbour of a planar motion; `hasty` until one has a shape without solids."""
         for motion, off in _neighbours(part):
-            if process_time() > self.until:
+            if not self.tries.left:
                 break
             try:
                 return [_Found(profile, None, self.build(profile, motion, off))]
@@ -212,7 +222,7 @@ class _Work(Generic[T]):
         """All of some parts, None if one of them has no solid."""
         out: list[_Found[T]] = []
         for body, a, b in wanted:
-            if process_time() > self.until or sum(len(f.parts) for f in out) > MOST:
+            if not self.tries.left or sum(len(f.parts) for f in out) > MOST:
                 return None
             try:
                 out += self.parts(body, a, b, depth + 1)

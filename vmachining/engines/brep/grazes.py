@@ -258,7 +258,7 @@ class Grazes:
                 for side in (-1, 1):
                     ends = ((live[0], side), (live[1], side))
                     if e.kind == "edge":
-                        out.append(EdgeSpan(k, ends, g.r0, g.z0))
+                        out.append(EdgeSpan(k, ends, g.r0, g.z0, self.fan(e)))
                     elif e.kind == "line":
                         bent = abs(g.r1 - g.r0) > FLAT and bool(low.min() < BENT * high.max())
                         out.append(LineSide(k, ends, g, bent))
@@ -268,7 +268,8 @@ class Grazes:
                 out += self._turning(k, e, live)
             elif e.kind == "edge" and not live and self.sign[e.lower] != self.sign[e.upper]:
                 assert e.lower is not None  # all of the edge grazes: two halves of it
-                out += [EdgeSpan(k, ((e.lower, t), (e.lower, -t)), g.r0, g.z0) for t in (-1, 1)]
+                halves = [((e.lower, t), (e.lower, -t)) for t in (-1, 1)]
+                out += [EdgeSpan(k, ends, g.r0, g.z0, self.fan(e)) for ends in halves]
             elif live or (high > 0.0).any():
                 where = f"between heights {g.z0:.6g} and {g.z1:.6g} mm"
                 raise SweepError(f"the grazing curve turns back or closes on the face {where}")
@@ -301,7 +302,7 @@ class Grazes:
             first = -1 if trails else 1  # of a trailing end the curve is where the ring leads
             turn = ((ring, first), (ring, -first))
             if e.kind == "edge":
-                out.append(EdgeSpan(k, turn, g.r0, g.z0))
+                out.append(EdgeSpan(k, turn, g.r0, g.z0, self.fan(e)))
             elif other is None and abs(g.cr) <= FLAT and ring == e.upper:
                 out.append(BallTurn(k, ((ring, -1), (ring, 1)), g))
             elif e.kind == "line":
@@ -316,7 +317,7 @@ class Grazes:
         """Whether a curve around a torus is much faster at some angles than at others."""
         st = State(*(v[:: DENSE // 4] for v in self.dense))
         u = self.span(turn, st, np.linspace(0.0, 1.0, CORNERS))
-        beta = graze_beta(st, g.cr, g.cz, u)
+        beta = graze_beta(st, g.cr, g.cz, u, 0.5 * sum(g.beta))
         run = np.abs(np.diff(beta, axis=1)) * g.radius
         around = np.abs(np.diff(u, axis=1)) * (g.cr + g.radius * np.cos(0.5 * (beta[:, 1:] + beta[:, :-1])))
         step = np.hypot(run, around)
@@ -324,8 +325,11 @@ class Grazes:
 
     def middle_trails(self, e: Element) -> bool:
         """Whether circles trail that lie between two turning stretches of an element."""
-        b0, b1 = (self.rings[r].beta for r in (e.lower, e.upper) if r is not None)
-        return bool(np.sin(0.5 * (b0 + b1)) < 0.0) == self._tip_trails()
+        return bool(np.sin(self.fan(e)) < 0.0) == self._tip_trails()
+
+    def fan(self, e: Element) -> float:
+        """The middle (rad) of the normals of an element."""
+        return float(np.mean([self.rings[r].beta for r in (e.lower, e.upper) if r is not None]))
 
     def _tip_trails(self) -> bool:
         """Whether the lowest point of a tool without bottom disc trails, in the middle of the block."""

@@ -292,7 +292,7 @@ class ArcTurn(Round):
 
         def at(x: Floats) -> tuple[Floats, Floats, Floats, Floats]:
             u = of.span(self.ends, st, x)
-            beta = graze_beta(st, g.cr, g.cz, u)
+            beta = graze_beta(st, g.cr, g.cz, u, 0.5 * sum(g.beta))
             return g.cr + g.radius * np.cos(beta), g.cz + g.radius * np.sin(beta), beta, u
 
         return at(evened(at, len(st.t), s, self.looks))
@@ -319,16 +319,18 @@ class BallTurn(Round):
 
 @dataclass(frozen=True, eq=False)
 class EdgeSpan(Stretch):
-    """A sharp edge between two angles."""
+    """A sharp edge between two angles; beta: the middle of its normals."""
 
     element: int
     ends: tuple[End, End]
     r: float
     z: float
+    beta: float
 
     def place(self, of: Angles, st: State, s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         u = of.span(self.ends, st, s)
-        return np.full(u.shape, self.r), np.full(u.shape, self.z), graze_beta(st, self.r, self.z, u), u
+        beta = graze_beta(st, self.r, self.z, u, self.beta)
+        return np.full(u.shape, self.r), np.full(u.shape, self.z), beta, u
 
 
 @dataclass(frozen=True, eq=False)
@@ -339,12 +341,14 @@ class RimPatch(Stretch):
     ends: tuple[End, End]
     r: float
     z: float
+    beta: float
     lo: float
     hi: float
 
     def place(self, of: Angles, st: State, s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         u = np.broadcast_to(self.lo + s * (self.hi - self.lo), (len(st.t), len(s)))
-        return np.full(u.shape, self.r), np.full(u.shape, self.z), graze_beta(st, self.r, self.z, u), u
+        beta = graze_beta(st, self.r, self.z, u, self.beta)
+        return np.full(u.shape, self.r), np.full(u.shape, self.z), beta, u
 
 
 @dataclass(frozen=True, eq=False)
@@ -374,6 +378,11 @@ def evened(
     The curve runs up a meridian and fast around the bottom of a level cutter: in u or beta alone it has a corner.
     Lengths are those of a polygon with many corners close to both ends; only their smoothness matters. With more
     `looks` the polygon is put up again with corners at equal lengths.
+
+    Raises
+    ------
+    SweepError
+        Corners fall into one place.
     """
     share = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, CORNERS))
     share[-1] = 1.0
@@ -382,7 +391,10 @@ def evened(
     for _ in range(looks - 1):
         x = np.stack([np.interp(share, *row) for row in zip(length, x, strict=True)])
         length = _lengths(at, x)
-    found = np.stack([make_interp_spline(*row, k=5)(s) for row in zip(length, x, strict=True)])
+    try:
+        found = np.stack([make_interp_spline(*row, k=5)(s) for row in zip(length, x, strict=True)])
+    except ValueError as error:  # also of singular matrices: corners of the polygon in one place
+        raise SweepError("the grazing curve stands still on the body, or jumps") from error
     return np.asarray(np.where(s == 0.0, 0.0, np.where(s == 1.0, 1.0, found)))
 
 
@@ -395,10 +407,15 @@ def _lengths(at: Callable[[Floats], tuple[Floats, Floats, Floats, Floats]], x: F
     return np.asarray(length / length[:, -1:])
 
 
-def graze_beta(st: State, r: float, z: float, u: Floats) -> Floats:
-    """Normal angle in [-pi/2, pi/2] at which a meridian arc with its centre at (r, z) grazes at angle u."""
+def graze_beta(st: State, r: float, z: float, u: Floats, middle: float) -> Floats:
+    """Normal angle at which a meridian arc with its centre at (r, z) grazes at angle u, within pi/2 of `middle`.
+
+    Half a turn further it grazes, too: around the middle of the arc rounding at its ends does not choose.
+    """
     m = st.radial(u)
     D = (m * (st.velocity + z * st.rate)[:, None]).sum(-1)
     N = (st.velocity * st.axis).sum(1)[:, None] - r * (m * st.rate[:, None]).sum(-1)
-    sign = np.where(N < 0.0, -1.0, 1.0)
-    return np.asarray(np.arctan2(-D * sign, N * sign))
+    sign = np.where(N * np.cos(middle) - D * np.sin(middle) < 0.0, -1.0, 1.0)
+    return np.asarray(middle + np.arctan2(
+        -sign * (D * np.cos(middle) + N * np.sin(middle)), sign * (N * np.cos(middle) - D * np.sin(middle))
+    ))  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.engines.brep.caps import UP
-from vmachining.engines.brep.cover import covered
+from vmachining.engines.brep.cover import Tries, covered
 from vmachining.engines.brep.front import front
 from vmachining.engines.brep.guides import HelixGuide, LineGuide
 from vmachining.engines.brep.hinge import Hinge, halves
@@ -152,19 +152,25 @@ def _carried(path: Arc) -> Turn:
 
 def _turning(profile: Profile, path: Turn, fit_mm: float) -> list[Swept]:
     """Solids of a turning tool, each of the volume that the flux through its front gives."""
+    return [part for body in convex_cover(profile) for part in _convex(body, path, fit_mm)]
+
+
+def _convex(profile: Profile, path: Turn, fit_mm: float) -> list[Swept]:
+    """The same of a convex one."""
+    tries = Tries()
 
     def build(body: Profile, part: Turn, off_mm: float) -> list[Swept]:
         if part.is_steady and part.is_straight:  # a pose; arcs in upright planes are steady, too
             return solids(Sweep.along(body, part))
-        return _enveloped(body, part, fit_mm, off_mm)
+        return _enveloped(body, part, fit_mm, off_mm, tries)
 
-    return [part for body in convex_cover(profile) for part in covered(body, path, build, _hinged)]
+    return covered(profile, path, build, _hinged, tries)
 
 
-def _enveloped(profile: Profile, path: Turn, fit_mm: float, off_mm: float) -> list[Swept]:
+def _enveloped(profile: Profile, path: Turn, fit_mm: float, off_mm: float, tries: Tries) -> list[Swept]:
     """By sheets that the grazing curve draws."""
     found = []
-    for piece in turn_pieces(profile, path, fit_mm):
+    for piece in turn_pieces(profile, path, fit_mm, tries.take):
         shape = piece.built.builder.solid()
         value, exact = _inspected(shape).volume, piece.sweep.flux().volume
         if abs(value - exact) > VOLUME_REL[True] * exact:

@@ -141,10 +141,10 @@ class _Turning:
 
     def _patch(self, lens: Lens) -> RimPatch:
         ring = self.grazes.rings[lens.ring]
-        element = next(k for k, e in enumerate(self.grazes.elements) if e.kind == "edge" and lens.ring in (
+        number, edge = next((k, e) for k, e in enumerate(self.grazes.elements) if e.kind == "edge" and lens.ring in (
             e.lower, e.upper))  # fmt: skip
         ends = (lens.ring, -1), (lens.ring, 1)
-        return RimPatch(element, ends, ring.r, ring.z, lens.lo, lens.hi)
+        return RimPatch(number, ends, ring.r, ring.z, self.grazes.fan(edge), lens.lo, lens.hi)
 
     def _lens(self, lens: Lens, patch: RimPatch, sheet: SplineSheet) -> None:
         """Face of a lens of the rim: its border, and the last (or first) pose of the rim."""

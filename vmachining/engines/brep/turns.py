@@ -21,6 +21,7 @@ or end, edges may be as short as 5e-7 mm.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -68,8 +69,10 @@ class Piece(NamedTuple):
     built: Built
 
 
-def turn_pieces(profile: Profile, path: Turn, fit_mm: float) -> list[Piece]:
-    """Parts of a block of a convex profile, in order of time.
+def turn_pieces(
+    profile: Profile, path: Turn, fit_mm: float, take: Callable[[], None] = lambda: None
+) -> list[Piece]:
+    """Parts of a block of a convex profile, in order of time. take : told of every envelope that is tried.
 
     Raises
     ------
@@ -79,7 +82,7 @@ def turn_pieces(profile: Profile, path: Turn, fit_mm: float) -> list[Piece]:
         Edges do not fit.
     """
     cuts = _cuts(profile, path)
-    work = _Work(profile, path, fit_mm)
+    work = _Work(profile, path, fit_mm, take)
     stops = [0.0, *cuts, 1.0]
     for k in range(len(stops) - 1):
         work.add(stops[k], stops[k + 1], k > 0, k + 1 < len(stops) - 1)
@@ -123,8 +126,8 @@ def _is_round(profile: Profile) -> bool:
 class _Work:
     """Pieces in the making."""
 
-    def __init__(self, profile: Profile, path: Turn, fit_mm: float) -> None:
-        self.profile, self.path, self.fit = profile, path, fit_mm
+    def __init__(self, profile: Profile, path: Turn, fit_mm: float, take: Callable[[], None]) -> None:
+        self.profile, self.path, self.fit, self.take = profile, path, fit_mm, take
         self.tool = Tool.of(profile)
         self.out: list[Piece] = []
         self.spans: list[tuple[float, float]] = []
@@ -133,6 +136,7 @@ class _Work:
 
     def add(self, a: float, b: float, soft_a: bool, soft_b: bool) -> None:
         """The part from t = a to b; soft ends are changes of shape."""
+        self.take()
         gaps = [
             (0.5 * GAP_MM if 0.0 < t < 1.0 else END_GAP_MM) / self.speed * s
             for t, s in ((a, soft_a), (b, soft_b))
