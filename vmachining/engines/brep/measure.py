@@ -22,7 +22,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -189,30 +188,53 @@ def _spline(geom: Any, uv: Floats, steps: Floats) -> tuple[Floats, float]:
     x, w = _gauss((3 * degrees[inner] + 1) // 2 + 1)
     t, k = knots[inner], degrees[inner]
     total = np.zeros(len(a))
-    stops = np.unique(t[k : len(t) - k])
-    for lo, hi in pairwise(stops):
-        last = hi == stops[-1]
-        reach = (b if last else np.minimum(b, hi)) - lo
-        live = reach > 0.0 if lo > stops[0] else np.ones(len(b), dtype=bool)
-        if not live.any():
-            continue
-        s = lo + reach[live, None] * x
-        flat = np.clip(s.ravel(), t[0], t[-1])
-        n = BSpline.design_matrix(flat, t, k).toarray().reshape(*s.shape, -1)
-        d = _slopes(flat, t, k).reshape(*s.shape, -1)
-        p = np.einsum("nqj,njk->nqk", n, lines[live])
-        pa = np.einsum("nqj,njk->nqk", n, slopes[live])
-        pb = np.einsum("nqj,njk->nqk", d, lines[live])
-        value = np.einsum("nqk,nqk->nq", p, np.cross(pa, pb))
-        total[live] += reach[live] * (value @ w)
+    spans = [i for i in range(k, len(t) - k - 1) if t[i] < t[i + 1]]
+    for i in spans:
+        lo, hi = t[i], t[i + 1]
+        beyond, before = (b > hi) & (i != spans[-1]), (b < lo) & (i != spans[0])
+        near = slice(i - k, i + 1)  # only these poles count here
+        whole = np.flatnonzero(beyond)
+        wedge = _wedge(_basis(lo + (hi - lo) * x, t, k, i), lines[whole, near], slopes[whole, near])
+        total[whole] += (hi - lo) * (wedge @ w)
+        cut = np.flatnonzero(~(beyond | before))
+        reach = b[cut] - lo
+        wedge = _wedge(_basis(lo + reach[:, None] * x, t, k, i), lines[cut, near], slopes[cut, near])
+        total[cut] += reach * (wedge @ w)
     # normal is S_u x S_v: with the inner parameter first it is S_b x S_a, and Green's sign turns too
     return place, -float(total @ weight) / 3.0
 
 
-def _slopes(s: Floats, t: Floats, k: int) -> Floats:
-    """(n, m) derivatives of the basis."""
-    eye = BSpline(t, np.eye(len(t) - k - 1), k)
-    return np.asarray(eye(s, nu=1))
+def _wedge(basis: tuple[Floats, Floats], lines: Floats, slopes: Floats) -> Floats:
+    """(n, q) triple products p . (p_a x p_b) on n lines of poles (n, k + 1, 3)."""
+    values, rates = basis  # (q, k + 1), the same for all lines, or (n, q, k + 1)
+    p, pa, pb = values @ lines, values @ slopes, rates @ lines
+    return np.asarray(np.einsum("nqk,nqk->nq", p, np.cross(pa, pb)))
+
+
+def _basis(s: Floats, t: Floats, k: int, i: int) -> tuple[Floats, Floats]:
+    """Values and derivatives (..., k + 1) of the B-splines that live between the knots i and i + 1.
+
+    By the recursion of Cox and de Boor, on the polynomials of this span wherever s is.
+    """
+    values = np.ones((*s.shape, 1))
+    rates = np.zeros_like(values)
+    for degree in range(1, k + 1):
+        first = np.arange(i - degree + 1, i + 1)
+        size = t[first + degree] - t[first]
+        share = (s[..., None] - t[first]) / size
+        up, down = values * share, values * (1.0 - share)
+        rise = degree * values / size
+        rates = _paired(-rise, rise)
+        values = _paired(down, up)
+    return values, rates
+
+
+def _paired(left: Floats, right: Floats) -> Floats:
+    """Sums of two rows (..., m) of which the right one lies one place further."""
+    out = np.zeros((*left.shape[:-1], left.shape[-1] + 1))
+    out[..., :-1] += left
+    out[..., 1:] += right
+    return out
 
 
 # -- edges ---------------------------------------------------------------------------------------------------
