@@ -165,7 +165,7 @@ def _judged(
     """Whether a value lies outside of the bracket or of the error bar of the rays; more rays if it seems so."""
     if value is None:
         return {"wrong": False}
-    count = 16 if chain.family in CURVED else 48
+    count = 24 if chain.family in CURVED else 48
     rays = referee(chain.sweeps, k, bar, count)
     if abs(value - rays[0]) > rays[1] + slack:
         rays = referee(chain.sweeps, k, bar, 4 * count)

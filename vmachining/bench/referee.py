@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vmachining.arrays import Floats
+from vmachining.engines.brep.ladder import reaching
 from vmachining.sweep import Sweep
 
 __all__ = ["referee"]
@@ -30,7 +31,9 @@ def referee(
     The bar is `BAR` standard errors, and what lies between the rays: a cell 0.5 mm deep.
     """
     rng = np.random.default_rng([block, count])
-    low, high = np.maximum(sweeps[block].bounds[0], stock[0]), np.minimum(sweeps[block].bounds[1], stock[1])
+    box = np.array(stock)
+    bounds = reaching(sweeps[block], box).bounds  # a tool that leans is wide above the stock
+    low, high = np.maximum(bounds[0], box[0]), np.minimum(bounds[1], box[1])
     if (low >= high).any():
         return 0.0, 0.0
     corner = np.stack(np.meshgrid(np.arange(count), np.arange(count), indexing="ij"), axis=-1).reshape(-1, 2)

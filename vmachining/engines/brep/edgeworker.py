@@ -22,7 +22,7 @@ import numpy as np
 
 from vmachining.arrays import Bools, Floats
 from vmachining.engines.brep.booleans import box_of
-from vmachining.engines.brep.ladder import Blank, _meets, _within, quiet
+from vmachining.engines.brep.ladder import Blank, _meets, quiet, reaching
 from vmachining.engines.brep.shapes import Circle, Curve, Frame, Straight, interpolated, pnt
 from vmachining.engines.brep.swept import solids
 from vmachining.errors import SweepError, VMachiningError
@@ -142,7 +142,7 @@ class Members:
             if not _meets(sweep, box):
                 continue
             try:
-                parts = solids(_within(sweep, box))
+                parts = solids(reaching(sweep, box))
             except SweepError as exc:
                 raise SweepError(f"block {code}: {exc.message}") from exc
             self._past.append((code, [Solid(part.shape) for part in parts]))

@@ -16,9 +16,12 @@ of the block, widened by a stated slack, and on disagreement the next rung is cl
 | `late stock` | earlier sweeps leave the sweep first, the stock is met last |
 | `halves` | the block in two halves, the second after the first |
 | `grown` | earlier sweeps grown by 1e-5 mm, the bracket widened by what that can change |
+| `facets` | meshes of the solids, ever finer: the value and its error must lie in the bracket (`faceted.py`) |
 | `sections` | areas of level sections, integrated: the value and its error must lie in the bracket (`sections.py`) |
 
-A value that no rung brings into the bracket is refused; the bracket stands.
+A value that no rung brings into the bracket is refused; the bracket stands. The last two need no boolean of solids. They
+come first where sweeps are unions of many solids and where helices wind over each other: booleans of those were seen
+to take more than 48 s, and to lose parts.
 """
 
 from __future__ import annotations
@@ -31,9 +34,11 @@ from time import process_time
 from typing import Any, NamedTuple
 
 import numpy as np
+from manifold3d import Manifold
 
 from vmachining.arrays import Floats
 from vmachining.engines.brep.booleans import apart, box_of, common, is_empty, minus, turned
+from vmachining.engines.brep.faceted import limit, taken, united
 from vmachining.engines.brep.measure import volume
 from vmachining.engines.brep.near import SweepIndex
 from vmachining.engines.brep.polyhedron import polyhedron
@@ -43,7 +48,18 @@ from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Arc, Bracket, Line
 from vmachining.sweep import Sweep, Turn
 
-__all__ = ["RUNGS", "SECTIONS", "Blank", "Ladder", "Status", "Verdict", "quiet"]
+__all__ = [
+    "RUNGS",
+    "SOLIDS",
+    "STEADY",
+    "Blank",
+    "Ladder",
+    "Status",
+    "Verdict",
+    "quiet",
+    "reaching",
+    "steady_first",
+]
 
 SLACK_REL = 1e-6
 """Of the volume that stock and sweep share, or of the box both are in if a boolean claims to find more there:
@@ -55,16 +71,25 @@ SLACK_MM3 = 1e-6
 GROWTH_MM = 1e-5
 """A hundred times OCCT's confusion of points: tangent faces are apart then."""
 
-SECTIONS = "sections"
-"""The rung that needs no boolean of solids."""
+FACETS, SECTIONS = "facets", "sections"
+STEADY = (FACETS, SECTIONS)
+"""The rungs that need no boolean of solids."""
 
-SECTION_REL = 0.1
-"""Of the width of the bracket: difference asked of the last two rules of the integral over sections; the value and
-this difference must lie inside."""
+STEADY_REL = 0.1
+"""Of the width of the bracket: error asked of them. The value and its error must lie inside."""
+
+SOLIDS = "solids"
+"""What is told before any rung: the solids of a block and of those that reach it are built."""
+
+MANY = 4
+"""Solids of sweeps that meet: with more, booleans take a minute."""
+
+KEPT_SOLIDS, KEPT_MESHES = 300, 48
+"""Sweeps whose solids, and sweeps and sags whose meshes are remembered."""
 
 RUNGS = (
     "plain", "fuzzy 1e-05", "fuzzy 1e-04", "fuzzy 1e-03", "turned", "reversed", "joint", "late stock", "halves",
-    "grown", SECTIONS,
+    "grown", *STEADY,
 )  # fmt: skip
 
 
@@ -140,10 +165,11 @@ class Ladder:
     def __init__(self, stock: Blank, blocks: Sequence[Sequence[Sweep]]) -> None:
         self._stock = stock.shape()
         self._box = box_of(self._stock)
-        self._sweeps = [_within(sweep, self._box) for block in blocks for sweep in block]
+        self._sweeps = [reaching(sweep, self._box) for block in blocks for sweep in block]
         self._first = np.cumsum([0, *(len(block) for block in blocks)])
         self._index = SweepIndex(self._sweeps)
-        self._made: dict[int, list[Any]] = {}
+        self._made: dict[int, list[Any] | SweepError] = {}
+        self._meshes: dict[tuple[int, float], Manifold] = {}
 
     def warm(self) -> None:
         """Compile what blocks will need, so that no block pays for it with its time."""
@@ -160,24 +186,31 @@ class Ladder:
         early: float = np.inf,
         told: Callable[[str], None] = lambda rung: None,
     ) -> Verdict:
-        """Removed volume of a block, gated by its bracket; `told` hears of every rung before it is tried.
+        """Removed volume of a block, gated by its bracket; `told` hears of `SOLIDS` and of every rung before it is tried.
 
         It agreed if the first of `RUNGS` worked, and was retried if any other one did. After `early` s of a
-        processor the sections come next: they take their time, but hardly fail.
+        processor, solids not counted, the steady ones come next: they take their time, but hardly fail.
         """
         begin = process_time()
         tried: list[float | None] = []
         reason, count, slack = "", 0, 0.0
         members = range(int(self._first[block]), int(self._first[block + 1]))
         plans = [(k, self._index.needed(k, self._box)) for k in members if _meets(self._sweeps[k], self._box)]
-        left = self._ordered(plans, rungs)
+        told(SOLIDS)
+        try:
+            left = self._ordered(plans, rungs)
+        except (SweepError, EngineError) as exc:  # no rung builds what cannot be built
+            return Verdict(Status.REFUSED, None, "", str(exc), process_time() - begin, 0)
+        ready = process_time()
         while left:
-            late = SECTIONS in left and process_time() - begin > early
-            rung = left.pop(left.index(SECTIONS) if late else 0)
+            late = [rung for rung in STEADY if rung in left and process_time() - ready > early]
+            rung = left.pop(left.index(late[0]) if late else 0)
             told(rung)
             try:
                 if rung == SECTIONS:
                     value, count, slack = self._sectioned(plans, bracket)
+                elif rung == FACETS:
+                    value, count, slack = self._faceted(plans, bracket)
                 else:
                     value, count, slack = self._climb(plans, rung)
             except (SweepError, EngineError) as exc:
@@ -201,15 +234,13 @@ class Ladder:
         return Verdict(Status.REFUSED, None, "", reason, process_time() - begin, count, tuple(tried), slack)
 
     def _ordered(self, plans: Sequence[tuple[int, list[int]]], rungs: Sequence[str]) -> list[str]:
-        """The rungs in the order they are tried: wound helices over each other are cut in sections first.
-
-        Their sheets touch along curves: booleans of solids were seen to take more than 48 s, and to lose parts.
-        """
+        """The rungs in the order they are tried."""
         wound = any(
             _is_wound(self._sweeps[k]) and any(_is_wound(self._sweeps[j]) for j in earlier)
             for k, earlier in plans
         )
-        return sorted(rungs, key=lambda rung: rung != SECTIONS) if wound else list(rungs)
+        most = max((len(self._solids(j)) for k, earlier in plans for j in (k, *earlier)), default=0)
+        return steady_first(rungs) if wound or most > MANY else list(rungs)
 
     def _common_box(self, k: int) -> float:
         """mm^3 of the box in which a sweep and the stock can meet: no boolean vouches for this one."""
@@ -281,20 +312,57 @@ class Ladder:
             parts = self._solids(k)
             others = [part for j in earlier for part in self._solids(j)]
             stops = [z for j in (k, *earlier) for z in _levels(self._sweeps[j]) if box[0, 2] < z < box[1, 2]]
-            share = SECTION_REL * (bracket.hi - bracket.lo) / len(plans)
+            share = STEADY_REL * (bracket.hi - bracket.lo) / len(plans)
             doubts = [0.0]
             level = partial(level_area, stock=self._stock, parts=parts, others=others, box=box)
             value, miss = integrated(partial(_noted, level, doubts), [box[0, 2], *stops, box[1, 2]], share)
             total, error = total + value, error + miss + max(doubts) * float(box[1, 2] - box[0, 2])
         return float(total), sum(len(earlier) for _, earlier in plans), -float(error)
 
+    def _faceted(self, plans: Sequence[tuple[int, list[int]]], bracket: Bracket) -> tuple[float, int, float]:
+        """(value, earlier sweeps used, minus its error) by meshes."""
+
+        def removed(sag: float) -> float:
+            if (-1, sag) not in self._meshes:
+                self._keep(-1, sag, united([self._stock], sag, self._box))
+            stock = self._meshes[-1, sag]
+            return sum(
+                taken(stock, self._mesh(k, sag), (self._mesh(j, sag) for j in earlier))
+                for k, earlier in plans
+            )
+
+        value, error = limit(removed, STEADY_REL * (bracket.hi - bracket.lo))
+        return value, sum(len(earlier) for _, earlier in plans), -error
+
+    def _mesh(self, k: int, sag: float) -> Manifold:
+        """Of a sweep, in the box of the stock, remembered."""
+        if (k, sag) not in self._meshes:
+            self._keep(k, sag, united(self._solids(k), sag, self._box))
+        return self._meshes[k, sag]
+
+    def _keep(self, k: int, sag: float, mesh: Manifold) -> None:
+        if len(self._meshes) > KEPT_MESHES:
+            self._meshes.pop(next(iter(self._meshes)))
+        self._meshes[k, sag] = mesh
+
     def _solids(self, k: int) -> list[Any]:
         """Solids of a sweep, the latest few hundred remembered: booleans leave them as they are."""
         if k not in self._made:
-            if len(self._made) > 300:
+            if len(self._made) > KEPT_SOLIDS:
                 self._made.pop(next(iter(self._made)))
-            self._made[k] = _solids(self._sweeps[k])
-        return self._made[k]
+            try:
+                self._made[k] = _solids(self._sweeps[k])
+            except SweepError as exc:
+                self._made[k] = exc
+        found = self._made[k]
+        if isinstance(found, SweepError):
+            raise found
+        return found
+
+
+def steady_first(rungs: Sequence[str]) -> list[str]:
+    """The rungs, the steady ones before the others."""
+    return sorted(rungs, key=lambda rung: STEADY.index(rung) if rung in STEADY else len(STEADY))
 
 
 def _noted(level: Callable[[float], tuple[float, float]], doubts: list[float], z: float) -> float:
@@ -326,8 +394,8 @@ def _meets(sweep: Sweep, box: Floats) -> bool:
     return bool((lo < box[1]).all() and (hi > box[0]).all())
 
 
-def _within(sweep: Sweep, box: Floats) -> Sweep:
-    """The sweep of the lower part of the cutter, as high as it can meet the stock.
+def reaching(sweep: Sweep, box: Floats) -> Sweep:
+    """The sweep of the lower part of the cutter, as high as it can meet a stock in a box (2, 3).
 
     What stays above the stock in every pose makes solids larger, tapers wider, and removes nothing.
     """

@@ -19,7 +19,7 @@ from pathlib import Path
 from time import monotonic
 from typing import Any, TypeVar, cast
 
-from vmachining.engines.brep.ladder import RUNGS, SECTIONS, Blank, Status, Verdict
+from vmachining.engines.brep.ladder import RUNGS, SOLIDS, STEADY, Blank, Status, Verdict, steady_first
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Bracket
 from vmachining.sweep import Sweep
@@ -29,7 +29,7 @@ __all__ = ["check_blocks", "isolated", "step_file"]
 T = TypeVar("T")
 
 LONGEST, EARLY, MOST = 0.25, 0.35, 0.8
-"""Parts of the limit of a block: for one boolean rung, until sections come next, and until which another rung is
+"""Parts of the limit of a block: for one boolean rung, until steady rungs come next, and until which another rung is
 worth a new process."""
 
 PATIENCE = 8.0
@@ -110,21 +110,23 @@ class _Worker:
     def ask(
         self, block: int, bracket: Bracket, rungs: Sequence[str], seconds: float, longest: float, early: float
     ) -> Verdict:
-        """seconds : of the block. longest : of one rung. early : until sections come next.
+        """seconds : of the block, and as many of its solids. longest : of one rung. early : until steady rungs come next.
 
         If this ends badly, `rung` is the one that was under way, `tried` all until then, `late` whether it was slow,
         and `used` what the block had taken, s.
         """
         watch = _Watch(self._process.pid)
-        self.rung, self.tried, self.late = rungs[0], [], False
+        self.rung, self.tried, self.late = SOLIDS, [], False
         try:
             self._send(pickle.dumps(("check", block, bracket, tuple(rungs), early)))
             while True:
                 left = seconds - watch.used()
-                answer = self._receive(left if self.rung == SECTIONS else min(longest, left))
+                answer = self._receive(left if self.rung in (SOLIDS, *STEADY) else min(longest, left))
                 if isinstance(answer, Verdict):
                     self.done += 1
                     return answer
+                if self.rung == SOLIDS and answer != SOLIDS:
+                    watch = _Watch(self._process.pid)
                 self.rung = answer
                 self.tried.append(answer)
         except _Late:
@@ -132,7 +134,6 @@ class _Worker:
             raise
         finally:
             self.used = watch.used()
-            self.tried = self.tried or [self.rung]
 
     def call(self, question: object, seconds: float) -> Any:
         """Any question, and its answer."""
@@ -216,9 +217,10 @@ def check_blocks(
     blocks : what every block of the program sweeps, in program order.
     asked : block number -> bracket of its removed volume.
     workers : processes.
-    seconds : limit of one block, of processor time where the system tells it. A rung that crashes or takes longer
-        than 0.25 of it (sections: what is left of it) costs the process; the block goes on with the next rung in a
-        new one, after a hang with sections, and is refused if no rung and no time is left.
+    seconds : limit of one block, of processor time where the system tells it; of the solids it needs, another one. A
+        rung that crashes or takes longer than 0.25 of it (facets and sections: what is left of it) costs the process;
+        the block goes on with the next rung in a new one, after a hang with facets and sections, and is refused if no
+        rung and no time is left.
     recycle : blocks after which a process is replaced.
     stop : asked between blocks; what is under way is dropped.
 
@@ -259,7 +261,7 @@ def check_blocks(
                 if worker is not None and worker.done >= recycle:
                     drop(worker)
                     worker = None
-                used, left, lost = 0.0, list(rungs), ""
+                used, left, lost, was_lost = 0.0, list(rungs), "", False
                 while True:
                     if worker is None:
                         try:
@@ -279,8 +281,10 @@ def check_blocks(
                     except _Gone as exc:
                         lost, used = f"{worker.rung}: {exc}", used + worker.used
                         left = [rung for rung in left if rung not in worker.tried]
-                        if worker.late:  # what hangs one way hangs most ways, but sections do not
-                            left.sort(key=lambda rung: rung != SECTIONS)
+                        if worker.rung == SOLIDS:  # a process may die of other things, once
+                            left, was_lost = ([] if worker.late or was_lost else left), True
+                        elif worker.late:  # what hangs one way hangs most ways
+                            left = steady_first(left)
                         drop(worker)
                         worker = None
                         if left and used < MOST * seconds:

@@ -20,7 +20,7 @@ import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.engines.brep.booleans import box_of, minus
-from vmachining.engines.brep.ladder import SLACK_MM3, Blank, _meets, _within
+from vmachining.engines.brep.ladder import SLACK_MM3, Blank, _meets, reaching
 from vmachining.engines.brep.measure import volume
 from vmachining.engines.brep.near import SweepIndex
 from vmachining.engines.brep.swept import inspect, solids
@@ -54,7 +54,7 @@ def workpiece(stock: Blank, blocks: Sequence[Sequence[Sweep]], brackets: Sequenc
         if bracket.hi <= 0.0 or not sweeps:
             continue
         try:
-            tools = [part.shape for sweep in sweeps for part in solids(_within(sweep, box))]
+            tools = [part.shape for sweep in sweeps for part in solids(reaching(sweep, box))]
         except SweepError as exc:
             raise SweepError(f"block {number}: {exc}") from exc
         shape, before = _cut(shape, tools, before, bracket, number)
