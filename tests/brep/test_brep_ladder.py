@@ -496,7 +496,7 @@ def test_helices_in_each_other_are_not_asked_of_booleans_first() -> None:
     first = Arc((31.4, 0, 0.2), (30, 0, 0), angle=-pi, rise=-0.4)
     second = Arc(tuple(first.end), (30, 0, 0), angle=-pi, rise=-0.4)
     work = Ladder(BOX, chain(tool, [first, second]))
-    assert [work._ordered([(k, list(range(k)))], ladder.RUNGS)[0] for k in (0, 1)] == ["plain", "facets"]
+    assert [work._ordered([(k, list(range(k)))], ladder.RUNGS)[0] for k in (0, 1)] == ["plain", "sections"]
 
 
 @pytest.mark.parametrize(("shape", "truth"), [

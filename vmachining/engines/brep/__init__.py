@@ -29,6 +29,7 @@ Goal: a B-rep answer beside the mesh bracket. Every value is either inside the b
 | `measure.py` | `volume` |
 | `ladder.py` | `Ladder`, rungs and gate |
 | `booleans.py` | what OCCT is asked, and whether it worked |
+| `faceted.py` | removed volume from meshes of the solids, where sweeps are unions of many |
 | `sections.py` | removed volume from areas of level sections, where booleans of solids hang or lie |
 | `near.py` | which earlier sweeps reach a region |
 | `workpiece.py` | the stock after all blocks as a valid solid, STEP with faces named and coloured by block |
