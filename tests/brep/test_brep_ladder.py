@@ -23,7 +23,7 @@ from vmachining import BallNose, Bracket, BullNose, FlatEnd, Job, Sweep, run
 from vmachining.cli.main import run as command
 from vmachining.engines import brep
 from vmachining.engines.brep import Blank, Ladder, Status, described, isolated, ladder, workers, workpiece
-from vmachining.engines.brep.faceted import SAGS, faceted, limit
+from vmachining.engines.brep.faceted import SAGS, _filled, faceted, limit
 from vmachining.engines.brep.near import SweepIndex
 from vmachining.engines.brep.polyhedron import polyhedron
 from vmachining.engines.brep.sections import integrated, level_area
@@ -533,3 +533,15 @@ def test_solids_that_cannot_be_built_are_told_once_for_all_rungs() -> None:
     heard = list[str]()
     verdict = work.removed(1, Bracket(0.0, 1.0, 1e6), told=heard.append)
     assert heard == [ladder.SOLIDS] and verdict.status is Status.REFUSED and "corner" in verdict.reason
+
+
+def test_cracks_beside_slivers_are_closed() -> None:
+    """One face of a tetrahedron has points on two of its edges that its neighbours do not know."""
+    whole = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
+    cracked = np.array(
+        [(0, 2, 4), (4, 2, 5), (4, 5, 1), *whole[1:].tolist()]
+    )  # 4 between 0 and 1, 5 between 1 and 2
+    closed = _filled(cracked)
+    edges = {(int(t[k]), int(t[(k + 1) % 3])) for t in closed for k in range(3)}
+    assert len(edges) == 3 * len(closed) and {(v, u) for u, v in edges} == edges
+    assert len(closed) == len(cracked) + 2 and np.array_equal(_filled(whole), whole)

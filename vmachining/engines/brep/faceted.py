@@ -4,8 +4,8 @@ A sweep that folds is a union of up to a hundred solids that touch and cross eac
 walks along such contacts for minutes, or loses parts. Its triangulation of one valid solid is another matter: edges
 are followed once, faces take over their points, and the triangles of all faces close. So
 
-1. every solid is triangulated with two or three of `SAGS`, and its mesh must have its volume up to the sag times its
-   surface;
+1. every solid is triangulated with two or three of `SAGS`; cracks beside slivers, where a face misses a point of its
+   edge, are closed, and the mesh must have the volume of the solid up to the sag times its surface;
 2. the union of a sweep's meshes, and what the block's takes from what the earlier ones leave of the stock, are
    booleans of manifold3d, which do not fail;
 3. the error of a volume is proportional to the sag (measured on solids of turning tools: a quarter of the sag leaves a
@@ -53,7 +53,7 @@ def faceted(shape: Any, sag: float) -> Manifold:
     BRepMesh_IncrementalMesh(shape, sag, False, BEND * float(np.sqrt(sag)), False)
     points, triangles = _triangles(shape)
     BRepTools.Clean_s(shape)
-    mesh = Mesh64(points, triangles.astype(np.uint64))
+    mesh = Mesh64(points, _filled(triangles).astype(np.uint64))
     mesh.merge()
     solid = Manifold(mesh)
     if solid.status() != Error.NoError:
@@ -133,3 +133,19 @@ def _triangles(shape: Any) -> tuple[Floats, Ints]:
     triangles = number.ravel()[np.array(corners)]
     apart = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
     return points, triangles[apart]
+
+
+def _filled(triangles: Ints) -> Ints:
+    """The triangles (m, 3), with fans in the loops that edges without a neighbour make."""
+    ways = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    size = int(triangles.max()) + 1
+    open_ = ways[~np.isin(ways @ [size, 1], ways @ [1, size])]
+    after = {int(v): int(u) for u, v in open_}
+    fans: list[tuple[int, int, int]] = []
+    while after:
+        first, at = after.popitem()
+        while at in after and after[at] != first:
+            fans.append((first, at, after[at]))
+            at = after.pop(at)
+        after.pop(at, None)
+    return np.concatenate([triangles, np.array(fans, dtype=triangles.dtype).reshape(-1, 3)])
