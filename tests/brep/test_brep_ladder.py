@@ -23,7 +23,6 @@ from vmachining import BallNose, Bracket, BullNose, FlatEnd, Job, Sweep, run
 from vmachining.cli.main import run as command
 from vmachining.engines import brep
 from vmachining.engines.brep import Blank, Ladder, Status, described, isolated, ladder, workers, workpiece
-from vmachining.engines.brep.faceted import SAGS, _filled, faceted, limit
 from vmachining.engines.brep.near import SweepIndex
 from vmachining.engines.brep.polyhedron import polyhedron
 from vmachining.engines.brep.sections import integrated, level_area
@@ -499,32 +498,6 @@ def test_helices_in_each_other_are_not_asked_of_booleans_first() -> None:
     assert [work._ordered([(k, list(range(k)))], ladder.RUNGS)[0] for k in (0, 1)] == ["plain", "sections"]
 
 
-@pytest.mark.parametrize(("shape", "truth"), [
-    (lambda cq: cq.Workplane().sphere(5.0).val(), 4 / 3 * pi * 125),
-    (lambda cq: cq.Solid.makeCone(3.0, 0.0, 4.0), pi * 9 * 4 / 3),
-    (lambda cq: cq.Solid.makeTorus(6.0, 2.0), 2 * pi**2 * 6 * 4),
-    (lambda cq: cq.Solid.makeBox(1, 2, 3).cut(cq.Solid.makeCylinder(0.3, 3, cq.Vector(0.5, 1, 0))), 6 - pi * 0.27),
-])  # fmt: skip
-def test_meshes_of_solids_close_and_their_error_falls_with_the_sag(shape: Any, truth: float) -> None:
-    """Poles, tips, seams and holes; a quarter of the sag leaves a quarter of the error, and the limit hardly any."""
-    import cadquery as cq
-
-    solid = shape(cq).wrapped
-    errors = [abs(float(faceted(solid, sag).volume()) / truth - 1.0) for sag in SAGS]
-    assert all(0.1 < fine / coarse < 0.45 for coarse, fine in pairwise(errors))
-    value, error = limit(lambda sag: float(faceted(solid, sag).volume()), 0.0)
-    assert abs(value - truth) < 0.2 * error and abs(value / truth - 1.0) < 0.1 * errors[-1]
-
-
-def test_a_mesh_that_does_not_hold_the_volume_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    import cadquery as cq
-
-    solid = cq.Solid.makeSphere(5.0).wrapped
-    monkeypatch.setattr("vmachining.engines.brep.faceted.volume", lambda shape: 500.0)
-    with pytest.raises(EngineError, match="triangles hold"):
-        faceted(solid, 1e-3)
-
-
 def test_solids_that_cannot_be_built_are_told_once_for_all_rungs() -> None:
     """A block whose neighbour has no solid is refused with that reason, whatever the rungs."""
     tool, height = BullNose(diameter=8, corner_radius=3, length=40), 10.0
@@ -533,15 +506,3 @@ def test_solids_that_cannot_be_built_are_told_once_for_all_rungs() -> None:
     heard = list[str]()
     verdict = work.removed(1, Bracket(0.0, 1.0, 1e6), told=heard.append)
     assert heard == [ladder.SOLIDS] and verdict.status is Status.REFUSED and "corner" in verdict.reason
-
-
-def test_cracks_beside_slivers_are_closed() -> None:
-    """One face of a tetrahedron has points on two of its edges that its neighbours do not know."""
-    whole = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
-    cracked = np.array(
-        [(0, 2, 4), (4, 2, 5), (4, 5, 1), *whole[1:].tolist()]
-    )  # 4 between 0 and 1, 5 between 1 and 2
-    closed = _filled(cracked)
-    edges = {(int(t[k]), int(t[(k + 1) % 3])) for t in closed for k in range(3)}
-    assert len(edges) == 3 * len(closed) and {(v, u) for u, v in edges} == edges
-    assert len(closed) == len(cracked) + 2 and np.array_equal(_filled(whole), whole)

@@ -15,7 +15,7 @@ are followed once, faces take over their points, and the triangles of all faces 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -140,12 +140,22 @@ def _filled(triangles: Ints) -> Ints:
     ways = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     size = int(triangles.max()) + 1
     open_ = ways[~np.isin(ways @ [size, 1], ways @ [1, size])]
-    after = {int(v): int(u) for u, v in open_}
-    fans: list[tuple[int, int, int]] = []
-    while after:
-        first, at = after.popitem()
-        while at in after and after[at] != first:
-            fans.append((first, at, after[at]))
-            at = after.pop(at)
-        after.pop(at, None)
+    fans = [(loop[0], b, c) for loop in _loops(open_[:, ::-1].tolist()) for b, c in pairwise(loop[1:])]
     return np.concatenate([triangles, np.array(fans, dtype=triangles.dtype).reshape(-1, 3)])
+
+
+def _loops(steps: Sequence[tuple[int, int]]) -> Iterator[list[int]]:
+    """Closed walks that enter no point twice, of steps from one point to another; what does not close is left."""
+    after: dict[int, list[int]] = {}
+    for a, b in steps:
+        after.setdefault(a, []).append(b)
+    for start in list(after):
+        walk = [start]
+        while after.get(walk[-1]):
+            to = after[walk[-1]].pop()
+            if to in walk:
+                at = walk.index(to)
+                yield walk[at:]
+                del walk[at + 1 :]
+            else:
+                walk.append(to)
