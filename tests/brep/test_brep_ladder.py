@@ -185,12 +185,12 @@ def test_a_rung_that_hangs_or_dies_costs_a_process_and_at_worst_its_block(
 
     def stumbles(
         self: workers._Worker, block: int, bracket: Bracket, rungs: list[str], seconds: float,
-        longest: float, early: float,
+        longest: float, early: float, build: float,
     ) -> brep.Verdict:  # fmt: skip
         under_way[0] = block
         if block == 0:
             self._process.kill()
-        return real(self, block, bracket, rungs, seconds, 1e-6 if block == 1 else longest, early)
+        return real(self, block, bracket, rungs, seconds, 1e-6 if block == 1 else longest, early, build)
 
     def dies(self: workers._Worker, seconds: float) -> Any:
         answer = heard(self, seconds)

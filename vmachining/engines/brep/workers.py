@@ -108,9 +108,16 @@ class _Worker:
         return self._receive(seconds)
 
     def ask(
-        self, block: int, bracket: Bracket, rungs: Sequence[str], seconds: float, longest: float, early: float
+        self,
+        block: int,
+        bracket: Bracket,
+        rungs: Sequence[str],
+        seconds: float,
+        longest: float,
+        early: float,
+        build: float,
     ) -> Verdict:
-        """seconds : of the block, and as many of its solids. longest : of one rung. early : until steady rungs come next.
+        """seconds : of the block. longest : of one rung. early : until steady rungs come next. build : of its solids.
 
         If this ends badly, `rung` is the one that was under way, `tried` all until then, `late` whether it was slow,
         and `used` what the block had taken, s.
@@ -120,7 +127,7 @@ class _Worker:
         try:
             self._send(pickle.dumps(("check", block, bracket, tuple(rungs), early)))
             while True:
-                left = seconds - watch.used()
+                left = (build if self.rung == SOLIDS else seconds) - watch.used()
                 answer = self._receive(left if self.rung in (SOLIDS, *STEADY) else min(longest, left))
                 if isinstance(answer, Verdict):
                     self.done += 1
@@ -277,7 +284,9 @@ def check_blocks(
                         return
                     try:
                         early = EARLY * seconds - used
-                        verdict = worker.ask(block, bracket, left, seconds - used, LONGEST * seconds, early)
+                        verdict = worker.ask(
+                            block, bracket, left, seconds - used, LONGEST * seconds, early, seconds
+                        )
                     except _Gone as exc:
                         lost, used = f"{worker.rung}: {exc}", used + worker.used
                         left = [rung for rung in left if rung not in worker.tried]
