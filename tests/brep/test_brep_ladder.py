@@ -421,6 +421,7 @@ def test_steady_rungs_find_the_closed_form_where_booleans_lie(rung: str) -> None
     bracket = Bracket(truth * 0.99, truth, truth * 1.01)
     verdict = Ladder(BOX, chain(tool, across)).removed(1, bracket, rungs=(rung,))
     assert verdict.status is Status.RETRIED and verdict.slack_mm3 < 0.0
+    assert f"good to {-verdict.slack_mm3:.2g} mm3" in _note(verdict)
     assert abs(verdict.removed_mm3 - truth) <= max(-verdict.slack_mm3, 1e-6 * truth)  # type: ignore[operator]
     # a value whose error reaches out of the bracket is none
     tight = Bracket(verdict.removed_mm3, verdict.removed_mm3, verdict.removed_mm3)  # type: ignore[arg-type]

@@ -238,4 +238,7 @@ def _note(verdict: Verdict | None) -> str:
         return (
             f"B-rep agrees with earlier sweeps grown and the bracket widened by {verdict.slack_mm3:.2g} mm3"
         )
+    if verdict.slack_mm3 < 0.0:
+        how = "meshes of the solids" if verdict.rung == "facets" else "level sections"
+        return f"B-rep value from {how}, good to {-verdict.slack_mm3:.2g} mm3"
     return f"B-rep refused: {verdict.reason}" if verdict.reason else ""
