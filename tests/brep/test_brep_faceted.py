@@ -14,9 +14,9 @@ from vmachining.errors import EngineError
 
 
 @pytest.mark.parametrize(("shape", "truth"), [
-    (lambda cq: cq.Workplane().sphere(5.0).val(), 4 / 3 * pi * 125),
+    (lambda cq: cq.Workplane().sphere(2.0).val(), 4 / 3 * pi * 8),
     (lambda cq: cq.Solid.makeCone(3.0, 0.0, 4.0), pi * 9 * 4 / 3),
-    (lambda cq: cq.Solid.makeTorus(6.0, 2.0), 2 * pi**2 * 6 * 4),
+    (lambda cq: cq.Solid.makeTorus(1.5, 0.5), 2 * pi**2 * 1.5 * 0.25),
     (lambda cq: cq.Solid.makeBox(1, 2, 3).cut(cq.Solid.makeCylinder(0.3, 3, cq.Vector(0.5, 1, 0))), 6 - pi * 0.27),
 ])  # fmt: skip
 def test_meshes_of_solids_close_and_their_error_falls_with_the_sag(shape: Any, truth: float) -> None:
