@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from vmachining.engines.brep import faceted as module
 from vmachining.engines.brep.faceted import SAGS, _filled, faceted, limit
 from vmachining.errors import EngineError
 
@@ -37,6 +38,16 @@ def test_a_mesh_that_does_not_hold_the_volume_is_refused(monkeypatch: pytest.Mon
     monkeypatch.setattr("vmachining.engines.brep.faceted.volume", lambda shape: 500.0)
     with pytest.raises(EngineError, match="triangles hold"):
         faceted(solid, 1e-3)
+
+
+def test_a_missing_face_is_no_crack(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A cube without one of its triangles would hold its volume again, filled."""
+    import cadquery as cq
+
+    real = module._triangles
+    monkeypatch.setattr(module, "_triangles", lambda shape: (real(shape)[0], real(shape)[1][1:]))
+    with pytest.raises(EngineError, match=r"lack 0\.5 mm2"):
+        faceted(cq.Solid.makeBox(1, 1, 1).wrapped, 1e-3)
 
 
 def test_cracks_beside_slivers_are_closed() -> None:

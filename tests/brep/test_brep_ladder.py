@@ -177,9 +177,9 @@ def test_only_sweeps_that_reach_the_region_are_subtracted() -> None:
 def test_a_rung_that_hangs_or_dies_costs_a_process_and_at_worst_its_block(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    paths: list[ToolPath] = [Line((-10, y, -1), (40, y, -1)) for y in (0.0, 5.0, 10.0, -10.0)]
+    paths: list[ToolPath] = [Line((-10, y, -1), (40, y, -1)) for y in (0.0, 5.0, 10.0, -10.0, 15.0)]
     sweeps = chain(FlatEnd(diameter=10, length=40), paths)
-    asked = {0: near(300.0), 1: near(150.0), 2: near(150.0), 3: near(300.0)}
+    asked = {0: near(300.0), 1: near(150.0), 2: near(150.0), 3: near(300.0), 4: near(150.0)}
     real, heard = workers._Worker.ask, workers._Worker._receive
     under_way = [0]
 
@@ -188,23 +188,26 @@ def test_a_rung_that_hangs_or_dies_costs_a_process_and_at_worst_its_block(
         longest: float, early: float, build: float,
     ) -> brep.Verdict:  # fmt: skip
         under_way[0] = block
-        if block == 0:
+        if block == 4:
             self._process.kill()
         return real(self, block, bracket, rungs, seconds, 1e-6 if block == 1 else longest, early, build)
 
     def dies(self: workers._Worker, seconds: float) -> Any:
         answer = heard(self, seconds)
-        if under_way[0] == 2 and answer == "plain":
+        if answer in ("plain", "fuzzy 1e-05") and (
+            under_way[0] == 0 or (under_way[0] == 2 and answer == "plain")
+        ):
             self._process.kill()
         return answer
 
     monkeypatch.setattr(workers._Worker, "ask", stumbles)
     monkeypatch.setattr(workers._Worker, "_receive", dies)
     found = dict(brep.check_blocks(BOX, sweeps, asked, rungs=("plain", "fuzzy 1e-05")))
-    assert "solids: OCCT ended its process (signal 9)" in found[0].reason
+    assert "fuzzy 1e-05: OCCT ended its process (signal 9)" in found[0].reason
+    assert "solids: OCCT ended its process (signal 9)" in found[4].reason
     assert "no answer within" in found[1].reason
-    assert [found[k].status for k in range(4)] == [
-        Status.REFUSED, Status.REFUSED, Status.RETRIED, Status.AGREED
+    assert [found[k].status for k in range(5)] == [
+        Status.REFUSED, Status.REFUSED, Status.RETRIED, Status.AGREED, Status.REFUSED
     ]  # fmt: skip
     assert found[2].rung == "fuzzy 1e-05" and found[2].removed_mm3 == pytest.approx(150.0)
     monkeypatch.setattr(workers.sys, "executable", "/bin/false")
@@ -384,7 +387,7 @@ def test_a_workpiece_whose_cut_the_kernel_refuses_is_cut_otherwise(monkeypatch: 
     shape = workpiece.workpiece(BOX, sweeps, [near(300.0)])
     assert brep.volume(shape) == pytest.approx(30 * 40 * 20 - 300, rel=1e-9)
     bottom = Arc((10, 0, -2), (10, 0, 0), 1, angle=1.0)  # begins level, where a torus has no smooth sheet
-    with pytest.raises(SweepError, match=r"block 1: the grazing curve (has a corner|moves too unevenly)"):
+    with pytest.raises(SweepError, match=r"block 1: the grazing curve moves too unevenly"):
         tool = BullNose(diameter=10, corner_radius=1, length=40)
         workpiece.workpiece(BOX, [*sweeps, *chain(tool, [bottom])], [near(300.0), ANY])
 

@@ -37,12 +37,19 @@ def referee(
     if (low >= high).any():
         return 0.0, 0.0
     corner = np.stack(np.meshgrid(np.arange(count), np.arange(count), indexing="ij"), axis=-1).reshape(-1, 2)
-    cell = (high - low)[:2] / count
     near = [s for s in sweeps[:block] if (s.bounds[0] < high).all() and (s.bounds[1] > low).all()]
+    bottom, top = float(box[0, 2]), float(box[1, 2])
+    wide = np.array(sweeps[block].bounds)[:, :2]
+    places = wide[0] + (corner + rng.random(corner.shape)) / count * (wide[1] - wide[0])
+    beside = places[((places < low[:2]) | (places > high[:2])).any(axis=1)]
+    beside = beside[((beside > box[0, :2]) & (beside < box[1, :2])).all(axis=1)]
+    if len(beside) and _left(sweeps[block], near, beside, bottom, top) > 0.0:  # nobody's word is taken for it
+        low[:2], high[:2] = np.maximum(wide[0], box[0, :2]), np.minimum(wide[1], box[1, :2])
+    cell = (high - low)[:2] / count
     found = np.empty(SETS)
     for k in range(SETS):
         places = low[:2] + (corner + rng.random(corner.shape)) * cell
-        found[k] = _left(sweeps[block], near, places, float(stock[0][2]), float(stock[1][2])) * cell.prod()
+        found[k] = _left(sweeps[block], near, places, bottom, top) * cell.prod()
     error = float(found.std(ddof=1)) / np.sqrt(SETS)
     return float(found.mean()), BAR * error + 0.5 * float(cell.prod()) / SETS + 1e-6 * float(found.mean())
 

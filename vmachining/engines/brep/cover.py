@@ -43,7 +43,7 @@ DEPTH, MOST = 6, 160
 """Most cuts of a part, in tool or time, and most solids: cones and discs that rock about a point inside need a hundred."""
 
 TRIES = 300
-"""Most envelopes that are tried for one block, good or not: the same on every machine. They take 0.1 to 0.5 s each."""
+"""Most envelopes that are tried for one block, good or not: the same on every machine. They take 0.1 to 1 s each."""
 
 WAYS = ((1, 0), (-1, 0), (1, 1), (-1, 1))
 NUDGES = tuple((1e-6, *way) for way in WAYS[:2]) + tuple((1e-5, *way) for way in WAYS)
@@ -85,6 +85,10 @@ class Tries:
             raise SweepError(f"the envelope folds: {TRIES} parts of it were tried", remedy="split the block")
         self.left -= 1
 
+    def renew(self) -> None:
+        """As many again, for another way of doing it."""
+        self.left = TRIES
+
 
 class _Found(NamedTuple, Generic[T]):
     """profile, t : of a pose, so that it is taken once; t is None for a part that moves. parts : its solids."""
@@ -107,12 +111,14 @@ def covered(profile: Profile, path: Turn, build: Build[T], special: Special[T], 
     found = _flat(profile, path, build, special, tries)
     if found is not None:
         return found
+    tries.renew()
     try:
         found = _Work(path, build, special, tries).solids(profile)
     except (SweepError, EngineError):
         lift = _lift(path)
         if lift is None or _grade(lift) is None:
             raise
+        tries.renew()
         found = _Work(path, build, special, tries, is_graded=True).solids(profile)
     return found
 

@@ -84,8 +84,8 @@ SOLIDS = "solids"
 MANY = 4
 """Solids of sweeps that meet: with more, booleans take a minute."""
 
-KEPT_SOLIDS, KEPT_MESHES = 300, 48
-"""Sweeps whose solids, and sweeps and sags whose meshes are remembered."""
+KEPT_SOLIDS, KEPT_TRIANGLES = 300, 2_000_000
+"""Sweeps whose solids are remembered, and triangles of meshes, some 300 bytes each."""
 
 RUNGS = (
     "plain", "fuzzy 1e-05", "fuzzy 1e-04", "fuzzy 1e-03", "turned", "reversed", "joint", "late stock", "halves",
@@ -168,7 +168,7 @@ class Ladder:
         self._sweeps = [reaching(sweep, self._box) for block in blocks for sweep in block]
         self._first = np.cumsum([0, *(len(block) for block in blocks)])
         self._index = SweepIndex(self._sweeps)
-        self._made: dict[int, list[Any] | SweepError] = {}
+        self._made: dict[int, list[Any] | SweepError | EngineError] = {}
         self._meshes: dict[tuple[int, float], Manifold] = {}
 
     def warm(self) -> None:
@@ -343,8 +343,9 @@ class Ladder:
         return self._meshes[k, sag]
 
     def _keep(self, k: int, sag: float, mesh: Manifold) -> None:
-        if len(self._meshes) > KEPT_MESHES:
-            self._meshes.pop(next(iter(self._meshes)))
+        total = sum(int(known.num_tri()) for known in self._meshes.values())
+        while self._meshes and total > KEPT_TRIANGLES:
+            total -= int(self._meshes.pop(next(iter(self._meshes))).num_tri())
         self._meshes[k, sag] = mesh
 
     def _solids(self, k: int) -> list[Any]:
@@ -354,10 +355,10 @@ class Ladder:
                 self._made.pop(next(iter(self._made)))
             try:
                 self._made[k] = _solids(self._sweeps[k])
-            except SweepError as exc:
+            except (SweepError, EngineError) as exc:
                 self._made[k] = exc
         found = self._made[k]
-        if isinstance(found, SweepError):
+        if isinstance(found, (SweepError, EngineError)):
             raise found
         return found
 
