@@ -121,3 +121,23 @@ def test_the_partial_table_reads_back_bit_for_bit(tmp_path):
     frame = read_partial(path)
     assert frame.row(0, named=True) == row and frame["text"][1] == "µ ; <b>"
     assert dict(read_samples(path)) == {7: (0.1, 0.1 + 0.2)}
+
+
+def test_verdicts_are_not_asked_for_again(tmp_path):
+    job = Job.load(write_job(tmp_path))
+    whole = run(job, out=tmp_path / "whole", brep="all").blocks
+    with pytest.raises(Stopped, match="stopped after block 2 of 4"):
+        run(job, out=tmp_path / "out", brep="all", workers=1, progress=stop_after("brep", 2))
+    file = tmp_path / "out" / "brep.partial.csv"
+    kept = pl.read_csv(file)
+    assert kept.height == 2 and kept["status"].to_list() == ["agreed", "agreed"]
+    # one is told apart by a change that its bracket allows; the other leaves its bracket, so it does not count;
+    # and a third was being written when the power went
+    one, other = kept["removed_brep_mm3"][0] * (1.0 + 1e-7), kept["removed_brep_mm3"][1] * 2.0
+    spoilt = kept.with_columns(pl.Series("removed_brep_mm3", [one, other])).write_csv()
+    file.write_text(spoilt + "7,agr")
+    result = run(job, out=tmp_path / "out", brep="all", resume=True).blocks
+    first, second = kept["block"].to_list()
+    assert result["removed_brep_mm3"][first] == one != whole["removed_brep_mm3"][first]
+    assert result["removed_brep_mm3"][second] == whole["removed_brep_mm3"][second]
+    polars.testing.assert_frame_equal(result, whole, rel_tol=1e-6, abs_tol=1e-9)

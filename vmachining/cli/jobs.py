@@ -49,10 +49,10 @@ def run_job(
                 progress=progress,
             )  # fmt: skip
         except Stopped as exc:
-            note(
-                f"vmachining: {exc}; the rows so far are in {folder}, nothing is lost: "
-                + shlex.join(["vmachining", "run", str(file), "--out", str(folder), "--resume"])
-            )
+            again = ["vmachining", "run", str(file), "--out", str(folder), "--resume", "--brep", brep]
+            again += ["--stock", stock, *(["--certify"] if certify else [])]
+            again += ["--workers", str(workers)] if workers is not None else []
+            note(f"vmachining: {exc}; the rows so far are in {folder}, nothing is lost: {shlex.join(again)}")
             return Code.INTERRUPTED
     result.write(folder, stock=formats)
     if as_json:

@@ -10,7 +10,7 @@ from typing import Any
 
 __all__ = ["emit", "note", "progress_bar"]
 
-STAGES = {"program": "cutting", "scheduled": "verifying the schedule"}
+STAGES = {"program": "cutting", "scheduled": "verifying the schedule", "brep": "checking by B-rep"}
 
 
 def emit(value: Any) -> None:

@@ -19,6 +19,7 @@ or visibly absent.
 | `contact.py`, `simulate.py` | contact checks, the loop |
 | `table.py`, `files.py` | `COLUMNS`, partial tables; atomic files, hashes, manifest |
 | `schedule.py` | plan, rewrite, verify |
+| `brep.py`, `verdicts.py` | `--brep`: which blocks, and what the B-rep engine says of them |
 | `run.py`, `result.py`, `batch.py` | `run`, `RunResult`, many jobs over processes |
 | `reading.py` | the program of a job |
 | `engage.py` | `engage`: what the tool touches at a fraction of a block; `Scene` for several questions |
@@ -33,7 +34,8 @@ before minus stock after.
 
 Interruption: SIGINT or SIGTERM finish the block in hand, then leave `blocks.partial.csv`, a checkpoint of the
 workpiece and a manifest with `complete: false`. A run that goes on makes the same rows as one that was never
-stopped.
+stopped. Verdicts of the B-rep engine are in `brep.partial.csv` as they come and are not asked for again, refused
+ones neither.
 
 A run that is refused (bad job, program, tools, stock) leaves the result directory as it was. One that starts
 removes the files of an earlier result first, so that no old file passes for a new one.

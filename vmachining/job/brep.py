@@ -134,6 +134,7 @@ def brep_columns(
     asked: Asked,
     *,
     slack: float,
+    file: Path,
     workers: int | None,
     stop: Callable[[], bool],
     progress: Progress,
@@ -142,26 +143,30 @@ def brep_columns(
 
     rows : block, motion, removed_mm3, removed_lo_mm3, removed_hi_mm3 of the run.
     slack : mm^3 by which the triangulation of a curved STEP stock can change any of them.
+    file : verdicts as they come; those that are there, and still hold, are not asked for again.
 
     Raises
     ------
     Stopped
-        The user asked to stop; the mesh result is not lost.
+        The user asked to stop; no verdict is lost.
     EngineError
         The kernel cannot be started.
     """
     from vmachining.engines.brep import check_blocks
+    from vmachining.job.verdicts import VerdictFile
 
     numbers = chosen(asked, rows)
     brackets = dict(zip((int(k) for k in rows["block"]), _brackets(rows, slack), strict=True))
     want = {k: brackets[k] for k in numbers}
     sweeps = [_sweeps(block, program, tools, job.machine) for block in blocks[: max(numbers, default=-1) + 1]]
-    verdicts: dict[int, Verdict] = {}
-    progress("brep", 0, len(want))
     count = workers if workers is not None else os.cpu_count() or 1
-    for number, verdict in check_blocks(blank(job), sweeps, want, workers=count, stop=stop):
-        verdicts[number] = verdict
+    with VerdictFile(file, want) as kept:
+        verdicts = kept.known
+        left = {k: bracket for k, bracket in want.items() if k not in verdicts}
         progress("brep", len(verdicts), len(want))
+        for number, verdict in check_blocks(blank(job), sweeps, left, workers=count, stop=stop):
+            kept.add(number, verdict)
+            progress("brep", len(verdicts), len(want))
     if len(verdicts) < len(want):
         raise Stopped("brep", len(verdicts), len(want))
     status = {k: str(v.status) for k, v in verdicts.items()}

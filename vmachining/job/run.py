@@ -217,7 +217,8 @@ class _Run:
             names = ["block", "motion", "removed_mm3", "removed_lo_mm3", "removed_hi_mm3"]
             opinion, counts_brep = brep_columns(
                 job, program, blocks, tools, read_partial(partial, names), self.brep,
-                slack=stock.slack_mm3, workers=self.workers, stop=self.stop, progress=self.progress,
+                slack=stock.slack_mm3, file=self.folder / "brep.partial.csv", workers=self.workers, stop=self.stop,
+                progress=self.progress,
             )  # fmt: skip
         finish(partial, self.folder, "blocks", scheduled, opinion)
         result = RunResult(
@@ -294,8 +295,9 @@ class _Run:
         try:
             with RowFile(rows_path, keep=first) as rows:
                 stage.run(rows, first=first, stop=self.stop, progress=self.progress, checkpoint=checkpoint)
-            if self.job.keys.feed is not None and name == "program" and first < len(blocks):
-                checkpoint(len(blocks))  # the second pass may be interrupted, this one is done
+            later = self.job.keys.feed is not None or self.brep != "none"
+            if later and name == "program" and first < len(blocks):
+                checkpoint(len(blocks))  # what comes may be interrupted, this pass is done
             self.workers_mb = max(self.workers_mb, hands.peak_mb())
             return hands.finish()
         finally:

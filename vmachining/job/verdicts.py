@@ -1,0 +1,76 @@
+"""Verdicts of the B-rep engine on disk as they come: an interrupted run asks for none of them again."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+
+from vmachining.engines.brep import Status, Verdict
+from vmachining.geometry import Bracket
+from vmachining.job.files import atomic_path, writing
+
+__all__ = ["VerdictFile"]
+
+NAMES = ("block", "status", "removed_brep_mm3", "slack_mm3", "rung", "seconds", "sweeps", "reason")
+
+
+class VerdictFile:
+    """One row per verdict, in the order they come.
+
+    Parameters
+    ----------
+    path : Path
+        Goes on where it ends; a torn last row (power cut) is dropped.
+    brackets : {block: Bracket}
+        Values that do not lie in them any more, and blocks that are not there, are not `known`.
+    """
+
+    def __init__(self, path: Path, brackets: Mapping[int, Bracket]) -> None:
+        self.known: dict[int, Verdict] = {}
+        if path.exists():
+            with path.open(encoding="utf-8", newline="") as file:
+                for row in csv.DictReader(file):
+                    with suppress(TypeError, ValueError, KeyError):
+                        self._take(row, brackets)
+        with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+            sheet = csv.writer(file, lineterminator="\n")
+            sheet.writerow(NAMES)
+            sheet.writerows(_row(block, verdict) for block, verdict in self.known.items())
+        self._path, self._file = path, path.open("a", encoding="utf-8", newline="")
+        self._sheet = csv.writer(self._file, lineterminator="\n")
+
+    def _take(self, row: Mapping[str, str], brackets: Mapping[int, Bracket]) -> None:
+        block, text = int(row["block"]), row["removed_brep_mm3"]
+        verdict = Verdict(
+            Status(row["status"]), float(text) if text else None, row["rung"], row["reason"],
+            float(row["seconds"]), int(row["sweeps"]), slack_mm3=float(row["slack_mm3"]),
+        )  # fmt: skip
+        value = verdict.removed_mm3
+        if block in brackets and (value is None or brackets[block].holds(value, verdict.slack_mm3)):
+            self.known[block] = verdict
+
+    def add(self, block: int, verdict: Verdict) -> None:
+        """Write one row and hand it to the operating system."""
+        with writing(self._path):
+            self._sheet.writerow(_row(block, verdict))
+            self._file.flush()
+        self.known[block] = verdict
+
+    def __enter__(self) -> VerdictFile:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._file.close()
+
+
+def _row(block: int, verdict: Verdict) -> tuple[str, ...]:
+    value = verdict.removed_mm3
+    return (
+        str(block), str(verdict.status), "" if value is None else repr(value), repr(verdict.slack_mm3),
+        verdict.rung, repr(verdict.seconds), str(verdict.sweeps), verdict.reason,
+    )  # fmt: skip
