@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from vmachining.jit import kernel
+from vmachining.jit import kernel, leaf
 
 
-@kernel
+@leaf
 def junction_speeds(
     length: NDArray[np.float64],
     speed: NDArray[np.float64],
@@ -26,7 +26,7 @@ def junction_speeds(
         out[i] = min(out[i], np.sqrt(out[i + 1] * out[i + 1] + 2.0 * acceleration[i] * length[i]))
 
 
-@kernel
+@leaf
 def accelerated_times(
     length: NDArray[np.float64],
     speed: NDArray[np.float64],
@@ -46,7 +46,7 @@ def accelerated_times(
         out[i] = (peak - a) / force + (peak - b) / force + steady / peak
 
 
-@kernel
+@leaf
 def nearest_turn(value: float, previous: float, lower: float, upper: float) -> float:
     """value + 2 pi k inside [lower, upper] that is nearest to `previous`; NaN if there is none."""
     turn = 2.0 * np.pi
@@ -113,13 +113,13 @@ def follow_branches(
     return -1
 
 
-@kernel
+@leaf
 def adds(missing: int, integrand: int) -> int:
     """How often an integrand must be added to fill what is missing in a register."""
     return (missing + integrand - 1) // integrand if integrand > 0 else 2**62
 
 
-@kernel
+@leaf
 def circular_dda(
     corners: NDArray[np.int64],
     capacity: int,
@@ -167,7 +167,7 @@ def circular_dda(
     return n, j, flushed
 
 
-@kernel
+@leaf
 def quadrant_s1(
     radius: int,
     along_x: bool,
@@ -208,7 +208,7 @@ def quadrant_s1(
             n += 1
 
 
-@kernel
+@leaf
 def nearest_steps(corners: NDArray[np.int64], square: float, steps: NDArray[np.int8]) -> int:
     """Steps that each stay nearest to the circle of squared radius `square`; returns their number."""
     n = 0

@@ -1,9 +1,9 @@
 # Intervals on a line. No units, no objects.
 
-from vmachining.jit import kernel
+from vmachining.jit import leaf
 
 
-@kernel
+@leaf
 def slab(o, u, k, lo, hi, a, b):
     """Clip [a, b] to lo <= o_k + s u_k <= hi; empty is a > b."""
     if u[k] == 0.0:
@@ -14,7 +14,7 @@ def slab(o, u, k, lo, hi, a, b):
     return max(a, min(p, q)), min(b, max(p, q))
 
 
-@kernel
+@leaf
 def insert(lo, hi, n, a, b, merge):
     """Add [a, b] to n sorted intervals more than `merge` apart; new n, or -1 when the arrays are full."""
     i = 0

@@ -11,13 +11,13 @@
 
 import numpy as np
 
-from vmachining.jit import kernel
+from vmachining.jit import kernel, leaf
 from vmachining.numerics._kernels import insert, slab
 
 MERGE = 1e-10  # mm: intervals closer than this are one
 
 
-@kernel
+@leaf
 def meridian(seg, i0, i1, rho, z):
     """Signed distance to one convex meridian and its gradient (n_r, n_z)."""
     best, d, n_r, n_z = np.inf, np.inf, 0.0, 1.0
@@ -64,7 +64,7 @@ def meridian(seg, i0, i1, rho, z):
     return d, n_r, n_z
 
 
-@kernel
+@leaf
 def inside(seg, i0, i1, rho, z):
     """Whether (rho, z) lies in the meridian, by its radius at z."""
     for i in range(i0, i1):
@@ -79,7 +79,7 @@ def inside(seg, i0, i1, rho, z):
     return False
 
 
-@kernel
+@leaf
 def pose(seg, i0, i1, travel, tau, x, y, z):
     """phi of a point to the body at tau, its gradient (3,) and its slope in tau."""
     q_x, q_y, q_z = x - tau * travel[0], y - tau * travel[1], z - tau * travel[2]
@@ -92,7 +92,7 @@ def pose(seg, i0, i1, travel, tau, x, y, z):
     return d, n_x, n_y, n_z, -(n_x * travel[0] + n_y * travel[1] + n_z * travel[2])
 
 
-@kernel
+@leaf
 def likely(seg, i0, travel, x, y, z):
     """Where on the motion a point probably has its smallest phi: nearest to the axis, or to the centre of a ball."""
     level = travel[0] ** 2 + travel[1] ** 2
@@ -105,7 +105,7 @@ def likely(seg, i0, travel, x, y, z):
     return min(max(along / (level + travel[2] ** 2), 0.0), 1.0)
 
 
-@kernel
+@leaf
 def nearest(seg, i0, i1, travel, x, y, z, tol):
     """Smallest phi over the motion, to `tol`: (phi, n_x, n_y, n_z, tau).
 
@@ -155,7 +155,7 @@ def nearest(seg, i0, i1, travel, x, y, z, tol):
     return d_h, n_x, n_y, n_z, t_h
 
 
-@kernel
+@leaf
 def approach(seg, i0, i1, travel, o, u, s, s_end, way, tol):
     """First s from outside, walking in direction `way`, where the ray meets the sweep; NaN if it never does.
 
@@ -196,7 +196,7 @@ def approach(seg, i0, i1, travel, o, u, s, s_end, way, tol):
     return s
 
 
-@kernel
+@leaf
 def stretch(seg, size, i0, i1, piece, travel, o, u, tol):
     """Interval of the ray in the sweep of one convex piece; (NaN, NaN) if it misses. size: (r, z0, z1)."""
     margin = 1e-6
@@ -246,7 +246,7 @@ def rays(seg, first, size, path, origins, directions, tol, counts, lo, hi) -> No
             hi[i, j] += shift
 
 
-@kernel
+@leaf
 def planar_gap(path, x, y):
     """Horizontal distance to a horizontal arc about z."""
     c_x, c_y = x + path[0], y + path[1]  # from the centre, which lies at -A
@@ -270,7 +270,7 @@ def planar_gap(path, x, y):
     return min(np.hypot(x, y), np.hypot(x - e_x, y - e_y))
 
 
-@kernel
+@leaf
 def distances(seg, first, path, points, tol, out) -> None:
     """Signed distance of every point (from the start) to a straight or a level circular sweep."""
     for i in range(len(points)):
@@ -286,7 +286,7 @@ def distances(seg, first, path, points, tol, out) -> None:
         out[i] = best
 
 
-@kernel
+@leaf
 def meets(seg, first, path, start, bounds, hulls, boxes, slack, depth, tol, met, deep) -> None:
     """Which hulls of points (n, m, 3) in boxes (n, 2, 3) come near a straight sweep, which lie deep in it.
 
@@ -297,7 +297,6 @@ def meets(seg, first, path, start, bounds, hulls, boxes, slack, depth, tol, met,
     m = hulls.shape[1]
     travel = path[6:9]
     size = travel[0] ** 2 + travel[1] ** 2 + travel[2] ** 2
-    q = np.empty(3)
     for i in range(len(hulls)):
         a, b = boxes[i, 0], boxes[i, 1]
         apart = False
@@ -328,9 +327,12 @@ def meets(seg, first, path, start, bounds, hulls, boxes, slack, depth, tol, met,
                 d, n_x, n_y, n_z, at = nearest(seg, i0, i1, travel, x, y, z, tol)
                 tangent = d - tol
             for j in range(m):
-                for c in range(3):
-                    q[c] = hulls[i, j, c] - start[c]
-                if tangent + n_x * (q[0] - x) + n_y * (q[1] - y) + n_z * (q[2] - z) <= slack:
+                q_x, q_y, q_z = (
+                    hulls[i, j, 0] - start[0],
+                    hulls[i, j, 1] - start[1],
+                    hulls[i, j, 2] - start[2],
+                )
+                if tangent + n_x * (q_x - x) + n_y * (q_y - y) + n_z * (q_z - z) <= slack:
                     met[i] = True
                     break
             else:
@@ -339,15 +341,18 @@ def meets(seg, first, path, start, bounds, hulls, boxes, slack, depth, tol, met,
                 continue
             inside = True
             for j in range(m):
-                for c in range(3):
-                    q[c] = hulls[i, j, c] - start[c]
+                q_x, q_y, q_z = (
+                    hulls[i, j, 0] - start[0],
+                    hulls[i, j, 1] - start[1],
+                    hulls[i, j, 2] - start[2],
+                )
                 t = at
                 if size > 0.0:
-                    along = (q[0] - x) * travel[0] + (q[1] - y) * travel[1] + (q[2] - z) * travel[2]
+                    along = (q_x - x) * travel[0] + (q_y - y) * travel[1] + (q_z - z) * travel[2]
                     t = min(max(at + along / size, 0.0), 1.0)
-                if pose(seg, i0, i1, travel, t, q[0], q[1], q[2])[0] <= -depth:
+                if pose(seg, i0, i1, travel, t, q_x, q_y, q_z)[0] <= -depth:
                     continue
-                if nearest(seg, i0, i1, travel, q[0], q[1], q[2], tol)[0] > -depth:
+                if nearest(seg, i0, i1, travel, q_x, q_y, q_z, tol)[0] > -depth:
                     inside = False
                     break
             if inside:

@@ -14,10 +14,10 @@ import numpy as np
 from vmachining.engines.mesh.clusters._kernels import extent, put, toward
 from vmachining.engines.mesh.gap._kernels import ALONG
 from vmachining.engines.mesh.window._kernels import under_roof
-from vmachining.jit import kernel
+from vmachining.jit import kernel, leaf
 
 
-@kernel
+@leaf
 def _beside(q, lo, hi, apex):
     """Sides of the box that a point is beyond, as bits, with all of the way from there to the apex below its top."""
     if q[2] > hi[2]:
@@ -36,7 +36,7 @@ def _beside(q, lo, hi, apex):
     return out
 
 
-@kernel
+@leaf
 def _seen(quad, points, lo, hi, apex, corner, heights, cell):
     """Whether the cone from the apex over the facet can meet the solid below the grid of heights."""
     z_min = np.inf
@@ -58,15 +58,7 @@ def _seen(quad, points, lo, hi, apex, corner, heights, cell):
     return under_roof(x0, x1, y0, y1, z_min, lo, hi, corner, heights, cell)
 
 
-@kernel
-def _longer(rows, origin, count, size):
-    """Copies with room for more."""
-    more, whence = np.empty((size, 3), np.int64), np.empty(size, np.int64)
-    more[:count], whence[:count] = rows[:count], origin[:count]
-    return more, whence
-
-
-@kernel
+@leaf
 def _hidden(box, cos, sin, p, d, lo, hi, apex):
     """Whether all facets in a box (2, 3) of the cutter, and what they sweep, are beside or above, see `_beside`."""
     z0, z1 = extent(box, 2, cos, sin, p, d)
@@ -86,56 +78,21 @@ def _hidden(box, cos, sin, p, d, lo, hi, apex):
     return False
 
 
-@kernel
-def swept_facets(
-    points,
-    triangles,
-    normals,
-    edges,
-    first,
-    boxes,
-    cos,
-    sin,
-    p,
-    d,
-    lo,
-    hi,
-    apex,
-    corner,
-    heights,
-    cell,
-    cull,
-    rear,
-):
-    """Triangles of conv(K + p, K + p + d), K the cutter.
+@leaf
+def _gathered(
+    points, triangles, normals, edges, first, boxes, cos, sin, p, d, lo, hi, apex, corner, heights, cell,
+    cull, rear, at, beside, placed, out, origin, quad,
+):  # fmt: skip
+    """How many triangles of `swept_facets` are seen; they are in `out`, their sources in `origin`, the corners in `at`.
 
-    Left out are, with `cull`, facets whose cone from `apex` passes above everything that the box and the grid of
-    `heights` (its `corner` (3,) and `cell`, see `roof`) hold, and facets of the start copy with
-    normal . d < -rear (rear = inf: none) that lie wholly behind the tool axis. Holes are closed by the cone from
-    the apex over their rim. The solid is star-shaped about the apex, so what is lost are the cones over the
-    facets left out.
-
-    Returns (points, triangles, source, sound); empty if the plane of a facet that is seen separates the box from
-    the solid. source: the facet of a triangle, or m + its edge, or -1 on the closing cone. `sound` is False where
-    an edge does not have two triangles, one each way: then the whole solid has to be taken.
+    0 if the plane of a facet that is seen separates the box from the solid.
     """
     n, m = points.shape[0], triangles.shape[0]
-    nothing = np.empty((0, 3)), np.empty((0, 3), np.int64), np.empty(0, np.int64), True
-    at = np.empty((2 * n + 1, 3))
-    beside, placed = np.zeros(2 * n, np.uint8), np.zeros(n, np.bool_)
-    at[2 * n] = apex
     along = ALONG * np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
-
-    out = np.empty((256, 3), np.int64)
-    origin = np.empty(256, np.int64)
-    quad = np.empty(4, np.int64)
     count = 0
     for c in range(boxes.shape[0]):
         if cull and _hidden(boxes[c], cos, sin, p, d, lo, hi, apex):
             continue
-        room = first[c + 1, 0] - first[c, 0] + 2 * (first[c + 1, 1] - first[c, 1])
-        if count + room > out.shape[0]:
-            out, origin = _longer(out, origin, count, count + 2 * room)
         for t in range(first[c, 0], first[c + 1, 0]):
             for v in triangles[t]:
                 if placed[v]:
@@ -166,11 +123,11 @@ def swept_facets(
             near = nx * (lo[0] if nx > 0 else hi[0]) + ny * (lo[1] if ny > 0 else hi[1])
             near += nz * (lo[2] if nz > 0 else hi[2])
             if near >= nx * q[0] + ny * q[1] + nz * q[2]:
-                return nothing
+                return 0
             if cull and beside[quad[0]] & beside[quad[1]] & beside[quad[2]]:
                 continue
             if not cull or _seen(quad, at, lo, hi, apex, corner, heights, cell):
-                out[count] = quad[:3]
+                out[count, 0], out[count, 1], out[count, 2] = quad[0], quad[1], quad[2]
                 origin[count] = t
                 count += 1
         for e in range(first[c, 1], first[c + 1, 1]):
@@ -188,8 +145,36 @@ def swept_facets(
                 out[count + 1, 0], out[count + 1, 1], out[count + 1, 2] = v, u + n, v + n
                 origin[count], origin[count + 1] = m + e, m + e
                 count += 2
+    return count
+
+
+@kernel
+def swept_facets(
+    points, triangles, normals, edges, first, boxes, cos, sin, p, d, lo, hi, apex, corner, heights, cell, cull, rear
+):  # fmt: skip
+    """Triangles of conv(K + p, K + p + d), K the cutter.
+
+    Left out are, with `cull`, facets whose cone from `apex` passes above everything that the box and the grid of
+    `heights` (its `corner` (3,) and `cell`, see `roof`) hold, and facets of the start copy with
+    normal . d < -rear (rear = inf: none) that lie wholly behind the tool axis. Holes are closed by the cone from
+    the apex over their rim. The solid is star-shaped about the apex, so what is lost are the cones over the
+    facets left out.
+
+    Returns (points, triangles, source, sound); empty if the plane of a facet that is seen separates the box from
+    the solid. source: the facet of a triangle, or m + its edge, or -1 on the closing cone. `sound` is False where
+    an edge does not have two triangles, one each way: then the whole solid has to be taken.
+    """
+    n, m = points.shape[0], triangles.shape[0]
+    at = np.empty((2 * n + 1, 3))
+    at[2 * n] = apex
+    out, origin = np.empty((m + 2 * edges.shape[0], 3), np.int64), np.empty(m + 2 * edges.shape[0], np.int64)
+    marks = np.zeros(2 * n, np.uint8), np.zeros(n, np.bool_)
+    count = _gathered(
+        points, triangles, normals, edges, first, boxes, cos, sin, p, d, lo, hi, apex, corner, heights, cell,
+        cull, rear, at, *marks, out, origin, np.empty(4, np.int64),
+    )  # fmt: skip
     if count == 0:
-        return nothing
+        return np.empty((0, 3)), out[:0], origin[:0], True
     kept = out[:count].copy()
     sound = True
     if cull or rear < np.inf:
@@ -202,17 +187,23 @@ def swept_facets(
 
 
 @kernel
-def _twofold(triangles, points):
-    """Whether every edge has two triangles that run along it in opposite ways."""
-    edges = triangles.shape[0] * 3
-    key = np.empty(edges, np.int64)
+def _ways(triangles, points):
+    """Edges of triangles in order, as numbers: twice that of an edge, and one more if it runs to the higher point."""
+    key = np.empty(3 * triangles.shape[0], np.int64)
     for t in range(triangles.shape[0]):
         for k in range(3):
             u, v = triangles[t, k], triangles[t, (k + 1) % 3]
             key[3 * t + k] = 2 * (min(u, v) * points + max(u, v)) + (1 if u < v else 0)
     key.sort()
-    sound = edges % 2 == 0
-    for k in range(0, edges - 1, 2):
+    return key
+
+
+@kernel
+def _twofold(triangles, points):
+    """Whether every edge has two triangles that run along it in opposite ways."""
+    key = _ways(triangles, points)
+    sound = key.size % 2 == 0
+    for k in range(0, key.size - 1, 2):
         # one each way; the next edge begins behind them
         if key[k] % 2 == 1 or key[k + 1] != key[k] + 1 or (k > 0 and key[k] == key[k - 2]):
             sound = False
@@ -222,26 +213,18 @@ def _twofold(triangles, points):
 @kernel
 def _open_edges(triangles, points):
     """Edges (k, 2) that one triangle has and no other runs back along."""
-    edges = triangles.shape[0] * 3
-    key, sign = np.empty(edges, np.int64), np.empty(edges, np.int64)
-    for t in range(triangles.shape[0]):
-        for k in range(3):
-            u, v = triangles[t, k], triangles[t, (k + 1) % 3]
-            key[3 * t + k] = min(u, v) * points + max(u, v)
-            sign[3 * t + k] = 1 if u < v else -1
-    order = np.argsort(key)
-    out = np.empty((edges, 2), np.int64)
+    key = _ways(triangles, points)
+    out = np.empty((key.size, 2), np.int64)
     count, k = 0, 0
-    while k < edges:
-        total, stop = 0, k
-        while stop < edges and key[order[stop]] == key[order[k]]:
-            total += sign[order[stop]]
-            stop += 1
+    while k < key.size:
+        edge, total = key[k] // 2, 0
+        while k < key.size and key[k] // 2 == edge:
+            total += 1 if key[k] % 2 == 1 else -1
+            k += 1
         if total != 0:
-            low, high = key[order[k]] // points, key[order[k]] % points
+            low, high = edge // points, edge % points
             out[count, 0], out[count, 1] = (low, high) if total > 0 else (high, low)
             count += 1
-        k = stop
     return out[:count]
 
 

@@ -7,12 +7,12 @@
 
 import numpy as np
 
-from vmachining.jit import kernel
+from vmachining.jit import kernel, leaf
 from vmachining.sweep.turned._kernels import span, split_at
 from vmachining.sweep.turned.pose._kernels import bending, near, state
 
 
-@kernel
+@leaf
 def circle(face, beta, x, out) -> None:
     """rho, h, n_r, n_z and d(slant)/dx at the share x in [0, 1] of a face."""
     if face[6] > 0.0:
@@ -28,7 +28,7 @@ def circle(face, beta, x, out) -> None:
         out[4] = length
 
 
-@kernel
+@leaf
 def front(r, c):
     """Integral of max(f, 0) over the circle, in closed form."""
     if r > abs(c):
@@ -36,7 +36,7 @@ def front(r, c):
     return 2.0 * np.pi * max(c, 0.0)
 
 
-@kernel
+@leaf
 def breaks_of(face, beta, p, cuts) -> int:
     """Shares where a face changes from one- to two-sided, or where r has its near-kink; number of cuts."""
     A = p[3:6]
@@ -89,7 +89,7 @@ def breaks_of(face, beta, p, cuts) -> int:
     return n
 
 
-@kernel
+@leaf
 def half_turn(up, out):
     """Angle in [-pi/2, pi/2] of the direction (out, up) or its opposite."""
     if out < 0.0:
@@ -97,7 +97,7 @@ def half_turn(up, out):
     return np.arctan2(up, out)
 
 
-@kernel
+@leaf
 def order(cuts, n) -> None:
     """Insertion sort of the first n."""
     for i in range(1, n):
@@ -135,7 +135,7 @@ def flux(faces, beta, waves, times, nodes, weights, out) -> None:
         out[i] = total
 
 
-@kernel
+@leaf
 def visited(seg, ends, limits, waves, x, y, z, until, depth, patience, cells, p):
     """Whether the point was deeper than `depth` inside at some time before `until`: (yes?, given up?)."""
     given_up = False
@@ -256,13 +256,13 @@ def again(
         doubt[i] *= c[4] * c[0]
 
 
-@kernel
+@leaf
 def arc(a, b, c, lo, hi):
     """Integral of f from lo to hi."""
     return a * (np.sin(hi) - np.sin(lo)) - b * (np.cos(hi) - np.cos(lo)) + c * (hi - lo)
 
 
-@kernel
+@leaf
 def seen_at(seg, ends, limits, waves, p, c, x, y, u, t, depth, patience, cells, q):
     """`visited` for the point at angle u of a circle at the pose p."""
     cos, sin = np.cos(u), np.sin(u)

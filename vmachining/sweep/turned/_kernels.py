@@ -9,7 +9,7 @@
 
 import numpy as np
 
-from vmachining.jit import kernel
+from vmachining.jit import kernel, leaf
 from vmachining.numerics._kernels import insert
 from vmachining.sweep.turned.pose._kernels import aim, bending, near, state
 
@@ -19,7 +19,7 @@ PATIENCE = 1000  # cells after which STOP grows a hundredfold: surfaces that sli
 LOOSE = 1e-7  # mm: where it stops growing
 
 
-@kernel
+@leaf
 def span(D, nu, f, g, bend):
     """Largest time step over which D (nu - step |g|) - step f - bend step^2 / 2 stays positive."""
     b = f + D * abs(g)
@@ -37,7 +37,7 @@ def span(D, nu, f, g, bend):
     return step
 
 
-@kernel
+@leaf
 def lasts(shot, side, D, way, bend):
     """Time over which one end of a hit cannot leave what is covered by D; way -1 is backwards in time."""
     j, k = 1 + 4 * side, 9 + 2 * side
@@ -49,7 +49,7 @@ def lasts(shot, side, D, way, bend):
     return step
 
 
-@kernel
+@leaf
 def empty(seg, i0, i1, p, o, u, a, b, half, e):
     """Whether no pose within `half` of this one meets the line between a and b: cuts walk in from both ends.
 
@@ -82,7 +82,7 @@ def empty(seg, i0, i1, p, o, u, a, b, half, e):
     return False
 
 
-@kernel
+@leaf
 def ball(p, limit, o, u, grow):
     """Part (a, b) of a line inside a ball about the middle of the body; empty is a > b."""
     w_x = p[0] + limit[0] * p[3] - o[0]
@@ -97,7 +97,7 @@ def ball(p, limit, o, u, grow):
     return s - half, s + half
 
 
-@kernel
+@leaf
 def holder(lo, hi, n, a):
     """Index of the interval that holds a."""
     j = 0
@@ -114,7 +114,7 @@ def grown(cells):
     return out
 
 
-@kernel
+@leaf
 def split_at(ta, tb, da, db, fa, fb, rise, bracket, last):
     """Where to cut a stretch whose ends prove da and db of it.
 
@@ -138,7 +138,7 @@ def split_at(ta, tb, da, db, fa, fb, rise, bracket, last):
     return min(max(t, ta + small), tb - small)
 
 
-@kernel
+@leaf
 def joined(seg, i0, i1, p, waves, o, u, ta, tb, A, B, spin, bend, slack):
     """Whether every pose between two meets the line: a point that runs from chord to chord stays inside.
 
@@ -158,22 +158,18 @@ def joined(seg, i0, i1, p, waves, o, u, ta, tb, A, B, spin, bend, slack):
     return True
 
 
-@kernel
-def ray_piece(seg, planes, arcs, ends, piece, limit, waves, o, u, tol, cells, shots, poses, p, lo, hi, n):
-    """Intervals of one line and one piece, added to n known ones; new n, or -1 when they do not fit."""
+@leaf
+def _settled(
+    seg, planes, arcs, ends, piece, limit, waves, o, u, tol, cells, shots, poses, p, lo, hi, n, top, seen, slack
+):  # fmt: skip
+    """Settle the stretches on the stack, or as many as there is room for; (n, top, seen, slack) to go on with.
+
+    n as in `ray_piece`; top: the last row of the stack that is in use, -1 if nothing is left.
+    """
     i0, i1 = ends[piece, 2], ends[piece + 1, 2]
-    top = 0
-    for k in range(2):
-        aim(planes, arcs, ends, piece, poses[2 * k], o, u, limit, tol, shots[k])
-        if shots[k, 0] > 0.0:
-            n = insert(lo, hi, n, shots[k, 1], shots[k, 5], MERGE)
-            if n < 0:
-                return n
-    cells[0, 0], cells[0, 1], cells[0, 2] = 0.0, 1.0, 0.0
-    for k in range(13):
-        cells[0, 3 + k], cells[0, 16 + k] = shots[0, k], shots[1, k]
-    seen, slack = 0, STOP
     while top >= 0:
+        if top + 2 > len(cells):
+            break
         ta, tb, last = cells[top, 0], cells[top, 1], cells[top, 2]
         A, B = shots[0], shots[1]
         for k in range(13):
@@ -187,13 +183,12 @@ def ray_piece(seg, planes, arcs, ends, piece, limit, waves, o, u, tol, cells, sh
         # at an edge of the body what a pose adds is of first order
         if w * (limit[2] + limit[4] * limit[1]) <= slack:
             continue
-        if top + 3 > len(cells):
-            cells = grown(cells)
         t = 0.5 * (ta + tb)
         if A[0] == 0.0 and B[0] == 0.0:
             half = 0.5 * w
             if w == 1.0:
-                p[:] = poses[1]
+                for k in range(12):
+                    p[k] = poses[1, k]
             else:
                 state(waves, t, p)
             e = 0.5 * bend * half * half
@@ -249,7 +244,7 @@ def ray_piece(seg, planes, arcs, ends, piece, limit, waves, o, u, tol, cells, sh
         if M[0] > 0.0:
             n = insert(lo, hi, n, M[1], M[5], MERGE)
             if n < 0:
-                return n
+                return n, -1, seen, slack
         for half_cell in range(2):
             top += 1
             c = cells[top]
@@ -258,6 +253,28 @@ def ray_piece(seg, planes, arcs, ends, piece, limit, waves, o, u, tol, cells, sh
             for k in range(13):
                 c[3 + k] = A[k] if half_cell else M[k]
                 c[16 + k] = M[k] if half_cell else B[k]
+    return n, top, seen, slack
+
+
+@kernel
+def ray_piece(seg, planes, arcs, ends, piece, limit, waves, o, u, tol, cells, shots, poses, p, lo, hi, n):
+    """Intervals of one line and one piece, added to n known ones; new n, or -1 when they do not fit."""
+    for k in range(2):
+        aim(planes, arcs, ends, piece, poses[2 * k], o, u, limit, tol, shots[k])
+        if shots[k, 0] > 0.0:
+            n = insert(lo, hi, n, shots[k, 1], shots[k, 5], MERGE)
+            if n < 0:
+                return n
+    cells[0, 0], cells[0, 1], cells[0, 2] = 0.0, 1.0, 0.0
+    for k in range(13):
+        cells[0, 3 + k], cells[0, 16 + k] = shots[0, k], shots[1, k]
+    top, seen, slack = 0, 0, STOP
+    while top >= 0:
+        n, top, seen, slack = _settled(
+            seg, planes, arcs, ends, piece, limit, waves, o, u, tol, cells, shots, poses, p, lo, hi, n, top, seen, slack
+        )  # fmt: skip
+        if top >= 0:
+            cells = grown(cells)
     return n
 
 
@@ -276,24 +293,9 @@ def rays(seg, planes, arcs, ends, limits, waves, origins, directions, tol, count
         n = 0
         for piece in range(len(ends) - 1):
             n = ray_piece(
-                seg,
-                planes,
-                arcs,
-                ends,
-                piece,
-                limits[piece],
-                waves,
-                o,
-                u,
-                tol,
-                cells,
-                shots,
-                poses,
-                p,
-                lo[i],
-                hi[i],
-                n,
-            )
+                seg, planes, arcs, ends, piece, limits[piece], waves, o, u, tol, cells, shots, poses, p, lo[i],
+                hi[i], n,
+            )  # fmt: skip
             if n < 0:
                 break
         counts[i] = n
@@ -302,16 +304,12 @@ def rays(seg, planes, arcs, ends, limits, waves, origins, directions, tol, count
             hi[i, j] += shift
 
 
-@kernel
-def distance_piece(seg, i0, i1, limit, waves, x, y, z, poses, best, tol, level, cells, p):
-    """The smaller of `best` and the smallest phi of one piece over time; with a level, only its side is certain."""
-    top = 0
-    cells[0, 0], cells[0, 1], cells[0, 2] = 0.0, 1.0, 0.0
-    for k in range(2):
-        d, _x, _y, _z, f = near(seg, i0, i1, poses[k], x, y, z)
-        cells[0, 3 + 2 * k], cells[0, 4 + 2 * k] = d, f
-    seen, slack = 0, tol
+@leaf
+def _narrowed(seg, i0, i1, limit, waves, x, y, z, best, level, cells, p, top, seen, slack):
+    """Settle the stretches on the stack, or as many as there is room for; (best, top, seen, slack) to go on with."""
     while top >= 0:
+        if top + 2 > len(cells):
+            break
         ta, tb, last = cells[top, 0], cells[top, 1], cells[top, 2]
         pa, fa, pb, fb = cells[top, 3], cells[top, 4], cells[top, 5], cells[top, 6]
         top -= 1
@@ -319,15 +317,13 @@ def distance_piece(seg, i0, i1, limit, waves, x, y, z, poses, best, tol, level, 
         if seen % PATIENCE == 0:
             slack = max(slack, min(100.0 * slack, LOOSE))
         if best <= level:
-            break
+            return best, -1, seen, slack
         w = tb - ta
         goal = max(level, best - slack)
         far = max(min(pa, pb), 0.0) + limit[1]  # the point is that near to the middle of the body
         bend = bending(limit, far, w)
         if w * (limit[2] + limit[4] * far) <= slack:
             continue
-        if top + 3 > len(cells):
-            cells = grown(cells)
         da, db = span(pa - goal, 1.0, fa, 0.0, bend), span(pb - goal, 1.0, -fb, 0.0, bend)
         if da + db >= w:
             continue
@@ -344,6 +340,23 @@ def distance_piece(seg, i0, i1, limit, waves, x, y, z, poses, best, tol, level, 
             c[2] = (c[1] - c[0]) / w
             c[3], c[4] = (pa, fa) if half_cell else (d, f)
             c[5], c[6] = (d, f) if half_cell else (pb, fb)
+    return best, top, seen, slack
+
+
+@kernel
+def distance_piece(seg, i0, i1, limit, waves, x, y, z, poses, best, tol, level, cells, p):
+    """The smaller of `best` and the smallest phi of one piece over time; with a level, only its side is certain."""
+    cells[0, 0], cells[0, 1], cells[0, 2] = 0.0, 1.0, 0.0
+    for k in range(2):
+        d, _x, _y, _z, f = near(seg, i0, i1, poses[k], x, y, z)
+        cells[0, 3 + 2 * k], cells[0, 4 + 2 * k] = d, f
+    top, seen, slack = 0, 0, tol
+    while top >= 0:
+        best, top, seen, slack = _narrowed(
+            seg, i0, i1, limit, waves, x, y, z, best, level, cells, p, top, seen, slack
+        )
+        if top >= 0:
+            cells = grown(cells)
     return best
 
 

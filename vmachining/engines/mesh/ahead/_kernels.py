@@ -3,10 +3,10 @@
 import numpy as np
 
 from vmachining.engines.mesh.gap._kernels import ALONG
-from vmachining.jit import kernel
+from vmachining.jit import leaf
 
 
-@kernel
+@leaf
 def rear_limits(seg, level, rise, bottom, top, low, step, out):
     """Least way along the heading of what a motion (level, rise) leaves a body of a meridian for.
 
@@ -61,7 +61,7 @@ def rear_limits(seg, level, rise, bottom, top, low, step, out):
                 out[j] = min(out[j], least + first * level)
 
 
-@kernel
+@leaf
 def front_limits(points, triangles, normals, first, boxes, d, low, step, out):
     """Lower the limits of `rear_limits` to those of the facets: what they leave where they have been, moved by d.
 

@@ -5,10 +5,10 @@ Legend
     p (3,)        start of the tip                  d (3,)        displacement
 """
 
-from vmachining.jit import kernel
+from vmachining.jit import leaf
 
 
-@kernel
+@leaf
 def put(point, cos, sin, p, out):
     """Where a point of the cutter is, into `out` (3,)."""
     out[0] = p[0] + cos * point[0] - sin * point[1]
@@ -16,7 +16,7 @@ def put(point, cos, sin, p, out):
     out[2] = p[2] + point[2]
 
 
-@kernel
+@leaf
 def toward(normal, cos, sin, d):
     """n . d of a facet."""
     return (
@@ -26,7 +26,7 @@ def toward(normal, cos, sin, d):
     )
 
 
-@kernel
+@leaf
 def extent(box, i, cos, sin, p, d):
     """Lowest and highest place along axis i of what facets in a box (2, 3) of the cutter sweep."""
     middle, half = 0.5 * (box[0, 2] + box[1, 2]), 0.5 * (box[1, 2] - box[0, 2])

@@ -14,7 +14,7 @@ Legend
 import numpy as np
 
 from vmachining.engines.mesh.clusters._kernels import toward
-from vmachining.jit import kernel
+from vmachining.jit import kernel, leaf
 from vmachining.sweep._kernels import meridian
 
 ALONG = 1e-12
@@ -24,7 +24,7 @@ decide, neighbours would part, and the mesh would fold over itself."""
 PARTS = 3  # of the edges of a facet, for the integral over it
 
 
-@kernel
+@leaf
 def support(seg, n_r, n_z):
     """Largest r n_r + z n_z of a convex meridian, n_r >= 0."""
     best = -np.inf
@@ -39,7 +39,7 @@ def support(seg, n_r, n_z):
     return best
 
 
-@kernel
+@leaf
 def across(n_x, n_y, n_z):
     """Two directions in the plane with normal n: a level one, and the one that rises most."""
     size = np.sqrt(n_x * n_x + n_y * n_y)
@@ -49,7 +49,7 @@ def across(n_x, n_y, n_z):
     return x, y, 0.0, -n_z * y, n_z * x, n_x * y - n_y * x
 
 
-@kernel
+@leaf
 def _rise(x, y, z, n, seg, most):
     """From a point of a facet along its normal to the surface, and the slopes there (`_across`); by Newton."""
     s = 0.0
@@ -115,7 +115,7 @@ def gauge(points, triangles, normals, seg, most, mean, bulk, slope, plumb):
                 plumb[t] = high - low
 
 
-@kernel
+@leaf
 def _least(seg, n, c, x, q):
     """Least h(n + q c) - q x over q: how far the shadow rises over a place x. Convex in q, which is where to begin."""
     low, high = q - 1.0, q + 1.0
@@ -134,18 +134,18 @@ def _least(seg, n, c, x, q):
     return best, at
 
 
-@kernel
+@leaf
 def _line(seg, n, c, x, q):
     """Where the line that supports the shadow in direction n + q c meets the normal n over a place x along c."""
     u, v, w = n[0] + q * c[0], n[1] + q * c[1], n[2] + q * c[2]
     return support(seg, np.sqrt(u * u + v * v), w) - q * x
 
 
-@kernel
+@leaf
 def shadow_gap(seg, reach, a, b, n, c):
-    """From the edge a b along n to the true cutter's shadow: mean, a bound of it, slope of its tangents.
+    """From the edge a b (3,) along n to the true cutter's shadow: mean, a bound of it, slope of its tangents.
 
-    reach: of the edge along n, c: unit vector in the plane of the shadow, across n. Near the point of contact of
+    reach: of the edge along n, c (3,): unit vector in the plane of the shadow, across n. Near the point of contact of
     the tangent with normal n the shadow is usually a parabola of radius h + h'', h its support over the angle. It
     is convex, so in the mean it is below lines over the middles of equal parts that support it anywhere.
     """
@@ -182,37 +182,45 @@ def shadow_gap(seg, reach, a, b, n, c):
     return min(max(mean, 0.0), bound), bound, steep
 
 
-@kernel
-def strip(seg, u, v, d):
-    """Of the parallelogram v, u, u + d, v + d, from the start: outward normal (3,), area, distance, gap to the truth.
+@leaf
+def strip(seg, u, v, d, n):
+    """Of the parallelogram v, u, u + d, v + d, from the start: area, distance, gap to the truth.
 
-    Along the motion an edge has neither.
+    Its outward normal goes into n (3,). Along the motion an edge has no normal and no area.
     """
-    e = u - v
-    n = np.array((e[1] * d[2] - e[2] * d[1], e[2] * d[0] - e[0] * d[2], e[0] * d[1] - e[1] * d[0]))
+    e_x, e_y, e_z = u[0] - v[0], u[1] - v[1], u[2] - v[2]
+    n[0], n[1], n[2] = e_y * d[2] - e_z * d[1], e_z * d[0] - e_x * d[2], e_x * d[1] - e_y * d[0]
     area = np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
-    far = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) * (abs(e[0]) + abs(e[1]) + abs(e[2]))
+    far = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) * (abs(e_x) + abs(e_y) + abs(e_z))
     if area <= 1e-12 * far:
-        return n, 0.0, 0.0, 0.0
-    n /= area
+        return 0.0, 0.0, 0.0
+    for i in range(3):
+        n[i] /= area
     reach = max(n[0] * u[0] + n[1] * u[1] + n[2] * u[2], n[0] * v[0] + n[1] * v[1] + n[2] * v[2])
-    return n, area, reach, max(0.0, support(seg, np.sqrt(n[0] * n[0] + n[1] * n[1]), n[2]) - reach)
+    return area, reach, max(0.0, support(seg, np.sqrt(n[0] * n[0] + n[1] * n[1]), n[2]) - reach)
 
 
-@kernel
-def along_shadow(n, d, length):
-    """d x n: runs along an edge with normal n in the plane across d."""
-    return (
-        np.array((d[1] * n[2] - d[2] * n[1], d[2] * n[0] - d[0] * n[2], d[0] * n[1] - d[1] * n[0])) / length
-    )
+@leaf
+def along_shadow(n, d, length, c):
+    """d x n, into c (3,): runs along an edge with normal n in the plane across d."""
+    c[0] = (d[1] * n[2] - d[2] * n[1]) / length
+    c[1] = (d[2] * n[0] - d[0] * n[2]) / length
+    c[2] = (d[0] * n[1] - d[1] * n[0]) / length
 
 
 @kernel
 def facet_means(points, normals, edges, mean, seg, cos, sin, d, lift, source):
     """Mean distance (k,) of the truth from facets of a sweep: source (k,) tells which they are, see `swept_facets`."""
-    m = normals.shape[0]
     out = np.zeros(source.shape[0])
-    u, v, n = np.empty(3), np.empty(3), np.empty(3)
+    _fill_means(points, normals, edges, mean, seg, cos, sin, d, lift, source, np.empty((4, 3)), out)
+    return out
+
+
+@leaf
+def _fill_means(points, normals, edges, mean, seg, cos, sin, d, lift, source, work, out):
+    """The same, into `out`, which is zero."""
+    m = normals.shape[0]
+    u, v, n, c = work[0], work[1], work[2], work[3]
     length = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
     for k in range(source.shape[0]):
         if source[k] < 0:
@@ -232,9 +240,9 @@ def facet_means(points, normals, edges, mean, seg, cos, sin, d, lift, source):
             q, r = points[edges[e, 0 if right else 1]], points[edges[e, 1 if right else 0]]
             u[0], u[1], u[2] = cos * q[0] - sin * q[1], sin * q[0] + cos * q[1], q[2]
             v[0], v[1], v[2] = cos * r[0] - sin * r[1], sin * r[0] + cos * r[1], r[2]
-            n, area, reach, _ = strip(seg, u, v, d)
+            area, reach, _ = strip(seg, u, v, d, n)
             if area == 0.0:
                 continue
-            gap = shadow_gap(seg, reach, v, u, n, along_shadow(n, d, length))[0]
+            along_shadow(n, d, length, c)
+            gap = shadow_gap(seg, reach, v, u, n, c)[0]
         out[k] = max(0.0, gap + n[0] * lift[0] + n[1] * lift[1] + n[2] * lift[2])
-    return out

@@ -16,16 +16,18 @@ import numpy as np
 from vmachining.engines.mesh.clusters._kernels import extent, put, toward
 from vmachining.engines.mesh.gap._kernels import ALONG, across, along_shadow, shadow_gap, strip
 from vmachining.engines.mesh.window._kernels import under_roof
-from vmachining.jit import kernel
+from vmachining.jit import kernel, leaf
 
 COS_SHARP = float(np.cos(np.pi / 4))  # as in `facets.py`
 
 ROUND = 1.1  # sum of the factors of two unit vectors less than 45 degrees apart in one between, 1 / cos(22.5 degrees)
 
+ROWS = 512  # room for the skin of nearly every block
+
 GROWS = 0.02  # gap in heights of the apex over a facet, of nearly all frustums; the others are looked at one by one
 
 
-@kernel
+@leaf
 def boxes_of(hulls, out):
     """Boxes (n, 2, 3) of hulls (n, m, 3)."""
     for i in range(hulls.shape[0]):
@@ -53,7 +55,7 @@ def drop(corners, boxes, volume, gone):
     return count
 
 
-@kernel
+@leaf
 def _beside(x, y, z, lo, hi, apex):
     """Sides of the box that a point is beyond, as bits, and stays when it moves away from the apex, see GROWS."""
     ends = (x, y, z), (x + GROWS * (x - apex[0]), y + GROWS * (y - apex[1]), z + GROWS * (z - apex[2]))
@@ -69,7 +71,7 @@ def _beside(x, y, z, lo, hi, apex):
     return out
 
 
-@kernel
+@leaf
 def _frustum(corners, gap, bulk, lean, way, high, apex, lo, hi, corner, heights, cell, out):
     """Whether the frustum over a facet (4, 3) is seen; then its eight corners and a volume are put into `out`.
 
@@ -116,19 +118,25 @@ def _frustum(corners, gap, bulk, lean, way, high, apex, lo, hi, corner, heights,
     return True
 
 
-@kernel
+@leaf
 def _cover(facet, gap, bulk, lean, way, high, apex, lo, hi, corner, heights, cell, size, work, rows, count):
-    """Add the seen parts of a facet (4, 3) to `rows`, halved to edges of at most `size`; (rows, count).
+    """Add the seen parts of a facet (4, 3) to `rows`, halved to edges of at most `size`; their new number.
 
-    A triangle has its last corner twice; a quadrangle stays one.
+    A triangle has its last corner twice; a quadrangle stays one. `len(rows)` if they do not fit.
     """
-    stack, now, edge, row = work
-    stack[0] = facet
+    stack, now, edge = work
+    for k in range(4):
+        for i in range(3):
+            stack[0, k, i] = facet[k, i]
     left = 1
     while left > 0:
         left -= 1
-        now[:] = stack[left]
-        if not _frustum(now, gap, bulk, lean, way, high, apex, lo, hi, corner, heights, cell, row):
+        if count == len(rows):
+            return count
+        for k in range(4):
+            for i in range(3):
+                now[k, i] = stack[left, k, i]
+        if not _frustum(now, gap, bulk, lean, way, high, apex, lo, hi, corner, heights, cell, rows[count]):
             continue
         for k in range(4):
             a, b = now[k], now[(k + 1) % 4]
@@ -138,11 +146,6 @@ def _cover(facet, gap, bulk, lean, way, high, apex, lo, hi, corner, heights, cel
             if edge[k] > edge[at]:
                 at = k
         if edge[at] <= size * size or left + 2 > stack.shape[0]:
-            if count == rows.shape[0]:
-                more = np.empty((2 * count, 25))
-                more[:count] = rows
-                rows = more
-            rows[count] = row
             count += 1
             continue
         b, c, d = (at + 1) % 4, (at + 2) % 4, (at + 3) % 4
@@ -163,10 +166,10 @@ def _cover(facet, gap, bulk, lean, way, high, apex, lo, hi, corner, heights, cel
                 stack[left + 1, 0, i], stack[left + 1, 1, i] = near, now[b, i]
                 stack[left + 1, 2, i], stack[left + 1, 3, i] = now[c, i], far
         left += 2
-    return rows, count
+    return count
 
 
-@kernel
+@leaf
 def _brink(u, v, n_x, n_y, n_z, grow, apex, out):
     """Strip (4, 3) of a facet at its sharp edge u v, as far as cones from the apex leave the body beyond the edge.
 
@@ -192,7 +195,7 @@ def _brink(u, v, n_x, n_y, n_z, grow, apex, out):
         out[2, i], out[3, i] = v[i] + width * (e + s), u[i] - width * (e - s)
 
 
-@kernel
+@leaf
 def _out_of_sight(box, cos, sin, p, d, lo, hi, apex):
     """Whether all that facets in a box (2, 3) of the cutter sweep is beside the box of a tile, see `_beside`."""
     for i in range(3):
@@ -228,25 +231,32 @@ def spare(points, triangles, normals, edges, first, most, apex, out):
                 out[c] = -np.inf
 
 
-@kernel
-def hull_skin(
-    points, triangles, normals, edges, first, boxes, spare, patches, most, bulk, slope, plumb, seg, cos, sin, p, d,
-    lo, hi, apex, corner, heights, cell, rear, slack, inward, size,
-):  # fmt: skip
-    """Skin of conv(K + p, K + p + d), K the inner cutter, as far as a tile can see it.
+@leaf
+def _cosine(normals, t, other):
+    """Of the angle between two unit normals."""
+    return (
+        normals[t, 0] * normals[other, 0]
+        + normals[t, 1] * normals[other, 1]
+        + normals[t, 2] * normals[other, 2]
+    )
 
-    Returns rows (k, 25): eight corners and the volume of the frustums.
+
+@leaf
+def _layered(
+    points, triangles, normals, edges, first, boxes, spare, patches, most, bulk, slope, plumb, seg, cos, sin, p,
+    d, lo, hi, apex, corner, heights, cell, rear, slack, inward, size, at, beside, placed, work, facet, vectors, rows,
+):  # fmt: skip
+    """How many rows `hull_skin` has; they are put into `rows`. `len(rows)` if they do not fit.
+
+    The rest is room to work in.
     """
-    many = points.shape[0]
-    at = np.empty(points.shape)
-    beside, placed = np.empty(2 * many, np.uint8), np.zeros(many, np.bool_)
-    rows, count = np.empty((256, 25)), 0
-    facet = np.empty((4, 3))
-    work = np.empty((64, 4, 3)), np.empty((4, 3)), np.empty(4), np.empty(25)
+    many, count = points.shape[0], 0
     sided = inward[0] != 0.0 or inward[1] != 0.0 or inward[2] != 0.0
     length = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
     along = ALONG * length
-    still, up, lean = np.zeros(3), np.zeros(3), np.zeros((2, 3))
+    still, up, lean, n, c, one_end, other_end, way = (
+        vectors[0], vectors[1], vectors[2:4], vectors[4], vectors[5], vectors[6], vectors[7], vectors[8]
+    )  # fmt: skip
     stiff = slack[0] == 0.0 and slack[1] == 0.0
     tiny = 1e-13 * (1.0 + abs(apex[0]) + abs(apex[1]) + abs(apex[2]))
 
@@ -321,7 +331,7 @@ def hull_skin(
                         outside = outside or side < 2.0 * gap
                 if not outside:
                     continue
-                rows, count = _cover(
+                count = _cover(
                     facet, gap, volume, lean, up, max(high, tiny), apex, lo, hi, corner, heights, cell, size,
                     work, rows, count,
                 )  # fmt: skip
@@ -330,7 +340,7 @@ def hull_skin(
         for e in range(first[g, 1], first[g + 1, 1]):
             t, other = edges[e, 2], edges[e, 3]
             left, right = toward(normals[t], cos, sin, d), toward(normals[other], cos, sin, d)
-            if min(left, right) < -rear <= max(left, right) and normals[t] @ normals[other] < COS_SHARP:
+            if min(left, right) < -rear <= max(left, right) and _cosine(normals, t, other) < COS_SHARP:
                 if right < -rear:
                     t, other = other, t
                 # beyond a disc that moves in its plane nothing is
@@ -348,14 +358,16 @@ def hull_skin(
                     high = n_x * (q[0] - apex[0]) + n_y * (q[1] - apex[1]) + normals[t, 2] * (q[2] - apex[2])
                     high = max(high, tiny)
                     _brink(q, at[edges[e, 1]], n_x, n_y, normals[t, 2], gap / high, apex, facet)
-                    rows, count = _cover(
+                    count = _cover(
                         facet, gap, np.inf, lean, still, high, apex, lo, hi, corner, heights, cell, size,
                         work, rows, count,
                     )  # fmt: skip
             if (left > along) == (right > along):
                 continue
             u, v = (edges[e, 0], edges[e, 1]) if right > along else (edges[e, 1], edges[e, 0])
-            n, area, reach, gap = strip(seg, at[u] - p, at[v] - p, d)
+            for i in range(3):
+                one_end[i], other_end[i] = at[u, i] - p[i], at[v, i] - p[i]
+            area, reach, gap = strip(seg, one_end, other_end, d, n)
             gap = gap + slack[0] * np.sqrt(n[0] * n[0] + n[1] * n[1]) + slack[1] * abs(n[2])
             if gap <= tiny:
                 continue
@@ -367,27 +379,52 @@ def hull_skin(
                     continue
                 if low - gap / high * max(apex[2] - low, 0.0) > hi[2]:
                     continue
-            c = along_shadow(n, d, length)
-            _, bound, steep = shadow_gap(seg, reach, at[v] - p, at[u] - p, n, c)
+            along_shadow(n, d, length, c)
+            _, bound, steep = shadow_gap(seg, reach, other_end, one_end, n, c)
             for i in range(3):
+                lean[0, i], lean[1, i], way[i] = steep * c[i], 0.0, d[i] / (length * length)
                 facet[0, i], facet[1, i] = at[v, i], at[u, i]
                 facet[2, i], facet[3, i] = at[u, i] + d[i], at[v, i] + d[i]
-            lean[0], lean[1] = steep * c, 0.0
-            rows, count = _cover(
-                facet, gap, bound * area if stiff else np.inf, lean, d / (length * length), max(high, tiny), apex,
+            count = _cover(
+                facet, gap, bound * area if stiff else np.inf, lean, way, max(high, tiny), apex,
                 lo, hi, corner, heights, cell, size, work, rows, count,
             )  # fmt: skip
-    return rows[:count]
+    return count
 
 
 @kernel
+def hull_skin(
+    points, triangles, normals, edges, first, boxes, spare, patches, most, bulk, slope, plumb, seg, cos, sin, p, d,
+    lo, hi, apex, corner, heights, cell, rear, slack, inward, size,
+):  # fmt: skip
+    """Skin of conv(K + p, K + p + d), K the inner cutter, as far as a tile can see it.
+
+    Returns rows (k, 25): eight corners and the volume of the frustums.
+    """
+    many, size_of = points.shape[0], ROWS
+    marks = np.empty(2 * many, np.uint8), np.zeros(many, np.bool_)
+    work, corners = (np.empty((64, 4, 3)), np.empty((4, 3)), np.empty(4)), np.empty((4, 3))
+    at, vectors = np.empty(points.shape), np.zeros((9, 3))
+    while True:
+        rows = np.empty((size_of, 25))
+        count = _layered(
+            points, triangles, normals, edges, first, boxes, spare, patches, most, bulk, slope, plumb, seg, cos, sin, p,
+            d, lo, hi, apex, corner, heights, cell, rear, slack, inward, size, at, *marks, work, corners, vectors, rows,
+        )  # fmt: skip
+        if count < size_of:
+            return rows[:count]
+        size_of *= 2
+        marks[1][:] = False
+
+
+@leaf
 def untag(face_id, ours, tags, step, out):
     """Thickness (m,) from face ids, see `layer.thick`; those below `ours` carry none."""
     for t in range(face_id.shape[0]):
         out[t] = (face_id[t] - ours) // tags * step if face_id[t] >= ours else 0.0
 
 
-@kernel
+@leaf
 def area_sums(points, triangles, weight):
     """Sum of area times weight (m,) over triangles."""
     total = 0.0

@@ -12,7 +12,7 @@
 
 import numpy as np
 
-from vmachining.jit import kernel
+from vmachining.jit import kernel, leaf
 
 FACES = np.array([[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]])
 # corners of each face, counter-clockwise from outside; the first two are t = 0 and t = 1
@@ -42,14 +42,14 @@ def transported(axes):
     return out
 
 
-@kernel
+@leaf
 def _place(out, at, pose, j, h, r, cos, sin):
     """Point of the circle (h, r)."""
     for c in range(3):
         out[at, c] = pose[j, c] + h * pose[j, 9 + c] + r * (cos * pose[j, 3 + c] + sin * pose[j, 6 + c])
 
 
-@kernel
+@leaf
 def _wave(p, circle):
     """a, b, c of f = c + a cos u + b sin u: c = n_z A.V, (a, b) = n_r V + kappa dA/dt, kappa = h n_r - r n_z."""
     kappa = circle[0] * circle[2] - circle[1] * circle[3]
@@ -69,7 +69,7 @@ def fields(pose, row, cos, sin, first, last):
     return f
 
 
-@kernel
+@leaf
 def _root(p, c, width, level, low, high):
     """Where p cos w + c sin w passes `level`, as a share of 0 <= w <= width, from its values at both ends.
 
@@ -89,7 +89,7 @@ def _root(p, c, width, level, low, high):
     return s
 
 
-@kernel
+@leaf
 def _shy(s):
     return min(max(s, SHY), 1.0 - SHY)
 
@@ -252,7 +252,7 @@ def skin_of(pose, row, skin, group, between, cos, sin, tol, first, last, whole):
     return points[:count].copy(), triangles[:total].copy(), area, wrong
 
 
-@kernel
+@leaf
 def _ring(points, ring, count, pose, row, group, cos, sin, first, j, i, k):
     """Makes sure that the point of the body at rest in row i, column k has a number."""
     if ring[j, group[i], k] < 0:
@@ -262,7 +262,7 @@ def _ring(points, ring, count, pose, row, group, cos, sin, first, j, i, k):
     return count
 
 
-@kernel
+@leaf
 def _edge_number(x, y):
     """0-3 along u, 4-7 along x, 8-11 along t; -1 if the corners are no neighbours."""
     low, bit = min(x, y), x ^ y
@@ -275,7 +275,7 @@ def _edge_number(x, y):
     return -1
 
 
-@kernel
+@leaf
 def _crossing(edge, number, j, i, k, then):
     """Vertex on an edge of the cell."""
     along, w = number // 4, number % 4
@@ -287,7 +287,7 @@ def _crossing(edge, number, j, i, k, then):
     return edge[2, j, i + w // 2, column]
 
 
-@kernel
+@leaf
 def _runs(face, corner, onward, after):
     """Every run of corners that are in: from the edge where it starts to the edge where it ends."""
     for s in range(4):
@@ -300,7 +300,7 @@ def _runs(face, corner, onward, after):
         after[onward[a, b]] = onward[face[t % 4], face[(t + 1) % 4]]
 
 
-@kernel
+@leaf
 def _fan(triangles, total, loop, size):
     """Triangles of a polygon, without those that have lost a side."""
     for s in range(1, size - 1):
@@ -386,7 +386,7 @@ def _cap(
     return count, total
 
 
-@kernel
+@leaf
 def _cone(triangles, total, face, corner, onward, edge, i, k, then, apex):
     """Triangles from the apex to the grazing curve in one cell's face at the first instant."""
     for s in range(4):
@@ -404,7 +404,7 @@ def _cone(triangles, total, face, corner, onward, edge, i, k, then, apex):
     return total
 
 
-@kernel
+@leaf
 def _rest(
     points, count, rest, ring, pose, row, skin, group, cos, sin, first, level, which, i, k, then, corner, same
 ):

@@ -7,10 +7,10 @@ Legend
 
 import numpy as np
 
-from vmachining.jit import kernel
+from vmachining.jit import leaf
 
 
-@kernel
+@leaf
 def _raise(a, b, c, lo, cell, out):
     """Raise the cells (nx, ny) over a triangle to its height; only if it faces up or stands upright."""
     nx, ny = out.shape
@@ -40,7 +40,7 @@ def _raise(a, b, c, lo, cell, out):
             out[i, j] = max(out[i, j], min(top, a[2] + sx * x + sy * y + rise))
 
 
-@kernel
+@leaf
 def roof(points, triangles, lo, cell, out):
     """Largest height of the solid over every cell of a grid in x and y, into `out` (nx, ny).
 
@@ -52,7 +52,7 @@ def roof(points, triangles, lo, cell, out):
         _raise(points[triangles[t, 0]], points[triangles[t, 1]], points[triangles[t, 2]], lo, cell, out)
 
 
-@kernel
+@leaf
 def roof_of(hulls, chosen, lo, cell, out):
     """The same for those of the pieces (n, 4, 3) of triangles, see `above`, that are chosen.
 
@@ -71,7 +71,7 @@ def roof_of(hulls, chosen, lo, cell, out):
     return i0, i1, j0, j1
 
 
-@kernel
+@leaf
 def under_roof(x0, x1, y0, y1, z0, lo, hi, corner, heights, cell):
     """Whether a box from z0 up can meet the solid below the grid of heights."""
     if not (z0 <= hi[2] and x0 <= hi[0] and x1 >= lo[0] and y0 <= hi[1] and y1 >= lo[1]):
@@ -86,7 +86,7 @@ def under_roof(x0, x1, y0, y1, z0, lo, hi, corner, heights, cell):
     return False
 
 
-@kernel
+@leaf
 def boxes_seen(boxes, lo, hi, corner, heights, cell, out):
     """`under_roof` for boxes (k, 2, 3); the grid must reach as high as the solid inside lo, hi."""
     for k in range(boxes.shape[0]):
@@ -94,7 +94,7 @@ def boxes_seen(boxes, lo, hi, corner, heights, cell, out):
         out[k] = b[2] >= lo[2] and under_roof(a[0], b[0], a[1], b[1], a[2], lo, hi, corner, heights, cell)
 
 
-@kernel
+@leaf
 def above(points, triangles, lo, hi, start, heading, low, step, lowest, rear, hulls, boxes, near):
     """What triangles that reach into a column have above its foot: hulls (n, 4, 3) in boxes (n, 2, 3).
 
@@ -143,7 +143,8 @@ def above(points, triangles, lo, hi, start, heading, low, step, lowest, rear, hu
         if size == 0:
             continue
         for c in range(size, 4):
-            hulls[count, c] = hulls[count, size - 1]
+            for i in range(3):
+                hulls[count, c, i] = hulls[count, size - 1, i]
         for i in range(3):
             first, last = hulls[count, 0, i], hulls[count, 0, i]
             for c in range(1, 4):

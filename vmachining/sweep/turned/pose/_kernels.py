@@ -14,11 +14,11 @@
 
 import numpy as np
 
-from vmachining.jit import kernel
+from vmachining.jit import leaf
 from vmachining.sweep._kernels import meridian
 
 
-@kernel
+@leaf
 def state(waves, t, p) -> None:
     """Tip, axis and their rates at t."""
     for k in range(12):
@@ -38,14 +38,14 @@ def state(waves, t, p) -> None:
             p[9 + k] -= w * (waves[j, 13 + k] * sin + waves[j, 16 + k] * cos)
 
 
-@kernel
+@leaf
 def bending(limit, far, width):
     """Bound of |y''| of a point at most `far` mm from the middle of the body at some time of the stretch."""
     reach = far + width * limit[2]
     return limit[3] + 2.0 * limit[4] * limit[2] + (limit[5] + limit[4] ** 2) * reach
 
 
-@kernel
+@leaf
 def clip_planes(planes, k0, k1, z0, uz, q0, q1, q2):
     """Part of a line inside all cones and discs: (lo, hi, plane at lo, plane at hi); empty is lo > hi.
 
@@ -102,7 +102,7 @@ def clip_planes(planes, k0, k1, z0, uz, q0, q1, q2):
     return lo, hi, i_lo, i_hi
 
 
-@kernel
+@leaf
 def clip_arc(arc, z0, uz, q0, q1, q2, s, stop, way, tol):
     """Newton from outside along the line to the arc: (s, met?, alive?). Convex, so the root is never passed."""
     met = False
@@ -128,7 +128,7 @@ def clip_arc(arc, z0, uz, q0, q1, q2, s, stop, way, tol):
     return s, met, True
 
 
-@kernel
+@leaf
 def aim(planes, arcs, ends, piece, p, o, u, limit, tol, shot):
     """Entry and exit of a line in one piece at one pose, with normals and speeds; fills `shot`."""
     w_x, w_y, w_z = o[0] - p[0], o[1] - p[1], o[2] - p[2]
@@ -194,7 +194,7 @@ def aim(planes, arcs, ends, piece, p, o, u, limit, tol, shot):
         shot[j + 3] = n_r * turn * up - n_z * (p[9] * u[0] + p[10] * u[1] + p[11] * u[2])
 
 
-@kernel
+@leaf
 def near(seg, i0, i1, p, x, y, z):
     """phi of a point at one pose, its gradient N and f = N.V."""
     w_x, w_y, w_z = x - p[0], y - p[1], z - p[2]
