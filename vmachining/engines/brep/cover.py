@@ -2,7 +2,8 @@
 
 A pivot in the tool folds the envelope inside the sweep. There the tool is cut: the slab around the pivot is swept
 by some poses of the whole tool, the bodies below and above it have envelopes that do not fold
-(`vmachining.sweep.folds`). What has no slab, or bodies without a solid, is halved in time. Every part is built and
+(`vmachining.sweep.folds`). What has no slab, or bodies without a solid, is halved in time, until some poses cover it:
+at an instant at which the grazing curve jumps no envelope is smooth, but nothing moves far. Every part is built and
 gated like a block of its own; that nothing is missing between them is measured in exact distances (`GAP_MM`).
 
 A motion that hardly leaves a plane through the axis is taken for one that stays in it, in as many parts of the block
@@ -24,7 +25,7 @@ import numpy as np
 from vmachining.arrays import Floats
 from vmachining.errors import EngineError, SweepError
 from vmachining.sweep import Sweep, Turn
-from vmachining.sweep.folds import plans, standing
+from vmachining.sweep.folds import plans, poses, standing
 from vmachining.sweep.topology import changes
 from vmachining.tool import Profile
 
@@ -37,12 +38,15 @@ DEEP_MM = 1.5e-5
 """A fold that lies deeper belongs into the slab."""
 
 POSES = 16
-"""Most parts of a block between whose ends the slab has to be covered."""
+"""Most parts of a block between whose ends a slab, or the whole tool, has to be covered."""
 
-DEPTH, MOST = 6, 160
+DEPTH, MOST = 8, 160
 """Most cuts of a part, in tool or time, and most solids: cones and discs that rock about a point inside need a hundred."""
 
-TRIES = 300
+NARROW = 24
+"""Most cuts in time altogether: those of which one half has a solid at once only close in on an instant."""
+
+TRIES = 600
 """Most envelopes that are tried for one block, good or not: the same on every machine. They take 0.1 to 1 s each."""
 
 WAYS = ((1, 0), (-1, 0), (1, 1), (-1, 1))
@@ -162,6 +166,7 @@ class _Work(Generic[T]):
     ) -> None:
         self.path, self.build, self.special, self.tries = path, build, special, tries
         self.is_graded = is_graded
+        self.known: dict[tuple[int, float, float], list[T] | SweepError | EngineError] = {}
 
     def solids(self, profile: Profile) -> list[T]:
         """Of the whole block; poses that several parts need are there once."""
@@ -177,10 +182,9 @@ class _Work(Generic[T]):
     def parts(self, profile: Profile, a: float, b: float, depth: int) -> list[_Found[T]]:
         """From t = a to b."""
         part = self.path if (a, b) == (0.0, 1.0) else self.path.part(a, b)
-        try:
-            return [_Found(profile, None, self.build(profile, part, 0.0))]
-        except (SweepError, EngineError) as error:
-            reason = error
+        reason = self._built(profile, a, b)
+        if isinstance(reason, list):
+            return [_Found(profile, None, reason)]
         exact = self.special(profile, part, NUDGES[-1][0] if self.is_graded else EXACT_MM, 0.0)
         if exact:
             one = self._nudged(profile, part, hasty=True) if len(exact) == 2 else None
@@ -191,13 +195,27 @@ class _Work(Generic[T]):
         lift = _lift(part) if self.is_graded else None
         if swap is None and (lift is None or lift.min() <= EXACT_MM):
             found = found or self._nudged(profile, part, hasty=self.is_graded)
+        found = found or self._posed(profile, part, a, b)
         if not found and deeper:
             share = _grade(lift) if swap is None and lift is not None else None
             middle = a + (b - a) * (share or swap or 0.5)
-            found = self._all([(profile, a, middle), (profile, middle, b)], depth)
+            halves = [(profile, a, middle), (profile, middle, b)]
+            closes_in = list in [type(self._built(*half)) for half in halves]
+            found = self._all(halves, depth - 1 if closes_in and b - a > 0.5**NARROW else depth)
         if not found:
             raise reason
         return found
+
+    def _built(self, profile: Profile, a: float, b: float) -> list[T] | SweepError | EngineError:
+        """One envelope from t = a to b, or why there is none."""
+        key = (id(profile), a, b)
+        if key not in self.known:
+            part = self.path if (a, b) == (0.0, 1.0) else self.path.part(a, b)
+            try:
+                self.known[key] = self.build(profile, part, 0.0)
+            except (SweepError, EngineError) as error:
+                self.known[key] = error
+        return self.known[key]
 
     def _slab(self, profile: Profile, part: Turn, a: float, b: float, depth: int) -> list[_Found[T]] | None:
         """Bodies below and above a slab, and poses."""
@@ -206,11 +224,18 @@ class _Work(Generic[T]):
                 break
             found = self._all([(body, a, b) for body in slab.bodies], depth)
             if found is not None:
-                stops = [a + (b - a) * k / count for k in range(count + 1)]
-                return found + [
-                    _Found(profile, t, self.build(profile, standing(self.path, t), 0.0)) for t in stops
-                ]
+                return found + self._standing(profile, a, b, count)
         return None
+
+    def _posed(self, profile: Profile, part: Turn, a: float, b: float) -> list[_Found[T]] | None:
+        """Poses alone, for a part that hardly moves."""
+        count = poses(profile, part, GAP_MM, POSES)
+        return None if count is None else self._standing(profile, a, b, count)
+
+    def _standing(self, profile: Profile, a: float, b: float, count: int) -> list[_Found[T]]:
+        """The ends of equal parts."""
+        stops = [a + (b - a) * k / count for k in range(count + 1)]
+        return [_Found(profile, t, self.build(profile, standing(self.path, t), 0.0)) for t in stops]
 
     def _nudged(self, profile: Profile, part: Turn, *, hasty: bool = False) -> list[_Found[T]] | None:
         """The solids of a neighbour of a planar motion; `hasty` until one has a shape without solids."""

@@ -34,23 +34,39 @@ SAGS = (8e-3, 2e-3, 5e-4)
 BEND = 6.0
 """rad per root of a sag: angles of chords are limited in proportion to them, too."""
 
+FINER = ((1.0, 1.0), (0.9, 1.0), (0.8, 0.5), (0.7, 0.5), (0.5, 0.5), (0.3, 0.3))
+"""Parts of a sag and of its angles that are tried: beside edges of 1e-5 mm OCCT's mesh of a face loses a corner with
+every fifth of them."""
+
 MARGIN = 1.0
 """mm by which the box to which meshes are trimmed is larger than asked."""
 
 
 def faceted(shape: Any, sag: float) -> Manifold:
-    """A valid and closed TopoDS_Shape as a mesh that leaves its faces by about `sag` mm.
+    """A valid and closed TopoDS_Shape as a mesh that leaves its faces by about `sag` mm, or by a little less.
 
     Raises
     ------
     EngineError
         The triangles do not close but for cracks as wide as the sag, or do not hold the volume.
     """
+    reason: EngineError | None = None
+    for share, angle in FINER:
+        try:
+            return _closed(shape, share * sag, angle * BEND)
+        except EngineError as exc:
+            reason = reason or exc
+    assert reason is not None
+    raise reason
+
+
+def _closed(shape: Any, sag: float, bend: float) -> Manifold:
+    """The same with one sag and one bend, see `BEND`."""
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
     from OCP.BRepTools import BRepTools
 
     BRepTools.Clean_s(shape)
-    BRepMesh_IncrementalMesh(shape, sag, False, BEND * float(np.sqrt(sag)), False)
+    BRepMesh_IncrementalMesh(shape, sag, False, bend * float(np.sqrt(sag)), False)
     points, triangles = _triangles(shape)
     BRepTools.Clean_s(shape)
     whole = _filled(triangles)

@@ -1,0 +1,62 @@
+"""Boolean values inside the bracket that are not true, and blocks around an instant at which the grazing curve jumps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vmachining.bench.brep_chains import _bar, _chain
+from vmachining.bench.gauntlet import gauntlet_block
+from vmachining.bench.referee import referee
+from vmachining.engines.brep import Blank, Ladder, solids
+from vmachining.engines.brep import faceted as meshes
+from vmachining.engines.brep.ladder import quiet
+from vmachining.engines.mesh import MeshEngine, box_stock
+from vmachining.sweep.folds import poses, standing
+
+
+@pytest.mark.parametrize("block", [5, 9])
+def test_a_value_inside_the_bracket_is_held_against_meshes(block: int) -> None:
+    """Grooves of a taper beside each other: plain booleans give 0, fuzzy ones of one block are 0.5 % low."""
+    bar = _bar([21])
+    engine = MeshEngine(box_stock(tuple(bar[0]), tuple(bar[1])), 0.02, certify=True)
+    chain = _chain(1, 21, engine)
+    stock = Blank("box", tuple(bar[0].tolist()), tuple(bar[1].tolist()))
+    quiet()
+    verdict = Ladder(stock, [[sweep] for sweep in chain.sweeps]).removed(block, chain.brackets[block])
+    rays, spread = referee(chain.sweeps, block, bar, 192)
+    value = verdict.removed_mm3
+    assert value is not None and chain.brackets[block].holds(value, verdict.slack_mm3)
+    assert abs(value - rays) <= spread + abs(verdict.slack_mm3)
+    assert spread < 0.1 * (chain.brackets[block].hi - chain.brackets[block].lo)
+
+
+def test_an_instant_at_which_the_curve_jumps_is_closed_in_on() -> None:
+    """A tool that tilts as it leaves along its axis: parts ever shorter towards the instant, and poses around it.
+
+    The union as a mesh against points by exact distances, wherever it is not nearer than mesh and poses can tell.
+    """
+    sweep = gauntlet_block(944)
+    quiet()
+    parts = [part.shape for part in solids(sweep)]
+    lo, hi = sweep.bounds
+    union = meshes.united(parts, 2e-3, np.stack([lo, hi]))
+    points = np.random.default_rng(0).uniform(lo, hi, (400, 3))
+    distance = sweep.signed_distance(points)
+    clear = np.abs(distance) > 0.02 * sweep.profile.max_radius
+    tiny = 1e-3
+    for point, d in zip(points[clear], distance[clear], strict=True):
+        ball = meshes.Manifold.cube([tiny] * 3, True).translate(point.tolist())
+        inside = float((union ^ ball).volume()) > 0.5 * tiny**3
+        assert inside == (d < 0.0), (point, d)
+    assert clear.sum() > 200 and (distance[clear] < 0.0).any()
+
+
+def test_poses_alone_cover_what_hardly_moves() -> None:
+    """Beside the sharp rim of a flat end what poses miss falls with their distance, not with its square."""
+    sweep = gauntlet_block(944)
+    whole, short = sweep.path, sweep.path.part(0.5, 0.5 + 1e-6)
+    assert poses(sweep.profile, whole, 3e-5, 16) is None  # type: ignore[arg-type]
+    assert poses(sweep.profile, standing(whole, 0.5), 3e-5, 16) == 1  # type: ignore[arg-type]
+    count = poses(sweep.profile, short, 3e-5, 16)  # type: ignore[arg-type]
+    assert count is not None and 1 <= count <= 16
