@@ -19,7 +19,7 @@ import pytest
 from scipy.integrate import quad
 from tinyjob import PROGRAM, SLOT_MM3, write_job
 
-from vmachining import BallNose, Bracket, BullNose, FlatEnd, Job, Sweep, run
+from vmachining import BallNose, Bracket, BullNose, FlatEnd, Job, ProfileTool, Sweep, run
 from vmachining.cli.main import run as command
 from vmachining.engines import brep
 from vmachining.engines.brep import Blank, Ladder, Status, described, isolated, ladder, workers, workpiece
@@ -291,14 +291,15 @@ def test_run_fills_the_columns_and_the_summary(tmp_path: Path) -> None:
 def test_a_refusal_is_told_and_ends_with_code_1(tmp_path: Path) -> None:
     half, upright = "N100 G2 X7 Y12 I2 J0", "N100 G18 G3 X7 Z-0.5 I2 K0"
     assert half in PROGRAM
-    swap = {'type = "flat"': 'type = "bull"\ncorner_radius_mm = 0.5'}
+    stepped = 'type = "profile"\nprofile = [[0, 0], [1, 0.2], [1, 1], [2, 2], [2, 20]]'
+    swap = {'type = "flat"\ndiameter_mm = 4': stepped}
     file = write_job(tmp_path, program=PROGRAM.replace(half, upright), swap=swap)
     assert command(["run", str(file), "--out", str(tmp_path / "out"), "--brep", "all", "--quiet"]) == 1
     rows = pl.read_csv(tmp_path / "out" / "blocks.csv").filter(pl.col("brep_status") == "refused")
     assert (
         rows["removed_brep_mm3"].null_count() == len(rows) == 2
     )  # the arc, and what needs it as a neighbour
-    assert all("the grazing curve has a corner" in text for text in rows["warning"])
+    assert all("the envelope folds inside the sweep" in text for text in rows["warning"])
 
 
 def test_a_stock_of_triangles_is_a_solid_of_plane_faces(tmp_path: Path) -> None:
@@ -386,9 +387,9 @@ def test_a_workpiece_whose_cut_the_kernel_refuses_is_cut_otherwise(monkeypatch: 
     monkeypatch.setattr(workpiece, "minus", raises)
     shape = workpiece.workpiece(BOX, sweeps, [near(300.0)])
     assert brep.volume(shape) == pytest.approx(30 * 40 * 20 - 300, rel=1e-9)
-    bottom = Arc((10, 0, -2), (10, 0, 0), 1, angle=1.0)  # begins level, where a torus has no smooth sheet
-    with pytest.raises(SweepError, match=r"block 1: the grazing curve moves too unevenly"):
-        tool = BullNose(diameter=10, corner_radius=1, length=40)
+    bottom = Arc((10, 0, -2), (10, 0, 0), 1, angle=1.0)
+    with pytest.raises(SweepError, match=r"block 1: the (envelope|grazing curve)"):
+        tool = ProfileTool(points=[[0, 0], [1, 0.2], [1, 1], [2, 2], [2, 20]])
         workpiece.workpiece(BOX, [*sweeps, *chain(tool, [bottom])], [near(300.0), ANY])
 
 

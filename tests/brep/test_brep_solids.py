@@ -10,6 +10,7 @@ import pytest
 
 from vmachining import BallNose, BullNose, FlatEnd, ProfileTool, Sweep, SweepError, Taper
 from vmachining.engines import brep
+from vmachining.engines.brep.faceted import limit, united
 from vmachining.geometry import Arc, Line
 from vmachining.sweep import shadow
 from vmachining.tool import Cutter
@@ -181,6 +182,20 @@ def test_arcs_in_upright_planes_have_the_volume_of_their_shadows(name: str, moti
     assert brep.volume(parts[0].shape) == pytest.approx(truth, rel=1e-6)
 
 
+def test_a_torus_that_begins_level_is_closed_in_on() -> None:
+    """Its grazing curve has a corner at the start: parts ever shorter towards it, and poses, whose union is the sweep."""
+    path, tool = UPRIGHT["valley from level"], TOOLS["bull"]
+    sweep = Sweep.along(tool, path)
+    parts = [part.shape for part in brep.solids(sweep)]
+    value, error = limit(lambda sag: float(united(parts, sag, np.stack(sweep.bounds)).volume()), 0.0)
+    t, w = np.polynomial.legendre.leggauss(200)
+    velocity = path.velocity(0.5 * (t + 1.0))
+    passed = [shadow(tool.profile, float(np.hypot(*v[:2])), float(v[2])) for v in velocity]
+    truth = tool.profile.volume + 0.5 * float(w @ np.array(passed))
+    assert abs(value - truth) <= error < 1e-3 * truth
+
+
 def test_what_cannot_be_built_is_refused_by_name() -> None:
-    with pytest.raises(SweepError, match="the grazing curve has a corner"):
-        brep.solid(Sweep.along(TOOLS["bull"], UPRIGHT["valley from level"]))
+    stepped = ProfileTool(points=[[0, 0], [1, 0.2], [1, 1], [2, 2], [2, 20]])
+    with pytest.raises(SweepError, match="narrows to a point"):
+        brep.solids(Sweep.along(stepped, UPRIGHT["valley from level"]))

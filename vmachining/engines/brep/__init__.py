@@ -70,15 +70,14 @@ Tools that turn: a spline sheet and its neighbours share nodes, so borders agree
 re-enter nearly always; valleys and lenses cut that off in closed form, and the volume is V(K) + Phi - W of the
 flux identity (gate 1e-5, mostly met to 1e-8). Where the envelope folds, parts of the tool and of the block and some
 poses cover the sweep (`cover.py`; folds and gaps up to 3e-5 mm). Turns about a fixed line through the axis
-are two or four solids of analytic faces (`hinge.py`, 0.1 s). In the sweep gauntlet (seeds 0 to 999) 984 blocks have
-solids, most of them one, at most 160; 16 are refused, none contradicted a bracket, a ray or a point, and one (742)
-is not written as STEP, which would change volumes of its parts by 2e-8. Refused of 100 each: along the axis 9, hard
-motions 3, free 2, pivot and tilting 1, others 0. Processor time, gates included: 0.13 s in the median; covers of a
-hundred solids take 10 to 85 s, and a block that is refused 2 to 70 s.
+are two or four solids of analytic faces (`hinge.py`, 0.1 s). In the sweep gauntlet (seeds 0 to 999) 990 blocks have
+solids, most of them one, at most 160; 10 are refused, none contradicted a bracket, a ray or a point, and one (742)
+is not written as STEP, which would change volumes of its parts by 2e-8. Processor time, gates included: 0.13 s in the
+median; covers of a hundred solids take 5 to 85 s, and a block that is refused 2 to 120 s.
 Jobs of 21 five-axis blocks each: ball 20 agreed and 1 retried, bull nose 17 and 4, flat 13 and 8.
 
 Known limits: a block whose solid cannot be built is refused by name, and so are blocks that need it as a
-neighbour: arcs in upright planes where a torus moves level or a cone meets a steep slope, and what `turns.py`
+neighbour: cones that meet a steep slope on arcs in upright planes, steps of a cutter there, and what `turns.py`
 says of tools that turn. A cutter that is not convex on a ramp, and arcs or helices that come
 back to themselves, are several solids whose union is the sweep: a helical entry is the cutter at its lowest, and
 what its front passes per half turn. A cone's apex brings one edge without length, which OCCT wants there.

@@ -238,7 +238,7 @@ class Ladder:
                     if other is None:
                         reason = f"{value:.6g} mm3 is confirmed neither by meshes nor by sections"
                         break
-                    if abs(value - other[1]) > -other[3]:
+                    if abs(value - other[1]) > slack - other[3]:
                         rung, value, count, slack = other
                         tried.append(value)
                 status = Status.AGREED if rung == RUNGS[0] else Status.RETRIED
