@@ -57,6 +57,8 @@ def workpiece(stock: Blank, blocks: Sequence[Sequence[Sweep]], brackets: Sequenc
             tools = [part.shape for sweep in sweeps for part in solids(reaching(sweep, box))]
         except SweepError as exc:
             raise SweepError(f"block {number}: {exc}") from exc
+        except EngineError as exc:
+            raise EngineError(f"block {number}: {exc.reason}", engine="brep") from exc
         shape, before = _cut(shape, tools, before, bracket, number)
     _check(shape)
     return shape
