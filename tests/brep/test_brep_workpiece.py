@@ -1,0 +1,123 @@
+"""Stocks that are not boxes, and the workpiece as a STEP file: gated by volume, faces named after their block."""
+
+from __future__ import annotations
+
+import json
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+from tinyjob import SLOT_MM3, write_job
+
+from vmachining import Bracket, FlatEnd, Job, ProfileTool, Sweep, run
+from vmachining.cli.main import run as command
+from vmachining.engines import brep
+from vmachining.engines.brep import Blank, workpiece
+from vmachining.engines.brep.polyhedron import polyhedron
+from vmachining.engines.brep.step import read_step
+from vmachining.engines.brep.workpiece import write_step
+from vmachining.errors import EngineError
+from vmachining.geometry import Arc, Line
+
+BOX = Blank("box", (0, -20, -20), (30, 20, 0))
+TOOL = FlatEnd(diameter=10, length=40)
+ACROSS = Sweep.along(TOOL, Line((-10, 0, -1), (40, 0, -1)))
+"""10 mm wide, 1 mm deep and 30 mm long in that box."""
+
+
+def near(value: float, rel: float = 1e-6) -> Bracket:
+    return Bracket(value * (1 - rel), value, value * (1 + rel))
+
+
+def test_a_stock_of_triangles_is_a_solid_of_plane_faces(tmp_path: Path) -> None:
+    import trimesh
+
+    outline = np.array([[0, 0], [10, 0], [10, 18], [5, 20], [0, 18]], dtype=float)  # a house, 4 mm thick
+    low, high = (np.column_stack([outline, np.full(5, z)]) for z in (-4.0, 0.0))
+    points = np.concatenate([low, high])
+    fans = [[0, k + 1, k] for k in (1, 2, 3)] + [[5, 5 + k, 6 + k] for k in (1, 2, 3)]
+    walls = [[i, j, 5 + j] for i in range(5) for j in [(i + 1) % 5]]
+    walls += [[i, 5 + j, 5 + i] for i in range(5) for j in [(i + 1) % 5]]
+    trimesh.Trimesh(points, fans + walls, process=False).export(tmp_path / "part.stl")
+    old = "box = { min = [0, 0, -4], max = [10, 18, 0] }"
+    result = run(Job.load(write_job(tmp_path, swap={old: 'stl = "part.stl"'})), brep="all")
+    rows = result.blocks.filter(pl.col("line") == 7)
+    assert rows["brep_status"].item() == "agreed"
+    assert rows["removed_brep_mm3"].item() == pytest.approx(SLOT_MM3, rel=1e-9)
+    solid = polyhedron(points[fans + walls].reshape(-1, 9).tolist())
+    found = brep.inspect(solid)
+    assert found.faces == 7 and found.volume == pytest.approx(4 * (10 * 18 + 10), rel=1e-12)
+    with pytest.raises(EngineError, match=r"closed shell|valid solid"):
+        polyhedron(points[fans].reshape(-1, 9).tolist())
+    open_skin = Blank("triangles", triangles=tuple(map(tuple, points[fans].reshape(-1, 9).tolist())))
+    with pytest.raises(EngineError, match="triangles of the stock"):
+        list(brep.check_blocks(open_skin, [[ACROSS]], {0: Bracket(0.0, 0.0, 1e9)}))
+
+
+def test_the_finished_workpiece_is_a_valid_step_with_named_faces(tmp_path: Path) -> None:
+    file = write_job(tmp_path)
+    assert command(["run", str(file), "--out", str(tmp_path / "out"), "--stock", "step", "--quiet"]) == 0
+    made = tmp_path / "out" / "stock.step"
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    solid = read_step(made)
+    assert summary["final_lo_mm3"] - 1e-5 <= solid.volume <= summary["final_hi_mm3"] + 1e-5
+    text = made.read_text()
+    assert "ADVANCED_FACE('block 2 line 7 tool 1'" in text and "ADVANCED_FACE('stock'" in text
+    assert "COLOUR_RGB" in text
+    assert "stock.step" in json.loads((tmp_path / "out" / "manifest.json").read_text())["outputs"]
+
+
+def test_a_round_step_stock_is_cut_though_the_mesh_saw_its_triangles(tmp_path: Path) -> None:
+    import cadquery as cq
+
+    bar = cq.Workplane().circle(9).extrude(-4).translate((5, 9, 0))
+    cq.exporters.export(bar, str(tmp_path / "bar.step"))
+    swap = {"box = { min = [0, 0, -4], max = [10, 18, 0] }": 'step = "bar.step"'}
+    program = "G21 G17 G90 G94\nT1 M6\nS8000 M3\nG0 X-20 Y9 Z5\nG1 Z-1 F500\nG1 X30\nM30\n"
+    result = run(Job.load(write_job(tmp_path, swap=swap, program=program)), brep="all")
+    # a slot 4 mm wide along the diameter, 1 mm deep: 2 (h sqrt(R^2 - h^2) + R^2 asin(h / R)), h = 2
+    slot = 2 * (2 * np.sqrt(81 - 4) + 81 * np.arcsin(2 / 9))
+    last = result.blocks.row(-1, named=True)
+    assert last["removed_brep_mm3"] == pytest.approx(slot, rel=1e-6)
+    assert not last["removed_lo_mm3"] <= slot <= last["removed_hi_mm3"]  # the triangles lack some of it
+    result.write(tmp_path / "out", stock=("step",))
+    assert "stock_step_refused" not in result.summary
+    assert read_step(tmp_path / "out" / "stock.step").volume == pytest.approx(81 * pi * 4 - slot, rel=1e-6)
+
+
+def test_an_open_workpiece_is_refused_and_several_pieces_with_a_hole_are_not() -> None:
+    import cadquery as cq
+
+    box = cq.Solid.makeBox(1, 2, 3)
+    hollow = box.cut(cq.Solid.makeBox(0.2, 0.2, 0.2, cq.Vector(0.4, 0.4, 0.4)))
+    apart = cq.Compound.makeCompound([hollow, cq.Solid.makeSphere(1, cq.Vector(9, 0, 0))])
+    workpiece._check(apart.wrapped)
+    for faces in (box.Faces()[1:], box.Faces()):  # a face short; all of them, and no solid
+        loose = cq.Shell.makeShell(faces)
+        with pytest.raises(EngineError, match="closed"):
+            workpiece._check(loose.wrapped)
+
+
+def test_a_workpiece_whose_cut_the_kernel_refuses_is_cut_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = workpiece.minus
+
+    def raises(one: object, others: list[object], fuzzy: float) -> object:
+        if not fuzzy:
+            raise EngineError("the boolean gives nothing back", engine="brep")
+        return right(one, others, fuzzy)
+
+    monkeypatch.setattr(workpiece, "minus", raises)
+    shape = workpiece.workpiece(BOX, [[ACROSS]], [near(300.0)])
+    assert brep.volume(shape) == pytest.approx(30 * 40 * 20 - 300, rel=1e-9)
+    stepped = ProfileTool(points=[[0, 0], [1, 0.2], [1, 1], [2, 2], [2, 20]])
+    bottom = Sweep.along(stepped, Arc((10, 0, -2), (10, 0, 0), 1, angle=1.0))
+    with pytest.raises(EngineError, match=r"block 1: OCCT says the swept solid is not valid"):
+        workpiece.workpiece(BOX, [[ACROSS], [bottom]], [near(300.0), Bracket(0.0, 0.0, 1e9)])
+
+
+def test_a_workpiece_that_leaves_its_brackets_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(EngineError, match=r"block 0: removes 300, 300.* the bracket is \[200"):
+        write_step(tmp_path / "w.step", BOX, [[ACROSS]], [near(200.0)], ["block 0"])
+    assert not (tmp_path / "w.step").exists()
