@@ -5,6 +5,8 @@
 numba counts who refers to an array: an atomic addition for every array that a function is given and for every row it
 looks at, another one afterwards, and nothing is kept in a register across them. That was measured to be half of the
 time of small functions, so what makes no arrays is a `leaf`: it borrows those of its caller, who keeps them.
+The option behind it is one that numba uses for its own intrinsics and does not promise to users; `tests/test_jit.py`
+tells if it ever means something else.
 """
 
 from __future__ import annotations

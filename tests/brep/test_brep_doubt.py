@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vmachining import BallNose
 from vmachining.bench.brep_chains import _bar, _chain
 from vmachining.bench.gauntlet import gauntlet_block
 from vmachining.bench.referee import referee
 from vmachining.engines.brep import Blank, Ladder, solids
 from vmachining.engines.brep import faceted as meshes
+from vmachining.engines.brep.cover import Tries, _Work
 from vmachining.engines.brep.ladder import quiet
 from vmachining.engines.mesh import MeshEngine, box_stock
 from vmachining.sweep.folds import poses, standing
@@ -60,3 +62,11 @@ def test_poses_alone_cover_what_hardly_moves() -> None:
     assert poses(sweep.profile, standing(whole, 0.5), 3e-5, 16) == 1  # type: ignore[arg-type]
     count = poses(sweep.profile, short, 3e-5, 16)  # type: ignore[arg-type]
     assert count is not None and 1 <= count <= 16
+
+
+def test_a_body_is_not_taken_for_one_that_is_gone() -> None:
+    """Bodies are remembered while the parts of a block are tried; memory that is free again holds other ones."""
+    path = gauntlet_block(944).path
+    work = _Work[float](path, lambda body, *_: [body.points[:, 0].max()], lambda *_: [], Tries())  # type: ignore[arg-type]
+    for diameter in range(2, 40):
+        assert work._built(BallNose(diameter=diameter, length=60).profile, 0.0, 1.0) == [diameter / 2]

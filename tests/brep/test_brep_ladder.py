@@ -117,6 +117,20 @@ def test_a_wrong_boolean_is_retried_or_refused(monkeypatch: pytest.MonkeyPatch) 
     assert "is outside [" in refused.reason and len(refused.tried) == len(unsteady)
 
 
+@pytest.mark.parametrize("rungs", [ladder.RUNGS, ladder.RUNGS[1:]])
+def test_a_wrong_boolean_inside_the_bracket_gives_way(
+    monkeypatch: pytest.MonkeyPatch, rungs: tuple[str, ...]
+) -> None:
+    """Plain booleans fail, or did so in a process that is gone; fuzzy ones lose what the bracket does not notice."""
+    work = Ladder(BOX, chain(FlatEnd(diameter=10, length=40), [Line((-10, 0, -1), (40, 0, -1))]))
+    short = Blank("box", (0, -5, -1), (29.9, 5, 0)).shape()
+    empty = Blank("box", (0, 0, 0), (1e-3, 1e-3, 1e-3)).shape()
+    monkeypatch.setattr(ladder, "common", lambda a, b, fuzzy: short if fuzzy else empty)
+    verdict = work.removed(0, Bracket(297.0, 299.0, 303.0), rungs=rungs)
+    assert verdict.rung == "facets" and verdict.removed_mm3 == pytest.approx(300.0, rel=1e-6)
+    assert 299.0 in [pytest.approx(value, rel=1e-9) for value in verdict.tried]
+
+
 def test_what_the_kernel_raises_costs_a_rung_only(monkeypatch: pytest.MonkeyPatch) -> None:
     work = Ladder(BOX, chain(FlatEnd(diameter=10, length=40), [Line((-10, 0, -1), (40, 0, -1))]))
     right = ladder.common

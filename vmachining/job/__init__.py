@@ -40,7 +40,7 @@ ones neither.
 A run that is refused (bad job, program, tools, stock) leaves the result directory as it was. One that starts
 removes the files of an earlier result first, so that no old file passes for a new one.
 
-Known limits: three axes, the tool along z. A STEP stock with curved faces is triangulated within the chord:
+Known limits: a STEP stock with curved faces is triangulated within the chord:
 `stock_slack_mm3` of the summary bounds what that can do to any volume; the totals include it, the brackets of
 single blocks do not, and a note says so. Lines of several feed motions keep their feed in a schedule; their
 `feed_mm_min` is the one that takes the same time. Feeds that could not be written are warnings of their block.

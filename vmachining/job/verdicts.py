@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Mapping
 from contextlib import suppress
+from io import StringIO
 from pathlib import Path
 from types import TracebackType
 
@@ -30,11 +31,10 @@ class VerdictFile:
 
     def __init__(self, path: Path, brackets: Mapping[int, Bracket]) -> None:
         self.known: dict[int, Verdict] = {}
-        if path.exists():
-            with path.open(encoding="utf-8", newline="") as file:
-                for row in csv.DictReader(file):
-                    with suppress(TypeError, ValueError, KeyError):
-                        self._take(row, brackets)
+        text = path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
+        for row in csv.DictReader(StringIO(text[: text.rfind("\n") + 1], newline="")):
+            with suppress(TypeError, ValueError, KeyError):
+                self._take(row, brackets)
         with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
             sheet = csv.writer(file, lineterminator="\n")
             sheet.writerow(NAMES)

@@ -166,7 +166,7 @@ class _Work(Generic[T]):
     ) -> None:
         self.path, self.build, self.special, self.tries = path, build, special, tries
         self.is_graded = is_graded
-        self.known: dict[tuple[int, float, float], list[T] | SweepError | EngineError] = {}
+        self.known: dict[tuple[int, float, float], tuple[Profile, list[T] | SweepError | EngineError]] = {}
 
     def solids(self, profile: Profile) -> list[T]:
         """Of the whole block; poses that several parts need are there once."""
@@ -211,11 +211,13 @@ class _Work(Generic[T]):
         key = (id(profile), a, b)
         if key not in self.known:
             part = self.path if (a, b) == (0.0, 1.0) else self.path.part(a, b)
+            made: list[T] | SweepError | EngineError
             try:
-                self.known[key] = self.build(profile, part, 0.0)
+                made = self.build(profile, part, 0.0)
             except (SweepError, EngineError) as error:
-                self.known[key] = error
-        return self.known[key]
+                made = error
+            self.known[key] = profile, made  # a profile that is let go would leave its number to another one
+        return self.known[key][1]
 
     def _slab(self, profile: Profile, part: Turn, a: float, b: float, depth: int) -> list[_Found[T]] | None:
         """Bodies below and above a slab, and poses."""

@@ -20,9 +20,9 @@ of the block, widened by a stated slack, and on disagreement the next rung is cl
 | `sections` | areas of level sections, integrated: the value and its error must lie in the bracket (`sections.py`) |
 
 A bracket is wide, and a boolean that lost a small part may still lie in it: two fuzzy ones were seen to agree on a value
-that was 0.5 % low where all others gave 0. So a value is doubtful that comes after one that was wrong, or that is
-farther from the estimate of the mesh engine than estimates mostly are (`DOUBT_REL`). It is held against `facets` or
-`sections`, and gives way to them if it is not within their error.
+that was 0.5 % low where all others gave 0. So a value is doubtful that is not the first one, or that is farther from
+the estimate of the mesh engine than estimates mostly are (`DOUBT_REL`). It is held against `facets` or `sections`,
+gives way to them if it is not within their error, and is refused if neither has one.
 
 A value that no rung brings into the bracket is refused; the bracket stands. The last two need no boolean of solids. They
 come first where sweeps are unions of many solids (facets) and where helices wind over each other (sections): booleans
@@ -233,10 +233,11 @@ class Ladder:
                 continue
             tried.append(value)
             if bracket.holds(value, slack):
-                if rung not in STEADY and (len(tried) > 1 or _is_far(value, slack, bracket)):
-                    other = self._steady(plans, bracket, told)
+                is_late = len(tried) > 1 or rung != RUNGS[0]  # the first ones may have cost another process
+                if rung not in STEADY and (is_late or _is_far(value, slack, bracket)):
+                    other, why = self._steady(plans, bracket, told)
                     if other is None:
-                        reason = f"{value:.6g} mm3 is confirmed neither by meshes nor by sections"
+                        reason = f"{value:.6g} mm3 is doubtful and not confirmed: {why}"
                         break
                     if abs(value - other[1]) > slack - other[3]:
                         rung, value, count, slack = other
@@ -356,17 +357,20 @@ class Ladder:
 
     def _steady(
         self, plans: Sequence[tuple[int, list[int]]], bracket: Bracket, told: Callable[[str], None]
-    ) -> tuple[str, float, int, float] | None:
-        """(rung, value, earlier sweeps used, minus its error) of the first steady rung in the bracket."""
+    ) -> tuple[tuple[str, float, int, float] | None, str]:
+        """(rung, value, earlier sweeps used, minus its error) of the first steady rung in the bracket; or why none is."""
+        why = []
         for rung, ask in ((FACETS, self._faceted), (SECTIONS, self._sectioned)):
             told(rung)
             try:
                 value, count, slack = ask(plans, bracket, SURE_REL)
-            except Exception:  # OCCT raises whatever it meets
+            except Exception as exc:  # OCCT raises whatever it meets
+                why.append(f"{rung}: {exc}")
                 continue
             if bracket.holds(value, slack):
-                return rung, value, count, slack
-        return None
+                return (rung, value, count, slack), ""
+            why.append(f"{rung}: {value:.6g} +- {-slack:.2g} mm3 leaves the bracket")
+        return None, "; ".join(why)
 
     def _mesh(self, k: int, sag: float) -> Manifold:
         """Of a sweep, in the box of the stock, remembered."""
