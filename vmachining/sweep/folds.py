@@ -40,7 +40,8 @@ AROUND = 48
 """Angles of a circle at which the slab is looked at; more come close to the plane of the turn."""
 
 SLIM = 0.002
-"""Of the largest radius: what is left below or above the slab is no body of its own if it is less high."""
+"""Of the largest radius: what is left below or above the slab is no body of its own if it is less high, and no face
+of it either."""
 
 MARGINS = (0.1, 0.03, 0.3, 0.01, 0.003)
 """Of the largest radius, by which a slab reaches beyond the folds, in the order in which they are tried: where
@@ -66,10 +67,12 @@ def slabs(profile: Profile, path: Turn, depth: float) -> list[Slab]:
     if not np.isfinite(found).any():
         return []
     lo, hi = np.nanmin(found[:, 0]), np.nanmax(found[:, 1])
-    out = []
+    out, joints = [], profile.points[:, 1]
     for margin in MARGINS:
-        below, above = float(lo - margin * profile.max_radius), float(hi + margin * profile.max_radius)
         least = SLIM * profile.max_radius
+        below, above = lo - margin * profile.max_radius, hi + margin * profile.max_radius
+        below = float(np.min(joints[(joints < below) & (joints > below - least)], initial=below))
+        above = float(np.max(joints[(joints > above) & (joints < above + least)], initial=above))
         bodies = []
         if below > profile.z_min + least:
             bodies.append(profile.clip(profile.z_min, below))

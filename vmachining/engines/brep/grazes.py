@@ -24,7 +24,7 @@ from scipy.optimize import brentq
 
 from vmachining.arrays import Bools, Floats
 from vmachining.engines.brep.caps import FLAT, Tool
-from vmachining.engines.brep.lens import Lens, lens_opens, lens_span, side_speed
+from vmachining.engines.brep.lens import Lens, lens_opens, lens_span, risen, side_speed
 from vmachining.engines.brep.rings import Element, rings_of
 from vmachining.engines.brep.stretches import (
     CORNERS,
@@ -117,7 +117,7 @@ class Grazes:
             raise SweepError(text)
         self.present: Bools = np.asarray(two.all(axis=0))
         self._heading = self._followed(np.arctan2(b, a))
-        self.valley: dict[End, tuple[Floats, Floats, float, float]] = {}
+        self.valley: dict[End, tuple[Floats, float]] = {}
         self.stretches = self._stretches()
         self._check_widths()
         self._valleys()
@@ -147,23 +147,23 @@ class Grazes:
         if not (ring.disc and once and self.rings[beside].joint == ring.joint):
             return False
         sign = 1 if two[-1] else -1
-        shut, open_ = (0, DENSE - 1) if sign > 0 else (DENSE - 1, 0)
+        shut = 0 if sign > 0 else DENSE - 1
         at = float(self._times[np.flatnonzero(two)[0 if sign > 0 else -1]])
         if c[shut] * sign > 0.0 or not lens_opens(self.moving, at, ring, self.rings[beside]):
             return False
         self.sign[k] = -sign
         foot, axis = self.dense.tip[shut] + ring.z * self.dense.axis[shut], self.dense.axis[shut]
-        st = State(*(v[open_ : open_ + 1] for v in self.dense))
-        span = lens_span(st, ring, foot, axis)
+        span = lens_span(self.moving, sign, ring, axis)
         if span is None:
             return True
-        lens = Lens(k, sign, *span, foot, axis)
+        lens = Lens(k, sign, *span, axis)
         u = np.linspace(*span, 17)
         w = lens.border(self.moving, ring, u)
         here = self.moving.state(w)
         points = here.tip + ring.z * here.axis + ring.r * here.radial(u[:, None])[:, 0]
         beyond = np.linalg.norm(points - foot, axis=1).max() >= ring.r
-        if beyond or (side_speed(st, self.rings[beside], u) * sign >= 0.0).any():
+        last = self.moving.state(np.array([float(sign > 0)]))
+        if beyond or (side_speed(last, self.rings[beside], u) * sign >= 0.0).any():
             raise Divide("a lens of a flat face runs out of it", 0.5, soft=False)
         self.lenses.append(lens)
         return True
@@ -216,11 +216,9 @@ class Grazes:
             u = phi + side * np.arccos(np.clip(-c / np.hypot(a, b), -1.0, 1.0))
         if (ring, side) not in self.valley:
             return np.asarray(u)
-        foot, axis, t0, up = self.valley[ring, side]
-        step = np.where(st.t == t0, 1.0, st.t - t0) * up
-        p, q = (g.r * (e @ axis) / step for e in (st.x, st.y))
-        o = (st.tip + g.z * st.axis - foot) @ axis / step
-        return np.asarray(np.where(st.t == t0, u, near(angle(p, q, o, side), u)))
+        axis, t0 = self.valley[ring, side]
+        valley = angle(*risen(self.moving, st, t0, axis, g), side)
+        return np.asarray(np.where(st.t == t0, u, near(valley, u)))
 
     def between(self, ends: tuple[End, End], st: State, s: Floats, raw: Floats) -> Floats:
         """Angles (n, m) on the branch that joins two ends, which they meet exactly."""
@@ -435,8 +433,7 @@ class Grazes:
                 rear = bool((gap > 0.0).all())
             end = 0 if rear else -1
             st = self.dense
-            foot = st.tip[end] + g.z * st.axis[end]
-            self.valley[ring, side] = foot, st.axis[end], float(st.t[end]), float(g.disc)
+            self.valley[ring, side] = st.axis[end], float(st.t[end])
             u = self.angle(ring, side, st)
             gap = (
                 np.ones(1) if other[0] == ring else side * (u - self.angle(*other, st)) * (1 if rear else -1)

@@ -87,7 +87,7 @@ DOUBT_REL, SURE_REL = 0.03, 0.02
 """Of the width of the bracket: a value farther from the estimate is doubtful; error asked of what it is held against."""
 
 SOLIDS = "solids"
-"""What is told before any rung: the solids of a block and of those that reach it are built."""
+"""What is told before any rung: solids of the block, or of one that reaches it, are built."""
 
 MANY = 4
 """Solids of sweeps that meet: with more, booleans take a minute."""
@@ -194,7 +194,9 @@ class Ladder:
         early: float = np.inf,
         told: Callable[[str], None] = lambda rung: None,
     ) -> Verdict:
-        """Removed volume of a block, gated by its bracket; `told` hears of `SOLIDS` and of every rung before it is tried.
+        """Removed volume of a block, gated by its bracket; `told` hears of every rung before it is tried.
+
+        Before them it hears of `SOLIDS`, once for every sweep whose solids are not known yet.
 
         It agreed if the first of `RUNGS` worked, and was retried if any other one did. After `early` s of a
         processor, solids not counted, the steady ones come next: they take their time, but hardly fail.
@@ -204,8 +206,11 @@ class Ladder:
         reason, count, slack = "", 0, 0.0
         members = range(int(self._first[block]), int(self._first[block + 1]))
         plans = [(k, self._index.needed(k, self._box)) for k in members if _meets(self._sweeps[k], self._box)]
-        told(SOLIDS)
         try:
+            for j in dict.fromkeys(j for k, earlier in plans for j in (k, *earlier)):
+                if j not in self._made:
+                    told(SOLIDS)
+                    self._solids(j)
             left = self._ordered(plans, rungs)
         except (SweepError, EngineError) as exc:  # no rung builds what cannot be built
             return Verdict(Status.REFUSED, None, "", str(exc), process_time() - begin, 0)

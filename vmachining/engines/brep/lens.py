@@ -27,20 +27,19 @@ from vmachining.engines.brep.rings import Ring
 from vmachining.engines.brep.stretches import Moving, State, angle, wave
 from vmachining.sweep.grazing import across, folding, instant
 
-__all__ = ["Lens", "lens_opens", "lens_span", "side_speed"]
+__all__ = ["Lens", "lens_opens", "lens_span", "risen", "side_speed"]
 
 
 class Lens(NamedTuple):
     """ring : of the disc. sign : pose at which the lens is open, 1 the last. lo, hi : rad, its ends there.
 
-    foot, axis : (3,) plane of the other pose.
+    axis : (3,) of the other pose, normal of its plane.
     """
 
     ring: int
     sign: int
     lo: float
     hi: float
-    foot: Floats
     axis: Floats
 
     def border(self, moving: Moving, ring: Ring, u: Floats) -> Floats:
@@ -48,16 +47,28 @@ class Lens(NamedTuple):
         closed, open_ = np.full(len(u), float(self.sign < 0)), np.full(len(u), float(self.sign > 0))
         for _ in range(50):
             w = 0.5 * (closed + open_)
-            inside = self.height(moving.state(w), ring, u) > 0.0
+            inside = self.rise(moving, w, ring, u) * self.sign > 0.0
             open_, closed = np.where(inside, w, open_), np.where(inside, closed, w)
         w = 0.5 * (closed + open_)
         ends = (u <= self.lo) | (u >= self.hi)
         return np.asarray(np.where(ends, float(self.sign > 0), w))
 
-    def height(self, st: State, ring: Ring, u: Floats) -> Floats:
-        """(n,) mm of points of the rim above the other pose of the disc, at n times and angles."""
-        m = st.radial(u[:, None])[:, 0]
-        return np.asarray((st.tip + ring.z * st.axis + ring.r * m - self.foot) @ self.axis * ring.disc)
+    def rise(self, moving: Moving, w: Floats, ring: Ring, u: Floats) -> Floats:
+        """(n,) mm per unit of time by which points of the rim have risen out of the other pose, n times and angles."""
+        st = moving.state(w)
+        p, q, o = risen(moving, st, float(self.sign < 0), self.axis, ring)
+        return np.asarray(p * np.cos(u) + q * np.sin(u) + o)
+
+
+def risen(moving: Moving, st: State, t0: float, axis: Floats, disc: Ring) -> tuple[Floats, Floats, Floats]:
+    """p, q, o, (n,) each: p cos u + q sin u + o is how fast the rim has left the pose at t0, whose axis is given.
+
+    Height above the plane of that pose over the time since then, mm per unit of t; at t0 itself the speed along the
+    normal of the disc. Its zeros are those of the height, but for the one at t0, and keep their digits next to it.
+    """
+    velocity, rate = moving.means(t0, st.t)
+    p, q = (-disc.disc * disc.r * (e * rate).sum(1) for e in (st.x, st.y))
+    return p, q, np.asarray(disc.disc * (velocity + disc.z * rate) @ axis)
 
 
 def lens_opens(moving: Moving, t: float, disc: Ring, side: Ring) -> bool:
@@ -78,11 +89,11 @@ def lens_opens(moving: Moving, t: float, disc: Ring, side: Ring) -> bool:
     return bool(fold[0] < 0.0 and (speed < 0.0) == rising)
 
 
-def lens_span(st: State, disc: Ring, foot: Floats, axis: Floats) -> tuple[float, float] | None:
-    """Angles between which the rim at one time is above the plane of another pose, None if it is nowhere."""
-    p, q = (np.array(disc.r * float(e[0] @ axis) * disc.disc) for e in (st.x, st.y))
-    o = np.array(float((st.tip[0] + disc.z * st.axis[0] - foot) @ axis) * disc.disc)
-    lo, hi = (float(angle(p, q, o, side)) for side in (-1, 1))
+def lens_span(moving: Moving, sign: int, disc: Ring, axis: Floats) -> tuple[float, float] | None:
+    """Angles between which the rim of the open pose is above the plane of the other one, None if it is nowhere."""
+    t0 = float(sign < 0)
+    p, q, o = (sign * v for v in risen(moving, moving.state(np.array([1.0 - t0])), t0, axis, disc))
+    lo, hi = (float(angle(p, q, o, side)[0]) for side in (-1, 1))
     return None if np.isnan(lo) else (lo, hi)
 
 

@@ -48,6 +48,9 @@ CORNERS = 97
 LOOKS, LONG = 4, 0.1
 """A polygon one side of which is longer than this share of it is put up this often."""
 
+GAUSS = np.polynomial.legendre.leggauss(16)
+"""Exact for polynomials of degree 31 in t."""
+
 DENSE = 65
 """Times at which a block is looked at as a whole."""
 
@@ -112,6 +115,17 @@ class Moving:
         x /= np.linalg.norm(x, axis=1, keepdims=True)
         p = self.path
         return State(t, p.position(t), A, p.velocity(t), p.axis_rate(t), x, np.cross(A, x))
+
+    def means(self, t0: float, t: Floats) -> tuple[Floats, Floats]:
+        """(n, 3): means of the velocity and of the rate of the axis between t0 and t (n,), mm and 1 per unit of t.
+
+        Differences of places over differences of time, but without the digits that those lose far from the origin.
+        """
+        x, weight = GAUSS
+        times = (t0 + 0.5 * (x + 1.0) * (np.asarray(t)[:, None] - t0)).ravel()
+        rates = (self.path.velocity(times), self.path.axis_rate(times))
+        velocity, rate = (0.5 * weight @ v.reshape(-1, len(x), 3) for v in rates)
+        return velocity, rate
 
     def pose(self, w: float) -> Pose:
         """The tool at one time, its heading x."""

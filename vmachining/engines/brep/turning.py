@@ -353,7 +353,7 @@ class _Turning:
             return []
         corners, ties = [], []
         for side in (1, -1):
-            rear = g.valley[ring, side][2] == 0.0
+            rear = g.valley[ring, side][1] == 0.0
             tie = self.ties[ring, side]
             corners.append(tie.last if rear else tie.first)
             if rear == (sign < 0):

@@ -117,7 +117,7 @@ class _Worker:
         early: float,
         build: float,
     ) -> Verdict:
-        """seconds : of the block. longest : of one rung. early : until steady rungs come next. build : of its solids.
+        """seconds : of the block. longest : of one rung. early : until steady rungs come next. build : of one sweep.
 
         If this ends badly, `rung` is the one that was under way, `tried` all until then, `late` whether it was slow,
         and `used` what the block had taken, s.
@@ -132,7 +132,7 @@ class _Worker:
                 if isinstance(answer, Verdict):
                     self.done += 1
                     return answer
-                if self.rung == SOLIDS and answer != SOLIDS:
+                if self.rung == SOLIDS:
                     watch = _Watch(self._process.pid)
                 self.rung = answer
                 self.tried.append(answer)
@@ -224,10 +224,10 @@ def check_blocks(
     blocks : what every block of the program sweeps, in program order.
     asked : block number -> bracket of its removed volume.
     workers : processes.
-    seconds : limit of one block, of processor time where the system tells it; of the solids it needs, another one. A
-        rung that crashes or takes longer than 0.25 of it (facets and sections: what is left of it) costs the process;
-        the block goes on with the next rung in a new one, after a hang with facets and sections, and is refused if no
-        rung and no time is left.
+    seconds : limit of one block, of processor time where the system tells it; of every sweep whose solids it is the
+        first to need, another one. A rung that crashes or takes longer than 0.25 of it (facets and sections: what is
+        left of it) costs the process; the block goes on with the next rung in a new one, after a hang with facets
+        and sections, and is refused if no rung and no time is left.
     recycle : blocks after which a process is replaced.
     stop : asked between blocks; what is under way is dropped.
 
