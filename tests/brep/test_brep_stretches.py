@@ -5,9 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vmachining import FlatEnd, Turn
 from vmachining.arrays import Floats
-from vmachining.engines.brep.stretches import State, evened, graze_beta
+from vmachining.engines.brep.caps import Tool
+from vmachining.engines.brep.grazes import Grazes
+from vmachining.engines.brep.stretches import Moving, State, evened, graze_beta
 from vmachining.errors import SweepError
+from vmachining.sweep import Pose
 
 
 def level_state(lift: float) -> State:
@@ -55,3 +59,26 @@ def test_a_curve_that_stands_still_is_refused_by_name() -> None:
 
     with pytest.raises(SweepError, match="stands still"):
         evened(at, 2, np.array([0.0, 0.5, 1.0]))
+
+
+def test_a_valley_keeps_its_digits_far_from_the_origin_and_next_to_its_pose() -> None:
+    """A disc that tilts about a line near its rim: the rim crosses a pose of it where the closed form says.
+
+    Points of the rim at time t are as high above the pose at t0 as (v . A0) (t - t0) - R cos u sin(w (t - t0)).
+    """
+    radius, w, far = 5.0, 1e-3, 4096.0
+    tip = np.array([-0.02, 0.01, 0.99 * radius * np.sin(w)])
+    first, last = (0.0, 0.0, 1.0), (np.sin(w), 0.0, np.cos(w))
+    path = Turn.great_circle(Pose((far, 0, 0), first), Pose(tuple(tip + [far, 0, 0]), last))
+    grazes = Grazes(Tool.of(FlatEnd(diameter=2 * radius, length=4).profile), Moving(path))
+    assert set(grazes.valley) == {(0, -1), (0, 1)}
+    axis, t0 = grazes.valley[0, 1]
+    t = t0 + (0.5 - t0) * np.array([1e-4, 1e-3, 1e-2, 0.1, 1.0])
+    cos = (t - t0) * (tip @ axis) / (radius * np.sin(w * (t - t0)))
+    x = np.column_stack([np.cos(w * t), 0 * t, -np.sin(w * t)])
+    sides = [grazes.tie((0, side), grazes.moving.state(t)) for side in (-1, 1)]
+    for place, way in zip(sorted(sides, key=lambda place: place[-1, 1]), (-1.0, 1.0), strict=True):
+        rim = radius * (cos[:, None] * x + way * np.sqrt(1.0 - cos**2)[:, None] * [0.0, 1.0, 0.0])
+        truth = np.array([far, 0.0, 0.0]) + t[:, None] * tip + rim
+        # rounding of 1e-16 in the rates, over the sine of the angle, times the radius; and digits of places
+        assert np.abs(place - truth).max() < 1e-11
