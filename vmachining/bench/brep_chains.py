@@ -27,7 +27,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.bench.chains import CURVED, DEEP, FAMILIES, PLOT, families, tools
+from vmachining.bench.chains import DEEP, FAMILIES, PLOT, families, tools
 from vmachining.bench.referee import referee
 from vmachining.engines.brep import Blank, check_blocks, isolated, solids, volume
 from vmachining.engines.mesh import MeshEngine, box_stock
@@ -39,6 +39,9 @@ __all__ = ["brep_chains", "main", "recorded", "table"]
 
 CHORD = 0.02
 """mm, of the brackets."""
+
+RAYS = 64
+"""Along a side of one of the referee's sets: 65,536 rays a block, a second or two."""
 
 ASKED_S, BASE_S = 120.0, 60.0
 """s of a processor per block of the ladder and per chain of the baseline."""
@@ -165,10 +168,9 @@ def _judged(
     """Whether a value lies outside of the bracket or of the error bar of the rays; more rays if it seems so."""
     if value is None:
         return {"wrong": False}
-    count = 24 if chain.family in CURVED else 48
-    rays = referee(chain.sweeps, k, bar, count)
+    rays = referee(chain.sweeps, k, bar, RAYS)
     if abs(value - rays[0]) > rays[1] + slack:
-        rays = referee(chain.sweeps, k, bar, 4 * count)
+        rays = referee(chain.sweeps, k, bar, 4 * RAYS)
     wrong = abs(value - rays[0]) > rays[1] + slack or not chain.brackets[k].holds(value, slack)
     return {"rays": rays[0], "bar": rays[1], "wrong": bool(wrong)}
 

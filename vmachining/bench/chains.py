@@ -10,16 +10,13 @@ from vmachining.geometry import Arc, Line
 from vmachining.sweep import Motion, Pose, Turn
 from vmachining.tool import BallNose, BullNose, Cutter, FlatEnd, ProfileTool, Taper
 
-__all__ = ["CURVED", "DEEP", "FAMILIES", "PLOT", "families", "tools"]
+__all__ = ["DEEP", "FAMILIES", "PLOT", "families", "tools"]
 
 PLOT, DEEP = 60.0, 20.0
 """mm, the plot of a chain and its stock below z = 0."""
 
 FAMILIES = ("zigzag", "contour", "ramp", "helix", "bore", "smooth", "kinked")
 """helix: its axis beside the cutter, bore: in it. smooth, kinked: five axes."""
-
-CURVED = ("helix", "bore", "smooth", "kinked")
-"""Families whose rays take 20 to 500 us instead of one: fewer of them."""
 
 
 def tools(rng: np.random.Generator) -> tuple[str, Cutter]:

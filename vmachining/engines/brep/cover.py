@@ -40,8 +40,8 @@ DEEP_MM = 1.5e-5
 POSES = 16
 """Most parts of a block between whose ends a slab, or the whole tool, has to be covered."""
 
-DEPTH, MOST = 8, 240
-"""Most cuts of a part, in tool or time, and most solids: cones and discs that rock about a point inside need a hundred."""
+DEPTH, MOST = 8, 400
+"""Most cuts of a part, in tool or time, and most solids: cones and discs that rock about a point inside need hundreds."""
 
 NARROW = 24
 """Most cuts in time altogether: those of which one half has a solid at once only close in on an instant."""
