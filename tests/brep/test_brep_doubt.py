@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vmachining import BallNose
-from vmachining.bench.brep_chains import _bar, _chain
+from vmachining.bench.brep_chains import bar_of, chain_of
 from vmachining.bench.gauntlet import gauntlet_block
 from vmachining.bench.referee import referee
 from vmachining.engines.brep import Blank, Ladder, solids
@@ -20,9 +20,9 @@ from vmachining.sweep.folds import poses, standing
 @pytest.mark.parametrize("block", [5, 9])
 def test_a_value_inside_the_bracket_is_held_against_meshes(block: int) -> None:
     """Grooves of a taper beside each other: plain booleans give 0, fuzzy ones of one block are 0.5 % low."""
-    bar = _bar([21])
+    bar = bar_of([21])
     engine = MeshEngine(box_stock(tuple(bar[0]), tuple(bar[1])), 0.02, certify=True)
-    chain = _chain(1, 21, engine)
+    chain = chain_of(1, 21, engine)
     stock = Blank("box", tuple(bar[0].tolist()), tuple(bar[1].tolist()))
     quiet()
     verdict = Ladder(stock, [[sweep] for sweep in chain.sweeps]).removed(block, chain.brackets[block])

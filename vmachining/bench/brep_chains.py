@@ -35,7 +35,7 @@ from vmachining.errors import EngineError, SweepError, VMachiningError
 from vmachining.geometry import Arc, Bracket, Line
 from vmachining.sweep import Motion, Pose, Sweep, Turn
 
-__all__ = ["brep_chains", "main", "recorded", "table"]
+__all__ = ["Chain", "bar_of", "brep_chains", "chain_of", "main", "recorded", "table"]
 
 CHORD = 0.02
 """mm, of the brackets."""
@@ -47,7 +47,7 @@ ASKED_S, BASE_S = 120.0, 60.0
 """s of a processor per block of the ladder and per chain of the baseline."""
 
 
-class _Chain(NamedTuple):
+class Chain(NamedTuple):
     """One chain on its plot: the sweeps and their brackets."""
 
     number: int
@@ -72,9 +72,9 @@ def brep_chains(
     done: list[dict[str, Any]] = []
     for first in range(0, len(todo), batch):
         numbers = todo[first : first + batch]
-        bar = _bar(numbers)
+        bar = bar_of(numbers)
         engine = MeshEngine(box_stock(tuple(bar[0]), tuple(bar[1])), CHORD, certify=True)
-        made = [_chain(seed, number, engine) for number in numbers]
+        made = [chain_of(seed, number, engine) for number in numbers]
         for record in _held(made, bar, workers, baseline):
             done.append({"case": "brep-chains", "seed": seed, **record})
             yield done[-1]
@@ -118,26 +118,25 @@ def recorded(file: Path) -> dict[int, dict[str, Any]]:
     return dict(sorted(found.items()))
 
 
-def _bar(numbers: Sequence[int]) -> tuple[Floats, Floats]:
+def bar_of(numbers: Sequence[int]) -> tuple[Floats, Floats]:
     """Corners of the stock of some chains: plots with as much left between them."""
     low = np.array([2.0 * PLOT * min(numbers), 0.0, -DEEP])
     return low, np.array([2.0 * PLOT * max(numbers) + PLOT, PLOT, 0.0])
 
 
-def _chain(seed: int, number: int, engine: MeshEngine) -> _Chain:
+def chain_of(seed: int, number: int, engine: MeshEngine) -> Chain:
+    """A chain and its brackets, by cutting the stock of `engine`."""
     family = FAMILIES[number % len(FAMILIES)]
     rng = np.random.default_rng([seed, number])
     kind, tool = tools(rng)
     at = np.array([2.0 * PLOT * number, 0.0, 0.0])
     paths = families(family, rng, tool.profile.radius_at(2.0).item())
     sweeps = [Sweep.along(tool, _shifted(path, at)) for path in paths]
-    return _Chain(
-        number, family, kind, sweeps, [engine.cut(sweep, block=k) for k, sweep in enumerate(sweeps)]
-    )
+    return Chain(number, family, kind, sweeps, [engine.cut(sweep, block=k) for k, sweep in enumerate(sweeps)])
 
 
 def _held(
-    made: Sequence[_Chain], bar: tuple[Floats, Floats], workers: int, baseline: bool
+    made: Sequence[Chain], bar: tuple[Floats, Floats], workers: int, baseline: bool
 ) -> Iterator[dict[str, Any]]:
     """Every block of some chains by the ladder and by plain booleans, held against bracket and rays."""
     stock = Blank("box", tuple(bar[0].tolist()), tuple(bar[1].tolist()))
@@ -163,7 +162,7 @@ def _held(
 
 
 def _judged(
-    chain: _Chain, k: int, bar: tuple[Floats, Floats], value: float | None, slack: float
+    chain: Chain, k: int, bar: tuple[Floats, Floats], value: float | None, slack: float
 ) -> dict[str, Any]:
     """Whether a value lies outside of the bracket or of the error bar of the rays; more rays if it seems so."""
     if value is None:
@@ -175,7 +174,7 @@ def _judged(
     return {"rays": rays[0], "bar": rays[1], "wrong": bool(wrong)}
 
 
-def _base(chain: _Chain, bar: tuple[Floats, Floats]) -> list[str]:
+def _base(chain: Chain, bar: tuple[Floats, Floats]) -> list[str]:
     """What plain successive booleans make of every block of a chain."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "values"
