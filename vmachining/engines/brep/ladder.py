@@ -365,7 +365,9 @@ class Ladder:
     ) -> tuple[tuple[str, float, int, float] | None, str]:
         """(rung, value, earlier sweeps used, minus its error) of the first steady rung in the bracket; or why none is."""
         why = []
-        for rung, ask in ((FACETS, self._faceted), (SECTIONS, self._sectioned)):
+        wound = any(_is_wound(self._sweeps[j]) for k, earlier in plans for j in (k, *earlier))
+        for rung in STEADY[::-1] if wound else STEADY:  # OCCT's meshes of their sheets may take minutes
+            ask = self._faceted if rung == FACETS else self._sectioned
             told(rung)
             try:
                 value, count, slack = ask(plans, bracket, SURE_REL)
