@@ -124,7 +124,7 @@ def test_the_partial_table_reads_back_bit_for_bit(tmp_path):
 
 
 def test_verdicts_are_not_asked_for_again(tmp_path):
-    job = Job.load(write_job(tmp_path))
+    job = Job.load(write_job(tmp_path, job=JOB + FEED))
     whole = run(job, out=tmp_path / "whole", brep="all").blocks
     with pytest.raises(Stopped, match="stopped after block 2 of 4"):
         run(job, out=tmp_path / "out", brep="all", workers=1, progress=stop_after("brep", 2))
@@ -136,7 +136,10 @@ def test_verdicts_are_not_asked_for_again(tmp_path):
     one, other = kept["removed_brep_mm3"][0] * (1.0 + 1e-7), kept["removed_brep_mm3"][1] * 2.0
     spoilt = kept.with_columns(pl.Series("removed_brep_mm3", [one, other])).write_csv()
     file.write_text(spoilt + "7,agr")
-    result = run(job, out=tmp_path / "out", brep="all", resume=True).blocks
+    heard = []
+    whom = {"brep": "all", "resume": True, "progress": lambda *words: heard.append(words)}
+    result = run(job, out=tmp_path / "out", **whom).blocks
+    assert all(done == total for stage, done, total in heard if stage != "brep")  # both passes were done
     first, second = kept["block"].to_list()
     assert result["removed_brep_mm3"][first] == one != whole["removed_brep_mm3"][first]
     assert result["removed_brep_mm3"][second] == whole["removed_brep_mm3"][second]

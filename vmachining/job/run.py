@@ -295,8 +295,8 @@ class _Run:
         try:
             with RowFile(rows_path, keep=first) as rows:
                 stage.run(rows, first=first, stop=self.stop, progress=self.progress, checkpoint=checkpoint)
-            later = self.job.keys.feed is not None or self.brep != "none"
-            if later and name == "program" and first < len(blocks):
+            later = self.brep != "none" or (self.job.keys.feed is not None and name == "program")
+            if later and first < len(blocks):
                 checkpoint(len(blocks))  # what comes may be interrupted, this pass is done
             self.workers_mb = max(self.workers_mb, hands.peak_mb())
             return hands.finish()
