@@ -36,6 +36,7 @@ Goal: a B-rep answer beside the mesh bracket. Every value is either inside the b
 | `edges.py`, `edgeworker.py` | `BrepWorkpiece`: which parts of a cutting edge lie in the workpiece |
 | `workers.py`, `worker.py` | `check_blocks`, `step_file` and the process they drive |
 | `polyhedron.py` | a stock of triangles as a solid of plane faces |
+| `store.py` | solids that took long, on disk for the processes of a run |
 | `step.py` | `read_step`: STEP -> closed solid -> triangles and exact volume |
 
 Measured (2 cores, shared machine): solids take 15 to 60 ms, helices 100 ms; all tools and 3-axis motions of

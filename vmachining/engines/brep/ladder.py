@@ -48,6 +48,7 @@ from vmachining.engines.brep.measure import volume
 from vmachining.engines.brep.near import SweepIndex
 from vmachining.engines.brep.polyhedron import polyhedron
 from vmachining.engines.brep.sections import integrated, level_area
+from vmachining.engines.brep.store import NOTHING_KEPT, Store
 from vmachining.engines.brep.swept import solids
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Arc, Bracket, Line
@@ -168,14 +169,17 @@ class Ladder:
     stock : Blank
     blocks : Sequence of sequences of Sweep
         What every block sweeps, in program order; an empty one removes nothing.
+    store : Store
+        Of solids, for this stock and these blocks.
     """
 
-    def __init__(self, stock: Blank, blocks: Sequence[Sequence[Sweep]]) -> None:
+    def __init__(self, stock: Blank, blocks: Sequence[Sequence[Sweep]], store: Store = NOTHING_KEPT) -> None:
         self._stock = stock.shape()
         self._box = box_of(self._stock)
         self._sweeps = [reaching(sweep, self._box) for block in blocks for sweep in block]
         self._first = np.cumsum([0, *(len(block) for block in blocks)])
         self._index = SweepIndex(self._sweeps)
+        self._store = store
         self._made: dict[int, list[Any] | SweepError | EngineError] = {}
         self._meshes: dict[tuple[int, float], Manifold] = {}
 
@@ -397,7 +401,7 @@ class Ladder:
             if len(self._made) > KEPT_SOLIDS:
                 self._made.pop(next(iter(self._made)))
             try:
-                self._made[k] = _solids(self._sweeps[k])
+                self._made[k] = self._store.solids(k, partial(_solids, self._sweeps[k]))
             except (SweepError, EngineError) as exc:
                 self._made[k] = exc
         found = self._made[k]

@@ -1,6 +1,7 @@
 """The process that runs OCCT: `python -m vmachining.engines.brep.worker`, driven by `workers.py`.
 
-Pickled messages over stdin and stdout. First (stock, blocks), answered by "ready" or why not, then questions:
+Pickled messages over stdin and stdout. First (stock, blocks, folder for solids or None), answered by "ready" or why
+not, then questions:
 
 | question | answers |
 |---|---|
@@ -42,9 +43,10 @@ def main() -> None:
     os.dup2(2, 1)
     questions = sys.stdin.buffer
     from vmachining.engines.brep.ladder import Ladder, quiet
+    from vmachining.engines.brep.store import Store
 
     quiet()
-    stock, blocks = pickle.load(questions)
+    stock, blocks, folder = pickle.load(questions)
 
     def say(answer: object) -> None:
         pickle.dump(answer, answers)
@@ -53,7 +55,7 @@ def main() -> None:
     ladder: Ladder | None = None
     try:
         if blocks:
-            ladder = Ladder(stock, blocks)
+            ladder = Ladder(stock, blocks, Store(folder))
             ladder.warm()
     except VMachiningError as exc:  # the stock is no solid
         say(exc.message)

@@ -13,6 +13,7 @@ import pickle
 import queue
 import subprocess
 import sys
+import tempfile
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -238,7 +239,8 @@ def check_blocks(
     """
     # a block needs what came before it, no worker needs what comes after the last one asked for
     last = max(asked, default=-1)
-    hello = pickle.dumps((stock, [list(block) for block in blocks[: last + 1]]))
+    folder = tempfile.TemporaryDirectory(prefix="vmachining-", ignore_cleanup_errors=True)
+    hello = pickle.dumps((stock, [list(block) for block in blocks[: last + 1]], Path(folder.name)))
     # neighbours need the same earlier solids, so a worker gets several in a row
     items = sorted(asked.items())
     run = max(1, min(RUN, len(items) // (8 * max(1, workers))))
@@ -336,6 +338,7 @@ def check_blocks(
             worker.kill()
         for thread in threads:
             thread.join(timeout=START_SECONDS)
+        folder.cleanup()
 
 
 def step_file(
@@ -356,7 +359,7 @@ def step_file(
     EngineError
         Refused: the text says which block and why; no file is left. Or the worker died or took too long.
     """
-    hello = pickle.dumps((stock, [list(block) for block in blocks]))
+    hello = pickle.dumps((stock, [list(block) for block in blocks], None))
     worker: _Worker | None = None
     try:
         worker = _Worker(hello)
@@ -384,7 +387,7 @@ def isolated(function: Callable[..., T], *arguments: Any, seconds: float) -> T:
     """
     worker: _Worker | None = None
     try:
-        worker = _Worker(pickle.dumps((None, [])))
+        worker = _Worker(pickle.dumps((None, [], None)))
         kind, answer = worker.call(("call", function, arguments), seconds)
     except (_Gone, OSError) as exc:
         raise EngineError(str(exc), engine="brep") from exc
