@@ -38,7 +38,7 @@ FINER = ((1.0, 1.0), (0.9, 1.0), (0.8, 0.5), (0.7, 0.5), (0.5, 0.5), (0.3, 0.3))
 """Parts of a sag and of its angles that are tried: beside edges of 1e-5 mm OCCT's mesh of a face loses a corner with
 every fifth of them."""
 
-MARGIN = 1.0
+MARGIN = 0.1
 """mm by which the box to which meshes are trimmed is larger than asked."""
 
 
@@ -93,7 +93,10 @@ def united(shapes: Sequence[Any], sag: float, box: Floats) -> Manifold:
     """The union of solids as a mesh, as far as it is in a box (2, 3), mm."""
     lo, hi = box[0] - MARGIN, box[1] + MARGIN
     room = Manifold.cube((hi - lo).tolist()).translate(lo.tolist())
-    return _checked(Manifold.batch_boolean([faceted(shape, sag) for shape in shapes], OpType.Add) ^ room)
+    trimmed = [
+        faceted(shape, sag) ^ room for shape in shapes
+    ]  # first: what is outside crosses itself all over, too
+    return _checked(Manifold.batch_boolean(trimmed, OpType.Add))
 
 
 def taken(stock: Manifold, sweep: Manifold, earlier: Iterable[Manifold]) -> float:
