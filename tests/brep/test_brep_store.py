@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from manifold3d import Error, Manifold
 
 from vmachining import BallNose, Bracket, FlatEnd, Sweep
 from vmachining.engines.brep import Blank, Status, check_blocks, inspect, solids, store
@@ -39,6 +40,22 @@ def test_solids_that_took_long_come_back_as_they_were(tmp_path: Path) -> None:
         assert found.volume == pytest.approx(known.volume, rel=1e-12)
     assert Store(tmp_path).solids(4, lambda: built) is built  # quick, so not kept
     assert [file.name for file in tmp_path.iterdir()] == ["3"]
+
+
+def test_meshes_that_took_long_come_back_as_they_were(tmp_path: Path) -> None:
+    """All of a ball but its quarter, cut twice: triangles in both orders of size."""
+    built = Manifold.sphere(5, 64) - Manifold.cube((9, 9, 9)) - Manifold.cube((1, 1, 20), True)
+
+    def slow() -> Manifold:
+        slowly([])
+        return built
+
+    assert Store(tmp_path).mesh(3, 2e-3, slow) is built
+    back = Store(tmp_path).mesh(3, 2e-3, lambda: never()[0])
+    assert back.status() == Error.NoError and back.num_tri() == built.num_tri()
+    assert back.volume() == pytest.approx(built.volume(), rel=1e-13)
+    with pytest.raises(AssertionError, match="twice"):
+        Store(tmp_path).mesh(3, 5e-4, lambda: never()[0])
 
 
 def test_a_refusal_is_kept_too_and_no_folder_keeps_nothing(tmp_path: Path) -> None:

@@ -386,7 +386,8 @@ class Ladder:
     def _mesh(self, k: int, sag: float) -> Manifold:
         """Of a sweep, in the box of the stock, remembered."""
         if (k, sag) not in self._meshes:
-            self._keep(k, sag, united(self._solids(k), sag, self._box))
+            mesh = self._store.mesh(k, sag, lambda: united(self._solids(k), sag, self._box))
+            self._keep(k, sag, mesh)
         return self._meshes[k, sag]
 
     def _keep(self, k: int, sag: float, mesh: Manifold) -> None:

@@ -1,4 +1,4 @@
-"""Solids of sweeps on disk, for the processes of one run.
+"""Solids and meshes of sweeps on disk, for the processes of one run.
 
 A sweep that folds is covered by up to hundreds of solids, which take a minute. A process that is lost, because one
 boolean hung in it, would build all it knew again, and two processes side by side would both build what they share.
@@ -13,18 +13,24 @@ from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
 from time import process_time
-from typing import Any
+from typing import Any, TypeVar
 
+import numpy as np
+from manifold3d import Manifold, Mesh64
+
+from vmachining.arrays import Floats, Ints
 from vmachining.errors import EngineError, SweepError
 
 __all__ = ["NOTHING_KEPT", "Store"]
+
+T = TypeVar("T")
 
 SLOW_S = 0.5
 """s of a processor: what is built faster is not kept. Reading takes a millisecond per solid, writing 100 kB."""
 
 
 class Store:
-    """What took long to build, by number.
+    """What took long to build, by name.
 
     Parameters
     ----------
@@ -36,62 +42,78 @@ class Store:
         self._folder = folder
 
     def solids(self, number: int, build: Callable[[], list[Any]]) -> list[Any]:
-        """TopoDS_Shapes that `build` gives, or gave to another process; the refusal that it raises, or raised there.
+        """TopoDS_Shapes of a sweep that `build` gives, or gave to another process.
 
         Raises
         ------
         SweepError, EngineError
-            Those of `build`.
+            Those of `build`, here or there.
         """
-        known = self._read(number)
-        if known is None:
-            begin = process_time()
-            try:
-                known = build()
-            except (SweepError, EngineError) as error:
-                known = error
-            if process_time() - begin > SLOW_S:
-                self._write(number, known)
-        if isinstance(known, (SweepError, EngineError)):
-            raise known
-        return known
+        return self._kept(f"{number}", build, _packed, _unpacked)
 
-    def _read(self, number: int) -> list[Any] | SweepError | EngineError | None:
-        from OCP.BinTools import BinTools
-        from OCP.TopoDS import TopoDS_Shape
+    def mesh(self, number: int, sag: float, build: Callable[[], Manifold]) -> Manifold:
+        """The same of the mesh of a sweep."""
+        return self._kept(f"{number} {sag:g}", build, _arrays, _manifold)
 
+    def _kept(
+        self, name: str, build: Callable[[], T], pack: Callable[[T], object], unpack: Callable[[Any], T]
+    ) -> T:
         if self._folder is None:
-            return None
+            return build()
+        with suppress(FileNotFoundError):
+            content = pickle.loads((self._folder / name).read_bytes())
+            if isinstance(content, (SweepError, EngineError)):
+                raise content
+            return unpack(content)
+        begin = process_time()
         try:
-            content = pickle.loads((self._folder / str(number)).read_bytes())
-        except FileNotFoundError:
-            return None
-        if isinstance(content, (SweepError, EngineError)):
-            return content
-        shapes = []
-        for data in content:
-            shape = TopoDS_Shape()
-            BinTools.Read_s(shape, BytesIO(data))
-            shapes.append(shape)
-        return shapes
+            made = build()
+        except (SweepError, EngineError) as error:
+            if process_time() - begin > SLOW_S:
+                self._write(name, error)
+            raise
+        if process_time() - begin > SLOW_S:
+            self._write(name, pack(made))
+        return made
 
-    def _write(self, number: int, known: list[Any] | SweepError | EngineError) -> None:
+    def _write(self, name: str, content: object) -> None:
         """All of the file or none; a disk that is full costs time only."""
-        from OCP.BinTools import BinTools
-
-        if self._folder is None:
-            return
-        content: Any = known
-        if isinstance(known, list):
-            content = []
-            for shape in known:
-                data = BytesIO()
-                BinTools.Write_s(shape, data)
-                content.append(data.getvalue())
-        temporary = self._folder / f"{number}.{os.getpid()}"
+        assert self._folder is not None
+        temporary = self._folder / f"{name} {os.getpid()} part"
         with suppress(OSError):
             temporary.write_bytes(pickle.dumps(content))
-            temporary.replace(self._folder / str(number))
+            temporary.replace(self._folder / name)
+
+
+def _packed(shapes: list[Any]) -> list[bytes]:
+    from OCP.BinTools import BinTools
+
+    out = []
+    for shape in shapes:
+        data = BytesIO()
+        BinTools.Write_s(shape, data)
+        out.append(data.getvalue())
+    return out
+
+
+def _unpacked(content: list[bytes]) -> list[Any]:
+    from OCP.BinTools import BinTools
+    from OCP.TopoDS import TopoDS_Shape
+
+    out = []
+    for data in content:
+        out.append(TopoDS_Shape())
+        BinTools.Read_s(out[-1], BytesIO(data))
+    return out
+
+
+def _arrays(solid: Manifold) -> tuple[Floats, Ints]:
+    mesh = solid.to_mesh64()
+    return np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts)
+
+
+def _manifold(content: tuple[Floats, Ints]) -> Manifold:
+    return Manifold(Mesh64(*content))
 
 
 NOTHING_KEPT = Store()
