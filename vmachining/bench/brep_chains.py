@@ -167,10 +167,11 @@ def _judged(
     """Whether a value lies outside of the bracket or of the error bar of the rays; more rays if it seems so."""
     if value is None:
         return {"wrong": False}
+    own = abs(slack)  # a negative one is the value's stated error
     rays = referee(chain.sweeps, k, bar, RAYS)
-    if abs(value - rays[0]) > rays[1] + slack:
+    if abs(value - rays[0]) > rays[1] + own:
         rays = referee(chain.sweeps, k, bar, 4 * RAYS)
-    wrong = abs(value - rays[0]) > rays[1] + slack or not chain.brackets[k].holds(value, slack)
+    wrong = abs(value - rays[0]) > rays[1] + own or not chain.brackets[k].holds(value, slack)
     return {"rays": rays[0], "bar": rays[1], "wrong": bool(wrong)}
 
 
