@@ -5,15 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vmachining import BallNose
+from vmachining import BallNose, Bracket, BullNose, Sweep
 from vmachining.bench.brep_chains import bar_of, chain_of
 from vmachining.bench.gauntlet import gauntlet_block
 from vmachining.bench.referee import referee
 from vmachining.engines.brep import Blank, Ladder, solids
 from vmachining.engines.brep import faceted as meshes
 from vmachining.engines.brep.cover import Tries, _Work
-from vmachining.engines.brep.ladder import quiet
+from vmachining.engines.brep.ladder import SOLIDS, quiet
 from vmachining.engines.mesh import MeshEngine, box_stock
+from vmachining.geometry import Arc
 from vmachining.sweep.folds import poses, standing
 
 
@@ -31,6 +32,18 @@ def test_a_value_inside_the_bracket_is_held_against_meshes(block: int) -> None:
     assert value is not None and chain.brackets[block].holds(value, verdict.slack_mm3)
     assert abs(value - rays) <= spread + abs(verdict.slack_mm3)
     assert spread < 0.1 * (chain.brackets[block].hi - chain.brackets[block].lo)
+
+
+def test_a_doubtful_helix_is_held_against_sections() -> None:
+    """Far from the estimate of its bracket; OCCT's meshes of its sheets, which go up to the axis, may take minutes."""
+    tool = BullNose(diameter=8, corner_radius=3, length=40)
+    entry = Sweep.along(tool, Arc((17, 0, -0.2), (15, 0, 0), angle=-np.pi, rise=-0.6))
+    heard = list[str]()
+    work = Ladder(Blank("box", (0, -20, -20), (30, 20, 0)), [[entry]])
+    verdict = work.removed(0, Bracket(20.0, 21.0, 30.0), told=heard.append)
+    assert heard == [SOLIDS, "plain", "sections"]
+    rays, spread = referee([entry], 0, np.array([[0.0, -20.0, -20.0], [30.0, 20.0, 0.0]]), 96)
+    assert verdict.removed_mm3 == pytest.approx(rays, abs=spread) and spread < 1e-3 * rays
 
 
 def test_an_instant_at_which_the_curve_jumps_is_closed_in_on() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import time
 from pathlib import Path
 from typing import Any
@@ -36,14 +37,14 @@ def test_solids_that_took_long_come_back_as_they_were(tmp_path: Path) -> None:
     back = Store(tmp_path).solids(3, never)
     for one, other in zip(back, built, strict=True):
         found, known = inspect(one), inspect(other)
-        assert found.valid and found.closed and found[2:6] == known[2:6]
+        assert found._replace(volume=0.0) == known._replace(volume=0.0) and found.valid and found.closed
         assert found.volume == pytest.approx(known.volume, rel=1e-12)
     assert Store(tmp_path).solids(4, lambda: built) is built  # quick, so not kept
     assert [file.name for file in tmp_path.iterdir()] == ["3"]
 
 
 def test_meshes_that_took_long_come_back_as_they_were(tmp_path: Path) -> None:
-    """All of a ball but its quarter, cut twice: triangles in both orders of size."""
+    """A ball without an octant and a square hole: triangles large and small."""
     built = Manifold.sphere(5, 64) - Manifold.cube((9, 9, 9)) - Manifold.cube((1, 1, 20), True)
 
     def slow() -> Manifold:
@@ -56,6 +57,12 @@ def test_meshes_that_took_long_come_back_as_they_were(tmp_path: Path) -> None:
     assert back.volume() == pytest.approx(built.volume(), rel=1e-13)
     with pytest.raises(AssertionError, match="twice"):
         Store(tmp_path).mesh(3, 5e-4, lambda: never()[0])
+    # triangles that do not close would pass for nothing in the next boolean: they are made again
+    (file,) = tmp_path.iterdir()
+    points, triangles, volume = pickle.loads(file.read_bytes())
+    for spoilt in ((points, triangles[1:], volume), (points, triangles, 1.001 * volume)):
+        file.write_bytes(pickle.dumps(spoilt))
+        assert Store(tmp_path).mesh(3, 2e-3, lambda: built) is built
 
 
 def test_a_refusal_is_kept_too_and_no_folder_keeps_nothing(tmp_path: Path) -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vmachining import FlatEnd, Turn
+from vmachining import FlatEnd, ProfileTool, Turn
 from vmachining.sweep import Pose
-from vmachining.sweep.folds import Slab, slabs, uncovered
+from vmachining.sweep.folds import SLIM, Slab, slabs, uncovered
 
 TOOL = FlatEnd(diameter=10, length=40).profile
 WHOLE = Slab(0.0, 40.0, ())
@@ -31,3 +31,18 @@ def test_slabs_hold_the_pivot_and_poses_cover_them() -> None:
         half = 0.5 * (slab.hi - slab.lo)
         # strips of the plane narrower than half the way of the slab's rim are not covered: w^2 / 2 r of the circle
         assert uncovered(TOOL, move, slab, 1) <= (half * 0.05) ** 2 / (2.0 * 5.0) * 1.01 + 1e-9
+
+
+def test_slabs_end_at_joints_rather_than_just_beside_them() -> None:
+    """A body never gets a sliver of a face: pivots that pass by, so that slabs end around the joint of a wall."""
+    tool = ProfileTool(points=[[0, 0], [5, 0], [5, 15], [5.1, 40]]).profile
+    start, end = (0.0, 0.0, 1.0), (np.sin(0.05), 0.0, np.cos(0.05))
+    snapped, least = 0, SLIM * tool.max_radius
+    for height in np.arange(15.4, 15.9, 0.3 * least):
+        move = Turn.through((0, 0, 0), (0, 0, 0), "axis", start, end, control_height=float(height))
+        for slab in slabs(tool, move, 1e-5):
+            snapped += slab.lo == 15.0
+            for body in slab.bodies:
+                joints = np.unique(body.points[:, 1])
+                assert np.diff(joints).min() >= least * (1.0 - 1e-9), (height, slab)
+    assert snapped > 1

@@ -67,9 +67,8 @@ def slabs(profile: Profile, path: Turn, depth: float) -> list[Slab]:
     if not np.isfinite(found).any():
         return []
     lo, hi = np.nanmin(found[:, 0]), np.nanmax(found[:, 1])
-    out, joints = [], profile.points[:, 1]
+    out, joints, least = [], profile.points[:, 1], SLIM * profile.max_radius
     for margin in MARGINS:
-        least = SLIM * profile.max_radius
         below, above = lo - margin * profile.max_radius, hi + margin * profile.max_radius
         below = float(np.min(joints[(joints < below) & (joints > below - least)], initial=below))
         above = float(np.max(joints[(joints > above) & (joints < above + least)], initial=above))

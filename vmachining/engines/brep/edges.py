@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from types import TracebackType
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.ladder import Blank
+from vmachining.engines.brep.blank import Blank
 from vmachining.engines.brep.workers import _Gone, _Worker
 from vmachining.errors import EngineError, SweepError
 from vmachining.sweep import Stance, Sweep

@@ -21,8 +21,9 @@ from typing import Any
 import numpy as np
 
 from vmachining.arrays import Bools, Floats
+from vmachining.engines.brep.blank import Blank
 from vmachining.engines.brep.booleans import box_of
-from vmachining.engines.brep.ladder import Blank, _meets, quiet, reaching
+from vmachining.engines.brep.ladder import _meets, quiet, reaching
 from vmachining.engines.brep.shapes import Circle, Curve, Frame, Straight, interpolated, pnt
 from vmachining.engines.brep.swept import solids
 from vmachining.errors import SweepError, VMachiningError

@@ -32,7 +32,6 @@ of those were seen to take more than 48 s, and to lose parts.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
 from time import process_time
@@ -42,11 +41,11 @@ import numpy as np
 from manifold3d import Manifold
 
 from vmachining.arrays import Floats
+from vmachining.engines.brep.blank import Blank
 from vmachining.engines.brep.booleans import apart, box_of, common, is_empty, minus, turned
 from vmachining.engines.brep.faceted import limit, taken, united
 from vmachining.engines.brep.measure import volume
 from vmachining.engines.brep.near import SweepIndex
-from vmachining.engines.brep.polyhedron import polyhedron
 from vmachining.engines.brep.sections import integrated, level_area
 from vmachining.engines.brep.store import NOTHING_KEPT, Store
 from vmachining.engines.brep.swept import solids
@@ -58,7 +57,6 @@ __all__ = [
     "RUNGS",
     "SOLIDS",
     "STEADY",
-    "Blank",
     "Ladder",
     "Status",
     "Verdict",
@@ -126,39 +124,6 @@ class Verdict(NamedTuple):
     sweeps: int
     tried: tuple[float | None, ...] = ()
     slack_mm3: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class Blank:
-    """Raw stock: box (lo, hi), cylinder (center, radius, z), a STEP file, or triangles. Lengths in mm.
-
-    kind : "box", "cylinder", "step" or "triangles". triangles : rows of three corners, see `polyhedron`.
-    """
-
-    kind: str
-    lo: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    hi: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    center: tuple[float, float] = (0.0, 0.0)
-    radius: float = 0.0
-    file: str = ""
-    triangles: tuple[tuple[float, ...], ...] = ()
-
-    def shape(self) -> Any:
-        """TopoDS_Shape."""
-        from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
-        from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
-
-        if self.kind == "box":
-            return BRepPrimAPI_MakeBox(gp_Pnt(*self.lo), gp_Pnt(*self.hi)).Shape()
-        if self.kind == "cylinder":
-            foot = gp_Ax2(gp_Pnt(*self.center, self.lo[2]), gp_Dir(0.0, 0.0, 1.0))
-            return BRepPrimAPI_MakeCylinder(foot, self.radius, self.hi[2] - self.lo[2]).Shape()
-        if self.kind == "triangles":
-            return polyhedron(self.triangles)
-        import cadquery as cq
-
-        found = [s for v in cq.importers.importStep(self.file).vals() for s in v.Solids()]  # type: ignore[union-attr]
-        return found[0].wrapped if len(found) == 1 else cq.Compound.makeCompound(found).wrapped
 
 
 class Ladder:

@@ -16,7 +16,7 @@ from time import process_time
 from typing import Any, TypeVar
 
 import numpy as np
-from manifold3d import Manifold, Mesh64
+from manifold3d import Error, Manifold, Mesh64
 
 from vmachining.arrays import Floats, Ints
 from vmachining.errors import EngineError, SweepError
@@ -27,6 +27,9 @@ T = TypeVar("T")
 
 SLOW_S = 0.5
 """s of a processor: what is built faster is not kept. Reading takes a millisecond per solid, writing 100 kB."""
+
+SAME_REL = 1e-9
+"""Volume of a mesh that was read back: sums over a million triangles in another order."""
 
 
 class Store:
@@ -64,7 +67,8 @@ class Store:
             content = pickle.loads((self._folder / name).read_bytes())
             if isinstance(content, (SweepError, EngineError)):
                 raise content
-            return unpack(content)
+            with suppress(EngineError):  # what does not come back as it was is built again
+                return unpack(content)
         begin = process_time()
         try:
             made = build()
@@ -104,16 +108,23 @@ def _unpacked(content: list[bytes]) -> list[Any]:
     for data in content:
         out.append(TopoDS_Shape())
         BinTools.Read_s(out[-1], BytesIO(data))
+        if out[-1].IsNull():
+            raise EngineError("OCCT reads nothing back", engine="brep")
     return out
 
 
-def _arrays(solid: Manifold) -> tuple[Floats, Ints]:
+def _arrays(solid: Manifold) -> tuple[Floats, Ints, float]:
     mesh = solid.to_mesh64()
-    return np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts)
+    return np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts), float(solid.volume())
 
 
-def _manifold(content: tuple[Floats, Ints]) -> Manifold:
-    return Manifold(Mesh64(*content))
+def _manifold(content: tuple[Floats, Ints, float]) -> Manifold:
+    """The mesh again; one that is not closed any more would pass for nothing in the next boolean."""
+    points, triangles, volume = content
+    solid = Manifold(Mesh64(points, triangles))
+    if solid.status() != Error.NoError or abs(float(solid.volume()) - volume) > SAME_REL * volume:
+        raise EngineError(f"a mesh reads back otherwise ({solid.status()})", engine="brep")
+    return solid
 
 
 NOTHING_KEPT = Store()

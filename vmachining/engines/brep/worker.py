@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any
 from vmachining.errors import VMachiningError
 
 if TYPE_CHECKING:
-    from vmachining.engines.brep.ladder import Blank
+    from vmachining.engines.brep.blank import Blank
 
 __all__ = ["main"]
 

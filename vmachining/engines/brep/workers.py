@@ -20,7 +20,8 @@ from pathlib import Path
 from time import monotonic
 from typing import Any, TypeVar, cast
 
-from vmachining.engines.brep.ladder import RUNGS, SOLIDS, STEADY, Blank, Status, Verdict, steady_first
+from vmachining.engines.brep.blank import Blank
+from vmachining.engines.brep.ladder import RUNGS, SOLIDS, STEADY, Status, Verdict, steady_first
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Bracket
 from vmachining.sweep import Sweep

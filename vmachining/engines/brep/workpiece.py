@@ -19,8 +19,9 @@ from typing import Any
 import numpy as np
 
 from vmachining.arrays import Floats
+from vmachining.engines.brep.blank import Blank
 from vmachining.engines.brep.booleans import box_of, minus
-from vmachining.engines.brep.ladder import SLACK_MM3, Blank, _meets, reaching
+from vmachining.engines.brep.ladder import SLACK_MM3, _meets, reaching
 from vmachining.engines.brep.measure import volume
 from vmachining.engines.brep.near import SweepIndex
 from vmachining.engines.brep.swept import inspect, solids

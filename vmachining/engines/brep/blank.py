@@ -1,0 +1,43 @@
+"""Raw stock as a solid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from vmachining.engines.brep.polyhedron import polyhedron
+
+__all__ = ["Blank"]
+
+
+@dataclass(frozen=True, slots=True)
+class Blank:
+    """Raw stock: box (lo, hi), cylinder (center, radius, z), a STEP file, or triangles. Lengths in mm.
+
+    kind : "box", "cylinder", "step" or "triangles". triangles : rows of three corners, see `polyhedron`.
+    """
+
+    kind: str
+    lo: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    hi: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    center: tuple[float, float] = (0.0, 0.0)
+    radius: float = 0.0
+    file: str = ""
+    triangles: tuple[tuple[float, ...], ...] = ()
+
+    def shape(self) -> Any:
+        """TopoDS_Shape."""
+        from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
+        from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+
+        if self.kind == "box":
+            return BRepPrimAPI_MakeBox(gp_Pnt(*self.lo), gp_Pnt(*self.hi)).Shape()
+        if self.kind == "cylinder":
+            foot = gp_Ax2(gp_Pnt(*self.center, self.lo[2]), gp_Dir(0.0, 0.0, 1.0))
+            return BRepPrimAPI_MakeCylinder(foot, self.radius, self.hi[2] - self.lo[2]).Shape()
+        if self.kind == "triangles":
+            return polyhedron(self.triangles)
+        import cadquery as cq
+
+        found = [s for v in cq.importers.importStep(self.file).vals() for s in v.Solids()]  # type: ignore[union-attr]
+        return found[0].wrapped if len(found) == 1 else cq.Compound.makeCompound(found).wrapped
