@@ -66,10 +66,10 @@ def test_a_valley_keeps_its_digits_far_from_the_origin_and_next_to_its_pose() ->
 
     Points of the rim at time t are as high above the pose at t0 as (v . A0) (t - t0) - R cos u sin(w (t - t0)).
     """
-    radius, w, far = 5.0, 1e-3, 4096.0
-    tip = np.array([-0.02, 0.01, 0.99 * radius * np.sin(w)])
+    radius, w, far = 5.0, 1e-3, np.array([4096.0, 1234.5, 2345.6])
+    tip = (far + [-0.02, 0.01, 0.99 * radius * np.sin(w)]) - far  # what is left of it in numbers that large
     first, last = (0.0, 0.0, 1.0), (np.sin(w), 0.0, np.cos(w))
-    path = Turn.great_circle(Pose((far, 0, 0), first), Pose(tuple(tip + [far, 0, 0]), last))
+    path = Turn.great_circle(Pose(tuple(far), first), Pose(tuple(tip + far), last))
     grazes = Grazes(Tool.of(FlatEnd(diameter=2 * radius, length=4).profile), Moving(path))
     assert set(grazes.valley) == {(0, -1), (0, 1)}
     axis, t0 = grazes.valley[0, 1]
@@ -79,6 +79,6 @@ def test_a_valley_keeps_its_digits_far_from_the_origin_and_next_to_its_pose() ->
     sides = [grazes.tie((0, side), grazes.moving.state(t)) for side in (-1, 1)]
     for place, way in zip(sorted(sides, key=lambda place: place[-1, 1]), (-1.0, 1.0), strict=True):
         rim = radius * (cos[:, None] * x + way * np.sqrt(1.0 - cos**2)[:, None] * [0.0, 1.0, 0.0])
-        truth = np.array([far, 0.0, 0.0]) + t[:, None] * tip + rim
+        truth = far + t[:, None] * tip + rim
         # rounding of 1e-16 in the rates, over the sine of the angle, times the radius; and digits of places
         assert np.abs(place - truth).max() < 1e-11
