@@ -144,3 +144,12 @@ def test_verdicts_are_not_asked_for_again(tmp_path):
     assert result["removed_brep_mm3"][first] == one != whole["removed_brep_mm3"][first]
     assert result["removed_brep_mm3"][second] == whole["removed_brep_mm3"][second]
     polars.testing.assert_frame_equal(result, whole, rel_tol=1e-6, abs_tol=1e-9)
+
+
+def test_verdicts_have_the_time_that_is_asked_for(tmp_path):
+    result = run(Job.load(write_job(tmp_path)), brep="2", brep_seconds=1e-3)
+    row = result.blocks.row(2, named=True)
+    assert row["brep_status"] == "refused" and "solids: no answer within 0.00" in row["warning"]
+    assert result.summary["brep"]["refused"] == 1
+    with pytest.raises(InputError, match="brep_seconds 0 is no limit"):
+        run(Job.load(write_job(tmp_path)), brep="2", brep_seconds=0.0)

@@ -63,10 +63,12 @@ def brep_chains(
     workers: int = 1,
     batch: int = 7,
     baseline: bool = True,
+    seconds: float = ASKED_S,
 ) -> Iterator[dict[str, Any]]:
     """One record per chain as it is done, and the table after every batch.
 
     chains : how many, or which ones; the family of a chain is its number modulo their count.
+    seconds : limit of a block, see `check_blocks`.
     """
     todo = list(range(chains)) if isinstance(chains, int) else list(chains)
     done: list[dict[str, Any]] = []
@@ -75,7 +77,7 @@ def brep_chains(
         bar = bar_of(numbers)
         engine = MeshEngine(box_stock(tuple(bar[0]), tuple(bar[1])), CHORD, certify=True)
         made = [chain_of(seed, number, engine) for number in numbers]
-        for record in _held(made, bar, workers, baseline):
+        for record in _held(made, bar, workers, baseline, seconds):
             done.append({"case": "brep-chains", "seed": seed, **record})
             yield done[-1]
         yield from table(done)
@@ -136,7 +138,7 @@ def chain_of(seed: int, number: int, engine: MeshEngine) -> Chain:
 
 
 def _held(
-    made: Sequence[Chain], bar: tuple[Floats, Floats], workers: int, baseline: bool
+    made: Sequence[Chain], bar: tuple[Floats, Floats], workers: int, baseline: bool, seconds: float
 ) -> Iterator[dict[str, Any]]:
     """Every block of some chains by the ladder and by plain booleans, held against bracket and rays."""
     stock = Blank("box", tuple(bar[0].tolist()), tuple(bar[1].tolist()))
@@ -144,7 +146,7 @@ def _held(
     blocks = [[chain.sweeps[k]] for chain, k in where]
     asked = {number: chain.brackets[k] for number, (chain, k) in enumerate(where)}
     open_blocks = {chain.number: dict.fromkeys(range(len(chain.sweeps))) for chain in made}
-    for number, verdict in check_blocks(stock, blocks, asked, workers=workers, seconds=ASKED_S):
+    for number, verdict in check_blocks(stock, blocks, asked, workers=workers, seconds=seconds):
         chain, k = where[number]
         value = verdict.removed_mm3
         known = open_blocks[chain.number]
@@ -239,6 +241,7 @@ def main() -> None:
     parser.add_argument("--again", default="", help="chains to run once more, comma-separated")
     parser.add_argument("--plain", action="store_true", help="without the baseline")
     parser.add_argument("--batch", type=int, default=7)
+    parser.add_argument("--seconds", type=float, default=ASKED_S, help="of a processor, limit of a block")
     given = parser.parse_args()
     again = [int(word) for word in given.again.split(",") if word]
     known = recorded(given.record)
@@ -247,7 +250,9 @@ def main() -> None:
     if todo:
         with given.record.open("a", encoding="utf-8") as out:
             out.write("\n" if given.record.stat().st_size else "")
-            for record in brep_chains(todo, batch=given.batch, baseline=not given.plain):
+            for record in brep_chains(
+                todo, batch=given.batch, baseline=not given.plain, seconds=given.seconds
+            ):
                 if "chain" not in record:
                     continue
                 out.write(json.dumps(record) + "\n")

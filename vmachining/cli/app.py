@@ -95,6 +95,10 @@ def run_(
     brep: Annotated[
         str, typer.Option("--brep", metavar="WHICH", help="B-rep checks: none, sample, all or blocks 3,7-12.")
     ] = "none",
+    brep_seconds: Annotated[
+        float | None,
+        typer.Option("--brep-seconds", metavar="S", min=1.0, help="Limit of one B-rep check (default: 120)."),
+    ] = None,
     workers: Annotated[
         int | None,
         typer.Option("--workers", min=1, help="Processes that cut (default: the cores, for long programs)."),
@@ -108,8 +112,8 @@ def run_(
     from vmachining.cli import jobs
 
     return jobs.run_job(
-        job, out=out, engine=engine, certify=certify, brep=brep, workers=workers, stock=stock, resume=resume,
-        quiet=quiet, as_json=as_json,
+        job, out=out, engine=engine, certify=certify, brep=brep, brep_seconds=brep_seconds, workers=workers,
+        stock=stock, resume=resume, quiet=quiet, as_json=as_json,
     )  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from vmachining.cli.screen import emit, note, progress_bar
 from vmachining.errors import InputError
 from vmachining.job import Job, RunResult, Stopped, check_formats, run
 from vmachining.job.batch import BATCH_COLUMNS, already_complete, run_many, safe_name
-from vmachining.job.brep import parse_brep
+from vmachining.job.brep import BREP_SECONDS, parse_brep
 
 __all__ = ["run_batch", "run_demo", "run_job"]
 
@@ -30,6 +30,7 @@ def run_job(
     resume: bool,
     quiet: bool,
     as_json: bool,
+    brep_seconds: float | None = None,
 ) -> int:
     """`vmachining run`."""
     parse_brep(brep)
@@ -46,11 +47,12 @@ def run_job(
         try:
             result = run(
                 job, engine=engine, certify=certify, out=folder, resume=resume, workers=workers, brep=brep,
-                progress=progress,
+                brep_seconds=brep_seconds or BREP_SECONDS, progress=progress,
             )  # fmt: skip
         except Stopped as exc:
             again = ["vmachining", "run", str(file), "--out", str(folder), "--resume", "--brep", brep]
             again += ["--stock", stock, *(["--certify"] if certify else [])]
+            again += ["--brep-seconds", f"{brep_seconds:g}"] if brep_seconds is not None else []
             again += ["--workers", str(workers)] if workers is not None else []
             note(f"vmachining: {exc}; the rows so far are in {folder}, nothing is lost: {shlex.join(again)}")
             return Code.INTERRUPTED

@@ -30,13 +30,16 @@ if TYPE_CHECKING:
     from vmachining.engines.brep import Blank, Verdict
     from vmachining.job.result import RunResult
 
-__all__ = ["BREP_HELP", "Asked", "blank", "brep_columns", "parse_brep", "write_step"]
+__all__ = ["BREP_HELP", "BREP_SECONDS", "Asked", "blank", "brep_columns", "parse_brep", "write_step"]
 
 TRIANGLES = 5000
 """Most triangles of an STL that become faces: booleans of more take too long."""
 
 SAMPLE = 20
 """Blocks of `--brep sample`, spread evenly over those that remove something."""
+
+BREP_SECONDS = 120.0
+"""Of a processor: limit of a block, and of every sweep that is built for it. All blocks of three axes need a second or so."""
 
 BREP_HELP = "none | sample | all | blocks such as 3,7-12"
 
@@ -136,6 +139,7 @@ def brep_columns(
     slack: float,
     file: Path,
     workers: int | None,
+    seconds: float,
     stop: Callable[[], bool],
     progress: Progress,
 ) -> tuple[pl.DataFrame, dict[str, Any]]:
@@ -143,6 +147,7 @@ def brep_columns(
 
     rows : block, motion, removed_mm3, removed_lo_mm3, removed_hi_mm3 of the run.
     slack : mm^3 by which the triangulation of a curved STEP stock can change any of them.
+    seconds : limit of a block, see `check_blocks`.
     file : verdicts as they come; those that are there, and still hold, are not asked for again.
 
     Raises
@@ -164,7 +169,9 @@ def brep_columns(
         verdicts = kept.known
         left = {k: bracket for k, bracket in want.items() if k not in verdicts}
         progress("brep", len(verdicts), len(want))
-        for number, verdict in check_blocks(blank(job), sweeps, left, workers=count, stop=stop):
+        for number, verdict in check_blocks(
+            blank(job), sweeps, left, workers=count, seconds=seconds, stop=stop
+        ):
             kept.add(number, verdict)
             progress("brep", len(verdicts), len(want))
     if len(verdicts) < len(want):

@@ -19,7 +19,7 @@ from typing import Any
 from vmachining.engines.mesh import Crew, MeshEngine, crew
 from vmachining.errors import InputError, JobError, NCError, StockError
 from vmachining.job.blocks import Block, group_blocks, program_lines
-from vmachining.job.brep import Asked, blank, brep_columns, parse_brep
+from vmachining.job.brep import BREP_SECONDS, Asked, blank, brep_columns, parse_brep
 from vmachining.job.contact import Contacts, ToolParts
 from vmachining.job.files import (
     MANIFEST,
@@ -74,6 +74,7 @@ def run(
     resume: bool = False,
     workers: int | None = None,
     brep: str = "none",
+    brep_seconds: float = BREP_SECONDS,
     progress: Progress | None = None,
 ) -> RunResult:
     """Simulate a job: removed volume with its bracket per block, contacts, times, and the schedule if asked.
@@ -88,6 +89,7 @@ def run(
     workers : processes that cut; None: one per core where the program is long enough. Changes no number
         beyond rounding.
     brep : blocks whose volume the B-rep engine checks: "none", "sample", "all" or numbers such as "3,7-12".
+    brep_seconds : of a processor, limit of one such block and of every sweep that has to be built for it.
     progress : called with stage name, blocks done, blocks in all.
 
     Raises
@@ -101,6 +103,8 @@ def run(
     """
     refuse_later(engine)
     asked = parse_brep(brep)
+    if not brep_seconds > 0.0:
+        raise InputError(f"brep_seconds {brep_seconds:g} is no limit", remedy="give seconds above 0")
     if asked != "none":
         blank(job)
     begin = time.perf_counter()
@@ -110,7 +114,9 @@ def run(
     folder = Path(keep.name if keep else str(out))
     options = {"engine": engine, "certify": certify, "chord_mm": job.keys.accuracy.chord_mm}
     with _stop_flag() as stop:
-        work = _Run(job, folder, options, resume, workers, asked, progress or (lambda *_: None), stop)
+        work = _Run(
+            job, folder, options, resume, workers, asked, brep_seconds, progress or (lambda *_: None), stop
+        )
         try:
             result = work.go()
         finally:
@@ -159,6 +165,7 @@ class _Run:
     resume: bool
     workers: int | None
     brep: Asked
+    brep_seconds: float
     progress: Progress
     stop: Callable[[], bool]
     manifest: dict[str, Any] = field(default_factory=dict)
@@ -217,8 +224,8 @@ class _Run:
             names = ["block", "motion", "removed_mm3", "removed_lo_mm3", "removed_hi_mm3"]
             opinion, counts_brep = brep_columns(
                 job, program, blocks, tools, read_partial(partial, names), self.brep,
-                slack=stock.slack_mm3, file=self.folder / "brep.partial.csv", workers=self.workers, stop=self.stop,
-                progress=self.progress,
+                slack=stock.slack_mm3, file=self.folder / "brep.partial.csv", workers=self.workers,
+                seconds=self.brep_seconds, stop=self.stop, progress=self.progress,
             )  # fmt: skip
         finish(partial, self.folder, "blocks", scheduled, opinion)
         result = RunResult(
