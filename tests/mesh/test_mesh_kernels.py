@@ -1,9 +1,12 @@
 """A closed mesh has two triangles at every edge, one each way; what is not must be noticed."""
 
+from collections import Counter
+
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 
-from vmachining.engines.mesh._kernels import _twofold
+from vmachining.engines.mesh._kernels import _closed
 from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.solids import facets, pieces
 from vmachining.engines.mesh.window._kernels import roof
@@ -12,23 +15,50 @@ from vmachining.sweep import Sweep
 from vmachining.tool import BallNose, BullNose, Taper
 
 TETRAHEDRON = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, -1], [0.3, 0.3, 0.3]], dtype=float)
+
+
+def ways(triangles):
+    """How often every edge is run along, by direction."""
+    return Counter((int(t[k]), int(t[k - 2])) for t in triangles for k in range(3))
 
 
 def test_a_tetrahedron_is_closed():
-    assert _twofold(TETRAHEDRON, 4)
+    points, triangles, sound = _closed(TETRAHEDRON, CORNERS)
+    assert sound and (triangles == TETRAHEDRON).all() and (points == CORNERS).all()
 
 
 @pytest.mark.parametrize(
     ("name", "triangles"),
     [
-        ("open", TETRAHEDRON[:3]),
         ("one triangle turned", np.concatenate([TETRAHEDRON[:3], TETRAHEDRON[3:, ::-1]])),
         # a second tetrahedron 0, 1, 4, 5 on the edge 0-1: four triangles there
         ("four at an edge", np.concatenate([TETRAHEDRON, [[0, 4, 1], [0, 1, 5], [1, 4, 5], [4, 0, 5]]])),
     ],
 )
 def test_broken_meshes_are_noticed(name, triangles):
-    assert not _twofold(triangles, 6), name
+    assert not _closed(triangles, CORNERS)[2], name
+
+
+def test_whatever_is_left_of_a_hull_is_closed_by_a_cone():
+    """Random parts of a convex mesh, some of which hang together by a point only."""
+    rng = np.random.default_rng(3)
+    cloud = rng.normal(size=(60, 3))
+    body = ConvexHull(cloud / np.linalg.norm(cloud, axis=1)[:, None])
+    outward = np.cross(*np.diff(body.points[body.simplices], axis=1).transpose(1, 0, 2))
+    inward = np.einsum("ij,ij->i", outward, body.points[body.simplices[:, 0]]) < 0.0
+    whole = np.where(inward[:, None], body.simplices[:, ::-1], body.simplices).astype(np.int64)
+    points, pinched = np.concatenate([body.points, [[0.0, 0.0, 0.0]]]), 0
+    for share in np.linspace(0.05, 1.0, 60):
+        kept = whole[rng.random(len(whole)) < share]
+        places, triangles, sound = _closed(kept.copy(), points)
+        edges = ways(triangles)
+        assert sound and all(edges[v, u] == n == 1 for (u, v), n in edges.items())
+        pinched += len(places) > len(points)
+        corners = places[triangles]
+        volume = np.linalg.det(corners).sum() / 6.0
+        assert volume == pytest.approx(np.linalg.det(points[kept]).sum() / 6.0, abs=1e-12)
+    assert pinched > 10
 
 
 def test_the_roof_lies_over_the_solid_and_touches_it():

@@ -27,6 +27,11 @@ __all__ = ["half_cylinder", "half_cylinder_long", "path", "thin_chips"]
 RADIUS, BALL, ALLOWANCE, CHORD = 50.0, 5.0, 1.0, 0.01
 PER_PASS = 173
 
+TURN = 500
+"""Blocks that an engine cuts before the next one has its turn."""
+
+GLOBAL = "one global solid, no bracket"
+
 
 def path(blocks: int) -> Floats:
     """CL points (blocks + 1, 3), mm: passes along y over the half cylinder, 1 mm apart in x."""
@@ -52,30 +57,38 @@ def stock(length: float) -> StockMesh:
 
 
 def half_cylinder(blocks: int = 2000) -> Iterator[dict[str, Any]]:
-    """The tiled engine with its bracket, in one and in all cores, then one global solid cut block by block.
+    """The tiled engine with its bracket, in one and in all cores, and one global solid cut block by block.
 
-    The global solid grows, so two comparisons are made: of all blocks, and of those of the second half.
+    They take turns: a machine that is busy for a minute is so for all of them. The global solid grows, so two
+    comparisons are made: of all blocks, and of those of the second half.
     """
     cutter = BallNose(diameter=2 * BALL, length=80.0).cutter
     points = path(blocks)
     blank = stock(float(points[:, 0].max()) + 1.0)
-    totals, times = {}, {}
-    for workers in dict.fromkeys((1, os.cpu_count() or 1)):
-        name = f"mesh with bracket, {workers} process{'es' if workers > 1 else ''}"
-        removed, seconds, width, peak = _cut(crew(MeshEngine(blank, CHORD), workers), cutter, points)
-        totals[name], times[name] = removed, seconds
-        yield _record(name, seconds, removed, peak) | {"bracket_width_rel": width / removed}
-    seconds, removed = _global(blank.solids[Side.INNER], cutter, points)
-    yield _record("one global solid, no bracket", seconds, removed, _peak_mb())
+    racers: dict[str, _Tiled | _Global] = {}
+    try:
+        for workers in dict.fromkeys((os.cpu_count() or 1, 1)):
+            name = f"mesh with bracket, {workers} process{'es' if workers > 1 else ''}"
+            racers[name] = _Tiled(crew(MeshEngine(blank, CHORD), workers), cutter, points)
+        racers[GLOBAL] = whole = _Global(blank.solids[Side.INNER], cutter)
+        for first in range(0, blocks, TURN):
+            for racer in racers.values():
+                racer.cut(points[first : first + TURN + 1], first)
+        for name, racer in racers.items():
+            yield _record(name, racer)
+    finally:
+        for racer in racers.values():
+            racer.close()
     half = blocks // 2
-    for name, own in times.items():
-        yield {
-            "case": "half_cylinder",
-            "engine": name,
-            "times_faster_than_one_global_solid": sum(seconds) / sum(own),
-            "times_faster_in_the_second_half": sum(seconds[half:]) / sum(own[half:]),
-            "volume_difference_rel": abs(totals[name] - removed) / removed,
-        }
+    for name, racer in racers.items():
+        if racer is not whole:
+            yield {
+                "case": "half_cylinder",
+                "engine": name,
+                "times_faster_than_one_global_solid": sum(whole.seconds) / sum(racer.seconds),
+                "times_faster_in_the_second_half": sum(whole.seconds[half:]) / sum(racer.seconds[half:]),
+                "volume_difference_rel": abs(racer.removed - whole.removed) / whole.removed,
+            }
 
 
 def half_cylinder_long(blocks: int = 20_000) -> Iterator[dict[str, Any]]:
@@ -83,10 +96,12 @@ def half_cylinder_long(blocks: int = 20_000) -> Iterator[dict[str, Any]]:
     cutter = BallNose(diameter=2 * BALL, length=80.0).cutter
     points = path(blocks)
     hands = crew(MeshEngine(stock(float(points[:, 0].max()) + 1.0), CHORD), os.cpu_count() or 1)
-    removed, seconds, width, peak = _cut(hands, cutter, points)
-    yield _record("mesh with bracket, all cores", seconds, removed, peak) | {
-        "bracket_width_rel": width / removed
-    }
+    racer = _Tiled(hands, cutter, points)
+    try:
+        racer.cut(points, 0)
+        yield _record("mesh with bracket, all cores", racer)
+    finally:
+        racer.close()
 
 
 def thin_chips(blocks: int = 600) -> Iterator[dict[str, Any]]:
@@ -110,68 +125,93 @@ def thin_chips(blocks: int = 600) -> Iterator[dict[str, Any]]:
         }
 
 
-def _cut(hands: Crew, cutter: Profile, points: Floats) -> tuple[float, list[float], float, float]:
-    """Removed volume, seconds of every block, sum of the bracket widths, peak MB. The crew goes home."""
-    removed = width = 0.0
-    for k in range(0, min(PER_PASS, len(points) - 1), PER_PASS // 8):
-        # workers are up and all kernels loaded, also those of blocks that go on: not in the time
-        ends = np.linspace(points[k], points[k + 1], 4)
-        for a, b in pairwise(ends):
-            lo, estimate, hi = hands.cut(cutter, Line(a, b), k)()
-            removed, width = removed + estimate, width + hi - lo
-    seconds: list[float] = []
-    waiting: deque[Callable[[], Bracket]] = deque()
-    last = perf_counter()
+class _Tiled:
+    """A crew with its bracket. seconds : of every block. removed, width : mm^3, sums of estimates and of brackets."""
 
-    def answered(left: int) -> None:
-        nonlocal removed, width, last
+    def __init__(self, hands: Crew, cutter: Profile, points: Floats) -> None:
+        self.seconds: list[float] = []
+        self.removed = self.width = 0.0
+        self._hands, self._cutter = hands, cutter
+        for k in range(0, min(PER_PASS, len(points) - 1), PER_PASS // 8):
+            # workers are up and all kernels loaded, also those of blocks that go on: not in the time
+            for a, b in pairwise(np.linspace(points[k], points[k + 1], 4)):
+                self._add(hands.cut(cutter, Line(a, b), k)())
+
+    def cut(self, points: Floats, first: int) -> None:
+        """Blocks between points (n, 3) mm, numbered from the first."""
+        waiting: deque[Callable[[], Bracket]] = deque()
+        last = perf_counter()
+        for k, (a, b) in enumerate(pairwise(points), first):
+            waiting.append(self._hands.cut(self._cutter, Line(a, b), k))
+            last = self._answered(waiting, self._hands.ahead, last)
+        self._answered(waiting, 0, last)
+
+    def _answered(self, waiting: deque[Callable[[], Bracket]], left: int, last: float) -> float:
+        """Answers until so many are left; when that was."""
         while len(waiting) > left:
-            lo, estimate, hi = waiting.popleft()()
-            removed, width = removed + estimate, width + hi - lo
+            self._add(waiting.popleft()())
             now = perf_counter()
-            seconds.append(now - last)
+            self.seconds.append(now - last)
             last = now
+        return last
 
-    try:
-        for k, (a, b) in enumerate(pairwise(points)):
-            waiting.append(hands.cut(cutter, Line(a, b), k))
-            answered(hands.ahead)
-        answered(0)
-        return removed, seconds, width, hands.peak_mb() + _peak_mb()
-    finally:
-        hands.close()
+    def _add(self, found: Bracket) -> None:
+        self.removed += found.estimate
+        self.width += found.hi - found.lo
+
+    def peak_mb(self) -> float:
+        return self._hands.peak_mb() + _peak_mb()
+
+    def close(self) -> None:
+        self._hands.close()
 
 
-def _global(solid: Manifold, cutter: Profile, points: Floats) -> tuple[list[float], float]:
-    """Seconds of every block and removed volume, as one would do it at first: hulls, one solid, its volume.
+class _Global:
+    """One solid, as one would do it at first: hulls and a boolean per block, no bracket.
 
     The cutter has the facets of the tiled engine (unbiased), so both see the same chord.
     """
-    body = facets(cutter, CHORD, Side.FAIR).parts[0].body
-    tool = manifold(body.points, body.triangles)
-    seconds, before, total = [], float(solid.volume()), 0.0
-    for a, b in pairwise(points):
-        begin = perf_counter()
-        solid = solid - Manifold.batch_hull([tool.translate(a), tool.translate(b)])
-        after = float(solid.volume())
-        total, before = total + before - after, after
-        seconds.append(perf_counter() - begin)
-    return seconds, total
+
+    def __init__(self, solid: Manifold, cutter: Profile) -> None:
+        self.seconds: list[float] = []
+        self.removed, self.width = 0.0, None
+        self._solid, self._volume = solid, float(solid.volume())
+        body = facets(cutter, CHORD, Side.FAIR).parts[0].body
+        self._tool = manifold(body.points, body.triangles)
+
+    def cut(self, points: Floats, first: int) -> None:
+        """See `_Tiled`."""
+        for a, b in pairwise(points):
+            begin = perf_counter()
+            self._solid = self._solid - Manifold.batch_hull(
+                [self._tool.translate(a), self._tool.translate(b)]
+            )
+            after = float(self._solid.volume())
+            self.removed, self._volume = self.removed + self._volume - after, after
+            self.seconds.append(perf_counter() - begin)
+
+    def peak_mb(self) -> float:
+        return _peak_mb()
+
+    def close(self) -> None:
+        """Nothing to close."""
 
 
 def _peak_mb() -> float:
     return float(getrusage(RUSAGE_SELF).ru_maxrss) / 1024.0
 
 
-def _record(engine: str, seconds: list[float], removed: float, peak_mb: float) -> dict[str, Any]:
+def _record(engine: str, racer: _Tiled | _Global) -> dict[str, Any]:
+    seconds = racer.seconds
     part = max(1, min(1000, len(seconds) // 2))
-    return {
+    record = {
         "case": "half_cylinder",
         "engine": engine,
         "blocks": len(seconds),
         "seconds": sum(seconds),
         "ms_per_block": 1e3 * sum(seconds) / len(seconds),
         "last_to_first": sum(seconds[-part:]) / sum(seconds[:part]),
-        "removed_mm3": removed,
-        "peak_mb": peak_mb,
+        "removed_mm3": racer.removed,
+        "peak_mb": racer.peak_mb(),
     }
+    return record if racer.width is None else record | {"bracket_width_rel": racer.width / racer.removed}

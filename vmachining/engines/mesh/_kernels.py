@@ -178,8 +178,7 @@ def swept_facets(
     kept = out[:count].copy()
     sound = True
     if cull or rear < np.inf:
-        at, kept = _closed(kept, at)
-        sound = _twofold(kept, at.shape[0])
+        at, kept, sound = _closed(kept, at)
     at, kept = _compact(at, kept)
     source = np.full(kept.shape[0], -1, np.int64)
     source[:count] = origin[:count]
@@ -187,45 +186,47 @@ def swept_facets(
 
 
 @kernel
-def _ways(triangles, points):
-    """Edges of triangles in order, as numbers: twice that of an edge, and one more if it runs to the higher point."""
-    key = np.empty(3 * triangles.shape[0], np.int64)
+def _rim(triangles, points):
+    """Edges (k, 2) that one triangle has and no other runs back along; and whether no edge is run along twice one way.
+
+    Edges are found among those of their first point, which are few.
+    """
+    size = 3 * triangles.shape[0]
+    latest = np.full(points, -1, np.int64)
+    before, low, high = np.empty(size, np.int64), np.empty(size, np.int64), np.empty(size, np.int64)
+    ways = np.zeros(size, np.uint8)  # 1 from low to high, 2 back
+    count, sound = 0, True
     for t in range(triangles.shape[0]):
         for k in range(3):
             u, v = triangles[t, k], triangles[t, (k + 1) % 3]
-            key[3 * t + k] = 2 * (min(u, v) * points + max(u, v)) + (1 if u < v else 0)
-    key.sort()
-    return key
+            a, b = min(u, v), max(u, v)
+            e = latest[a]
+            while e >= 0 and high[e] != b:
+                e = before[e]
+            if e < 0:
+                e = count
+                low[e], high[e], before[e], latest[a] = a, b, latest[a], e
+                count += 1
+            way = np.uint8(1 if u < v else 2)
+            sound = sound and not ways[e] & way
+            ways[e] |= way
+    out = np.empty((count, 2), np.int64)
+    found = 0
+    for e in range(count):
+        if ways[e] != 3:
+            out[found, 0], out[found, 1] = (low[e], high[e]) if ways[e] == 1 else (high[e], low[e])
+            found += 1
+    return out[:found], sound
 
 
-@kernel
-def _twofold(triangles, points):
-    """Whether every edge has two triangles that run along it in opposite ways."""
-    key = _ways(triangles, points)
-    sound = key.size % 2 == 0
-    for k in range(0, key.size - 1, 2):
-        # one each way; the next edge begins behind them
-        if key[k] % 2 == 1 or key[k + 1] != key[k] + 1 or (k > 0 and key[k] == key[k - 2]):
-            sound = False
-    return sound
-
-
-@kernel
-def _open_edges(triangles, points):
-    """Edges (k, 2) that one triangle has and no other runs back along."""
-    key = _ways(triangles, points)
-    out = np.empty((key.size, 2), np.int64)
-    count, k = 0, 0
-    while k < key.size:
-        edge, total = key[k] // 2, 0
-        while k < key.size and key[k] // 2 == edge:
-            total += 1 if key[k] % 2 == 1 else -1
-            k += 1
-        if total != 0:
-            low, high = edge // points, edge % points
-            out[count, 0], out[count, 1] = (low, high) if total > 0 else (high, low)
-            count += 1
-    return out[:count]
+@leaf
+def _runs(triangles, u, v):
+    """Whether a triangle runs along an edge from u to v."""
+    for t in range(triangles.shape[0]):
+        for k in range(3):
+            if triangles[t, k] == u and triangles[t, (k + 1) % 3] == v:
+                return True
+    return False
 
 
 @kernel
@@ -248,15 +249,12 @@ def _unpinched(triangles, points, rim):
     new = points.shape[0]
     for v in range(points.shape[0]):
         for _ in range(leaving[v] - 1):
-            # one group around v: start at a triangle behind a rim edge that leaves v and turn until the rim
+            # one group around v: start at a triangle with nothing behind its edge from v, and turn
             t, last = -1, -1
             for s in range(triangles.shape[0]):
                 for k in range(3):
-                    if triangles[s, k] == v:
-                        to = triangles[s, (k + 1) % 3]
-                        for e in range(rim.shape[0]):
-                            if rim[e, 0] == v and rim[e, 1] == to:
-                                t, last = s, to
+                    if triangles[s, k] == v and not _runs(triangles, triangles[s, (k + 1) % 3], v):
+                        t, last = s, triangles[s, (k + 1) % 3]
             if t < 0:
                 break
             while t >= 0:
@@ -276,18 +274,36 @@ def _unpinched(triangles, points, rim):
 
 @kernel
 def _closed(triangles, points):
-    """Points and triangles with the cone from the last point over the open edges."""
-    rim = _open_edges(triangles, points.shape[0])
+    """Points and triangles with the cone from the last point over the open edges, and whether every edge has two of them.
+
+    It has if none is run along twice one way and no two open edges leave one point: as many come to a point as leave it.
+    """
+    rim, sound = _rim(triangles, points.shape[0])
+    if not sound:
+        return points, triangles, False
     apex = points.shape[0] - 1
     points, changed = _unpinched(triangles, points, rim)
     if changed:
-        rim = _open_edges(triangles, points.shape[0])
+        rim, sound = _rim(triangles, points.shape[0])
+    left = np.zeros(points.shape[0], np.bool_)
     out = np.empty((triangles.shape[0] + rim.shape[0], 3), np.int64)
     out[: triangles.shape[0]] = triangles
     for e in range(rim.shape[0]):
         row = triangles.shape[0] + e
         out[row, 0], out[row, 1], out[row, 2] = rim[e, 1], rim[e, 0], apex
-    return points, out
+        sound = sound and not left[rim[e, 0]]
+        left[rim[e, 0]] = True
+    return points, out, sound
+
+
+@leaf
+def kin_of(source, planes, out):
+    """Equal numbers for triangles in one plane, see `straight.Piece`: source (k,) of `swept_facets`, planes (m,)."""
+    for k in range(source.shape[0]):
+        if source[k] < 0:
+            out[k] = -1 - k
+        else:
+            out[k] = planes[source[k]] if source[k] < planes.shape[0] else source[k]
 
 
 @kernel

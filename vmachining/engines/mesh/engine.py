@@ -7,6 +7,7 @@ in `removal.py`, tile by tile. The estimate of the workpiece is the stock withou
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import hypot
 from pathlib import Path
 from typing import NamedTuple
 
@@ -115,8 +116,8 @@ class MeshEngine:
     def _started(self, sweep: Sweep) -> tuple[Start, Stand]:
         """What was removed where the sweep starts, and how things are where it ends."""
         path, shape, last = sweep.path, shape_key(sweep.profile), self._stand
-        begin = _pose(sweep, 0.0)
-        stand = Stand(shape, _pose(sweep, 1.0), _heading(sweep, 1.0), True)
+        begin = _pose(sweep, at_end=False)
+        stand = Stand(shape, _pose(sweep, at_end=True), _heading(sweep), True)
         if last is None or last.shape != shape:
             return Start.FRESH, stand
         far = 1e-12 * (1.0 + max(map(abs, begin)))
@@ -270,13 +271,13 @@ class Stand(NamedTuple):
     whole: bool
 
 
-def _heading(sweep: Sweep, t: float) -> list[float] | None:
+def _heading(sweep: Sweep) -> list[float] | None:
     """See `Stand`; of straight and of level paths."""
     path = sweep.path
     if isinstance(path, Turn) or (isinstance(path, Arc) and not is_ring(path)):
         return None
-    x, y, _ = path.velocity(t).tolist()
-    level = float(np.hypot(x, y))
+    x, y, _ = (path.end - path.start if isinstance(path, Line) else path.velocity(1.0)).tolist()
+    level = hypot(x, y)
     return [x / level, y / level] if level > 0.0 else []
 
 
@@ -289,11 +290,11 @@ def _are_equal(one: list[float], other: list[float] | None) -> bool:
     )
 
 
-def _pose(sweep: Sweep, t: float) -> list[float]:
+def _pose(sweep: Sweep, *, at_end: bool) -> list[float]:
     """Six numbers, tip and tool axis."""
     path = sweep.path
-    axis = path.axis(t).tolist() if isinstance(path, Turn) else [0.0, 0.0, 1.0]
-    return [*path.position(t).tolist(), *axis]
+    axis = path.axis(float(at_end)).tolist() if isinstance(path, Turn) else [0.0, 0.0, 1.0]
+    return [*(path.end if at_end else path.start).tolist(), *axis]
 
 
 def _bracket(inner_cut: float, outer_cut: float) -> Bracket:

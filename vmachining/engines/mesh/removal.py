@@ -157,7 +157,8 @@ def cut_once(tile: Tile, cut: Cut) -> Bracket:
     loss = dict.fromkeys(SIDES, 0.0)
     if solids:
         rest = minus(large, solids)
-        loss[Side.INNER] = tile.volumes[Side.INNER] - float(rest.volume())
+        volume = float(rest.volume())
+        loss[Side.INNER] = tile.volumes[Side.INNER] - volume
     if loss[Side.INNER] <= noise:  # rounding, not metal: leave the solid as it is, exactly
         if solids:
             tile.dusty = cut.number
@@ -173,7 +174,7 @@ def cut_once(tile: Tile, cut: Cut) -> Bracket:
         loss[Side.OUTER] = tile.volumes[Side.OUTER] - float(other.volume())
     else:
         loss[Side.OUTER] = loss[Side.INNER]
-    tile.put(Side.INNER, rest)
+    tile.put(Side.INNER, rest, volume)
     tile.put(Side.OUTER, other)
     tile.places.drop(gone)
     tile.cover(skin)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
+from math import hypot
 from typing import NamedTuple
 
 import numpy as np
@@ -88,6 +90,7 @@ def facets(profile: Profile, chord: float, side: Side) -> Facets:
     return known
 
 
+@lru_cache(maxsize=256)
 def shape_key(profile: Profile) -> str:
     """Equal for equal shapes, also in another session."""
     parts = profile.points.tobytes(), profile.centers.tobytes(), profile.radii.tobytes()
@@ -152,9 +155,9 @@ def straight(
     """
     cutter = part.body
     d = end - start
-    along = d if heading is None else heading
-    level = float(np.hypot(along[0], along[1]))
-    cos, sin = (along[0] / level, along[1] / level) if level > 0.0 else (1.0, 0.0)
+    x, y = (d if heading is None else heading)[:2].tolist()
+    level = hypot(x, y)
+    cos, sin = (x / level, y / level) if level > 0.0 else (1.0, 0.0)
     bottom, top = cutter.height
     apex = start + [0.0, 0.0, bottom + 0.999 * (top - bottom)]  # inside the cutter at its start
     corner, heights, cell, cull = start, _NO_GRID, 1.0, False
@@ -163,9 +166,10 @@ def straight(
         slack = 0.0
         if skinned and part.gauge is not None:  # the true sweep reaches a little farther
             slack = part.most + float(leeway.slack.sum())
-        reach = [cutter.reach + slack, cutter.reach + slack, 0.0]
-        low, high = np.minimum(start, end) - reach, np.maximum(start, end) + reach
-        found = window.within(np.stack([low + [0.0, 0.0, bottom - slack], high + [0.0, 0.0, top + slack]]))
+        (x0, y0, z0), (x1, y1, z1), reach = start.tolist(), end.tolist(), cutter.reach + slack
+        low = (min(x0, x1) - reach, min(y0, y1) - reach, min(z0, z1) + bottom - slack)
+        high = (max(x0, x1) + reach, max(y0, y1) + reach, max(z0, z1) + top + slack)
+        found = window.within(low, high)
         if found is None:
             return
         lo, hi = found
@@ -196,7 +200,6 @@ def straight(
     mean = facet_means(  # type: ignore[no-untyped-call]
         cutter.points, cutter.normals, cutter.edges, lacks.mean, lacks.meridian, cos, sin, d, leeway.lift, source
     )  # fmt: skip
-    m = len(cutter.triangles)
-    kin = np.where(source < m, cutter.planes[np.minimum(source, m - 1)], source)
-    kin[source < 0] = -1 - np.flatnonzero(source < 0)
+    kin = np.empty_like(source)
+    _kernels.kin_of(source, cutter.planes, kin)  # type: ignore[no-untyped-call]
     yield Piece(points, triangles, mean, kin, rows)

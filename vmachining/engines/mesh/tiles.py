@@ -89,14 +89,14 @@ class Tile:
             tile.put(side, solids[side])
         return tile
 
-    def put(self, side: Side, result: Manifold) -> None:
-        """Replace one solid and what is known about it; INNER before OUTER."""
+    def put(self, side: Side, result: Manifold, volume: float | None = None) -> None:
+        """Replace one solid and what is known about it, mm^3 if they are known; INNER before OUTER."""
         self.solids[side] = result
         if side is Side.OUTER:
             same = result is self.solids[Side.INNER]
             self.volumes[side] = self.volumes[Side.INNER] if same else float(result.volume())
             return
-        self.volumes[side] = float(result.volume())
+        self.volumes[side] = float(result.volume()) if volume is None else volume
         box = result.bounding_box()
         self.box = np.array([box[:3], box[3:]])
         self._window, self.shell = None, NO_SHELL

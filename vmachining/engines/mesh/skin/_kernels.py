@@ -418,6 +418,20 @@ def hull_skin(
 
 
 @leaf
+def tagged(mean, kin, steps, most, tags, ours, out):
+    """Face ids (m,) of thickness and number, see `layer.thick`; False if there are more numbers than tags."""
+    low, high = 0, 0
+    for t in range(kin.shape[0]):
+        low, high = min(low, kin[t]), max(high, kin[t])
+    if high - low >= tags:
+        return False
+    for t in range(kin.shape[0]):
+        level = min(max(int(np.rint(mean[t] * steps)), 0), most)
+        out[t] = ours + level * tags + kin[t] - low
+    return True
+
+
+@leaf
 def untag(face_id, ours, tags, step, out):
     """Thickness (m,) from face ids, see `layer.thick`; those below `ours` carry none."""
     for t in range(face_id.shape[0]):

@@ -151,9 +151,10 @@ def thick(triangles: Ints, mean: Floats, kin: Ints, chord: float) -> Ints:
     manifold3d keeps a face id of 31 bits through every boolean, and takes neighbours with one id for one plane
     facet that it may mesh anew: triangles (m, 3) with a common edge share an id only if they share `kin`.
     """
-    number: Ints = kin - kin.min(initial=0)
-    if number.max(initial=0) >= TAGS:  # few of them are here
-        _, number = np.unique(kin, return_inverse=True)
+    ids = np.empty_like(kin)
+    if _kernels.tagged(mean, kin, LEVELS / chord, 8 * LEVELS - 1, TAGS, OURS, ids):  # type: ignore[no-untyped-call]
+        return ids
+    _, number = np.unique(kin, return_inverse=True)  # few of all numbers are here
     level = np.clip(np.rint(mean * (LEVELS / chord)), 0, 8 * LEVELS - 1).astype(np.int64)
     if number.max(initial=0) >= TAGS:
         level = _told_apart(triangles, level, number)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.engines.mesh.window import _kernels
+
+Corner: TypeAlias = tuple[float, float, float]
 
 __all__ = ["Limits", "Surface", "Window", "above", "below", "roofed"]
 
@@ -26,21 +28,20 @@ class Window:
     heights: Floats
     cell: float
 
-    def within(self, box: Floats) -> tuple[Floats, Floats] | None:
-        """Corners of what matters inside a box (2, 3); None if that is nothing."""
-        lo, hi = np.maximum(self.lo, box[0]), np.minimum(self.hi, box[1])
-        if (lo >= hi).any():
+    def within(self, low: Corner, high: Corner) -> tuple[Floats, Floats] | None:
+        """Corners of what matters inside a box, mm; None if that is nothing."""
+        own = self.lo.tolist()
+        lo = [max(a, b) for a, b in zip(own, low, strict=True)]
+        hi = [min(a, b) for a, b in zip(self.hi.tolist(), high, strict=True)]
+        if any(a >= b for a, b in zip(lo, hi, strict=True)):
             return None
         nx, ny = self.heights.shape
-        (i0, j0), (i1, j1) = (
-            ((lo - self.lo) / self.cell).astype(int)[:2].tolist(),
-            ((hi - self.lo) / self.cell).astype(int)[:2].tolist(),
-        )
+        i0, j0, i1, j1 = (int((corner[i] - own[i]) / self.cell) for corner in (lo, hi) for i in range(2))
         top = float(self.heights[min(i0, nx - 1) : i1 + 1, min(j0, ny - 1) : j1 + 1].max())
         if top <= lo[2]:
             return None
         hi[2] = min(hi[2], top)
-        return lo, hi
+        return np.array(lo), np.array(hi)
 
     def sees(self, boxes: Floats) -> Bools:
         """(k,) whether boxes (k, 2, 3) can meet the material."""
