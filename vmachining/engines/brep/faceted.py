@@ -5,7 +5,8 @@ walks along such contacts for minutes, or loses parts. Its triangulation of one 
 are followed once, faces take over their points, and the triangles of all faces close. So
 
 1. every solid is triangulated with two or three of `SAGS`; cracks beside slivers, where a face misses a point of its
-   edge, are closed, and the mesh must have the volume of the solid up to the sag times its surface;
+   edge, are closed, plane faces of which OCCT loses a part are filled from what their neighbours have as border, and the
+   mesh must have the volume of the solid up to the sag times its surface;
 2. the union of a sweep's meshes, and what the block's takes from what the earlier ones leave of the stock, are
    booleans of manifold3d, which do not fail;
 3. the error of a volume is proportional to the sag (measured on solids of turning tools: a quarter of the sag leaves 0.23
@@ -17,10 +18,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from manifold3d import Error, Manifold, Mesh64, OpType
+from manifold3d import Error, Manifold, Mesh64, OpType, triangulate
 
 from vmachining.arrays import Floats, Ints
 from vmachining.engines.brep.measure import volume
@@ -37,6 +38,9 @@ BEND = 6.0
 FINER = ((1.0, 1.0), (0.9, 1.0), (0.8, 0.5), (0.7, 0.5), (0.5, 0.5), (0.3, 0.3))
 """Parts of a sag and of its angles that are tried: beside edges of 1e-5 mm OCCT's mesh of a face loses a corner with
 every fifth of them."""
+
+LEVEL = 1e-4
+"""mm from a plane: borders of its faces, which neighbours carry, are nearer."""
 
 MARGIN = 0.1
 """mm by which the box to which meshes are trimmed is larger than asked."""
@@ -67,10 +71,10 @@ def _closed(shape: Any, sag: float, bend: float) -> Manifold:
 
     BRepTools.Clean_s(shape)
     BRepMesh_IncrementalMesh(shape, sag, False, bend * float(np.sqrt(sag)), False)
-    points, triangles = _triangles(shape)
+    points, triangles, planes = _triangles(shape, sag)
     BRepTools.Clean_s(shape)
-    whole = _filled(triangles)
-    cracks = points[whole[len(triangles) :]]
+    whole, first = _filled(points, triangles, planes)
+    cracks = points[whole[first:]]
     area = 0.5 * np.linalg.norm(np.cross(cracks[:, 1] - cracks[:, 0], cracks[:, 2] - cracks[:, 0]), axis=1)
     length = np.linalg.norm(cracks - np.roll(cracks, 1, axis=1), axis=2)
     if area.sum() > sag * length.sum():  # a face is missing, not a point of an edge
@@ -128,8 +132,11 @@ def limit(f: Callable[[float], float], tol: float) -> tuple[float, float]:
     return value, error
 
 
-def _triangles(shape: Any) -> tuple[Floats, Ints]:
-    """Points (n, 3), once each, and outward triangles (m, 3) of all faces of a triangulated shape."""
+def _triangles(shape: Any, sag: float) -> tuple[Floats, Ints, list[Plane]]:
+    """Points (n, 3), once each, and outward triangles (m, 3) of the faces of a triangulated shape.
+
+    Also the planes of faces that are left out: those that are plane and not triangulated as a whole.
+    """
     from OCP.BRep import BRep_Tool
     from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
     from OCP.TopExp import TopExp_Explorer
@@ -138,12 +145,17 @@ def _triangles(shape: Any) -> tuple[Floats, Ints]:
 
     places: list[tuple[float, float, float]] = []
     corners: list[tuple[int, int, int]] = []
+    planes: list[Plane] = []
     faces = TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE)
     while faces.More():
         face = TopoDS.Face_s(faces.Current())
         faces.Next()
         where = TopLoc_Location()
         mesh = BRep_Tool.Triangulation_s(face, where)
+        plane = _plane(face)
+        if plane is not None and not _is_whole(face, mesh, sag):
+            planes.append(plane)
+            continue
         if mesh is None:
             raise EngineError("OCCT does not triangulate a face", engine="brep")
         first, move = len(places) - 1, where.Transformation()
@@ -157,16 +169,67 @@ def _triangles(shape: Any) -> tuple[Floats, Ints]:
     points, number = np.unique(np.array(places), axis=0, return_inverse=True)
     triangles = number.ravel()[np.array(corners)]
     apart = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
-    return points, triangles[apart]
+    return points, triangles[apart], planes
 
 
-def _filled(triangles: Ints) -> Ints:
-    """The triangles (m, 3), with fans in the loops that edges without a neighbour make."""
+class Plane(NamedTuple):
+    """axes : (3, 3) right-handed unit vectors, the last one out of the solid. at : mm, height along the last one."""
+
+    axes: Floats
+    at: float
+
+
+def _plane(face: Any) -> Plane | None:
+    """Of a face; None if it is bent."""
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+    from OCP.GeomAbs import GeomAbs_SurfaceType
+    from OCP.TopAbs import TopAbs_Orientation
+
+    surface = BRepAdaptor_Surface(face)
+    if surface.GetType() != GeomAbs_SurfaceType.GeomAbs_Plane:
+        return None
+    frame = surface.Plane().Position()
+    u, v = (np.array([d.X(), d.Y(), d.Z()]) for d in (frame.XDirection(), frame.YDirection()))
+    if face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED:
+        u, v = v, u
+    normal, foot = np.cross(u, v), frame.Location()
+    return Plane(np.stack([u, v, normal]), float(normal @ [foot.X(), foot.Y(), foot.Z()]))
+
+
+def _is_whole(face: Any, mesh: Any, sag: float) -> bool:
+    """Whether the triangles of a plane face have its area, up to the sag along its border."""
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+
+    if mesh is None:
+        return False
+    area, border = GProp_GProps(), GProp_GProps()
+    BRepGProp.SurfaceProperties_s(face, area)
+    BRepGProp.LinearProperties_s(face, border)
+    places = np.array([mesh.Node(k).Coord() for k in range(1, mesh.NbNodes() + 1)])
+    corners = places[np.array([mesh.Triangle(k).Get() for k in range(1, mesh.NbTriangles() + 1)]) - 1]
+    sizes = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    return bool(abs(0.5 * sizes.sum() - area.Mass()) <= sag * border.Mass())
+
+
+def _filled(points: Floats, triangles: Ints, planes: Sequence[Plane]) -> tuple[Ints, int]:
+    """The triangles (m, 3) with what lacks of them: of plane faces, and fans in other loops of edges without a neighbour.
+
+    Also the number of the first triangle of a fan.
+    """
     ways = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     size = int(triangles.max()) + 1
     open_ = ways[~np.isin(ways @ [size, 1], ways @ [1, size])]
-    fans = [(loop[0], b, c) for loop in _loops(open_[:, ::-1].tolist()) for b, c in pairwise(loop[1:])]
-    return np.concatenate([triangles, np.array(fans, dtype=triangles.dtype).reshape(-1, 3)])
+    loops, parts = list(_loops(open_[:, ::-1].tolist())), [triangles]
+    for plane in planes:
+        own = [loop for loop in loops if (np.abs(points[loop] @ plane.axes[2] - plane.at) <= LEVEL).all()]
+        if own:
+            loops = [loop for loop in loops if loop not in own]
+            found = triangulate([points[loop] @ plane.axes[:2].T for loop in own])
+            parts.append(np.concatenate(own)[found])
+    whole = np.concatenate(parts)
+    fans = [(loop[0], b, c) for loop in loops for b, c in pairwise(loop[1:])]
+    return np.concatenate([whole, np.array(fans, dtype=whole.dtype).reshape(-1, 3)]), len(whole)
 
 
 def _loops(steps: Sequence[tuple[int, int]]) -> Iterator[list[int]]:
