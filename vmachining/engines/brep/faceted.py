@@ -21,7 +21,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from manifold3d import Error, Manifold, Mesh64, OpType, triangulate
+from manifold3d import Error, Manifold, Mesh64, triangulate
 
 from vmachining.arrays import Floats, Ints
 from vmachining.engines.brep.measure import volume
@@ -94,13 +94,19 @@ def _closed(shape: Any, sag: float, bend: float) -> Manifold:
 
 
 def united(shapes: Sequence[Any], sag: float, box: Floats) -> Manifold:
-    """The union of solids as a mesh, as far as it is in a box (2, 3), mm."""
+    """The union of solids as a mesh, as far as it is in a box (2, 3), mm.
+
+    Neighbours first, then pairs of them: they are parts of one motion, one after the other. manifold3d's own order, by
+    number of triangles, was measured to take a third longer.
+    """
     lo, hi = box[0] - MARGIN, box[1] + MARGIN
     room = Manifold.cube((hi - lo).tolist()).translate(lo.tolist())
-    trimmed = [
-        faceted(shape, sag) ^ room for shape in shapes
-    ]  # first: what is outside crosses itself all over, too
-    return _checked(Manifold.batch_boolean(trimmed, OpType.Add))
+    # trimmed first: what is outside crosses itself all over, too
+    parts = [_checked(faceted(shape, sag) ^ room) for shape in shapes] or [Manifold()]
+    while len(parts) > 1:
+        pairs = [_checked(one + other) for one, other in zip(parts[::2], parts[1::2], strict=False)]
+        parts = pairs + parts[2 * len(pairs) :]
+    return parts[0]
 
 
 def taken(stock: Manifold, sweep: Manifold, earlier: Iterable[Manifold]) -> float:
