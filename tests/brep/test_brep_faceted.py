@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from vmachining.engines.brep import faceted as module
-from vmachining.engines.brep.faceted import SAGS, _filled, faceted, limit
+from vmachining.engines.brep.faceted import SAGS, Plane, _filled, faceted, limit
 from vmachining.errors import EngineError
 
 
@@ -79,24 +79,30 @@ def test_a_plane_face_that_was_lost_is_filled_from_its_border(
     plate = cq.Solid.makeCylinder(3.0, 1.0).cut(cq.Solid.makeBox(2, 2, 3, cq.Vector(-1, -1, -1)))
     solid = plate.rotate(cq.Vector(0, 0, 0), cq.Vector(1, 2, 3), 77.0).wrapped
     whole, sag = faceted(solid, 2e-3), 2e-3
-    real, done = module._is_whole, []
+    real, done = Plane.is_covered, list[bool]()
 
-    class Less:
-        """A triangulation without some of its triangles, as OCCT was seen to give it."""
-
-        def __init__(self, mesh: Any) -> None:
-            self.Node, self.NbNodes, self.Triangle = mesh.Node, mesh.NbNodes, mesh.Triangle
-            self.NbTriangles = lambda: mesh.NbTriangles() - lost
-
-    def spoilt(face: Any, mesh: Any, sag: float) -> bool:
-        assert real(face, mesh, sag)
-        if done or mesh.NbTriangles() < 10:  # the walls of the hole have two
+    def spoilt(plane: Plane, corners: Any) -> bool:
+        assert real(plane, corners)
+        if done or len(corners) < 10:  # the walls of the hole have two
             return True
-        done.append(real(face, Less(mesh) if mesh.NbTriangles() > lost else None, sag))
-        return bool(done[0])
+        done.append(real(plane, corners[lost:]))
+        return done[0]
 
-    monkeypatch.setattr(module, "_is_whole", spoilt)
+    monkeypatch.setattr(Plane, "is_covered", spoilt)
     filled = faceted(solid, sag)
     assert done == [False]
     assert float(filled.volume()) == pytest.approx(float(whole.volume()), rel=1e-9)
     assert abs(float(filled.volume()) - (9 * pi - 4)) < 2 * pi * 3 * sag and filled.genus() == 1
+
+
+def test_a_plane_face_is_not_filled_from_the_border_of_something_else() -> None:
+    """A tetrahedron without its bottom of 1/2 mm2: filled if that is what lacks, refused if a larger face does."""
+    points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], dtype=float)
+    open_ = np.array([(0, 1, 3), (1, 2, 3), (2, 0, 3)])
+    down = np.array([(0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, -1.0)])
+    closed, first = _filled(points, open_, [Plane(down, 0.0, 0.5, 1e-3)])
+    assert first == len(closed) == 4 and sorted(closed[3].tolist()) == [0, 1, 2]
+    assert np.linalg.det(points[closed]).sum() / 6.0 == pytest.approx(1.0 / 6.0)
+    for elsewhere in (Plane(down, 0.0, 0.6, 1e-3), Plane(down, 0.1, 0.5, 1e-3)):
+        with pytest.raises(EngineError, match="has another border"):
+            _filled(points, open_, [elsewhere])

@@ -39,7 +39,7 @@ SAMPLE = 20
 """Blocks of `--brep sample`, spread evenly over those that remove something."""
 
 BREP_SECONDS = 120.0
-"""Of a processor: limit of a block, and of every sweep that is built for it. All blocks of three axes need a second or so."""
+"""Of a processor: limit of a block, and of every sweep that is built for it. Lines and level arcs need a second or so."""
 
 BREP_HELP = "none | sample | all | blocks such as 3,7-12"
 

@@ -149,46 +149,59 @@ def _triangles(shape: Any, sag: float) -> tuple[Floats, Ints, list[Plane]]:
     from OCP.TopLoc import TopLoc_Location
     from OCP.TopoDS import TopoDS
 
-    places: list[tuple[float, float, float]] = []
-    corners: list[tuple[int, int, int]] = []
+    places: list[Floats] = []
+    corners: list[Ints] = []
     planes: list[Plane] = []
+    count = 0
     faces = TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE)
     while faces.More():
         face = TopoDS.Face_s(faces.Current())
         faces.Next()
         where = TopLoc_Location()
-        mesh = BRep_Tool.Triangulation_s(face, where)
-        plane = _plane(face)
-        if plane is not None and not _is_whole(face, mesh, sag):
+        mesh, plane = BRep_Tool.Triangulation_s(face, where), _plane(face, sag)
+        if mesh is None and plane is None:
+            raise EngineError("OCCT does not triangulate a face", engine="brep")
+        own, found = np.empty((0, 3)), np.empty((0, 3), dtype=np.int64)
+        if mesh is not None:
+            move = where.Transformation()
+            own = np.array([mesh.Node(k).Transformed(move).Coord() for k in range(1, mesh.NbNodes() + 1)])
+            found = np.array([mesh.Triangle(k).Get() for k in range(1, mesh.NbTriangles() + 1)]) - 1
+        if plane is not None and not plane.is_covered(own[found]):
             planes.append(plane)
             continue
-        if mesh is None:
-            raise EngineError("OCCT does not triangulate a face", engine="brep")
-        first, move = len(places) - 1, where.Transformation()
-        for k in range(1, mesh.NbNodes() + 1):
-            p = mesh.Node(k).Transformed(move)
-            places.append((p.X(), p.Y(), p.Z()))
         back = face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED
-        for k in range(1, mesh.NbTriangles() + 1):
-            a, b, c = mesh.Triangle(k).Get()
-            corners.append((first + a, first + c, first + b) if back else (first + a, first + b, first + c))
-    points, number = np.unique(np.array(places), axis=0, return_inverse=True)
-    triangles = number.ravel()[np.array(corners)]
+        corners.append(count + (found[:, ::-1] if back else found))
+        places.append(own)
+        count += len(own)
+    points, number = np.unique(np.concatenate(places), axis=0, return_inverse=True)
+    triangles = number.ravel()[np.concatenate(corners)]
     apart = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
     return points, triangles[apart], planes
 
 
 class Plane(NamedTuple):
-    """axes : (3, 3) right-handed unit vectors, the last one out of the solid. at : mm, height along the last one."""
+    """A plane face. axes : (3, 3) right-handed unit vectors, the last one out of the solid. at : mm, height along it.
+
+    area : mm^2, and what triangles may lack of it, the sag along the border.
+    """
 
     axes: Floats
     at: float
+    area: float
+    room: float
+
+    def is_covered(self, corners: Floats) -> bool:
+        """Whether triangles (m, 3, 3) have the area of the face."""
+        sides = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        return abs(0.5 * float(np.linalg.norm(np.cross(*sides), axis=1).sum()) - self.area) <= self.room
 
 
-def _plane(face: Any) -> Plane | None:
+def _plane(face: Any, sag: float) -> Plane | None:
     """Of a face; None if it is bent."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
+    from OCP.BRepGProp import BRepGProp
     from OCP.GeomAbs import GeomAbs_SurfaceType
+    from OCP.GProp import GProp_GProps
     from OCP.TopAbs import TopAbs_Orientation
 
     surface = BRepAdaptor_Surface(face)
@@ -199,40 +212,37 @@ def _plane(face: Any) -> Plane | None:
     if face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED:
         u, v = v, u
     normal, foot = np.cross(u, v), frame.Location()
-    return Plane(np.stack([u, v, normal]), float(normal @ [foot.X(), foot.Y(), foot.Z()]))
-
-
-def _is_whole(face: Any, mesh: Any, sag: float) -> bool:
-    """Whether the triangles of a plane face have its area, up to the sag along its border."""
-    from OCP.BRepGProp import BRepGProp
-    from OCP.GProp import GProp_GProps
-
-    if mesh is None:
-        return False
     area, border = GProp_GProps(), GProp_GProps()
     BRepGProp.SurfaceProperties_s(face, area)
     BRepGProp.LinearProperties_s(face, border)
-    places = np.array([mesh.Node(k).Coord() for k in range(1, mesh.NbNodes() + 1)])
-    corners = places[np.array([mesh.Triangle(k).Get() for k in range(1, mesh.NbTriangles() + 1)]) - 1]
-    sizes = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    return bool(abs(0.5 * sizes.sum() - area.Mass()) <= sag * border.Mass())
+    at = float(normal @ [foot.X(), foot.Y(), foot.Z()])
+    return Plane(np.stack([u, v, normal]), at, area.Mass(), sag * border.Mass())
 
 
 def _filled(points: Floats, triangles: Ints, planes: Sequence[Plane]) -> tuple[Ints, int]:
     """The triangles (m, 3) with what lacks of them: of plane faces, and fans in other loops of edges without a neighbour.
 
     Also the number of the first triangle of a fan.
+
+    Raises
+    ------
+    EngineError
+        What is open in the plane of such a face does not have its area.
     """
     ways = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     size = int(triangles.max()) + 1
     open_ = ways[~np.isin(ways @ [size, 1], ways @ [1, size])]
     loops, parts = list(_loops(open_[:, ::-1].tolist())), [triangles]
     for plane in planes:
-        own = [loop for loop in loops if (np.abs(points[loop] @ plane.axes[2] - plane.at) <= LEVEL).all()]
+        levels = [np.abs(points[loop] @ plane.axes[2] - plane.at).max() for loop in loops]
+        own = [loop for loop, level in zip(loops, levels, strict=True) if level <= LEVEL]
+        loops = [loop for loop, level in zip(loops, levels, strict=True) if level > LEVEL]
+        found = np.empty((0, 3), dtype=triangles.dtype)
         if own:
-            loops = [loop for loop in loops if loop not in own]
-            found = triangulate([points[loop] @ plane.axes[:2].T for loop in own])
-            parts.append(np.concatenate(own)[found])
+            found = np.concatenate(own)[triangulate([points[loop] @ plane.axes[:2].T for loop in own])]
+        if not plane.is_covered(points[found]):
+            raise EngineError(f"a plane face of {plane.area:.2g} mm2 has another border", engine="brep")
+        parts.append(found)
     whole = np.concatenate(parts)
     fans = [(loop[0], b, c) for loop in loops for b, c in pairwise(loop[1:])]
     return np.concatenate([whole, np.array(fans, dtype=whole.dtype).reshape(-1, 3)]), len(whole)
