@@ -383,9 +383,23 @@ def test_steady_rungs_come_next_when_time_is_short() -> None:
     verdict = work.removed(
         0, Bracket(0, 1, 2), rungs=("plain", *ladder.STEADY, "fuzzy 1e-05"), early=0.0, told=heard.append
     )
-    assert (
-        heard == [ladder.SOLIDS, *ladder.STEADY, "plain", "fuzzy 1e-05"] and verdict.status is Status.REFUSED
-    )
+    facets, sections = ladder.STEADY
+    order = [ladder.SOLIDS, facets, ladder.MESHES, sections, "plain", "fuzzy 1e-05"]
+    assert list(dict.fromkeys(heard)) == order and verdict.status is Status.REFUSED
+
+
+def test_what_other_blocks_need_too_does_not_count_for_the_limit_of_one() -> None:
+    """Every mesh of a sweep is told of, and what goes on after it; a driver counts the seconds between."""
+    across = [Line((-10, y, -1), (40, y, -1)) for y in (0.0, 5.0)]
+    work, heard = Ladder(BOX, chain(FlatEnd(diameter=10, length=40), across)), list[str]()
+    verdict = work.removed(1, near(150.0), rungs=("facets",), told=heard.append)
+    assert verdict.removed_mm3 == pytest.approx(150.0)
+    sweeps_times_sags = 2 * 2
+    assert heard == [ladder.SOLIDS] * 2 + ["facets"] + [ladder.MESHES, "facets"] * sweeps_times_sags
+    used = workers.Spent()
+    for doing in heard:
+        used = used.plus(1.0, doing)
+    assert used == (1.0 + sweeps_times_sags, 3.0 + 2 * sweeps_times_sags)
 
 
 def test_a_level_section_has_the_area_of_circles_and_ellipses() -> None:

@@ -54,6 +54,7 @@ from vmachining.geometry import Arc, Bracket, Line
 from vmachining.sweep import Sweep, Turn
 
 __all__ = [
+    "MESHES",
     "RUNGS",
     "SOLIDS",
     "STEADY",
@@ -85,8 +86,8 @@ STEADY_REL = 0.1
 DOUBT_REL, SURE_REL = 0.03, 0.02
 """Of the width of the bracket: a value farther from the estimate is doubtful; error asked of what it is held against."""
 
-SOLIDS = "solids"
-"""What is told before any rung: solids of the block, or of one that reaches it, are built."""
+SOLIDS, MESHES = "solids", "meshes"
+"""What is told before any rung, and within `facets`: solids or meshes of the block, or of one that reaches it, are built."""
 
 MANY = 4
 """Solids of sweeps that meet: with more, booleans take a minute."""
@@ -165,7 +166,8 @@ class Ladder:
     ) -> Verdict:
         """Removed volume of a block, gated by its bracket; `told` hears of every rung before it is tried.
 
-        Before them it hears of `SOLIDS`, once for every sweep whose solids are not known yet.
+        Before them it hears of `SOLIDS`, once for every sweep whose solids are not known yet. `FACETS` tells of `MESHES` in
+        the same way, and of itself when it goes on.
 
         It agreed if the first of `RUNGS` worked, and was retried if any other one did. After `early` s of a
         processor, solids not counted, the steady ones come next: they take their time, but hardly fail.
@@ -192,7 +194,7 @@ class Ladder:
                 if rung == SECTIONS:
                     value, count, slack = self._sectioned(plans, bracket, STEADY_REL)
                 elif rung == FACETS:
-                    value, count, slack = self._faceted(plans, bracket, STEADY_REL)
+                    value, count, slack = self._faceted(plans, bracket, STEADY_REL, told)
                 else:
                     value, count, slack = self._climb(plans, rung)
             except (SweepError, EngineError) as exc:
@@ -313,7 +315,11 @@ class Ladder:
         return float(total), sum(len(earlier) for _, earlier in plans), -float(error)
 
     def _faceted(
-        self, plans: Sequence[tuple[int, list[int]]], bracket: Bracket, share_of_width: float
+        self,
+        plans: Sequence[tuple[int, list[int]]],
+        bracket: Bracket,
+        share_of_width: float,
+        told: Callable[[str], None],
     ) -> tuple[float, int, float]:
         """(value, earlier sweeps used, minus its error) by meshes."""
 
@@ -322,7 +328,7 @@ class Ladder:
                 self._keep(-1, sag, united([self._stock], sag, self._box))
             stock = self._meshes[-1, sag]
             return sum(
-                taken(stock, self._mesh(k, sag), (self._mesh(j, sag) for j in earlier))
+                taken(stock, self._mesh(k, sag, told), (self._mesh(j, sag, told) for j in earlier))
                 for k, earlier in plans
             )
 
@@ -336,7 +342,7 @@ class Ladder:
         why = []
         wound = any(_is_wound(self._sweeps[j]) for k, earlier in plans for j in (k, *earlier))
         for rung in STEADY[::-1] if wound else STEADY:  # OCCT's meshes of their sheets may take minutes
-            ask = self._faceted if rung == FACETS else self._sectioned
+            ask = partial(self._faceted, told=told) if rung == FACETS else self._sectioned
             told(rung)
             try:
                 value, count, slack = ask(plans, bracket, SURE_REL)
@@ -348,10 +354,12 @@ class Ladder:
             why.append(f"{rung}: {value:.6g} +- {-slack:.2g} mm3 leaves the bracket")
         return None, "; ".join(why)
 
-    def _mesh(self, k: int, sag: float) -> Manifold:
+    def _mesh(self, k: int, sag: float, told: Callable[[str], None]) -> Manifold:
         """Of a sweep, in the box of the stock, remembered."""
         if (k, sag) not in self._meshes:
+            told(MESHES)
             mesh = self._store.mesh(k, sag, lambda: united(self._solids(k), sag, self._box))
+            told(FACETS)
             self._keep(k, sag, mesh)
         return self._meshes[k, sag]
 

@@ -18,10 +18,10 @@ import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from time import monotonic
-from typing import Any, TypeVar, cast
+from typing import Any, NamedTuple, TypeVar, cast
 
 from vmachining.engines.brep.blank import Blank
-from vmachining.engines.brep.ladder import RUNGS, SOLIDS, STEADY, Status, Verdict, steady_first
+from vmachining.engines.brep.ladder import MESHES, RUNGS, SOLIDS, STEADY, Status, Verdict, steady_first
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Bracket
 from vmachining.sweep import Sweep
@@ -36,6 +36,9 @@ worth a new process."""
 
 PATIENCE = 8.0
 """Seconds by the clock that count as one of the processor."""
+
+SHARED = (SOLIDS, MESHES)
+"""What is built for other blocks, too, with a limit of its own for every sweep."""
 
 RUN = 16
 """Blocks in a row for one worker."""
@@ -76,6 +79,16 @@ def _processor_seconds(pid: int) -> float | None:
         return None
 
 
+class Spent(NamedTuple):
+    """s of a processor: of rungs, and with what is built for other blocks, too."""
+
+    own: float = 0.0
+    all: float = 0.0
+
+    def plus(self, seconds: float, doing: str) -> Spent:
+        return Spent(self.own + (0.0 if doing in SHARED else seconds), self.all + seconds)
+
+
 class _Worker:
     """One process with its pipes."""
 
@@ -86,7 +99,7 @@ class _Worker:
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
         )
-        self.done, self.rung, self.used, self.late = 0, "", 0.0, False
+        self.done, self.rung, self.used, self.late = 0, "", Spent(), False
         self.tried: list[str] = []
         self._answers: queue.SimpleQueue[tuple[bool, Any]] = queue.SimpleQueue()
         self._reader = threading.Thread(target=self._read, daemon=True)
@@ -121,28 +134,28 @@ class _Worker:
     ) -> Verdict:
         """seconds : of the block. longest : of one rung. early : until steady rungs come next. build : of one sweep.
 
-        If this ends badly, `rung` is the one that was under way, `tried` all until then, `late` whether it was slow,
-        and `used` what the block had taken, s.
+        If this ends badly, `rung` is what was under way, `tried` all until then, `late` whether it was slow, and `used`
+        what it had taken.
         """
         watch = _Watch(self._process.pid)
-        self.rung, self.tried, self.late = SOLIDS, [], False
+        self.rung, self.tried, self.late, self.used = SOLIDS, [], False, Spent()
         try:
             self._send(pickle.dumps(("check", block, bracket, tuple(rungs), early)))
             while True:
-                left = (build if self.rung == SOLIDS else seconds) - watch.used()
-                answer = self._receive(left if self.rung in (SOLIDS, *STEADY) else min(longest, left))
+                left = build if self.rung in SHARED else seconds - self.used.own
+                answer = self._receive(left if self.rung in (*SHARED, *STEADY) else min(longest, left))
                 if isinstance(answer, Verdict):
                     self.done += 1
                     return answer
-                if self.rung == SOLIDS:
-                    watch = _Watch(self._process.pid)
+                self.used = self.used.plus(watch.used(), self.rung)
+                watch = _Watch(self._process.pid)
                 self.rung = answer
                 self.tried.append(answer)
         except _Late:
             self.late = True
             raise
         finally:
-            self.used = watch.used()
+            self.used = self.used.plus(watch.used(), self.rung)
 
     def call(self, question: object, seconds: float) -> Any:
         """Any question, and its answer."""
@@ -226,8 +239,8 @@ def check_blocks(
     blocks : what every block of the program sweeps, in program order.
     asked : block number -> bracket of its removed volume.
     workers : processes.
-    seconds : limit of one block, of processor time where the system tells it; of every sweep whose solids it is the
-        first to need, another one. A rung that crashes or takes longer than 0.25 of it (facets and sections: what is
+    seconds : limit of one block, of processor time where the system tells it; of every sweep whose solids or meshes it is
+        the first to need, another one. A rung that crashes or takes longer than 0.25 of it (facets and sections: what is
         left of it) costs the process; the block goes on with the next rung in a new one, after a hang with facets
         and sections, and is refused if no rung and no time is left.
     recycle : blocks after which a process is replaced.
@@ -271,7 +284,7 @@ def check_blocks(
                 if worker is not None and worker.done >= recycle:
                     drop(worker)
                     worker = None
-                used, left, lost, was_lost = 0.0, list(rungs), "", False
+                used, left, lost, was_lost = Spent(), list(rungs), "", False
                 while True:
                     if worker is None:
                         try:
@@ -286,12 +299,13 @@ def check_blocks(
                     if ended.is_set():
                         return
                     try:
-                        early = EARLY * seconds - used
+                        early = EARLY * seconds - used.own
                         verdict = worker.ask(
-                            block, bracket, left, seconds - used, LONGEST * seconds, early, seconds
+                            block, bracket, left, seconds - used.own, LONGEST * seconds, early, seconds
                         )
                     except _Gone as exc:
-                        lost, used = f"{worker.rung}: {exc}", used + worker.used
+                        lost = f"{worker.rung}: {exc}"
+                        used = Spent(used.own + worker.used.own, used.all + worker.used.all)
                         left = [rung for rung in left if rung not in worker.tried]
                         if worker.rung == SOLIDS:  # a process may die of other things, once
                             left, was_lost = ([] if worker.late or was_lost else left), True
@@ -299,13 +313,13 @@ def check_blocks(
                             left = steady_first(left)
                         drop(worker)
                         worker = None
-                        if left and used < MOST * seconds:
+                        if left and used.own < MOST * seconds:
                             continue  # what crashes one way of doing it may work another way
                         verdict = Verdict(Status.REFUSED, None, "", "", 0.0, 0)
                     if verdict.status is Status.REFUSED and lost:
                         told = f"{verdict.reason}; " if verdict.reason else ""
                         verdict = verdict._replace(reason=told + lost)
-                    answers.put((block, verdict._replace(seconds=used + verdict.seconds)))
+                    answers.put((block, verdict._replace(seconds=used.all + verdict.seconds)))
                     break
         finally:
             if worker is not None:
