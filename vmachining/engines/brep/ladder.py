@@ -43,7 +43,7 @@ from manifold3d import Manifold
 from vmachining.arrays import Floats
 from vmachining.engines.brep.blank import Blank
 from vmachining.engines.brep.booleans import apart, box_of, common, is_empty, minus, turned
-from vmachining.engines.brep.faceted import limit, taken, united
+from vmachining.engines.brep.faceted import Taken, limit, taken, united
 from vmachining.engines.brep.measure import volume
 from vmachining.engines.brep.near import SweepIndex
 from vmachining.engines.brep.sections import integrated, level_area
@@ -323,14 +323,15 @@ class Ladder:
     ) -> tuple[float, int, float]:
         """(value, earlier sweeps used, minus its error) by meshes."""
 
-        def removed(sag: float) -> float:
+        def removed(sag: float) -> Taken:
             if (-1, sag) not in self._meshes:
                 self._keep(-1, sag, united([self._stock], sag, self._box))
             stock = self._meshes[-1, sag]
-            return sum(
+            parts = [
                 taken(stock, self._mesh(k, sag, told), (self._mesh(j, sag, told) for j in earlier))
                 for k, earlier in plans
-            )
+            ]
+            return Taken(sum(part.removed for part in parts), sum(part.shared for part in parts))
 
         value, error = limit(removed, share_of_width * (bracket.hi - bracket.lo))
         return value, sum(len(earlier) for _, earlier in plans), -error
