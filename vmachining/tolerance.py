@@ -1,10 +1,10 @@
-"""Every tolerance of the package: its name, its value and where it comes from."""
+"""Every tolerance of the package, and the limit of its kernel: name, value and where it comes from."""
 
 from __future__ import annotations
 
 from typing import Final
 
-__all__ = ["ANGLE_EPS", "ARC_RADIUS_MM", "CHORD_MM", "LENGTH_EPS_MM", "VOLUME_REL"]
+__all__ = ["ANGLE_EPS", "ARC_RADIUS_MM", "BREP_SECONDS", "CHORD_MM", "LENGTH_EPS_MM", "VOLUME_REL"]
 
 CHORD_MM: Final = 0.01
 """Default distance asked for between the inner and the outer sweep; the usual CAM chordal tolerance."""
@@ -20,3 +20,7 @@ ARC_RADIUS_MM: Final = 0.01
 
 VOLUME_REL: Final = 1e-12
 """Relative noise of a mesh volume: about n_tri ulp in the sum of signed tetrahedra."""
+
+BREP_SECONDS: Final = 120.0
+"""Of a processor: limit of a B-rep check, and of every sweep that is built for it. Lines and level arcs need a second or so,
+sharp turns of five axes up to some minutes."""

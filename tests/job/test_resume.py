@@ -151,5 +151,15 @@ def test_verdicts_have_the_time_that_is_asked_for(tmp_path):
     row = result.blocks.row(2, named=True)
     assert row["brep_status"] == "refused" and "solids: no answer within 0.00" in row["warning"]
     assert result.summary["brep"]["refused"] == 1
+    with pytest.raises(Stopped):
+        run(
+            Job.load(write_job(tmp_path)), out=tmp_path / "out", brep="all", brep_seconds=1e-3, workers=1,
+            progress=stop_after("brep", 1),
+        )  # fmt: skip
+    kept = pl.read_csv(tmp_path / "out" / "brep.partial.csv")
+    assert kept["status"].to_list() == ["refused"] and kept["limit_s"].to_list() == [1e-3]
+    more_time = {"brep": "all", "resume": True}
+    result = run(Job.load(write_job(tmp_path)), out=tmp_path / "out", **more_time)
+    assert result.summary["brep"] == result.summary["brep"] | {"agreed": 4, "refused": 0}
     with pytest.raises(InputError, match="brep_seconds 0 is no limit"):
         run(Job.load(write_job(tmp_path)), brep="2", brep_seconds=0.0)

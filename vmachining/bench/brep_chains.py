@@ -34,6 +34,7 @@ from vmachining.engines.mesh import MeshEngine, box_stock
 from vmachining.errors import EngineError, SweepError, VMachiningError
 from vmachining.geometry import Arc, Bracket, Line
 from vmachining.sweep import Motion, Pose, Sweep, Turn
+from vmachining.tolerance import BREP_SECONDS
 
 __all__ = ["Chain", "bar_of", "brep_chains", "chain_of", "main", "recorded", "table"]
 
@@ -43,8 +44,8 @@ CHORD = 0.02
 RAYS = 64
 """Along a side of one of the referee's sets: 65,536 rays a block, a second or two."""
 
-ASKED_S, BASE_S = 120.0, 60.0
-"""s of a processor per block of the ladder and per chain of the baseline."""
+BASE_S = 60.0
+"""s of a processor per chain of the baseline."""
 
 
 class Chain(NamedTuple):
@@ -63,7 +64,7 @@ def brep_chains(
     workers: int = 1,
     batch: int = 7,
     baseline: bool = True,
-    seconds: float = ASKED_S,
+    seconds: float = BREP_SECONDS,
 ) -> Iterator[dict[str, Any]]:
     """One record per chain as it is done, and the table after every batch.
 
@@ -241,7 +242,9 @@ def main() -> None:
     parser.add_argument("--again", default="", help="chains to run once more, comma-separated")
     parser.add_argument("--plain", action="store_true", help="without the baseline")
     parser.add_argument("--batch", type=int, default=7)
-    parser.add_argument("--seconds", type=float, default=ASKED_S, help="of a processor, limit of a block")
+    parser.add_argument(
+        "--seconds", type=float, default=BREP_SECONDS, help="of a processor, limit of a block"
+    )
     given = parser.parse_args()
     again = [int(word) for word in given.again.split(",") if word]
     known = recorded(given.record)

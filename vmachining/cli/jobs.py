@@ -13,7 +13,8 @@ from vmachining.cli.screen import emit, note, progress_bar
 from vmachining.errors import InputError
 from vmachining.job import Job, RunResult, Stopped, check_formats, run
 from vmachining.job.batch import BATCH_COLUMNS, already_complete, run_many, safe_name
-from vmachining.job.brep import BREP_SECONDS, parse_brep
+from vmachining.job.brep import parse_brep
+from vmachining.tolerance import BREP_SECONDS
 
 __all__ = ["run_batch", "run_demo", "run_job"]
 

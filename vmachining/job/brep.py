@@ -30,16 +30,13 @@ if TYPE_CHECKING:
     from vmachining.engines.brep import Blank, Verdict
     from vmachining.job.result import RunResult
 
-__all__ = ["BREP_HELP", "BREP_SECONDS", "Asked", "blank", "brep_columns", "parse_brep", "write_step"]
+__all__ = ["BREP_HELP", "Asked", "blank", "brep_columns", "parse_brep", "write_step"]
 
 TRIANGLES = 5000
 """Most triangles of an STL that become faces: booleans of more take too long."""
 
 SAMPLE = 20
 """Blocks of `--brep sample`, spread evenly over those that remove something."""
-
-BREP_SECONDS = 120.0
-"""Of a processor: limit of a block, and of every sweep that is built for it. Lines and level arcs need a second or so."""
 
 BREP_HELP = "none | sample | all | blocks such as 3,7-12"
 
@@ -148,7 +145,8 @@ def brep_columns(
     rows : block, motion, removed_mm3, removed_lo_mm3, removed_hi_mm3 of the run.
     slack : mm^3 by which the triangulation of a curved STEP stock can change any of them.
     seconds : limit of a block, see `check_blocks`.
-    file : verdicts as they come; those that are there, and still hold, are not asked for again.
+    file : verdicts as they come; those that are there, and still hold, are not asked for again, but refusals are if
+        they had less time.
 
     Raises
     ------
@@ -165,7 +163,7 @@ def brep_columns(
     want = {k: brackets[k] for k in numbers}
     sweeps = [_sweeps(block, program, tools, job.machine) for block in blocks[: max(numbers, default=-1) + 1]]
     count = workers if workers is not None else os.cpu_count() or 1
-    with VerdictFile(file, want) as kept:
+    with VerdictFile(file, want, seconds) as kept:
         verdicts = kept.known
         left = {k: bracket for k, bracket in want.items() if k not in verdicts}
         progress("brep", len(verdicts), len(want))

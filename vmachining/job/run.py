@@ -19,7 +19,7 @@ from typing import Any
 from vmachining.engines.mesh import Crew, MeshEngine, crew
 from vmachining.errors import InputError, JobError, NCError, StockError
 from vmachining.job.blocks import Block, group_blocks, program_lines
-from vmachining.job.brep import BREP_SECONDS, Asked, blank, brep_columns, parse_brep
+from vmachining.job.brep import Asked, blank, brep_columns, parse_brep
 from vmachining.job.contact import Contacts, ToolParts
 from vmachining.job.files import (
     MANIFEST,
@@ -44,6 +44,7 @@ from vmachining.job.timing import MoveTimes, machine_limits, move_times
 from vmachining.nc import Motion, Program
 from vmachining.nc.rewrite import rewrite_feeds
 from vmachining.sweep import Sweep
+from vmachining.tolerance import BREP_SECONDS
 
 __all__ = ["ENGINES", "refuse_later", "run"]
 

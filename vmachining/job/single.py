@@ -17,7 +17,7 @@ __all__ = ["sweep_record", "swept_volume"]
 ROUNDING = 1e-9
 """Relative rounding of a mesh volume."""
 
-BREP_SECONDS = 300.0
+SWEEP_SECONDS = 300.0
 """Limit of OCCT for one sweep."""
 
 BREP_REL = 1e-7
@@ -95,7 +95,7 @@ def sweep_record(sweep: Sweep, chord: float = CHORD_MM, step: Path | None = None
         # several solids are valid one by one, whatever booleans of them say
         if not record["brep_valid"] or (record["brep_mm3"] is None and record["brep_solids"] < 2):
             raise SweepError(f"no B-rep solid to write: {record['brep_note']}")
-        brep.isolated(brep.write_sweep, step, sweep, seconds=BREP_SECONDS)
+        brep.isolated(brep.write_sweep, step, sweep, seconds=SWEEP_SECONDS)
     return record
 
 
@@ -104,7 +104,7 @@ def _from_brep(sweep: Sweep, bracket: Bracket) -> dict[str, Any]:
     from vmachining.engines import brep
 
     try:
-        told = brep.isolated(brep.described, sweep, seconds=BREP_SECONDS)
+        told = brep.isolated(brep.described, sweep, seconds=SWEEP_SECONDS)
     except (SweepError, EngineError) as exc:
         return {"brep_note": str(exc)}
     record = {
@@ -121,7 +121,7 @@ def _from_brep(sweep: Sweep, bracket: Bracket) -> dict[str, Any]:
         return record | {"brep_mm3": found}
     (x, y, z), (a, b, c) = (sweep.bounds + [[-1.0], [1.0]]).tolist()
     around = brep.Blank("box", (x, y, z), (a, b, c))
-    ((_, verdict),) = brep.check_blocks(around, [[sweep]], {0: bracket}, seconds=BREP_SECONDS)
+    ((_, verdict),) = brep.check_blocks(around, [[sweep]], {0: bracket}, seconds=SWEEP_SECONDS)
     note = f"the sweep is a union of {len(told.solids)} solids"
     return record | {
         "brep_mm3": verdict.removed_mm3,

@@ -15,7 +15,7 @@ from vmachining.job.files import atomic_path, writing
 
 __all__ = ["VerdictFile"]
 
-NAMES = ("block", "status", "removed_brep_mm3", "slack_mm3", "rung", "seconds", "sweeps", "reason")
+NAMES = ("block", "status", "removed_brep_mm3", "slack_mm3", "rung", "seconds", "sweeps", "reason", "limit_s")
 
 
 class VerdictFile:
@@ -27,9 +27,12 @@ class VerdictFile:
         Goes on where it ends; a torn last row (power cut) is dropped.
     brackets : {block: Bracket}
         Values that do not lie in them any more, and blocks that are not there, are not `known`.
+    seconds : limit of a block; refusals that had less are not `known`.
     """
 
-    def __init__(self, path: Path, brackets: Mapping[int, Bracket]) -> None:
+    def __init__(self, path: Path, brackets: Mapping[int, Bracket], seconds: float) -> None:
+        self._limits: dict[int, float] = {}
+        self._seconds = seconds
         self.known: dict[int, Verdict] = {}
         text = path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
         for row in csv.DictReader(StringIO(text[: text.rfind("\n") + 1], newline="")):
@@ -38,7 +41,7 @@ class VerdictFile:
         with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
             sheet = csv.writer(file, lineterminator="\n")
             sheet.writerow(NAMES)
-            sheet.writerows(_row(block, verdict) for block, verdict in self.known.items())
+            sheet.writerows(_row(block, known, self._limits[block]) for block, known in self.known.items())
         self._path, self._file = path, path.open("a", encoding="utf-8", newline="")
         self._sheet = csv.writer(self._file, lineterminator="\n")
 
@@ -48,14 +51,15 @@ class VerdictFile:
             Status(row["status"]), float(text) if text else None, row["rung"], row["reason"],
             float(row["seconds"]), int(row["sweeps"]), slack_mm3=float(row["slack_mm3"]),
         )  # fmt: skip
-        value = verdict.removed_mm3
-        if block in brackets and (value is None or brackets[block].holds(value, verdict.slack_mm3)):
-            self.known[block] = verdict
+        value, limit = verdict.removed_mm3, float(row["limit_s"])
+        holds = limit >= self._seconds if value is None else brackets[block].holds(value, verdict.slack_mm3)
+        if holds and block in brackets:
+            self.known[block], self._limits[block] = verdict, limit
 
     def add(self, block: int, verdict: Verdict) -> None:
         """Write one row and hand it to the operating system."""
         with writing(self._path):
-            self._sheet.writerow(_row(block, verdict))
+            self._sheet.writerow(_row(block, verdict, self._seconds))
             self._file.flush()
         self.known[block] = verdict
 
@@ -68,9 +72,9 @@ class VerdictFile:
         self._file.close()
 
 
-def _row(block: int, verdict: Verdict) -> tuple[str, ...]:
+def _row(block: int, verdict: Verdict, limit: float) -> tuple[str, ...]:
     value = verdict.removed_mm3
     return (
         str(block), str(verdict.status), "" if value is None else repr(value), repr(verdict.slack_mm3),
-        verdict.rung, repr(verdict.seconds), str(verdict.sweeps), verdict.reason,
+        verdict.rung, repr(verdict.seconds), str(verdict.sweeps), verdict.reason, repr(limit),
     )  # fmt: skip

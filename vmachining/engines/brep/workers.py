@@ -25,6 +25,7 @@ from vmachining.engines.brep.ladder import MESHES, RUNGS, SOLIDS, STEADY, Status
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Bracket
 from vmachining.sweep import Sweep
+from vmachining.tolerance import BREP_SECONDS
 
 __all__ = ["check_blocks", "isolated", "step_file"]
 
@@ -226,7 +227,7 @@ def check_blocks(
     asked: Mapping[int, Bracket],
     *,
     workers: int = 1,
-    seconds: float = 120.0,
+    seconds: float = BREP_SECONDS,
     recycle: int = 200,
     rungs: Sequence[str] = RUNGS,
     stop: Callable[[], bool] = lambda: False,
