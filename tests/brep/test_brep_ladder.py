@@ -25,6 +25,7 @@ from vmachining.engines import brep
 from vmachining.engines.brep import Blank, Ladder, Status, described, isolated, ladder, workers
 from vmachining.engines.brep.booleans import box_of
 from vmachining.engines.brep.near import SweepIndex
+from vmachining.engines.brep.reach import reaching
 from vmachining.engines.brep.sections import integrated, level_area
 from vmachining.engines.mesh import MeshEngine, box_stock
 from vmachining.errors import EngineError, InputError, SweepError
@@ -434,7 +435,7 @@ def test_solids_that_cannot_be_built_are_told_once_for_all_rungs() -> None:
     stepped = ProfileTool(points=[[0, 0], [1, 0.2], [1, 1], [2, 2], [2, 20]])
     sweep = Sweep.along(stepped, Arc((0, 0, 0), (0, 0, 20), 1, angle=-pi / 3))
     with pytest.raises((SweepError, EngineError)) as why:
-        brep.solids(ladder.reaching(sweep, box_of(BOX.shape())))
+        brep.solids(reaching(sweep, box_of(BOX.shape())))
     work = Ladder(BOX, [[sweep], [Sweep.along(stepped, Line((0, 0, -1), (30, 0, -1)))]])
     heard = list[str]()
     verdict = work.removed(1, Bracket(0.0, 1.0, 1e6), told=heard.append)

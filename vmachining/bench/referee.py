@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.ladder import reaching
+from vmachining.engines.brep.reach import reaching
 from vmachining.sweep import Sweep
 
 __all__ = ["referee"]

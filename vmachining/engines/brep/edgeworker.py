@@ -23,7 +23,8 @@ import numpy as np
 from vmachining.arrays import Bools, Floats
 from vmachining.engines.brep.blank import Blank
 from vmachining.engines.brep.booleans import box_of
-from vmachining.engines.brep.ladder import _meets, quiet, reaching
+from vmachining.engines.brep.ladder import quiet
+from vmachining.engines.brep.reach import meets, reaching
 from vmachining.engines.brep.shapes import Circle, Curve, Frame, Straight, interpolated, pnt
 from vmachining.engines.brep.swept import solids
 from vmachining.errors import SweepError, VMachiningError
@@ -140,7 +141,7 @@ class Members:
         self._stock_code = stock_code
         self._past: list[tuple[int, list[Solid]]] = []
         for code, sweep in past:
-            if not _meets(sweep, box):
+            if not meets(sweep, box):
                 continue
             try:
                 parts = solids(reaching(sweep, box))

@@ -21,9 +21,10 @@ import numpy as np
 from vmachining.arrays import Floats
 from vmachining.engines.brep.blank import Blank
 from vmachining.engines.brep.booleans import box_of, minus
-from vmachining.engines.brep.ladder import SLACK_MM3, _meets, reaching
+from vmachining.engines.brep.ladder import SLACK_MM3
 from vmachining.engines.brep.measure import volume
 from vmachining.engines.brep.near import SweepIndex
+from vmachining.engines.brep.reach import meets, reaching
 from vmachining.engines.brep.swept import inspect, solids
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Bracket
@@ -51,7 +52,7 @@ def workpiece(stock: Blank, blocks: Sequence[Sequence[Sweep]], brackets: Sequenc
     box = box_of(shape)
     before = volume(shape)
     for number, (sweeps, bracket) in enumerate(zip(blocks, brackets, strict=True)):
-        sweeps = [sweep for sweep in sweeps if _meets(sweep, box)]
+        sweeps = [sweep for sweep in sweeps if meets(sweep, box)]
         if bracket.hi <= 0.0 or not sweeps:
             continue
         try:
