@@ -12,8 +12,11 @@ import polars.testing
 import pytest
 from tinyjob import FEED, JOB, write_job
 
+from vmachining import Bracket
+from vmachining.engines.brep import Status, Verdict
 from vmachining.errors import InputError, JobError
 from vmachining.job import Job, Stopped, run
+from vmachining.job.verdicts import VerdictFile
 
 
 def stop_after(stage, done):
@@ -163,3 +166,16 @@ def test_verdicts_have_the_time_that_is_asked_for(tmp_path):
     assert result.summary["brep"] == result.summary["brep"] | {"agreed": 4, "refused": 0}
     with pytest.raises(InputError, match="brep_seconds 0 is no limit"):
         run(Job.load(write_job(tmp_path)), brep="2", brep_seconds=0.0)
+
+
+def test_a_verdict_reads_back_as_it_was_written(tmp_path):
+    """Values and errors come from numpy, too, which writes its numbers in words of its own."""
+    verdict = Verdict(Status.RETRIED, np.float64(1.5), "facets", "", 2.5, 3, slack_mm3=np.float64(-0.25))
+    path, wide, narrow = tmp_path / "verdicts.csv", Bracket(1.0, 1.4, 2.0), Bracket(1.4, 1.4, 2.0)
+    with VerdictFile(path, {7: wide}, 120.0) as file:
+        file.add(7, verdict)
+    for _ in range(2):
+        with VerdictFile(path, {7: wide}, 120.0) as file:
+            assert file.known == {7: verdict}
+    with VerdictFile(path, {7: narrow}, 120.0) as file:
+        assert not file.known  # 1.5 +- 0.25 leaves it

@@ -75,6 +75,6 @@ class VerdictFile:
 def _row(block: int, verdict: Verdict, limit: float) -> tuple[str, ...]:
     value = verdict.removed_mm3
     return (
-        str(block), str(verdict.status), "" if value is None else repr(value), repr(verdict.slack_mm3),
+        str(block), str(verdict.status), "" if value is None else repr(float(value)), repr(float(verdict.slack_mm3)),
         verdict.rung, repr(verdict.seconds), str(verdict.sweeps), verdict.reason, repr(limit),
     )  # fmt: skip
