@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+from math import inf, pi
+from typing import Any
+
 import numpy as np
 import pytest
 
-from vmachining import BallNose, Bracket, BullNose, Sweep
+from vmachining import BallNose, Bracket, BullNose, FlatEnd, Sweep
 from vmachining.bench.brep_chains import bar_of, chain_of
 from vmachining.bench.gauntlet import gauntlet_block
 from vmachining.bench.referee import referee
-from vmachining.engines.brep import Blank, Ladder, solids
+from vmachining.engines.brep import Blank, Ladder, Status, check_blocks, ladder, solids, workers
 from vmachining.engines.brep import faceted as meshes
 from vmachining.engines.brep.cover import Tries, _Work
 from vmachining.engines.brep.ladder import SOLIDS, quiet
 from vmachining.engines.mesh import MeshEngine, box_stock
-from vmachining.geometry import Arc
+from vmachining.geometry import Arc, Line
+from vmachining.sweep import Pose, Turn
 from vmachining.sweep.folds import poses, standing
+
+BOX = Blank("box", (0, -20, -20), (30, 20, 0))
 
 
 @pytest.mark.parametrize(("number", "block"), [(21, 5), (21, 9), (146, 4)])
@@ -86,3 +92,75 @@ def test_a_body_is_not_taken_for_one_that_is_gone() -> None:
     work = _Work[float](path, lambda body, *_: [body.points[:, 0].max()], lambda *_: [], Tries())  # type: ignore[arg-type]
     for diameter in range(2, 40):
         assert work._built(BallNose(diameter=diameter, length=60).profile, 0.0, 1.0) == [diameter / 2]
+
+
+@pytest.mark.parametrize("end", [workers._Late, workers._Gone])
+def test_a_mesh_that_hangs_or_crashes_costs_one_process_of_a_block(
+    end: type[Exception], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A doubtful value: meshes end the process, the same boolean is asked again, and sections confirm it."""
+    real, made = workers._Worker._receive, [0]
+    start = workers._Worker.__init__
+
+    def starts(self: workers._Worker, hello: bytes) -> None:
+        made[0] += 1
+        start(self, hello)
+
+    def ends(self: workers._Worker, seconds: float) -> Any:
+        answer = real(self, seconds)
+        if answer == ladder.MESHES:
+            self.rung = answer
+            raise end("for a test")
+        return answer
+
+    monkeypatch.setattr(workers._Worker, "__init__", starts)
+    monkeypatch.setattr(workers._Worker, "_receive", ends)
+    across = Sweep.along(FlatEnd(diameter=10, length=40), Line((-10, 0, -1), (40, 0, -1)))
+    ((_, verdict),) = check_blocks(BOX, [[across]], {0: Bracket(200.0, 250.0, 400.0)})
+    assert made == [2] and verdict.status is Status.AGREED and verdict.removed_mm3 == pytest.approx(300.0)
+    assert verdict.sure_mm3 is not None and verdict.sure_mm3 < 10.0
+
+
+class Says(Ladder):
+    """A ladder whose steady rungs say what a test wants: (value, error) of facets, then of sections."""
+
+    says: tuple[tuple[float, float], tuple[float, float]]
+
+    def _faceted(self, *_: Any, **__: Any) -> tuple[float, int, float]:
+        return self.says[0][0], 1, -self.says[0][1]
+
+    def _sectioned(self, *_: Any, **__: Any) -> tuple[float, int, float]:
+        return self.says[1][0], 1, -self.says[1][1]
+
+
+@pytest.mark.parametrize(("facets", "sections", "right", "sure"), [
+    ((300.0, 1.0), (0.0, 0.0), "plain", 1.0),
+    ((201.0, 101.0), (299.0, 2.0), "plain", 2.0),  # the first is too vague to tell anything
+    ((199.0, 40.0), (299.0, 2.0), "plain", 2.0),  # and here it tells nothing of what is in the bracket
+    ((280.0, 10.0), (0.0, 0.0), "facets", 10.0),
+    ((280.0, 101.0), (380.0, 101.0), "", inf),
+])  # fmt: skip
+def test_a_doubtful_value_stands_with_what_confirms_it(
+    facets: tuple[float, float], sections: tuple[float, float], right: str, sure: float
+) -> None:
+    work = Says(BOX, [[Sweep.along(FlatEnd(diameter=10, length=40), Line((-10, 0, -1), (40, 0, -1)))]])
+    work.says = (facets, sections)
+    verdict = work.removed(0, Bracket(200.0, 250.0, 400.0), rungs=("plain",))  # 300, far from the estimate
+    assert verdict.rung == right and (not right or verdict.sure_mm3 == sure)
+    assert right or "280 +- 1e+02 mm3 does not tell" in verdict.reason
+    barred = work.removed(0, Bracket(200.0, 250.0, 400.0), rungs=("plain",), barred=ladder.STEADY)
+    assert barred.status is Status.REFUSED and "facets cost a process" in barred.reason
+
+
+def test_a_layer_thinner_than_the_sag_keeps_the_value_of_booleans() -> None:
+    """A ball that leans and scratches 1e-3 mm deep; its bracket is a thousand times as wide as the truth."""
+    radius, depth, run = 5.0, 1e-3, 24.0
+    half = np.sqrt(2 * radius * depth - depth**2)
+    segment = radius**2 * np.arccos(1.0 - depth / radius) - (radius - depth) * half
+    truth = segment * run + pi * depth**2 * (3 * radius - depth) / 3
+    axis = np.array([0.0, 0.3, 1.0]) / np.hypot(0.3, 1.0)
+    first, last = (Pose(np.array([x, 0.0, radius - depth]) - radius * axis, axis) for x in (3.0, 3.0 + run))
+    sweep = Sweep.along(BallNose(diameter=10, length=40), Turn.great_circle(first, last))
+    verdict = Ladder(BOX, [[sweep]]).removed(0, Bracket(0.0, 0.05, 0.133))
+    value, sure = verdict.removed_mm3, verdict.sure_mm3
+    assert value is not None and sure is not None and abs(value - truth) < min(sure, 0.5 * truth)

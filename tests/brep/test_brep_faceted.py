@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from manifold3d import Manifold
 
 from vmachining.engines.brep import faceted as module
-from vmachining.engines.brep.faceted import SAGS, Plane, Taken, _filled, faceted, limit
+from vmachining.engines.brep.faceted import SAGS, Plane, Taken, _filled, faceted, limit, taken
 from vmachining.errors import EngineError
 
 
@@ -27,8 +28,13 @@ def test_meshes_of_solids_close_and_their_error_falls_with_the_sag(shape: Any, t
     solid = shape(cq).wrapped
     errors = [abs(float(faceted(solid, sag).volume()) / truth - 1.0) for sag in SAGS]
     assert all(0.4 < fine / coarse < 0.6 for coarse, fine in pairwise(errors))
-    value, error = limit(lambda sag: Taken(*[float(faceted(solid, sag).volume())] * 2, 1.0), 0.0)
+    value, error = limit(lambda sag: [whole(faceted(solid, sag))], 0.0)
     assert abs(value - truth) < 0.2 * error and abs(value / truth - 1.0) < 0.1 * errors[-1]
+
+
+def whole(solid: Manifold) -> Taken:
+    """All of it is removed."""
+    return Taken(*[float(solid.volume()), float(solid.surface_area())] * 2)
 
 
 def test_errors_that_cancel_are_stated_all_the_same() -> None:
@@ -36,9 +42,33 @@ def test_errors_that_cancel_are_stated_all_the_same() -> None:
     own, other = (lambda sag: 10.0 - 9.0 * sag**0.9), (lambda sag: 4.0 - even * 9.0 * sag**1.1)
     ends = SAGS[0], SAGS[2]
     even = (ends[0] ** 0.9 - ends[1] ** 0.9) / (ends[0] ** 1.1 - ends[1] ** 1.1)
-    value, error = limit(lambda sag: Taken(own(sag) - other(sag), own(sag), 0.5), 1.0)
+    value, error = limit(lambda sag: [Taken(own(sag) - other(sag), 50.0, own(sag), 100.0)], 1.0)
     step = (own(ends[0]) - other(ends[0])) - (own(ends[1]) - other(ends[1]))
     assert abs(step) < 1e-12 < 1e-3 < abs(value - 6.0) < error  # the step alone tells nothing
+
+
+def test_steps_of_opposite_sign_do_not_make_the_error_small() -> None:
+    """Two motions of one block, a convex and a hollow one."""
+    parts = [
+        lambda sag, sign=sign: Taken(5.0 + sign * sag, 20.0, 9.0 + 7.0 * sign * sag, 20.0) for sign in (-1, 1)
+    ]
+    _, error = limit(lambda sag: [part(sag) for part in parts], np.inf)
+    assert error == pytest.approx(2 * (1.0 + 0.25 * 7.0) * (SAGS[0] - SAGS[2]))
+
+
+@pytest.mark.parametrize("seen", [0.0, 0.3])
+def test_layers_that_meshes_see_in_part_or_not_at_all_may_be_a_sag_thick(seen: float) -> None:
+    """A layer of 1e-3 mm on 20 mm^2 of faces."""
+    truth = 20.0 * 1e-3
+    value, error = limit(lambda sag: [Taken(seen * truth, 20.0 * (seen > 0.0), 9.0, 20.0)], np.inf)
+    assert truth - value < error == pytest.approx(20.0 * SAGS[2])
+
+
+def test_sweeps_that_only_just_touch_the_stock_are_not_taken_for_air() -> None:
+    """Their meshes may be apart; boxes that are farther apart than a sag are air."""
+    stock = Manifold.cube((4.0, 3.0, 2.0))
+    near, far = (stock.translate((1.0, 0.0, 2.0 + gap)) for gap in (1e-3, 1e-1))
+    assert taken(stock, near, []) == (0.0, 0.0, 0.0, 2 * 3.0 * 3.0) and taken(stock, far, []) == (0.0,) * 4
 
 
 def test_a_mesh_that_does_not_hold_the_volume_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -198,12 +198,14 @@ def test_a_rung_that_hangs_or_dies_costs_a_process_and_at_worst_its_block(
 
     def stumbles(
         self: workers._Worker, block: int, bracket: Bracket, rungs: list[str], seconds: float,
-        longest: float, early: float, build: float,
+        longest: float, early: float, build: float, barred: set[str],
     ) -> brep.Verdict:  # fmt: skip
         under_way[0] = block
         if block == 4:
             self._process.kill()
-        return real(self, block, bracket, rungs, seconds, 1e-6 if block == 1 else longest, early, build)
+        return real(
+            self, block, bracket, rungs, seconds, 1e-6 if block == 1 else longest, early, build, barred
+        )
 
     def dies(self: workers._Worker, seconds: float) -> Any:
         answer = heard(self, seconds)
@@ -223,6 +225,7 @@ def test_a_rung_that_hangs_or_dies_costs_a_process_and_at_worst_its_block(
         Status.REFUSED, Status.REFUSED, Status.RETRIED, Status.AGREED, Status.REFUSED
     ]  # fmt: skip
     assert found[2].rung == "fuzzy 1e-05" and found[2].removed_mm3 == pytest.approx(150.0)
+    assert found[2].sure_mm3 is not None and found[3].sure_mm3 is None  # a second try is confirmed
     monkeypatch.setattr(workers.sys, "executable", "/bin/false")
     with pytest.raises(EngineError, match="no worker process"):
         list(brep.check_blocks(BOX, sweeps, asked))

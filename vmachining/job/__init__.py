@@ -34,8 +34,8 @@ before minus stock after.
 
 Interruption: SIGINT or SIGTERM finish the block in hand, then leave `blocks.partial.csv`, a checkpoint of the
 workpiece and a manifest with `complete: false`. A run that goes on makes the same rows as one that was never
-stopped. Verdicts of the B-rep engine are in `brep.partial.csv` as they come and are not asked for again, refused
-ones neither.
+stopped. Verdicts of the B-rep engine are in `brep.partial.csv` as they come and are not asked for again; refused
+ones are if they had less time.
 
 A run that is refused (bad job, program, tools, stock) leaves the result directory as it was. One that starts
 removes the files of an earlier result first, so that no old file passes for a new one.

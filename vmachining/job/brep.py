@@ -251,4 +251,8 @@ def _note(verdict: Verdict | None) -> str:
     if verdict.slack_mm3 < 0.0:
         how = "meshes of the solids" if verdict.rung == "facets" else "level sections"
         return f"B-rep value from {how}, good to {-verdict.slack_mm3:.2g} mm3"
+    if verdict.sure_mm3 is not None:
+        if verdict.sure_mm3 == float("inf"):
+            return "B-rep value of one boolean, which meshes and sections are too coarse to confirm"
+        return f"B-rep value confirmed by another way to {verdict.sure_mm3:.2g} mm3"
     return f"B-rep refused: {verdict.reason}" if verdict.reason else ""

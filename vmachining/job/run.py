@@ -90,7 +90,7 @@ def run(
     workers : processes that cut; None: one per core where the program is long enough. Changes no number
         beyond rounding.
     brep : blocks whose volume the B-rep engine checks: "none", "sample", "all" or numbers such as "3,7-12".
-    brep_seconds : of a processor, limit of one such block and of every sweep that has to be built for it.
+    brep_seconds : of a processor, limit of one such block, and of the solids and every mesh of each sweep that it needs.
     progress : called with stage name, blocks done, blocks in all.
 
     Raises

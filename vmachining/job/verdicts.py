@@ -1,4 +1,5 @@
-"""Verdicts of the B-rep engine on disk as they come: an interrupted run asks for none of them again."""
+"""Verdicts of the B-rep engine on disk as they come: an interrupted run asks for none of them again, but for refusals with
+more time."""
 
 from __future__ import annotations
 
@@ -15,7 +16,18 @@ from vmachining.job.files import atomic_path, writing
 
 __all__ = ["VerdictFile"]
 
-NAMES = ("block", "status", "removed_brep_mm3", "slack_mm3", "rung", "seconds", "sweeps", "reason", "limit_s")
+NAMES = (
+    "block",
+    "status",
+    "removed_brep_mm3",
+    "slack_mm3",
+    "rung",
+    "seconds",
+    "sweeps",
+    "reason",
+    "limit_s",
+    "sure_mm3",
+)
 
 
 class VerdictFile:
@@ -50,6 +62,7 @@ class VerdictFile:
         verdict = Verdict(
             Status(row["status"]), float(text) if text else None, row["rung"], row["reason"],
             float(row["seconds"]), int(row["sweeps"]), slack_mm3=float(row["slack_mm3"]),
+            sure_mm3=float(row["sure_mm3"]) if row["sure_mm3"] else None,
         )  # fmt: skip
         value, limit = verdict.removed_mm3, float(row["limit_s"])
         holds = limit >= self._seconds if value is None else brackets[block].holds(value, verdict.slack_mm3)
@@ -77,4 +90,5 @@ def _row(block: int, verdict: Verdict, limit: float) -> tuple[str, ...]:
     return (
         str(block), str(verdict.status), "" if value is None else repr(float(value)), repr(float(verdict.slack_mm3)),
         verdict.rung, repr(verdict.seconds), str(verdict.sweeps), verdict.reason, repr(limit),
+        "" if verdict.sure_mm3 is None else repr(float(verdict.sure_mm3)),
     )  # fmt: skip

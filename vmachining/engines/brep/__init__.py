@@ -6,7 +6,8 @@ Goal: a B-rep answer beside the mesh bracket. Every value is either inside the b
    curve draws, discs. No boolean, no sewing; planes, cylinders, cones, spheres, tori wherever these are exact.
 2. `volume(shape)` integrates along edges in closed form per kind of face.
 3. `Ladder.removed(k, bracket)` is stateless: (S_0 and W_k) minus the earlier sweeps that reach it. Which ones
-   do is decided by cells and exact distances. The value must lie in the bracket, else the next rung is tried.
+   do is decided by cells and exact distances. The value must lie in the bracket, else the next rung is tried; one that
+   is doubtful must be confirmed by another way.
 4. `check_blocks` runs a ladder in worker processes with a time limit: a crash or a hang costs a rung, at worst
    one block. `isolated` runs any function like that.
 5. `step_file` writes the workpiece: cut block by block, each cut gated, valid and closed at the end.
@@ -31,7 +32,7 @@ Goal: a B-rep answer beside the mesh bracket. Every value is either inside the b
 | `booleans.py` | what OCCT is asked, and whether it worked |
 | `faceted.py` | removed volume from meshes of the solids, where sweeps are unions of many |
 | `sections.py` | removed volume from areas of level sections, where booleans of solids hang or lie |
-| `near.py` | which earlier sweeps reach a region |
+| `near.py`, `reach.py` | which earlier sweeps reach a region; what of a sweep can meet the stock |
 | `workpiece.py` | the stock after all blocks as a valid solid, STEP with faces named and coloured by block |
 | `edges.py`, `edgeworker.py` | `BrepWorkpiece`: which parts of a cutting edge lie in the workpiece |
 | `workers.py`, `worker.py` | `check_blocks`, `step_file` and the process they drive |

@@ -23,7 +23,8 @@ A bracket is wide, and a boolean that lost a small part may still lie in it: two
 that was 0.5 % low where all others gave 0. So a value is doubtful that is not the first one, that is farther from
 the estimate of the mesh engine than estimates mostly are (`DOUBT_REL`), or that a turning tool has a part in: there all
 booleans were seen to agree on a value that is 0.16 % high. It is held against `facets` or `sections`,
-gives way to them if it is not within their error, and is refused if neither has one.
+gives way to them if it is not within their error, and is refused if neither can tell; one that is doubtful for its turning
+tool alone then stands, and says so (`sure_mm3`).
 
 A value that no rung brings into the bracket is refused; the bracket stands. The last two need no boolean of solids. They
 come first where sweeps are unions of many solids (facets) and where helices wind over each other (sections): booleans
@@ -32,7 +33,7 @@ of those were seen to take more than 48 s, and to lose parts.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from enum import StrEnum
 from functools import partial
 from time import process_time
@@ -86,6 +87,9 @@ STEADY_REL = 0.1
 DOUBT_REL, SURE_REL = 0.03, 0.02
 """Of the width of the bracket: a value farther from the estimate is doubtful; error asked of what it is held against."""
 
+VAGUE_REL = 0.25
+"""Of the width of the bracket: with a larger error nothing can be told from it."""
+
 SOLIDS, MESHES = "solids", "meshes"
 """What is told before any rung, and within `facets`: solids or meshes of the block, or of one that reaches it, are built."""
 
@@ -114,7 +118,8 @@ class Verdict(NamedTuple):
     """removed_mm3 : None if refused or skipped. rung : what worked. reason : why not. tried : value per rung.
 
     seconds : of a processor, all rungs and the processes they cost. slack_mm3 : by how much the rung that worked,
-    or else the last one, widened the bracket at both ends; negative: the value's own error, kept inside.
+    or else the last one, widened the bracket at both ends; negative: the value's own error, kept inside. sure_mm3 : how far
+    from the value of a steady rung it may be that the two agree; inf: none could tell; None: none was asked.
     """
 
     status: Status
@@ -125,6 +130,7 @@ class Verdict(NamedTuple):
     sweeps: int
     tried: tuple[float | None, ...] = ()
     slack_mm3: float = 0.0
+    sure_mm3: float | None = None
 
 
 class Found(NamedTuple):
@@ -157,6 +163,7 @@ class Ladder:
         self._store = store
         self._made: dict[int, list[Any] | SweepError | EngineError] = {}
         self._meshes: dict[tuple[int, float], Manifold] = {}
+        self._known: set[tuple[int, float]] = set()
 
     def warm(self) -> None:
         """Compile what blocks will need, so that no block pays for it with its time."""
@@ -171,6 +178,7 @@ class Ladder:
         *,
         rungs: Sequence[str] = RUNGS,
         early: float = np.inf,
+        barred: Collection[str] = (),
         told: Callable[[str], None] = lambda rung: None,
     ) -> Verdict:
         """Removed volume of a block, gated by its bracket; `told` hears of every rung before it is tried.
@@ -179,7 +187,8 @@ class Ladder:
         the same way, and of itself when it goes on.
 
         It agreed if the first of `RUNGS` worked, and was retried if any other one did. After `early` s of a
-        processor, solids not counted, the steady ones come next: they take their time, but hardly fail.
+        processor, solids not counted, the steady ones come next: they take their time, but hardly fail. Those that are
+        barred are not asked to confirm a value.
         """
         begin = process_time()
         tried: list[float | None] = []
@@ -219,18 +228,19 @@ class Ladder:
             tried.append(value)
             if bracket.holds(value, slack):
                 is_late = len(tried) > 1 or rung != RUNGS[0]  # the first ones may have cost another process
-                doubtful = is_late or self._is_turning(plans) or _is_far(value, slack, bracket)
-                if rung not in STEADY and doubtful:
-                    sure, why = self._confirmed(plans, bracket, Found(rung, value, count, slack), told)
-                    if sure is None:
+                is_far, sure = _is_far(value, slack, bracket), None
+                if rung not in STEADY and (is_late or is_far or self._is_turning(plans)):
+                    found = Found(rung, value, count, slack)
+                    right, sure, why = self._confirmed(plans, bracket, found, told, barred)
+                    if right is None and (is_late or is_far):
                         reason = f"{value:.6g} mm3 is doubtful and not confirmed: {why}"
                         break
-                    if sure.rung != rung:
-                        rung, value, count, slack = sure
+                    if right is not None and right.rung != rung:
+                        rung, value, count, slack = right
                         tried.append(value)
                 status = Status.AGREED if rung == RUNGS[0] else Status.RETRIED
                 spent = process_time() - begin
-                return Verdict(status, max(value, 0.0), rung, "", spent, count, tuple(tried), slack)
+                return Verdict(status, max(value, 0.0), rung, "", spent, count, tuple(tried), slack, sure)
             reason = f"{value:.6g} mm3 is outside [{bracket.lo:.6g}, {bracket.hi:.6g}]"
             if not plans:
                 break
@@ -326,6 +336,7 @@ class Ladder:
             level = partial(level_area, stock=self._stock, parts=parts, others=others, box=box)
             value, miss = integrated(partial(_noted, level, doubts), [box[0, 2], *stops, box[1, 2]], share)
             total, error = total + value, error + miss + max(doubts) * float(box[1, 2] - box[0, 2])
+        error += SLACK_REL * abs(total)  # outlines of a plain slot were seen to be 1e-7 off
         return float(total), sum(len(earlier) for _, earlier in plans), -float(error)
 
     def _faceted(
@@ -337,16 +348,14 @@ class Ladder:
     ) -> tuple[float, int, float]:
         """(value, earlier sweeps used, minus its error) by meshes."""
 
-        def removed(sag: float) -> Taken:
+        def removed(sag: float) -> list[Taken]:
             if (-1, sag) not in self._meshes:
                 self._keep(-1, sag, united([self._stock], sag, self._box))
             stock = self._meshes[-1, sag]
-            parts = [
+            return [
                 taken(stock, self._mesh(k, sag, told), (self._mesh(j, sag, told) for j in earlier))
                 for k, earlier in plans
             ]
-            removed, shared, surface = zip(*parts, strict=True) if parts else ((), (), (0.0,))
-            return Taken(sum(removed), sum(shared), max(surface))
 
         value, error = limit(removed, share_of_width * (bracket.hi - bracket.lo))
         return value, sum(len(earlier) for _, earlier in plans), -error
@@ -357,11 +366,17 @@ class Ladder:
         bracket: Bracket,
         found: Found,
         told: Callable[[str], None],
-    ) -> tuple[Found | None, str]:
-        """What is found, if the first steady rung in the bracket agrees with it; else what that one says; or why neither."""
+        barred: Collection[str],
+    ) -> tuple[Found | None, float, str]:
+        """(who is right, within how much, why nobody): what is found, if the first steady rung that can tell agrees with
+        it, else what that one says."""
         why = []
+        width = bracket.hi - bracket.lo
         wound = any(_is_wound(self._sweeps[j]) for k, earlier in plans for j in (k, *earlier))
         for rung in STEADY[::-1] if wound else STEADY:  # OCCT's meshes of their sheets may take minutes
+            if rung in barred:
+                why.append(f"{rung} cost a process")
+                continue
             ask = partial(self._faceted, told=told) if rung == FACETS else self._sectioned
             told(rung)
             try:
@@ -369,22 +384,28 @@ class Ladder:
             except Exception as exc:  # OCCT raises whatever it meets
                 why.append(f"{rung}: {exc}")
                 continue
-            if (
-                bracket.holds(other.value, 0.0)
-                and abs(found.value - other.value) <= found.slack - other.slack
-            ):
-                return found, ""
-            if bracket.holds(other.value, other.slack):
-                return other, ""
-            why.append(f"{rung}: {other.value:.6g} +- {-other.slack:.2g} mm3 leaves the bracket")
-        return None, "; ".join(why)
+            error = -other.slack
+            if error <= VAGUE_REL * width + SLACK_MM3:
+                if (
+                    bracket.holds(other.value, error)
+                    and abs(found.value - other.value) <= found.slack + error
+                ):
+                    return found, error, ""
+                if bracket.holds(other.value, -error):
+                    return other, error, ""
+            why.append(f"{rung}: {other.value:.6g} +- {error:.2g} mm3 does not tell")
+        return None, np.inf, "; ".join(why)
 
     def _mesh(self, k: int, sag: float, told: Callable[[str], None]) -> Manifold:
         """Of a sweep, in the box of the stock, remembered."""
         if (k, sag) not in self._meshes:
-            told(MESHES)
+            is_new = (k, sag) not in self._known
+            if is_new:  # one that was forgotten since counts for the block
+                told(MESHES)
             mesh = self._store.mesh(k, sag, lambda: united(self._solids(k), sag, self._box))
-            told(FACETS)
+            if is_new:
+                told(FACETS)
+                self._known.add((k, sag))
             self._keep(k, sag, mesh)
         return self._meshes[k, sag]
 

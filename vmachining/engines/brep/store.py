@@ -55,8 +55,24 @@ class Store:
         return self._kept(f"{number}", build, _packed, _unpacked)
 
     def mesh(self, number: int, sag: float, build: Callable[[], Manifold]) -> Manifold:
-        """The same of the mesh of a sweep."""
-        return self._kept(f"{number} {sag:g}", build, _arrays, _manifold)
+        """The same of the mesh of a sweep.
+
+        Raises
+        ------
+        EngineError
+            A process ended, or was ended, while it built this one: it would take as long again.
+        """
+        name = f"{number} {sag:g}"
+        if self._folder is None:
+            return build()
+        if any(_is_gone(mark.name.split()[-1]) for mark in self._folder.glob(f"{name} begun *")):
+            raise EngineError("another process came to its end over this mesh", engine="brep")
+        mark = self._folder / f"{name} begun {os.getpid()}"
+        mark.touch()
+        try:
+            return self._kept(name, build, _arrays, _manifold)
+        finally:
+            mark.unlink(missing_ok=True)
 
     def _kept(
         self, name: str, build: Callable[[], T], pack: Callable[[T], object], unpack: Callable[[Any], T]
@@ -87,6 +103,11 @@ class Store:
         with suppress(OSError):
             temporary.write_bytes(pickle.dumps(content))
             temporary.replace(self._folder / name)
+
+
+def _is_gone(process: str) -> bool:
+    """Whether a process has ended, where the system tells."""
+    return Path("/proc/self").exists() and not Path("/proc", process).exists()
 
 
 def _packed(shapes: list[Any]) -> list[bytes]:

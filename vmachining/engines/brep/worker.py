@@ -71,9 +71,9 @@ def main() -> None:
         elif kind == "call":
             say(_called(*question))
         else:
-            block, bracket, rungs, early = question
+            block, bracket, rungs, early, barred = question
             assert ladder is not None
-            say(ladder.removed(block, bracket, rungs=rungs, early=early, told=say))
+            say(ladder.removed(block, bracket, rungs=rungs, early=early, barred=barred, told=say))
 
 
 def _end_with_driver() -> None:

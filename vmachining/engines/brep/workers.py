@@ -15,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from time import monotonic
 from typing import Any, NamedTuple, TypeVar, cast
@@ -64,12 +64,15 @@ class _Watch:
 
     def __init__(self, pid: int) -> None:
         self._pid, self._clock, self._cpu = pid, monotonic(), _processor_seconds(pid)
+        self._last = self._cpu
 
     def used(self) -> float:
         clock, cpu = monotonic() - self._clock, _processor_seconds(self._pid)
-        if cpu is None or self._cpu is None:
+        if cpu is not None:  # else it is gone, or never told
+            self._last = cpu
+        if self._last is None or self._cpu is None:
             return clock
-        return max(cpu - self._cpu, clock / PATIENCE)
+        return max(self._last - self._cpu, clock / PATIENCE)
 
 
 def _processor_seconds(pid: int) -> float | None:
@@ -132,8 +135,10 @@ class _Worker:
         longest: float,
         early: float,
         build: float,
+        barred: Collection[str],
     ) -> Verdict:
-        """seconds : of the block. longest : of one rung. early : until steady rungs come next. build : of one sweep.
+        """seconds : of the block. longest : of one rung. early : until steady rungs come next. build : of the solids of one
+        sweep, and of every mesh of one. barred : see `Ladder.removed`.
 
         If this ends badly, `rung` is what was under way, `tried` all until then, `late` whether it was slow, and `used`
         what it had taken.
@@ -141,7 +146,7 @@ class _Worker:
         watch = _Watch(self._process.pid)
         self.rung, self.tried, self.late, self.used = SOLIDS, [], False, Spent()
         try:
-            self._send(pickle.dumps(("check", block, bracket, tuple(rungs), early)))
+            self._send(pickle.dumps(("check", block, bracket, tuple(rungs), early, tuple(barred))))
             while True:
                 left = build if self.rung in SHARED else seconds - self.used.own
                 answer = self._receive(left if self.rung in (*SHARED, *STEADY) else min(longest, left))
@@ -221,6 +226,15 @@ class _Worker:
         )
 
 
+def _over(worker: _Worker) -> list[str]:
+    """Rungs that a worker, which is gone, need not be asked for again: all it tried, but not the one whose value was just
+    being confirmed."""
+    if worker.rung not in (MESHES, *STEADY):
+        return worker.tried
+    asked = [rung for rung in worker.tried if rung not in (*SHARED, *STEADY)]
+    return [rung for rung in worker.tried if rung not in asked[-1:]]
+
+
 def check_blocks(
     stock: Blank,
     blocks: Sequence[Sequence[Sweep]],
@@ -240,10 +254,10 @@ def check_blocks(
     blocks : what every block of the program sweeps, in program order.
     asked : block number -> bracket of its removed volume.
     workers : processes.
-    seconds : limit of one block, of processor time where the system tells it; of every sweep whose solids or meshes it is
-        the first to need, another one. A rung that crashes or takes longer than 0.25 of it (facets and sections: what is
-        left of it) costs the process; the block goes on with the next rung in a new one, after a hang with facets
-        and sections, and is refused if no rung and no time is left.
+    seconds : limit of one block, of processor time where the system tells it. The solids of every sweep that it is the first
+        to need, and every mesh of them, have the same limit each. A rung that crashes or takes longer than 0.25 of it
+        (facets and sections: what is left of it) costs the process; the block goes on with the next rung in a new one,
+        after a hang with facets and sections, and is refused if no rung and no time is left.
     recycle : blocks after which a process is replaced.
     stop : asked between blocks; what is under way is dropped.
 
@@ -286,6 +300,7 @@ def check_blocks(
                     drop(worker)
                     worker = None
                 used, left, lost, was_lost = Spent(), list(rungs), "", False
+                barred: set[str] = set()
                 while True:
                     if worker is None:
                         try:
@@ -302,15 +317,27 @@ def check_blocks(
                     try:
                         early = EARLY * seconds - used.own
                         verdict = worker.ask(
-                            block, bracket, left, seconds - used.own, LONGEST * seconds, early, seconds
+                            block,
+                            bracket,
+                            left,
+                            seconds - used.own,
+                            LONGEST * seconds,
+                            early,
+                            seconds,
+                            barred,
                         )
                     except _Gone as exc:
                         lost = f"{worker.rung}: {exc}"
                         used = Spent(used.own + worker.used.own, used.all + worker.used.all)
-                        left = [rung for rung in left if rung not in worker.tried]
+                        over = _over(worker)
+                        left = [rung for rung in left if rung not in over]
+                        barred |= {*over} & {*STEADY}
                         if worker.rung == SOLIDS:  # a process may die of other things, once
                             left, was_lost = ([] if worker.late or was_lost else left), True
-                        elif worker.late:  # what hangs one way hangs most ways
+                        elif worker.late and worker.rung not in (
+                            MESHES,
+                            *STEADY,
+                        ):  # what hangs one way hangs most ways
                             left = steady_first(left)
                         drop(worker)
                         worker = None
