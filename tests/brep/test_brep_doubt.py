@@ -39,7 +39,11 @@ def test_a_value_inside_the_bracket_is_held_against_meshes(number: int, block: i
     rays, spread = referee(chain.sweeps, block, bar, 192)
     value = verdict.removed_mm3
     assert value is not None and chain.brackets[block].holds(value, verdict.slack_mm3)
-    assert abs(value - rays) <= spread + abs(verdict.slack_mm3)
+    assert verdict.sure_mm3 is not None
+    assert abs(value - rays) <= spread + max(abs(verdict.slack_mm3), verdict.sure_mm3)
+    assert spread < 2e-3 * rays and verdict.sure_mm3 < 0.1 * (
+        chain.brackets[block].hi - chain.brackets[block].lo
+    )
     assert spread < 0.1 * (chain.brackets[block].hi - chain.brackets[block].lo)
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from vmachining import BallNose, BullNose, FlatEnd, ProfileTool, Sweep, SweepError, Taper
 from vmachining.engines import brep
-from vmachining.engines.brep.faceted import limit, united
+from vmachining.engines.brep.faceted import Taken, limit, united
 from vmachining.geometry import Arc, Line
 from vmachining.sweep import shadow
 from vmachining.tool import Cutter
@@ -187,7 +187,12 @@ def test_a_torus_that_begins_level_is_closed_in_on() -> None:
     path, tool = UPRIGHT["valley from level"], TOOLS["bull"]
     sweep = Sweep.along(tool, path)
     parts = [part.shape for part in brep.solids(sweep)]
-    value, error = limit(lambda sag: float(united(parts, sag, np.stack(sweep.bounds)).volume()), 0.0)
+
+    def union(sag: float) -> list[Taken]:
+        found = united(parts, sag, np.stack(sweep.bounds))
+        return [Taken(*[float(found.volume()), float(found.surface_area())] * 2)]
+
+    value, error = limit(union, 0.0)
     t, w = np.polynomial.legendre.leggauss(200)
     velocity = path.velocity(0.5 * (t + 1.0))
     passed = [shadow(tool.profile, float(np.hypot(*v[:2])), float(v[2])) for v in velocity]

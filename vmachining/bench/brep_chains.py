@@ -153,9 +153,9 @@ def _held(
         known = open_blocks[chain.number]
         known[k] = {
             "status": str(verdict.status), "rung": verdict.rung, "value": value, "bracket": list(chain.brackets[k]),
-            "slack": verdict.slack_mm3, "seconds": round(verdict.seconds, 3), "sweeps": verdict.sweeps,
+            "slack": verdict.slack_mm3, "sure": verdict.sure_mm3, "seconds": round(verdict.seconds, 3), "sweeps": verdict.sweeps,
             "reason": verdict.reason, "tried": list(verdict.tried),
-            **_judged(chain, k, bar, value, verdict.slack_mm3),
+            **_judged(chain, k, bar, value, verdict.slack_mm3, verdict.sure_mm3 or 0.0),
         }  # fmt: skip
         if all(known.values()):
             yield {
@@ -165,12 +165,13 @@ def _held(
 
 
 def _judged(
-    chain: Chain, k: int, bar: tuple[Floats, Floats], value: float | None, slack: float
+    chain: Chain, k: int, bar: tuple[Floats, Floats], value: float | None, slack: float, sure: float = 0.0
 ) -> dict[str, Any]:
     """Whether a value lies outside of the bracket or of the error bar of the rays; more rays if it seems so."""
     if value is None:
         return {"wrong": False}
-    own = abs(slack)  # a negative one is the value's stated error
+    # a negative slack is the value's stated error; one that nothing confirmed states none
+    own = max(abs(slack), sure if np.isfinite(sure) else 0.0)
     rays = referee(chain.sweeps, k, bar, RAYS)
     if abs(value - rays[0]) > rays[1] + own:
         rays = referee(chain.sweeps, k, bar, 4 * RAYS)

@@ -23,8 +23,8 @@ A bracket is wide, and a boolean that lost a small part may still lie in it: two
 that was 0.5 % low where all others gave 0. So a value is doubtful that is not the first one, that is farther from
 the estimate of the mesh engine than estimates mostly are (`DOUBT_REL`), or that a turning tool has a part in: there all
 booleans were seen to agree on a value that is 0.16 % high. It is held against `facets` or `sections`,
-gives way to them if it is not within their error, and is refused if neither can tell; one that is doubtful for its turning
-tool alone then stands, and says so (`sure_mm3`).
+gives way to them if it is not within their error, and is refused if neither can tell. One that is doubtful for its turning
+tool alone stands, and says how far it is from what they allow (`sure_mm3`): they were seen to be wrong, too.
 
 A value that no rung brings into the bracket is refused; the bracket stands. The last two need no boolean of solids. They
 come first where sweeps are unions of many solids (facets) and where helices wind over each other (sections): booleans
@@ -119,7 +119,7 @@ class Verdict(NamedTuple):
 
     seconds : of a processor, all rungs and the processes they cost. slack_mm3 : by how much the rung that worked,
     or else the last one, widened the bracket at both ends; negative: the value's own error, kept inside. sure_mm3 : how far
-    from the value of a steady rung it may be that the two agree; inf: none could tell; None: none was asked.
+    from the truth the value is at most if a steady rung is right; inf: none could tell; None: none was asked.
     """
 
     status: Status
@@ -236,8 +236,11 @@ class Ladder:
                         reason = f"{value:.6g} mm3 is doubtful and not confirmed: {why}"
                         break
                     if right is not None and right.rung != rung:
-                        rung, value, count, slack = right
-                        tried.append(value)
+                        tried.append(right.value)
+                        if is_late or is_far:
+                            rung, value, count, slack = right
+                        else:  # meshes were seen to be wrong by more than they say, too: both stand
+                            sure += abs(value - right.value)
                 status = Status.AGREED if rung == RUNGS[0] else Status.RETRIED
                 spent = process_time() - begin
                 return Verdict(status, max(value, 0.0), rung, "", spent, count, tuple(tried), slack, sure)
