@@ -254,5 +254,5 @@ def _note(verdict: Verdict | None) -> str:
     if verdict.sure_mm3 is not None:
         if verdict.sure_mm3 == float("inf"):
             return "B-rep value of one boolean, which meshes and sections are too coarse to confirm"
-        return f"B-rep value confirmed by another way to {verdict.sure_mm3:.2g} mm3"
+        return f"B-rep value within {verdict.sure_mm3:.2g} mm3 of all that meshes or sections allow"
     return f"B-rep refused: {verdict.reason}" if verdict.reason else ""
