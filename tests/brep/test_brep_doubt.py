@@ -12,7 +12,7 @@ from vmachining import BallNose, Bracket, BullNose, FlatEnd, Sweep
 from vmachining.bench.brep_chains import bar_of, chain_of
 from vmachining.bench.gauntlet import gauntlet_block
 from vmachining.bench.referee import referee
-from vmachining.engines.brep import Blank, Ladder, Status, check_blocks, ladder, solids, workers
+from vmachining.engines.brep import Blank, Ladder, Status, Verdict, check_blocks, ladder, solids, workers
 from vmachining.engines.brep import faceted as meshes
 from vmachining.engines.brep.cover import Tries, _Work
 from vmachining.engines.brep.ladder import SOLIDS, quiet
@@ -24,27 +24,46 @@ from vmachining.sweep.folds import poses, standing
 BOX = Blank("box", (0, -20, -20), (30, 20, 0))
 
 
-@pytest.mark.parametrize(("number", "block"), [(21, 5), (21, 9), (146, 4)])
-def test_a_value_inside_the_bracket_is_held_against_meshes(number: int, block: int) -> None:
-    """Grooves of a taper beside each other: plain booleans give 0, fuzzy ones of one block are 0.5 % low.
-
-    A taper that turns sharply: all booleans agree on 0.16 % too much.
-    """
+def asked(
+    number: int, block: int, rungs: tuple[str, ...] = ladder.RUNGS
+) -> tuple[Verdict, Bracket, float, float]:
+    """Of a block of the chain gauntlet: its verdict and bracket, what rays say and their error bar."""
     bar = bar_of([number])
     engine = MeshEngine(box_stock(tuple(bar[0]), tuple(bar[1])), 0.02, certify=True)
     chain = chain_of(1, number, engine)
     stock = Blank("box", tuple(bar[0].tolist()), tuple(bar[1].tolist()))
     quiet()
-    verdict = Ladder(stock, [[sweep] for sweep in chain.sweeps]).removed(block, chain.brackets[block])
+    work, bracket = Ladder(stock, [[sweep] for sweep in chain.sweeps]), chain.brackets[block]
     rays, spread = referee(chain.sweeps, block, bar, 192)
+    return work.removed(block, bracket, rungs=rungs), bracket, rays, spread
+
+
+@pytest.mark.parametrize("block", [5, 9])
+def test_a_value_inside_the_bracket_is_held_against_meshes(block: int) -> None:
+    """Grooves of a taper beside each other: plain booleans give 0, fuzzy ones of one block are 0.5 % low."""
+    verdict, bracket, rays, spread = asked(21, block)
     value = verdict.removed_mm3
-    assert value is not None and chain.brackets[block].holds(value, verdict.slack_mm3)
-    assert verdict.sure_mm3 is not None
-    assert abs(value - rays) <= spread + max(abs(verdict.slack_mm3), verdict.sure_mm3)
-    assert spread < 2e-3 * rays and verdict.sure_mm3 < 0.1 * (
-        chain.brackets[block].hi - chain.brackets[block].lo
-    )
-    assert spread < 0.1 * (chain.brackets[block].hi - chain.brackets[block].lo)
+    assert value is not None and bracket.holds(value, verdict.slack_mm3)
+    assert abs(value - rays) <= spread + abs(verdict.slack_mm3)
+    assert spread < 0.1 * (bracket.hi - bracket.lo)
+
+
+def test_booleans_of_a_turning_tool_say_how_far_they_are_from_meshes() -> None:
+    """A taper that turns sharply: all booleans agree on 0.16 % too much, near the estimate."""
+    verdict, bracket, rays, spread = asked(146, 4)
+    value, sure = verdict.removed_mm3, verdict.sure_mm3
+    assert value is not None and sure is not None and bracket.holds(value, verdict.slack_mm3)
+    assert spread < 5e-4 * rays
+    assert abs(value - rays) <= spread + max(abs(verdict.slack_mm3), sure)
+    assert sure < 0.1 * (bracket.hi - bracket.lo)
+
+
+def test_a_bad_mesh_of_a_solid_says_so() -> None:
+    """A bull nose that turns smoothly: OCCT's mesh lacks more at a sag of 2e-3 than at 4e-3, and 0.6 % of the value."""
+    verdict, bracket, rays, spread = asked(5, 2, ("facets",))
+    assert verdict.removed_mm3 is not None and spread < 1e-3 * rays
+    assert abs(verdict.removed_mm3 - rays) <= spread - verdict.slack_mm3
+    assert -verdict.slack_mm3 < 0.15 * (bracket.hi - bracket.lo)
 
 
 def test_a_doubtful_helix_is_held_against_sections() -> None:
@@ -68,7 +87,7 @@ def test_an_instant_at_which_the_curve_jumps_is_closed_in_on() -> None:
     quiet()
     parts = [part.shape for part in solids(sweep)]
     lo, hi = sweep.bounds
-    union = meshes.united(parts, 2e-3, np.stack([lo, hi]))
+    union = meshes.united(parts, 2e-3, np.stack([lo, hi])).solid
     points = np.random.default_rng(0).uniform(lo, hi, (400, 3))
     distance = sweep.signed_distance(points)
     clear = np.abs(distance) > 0.02 * sweep.profile.max_radius

@@ -11,7 +11,7 @@ import pytest
 from manifold3d import Manifold
 
 from vmachining.engines.brep import faceted as module
-from vmachining.engines.brep.faceted import SAGS, Plane, Taken, _filled, faceted, limit, taken
+from vmachining.engines.brep.faceted import SAGS, Lack, Meshed, Plane, Taken, _filled, faceted, limit, taken
 from vmachining.errors import EngineError
 
 
@@ -26,9 +26,9 @@ def test_meshes_of_solids_close_and_their_error_falls_with_the_sag(shape: Any, t
     import cadquery as cq
 
     solid = shape(cq).wrapped
-    errors = [abs(float(faceted(solid, sag).volume()) / truth - 1.0) for sag in SAGS]
+    errors = [abs(float(faceted(solid, sag).solid.volume()) / truth - 1.0) for sag in SAGS]
     assert all(0.4 < fine / coarse < 0.6 for coarse, fine in pairwise(errors))
-    value, error = limit(lambda sag: [whole(faceted(solid, sag))], 0.0)
+    value, error = limit(lambda sag: [whole(faceted(solid, sag).solid)], 0.0)
     assert abs(value - truth) < 0.2 * error and abs(value / truth - 1.0) < 0.1 * errors[-1]
 
 
@@ -64,11 +64,35 @@ def test_layers_that_meshes_see_in_part_or_not_at_all_may_be_a_sag_thick(seen: f
     assert truth - value < error == pytest.approx(20.0 * SAGS[2])
 
 
+def test_what_an_extrapolated_mesh_misses_of_its_solid_is_stated() -> None:
+    """Lacks that fall by the law say nothing; a mesh that lacks no less with a quarter of the sag is bad by what it lacks;
+    one that leaves the law by little does so on every face, and only a tenth of them is here."""
+    good, bad, usual = (lambda sag: 30.0 * sag), (lambda sag: 0.2), (lambda sag: 0.01 + 30.0 * sag)
+    for lacks, miss in (([good] * 3, 0.0), ([good, bad], 0.2), ([bad, bad], 0.2 * 2**0.5), ([usual], 0.001)):
+        _, error = limit(
+            lambda sag, f=lacks: [Taken(1.0, 1.0, 1.0, 1.0, tuple(Lack(g(sag), 10.0) for g in f))], np.inf
+        )  # type: ignore[misc]
+        assert error == pytest.approx(miss, abs=1e-12)
+
+
+def test_meshes_know_what_they_lack() -> None:
+    import cadquery as cq
+
+    for sag in SAGS[:2]:
+        mesh = faceted(cq.Solid.makeSphere(5.0).wrapped, sag)  # half of one
+        (lack,) = mesh.lacks
+        assert (
+            float(mesh.solid.volume()) + lack.volume == pytest.approx(2 / 3 * pi * 125, rel=1e-9)
+            and lack.volume > 0.0
+        )
+
+
 def test_sweeps_that_only_just_touch_the_stock_are_not_taken_for_air() -> None:
     """Their meshes may be apart; boxes that are farther apart than a sag are air."""
     stock = Manifold.cube((4.0, 3.0, 2.0))
     near, far = (stock.translate((1.0, 0.0, 2.0 + gap)) for gap in (1e-3, 1e-1))
-    assert taken(stock, near, []) == (0.0, 0.0, 0.0, 2 * 3.0 * 3.0) and taken(stock, far, []) == (0.0,) * 4
+    assert taken(stock, Meshed(near, ()), []) == Taken(0.0, 0.0, 0.0, 2 * 3.0 * 3.0)
+    assert taken(stock, Meshed(far, ()), []) == Taken(0.0, 0.0, 0.0, 0.0)
 
 
 def test_a_mesh_that_does_not_hold_the_volume_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -118,7 +142,7 @@ def test_a_plane_face_that_was_lost_is_filled_from_its_border(
 
     plate = cq.Solid.makeCylinder(3.0, 1.0).cut(cq.Solid.makeBox(2, 2, 3, cq.Vector(-1, -1, -1)))
     solid = plate.rotate(cq.Vector(0, 0, 0), cq.Vector(1, 2, 3), 77.0).wrapped
-    whole, sag = faceted(solid, 2e-3), 2e-3
+    whole, sag = faceted(solid, 2e-3).solid, 2e-3
     real, done = Plane.is_covered, list[bool]()
 
     def spoilt(plane: Plane, corners: Any) -> bool:
@@ -129,7 +153,7 @@ def test_a_plane_face_that_was_lost_is_filled_from_its_border(
         return done[0]
 
     monkeypatch.setattr(Plane, "is_covered", spoilt)
-    filled = faceted(solid, sag)
+    filled = faceted(solid, sag).solid
     assert done == [False]
     assert float(filled.volume()) == pytest.approx(float(whole.volume()), rel=1e-9)
     assert abs(float(filled.volume()) - (9 * pi - 4)) < 2 * pi * 3 * sag and filled.genus() == 1

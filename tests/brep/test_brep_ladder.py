@@ -396,7 +396,7 @@ def test_what_other_blocks_need_too_does_not_count_for_the_limit_of_one() -> Non
     """Every mesh of a sweep is told of, and what goes on after it; a driver counts the seconds between."""
     across = [Line((-10, y, -1), (40, y, -1)) for y in (0.0, 5.0)]
     work, heard = Ladder(BOX, chain(FlatEnd(diameter=10, length=40), across)), list[str]()
-    verdict = work.removed(1, near(150.0), rungs=("facets",), told=heard.append)
+    verdict = work.removed(1, near(150.0, 1e-3), rungs=("facets",), told=heard.append)
     assert verdict.removed_mm3 == pytest.approx(150.0)
     sweeps_times_sags = 2 * 2
     assert heard == [ladder.SOLIDS] * 2 + ["facets"] + [ladder.MESHES, "facets"] * sweeps_times_sags

@@ -189,7 +189,7 @@ def test_a_torus_that_begins_level_is_closed_in_on() -> None:
     parts = [part.shape for part in brep.solids(sweep)]
 
     def union(sag: float) -> list[Taken]:
-        found = united(parts, sag, np.stack(sweep.bounds))
+        found = united(parts, sag, np.stack(sweep.bounds)).solid
         return [Taken(*[float(found.volume()), float(found.surface_area())] * 2)]
 
     value, error = limit(union, 0.0)

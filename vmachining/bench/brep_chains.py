@@ -102,7 +102,8 @@ def table(records: Iterable[dict[str, Any]]) -> Iterator[dict[str, Any]]:
             "case": "brep-chains", "family": family, "chains": len(found), "asked": len(blocks),
             **{word: counts[word] for word in ("agreed", "retried", "refused")},
             "agreed_or_retried": (counts["agreed"] + counts["retried"]) / len(blocks),
-            "silently_wrong": sum(block["wrong"] for block in blocks),
+            "wrong": sum(block["wrong"] for block in blocks),
+            "silently_wrong": sum(block["wrong"] and not block.get("said", False) for block in blocks),
             "median_s": round(float(np.median(seconds)), 3), "max_s": round(float(seconds.max()), 1),
             "rungs": dict(Counter(block["rung"] for block in blocks if block["rung"])),
             "baseline": dict(plain),
@@ -153,8 +154,8 @@ def _held(
         known = open_blocks[chain.number]
         known[k] = {
             "status": str(verdict.status), "rung": verdict.rung, "value": value, "bracket": list(chain.brackets[k]),
-            "slack": verdict.slack_mm3, "sure": verdict.sure_mm3, "seconds": round(verdict.seconds, 3), "sweeps": verdict.sweeps,
-            "reason": verdict.reason, "tried": list(verdict.tried),
+            "slack": verdict.slack_mm3, "sure": verdict.sure_mm3, "seconds": round(verdict.seconds, 3),
+            "sweeps": verdict.sweeps, "reason": verdict.reason, "tried": list(verdict.tried),
             **_judged(chain, k, bar, value, verdict.slack_mm3, verdict.sure_mm3 or 0.0),
         }  # fmt: skip
         if all(known.values()):
@@ -167,16 +168,19 @@ def _held(
 def _judged(
     chain: Chain, k: int, bar: tuple[Floats, Floats], value: float | None, slack: float, sure: float = 0.0
 ) -> dict[str, Any]:
-    """Whether a value lies outside of the bracket or of the error bar of the rays; more rays if it seems so."""
+    """Whether a value lies outside of the bracket or of the error bar of the rays; more rays if it seems so.
+
+    said : whether it does not, or does by less than what it says about how far it may be from what meshes allow.
+    """
     if value is None:
-        return {"wrong": False}
-    # a negative slack is the value's stated error; one that nothing confirmed states none
-    own = max(abs(slack), sure if np.isfinite(sure) else 0.0)
+        return {"wrong": False, "said": True}
+    own = abs(slack)  # a negative one is the value's stated error
     rays = referee(chain.sweeps, k, bar, RAYS)
     if abs(value - rays[0]) > rays[1] + own:
         rays = referee(chain.sweeps, k, bar, 4 * RAYS)
-    wrong = abs(value - rays[0]) > rays[1] + own or not chain.brackets[k].holds(value, slack)
-    return {"rays": rays[0], "bar": rays[1], "wrong": bool(wrong)}
+    miss, inside = abs(value - rays[0]) - rays[1], chain.brackets[k].holds(value, slack)
+    said = inside and miss <= max(own, sure if np.isfinite(sure) else 0.0)
+    return {"rays": rays[0], "bar": rays[1], "wrong": bool(miss > own or not inside), "said": bool(said)}
 
 
 def _base(chain: Chain, bar: tuple[Floats, Floats]) -> list[str]:

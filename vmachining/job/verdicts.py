@@ -17,17 +17,8 @@ from vmachining.job.files import atomic_path, writing
 __all__ = ["VerdictFile"]
 
 NAMES = (
-    "block",
-    "status",
-    "removed_brep_mm3",
-    "slack_mm3",
-    "rung",
-    "seconds",
-    "sweeps",
-    "reason",
-    "limit_s",
-    "sure_mm3",
-)
+    "block", "status", "removed_brep_mm3", "slack_mm3", "rung", "seconds", "sweeps", "reason", "limit_s", "sure_mm3",
+)  # fmt: skip
 
 
 class VerdictFile:

@@ -24,7 +24,7 @@ that was 0.5 % low where all others gave 0. So a value is doubtful that is not t
 the estimate of the mesh engine than estimates mostly are (`DOUBT_REL`), or that a turning tool has a part in: there all
 booleans were seen to agree on a value that is 0.16 % high. It is held against `facets` or `sections`,
 gives way to them if it is not within their error, and is refused if neither can tell. One that is doubtful for its turning
-tool alone stands, and says how far it is from what they allow (`sure_mm3`): they were seen to be wrong, too.
+tool alone stands, and says how far it is from what they allow (`sure_mm3`).
 
 A value that no rung brings into the bracket is refused; the bracket stands. The last two need no boolean of solids. They
 come first where sweeps are unions of many solids (facets) and where helices wind over each other (sections): booleans
@@ -40,11 +40,10 @@ from time import process_time
 from typing import Any, NamedTuple
 
 import numpy as np
-from manifold3d import Manifold
 
 from vmachining.engines.brep.blank import Blank
 from vmachining.engines.brep.booleans import apart, box_of, common, is_empty, minus, turned
-from vmachining.engines.brep.faceted import Taken, limit, taken, united
+from vmachining.engines.brep.faceted import Meshed, Taken, limit, taken, united
 from vmachining.engines.brep.measure import volume
 from vmachining.engines.brep.near import SweepIndex
 from vmachining.engines.brep.reach import meets, reaching
@@ -162,7 +161,7 @@ class Ladder:
         self._index = SweepIndex(self._sweeps)
         self._store = store
         self._made: dict[int, list[Any] | SweepError | EngineError] = {}
-        self._meshes: dict[tuple[int, float], Manifold] = {}
+        self._meshes: dict[tuple[int, float], Meshed] = {}
         self._known: set[tuple[int, float]] = set()
 
     def warm(self) -> None:
@@ -239,7 +238,7 @@ class Ladder:
                         tried.append(right.value)
                         if is_late or is_far:
                             rung, value, count, slack = right
-                        else:  # meshes were seen to be wrong by more than they say, too: both stand
+                        else:  # neither is known to be the better one
                             sure += abs(value - right.value)
                 status = Status.AGREED if rung == RUNGS[0] else Status.RETRIED
                 spent = process_time() - begin
@@ -354,7 +353,7 @@ class Ladder:
         def removed(sag: float) -> list[Taken]:
             if (-1, sag) not in self._meshes:
                 self._keep(-1, sag, united([self._stock], sag, self._box))
-            stock = self._meshes[-1, sag]
+            stock = self._meshes[-1, sag].solid
             return [
                 taken(stock, self._mesh(k, sag, told), (self._mesh(j, sag, told) for j in earlier))
                 for k, earlier in plans
@@ -399,7 +398,7 @@ class Ladder:
             why.append(f"{rung}: {other.value:.6g} +- {error:.2g} mm3 does not tell")
         return None, np.inf, "; ".join(why)
 
-    def _mesh(self, k: int, sag: float, told: Callable[[str], None]) -> Manifold:
+    def _mesh(self, k: int, sag: float, told: Callable[[str], None]) -> Meshed:
         """Of a sweep, in the box of the stock, remembered."""
         if (k, sag) not in self._meshes:
             is_new = (k, sag) not in self._known
@@ -412,10 +411,10 @@ class Ladder:
             self._keep(k, sag, mesh)
         return self._meshes[k, sag]
 
-    def _keep(self, k: int, sag: float, mesh: Manifold) -> None:
-        total = sum(int(known.num_tri()) for known in self._meshes.values())
+    def _keep(self, k: int, sag: float, mesh: Meshed) -> None:
+        total = sum(int(known.solid.num_tri()) for known in self._meshes.values())
         while self._meshes and total > KEPT_TRIANGLES:
-            total -= int(self._meshes.pop(next(iter(self._meshes))).num_tri())
+            total -= int(self._meshes.pop(next(iter(self._meshes))).solid.num_tri())
         self._meshes[k, sag] = mesh
 
     def _solids(self, k: int) -> list[Any]:

@@ -19,6 +19,7 @@ import numpy as np
 from manifold3d import Error, Manifold, Mesh64
 
 from vmachining.arrays import Floats, Ints
+from vmachining.engines.brep.faceted import Lack, Meshed
 from vmachining.errors import EngineError, SweepError
 
 __all__ = ["NOTHING_KEPT", "Store"]
@@ -54,7 +55,7 @@ class Store:
         """
         return self._kept(f"{number}", build, _packed, _unpacked)
 
-    def mesh(self, number: int, sag: float, build: Callable[[], Manifold]) -> Manifold:
+    def mesh(self, number: int, sag: float, build: Callable[[], Meshed]) -> Meshed:
         """The same of the mesh of a sweep.
 
         Raises
@@ -68,11 +69,13 @@ class Store:
         if any(_is_gone(mark.name.split()[-1]) for mark in self._folder.glob(f"{name} begun *")):
             raise EngineError("another process came to its end over this mesh", engine="brep")
         mark = self._folder / f"{name} begun {os.getpid()}"
-        mark.touch()
+        with suppress(OSError):  # a disk that is full costs time only
+            mark.touch()
         try:
-            return self._kept(name, build, _arrays, _manifold)
+            return self._kept(name, build, _arrays, _meshed)
         finally:
-            mark.unlink(missing_ok=True)
+            with suppress(OSError):
+                mark.unlink(missing_ok=True)
 
     def _kept(
         self, name: str, build: Callable[[], T], pack: Callable[[T], object], unpack: Callable[[Any], T]
@@ -134,18 +137,18 @@ def _unpacked(content: list[bytes]) -> list[Any]:
     return out
 
 
-def _arrays(solid: Manifold) -> tuple[Floats, Ints, float]:
-    mesh = solid.to_mesh64()
-    return np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts), float(solid.volume())
+def _arrays(mesh: Meshed) -> tuple[Floats, Ints, float, tuple[Lack, ...]]:
+    arrays, volume = mesh.solid.to_mesh64(), float(mesh.solid.volume())
+    return np.asarray(arrays.vert_properties)[:, :3], np.asarray(arrays.tri_verts), volume, mesh.lacks
 
 
-def _manifold(content: tuple[Floats, Ints, float]) -> Manifold:
+def _meshed(content: tuple[Floats, Ints, float, tuple[Lack, ...]]) -> Meshed:
     """The mesh again; one that is not closed any more would pass for nothing in the next boolean."""
-    points, triangles, volume = content
+    points, triangles, volume, lacks = content
     solid = Manifold(Mesh64(points, triangles))
     if solid.status() != Error.NoError or abs(float(solid.volume()) - volume) > SAME_REL * volume:
         raise EngineError(f"a mesh reads back otherwise ({solid.status()})", engine="brep")
-    return solid
+    return Meshed(solid, lacks)
 
 
 NOTHING_KEPT = Store()

@@ -315,16 +315,9 @@ def check_blocks(
                     if ended.is_set():
                         return
                     try:
-                        early = EARLY * seconds - used.own
+                        early, rest = EARLY * seconds - used.own, seconds - used.own
                         verdict = worker.ask(
-                            block,
-                            bracket,
-                            left,
-                            seconds - used.own,
-                            LONGEST * seconds,
-                            early,
-                            seconds,
-                            barred,
+                            block, bracket, left, rest, LONGEST * seconds, early, seconds, barred
                         )
                     except _Gone as exc:
                         lost = f"{worker.rung}: {exc}"
@@ -334,10 +327,7 @@ def check_blocks(
                         barred |= {*over} & {*STEADY}
                         if worker.rung == SOLIDS:  # a process may die of other things, once
                             left, was_lost = ([] if worker.late or was_lost else left), True
-                        elif worker.late and worker.rung not in (
-                            MESHES,
-                            *STEADY,
-                        ):  # what hangs one way hangs most ways
+                        elif worker.late and worker.rung not in (MESHES, *STEADY):  # one way hangs as most do
                             left = steady_first(left)
                         drop(worker)
                         worker = None
