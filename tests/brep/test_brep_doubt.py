@@ -12,7 +12,17 @@ from vmachining import BallNose, Bracket, BullNose, FlatEnd, Sweep
 from vmachining.bench.brep_chains import bar_of, chain_of
 from vmachining.bench.gauntlet import gauntlet_block
 from vmachining.bench.referee import referee
-from vmachining.engines.brep import Blank, Ladder, Status, Verdict, check_blocks, ladder, solids, workers
+from vmachining.engines.brep import (
+    Blank,
+    Ladder,
+    Status,
+    Verdict,
+    check_blocks,
+    ladder,
+    solids,
+    volume,
+    workers,
+)
 from vmachining.engines.brep import faceted as meshes
 from vmachining.engines.brep.cover import Tries, _Work
 from vmachining.engines.brep.ladder import SOLIDS, quiet
@@ -87,7 +97,7 @@ def test_an_instant_at_which_the_curve_jumps_is_closed_in_on() -> None:
     quiet()
     parts = [part.shape for part in solids(sweep)]
     lo, hi = sweep.bounds
-    union = meshes.united(parts, 2e-3, np.stack([lo, hi])).solid
+    union = meshes.united(parts, [volume(part) for part in parts], 2e-3, np.stack([lo, hi])).solid
     points = np.random.default_rng(0).uniform(lo, hi, (400, 3))
     distance = sweep.signed_distance(points)
     clear = np.abs(distance) > 0.02 * sweep.profile.max_radius

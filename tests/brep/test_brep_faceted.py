@@ -12,6 +12,7 @@ from manifold3d import Manifold
 
 from vmachining.engines.brep import faceted as module
 from vmachining.engines.brep.faceted import SAGS, Lack, Meshed, Plane, Taken, _filled, faceted, limit, taken
+from vmachining.engines.brep.measure import volume
 from vmachining.errors import EngineError
 
 
@@ -26,10 +27,14 @@ def test_meshes_of_solids_close_and_their_error_falls_with_the_sag(shape: Any, t
     import cadquery as cq
 
     solid = shape(cq).wrapped
-    errors = [abs(float(faceted(solid, sag).solid.volume()) / truth - 1.0) for sag in SAGS]
+    errors = [abs(float(meshed(solid, sag).solid.volume()) / truth - 1.0) for sag in SAGS]
     assert all(0.4 < fine / coarse < 0.6 for coarse, fine in pairwise(errors))
-    value, error = limit(lambda sag: [whole(faceted(solid, sag).solid)], 0.0)
+    value, error = limit(lambda sag: [whole(meshed(solid, sag).solid)], 0.0)
     assert abs(value - truth) < 0.2 * error and abs(value / truth - 1.0) < 0.1 * errors[-1]
+
+
+def meshed(solid: Any, sag: float) -> Meshed:
+    return faceted(solid, sag, volume(solid))
 
 
 def whole(solid: Manifold) -> Taken:
@@ -79,7 +84,7 @@ def test_meshes_know_what_they_lack() -> None:
     import cadquery as cq
 
     for sag in SAGS[:2]:
-        mesh = faceted(cq.Solid.makeSphere(5.0).wrapped, sag)  # half of one
+        mesh = meshed(cq.Solid.makeSphere(5.0).wrapped, sag)  # half of one
         (lack,) = mesh.lacks
         assert (
             float(mesh.solid.volume()) + lack.volume == pytest.approx(2 / 3 * pi * 125, rel=1e-9)
@@ -95,13 +100,11 @@ def test_sweeps_that_only_just_touch_the_stock_are_not_taken_for_air() -> None:
     assert taken(stock, Meshed(far, ()), []) == Taken(0.0, 0.0, 0.0, 0.0)
 
 
-def test_a_mesh_that_does_not_hold_the_volume_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_mesh_that_does_not_hold_the_volume_is_refused() -> None:
     import cadquery as cq
 
-    solid = cq.Solid.makeSphere(5.0).wrapped
-    monkeypatch.setattr("vmachining.engines.brep.faceted.volume", lambda shape: 500.0)
     with pytest.raises(EngineError, match="triangles hold"):
-        faceted(solid, 1e-3)
+        faceted(cq.Solid.makeSphere(5.0).wrapped, 1e-3, 500.0)
 
 
 def test_a_missing_face_is_no_crack(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -116,7 +119,7 @@ def test_a_missing_face_is_no_crack(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(module, "_triangles", lacking)
     with pytest.raises(EngineError, match=r"lack 0\.5 mm2"):
-        faceted(cq.Solid.makeBox(1, 1, 1).wrapped, 1e-3)
+        faceted(cq.Solid.makeBox(1, 1, 1).wrapped, 1e-3, 1.0)
 
 
 def test_cracks_beside_slivers_are_closed() -> None:
@@ -142,7 +145,7 @@ def test_a_plane_face_that_was_lost_is_filled_from_its_border(
 
     plate = cq.Solid.makeCylinder(3.0, 1.0).cut(cq.Solid.makeBox(2, 2, 3, cq.Vector(-1, -1, -1)))
     solid = plate.rotate(cq.Vector(0, 0, 0), cq.Vector(1, 2, 3), 77.0).wrapped
-    whole, sag = faceted(solid, 2e-3).solid, 2e-3
+    whole, sag = meshed(solid, 2e-3).solid, 2e-3
     real, done = Plane.is_covered, list[bool]()
 
     def spoilt(plane: Plane, corners: Any) -> bool:
@@ -153,7 +156,7 @@ def test_a_plane_face_that_was_lost_is_filled_from_its_border(
         return done[0]
 
     monkeypatch.setattr(Plane, "is_covered", spoilt)
-    filled = faceted(solid, sag).solid
+    filled = meshed(solid, sag).solid
     assert done == [False]
     assert float(filled.volume()) == pytest.approx(float(whole.volume()), rel=1e-9)
     assert abs(float(filled.volume()) - (9 * pi - 4)) < 2 * pi * 3 * sag and filled.genus() == 1

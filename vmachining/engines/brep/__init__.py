@@ -7,7 +7,8 @@ Goal: a B-rep answer beside the mesh bracket. Every value is either inside the b
 2. `volume(shape)` integrates along edges in closed form per kind of face.
 3. `Ladder.removed(k, bracket)` is stateless: (S_0 and W_k) minus the earlier sweeps that reach it. Which ones
    do is decided by cells and exact distances. The value must lie in the bracket, else the next rung is tried; one that
-   is doubtful must be confirmed by another way.
+   is doubtful must be confirmed by another way, or, where nothing but a turning tool speaks against it, says how far it
+   may be off.
 4. `check_blocks` runs a ladder in worker processes with a time limit: a crash or a hang costs a rung, at worst
    one block. `isolated` runs any function like that.
 5. `step_file` writes the workpiece: cut block by block, each cut gated, valid and closed at the end.

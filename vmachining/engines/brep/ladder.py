@@ -37,7 +37,7 @@ from collections.abc import Callable, Collection, Sequence
 from enum import StrEnum
 from functools import partial
 from time import process_time
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -132,6 +132,10 @@ class Verdict(NamedTuple):
     sure_mm3: float | None = None
 
 
+Plans: TypeAlias = Sequence[tuple[int, list[int]]]
+"""Sweeps of a block, each with the earlier ones that reach it."""
+
+
 class Found(NamedTuple):
     """Of one rung. used : earlier sweeps. slack : mm^3 by which it widens the gate; negative: the value's own error."""
 
@@ -161,6 +165,7 @@ class Ladder:
         self._index = SweepIndex(self._sweeps)
         self._store = store
         self._made: dict[int, list[Any] | SweepError | EngineError] = {}
+        self._held: dict[int, list[float]] = {}
         self._meshes: dict[tuple[int, float], Meshed] = {}
         self._known: set[tuple[int, float]] = set()
 
@@ -248,11 +253,11 @@ class Ladder:
                 break
         return Verdict(Status.REFUSED, None, "", reason, process_time() - begin, count, tuple(tried), slack)
 
-    def _is_turning(self, plans: Sequence[tuple[int, list[int]]]) -> bool:
+    def _is_turning(self, plans: Plans) -> bool:
         """Whether a sweep of the block, or one before it that reaches it, is that of a tool that leans or turns."""
         return any(isinstance(self._sweeps[j].path, Turn) for k, earlier in plans for j in (k, *earlier))
 
-    def _ordered(self, plans: Sequence[tuple[int, list[int]]], rungs: Sequence[str]) -> list[str]:
+    def _ordered(self, plans: Plans, rungs: Sequence[str]) -> list[str]:
         """The rungs in the order they are tried."""
         wound = any(
             _is_wound(self._sweeps[k]) and any(_is_wound(self._sweeps[j]) for j in earlier)
@@ -268,7 +273,7 @@ class Ladder:
         lo, hi = self._sweeps[k].bounds
         return float(np.maximum(np.minimum(hi, self._box[1]) - np.maximum(lo, self._box[0]), 0.0).prod())
 
-    def _climb(self, plans: Sequence[tuple[int, list[int]]], rung: str) -> tuple[float, int, float]:
+    def _climb(self, plans: Plans, rung: str) -> tuple[float, int, float]:
         """(value, earlier sweeps used, slack of the gate)."""
         total, count, slack = 0.0, 0, SLACK_MM3
         for k, earlier in plans:
@@ -322,9 +327,7 @@ class Ladder:
             value += volume(rest)
         return value, shared
 
-    def _sectioned(
-        self, plans: Sequence[tuple[int, list[int]]], bracket: Bracket, share_of_width: float
-    ) -> tuple[float, int, float]:
+    def _sectioned(self, plans: Plans, bracket: Bracket, share_of_width: float) -> tuple[float, int, float]:
         """(value, earlier sweeps used, minus its error) by level sections."""
         total = error = 0.0
         for k, earlier in plans:
@@ -343,7 +346,7 @@ class Ladder:
 
     def _faceted(
         self,
-        plans: Sequence[tuple[int, list[int]]],
+        plans: Plans,
         bracket: Bracket,
         share_of_width: float,
         told: Callable[[str], None],
@@ -352,7 +355,7 @@ class Ladder:
 
         def removed(sag: float) -> list[Taken]:
             if (-1, sag) not in self._meshes:
-                self._keep(-1, sag, united([self._stock], sag, self._box))
+                self._keep(-1, sag, united([self._stock], [volume(self._stock)], sag, self._box))
             stock = self._meshes[-1, sag].solid
             return [
                 taken(stock, self._mesh(k, sag, told), (self._mesh(j, sag, told) for j in earlier))
@@ -364,7 +367,7 @@ class Ladder:
 
     def _confirmed(
         self,
-        plans: Sequence[tuple[int, list[int]]],
+        plans: Plans,
         bracket: Bracket,
         found: Found,
         told: Callable[[str], None],
@@ -404,7 +407,7 @@ class Ladder:
             is_new = (k, sag) not in self._known
             if is_new:  # one that was forgotten since counts for the block
                 told(MESHES)
-            mesh = self._store.mesh(k, sag, lambda: united(self._solids(k), sag, self._box))
+            mesh = self._store.mesh(k, sag, lambda: united(self._solids(k), self._volumes(k), sag, self._box))
             if is_new:
                 told(FACETS)
                 self._known.add((k, sag))
@@ -430,6 +433,12 @@ class Ladder:
         if isinstance(found, (SweepError, EngineError)):
             raise found
         return found
+
+    def _volumes(self, k: int) -> list[float]:
+        """Of the solids of a sweep, mm^3."""
+        if k not in self._held:
+            self._held[k] = [volume(shape) for shape in self._solids(k)]
+        return self._held[k]
 
 
 def steady_first(rungs: Sequence[str], steady: Sequence[str] = STEADY) -> list[str]:
