@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from manifold3d import Manifold, OpType
 from somecutters import TOOLS
 
 from vmachining.engines.mesh import _kernels
 from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.skin import hull_skin
+from vmachining.engines.mesh.solids import manifold
 from vmachining.engines.mesh.straight import facets
 from vmachining.tool import BallNose
 
@@ -86,3 +88,35 @@ def test_what_clusters_leave_out_cannot_be_seen(tool, slack):
         assert np.array_equal(*map(_sorted, skins))
         seen += len(skins[0])
     assert seen > 50 and compared > 3
+
+
+@pytest.mark.parametrize("tool", CUTTERS)
+def test_facets_left_out_take_nothing_below_the_roof(tool):
+    """Columns as high as the roof lose the same to the facets that are seen as to all of them."""
+    body = facets(CUTTERS[tool].cutter, 0.02, Side.INNER).parts[0].body
+    shape, rng = (body.points, body.triangles, body.normals, body.edges), np.random.default_rng(9)
+    left_out = taken = 0
+    for cos, sin, start, step, lo, hi, heights, cell in _views(body, rng):
+        apex = start + [0.0, 0.0, body.height[0] + 0.999 * (body.height[1] - body.height[0])]
+        view = cos, sin, start, step, lo, hi, apex, lo, heights, cell
+        some, whole = (
+            _kernels.swept_facets(*shape, *body.clusters, *view, cull, np.inf) for cull in (True, False)
+        )
+        columns = [
+            Manifold.cube((cell, cell, heights[i, j] - lo[2])).translate(
+                (*(lo[:2] + cell * np.array([i, j])), lo[2])
+            )
+            for i, j in zip(*np.nonzero(heights > lo[2]), strict=True)
+        ]
+        room = Manifold.cube((hi - lo).tolist()).translate(lo.tolist())
+        stock = Manifold.batch_boolean(columns, OpType.Add) ^ room
+        lost = [
+            float((stock ^ manifold(points, triangles)).volume()) if len(triangles) else 0.0
+            for points, triangles, _, sound in (some, whole)
+            if sound
+        ]
+        if len(lost) == 2:
+            assert lost[0] == pytest.approx(lost[1], abs=1e-7)
+            left_out += len(some[1]) < len(whole[1])
+            taken += lost[1] > 1e-3
+    assert left_out > 6 and taken > 3

@@ -1,6 +1,7 @@
 """A closed mesh has two triangles at every edge, one each way; what is not must be noticed."""
 
 from collections import Counter
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -62,13 +63,31 @@ def test_whatever_is_left_of_a_hull_is_closed_by_a_cone():
 
 
 def test_the_roof_lies_over_the_solid_and_touches_it():
-    """A wedge z = x / 2 over a square, its plane as two triangles, walls and floor left out: they are below."""
-    points = np.array([[0, 0, 0], [4, 0, 2], [4, 4, 2], [0, 4, 0]], dtype=float)
-    heights = np.empty((8, 8))
-    roof(points, np.array([[0, 1, 2], [0, 2, 3]]), np.zeros(3), 0.5, heights)
-    right_edge = 0.5 * np.arange(1, 9)
-    assert (heights >= right_edge[:, None] / 2 - 1e-12).all()
-    assert (heights <= right_edge[:, None] / 2 + 1e-6).all()
+    """A wedge z = x / 2 over a square. Its walls are as high as their edges, also where they end within a cell."""
+    points = np.array([[0, 0, 0], [4, 0, 2], [4, 3.9, 2], [0, 3.9, 0], [0, 0, -9], [4, 0, -9]], dtype=float)
+    slope, wall = [[0, 1, 2], [0, 2, 3]], [[4, 5, 1], [4, 1, 0]]
+    right_edge = 0.5 * np.arange(1, 9)[:, None]
+    for triangles in (slope, slope + wall):
+        heights = np.empty((8, 8))
+        roof(points, np.array(triangles), np.zeros(3), 0.5, heights)
+        assert (heights >= right_edge / 2 - 1e-12).all()
+        assert (heights <= right_edge / 2 + 1e-6).all()
+
+
+def test_a_wall_without_a_roof_is_as_high_as_its_edges():
+    """A triangle upright over a diagonal, against points of its edges."""
+    corners, cell = np.array([[0.1, 0.23, 0.0], [3.7, 2.93, 1.0], [2.3, 1.88, 3.0]]), 0.5
+    heights = np.empty((8, 6))
+    roof(corners, np.array([[0, 1, 2]]), np.zeros(3), cell, heights)
+    share = np.linspace(0.0, 1.0, 20_000)[:, None]
+    points = np.concatenate([a + share * (b - a) for a, b in combinations(corners, 2)])
+    i, j = (points[:, :2] // cell).astype(int).T
+    assert (heights[i, j] >= points[:, 2]).all()
+    highest = np.full(heights.shape, -np.inf)
+    np.maximum.at(highest, (i, j), points[:, 2])
+    met = np.isfinite(highest)
+    assert (np.isfinite(heights) == met).all()
+    assert (heights[met] <= highest[met] + 1e-3).all()
 
 
 @pytest.mark.parametrize("side", list(Side))

@@ -13,7 +13,6 @@ import numpy as np
 
 from vmachining.engines.mesh.clusters._kernels import extent, put, toward
 from vmachining.engines.mesh.gap._kernels import ALONG
-from vmachining.engines.mesh.window._kernels import under_roof
 from vmachining.jit import kernel, leaf
 
 
@@ -55,7 +54,27 @@ def _seen(quad, points, lo, hi, apex, corner, heights, cell):
             y = q[1] + s * (apex[1] - q[1])
             x0, x1 = min(x0, x), max(x1, x)
             y0, y1 = min(y0, y), max(y1, y)
-    return under_roof(x0, x1, y0, y1, z_min, lo, hi, corner, heights, cell)
+    if not (x0 <= hi[0] and x1 >= lo[0] and y0 <= hi[1] and y1 >= lo[1]):
+        return False
+    # the cone is above the plane of a facet that faces down
+    a, b, c = points[quad[0]], points[quad[1]], points[quad[2]]
+    nx = (b[1] - a[1]) * (c[2] - a[2]) - (b[2] - a[2]) * (c[1] - a[1])
+    ny = (b[2] - a[2]) * (c[0] - a[0]) - (b[0] - a[0]) * (c[2] - a[2])
+    nz = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    sx, sy, z_a = 0.0, 0.0, z_min
+    if -nz > 0.01 * (abs(nx) + abs(ny)):
+        sx, sy = -nx / nz, -ny / nz
+        z_a = (
+            a[2] - sx * a[0] - sy * a[1] - 0.5 * cell * (abs(sx) + abs(sy)) - 1e-9 * (1.0 + abs(sx) + abs(sy))
+        )
+    i0, i1 = max(int((x0 - corner[0]) / cell), 0), min(int((x1 - corner[0]) / cell), heights.shape[0] - 1)
+    j0, j1 = max(int((y0 - corner[1]) / cell), 0), min(int((y1 - corner[1]) / cell), heights.shape[1] - 1)
+    for i in range(i0, i1 + 1):
+        x = corner[0] + (i + 0.5) * cell
+        for j in range(j0, j1 + 1):
+            if heights[i, j] >= max(z_min, z_a + sx * x + sy * (corner[1] + (j + 0.5) * cell)):
+                return True
+    return False
 
 
 @leaf

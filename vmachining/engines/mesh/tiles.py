@@ -37,8 +37,8 @@ __all__ = ["Share", "Tile", "joined", "reached"]
 SHAPE = np.array([1.0, 1.0, 1.0 / 8.0])
 """Tiles are columns: walls along the tool axis are few tall facets, so cutting them in height only adds tiles."""
 
-ROOF_CELLS = 36
-"""Cells of the grid of heights along the longer side of a tile: a ball sees its contact in a dozen and more."""
+ROOF_CELLS = 54
+"""Cells of the grid of heights along the longer side of a tile: a ball sees its contact in two dozen."""
 
 RAW_EXTRA = 2.0 / 3.0
 """Part of the gap between the two meshes of a round raw stock that is not there: Huygens' rule, see `stock`."""

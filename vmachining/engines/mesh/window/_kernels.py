@@ -11,6 +11,31 @@ from vmachining.jit import leaf
 
 
 @leaf
+def _raise_along(a, b, lo, cell, out):
+    """Raise the cells (nx, ny) around an edge: what stands upright is as high as its edges are."""
+    nx, ny = out.shape
+    i0 = int(np.floor((min(a[0], b[0]) - lo[0]) / cell))
+    i1 = int(np.floor((max(a[0], b[0]) - lo[0]) / cell))
+    j0 = int(np.floor((min(a[1], b[1]) - lo[1]) / cell))
+    j1 = int(np.floor((max(a[1], b[1]) - lo[1]) / cell))
+    i0, i1, j0, j1 = max(i0, 0), min(i1, nx - 1), max(j0, 0), min(j1, ny - 1)
+    if i0 == i1 and j0 == j1:
+        out[i0, j0] = max(out[i0, j0], a[2], b[2])
+        return
+    for i in range(i0, i1 + 1):
+        for j in range(j0, j1 + 1):
+            first, last = 0.0, 1.0  # the part of the edge over the cell
+            for axis in range(2):
+                length, corner = b[axis] - a[axis], lo[axis] + (i if axis == 0 else j) * cell
+                if abs(length) > 1e-9:
+                    one, other = (corner - a[axis]) / length, (corner + cell - a[axis]) / length
+                    first, last = max(first, min(one, other) - 1e-9), min(last, max(one, other) + 1e-9)
+            if first <= last:
+                high = a[2] + max(first * (b[2] - a[2]), last * (b[2] - a[2]))
+                out[i, j] = max(out[i, j], min(max(a[2], b[2]), high + 1e-9))
+
+
+@leaf
 def _raise(a, b, c, lo, cell, out):
     """Raise the cells (nx, ny) over a triangle to its height; only if it faces up or stands upright."""
     nx, ny = out.shape
@@ -23,10 +48,15 @@ def _raise(a, b, c, lo, cell, out):
     j1 = int(np.floor((max(a[1], b[1], c[1]) - lo[1]) / cell))
     i0, i1, j0, j1 = max(i0, 0), min(i1, nx - 1), max(j0, 0), min(j1, ny - 1)
     top, low = max(a[2], b[2], c[2]), min(a[2], b[2], c[2])
-    if (i0 == i1 and j0 == j1) or nz < 1e-9 or top - low < 1e-9:
+    if (i0 == i1 and j0 == j1) or top - low < 1e-9:
         for i in range(i0, i1 + 1):
             for j in range(j0, j1 + 1):
                 out[i, j] = max(out[i, j], top)
+        return
+    if nz < 1e-9:
+        _raise_along(a, b, lo, cell, out)
+        _raise_along(b, c, lo, cell, out)
+        _raise_along(c, a, lo, cell, out)
         return
     # slopes of its plane, dz/dx and dz/dy
     nx_ = (b[1] - a[1]) * (c[2] - a[2]) - (b[2] - a[2]) * (c[1] - a[1])
