@@ -396,7 +396,7 @@ def evened(
     Raises
     ------
     SweepError
-        Corners fall into one place.
+        Corners fall into one place, or the shares would run back along the curve: a sheet through them lies upon itself.
     """
     share = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, CORNERS))
     share[-1] = 1.0
@@ -405,10 +405,16 @@ def evened(
     for _ in range(looks - 1):
         x = np.stack([np.interp(share, *row) for row in zip(length, x, strict=True)])
         length = _lengths(at, x)
+    middle = 0.5 * (length[:, :-1] + length[:, 1:])
+    found, between = np.empty((count, len(s))), np.empty(middle.shape)
     try:
-        found = np.stack([make_interp_spline(*row, k=5)(s) for row in zip(length, x, strict=True)])
+        for k in range(count):
+            spline = make_interp_spline(length[k], x[k], k=5)
+            found[k], between[k] = spline(s), spline(middle[k])
     except ValueError as error:  # also of singular matrices: corners of the polygon in one place
         raise SweepError("the grazing curve stands still on the body, or jumps") from error
+    if not ((x[:, :-1] <= between) & (between <= x[:, 1:])).all():
+        raise SweepError("the grazing curve is too uneven for a spline along it")
     return np.asarray(np.where(s == 0.0, 0.0, np.where(s == 1.0, 1.0, found)))
 
 
