@@ -377,8 +377,8 @@ class Ladder:
         it, else what that one says."""
         why = []
         width = bracket.hi - bracket.lo
-        wound = any(_is_wound(self._sweeps[j]) for k, earlier in plans for j in (k, *earlier))
-        for rung in STEADY[::-1] if wound else STEADY:  # OCCT's meshes of their sheets may take minutes
+        helical = any(_is_helix(self._sweeps[j]) for k, earlier in plans for j in (k, *earlier))
+        for rung in STEADY[::-1] if helical else STEADY:  # OCCT's meshes of their sheets may take minutes
             if rung in barred:
                 why.append(f"{rung} cost a process")
                 continue
@@ -458,12 +458,15 @@ def _is_far(value: float, slack: float, bracket: Bracket) -> bool:
     return abs(value - bracket.estimate) > slack + DOUBT_REL * (bracket.hi - bracket.lo)
 
 
+def _is_helix(sweep: Sweep) -> bool:
+    path = sweep.path
+    return isinstance(path, Arc) and path.axis == 2 and path.angle * path.rise != 0.0
+
+
 def _is_wound(sweep: Sweep) -> bool:
     """Whether a helix has several solids (`swept.py`), with spline sheets that reach its axis."""
     path = sweep.path
-    if not isinstance(path, Arc) or path.axis != 2 or path.angle * path.rise == 0.0:
-        return False
-    return path.radius <= sweep.profile.max_radius
+    return isinstance(path, Arc) and _is_helix(sweep) and path.radius <= sweep.profile.max_radius
 
 
 def _levels(sweep: Sweep) -> list[float]:
