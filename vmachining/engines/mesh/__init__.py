@@ -37,11 +37,11 @@
 
 Source: hulls of translated convex bodies as Minkowski sums; everything else is derived in the docstrings.
 
-Measured, 1 mm finishing blocks of a 10 mm ball at chord 0.01: 4 to 6 ms a block (2.5 to 3.8 with two processes), two thirds of it
+Measured, 1 mm finishing blocks of a 10 mm ball at chord 0.01: 4 to 6 ms a block (2.5 to 3 with two processes), two thirds of it
 booleans: 0.2 ms each, 0.5 microseconds per triangle of the tile and 5 per triangle of the cutter.
-`vmachining bench half_cylinder` compares with one global solid: 3.5 to 4.5 times as fast with two processes.
+`vmachining bench half_cylinder` compares with one global solid: 4.1 to 4.7 times as fast with two processes.
 
-Known limits: brackets of thin chips are wide (17 % of such a block, 9 % certified; sums of blocks are far
+Known limits: brackets of thin chips are wide (15 % of such a block, 9 % certified; sums of blocks are far
 narrower, for what one block leaves to the next one cancels). Chains of hulls make helices and upright arcs dear,
 and turning tools cost 0.2 to 0.5 s per block. The joined surface can keep a slit of no width where two tiles met;
 its volume is right.
