@@ -96,8 +96,8 @@ def test_sweeps_that_only_just_touch_the_stock_are_not_taken_for_air() -> None:
     """Their meshes may be apart; boxes that are farther apart than a sag are air."""
     stock = Manifold.cube((4.0, 3.0, 2.0))
     near, far = (stock.translate((1.0, 0.0, 2.0 + gap)) for gap in (1e-3, 1e-1))
-    assert taken(stock, Meshed(near, ()), []) == Taken(0.0, 0.0, 0.0, 2 * 3.0 * 3.0)
-    assert taken(stock, Meshed(far, ()), []) == Taken(0.0, 0.0, 0.0, 0.0)
+    assert taken(Meshed(stock, ()), Meshed(near, ()), []) == Taken(0.0, 0.0, 0.0, 2 * 3.0 * 3.0)
+    assert taken(Meshed(stock, ()), Meshed(far, ()), []) == Taken(0.0, 0.0, 0.0, 0.0)
 
 
 def test_a_mesh_that_does_not_hold_the_volume_is_refused() -> None:

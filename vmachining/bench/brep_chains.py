@@ -170,7 +170,8 @@ def _judged(
 ) -> dict[str, Any]:
     """Whether a value lies outside of the bracket or of the error bar of the rays; more rays if it seems so.
 
-    said : whether it does not, or does by less than what it says about how far it may be from what meshes allow.
+    said : whether it does not, or does by less than what it says about how far it may be from what meshes allow; a value that
+    says that nothing could tell counts as one that says nothing.
     """
     if value is None:
         return {"wrong": False, "said": True}

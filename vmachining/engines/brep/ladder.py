@@ -356,7 +356,7 @@ class Ladder:
         def removed(sag: float) -> list[Taken]:
             if (-1, sag) not in self._meshes:
                 self._keep(-1, sag, united([self._stock], [volume(self._stock)], sag, self._box))
-            stock = self._meshes[-1, sag].solid
+            stock = self._meshes[-1, sag]
             return [
                 taken(stock, self._mesh(k, sag, told), (self._mesh(j, sag, told) for j in earlier))
                 for k, earlier in plans

@@ -45,6 +45,9 @@ __all__ = [
 CORNERS = 97
 """Of the polygon that measures a curve."""
 
+WITHIN, BACK = 8, 1e-5
+"""Looks at every side of it, and by how much of the parameter shares may run back from one to the next."""
+
 LOOKS, LONG = 4, 0.1
 """A polygon one side of which is longer than this share of it is put up this often."""
 
@@ -396,7 +399,8 @@ def evened(
     Raises
     ------
     SweepError
-        Corners fall into one place, or the shares would run back along the curve: a sheet through them lies upon itself.
+        Corners fall into one place, or the shares would run back along the curve by more than `BACK`: a sheet through them
+        lies upon itself.
     """
     share = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, CORNERS))
     share[-1] = 1.0
@@ -405,15 +409,16 @@ def evened(
     for _ in range(looks - 1):
         x = np.stack([np.interp(share, *row) for row in zip(length, x, strict=True)])
         length = _lengths(at, x)
-    middle = 0.5 * (length[:, :-1] + length[:, 1:])
-    found, between = np.empty((count, len(s))), np.empty(middle.shape)
+    within = np.arange(WITHIN) / WITHIN
+    found, back = np.empty((count, len(s))), 0.0
     try:
         for k in range(count):
             spline = make_interp_spline(length[k], x[k], k=5)
-            found[k], between[k] = spline(s), spline(middle[k])
+            places = length[k, :-1, None] + within * np.diff(length[k])[:, None]
+            found[k], back = spline(s), max(back, -float(np.diff(spline(places.ravel())).min()))
     except ValueError as error:  # also of singular matrices: corners of the polygon in one place
         raise SweepError("the grazing curve stands still on the body, or jumps") from error
-    if not ((x[:, :-1] <= between) & (between <= x[:, 1:])).all():
+    if back > BACK:
         raise SweepError("the grazing curve is too uneven for a spline along it")
     return np.asarray(np.where(s == 0.0, 0.0, np.where(s == 1.0, 1.0, found)))
 

@@ -28,8 +28,8 @@ def _raise_along(a, b, lo, cell, out):
             for axis in range(2):
                 length, corner = b[axis] - a[axis], lo[axis] + (i if axis == 0 else j) * cell
                 if abs(length) > 1e-9:
-                    one, other = (corner - a[axis]) / length, (corner + cell - a[axis]) / length
-                    first, last = max(first, min(one, other) - 1e-9), min(last, max(one, other) + 1e-9)
+                    one, other = (corner - 1e-9 - a[axis]) / length, (corner + cell + 1e-9 - a[axis]) / length
+                    first, last = max(first, min(one, other)), min(last, max(one, other))
             if first <= last:
                 high = a[2] + max(first * (b[2] - a[2]), last * (b[2] - a[2]))
                 out[i, j] = max(out[i, j], min(max(a[2], b[2]), high + 1e-9))
@@ -54,9 +54,15 @@ def _raise(a, b, c, lo, cell, out):
                 out[i, j] = max(out[i, j], top)
         return
     if nz < 1e-9:
-        _raise_along(a, b, lo, cell, out)
-        _raise_along(b, c, lo, cell, out)
-        _raise_along(c, a, lo, cell, out)
+        size = max(abs(b[0] - a[0]), abs(b[1] - a[1]), abs(c[0] - a[0]), abs(c[1] - a[1]))
+        if nz <= 1e-9 * size:  # no wider than 1e-9 mm from above: no cell has a corner inside
+            _raise_along(a, b, lo, cell, out)
+            _raise_along(b, c, lo, cell, out)
+            _raise_along(c, a, lo, cell, out)
+            return
+        for i in range(i0, i1 + 1):
+            for j in range(j0, j1 + 1):
+                out[i, j] = max(out[i, j], top)
         return
     # slopes of its plane, dz/dx and dz/dy
     nx_ = (b[1] - a[1]) * (c[2] - a[2]) - (b[2] - a[2]) * (c[1] - a[1])
