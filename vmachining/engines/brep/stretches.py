@@ -415,7 +415,8 @@ def evened(
         for k in range(count):
             spline = make_interp_spline(length[k], x[k], k=5)
             places = length[k, :-1, None] + within * np.diff(length[k])[:, None]
-            found[k], back = spline(s), max(back, -float(np.diff(spline(places.ravel())).min()))
+            looked = spline(np.append(places.ravel(), length[k, -1]))
+            found[k], back = spline(s), max(back, -float(np.diff(looked).min()))
     except ValueError as error:  # also of singular matrices: corners of the polygon in one place
         raise SweepError("the grazing curve stands still on the body, or jumps") from error
     if back > BACK:

@@ -48,18 +48,16 @@ def _raise(a, b, c, lo, cell, out):
     j1 = int(np.floor((max(a[1], b[1], c[1]) - lo[1]) / cell))
     i0, i1, j0, j1 = max(i0, 0), min(i1, nx - 1), max(j0, 0), min(j1, ny - 1)
     top, low = max(a[2], b[2], c[2]), min(a[2], b[2], c[2])
-    if (i0 == i1 and j0 == j1) or top - low < 1e-9:
-        for i in range(i0, i1 + 1):
-            for j in range(j0, j1 + 1):
-                out[i, j] = max(out[i, j], top)
-        return
-    if nz < 1e-9:
+    flat = (i0 == i1 and j0 == j1) or top - low < 1e-9
+    if nz < 1e-9 and not flat:
         size = max(abs(b[0] - a[0]), abs(b[1] - a[1]), abs(c[0] - a[0]), abs(c[1] - a[1]))
         if nz <= 1e-9 * size:  # no wider than 1e-9 mm from above: no cell has a corner inside
             _raise_along(a, b, lo, cell, out)
             _raise_along(b, c, lo, cell, out)
             _raise_along(c, a, lo, cell, out)
             return
+        flat = True  # its slopes are rounding
+    if flat:
         for i in range(i0, i1 + 1):
             for j in range(j0, j1 + 1):
                 out[i, j] = max(out[i, j], top)
