@@ -3,13 +3,14 @@
 Chains of 5 to 20 blocks, each on a plot of its own; a batch of them shares one long bar. Every value is held
 against the bracket of the mesh engine (that is the gate) and against rays (that is the referee: independent of
 both): sets of random vertical rays, exact intervals of stock and sweeps along each, and the spread of the sets
-as error bar. A value outside of it is asked again with sixteen times the rays. The same blocks go through plain
-successive booleans as a baseline, under the same two judges.
+as error bar. A value in the bracket that lies outside of it is asked again with sixteen times the rays. The same blocks
+go through plain successive booleans as a baseline, under the same two judges.
 
-    python -m vmachining.bench.brep_chains RECORD [--chains 200] [--only bore,helix] [--again 4,11] [--plain]
+    python -m vmachining.bench.brep_chains RECORD [--chains 200] [--only bore,helix] [--again 4,11] [--plain | --base]
 
 keeps one line per chain in a file: what is there is not run again, so a long run can be done in portions, and
-the table is printed from the file. `--again` runs chains once more; the last line of a chain counts.
+the table is printed from the file. `--again` runs chains once more; the last line of a chain counts. `--plain` leaves the
+baseline out, `--base` runs nothing but what of it is missing.
 """
 
 from __future__ import annotations
@@ -147,6 +148,7 @@ def _held(
     where = [(chain, k) for chain in made for k in range(len(chain.sweeps))]
     blocks = [[chain.sweeps[k]] for chain, k in where]
     asked = {number: chain.brackets[k] for number, (chain, k) in enumerate(where)}
+    judges = {chain.number: _Judge(chain, bar) for chain in made}
     open_blocks = {chain.number: dict.fromkeys(range(len(chain.sweeps))) for chain in made}
     for number, verdict in check_blocks(stock, blocks, asked, workers=workers, seconds=seconds):
         chain, k = where[number]
@@ -156,35 +158,46 @@ def _held(
             "status": str(verdict.status), "rung": verdict.rung, "value": value, "bracket": list(chain.brackets[k]),
             "slack": verdict.slack_mm3, "sure": verdict.sure_mm3, "seconds": round(verdict.seconds, 3),
             "sweeps": verdict.sweeps, "reason": verdict.reason, "tried": list(verdict.tried),
-            **_judged(chain, k, bar, value, verdict.slack_mm3, verdict.sure_mm3 or 0.0),
+            **judges[chain.number].of(k, value, verdict.slack_mm3, verdict.sure_mm3 or 0.0),
         }  # fmt: skip
         if all(known.values()):
             yield {
-                "chain": chain.number, "family": chain.family, "tool": chain.tool,
-                "blocks": list(known.values()), "baseline": _base(chain, bar) if baseline else [],
+                "chain": chain.number, "family": chain.family, "tool": chain.tool, "blocks": list(known.values()),
+                "baseline": _base(chain, bar, judges[chain.number]) if baseline else [],
             }  # fmt: skip
 
 
-def _judged(
-    chain: Chain, k: int, bar: tuple[Floats, Floats], value: float | None, slack: float, sure: float = 0.0
-) -> dict[str, Any]:
-    """Whether a value lies outside of the bracket or of the error bar of the rays; more rays if it seems so.
+class _Judge:
+    """Bracket and rays of the blocks of a chain, over any value of one; rays of a block are shot once."""
 
-    said : whether it does not, or does by less than what it says about how far it may be from what meshes allow; a value that
-    says that nothing could tell counts as one that says nothing.
-    """
-    if value is None:
-        return {"wrong": False, "said": True}
-    own = abs(slack)  # a negative one is the value's stated error
-    rays = referee(chain.sweeps, k, bar, RAYS)
-    if abs(value - rays[0]) > rays[1] + own:
-        rays = referee(chain.sweeps, k, bar, 4 * RAYS)
-    miss, inside = abs(value - rays[0]) - rays[1], chain.brackets[k].holds(value, slack)
-    said = inside and miss <= max(own, sure if np.isfinite(sure) else 0.0)
-    return {"rays": rays[0], "bar": rays[1], "wrong": bool(miss > own or not inside), "said": bool(said)}
+    def __init__(self, chain: Chain, bar: tuple[Floats, Floats]) -> None:
+        self._chain, self._bar = chain, bar
+        self._known: dict[tuple[int, int], tuple[float, float]] = {}
+
+    def of(self, k: int, value: float | None, slack: float, sure: float = 0.0) -> dict[str, Any]:
+        """Whether a value lies outside of the bracket or of the error bar of the rays; more rays if only they say so.
+
+        said : whether it does not, or does by less than what it says about how far it may be from what meshes allow; a value
+        that says that nothing could tell counts as one that says nothing.
+        """
+        if value is None:
+            return {"wrong": False, "said": True}
+        own = abs(slack)  # a negative one is the value's stated error
+        inside = self._chain.brackets[k].holds(value, slack)
+        rays = self._rays(k, RAYS)
+        if inside and abs(value - rays[0]) > rays[1] + own:
+            rays = self._rays(k, 4 * RAYS)
+        miss = abs(value - rays[0]) - rays[1]
+        said = inside and miss <= max(own, sure if np.isfinite(sure) else 0.0)
+        return {"rays": rays[0], "bar": rays[1], "wrong": bool(miss > own or not inside), "said": bool(said)}
+
+    def _rays(self, k: int, count: int) -> tuple[float, float]:
+        if (k, count) not in self._known:
+            self._known[k, count] = referee(self._chain.sweeps, k, self._bar, count)
+        return self._known[k, count]
 
 
-def _base(chain: Chain, bar: tuple[Floats, Floats]) -> list[str]:
+def _base(chain: Chain, bar: tuple[Floats, Floats], judge: _Judge) -> list[str]:
     """What plain successive booleans make of every block of a chain."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "values"
@@ -197,7 +210,7 @@ def _base(chain: Chain, bar: tuple[Floats, Floats]) -> list[str]:
     for k, plain in enumerate(found):
         if plain is None:
             out.append("failed")
-        elif not _judged(chain, k, bar, plain[0], 1e-6 * (1.0 + abs(plain[0])))["wrong"]:
+        elif not judge.of(k, plain[0], 1e-6 * (1.0 + abs(plain[0])))["wrong"]:
             out.append("right")
         else:
             out.append("silently wrong" if plain[1] else "wrong, not valid")
@@ -210,6 +223,14 @@ def _shifted(path: Motion, move: Floats) -> Motion:
     if isinstance(path, Arc):
         return Arc(path.start + move, path.center + move, path.axis, angle=path.angle, rise=path.rise)
     return Turn.great_circle(Pose(path.start + move, path.axis(0.0)), Pose(path.end + move, path.axis(1.0)))
+
+
+def _based(record: dict[str, Any]) -> dict[str, Any]:
+    """A record with the baseline it lacks."""
+    bar = bar_of([record["chain"]])
+    engine = MeshEngine(box_stock(tuple(bar[0]), tuple(bar[1])), CHORD, certify=True)
+    chain = chain_of(record["seed"], record["chain"], engine)
+    return {**record, "baseline": _base(chain, bar, _Judge(chain, bar))}
 
 
 def _successive(stock: tuple[Floats, Floats], sweeps: Sequence[Sweep], seconds: float, file: Path) -> None:
@@ -246,7 +267,9 @@ def main() -> None:
     parser.add_argument("--chains", type=int, default=200)
     parser.add_argument("--only", default=",".join(FAMILIES), help="families, comma-separated")
     parser.add_argument("--again", default="", help="chains to run once more, comma-separated")
-    parser.add_argument("--plain", action="store_true", help="without the baseline")
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument("--plain", action="store_true", help="without the baseline")
+    which.add_argument("--base", action="store_true", help="the baseline of recorded chains that lack it")
     parser.add_argument("--batch", type=int, default=7)
     parser.add_argument(
         "--seconds", type=float, default=BREP_SECONDS, help="of a processor, limit of a block"
@@ -255,27 +278,28 @@ def main() -> None:
     again = [int(word) for word in given.again.split(",") if word]
     known = recorded(given.record)
     only = given.only.split(",")
-    todo = again or [n for n in range(given.chains) if n not in known and FAMILIES[n % len(FAMILIES)] in only]
-    if todo:
-        with given.record.open("a", encoding="utf-8") as out:
-            out.write("\n" if given.record.stat().st_size else "")
-            for record in brep_chains(
-                todo, batch=given.batch, baseline=not given.plain, seconds=given.seconds
-            ):
-                if "chain" not in record:
-                    continue
-                out.write(json.dumps(record) + "\n")
-                out.flush()
-                words = Counter(block["status"] for block in record["blocks"])
-                wrong = sum(block["wrong"] for block in record["blocks"])
-                print(
-                    record["chain"],
-                    record["family"],
-                    record["tool"],
-                    dict(words),
-                    f"{wrong} wrong",
-                    flush=True,
-                )
+    records: Iterator[dict[str, Any]]
+    if given.base:
+        records = (
+            _based(record) for record in known.values() if not record["baseline"] and record["family"] in only
+        )
+    else:
+        todo = again or [
+            n for n in range(given.chains) if n not in known and FAMILIES[n % len(FAMILIES)] in only
+        ]
+        records = brep_chains(todo, batch=given.batch, baseline=not given.plain, seconds=given.seconds)
+    with given.record.open("a", encoding="utf-8") as out:
+        out.write("\n" if given.record.stat().st_size else "")  # what a cut left
+        for record in records:
+            if "chain" not in record:
+                continue
+            out.write(json.dumps(record) + "\n")
+            out.flush()
+            words = Counter(block["status"] for block in record["blocks"])
+            wrong = sum(block["wrong"] for block in record["blocks"])
+            print(
+                record["chain"], record["family"], record["tool"], dict(words), f"{wrong} wrong", flush=True
+            )
     for row in table(recorded(given.record).values()):
         print(json.dumps(row))
 
