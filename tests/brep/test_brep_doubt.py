@@ -25,7 +25,8 @@ from vmachining.engines.brep import (
 )
 from vmachining.engines.brep import faceted as meshes
 from vmachining.engines.brep.cover import Tries, _Work
-from vmachining.engines.brep.ladder import SOLIDS, quiet
+from vmachining.engines.brep.ladder import quiet
+from vmachining.engines.brep.rungs import SOLIDS
 from vmachining.engines.mesh import MeshEngine, box_stock
 from vmachining.geometry import Arc, Line
 from vmachining.sweep import Pose, Turn

@@ -26,6 +26,7 @@ from vmachining.engines.brep import Blank, Ladder, Status, described, isolated, 
 from vmachining.engines.brep.booleans import box_of
 from vmachining.engines.brep.near import SweepIndex
 from vmachining.engines.brep.reach import reaching
+from vmachining.engines.brep.rungs import MESHES, RUNGS, SOLIDS, STEADY
 from vmachining.engines.brep.sections import integrated, level_area
 from vmachining.engines.mesh import MeshEngine, box_stock
 from vmachining.errors import EngineError, InputError, SweepError
@@ -88,7 +89,7 @@ def test_overlapping_passes_agree_with_the_mesh_and_add_up(tool: object) -> None
     assert before.lo - mesh.volume.hi <= total <= before.hi - mesh.volume.lo
 
 
-@pytest.mark.parametrize("rung", ladder.RUNGS)
+@pytest.mark.parametrize("rung", RUNGS)
 def test_every_rung_gives_the_same_value(rung: str) -> None:
     tool = BallNose(diameter=10, length=40)
     work = Ladder(BOX, chain(tool, [Line((-10, 0, -1), (40, 0, -1)), Line((-10, 3, -1.5), (40, 3, -1.5))]))
@@ -98,7 +99,7 @@ def test_every_rung_gives_the_same_value(rung: str) -> None:
     truth = 30 * float(np.trapezoid(np.maximum(depth[1] - depth[0], 0), y))
     verdict = work.removed(1, near(truth, 3e-4), rungs=[rung])
     assert verdict.removed_mm3 == pytest.approx(
-        truth, rel=1e-4 if rung in ("grown", "fuzzy 1e-03", *ladder.STEADY) else 1e-6
+        truth, rel=1e-4 if rung in ("grown", "fuzzy 1e-03", *STEADY) else 1e-6
     )
 
 
@@ -112,13 +113,13 @@ def test_a_wrong_boolean_is_retried_or_refused(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(ladder, "common", lambda a, b, fuzzy: a)
     saved = work.removed(0, near(300.0))
     assert saved.rung == "facets" and saved.removed_mm3 == pytest.approx(300.0, rel=1e-6)
-    unsteady = [rung for rung in ladder.RUNGS if rung not in ladder.STEADY]
+    unsteady = [rung for rung in RUNGS if rung not in STEADY]
     refused = work.removed(0, near(300.0), rungs=unsteady)
     assert refused.status is Status.REFUSED and refused.removed_mm3 is None
     assert "is outside [" in refused.reason and len(refused.tried) == len(unsteady)
 
 
-@pytest.mark.parametrize("rungs", [ladder.RUNGS, ladder.RUNGS[1:]])
+@pytest.mark.parametrize("rungs", [RUNGS, RUNGS[1:]])
 def test_a_wrong_boolean_inside_the_bracket_gives_way(
     monkeypatch: pytest.MonkeyPatch, rungs: tuple[str, ...]
 ) -> None:
@@ -328,7 +329,7 @@ def test_the_integral_over_heights_knows_its_error_and_finds_kinks_it_is_told() 
     assert abs(value - truth) <= error <= 1e-4
 
 
-@pytest.mark.parametrize("rung", ladder.STEADY)
+@pytest.mark.parametrize("rung", STEADY)
 def test_steady_rungs_find_the_closed_form_where_booleans_lie(rung: str) -> None:
     """Two slots of a ball beside each other: the second one takes a segment less what both share."""
     tool, step = BallNose(diameter=10, length=40), 3.0
@@ -385,10 +386,10 @@ def test_steady_rungs_come_next_when_time_is_short() -> None:
     across = [Line((-10, 0, -1), (40, 0, -1))]
     work, heard = Ladder(BOX, chain(FlatEnd(diameter=10, length=40), across)), list[str]()
     verdict = work.removed(
-        0, Bracket(0, 1, 2), rungs=("plain", *ladder.STEADY, "fuzzy 1e-05"), early=0.0, told=heard.append
+        0, Bracket(0, 1, 2), rungs=("plain", *STEADY, "fuzzy 1e-05"), early=0.0, told=heard.append
     )
-    facets, sections = ladder.STEADY
-    order = [ladder.SOLIDS, facets, ladder.MESHES, sections, "plain", "fuzzy 1e-05"]
+    facets, sections = STEADY
+    order = [SOLIDS, facets, MESHES, sections, "plain", "fuzzy 1e-05"]
     assert list(dict.fromkeys(heard)) == order and verdict.status is Status.REFUSED
 
 
@@ -399,7 +400,7 @@ def test_what_other_blocks_need_too_does_not_count_for_the_limit_of_one() -> Non
     verdict = work.removed(1, near(150.0, 1e-3), rungs=("facets",), told=heard.append)
     assert verdict.removed_mm3 == pytest.approx(150.0)
     sweeps_times_sags = 2 * 2
-    assert heard == [ladder.SOLIDS] * 2 + ["facets"] + [ladder.MESHES, "facets"] * sweeps_times_sags
+    assert heard == [SOLIDS] * 2 + ["facets"] + [MESHES, "facets"] * sweeps_times_sags
     used = workers.Spent()
     for doing in heard:
         used = used.plus(1.0, doing)
@@ -430,7 +431,7 @@ def test_helices_in_each_other_are_not_asked_of_booleans_first() -> None:
     first = Arc((31.4, 0, 0.2), (30, 0, 0), angle=-pi, rise=-0.4)
     second = Arc(tuple(first.end), (30, 0, 0), angle=-pi, rise=-0.4)
     work = Ladder(BOX, chain(tool, [first, second]))
-    assert [work._ordered([(k, list(range(k)))], ladder.RUNGS)[0] for k in (0, 1)] == ["plain", "sections"]
+    assert [work._ordered([(k, list(range(k)))], RUNGS)[0] for k in (0, 1)] == ["plain", "sections"]
 
 
 def test_solids_that_cannot_be_built_are_told_once_for_all_rungs() -> None:
@@ -442,5 +443,5 @@ def test_solids_that_cannot_be_built_are_told_once_for_all_rungs() -> None:
     work = Ladder(BOX, [[sweep], [Sweep.along(stepped, Line((0, 0, -1), (30, 0, -1)))]])
     heard = list[str]()
     verdict = work.removed(1, Bracket(0.0, 1.0, 1e6), told=heard.append)
-    assert heard == [ladder.SOLIDS] * 2  # the block's own, and the neighbour's
+    assert heard == [SOLIDS] * 2  # the block's own, and the neighbour's
     assert verdict.status is Status.REFUSED and verdict.reason == str(why.value)

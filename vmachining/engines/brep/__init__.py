@@ -29,7 +29,7 @@ Goal: a B-rep answer beside the mesh bracket. Every value is either inside the b
 | `write.py` | `write_solids` |
 | `inside.py` | `held`, `inside_out` |
 | `measure.py` | `volume` |
-| `ladder.py` | `Ladder`, rungs and gate |
+| `ladder.py`, `rungs.py` | `Ladder`: the gate and what is tried; rungs by name, `Status`, `Verdict` |
 | `booleans.py` | what OCCT is asked, and whether it worked |
 | `faceted.py` | removed volume from meshes of the solids, where sweeps are unions of many |
 | `sections.py` | removed volume from areas of level sections, where booleans of solids hang or lie |
@@ -113,8 +113,9 @@ if TYPE_CHECKING:
     from vmachining.engines.brep.blank import Blank
     from vmachining.engines.brep.edges import BrepWorkpiece
     from vmachining.engines.brep.inside import held
-    from vmachining.engines.brep.ladder import RUNGS, Ladder, Status, Verdict
+    from vmachining.engines.brep.ladder import Ladder
     from vmachining.engines.brep.measure import volume
+    from vmachining.engines.brep.rungs import RUNGS, Status, Verdict
     from vmachining.engines.brep.swept import Inspection, inspect, solid, solids
     from vmachining.engines.brep.workers import check_blocks, isolated, step_file
     from vmachining.engines.brep.write import Described, described, write_solids, write_sweep
@@ -147,8 +148,9 @@ _FILES = {
     "edges": ("BrepWorkpiece",),
     "inside": ("held",),
     "blank": ("Blank",),
-    "ladder": ("RUNGS", "Ladder", "Status", "Verdict"),
+    "ladder": ("Ladder",),
     "measure": ("volume",),
+    "rungs": ("RUNGS", "Status", "Verdict"),
     "swept": ("Inspection", "inspect", "solid", "solids"),
     "workers": ("check_blocks", "isolated", "step_file"),
     "write": ("Described", "described", "write_solids", "write_sweep"),

@@ -4,20 +4,7 @@ Stateless: removed_k = ((S_0 and W_k) minus W_j minus ...), with only those earl
 left. No damaged stock is inherited, blocks can be done in any order and in parallel.
 
 A boolean of tangent solids may return anything, `isValid()` or not. So every value is compared with the bracket
-of the block, widened by a stated slack, and on disagreement the next rung is climbed:
-
-| rung | what is done otherwise |
-|---|---|
-| `plain` | one cut after the other, fuzzy value 0 |
-| `fuzzy 1e-05`, `1e-04`, `1e-03` | OCCT may take points that close for one, mm |
-| `turned` | everything turned by an odd angle first |
-| `reversed` | earlier sweeps in the opposite order |
-| `joint` | all earlier sweeps in one operation |
-| `late stock` | earlier sweeps leave the sweep first, the stock is met last |
-| `halves` | the block in two halves, the second after the first |
-| `grown` | earlier sweeps grown by 1e-5 mm, the bracket widened by what that can change |
-| `facets` | meshes of the solids, ever finer: the value and its error must lie in the bracket (`faceted.py`) |
-| `sections` | areas of level sections, integrated: the value and its error must lie in the bracket (`sections.py`) |
+of the block, widened by a stated slack, and on disagreement the next rung of `rungs.py` is climbed.
 
 A bracket is wide, and a boolean that lost a small part may still lie in it: two fuzzy ones were seen to agree on a value
 that was 0.5 % low where all others gave 0. So a value is doubtful that is not the first one, that is farther from
@@ -26,7 +13,7 @@ booleans were seen to agree on a value that is 0.16 % high. It is held against `
 gives way to them if it is not within their error, and is refused if neither can tell. One that is doubtful for its turning
 tool alone stands, and says how far it is from what they allow (`sure_mm3`).
 
-A value that no rung brings into the bracket is refused; the bracket stands. The last two need no boolean of solids. They
+A value that no rung brings into the bracket is refused; the bracket stands. The last two rungs need no boolean of solids. They
 come first where sweeps are unions of many solids (facets) and where helices wind over each other (sections): booleans
 of those were seen to take more than 48 s, and to lose parts.
 """
@@ -34,10 +21,9 @@ of those were seen to take more than 48 s, and to lose parts.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from enum import StrEnum
 from functools import partial
 from time import process_time
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -47,6 +33,18 @@ from vmachining.engines.brep.faceted import Meshed, Taken, limit, taken, united
 from vmachining.engines.brep.measure import volume
 from vmachining.engines.brep.near import SweepIndex
 from vmachining.engines.brep.reach import meets, reaching
+from vmachining.engines.brep.rungs import (
+    FACETS,
+    MESHES,
+    RUNGS,
+    SECTIONS,
+    SOLIDS,
+    STEADY,
+    Found,
+    Status,
+    Verdict,
+    steady_first,
+)
 from vmachining.engines.brep.sections import integrated, level_area
 from vmachining.engines.brep.store import NOTHING_KEPT, Store
 from vmachining.engines.brep.swept import solids
@@ -54,17 +52,7 @@ from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Arc, Bracket, Line
 from vmachining.sweep import Sweep, Turn
 
-__all__ = [
-    "MESHES",
-    "RUNGS",
-    "SOLIDS",
-    "STEADY",
-    "Ladder",
-    "Status",
-    "Verdict",
-    "quiet",
-    "steady_first",
-]
+__all__ = ["Ladder", "quiet"]
 
 SLACK_REL = 1e-6
 """Of the volume that stock and sweep share, or of the box both are in if a boolean claims to find more there:
@@ -76,10 +64,6 @@ SLACK_MM3 = 1e-6
 GROWTH_MM = 1e-5
 """A hundred times OCCT's confusion of points: tangent faces are apart then."""
 
-FACETS, SECTIONS = "facets", "sections"
-STEADY = (FACETS, SECTIONS)
-"""The rungs that need no boolean of solids."""
-
 STEADY_REL = 0.1
 """Of the width of the bracket: error asked of them. The value and its error must lie inside."""
 
@@ -89,60 +73,14 @@ DOUBT_REL, SURE_REL = 0.03, 0.02
 VAGUE_REL = 0.25
 """Of the width of the bracket: with a larger error nothing can be told from it."""
 
-SOLIDS, MESHES = "solids", "meshes"
-"""What is told before any rung, and within `facets`: solids or meshes of the block, or of one that reaches it, are built."""
-
 MANY = 4
 """Solids of sweeps that meet: with more, booleans take a minute."""
 
 KEPT_SOLIDS, KEPT_TRIANGLES = 300, 2_000_000
 """Sweeps whose solids are remembered, and triangles of meshes, some 300 bytes each."""
 
-RUNGS = (
-    "plain", "fuzzy 1e-05", "fuzzy 1e-04", "fuzzy 1e-03", "turned", "reversed", "joint", "late stock", "halves",
-    "grown", *STEADY,
-)  # fmt: skip
-
-
-class Status(StrEnum):
-    """agreed: at the first rung; retried: at a later one; refused: at none; skipped: nobody asked."""
-
-    AGREED = "agreed"
-    RETRIED = "retried"
-    REFUSED = "refused"
-    SKIPPED = "skipped"
-
-
-class Verdict(NamedTuple):
-    """removed_mm3 : None if refused or skipped. rung : what worked. reason : why not. tried : value per rung.
-
-    seconds : of a processor, all rungs and the processes they cost. slack_mm3 : by how much the rung that worked,
-    or else the last one, widened the bracket at both ends; negative: the value's own error, kept inside. sure_mm3 : how far
-    from the truth the value is at most if a steady rung is right; inf: none could tell; None: none was asked.
-    """
-
-    status: Status
-    removed_mm3: float | None
-    rung: str
-    reason: str
-    seconds: float
-    sweeps: int
-    tried: tuple[float | None, ...] = ()
-    slack_mm3: float = 0.0
-    sure_mm3: float | None = None
-
-
 Plans: TypeAlias = Sequence[tuple[int, list[int]]]
 """Sweeps of a block, each with the earlier ones that reach it."""
-
-
-class Found(NamedTuple):
-    """Of one rung. used : earlier sweeps. slack : mm^3 by which it widens the gate; negative: the value's own error."""
-
-    rung: str
-    value: float
-    used: int
-    slack: float
 
 
 class Ladder:
@@ -439,11 +377,6 @@ class Ladder:
         if k not in self._held:
             self._held[k] = [volume(shape) for shape in self._solids(k)]
         return self._held[k]
-
-
-def steady_first(rungs: Sequence[str], steady: Sequence[str] = STEADY) -> list[str]:
-    """The rungs, the steady ones before the others."""
-    return sorted(rungs, key=lambda rung: steady.index(rung) if rung in steady else len(steady))
 
 
 def _noted(level: Callable[[float], tuple[float, float]], doubts: list[float], z: float) -> float:

@@ -21,7 +21,7 @@ from time import monotonic
 from typing import Any, NamedTuple, TypeVar, cast
 
 from vmachining.engines.brep.blank import Blank
-from vmachining.engines.brep.ladder import MESHES, RUNGS, SOLIDS, STEADY, Status, Verdict, steady_first
+from vmachining.engines.brep.rungs import MESHES, RUNGS, SOLIDS, STEADY, Status, Verdict, steady_first
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Bracket
 from vmachining.sweep import Sweep

@@ -1,0 +1,88 @@
+"""The rungs of the ladder (`ladder.py`) by name, and what is said of a block.
+
+| rung | what is done otherwise |
+|---|---|
+| `plain` | one cut after the other, fuzzy value 0 |
+| `fuzzy 1e-05`, `1e-04`, `1e-03` | OCCT may take points that close for one, mm |
+| `turned` | everything turned by an odd angle first |
+| `reversed` | earlier sweeps in the opposite order |
+| `joint` | all earlier sweeps in one operation |
+| `late stock` | earlier sweeps leave the sweep first, the stock is met last |
+| `halves` | the block in two halves, the second after the first |
+| `grown` | earlier sweeps grown by 1e-5 mm, the bracket widened by what that can change |
+| `facets` | meshes of the solids, ever finer: the value and its error must lie in the bracket (`faceted.py`) |
+| `sections` | areas of level sections, integrated: the value and its error must lie in the bracket (`sections.py`) |
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import StrEnum
+from typing import NamedTuple
+
+__all__ = [
+    "FACETS",
+    "MESHES",
+    "RUNGS",
+    "SECTIONS",
+    "SOLIDS",
+    "STEADY",
+    "Found",
+    "Status",
+    "Verdict",
+    "steady_first",
+]
+
+FACETS, SECTIONS = "facets", "sections"
+STEADY = (FACETS, SECTIONS)
+"""The rungs that need no boolean of solids."""
+
+SOLIDS, MESHES = "solids", "meshes"
+"""What is told before any rung, and within `facets`: solids or meshes of the block, or of one that reaches it, are built."""
+
+RUNGS = (
+    "plain", "fuzzy 1e-05", "fuzzy 1e-04", "fuzzy 1e-03", "turned", "reversed", "joint", "late stock", "halves",
+    "grown", *STEADY,
+)  # fmt: skip
+
+
+class Status(StrEnum):
+    """agreed: at the first rung; retried: at a later one; refused: at none; skipped: nobody asked."""
+
+    AGREED = "agreed"
+    RETRIED = "retried"
+    REFUSED = "refused"
+    SKIPPED = "skipped"
+
+
+class Verdict(NamedTuple):
+    """removed_mm3 : None if refused or skipped. rung : what worked. reason : why not. tried : value per rung.
+
+    seconds : of a processor, all rungs and the processes they cost. slack_mm3 : by how much the rung that worked,
+    or else the last one, widened the bracket at both ends; negative: the value's own error, kept inside. sure_mm3 : how far
+    from the truth the value is at most if a steady rung is right; inf: none could tell; None: none was asked.
+    """
+
+    status: Status
+    removed_mm3: float | None
+    rung: str
+    reason: str
+    seconds: float
+    sweeps: int
+    tried: tuple[float | None, ...] = ()
+    slack_mm3: float = 0.0
+    sure_mm3: float | None = None
+
+
+class Found(NamedTuple):
+    """Of one rung. used : earlier sweeps. slack : mm^3 by which it widens the gate; negative: the value's own error."""
+
+    rung: str
+    value: float
+    used: int
+    slack: float
+
+
+def steady_first(rungs: Sequence[str], steady: Sequence[str] = STEADY) -> list[str]:
+    """The rungs, the steady ones before the others."""
+    return sorted(rungs, key=lambda rung: steady.index(rung) if rung in steady else len(steady))
