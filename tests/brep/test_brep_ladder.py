@@ -20,6 +20,7 @@ from scipy.integrate import quad
 from tinyjob import PROGRAM, SLOT_MM3, write_job
 
 from vmachining import BallNose, Bracket, BullNose, FlatEnd, ProfileTool, Sweep
+from vmachining.bench.brep_chains import bar_of, chain_of
 from vmachining.cli.main import run as command
 from vmachining.engines import brep
 from vmachining.engines.brep import Blank, Ladder, Status, described, isolated, ladder, workers
@@ -186,6 +187,37 @@ def test_only_sweeps_that_reach_the_region_are_subtracted() -> None:
     ]
     needed = SweepIndex(sweeps).needed(4, np.array([[0, -20, -20], [30, 20, 0]], dtype=float))
     assert needed[0] == 3 and set(needed) <= {2, 3}  # the deeper slot first; the far ones not at all
+
+
+def test_a_pass_needs_the_last_one_and_few_before_it() -> None:
+    """What two equal balls share beside the one halfway between them lies in that one: distances to axes are convex."""
+    tool, box = BallNose(diameter=10, length=40), np.array([[0, -20, -20], [30, 20, 0]], dtype=float)
+    passes = [Sweep.along(tool, Line((-10, y, -2), (40, y, -2))) for y in range(8)]
+    needed = SweepIndex(passes).needed(7, box)
+    assert 6 in needed and len(needed) <= 2
+
+
+@pytest.mark.parametrize("number", [2, 4, 5, 13, 17, 97])
+def test_sweeps_that_are_not_needed_take_nothing_from_what_is_left(number: int) -> None:
+    """Random points of a block in the stock: those in any earlier sweep are in one that is needed."""
+
+    class NoBrackets(MeshEngine):
+        def cut(self, *args: Any, **kwargs: Any) -> Bracket:
+            return Bracket(0.0, 0.0, 0.0)
+
+    bar = np.array(bar_of([number]))
+    sweeps = chain_of(1, number, NoBrackets(box_stock(tuple(bar[0]), tuple(bar[1])), 1.0)).sweeps
+    index, rng, held = SweepIndex(sweeps), np.random.default_rng(number), 0
+    for k, sweep in enumerate(sweeps):
+        low, high = np.maximum(sweep.bounds[0], bar[0]), np.minimum(sweep.bounds[1], bar[1])
+        points = low + rng.random((20000, 3)) * (high - low)
+        points = points[sweep.signed_distance(points) < 0.0]
+        needed = index.needed(k, bar)
+        inside = {j: sweeps[j].signed_distance(points) < 0.0 for j in index.meets(np.stack([low, high]), k)}
+        any_one = np.any([*inside.values(), np.zeros(len(points), dtype=bool)], axis=0)
+        assert not any_one[~np.any([*(inside[j] for j in needed), ~any_one], axis=0)].any()
+        held += int(any_one.sum())
+    assert held > 1000
 
 
 def test_a_rung_that_hangs_or_dies_costs_a_process_and_at_worst_its_block(
