@@ -307,7 +307,7 @@ def test_a_failing_driver_is_told_and_a_stop_drops_what_is_under_way(monkeypatch
 def test_words_of_the_option() -> None:
     assert parse_brep("All") == "all"
     assert parse_brep("3,7-9") == (range(3, 4), range(7, 10))
-    for wrong in ("some", "7-3", "1--2", "-1", ""):
+    for wrong in ("some", "7-3", "1--2", "-1", "", "²", "0-99999999999"):
         with pytest.raises(InputError, match="--brep"):
             parse_brep(wrong)
     rows = pl.DataFrame(

@@ -104,6 +104,12 @@ def run_(
         typer.Option("--workers", min=1, help="Processes that cut (default: the cores, for long programs)."),
     ] = None,
     stock: StockOut = "stl",
+    stock_at: Annotated[
+        str | None,
+        typer.Option(
+            "--stock-at", metavar="BLOCKS", help="Workpiece after blocks 7,12-14: stock_7.step, ..."
+        ),
+    ] = None,
     resume: Resume = False,
     quiet: Quiet = False,
     as_json: Json = False,
@@ -113,7 +119,7 @@ def run_(
 
     return jobs.run_job(
         job, out=out, engine=engine, certify=certify, brep=brep, brep_seconds=brep_seconds, workers=workers,
-        stock=stock, resume=resume, quiet=quiet, as_json=as_json,
+        stock=stock, stock_at=stock_at, resume=resume, quiet=quiet, as_json=as_json,
     )  # fmt: skip
 
 

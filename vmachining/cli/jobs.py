@@ -13,7 +13,9 @@ from vmachining.cli.screen import emit, note, progress_bar
 from vmachining.errors import InputError
 from vmachining.job import Job, RunResult, Stopped, check_formats, run
 from vmachining.job.batch import BATCH_COLUMNS, already_complete, run_many, safe_name
-from vmachining.job.brep import parse_brep
+from vmachining.job.blocks import group_blocks
+from vmachining.job.brep import blank, parse_blocks, parse_brep, refuse_beyond
+from vmachining.job.reading import read_job_program
 from vmachining.tolerance import BREP_SECONDS
 
 __all__ = ["run_batch", "run_demo", "run_job"]
@@ -32,11 +34,19 @@ def run_job(
     quiet: bool,
     as_json: bool,
     brep_seconds: float | None = None,
+    stock_at: str | None = None,
 ) -> int:
     """`vmachining run`."""
     parse_brep(brep)
     formats = check_formats(stock)
+    steps = parse_blocks(stock_at, "--stock-at") if stock_at is not None else ()
     job = Job.load(file)
+    if steps or "step" in formats:  # said before hours of cutting
+        blank(job)
+    if steps:
+        refuse_beyond(
+            steps, sum(1 for _ in group_blocks(read_job_program(job), job.machine)) - 1, "--stock-at"
+        )
     folder = out if out is not None else Path("out") / safe_name(job.name)
     silent = quiet or as_json
     if resume and (summary := already_complete(job, folder)) is not None:
@@ -53,11 +63,12 @@ def run_job(
         except Stopped as exc:
             again = ["vmachining", "run", str(file), "--out", str(folder), "--resume", "--brep", brep]
             again += ["--stock", stock, *(["--certify"] if certify else [])]
+            again += ["--stock-at", stock_at] if stock_at is not None else []
             again += ["--brep-seconds", f"{brep_seconds:g}"] if brep_seconds is not None else []
             again += ["--workers", str(workers)] if workers is not None else []
             note(f"vmachining: {exc}; the rows so far are in {folder}, nothing is lost: {shlex.join(again)}")
             return Code.INTERRUPTED
-    result.write(folder, stock=formats)
+    result.write(folder, stock=formats, stock_at=[block for part in steps for block in part])
     if as_json:
         emit(result.summary)
     else:

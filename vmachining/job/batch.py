@@ -18,6 +18,7 @@ from types import FrameType
 from typing import Any
 
 from vmachining.errors import EngineError, VMachiningError
+from vmachining.job.brep import blank
 from vmachining.job.files import atomic_path, make_folder, read_manifest, sha256
 from vmachining.job.jobfile import Job
 from vmachining.job.run import run
@@ -100,6 +101,8 @@ def _one(file: str, folder: str, formats: tuple[str, ...], resume: bool) -> dict
         row["status"] = "skipped"
         if summary is None:
             row["status"] = "failed"
+            if "step" in formats:
+                blank(job)  # refuses before hours of cutting
             # changed inputs start over: a batch that comes back wants today's answer
             go_on = resume and _same_inputs(job, read_manifest(Path(folder)))
             result = run(job, out=folder, resume=go_on, workers=1)

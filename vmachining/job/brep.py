@@ -30,7 +30,16 @@ if TYPE_CHECKING:
     from vmachining.engines.brep import Blank, Verdict
     from vmachining.job.result import RunResult
 
-__all__ = ["BREP_HELP", "Asked", "blank", "brep_columns", "parse_brep", "write_step"]
+__all__ = [
+    "BREP_HELP",
+    "Asked",
+    "blank",
+    "brep_columns",
+    "parse_blocks",
+    "parse_brep",
+    "refuse_beyond",
+    "write_step",
+]
 
 TRIANGLES = 5000
 """Most triangles of an STL that become faces: booleans of more take too long."""
@@ -39,6 +48,9 @@ SAMPLE = 20
 """Blocks of `--brep sample`, spread evenly over those that remove something."""
 
 BREP_HELP = "none | sample | all | blocks such as 3,7-12"
+
+NOT_BOOLEAN = {"facets": "meshes of the solids", "sections": "level sections"}
+"""Rungs whose value has an error of its own."""
 
 Asked = str | tuple[range, ...]
 """none, sample, all, or ranges of block numbers."""
@@ -53,18 +65,42 @@ def parse_brep(text: str) -> Asked:
         Neither a known word nor block numbers.
     """
     word = text.strip().lower()
-    if word in ("none", "sample", "all"):
-        return word
+    return word if word in ("none", "sample", "all") else parse_blocks(text, "--brep", BREP_HELP)
+
+
+def parse_blocks(text: str, option: str, form: str = "blocks such as 3,7-12") -> tuple[range, ...]:
+    """Ranges of block numbers; `option` and `form` are told of what is refused.
+
+    Raises
+    ------
+    InputError
+        No block numbers.
+    """
     found = []
-    for part in word.split(","):
-        ends = part.strip().split("-")
-        if len(ends) > 2 or not all(end.strip().isdigit() for end in ends):
-            raise InputError(f"--brep {text!r} is not understood", remedy=f"give {BREP_HELP}")
+    for part in text.split(","):
+        ends = [end.strip() for end in part.split("-")]
+        if len(ends) > 2 or not all(end.isascii() and end.isdecimal() and len(end) < 10 for end in ends):
+            raise InputError(f"{option} {text!r} is not understood", remedy=f"give {form}")
         first, last = int(ends[0]), int(ends[-1])
         if last < first:
-            raise InputError(f"--brep: block {last} comes before block {first}", remedy="give 7-12, not 12-7")
+            raise InputError(
+                f"{option}: block {last} comes before block {first}", remedy="give 7-12, not 12-7"
+            )
         found.append(range(first, last + 1))
     return tuple(found)
+
+
+def refuse_beyond(asked: Asked, last: int, option: str = "--brep") -> None:
+    """Refuse numbers of blocks that a program does not have.
+
+    Raises
+    ------
+    InputError
+        Names the first range that ends after block `last`.
+    """
+    for part in asked if isinstance(asked, tuple) else ():
+        if part[-1] > last:
+            raise InputError(f"{option}: there is no block {part[-1]}", remedy=f"the last block is {last}")
 
 
 def blank(job: Job) -> Blank:
@@ -117,12 +153,8 @@ def chosen(asked: Asked, rows: pl.DataFrame) -> list[int]:
         n = len(removing)
         count = min(SAMPLE, n)
         return [removing[(k * (n - 1)) // max(count - 1, 1)] for k in range(count)]
-    last = int(rows["block"].max())  # type: ignore[arg-type]
-    numbers = {k for part in asked if isinstance(part, range) for k in part if k <= last}
-    beyond = [part for part in asked if isinstance(part, range) and part[-1] > last]
-    if beyond:
-        raise InputError(f"--brep: there is no block {beyond[0][-1]}", remedy=f"the last block is {last}")
-    return sorted(numbers & set(cuts))
+    refuse_beyond(asked, int(rows["block"].max()))  # type: ignore[arg-type]
+    return [k for k in cuts if any(k in part for part in asked if isinstance(part, range))]
 
 
 def brep_columns(
@@ -193,15 +225,19 @@ def brep_columns(
     return table, counts
 
 
-def write_step(result: RunResult, path: Path) -> None:
-    """Write the finished workpiece of a run as STEP, each face named by its block, line and tool.
+def write_step(result: RunResult, path: Path, after: int | None = None) -> None:
+    """Write the workpiece of a run as STEP, each face named by its block, line and tool.
 
     The cut of every block is gated by its bracket, as in `brep_columns`.
+
+    Parameters
+    ----------
+    after : the last block that has cut it; None: it is finished.
 
     Raises
     ------
     InputError
-        The stock is an STL of too many triangles.
+        The stock is an STL of too many triangles; or the program has no such block.
     EngineError
         Refused; no file is left.
     """
@@ -210,11 +246,14 @@ def write_step(result: RunResult, path: Path) -> None:
     job, program = result.job, result.program
     tools = {number: ToolParts.of(tool) for number, tool in job.tools.items()}
     blocks = list(group_blocks(program, job.machine))
+    if after is not None:
+        refuse_beyond((range(after, after + 1),), len(blocks) - 1, "STEP of the workpiece")
+        blocks = blocks[: after + 1]
     step_file(
         path,
         blank(job),
         [_sweeps(block, program, tools, job.machine) for block in blocks],
-        _brackets(result.blocks, float(result.summary.get("stock_slack_mm3", 0.0))),
+        _brackets(result.blocks, float(result.summary.get("stock_slack_mm3", 0.0)))[: len(blocks)],
         [f"block {block.number} line {block.line} tool {block.tool}" for block in blocks],
     )
 
@@ -242,17 +281,18 @@ def _value(verdict: Verdict | None) -> float | None:
 
 
 def _note(verdict: Verdict | None) -> str:
+    """What a user has to know of a verdict beside its status: the way that worked, how good the value is, or why none."""
     if verdict is None:
         return ""
+    if verdict.removed_mm3 is None:
+        return f"B-rep refused: {verdict.reason}" if verdict.reason else ""
+    if verdict.rung in NOT_BOOLEAN:
+        return f"B-rep value from {NOT_BOOLEAN[verdict.rung]}, good to {-verdict.slack_mm3:.2g} mm3"
+    said = [f"B-rep retried ({verdict.rung})"] if verdict.status == "retried" else []
     if verdict.rung == "grown":
-        return (
-            f"B-rep agrees with earlier sweeps grown and the bracket widened by {verdict.slack_mm3:.2g} mm3"
-        )
-    if verdict.slack_mm3 < 0.0:
-        how = "meshes of the solids" if verdict.rung == "facets" else "level sections"
-        return f"B-rep value from {how}, good to {-verdict.slack_mm3:.2g} mm3"
-    if verdict.sure_mm3 is not None:
-        if verdict.sure_mm3 == float("inf"):
-            return "B-rep value of one boolean, which meshes and sections are too coarse to confirm"
-        return f"B-rep value within {verdict.sure_mm3:.2g} mm3 of all that meshes or sections allow"
-    return f"B-rep refused: {verdict.reason}" if verdict.reason else ""
+        said.append(f"bracket widened by {verdict.slack_mm3:.2g} mm3")
+    if verdict.sure_mm3 == float("inf"):
+        said.append("B-rep value of one boolean, which meshes and sections are too coarse to confirm")
+    elif verdict.sure_mm3 is not None:
+        said.append(f"B-rep value within {verdict.sure_mm3:.2g} mm3 of all that meshes or sections allow")
+    return ", ".join(said)

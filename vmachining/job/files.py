@@ -19,6 +19,7 @@ __all__ = [
     "OUTPUTS",
     "TABLES",
     "atomic_path",
+    "between",
     "fingerprints",
     "forget_outputs",
     "make_folder",
@@ -32,8 +33,8 @@ __all__ = [
 
 MANIFEST = "manifest.json"
 TABLES = ("blocks.csv", "blocks.parquet", "scheduled_blocks.csv", "scheduled_blocks.parquet", "scheduled.nc")
-OUTPUTS = (*TABLES, "summary.json", "report.html", "stock.stl", "stock.3mf")
-"""Every result file there can be, the manifest apart."""
+OUTPUTS = (*TABLES, "summary.json", "report.html", "stock.stl", "stock.3mf", "stock.step")
+"""Every result file there can be, the manifest apart, and workpieces between blocks (`between`)."""
 
 PACKAGES = ("vmachining", "numpy", "numba", "manifold3d", "trimesh", "polars", "cadquery")
 
@@ -95,12 +96,18 @@ def make_folder(folder: Path) -> None:
         ) from exc
 
 
+def between(block: int) -> str:
+    """Name of the file of the workpiece after a block."""
+    return f"stock_{block}.step"
+
+
 def forget_outputs(folder: Path, keep: Collection[str] = ()) -> None:
     """Remove results and leftovers of an earlier run, so that no file of it passes for one of this run."""
     for path in [
         *(folder / name for name in OUTPUTS if name not in keep),
         *folder.glob("*.partial.csv"),
         *folder.glob("checkpoint.*.npz"),
+        *(path for path in folder.glob("stock_*.step") if path.name not in keep),
     ]:
         with writing(path):
             path.unlink(missing_ok=True)

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from vmachining.engines.mesh import MeshEngine, StockSurface
 from vmachining.errors import EngineError
-from vmachining.job.brep import write_step
-from vmachining.job.files import MANIFEST, TABLES, forget_outputs, make_folder, write_json
+from vmachining.job.brep import blank, refuse_beyond, write_step
+from vmachining.job.files import MANIFEST, TABLES, between, forget_outputs, make_folder, write_json
 from vmachining.job.jobfile import Job
 from vmachining.job.schedule import ScheduleReport
 from vmachining.job.stock import write_stock
@@ -71,16 +71,31 @@ class RunResult:
         """Triangles of the finished workpiece with the block that cut each."""
         return self.stock.surface()
 
-    def write(self, folder: Path | str, *, stock: Iterable[str] = ("stl",), report: bool = True) -> Path:
+    def write(
+        self,
+        folder: Path | str,
+        *,
+        stock: Iterable[str] = ("stl",),
+        stock_at: Iterable[int] = (),
+        report: bool = True,
+    ) -> Path:
         """Put all result files into `folder`, each whole or not at all; the manifest goes last.
 
         Parameters
         ----------
         stock : formats of the finished workpiece, "stl", "3mf" and "step". A STEP that the B-rep engine refuses
             is not written; `summary["stock_step_refused"]` then says why.
+        stock_at : blocks after each of which the workpiece is written, too: stock_7.step after block 7.
         report : whether to write report.html.
         """
-        folder = Path(folder)
+        folder, formats = Path(folder), tuple(stock)
+        steps: dict[str, int | None] = {between(block): block for block in sorted(set(stock_at))}
+        if "step" in formats:
+            steps["stock.step"] = None
+        if steps:  # refused before anything is written
+            blank(self.job)
+            asked = tuple(range(block, block + 1) for block in steps.values() if block is not None)
+            refuse_beyond(asked, int(self.summary["blocks"]) - 1, "stock_at")
         make_folder(folder)
         self.manifest["complete"] = False
         write_json(folder / MANIFEST, self.manifest)
@@ -88,29 +103,24 @@ class RunResult:
             for name in TABLES:
                 if (self.folder / name).is_file():
                     shutil.copyfile(self.folder / name, folder / name)
-        formats = tuple(stock)
         for suffix in formats:
-            target = folder / f"stock.{suffix}"
             if suffix != "step":
-                write_stock(self.stock, target)
-                continue
+                write_stock(self.stock, folder / f"stock.{suffix}")
+        refused = []
+        for name, block in steps.items():
             try:
-                write_step(self, target)
+                write_step(self, folder / name, block)
             except EngineError as exc:  # every other file is right without it
-                self.summary["stock_step_refused"] = str(exc)
+                refused.append(exc.message)
+        if refused:
+            self.summary["stock_step_refused"] = "; ".join(refused)
         write_json(folder / "summary.json", self.summary)
         if report:
             pkgutil.resolve_name(PAGE)(self, folder / "report.html")
-        made = {name for name in TABLES if (self.folder / name).is_file()}
-        stocks = [f"stock.{suffix}" for suffix in formats if (folder / f"stock.{suffix}").is_file()]
-        made |= {*stocks, "summary.json", *(["report.html"] * report)}
-        files = [
-            *TABLES,
-            *(f"stock.{suffix}" for suffix in formats),
-            "summary.json",
-            *(["report.html"] * report),
-        ]
-        forget_outputs(folder, keep=[name for name in files if name in made])
-        self.manifest |= {"complete": True, "outputs": [name for name in files if name in made]}
+        stocks = [f"stock.{suffix}" for suffix in formats if suffix != "step"] + list(steps)
+        files = [*TABLES, *stocks, "summary.json", *(["report.html"] * report)]
+        made = [name for name in files if ((self.folder if name in TABLES else folder) / name).is_file()]
+        forget_outputs(folder, keep=made)
+        self.manifest |= {"complete": True, "outputs": made}
         write_json(folder / MANIFEST, self.manifest)
         return folder

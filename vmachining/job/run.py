@@ -19,7 +19,7 @@ from typing import Any
 from vmachining.engines.mesh import Crew, MeshEngine, crew
 from vmachining.errors import InputError, JobError, NCError, StockError
 from vmachining.job.blocks import Block, group_blocks, program_lines
-from vmachining.job.brep import Asked, blank, brep_columns, parse_brep
+from vmachining.job.brep import Asked, blank, brep_columns, parse_brep, refuse_beyond
 from vmachining.job.contact import Contacts, ToolParts
 from vmachining.job.files import (
     MANIFEST,
@@ -189,6 +189,7 @@ class _Run:
         times = move_times(program, limits, job.machine, block_delete=skips)
         stock = raw_stock(job)
         self._refuse_early(program, tools, stock)
+        refuse_beyond(self.brep, blocks[-1].number)
         self.certify = bool(self.options["certify"]) or self.brep != "none" or leans(program, job.machine)
         make_folder(self.folder)
         self._open_manifest(program.files)

@@ -370,7 +370,8 @@ def _second(counts: dict[str, Any]) -> str:
         )
     return (
         f"The B-rep engine was asked about {counts['asked']} blocks: {counts['agreed']} agreed, "
-        f"{counts['retried']} agreed at a later attempt, {counts['refused']} it refused (see their warnings)."
+        f"{counts['retried']} agreed at a later attempt, {counts['refused']} it refused (see their warnings). "
+        f"Ways that worked: {', '.join(f'{rung} {count}' for rung, count in counts['rungs'].items()) or 'none'}."
     )
 
 

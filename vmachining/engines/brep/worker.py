@@ -24,7 +24,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vmachining.errors import VMachiningError
+from vmachining.errors import EngineError, VMachiningError
 
 if TYPE_CHECKING:
     from vmachining.engines.brep.blank import Blank
@@ -98,6 +98,8 @@ def _written(stock: Blank, blocks: Any, path: Path, brackets: Any, labels: Any) 
 
     try:
         return write_step(path, stock, blocks, brackets, labels)
+    except EngineError as exc:  # the caller names the engine
+        return exc.reason if exc.block is None else f"block {exc.block}: {exc.reason}"
     except VMachiningError as exc:
         return str(exc)
     except Exception as exc:  # OCCT raises whatever it meets

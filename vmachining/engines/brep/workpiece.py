@@ -1,8 +1,9 @@
 """The workpiece as one valid B-rep solid whose faces know the block that cut them.
 
 The stock loses one sweep after the other. After each cut the volume must have fallen by an amount inside the
-bracket of that block, else the cut is done again with a fuzzy value; what no value brings into the bracket ends
-in a refusal, not in a file. At the end OCCT must call the solid valid and closed.
+bracket of that block, else the cut is done again with a fuzzy value. Where no value brings a block into its bracket the
+cut before it is done in another way, and so on: a cut may leave an edge over which only the next one falls. What cannot
+be cut at all ends in a refusal, not in a file. At the end OCCT must call the solid valid and closed.
 
 Faces: a face was made by the earliest block whose sweep has the middle of the face on its boundary (distance
 below `ON_MM`); faces of the stock belong to none. In the STEP file every face carries the name of its block and
@@ -34,6 +35,9 @@ __all__ = ["owners", "workpiece", "write_step"]
 
 FUZZY = (0.0, 1e-5, 1e-4, 1e-3)
 
+BACK, MORE = 3, 60
+"""Cuts before a block that are done again in other ways if it cannot be cut, and times that is done for a workpiece."""
+
 ON_MM = 1e-4
 """A point of a face is on a sweep within OCCT's tolerance of intersection curves."""
 
@@ -50,20 +54,68 @@ def workpiece(stock: Blank, blocks: Sequence[Sequence[Sweep]], brackets: Sequenc
     """
     shape = stock.shape()
     box = box_of(shape)
-    before = volume(shape)
-    for number, (sweeps, bracket) in enumerate(zip(blocks, brackets, strict=True)):
-        sweeps = [sweep for sweep in sweeps if meets(sweep, box)]
-        if bracket.hi <= 0.0 or not sweeps:
-            continue
-        try:
-            tools = [part.shape for sweep in sweeps for part in solids(reaching(sweep, box))]
-        except SweepError as exc:
-            raise SweepError(f"block {number}: {exc}") from exc
-        except EngineError as exc:
-            raise EngineError(f"block {number}: {exc.reason}", engine="brep") from exc
-        shape, before = _cut(shape, tools, before, bracket, number)
-    _check(shape)
-    return shape
+    found: tuple[Any, float] | None = (shape, volume(shape))
+    numbers = [k for k, bracket in enumerate(brackets) if bracket.hi > 0.0 and _near(blocks[k], box)]
+    trail: list[_Ways] = []
+    spare, failed, why = MORE, -1, ""
+    while found is None or len(trail) < len(numbers):
+        if found is not None:
+            number = numbers[len(trail)]
+            trail.append(_Ways(*found, _tools(blocks[number], box, number), brackets[number]))
+        found = trail[-1].next()
+        if found is None:
+            ways = trail.pop()
+            if len(trail) > failed:
+                failed, why = len(trail), ways.refusal()
+            spare -= 1
+            if spare < 0 or not trail or len(trail) <= failed - BACK:
+                raise EngineError(why, engine="brep", block=numbers[failed])
+    assert found is not None
+    _check(found[0])
+    return found[0]
+
+
+class _Ways:
+    """The workpiece before a block, and the ways of cutting it that were not tried yet."""
+
+    def __init__(self, shape: Any, before: float, tools: Sequence[Any], bracket: Bracket) -> None:
+        self._shape, self._before, self._tools, self._bracket = shape, before, tools, bracket
+        self._left, self._removed = list(FUZZY), list[str]()
+
+    def next(self) -> tuple[Any, float] | None:
+        """(shape, volume) after the next cut that stays inside the bracket."""
+        while self._left:
+            fuzzy = self._left.pop(0)
+            rest = self._shape
+            try:
+                for tool in self._tools:
+                    rest = minus(rest, [tool], fuzzy)
+                after = volume(rest)
+            except EngineError as exc:  # as a wrong volume: the next fuzzy value may work
+                self._removed.append(f"({exc.reason})")
+                continue
+            if self._bracket.holds(self._before - after, SLACK_MM3 + 1e-9 * self._before):
+                return rest, after
+            self._removed.append(f"{self._before - after:.6g}")
+        return None
+
+    def refusal(self) -> str:
+        bounds = f"[{self._bracket.lo:.6g}, {self._bracket.hi:.6g}]"
+        return f"removes {', '.join(self._removed) or 'nothing else'} mm3, the bracket is {bounds}"
+
+
+def _near(sweeps: Sequence[Sweep], box: Floats) -> list[Sweep]:
+    return [sweep for sweep in sweeps if meets(sweep, box)]
+
+
+def _tools(sweeps: Sequence[Sweep], box: Floats, number: int) -> list[Any]:
+    """Solids of a block."""
+    try:
+        return [part.shape for sweep in _near(sweeps, box) for part in solids(reaching(sweep, box))]
+    except SweepError as exc:
+        raise SweepError(f"block {number}: {exc}") from exc
+    except EngineError as exc:
+        raise EngineError(f"block {number}: {exc.reason}", engine="brep") from exc
 
 
 def _check(shape: Any) -> None:
@@ -82,28 +134,6 @@ def _check(shape: Any) -> None:
         shells.Next()
     if loose:
         raise EngineError("OCCT does not call the workpiece closed", engine="brep")
-
-
-def _cut(shape: Any, tools: list[Any], before: float, bracket: Bracket, number: int) -> tuple[Any, float]:
-    """The shape without the tools, and its volume."""
-    removed = []
-    for fuzzy in FUZZY:
-        rest = shape
-        try:
-            for tool in tools:
-                rest = minus(rest, [tool], fuzzy)
-            after = volume(rest)
-        except EngineError as exc:  # as a wrong volume: the next fuzzy value may work
-            removed.append(f"({exc})")
-            continue
-        if bracket.holds(before - after, SLACK_MM3 + 1e-9 * before):
-            return rest, after
-        removed.append(f"{before - after:.6g}")
-    raise EngineError(
-        f"removes {', '.join(removed)} mm3, the bracket is [{bracket.lo:.6g}, {bracket.hi:.6g}]",
-        engine="brep",
-        block=number,
-    )
 
 
 def owners(shape: Any, blocks: Sequence[Sequence[Sweep]]) -> list[tuple[Any, int]]:
