@@ -21,6 +21,13 @@ PACK = MODELS / "reference_pack"
 STRAIGHT = "\n".join([*PROGRAM.splitlines()[:8], "N130 M30", "%", ""])
 """The slot of the tiny program alone."""
 
+CALLING = "G21 G90\nT1 M6\nS8000 M3\nG0 X-4 Y4 Z5\nG0 Z-1\no<slot> call [14]\nM98 P200\nM30\n"
+SUBPROGRAMS = {
+    "slot.ngc": "o<slot> sub\nG1 X#1 F600\no<slot> endsub\n",
+    "200.nc": "O200\nG0 Z5\nX3 Y12\nG1 Z-0.5 F300\nM99\n",
+}
+"""The slot and a plunge, both in files of their own."""
+
 
 def hashes(folder: Path) -> dict[str, str]:
     return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in folder.iterdir()}
@@ -74,6 +81,39 @@ def test_a_pack_is_deterministic_and_serves_as_a_job(tmp_path: Path) -> None:
     assert after.volume == pytest.approx(summary["final_hi_mm3"], rel=1e-6)
     assert not {"seconds", "peak_mb"} & summary.keys()
     assert "No licence was chosen" in (a / "LICENCE.md").read_text()
+
+
+@pytest.mark.parametrize(
+    ("key", "copied"),
+    [
+        ("", ""),
+        ("subroutines = [\"subs\", 'more']  # two", "subroutines = []  # two\n"),
+        ('subroutines = [\n  "subs", # ]\n  "more",\n]', "subroutines = []\n"),
+    ],
+    ids=["beside the program", "one line", "several lines"],
+)
+def test_subprograms_in_files_come_along(key: str, copied: str, tmp_path: Path) -> None:
+    home = 'file = "nc/tiny.nc"\n'
+    job = write_job(tmp_path / "in", job=JOB, swap={'file = "tiny.nc"\n': f"{home}{key}\n"})
+    (tmp_path / "in" / "nc").mkdir()
+    (tmp_path / "in" / "nc" / "tiny.nc").write_text(CALLING)
+    folders = ("subs", "more") if key else ("nc", "nc")
+    for folder, (name, text) in zip(folders, SUBPROGRAMS.items(), strict=True):
+        (tmp_path / "in" / folder).mkdir(exist_ok=True)
+        (tmp_path / "in" / folder / name).write_text(text)
+    assert run(["pack", str(job), "--out", str(tmp_path / "made"), "--quiet", "--engagement", "1"]) == 0
+    assert copied in (tmp_path / "made" / "job.toml").read_text()
+    shutil.move(tmp_path / "made", tmp_path / "elsewhere" / "pack")
+    shutil.rmtree(tmp_path / "in")
+    pack = tmp_path / "elsewhere" / "pack"
+    result = vm.run(vm.Job.load(pack / "job.toml"), certify=True, workers=1)
+    assert vm.compare(pack / "blocks.csv", result).agrees
+    packed, again = pl.read_parquet(pack / "blocks.parquet")["removed_mm3"], result.blocks["removed_mm3"]
+    assert packed.to_list() == again.to_list() and len(packed.filter(packed > 0.0)) == 2
+    manifest = json.loads((pack / "manifest.json").read_text())
+    assert SUBPROGRAMS.keys() <= manifest["files"].keys()
+    assert "| `slot.ngc` | a subprogram that the program calls |" in (pack / "README.md").read_text()
+    assert run(["pack", str(pack / "job.toml"), "--out", str(tmp_path / "b"), "--quiet"]) == 0  # of the copy
 
 
 def test_a_pack_with_brep_has_no_date_and_its_result_is_a_reference(tmp_path: Path) -> None:

@@ -32,6 +32,7 @@ from vmachining.job.files import (
     write_atomic,
     write_json,
 )
+from vmachining.job.reading import read_job_program
 from vmachining.job.simulate import Progress
 from vmachining.job.stock import STOCK_FORMATS, raw_stock, write_stock
 from vmachining.oracle.readme import CC0, COLUMNS_MEAN, NO_LICENCE, readme
@@ -52,6 +53,11 @@ INPUTS = (("program", "file"), ("machine", "file"), ("stock", "stl"), ("stock", 
 """Keys of a job file that name files."""
 
 ROLE = {"program": "the NC program", "machine": "the machine", "stock": "the raw stock as it was given"}
+SUBPROGRAM = "a subprogram that the program calls"
+
+QUOTED = r"(?:\"[^\"]*\"|'[^']*')"
+ARRAY = r"\[(?:[^\]\"'#]|\"(?:\\.|[^\"\\])*\"|'[^']*'|#[^\n]*\n)*\]"
+"""Values of a job file as they may be written: a string on one line, an array over several."""
 
 
 def write_pack(
@@ -93,8 +99,8 @@ def write_pack(
     if unknown := [name for name in formats if name not in STOCK_FORMATS]:
         raise InputError(f"unknown stock format {unknown[0]!r}", remedy=f"take {', '.join(STOCK_FORMATS)}")
     terms = _licence(licence)
-    inputs, told = _inputs(job)
     old = _old_files(folder)
+    inputs, told = _inputs(job)
     result = run(_without_feed(job), certify=True, brep=brep, workers=workers, progress=progress)
     with TemporaryDirectory(prefix="vmachining-pack-") as scratch:
         # everything is made before the first byte of an earlier pack goes: it may hold our own inputs
@@ -193,25 +199,40 @@ def _inputs(job: Job) -> tuple[dict[str, bytes], dict[str, str]]:
     taken = {"job.toml", "README.md", "LICENCE.md", "summary.json", MANIFEST}
     taken |= {f"{name}.{suffix}" for name in ("blocks", "engagement") for suffix in ("csv", "parquet")}
     taken |= {"stock_before.stl", *(f"stock_after.{suffix}" for suffix in STOCK_FORMATS)}
+
+    def take(path: Path, role: str, shown: str, section: str, key: str) -> None:
+        if path.name in taken:
+            raise JobError(
+                f"{shown}: a pack has another file of that name",
+                **job.where(section, key),
+                remedy="rename it",
+            )
+        taken.add(path.name)
+        files[path.name], told[path.name] = path.read_bytes(), role
+
+    def rewrite(section: str, key: str, value: Any, form: str) -> None:
+        wanted[section][key] = value
+        if (place := job.where(section, key)["line"]) is None:
+            return
+        rest = "".join(lines[place - 1 :])
+        hit = re.search(rf"(\b{key}[\"']?\s*=\s*){form}", rest)
+        if hit is not None:
+            short = hit[1] + json.dumps(value, ensure_ascii=False)
+            lines[place - 1 :] = (rest[: hit.start()] + short + rest[hit.end() :]).splitlines(keepends=True)
+
     for section, key in INPUTS:
         name = wanted.get(section, {}).get(key)
         if not isinstance(name, str):
             continue
         path = job.folder / name
-        if path.name in taken:
-            raise JobError(
-                f"{key} = {name!r}: a pack has another file of that name", **job.where(section, key),
-                remedy="rename it",
-            )  # fmt: skip
-        taken.add(path.name)
-        files[path.name], told[path.name] = path.read_bytes(), ROLE[section]
-        wanted[section][key] = path.name
-        if path.name != name and (place := job.where(section, key)["line"]) is not None:
-            quoted = rf"(?<=\b{key})(\s*=\s*)(?:\"[^\"]*\"|'[^']*')"
-            hit = re.search(quoted, lines[place - 1])
-            if hit is not None:
-                short = hit[1] + json.dumps(path.name, ensure_ascii=False)
-                lines[place - 1] = lines[place - 1][: hit.start()] + short + lines[place - 1][hit.end() :]
+        take(path, ROLE[section], f"{key} = {name!r}", section, key)
+        if path.name != name:
+            rewrite(section, key, path.name, QUOTED)
+    # a subprogram is found by its name beside the program; an M98 and an O call may have read one file twice
+    for path in map(Path, dict.fromkeys(read_job_program(job).files)):
+        take(path, SUBPROGRAM, f"the subprogram {path.name!r}", "program", "file")
+    if wanted["program"].get("subroutines"):
+        rewrite("program", "subroutines", [], ARRAY)  # last: it may take lines away
     copy = "".join(lines)
     if tomllib.loads(copy) != wanted:
         raise JobError(
