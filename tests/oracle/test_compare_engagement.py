@@ -152,7 +152,7 @@ def test_packs_carry_engagement(tmp_path: Path) -> None:
     assert vm.compare_engagement(both, tmp_path / "pack").agrees
     vm.write_pack(job, tmp_path / "none", engagement=0)
     assert not (tmp_path / "none" / "engagement.csv").exists()
-    assert "engagement" not in (tmp_path / "none" / "README.md").read_text()
+    assert "Columns of `engagement`" not in (tmp_path / "none" / "README.md").read_text()
     with pytest.raises(InputError, match="want 0 to"):
         vm.write_pack(job, tmp_path / "bad", engagement=-1)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shlex
 import shutil
 from pathlib import Path
 
@@ -41,6 +42,9 @@ def test_the_shipped_pack_is_small_and_whole() -> None:
     assert sum(path.stat().st_size for path in PACK.iterdir()) < 300_000
     assert (PACK / "slot.nc").read_bytes() == (MODELS / "slot" / "slot.nc").read_bytes()
     assert "CC0-1.0" in (PACK / "LICENCE.md").read_text(encoding="utf-8")
+    assert manifest["options"]["licence"] == "cc0"
+    command = "vmachining pack job.toml --out . --stock 3mf --brep none --licence cc0 --engagement 10\n"
+    assert command in (PACK / "README.md").read_text(encoding="utf-8")
 
 
 def test_regenerating_the_shipped_pack_gives_its_numbers(tmp_path: Path) -> None:
@@ -81,6 +85,25 @@ def test_a_pack_is_deterministic_and_serves_as_a_job(tmp_path: Path) -> None:
     assert after.volume == pytest.approx(summary["final_hi_mm3"], rel=1e-6)
     assert not {"seconds", "peak_mb"} & summary.keys()
     assert "No licence was chosen" in (a / "LICENCE.md").read_text()
+
+
+@pytest.mark.parametrize("licence", ["none", "cc0", "terms.txt"])
+def test_the_command_of_the_readme_makes_the_same_pack(
+    licence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    job = write_job(tmp_path / "in", program=STRAIGHT)
+    monkeypatch.chdir(tmp_path)
+    Path("terms.txt").write_text("Ask us.\n")
+    options = ["--stock", "3mf,stl", "--engagement", "1", "--brep", "2, 2-2", "--licence", licence]
+    assert run(["pack", str(job), "--out", "made", "--quiet", *options]) == 0
+    shutil.copytree("made", "copy")
+    monkeypatch.chdir("copy")
+    (line,) = (x for x in Path("README.md").read_text().splitlines() if x.startswith("    vmachining pack"))
+    assert run([*shlex.split(line)[1:], "--quiet"]) == 0
+    assert hashes(Path()) == hashes(tmp_path / "made")
+    told = json.loads(Path("manifest.json").read_text())["options"]
+    assert told["licence"] == ("LICENCE.md" if licence == "terms.txt" else licence)
+    assert ("Ask us." in Path("LICENCE.md").read_text()) == (licence == "terms.txt")
 
 
 @pytest.mark.parametrize(

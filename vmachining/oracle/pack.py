@@ -9,8 +9,9 @@ from __future__ import annotations
 import dataclasses
 import json
 import re
+import shlex
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -48,6 +49,9 @@ LEFT_OUT = ("seconds", "peak_mb", "time_s", "scheduled_time_s", "ideal_time_s", 
 
 STATIONS, MOST_STATIONS, ANGLES = 10, 10_000, 36
 """Tables of engagement: how many blocks, how many at most, rotation angles of each."""
+
+WORDS = {"none": NO_LICENCE, "cc0": CC0}
+"""Licences that have a name."""
 
 INPUTS = (("program", "file"), ("machine", "file"), ("stock", "stl"), ("stock", "step"))
 """Keys of a job file that name files."""
@@ -99,6 +103,8 @@ def write_pack(
     if unknown := [name for name in formats if name not in STOCK_FORMATS]:
         raise InputError(f"unknown stock format {unknown[0]!r}", remedy=f"take {', '.join(STOCK_FORMATS)}")
     terms = _licence(licence)
+    # a file of terms is known by its name in the pack, so that the pack tells nothing of where it was made
+    term = licence if licence in WORDS else "LICENCE.md"
     old = _old_files(folder)
     inputs, told = _inputs(job)
     result = run(_without_feed(job), certify=True, brep=brep, workers=workers, progress=progress)
@@ -116,11 +122,15 @@ def write_pack(
             MANIFEST: "SHA-256 of every file, options, versions",
         }  # fmt: skip
         chord = job.keys.accuracy.chord_mm
-        write_atomic(made / "README.md", readme(job.name, summary, chord, told))
+        options: dict[str, Any] = {
+            "engine": "mesh", "chord_mm": chord, "brep": brep, "stock": list(formats), "licence": term,
+            "engagement": engagement,
+        }  # fmt: skip
+        write_atomic(made / "README.md", readme(job.name, summary, chord, told, _command(options)))
         names = sorted(path.name for path in made.iterdir())
         manifest = {
             "kind": KIND, "format": 1, "job": job.name, "complete": True,
-            "options": {"engine": "mesh", "chord_mm": chord, "brep": brep, "stock": list(formats), "engagement": engagement},
+            "options": options,
             "versions": {key: text for key, text in versions().items() if key not in ("python", "platform")},
             "files": {name: sha256(made / name) for name in names},
         }  # fmt: skip
@@ -132,6 +142,15 @@ def write_pack(
             write_atomic(folder / name, (made / name).read_bytes())
     write_json(folder / MANIFEST, manifest)
     return result
+
+
+def _command(options: Mapping[str, Any]) -> str:
+    """What makes a pack again in its own folder; every option is named, for defaults may change."""
+    stock = ",".join(options["stock"])
+    words = ["vmachining", "pack", "job.toml", "--out", ".", "--stock", stock]
+    for name in ("brep", "licence", "engagement"):
+        words += [f"--{name}", str(options[name])]
+    return shlex.join(words)
 
 
 def _engagement(result: RunResult, made: Path, count: int) -> dict[str, str]:
@@ -167,8 +186,8 @@ def _without_feed(job: Job) -> Job:
 
 
 def _licence(licence: str) -> str:
-    if licence in ("none", "cc0"):
-        return CC0 if licence == "cc0" else NO_LICENCE
+    if licence in WORDS:
+        return WORDS[licence]
     try:
         return Path(licence).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as exc:

@@ -60,8 +60,10 @@ ENGAGEMENT_MEAN: dict[str, str] = {
 """Columns of a pack's `engagement`."""
 
 
-def readme(name: str, summary: Mapping[str, Any], chord_mm: float, files: Mapping[str, str]) -> str:
-    """README.md of a pack; `files` tells what each file is."""
+def readme(
+    name: str, summary: Mapping[str, Any], chord_mm: float, files: Mapping[str, str], command: str
+) -> str:
+    """README.md of a pack; `files` tells what each file is, `command` makes the pack again."""
     removed = [summary[f"removed_{side}mm3"] for side in ("lo_", "", "hi_")]
     width = removed[2] - removed[0]
     listed = "\n".join(f"| `{file}` | {text} |" for file, text in files.items())
@@ -100,9 +102,11 @@ With vmachining, where results.csv has the columns `block` or `line`, and `remov
 
     vmachining compare results.csv .
 
-`job.toml` is a job of vmachining: `vmachining run job.toml` computes the volumes again, a smaller `chord_mm`
-gives narrower brackets, and `vmachining pack job.toml --out .` makes this folder again. Cutters are described
-there: diameters, corner radius, lengths in the units of the job; only the flutes' body of revolution cuts.
+`job.toml` is a job of vmachining: `vmachining run job.toml` computes the volumes again, and a smaller `chord_mm`
+gives narrower brackets. Cutters are described there: diameters, corner radius, lengths in the units of the job;
+only the flutes' body of revolution cuts. This makes the folder again:
+
+    {command}
 """
 
 
