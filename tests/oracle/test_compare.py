@@ -138,6 +138,16 @@ BAD = {
     "decimal comma": ("line,removed_mm3\n9,1,5\n", ["r.csv:2", "3 cells", "decimal comma"]),
     "empty": ("", ["r.csv:1", "no table"]),
     "header only": ("line,removed_mm3\n", ["no results"]),
+    "large block": ("block,removed_mm3\n1e30,1\n", ["r.csv:2", "block '1e30' is too large"]),
+    "large line": (f"line,removed_mm3\n-{'9' * 20},1\n", ["r.csv:2", "is too large for a number of a line"]),
+    "large volumes": (
+        "line,removed_mm3\n1,1e308\n2,1e308\n",
+        ["r.csv:2", "'1e308' of line 1 is beyond 1e+30"],
+    ),
+    "large volumes of a line": (
+        "line,removed_mm3\n1,1\n1,-1e308\n1,-1e308\n",
+        ["r.csv:3", "beyond 1e+30 mm3"],
+    ),
     "column twice": ("line,line,removed_mm3\n1,1,1\n", ["r.csv:1", "line twice"]),
 }
 
@@ -153,6 +163,13 @@ def test_bad_results_are_refused_with_their_place(
     assert told.count("\n") == 1
     for word in words:
         assert word in told
+
+
+def test_bad_tables_of_python_are_refused() -> None:
+    with pytest.raises(InputError, match=r"row 0: line 1000.* is no whole number"):
+        vm.compare({"line": [10**400], "removed_mm3": [1.0]}, PACK)  # no float holds it
+    with pytest.raises(InputError, match="table: 2 values of line, 1 of removed_mm3"):
+        vm.compare({"line": [9, 10], "removed_mm3": [1.0]}, PACK)
 
 
 def test_bad_references_are_refused(tmp_path: Path) -> None:
@@ -172,5 +189,7 @@ def test_bad_references_are_refused(tmp_path: Path) -> None:
         vm.compare(table, tmp_path)
     with pytest.raises(InputError, match="tolerance_rel -1"):
         vm.compare(table, PACK, tolerance_rel=-1.0)
+    with pytest.raises(InputError, match=r"tolerance_mm3 1e\+308: want a number from 0 to 1e\+30"):
+        vm.compare(table, PACK, tolerance_mm3=1e308)
     with pytest.raises(InputError, match="tolerance_mm3 nan"):
         vm.compare(table, PACK, tolerance_mm3=math.nan)

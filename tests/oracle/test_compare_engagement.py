@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from pathlib import Path
 
 import numpy as np
@@ -89,7 +90,14 @@ BAD = {
     "columns": ({"block": [2], "phi_deg": [10.0], "lower_mm": [0.0]}, "no column upper_mm.*want the columns"),
     "half": (slot() | {"upper_mm": [None] * 17}, "row 1: an angle or one end of an interval is empty"),
     "order": (slot(-1.0), "lower_mm 0 lies above upper_mm -1"),
-    "word": (slot() | {"phi_deg": ["ten"] * 17}, "phi_deg 'ten' is no finite number"),
+    "word": (slot() | {"phi_deg": ["ten"] * 17}, "phi_deg 'ten' is no finite number; write a number"),
+    "half a block": (slot() | {"block": [1.7] * 17}, r"row 1: block 1\.7 is no whole number"),
+    "no block": (slot() | {"block": [2, None, *[2] * 15]}, "row 2: block None is no whole number"),
+    "short": (slot() | {"upper_mm": [1.0] * 16}, "table: 17 values of block, 16 of upper_mm"),
+    "few instants": (slot(at=[0.5]), "table: 17 values of block, 1 of at"),
+    "no instant": (slot(at=[0.5] * 16 + [None]), "row 17: an instant is empty"),
+    "long": (slot(1e308), r"upper_mm 1e\+308 is beyond 1e\+30"),
+    "nothing": ({name: [] for name in slot()}, "a header and no results; one row per interval"),
 }
 
 
@@ -98,6 +106,56 @@ def test_tables_that_cannot_be_read(folder, case):
     table, words = BAD[case]
     with pytest.raises(InputError, match=words):
         vm.compare_engagement(table, folder)
+
+
+HEADER = "# made by hand\n\nblock,phi_deg,lower_mm,upper_mm"
+BAD_FILES = {
+    "word": (
+        f"{HEADER}\n2,10,0,1\n2,x,0,1\n",
+        ["t.csv:5: phi_deg 'x'", "write a number with a decimal point"],
+    ),
+    "half a block": (f"{HEADER}\n1.7,10,0,1\n", ["t.csv:4: block '1.7' is no whole number", "go out"]),
+    "large block": (f"{HEADER}\n1e30,10,0,1\n", ["t.csv:4: block '1e30' is too large"]),
+    "order": (f"{HEADER}\n2,10,1,0\n", ["t.csv:4: lower_mm 1 lies above upper_mm 0", "lowest point"]),
+    "half": (f"{HEADER}\n2,10,,1\n", ["t.csv:4: an angle or one end of an interval is empty"]),
+    "column twice": (f"{HEADER},upper_mm\n2,10,0,1,1\n", ["t.csv:3: column upper_mm twice"]),
+    "decimal comma": (f"{HEADER}\n2,10,0,1,5\n", ["t.csv:4: 5 cells", "a decimal comma wants ;"]),
+    "header only": (f"{HEADER}\n", ["t.csv: a header and no results"]),
+}
+
+
+@pytest.mark.parametrize("case", BAD_FILES)
+def test_files_that_cannot_be_read_are_told_with_their_place(case, folder, tmp_path, capsys):
+    text, words = BAD_FILES[case]
+    (tmp_path / "t.csv").write_text(text)
+    assert run(["compare", str(tmp_path / "t.csv"), str(folder)]) == 2
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1
+    for word in words:
+        assert word in told
+
+
+def test_columns_that_are_not_needed_may_come_twice(folder, tmp_path):
+    lines = [f"{SLOT},{p},0,1,stock,stock" for p in slot()["phi_deg"]]
+    (tmp_path / "t.csv").write_text("\n".join(["block,phi_deg,lower_mm,upper_mm,by,by", *lines]))
+    assert vm.compare_engagement(tmp_path / "t.csv", folder).agrees
+
+
+def test_angles_near_a_whole_turn_are_those_near_zero():
+    ours = pl.DataFrame({"block": [1], "at": [0.5], "phi_deg": [0.0], "lower_mm": [0.0], "upper_mm": [1.0]})
+    for phi, agrees in ((360.0 - 5e-7, True), (-1e-20, True), (5e-7, True), (2e-6, False), (-2e-6, False)):
+        assert vm.compare_engagement(ours.with_columns(phi_deg=pl.lit(phi)), ours).agrees == agrees
+
+
+def test_many_angles_with_fewer_digits_take_no_quadratic_time():
+    """A look at every angle for each of these takes more than a minute."""
+    n = 60_000
+    phi = np.linspace(0.0, 360.0, n, endpoint=False)
+    ours = pl.DataFrame({"block": 1, "at": 0.5, "phi_deg": phi, "lower_mm": 0.0, "upper_mm": 1.0})
+    begin = time.process_time()
+    found = vm.compare_engagement(ours.with_columns(phi_deg=(phi + 3e-7) % 360.0), ours)
+    assert found.agrees and found.counts["inside"] == n
+    assert time.process_time() - begin < 20.0
 
 
 def test_references_that_cannot_be_used(folder, tmp_path):

@@ -14,7 +14,7 @@ import polars as pl
 from vmachining.errors import InputError
 from vmachining.job.result import RunResult
 from vmachining.oracle.reference import BRACKET, Reference, read_reference
-from vmachining.oracle.results import Results, read_results
+from vmachining.oracle.results import LARGEST, Results, read_results
 
 __all__ = ["STATUSES", "Comparison", "compare"]
 
@@ -134,11 +134,11 @@ def compare(
     Raises
     ------
     InputError
-        See `read_results` and `read_reference`; a tolerance that is negative.
+        See `read_results` and `read_reference`; a tolerance that is negative or endless.
     """
     for name, value in (("tolerance_rel", tolerance_rel), ("tolerance_mm3", tolerance_mm3)):
-        if not (math.isfinite(value) and value >= 0.0):
-            raise InputError(f"{name} {value:g}: want a number from 0")
+        if not 0.0 <= value <= LARGEST:
+            raise InputError(f"{name} {value:g}: want a number from 0 to {LARGEST:g}")
     known, given = read_reference(reference), read_results(results)
     table = _join(given, known, tolerance_rel, tolerance_mm3)
     lo, estimate, hi = known.total

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -14,7 +15,7 @@ import polars as pl
 from vmachining.engagement import Engagement
 from vmachining.errors import InputError
 from vmachining.job.files import read_manifest, sha256
-from vmachining.oracle.results import csv_rows
+from vmachining.oracle.results import LARGEST, csv_rows, csv_table, finite, refuse_twice, whole
 
 __all__ = ["EngagementComparison", "compare_engagement", "is_engagement_table"]
 
@@ -24,9 +25,20 @@ TOLERANCE_MM = 1e-4
 ANGLE_DEG = 1e-6
 """Two rotation angles closer than this are one: on a radius of 50 mm they are 1e-6 mm apart."""
 
+CELL_DEG = 2.0 * ANGLE_DEG
+CELLS = round(360.0 / CELL_DEG)
+"""Angles are looked up by cells of this width: rounding puts no near one two cells away."""
+
+AT_DIGITS, AT = 9, 1e-9
+"""Instants are rounded; two that are no farther apart than this are one."""
+
 KEYS = ("block", "phi_deg", "lower_mm", "upper_mm")
 WANTED = "want the columns block, phi_deg, lower_mm and upper_mm, and at where a block comes more than once"
 FINDINGS = ("outside", "missing")
+NUMBER = "write a number with a decimal point; both ends stay empty where nothing is engaged"
+NO_BLOCK = -1
+"""Stands for the block in a table of `contact` alone."""
+
 NO_TABLE = "give the directory that vmachining engage --out or vmachining pack wrote"
 
 Interval: TypeAlias = tuple[float, float]
@@ -116,14 +128,15 @@ def compare_engagement(
         Unreadable, columns or numbers missing, a tolerance that is negative, a reference that changed since it
         was made.
     """
-    if not (math.isfinite(tolerance_mm) and tolerance_mm >= 0.0):
-        raise InputError(f"tolerance_mm {tolerance_mm:g}: want a number from 0")
+    if not 0.0 <= tolerance_mm <= LARGEST:
+        raise InputError(f"tolerance_mm {tolerance_mm:g}: want a number from 0 to {LARGEST:g}")
     known, source = _reference(reference)
     given, name = _given(results, known)
     rows: list[tuple[Any, ...]] = []
     left = dict(given)
+    nearby = _by_cell(given)
     for place, ours in known.items():
-        theirs = _near(left, place)
+        theirs = _near(left, nearby, place)
         length = math.fsum(b - a for a, b in ours)
         if theirs is None:
             status = "missing" if length > tolerance_mm else "idle"
@@ -149,11 +162,26 @@ def is_engagement_table(path: Path | str) -> bool:
     return {"phi_deg", "lower_mm"} <= {name.strip() for name in header}
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Table:
+    """Columns as they were handed in. lines : of the rows, where they come from a text file."""
+
+    columns: Mapping[str, Sequence[Any]]
+    source: str
+    lines: Sequence[int] | None = None
+
+    def where(self, row: int) -> dict[str, Any]:
+        """file and line keywords of an error about one row."""
+        if self.lines is None:
+            return {"file": f"{self.source} row {row + 1}"}
+        return {"file": self.source, "line": self.lines[row]}
+
+
 def _reference(reference: Path | str | pl.DataFrame | Engagement) -> tuple[dict[Place, list[Interval]], str]:
     if isinstance(reference, Engagement):
-        return _gathered(reference.table().to_dict(as_series=False), "engagement"), "engagement"
+        return _gathered(_Table(reference.table().to_dict(as_series=False), "engagement")), "engagement"
     if isinstance(reference, pl.DataFrame):
-        return _gathered(reference.to_dict(as_series=False), "table"), "table"
+        return _gathered(_Table(reference.to_dict(as_series=False), "table")), "table"
     folder = Path(reference)
     if not folder.is_dir():
         raise InputError(
@@ -171,12 +199,12 @@ def _reference(reference: Path | str | pl.DataFrame | Engagement) -> tuple[dict[
             "differs from the file that the pack was made with", file=str(path), remedy="fetch the pack again"
         )
     if path.suffix == ".csv":
-        return _gathered(_csv(path), str(path)), str(folder)
+        return _gathered(_csv(path)), str(folder)
     try:
         table = pl.read_parquet(path)
     except (OSError, pl.exceptions.PolarsError) as exc:
         raise InputError(f"cannot read the table: {str(exc).splitlines()[0]}", file=str(path)) from exc
-    return _gathered(table.to_dict(as_series=False), str(path)), str(folder)
+    return _gathered(_Table(table.to_dict(as_series=False), str(path))), str(folder)
 
 
 def _given(
@@ -187,34 +215,31 @@ def _given(
         results = results.table()
     if isinstance(results, pl.DataFrame):
         results = results.to_dict(as_series=False)
-    name = "table"
-    if isinstance(results, (str, Path)):
-        name = str(results)
-        results = _csv(Path(results))
-    if "at" in results:
-        return _gathered(results, name), name
-    instants = {block: {at for b, at, _ in known if b == block} for block, _, _ in known}
+    table = _csv(Path(results)) if isinstance(results, (str, Path)) else _Table(results, "table")
+    instants: dict[int, set[float]] = defaultdict(set)
+    for block, at, _ in known:
+        instants[block].add(at)
+    nameless = NO_BLOCK in instants
+    if "at" in table.columns:
+        return _gathered(table, nameless=nameless), table.source
     several = next((block for block, ats in instants.items() if len(ats) > 1), None)
     if several is not None:
-        raise InputError(f"the reference has several instants of block {several}", file=name, remedy=WANTED)
+        raise InputError(
+            f"the reference has several instants of block {several}", file=table.source, remedy=WANTED
+        )
     only = {block: next(iter(ats)) for block, ats in instants.items()}
-    return _gathered(results, name, only), name
+    return _gathered(table, only, nameless=nameless), table.source
 
 
-def _csv(path: Path) -> dict[str, list[Any]]:
-    rows = csv_rows(path)
-    line, header = next(rows, (1, []))
-    names = [name.strip() for name in header]
-    columns: dict[str, list[Any]] = {name: [] for name in names}
-    for number, row in rows:
-        if len(row) != len(names):
-            raise InputError(
-                f"{len(row)} cells where the header has {len(names)}", file=str(path), line=number
-            )
-        for name, cell in zip(names, row, strict=True):
-            columns[name].append(cell)
-    _wanted(columns, str(path), line)
-    return columns
+def _csv(path: Path) -> _Table:
+    """The columns of a CSV file that are needed."""
+    line, names, rows = csv_table(path)
+    _wanted(names, str(path), line)
+    needed = [name for name in (*KEYS, "at") if name in names]
+    refuse_twice(names, needed, str(path), line)
+    read = list(rows)
+    columns = {name: [row[names.index(name)] for _, row in read] for name in needed}
+    return _Table(columns, str(path), [number for number, _ in read])
 
 
 def _wanted(columns: Iterable[str], source: str, line: int | None = None) -> None:
@@ -224,28 +249,42 @@ def _wanted(columns: Iterable[str], source: str, line: int | None = None) -> Non
 
 
 def _gathered(
-    columns: Mapping[str, Sequence[Any]], source: str, only: Mapping[int, float] | None = None
+    table: _Table, only: Mapping[int, float] | None = None, *, nameless: bool = True
 ) -> dict[Place, list[Interval]]:
-    """Intervals by place, rising and joined; an empty list where nothing is engaged."""
-    _wanted(columns, source)
+    """Intervals by place, rising and joined; an empty list where nothing is engaged.
+
+    only : the instant of every block, where there is no column of them. nameless : whether a block may be empty.
+    """
+    _wanted(table.columns, table.source)
+    used = [*KEYS, "at"] if "at" in table.columns else [*KEYS]
+    columns = {name: list(table.columns[name]) for name in used}
+    rows = len(columns["block"])
+    odd = next((name for name in used if len(columns[name]) != rows), None)
+    if odd is not None:
+        raise InputError(f"{table.source}: {rows} values of block, {len(columns[odd])} of {odd}")
+    if not rows:
+        raise InputError(
+            "a header and no results",
+            file=table.source,
+            remedy="one row per interval, and one without ends where an angle touches nothing",
+        )
     out: dict[Place, list[Interval]] = {}
-    for number, (block, phi, lower, upper) in enumerate(
-        zip(*(columns[k] for k in KEYS), strict=True), start=1
-    ):
-        where = f"{source} row {number}"
-        name = _number(block, "block", where)
-        # a table of `contact` alone has no blocks
-        key = int(name) if name is not None else -1
-        at = _number(columns["at"][number - 1], "at", where) if "at" in columns else (only or {}).get(key)
-        angle = _number(phi, "phi_deg", where)
-        a, b = _number(lower, "lower_mm", where), _number(upper, "upper_mm", where)
-        if angle is None or (a is None) != (b is None):
-            raise InputError("an angle or one end of an interval is empty", file=where, remedy=WANTED)
+    for row, (block, *cells) in enumerate(zip(*columns.values(), strict=True)):
+        where = table.where(row)
+        key = NO_BLOCK if nameless and _empty(block) else whole(block, "block", where)
+        angle, a, b, *rest = (_number(v, name, where) for v, name in zip(cells, used[1:], strict=True))
+        if angle is None or (a is None) != (b is None) or rest == [None]:
+            what = "an instant" if rest == [None] else "an angle or one end of an interval"
+            raise InputError(f"{what} is empty", **where, remedy=WANTED)
         if a is not None and b is not None and a > b:
-            raise InputError(f"lower_mm {a:g} lies above upper_mm {b:g}", file=where)
+            raise InputError(
+                f"lower_mm {a:g} lies above upper_mm {b:g}", **where,
+                remedy="both count along the edge, from its lowest point",
+            )  # fmt: skip
+        at = rest[0] if rest else (only or {}).get(key)
         if at is None:
             continue  # a block that the reference does not have
-        place = (key, round(at, 9), angle % 360.0)
+        place = (key, round(at, AT_DIGITS), angle % 360.0)
         held = out.setdefault(place, [])
         if a is not None and b is not None:
             held.append((a, b))
@@ -266,15 +305,33 @@ def _joined(intervals: Iterable[Interval]) -> Iterator[Interval]:
         yield last
 
 
-def _near(table: dict[Place, list[Interval]], place: Place) -> list[Interval] | None:
+def _cell(place: Place) -> tuple[int, int, int]:
+    """Block, and cells of instant and angle: what is near lies in the same ones or the next."""
+    block, at, phi = place
+    return block, round(at / AT), math.floor(phi / CELL_DEG) % CELLS
+
+
+def _by_cell(places: Iterable[Place]) -> dict[tuple[int, int, int], list[Place]]:
+    """Places by their cells, so that a near one is found without a look at all of them."""
+    found: dict[tuple[int, int, int], list[Place]] = defaultdict(list)
+    for place in places:
+        found[_cell(place)].append(place)
+    return found
+
+
+def _near(
+    table: dict[Place, list[Interval]], nearby: Mapping[tuple[int, int, int], list[Place]], place: Place
+) -> list[Interval] | None:
     """Takes out the intervals of a place, its angle written with fewer digits or not."""
     if place in table:
         return table.pop(place)
-    block, at, phi = place
-    for other in [p for p in table if p[0] == block and abs(p[1] - at) <= 1e-9]:
-        gap = abs(other[2] - phi)
-        if min(gap, 360.0 - gap) <= ANGLE_DEG:
-            return table.pop(other)
+    _, at, phi = place
+    block, instant, angle = _cell(place)
+    for i, k in product((0, -1, 1), (0, -1, 1)):
+        for other in nearby.get((block, instant + i, (angle + k) % CELLS), ()):
+            gap = abs(other[2] - phi)
+            if other in table and abs(other[1] - at) <= AT and min(gap, 360.0 - gap) <= ANGLE_DEG:
+                return table.pop(other)
     return None
 
 
@@ -286,14 +343,18 @@ def _difference(one: Sequence[Interval], other: Sequence[Interval]) -> float:
     return max(0.0, math.fsum(b - a for a, b in (*one, *other)) - 2.0 * both)
 
 
-def _number(value: Any, name: str, where: str) -> float | None:
+def _empty(value: Any) -> bool:
+    """An empty cell."""
+    return value is None or (isinstance(value, str) and not value.strip())
+
+
+def _number(value: Any, name: str, where: Mapping[str, Any]) -> float | None:
     """A finite number, None for an empty cell."""
-    if value is None or (isinstance(value, str) and not value.strip()):
+    if _empty(value):
         return None
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = math.nan
-    if not math.isfinite(number):
-        raise InputError(f"{name} {value!r} is no finite number", file=where)
+    number = finite(value)
+    if number is None:
+        raise InputError(f"{name} {value!r} is no finite number", **where, remedy=NUMBER)
+    if abs(number) > LARGEST:
+        raise InputError(f"{name} {value!r} is beyond {LARGEST:g}", **where)
     return number

@@ -15,13 +15,30 @@ from vmachining.textfile import read_text
 if TYPE_CHECKING:
     import polars as pl
 
-__all__ = ["KEYS", "VOLUME", "Results", "csv_rows", "read_results"]
+__all__ = [
+    "KEYS",
+    "LARGEST",
+    "VOLUME",
+    "Results",
+    "csv_rows",
+    "csv_table",
+    "finite",
+    "read_results",
+    "refuse_twice",
+    "whole",
+]
 
 KEYS = ("block", "line")
 """In this order: a table that has both is keyed by block, the finer of the two."""
 
 VOLUME = "removed_mm3"
 DELIMITERS = ",;\t"
+LARGEST = 1e30
+"""mm, mm^3: no workpiece has more, and sums, differences and ratios of such numbers stay finite."""
+
+WHOLE_BITS = 63
+"""Blocks and lines are columns of 64 bits."""
+
 WANTED = "want a header with block or line, and removed_mm3"
 
 
@@ -51,7 +68,8 @@ def read_results(results: Path | str | pl.DataFrame | Mapping[str, Sequence[Any]
     Raises
     ------
     InputError
-        Unreadable, no such columns, a value that is no finite number, a block twice; names file and line.
+        Unreadable, no such columns, a value that is no finite number or beyond `LARGEST`, a block twice; names
+        file and line.
     """
     if isinstance(results, (str, Path)):
         return _read_csv(Path(results))
@@ -77,14 +95,19 @@ def csv_rows(path: Path) -> Iterator[tuple[int, list[str]]]:
     yield from _rows(read_text(path, "results", InputError, wrong="results are a CSV table"), path)
 
 
-def _read_csv(path: Path) -> Results:
+def csv_table(path: Path) -> tuple[int, list[str], Iterator[tuple[int, list[str]]]]:
+    """Line of the header, its names, and (line, cells) of the rows below, each as long as the header.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, or is no CSV table; while the rows are read: one is longer or shorter.
+    """
     rows = csv_rows(path)
     line, header = next(rows, (1, []))
     names = [name.strip() for name in header]
-    key = _key(names, str(path), line)
-    at = {name: names.index(name) for name in (key, VOLUME)}
 
-    def pairs() -> Iterator[tuple[int, str, str]]:
+    def even() -> Iterator[tuple[int, list[str]]]:
         for number, row in rows:
             if len(row) != len(names):
                 raise InputError(
@@ -93,9 +116,16 @@ def _read_csv(path: Path) -> Results:
                     line=number,
                     remedy="a decimal comma wants ; between cells" if len(row) > len(names) else None,
                 )
-            yield number, row[at[key]], row[at[VOLUME]]
+            yield number, row
 
-    return _gather(key, pairs(), str(path), "line")
+    return line, names, even()
+
+
+def _read_csv(path: Path) -> Results:
+    line, names, rows = csv_table(path)
+    key = _key(names, str(path), line)
+    a, b = names.index(key), names.index(VOLUME)
+    return _gather(key, ((number, row[a], row[b]) for number, row in rows), str(path), "line")
 
 
 def _rows(text: str, path: Path) -> Iterator[tuple[int, list[str]]]:
@@ -123,12 +153,15 @@ def _key(names: Iterable[str], source: str, line: int) -> str:
             shown = ", ".join(known[:8]) + (", ..." if len(known) > 8 else "")
             raise InputError(f"no column {name} among {shown}", file=source, line=line, remedy=WANTED)
     assert key is not None
-    twice = [name for name in (key, VOLUME) if known.count(name) > 1]
-    if twice:
-        raise InputError(
-            f"column {twice[0]} twice", file=source, line=line, remedy="name one of them otherwise"
-        )
+    refuse_twice(known, (key, VOLUME), source, line)
     return key
+
+
+def refuse_twice(names: Sequence[str], needed: Iterable[str], source: str, line: int | None) -> None:
+    """InputError where a header names a needed column twice."""
+    twice = next((name for name in needed if names.count(name) > 1), None)
+    if twice is not None:
+        raise InputError(f"column {twice} twice", file=source, line=line, remedy="name one of them otherwise")
 
 
 def _gather(key: str, pairs: Iterable[tuple[int, Any, Any]], source: str, unit: str) -> Results:
@@ -139,15 +172,15 @@ def _gather(key: str, pairs: Iterable[tuple[int, Any, Any]], source: str, unit: 
         where: dict[str, Any] = (
             {"file": source, "line": place} if unit == "line" else {"file": f"{source} row {place}"}
         )
-        number, volume = _whole(name), _finite(value)
-        if number is None:
-            raise InputError(f"{key} {name!r} is no whole number", **where, remedy="rows without one go out")
+        number, volume = whole(name, key, where), finite(value)
         if volume is None:
             raise InputError(
                 f"{VOLUME} {value!r} of {key} {number} is no finite number",
                 **where,
                 remedy="write a number with a decimal point, 0 for a block that removes nothing",
             )
+        if abs(volume) > LARGEST:
+            raise InputError(f"{VOLUME} {value!r} of {key} {number} is beyond {LARGEST:g} mm3", **where)
         if key == "block" and number in parts:
             raise InputError(
                 f"block {number} comes twice", **where, remedy="key rows by line if they are to be summed"
@@ -159,14 +192,20 @@ def _gather(key: str, pairs: Iterable[tuple[int, Any, Any]], source: str, unit: 
     return Results(key, {number: math.fsum(values) for number, values in parts.items()}, count, source)
 
 
-def _finite(value: Any) -> float | None:
+def finite(value: Any) -> float | None:
+    """The finite number that a cell holds; None if it holds none."""
     try:
         number = float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return None
     return number if math.isfinite(number) else None
 
 
-def _whole(value: Any) -> int | None:
-    number = _finite(value)
-    return int(number) if number is not None and number == int(number) else None
+def whole(value: Any, key: str, where: Mapping[str, Any]) -> int:
+    """The number of a block or line that a cell holds; InputError with `where` if it holds none."""
+    number = finite(value)
+    if number is None or number != math.floor(number):
+        raise InputError(f"{key} {value!r} is no whole number", **where, remedy="rows without one go out")
+    if not -(2.0**WHOLE_BITS) <= number < 2.0**WHOLE_BITS:
+        raise InputError(f"{key} {value!r} is too large for a number of a {key}", **where)
+    return int(number)
