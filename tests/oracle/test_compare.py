@@ -187,6 +187,19 @@ def test_bad_references_are_refused(tmp_path: Path) -> None:
     (tmp_path / "blocks.csv").write_text((PACK / "blocks.csv").read_text().replace("0.0", "0.1"))
     with pytest.raises(InputError, match=r"blocks\.csv: differs from the file"):
         vm.compare(table, tmp_path)
+    (tmp_path / "manifest.json").write_text('{"complete": true}')
+    (tmp_path / "blocks.csv").write_bytes((PACK / "blocks.csv").read_bytes())
+    good = json.loads((PACK / "summary.json").read_text())
+    for bad, what in (
+        ([], "removed_lo_mm3"),
+        ({**good, "removed_mm3": None}, "removed_mm3"),
+        ({**good, "removed_hi_mm3": "many"}, "removed_hi_mm3"),
+        ({**good, "removed_hi_mm3": 10**400}, "removed_hi_mm3"),
+        ({**good, "stock_slack_mm3": {}}, "stock_slack_mm3"),
+    ):
+        (tmp_path / "summary.json").write_text(json.dumps(bad))
+        with pytest.raises(InputError, match=f"the summary has no number {what}; give the directory"):
+            vm.compare(table, tmp_path)
     with pytest.raises(InputError, match="tolerance_rel -1"):
         vm.compare(table, PACK, tolerance_rel=-1.0)
     with pytest.raises(InputError, match=r"tolerance_mm3 1e\+308: want a number from 0 to 1e\+30"):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ import polars as pl
 from vmachining.errors import InputError
 from vmachining.job.files import MANIFEST, read_manifest, sha256
 from vmachining.job.result import RunResult
-from vmachining.oracle.results import VOLUME
+from vmachining.oracle.results import VOLUME, finite
 
 __all__ = ["BRACKET", "Reference", "read_reference"]
 
@@ -98,7 +97,7 @@ def read_reference(reference: Path | str | RunResult) -> Reference:
 
 
 def _checked(
-    blocks: pl.DataFrame, summary: dict[str, Any], name: str, source: str, path: Path | None = None
+    blocks: pl.DataFrame, summary: Any, name: str, source: str, path: Path | None = None
 ) -> Reference:
     where: dict[str, Any] = {"file": str(path) if path is not None else source}
     if lacking := [column for column in NEEDED if column not in blocks.columns]:
@@ -114,11 +113,9 @@ def _checked(
     whole = lo.is_finite() & hi.is_finite() & (lo <= estimate) & (estimate <= hi)
     if len(table) == 0 or not whole.fill_null(False).all():
         raise InputError("a block without a bracket", **where, remedy="run the job again")
-    try:
-        lowest, middle, highest = (float(summary[column]) for column in BRACKET)
-        slack = float(summary.get("stock_slack_mm3", 0.0))
-    except (KeyError, TypeError, ValueError) as exc:
-        raise InputError(f"the summary lacks {exc}", file=source, remedy=NO_FOLDER) from exc
-    if not all(map(math.isfinite, (lowest, middle, highest, slack))):
-        raise InputError("the summary holds a value that is no number", file=source, remedy=NO_FOLDER)
+    held = {"stock_slack_mm3": 0.0, **summary} if isinstance(summary, dict) else {}
+    numbers = {column: finite(held.get(column)) for column in (*BRACKET, "stock_slack_mm3")}
+    if empty := [column for column, number in numbers.items() if number is None]:
+        raise InputError(f"the summary has no number {empty[0]}", file=source, remedy=NO_FOLDER)
+    lowest, middle, highest, slack = (number for number in numbers.values() if number is not None)
     return Reference(table, (lowest, middle, highest), slack, name, source)
