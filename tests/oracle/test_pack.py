@@ -17,6 +17,7 @@ import vmachining as vm
 from tests.models.shipped import MODELS
 from vmachining.cli.main import run
 from vmachining.errors import InputError, JobError
+from vmachining.oracle.pack import KIND
 
 PACK = MODELS / "reference_pack"
 STRAIGHT = "\n".join([*PROGRAM.splitlines()[:8], "N130 M30", "%", ""])
@@ -157,6 +158,11 @@ def test_what_cannot_be_packed_is_refused_and_nothing_is_written(tmp_path: Path)
     job = write_job(tmp_path / "in")
     with pytest.raises(InputError, match="holds other files"):
         vm.write_pack(job, tmp_path / "in")
+    (tmp_path / "pack").mkdir()
+    for files in ({}, {"files": ["a", 3]}):
+        (tmp_path / "pack" / "manifest.json").write_text(json.dumps({"kind": KIND, **files}))
+        with pytest.raises(InputError, match=r"manifest\.json: this manifest of a pack lists no files"):
+            vm.write_pack(job, tmp_path / "pack")
     with pytest.raises(InputError, match="take cc0, none, or a text file"):
         vm.write_pack(job, tmp_path / "out", licence="gpl")
     with pytest.raises(InputError, match="unknown stock format 'obj'"):
@@ -168,3 +174,35 @@ def test_what_cannot_be_packed_is_refused_and_nothing_is_written(tmp_path: Path)
         vm.write_pack(clash, tmp_path / "out")
     assert not (tmp_path / "out").exists()
     assert run(["pack", str(tmp_path / "none.toml")]) == 2
+
+
+def never(*_: object) -> None:
+    pytest.fail("it was cut before it was refused")
+
+
+def test_what_cannot_be_written_is_refused_before_the_run(tmp_path: Path) -> None:
+    job = write_job(tmp_path / "in", program=STRAIGHT)
+    for out in (tmp_path / "in" / "tiny.nc", tmp_path / "in" / "tiny.nc" / "pack"):
+        with pytest.raises(InputError, match=r"tiny\.nc: is a file, not a directory; choose another --out"):
+            vm.write_pack(job, out, progress=never)
+    stock = trimesh.creation.icosphere(subdivisions=4, radius=6.0)  # 5120 triangles
+    stock.apply_translation([5.0, 9.0, -5.0])
+    stock.export(tmp_path / "in" / "ball.stl")
+    line = "box = { min = [0, 0, -4], max = [10, 18, 0] }"
+    ball = write_job(tmp_path / "in", program=STRAIGHT, swap={line: 'stl = "ball.stl"'})
+    with pytest.raises(
+        InputError, match=r"job\.toml:\d+:\d+: .* at most 5000 triangles, this stock has 5120"
+    ):
+        vm.write_pack(ball, tmp_path / "out", stock=("stl", "step"), progress=never)
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_earlier_pack_loses_its_files_and_nothing_else(tmp_path: Path) -> None:
+    job = write_job(tmp_path / "in", program=STRAIGHT)
+    (tmp_path / "pack" / "mine").mkdir(parents=True)
+    (tmp_path / "pack" / "old.nc").write_text("M30\n")
+    files = dict.fromkeys(("old.nc", "mine", "gone.nc", "..", "../in/tiny.nc"), "")
+    (tmp_path / "pack" / "manifest.json").write_text(json.dumps({"kind": KIND, "files": files}))
+    vm.write_pack(job, tmp_path / "pack", engagement=0)
+    assert not (tmp_path / "pack" / "old.nc").exists()
+    assert (tmp_path / "pack" / "mine").is_dir() and (tmp_path / "in" / "tiny.nc").exists()

@@ -22,7 +22,7 @@ import polars as pl
 from vmachining.engines.mesh import MeshEngine
 from vmachining.errors import EngineError, InputError, JobError, SweepError
 from vmachining.job import Job, RunResult, Scene, run
-from vmachining.job.brep import write_step
+from vmachining.job.brep import blank, write_step
 from vmachining.job.files import (
     MANIFEST,
     atomic_path,
@@ -94,7 +94,7 @@ def write_pack(
     ------
     InputError
         The job cannot be run, or was not read from a file; the directory holds something else; two inputs
-        share a name.
+        share a name; a STEP of a stock that has too many triangles for one.
     """
     job = job if isinstance(job, Job) else Job.load(job)
     folder, formats = Path(folder), tuple(stock)
@@ -106,6 +106,8 @@ def write_pack(
     # a file of terms is known by its name in the pack, so that the pack tells nothing of where it was made
     term = licence if licence in WORDS else "LICENCE.md"
     old = _old_files(folder)
+    if "step" in formats:
+        blank(job)
     inputs, told = _inputs(job)
     result = run(_without_feed(job), certify=True, brep=brep, workers=workers, progress=progress)
     with TemporaryDirectory(prefix="vmachining-pack-") as scratch:
@@ -198,13 +200,22 @@ def _licence(licence: str) -> str:
 
 
 def _old_files(folder: Path) -> set[str]:
-    """Files of an earlier pack in the directory. Refuses a directory that holds anything else."""
+    """Files of an earlier pack in the directory. Refuses a directory that holds anything else, and what is none."""
+    there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    if not there.is_dir():
+        raise InputError("is a file, not a directory", file=str(there), remedy="choose another --out")
     if not folder.is_dir() or not any(folder.iterdir()):
         return set()
     manifest = read_manifest(folder)
     if manifest is None or manifest.get("kind") != KIND:
         raise InputError("holds other files", file=str(folder), remedy="choose a new directory by --out")
-    return {name for name in manifest["files"] if Path(name).name == name}
+    files = manifest.get("files")
+    if not isinstance(files, dict):
+        raise InputError(
+            "this manifest of a pack lists no files", file=str(folder / MANIFEST),
+            remedy="choose a new directory by --out",
+        )  # fmt: skip
+    return {name for name in files if Path(name).name == name and (folder / name).is_file()}
 
 
 def _inputs(job: Job) -> tuple[dict[str, bytes], dict[str, str]]:
