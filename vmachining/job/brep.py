@@ -130,7 +130,7 @@ def blank(job: Job) -> Blank:
         raise InputError(
             f"the B-rep engine makes a solid of at most {TRIANGLES} triangles, this stock has {len(corners)}",
             **job.where("stock"),
-            remedy="give the stock as box, cylinder or step, or do without (--brep none, --method dexel)",
+            remedy="give the stock as box, cylinder or step, or do without (--brep none, --stock stl, --method dexel)",
         )
     return Blank("triangles", triangles=tuple(map(tuple, corners.reshape(-1, 9).tolist())))
 
