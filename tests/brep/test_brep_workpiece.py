@@ -96,6 +96,7 @@ def test_the_workpiece_between_blocks_and_none_of_an_earlier_run(tmp_path: Path)
         (["--brep", "0-999999999"], "--brep: there is no block 999999999; the last block is 8"),
         (["--brep", "0-99999999999"], "is not understood; give none"),
         (["--brep", "²"], "is not understood; give none"),
+        (["--brep", "0,3-4"], "--brep: these blocks are rapids"),
     ],
 )
 def test_blocks_that_a_program_has_not_are_refused_before_anything_is_written(

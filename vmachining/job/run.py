@@ -190,6 +190,10 @@ class _Run:
         stock = raw_stock(job)
         self._refuse_early(program, tools, stock)
         refuse_beyond(self.brep, blocks[-1].number)
+        if isinstance(self.brep, tuple) and all(
+            blocks[k].motion == "rapid" for part in self.brep for k in part
+        ):
+            raise InputError("--brep: these blocks are rapids, which cut nothing", remedy="ask for others")
         self.certify = bool(self.options["certify"]) or self.brep != "none" or leans(program, job.machine)
         make_folder(self.folder)
         self._open_manifest(program.files)
