@@ -6,12 +6,13 @@ left. No damaged stock is inherited, blocks can be done in any order and in para
 A boolean of tangent solids may return anything, `isValid()` or not. So every value is compared with the bracket
 of the block, widened by a stated slack, and on disagreement the next rung of `rungs.py` is climbed.
 
-A bracket is wide, and a boolean that lost a small part may still lie in it: two fuzzy ones were seen to agree on a value
-that was 0.5 % low where all others gave 0. So a value is doubtful that is not the first one, that is farther from
-the estimate of the mesh engine than estimates mostly are (`DOUBT_REL`), or that a turning tool has a part in: there all
-booleans were seen to agree on a value that is 0.16 % high. It is held against `facets` or `sections`,
-gives way to them if it is not within their error, and is refused if neither can tell. One that is doubtful for its turning
-tool alone stands, and says how far it is from what they allow (`sure_mm3`).
+A bracket is wide, and a boolean that lost a small part may still lie in it. So rays are asked as well (`rays.py`), and the
+next rung is climbed where they contradict a value; they know boxes and cylinders as stock. For what is too small for them
+a value is doubtful that is not the first one (two fuzzy ones were seen to agree on a value that was 0.5 % low where all
+others gave 0), that is farther from the estimate of the mesh engine than estimates mostly are (`DOUBT_REL`), or that a
+turning tool has a part in. It is held against `facets` or `sections`, gives way to them if it is not within their error, and
+is refused if neither can tell. One that is doubtful for its turning tool alone stands, and says how far it is from what
+they allow (`sure_mm3`).
 
 A value that no rung brings into the bracket is refused; the bracket stands. The last two rungs need no boolean of solids. They
 come first where sweeps are unions of many solids (facets) and where helices wind over each other (sections): booleans
@@ -21,7 +22,7 @@ of those were seen to take more than 48 s, and to lose parts.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from functools import partial
+from functools import cache, partial
 from time import process_time
 from typing import Any, TypeAlias
 
@@ -32,6 +33,7 @@ from vmachining.engines.brep.booleans import apart, box_of, common, is_empty, mi
 from vmachining.engines.brep.faceted import Meshed, Taken, limit, taken, united
 from vmachining.engines.brep.measure import volume
 from vmachining.engines.brep.near import SweepIndex
+from vmachining.engines.brep.rays import contradicted, shot
 from vmachining.engines.brep.reach import meets, reaching
 from vmachining.engines.brep.rungs import (
     FACETS,
@@ -96,6 +98,7 @@ class Ladder:
     """
 
     def __init__(self, stock: Blank, blocks: Sequence[Sequence[Sweep]], store: Store = NOTHING_KEPT) -> None:
+        self._blank = stock
         self._stock = stock.shape()
         self._box = box_of(self._stock)
         self._sweeps = [reaching(sweep, self._box) for block in blocks for sweep in block]
@@ -146,6 +149,7 @@ class Ladder:
         except (SweepError, EngineError) as exc:  # no rung builds what cannot be built
             return Verdict(Status.REFUSED, None, "", str(exc), process_time() - begin, 0)
         ready = process_time()
+        shoot = cache(partial(self._shot, plans))
         while left:
             late = [rung for rung in left if rung in STEADY and process_time() - ready > early]
             rung = left.pop(left.index(late[0]) if late else 0)
@@ -169,6 +173,10 @@ class Ladder:
                 continue
             tried.append(value)
             if bracket.holds(value, slack):
+                rays = contradicted(value, abs(slack), shoot)
+                if rays is not None:
+                    reason = f"{value:.6g} mm3 is not what rays find, {rays[0]:.6g} +- {rays[1]:.2g}"
+                    continue
                 is_late = len(tried) > 1 or rung != RUNGS[0]  # the first ones may have cost another process
                 is_far, sure = _is_far(value, slack, bracket), None
                 if rung not in STEADY and (is_late or is_far or self._is_turning(plans)):
@@ -264,6 +272,16 @@ class Ladder:
                 rest = common(rest, stock, fuzzy)
             value += volume(rest)
         return value, shared
+
+    def _shot(self, plans: Plans, count: int) -> tuple[float, float]:
+        """(value, standard error) by rays; of stocks that these cannot tell anything of, an endless one."""
+        total = square = 0.0
+        for k, earlier in plans:
+            found = shot(self._sweeps[k], [self._sweeps[j] for j in earlier], self._blank, self._box, count)
+            if found is None:
+                return 0.0, np.inf
+            total, square = total + found[0], square + found[1] ** 2
+        return total, float(np.sqrt(square))
 
     def _sectioned(self, plans: Plans, bracket: Bracket, share_of_width: float) -> tuple[float, int, float]:
         """(value, earlier sweeps used, minus its error) by level sections."""
