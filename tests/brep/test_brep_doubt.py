@@ -112,7 +112,6 @@ def test_rays_know_boxes_and_cylinders_and_what_they_miss() -> None:
     ):
         found = shot(along, earlier, stock, box_of(stock.shape()), 128)
         assert found is not None and abs(found[0] - truth) <= 5.0 * found[1] < 5e-3 * truth
-    assert shot(along, [], Blank("step"), np.zeros((2, 3)), 128) is None
     asked = list[int]()
 
     def shoot(count: int) -> tuple[float, float]:

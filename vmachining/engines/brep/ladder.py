@@ -7,10 +7,10 @@ A boolean of tangent solids may return anything, `isValid()` or not. So every va
 of the block, widened by a stated slack, and on disagreement the next rung of `rungs.py` is climbed.
 
 A bracket is wide, and a boolean that lost a small part may still lie in it. So rays are asked as well (`rays.py`), and the
-next rung is climbed where they contradict a value; they know boxes and cylinders as stock. For what is too small for them
-a value is doubtful that is not the first one (two fuzzy ones were seen to agree on a value that was 0.5 % low where all
-others gave 0), that is farther from the estimate of the mesh engine than estimates mostly are (`DOUBT_REL`), or that a
-turning tool has a part in. It is held against `facets` or `sections`, gives way to them if it is not within their error, and
+next rung is climbed where they contradict a value; near curved faces of a STEP stock they tell nothing. For what is too
+small for them a value is doubtful that is not the first one (two fuzzy ones were seen to agree on a value that was 0.5 % low
+where all others gave 0), that is farther from the estimate of the mesh engine than estimates mostly are (`DOUBT_REL`), or that
+a turning tool has a part in. It is held against `facets` or `sections`, gives way to them if it is not within their error, and
 is refused if neither can tell. One that is doubtful for its turning tool alone stands, and says how far it is from what
 they allow (`sure_mm3`).
 
@@ -22,7 +22,7 @@ of those were seen to take more than 48 s, and to lose parts.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from functools import cache, partial
+from functools import cache, cached_property, partial
 from time import process_time
 from typing import Any, TypeAlias
 
@@ -33,6 +33,7 @@ from vmachining.engines.brep.booleans import apart, box_of, common, is_empty, mi
 from vmachining.engines.brep.faceted import Meshed, Taken, limit, taken, united
 from vmachining.engines.brep.measure import volume
 from vmachining.engines.brep.near import SweepIndex
+from vmachining.engines.brep.outside import Outside
 from vmachining.engines.brep.rays import contradicted, shot
 from vmachining.engines.brep.reach import meets, reaching
 from vmachining.engines.brep.rungs import (
@@ -277,11 +278,16 @@ class Ladder:
         """(value, standard error) by rays; of stocks that these cannot tell anything of, an endless one."""
         total = square = 0.0
         for k, earlier in plans:
-            found = shot(self._sweeps[k], [self._sweeps[j] for j in earlier], self._blank, self._box, count)
+            before = [self._sweeps[j] for j in earlier]
+            found = shot(self._sweeps[k], before, self._blank, self._box, count, self._outside)
             if found is None:
                 return 0.0, np.inf
             total, square = total + found[0], square + found[1] ** 2
         return total, float(np.sqrt(square))
+
+    @cached_property
+    def _outside(self) -> Outside | None:
+        return Outside.of(self._blank)
 
     def _sectioned(self, plans: Plans, bracket: Bracket, share_of_width: float) -> tuple[float, int, float]:
         """(value, earlier sweeps used, minus its error) by level sections."""

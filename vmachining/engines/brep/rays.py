@@ -13,15 +13,18 @@ that are right. Values that are wrong by less than 5e-4 may pass.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.ndimage import maximum_filter
 
 from vmachining.arrays import Floats, Ints
 from vmachining.engines.brep.blank import Blank
-from vmachining.sweep import Sweep
+from vmachining.engines.brep.outside import Outside
+from vmachining.sweep import RayIntervals, Sweep
 
-__all__ = ["SETS", "contradicted", "left", "shot"]
+__all__ = ["SETS", "Crossed", "contradicted", "left", "shot"]
 
 SETS = 16
 """Sets of rays: their mean is t-distributed with 15 degrees of freedom."""
@@ -37,6 +40,13 @@ SUSPECT, BEYOND = 2.5, 6.0
 
 DEEP = 0.5
 """mm, of what may lie between the rays, a cell wide."""
+
+
+class Crossed(Protocol):
+    """A sweep, or what is not stock."""
+
+    def ray_intervals(self, origins: Floats, directions: ArrayLike) -> RayIntervals:
+        """Where lines are inside."""
 
 
 def contradicted(
@@ -55,17 +65,26 @@ def contradicted(
 
 
 def shot(
-    sweep: Sweep, earlier: Sequence[Sweep], stock: Blank, box: Floats, count: int
+    sweep: Sweep,
+    earlier: Sequence[Crossed],
+    stock: Blank,
+    box: Floats,
+    count: int,
+    outside: Outside | None = None,
 ) -> tuple[float, float] | None:
-    """(mm^3, standard error) that a sweep takes from what earlier ones leave of the stock; None for stocks of other kinds.
+    """(mm^3, standard error) that a sweep takes from what earlier ones leave of the stock; None near its curved faces.
 
-    stock : box or cylinder. box : (2, 3) mm, around it.
+    box : (2, 3) mm, around the stock. outside : of a stock that is neither box nor cylinder.
     """
-    if stock.kind not in ("box", "cylinder"):
+    if stock.kind not in ("box", "cylinder") and outside is None:
         return None
     low, high = np.maximum(sweep.bounds[0], box[0]), np.minimum(sweep.bounds[1], box[1])
     if (low >= high).any():
         return 0.0, 0.0
+    if outside is not None:
+        if not outside.is_exact(np.stack([low, high])):
+            return None
+        earlier = [*earlier, outside]
     rng = np.random.default_rng([count, SETS])
     corner = np.stack(np.meshgrid(np.arange(count), np.arange(count), indexing="ij"), axis=-1).reshape(-1, 2)
     cell = (high - low)[:2] / count
@@ -86,11 +105,12 @@ def shot(
     return float(found.mean()), float(found.std(ddof=1)) / np.sqrt(SETS) + DEEP * float(cell.prod()) / SETS
 
 
-def left(sweep: Sweep, earlier: Sequence[Sweep], places: Floats, bottom: float, top: float) -> Floats:
+def left(sweep: Sweep, earlier: Sequence[Crossed], places: Floats, bottom: float, top: float) -> Floats:
     """(n,) mm of upright rays at (n, 2) places in the sweep and the stock, and in no earlier sweep."""
     rays, stops, own, others = [], [], [], []
     who = np.arange(len(places))
-    for number, body in enumerate((sweep, *earlier)):
+    bodies: tuple[Crossed, ...] = (sweep, *earlier)
+    for number, body in enumerate(bodies):
         if not len(who):
             return np.zeros(len(places))
         origins = np.column_stack([places[who], np.zeros(len(who))])

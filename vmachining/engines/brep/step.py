@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vmachining.arrays import Floats, Ints
+from vmachining.arrays import Bools, Floats, Ints
 from vmachining.errors import StockError
 
 __all__ = ["StepSolid", "read_step"]
@@ -27,14 +27,19 @@ MESH_VOLUME_REL = 0.05
 class StepSolid(NamedTuple):
     """vertices (n, 3) mm, triangles (m, 3), outward; volume: exact, mm^3.
 
-    curved_mm2 : area of the triangles on faces that are not plane. Times the chord it bounds, to first order,
-    the volume between the solid and its triangles.
+    curved : (m,) which of the triangles lie on faces that are not plane.
     """
 
     vertices: Floats
     triangles: Ints
     volume: float
-    curved_mm2: float
+    curved: Bools
+
+    @property
+    def curved_mm2(self) -> float:
+        """Area of those triangles. Times the chord it bounds, to first order, the volume between solid and triangles."""
+        a, b, c = self.vertices[self.triangles[self.curved]].transpose(1, 0, 2)
+        return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2.0)
 
 
 def read_step(path: Path | str, chord: float = 0.01) -> StepSolid:
@@ -124,8 +129,8 @@ def _joined(solids: list[Any], name: str) -> Any:
     return cq.Compound.makeCompound(solids)
 
 
-def _triangles(solid: Any, chord: float, name: str) -> tuple[Floats, Ints, float]:
-    """Outward triangles of every face, points merged by position; and the area of those on curved faces."""
+def _triangles(solid: Any, chord: float, name: str) -> tuple[Floats, Ints, Bools]:
+    """Outward triangles of every face, points merged by position; and which are of curved faces."""
     from OCP.BRep import BRep_Tool
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
     from OCP.TopAbs import TopAbs_Orientation
@@ -134,7 +139,8 @@ def _triangles(solid: Any, chord: float, name: str) -> tuple[Floats, Ints, float
     BRepMesh_IncrementalMesh(solid.wrapped, chord, False, ANGLE_RAD, False)
     points: list[Floats] = []
     triangles: list[Ints] = []
-    offset, curved = 0, 0.0
+    curved: list[Bools] = []
+    offset = 0
     for face in solid.Faces():
         location = TopLoc_Location()
         mesh = BRep_Tool.Triangulation_s(face.wrapped, location)
@@ -148,9 +154,7 @@ def _triangles(solid: Any, chord: float, name: str) -> tuple[Floats, Ints, float
         )
         if face.wrapped.Orientation() == TopAbs_Orientation.TopAbs_REVERSED:
             corners = corners[:, ::-1]
-        if face.geomType() != "PLANE":
-            a, b, c = points[-1][corners].transpose(1, 0, 2)
-            curved += float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2.0)
+        curved.append(np.full(len(corners), face.geomType() != "PLANE"))
         triangles.append(corners + offset)
         offset += len(nodes)
     vertices = np.concatenate(points)
@@ -158,4 +162,4 @@ def _triangles(solid: Any, chord: float, name: str) -> tuple[Floats, Ints, float
     _, first, member = np.unique(np.round(vertices, 7), axis=0, return_index=True, return_inverse=True)
     merged = member.reshape(-1)[np.concatenate(triangles)]
     flat = (merged[:, 0] == merged[:, 1]) | (merged[:, 1] == merged[:, 2]) | (merged[:, 2] == merged[:, 0])
-    return vertices[first], merged[~flat], curved
+    return vertices[first], merged[~flat], np.concatenate(curved)[~flat]
