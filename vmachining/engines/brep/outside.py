@@ -50,6 +50,11 @@ class Outside:
             return cls(found.vertices[found.triangles], found.curved)
         return None
 
+    @property
+    def bounds(self) -> Floats:
+        """(2, 3): there are none."""
+        return np.array([np.full(3, -np.inf), np.full(3, np.inf)])
+
     def is_exact(self, box: Floats) -> bool:
         """Whether no curved face comes near a (2, 3) box."""
         low, high = self._curved

@@ -13,7 +13,7 @@ that are right. Values that are wrong by less than 5e-4 may pass.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -44,6 +44,10 @@ DEEP = 0.5
 
 class Crossed(Protocol):
     """A sweep, or what is not stock."""
+
+    @property
+    def bounds(self) -> Floats:
+        """(2, 3) mm: a box around it."""
 
     def ray_intervals(self, origins: Floats, directions: ArrayLike) -> RayIntervals:
         """Where lines are inside."""
@@ -106,27 +110,53 @@ def shot(
 
 
 def left(sweep: Sweep, earlier: Sequence[Crossed], places: Floats, bottom: float, top: float) -> Floats:
-    """(n,) mm of upright rays at (n, 2) places in the sweep and the stock, and in no earlier sweep."""
-    rays, stops, own, others = [], [], [], []
-    who = np.arange(len(places))
-    bodies: tuple[Crossed, ...] = (sweep, *earlier)
-    for number, body in enumerate(bodies):
-        if not len(who):
-            return np.zeros(len(places))
-        origins = np.column_stack([places[who], np.zeros(len(who))])
-        inside = body.ray_intervals(origins, (0.0, 0.0, 1.0))
-        ray = np.repeat(who, inside.counts)
-        lo, hi = np.clip(inside.enter, bottom, top), np.clip(inside.leave, bottom, top)
-        step = np.repeat([1, -1], len(ray))
+    """(n,) mm of upright rays at (n, 2) places in the sweep and the stock, and in no earlier sweep.
+
+    What is left of a ray is known to lie between two heights that come closer with every earlier sweep, the latest first:
+    it mostly takes all of it, and no other one is asked.
+    """
+    own = _crossed(sweep, places, np.arange(len(places)))
+    lo, hi = np.full(len(places), top), np.full(len(places), bottom)
+    np.minimum.at(lo, own.ray, own.enter)
+    np.maximum.at(hi, own.ray, own.leave)
+    lo, hi = np.maximum(lo, bottom), np.minimum(hi, top)
+    others = []
+    for body in reversed(earlier):
+        low, high = body.bounds
+        asked = (lo < hi) & (lo < high[2]) & (hi > low[2])
+        asked &= ((places > low[:2]) & (places < high[:2])).all(axis=1)
+        others.append(_crossed(body, places, np.flatnonzero(asked)))
+        ray, enter, leave = others[-1]
+        under, over = enter <= lo[ray], leave >= hi[ray]
+        np.maximum.at(lo, ray[under], leave[under])
+        np.minimum.at(hi, ray[over], enter[over])
+    rays, stops, inner, outer = [], [], [], []
+    for number, (ray, enter, leave) in enumerate((own, *others)):
+        open_ = (lo < hi)[ray]
+        ray = ray[open_]
+        low, high = lo[ray], hi[ray]
         rays.append(np.tile(ray, 2))
-        stops.append(np.concatenate([lo, hi]))
-        own.append(step if number == 0 else 0 * step)
-        others.append(0 * step if number == 0 else step)
-        if number == 0:
-            who = np.unique(ray[hi > lo])
-    ray, stop, a, b = (np.concatenate(column) for column in (rays, stops, own, others))
+        stops.append(np.concatenate([np.clip(enter[open_], low, high), np.clip(leave[open_], low, high)]))
+        step = np.repeat([1, -1], len(ray))
+        inner.append(step if number == 0 else 0 * step)
+        outer.append(0 * step if number == 0 else step)
+    ray, stop, a, b = (np.concatenate(column) for column in (rays, stops, inner, outer))
     order = np.lexsort([stop, ray])
     ray, stop, a, b = ray[order], stop[order], np.cumsum(a[order]), np.cumsum(b[order])
     same = ray[1:] == ray[:-1]
     length = np.diff(stop) * (same & (a[:-1] > 0) & (b[:-1] == 0))
     return np.bincount(ray[:-1], length, minlength=len(places)).astype(np.float64)
+
+
+class _Parts(NamedTuple):
+    """Where rays are inside a body: which ray, and from where to where, mm."""
+
+    ray: Ints
+    enter: Floats
+    leave: Floats
+
+
+def _crossed(body: Crossed, places: Floats, which: Ints) -> _Parts:
+    origins = np.column_stack([places[which], np.zeros(len(which))])
+    inside = body.ray_intervals(origins, (0.0, 0.0, 1.0))
+    return _Parts(np.repeat(which, inside.counts), inside.enter, inside.leave)
