@@ -27,7 +27,7 @@ from vmachining.engines.brep import Blank, Ladder, Status, described, isolated, 
 from vmachining.engines.brep.booleans import box_of
 from vmachining.engines.brep.near import SweepIndex
 from vmachining.engines.brep.reach import reaching
-from vmachining.engines.brep.rungs import MESHES, RUNGS, SOLIDS, STEADY
+from vmachining.engines.brep.rungs import MESHES, RAYS, RUNGS, SOLIDS, STEADY
 from vmachining.engines.brep.sections import integrated, level_area
 from vmachining.engines.mesh import MeshEngine, box_stock
 from vmachining.errors import EngineError, InputError, SweepError
@@ -432,7 +432,7 @@ def test_what_other_blocks_need_too_does_not_count_for_the_limit_of_one() -> Non
     verdict = work.removed(1, near(150.0, 1e-3), rungs=("facets",), told=heard.append)
     assert verdict.removed_mm3 == pytest.approx(150.0)
     sweeps_times_sags = 2 * 2
-    assert heard == [SOLIDS] * 2 + ["facets"] + [MESHES, "facets"] * sweeps_times_sags
+    assert heard == [SOLIDS] * 2 + ["facets"] + [MESHES, "facets"] * sweeps_times_sags + [RAYS]
     used = workers.Spent()
     for doing in heard:
         used = used.plus(1.0, doing)

@@ -6,6 +6,7 @@ import json
 from math import pi
 from pathlib import Path
 
+import cadquery as cq
 import numpy as np
 import polars as pl
 import pytest
@@ -15,9 +16,10 @@ from vmachining import Bracket, FlatEnd, Job, ProfileTool, Sweep, run
 from vmachining.cli.main import run as command
 from vmachining.engines import brep
 from vmachining.engines.brep import Blank, workpiece
+from vmachining.engines.brep.ladder import quiet
 from vmachining.engines.brep.polyhedron import polyhedron
 from vmachining.engines.brep.step import read_step
-from vmachining.engines.brep.workpiece import write_step
+from vmachining.engines.brep.workpiece import owners, write_step
 from vmachining.errors import EngineError
 from vmachining.geometry import Arc, Line
 
@@ -183,3 +185,24 @@ def test_a_workpiece_that_leaves_its_brackets_is_refused(tmp_path: Path) -> None
     with pytest.raises(EngineError, match=r"block 0: removes 300, 300.* the bracket is \[200"):
         write_step(tmp_path / "w.step", BOX, [[ACROSS]], [near(200.0)], ["block 0"])
     assert not (tmp_path / "w.step").exists()
+
+
+def test_faces_of_the_stock_keep_no_name_of_blocks_that_only_touch_them() -> None:
+    """A pass in air with its flat end on the top face, one along a side, a slot, and one whose floor is the bottom face."""
+    tool = FlatEnd(diameter=10, length=60)
+    places = [(0.0, 0.0), (-25.0, -10.0), (0.0, -1.0), (15.0, -20.0)]
+    blocks = [[Sweep.along(tool, Line((-20, y, z), (50, y, z)))] for y, z in places]
+    removed = (0.0, 0.0, 300.0, 6000.0)
+    brackets = [Bracket(v, v, v) for v in removed]
+    quiet()
+    found = owners(workpiece.workpiece(BOX, blocks, brackets), BOX, blocks, brackets)
+    names = {
+        tuple(round(v, 6) for v in (box.xlen, box.ylen, box.zlen, box.center.z)): block
+        for box, block in ((cq.Shape.cast(face).BoundingBox(), block) for face, block in found)
+    }
+    assert (
+        names[30.0, 10.0, 0.0, -1.0] == 2 and names[30.0, 0.0, 1.0, -0.5] == 2
+    )  # floor and walls of the slot
+    assert names[30.0, 0.0, 20.0, -10.0] in (-1, 3)  # sides of the stock and walls of the last pass
+    assert {block for size, block in names.items() if size[2] == 0.0 and size[3] in (0.0, -20.0)} == {-1}
+    assert {block for _, block in found} == {-1, 2, 3}

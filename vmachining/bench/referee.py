@@ -14,7 +14,7 @@ from vmachining.sweep import Sweep
 __all__ = ["referee"]
 
 BAR = 7.0
-"""Standard errors of that mean: one false alarm in 200,000 blocks that are right."""
+"""Standard errors of a mean of `SETS`: one false alarm in 200,000 blocks that are right."""
 
 
 def referee(
@@ -35,9 +35,16 @@ def referee(
     if (low >= high).any():
         return 0.0, 0.0
     corner = np.stack(np.meshgrid(np.arange(count), np.arange(count), indexing="ij"), axis=-1).reshape(-1, 2)
-    near = [s for s in sweeps[:block] if (s.bounds[0] < high).all() and (s.bounds[1] > low).all()]
+    wide = np.array(sweeps[block].bounds)
+    room = (
+        np.maximum(wide[0], box[0]),
+        np.minimum(wide[1], box[1]),
+    )  # before anybody's word on what is needed of it
+    near = [s for s in sweeps[:block] if (s.bounds[0] < room[1]).all() and (s.bounds[1] > room[0]).all()][
+        ::-1
+    ]
     bottom, top = float(box[0, 2]), float(box[1, 2])
-    wide = np.array(sweeps[block].bounds)[:, :2]
+    wide = wide[:, :2]
     places = wide[0] + (corner + rng.random(corner.shape)) / count * (wide[1] - wide[0])
     beside = places[((places < low[:2]) | (places > high[:2])).any(axis=1)]
     beside = beside[((beside > box[0, :2]) & (beside < box[1, :2])).all(axis=1)]

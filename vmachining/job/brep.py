@@ -292,7 +292,9 @@ def _note(verdict: Verdict | None) -> str:
     if verdict.rung == "grown":
         said.append(f"bracket widened by {verdict.slack_mm3:.2g} mm3")
     if verdict.sure_mm3 == float("inf"):
-        said.append("B-rep value of one boolean, which meshes and sections are too coarse to confirm")
+        said.append("B-rep value of one boolean, which rays, meshes and sections are too coarse to confirm")
     elif verdict.sure_mm3 is not None:
-        said.append(f"B-rep value within {verdict.sure_mm3:.2g} mm3 of all that meshes or sections allow")
+        said.append(
+            f"B-rep value within {verdict.sure_mm3:.2g} mm3 of all that rays, meshes or sections allow"
+        )
     return ", ".join(said)

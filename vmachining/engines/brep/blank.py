@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
+from vmachining.arrays import Floats
 from vmachining.engines.brep.polyhedron import polyhedron
 
 __all__ = ["Blank"]
@@ -24,6 +27,20 @@ class Blank:
     radius: float = 0.0
     file: str = ""
     triangles: tuple[tuple[float, ...], ...] = ()
+
+    @property
+    def bounds(self) -> Floats | None:
+        """(2, 3) mm of a box or a cylinder, to the last bit."""
+        if self.kind == "box":
+            return np.array([self.lo, self.hi], dtype=np.float64)
+        if self.kind == "cylinder":
+            x, y = self.center
+            low, high = (
+                (x - self.radius, y - self.radius, self.lo[2]),
+                (x + self.radius, y + self.radius, self.hi[2]),
+            )
+            return np.array([low, high], dtype=np.float64)
+        return None
 
     def shape(self) -> Any:
         """TopoDS_Shape."""

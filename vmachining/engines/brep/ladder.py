@@ -22,7 +22,7 @@ of those were seen to take more than 48 s, and to lose parts.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from functools import cache, cached_property, partial
+from functools import partial
 from time import process_time
 from typing import Any, TypeAlias
 
@@ -34,11 +34,12 @@ from vmachining.engines.brep.faceted import Meshed, Taken, limit, taken, united
 from vmachining.engines.brep.measure import volume
 from vmachining.engines.brep.near import SweepIndex
 from vmachining.engines.brep.outside import Outside
-from vmachining.engines.brep.rays import contradicted, shot
+from vmachining.engines.brep.rays import NOTHING, Heard, Rays
 from vmachining.engines.brep.reach import meets, reaching
 from vmachining.engines.brep.rungs import (
     FACETS,
     MESHES,
+    RAYS,
     RUNGS,
     SECTIONS,
     SOLIDS,
@@ -51,7 +52,7 @@ from vmachining.engines.brep.rungs import (
 from vmachining.engines.brep.sections import integrated, level_area
 from vmachining.engines.brep.store import NOTHING_KEPT, Store
 from vmachining.engines.brep.swept import solids
-from vmachining.errors import EngineError, SweepError
+from vmachining.errors import EngineError, SweepError, VMachiningError
 from vmachining.geometry import Arc, Bracket, Line
 from vmachining.sweep import Sweep, Turn
 
@@ -102,6 +103,7 @@ class Ladder:
         self._blank = stock
         self._stock = stock.shape()
         self._box = box_of(self._stock)
+        self._outside = Outside.of(stock)
         self._sweeps = [reaching(sweep, self._box) for block in blocks for sweep in block]
         self._first = np.cumsum([0, *(len(block) for block in blocks)])
         self._index = SweepIndex(self._sweeps)
@@ -130,7 +132,7 @@ class Ladder:
         """Removed volume of a block, gated by its bracket; `told` hears of every rung before it is tried.
 
         Before them it hears of `SOLIDS`, once for every sweep whose solids are not known yet. `FACETS` tells of `MESHES` in
-        the same way, and of itself when it goes on.
+        the same way, and of itself when it goes on. After a rung it hears of `RAYS`, if its value lies in the bracket.
 
         It agreed if the first of `RUNGS` worked, and was retried if any other one did. After `early` s of a
         processor, solids not counted, the steady ones come next: they take their time, but hardly fail. Those that are
@@ -138,7 +140,7 @@ class Ladder:
         """
         begin = process_time()
         tried: list[float | None] = []
-        reason, count, slack = "", 0, 0.0
+        reason, refuted, count, slack = "", "", 0, 0.0
         members = range(int(self._first[block]), int(self._first[block + 1]))
         plans = [(k, self._index.needed(k, self._box)) for k in members if meets(self._sweeps[k], self._box)]
         try:
@@ -150,7 +152,25 @@ class Ladder:
         except (SweepError, EngineError) as exc:  # no rung builds what cannot be built
             return Verdict(Status.REFUSED, None, "", str(exc), process_time() - begin, 0)
         ready = process_time()
-        shoot = cache(partial(self._shot, plans))
+        rays = Rays(
+            [(self._sweeps[k], [self._sweeps[j] for j in earlier]) for k, earlier in plans],
+            self._blank,
+            self._box,
+            self._outside,
+        )
+        is_mute = RAYS in barred
+
+        def heard(value: float, slack: float, want: float = np.inf) -> Heard:
+            nonlocal is_mute
+            if is_mute:
+                return NOTHING
+            told(RAYS)
+            try:
+                return rays.heard(value, abs(slack), bracket, want)
+            except VMachiningError:  # a sweep whose rays are not found to their tolerance
+                is_mute = True
+                return NOTHING
+
         while left:
             late = [rung for rung in left if rung in STEADY and process_time() - ready > early]
             rung = left.pop(left.index(late[0]) if late else 0)
@@ -174,30 +194,38 @@ class Ladder:
                 continue
             tried.append(value)
             if bracket.holds(value, slack):
-                rays = contradicted(value, abs(slack), shoot)
-                if rays is not None:
-                    reason = f"{value:.6g} mm3 is not what rays find, {rays[0]:.6g} +- {rays[1]:.2g}"
-                    continue
                 is_late = len(tried) > 1 or rung != RUNGS[0]  # the first ones may have cost another process
-                is_far, sure = _is_far(value, slack, bracket), None
-                if rung not in STEADY and (is_late or is_far or self._is_turning(plans)):
+                is_far = _is_far(value, slack, bracket)
+                is_doubtful = rung not in STEADY and (is_late or is_far or self._is_turning(plans))
+                want = SURE_REL * (bracket.hi - bracket.lo) if is_doubtful else np.inf
+                seen = heard(value, slack, want)
+                if not seen.stands:
+                    off = f"rays find {value - seen.volume:.2g} mm3 less, +- {seen.far:.2g}"
+                    refuted = refuted or f"{rung}: {value:.6g} mm3 is not true, {off}"
+                    continue
+                sure = abs(value - seen.volume) + seen.far if is_doubtful or seen.far == np.inf else None
+                if is_doubtful and seen.far > want:
                     found = Found(rung, value, count, slack)
                     right, sure, why = self._confirmed(plans, bracket, found, told, barred)
-                    if right is None and (is_late or is_far):
-                        reason = f"{value:.6g} mm3 is doubtful and not confirmed: {why}"
-                        break
                     if right is not None and right.rung != rung:
                         tried.append(right.value)
-                        if is_late or is_far:
+                        other = heard(right.value, right.slack)
+                        if not other.stands:  # the rays that contradict it bear out what was found
+                            sure = abs(value - other.volume) + other.far
+                        elif is_late or is_far:
                             rung, value, count, slack = right
                         else:  # neither is known to be the better one
                             sure += abs(value - right.value)
+                    elif right is None and (is_late or is_far):
+                        reason = f"{value:.6g} mm3 is doubtful and not confirmed: {why}"
+                        break
                 status = Status.AGREED if rung == RUNGS[0] else Status.RETRIED
                 spent = process_time() - begin
                 return Verdict(status, max(value, 0.0), rung, "", spent, count, tuple(tried), slack, sure)
             reason = f"{value:.6g} mm3 is outside [{bracket.lo:.6g}, {bracket.hi:.6g}]"
             if not plans:
                 break
+        reason = "; ".join(filter(None, (refuted, reason)))
         return Verdict(Status.REFUSED, None, "", reason, process_time() - begin, count, tuple(tried), slack)
 
     def _is_turning(self, plans: Plans) -> bool:
@@ -273,21 +301,6 @@ class Ladder:
                 rest = common(rest, stock, fuzzy)
             value += volume(rest)
         return value, shared
-
-    def _shot(self, plans: Plans, count: int) -> tuple[float, float]:
-        """(value, standard error) by rays; of stocks that these cannot tell anything of, an endless one."""
-        total = square = 0.0
-        for k, earlier in plans:
-            before = [self._sweeps[j] for j in earlier]
-            found = shot(self._sweeps[k], before, self._blank, self._box, count, self._outside)
-            if found is None:
-                return 0.0, np.inf
-            total, square = total + found[0], square + found[1] ** 2
-        return total, float(np.sqrt(square))
-
-    @cached_property
-    def _outside(self) -> Outside | None:
-        return Outside.of(self._blank)
 
     def _sectioned(self, plans: Plans, bracket: Bracket, share_of_width: float) -> tuple[float, int, float]:
         """(value, earlier sweeps used, minus its error) by level sections."""

@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vmachining.arrays import Bools, Floats, Ints
+from vmachining.arrays import Floats
+from vmachining.engines.brep import _kernels
 from vmachining.engines.brep.blank import Blank
 from vmachining.engines.brep.step import read_step
 from vmachining.sweep import RayIntervals
@@ -37,8 +38,23 @@ class Outside:
         self._curved = corner[is_curved].min(axis=1) - CHORD_MM, corner[is_curved].max(axis=1) + CHORD_MM
         (ax, ay), (bx, by), (cx, cy) = (corner[:, k, :2].T for k in range(3))
         twice = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-        self._corners, self._up = corner[twice != 0.0], twice[twice != 0.0] > 0.0
-        self._low, self._high = self._corners.min(axis=1), self._corners.max(axis=1)
+        self._corners, self._up = np.ascontiguousarray(corner[twice != 0.0]), twice[twice != 0.0] > 0.0
+        low, high = self._corners[:, :, :2].min(axis=1), self._corners[:, :, :2].max(axis=1)
+        self._origin, size = low.min(axis=0), np.ptp(np.concatenate([low, high]), axis=0)
+        self._wide = np.full(2, int(np.clip(np.sqrt(len(low)), 1, 512)))
+        self._pitch = size * (1.0 + 1e-9) / self._wide
+        # a cell more on every side: whoever rounds otherwise finds its triangles there, too
+        first = np.maximum(np.floor((low - self._origin) / self._pitch).astype(np.int64) - 1, 0)
+        last = np.minimum(np.floor((high - self._origin) / self._pitch).astype(np.int64) + 1, self._wide - 1)
+        span = last - first + 1
+        owner = np.repeat(np.arange(len(low)), span.prod(axis=1))
+        rank = np.arange(len(owner)) - np.repeat(
+            np.cumsum(span.prod(axis=1)) - span.prod(axis=1), span.prod(axis=1)
+        )
+        across, along = np.divmod(rank, span[owner, 1])
+        cell = (first[owner, 0] + across) * self._wide[1] + first[owner, 1] + along
+        self._member = owner[np.argsort(cell, kind="stable")]
+        self._first = np.searchsorted(np.sort(cell), np.arange(self._wide.prod() + 1))
 
     @classmethod
     def of(cls, stock: Blank) -> Outside | None:
@@ -65,19 +81,21 @@ class Outside:
 
         directions : (0, 0, 1), the only one there is.
         """
-        places = np.asarray(origins, dtype=np.float64)
-        order = np.argsort(places[:, 0])
-        ray, z = self._crossings(places[order])
-        ray = order[ray]
-        by_ray = np.lexsort([z, ray])
-        ray, z = ray[by_ray], z[by_ray]
-        counts = np.bincount(ray, minlength=len(places))
-        rank = np.arange(len(ray)) - (np.cumsum(counts) - counts)[ray]
+        places = np.ascontiguousarray(origins, dtype=np.float64)
+        crossed, z = np.zeros(len(places), dtype=np.int64), np.zeros(0)
+        for fill in (False, True):
+            _kernels.crossings(
+                self._corners, self._up, self._first, self._member, self._origin, self._pitch, self._wide,
+                places, crossed, z, fill,
+            )  # fmt: skip
+            z = z if fill else np.empty(int(crossed.sum()))
+        ray = np.repeat(np.arange(len(places)), crossed)
+        rank = np.arange(len(ray)) - (np.cumsum(crossed) - crossed)[ray]
         paired = (
-            rank < counts[ray] // 2 * 2
+            rank < crossed[ray] // 2 * 2
         )  # but where a line meets a corner, or an edge of two upright triangles
-        ray, z, rank, counts = ray[paired], z[paired], rank[paired], counts // 2 * 2
-        ends = counts + 2  # of what is outside: below everything, and above
+        ray, z, rank, crossed = ray[paired], z[paired], rank[paired], crossed // 2 * 2
+        ends = crossed + 2  # of what is outside: below everything, and above
         first = np.cumsum(ends) - ends
         stops = np.empty(int(ends.sum()))
         stops[first] = -np.inf
@@ -85,31 +103,3 @@ class Outside:
         stops[first[ray] + 1 + rank] = z
         stops -= np.repeat(places[:, 2], ends)
         return RayIntervals(ends // 2, stops[::2].copy(), stops[1::2].copy())
-
-    def _crossings(self, places: Floats) -> tuple[Ints, Floats]:
-        """(line, height) wherever a line goes through a triangle; places in rising order of x."""
-        x, y = places[:, 0], places[:, 1]
-        rays, heights = [np.zeros(0, dtype=np.int64)], [np.zeros(0)]
-        if not len(places):
-            return rays[0], heights[0]
-        near = (self._low[:, 0] <= x[-1]) & (self._high[:, 0] >= x[0])
-        near &= (self._low[:, 1] <= y.max()) & (self._high[:, 1] >= y.min())
-        for k in np.flatnonzero(near):
-            span = slice(*np.searchsorted(x, [self._low[k, 0], self._high[k, 0]]))
-            a, b, c = self._corners[k]
-            hit = np.ones(span.stop - span.start, dtype=bool)
-            for p, q in ((a, b), (b, c), (c, a)):
-                hit &= _left_of(p, q, x[span], y[span]) == self._up[k]
-            found = np.flatnonzero(hit) + span.start
-            u, v = b - a, c - a
-            n = np.cross(u, v)
-            rays.append(found)
-            heights.append(a[2] - (n[0] * (x[found] - a[0]) + n[1] * (y[found] - a[1])) / n[2])
-        return np.concatenate(rays), np.concatenate(heights)
-
-
-def _left_of(p: Floats, q: Floats, x: Floats, y: Floats) -> Bools:
-    """On which side of an edge: the same word from both of its triangles, places on the line itself included."""
-    swap = (p[0], p[1]) > (q[0], q[1])
-    (ax, ay), (bx, by) = (q[:2], p[:2]) if swap else (p[:2], q[:2])
-    return np.asarray(((bx - ax) * (y - ay) - (by - ay) * (x - ax) > 0.0) != swap)

@@ -1,45 +1,53 @@
 """Removed volume by upright rays through the exact sweeps: what tells a wrong value that lies in its bracket.
 
 A bracket is some percent wide, and a boolean of spheres and cylinders that nearly touch may lose a sliver: in a program of
-1 mm blocks of a ball (models/mould) 0.05 to 0.2 % of the chip were missing or too much in one block of thirty, and there
+1 mm blocks of a ball (models/mould) 0.05 to 0.8 % of the chip were missing or too much in one block of thirty, and there
 plain cuts and turned ones agreed on that to six digits. Rays know neither solids nor triangles: intervals of a line in a sweep
-are exact (`Sweep.ray_intervals`), and what they miss between them is told by the spread of independent sets.
+are exact (`Sweep.ray_intervals`). They stand in all columns in which the block can take something (`live.py`), one at a random
+place of every part of a column, in independent sets, whose spread tells how good their mean is.
 
 A value is asked of few rays first: their standard error is 2e-4 of such a chip. One that is `SUSPECT` of them off is asked of
-nine times as many, a few seconds, and does not stand if it is `BEYOND` of these off: chance does that once in a million blocks
-that are right. Values that are wrong by less than 5e-4 may pass.
+eight times as many, and does not stand if it is `BEYOND` of these off, and farther than `HIDDEN` and rounding allow: chance does
+that once in a million blocks that are right. How far a right value can be from what they find (`Told.far`) grows with the
+thinness of a chip: of a skin on a wall they may find nothing at all, and say so. Where the bracket contradicts the rays nobody
+is told anything.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from functools import cached_property
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.ndimage import maximum_filter
 
 from vmachining.arrays import Floats, Ints
 from vmachining.engines.brep.blank import Blank
+from vmachining.engines.brep.live import Columns, columns
 from vmachining.engines.brep.outside import Outside
+from vmachining.geometry import Bracket
 from vmachining.sweep import RayIntervals, Sweep
 
-__all__ = ["SETS", "Crossed", "contradicted", "left", "shot"]
+__all__ = ["SETS", "Crossed", "Heard", "Rays", "Told", "left"]
 
 SETS = 16
 """Sets of rays: their mean is t-distributed with 15 degrees of freedom."""
 
-FIRST, FINER = 128, 384
-"""Cells along a side of a set: a ray at a random place in each."""
-
-TILE = 4
-"""Cells along a side of a tile: one set looks at all of them, the others at tiles where it finds something, and beside these."""
+FIRST, FINER = 6000, 48000
+"""Rays of a set, about."""
 
 SUSPECT, BEYOND = 2.5, 6.0
 """Standard errors."""
 
-DEEP = 0.5
-"""mm, of what may lie between the rays, a cell wide."""
+HIDDEN = 14.0
+"""Rays that a part of the columns would get, if all sets together miss it once in a million blocks: exp(-14) = 8e-7."""
+
+ROUND_REL, ROUND_MM = 1e-5, 1e-7
+"""Of the volume, what B-spline faces are asked to be good to; of the columns, in height: joints of faces and rays."""
+
+HOPE = 0.25
+"""What is left of `Told.far` with the finer sets; 8 ** -0.75 = 0.21 where surfaces are smooth."""
 
 
 class Crossed(Protocol):
@@ -53,67 +61,136 @@ class Crossed(Protocol):
         """Where lines are inside."""
 
 
-def contradicted(
-    value: float, error: float, shoot: Callable[[int], tuple[float, float]]
-) -> tuple[float, float] | None:
-    """(volume, error) that rays say, if they contradict a value with its own error, mm^3; else None.
+class Told(NamedTuple):
+    """What rays find. mm^3: volume, standard error, error of rounding, and how much may lie where no ray is."""
 
-    shoot : rays along a side of a set -> (volume, standard error).
+    volume: float
+    spread: float
+    rounding: float
+    unseen: float
+
+    @property
+    def far(self) -> float:
+        """mm^3: a right value is not farther off."""
+        return BEYOND * self.spread + self.rounding + self.unseen
+
+
+class Heard(NamedTuple):
+    """stands : whether rays allow a value. volume, far : mm^3, what they find and how far off a right one can be; inf: they
+    tell nothing."""
+
+    stands: bool
+    volume: float
+    far: float
+
+
+NOTHING = Heard(True, 0.0, np.inf)
+
+
+class Rays:
+    """Of one block.
+
+    Parameters
+    ----------
+    takes : Sequence of (sweep, earlier ones that reach it, those that take most first)
+    stock : Blank
+    around : (2, 3) mm
+        Box of the stock, used where the stock itself does not know its own.
+    outside : Outside, optional
+        Of a stock that is neither box nor cylinder.
     """
-    found, spread = shoot(FIRST)
-    if abs(value - found) <= error + SUSPECT * spread:
-        return None
-    found, spread = shoot(FINER)
-    far = error + BEYOND * spread
-    return (found, BEYOND * spread) if abs(value - found) > far else None
 
+    def __init__(
+        self,
+        takes: Sequence[tuple[Sweep, Sequence[Sweep]]],
+        stock: Blank,
+        around: Floats,
+        outside: Outside | None = None,
+    ) -> None:
+        self._takes, self._stock, self._outside = takes, stock, outside
+        self._box = around if stock.bounds is None else stock.bounds
+        self._told: dict[int, Told] = {}
 
-def shot(
-    sweep: Sweep,
-    earlier: Sequence[Crossed],
-    stock: Blank,
-    box: Floats,
-    count: int,
-    outside: Outside | None = None,
-) -> tuple[float, float] | None:
-    """(mm^3, standard error) that a sweep takes from what earlier ones leave of the stock; None near its curved faces.
+    def heard(self, value: float, error: float, bracket: Bracket, want: float = np.inf) -> Heard:
+        """What rays say of a value with an own error, mm^3.
 
-    box : (2, 3) mm, around the stock. outside : of a stock that is neither box nor cylinder.
-    """
-    if stock.kind not in ("box", "cylinder") and outside is None:
-        return None
-    low, high = np.maximum(sweep.bounds[0], box[0]), np.minimum(sweep.bounds[1], box[1])
-    if (low >= high).any():
-        return 0.0, 0.0
-    if outside is not None:
-        if not outside.is_exact(np.stack([low, high])):
-            return None
-        earlier = [*earlier, outside]
-    rng = np.random.default_rng([count, SETS])
-    corner = np.stack(np.meshgrid(np.arange(count), np.arange(count), indexing="ij"), axis=-1).reshape(-1, 2)
-    cell = (high - low)[:2] / count
+        want : mm^3, `far` that the caller could use; more rays are asked if these can be expected to tell as much.
+        """
+        if not self._can_tell:
+            return NOTHING
+        told = self.told(FIRST)
+        is_suspect = abs(value - told.volume) > error + SUSPECT * told.spread + told.rounding
+        if is_suspect or want < told.far <= want / HOPE:
+            told = self.told(FINER)
+        if told.volume + told.far < bracket.lo or told.volume - told.far > bracket.hi:
+            return NOTHING
+        stands = not is_suspect or abs(value - told.volume) <= error + told.far
+        return Heard(stands, told.volume, told.far)
 
-    def lengths(cells: Ints) -> Floats:
-        places = low[:2] + (cells + rng.random(cells.shape)) * cell
-        out = np.zeros(len(places))
-        inside = np.ones(len(places), dtype=bool)
-        if stock.kind == "cylinder":
-            inside = np.linalg.norm(places - stock.center, axis=1) < stock.radius
-        out[inside] = left(sweep, earlier, places[inside], float(box[0, 2]), float(box[1, 2]))
-        return out
+    def told(self, count: int) -> Told:
+        """By so many rays of a set, about; more if there are more columns."""
+        if count not in self._told:
+            each = [
+                self._shot(number, parts, count)
+                for number, parts in enumerate(self._columns)
+                if len(parts.low)
+            ]
+            volume, spread, rounding, unseen = np.array(each, dtype=np.float64).reshape(-1, 4).T
+            self._told[count] = Told(
+                float(volume.sum()), float(np.linalg.norm(spread)), float(rounding.sum()), float(unseen.sum())
+            )
+        return self._told[count]
 
-    tiles = (lengths(corner) > 0.0).reshape(count // TILE, TILE, count // TILE, TILE).any(axis=(1, 3))
-    near = maximum_filter(tiles, size=3, mode="constant")
-    corner = corner[near.repeat(TILE, axis=0).repeat(TILE, axis=1).ravel()]
-    found = np.array([lengths(corner).sum() for _ in range(SETS)]) * cell.prod()
-    return float(found.mean()), float(found.std(ddof=1)) / np.sqrt(SETS) + DEEP * float(cell.prod()) / SETS
+    @cached_property
+    def _boxes(self) -> list[Floats]:
+        """Of what every sweep can meet of the stock."""
+        lo, hi = self._box
+        bounds = (sweep.bounds for sweep, _ in self._takes)
+        return [np.stack([np.maximum(low, lo), np.minimum(high, hi)]) for low, high in bounds]
+
+    @cached_property
+    def _can_tell(self) -> bool:
+        if self._outside is None:
+            return self._stock.bounds is not None
+        return all(self._outside.is_exact(box) for box in self._boxes if (box[0] < box[1]).all())
+
+    @cached_property
+    def _columns(self) -> list[Columns]:
+        nothing = Columns(np.zeros((0, 2)), np.zeros(2), 0.0)
+        return [
+            columns(sweep, earlier, box, FIRST) if (box[0] < box[1]).all() else nothing
+            for (sweep, earlier), box in zip(self._takes, self._boxes, strict=True)
+        ]
+
+    def _shot(self, number: int, parts: Columns, count: int) -> Told:
+        sweep, before = self._takes[number]
+        earlier: list[Crossed] = [*before] if self._outside is None else [*before, self._outside]
+        rng = np.random.default_rng([number, count])
+        rank = np.arange(max(1, round(np.sqrt(count / len(parts.low)))))
+        part = np.stack(np.meshgrid(rank, rank, indexing="ij"), axis=-1).reshape(-1, 2)
+        cell = parts.side / len(rank)
+        low = (parts.low[:, None] + part * cell).reshape(-1, 2)
+        bottom, top = self._box[:, 2].tolist()
+        found = np.empty(SETS)
+        for k in range(SETS):
+            places = low + rng.random(low.shape) * cell
+            if self._stock.kind == "cylinder":
+                places = places[np.linalg.norm(places - self._stock.center, axis=1) < self._stock.radius]
+            found[k] = left(sweep, earlier, places, bottom, top).sum() * cell.prod()
+        volume, area = float(found.mean()), float(cell.prod())
+        return Told(
+            volume,
+            float(found.std(ddof=1)) / np.sqrt(SETS),
+            ROUND_REL * volume + ROUND_MM * area * len(low),
+            HIDDEN * area * parts.deep / SETS,
+        )
 
 
 def left(sweep: Sweep, earlier: Sequence[Crossed], places: Floats, bottom: float, top: float) -> Floats:
     """(n,) mm of upright rays at (n, 2) places in the sweep and the stock, and in no earlier sweep.
 
-    What is left of a ray is known to lie between two heights that come closer with every earlier sweep, the latest first:
-    it mostly takes all of it, and no other one is asked.
+    earlier : those that take most first; what is left of a ray lies between two heights that come closer with each, and once they
+    meet no other one is asked.
     """
     own = _crossed(sweep, places, np.arange(len(places)))
     lo, hi = np.full(len(places), top), np.full(len(places), bottom)
@@ -121,7 +198,7 @@ def left(sweep: Sweep, earlier: Sequence[Crossed], places: Floats, bottom: float
     np.maximum.at(hi, own.ray, own.leave)
     lo, hi = np.maximum(lo, bottom), np.minimum(hi, top)
     others = []
-    for body in reversed(earlier):
+    for body in earlier:
         low, high = body.bounds
         asked = (lo < hi) & (lo < high[2]) & (hi > low[2])
         asked &= ((places > low[:2]) & (places < high[:2])).all(axis=1)

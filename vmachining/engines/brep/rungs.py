@@ -23,6 +23,7 @@ from typing import NamedTuple
 __all__ = [
     "FACETS",
     "MESHES",
+    "RAYS",
     "RUNGS",
     "SECTIONS",
     "SOLIDS",
@@ -37,8 +38,9 @@ FACETS, SECTIONS = "facets", "sections"
 STEADY = (FACETS, SECTIONS)
 """The rungs that need no boolean of solids."""
 
-SOLIDS, MESHES = "solids", "meshes"
-"""What is told before any rung, and within `facets`: solids or meshes of the block, or of one that reaches it, are built."""
+SOLIDS, MESHES, RAYS = "solids", "meshes", "rays"
+"""What is told before any rung, and within `facets`: solids or meshes of the block, or of one that reaches it, are built; and
+what is told after a rung: rays are asked of its value."""
 
 RUNGS = (
     "plain", "fuzzy 1e-05", "fuzzy 1e-04", "fuzzy 1e-03", "turned", "reversed", "joint", "late stock", "halves",
@@ -60,7 +62,7 @@ class Verdict(NamedTuple):
 
     seconds : of a processor, all rungs and the processes they cost. slack_mm3 : by how much the rung that worked,
     or else the last one, widened the bracket at both ends; negative: the value's own error, kept inside. sure_mm3 : how far
-    from the truth the value is at most if a steady rung is right; inf: none could tell; None: none was asked.
+    from the truth the value is at most if rays or a steady rung are right; inf: none could tell; None: it was not in doubt.
     """
 
     status: Status

@@ -21,7 +21,7 @@ from time import monotonic
 from typing import Any, NamedTuple, TypeVar, cast
 
 from vmachining.engines.brep.blank import Blank
-from vmachining.engines.brep.rungs import MESHES, RUNGS, SOLIDS, STEADY, Status, Verdict, steady_first
+from vmachining.engines.brep.rungs import MESHES, RAYS, RUNGS, SOLIDS, STEADY, Status, Verdict, steady_first
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Bracket
 from vmachining.sweep import Sweep
@@ -228,11 +228,12 @@ class _Worker:
 
 def _over(worker: _Worker) -> list[str]:
     """Rungs that a worker, which is gone, need not be asked for again: all it tried, but not the one whose value was just
-    being confirmed."""
-    if worker.rung not in (MESHES, *STEADY):
+    being confirmed, and not what rays were asked of."""
+    if worker.rung not in (MESHES, RAYS, *STEADY):
         return worker.tried
-    asked = [rung for rung in worker.tried if rung not in (*SHARED, *STEADY)]
-    return [rung for rung in worker.tried if rung not in asked[-1:]]
+    found = [rung for rung in worker.tried if rung not in (*SHARED, RAYS)]
+    kept = [rung for rung in found if rung not in STEADY][-1:] + (found[-1:] if worker.rung == RAYS else [])
+    return [rung for rung in worker.tried if rung not in kept]
 
 
 def check_blocks(
@@ -324,10 +325,14 @@ def check_blocks(
                         used = Spent(used.own + worker.used.own, used.all + worker.used.all)
                         over = _over(worker)
                         left = [rung for rung in left if rung not in over]
-                        barred |= {*over} & {*STEADY}
+                        barred |= {*over} & {*STEADY} | {worker.rung} & {RAYS}
                         if worker.rung == SOLIDS:  # a process may die of other things, once
                             left, was_lost = ([] if worker.late or was_lost else left), True
-                        elif worker.late and worker.rung not in (MESHES, *STEADY):  # one way hangs as most do
+                        elif worker.late and worker.rung not in (
+                            MESHES,
+                            RAYS,
+                            *STEADY,
+                        ):  # one way hangs as most do
                             left = steady_first(left)
                         drop(worker)
                         worker = None

@@ -5,9 +5,9 @@ bracket of that block, else the cut is done again with a fuzzy value. Where no v
 cut before it is done in another way, and so on: a cut may leave an edge over which only the next one falls. What cannot
 be cut at all ends in a refusal, not in a file. At the end OCCT must call the solid valid and closed.
 
-Faces: a face was made by the earliest block whose sweep has the middle of the face on its boundary (distance
-below `ON_MM`); faces of the stock belong to none. In the STEP file every face carries the name of its block and
-tool, and one colour per block.
+Faces: one whose middle lies on the skin of the stock belongs to no block; any other one was made by the earliest block that
+removes something and has that point on the boundary of its sweep (distances below `ON_MM`). In the STEP file every face
+carries the name of its block and tool, and one colour per block.
 """
 
 from __future__ import annotations
@@ -136,16 +136,27 @@ def _check(shape: Any) -> None:
         raise EngineError("OCCT does not call the workpiece closed", engine="brep")
 
 
-def owners(shape: Any, blocks: Sequence[Sequence[Sweep]]) -> list[tuple[Any, int]]:
+def owners(
+    shape: Any, stock: Blank, blocks: Sequence[Sequence[Sweep]], brackets: Sequence[Bracket]
+) -> list[tuple[Any, int]]:
     """(TopoDS_Face, block that made it) for all faces; -1 for the stock."""
     import cadquery as cq
+    from OCP.BRepExtrema import BRepExtrema_DistShapeShape
 
-    sweeps = [sweep for block in blocks for sweep in block]
-    block_of = [number for number, block in enumerate(blocks) for _ in block]
+    skin = [face.wrapped for face in cq.Shape.cast(stock.shape()).Faces()]
+    boxes = np.array([box_of(face) for face in skin])
+    cutting = [(k, block) for k, block in enumerate(blocks) if brackets[k].hi > 0.0]
+    sweeps = [sweep for _, block in cutting for sweep in block]
+    block_of = [number for number, block in cutting for _ in block]
     index = SweepIndex(sweeps)
     out = []
     for face in cq.Shape.cast(shape).Faces():
         point = _inside(face)
+        around = ((boxes[:, 0] <= point + ON_MM) & (boxes[:, 1] >= point - ON_MM)).all(axis=1)
+        place = cq.Vertex.makeVertex(*point.tolist()).wrapped
+        if any(BRepExtrema_DistShapeShape(place, skin[k]).Value() <= ON_MM for k in np.flatnonzero(around)):
+            out.append((face.wrapped, -1))
+            continue
         near = index.meets(np.stack([point - ON_MM, point + ON_MM]), len(sweeps))
         made = (block_of[k] for k in near if abs(float(sweeps[k].signed_distance(point[None])[0])) <= ON_MM)
         out.append((face.wrapped, next(made, -1)))
@@ -204,7 +215,7 @@ def write_step(
     color_tool = XCAFDoc_DocumentTool.ColorTool_s(document.Main())
     root = shape_tool.AddShape(shape, False)
     TDataStd_Name.Set_s(root, TCollection_ExtendedString("workpiece"))
-    for face, block in owners(shape, blocks):
+    for face, block in owners(shape, stock, blocks, brackets):
         label = shape_tool.AddSubShape(root, face)
         if label.IsNull():
             continue
