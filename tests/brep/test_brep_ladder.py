@@ -436,7 +436,7 @@ def test_what_other_blocks_need_too_does_not_count_for_the_limit_of_one() -> Non
     used = workers.Spent()
     for doing in heard:
         used = used.plus(1.0, doing)
-    assert used == (1.0 + sweeps_times_sags, 3.0 + 2 * sweeps_times_sags)
+    assert used == (2.0 + sweeps_times_sags, 4.0 + 2 * sweeps_times_sags)
 
 
 def test_a_level_section_has_the_area_of_circles_and_ellipses() -> None:
