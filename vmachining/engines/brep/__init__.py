@@ -33,7 +33,8 @@ Goal: a B-rep answer beside the mesh bracket. Every value is either inside the b
 | `booleans.py` | what OCCT is asked, and whether it worked |
 | `faceted.py` | removed volume from meshes of the solids, where sweeps are unions of many |
 | `sections.py` | removed volume from areas of level sections, where booleans of solids hang or lie |
-| `rays.py`, `outside.py` | what exact rays say about a value in its bracket; what is not stock on such rays |
+| `rays.py` | what exact rays say about a value that lies in its bracket |
+| `live.py`, `outside.py` | where a block can take something: there they stand; what is not stock on them |
 | `near.py`, `reach.py` | which earlier sweeps reach a region; what of a sweep can meet the stock |
 | `workpiece.py` | the stock after all blocks as a valid solid, STEP with faces named and coloured by block |
 | `edges.py`, `edgeworker.py` | `BrepWorkpiece`: which parts of a cutting edge lie in the workpiece |

@@ -7,12 +7,12 @@ A boolean of tangent solids may return anything, `isValid()` or not. So every va
 of the block, widened by a stated slack, and on disagreement the next rung of `rungs.py` is climbed.
 
 A bracket is wide, and a boolean that lost a small part may still lie in it. So rays are asked as well (`rays.py`), and the
-next rung is climbed where they contradict a value; near curved faces of a STEP stock they tell nothing. For what is too
-small for them a value is doubtful that is not the first one (two fuzzy ones were seen to agree on a value that was 0.5 % low
-where all others gave 0), that is farther from the estimate of the mesh engine than estimates mostly are (`DOUBT_REL`), or that
-a turning tool has a part in. It is held against `facets` or `sections`, gives way to them if it is not within their error, and
-is refused if neither can tell. One that is doubtful for its turning tool alone stands, and says how far it is from what
-they allow (`sure_mm3`).
+next rung is climbed where they contradict a value; near curved faces of a STEP stock they tell nothing. Beyond
+that a value is doubtful that is not the first one (two fuzzy ones were seen to agree on a value that was 0.5 % low where all
+others gave 0), that is farther from the estimate of the mesh engine than estimates mostly are (`DOUBT_REL`), or that a turning
+tool has a part in. More rays may bear it out. Where they are too few for that, it is held against `facets` or `sections`, gives
+way to them if it is not within their error and rays allow what they say, and is refused if neither can tell. One that is
+doubtful for its turning tool alone stands. `sure_mm3` says how far it may be off.
 
 A value that no rung brings into the bracket is refused; the bracket stands. The last two rungs need no boolean of solids. They
 come first where sweeps are unions of many solids (facets) and where helices wind over each other (sections): booleans
