@@ -1,0 +1,130 @@
+"""Rays that judge removed volumes: closed forms, thin skins, faces they only touch; and where they stand."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+import pytest
+
+from vmachining import Bracket, FlatEnd, Sweep
+from vmachining.bench.brep_chains import bar_of, chain_of
+from vmachining.engines.brep import Blank, Ladder, Status
+from vmachining.engines.brep.booleans import box_of
+from vmachining.engines.brep.ladder import quiet
+from vmachining.engines.brep.live import columns
+from vmachining.engines.brep.rays import FINER, FIRST, NOTHING, Rays, Told, left
+from vmachining.engines.mesh import MeshEngine, box_stock
+from vmachining.geometry import Line
+
+BOX = Blank("box", (0, -20, -20), (30, 20, 0))
+TOOL = FlatEnd(diameter=10, length=40)
+
+
+@pytest.mark.parametrize("number", [0, 1, 2, 3, 5, 6])
+def test_a_block_takes_nothing_beside_its_columns(number: int) -> None:
+    """Chains of the gauntlet, one family each: places all over the sweep, and what uprights lose there, as deep as is said."""
+    bar = bar_of([number])
+    chain = chain_of(1, number, MeshEngine(box_stock(tuple(bar[0]), tuple(bar[1])), 0.05, certify=True))
+    rng, seen = np.random.default_rng(number), 0
+    for k in range(1, min(len(chain.sweeps), 8)):
+        sweep, earlier = chain.sweeps[k], chain.sweeps[:k]
+        box = np.stack([np.maximum(sweep.bounds[0], bar[0]), np.minimum(sweep.bounds[1], bar[1])])
+        places = rng.uniform(box[0, :2], box[1, :2], (4000, 2))
+        lost = left(sweep, earlier, places, *box[:, 2].tolist())
+        found = columns(sweep, earlier, box, 3000)
+        raster = {tuple(key) for key in np.round((found.low - box[0, :2]) / found.side).astype(int).tolist()}
+        assert len(raster) == len(found.low)
+        stands = np.floor((places[lost > 1e-9] - box[0, :2]) / found.side).astype(int).tolist()
+        assert all(tuple(key) in raster for key in stands)
+        assert lost.max() <= found.deep
+        assert len(found.low) * found.side.prod() < 1.001 * np.ptp(box[:, :2], axis=0).prod()
+        seen += len(stands)
+    assert seen > 300
+
+
+def test_rays_know_boxes_and_cylinders_and_what_they_miss() -> None:
+    """Slots that cross: 10 x 1 x 30 mm less 10 x 1 x 10; a slot along the diameter of a bar."""
+    along, across = (
+        Sweep.along(TOOL, path)
+        for path in (Line((-20, 0, -1), (50, 0, -1)), Line((15, -40, -1), (15, 40, -1)))
+    )
+    bar = Blank("cylinder", (0, 0, -20), (0, 0, 0), center=(15.0, 0.0), radius=9.0)
+    slot = 2 * (5 * np.sqrt(81 - 25) + 81 * np.arcsin(5 / 9))
+    for stock, earlier, truth in (
+        (BOX, [], 300.0),
+        (BOX, [across], 200.0),
+        (bar, [], slot),
+        (bar, [across], slot - 100.0),
+    ):
+        told = Rays([(along, earlier)], stock, box_of(stock.shape())).told(FIRST)
+        assert abs(told.volume - truth) <= told.far < 1e-2 * truth
+
+
+def test_rays_that_contradict_a_value_are_asked_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """100 +- 0.1 first, 100 +- 0.1 again: 2.5 of it are suspect, 6 too many; a bracket without any of that refutes them."""
+    asked = list[int]()
+
+    def told(_: Rays, count: int) -> Told:
+        asked.append(count)
+        return Told(100.0, 0.1, 0.0, 0.0)
+
+    monkeypatch.setattr(Rays, "told", told)
+    rays, bracket = Rays([], BOX, np.zeros((2, 3))), Bracket(90.0, 100.0, 110.0)
+    assert rays.heard(100.2, 0.0, bracket).stands and asked == [FIRST]
+    assert rays.heard(100.5, 0.0, bracket).stands and asked == [FIRST, FIRST, FINER]
+    assert rays.heard(100.5, 0.6, bracket).stands
+    assert not rays.heard(101.0, 0.0, bracket).stands
+    assert rays.heard(101.0, 0.0, Bracket(100.7, 101.0, 110.0)) == NOTHING
+    asked.clear()
+    assert rays.heard(100.0, 0.0, bracket, want=0.5).far == pytest.approx(0.6) and asked == [FIRST, FINER]
+    asked.clear()
+    assert rays.heard(100.0, 0.0, bracket, want=0.1).far == pytest.approx(0.6) and asked == [FIRST]  # no hope
+
+
+@pytest.mark.parametrize(("length", "wide", "deep", "angle"), [
+    (300.0, 0.02, 20.0, 45.0), (300.0, 0.005, 20.0, 45.0), (60.0, 0.01, 20.0, 45.0), (150.0, 0.02, 15.0, 30.0),
+    (300.0, 0.002, 20.0, 0.3),
+])  # fmt: skip
+def test_rays_do_not_contradict_a_skin_on_a_wall(
+    length: float, wide: float, deep: float, angle: float
+) -> None:
+    """Two slots side by side at an angle to the rays' raster: few rays find the second one, some none; plain cuts are right.
+
+    The truth is of the second slot less the first: a strip, and at its ends what a circle of the tool's radius moves.
+    """
+    along = length * np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle)), 0.0])
+    start, aside = np.array([20.0, 20.0, -deep]), wide * np.array([-along[1], along[0], 0.0]) / length
+    first, second = (Sweep.along(TOOL, Line(p, p + along)) for p in (start, start + aside))
+    stock = Blank("box", (0, 0, -60), (400, 400, 0))
+    quiet()
+    truth = length * wide * deep + deep * lune(5.0, wide)
+    verdict = Ladder(stock, [[first], [second]]).removed(1, Bracket(0.95 * truth, truth, 1.05 * truth))
+    assert verdict.status is Status.AGREED and verdict.removed_mm3 == pytest.approx(truth, rel=1e-5)
+    told = Rays([(second, [first])], stock, box_of(stock.shape())).told(FIRST)
+    assert abs(told.volume - truth) <= told.far
+
+
+def lune(radius: float, shift: float) -> float:
+    """mm^2 of a circle moved sideways that the circle before did not cover, less the strip of its diameter."""
+    half = shift / 2.0
+    common = 2.0 * radius**2 * np.arccos(half / radius) - half * np.sqrt(4.0 * radius**2 - shift**2)
+    return float(pi * radius**2 - common)
+
+
+@pytest.mark.parametrize("wide", [0.0, 0.001, 0.02, 0.05, 5.0])
+def test_rays_know_a_box_to_the_last_bit(wide: float) -> None:
+    """A face is skimmed, or only touched: sets of rays do not scatter there, and the box is no wider than it is."""
+    skim = Sweep.along(TOOL, Line((-20, -25 + wide, -20), (50, -25 + wide, -20)))
+    truth = 30.0 * wide * 20.0
+    verdict = Ladder(BOX, [[skim]]).removed(0, Bracket(truth, truth, truth))
+    assert verdict.rung == "plain" and verdict.removed_mm3 == pytest.approx(truth, rel=1e-6, abs=1e-6)
+
+
+def test_equal_motions_of_one_block_are_asked_of_other_rays() -> None:
+    """A block of eight plunges: pi/4 d^2 each, and an error that is less than eight times that of one."""
+    holes = [Sweep.along(TOOL, Line((x, y, 5), (x, y, -3))) for x in (6, 17) for y in (-15, -5, 5, 15)]
+    told = Rays([(hole, []) for hole in holes], BOX, box_of(BOX.shape())).told(FIRST)
+    one = Rays([(holes[0], [])], BOX, box_of(BOX.shape())).told(FIRST)
+    assert abs(told.volume - 8 * 75 * pi) <= told.far
+    assert told.spread < 5.0 * one.spread
