@@ -124,7 +124,8 @@ class Rays:
             told = self.told(FINER)
         if told.volume + told.far < bracket.lo or told.volume - told.far > bracket.hi:
             return NOTHING
-        stands = not is_suspect or abs(value - told.volume) <= error + told.far
+        is_first = told is self._told.get(FIRST) and not is_suspect
+        stands = is_first or abs(value - told.volume) <= error + told.far  # by the most rays asked
         return Heard(stands, told.volume, told.far)
 
     def told(self, count: int) -> Told:
