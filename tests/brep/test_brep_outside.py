@@ -13,7 +13,7 @@ from vmachining.arrays import Floats
 from vmachining.engines.brep import Blank, Ladder
 from vmachining.engines.brep.booleans import box_of
 from vmachining.engines.brep.ladder import quiet
-from vmachining.engines.brep.outside import Outside
+from vmachining.engines.brep.outside import MOST, Outside
 from vmachining.engines.brep.rays import FIRST, Rays
 from vmachining.geometry import Line
 
@@ -58,6 +58,23 @@ def test_neighbours_agree_whose_a_line_is() -> None:
     found = Outside(np.stack(skin)).ray_intervals(on_edges * (1.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     assert (found.counts == 2).all()
     assert np.allclose(found.enter[1::2], on_edges[:, 2], atol=1e-12)
+
+
+def test_long_triangles_across_the_raster_keep_it_small() -> None:
+    """A double cone of 2 x 10,000 slices: boxes of them cover it a thousand times. Its heights are those of cones, to 5e-8."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 10_000, endpoint=False)
+    here = np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle])
+    there = np.roll(here, -1, axis=0)
+    tips = np.broadcast_to([[[0.0, 0.0, 1.0]], [[0.0, 0.0, -1.0]]], (2, *here.shape))
+    outside = Outside(
+        np.concatenate([np.stack([here, there, tips[0]], axis=1), np.stack([there, here, tips[1]], axis=1)])
+    )
+    assert len(outside._member) <= MOST
+    places = np.random.default_rng(3).uniform(-0.7, 0.7, (2000, 3)) * (1.0, 1.0, 0.0)
+    found = outside.ray_intervals(places, (0.0, 0.0, 1.0))
+    height = 1.0 - np.hypot(*places[:, :2].T)
+    assert (found.counts == 2).all()
+    assert np.abs(found.enter[1::2] - height).max() < 1e-7 > np.abs(found.leave[::2] + height).max()
 
 
 def test_a_slot_in_a_wedge_of_triangles() -> None:

@@ -13,7 +13,7 @@ from vmachining.engines.brep import Blank, Ladder, Status
 from vmachining.engines.brep.booleans import box_of
 from vmachining.engines.brep.ladder import quiet
 from vmachining.engines.brep.live import columns
-from vmachining.engines.brep.rays import FINER, FIRST, NOTHING, Rays, Told, left
+from vmachining.engines.brep.rays import FINER, FIRST, LONGEST, NOTHING, Rays, Told, left
 from vmachining.engines.mesh import MeshEngine, box_stock
 from vmachining.geometry import Line
 
@@ -82,6 +82,20 @@ def test_rays_that_contradict_a_value_are_asked_again(monkeypatch: pytest.Monkey
     assert rays.heard(100.0, 0.0, bracket, want=0.1).far == pytest.approx(0.6) and asked == [FIRST]  # no hope
 
 
+def test_the_most_rays_asked_have_the_last_word(monkeypatch: pytest.MonkeyPatch) -> None:
+    """100 +- 0.1, then 99.8 +- 0.02: a value that the first ones bear out does not stand once the finer ones were asked."""
+    told = {FIRST: Told(100.0, 0.1, 0.0, 0.0), FINER: Told(99.8, 0.02, 0.0, 0.0)}
+    monkeypatch.setattr(Rays, "told", lambda _, rank: told[rank])
+    rays, bracket = Rays([], BOX, np.zeros((2, 3))), Bracket(90.0, 100.0, 110.0)
+    assert rays.heard(100.1, 0.0, bracket).stands
+    assert not rays.heard(100.1, 0.0, bracket, want=0.5).stands
+    assert rays.heard(99.75, 0.0, bracket).stands
+    monkeypatch.setattr(rays, "_took", LONGEST)  # the finer ones take minutes
+    assert rays.heard(100.1, 0.0, bracket, want=0.5) == (True, 100.0, pytest.approx(0.6))
+    assert rays.heard(100.5, 0.0, bracket).stands
+    assert not rays.heard(100.7, 0.0, bracket).stands
+
+
 @pytest.mark.parametrize(("length", "wide", "deep", "angle"), [
     (300.0, 0.02, 20.0, 45.0), (300.0, 0.005, 20.0, 45.0), (60.0, 0.01, 20.0, 45.0), (150.0, 0.02, 15.0, 30.0),
     (300.0, 0.002, 20.0, 0.3),
@@ -103,6 +117,17 @@ def test_rays_do_not_contradict_a_skin_on_a_wall(
     assert verdict.status is Status.AGREED and verdict.removed_mm3 == pytest.approx(truth, rel=1e-5)
     told = Rays([(second, [first])], stock, box_of(stock.shape())).told(FIRST)
     assert abs(told.volume - truth) <= told.far
+
+
+@pytest.mark.parametrize("wide", [1e-4, 1e-6])
+def test_rays_that_find_nothing_allow_what_hides_between_them(wide: float) -> None:
+    """A plunge beside a plunge: 15 mm of a lune that no ray of any set meets."""
+    first, second = (Sweep.along(TOOL, Line((x, 0, 5), (x, 0, -15))) for x in (15.0, 15.0 + wide))
+    rays, truth = Rays([(second, [first])], BOX, box_of(BOX.shape())), 15.0 * lune(5.0, wide)
+    told = rays.told(FIRST)
+    assert told.volume == 0.0 and 1e3 * told.rounding < told.far
+    assert rays.heard(truth, 0.0, Bracket(0.0, truth, 1.0)).stands
+    assert not rays.heard(1.0, 0.0, Bracket(0.0, truth, 1.0)).stands
 
 
 def lune(radius: float, shift: float) -> float:

@@ -36,13 +36,10 @@ def referee(
         return 0.0, 0.0
     corner = np.stack(np.meshgrid(np.arange(count), np.arange(count), indexing="ij"), axis=-1).reshape(-1, 2)
     wide = np.array(sweeps[block].bounds)
-    room = (
-        np.maximum(wide[0], box[0]),
-        np.minimum(wide[1], box[1]),
-    )  # before anybody's word on what is needed of it
-    near = [s for s in sweeps[:block] if (s.bounds[0] < room[1]).all() and (s.bounds[1] > room[0]).all()][
-        ::-1
-    ]
+    # before anybody's word on what is needed of it
+    room = np.maximum(wide[0], box[0]), np.minimum(wide[1], box[1])
+    near = [s for s in sweeps[:block] if (s.bounds[0] < room[1]).all() and (s.bounds[1] > room[0]).all()]
+    near.reverse()
     bottom, top = float(box[0, 2]), float(box[1, 2])
     wide = wide[:, :2]
     places = wide[0] + (corner + rng.random(corner.shape)) / count * (wide[1] - wide[0])

@@ -22,6 +22,7 @@ of those were seen to take more than 48 s, and to lose parts.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
+from contextlib import suppress
 from functools import partial
 from time import process_time
 from typing import Any, TypeAlias
@@ -118,6 +119,8 @@ class Ladder:
         for kind in {type(sweep.path) for sweep in self._sweeps}:
             sweep = next(sweep for sweep in self._sweeps if type(sweep.path) is kind)
             sweep.signed_distance(sweep.bounds)
+            with suppress(VMachiningError):  # a sweep whose rays are not found to their tolerance
+                sweep.ray_intervals(sweep.bounds.mean(axis=0, keepdims=True), (0.0, 0.0, 1.0))
 
     def removed(
         self,
@@ -200,19 +203,15 @@ class Ladder:
                 want = SURE_REL * (bracket.hi - bracket.lo) if is_doubtful else np.inf
                 seen = heard(value, slack, want)
                 if not seen.stands:
-                    off = f"rays find {value - seen.volume:.2g} mm3 less, +- {seen.far:.2g}"
-                    refuted = refuted or f"{rung}: {value:.6g} mm3 is not true, {off}"
+                    refuted = refuted or f"{rung}: {_refuted(value, seen)}"
                     continue
                 sure = abs(value - seen.volume) + seen.far if is_doubtful or seen.far == np.inf else None
                 if is_doubtful and seen.far > want:
                     found = Found(rung, value, count, slack)
-                    right, sure, why = self._confirmed(plans, bracket, found, told, barred)
+                    right, sure, why = self._confirmed(plans, bracket, found, heard, told, barred)
                     if right is not None and right.rung != rung:
                         tried.append(right.value)
-                        other = heard(right.value, right.slack)
-                        if not other.stands:  # the rays that contradict it bear out what was found
-                            sure = abs(value - other.volume) + other.far
-                        elif is_late or is_far:
+                        if is_late or is_far:
                             rung, value, count, slack = right
                         else:  # neither is known to be the better one
                             sure += abs(value - right.value)
@@ -345,11 +344,12 @@ class Ladder:
         plans: Plans,
         bracket: Bracket,
         found: Found,
+        heard: Callable[[float, float], Heard],
         told: Callable[[str], None],
         barred: Collection[str],
     ) -> tuple[Found | None, float, str]:
         """(who is right, within how much, why nobody): what is found, if the first steady rung that can tell agrees with
-        it, else what that one says."""
+        it, else what that one says if rays allow it."""
         why = []
         width = bracket.hi - bracket.lo
         helical = any(_is_helix(self._sweeps[j]) for k, earlier in plans for j in (k, *earlier))
@@ -372,7 +372,11 @@ class Ladder:
                 ):
                     return found, error, ""
                 if bracket.holds(other.value, -error):
-                    return other, error, ""
+                    seen = heard(other.value, other.slack)
+                    if seen.stands:
+                        return other, error, ""
+                    why.append(f"{rung}: {_refuted(other.value, seen)}")
+                    continue
             why.append(f"{rung}: {other.value:.6g} +- {error:.2g} mm3 does not tell")
         return None, np.inf, "; ".join(why)
 
@@ -421,6 +425,10 @@ def _noted(level: Callable[[float], tuple[float, float]], doubts: list[float], z
     value, doubt = level(z)
     doubts.append(doubt)
     return value
+
+
+def _refuted(value: float, seen: Heard) -> str:
+    return f"{value:.6g} mm3 is not true, rays find {value - seen.volume:.2g} mm3 less, +- {seen.far:.2g}"
 
 
 def _is_far(value: float, slack: float, bracket: Bracket) -> bool:

@@ -20,6 +20,9 @@ __all__ = ["Outside"]
 CHORD_MM = 0.01
 """Of the triangles of curved faces: how far beside them nothing is said."""
 
+MOST = 5_000_000
+"""Places of triangles in the cells of a raster, 40 bytes each while it is made."""
+
 
 class Outside:
     """Everything but a closed solid, crossed by lines along z.
@@ -41,16 +44,20 @@ class Outside:
         self._corners, self._up = np.ascontiguousarray(corner[twice != 0.0]), twice[twice != 0.0] > 0.0
         low, high = self._corners[:, :, :2].min(axis=1), self._corners[:, :, :2].max(axis=1)
         self._origin, size = low.min(axis=0), np.ptp(np.concatenate([low, high]), axis=0)
-        self._wide = np.full(2, int(np.clip(np.sqrt(len(low)), 1, 512)))
-        self._pitch = size * (1.0 + 1e-9) / self._wide
-        # a cell more on every side: whoever rounds otherwise finds its triangles there, too
-        first = np.maximum(np.floor((low - self._origin) / self._pitch).astype(np.int64) - 1, 0)
-        last = np.minimum(np.floor((high - self._origin) / self._pitch).astype(np.int64) + 1, self._wide - 1)
-        span = last - first + 1
-        owner = np.repeat(np.arange(len(low)), span.prod(axis=1))
-        rank = np.arange(len(owner)) - np.repeat(
-            np.cumsum(span.prod(axis=1)) - span.prod(axis=1), span.prod(axis=1)
-        )
+        wide = int(np.clip(np.sqrt(len(low)), 1, 512))
+        while True:
+            self._wide = np.full(2, wide)
+            self._pitch = size * (1.0 + 1e-9) / wide
+            # a cell more on every side: whoever rounds otherwise finds its triangles there, too
+            first = np.maximum(np.floor((low - self._origin) / self._pitch).astype(np.int64) - 1, 0)
+            last = np.minimum(np.floor((high - self._origin) / self._pitch).astype(np.int64) + 1, wide - 1)
+            span = last - first + 1
+            held = span.prod(axis=1)
+            if wide == 1 or held.sum() <= max(MOST, 16 * len(low)):
+                break
+            wide //= 2  # long triangles that lie across it
+        owner = np.repeat(np.arange(len(low)), held)
+        rank = np.arange(len(owner)) - np.repeat(np.cumsum(held) - held, held)
         across, along = np.divmod(rank, span[owner, 1])
         cell = (first[owner, 0] + across) * self._wide[1] + first[owner, 1] + along
         self._member = owner[np.argsort(cell, kind="stable")]
@@ -91,9 +98,8 @@ class Outside:
             z = z if fill else np.empty(int(crossed.sum()))
         ray = np.repeat(np.arange(len(places)), crossed)
         rank = np.arange(len(ray)) - (np.cumsum(crossed) - crossed)[ray]
-        paired = (
-            rank < crossed[ray] // 2 * 2
-        )  # but where a line meets a corner, or an edge of two upright triangles
+        # in pairs, but where a line meets a corner, or an edge of two upright triangles
+        paired = rank < crossed[ray] // 2 * 2
         ray, z, rank, crossed = ray[paired], z[paired], rank[paired], crossed // 2 * 2
         ends = crossed + 2  # of what is outside: below everything, and above
         first = np.cumsum(ends) - ends

@@ -7,16 +7,18 @@ are exact (`Sweep.ray_intervals`). They stand in all columns in which the block 
 place of every part of a column, in independent sets, whose spread tells how good their mean is.
 
 A value is asked of few rays first: their standard error is 2e-4 of such a chip. One that is `SUSPECT` of them off is asked of
-eight times as many, and does not stand if it is `BEYOND` of these off, and farther than `HIDDEN` and rounding allow: chance does
-that once in a million blocks that are right. How far a right value can be from what they find (`Told.far`) grows with the
-thinness of a chip: of a skin on a wall they may find nothing at all, and say so. Where the bracket contradicts the rays nobody
-is told anything.
+nine times as many, and does not stand if it is `BEYOND` of these off, and farther than `HIDDEN` and rounding allow: chance does
+that less than once in a million blocks that are right (t with 15 degrees of freedom: 2.4e-2 times 2.4e-5). How far a right value
+can be from what they find (`Told.far`) grows with the thinness of a chip: of a skin on a wall they may find nothing at all, and
+say so. Where the bracket contradicts the rays nobody is told anything. Where many rays would take minutes (tools that turn, with
+many turning ones before them) the few have the last word.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from time import process_time
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -34,8 +36,14 @@ __all__ = ["SETS", "Crossed", "Heard", "Rays", "Told", "left"]
 SETS = 16
 """Sets of rays: their mean is t-distributed with 15 degrees of freedom."""
 
-FIRST, FINER = 6000, 48000
-"""Rays of a set, about."""
+COUNT = 6000
+"""Rays of a set, about; more if there are more columns."""
+
+FIRST, FINER = 1, 3
+"""Rays along a side of the place of one of these."""
+
+LONGEST = 20.0
+"""s of a processor that the finer sets may be expected to take: a rung may take 30 of a block's 120."""
 
 SUSPECT, BEYOND = 2.5, 6.0
 """Standard errors."""
@@ -47,7 +55,7 @@ ROUND_REL, ROUND_MM = 1e-5, 1e-7
 """Of the volume, what B-spline faces are asked to be good to; of the columns, in height: joints of faces and rays."""
 
 HOPE = 0.25
-"""What is left of `Told.far` with the finer sets; 8 ** -0.75 = 0.21 where surfaces are smooth."""
+"""What is left of `Told.far` with the finer sets, about; 9 ** -0.75 = 0.19 where surfaces are smooth."""
 
 
 class Crossed(Protocol):
@@ -71,7 +79,7 @@ class Told(NamedTuple):
 
     @property
     def far(self) -> float:
-        """mm^3: a right value is not farther off."""
+        """mm^3: a right value is farther off once in 40,000 times."""
         return BEYOND * self.spread + self.rounding + self.unseen
 
 
@@ -110,6 +118,7 @@ class Rays:
         self._takes, self._stock, self._outside = takes, stock, outside
         self._box = around if stock.bounds is None else stock.bounds
         self._told: dict[int, Told] = {}
+        self._took = 0.0
 
     def heard(self, value: float, error: float, bracket: Bracket, want: float = np.inf) -> Heard:
         """What rays say of a value with an own error, mm^3.
@@ -118,29 +127,33 @@ class Rays:
         """
         if not self._can_tell:
             return NOTHING
-        told = self.told(FIRST)
+        told = self._told.get(FINER) or self.told(FIRST)
         is_suspect = abs(value - told.volume) > error + SUSPECT * told.spread + told.rounding
-        if is_suspect or want < told.far <= want / HOPE:
+        is_short = FINER**2 * self._took < LONGEST
+        if is_short and (is_suspect or want < told.far <= want / HOPE):
             told = self.told(FINER)
         if told.volume + told.far < bracket.lo or told.volume - told.far > bracket.hi:
             return NOTHING
         is_first = told is self._told.get(FIRST) and not is_suspect
         stands = is_first or abs(value - told.volume) <= error + told.far  # by the most rays asked
-        return Heard(stands, told.volume, told.far)
+        return Heard(bool(stands), told.volume, told.far)
 
-    def told(self, count: int) -> Told:
-        """By so many rays of a set, about; more if there are more columns."""
-        if count not in self._told:
+    def told(self, rank: int) -> Told:
+        """By `COUNT` rays of a set, or as many times rank^2."""
+        if rank not in self._told:
+            begin = process_time()
             each = [
-                self._shot(number, parts, count)
+                self._shot(number, parts, rank)
                 for number, parts in enumerate(self._columns)
                 if len(parts.low)
             ]
             volume, spread, rounding, unseen = np.array(each, dtype=np.float64).reshape(-1, 4).T
-            self._told[count] = Told(
+            self._told[rank] = Told(
                 float(volume.sum()), float(np.linalg.norm(spread)), float(rounding.sum()), float(unseen.sum())
             )
-        return self._told[count]
+            if rank == FIRST:
+                self._took = process_time() - begin
+        return self._told[rank]
 
     @cached_property
     def _boxes(self) -> list[Floats]:
@@ -159,15 +172,15 @@ class Rays:
     def _columns(self) -> list[Columns]:
         nothing = Columns(np.zeros((0, 2)), np.zeros(2), 0.0)
         return [
-            columns(sweep, earlier, box, FIRST) if (box[0] < box[1]).all() else nothing
+            columns(sweep, earlier, box, COUNT) if (box[0] < box[1]).all() else nothing
             for (sweep, earlier), box in zip(self._takes, self._boxes, strict=True)
         ]
 
-    def _shot(self, number: int, parts: Columns, count: int) -> Told:
+    def _shot(self, number: int, parts: Columns, times: int) -> Told:
         sweep, before = self._takes[number]
         earlier: list[Crossed] = [*before] if self._outside is None else [*before, self._outside]
-        rng = np.random.default_rng([number, count])
-        rank = np.arange(max(1, round(np.sqrt(count / len(parts.low)))))
+        rng = np.random.default_rng([number, times])
+        rank = np.arange(times * max(1, round(np.sqrt(COUNT / len(parts.low)))))
         part = np.stack(np.meshgrid(rank, rank, indexing="ij"), axis=-1).reshape(-1, 2)
         cell = parts.side / len(rank)
         low = (parts.low[:, None] + part * cell).reshape(-1, 2)

@@ -5,7 +5,7 @@ not, then questions:
 
 | question | answers |
 |---|---|
-| ("check", block, bracket, rungs, early) | the name of every rung before it is tried, then a `Verdict` |
+| ("check", block, bracket, rungs, early, barred) | the name of every rung before it is tried, then a `Verdict` |
 | ("write", path, brackets, labels) | the volume of the STEP file, or the text of a refusal |
 | ("call", function, arguments) | ("value", what it returns), or (kind, text) of what it raised |
 

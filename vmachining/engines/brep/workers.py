@@ -328,12 +328,8 @@ def check_blocks(
                         barred |= {*over} & {*STEADY} | {worker.rung} & {RAYS}
                         if worker.rung == SOLIDS:  # a process may die of other things, once
                             left, was_lost = ([] if worker.late or was_lost else left), True
-                        elif worker.late and worker.rung not in (
-                            MESHES,
-                            RAYS,
-                            *STEADY,
-                        ):  # one way hangs as most do
-                            left = steady_first(left)
+                        elif worker.late and worker.rung not in (MESHES, RAYS, *STEADY):
+                            left = steady_first(left)  # one way hangs as most do
                         drop(worker)
                         worker = None
                         if left and used.own < MOST * seconds:
