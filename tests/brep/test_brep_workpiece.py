@@ -162,6 +162,21 @@ def test_an_open_workpiece_is_refused_and_several_pieces_with_a_hole_are_not() -
         loose = cq.Shell.makeShell(faces)
         with pytest.raises(EngineError, match="closed"):
             workpiece._check(loose.wrapped)
+    inverted = cq.Solid(box.wrapped.Reversed())
+    with pytest.raises(EngineError, match="inside out"):
+        workpiece._check(cq.Compound.makeCompound([hollow.translate((9, 0, 0)), inverted]).wrapped)
+
+
+def test_pieces_that_hold_nothing_are_no_workpiece() -> None:
+    """A needle of 2e-10 mm3 beside a box; a box in one piece, and two of them, stay as they are."""
+    box, other, crumb = (
+        cq.Solid.makeBox(size, 2, size, cq.Vector(x, 0, 0)) for size, x in ((1, 0), (1, 5), (1e-5, 9))
+    )
+    assert crumb.Volume() < workpiece.CRUMB_MM3 < box.Volume()
+    for pieces, count in (([box], 1), ([box, other], 2), ([box, crumb], 1), ([crumb, box, other], 2)):
+        left = cq.Shape.cast(workpiece._without_crumbs(cq.Compound.makeCompound(pieces).wrapped))
+        assert len(left.Solids()) == count
+        assert left.Volume() == pytest.approx(2.0 * count, rel=1e-9)
 
 
 def test_a_workpiece_whose_cut_the_kernel_refuses_is_cut_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -200,9 +215,8 @@ def test_faces_of_the_stock_keep_no_name_of_blocks_that_only_touch_them() -> Non
         tuple(round(v, 6) for v in (box.xlen, box.ylen, box.zlen, box.center.z)): block
         for box, block in ((cq.Shape.cast(face).BoundingBox(), block) for face, block in found)
     }
-    assert (
-        names[30.0, 10.0, 0.0, -1.0] == 2 and names[30.0, 0.0, 1.0, -0.5] == 2
-    )  # floor and walls of the slot
+    floor, wall = names[30.0, 10.0, 0.0, -1.0], names[30.0, 0.0, 1.0, -0.5]
+    assert floor == wall == 2  # of the slot
     assert names[30.0, 0.0, 20.0, -10.0] in (-1, 3)  # sides of the stock and walls of the last pass
     assert {block for size, block in names.items() if size[2] == 0.0 and size[3] in (0.0, -20.0)} == {-1}
     assert {block for _, block in found} == {-1, 2, 3}

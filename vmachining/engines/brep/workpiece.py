@@ -3,7 +3,8 @@
 The stock loses one sweep after the other. After each cut the volume must have fallen by an amount inside the
 bracket of that block, else the cut is done again with a fuzzy value. Where no value brings a block into its bracket the
 cut before it is done in another way, and so on: a cut may leave an edge over which only the next one falls. What cannot
-be cut at all ends in a refusal, not in a file. At the end OCCT must call the solid valid and closed.
+be cut at all ends in a refusal, not in a file. Pieces that hold nothing, which OCCT leaves where walls meet, are dropped. At the
+end it must call the solid valid and closed.
 
 Faces: one whose middle lies on the skin of the stock belongs to no block; any other one was made by the earliest block that
 removes something and has that point on the boundary of its sweep (distances below `ON_MM`). In the STEP file every face
@@ -37,6 +38,9 @@ FUZZY = (0.0, 1e-5, 1e-4, 1e-3)
 
 BACK, MORE = 3, 60
 """Cuts before a block that are done again in other ways if it cannot be cut, and times that is done for a workpiece."""
+
+CRUMB_MM3 = 1e-9
+"""A cube of 1e-3 mm: solids of less are none. Crumbs seen held 4e-21."""
 
 ON_MM = 1e-4
 """A point of a face is on a sweep within OCCT's tolerance of intersection curves."""
@@ -89,7 +93,7 @@ class _Ways:
             rest = self._shape
             try:
                 for tool in self._tools:
-                    rest = minus(rest, [tool], fuzzy)
+                    rest = _without_crumbs(minus(rest, [tool], fuzzy))
                 after = volume(rest)
             except EngineError as exc:  # as a wrong volume: the next fuzzy value may work
                 self._removed.append(f"({exc.reason})")
@@ -102,6 +106,17 @@ class _Ways:
     def refusal(self) -> str:
         bounds = f"[{self._bracket.lo:.6g}, {self._bracket.hi:.6g}]"
         return f"removes {', '.join(self._removed) or 'nothing else'} mm3, the bracket is {bounds}"
+
+
+def _without_crumbs(shape: Any) -> Any:
+    """The shape without those of its solids that hold nothing."""
+    import cadquery as cq
+
+    pieces = cq.Shape.cast(shape).Solids()
+    if len(pieces) < 2:
+        return shape
+    kept = [piece for piece in pieces if abs(volume(piece.wrapped)) > CRUMB_MM3]
+    return shape if len(kept) == len(pieces) else cq.Compound.makeCompound(kept).wrapped
 
 
 def _near(sweeps: Sequence[Sweep], box: Floats) -> list[Sweep]:
@@ -119,7 +134,8 @@ def _tools(sweeps: Sequence[Sweep], box: Floats, number: int) -> list[Any]:
 
 
 def _check(shape: Any) -> None:
-    """Valid, and every shell closed and the skin of a solid; there may be several, or a hole inside."""
+    """Valid, and every shell closed and the skin of a solid that holds something; there may be several, or a hole inside."""
+    import cadquery as cq
     from OCP.BRep import BRep_Tool
     from OCP.TopAbs import TopAbs_ShapeEnum
     from OCP.TopExp import TopExp_Explorer
@@ -134,6 +150,8 @@ def _check(shape: Any) -> None:
         shells.Next()
     if loose:
         raise EngineError("OCCT does not call the workpiece closed", engine="brep")
+    if any(volume(piece.wrapped) < 0.0 for piece in cq.Shape.cast(shape).Solids()):
+        raise EngineError("a piece of the workpiece is inside out", engine="brep")
 
 
 def owners(
