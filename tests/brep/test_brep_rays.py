@@ -7,13 +7,13 @@ from math import pi
 import numpy as np
 import pytest
 
-from vmachining import Bracket, FlatEnd, Sweep
+from vmachining import BallNose, Bracket, FlatEnd, Sweep
 from vmachining.bench.brep_chains import bar_of, chain_of
 from vmachining.engines.brep import Blank, Ladder, Status
 from vmachining.engines.brep.booleans import box_of
 from vmachining.engines.brep.ladder import quiet
 from vmachining.engines.brep.live import columns
-from vmachining.engines.brep.rays import FINER, FIRST, LONGEST, NOTHING, Rays, Told, left
+from vmachining.engines.brep.rays import FINER, FIRST, NOTHING, Rays, Told, left
 from vmachining.engines.mesh import MeshEngine, box_stock
 from vmachining.geometry import Line
 
@@ -90,10 +90,23 @@ def test_the_most_rays_asked_have_the_last_word(monkeypatch: pytest.MonkeyPatch)
     assert rays.heard(100.1, 0.0, bracket).stands
     assert not rays.heard(100.1, 0.0, bracket, want=0.5).stands
     assert rays.heard(99.75, 0.0, bracket).stands
-    monkeypatch.setattr(rays, "_took", LONGEST)  # the finer ones take minutes
-    assert rays.heard(100.1, 0.0, bracket, want=0.5) == (True, 100.0, pytest.approx(0.6))
-    assert rays.heard(100.5, 0.0, bracket).stands
-    assert not rays.heard(100.7, 0.0, bracket).stands
+    rays._told[FINER] = told[FINER]  # asked before, for another value
+    assert not rays.heard(100.1, 0.0, bracket).stands
+
+
+def test_few_rays_decide_where_many_take_too_long() -> None:
+    """A groove of a ball, and a value five standard errors off: more rays refute it, and 5 % too much are always too much."""
+    sweep = Sweep.along(BallNose(diameter=10, length=40), Line((-20, 0, -1), (50, 0, -1)))
+    truth = 30.0 * (25.0 * np.arccos(0.8) - 12.0)  # of a circle, 1 mm of its radius of 5
+    bracket = Bracket(0.9 * truth, truth, 1.1 * truth)
+    for seconds, stands in ((np.inf, False), (1e-9, True)):
+        rays = Rays([(sweep, [])], BOX, box_of(BOX.shape()))
+        first = rays.told(FIRST)
+        assert abs(first.volume - truth) <= first.far
+        value = first.volume + np.sign(first.volume - truth) * 5.0 * first.spread
+        assert rays.heard(value, 0.0, bracket, seconds=seconds).stands is stands
+        assert (FINER in rays._told) is not stands
+        assert not rays.heard(1.05 * truth, 0.0, bracket, seconds=seconds).stands
 
 
 @pytest.mark.parametrize(("length", "wide", "deep", "angle"), [

@@ -22,10 +22,9 @@ of those were seen to take more than 48 s, and to lose parts.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from contextlib import suppress
 from functools import partial
 from time import process_time
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -53,7 +52,7 @@ from vmachining.engines.brep.rungs import (
 from vmachining.engines.brep.sections import integrated, level_area
 from vmachining.engines.brep.store import NOTHING_KEPT, Store
 from vmachining.engines.brep.swept import solids
-from vmachining.errors import EngineError, SweepError, VMachiningError
+from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Arc, Bracket, Line
 from vmachining.sweep import Sweep, Turn
 
@@ -78,6 +77,9 @@ DOUBT_REL, SURE_REL = 0.03, 0.02
 VAGUE_REL = 0.25
 """Of the width of the bracket: with a larger error nothing can be told from it."""
 
+HASTE = 0.6
+"""Of the time that is left: what more rays may be expected to take."""
+
 MANY = 4
 """Solids of sweeps that meet: with more, booleans take a minute."""
 
@@ -86,6 +88,16 @@ KEPT_SOLIDS, KEPT_TRIANGLES = 300, 2_000_000
 
 Plans: TypeAlias = Sequence[tuple[int, list[int]]]
 """Sweeps of a block, each with the earlier ones that reach it."""
+
+
+class _Judged(NamedTuple):
+    """right : what stands, None if nothing does; sure : see `Verdict`. Else why it does not, and is_refuted : whether rays
+    contradict it, so that another rung may find the truth; if not, nobody can tell it."""
+
+    right: Found | None
+    sure: float | None = None
+    why: str = ""
+    is_refuted: bool = False
 
 
 class Ladder:
@@ -116,11 +128,12 @@ class Ladder:
 
     def warm(self) -> None:
         """Compile what blocks will need, so that no block pays for it with its time."""
-        for kind in {type(sweep.path) for sweep in self._sweeps}:
-            sweep = next(sweep for sweep in self._sweeps if type(sweep.path) is kind)
+        middle, up = self._box.mean(axis=0, keepdims=True), (0.0, 0.0, 1.0)
+        for sweep in {(type(sweep.path), _is_helix(sweep)): sweep for sweep in self._sweeps}.values():
             sweep.signed_distance(sweep.bounds)
-            with suppress(VMachiningError):  # a sweep whose rays are not found to their tolerance
-                sweep.ray_intervals(sweep.bounds.mean(axis=0, keepdims=True), (0.0, 0.0, 1.0))
+            sweep.ray_intervals(sweep.bounds.mean(axis=0, keepdims=True), up)
+        if self._outside is not None:
+            self._outside.ray_intervals(middle, up)
 
     def removed(
         self,
@@ -129,6 +142,8 @@ class Ladder:
         *,
         rungs: Sequence[str] = RUNGS,
         early: float = np.inf,
+        longest: float = np.inf,
+        seconds: float = np.inf,
         barred: Collection[str] = (),
         told: Callable[[str], None] = lambda rung: None,
     ) -> Verdict:
@@ -139,7 +154,8 @@ class Ladder:
 
         It agreed if the first of `RUNGS` worked, and was retried if any other one did. After `early` s of a
         processor, solids not counted, the steady ones come next: they take their time, but hardly fail. Those that are
-        barred are not asked to confirm a value.
+        barred are not asked to confirm a value. `longest` and `seconds` are what rays, and all rungs, may take before whoever
+        asks loses patience.
         """
         begin = process_time()
         tried: list[float | None] = []
@@ -161,18 +177,13 @@ class Ladder:
             self._box,
             self._outside,
         )
-        is_mute = RAYS in barred
 
         def heard(value: float, slack: float, want: float = np.inf) -> Heard:
-            nonlocal is_mute
-            if is_mute:
+            if RAYS in barred:
                 return NOTHING
             told(RAYS)
-            try:
-                return rays.heard(value, abs(slack), bracket, want)
-            except VMachiningError:  # a sweep whose rays are not found to their tolerance
-                is_mute = True
-                return NOTHING
+            spare = HASTE * min(longest, seconds - (process_time() - ready))
+            return rays.heard(value, abs(slack), bracket, want, spare)
 
         while left:
             late = [rung for rung in left if rung in STEADY and process_time() - ready > early]
@@ -196,36 +207,62 @@ class Ladder:
                 tried.append(None)
                 continue
             tried.append(value)
-            if bracket.holds(value, slack):
-                is_late = len(tried) > 1 or rung != RUNGS[0]  # the first ones may have cost another process
-                is_far = _is_far(value, slack, bracket)
-                is_doubtful = rung not in STEADY and (is_late or is_far or self._is_turning(plans))
-                want = SURE_REL * (bracket.hi - bracket.lo) if is_doubtful else np.inf
-                seen = heard(value, slack, want)
-                if not seen.stands:
-                    refuted = refuted or f"{rung}: {_refuted(value, seen)}"
-                    continue
-                sure = abs(value - seen.volume) + seen.far if is_doubtful or seen.far == np.inf else None
-                if is_doubtful and seen.far > want:
-                    found = Found(rung, value, count, slack)
-                    right, sure, why = self._confirmed(plans, bracket, found, heard, told, barred)
-                    if right is not None and right.rung != rung:
-                        tried.append(right.value)
-                        if is_late or is_far:
-                            rung, value, count, slack = right
-                        else:  # neither is known to be the better one
-                            sure += abs(value - right.value)
-                    elif right is None and (is_late or is_far):
-                        reason = f"{value:.6g} mm3 is doubtful and not confirmed: {why}"
-                        break
-                status = Status.AGREED if rung == RUNGS[0] else Status.RETRIED
-                spent = process_time() - begin
-                return Verdict(status, max(value, 0.0), rung, "", spent, count, tuple(tried), slack, sure)
-            reason = f"{value:.6g} mm3 is outside [{bracket.lo:.6g}, {bracket.hi:.6g}]"
-            if not plans:
-                break
+            if not bracket.holds(value, slack):
+                reason = f"{value:.6g} mm3 is outside [{bracket.lo:.6g}, {bracket.hi:.6g}]"
+                if not plans:
+                    break
+                continue
+            found = Found(rung, value, count, slack)
+            judged = self._judged(plans, bracket, found, tried, heard, told, barred)
+            if judged.right is None:
+                if not judged.is_refuted:
+                    reason = judged.why
+                    break
+                refuted = refuted or judged.why
+                continue
+            rung, value, count, slack = judged.right
+            status = Status.AGREED if rung == RUNGS[0] else Status.RETRIED
+            spent = process_time() - begin
+            return Verdict(status, max(value, 0.0), rung, "", spent, count, tuple(tried), slack, judged.sure)
         reason = "; ".join(filter(None, (refuted, reason)))
         return Verdict(Status.REFUSED, None, "", reason, process_time() - begin, count, tuple(tried), slack)
+
+    def _judged(
+        self,
+        plans: Plans,
+        bracket: Bracket,
+        found: Found,
+        tried: list[float | None],
+        heard: Callable[..., Heard],
+        told: Callable[[str], None],
+        barred: Collection[str],
+    ) -> _Judged:
+        """What rays say of a value in its bracket, and if it is in doubt and they tell too little, steady rungs.
+
+        tried : values until now, with this one; what a steady rung finds instead, and rays allow, is put there, too.
+        """
+        rung, value, _, slack = found
+        # the first ones may have cost another process
+        is_weak = len(tried) > 1 or rung != RUNGS[0] or _is_far(value, slack, bracket)
+        is_doubtful = rung not in STEADY and (is_weak or self._is_turning(plans))
+        want = SURE_REL * (bracket.hi - bracket.lo) if is_doubtful else np.inf
+        seen = heard(value, slack, want)
+        if not seen.stands:
+            return _Judged(None, why=f"{rung}: {_refuted(value, seen)}", is_refuted=True)
+        known = abs(value - seen.volume) + seen.far  # infinite where rays tell nothing
+        if not is_doubtful or seen.far <= want:
+            return _Judged(found, known if is_doubtful or seen.far == np.inf else None)
+        right, sure, why = self._confirmed(plans, bracket, found, heard, told, barred)
+        if right is None:
+            if is_weak and known > VAGUE_REL * (bracket.hi - bracket.lo):
+                return _Judged(None, why=f"{value:.6g} mm3 is doubtful and not confirmed: {why}")
+            return _Judged(found, known)
+        if right.rung == rung:
+            return _Judged(found, min(sure, known))
+        tried.append(right.value)
+        if is_weak:
+            return _Judged(right, sure)
+        return _Judged(found, min(known, sure + abs(value - right.value)))  # neither is known to be better
 
     def _is_turning(self, plans: Plans) -> bool:
         """Whether a sweep of the block, or one before it that reaches it, is that of a tool that leans or turns."""
@@ -355,7 +392,7 @@ class Ladder:
         helical = any(_is_helix(self._sweeps[j]) for k, earlier in plans for j in (k, *earlier))
         for rung in STEADY[::-1] if helical else STEADY:  # OCCT's meshes of their sheets may take minutes
             if rung in barred:
-                why.append(f"{rung} cost a process")
+                why.append(f"{rung}: not asked again after a process was lost")
                 continue
             ask = partial(self._faceted, told=told) if rung == FACETS else self._sectioned
             told(rung)
@@ -370,7 +407,7 @@ class Ladder:
                     bracket.holds(other.value, error)
                     and abs(found.value - other.value) <= found.slack + error
                 ):
-                    return found, error, ""
+                    return found, abs(found.value - other.value) + error, ""
                 if bracket.holds(other.value, -error):
                     seen = heard(other.value, other.slack)
                     if seen.stands:
@@ -428,7 +465,7 @@ def _noted(level: Callable[[float], tuple[float, float]], doubts: list[float], z
 
 
 def _refuted(value: float, seen: Heard) -> str:
-    return f"{value:.6g} mm3 is not true, rays find {value - seen.volume:.2g} mm3 less, +- {seen.far:.2g}"
+    return f"{value:.6g} mm3 is not true, rays find {seen.volume:.6g} +- {seen.far:.2g}"
 
 
 def _is_far(value: float, slack: float, bracket: Bracket) -> bool:

@@ -21,7 +21,7 @@ CHORD_MM = 0.01
 """Of the triangles of curved faces: how far beside them nothing is said."""
 
 MOST = 5_000_000
-"""Places of triangles in the cells of a raster, 40 bytes each while it is made."""
+"""Places of triangles in the cells of a raster, some 60 bytes each while it is made."""
 
 
 class Outside:

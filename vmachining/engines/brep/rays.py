@@ -7,17 +7,19 @@ are exact (`Sweep.ray_intervals`). They stand in all columns in which the block 
 place of every part of a column, in independent sets, whose spread tells how good their mean is.
 
 A value is asked of few rays first: their standard error is 2e-4 of such a chip. One that is `SUSPECT` of them off is asked of
-nine times as many, and does not stand if it is `BEYOND` of these off, and farther than `HIDDEN` and rounding allow: chance does
-that less than once in a million blocks that are right (t with 15 degrees of freedom: 2.4e-2 times 2.4e-5). How far a right value
-can be from what they find (`Told.far`) grows with the thinness of a chip: of a skin on a wall they may find nothing at all, and
-say so. Where the bracket contradicts the rays nobody is told anything. Where many rays would take minutes (tools that turn, with
-many turning ones before them) the few have the last word.
+about nine times as many, and does not stand if it is `BEYOND` of these off, and farther than `HIDDEN` and rounding allow. By
+chance that happens to a right value in one block of 1.7 million (t with 15 degrees of freedom: 2.4e-2 times 2.4e-5), or of 41,000
+where one set of rays decides alone: the many where a value was in doubt from the beginning, the few where many would take more
+time than the block has (tools that turn, with many turning ones before them). How far a right value can be from what they find
+(`Told.far`) grows with the thinness of a chip: of a skin on a wall they may find nothing at all, and say so. Where the bracket
+contradicts the rays nobody is told anything.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from math import sqrt
 from time import process_time
 from typing import NamedTuple, Protocol
 
@@ -41,9 +43,6 @@ COUNT = 6000
 
 FIRST, FINER = 1, 3
 """Rays along a side of the place of one of these."""
-
-LONGEST = 20.0
-"""s of a processor that the finer sets may be expected to take: a rung may take 30 of a block's 120."""
 
 SUSPECT, BEYOND = 2.5, 6.0
 """Standard errors."""
@@ -120,33 +119,30 @@ class Rays:
         self._told: dict[int, Told] = {}
         self._took = 0.0
 
-    def heard(self, value: float, error: float, bracket: Bracket, want: float = np.inf) -> Heard:
+    def heard(
+        self, value: float, error: float, bracket: Bracket, want: float = np.inf, seconds: float = np.inf
+    ) -> Heard:
         """What rays say of a value with an own error, mm^3.
 
         want : mm^3, `far` that the caller could use; more rays are asked if these can be expected to tell as much.
+        seconds : of a processor, that more rays may take.
         """
         if not self._can_tell:
             return NOTHING
         told = self._told.get(FINER) or self.told(FIRST)
         is_suspect = abs(value - told.volume) > error + SUSPECT * told.spread + told.rounding
-        is_short = FINER**2 * self._took < LONGEST
+        is_short = self._took * self._count(FINER) / max(self._count(FIRST), 1) <= seconds
         if is_short and (is_suspect or want < told.far <= want / HOPE):
             told = self.told(FINER)
         if told.volume + told.far < bracket.lo or told.volume - told.far > bracket.hi:
             return NOTHING
-        is_first = told is self._told.get(FIRST) and not is_suspect
-        stands = is_first or abs(value - told.volume) <= error + told.far  # by the most rays asked
-        return Heard(bool(stands), told.volume, told.far)
+        return Heard(bool(abs(value - told.volume) <= error + told.far), told.volume, told.far)
 
     def told(self, rank: int) -> Told:
-        """By `COUNT` rays of a set, or as many times rank^2."""
+        """By `COUNT` rays of a set, or as many times rank^2, about."""
         if rank not in self._told:
-            begin = process_time()
-            each = [
-                self._shot(number, parts, rank)
-                for number, parts in enumerate(self._columns)
-                if len(parts.low)
-            ]
+            found, begin = self._columns, process_time()
+            each = [self._shot(number, parts, rank) for number, parts in enumerate(found) if len(parts.low)]
             volume, spread, rounding, unseen = np.array(each, dtype=np.float64).reshape(-1, 4).T
             self._told[rank] = Told(
                 float(volume.sum()), float(np.linalg.norm(spread)), float(rounding.sum()), float(unseen.sum())
@@ -176,11 +172,15 @@ class Rays:
             for (sweep, earlier), box in zip(self._takes, self._boxes, strict=True)
         ]
 
+    def _count(self, rank: int) -> int:
+        """Rays of all sets of that rank."""
+        return SETS * sum(len(parts.low) * _across(parts, rank) ** 2 for parts in self._columns)
+
     def _shot(self, number: int, parts: Columns, times: int) -> Told:
         sweep, before = self._takes[number]
         earlier: list[Crossed] = [*before] if self._outside is None else [*before, self._outside]
         rng = np.random.default_rng([number, times])
-        rank = np.arange(times * max(1, round(np.sqrt(COUNT / len(parts.low)))))
+        rank = np.arange(_across(parts, times))
         part = np.stack(np.meshgrid(rank, rank, indexing="ij"), axis=-1).reshape(-1, 2)
         cell = parts.side / len(rank)
         low = (parts.low[:, None] + part * cell).reshape(-1, 2)
@@ -198,6 +198,11 @@ class Rays:
             ROUND_REL * volume + ROUND_MM * area * len(low),
             HIDDEN * area * parts.deep / SETS,
         )
+
+
+def _across(parts: Columns, times: int) -> int:
+    """Rays along a side of a column."""
+    return max(times, round(times * sqrt(COUNT / max(len(parts.low), 1))))
 
 
 def left(sweep: Sweep, earlier: Sequence[Crossed], places: Floats, bottom: float, top: float) -> Floats:

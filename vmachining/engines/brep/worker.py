@@ -5,7 +5,7 @@ not, then questions:
 
 | question | answers |
 |---|---|
-| ("check", block, bracket, rungs, early, barred) | the name of every rung before it is tried, then a `Verdict` |
+| ("check", block, bracket, rungs, early, longest, seconds, barred) | every rung before it is tried, then a `Verdict` |
 | ("write", path, brackets, labels) | the volume of the STEP file, or the text of a refusal |
 | ("call", function, arguments) | ("value", what it returns), or (kind, text) of what it raised |
 
@@ -71,9 +71,10 @@ def main() -> None:
         elif kind == "call":
             say(_called(*question))
         else:
-            block, bracket, rungs, early, barred = question
+            block, bracket, rungs, early, longest, seconds, barred = question
             assert ladder is not None
-            say(ladder.removed(block, bracket, rungs=rungs, early=early, barred=barred, told=say))
+            limits = {"early": early, "longest": longest, "seconds": seconds}
+            say(ladder.removed(block, bracket, rungs=rungs, **limits, barred=barred, told=say))
 
 
 def _end_with_driver() -> None:

@@ -146,7 +146,8 @@ class _Worker:
         watch = _Watch(self._process.pid)
         self.rung, self.tried, self.late, self.used = SOLIDS, [], False, Spent()
         try:
-            self._send(pickle.dumps(("check", block, bracket, tuple(rungs), early, tuple(barred))))
+            question = ("check", block, bracket, tuple(rungs), early, longest, seconds, tuple(barred))
+            self._send(pickle.dumps(question))
             while True:
                 left = build if self.rung in SHARED else seconds - self.used.own
                 answer = self._receive(left if self.rung in (*SHARED, *STEADY) else min(longest, left))
