@@ -167,16 +167,26 @@ def test_an_open_workpiece_is_refused_and_several_pieces_with_a_hole_are_not() -
         workpiece._check(cq.Compound.makeCompound([hollow.translate((9, 0, 0)), inverted]).wrapped)
 
 
-def test_pieces_that_hold_nothing_are_no_workpiece() -> None:
-    """A needle of 2e-10 mm3 beside a box; a box in one piece, and two of them, stay as they are."""
-    box, other, crumb = (
-        cq.Solid.makeBox(size, 2, size, cq.Vector(x, 0, 0)) for size, x in ((1, 0), (1, 5), (1e-5, 9))
-    )
-    assert crumb.Volume() < workpiece.CRUMB_MM3 < box.Volume()
-    for pieces, count in (([box], 1), ([box, other], 2), ([box, crumb], 1), ([crumb, box, other], 2)):
-        left = cq.Shape.cast(workpiece._without_crumbs(cq.Compound.makeCompound(pieces).wrapped))
-        assert len(left.Solids()) == count
-        assert left.Volume() == pytest.approx(2.0 * count, rel=1e-9)
+def test_pieces_that_hold_nothing_are_no_workpiece(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A needle of 2e-10 mm3 that every cut leaves beside a slot of 300 mm3; where nothing else is left, there is no file."""
+    crumb = cq.Solid.makeBox(1e-5, 2, 1e-5, cq.Vector(0, 0, 9))
+    assert 0.0 < crumb.Volume() < workpiece.CRUMB_MM3
+    right = workpiece.minus
+
+    def messy(one: object, others: list[object], fuzzy: float) -> object:
+        found = cq.Shape.cast(right(one, others, fuzzy))
+        return cq.Compound.makeCompound([*found.Solids(), crumb]).wrapped
+
+    monkeypatch.setattr(workpiece, "minus", messy)
+    slots = [Sweep.along(FlatEnd(diameter=10, length=60), Line((-20, y, -1), (50, y, -1))) for y in (-8, 8)]
+    brackets = [Bracket(300.0, 300.0, 300.0)] * 2
+    write_step(tmp_path / "part.step", BOX, [[slot] for slot in slots], brackets, ["one", "two"])
+    assert read_step(tmp_path / "part.step").volume == pytest.approx(30 * 40 * 20 - 600, rel=1e-9)
+    whole = Sweep.along(FlatEnd(diameter=100, length=60), Line((-20, 0, -20), (50, 0, -20)))
+    with pytest.raises(EngineError, match="nothing is left"):
+        workpiece.workpiece(BOX, [[whole]], [Bracket(24000.0, 24000.0, 24000.0)])
+    loose = cq.Compound.makeCompound([cq.Solid.makeBox(1, 2, 3), crumb, cq.Face.makePlane(1, 1, (9, 9, 9))])
+    assert len(cq.Shape.cast(workpiece._whole(loose.wrapped)).Faces()) == 13  # the check has to see them
 
 
 def test_a_workpiece_whose_cut_the_kernel_refuses_is_cut_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:

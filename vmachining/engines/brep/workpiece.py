@@ -22,7 +22,7 @@ import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.engines.brep.blank import Blank
-from vmachining.engines.brep.booleans import box_of, minus
+from vmachining.engines.brep.booleans import box_of, is_empty, minus
 from vmachining.engines.brep.ladder import SLACK_MM3
 from vmachining.engines.brep.measure import volume
 from vmachining.engines.brep.near import SweepIndex
@@ -93,7 +93,7 @@ class _Ways:
             rest = self._shape
             try:
                 for tool in self._tools:
-                    rest = _without_crumbs(minus(rest, [tool], fuzzy))
+                    rest = _whole(minus(rest, [tool], fuzzy))
                 after = volume(rest)
             except EngineError as exc:  # as a wrong volume: the next fuzzy value may work
                 self._removed.append(f"({exc.reason})")
@@ -108,15 +108,33 @@ class _Ways:
         return f"removes {', '.join(self._removed) or 'nothing else'} mm3, the bracket is {bounds}"
 
 
-def _without_crumbs(shape: Any) -> Any:
-    """The shape without those of its solids that hold nothing."""
+def _whole(shape: Any) -> Any:
+    """The shape without those of its solids that hold nothing; as it is where it has faces that belong to none.
+
+    Raises
+    ------
+    EngineError
+        A solid is inside out.
+    """
     import cadquery as cq
 
     pieces = cq.Shape.cast(shape).Solids()
-    if len(pieces) < 2:
+    held = [volume(piece.wrapped) for piece in pieces]
+    if min(held, default=0.0) < -CRUMB_MM3:
+        raise EngineError("a piece is inside out", engine="brep")
+    kept = [piece for piece, value in zip(pieces, held, strict=True) if value > CRUMB_MM3]
+    if len(kept) == len(pieces) or _is_loose(shape):
         return shape
-    kept = [piece for piece in pieces if abs(volume(piece.wrapped)) > CRUMB_MM3]
-    return shape if len(kept) == len(pieces) else cq.Compound.makeCompound(kept).wrapped
+    return cq.Compound.makeCompound(kept).wrapped
+
+
+def _is_loose(shape: Any) -> bool:
+    """Whether it has faces that belong to no solid."""
+    from OCP.TopAbs import TopAbs_ShapeEnum
+    from OCP.TopExp import TopExp_Explorer
+
+    kinds = TopAbs_ShapeEnum
+    return bool(TopExp_Explorer(shape, kinds.TopAbs_FACE, kinds.TopAbs_SOLID).More())
 
 
 def _near(sweeps: Sequence[Sweep], box: Floats) -> list[Sweep]:
@@ -135,23 +153,21 @@ def _tools(sweeps: Sequence[Sweep], box: Floats, number: int) -> list[Any]:
 
 def _check(shape: Any) -> None:
     """Valid, and every shell closed and the skin of a solid that holds something; there may be several, or a hole inside."""
-    import cadquery as cq
     from OCP.BRep import BRep_Tool
     from OCP.TopAbs import TopAbs_ShapeEnum
     from OCP.TopExp import TopExp_Explorer
 
     if not inspect(shape).valid:
         raise EngineError("OCCT does not call the workpiece a valid shape", engine="brep")
-    kinds = TopAbs_ShapeEnum
-    loose = TopExp_Explorer(shape, kinds.TopAbs_FACE, kinds.TopAbs_SOLID).More()
-    shells = TopExp_Explorer(shape, kinds.TopAbs_SHELL)
+    loose = _is_loose(shape)
+    shells = TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_SHELL)
     while shells.More() and not loose:
         loose = not BRep_Tool.IsClosed_s(shells.Current())
         shells.Next()
     if loose:
         raise EngineError("OCCT does not call the workpiece closed", engine="brep")
-    if any(volume(piece.wrapped) < 0.0 for piece in cq.Shape.cast(shape).Solids()):
-        raise EngineError("a piece of the workpiece is inside out", engine="brep")
+    if is_empty(_whole(shape)):
+        raise EngineError("nothing is left of the stock", engine="brep")
 
 
 def owners(
