@@ -68,6 +68,25 @@ def test_the_page_says_what_it_does_not_know(page):
         assert words in text
 
 
+def test_the_page_says_what_the_second_engine_said(page, tmp_path):
+    """Nobody asked it; it agreed on all blocks; it refused one."""
+    nobody = body(page[1])
+    assert "not certified by a second engine" in nobody and "No second engine (B-rep)" in nobody
+    result = run(Job.load(write_job(tmp_path)), brep="all")
+    counts = result.summary["brep"]
+    assert counts["asked"] == counts["agreed"] + counts["retried"] > 2
+    write_report(result, tmp_path / "r.html")
+    text = body((tmp_path / "r.html").read_text(encoding="utf-8"))
+    asked = counts["asked"]
+    assert f"B-rep agreed on {asked} of {asked} blocks" in text and "second engine" not in text
+    known, unknown = text.split("Not certified here")
+    assert f"was asked about {asked} blocks" in known and "was asked about" not in unknown
+    counts.update(agreed=counts["agreed"] - 1, refused=1)
+    write_report(result, tmp_path / "r.html")
+    text = body((tmp_path / "r.html").read_text(encoding="utf-8"))
+    assert f"B-rep agreed on {asked - 1} of {asked} blocks" in text and "1 it refused" in text
+
+
 def test_the_figures_hold_the_numbers(page):
     result, text = page
     data = figures(text)

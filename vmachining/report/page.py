@@ -220,8 +220,15 @@ def _chips(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
     chips.append({"kind": "", "text": f"mesh engine, chord {result.job.keys.accuracy.chord_mm:g} mm"})
     if result.schedule:
         chips.append({"kind": "ok", "text": "schedule simulated again"})
-    chips.append({"kind": "", "text": "not certified by a second engine"})
-    return chips
+    return [*chips, _second_chip(summary["brep"])]
+
+
+def _second_chip(counts: dict[str, Any]) -> dict[str, str]:
+    """What the B-rep engine said, in a word."""
+    asked, good = counts["asked"], counts["agreed"] + counts["retried"]
+    if not asked:
+        return {"kind": "", "text": "not certified by a second engine"}
+    return {"kind": "ok" if good == asked else "warn", "text": f"B-rep agreed on {good} of {asked} blocks"}
 
 
 def _cards(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
@@ -358,16 +365,12 @@ def _known(result: RunResult) -> list[str]:
         f"Finished stock: {_number(s['final_lo_mm3'], 8)} to {_number(s['final_hi_mm3'], 8)} mm³. The file and the "
         "picture show the larger of the two: what is undecided stays on the part.",
         "A block that does not reach the stock removes exactly 0.",
+        *([_second(s["brep"])] if s["brep"]["asked"] else []),
     ]
 
 
 def _second(counts: dict[str, Any]) -> str:
     """What the B-rep engine was asked and said."""
-    if not counts["asked"]:
-        return (
-            "No second engine (B-rep) has checked these volumes: "
-            "columns removed_brep_mm3 and brep_status are empty."
-        )
     return (
         f"The B-rep engine was asked about {counts['asked']} blocks: {counts['agreed']} agreed, "
         f"{counts['retried']} agreed at a later attempt, {counts['refused']} it refused (see their warnings). "
@@ -377,12 +380,17 @@ def _second(counts: dict[str, Any]) -> str:
 
 def _unknown(result: RunResult) -> list[str]:
     lines = [
-        _second(result.summary["brep"]),
         "Engagement, chips, forces and power are not computed: their columns are empty.",
         "Rapids and the shank and holder are checked for contact with the stock, they do not cut it. "
         "A contact thinner than the chord is not reported.",
         "Tool, machine and stock are rigid; the tool turns without run-out.",
     ]
+    if not result.summary["brep"]["asked"]:
+        lines.insert(
+            0,
+            "No second engine (B-rep) has checked these volumes: "
+            "columns removed_brep_mm3 and brep_status are empty.",
+        )
     if result.job.keys.machine.max_acceleration_mm_s2 is None:
         lines.append("Times are length over feed: no acceleration limit was given.")
     if result.job.keys.machine.rapid_mm_min is None:
