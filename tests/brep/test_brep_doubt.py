@@ -270,6 +270,13 @@ def test_a_doubtful_value_needs_rays_or_something_that_they_allow(
     verdict = work.removed(0, bracket)
     assert verdict.rung == "plain" and verdict.sure_mm3 == pytest.approx(0.02, abs=1e-3)
     work.says = ((280.0, 0.01), (280.0, 0.01))
+
+    def late(_: Rays, value: float, __: Any, ___: Any, want: float, *____: Any) -> Heard:
+        return Heard(value > 290.0, 340.0, 50.0) if want < 50.0 else Heard(value > 290.0, 310.0, 20.0)
+
+    monkeypatch.setattr(Rays, "heard", late)  # more of them, with less to ask for
+    verdict = work.removed(0, bracket)
+    assert verdict.rung == "plain" and verdict.sure_mm3 == pytest.approx(30.0)
     monkeypatch.setattr(Rays, "heard", lambda _, value, *__: Heard(value > 290.0, 340.0, 50.0))
     verdict = work.removed(0, bracket)
     assert verdict.status is Status.REFUSED

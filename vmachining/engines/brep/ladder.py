@@ -11,8 +11,8 @@ next rung is climbed where they contradict a value; near curved faces of a STEP 
 that a value is doubtful that is not the first one (two fuzzy ones were seen to agree on a value that was 0.5 % low where all
 others gave 0), that is farther from the estimate of the mesh engine than estimates mostly are (`DOUBT_REL`), or that a turning
 tool has a part in. More rays may bear it out. Where they are too few for that, it is held against `facets` or `sections`, gives
-way to them if it is not within their error and rays allow what they say, and is refused if neither can tell. One that is
-doubtful for its turning tool alone stands. `sure_mm3` says how far it may be off.
+way to them if it is not within their error and rays allow what they say, and is refused if neither can tell, nor more rays
+within `VAGUE_REL`. One that is doubtful for its turning tool alone stands. `sure_mm3` says how far it may be off.
 
 A value that no rung brings into the bracket is refused; the bracket stands. The last two rungs need no boolean of solids. They
 come first where sweeps are unions of many solids (facets) and where helices wind over each other (sections): booleans
@@ -253,8 +253,13 @@ class Ladder:
         if not is_doubtful or seen.far <= want:
             return _Judged(found, known if is_doubtful or seen.far == np.inf else None)
         right, sure, why = self._confirmed(plans, bracket, found, heard, told, barred)
-        if right is None:
-            if is_weak and known > VAGUE_REL * (bracket.hi - bracket.lo):
+        if right is None:  # rays may still tell as much as would have been asked of steady rungs
+            vague = VAGUE_REL * (bracket.hi - bracket.lo)
+            seen = heard(value, slack, vague)
+            if not seen.stands:
+                return _Judged(None, why=f"{rung}: {_refuted(value, seen)}", is_refuted=True)
+            known = abs(value - seen.volume) + seen.far
+            if is_weak and known > vague:
                 return _Judged(None, why=f"{value:.6g} mm3 is doubtful and not confirmed: {why}")
             return _Judged(found, known)
         if right.rung == rung:
