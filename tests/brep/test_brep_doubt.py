@@ -249,6 +249,15 @@ def test_a_doubtful_value_stands_with_what_confirms_it(
     assert barred.status is Status.REFUSED and "facets: not asked again" in barred.reason
 
 
+def test_a_value_in_a_tight_bracket_needs_nobody_to_bear_it_out() -> None:
+    """300 mm3, far from the estimate for the width of the bracket, which is 3e-4 of it: meshes cannot tell as much."""
+    work = Says(BOX, [[Sweep.along(TOOL, Line((-10, 0, -1), (40, 0, -1)))]])
+    work.says = ((300.0, 0.4), (300.0, 0.4))
+    for wide, status in ((0.05, Status.AGREED), (0.5, Status.REFUSED)):
+        bracket = Bracket(300.0 - wide, 300.0 - 0.5 * wide, 300.0 + wide)
+        assert work.removed(0, bracket, rungs=("plain",), barred=(RAYS,)).status is status
+
+
 def test_a_doubtful_value_needs_rays_or_something_that_they_allow(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -9,10 +9,11 @@ of the block, widened by a stated slack, and on disagreement the next rung of `r
 A bracket is wide, and a boolean that lost a small part may still lie in it. So rays are asked as well (`rays.py`), and the
 next rung is climbed where they contradict a value; near curved faces of a STEP stock they tell nothing. Beyond
 that a value is doubtful that is not the first one (two fuzzy ones were seen to agree on a value that was 0.5 % low where all
-others gave 0), that is farther from the estimate of the mesh engine than estimates mostly are (`DOUBT_REL`), or that a turning
-tool has a part in. More rays may bear it out. Where they are too few for that, it is held against `facets` or `sections`, gives
-way to them if it is not within their error and rays allow what they say, and is refused if neither can tell, nor more rays
-within `VAGUE_REL`. One that is doubtful for its turning tool alone stands. `sure_mm3` says how far it may be off.
+others gave 0), that is farther from the estimate of the mesh engine than estimates mostly are (`DOUBT_REL`; not in a bracket as
+tight as `TIGHT_REL`), or that a turning tool has a part in. More rays may bear it out. Where they are too few for that, it is
+held against `facets` or `sections`, gives way to them if it is not within their error and rays allow what they say, and is
+refused if neither can tell, nor more rays within `VAGUE_REL`. One that is doubtful for its turning tool alone stands. `sure_mm3`
+says how far it may be off.
 
 A value that no rung brings into the bracket is refused; the bracket stands. The last two rungs need no boolean of solids. They
 come first where sweeps are unions of many solids (facets) and where helices wind over each other (sections): booleans
@@ -73,6 +74,9 @@ STEADY_REL = 0.1
 
 DOUBT_REL, SURE_REL = 0.03, 0.02
 """Of the width of the bracket: a value farther from the estimate is doubtful; error asked of what it is held against."""
+
+TIGHT_REL = 5e-4
+"""Of the value: where the bracket leaves no more room than rays can tell apart, it does not matter where in it."""
 
 VAGUE_REL = 0.25
 """Of the width of the bracket: with a larger error nothing can be told from it."""
@@ -242,8 +246,9 @@ class Ladder:
         tried : values until now, with this one; what a steady rung finds instead, and rays allow, is put there, too.
         """
         rung, value, _, slack = found
+        is_tight = max(bracket.hi - value, value - bracket.lo) <= TIGHT_REL * value
         # the first ones may have cost another process
-        is_weak = len(tried) > 1 or rung != RUNGS[0] or _is_far(value, slack, bracket)
+        is_weak = len(tried) > 1 or rung != RUNGS[0] or (_is_far(value, slack, bracket) and not is_tight)
         is_doubtful = rung not in STEADY and (is_weak or self._is_turning(plans))
         want = SURE_REL * (bracket.hi - bracket.lo) if is_doubtful else np.inf
         seen = heard(value, slack, want)
