@@ -53,8 +53,9 @@ from vmachining.engines.brep.rungs import (
 from vmachining.engines.brep.sections import integrated, level_area
 from vmachining.engines.brep.store import NOTHING_KEPT, Store
 from vmachining.engines.brep.swept import solids
+from vmachining.engines.brep.traits import GROWTH_MM, grown, is_helix, is_wound, levels, moved_area
 from vmachining.errors import EngineError, SweepError
-from vmachining.geometry import Arc, Bracket, Line
+from vmachining.geometry import Bracket
 from vmachining.sweep import Sweep, Turn
 
 __all__ = ["Ladder", "quiet"]
@@ -65,9 +66,6 @@ what B-rep volumes are asked to be good to."""
 
 SLACK_MM3 = 1e-6
 """Rounding of volumes that are nothing: edges of 100 mm and faces that move by 1e-8 mm."""
-
-GROWTH_MM = 1e-5
-"""A hundred times OCCT's confusion of points: tangent faces are apart then."""
 
 STEADY_REL = 0.1
 """Of the width of the bracket: error asked of them. The value and its error must lie inside."""
@@ -133,7 +131,7 @@ class Ladder:
     def warm(self) -> None:
         """Compile what blocks will need, so that no block pays for it with its time."""
         middle, up = self._box.mean(axis=0, keepdims=True), (0.0, 0.0, 1.0)
-        for sweep in {(type(sweep.path), _is_helix(sweep)): sweep for sweep in self._sweeps}.values():
+        for sweep in {(type(sweep.path), is_helix(sweep)): sweep for sweep in self._sweeps}.values():
             sweep.signed_distance(sweep.bounds)
             sweep.ray_intervals(sweep.bounds.mean(axis=0, keepdims=True), up)
         if self._outside is not None:
@@ -281,7 +279,7 @@ class Ladder:
     def _ordered(self, plans: Plans, rungs: Sequence[str]) -> list[str]:
         """The rungs in the order they are tried."""
         wound = any(
-            _is_wound(self._sweeps[k]) and any(_is_wound(self._sweeps[j]) for j in earlier)
+            is_wound(self._sweeps[k]) and any(is_wound(self._sweeps[j]) for j in earlier)
             for k, earlier in plans
         )
         most = max((len(self._solids(j)) for k, earlier in plans for j in (k, *earlier)), default=0)
@@ -310,7 +308,7 @@ class Ladder:
             count += len(earlier)
             slack += SLACK_REL * min(abs(shared), self._common_box(k))
             if rung == "grown":
-                slack += sum(GROWTH_MM * _area(self._sweeps[j]) for j in earlier)
+                slack += sum(GROWTH_MM * moved_area(self._sweeps[j]) for j in earlier)
         return total, count, slack
 
     def _cut(
@@ -321,8 +319,8 @@ class Ladder:
         parts : solids of the sweep. own : of another part of the block that comes before it.
         """
         fuzzy = float(rung.split()[1]) if rung.startswith("fuzzy") else 0.0
-        grown = rung == "grown"
-        tools = [_solids(_grown(self._sweeps[j])) if grown else self._solids(j) for j in earlier]
+        is_grown = rung == "grown"
+        tools = [_solids(grown(self._sweeps[j])) if is_grown else self._solids(j) for j in earlier]
         tools.insert(0, list(own))
         if rung == "reversed":
             tools.reverse()
@@ -356,7 +354,7 @@ class Ladder:
             box = np.stack([np.maximum(bounds[0], self._box[0]), np.minimum(bounds[1], self._box[1])])
             parts = self._solids(k)
             others = [part for j in earlier for part in self._solids(j)]
-            stops = [z for j in (k, *earlier) for z in _levels(self._sweeps[j]) if box[0, 2] < z < box[1, 2]]
+            stops = [z for j in (k, *earlier) for z in levels(self._sweeps[j]) if box[0, 2] < z < box[1, 2]]
             share = share_of_width * (bracket.hi - bracket.lo) / len(plans)
             doubts = [0.0]
             level = partial(level_area, stock=self._stock, parts=parts, others=others, box=box)
@@ -399,7 +397,7 @@ class Ladder:
         it, else what that one says if rays allow it."""
         why = []
         width = bracket.hi - bracket.lo
-        helical = any(_is_helix(self._sweeps[j]) for k, earlier in plans for j in (k, *earlier))
+        helical = any(is_helix(self._sweeps[j]) for k, earlier in plans for j in (k, *earlier))
         for rung in STEADY[::-1] if helical else STEADY:  # OCCT's meshes of their sheets may take minutes
             if rung in barred:
                 why.append(f"{rung}: not asked again after a process was lost")
@@ -483,44 +481,8 @@ def _is_far(value: float, slack: float, bracket: Bracket) -> bool:
     return abs(value - bracket.estimate) > slack + DOUBT_REL * (bracket.hi - bracket.lo)
 
 
-def _is_helix(sweep: Sweep) -> bool:
-    path = sweep.path
-    return isinstance(path, Arc) and path.axis == 2 and path.angle * path.rise != 0.0
-
-
-def _is_wound(sweep: Sweep) -> bool:
-    """Whether a helix has several solids (`swept.py`), with spline sheets that reach its axis."""
-    path = sweep.path
-    return isinstance(path, Arc) and _is_helix(sweep) and path.radius <= sweep.profile.max_radius
-
-
-def _levels(sweep: Sweep) -> list[float]:
-    """Heights at which the section of an upright sweep changes its shape: joints of the tool at both ends."""
-    if not isinstance(sweep.path, (Line, Arc)):
-        return []
-    tips = (float(sweep.path.start[2]), float(sweep.path.end[2]))
-    return [tip + z for tip in tips for z in sweep.profile.points[:, 1].tolist()]
-
-
 def _solids(sweep: Sweep) -> list[Any]:
     return [part.shape for part in solids(sweep)]
-
-
-def _grown(sweep: Sweep) -> Sweep:
-    """The sweep of a cutter that is larger by about `GROWTH_MM`, its tip that much lower."""
-    profile = sweep.profile
-    factor = 1.0 + GROWTH_MM / profile.max_radius
-    lifted = profile.scaled(factor).shifted(-GROWTH_MM)
-    return Sweep.along(lifted, sweep.path)
-
-
-def _area(sweep: Sweep) -> float:
-    """mm^2, more than the surface that a growth of the cutter moves, times how far at most (in growths)."""
-    profile = sweep.profile
-    stretch = 1.0 + float(np.abs(profile.points[:, 1]).max()) / profile.max_radius
-    return stretch * (
-        profile.area + 2.0 * sweep.path.length * (2.0 * profile.max_radius + np.ptp(profile.points[:, 1]))
-    )
 
 
 def quiet() -> None:
