@@ -225,7 +225,7 @@ def test_a_rung_that_hangs_or_dies_costs_a_process_and_at_worst_its_block(
 ) -> None:
     paths: list[ToolPath] = [Line((-10, y, -1), (40, y, -1)) for y in (0.0, 5.0, 10.0, -10.0, 15.0)]
     sweeps = chain(FlatEnd(diameter=10, length=40), paths)
-    asked = {0: near(300.0), 1: near(150.0), 2: near(150.0), 3: near(300.0), 4: near(150.0)}
+    asked = {0: near(300.0), 1: near(150.0), 2: Bracket(148.0, 150.0, 152.0), 3: near(300.0), 4: near(150.0)}
     real, heard = workers._Worker.ask, workers._Worker._receive
     under_way = [0]
 

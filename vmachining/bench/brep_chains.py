@@ -177,12 +177,13 @@ class _Judge:
     def of(self, k: int, value: float | None, slack: float, sure: float = 0.0) -> dict[str, Any]:
         """Whether a value lies outside of the bracket or of the error bar of the rays; more rays if only they say so.
 
+        slack : of the gate; rays forgive only what a steady rung says of its own error (a negative one).
         said : whether it does not, or does by less than what it says about how far it may be from what meshes allow; a value
         that says that nothing could tell counts as one that says nothing.
         """
         if value is None:
             return {"wrong": False, "said": True}
-        own = abs(slack)  # a negative one is the value's stated error
+        own = max(-slack, 1e-6)  # rounding, mm3
         inside = self._chain.brackets[k].holds(value, slack)
         rays = self._rays(k, RAYS)
         if inside and abs(value - rays[0]) > rays[1] + own:

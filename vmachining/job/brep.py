@@ -286,9 +286,14 @@ def _note(verdict: Verdict | None) -> str:
         return ""
     if verdict.removed_mm3 is None:
         return f"B-rep refused: {verdict.reason}" if verdict.reason else ""
+    said = [verdict.reason] if verdict.reason else []
     if verdict.rung in NOT_BOOLEAN:
-        return f"B-rep value from {NOT_BOOLEAN[verdict.rung]}, good to {-verdict.slack_mm3:.2g} mm3"
-    said = [f"B-rep retried ({verdict.rung})"] if verdict.status == "retried" else []
+        said.append(f"B-rep value from {NOT_BOOLEAN[verdict.rung]}, good to {-verdict.slack_mm3:.2g} mm3")
+        if verdict.sure_mm3 == float("inf"):
+            said.append("which rays cannot confirm")
+        return ", ".join(said)
+    if verdict.status == "retried":
+        said.append(f"B-rep retried ({verdict.rung})")
     if verdict.rung == "grown":
         said.append(f"bracket widened by {verdict.slack_mm3:.2g} mm3")
     if verdict.sure_mm3 == float("inf"):

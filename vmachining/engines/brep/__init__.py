@@ -30,7 +30,7 @@ Goal: a B-rep answer beside the mesh bracket. Every value is either inside the b
 | `inside.py` | `held`, `inside_out` |
 | `measure.py` | `volume` |
 | `ladder.py`, `rungs.py` | `Ladder`: the gate and what is tried; rungs by name, `Status`, `Verdict` |
-| `traits.py` | what the ladder has to know of a sweep |
+| `doubt.py`, `traits.py` | what makes a value doubtful; what the ladder has to know of a sweep |
 | `booleans.py` | what OCCT is asked, and whether it worked |
 | `faceted.py` | removed volume from meshes of the solids, where sweeps are unions of many |
 | `sections.py` | removed volume from areas of level sections, where booleans of solids hang or lie |

@@ -7,13 +7,15 @@ A boolean of tangent solids may return anything, `isValid()` or not. So every va
 of the block, widened by a stated slack, and on disagreement the next rung of `rungs.py` is climbed.
 
 A bracket is wide, and a boolean that lost a small part may still lie in it. So rays are asked as well (`rays.py`), and the
-next rung is climbed where they contradict a value; near curved faces of a STEP stock they tell nothing. Beyond
-that a value is doubtful that is not the first one (two fuzzy ones were seen to agree on a value that was 0.5 % low where all
-others gave 0), that is farther from the estimate of the mesh engine than estimates mostly are (`DOUBT_REL`; not in a bracket as
-tight as `TIGHT_REL`), or that a turning tool has a part in. More rays may bear it out. Where they are too few for that, it is
-held against `facets` or `sections`, gives way to them if it is not within their error and rays allow what they say, and is
-refused if neither can tell, nor more rays within `VAGUE_REL`. One that is doubtful for its turning tool alone stands. `sure_mm3`
-says how far it may be off.
+next rung is climbed where they contradict a value by more than its own error: the slack of the gate is not part of that, in a
+chip of 0.01 mm3 of a cutter that is deep in the stock it is a sixth, and plain cuts were 0.2 % off there. Near curved faces of a
+STEP stock rays tell nothing. Beyond that a value is doubtful that is not the first one (two fuzzy ones were seen to agree on a
+value that was 0.5 % low where all others gave 0), that is farther from the estimate of the mesh engine than estimates mostly are
+(`DOUBT_REL`), or that a turning tool has a part in; none is in a bracket as tight as `TIGHT_REL`. More rays may bear it out.
+Where they are too few for that, it is held against `facets` or `sections`, gives way to them if it is not within their error and
+rays allow what they say, and is refused if neither can tell, nor more rays within `VAGUE_REL`. One that is doubtful for its
+turning tool alone stands. `sure_mm3` says how far it may be off, also of a value without doubt where rays are too coarse to
+tell an error of `TIGHT_REL`.
 
 A value that no rung brings into the bracket is refused; the bracket stands. The last two rungs need no boolean of solids. They
 come first where sweeps are unions of many solids (facets) and where helices wind over each other (sections): booleans
@@ -25,12 +27,22 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from time import process_time
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from vmachining.engines.brep.blank import Blank
 from vmachining.engines.brep.booleans import apart, box_of, common, is_empty, minus, turned
+from vmachining.engines.brep.doubt import (
+    SLACK_MM3,
+    SURE_REL,
+    TIGHT_REL,
+    VAGUE_REL,
+    Judged,
+    far_at_most,
+    is_far,
+    refuted_by,
+)
 from vmachining.engines.brep.faceted import Meshed, Taken, limit, taken, united
 from vmachining.engines.brep.measure import volume
 from vmachining.engines.brep.near import SweepIndex
@@ -45,6 +57,7 @@ from vmachining.engines.brep.rungs import (
     SECTIONS,
     SOLIDS,
     STEADY,
+    Clock,
     Found,
     Status,
     Verdict,
@@ -64,20 +77,8 @@ SLACK_REL = 1e-6
 """Of the volume that stock and sweep share, or of the box both are in if a boolean claims to find more there:
 what B-rep volumes are asked to be good to."""
 
-SLACK_MM3 = 1e-6
-"""Rounding of volumes that are nothing: edges of 100 mm and faces that move by 1e-8 mm."""
-
 STEADY_REL = 0.1
 """Of the width of the bracket: error asked of them. The value and its error must lie inside."""
-
-DOUBT_REL, SURE_REL = 0.03, 0.02
-"""Of the width of the bracket: a value farther from the estimate is doubtful; error asked of what it is held against."""
-
-TIGHT_REL = 5e-4
-"""Of the value: where the bracket leaves no more room than rays can tell apart, it does not matter where in it."""
-
-VAGUE_REL = 0.25
-"""Of the width of the bracket: with a larger error nothing can be told from it."""
 
 HASTE = 0.6
 """Of the time that is left: what more rays may be expected to take."""
@@ -90,16 +91,6 @@ KEPT_SOLIDS, KEPT_TRIANGLES = 300, 2_000_000
 
 Plans: TypeAlias = Sequence[tuple[int, list[int]]]
 """Sweeps of a block, each with the earlier ones that reach it."""
-
-
-class _Judged(NamedTuple):
-    """right : what stands, None if nothing does; sure : see `Verdict`. Else why it does not, and is_refuted : whether rays
-    contradict it, so that another rung may find the truth; if not, nobody can tell it."""
-
-    right: Found | None
-    sure: float | None = None
-    why: str = ""
-    is_refuted: bool = False
 
 
 class Ladder:
@@ -161,7 +152,7 @@ class Ladder:
         """
         begin = process_time()
         tried: list[float | None] = []
-        reason, refuted, count, slack = "", "", 0, 0.0
+        reason, refuted, alarm, count, slack = "", "", "", 0, 0.0
         members = range(int(self._first[block]), int(self._first[block + 1]))
         plans = [(k, self._index.needed(k, self._box)) for k in members if meets(self._sweeps[k], self._box)]
         try:
@@ -172,7 +163,7 @@ class Ladder:
             left = self._ordered(plans, rungs)
         except (SweepError, EngineError) as exc:  # no rung builds what cannot be built
             return Verdict(Status.REFUSED, None, "", str(exc), process_time() - begin, 0)
-        ready = process_time()
+        clock = Clock(told)
         rays = Rays(
             [(self._sweeps[k], [self._sweeps[j] for j in earlier]) for k, earlier in plans],
             self._blank,
@@ -180,24 +171,27 @@ class Ladder:
             self._outside,
         )
 
-        def heard(value: float, slack: float, want: float = np.inf) -> Heard:
+        def heard(value: float, own: float, want: float = np.inf, sharp: float = np.inf) -> Heard:
+            nonlocal alarm
             if RAYS in barred:
                 return NOTHING
-            told(RAYS)
-            spare = HASTE * min(longest, seconds - (process_time() - ready))
-            return rays.heard(value, abs(slack), bracket, want, spare)
+            clock.tell(RAYS)
+            spare = HASTE * min(longest, seconds - clock.own())
+            seen = rays.heard(value, own, bracket, want, sharp, spare)
+            alarm = seen.alarm
+            return seen
 
         while left:
-            late = [rung for rung in left if rung in STEADY and process_time() - ready > early]
+            late = [rung for rung in left if rung in STEADY and clock.own() > early]
             rung = left.pop(left.index(late[0]) if late else 0)
-            told(rung)
+            clock.tell(rung)
             try:
                 if rung == SECTIONS:
-                    value, count, slack = self._sectioned(plans, bracket, STEADY_REL)
+                    found = self._sectioned(plans, bracket, STEADY_REL)
                 elif rung == FACETS:
-                    value, count, slack = self._faceted(plans, bracket, STEADY_REL, told)
+                    found = self._faceted(plans, bracket, STEADY_REL, clock.tell)
                 else:
-                    value, count, slack = self._climb(plans, rung)
+                    found = self._climb(plans, rung)
             except (SweepError, EngineError) as exc:
                 reason = str(exc)
                 tried.append(None)
@@ -208,25 +202,27 @@ class Ladder:
                 reason = f"OCCT failed: {type(exc).__name__} {exc}"
                 tried.append(None)
                 continue
+            _, value, count, slack, _ = found
             tried.append(value)
             if not bracket.holds(value, slack):
                 reason = f"{value:.6g} mm3 is outside [{bracket.lo:.6g}, {bracket.hi:.6g}]"
                 if not plans:
                     break
                 continue
-            found = Found(rung, value, count, slack)
-            judged = self._judged(plans, bracket, found, tried, heard, told, barred)
+            judged = self._judged(plans, bracket, found, tried, heard, clock.tell, barred)
             if judged.right is None:
                 if not judged.is_refuted:
                     reason = judged.why
                     break
                 refuted = refuted or judged.why
                 continue
-            rung, value, count, slack = judged.right
+            rung, value, count, slack, _ = judged.right
             status = Status.AGREED if rung == RUNGS[0] else Status.RETRIED
             spent = process_time() - begin
-            return Verdict(status, max(value, 0.0), rung, "", spent, count, tuple(tried), slack, judged.sure)
-        reason = "; ".join(filter(None, (refuted, reason)))
+            return Verdict(
+                status, max(value, 0.0), rung, alarm, spent, count, tuple(tried), slack, judged.sure
+            )
+        reason = "; ".join(filter(None, (alarm, refuted, reason)))
         return Verdict(Status.REFUSED, None, "", reason, process_time() - begin, count, tuple(tried), slack)
 
     def _judged(
@@ -238,39 +234,45 @@ class Ladder:
         heard: Callable[..., Heard],
         told: Callable[[str], None],
         barred: Collection[str],
-    ) -> _Judged:
+    ) -> Judged:
         """What rays say of a value in its bracket, and if it is in doubt and they tell too little, steady rungs.
 
         tried : values until now, with this one; what a steady rung finds instead, and rays allow, is put there, too.
         """
-        rung, value, _, slack = found
-        is_tight = max(bracket.hi - value, value - bracket.lo) <= TIGHT_REL * value
+        rung, value, _, _, own = found
+        room = max(bracket.hi - value, value - bracket.lo)
+        is_tight = room <= TIGHT_REL * value  # proven, whatever made the value
         # the first ones may have cost another process
-        is_weak = len(tried) > 1 or rung != RUNGS[0] or (_is_far(value, slack, bracket) and not is_tight)
-        is_doubtful = rung not in STEADY and (is_weak or self._is_turning(plans))
+        is_weak = len(tried) > 1 or rung != RUNGS[0] or is_far(value, own, bracket)
+        is_doubtful = rung not in STEADY and not is_tight and (is_weak or self._is_turning(plans))
         want = SURE_REL * (bracket.hi - bracket.lo) if is_doubtful else np.inf
-        seen = heard(value, slack, want)
+        is_plain = not is_doubtful and rung not in STEADY  # others say how far they may be off
+        sharp = max(TIGHT_REL * value, SLACK_MM3) if is_plain and not is_tight else np.inf
+        seen = heard(value, own, want, sharp)
         if not seen.stands:
-            return _Judged(None, why=f"{rung}: {_refuted(value, seen)}", is_refuted=True)
-        known = abs(value - seen.volume) + seen.far  # infinite where rays tell nothing
+            return Judged(None, why=refuted_by(found, seen), is_refuted=True)
         if not is_doubtful or seen.far <= want:
-            return _Judged(found, known if is_doubtful or seen.far == np.inf else None)
+            is_told = is_tight or (not is_doubtful and seen.far < np.inf and seen.blur <= sharp)
+            return Judged(found, None if is_told else far_at_most(value, seen))
         right, sure, why = self._confirmed(plans, bracket, found, heard, told, barred)
-        if right is None:  # rays may still tell as much as would have been asked of steady rungs
-            vague = VAGUE_REL * (bracket.hi - bracket.lo)
-            seen = heard(value, slack, vague)
+        # rays may still tell as much as would have been asked of steady rungs, and may have been asked more meanwhile
+        vague = VAGUE_REL * (bracket.hi - bracket.lo)
+        seen = heard(value, own, vague if right is None else np.inf)
+        known = far_at_most(value, seen)
+        if right is None:
             if not seen.stands:
-                return _Judged(None, why=f"{rung}: {_refuted(value, seen)}", is_refuted=True)
-            known = abs(value - seen.volume) + seen.far
+                return Judged(None, why=refuted_by(found, seen), is_refuted=True)
             if is_weak and known > vague:
-                return _Judged(None, why=f"{value:.6g} mm3 is doubtful and not confirmed: {why}")
-            return _Judged(found, known)
-        if right.rung == rung:
-            return _Judged(found, min(sure, known))
-        tried.append(right.value)
-        if is_weak:
-            return _Judged(right, sure)
-        return _Judged(found, min(known, sure + abs(value - right.value)))  # neither is known to be better
+                return Judged(None, why=f"{value:.6g} mm3 is doubtful and not confirmed: {why}")
+            return Judged(found, known)
+        if right.rung != rung:
+            tried.append(right.value)
+            if is_weak or not seen.stands:
+                return Judged(right, min(sure, far_at_most(right.value, seen)))
+            return Judged(found, min(known, sure + abs(value - right.value)))  # neither is known to be better
+        if not seen.stands:
+            return Judged(None, why=refuted_by(found, seen), is_refuted=True)
+        return Judged(found, min(sure, known))
 
     def _is_turning(self, plans: Plans) -> bool:
         """Whether a sweep of the block, or one before it that reaches it, is that of a tool that leans or turns."""
@@ -292,9 +294,9 @@ class Ladder:
         lo, hi = self._sweeps[k].bounds
         return float(np.maximum(np.minimum(hi, self._box[1]) - np.maximum(lo, self._box[0]), 0.0).prod())
 
-    def _climb(self, plans: Plans, rung: str) -> tuple[float, int, float]:
-        """(value, earlier sweeps used, slack of the gate)."""
-        total, count, slack = 0.0, 0, SLACK_MM3
+    def _climb(self, plans: Plans, rung: str) -> Found:
+        """By booleans of solids."""
+        total, count, slack, own = 0.0, 0, 0.0, SLACK_MM3
         for k, earlier in plans:
             if rung == "halves":
                 one, two = self._sweeps[k].split([0.5])
@@ -308,8 +310,8 @@ class Ladder:
             count += len(earlier)
             slack += SLACK_REL * min(abs(shared), self._common_box(k))
             if rung == "grown":
-                slack += sum(GROWTH_MM * moved_area(self._sweeps[j]) for j in earlier)
-        return total, count, slack
+                own += sum(GROWTH_MM * moved_area(self._sweeps[j]) for j in earlier)
+        return Found(rung, total, count, slack + own, own)
 
     def _cut(
         self, parts: Sequence[Any], earlier: Sequence[int], rung: str, own: Sequence[Any] = ()
@@ -346,8 +348,8 @@ class Ladder:
             value += volume(rest)
         return value, shared
 
-    def _sectioned(self, plans: Plans, bracket: Bracket, share_of_width: float) -> tuple[float, int, float]:
-        """(value, earlier sweeps used, minus its error) by level sections."""
+    def _sectioned(self, plans: Plans, bracket: Bracket, share_of_width: float) -> Found:
+        """By level sections."""
         total = error = 0.0
         for k, earlier in plans:
             bounds = self._sweeps[k].bounds
@@ -361,7 +363,9 @@ class Ladder:
             value, miss = integrated(partial(_noted, level, doubts), [box[0, 2], *stops, box[1, 2]], share)
             total, error = total + value, error + miss + max(doubts) * float(box[1, 2] - box[0, 2])
         error += SLACK_REL * abs(total)  # outlines of a plain slot were seen to be 1e-7 off
-        return float(total), sum(len(earlier) for _, earlier in plans), -float(error)
+        return Found(
+            SECTIONS, float(total), sum(len(earlier) for _, earlier in plans), -float(error), float(error)
+        )
 
     def _faceted(
         self,
@@ -369,8 +373,8 @@ class Ladder:
         bracket: Bracket,
         share_of_width: float,
         told: Callable[[str], None],
-    ) -> tuple[float, int, float]:
-        """(value, earlier sweeps used, minus its error) by meshes."""
+    ) -> Found:
+        """By meshes."""
 
         def removed(sag: float) -> list[Taken]:
             if (-1, sag) not in self._meshes:
@@ -382,7 +386,7 @@ class Ladder:
             ]
 
         value, error = limit(removed, share_of_width * (bracket.hi - bracket.lo))
-        return value, sum(len(earlier) for _, earlier in plans), -error
+        return Found(FACETS, value, sum(len(earlier) for _, earlier in plans), -error, error)
 
     def _confirmed(
         self,
@@ -405,22 +409,19 @@ class Ladder:
             ask = partial(self._faceted, told=told) if rung == FACETS else self._sectioned
             told(rung)
             try:
-                other = Found(rung, *ask(plans, bracket, SURE_REL))
+                other = ask(plans, bracket, SURE_REL)
             except Exception as exc:  # OCCT raises whatever it meets
                 why.append(f"{rung}: {exc}")
                 continue
-            error = -other.slack
+            error = other.own
             if error <= VAGUE_REL * width + SLACK_MM3:
-                if (
-                    bracket.holds(other.value, error)
-                    and abs(found.value - other.value) <= found.slack + error
-                ):
+                if bracket.holds(other.value, error) and abs(found.value - other.value) <= found.own + error:
                     return found, abs(found.value - other.value) + error, ""
                 if bracket.holds(other.value, -error):
-                    seen = heard(other.value, other.slack)
+                    seen = heard(other.value, error)
                     if seen.stands:
                         return other, error, ""
-                    why.append(f"{rung}: {_refuted(other.value, seen)}")
+                    why.append(refuted_by(other, seen))
                     continue
             why.append(f"{rung}: {other.value:.6g} +- {error:.2g} mm3 does not tell")
         return None, np.inf, "; ".join(why)
@@ -470,15 +471,6 @@ def _noted(level: Callable[[float], tuple[float, float]], doubts: list[float], z
     value, doubt = level(z)
     doubts.append(doubt)
     return value
-
-
-def _refuted(value: float, seen: Heard) -> str:
-    return f"{value:.6g} mm3 is not true, rays find {seen.volume:.6g} +- {seen.far:.2g}"
-
-
-def _is_far(value: float, slack: float, bracket: Bracket) -> bool:
-    """Whether a value is farther from the estimate than estimates mostly are."""
-    return abs(value - bracket.estimate) > slack + DOUBT_REL * (bracket.hi - bracket.lo)
 
 
 def _solids(sweep: Sweep) -> list[Any]:

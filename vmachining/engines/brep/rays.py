@@ -4,15 +4,20 @@ A bracket is some percent wide, and a boolean of spheres and cylinders that near
 1 mm blocks of a ball (models/mould) 0.05 to 0.8 % of the chip were missing or too much in one block of thirty, and there
 plain cuts and turned ones agreed on that to six digits. Rays know neither solids nor triangles: intervals of a line in a sweep
 are exact (`Sweep.ray_intervals`). They stand in all columns in which the block can take something (`live.py`), one at a random
-place of every part of a column, in independent sets, whose spread tells how good their mean is.
+place of every part of a column, in independent sets, whose spread tells how good their mean is. In every second part they stand
+where a half turn brings its neighbour's: what slopes evenly adds nothing to the spread (a third to a fifth is left for ball
+noses).
 
-A value is asked of few rays first: their standard error is 2e-4 of such a chip. One that is `SUSPECT` of them off is asked of
-about nine times as many, and does not stand if it is `BEYOND` of these off, and farther than `HIDDEN` and rounding allow. By
-chance that happens to a right value in one block of 1.7 million (t with 15 degrees of freedom: 2.4e-2 times 2.4e-5), or of 41,000
-where one set of rays decides alone: the many where a value was in doubt from the beginning, the few where many would take more
-time than the block has (tools that turn, with many turning ones before them). How far a right value can be from what they find
-(`Told.far`) grows with the thinness of a chip: of a skin on a wall they may find nothing at all, and say so. Where the bracket
-contradicts the rays nobody is told anything.
+A value is asked of few rays first: their standard error is 3e-5 to 3e-4 of the chips of a ball, 3e-4 to 2e-3 of a flat end's,
+whose walls are steps. Where that is too much for the caller (`sharp`), twice as many are asked, most of them where the first
+ones differ, along those steps: a third of it is left. A value that is `SUSPECT` standard errors off is asked of about nine
+times as many as the first, with three times as many along steps, which leave a tenth. It does not stand if it is `BEYOND` of
+these off, and farther than `HIDDEN` and rounding allow. By chance that happens to a right value in one block of 1.7 million (t
+with 15 degrees of freedom: 2.4e-2 times 2.4e-5), or of 41,000 where one set of rays decides alone: the many where a value was in
+doubt from the beginning or the others were not sharp enough, the few where many would take more time than the block has (tools
+that turn, with many turning ones before them). How far a right value can be from what they find (`Told.far`) grows with the
+thinness of a chip: of a skin on a wall they may find nothing at all, and say so. Where bracket and rays contradict each other
+neither judges the value any more, and `Heard.alarm` says it.
 """
 
 from __future__ import annotations
@@ -41,8 +46,11 @@ SETS = 16
 COUNT = 6000
 """Rays of a set, about; more if there are more columns."""
 
-FIRST, FINER = 1, 3
-"""Rays along a side of the place of one of these."""
+FIRST, SHARP, FINER = 1, 2, 3
+"""How many: `COUNT`; as many again where the first ones differ; nine times `COUNT`, and three times where they differ."""
+
+ACROSS, EXTRA = {SHARP: 1, FINER: 3}, {SHARP: COUNT, FINER: 3 * COUNT}
+"""Rays along a side of the place of one of the first ones, at least; and how many more a set has along steps, about."""
 
 SUSPECT, BEYOND = 2.5, 6.0
 """Standard errors."""
@@ -77,6 +85,11 @@ class Told(NamedTuple):
     unseen: float
 
     @property
+    def blur(self) -> float:
+        """mm^3: a value that is less off than this is not suspect."""
+        return SUSPECT * self.spread
+
+    @property
     def far(self) -> float:
         """mm^3: a right value is farther off once in 40,000 times."""
         return BEYOND * self.spread + self.rounding + self.unseen
@@ -84,14 +97,26 @@ class Told(NamedTuple):
 
 class Heard(NamedTuple):
     """stands : whether rays allow a value. volume, far : mm^3, what they find and how far off a right one can be; inf: they
-    tell nothing."""
+    tell nothing. blur : mm^3, what they cannot tell apart. alarm : that they contradict the bracket."""
 
     stands: bool
     volume: float
     far: float
+    blur: float = 0.0
+    alarm: str = ""
 
 
-NOTHING = Heard(True, 0.0, np.inf)
+NOTHING = Heard(True, 0.0, np.inf, np.inf)
+
+
+class _Places(NamedTuple):
+    """Where a set has one ray each. low, side : (n, 2) mm. pair : (n,) number that neighbours share, flip : (n,) 0 or 1, which of
+    them it is."""
+
+    low: Floats
+    side: Floats
+    pair: Ints
+    flip: Ints
 
 
 class Rays:
@@ -117,31 +142,49 @@ class Rays:
         self._takes, self._stock, self._outside = takes, stock, outside
         self._box = around if stock.bounds is None else stock.bounds
         self._told: dict[int, Told] = {}
+        self._differ: dict[int, tuple[_Places, Floats]] = {}
         self._took = 0.0
 
     def heard(
-        self, value: float, error: float, bracket: Bracket, want: float = np.inf, seconds: float = np.inf
+        self,
+        value: float,
+        error: float,
+        bracket: Bracket,
+        want: float = np.inf,
+        sharp: float = np.inf,
+        seconds: float = np.inf,
     ) -> Heard:
         """What rays say of a value with an own error, mm^3.
 
         want : mm^3, `far` that the caller could use; more rays are asked if these can be expected to tell as much.
+        sharp : mm^3, `blur` that the caller can bear; more rays are asked until these tell as much.
         seconds : of a processor, that more rays may take.
         """
         if not self._can_tell:
             return NOTHING
-        told = self._told.get(FINER) or self.told(FIRST)
-        is_suspect = abs(value - told.volume) > error + SUSPECT * told.spread + told.rounding
-        is_short = self._took * self._count(FINER) / max(self._count(FIRST), 1) <= seconds
-        if is_short and (is_suspect or want < told.far <= want / HOPE):
+        begin, rank = process_time(), max(self._told, default=FIRST)
+        told = self.told(rank)
+        if rank == FIRST and told.blur > sharp and self._expected(SHARP) <= seconds:
+            rank, told = SHARP, self.told(SHARP)
+        is_suspect = abs(value - told.volume) > error + told.blur + told.rounding
+        if (
+            rank < FINER
+            and (is_suspect or want < told.far <= want / HOPE or told.blur > sharp)
+            and self._expected(FINER) <= seconds - (process_time() - begin)
+        ):
             told = self.told(FINER)
         if told.volume + told.far < bracket.lo or told.volume - told.far > bracket.hi:
-            return NOTHING
-        return Heard(bool(abs(value - told.volume) <= error + told.far), told.volume, told.far)
+            alarm = f"rays find {told.volume:.6g} +- {told.far:.2g} mm3, outside of the bracket: one of both is wrong"
+            return NOTHING._replace(alarm=alarm)
+        return Heard(bool(abs(value - told.volume) <= error + told.far), told.volume, told.far, told.blur)
 
     def told(self, rank: int) -> Told:
-        """By `COUNT` rays of a set, or as many times rank^2, about."""
+        """By that many rays."""
         if rank not in self._told:
-            found, begin = self._columns, process_time()
+            found = self._columns
+            if rank != FIRST:
+                self.told(FIRST)
+            begin = process_time()
             each = [self._shot(number, parts, rank) for number, parts in enumerate(found) if len(parts.low)]
             volume, spread, rounding, unseen = np.array(each, dtype=np.float64).reshape(-1, 4).T
             self._told[rank] = Told(
@@ -172,37 +215,66 @@ class Rays:
             for (sweep, earlier), box in zip(self._takes, self._boxes, strict=True)
         ]
 
-    def _count(self, rank: int) -> int:
-        """Rays of all sets of that rank."""
-        return SETS * sum(len(parts.low) * _across(parts, rank) ** 2 for parts in self._columns)
+    def _expected(self, rank: int) -> float:
+        """s of a processor that rays will take."""
+        few = sum(len(places.low) for places, _ in self._differ.values())
+        many = sum(int((_across(differ, rank) ** 2).sum()) for _, differ in self._differ.values())
+        return self._took * many / max(few, 1)
 
-    def _shot(self, number: int, parts: Columns, times: int) -> Told:
+    def _places(self, number: int, parts: Columns, rank: int) -> _Places:
+        if rank == FIRST:
+            across = max(1, round(sqrt(COUNT / len(parts.low))))
+            return _divided(parts.low, parts.side, np.full(len(parts.low), across))
+        first, differ = self._differ[number]
+        return _divided(first.low, first.side[0], _across(differ, rank))
+
+    def _shot(self, number: int, parts: Columns, rank: int) -> Told:
         sweep, before = self._takes[number]
         earlier: list[Crossed] = [*before] if self._outside is None else [*before, self._outside]
-        rng = np.random.default_rng([number, times])
-        rank = np.arange(_across(parts, times))
-        part = np.stack(np.meshgrid(rank, rank, indexing="ij"), axis=-1).reshape(-1, 2)
-        cell = parts.side / len(rank)
-        low = (parts.low[:, None] + part * cell).reshape(-1, 2)
+        rng = np.random.default_rng([number, rank])
+        cells = self._places(number, parts, rank)
+        area = cells.side.prod(axis=1)
         bottom, top = self._box[:, 2].tolist()
-        found = np.empty(SETS)
-        for k in range(SETS):
-            places = low + rng.random(low.shape) * cell
+        found = np.zeros((SETS, len(area)))
+        for mine in found:
+            shift = np.abs(cells.flip[:, None] - rng.random((int(cells.pair.max()) + 1, 2))[cells.pair])
+            places, stands = cells.low + shift * cells.side, np.ones(len(area), dtype=bool)
             if self._stock.kind == "cylinder":
-                places = places[np.linalg.norm(places - self._stock.center, axis=1) < self._stock.radius]
-            found[k] = left(sweep, earlier, places, bottom, top).sum() * cell.prod()
-        volume, area = float(found.mean()), float(cell.prod())
+                stands = np.linalg.norm(places - self._stock.center, axis=1) < self._stock.radius
+            mine[stands] = left(sweep, earlier, places[stands], bottom, top)
+        if rank == FIRST:
+            self._differ[number] = cells, found.std(axis=0)
+        sums = found @ area
+        volume = float(sums.mean())
         return Told(
             volume,
-            float(found.std(ddof=1)) / np.sqrt(SETS),
-            ROUND_REL * volume + ROUND_MM * area * len(low),
-            HIDDEN * area * parts.deep / SETS,
+            float(sums.std(ddof=1)) / np.sqrt(SETS),
+            ROUND_REL * volume + ROUND_MM * float(area.sum()),
+            HIDDEN * float(area.max()) * parts.deep / SETS,
         )
 
 
-def _across(parts: Columns, times: int) -> int:
-    """Rays along a side of a column."""
-    return max(times, round(times * sqrt(COUNT / max(len(parts.low), 1))))
+def _across(differ: Floats, rank: int) -> Ints:
+    """(n,) rays along a side of the places of the first ones, by how much these differ there."""
+    share = differ / max(float(differ.sum()), 1e-300)
+    return np.maximum(ACROSS[rank], np.rint(np.sqrt(EXTRA[rank] * share))).astype(np.int64)
+
+
+def _divided(low: Floats, side: Floats, across: Ints) -> _Places:
+    """Equal cells at (n, 2) corners of a raster, each in across^2 parts."""
+    found, count = [], 0
+    for times in np.unique(across).tolist():
+        cell = side / times
+        part = np.stack(np.meshgrid(np.arange(times), np.arange(times), indexing="ij"), axis=-1).reshape(
+            -1, 2
+        )
+        lows = (low[across == times, None] + part * cell).reshape(-1, 2)
+        place = np.rint((lows - low.min(axis=0)) / cell).astype(np.int64)
+        wide = int(place[:, 1].max()) + 1
+        _, pair = np.unique(place[:, 0] // 2 * wide + place[:, 1], return_inverse=True)
+        found.append(_Places(lows, np.tile(cell, (len(lows), 1)), count + pair, place[:, 0] % 2))
+        count += int(pair.max()) + 1
+    return _Places(*(np.concatenate(column) for column in zip(*found, strict=True)))
 
 
 def left(sweep: Sweep, earlier: Sequence[Crossed], places: Floats, bottom: float, top: float) -> Floats:

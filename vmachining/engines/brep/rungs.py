@@ -16,8 +16,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from enum import StrEnum
+from time import process_time
 from typing import NamedTuple
 
 __all__ = [
@@ -28,6 +29,7 @@ __all__ = [
     "SECTIONS",
     "SOLIDS",
     "STEADY",
+    "Clock",
     "Found",
     "Status",
     "Verdict",
@@ -58,11 +60,13 @@ class Status(StrEnum):
 
 
 class Verdict(NamedTuple):
-    """removed_mm3 : None if refused or skipped. rung : what worked. reason : why not. tried : value per rung.
+    """removed_mm3 : None if refused or skipped. rung : what worked. reason : why not, or what contradicts the bracket itself.
+    tried : value per rung.
 
     seconds : of a processor, all rungs and the processes they cost. slack_mm3 : by how much the rung that worked,
     or else the last one, widened the bracket at both ends; negative: the value's own error, kept inside. sure_mm3 : how far
-    from the truth the value is at most if rays or a steady rung are right; inf: none could tell; None: it was not in doubt.
+    from the truth the value is at most if rays or a steady rung are right; inf: none could tell; None: it was not in doubt, and
+    rays or the bracket would have told an error of `TIGHT_REL`.
     """
 
     status: Status
@@ -77,14 +81,32 @@ class Verdict(NamedTuple):
 
 
 class Found(NamedTuple):
-    """Of one rung. used : earlier sweeps. slack : mm^3 by which it widens the gate; negative: the value's own error."""
+    """Of one rung. used : earlier sweeps. slack : mm^3 by which it widens the gate; negative: the value's own error. own : mm^3,
+    what the rung itself changes of the value or says of its error: all that rays and steady rungs forgive."""
 
     rung: str
     value: float
     used: int
     slack: float
+    own: float
 
 
 def steady_first(rungs: Sequence[str], steady: Sequence[str] = STEADY) -> list[str]:
     """The rungs, the steady ones before the others."""
     return sorted(rungs, key=lambda rung: steady.index(rung) if rung in steady else len(steady))
+
+
+class Clock:
+    """s of a processor that a block has taken, without meshes for other blocks, too (`MESHES`), until something else is told."""
+
+    def __init__(self, told: Callable[[str], None]) -> None:
+        self._told, self._begin, self._apart, self._since = told, process_time(), 0.0, 0.0
+
+    def tell(self, what: str) -> None:
+        if self._since:
+            self._apart += process_time() - self._since
+        self._since = process_time() if what == MESHES else 0.0
+        self._told(what)
+
+    def own(self) -> float:
+        return process_time() - self._begin - self._apart

@@ -42,7 +42,10 @@ def grown(sweep: Sweep) -> Sweep:
 
 
 def moved_area(sweep: Sweep) -> float:
-    """mm^2, more than the surface that a growth of the cutter moves, times how far at most (in growths)."""
+    """mm^2, more than the surface that a growth of the cutter moves, times how far at most (in growths).
+
+    Of a tool that turns about its tip it may be less: its gate is that much stricter.
+    """
     profile = sweep.profile
     stretch = 1.0 + float(np.abs(profile.points[:, 1]).max()) / profile.max_radius
     return stretch * (

@@ -23,7 +23,7 @@ import numpy as np
 from vmachining.arrays import Floats
 from vmachining.engines.brep.blank import Blank
 from vmachining.engines.brep.booleans import box_of, is_empty, minus
-from vmachining.engines.brep.ladder import SLACK_MM3
+from vmachining.engines.brep.doubt import SLACK_MM3
 from vmachining.engines.brep.measure import volume
 from vmachining.engines.brep.near import SweepIndex
 from vmachining.engines.brep.reach import meets, reaching
