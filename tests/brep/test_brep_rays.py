@@ -99,7 +99,7 @@ def test_the_most_rays_asked_have_the_last_word(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_rays_get_as_sharp_as_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Standard errors of 0.1, 0.04, 0.01 mm3, and 2.5 of them that a caller can bear: no more are asked than need be."""
+    """Standard errors of 0.1, 0.04, 0.01 mm3, and 2.5 of them to bear: no more are asked than need be, or can help."""
     errors, asked = {FIRST: 0.1, SHARP: 0.04, FINER: 0.01}, list[int]()
 
     def told(self: Rays, rank: int) -> Told:
@@ -111,7 +111,7 @@ def test_rays_get_as_sharp_as_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
         (0.3, [1], 0.25),
         (0.2, [1, 2], 0.1),
         (0.05, [1, 2, 3], 0.025),
-        (0.01, [1, 2, 3], 0.025),
+        (0.01, [1, 2], 0.1),
     ):
         asked.clear()
         seen = Rays([], BOX, np.zeros((2, 3))).heard(100.0, 0.0, Bracket(90.0, 100.0, 110.0), sharp=sharp)
@@ -127,7 +127,7 @@ def test_more_rays_stand_along_steps() -> None:
     )
     told = [rays.told(rank) for rank in (FIRST, SHARP, FINER)]
     assert all(abs(each.volume - truth) <= each.far for each in told)
-    assert told[0].spread > 2.0 * told[1].spread > 4.0 * told[2].spread
+    assert told[0].spread > 5.0 * told[1].spread > 5.0 * told[2].spread
     assert told[2].unseen < told[0].unseen / 8.0
 
 

@@ -9,15 +9,15 @@ where a half turn brings its neighbour's: what slopes evenly adds nothing to the
 noses).
 
 A value is asked of few rays first: their standard error is 3e-5 to 3e-4 of the chips of a ball, 3e-4 to 2e-3 of a flat end's,
-whose walls are steps. Where that is too much for the caller (`sharp`), twice as many are asked, most of them where the first
-ones differ, along those steps: a third of it is left. A value that is `SUSPECT` standard errors off is asked of about nine
-times as many as the first, with three times as many along steps, which leave a tenth. It does not stand if it is `BEYOND` of
-these off, and farther than `HIDDEN` and rounding allow. By chance that happens to a right value in one block of 1.7 million (t
-with 15 degrees of freedom: 2.4e-2 times 2.4e-5), or of 41,000 where one set of rays decides alone: the many where a value was in
-doubt from the beginning or the others were not sharp enough, the few where many would take more time than the block has (tools
-that turn, with many turning ones before them). How far a right value can be from what they find (`Told.far`) grows with the
-thinness of a chip: of a skin on a wall they may find nothing at all, and say so. Where bracket and rays contradict each other
-neither judges the value any more, and `Heard.alarm` says it.
+whose walls are steps. Where that is too much for the caller (`sharp`), three times as many are asked, most of them where the
+first ones or their neighbours differ, along those steps: a fifth to a tenth of it is left. A value that is `SUSPECT` standard
+errors off is asked of about nine times as many as the first, with three times as many along steps. It does not stand if it is
+`BEYOND` of these off, and farther than `HIDDEN` and rounding allow. By chance that happens to a right value in one block of 1.7
+million (t with 15 degrees of freedom: 2.4e-2 times 2.4e-5), or of 41,000 where one set of rays decides alone: the many where a
+value was in doubt from the beginning or others were not sharp enough, the few where many would take more time than the block has
+(tools that turn, with many turning ones before them). How far a right value can be from what they find (`Told.far`) grows with
+the thinness of a chip: of a skin on a wall they may find nothing at all, and say so. Where bracket and rays contradict each
+other neither judges the value any more, and `Heard.alarm` says it.
 """
 
 from __future__ import annotations
@@ -47,10 +47,13 @@ COUNT = 6000
 """Rays of a set, about; more if there are more columns."""
 
 FIRST, SHARP, FINER = 1, 2, 3
-"""How many: `COUNT`; as many again where the first ones differ; nine times `COUNT`, and three times where they differ."""
+"""How many: `COUNT`; three times, mostly where the first ones differ; nine times, and three times more where they differ."""
 
-ACROSS, EXTRA = {SHARP: 1, FINER: 3}, {SHARP: COUNT, FINER: 3 * COUNT}
+ACROSS, EXTRA = {SHARP: 1, FINER: 3}, {SHARP: 2 * COUNT, FINER: 3 * COUNT}
 """Rays along a side of the place of one of the first ones, at least; and how many more a set has along steps, about."""
+
+BESIDE = 0.5
+"""Part of what the first ones differ by that is taken for what their neighbours miss: a wall may just touch their place."""
 
 SUSPECT, BEYOND = 2.5, 6.0
 """Standard errors."""
@@ -169,7 +172,7 @@ class Rays:
         is_suspect = abs(value - told.volume) > error + told.blur + told.rounding
         if (
             rank < FINER
-            and (is_suspect or want < told.far <= want / HOPE or told.blur > sharp)
+            and (is_suspect or want < told.far <= want / HOPE or sharp < told.blur <= sharp / HOPE)
             and self._expected(FINER) <= seconds - (process_time() - begin)
         ):
             told = self.told(FINER)
@@ -243,7 +246,7 @@ class Rays:
                 stands = np.linalg.norm(places - self._stock.center, axis=1) < self._stock.radius
             mine[stands] = left(sweep, earlier, places[stands], bottom, top)
         if rank == FIRST:
-            self._differ[number] = cells, found.std(axis=0)
+            self._differ[number] = cells, _spread_out(cells, found.std(axis=0))
         sums = found @ area
         volume = float(sums.mean())
         return Told(
@@ -252,6 +255,20 @@ class Rays:
             ROUND_REL * volume + ROUND_MM * float(area.sum()),
             HIDDEN * float(area.max()) * parts.deep / SETS,
         )
+
+
+def _spread_out(cells: _Places, differ: Floats) -> Floats:
+    """(n,) mm by which places of equal size differ, or `BESIDE` of what one of their eight neighbours does."""
+    place = np.rint((cells.low - cells.low.min(axis=0)) / cells.side).astype(np.int64) + 1
+    wide = int(place[:, 1].max()) + 2
+    key = place @ [wide, 1]
+    order = np.argsort(key)
+    out = differ.copy()
+    for step in (x * wide + y for x in (-1, 0, 1) for y in (-1, 0, 1)):
+        other = order[np.minimum(np.searchsorted(key, key + step, sorter=order), len(key) - 1)]
+        hit = key[other] == key + step
+        out[hit] = np.maximum(out[hit], BESIDE * differ[other[hit]])
+    return out
 
 
 def _across(differ: Floats, rank: int) -> Ints:
