@@ -13,7 +13,7 @@ from vmachining.engines.brep import Blank, Ladder, Status
 from vmachining.engines.brep.booleans import box_of
 from vmachining.engines.brep.ladder import quiet
 from vmachining.engines.brep.live import columns
-from vmachining.engines.brep.rays import FINER, FIRST, NOTHING, SHARP, Rays, Told, left
+from vmachining.engines.brep.rays import FINER, FIRST, NOTHING, SHARP, Rays, Told, _divided, left
 from vmachining.engines.mesh import MeshEngine, box_stock
 from vmachining.geometry import Line
 
@@ -116,6 +116,24 @@ def test_rays_get_as_sharp_as_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
         asked.clear()
         seen = Rays([], BOX, np.zeros((2, 3))).heard(100.0, 0.0, Bracket(90.0, 100.0, 110.0), sharp=sharp)
         assert asked == ranks and seen.blur == pytest.approx(blur)
+
+
+def test_rays_of_a_pair_are_neighbours_and_change() -> None:
+    """A raster of which a half is divided further: along x and along y, each place with one neighbour and with the other one."""
+    corners = np.stack(np.meshgrid(np.arange(5), np.arange(4), indexing="ij"), axis=-1).reshape(-1, 2) * 0.5
+    cells = _divided(corners, np.array([0.5, 0.5]), np.repeat([1, 2], 10))
+    assert len(cells.low) == 50 and cells.side.prod(axis=1).sum() == pytest.approx(5.0)
+    partners = list[tuple[int, int]]()
+    for turn, along in enumerate([[1, 0], [1, 0], [0, 1], [0, 1]]):
+        for pair in range(int(cells.pair[:, turn].max()) + 1):
+            members = np.flatnonzero(cells.pair[:, turn] == pair)
+            assert len(members) <= 2
+            if len(members) == 2:
+                i, j = (int(member) for member in members)
+                assert np.abs(cells.low[i] - cells.low[j]) == pytest.approx(cells.side[i] * along)
+                assert cells.flip[i, turn] != cells.flip[j, turn]
+                partners.append((i, j))
+    assert len(set(partners)) == len(partners) and len({*sum(partners, ())}) == 50
 
 
 def test_more_rays_stand_along_steps() -> None:

@@ -113,8 +113,8 @@ NOTHING = Heard(True, 0.0, np.inf, np.inf)
 
 
 class _Places(NamedTuple):
-    """Where a set has one ray each. low, side : (n, 2) mm. pair : (n,) number that neighbours share, flip : (n,) 0 or 1, which of
-    them it is."""
+    """Where a set has one ray each. low, side : (n, 2) mm. pair : (n, 4) number that neighbours share, flip : (n, 4) 0 or 1,
+    which of them it is: along x or y, two ways each, in turns, as what lies alike in both of a pair is met by both or by none."""
 
     low: Floats
     side: Floats
@@ -239,8 +239,9 @@ class Rays:
         area = cells.side.prod(axis=1)
         bottom, top = self._box[:, 2].tolist()
         found = np.zeros((SETS, len(area)))
-        for mine in found:
-            shift = np.abs(cells.flip[:, None] - rng.random((int(cells.pair.max()) + 1, 2))[cells.pair])
+        for turn, mine in enumerate(found):
+            pair, flip = cells.pair[:, turn % 4], cells.flip[:, turn % 4, None]
+            shift = np.abs(flip - rng.random((int(pair.max()) + 1, 2))[pair])
             places, stands = cells.low + shift * cells.side, np.ones(len(area), dtype=bool)
             if self._stock.kind == "cylinder":
                 stands = np.linalg.norm(places - self._stock.center, axis=1) < self._stock.radius
@@ -287,9 +288,15 @@ def _divided(low: Floats, side: Floats, across: Ints) -> _Places:
         )
         lows = (low[across == times, None] + part * cell).reshape(-1, 2)
         place = np.rint((lows - low.min(axis=0)) / cell).astype(np.int64)
-        wide = int(place[:, 1].max()) + 1
-        _, pair = np.unique(place[:, 0] // 2 * wide + place[:, 1], return_inverse=True)
-        found.append(_Places(lows, np.tile(cell, (len(lows), 1)), count + pair, place[:, 0] % 2))
+        wide = int(place[:, 1].max()) + 2
+        pairs, flips = list[Ints](), list[Ints]()
+        for along in np.array([[1, 0], [1, 0], [0, 1], [0, 1]]):
+            mine = place + len(flips) % 2 * along
+            flips.append(mine @ along % 2)
+            first = mine - flips[-1][:, None] * along
+            pairs.append(np.unique(first @ [wide, 1], return_inverse=True)[1])
+        pair, flip = np.column_stack(pairs), np.column_stack(flips)
+        found.append(_Places(lows, np.tile(cell, (len(lows), 1)), count + pair, flip))
         count += int(pair.max()) + 1
     return _Places(*(np.concatenate(column) for column in zip(*found, strict=True)))
 
