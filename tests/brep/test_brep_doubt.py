@@ -309,6 +309,24 @@ def test_a_chip_much_smaller_than_the_slack_of_its_gate(radius: float, up: float
     )
 
 
+def test_a_value_that_rays_suspect_and_cannot_refute_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """300 mm3; rays tell 5e-4 of it apart and are sure of 1.2e-3 (6 standard errors): between these it stands with a note."""
+    monkeypatch.setattr(
+        Rays, "told", lambda self, rank: self._told.setdefault(rank, Told(300.0, 0.058, 0.0, 0.0))
+    )
+    work = Ladder(BOX, [[Sweep.along(TOOL, Line((-10, 0, -1), (40, 0, -1)))]])
+    for value, status, sure in (
+        (300.1, Status.AGREED, None),
+        (300.25, Status.AGREED, 0.598),
+        (300.4, Status.REFUSED, None),
+    ):
+        monkeypatch.setattr(Ladder, "_climb", lambda *_, v=value: Found("plain", v, 0, 1e-3, 1e-6))
+        verdict = work.removed(0, Bracket(295.0, value, 305.0), rungs=("plain",))
+        assert verdict.status is status
+        assert verdict.sure_mm3 == (None if sure is None else pytest.approx(sure))
+        assert ("within 0.6 mm3" in _note(verdict)) is (sure is not None)
+
+
 def test_a_value_is_judged_again_by_rays_that_another_one_made_be_asked(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

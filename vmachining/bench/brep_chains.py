@@ -30,7 +30,7 @@ import numpy as np
 from vmachining.arrays import Floats
 from vmachining.bench.chains import DEEP, FAMILIES, PLOT, families, tools
 from vmachining.bench.referee import referee
-from vmachining.engines.brep import Blank, check_blocks, isolated, solids, volume
+from vmachining.engines.brep import Blank, Verdict, check_blocks, isolated, solids, volume
 from vmachining.engines.mesh import MeshEngine, box_stock
 from vmachining.errors import EngineError, SweepError, VMachiningError
 from vmachining.geometry import Arc, Bracket, Line
@@ -44,6 +44,9 @@ CHORD = 0.02
 
 RAYS = 64
 """Along a side of one of the referee's sets: 65,536 rays a block, a second or two."""
+
+ROUND_MM3 = 1e-6
+"""What a boolean may be off by rounding alone."""
 
 BASE_S = 60.0
 """s of a processor per chain of the baseline."""
@@ -158,13 +161,19 @@ def _held(
             "status": str(verdict.status), "rung": verdict.rung, "value": value, "bracket": list(chain.brackets[k]),
             "slack": verdict.slack_mm3, "sure": verdict.sure_mm3, "seconds": round(verdict.seconds, 3),
             "sweeps": verdict.sweeps, "reason": verdict.reason, "tried": list(verdict.tried),
-            **judges[chain.number].of(k, value, verdict.slack_mm3, verdict.sure_mm3 or 0.0),
+            **judges[chain.number].of(k, value, verdict.slack_mm3, _own(verdict), verdict.sure_mm3 or 0.0),
         }  # fmt: skip
         if all(known.values()):
             yield {
                 "chain": chain.number, "family": chain.family, "tool": chain.tool, "blocks": list(known.values()),
                 "baseline": _base(chain, bar, judges[chain.number]) if baseline else [],
             }  # fmt: skip
+
+
+def _own(verdict: Verdict) -> float:
+    """mm^3, error of a value itself: what a steady rung says, what growing changes, else rounding."""
+    is_stated = verdict.slack_mm3 < 0.0 or verdict.rung == "grown"
+    return abs(verdict.slack_mm3) if is_stated else ROUND_MM3
 
 
 class _Judge:
@@ -174,16 +183,15 @@ class _Judge:
         self._chain, self._bar = chain, bar
         self._known: dict[tuple[int, int], tuple[float, float]] = {}
 
-    def of(self, k: int, value: float | None, slack: float, sure: float = 0.0) -> dict[str, Any]:
+    def of(self, k: int, value: float | None, slack: float, own: float, sure: float = 0.0) -> dict[str, Any]:
         """Whether a value lies outside of the bracket or of the error bar of the rays; more rays if only they say so.
 
-        slack : of the gate; rays forgive only what a steady rung says of its own error (a negative one).
+        slack : of the gate. own : error of the value itself, all that rays forgive.
         said : whether it does not, or does by less than what it says about how far it may be from what meshes allow; a value
         that says that nothing could tell counts as one that says nothing.
         """
         if value is None:
             return {"wrong": False, "said": True}
-        own = max(-slack, 1e-6)  # rounding, mm3
         inside = self._chain.brackets[k].holds(value, slack)
         rays = self._rays(k, RAYS)
         if inside and abs(value - rays[0]) > rays[1] + own:
@@ -211,7 +219,7 @@ def _base(chain: Chain, bar: tuple[Floats, Floats], judge: _Judge) -> list[str]:
     for k, plain in enumerate(found):
         if plain is None:
             out.append("failed")
-        elif not judge.of(k, plain[0], 1e-6 * (1.0 + abs(plain[0])))["wrong"]:
+        elif not judge.of(k, plain[0], rounding := 1e-6 * (1.0 + abs(plain[0])), rounding)["wrong"]:
             out.append("right")
         else:
             out.append("silently wrong" if plain[1] else "wrong, not valid")

@@ -299,7 +299,6 @@ def _note(verdict: Verdict | None) -> str:
     if verdict.sure_mm3 == float("inf"):
         said.append("B-rep value of one boolean, which rays, meshes and sections are too coarse to confirm")
     elif verdict.sure_mm3 is not None:
-        said.append(
-            f"B-rep value within {verdict.sure_mm3:.2g} mm3 of all that rays, meshes or sections allow"
-        )
+        who = "meshes or sections" if verdict.reason else "rays, meshes or sections"
+        said.append(f"B-rep value within {verdict.sure_mm3:.2g} mm3 of all that {who} allow")
     return ", ".join(said)

@@ -252,7 +252,8 @@ class Ladder:
         if not seen.stands:
             return Judged(None, why=refuted_by(found, seen), is_refuted=True)
         if not is_doubtful or seen.far <= want:
-            is_told = is_tight or (not is_doubtful and seen.far < np.inf and seen.blur <= sharp)
+            is_sharp = seen.far < np.inf and seen.blur <= sharp and not seen.is_suspect
+            is_told = is_tight or (is_sharp and not is_doubtful)
             return Judged(found, None if is_told else far_at_most(value, seen))
         right, sure, why = self._confirmed(plans, bracket, found, heard, told, barred)
         # rays may still tell as much as would have been asked of steady rungs, and may have been asked more meanwhile

@@ -8,16 +8,16 @@ place of every part of a column, in independent sets, whose spread tells how goo
 where a half turn brings its neighbour's: what slopes evenly adds nothing to the spread (a third to a fifth is left for ball
 noses).
 
-A value is asked of few rays first: their standard error is 3e-5 to 3e-4 of the chips of a ball, 3e-4 to 2e-3 of a flat end's,
+A value is asked of few rays first: their standard error is 3e-5 to 3e-4 of the chips of a ball, 3e-4 to 3e-3 of a flat end's,
 whose walls are steps. Where that is too much for the caller (`sharp`), three times as many are asked, most of them where the
 first ones or their neighbours differ, along those steps: a fifth to a tenth of it is left. A value that is `SUSPECT` standard
-errors off is asked of about nine times as many as the first, with three times as many along steps. It does not stand if it is
-`BEYOND` of these off, and farther than `HIDDEN` and rounding allow. By chance that happens to a right value in one block of 1.7
-million (t with 15 degrees of freedom: 2.4e-2 times 2.4e-5), or of 41,000 where one set of rays decides alone: the many where a
-value was in doubt from the beginning or others were not sharp enough, the few where many would take more time than the block has
-(tools that turn, with many turning ones before them). How far a right value can be from what they find (`Told.far`) grows with
-the thinness of a chip: of a skin on a wall they may find nothing at all, and say so. Where bracket and rays contradict each
-other neither judges the value any more, and `Heard.alarm` says it.
+errors off is asked of about nine times as many as the first, three times as many as before along steps. It does not stand if it
+is `BEYOND` of these off, and farther than `HIDDEN` and rounding allow; if it is still suspect, that is told. By chance a right
+value does not stand in one block of 1.7 million (t with 15 degrees of freedom: 2.4e-2 times 2.4e-5), or of 41,000 where one set
+of rays decides alone: the many where a value was in doubt from the beginning or others were not sharp enough, the few where
+many would take more time than the block has (tools that turn, with many turning ones before them). How far a right value can be
+from what they find (`Told.far`) grows with the thinness of a chip: of a skin on a wall they may find nothing at all, and say so.
+Where bracket and rays contradict each other neither judges the value any more, and `Heard.alarm` says it.
 """
 
 from __future__ import annotations
@@ -47,9 +47,9 @@ COUNT = 6000
 """Rays of a set, about; more if there are more columns."""
 
 FIRST, SHARP, FINER = 1, 2, 3
-"""How many: `COUNT`; three times, mostly where the first ones differ; nine times, and three times more where they differ."""
+"""How many: `COUNT`; three times, mostly where the first ones differ; nine times, and six times more where they differ."""
 
-ACROSS, EXTRA = {SHARP: 1, FINER: 3}, {SHARP: 2 * COUNT, FINER: 3 * COUNT}
+ACROSS, EXTRA = {SHARP: 1, FINER: 3}, {SHARP: 2 * COUNT, FINER: 6 * COUNT}
 """Rays along a side of the place of one of the first ones, at least; and how many more a set has along steps, about."""
 
 BESIDE = 0.5
@@ -59,13 +59,17 @@ SUSPECT, BEYOND = 2.5, 6.0
 """Standard errors."""
 
 HIDDEN = 14.0
-"""Rays that a part of the columns would get, if all sets together miss it once in a million blocks: exp(-14) = 8e-7."""
+"""Rays that a part of the columns would get, if all sets together miss it once in a million blocks: exp(-14) = 8e-7; once in
+36,000 where it lies alike in both places of all pairs along x, or y: half of the sets count half then, exp(-10.5)."""
 
 ROUND_REL, ROUND_MM = 1e-5, 1e-7
 """Of the volume, what B-spline faces are asked to be good to; of the columns, in height: joints of faces and rays."""
 
 HOPE = 0.25
 """What is left of `Told.far` with the finer sets, about; 9 ** -0.75 = 0.19 where surfaces are smooth."""
+
+HOPE_SHARP = 0.5
+"""What is left of `Told.blur` of sharp sets with the finer ones, about; 3 ** -0.75 = 0.44 along steps."""
 
 
 class Crossed(Protocol):
@@ -100,12 +104,14 @@ class Told(NamedTuple):
 
 class Heard(NamedTuple):
     """stands : whether rays allow a value. volume, far : mm^3, what they find and how far off a right one can be; inf: they
-    tell nothing. blur : mm^3, what they cannot tell apart. alarm : that they contradict the bracket."""
+    tell nothing. blur : mm^3, what they cannot tell apart. is_suspect : farther off than that, and they do not know enough to
+    refute it. alarm : that they contradict the bracket."""
 
     stands: bool
     volume: float
     far: float
     blur: float = 0.0
+    is_suspect: bool = False
     alarm: str = ""
 
 
@@ -167,19 +173,23 @@ class Rays:
             return NOTHING
         begin, rank = process_time(), max(self._told, default=FIRST)
         told = self.told(rank)
-        if rank == FIRST and told.blur > sharp and self._expected(SHARP) <= seconds:
+
+        def is_short(rank: int) -> bool:
+            return self._expected(rank) <= seconds - (process_time() - begin)
+
+        def is_suspect(told: Told) -> bool:
+            return bool(abs(value - told.volume) > error + told.blur + told.rounding)
+
+        if rank == FIRST and told.blur > sharp and is_short(SHARP):
             rank, told = SHARP, self.told(SHARP)
-        is_suspect = abs(value - told.volume) > error + told.blur + told.rounding
-        if (
-            rank < FINER
-            and (is_suspect or want < told.far <= want / HOPE or sharp < told.blur <= sharp / HOPE)
-            and self._expected(FINER) <= seconds - (process_time() - begin)
-        ):
+        is_hoped = want < told.far <= want / HOPE or sharp < told.blur <= sharp / HOPE_SHARP
+        if rank < FINER and (is_suspect(told) or is_hoped) and is_short(FINER):
             told = self.told(FINER)
         if told.volume + told.far < bracket.lo or told.volume - told.far > bracket.hi:
             alarm = f"rays find {told.volume:.6g} +- {told.far:.2g} mm3, outside of the bracket: one of both is wrong"
             return NOTHING._replace(alarm=alarm)
-        return Heard(bool(abs(value - told.volume) <= error + told.far), told.volume, told.far, told.blur)
+        stands = bool(abs(value - told.volume) <= error + told.far)
+        return Heard(stands, told.volume, told.far, told.blur, is_suspect(told))
 
     def told(self, rank: int) -> Told:
         """By that many rays."""

@@ -66,7 +66,7 @@ class Verdict(NamedTuple):
     seconds : of a processor, all rungs and the processes they cost. slack_mm3 : by how much the rung that worked,
     or else the last one, widened the bracket at both ends; negative: the value's own error, kept inside. sure_mm3 : how far
     from the truth the value is at most if rays or a steady rung are right; inf: none could tell; None: it was not in doubt, and
-    rays or the bracket would have told an error of `TIGHT_REL`.
+    rays or the bracket see no error of `TIGHT_REL`, or what a steady rung says of its own error.
     """
 
     status: Status
