@@ -45,7 +45,7 @@ from vmachining.engines.brep.rungs import (
 from vmachining.engines.mesh import MeshEngine, box_stock
 from vmachining.geometry import Arc, Line
 from vmachining.job.blocks import group_blocks
-from vmachining.job.brep import _note, _sweeps, blank
+from vmachining.job.brep import _sweeps, blank, note_of
 from vmachining.job.contact import ToolParts
 from vmachining.job.reading import read_job_program
 from vmachining.sweep import Pose, Turn
@@ -324,7 +324,22 @@ def test_a_value_that_rays_suspect_and_cannot_refute_says_so(monkeypatch: pytest
         verdict = work.removed(0, Bracket(295.0, value, 305.0), rungs=("plain",))
         assert verdict.status is status
         assert verdict.sure_mm3 == (None if sure is None else pytest.approx(sure))
-        assert ("within 0.6 mm3" in _note(verdict)) is (sure is not None)
+        assert ("within 0.6 mm3" in note_of(verdict)) is (sure is not None)
+
+
+def test_meshes_that_rays_suspect_are_not_as_good_as_they_say(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Facets say 300.25 +- 0.01 mm3 and rays 300 +- 0.35: it stands, by itself or instead of a boolean, with a note."""
+    monkeypatch.setattr(
+        Rays, "told", lambda self, rank: self._told.setdefault(rank, Told(300.0, 0.058, 0.0, 0.0))
+    )
+    monkeypatch.setattr(Says, "_climb", lambda *_: Found("turned", 299.8, 0, 1e-3, 1e-6))
+    work = Says(BOX, [[Sweep.along(TOOL, Line((-10, 0, -1), (40, 0, -1)))]])
+    work.says = ((300.25, 0.01), (0.0, 0.0))
+    for rung in ("facets", "turned"):
+        verdict = work.removed(0, Bracket(295.0, 300.0, 305.0), rungs=(rung,))
+        assert (verdict.rung, verdict.removed_mm3) == ("facets", 300.25)
+        assert verdict.sure_mm3 == pytest.approx(0.25 + 6.0 * 0.058)
+        assert "good to 0.01 mm3, within 0.6 mm3 of all that rays allow, which suspect it" in note_of(verdict)
 
 
 def test_a_value_is_judged_again_by_rays_that_another_one_made_be_asked(
@@ -369,7 +384,7 @@ def test_rays_and_a_bracket_that_contradict_each_other_are_told_of(monkeypatch: 
     monkeypatch.setattr(Says, "_climb", lambda *_: Found("plain", 270.0, 0, 1e-3, 1e-6))
     verdict = work.removed(0, Bracket(260.0, 270.0, 280.0))
     assert verdict.status is Status.AGREED and verdict.sure_mm3 == inf
-    assert "rays find 30" in _note(verdict) and "outside of the bracket" in _note(verdict)
+    assert "rays find 30" in note_of(verdict) and "outside of the bracket" in note_of(verdict)
 
 
 def test_a_doubtful_value_needs_rays_or_something_that_they_allow(

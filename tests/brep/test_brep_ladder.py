@@ -33,7 +33,7 @@ from vmachining.engines.mesh import MeshEngine, box_stock
 from vmachining.errors import EngineError, InputError, SweepError
 from vmachining.geometry import Arc, Line
 from vmachining.geometry.path import Path as ToolPath
-from vmachining.job.brep import _note, chosen, parse_brep
+from vmachining.job.brep import chosen, note_of, parse_brep
 
 BOX = Blank("box", (0, -20, -20), (30, 20, 0))
 ANY = Bracket(0.0, 0.0, 1e9)
@@ -169,7 +169,7 @@ def test_a_grown_rung_says_by_how_much_it_widened_the_bracket() -> None:
     assert plain.slack_mm3 == pytest.approx(ladder.SLACK_MM3 + 1e-6 * 300)  # the slot is 300 mm3 of the stock
     assert grown.slack_mm3 >= plain.slack_mm3 + moved
     assert grown.removed_mm3 == pytest.approx(150.0 - moved, abs=0.1 * moved)
-    assert f"widened by {grown.slack_mm3:.2g} mm3" in _note(grown) and _note(plain) == ""
+    assert f"widened by {grown.slack_mm3:.2g} mm3" in note_of(grown) and note_of(plain) == ""
 
 
 def test_an_empty_answer_is_not_believed() -> None:
@@ -374,7 +374,7 @@ def test_steady_rungs_find_the_closed_form_where_booleans_lie(rung: str) -> None
     bracket = Bracket(truth * 0.99, truth, truth * 1.01)
     verdict = Ladder(BOX, chain(tool, across)).removed(1, bracket, rungs=(rung,))
     assert verdict.status is Status.RETRIED and verdict.slack_mm3 < 0.0
-    assert f"good to {-verdict.slack_mm3:.2g} mm3" in _note(verdict)
+    assert f"good to {-verdict.slack_mm3:.2g} mm3" in note_of(verdict)
     assert abs(verdict.removed_mm3 - truth) <= max(-verdict.slack_mm3, 1e-6 * truth)  # type: ignore[operator]
     # a value whose error reaches out of the bracket is none
     tight = Bracket(verdict.removed_mm3, verdict.removed_mm3, verdict.removed_mm3)  # type: ignore[arg-type]

@@ -35,6 +35,7 @@ __all__ = [
     "Asked",
     "blank",
     "brep_columns",
+    "note_of",
     "parse_blocks",
     "parse_brep",
     "refuse_beyond",
@@ -212,7 +213,7 @@ def brep_columns(
             "block": [block.number for block in blocks],
             "removed_brep_mm3": [_value(verdicts.get(block.number)) for block in blocks],
             "brep_status": [status.get(block.number, "skipped") for block in blocks],
-            "brep_note": [_note(verdicts.get(block.number)) for block in blocks],
+            "brep_note": [note_of(verdicts.get(block.number)) for block in blocks],
         },
         schema={
             "block": pl.Int64, "removed_brep_mm3": pl.Float64, "brep_status": pl.String, "brep_note": pl.String
@@ -280,7 +281,7 @@ def _value(verdict: Verdict | None) -> float | None:
     return None if verdict is None else verdict.removed_mm3
 
 
-def _note(verdict: Verdict | None) -> str:
+def note_of(verdict: Verdict | None) -> str:
     """What a user has to know of a verdict beside its status: the way that worked, how good the value is, or why none."""
     if verdict is None:
         return ""
@@ -291,6 +292,8 @@ def _note(verdict: Verdict | None) -> str:
         said.append(f"B-rep value from {NOT_BOOLEAN[verdict.rung]}, good to {-verdict.slack_mm3:.2g} mm3")
         if verdict.sure_mm3 == float("inf"):
             said.append("which rays cannot confirm")
+        elif verdict.sure_mm3 is not None and verdict.sure_mm3 > -verdict.slack_mm3:
+            said.append(f"within {verdict.sure_mm3:.2g} mm3 of all that rays allow, which suspect it")
         return ", ".join(said)
     if verdict.status == "retried":
         said.append(f"B-rep retried ({verdict.rung})")

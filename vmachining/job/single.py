@@ -9,6 +9,7 @@ from typing import Any
 from vmachining.engines.mesh import solid
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Bracket
+from vmachining.job.brep import note_of
 from vmachining.sweep import Sweep
 from vmachining.tolerance import CHORD_MM
 
@@ -125,5 +126,5 @@ def _from_brep(sweep: Sweep, bracket: Bracket) -> dict[str, Any]:
     note = f"the sweep is a union of {len(told.solids)} solids"
     return record | {
         "brep_mm3": verdict.removed_mm3,
-        "brep_note": f"{note}: {verdict.reason}" if verdict.reason else note,
+        "brep_note": ": ".join(filter(None, (note, note_of(verdict)))),
     }

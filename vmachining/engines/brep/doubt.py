@@ -35,6 +35,7 @@ class Judged(NamedTuple):
 
 
 def refuted_by(found: Found, seen: Heard) -> str:
+    """Why a value does not stand, for the reason of a refusal."""
     return f"{found.rung}: {found.value:.6g} mm3 is not true, rays find {seen.volume:.6g} +- {seen.far:.2g}"
 
 

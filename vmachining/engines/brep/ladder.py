@@ -189,7 +189,7 @@ class Ladder:
                 if rung == SECTIONS:
                     found = self._sectioned(plans, bracket, STEADY_REL)
                 elif rung == FACETS:
-                    found = self._faceted(plans, bracket, STEADY_REL, clock.tell)
+                    found = self._faceted(plans, bracket, STEADY_REL, told=clock.tell)
                 else:
                     found = self._climb(plans, rung)
             except (SweepError, EngineError) as exc:
@@ -269,11 +269,11 @@ class Ladder:
         if right.rung != rung:
             tried.append(right.value)
             if is_weak or not seen.stands:
-                return Judged(right, min(sure, far_at_most(right.value, seen)))
+                return Judged(right, sure)
             return Judged(found, min(known, sure + abs(value - right.value)))  # neither is known to be better
         if not seen.stands:
             return Judged(None, why=refuted_by(found, seen), is_refuted=True)
-        return Judged(found, min(sure, known))
+        return Judged(found, known if seen.is_suspect else min(sure, known))
 
     def _is_turning(self, plans: Plans) -> bool:
         """Whether a sweep of the block, or one before it that reaches it, is that of a tool that leans or turns."""
@@ -420,8 +420,8 @@ class Ladder:
                     return found, abs(found.value - other.value) + error, ""
                 if bracket.holds(other.value, -error):
                     seen = heard(other.value, error)
-                    if seen.stands:
-                        return other, error, ""
+                    if seen.stands:  # what rays suspect is not as good as it says of itself
+                        return other, far_at_most(other.value, seen) if seen.is_suspect else error, ""
                     why.append(refuted_by(other, seen))
                     continue
             why.append(f"{rung}: {other.value:.6g} +- {error:.2g} mm3 does not tell")
