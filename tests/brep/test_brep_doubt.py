@@ -227,6 +227,28 @@ def test_rays_that_hang_or_crash_cost_one_process_of_a_block(
     assert "facets" in made and verdict.sure_mm3 is not None and verdict.sure_mm3 < 10.0
 
 
+def test_what_did_not_stand_is_not_asked_again_after_a_process_was_lost(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A boolean outside of a bracket (a wrong one), then meshes that end the process: these were not asked to confirm it."""
+    real, made = workers._Worker._receive, list[str]()
+
+    def ends(self: workers._Worker, seconds: float) -> Any:
+        answer = real(self, seconds)
+        made.append(answer if isinstance(answer, str) else "")
+        if answer == MESHES:
+            self.rung = answer
+            raise workers._Gone("for a test")
+        return answer
+
+    monkeypatch.setattr(workers._Worker, "_receive", ends)
+    across = Sweep.along(TOOL, Line((-10, 0, -1), (40, 0, -1)))
+    rungs = ("plain", FACETS, "turned")
+    ((_, verdict),) = check_blocks(BOX, [[across]], {0: Bracket(301.0, 305.0, 310.0)}, rungs=rungs)
+    assert [made.count(rung) for rung in rungs] == [1, 1, 1]
+    assert verdict.status is Status.REFUSED and "300 mm3 is outside" in verdict.reason
+
+
 class Says(Ladder):
     """A ladder whose steady rungs say what a test wants: (value, error) of facets, then of sections."""
 

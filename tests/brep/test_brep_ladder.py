@@ -27,7 +27,7 @@ from vmachining.engines.brep import Blank, Ladder, Status, described, isolated, 
 from vmachining.engines.brep.booleans import box_of
 from vmachining.engines.brep.near import SweepIndex
 from vmachining.engines.brep.reach import reaching
-from vmachining.engines.brep.rungs import MESHES, RAYS, RUNGS, SOLIDS, STEADY
+from vmachining.engines.brep.rungs import MESHES, NEXT, RAYS, RUNGS, SOLIDS, STEADY
 from vmachining.engines.brep.sections import integrated, level_area
 from vmachining.engines.mesh import MeshEngine, box_stock
 from vmachining.errors import EngineError, InputError, SweepError
@@ -421,7 +421,7 @@ def test_steady_rungs_come_next_when_time_is_short() -> None:
         0, Bracket(0, 1, 2), rungs=("plain", *STEADY, "fuzzy 1e-05"), early=0.0, told=heard.append
     )
     facets, sections = STEADY
-    order = [SOLIDS, facets, MESHES, sections, "plain", "fuzzy 1e-05"]
+    order = [SOLIDS, facets, MESHES, NEXT, sections, "plain", "fuzzy 1e-05"]
     assert list(dict.fromkeys(heard)) == order and verdict.status is Status.REFUSED
 
 

@@ -221,3 +221,13 @@ def test_equal_motions_of_one_block_are_asked_of_other_rays() -> None:
     one = Rays([(holes[0], [])], BOX, box_of(BOX.shape())).told(FIRST)
     assert abs(told.volume - 8 * 75 * pi) <= told.far
     assert told.spread < 5.0 * one.spread
+
+
+def test_equal_blocks_are_asked_of_other_rays() -> None:
+    """A plunge, by four blocks and by one of them again: a block hears the same twice, others hear of their own rays."""
+    hole = Sweep.along(TOOL, Line((6, -15, 5), (6, -15, -3)))
+    told = [
+        Rays([(hole, [])], BOX, box_of(BOX.shape()), block=block).told(FIRST) for block in (0, 1, 2, 3, 0)
+    ]
+    assert all(abs(each.volume - 75 * pi) <= each.far for each in told)
+    assert told[4] == told[0] and len({each.volume for each in told}) == 4

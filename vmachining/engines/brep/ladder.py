@@ -52,6 +52,7 @@ from vmachining.engines.brep.reach import meets, reaching
 from vmachining.engines.brep.rungs import (
     FACETS,
     MESHES,
+    NEXT,
     RAYS,
     RUNGS,
     SECTIONS,
@@ -143,7 +144,8 @@ class Ladder:
         """Removed volume of a block, gated by its bracket; `told` hears of every rung before it is tried.
 
         Before them it hears of `SOLIDS`, once for every sweep whose solids are not known yet. `FACETS` tells of `MESHES` in
-        the same way, and of itself when it goes on. After a rung it hears of `RAYS`, if its value lies in the bracket.
+        the same way, and of itself when it goes on. After a rung it hears of `RAYS`, if its value lies in the bracket, and of
+        `NEXT` if another rung is tried.
 
         It agreed if the first of `RUNGS` worked, and was retried if any other one did. After `early` s of a
         processor, solids not counted, the steady ones come next: they take their time, but hardly fail. Those that are
@@ -169,6 +171,7 @@ class Ladder:
             self._blank,
             self._box,
             self._outside,
+            block,
         )
 
         def heard(value: float, own: float, want: float = np.inf, sharp: float = np.inf) -> Heard:
@@ -184,6 +187,8 @@ class Ladder:
         while left:
             late = [rung for rung in left if rung in STEADY and clock.own() > early]
             rung = left.pop(left.index(late[0]) if late else 0)
+            if tried:
+                clock.tell(NEXT)
             clock.tell(rung)
             try:
                 if rung == SECTIONS:

@@ -139,6 +139,8 @@ class Rays:
         Box of the stock, used where the stock itself does not know its own.
     outside : Outside, optional
         Of a stock that is neither box nor cylinder.
+    block : int
+        Its number: rays of blocks that are alike stand elsewhere, so that what one of them misses the others find.
     """
 
     def __init__(
@@ -147,8 +149,10 @@ class Rays:
         stock: Blank,
         around: Floats,
         outside: Outside | None = None,
+        block: int = 0,
     ) -> None:
         self._takes, self._stock, self._outside = takes, stock, outside
+        self._block = block
         self._box = around if stock.bounds is None else stock.bounds
         self._told: dict[int, Told] = {}
         self._differ: dict[int, tuple[_Places, Floats]] = {}
@@ -244,7 +248,7 @@ class Rays:
     def _shot(self, number: int, parts: Columns, rank: int) -> Told:
         sweep, before = self._takes[number]
         earlier: list[Crossed] = [*before] if self._outside is None else [*before, self._outside]
-        rng = np.random.default_rng([number, rank])
+        rng = np.random.default_rng([self._block, number, rank])
         cells = self._places(number, parts, rank)
         area = cells.side.prod(axis=1)
         bottom, top = self._box[:, 2].tolist()

@@ -24,6 +24,7 @@ from typing import NamedTuple
 __all__ = [
     "FACETS",
     "MESHES",
+    "NEXT",
     "RAYS",
     "RUNGS",
     "SECTIONS",
@@ -40,9 +41,9 @@ FACETS, SECTIONS = "facets", "sections"
 STEADY = (FACETS, SECTIONS)
 """The rungs that need no boolean of solids."""
 
-SOLIDS, MESHES, RAYS = "solids", "meshes", "rays"
-"""What is told before any rung, and within `facets`: solids or meshes of the block, or of one that reaches it, are built; and
-what is told after a rung: rays are asked of its value."""
+SOLIDS, MESHES, RAYS, NEXT = "solids", "meshes", "rays", "next"
+"""What is told before any rung, and within `facets`: solids or meshes of the block, or of one that reaches it, are built; what is
+told after a rung: rays are asked of its value; and before another rung: what was tried until then is done with."""
 
 RUNGS = (
     "plain", "fuzzy 1e-05", "fuzzy 1e-04", "fuzzy 1e-03", "turned", "reversed", "joint", "late stock", "halves",

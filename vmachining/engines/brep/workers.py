@@ -21,7 +21,17 @@ from time import monotonic
 from typing import Any, NamedTuple, TypeVar, cast
 
 from vmachining.engines.brep.blank import Blank
-from vmachining.engines.brep.rungs import MESHES, RAYS, RUNGS, SOLIDS, STEADY, Status, Verdict, steady_first
+from vmachining.engines.brep.rungs import (
+    MESHES,
+    NEXT,
+    RAYS,
+    RUNGS,
+    SOLIDS,
+    STEADY,
+    Status,
+    Verdict,
+    steady_first,
+)
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Bracket
 from vmachining.sweep import Sweep
@@ -232,7 +242,8 @@ def _over(worker: _Worker) -> list[str]:
     being confirmed, and not what rays were asked of."""
     if worker.rung not in (MESHES, RAYS, *STEADY):
         return worker.tried
-    found = [rung for rung in worker.tried if rung not in (*SHARED, RAYS)]
+    last = len(worker.tried) - worker.tried[::-1].index(NEXT) if NEXT in worker.tried else 0
+    found = [rung for rung in worker.tried[last:] if rung not in (*SHARED, RAYS)]
     kept = [rung for rung in found if rung not in STEADY][-1:] + (found[-1:] if worker.rung == RAYS else [])
     return [rung for rung in worker.tried if rung not in kept]
 
