@@ -30,7 +30,7 @@ from vmachining.engines.brep import faceted as meshes
 from vmachining.engines.brep.booleans import box_of
 from vmachining.engines.brep.cover import Tries, _Work
 from vmachining.engines.brep.ladder import quiet
-from vmachining.engines.brep.rays import FINER, FIRST, Heard, Rays, Told
+from vmachining.engines.brep.rays import FINER, FIRST, SHARP, Heard, Rays, Told
 from vmachining.engines.brep.rungs import (
     FACETS,
     MESHES,
@@ -267,7 +267,7 @@ class Says(Ladder):
     ((300.0, 1.0), (0.0, 0.0), "plain", 1.0),
     ((201.0, 101.0), (299.0, 2.0), "plain", 3.0),  # the first is too vague to tell anything
     ((199.0, 40.0), (299.0, 2.0), "plain", 3.0),  # and here it tells nothing of what is in the bracket
-    ((280.0, 10.0), (0.0, 0.0), "facets", 10.0),
+    ((280.0, 10.0), (0.0, 0.0), "facets", inf),  # it contradicts, and nobody else is there
     ((280.0, 101.0), (380.0, 101.0), "", inf),
 ])  # fmt: skip
 def test_a_doubtful_value_stands_with_what_confirms_it(
@@ -361,14 +361,51 @@ def test_meshes_that_rays_suspect_are_not_as_good_as_they_say(monkeypatch: pytes
         verdict = work.removed(0, Bracket(295.0, 300.0, 305.0), rungs=(rung,))
         assert (verdict.rung, verdict.removed_mm3) == ("facets", 300.25)
         assert verdict.sure_mm3 == pytest.approx(0.25 + 6.0 * 0.058)
-        assert "good to 0.01 mm3, within 0.6 mm3 of all that rays allow, which suspect it" in note_of(verdict)
+        assert "good to 0.01 mm3, rays alone say within 0.6 mm3" in note_of(verdict)
+
+
+@pytest.mark.parametrize("off", [2e-3, 8e-3])
+@pytest.mark.parametrize("rung", ["plain", "turned", FACETS])
+def test_what_is_wrong_in_all_that_start_from_the_same_solids_is_told(
+    rung: str, off: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A wall 0.3 mm thick across the rays' raster, of which the first rays tell a percent: solids, and so booleans, meshes
+    and sections, are off by less."""
+    along, aside = 20.0 * np.array([0.6, 0.8, 0.0]), 0.3 * np.array([-0.8, 0.6, 0.0])
+    start = np.array([40.0, 40.0, -10.0])
+    sweeps = [Sweep.along(TOOL, Line(p, p + along)) for p in (start, start + aside)]
+    half = 0.15
+    shared = 2.0 * (25.0 * np.arccos(half / 5.0) - half * np.sqrt(25.0 - half**2))
+    truth = 10.0 * (20.0 * 0.3 + 25.0 * pi - shared)
+    work = Says(Blank("box", (0, 0, -60), (100, 100, 0)), [[sweep] for sweep in sweeps])
+    wrong = truth * (1.0 + off)
+    monkeypatch.setattr(Says, "_climb", lambda *_: Found(rung, wrong, 1, 1e-3, 1e-6))
+    work.says = ((wrong, 1e-3), (wrong, 1e-3))
+    bracket = Bracket(0.9 * truth, truth, 1.1 * truth)
+    verdict = work.removed(1, bracket, rungs=(rung,), longest=15.0, seconds=60.0)
+    if verdict.removed_mm3 is not None:
+        assert verdict.sure_mm3 is not None and verdict.sure_mm3 >= wrong - truth
+        assert f"within {verdict.sure_mm3:.2g} mm3" in note_of(verdict)
+    else:
+        assert "is not true, rays find" in verdict.reason
+
+
+def test_what_meshes_say_against_a_boolean_is_not_confirmed_without_rays() -> None:
+    """By themselves or instead of it, the same is told."""
+    work = Says(BOX, [[Sweep.along(TOOL, Line((-10, 0, -1), (40, 0, -1)))]])
+    work.says = ((280.0, 0.01), (0.0, 0.0))
+    for rung in (FACETS, "turned"):
+        verdict = work.removed(0, Bracket(250.0, 300.0, 350.0), rungs=(rung,), barred=(RAYS,))
+        assert (verdict.rung, verdict.removed_mm3, verdict.sure_mm3) == (FACETS, 280.0, inf)
+        assert "good to 0.01 mm3, which rays cannot confirm" in note_of(verdict)
 
 
 def test_a_value_is_judged_again_by_rays_that_another_one_made_be_asked(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """300 mm3 stands for the first rays. What facets find makes finer ones be asked: they refute it, whatever sections say."""
-    told = {FIRST: Told(299.0, 0.5, 0.0, 0.0), FINER: Told(297.0, 0.1, 0.0, 0.0)}
+    few = Told(299.0, 0.5, 0.0, 0.0)
+    told = {FIRST: few, SHARP: few, FINER: Told(297.0, 0.05, 0.0, 0.0)}
 
     def known(self: Rays, rank: int) -> Told:
         return self._told.setdefault(rank, told[rank])
@@ -380,7 +417,7 @@ def test_a_value_is_judged_again_by_rays_that_another_one_made_be_asked(
     verdict = work.removed(0, bracket, rungs=("turned",))
     assert (
         verdict.status is Status.REFUSED
-        and "turned: 300 mm3 is not true, rays find 297 +- 0.6" in verdict.reason
+        and "turned: 300 mm3 is not true, rays find 297 +- 0.3" in verdict.reason
     )
     monkeypatch.setattr(Says, "_is_turning", lambda *_: True)
     work.says = ((296.9, 0.05), (0.0, 0.0))

@@ -359,6 +359,9 @@ def test_the_integral_over_heights_knows_its_error_and_finds_kinks_it_is_told() 
     truth = 2.0 / 3.0
     value, error = integrated(np.sqrt, [0.0, 1.0], 1e-4)
     assert abs(value - truth) <= error <= 1e-4
+    # something where the first five heights find nothing
+    value, error = integrated(lambda z: max(0.0, 1.0 - ((z - 0.31) / 0.04) ** 2), [0.0, 1.0], 1e-3)
+    assert abs(value - 4.0 / 3.0 * 0.04) <= error
 
 
 @pytest.mark.parametrize("rung", STEADY)

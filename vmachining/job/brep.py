@@ -293,7 +293,7 @@ def note_of(verdict: Verdict | None) -> str:
         if verdict.sure_mm3 == float("inf"):
             said.append("which rays cannot confirm")
         elif verdict.sure_mm3 is not None and verdict.sure_mm3 > -verdict.slack_mm3:
-            said.append(f"within {verdict.sure_mm3:.2g} mm3 of all that rays allow, which suspect it")
+            said.append(f"rays alone say within {verdict.sure_mm3:.2g} mm3")
         return ", ".join(said)
     if verdict.status == "retried":
         said.append(f"B-rep retried ({verdict.rung})")

@@ -4,11 +4,24 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from vmachining.engines.brep.rays import Heard
 from vmachining.engines.brep.rungs import Found
 from vmachining.geometry import Bracket
 
-__all__ = ["SLACK_MM3", "SURE_REL", "TIGHT_REL", "VAGUE_REL", "Judged", "far_at_most", "is_far", "refuted_by"]
+__all__ = [
+    "SLACK_MM3",
+    "SURE_REL",
+    "TIGHT_REL",
+    "VAGUE_REL",
+    "Judged",
+    "clear_at",
+    "far_at_most",
+    "is_clear",
+    "is_far",
+    "refuted_by",
+]
 
 SLACK_MM3 = 1e-6
 """Rounding of volumes that are nothing: edges of 100 mm and faces that move by 1e-8 mm; own error of a boolean."""
@@ -37,6 +50,16 @@ class Judged(NamedTuple):
 def refuted_by(found: Found, seen: Heard) -> str:
     """Why a value does not stand, for the reason of a refusal."""
     return f"{found.rung}: {found.value:.6g} mm3 is not true, rays find {seen.volume:.6g} +- {seen.far:.2g}"
+
+
+def clear_at(value: float, own: float) -> float:
+    """mm^3 that rays have to tell apart: as much as matters of a value that is off by its own error anyway."""
+    return max(TIGHT_REL * value, SLACK_MM3, own)
+
+
+def is_clear(seen: Heard, sharp: float) -> bool:
+    """Whether rays would see an error of that much, and see none."""
+    return seen.far < np.inf and seen.blur <= sharp and not seen.is_suspect
 
 
 def far_at_most(value: float, seen: Heard) -> float:

@@ -39,11 +39,14 @@ from vmachining.engines.brep.doubt import (
     TIGHT_REL,
     VAGUE_REL,
     Judged,
+    clear_at,
     far_at_most,
+    is_clear,
     is_far,
     refuted_by,
 )
 from vmachining.engines.brep.faceted import Meshed, Taken, limit, taken, united
+from vmachining.engines.brep.live import columns
 from vmachining.engines.brep.measure import volume
 from vmachining.engines.brep.near import SweepIndex
 from vmachining.engines.brep.outside import Outside
@@ -251,19 +254,17 @@ class Ladder:
         is_weak = len(tried) > 1 or rung != RUNGS[0] or is_far(value, own, bracket)
         is_doubtful = rung not in STEADY and not is_tight and (is_weak or self._is_turning(plans))
         want = SURE_REL * (bracket.hi - bracket.lo) if is_doubtful else np.inf
-        is_plain = not is_doubtful and rung not in STEADY  # others say how far they may be off
-        sharp = max(TIGHT_REL * value, SLACK_MM3) if is_plain and not is_tight else np.inf
+        sharp = np.inf if is_tight else clear_at(value, own)
         seen = heard(value, own, want, sharp)
         if not seen.stands:
             return Judged(None, why=refuted_by(found, seen), is_refuted=True)
         if not is_doubtful or seen.far <= want:
-            is_sharp = seen.far < np.inf and seen.blur <= sharp and not seen.is_suspect
-            is_told = is_tight or (is_sharp and not is_doubtful)
+            is_told = is_tight or (is_clear(seen, sharp) and not is_doubtful)
             return Judged(found, None if is_told else far_at_most(value, seen))
         right, sure, why = self._confirmed(plans, bracket, found, heard, told, barred)
         # rays may still tell as much as would have been asked of steady rungs, and may have been asked more meanwhile
         vague = VAGUE_REL * (bracket.hi - bracket.lo)
-        seen = heard(value, own, vague if right is None else np.inf)
+        seen = heard(value, own, vague if right is None else np.inf, sharp)
         known = far_at_most(value, seen)
         if right is None:
             if not seen.stands:
@@ -275,10 +276,12 @@ class Ladder:
             tried.append(right.value)
             if is_weak or not seen.stands:
                 return Judged(right, sure)
-            return Judged(found, min(known, sure + abs(value - right.value)))  # neither is known to be better
+            sure += abs(value - right.value)  # neither is known to be better
         if not seen.stands:
             return Judged(None, why=refuted_by(found, seen), is_refuted=True)
-        return Judged(found, known if seen.is_suspect else min(sure, known))
+        # booleans, meshes and sections are of the same solids: what rays would not see may be wrong in all of them
+        is_alone = seen.far < np.inf and not is_clear(seen, sharp)
+        return Judged(found, known if is_alone else min(sure, known))
 
     def _is_turning(self, plans: Plans) -> bool:
         """Whether a sweep of the block, or one before it that reaches it, is that of a tool that leans or turns."""
@@ -360,14 +363,19 @@ class Ladder:
         for k, earlier in plans:
             bounds = self._sweeps[k].bounds
             box = np.stack([np.maximum(bounds[0], self._box[0]), np.minimum(bounds[1], self._box[1])])
+            # heights at which there is nothing make few others miss what there is
+            found = columns(self._sweeps[k], [self._sweeps[j] for j in earlier], box, 1)
+            ends = found.bottom, found.top
+            if not ends[0] < ends[1]:
+                continue
             parts = self._solids(k)
             others = [part for j in earlier for part in self._solids(j)]
-            stops = [z for j in (k, *earlier) for z in levels(self._sweeps[j]) if box[0, 2] < z < box[1, 2]]
+            stops = [z for j in (k, *earlier) for z in levels(self._sweeps[j]) if ends[0] < z < ends[1]]
             share = share_of_width * (bracket.hi - bracket.lo) / len(plans)
             doubts = [0.0]
             level = partial(level_area, stock=self._stock, parts=parts, others=others, box=box)
-            value, miss = integrated(partial(_noted, level, doubts), [box[0, 2], *stops, box[1, 2]], share)
-            total, error = total + value, error + miss + max(doubts) * float(box[1, 2] - box[0, 2])
+            value, miss = integrated(partial(_noted, level, doubts), [*ends, *stops], share)
+            total, error = total + value, error + miss + max(doubts) * (ends[1] - ends[0])
         error += SLACK_REL * abs(total)  # outlines of a plain slot were seen to be 1e-7 off
         return Found(
             SECTIONS, float(total), sum(len(earlier) for _, earlier in plans), -float(error), float(error)
@@ -399,7 +407,7 @@ class Ladder:
         plans: Plans,
         bracket: Bracket,
         found: Found,
-        heard: Callable[[float, float], Heard],
+        heard: Callable[..., Heard],
         told: Callable[[str], None],
         barred: Collection[str],
     ) -> tuple[Found | None, float, str]:
@@ -424,9 +432,13 @@ class Ladder:
                 if bracket.holds(other.value, error) and abs(found.value - other.value) <= found.own + error:
                     return found, abs(found.value - other.value) + error, ""
                 if bracket.holds(other.value, -error):
-                    seen = heard(other.value, error)
-                    if seen.stands:  # what rays suspect is not as good as it says of itself
-                        return other, far_at_most(other.value, seen) if seen.is_suspect else error, ""
+                    sharp = clear_at(other.value, error)
+                    seen = heard(other.value, error, sharp=sharp)
+                    if (
+                        seen.stands
+                    ):  # what rays suspect, or would not see, is not as good as it says of itself
+                        known = far_at_most(other.value, seen)
+                        return other, error if is_clear(seen, sharp) else known, ""
                     why.append(refuted_by(other, seen))
                     continue
             why.append(f"{rung}: {other.value:.6g} +- {error:.2g} mm3 does not tell")

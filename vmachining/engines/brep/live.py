@@ -26,11 +26,13 @@ EIGHTHS = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), axis=-1).
 
 class Columns(NamedTuple):
     """Upright columns that do not overlap. low : (n, 2) mm, corners; side : (2,) mm; deep : mm, largest height of what a column
-    can hold."""
+    can hold; bottom, top : mm, between which all of them can hold something."""
 
     low: Floats
     side: Floats
     deep: float
+    bottom: float = 0.0
+    top: float = 0.0
 
 
 def columns(sweep: Sweep, earlier: Sequence[Sweep], box: Floats, most: int) -> Columns:
@@ -73,7 +75,11 @@ def columns(sweep: Sweep, earlier: Sequence[Sweep], box: Floats, most: int) -> C
             break
         best = finer
     where, sides, deep = best
-    return Columns(box[0, :2] + where * sides, sides, deep)
+    ends = [cells[:, 2, None] + [0, 1] for cells in found]
+    heights = np.concatenate([end * cell[2] / 2.0**level for level, end in enumerate(ends)])
+    heights = heights if len(heights) else np.zeros((1, 2))
+    bottom, top = (float(box[0, 2] + height) for height in (heights.min(), heights.max()))
+    return Columns(box[0, :2] + where * sides, sides, deep, bottom, top)
 
 
 def _raster(found: Sequence[Ints], counts: Ints, cell: Floats, level: int) -> tuple[Ints, Floats, float]:

@@ -77,7 +77,7 @@ def integrated(f: Callable[[float], float], stops: Sequence[float], tol: float) 
 
 def _piece(f: Callable[[float], float], a: float, b: float, tol: float) -> tuple[float, float]:
     known: dict[float, float] = {}
-    last, value, miss, step = np.nan, 0.0, np.inf, np.inf
+    last, value, miss, step = np.inf, 0.0, np.inf, np.inf
     for count in RULES:
         x, w = _clenshaw_curtis(count)
         for s in x.tolist():
