@@ -390,6 +390,35 @@ def test_what_is_wrong_in_all_that_start_from_the_same_solids_is_told(
         assert "is not true, rays find" in verdict.reason
 
 
+@pytest.mark.parametrize("wide", [3e-4, 1e-3])
+def test_a_skin_that_a_boolean_loses_from_a_wall_is_told(
+    wide: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A ball 20 mm deep, 1 mm long, after a pass a little higher and aside: 2 and 7 % of its chip are what its shank takes
+    off the wall, 0.3 and 1 micrometres of 15 mm. Rays refute the rest, or say that they may miss as much."""
+    tool, up = BallNose(diameter=10, length=60), 0.02
+    ends = [
+        ((-10, -wide, up - 20), (50, -wide, up - 20)),
+        ((-10, 0, -20), (20, 0, -20)),
+        ((20, 0, -20), (21, 0, -20)),
+    ]
+    work = Ladder(
+        Blank("box", (0, -20, -25), (40, 20, 0)), [[Sweep.along(tool, Line(*pair))] for pair in ends]
+    )
+    rest, skin = (
+        2.0 * 5.0 * up,
+        15.0 * wide,
+    )  # what circles and walls are moved by, times a mm, to 1e-3 and 1e-2 of it
+    monkeypatch.setattr(Ladder, "_climb", lambda *_: Found("plain", rest, 1, 1e-3, 1e-6))
+    verdict = work.removed(
+        2, Bracket(0.8 * rest, rest, 1.2 * rest), rungs=("plain",), longest=15.0, seconds=60.0
+    )
+    if verdict.removed_mm3 is not None:
+        assert verdict.sure_mm3 is not None and verdict.sure_mm3 > skin
+    else:
+        assert "is not true, rays find" in verdict.reason
+
+
 def test_what_meshes_say_against_a_boolean_is_not_confirmed_without_rays() -> None:
     """By themselves or instead of it, the same is told."""
     work = Says(BOX, [[Sweep.along(TOOL, Line((-10, 0, -1), (40, 0, -1)))]])
@@ -458,7 +487,7 @@ def test_a_doubtful_value_needs_rays_or_something_that_they_allow(
     assert verdict.sure_mm3 is not None and verdict.sure_mm3 < 4.0
 
     def heard(_: Rays, value: float, *__: Any) -> Heard:
-        return Heard(abs(value - 300.5) < 15.0, 300.5, 15.0)
+        return Heard(abs(value - 300.5) < 15.0, 300.5, 15.0, True)
 
     monkeypatch.setattr(Rays, "heard", heard)
     verdict = work.removed(0, bracket)

@@ -33,11 +33,14 @@ def test_a_block_takes_nothing_beside_its_columns(number: int) -> None:
         places = rng.uniform(box[0, :2], box[1, :2], (4000, 2))
         lost = left(sweep, earlier, places, *box[:, 2].tolist())
         found = columns(sweep, earlier, box, 3000)
-        raster = {tuple(key) for key in np.round((found.low - box[0, :2]) / found.side).astype(int).tolist()}
+        keys = np.round((found.low - box[0, :2]) / found.side).astype(int).tolist()
+        raster = {tuple(key): tall for key, tall in zip(keys, found.tall.tolist(), strict=True)}
         assert len(raster) == len(found.low)
         stands = np.floor((places[lost > 1e-9] - box[0, :2]) / found.side).astype(int).tolist()
         assert all(tuple(key) in raster for key in stands)
-        assert lost.max() <= found.deep
+        assert all(
+            deep <= raster[tuple(key)] for key, deep in zip(stands, lost[lost > 1e-9].tolist(), strict=True)
+        )
         assert len(found.low) * found.side.prod() < 1.001 * np.ptp(box[:, :2], axis=0).prod()
         seen += len(stands)
     assert seen > 300
@@ -115,14 +118,16 @@ def test_rays_get_as_sharp_as_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     ):
         asked.clear()
         seen = Rays([], BOX, np.zeros((2, 3))).heard(100.0, 0.0, Bracket(90.0, 100.0, 110.0), sharp=sharp)
-        assert asked == ranks and seen.blur == pytest.approx(blur)
+        assert asked == ranks and seen.far == pytest.approx(6.0 / 2.5 * blur)
+        assert seen.is_clear is (blur <= sharp)
 
 
 def test_rays_of_a_pair_are_neighbours_and_change() -> None:
     """A raster of which a half is divided further: along x and along y, each place with one neighbour and with the other one."""
     corners = np.stack(np.meshgrid(np.arange(5), np.arange(4), indexing="ij"), axis=-1).reshape(-1, 2) * 0.5
-    cells = _divided(corners, np.array([0.5, 0.5]), np.repeat([1, 2], 10))
+    cells = _divided(corners, np.array([0.5, 0.5]), np.repeat([7.0, 9.0], 10), np.repeat([1, 2], 10))
     assert len(cells.low) == 50 and cells.side.prod(axis=1).sum() == pytest.approx(5.0)
+    assert np.array_equal(cells.tall, np.where(cells.side[:, 0] == 0.5, 7.0, 9.0))
     partners = list[tuple[int, int]]()
     for turn, along in enumerate([[1, 0], [1, 0], [0, 1], [0, 1]]):
         for pair in range(int(cells.pair[:, turn].max()) + 1):

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
 from vmachining.engines.brep.rays import Heard
 from vmachining.engines.brep.rungs import Found
 from vmachining.geometry import Bracket
@@ -18,7 +16,6 @@ __all__ = [
     "Judged",
     "clear_at",
     "far_at_most",
-    "is_clear",
     "is_far",
     "refuted_by",
 ]
@@ -55,11 +52,6 @@ def refuted_by(found: Found, seen: Heard) -> str:
 def clear_at(value: float, own: float) -> float:
     """mm^3 that rays have to tell apart: as much as matters of a value that is off by its own error anyway."""
     return max(TIGHT_REL * value, SLACK_MM3, own)
-
-
-def is_clear(seen: Heard, sharp: float) -> bool:
-    """Whether rays would see an error of that much, and see none."""
-    return seen.far < np.inf and seen.blur <= sharp and not seen.is_suspect
 
 
 def far_at_most(value: float, seen: Heard) -> float:

@@ -41,7 +41,6 @@ from vmachining.engines.brep.doubt import (
     Judged,
     clear_at,
     far_at_most,
-    is_clear,
     is_far,
     refuted_by,
 )
@@ -259,7 +258,7 @@ class Ladder:
         if not seen.stands:
             return Judged(None, why=refuted_by(found, seen), is_refuted=True)
         if not is_doubtful or seen.far <= want:
-            is_told = is_tight or (is_clear(seen, sharp) and not is_doubtful)
+            is_told = is_tight or (seen.is_clear and not is_doubtful)
             return Judged(found, None if is_told else far_at_most(value, seen))
         right, sure, why = self._confirmed(plans, bracket, found, heard, told, barred)
         # rays may still tell as much as would have been asked of steady rungs, and may have been asked more meanwhile
@@ -280,7 +279,7 @@ class Ladder:
         if not seen.stands:
             return Judged(None, why=refuted_by(found, seen), is_refuted=True)
         # booleans, meshes and sections are of the same solids: what rays would not see may be wrong in all of them
-        is_alone = seen.far < np.inf and not is_clear(seen, sharp)
+        is_alone = seen.far < np.inf and not seen.is_clear
         return Judged(found, known if is_alone else min(sure, known))
 
     def _is_turning(self, plans: Plans) -> bool:
@@ -432,13 +431,12 @@ class Ladder:
                 if bracket.holds(other.value, error) and abs(found.value - other.value) <= found.own + error:
                     return found, abs(found.value - other.value) + error, ""
                 if bracket.holds(other.value, -error):
-                    sharp = clear_at(other.value, error)
-                    seen = heard(other.value, error, sharp=sharp)
+                    seen = heard(other.value, error, sharp=clear_at(other.value, error))
                     if (
                         seen.stands
                     ):  # what rays suspect, or would not see, is not as good as it says of itself
                         known = far_at_most(other.value, seen)
-                        return other, error if is_clear(seen, sharp) else known, ""
+                        return other, error if seen.is_clear else known, ""
                     why.append(refuted_by(other, seen))
                     continue
             why.append(f"{rung}: {other.value:.6g} +- {error:.2g} mm3 does not tell")

@@ -25,12 +25,12 @@ EIGHTHS = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), axis=-1).
 
 
 class Columns(NamedTuple):
-    """Upright columns that do not overlap. low : (n, 2) mm, corners; side : (2,) mm; deep : mm, largest height of what a column
-    can hold; bottom, top : mm, between which all of them can hold something."""
+    """Upright columns that do not overlap. low : (n, 2) mm, corners; side : (2,) mm; tall : (n,) mm, heights of what they can
+    hold; bottom, top : mm, between which all of them can hold something."""
 
     low: Floats
     side: Floats
-    deep: float
+    tall: Floats
     bottom: float = 0.0
     top: float = 0.0
 
@@ -74,16 +74,16 @@ def columns(sweep: Sweep, earlier: Sequence[Sweep], box: Floats, most: int) -> C
         if len(finer[0]) > most:
             break
         best = finer
-    where, sides, deep = best
+    where, sides, tall = best
     ends = [cells[:, 2, None] + [0, 1] for cells in found]
     heights = np.concatenate([end * cell[2] / 2.0**level for level, end in enumerate(ends)])
     heights = heights if len(heights) else np.zeros((1, 2))
     bottom, top = (float(box[0, 2] + height) for height in (heights.min(), heights.max()))
-    return Columns(box[0, :2] + where * sides, sides, deep, bottom, top)
+    return Columns(box[0, :2] + where * sides, sides, tall, bottom, top)
 
 
-def _raster(found: Sequence[Ints], counts: Ints, cell: Floats, level: int) -> tuple[Ints, Floats, float]:
-    """(columns by their place in a raster, their sides, height of what the deepest one can hold), in cells of a level."""
+def _raster(found: Sequence[Ints], counts: Ints, cell: Floats, level: int) -> tuple[Ints, Floats, Floats]:
+    """(columns by their place in a raster, their sides, heights of what they can hold), in cells of a level."""
     wide = counts[:2] * 2**level
     keys, lows, highs = [], [], []
     for k, cells in enumerate(found):
@@ -102,5 +102,4 @@ def _raster(found: Sequence[Ints], counts: Ints, cell: Floats, level: int) -> tu
     bottom, top = np.full(len(key), np.inf), np.full(len(key), -np.inf)
     np.minimum.at(bottom, member, np.concatenate(lows))
     np.maximum.at(top, member, np.concatenate(highs))
-    deep = float((top - bottom).max(initial=0.0))
-    return np.column_stack(np.divmod(key, wide[1])), cell[:2] / 2.0**level, deep
+    return np.column_stack(np.divmod(key, wide[1])), cell[:2] / 2.0**level, top - bottom

@@ -9,15 +9,16 @@ where a half turn brings its neighbour's: what slopes evenly adds nothing to the
 noses).
 
 A value is asked of few rays first: their standard error is 3e-5 to 3e-4 of the chips of a ball, 3e-4 to 3e-3 of a flat end's,
-whose walls are steps. Where that is too much for the caller (`sharp`), three times as many are asked, most of them where the
-first ones or their neighbours differ, along those steps: a fifth to a tenth of it is left. A value that is `SUSPECT` standard
-errors off is asked of about nine times as many as the first, three times as many as before along steps. It does not stand if it
-is `BEYOND` of these off, and farther than `HIDDEN` and rounding allow; if it is still suspect, that is told. By chance a right
-value does not stand in one block of 1.7 million (t with 15 degrees of freedom: 2.4e-2 times 2.4e-5), or of 41,000 where one set
-of rays decides alone: the many where a value was in doubt from the beginning or others were not sharp enough, the few where
-many would take more time than the block has (tools that turn, with many turning ones before them). How far a right value can be
-from what they find (`Told.far`) grows with the thinness of a chip: of a skin on a wall they may find nothing at all, and say so.
-Where bracket and rays contradict each other neither judges the value any more, and `Heard.alarm` says it.
+whose walls are steps. Where that is too much for the caller (`sharp`), or a skin of 5 % of the value might hide between them,
+three times as many are asked, most of them where the first ones or their neighbours differ, along those steps, and where columns
+are tall: a fifth to a tenth of it is left. A value that is `SUSPECT` standard errors off is asked of about nine times as many as
+the first, three times as many as before along steps. It does not stand if it is `BEYOND` of these off, and farther than `HIDDEN`
+and rounding allow; if it is still suspect, that is told. By chance a right value does not stand in one block of 1.7 million (t
+with 15 degrees of freedom: 2.4e-2 times 2.4e-5), or of 41,000 where one set of rays decides alone: the many where a value was in
+doubt from the beginning or others were not sharp enough, the few where many would take more time than the block has (tools that
+turn, with many turning ones before them). How far a right value can be from what they find (`Told.far`) grows with the thinness
+of a chip: of a skin on a wall they may find nothing at all, and say so. Where bracket and rays contradict each other neither
+judges the value any more, and `Heard.alarm` says it.
 """
 
 from __future__ import annotations
@@ -49,8 +50,13 @@ COUNT = 6000
 FIRST, SHARP, FINER = 1, 2, 3
 """How many: `COUNT`; three times, mostly where the first ones differ; nine times, and six times more where they differ."""
 
-ACROSS, EXTRA = {SHARP: 1, FINER: 3}, {SHARP: 2 * COUNT, FINER: 6 * COUNT}
-"""Rays along a side of the place of one of the first ones, at least; and how many more a set has along steps, about."""
+ACROSS, EXTRA, TALL = (
+    {SHARP: 1, FINER: 3},
+    {SHARP: 2 * COUNT, FINER: 6 * COUNT},
+    {SHARP: COUNT, FINER: 3 * COUNT},
+)
+"""Rays along a side of the place of one of the first ones, at least; how many more a set has along steps, about; and how many
+where columns are tall, so that what may hide is alike in all of them."""
 
 BESIDE = 0.5
 """Part of what the first ones differ by that is taken for what their neighbours miss: a wall may just touch their place."""
@@ -69,7 +75,12 @@ HOPE = 0.25
 """What is left of `Told.far` with the finer sets, about; 9 ** -0.75 = 0.19 where surfaces are smooth."""
 
 HOPE_SHARP = 0.5
-"""What is left of `Told.blur` of sharp sets with the finer ones, about; 3 ** -0.75 = 0.44 along steps."""
+"""What is left of `Told.blur` and `Told.unseen` of sharp sets with the finer ones, about; 3 ** -0.75 = 0.44 along steps."""
+
+THIN, THIN_MM3 = 100.0, 1e-4
+"""How much more than the error that matters to a caller may hide between rays, or mm^3 if that is more: 5 % of a value. In most
+blocks it is a tenth of a percent, and a skin of 5e-4 is missed once in 1000 of them then, exp(-14 / 2); but cells around chips of
+0.05 mm in long blocks are so much larger than these that 1 to 10 % may hide with the first rays."""
 
 
 class Crossed(Protocol):
@@ -96,6 +107,10 @@ class Told(NamedTuple):
         """mm^3: a value that is less off than this is not suspect."""
         return SUSPECT * self.spread
 
+    def is_sharp(self, sharp: float) -> bool:
+        """Whether they tell an error of that many mm^3 apart, and not much more may hide between them."""
+        return self.blur <= sharp and self.unseen <= max(THIN * sharp, THIN_MM3)
+
     @property
     def far(self) -> float:
         """mm^3: a right value is farther off once in 40,000 times."""
@@ -104,26 +119,27 @@ class Told(NamedTuple):
 
 class Heard(NamedTuple):
     """stands : whether rays allow a value. volume, far : mm^3, what they find and how far off a right one can be; inf: they
-    tell nothing. blur : mm^3, what they cannot tell apart. is_suspect : farther off than that, and they do not know enough to
-    refute it. alarm : that they contradict the bracket."""
+    tell nothing. is_clear : whether they are as sharp as the caller wants, and suspect nothing. alarm : that they contradict
+    the bracket."""
 
     stands: bool
     volume: float
     far: float
-    blur: float = 0.0
-    is_suspect: bool = False
+    is_clear: bool = False
     alarm: str = ""
 
 
-NOTHING = Heard(True, 0.0, np.inf, np.inf)
+NOTHING = Heard(True, 0.0, np.inf)
 
 
 class _Places(NamedTuple):
     """Where a set has one ray each. low, side : (n, 2) mm. pair : (n, 4) number that neighbours share, flip : (n, 4) 0 or 1,
-    which of them it is: along x or y, two ways each, in turns, as what lies alike in both of a pair is met by both or by none."""
+    which of them it is: along x or y, two ways each, in turns, as what lies alike in both of a pair is met by both or by none.
+    tall : (n,) mm, height of what is there at most."""
 
     low: Floats
     side: Floats
+    tall: Floats
     pair: Ints
     flip: Ints
 
@@ -170,7 +186,7 @@ class Rays:
         """What rays say of a value with an own error, mm^3.
 
         want : mm^3, `far` that the caller could use; more rays are asked if these can be expected to tell as much.
-        sharp : mm^3, `blur` that the caller can bear; more rays are asked until these tell as much.
+        sharp : mm^3, an error that matters to the caller; more rays are asked until these tell it.
         seconds : of a processor, that more rays may take.
         """
         if not self._can_tell:
@@ -184,16 +200,17 @@ class Rays:
         def is_suspect(told: Told) -> bool:
             return bool(abs(value - told.volume) > error + told.blur + told.rounding)
 
-        if rank == FIRST and told.blur > sharp and is_short(SHARP):
+        if rank == FIRST and not told.is_sharp(sharp) and is_short(SHARP):
             rank, told = SHARP, self.told(SHARP)
-        is_hoped = want < told.far <= want / HOPE or sharp < told.blur <= sharp / HOPE_SHARP
+        is_hoped = want < told.far <= want / HOPE
+        is_hoped |= not told.is_sharp(sharp) and told.is_sharp(sharp / HOPE_SHARP)
         if rank < FINER and (is_suspect(told) or is_hoped) and is_short(FINER):
             told = self.told(FINER)
         if told.volume + told.far < bracket.lo or told.volume - told.far > bracket.hi:
             alarm = f"rays find {told.volume:.6g} +- {told.far:.2g} mm3, outside of the bracket: one of both is wrong"
             return NOTHING._replace(alarm=alarm)
         stands = bool(abs(value - told.volume) <= error + told.far)
-        return Heard(stands, told.volume, told.far, told.blur, is_suspect(told))
+        return Heard(stands, told.volume, told.far, told.is_sharp(sharp) and not is_suspect(told))
 
     def told(self, rank: int) -> Told:
         """By that many rays."""
@@ -226,7 +243,7 @@ class Rays:
 
     @cached_property
     def _columns(self) -> list[Columns]:
-        nothing = Columns(np.zeros((0, 2)), np.zeros(2), 0.0)
+        nothing = Columns(np.zeros((0, 2)), np.zeros(2), np.zeros(0))
         return [
             columns(sweep, earlier, box, COUNT) if (box[0] < box[1]).all() else nothing
             for (sweep, earlier), box in zip(self._takes, self._boxes, strict=True)
@@ -235,15 +252,15 @@ class Rays:
     def _expected(self, rank: int) -> float:
         """s of a processor that rays will take."""
         few = sum(len(places.low) for places, _ in self._differ.values())
-        many = sum(int((_across(differ, rank) ** 2).sum()) for _, differ in self._differ.values())
+        many = sum(int((_across(*first, rank) ** 2).sum()) for first in self._differ.values())
         return self._took * many / max(few, 1)
 
     def _places(self, number: int, parts: Columns, rank: int) -> _Places:
         if rank == FIRST:
             across = max(1, round(sqrt(COUNT / len(parts.low))))
-            return _divided(parts.low, parts.side, np.full(len(parts.low), across))
+            return _divided(parts.low, parts.side, parts.tall, np.full(len(parts.low), across))
         first, differ = self._differ[number]
-        return _divided(first.low, first.side[0], _across(differ, rank))
+        return _divided(first.low, first.side[0], first.tall, _across(first, differ, rank))
 
     def _shot(self, number: int, parts: Columns, rank: int) -> Told:
         sweep, before = self._takes[number]
@@ -268,7 +285,7 @@ class Rays:
             volume,
             float(sums.std(ddof=1)) / np.sqrt(SETS),
             ROUND_REL * volume + ROUND_MM * float(area.sum()),
-            HIDDEN * float(area.max()) * parts.deep / SETS,
+            HIDDEN * float((area * cells.tall).max()) / SETS,
         )
 
 
@@ -286,13 +303,15 @@ def _spread_out(cells: _Places, differ: Floats) -> Floats:
     return out
 
 
-def _across(differ: Floats, rank: int) -> Ints:
-    """(n,) rays along a side of the places of the first ones, by how much these differ there."""
-    share = differ / max(float(differ.sum()), 1e-300)
-    return np.maximum(ACROSS[rank], np.rint(np.sqrt(EXTRA[rank] * share))).astype(np.int64)
+def _across(first: _Places, differ: Floats, rank: int) -> Ints:
+    """(n,) rays along a side of the places of the first ones, by how much these differ there, and how tall their columns are."""
+    across = np.full(len(differ), float(ACROSS[rank]))
+    for count, share in ((EXTRA[rank], differ), (TALL[rank], first.tall)):
+        across = np.maximum(across, np.rint(np.sqrt(count * share / max(float(share.sum()), 1e-300))))
+    return across.astype(np.int64)
 
 
-def _divided(low: Floats, side: Floats, across: Ints) -> _Places:
+def _divided(low: Floats, side: Floats, tall: Floats, across: Ints) -> _Places:
     """Equal cells at (n, 2) corners of a raster, each in across^2 parts."""
     found, count = [], 0
     for times in np.unique(across).tolist():
@@ -310,7 +329,8 @@ def _divided(low: Floats, side: Floats, across: Ints) -> _Places:
             first = mine - flips[-1][:, None] * along
             pairs.append(np.unique(first @ [wide, 1], return_inverse=True)[1])
         pair, flip = np.column_stack(pairs), np.column_stack(flips)
-        found.append(_Places(lows, np.tile(cell, (len(lows), 1)), count + pair, flip))
+        high = np.repeat(tall[across == times], times * times)
+        found.append(_Places(lows, np.tile(cell, (len(lows), 1)), high, count + pair, flip))
         count += int(pair.max()) + 1
     return _Places(*(np.concatenate(column) for column in zip(*found, strict=True)))
 
