@@ -432,9 +432,8 @@ class Ladder:
                     return found, abs(found.value - other.value) + error, ""
                 if bracket.holds(other.value, -error):
                     seen = heard(other.value, error, sharp=clear_at(other.value, error))
-                    if (
-                        seen.stands
-                    ):  # what rays suspect, or would not see, is not as good as it says of itself
+                    if seen.stands:
+                        # what rays suspect, or would not see, is not as good as it says of itself
                         known = far_at_most(other.value, seen)
                         return other, error if seen.is_clear else known, ""
                     why.append(refuted_by(other, seen))
