@@ -8,7 +8,6 @@ from math import inf, pi
 from pathlib import Path
 from typing import Any
 
-import cadquery as cq
 import numpy as np
 import pytest
 
@@ -21,10 +20,8 @@ from vmachining.engines.brep import (
     Ladder,
     Status,
     Verdict,
-    check_blocks,
     solids,
     volume,
-    workers,
 )
 from vmachining.engines.brep import faceted as meshes
 from vmachining.engines.brep.booleans import box_of
@@ -168,87 +165,6 @@ def test_a_body_is_not_taken_for_one_that_is_gone() -> None:
         assert work._built(BallNose(diameter=diameter, length=60).profile, 0.0, 1.0) == [diameter / 2]
 
 
-@pytest.mark.parametrize("end", [workers._Late, workers._Gone])
-def test_a_mesh_that_hangs_or_crashes_costs_one_process_of_a_block(
-    end: type[Exception], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    """A doubtful value, near a curved face of a STEP stock: meshes end the process, the same boolean is asked again, and
-    sections confirm it."""
-    real, made = workers._Worker._receive, [0]
-    start = workers._Worker.__init__
-
-    def starts(self: workers._Worker, hello: bytes) -> None:
-        made[0] += 1
-        start(self, hello)
-
-    def ends(self: workers._Worker, seconds: float) -> Any:
-        answer = real(self, seconds)
-        if answer == MESHES:
-            self.rung = answer
-            raise end("for a test")
-        return answer
-
-    monkeypatch.setattr(workers._Worker, "__init__", starts)
-    monkeypatch.setattr(workers._Worker, "_receive", ends)
-    across = Sweep.along(TOOL, Line((-10, 0, -1), (40, 0, -1)))
-    ((_, verdict),) = check_blocks(hollow(tmp_path), [[across]], {0: Bracket(200.0, 250.0, 400.0)})
-    assert made == [2] and verdict.status is Status.AGREED and verdict.removed_mm3 == pytest.approx(300.0)
-    assert verdict.sure_mm3 is not None and verdict.sure_mm3 < 10.0
-
-
-def hollow(folder: Path) -> Blank:
-    """`BOX` as STEP with a hole from below that ends 5e-3 mm under a slot 1 mm deep: rays do not tell its round wall."""
-    hole = cq.Workplane("XY").circle(3.0).extrude(20.0 - 1.005).translate((15, 0, -20))
-    part = cq.Workplane("XY").box(30, 40, 20).translate((15, 0, -10)).cut(hole)
-    cq.exporters.export(part, str(folder / "hollow.step"))
-    return Blank("step", file=str(folder / "hollow.step"))
-
-
-@pytest.mark.parametrize("end", [workers._Late, workers._Gone])
-def test_rays_that_hang_or_crash_cost_one_process_of_a_block(
-    end: type[Exception], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The same boolean is asked again, and stands without them, confirmed by meshes as it is in doubt."""
-    real, made = workers._Worker._receive, list[str]()
-
-    def ends(self: workers._Worker, seconds: float) -> Any:
-        answer = real(self, seconds)
-        made.append(answer if isinstance(answer, str) else "")
-        if answer == RAYS:
-            self.rung = answer
-            raise end("for a test")
-        return answer
-
-    monkeypatch.setattr(workers._Worker, "_receive", ends)
-    across = Sweep.along(TOOL, Line((-10, 0, -1), (40, 0, -1)))
-    ((_, verdict),) = check_blocks(BOX, [[across]], {0: Bracket(200.0, 250.0, 400.0)})
-    assert made.count(RAYS) == 1 and made.count("plain") == 2
-    assert verdict.status is Status.AGREED and verdict.removed_mm3 == pytest.approx(300.0)
-    assert "facets" in made and verdict.sure_mm3 is not None and verdict.sure_mm3 < 10.0
-
-
-def test_what_did_not_stand_is_not_asked_again_after_a_process_was_lost(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """A boolean outside of a bracket (a wrong one), then meshes that end the process: these were not asked to confirm it."""
-    real, made = workers._Worker._receive, list[str]()
-
-    def ends(self: workers._Worker, seconds: float) -> Any:
-        answer = real(self, seconds)
-        made.append(answer if isinstance(answer, str) else "")
-        if answer == MESHES:
-            self.rung = answer
-            raise workers._Gone("for a test")
-        return answer
-
-    monkeypatch.setattr(workers._Worker, "_receive", ends)
-    across = Sweep.along(TOOL, Line((-10, 0, -1), (40, 0, -1)))
-    rungs = ("plain", FACETS, "turned")
-    ((_, verdict),) = check_blocks(BOX, [[across]], {0: Bracket(301.0, 305.0, 310.0)}, rungs=rungs)
-    assert [made.count(rung) for rung in rungs] == [1, 1, 1]
-    assert verdict.status is Status.REFUSED and "300 mm3 is outside" in verdict.reason
-
-
 class Says(Ladder):
     """A ladder whose steady rungs say what a test wants: (value, error) of facets, then of sections."""
 
@@ -390,33 +306,61 @@ def test_what_is_wrong_in_all_that_start_from_the_same_solids_is_told(
         assert "is not true, rays find" in verdict.reason
 
 
-@pytest.mark.parametrize("wide", [3e-4, 1e-3])
+@pytest.mark.parametrize("wide", [1e-4, 3e-4, 1e-3])
 def test_a_skin_that_a_boolean_loses_from_a_wall_is_told(
     wide: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A ball 20 mm deep, 1 mm long, after a pass a little higher and aside: 2 and 7 % of its chip are what its shank takes
-    off the wall, 0.3 and 1 micrometres of 15 mm. Rays refute the rest, or say that they may miss as much."""
+    """A ball 20 mm deep, 1 mm long, after a pass a little higher and aside: 0.7, 2 and 7 % of its chip are what its shank takes
+    off the wall, up to a micrometre of 15 mm. Rays refute the rest, or say that they may miss as much."""
     tool, up = BallNose(diameter=10, length=60), 0.02
-    ends = [
-        ((-10, -wide, up - 20), (50, -wide, up - 20)),
-        ((-10, 0, -20), (20, 0, -20)),
-        ((20, 0, -20), (21, 0, -20)),
-    ]
+    first, last, own = (
+        Line((a, y, z), (b, y, z))
+        for a, b, y, z in ((-10, 50, -wide, up - 20), (-10, 20, 0, -20), (20, 21, 0, -20))
+    )
     work = Ladder(
-        Blank("box", (0, -20, -25), (40, 20, 0)), [[Sweep.along(tool, Line(*pair))] for pair in ends]
+        Blank("box", (0, -20, -25), (40, 20, 0)), [[Sweep.along(tool, path)] for path in (first, last, own)]
     )
-    rest, skin = (
-        2.0 * 5.0 * up,
-        15.0 * wide,
-    )  # what circles and walls are moved by, times a mm, to 1e-3 and 1e-2 of it
+    rest, skin = 10.0 * up, 15.0 * wide  # what circle and wall are moved by, times a mm, to 1 % of the chip
     monkeypatch.setattr(Ladder, "_climb", lambda *_: Found("plain", rest, 1, 1e-3, 1e-6))
-    verdict = work.removed(
-        2, Bracket(0.8 * rest, rest, 1.2 * rest), rungs=("plain",), longest=15.0, seconds=60.0
-    )
+    bracket = Bracket(0.8 * rest, rest, 1.2 * rest)
+    verdict = work.removed(2, bracket, rungs=("plain",), longest=15.0, seconds=60.0)
     if verdict.removed_mm3 is not None:
         assert verdict.sure_mm3 is not None and verdict.sure_mm3 > skin
     else:
         assert "is not true, rays find" in verdict.reason
+
+
+@pytest.mark.parametrize("rung", ["plain", FACETS])
+def test_what_may_hide_between_rays_is_told(rung: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """300 mm3, and rays that find it to 0.01; of 14 mm3 that may hide nothing is said, of 40 it is. Facets say 3 mm3 of
+    themselves: that does not allow a hundred times as much."""
+    work = Says(BOX, [[Sweep.along(TOOL, Line((-10, 0, -1), (40, 0, -1)))]])
+    work.says = ((300.0, 3.0), (0.0, 0.0))
+    for hidden, sure in ((14.0, None), (40.0, 40.06)):
+        told = Told(300.0, 0.01, 0.0, hidden)
+        monkeypatch.setattr(Rays, "told", lambda self, rank, told=told: self._told.setdefault(rank, told))
+        verdict = work.removed(0, Bracket(270.0, 300.0, 330.0), rungs=(rung,))
+        assert verdict.removed_mm3 == pytest.approx(300.0)
+        assert verdict.sure_mm3 == (None if sure is None else pytest.approx(sure))
+        assert ("within 40 mm3" in note_of(verdict)) is (sure is not None)
+
+
+def test_meshes_are_judged_by_the_rays_that_were_asked_last(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Facets instead of a boolean stand for the first rays; the boolean, asked once more, has finer ones: these refute both."""
+    told = [Told(301.0, 0.5, 0.0, 0.0), Told(290.0, 0.05, 0.0, 0.0)]
+    asked = list[float]()
+
+    def heard(_: Rays, value: float, error: float, *__: Any) -> Heard:
+        asked.append(value)
+        seen = told[asked.count(303.0) > 1]  # finer ones from the second time on
+        return Heard(abs(value - seen.volume) <= error + seen.far, seen.volume, seen.far, True)
+
+    monkeypatch.setattr(Rays, "heard", heard)
+    monkeypatch.setattr(Says, "_climb", lambda *_: Found("turned", 303.0, 0, 1e-3, 1e-6))
+    work = Says(BOX, [[Sweep.along(TOOL, Line((-10, 0, -1), (40, 0, -1)))]])
+    work.says = ((300.0, 0.1), (0.0, 0.0))
+    verdict = work.removed(0, Bracket(280.0, 300.0, 320.0), rungs=("turned",))
+    assert verdict.status is Status.REFUSED and "rays find 290" in verdict.reason
 
 
 def test_what_meshes_say_against_a_boolean_is_not_confirmed_without_rays() -> None:

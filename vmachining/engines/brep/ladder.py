@@ -265,6 +265,13 @@ class Ladder:
         vague = VAGUE_REL * (bracket.hi - bracket.lo)
         seen = heard(value, own, vague if right is None else np.inf, sharp)
         known = far_at_most(value, seen)
+        if right is not None and right.rung != rung:  # judged by no fewer rays than the value
+            tried.append(right.value)
+            last = heard(right.value, right.own, sharp=clear_at(right.value, right.own))
+            if not last.is_clear:  # what rays suspect, or would not see, is not as good as it says of itself
+                sure = far_at_most(right.value, last)
+            if not last.stands:
+                why, right = refuted_by(right, last), None
         if right is None:
             if not seen.stands:
                 return Judged(None, why=refuted_by(found, seen), is_refuted=True)
@@ -272,7 +279,6 @@ class Ladder:
                 return Judged(None, why=f"{value:.6g} mm3 is doubtful and not confirmed: {why}")
             return Judged(found, known)
         if right.rung != rung:
-            tried.append(right.value)
             if is_weak or not seen.stands:
                 return Judged(right, sure)
             sure += abs(value - right.value)  # neither is known to be better
@@ -433,9 +439,7 @@ class Ladder:
                 if bracket.holds(other.value, -error):
                     seen = heard(other.value, error, sharp=clear_at(other.value, error))
                     if seen.stands:
-                        # what rays suspect, or would not see, is not as good as it says of itself
-                        known = far_at_most(other.value, seen)
-                        return other, error if seen.is_clear else known, ""
+                        return other, error, ""
                     why.append(refuted_by(other, seen))
                     continue
             why.append(f"{rung}: {other.value:.6g} +- {error:.2g} mm3 does not tell")

@@ -77,10 +77,10 @@ HOPE = 0.25
 HOPE_SHARP = 0.5
 """What is left of `Told.blur` and `Told.unseen` of sharp sets with the finer ones, about; 3 ** -0.75 = 0.44 along steps."""
 
-THIN, THIN_MM3 = 100.0, 1e-4
-"""How much more than the error that matters to a caller may hide between rays, or mm^3 if that is more: 5 % of a value. In most
-blocks it is a tenth of a percent, and a skin of 5e-4 is missed once in 1000 of them then, exp(-14 / 2); but cells around chips of
-0.05 mm in long blocks are so much larger than these that 1 to 10 % may hide with the first rays."""
+THIN_REL, THIN_MM3 = 0.05, 1e-4
+"""Of a value, and mm^3: how much may hide between rays that the caller wants sharp, or a value's own error if that is more. In
+most blocks it is a tenth of a percent, and a skin of 5e-4 is missed once in 1000 of them then, exp(-14 / 2); but cells around
+chips of 0.05 mm in long blocks are so much larger than these that 1 to 10 % may hide with the first rays."""
 
 
 class Crossed(Protocol):
@@ -107,9 +107,9 @@ class Told(NamedTuple):
         """mm^3: a value that is less off than this is not suspect."""
         return SUSPECT * self.spread
 
-    def is_sharp(self, sharp: float) -> bool:
-        """Whether they tell an error of that many mm^3 apart, and not much more may hide between them."""
-        return self.blur <= sharp and self.unseen <= max(THIN * sharp, THIN_MM3)
+    def is_sharp(self, sharp: float, thin: float) -> bool:
+        """Whether they tell errors of `sharp` mm^3 apart, and no more than `thin` may hide between them."""
+        return self.blur <= sharp and self.unseen <= thin
 
     @property
     def far(self) -> float:
@@ -193,6 +193,7 @@ class Rays:
             return NOTHING
         begin, rank = process_time(), max(self._told, default=FIRST)
         told = self.told(rank)
+        thin = max(THIN_REL * value, error, THIN_MM3) if sharp < np.inf else np.inf
 
         def is_short(rank: int) -> bool:
             return self._expected(rank) <= seconds - (process_time() - begin)
@@ -200,17 +201,17 @@ class Rays:
         def is_suspect(told: Told) -> bool:
             return bool(abs(value - told.volume) > error + told.blur + told.rounding)
 
-        if rank == FIRST and not told.is_sharp(sharp) and is_short(SHARP):
+        if rank == FIRST and not told.is_sharp(sharp, thin) and is_short(SHARP):
             rank, told = SHARP, self.told(SHARP)
         is_hoped = want < told.far <= want / HOPE
-        is_hoped |= not told.is_sharp(sharp) and told.is_sharp(sharp / HOPE_SHARP)
+        is_hoped |= not told.is_sharp(sharp, thin) and told.is_sharp(sharp / HOPE_SHARP, thin / HOPE_SHARP)
         if rank < FINER and (is_suspect(told) or is_hoped) and is_short(FINER):
             told = self.told(FINER)
         if told.volume + told.far < bracket.lo or told.volume - told.far > bracket.hi:
             alarm = f"rays find {told.volume:.6g} +- {told.far:.2g} mm3, outside of the bracket: one of both is wrong"
             return NOTHING._replace(alarm=alarm)
         stands = bool(abs(value - told.volume) <= error + told.far)
-        return Heard(stands, told.volume, told.far, told.is_sharp(sharp) and not is_suspect(told))
+        return Heard(stands, told.volume, told.far, told.is_sharp(sharp, thin) and not is_suspect(told))
 
     def told(self, rank: int) -> Told:
         """By that many rays."""
