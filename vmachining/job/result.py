@@ -10,7 +10,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-from vmachining.engines.mesh import MeshEngine, StockSurface
+from vmachining.engines.mesh import MeshEngine
+from vmachining.engines.protocol import StockSurface
 from vmachining.errors import EngineError
 from vmachining.job.brep import blank, refuse_beyond, write_step
 from vmachining.job.files import MANIFEST, TABLES, between, forget_outputs, make_folder, write_json

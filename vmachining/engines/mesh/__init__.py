@@ -52,7 +52,6 @@ from vmachining.engines.mesh.engine import MeshEngine
 from vmachining.engines.mesh.solids import solid
 from vmachining.engines.mesh.stock import (
     StockMesh,
-    StockSurface,
     box_stock,
     cylinder_stock,
     mesh_stock,
@@ -65,7 +64,6 @@ __all__ = [
     "MeshEngine",
     "Solo",
     "StockMesh",
-    "StockSurface",
     "box_stock",
     "crew",
     "cylinder_stock",

@@ -20,8 +20,9 @@ from vmachining.engines.mesh.checkpoint import read_tiles, write_tiles
 from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.removal import AIR, Cut, Start, cut_once, cut_twice, shared
 from vmachining.engines.mesh.solids import checked, cutters, facets, is_ring, shape_key
-from vmachining.engines.mesh.stock import StockMesh, StockSurface
+from vmachining.engines.mesh.stock import StockMesh
 from vmachining.engines.mesh.tiles import SIDES, Share, Tile, joined, reached
+from vmachining.engines.protocol import StockSurface
 from vmachining.errors import EngineError
 from vmachining.geometry import Arc, Bracket, Line
 from vmachining.sweep import Sweep, Turn

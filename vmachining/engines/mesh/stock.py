@@ -14,13 +14,13 @@ import numpy as np
 from manifold3d import Error, Manifold, Mesh64
 from numpy.typing import ArrayLike
 
-from vmachining.arrays import Floats, Ints, rows
+from vmachining.arrays import Floats, rows
 from vmachining.engines.mesh.facets import FACET_SHARE, Side, arc_steps
 from vmachining.engines.mesh.solids import manifold
 from vmachining.errors import StockError
 from vmachining.tolerance import CHORD_MM
 
-__all__ = ["StockMesh", "StockSurface", "box_stock", "cylinder_stock", "mesh_stock", "stl_stock"]
+__all__ = ["StockMesh", "box_stock", "cylinder_stock", "mesh_stock", "stl_stock"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,15 +41,6 @@ class StockMesh:
         mesh = self.solids[Side.INNER].to_mesh64()
         points = np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3]
         return np.asarray(points[np.asarray(mesh.tri_verts)])
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class StockSurface:
-    """Triangles of a workpiece. vertices (n, 3) mm; triangles (m, 3); block (m,), -1 where the stock is raw."""
-
-    vertices: Floats
-    triangles: Ints
-    block: Ints
 
 
 def _same(solid: Manifold) -> StockMesh:
