@@ -14,7 +14,7 @@ import numpy as np
 from manifold3d import Error, Manifold, Mesh64
 from numpy.typing import ArrayLike
 
-from vmachining.arrays import Floats, rows
+from vmachining.arrays import Floats, Ints, rows
 from vmachining.engines.mesh.facets import FACET_SHARE, Side, arc_steps
 from vmachining.engines.mesh.solids import manifold
 from vmachining.errors import StockError
