@@ -17,7 +17,7 @@ import polars as pl
 from vmachining.errors import JobError
 from vmachining.job.files import atomic_path, writing
 
-__all__ = ["COLUMNS", "RowFile", "finish", "read_partial", "read_samples"]
+__all__ = ["COLUMNS", "MEANINGS", "RowFile", "finish", "read_partial", "read_samples"]
 
 COLUMNS: dict[str, type[pl.DataType]] = {
     "block": pl.Int64,
@@ -53,6 +53,41 @@ COLUMNS: dict[str, type[pl.DataType]] = {
     "warning": pl.String,
 }
 """The schema of `blocks`; what this version does not compute stays empty."""
+
+MEANINGS: dict[str, str] = {
+    "block": "number of the block, from 0, in program order",
+    "line": "line of the program",
+    "text": "that line as it is written",
+    "tool": "tool number",
+    "motion": "rapid, linear, arc_cw, arc_ccw or cycle",
+    "x_mm": "tool tip at the end of the block, work coordinates",
+    "y_mm": "tool tip at the end of the block, work coordinates",
+    "z_mm": "tool tip at the end of the block, work coordinates",
+    "i": "tool axis at the end of the block, from tip to spindle",
+    "j": "tool axis at the end of the block",
+    "k": "tool axis at the end of the block",
+    "length_mm": "path of the tool tip",
+    "feed_mm_min": "programmed feed along the path",
+    "time_s": "time of the block within the limits of the machine, dwells included",
+    "removed_mm3": "best estimate of the volume that the cutter removes",
+    "removed_lo_mm3": "lower bound of it; rapids remove 0 by definition",
+    "removed_hi_mm3": "upper bound of it",
+    "engine": "engine whose interval this is",
+    "removed_brep_mm3": "the same by OCCT booleans of B-rep solids, where asked for and inside the interval",
+    "brep_status": "agreed, retried, refused, disputed or skipped",
+    "mrr_mm3_min": "material removal rate: removed_mm3 over time_s",
+    "ae_mm": "radial depth of cut",
+    "ap_mm": "axial depth of cut",
+    "engaged_fraction": "share of a revolution in which an edge is engaged",
+    "chip_area_mm2": "largest chip area",
+    "chip_thickness_mm": "largest undeformed chip thickness",
+    "force_n": "largest resultant force, wants [force]",
+    "power_w": "mean cutting power, wants [force]",
+    "scheduled_feed_mm_min": "feed of the rewritten program, wants [feed]",
+    "scheduled_time_s": "time of the block in the rewritten program",
+    "warning": "what a machinist should know of this block",
+}
+"""What each column of `COLUMNS` holds; the reference pages are made of this."""
 
 SAMPLES = "samples_mm3"
 """Extra column of the partial file: volumes of the equal parts of a block, for the scheduler."""

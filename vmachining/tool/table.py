@@ -10,7 +10,7 @@ from vmachining.errors import ToolError
 from vmachining.tool.apt import AptTool
 from vmachining.tool.cutters import BallNose, BullNose, Cutter, FlatEnd, ProfileTool, Taper
 
-__all__ = ["tool_from_mapping"]
+__all__ = ["MEANINGS", "tool_from_mapping"]
 
 COMMON = (
     "number",
@@ -31,6 +31,24 @@ OWN = {
     "apt": ("apt",),
     "profile": ("profile",),
 }
+MEANINGS = {
+    "number": "as the program calls it (T word)",
+    "name": "for reports",
+    "type": "flat, ball, bull, taper, apt or profile",
+    "diameter_mm": "of the cutting part; type taper: at the tip",
+    "corner_radius_mm": "radius of the rounded corner; type taper: optional, 0 is flat",
+    "taper_deg": "type taper: half angle of the cone",
+    "apt": "type apt: the seven parameters {d, r, e, f, alpha_deg, beta_deg, h}",
+    "profile": "type profile: meridian [[r, z], ...] from the tip up, r >= 0",
+    "length_mm": "from the tip to the end of the cutter",
+    "flute_length_mm": "cutting edges reach up to here; above it the shank is checked for contact",
+    "flutes": "number of teeth",
+    "helix_deg": "helix angle of the edges",
+    "shank_diameter_mm": "of the shank above the flutes, checked for contact",
+    "holder": "meridian [[r_mm, z_mm], ...] from the tip, checked for contact",
+}
+"""What each key of `[[tools]]` means; the reference pages are made of this."""
+
 APT_LENGTHS = ("d", "r", "e", "f", "h")
 APT_ANGLES = ("alpha_deg", "beta_deg")
 

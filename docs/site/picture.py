@@ -1,4 +1,4 @@
-"""Draws docs/slot.png and docs/engagement.png, the pictures in README.md: python docs/picture.py"""
+"""Draws docs/slot.png and docs/engagement.png, the pictures of README and site: python docs/site/picture.py"""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from vmachining.report.engagement import write_engagement_png
 from vmachining.sweep import Stance
 from vmachining.tool import Edge
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).parents[1]
 
 
 def main() -> None:

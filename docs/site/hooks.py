@@ -1,0 +1,205 @@
+"""Pages of the site that are made from the code itself, so that they cannot fall behind it.
+
+mkdocs calls `on_files` at every build; each generated page is a Markdown file that exists only in the build.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add the generated pages."""
+    for path, page in PAGES.items():
+        files.append(File.generated(config, path, content=page()))
+    return files
+
+
+def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """A Markdown table; pipes in cells are escaped."""
+    head = list(head)
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(_cell(c) for c in line) + " |" for line in lines) + "\n"
+
+
+def _cell(text: str) -> str:
+    return " ".join(str(text).split()).replace("|", "\\|")
+
+
+# -- command line ------------------------------------------------------------------------------------------
+
+
+def command_line() -> str:
+    """Every command with its options, as typer documents them."""
+    import typer
+    from typer.cli import get_docs_for_click
+
+    from vmachining.cli.app import command
+
+    root = command()
+    text = get_docs_for_click(obj=root, ctx=typer.Context(root), name="vmachining")
+    return "# Command line\n\n" + CODES + text.split("\n", 1)[1]
+
+
+CODES = """Exit codes: 0 done, 1 findings or blocks that could not be certified, 2 bad usage or input, 3 a bug, 130
+interrupted. `--json` prints machine-readable output alone on stdout; progress and messages go to stderr. Completion of your
+shell: `vmachining --install-completion`.
+
+"""
+
+
+# -- job file ----------------------------------------------------------------------------------------------
+
+
+def job_file() -> str:
+    """Every key of the job file, from the models that check it."""
+    from vmachining.job.model import JobFile
+
+    out = ["# Job file\n", JOB_INTRO]
+    for heading, model in _sections("", JobFile):
+        out.append(f"\n## {heading or 'Top level'}\n")
+        if model.__doc__ and heading:
+            out.append(" ".join(model.__doc__.split()) + "\n")
+        out.append(
+            table(
+                ("key", "type", "default", "meaning"),
+                (
+                    (f"`{name}`", _type(field.annotation), _default(field), field.description or "")
+                    for name, field in model.model_fields.items()
+                    if not _nested(field.annotation)
+                ),
+            )
+        )
+    from vmachining.tool.table import MEANINGS
+
+    out.append("\n## [[tools]]\n")
+    out.append(table(("key", "meaning"), ((f"`{key}`", text) for key, text in MEANINGS.items())))
+    return "\n".join(out)
+
+
+JOB_INTRO = """TOML. A key that does not exist is refused with its line and the nearest one that does; so is a value of the
+wrong type or outside its limits. Keys that name a unit keep it; `units` is that of the others (`home`, stock, free meridians).
+`vmachining init PROGRAM` writes a commented one.
+"""
+
+
+def _sections(prefix: str, model: Any) -> Iterable[tuple[str, Any]]:
+    yield (f"[{prefix}]" if prefix else ""), model
+    for name, field in model.model_fields.items():
+        for inner in _nested(field.annotation):
+            yield from _sections(f"{prefix}.{name}" if prefix else name, inner)
+
+
+def _nested(annotation: Any) -> list[Any]:
+    """Models inside an annotation."""
+    from typing import get_args
+
+    from pydantic import BaseModel
+
+    found = [
+        a for a in (annotation, *get_args(annotation)) if isinstance(a, type) and issubclass(a, BaseModel)
+    ]
+    return found
+
+
+def _type(annotation: Any) -> str:
+    import re
+
+    text = re.sub(r"Annotated\[([^,\]]+)[^\]]*\]+", r"\1", repr(annotation))
+    text = re.sub(r"\b(typing|builtins)\.", "", text)
+    text = re.sub(r"<class '(\w+)'>", r"\1", text)
+    return f"`{text}`"
+
+
+def _default(field: Any) -> str:
+    return "required" if field.is_required() else "" if field.default is None else f"`{field.default!r}`"
+
+
+# -- tables ------------------------------------------------------------------------------------------------
+
+
+def tables() -> str:
+    """Columns of `blocks` with units and meaning."""
+    from vmachining.job.table import COLUMNS, MEANINGS
+
+    rows = ((f"`{name}`", kind.__name__, MEANINGS.get(name, "")) for name, kind in COLUMNS.items())
+    return TABLES_INTRO + table(("column", "type", "meaning"), rows) + SUMMARY
+
+
+TABLES_INTRO = """# Tables and summaries
+
+## blocks.csv, blocks.parquet
+
+One row per NC block that moves, in program order. A cell is empty where nothing was computed; a 0 is a computed zero. The unit is
+in the name; lengths are in millimetres, coordinates are work coordinates of the tool tip.
+
+"""
+
+SUMMARY = """
+## summary.json
+
+`blocks`, `removed_mm3` with `removed_lo_mm3` and `removed_hi_mm3`, `stock_mm3`, `final_mm3` with its bounds, `time_s`,
+`scheduled_time_s`, `brep` (blocks asked, agreed, retried, refused, disputed), `warnings`, `notes` (what must be known of all
+numbers at once), `seconds`, `peak_mb`.
+
+## manifest.json
+
+Inputs with SHA-256, versions, options, whether the run is complete: see the page on files of a result directory.
+"""
+
+
+# -- machines, findings ------------------------------------------------------------------------------------
+
+
+def machines() -> str:
+    """Presets with their options and their default offsets."""
+    import inspect
+
+    from vmachining.machine import machinefile
+    from vmachining.machine.presets import PRESETS, preset
+
+    rows = []
+    for name, make in sorted(PRESETS.items()):
+        machine = preset(name)
+        axes = ", ".join(axis.name for axis in machine.axes) if hasattr(machine, "axes") else ""
+        try:
+            options = ", ".join(
+                f"`{p.name}` = {p.default}"
+                for p in inspect.signature(make).parameters.values()
+                if p.default is not inspect.Parameter.empty
+            )
+        except ValueError:
+            options = ""
+        rows.append((f"`{name}`", axes, options))
+    example = (machinefile.__doc__ or "").split("\n\n", 1)[1].rstrip()
+    return (
+        '# Machines\n\n`[machine] chain = "NAME"` takes one of these; `file = "machine.toml"` any serial chain of linear '
+        "and rotary axes. Lengths in mm.\n\n"
+        + table(("chain", "axes, from the workpiece to the tool", "options and their defaults"), rows)
+        + f"\n## A machine file\n\n```toml\n{example}\n```\n"
+    )
+
+
+def findings() -> str:
+    """The catalogue of the tester."""
+    from vmachining.nc.catalogue import CATALOGUE
+
+    rows = ((f"`{c}`", e.title, e.explanation, e.hint) for c, e in sorted(CATALOGUE.items()))
+    return (
+        "# Findings of the tester\n\nE: the block is left out, and a run refuses the program. W, I: it is executed. "
+        "`vmachining nc check --explain CODE` says the same on the terminal.\n\n"
+        + table(("code", "what", "why it matters", "what to do"), rows)
+    )
+
+
+PAGES: dict[str, Callable[[], str]] = {
+    "reference/command_line.md": command_line,
+    "reference/job_file.md": job_file,
+    "reference/tables.md": tables,
+    "reference/machines.md": machines,
+    "reference/findings.md": findings,
+}
