@@ -58,24 +58,21 @@ shell: `vmachining --install-completion`.
 def job_file() -> str:
     """Every key of the job file, from the models that check it."""
     from vmachining.job.model import JobFile
-
-    out = ["# Job file\n", JOB_INTRO]
-    for heading, model in _sections("", JobFile):
-        out.append(f"\n## {heading or 'Top level'}\n")
-        if model.__doc__ and heading:
-            out.append(" ".join(model.__doc__.split()) + "\n")
-        out.append(
-            table(
-                ("key", "type", "default", "meaning"),
-                (
-                    (f"`{name}`", _type(field.annotation), _default(field), field.description or "")
-                    for name, field in model.model_fields.items()
-                    if not _nested(field.annotation)
-                ),
-            )
-        )
     from vmachining.tool.table import MEANINGS
 
+    schema = JobFile.model_json_schema()
+    out = ["# Job file\n", JOB_INTRO]
+    for heading, section in _sections("", schema, schema):
+        out.append(f"\n## {heading or 'Top level'}\n")
+        if heading and "description" in section:
+            out.append(section["description"] + "\n")
+        needed = section.get("required", [])
+        rows = [
+            (f"`{key}`", _type(value), _default(value, key in needed), value.get("description", ""))
+            for key, value in section["properties"].items()
+            if not _models(value) and key != "tools"
+        ]
+        out.append(table(("key", "type", "default", "meaning"), rows))
     out.append("\n## [[tools]]\n")
     out.append(table(("key", "meaning"), ((f"`{key}`", text) for key, text in MEANINGS.items())))
     return "\n".join(out)
@@ -86,37 +83,47 @@ wrong type or outside its limits. Keys that name a unit keep it; `units` is that
 `vmachining init PROGRAM` writes a commented one.
 """
 
-
-def _sections(prefix: str, model: Any) -> Iterable[tuple[str, Any]]:
-    yield (f"[{prefix}]" if prefix else ""), model
-    for name, field in model.model_fields.items():
-        for inner in _nested(field.annotation):
-            yield from _sections(f"{prefix}.{name}" if prefix else name, inner)
+Schema = dict[str, Any]
 
 
-def _nested(annotation: Any) -> list[Any]:
-    """Models inside an annotation."""
-    from typing import get_args
-
-    from pydantic import BaseModel
-
-    found = [
-        a for a in (annotation, *get_args(annotation)) if isinstance(a, type) and issubclass(a, BaseModel)
-    ]
-    return found
+def _sections(prefix: str, section: Schema, root: Schema) -> Iterable[tuple[str, Schema]]:
+    yield (f"[{prefix}]" if prefix else ""), section
+    for key, value in section["properties"].items():
+        for name in _models(value):
+            inner = root["$defs"][name.rsplit("/", 1)[1]]
+            yield from _sections(f"{prefix}.{key}" if prefix else key, inner, root)
 
 
-def _type(annotation: Any) -> str:
-    import re
-
-    text = re.sub(r"Annotated\[([^,\]]+)[^\]]*\]+", r"\1", repr(annotation))
-    text = re.sub(r"\b(typing|builtins)\.", "", text)
-    text = re.sub(r"<class '(\w+)'>", r"\1", text)
-    return f"`{text}`"
+def _models(value: Schema) -> list[str]:
+    """References to other models in a property."""
+    return [part["$ref"] for part in (value, *value.get("anyOf", ())) if "$ref" in part]
 
 
-def _default(field: Any) -> str:
-    return "required" if field.is_required() else "" if field.default is None else f"`{field.default!r}`"
+def _type(value: Schema) -> str:
+    """A property's type in words."""
+    if "anyOf" in value:
+        return " or ".join(_type(part) for part in value["anyOf"] if part.get("type") != "null")
+    if "enum" in value:
+        return ", ".join(f"`{choice}`" for choice in value["enum"])
+    if "const" in value:
+        return f"`{value['const']}`"
+    if "prefixItems" in value:
+        return "[" + ", ".join(_type(item) for item in value["prefixItems"]) + "]"
+    if value.get("type") == "array":
+        return f"list of {_type(value.get('items', {}))}"
+    for limit, sign in (("exclusiveMinimum", ">"), ("minimum", "≥")):
+        if limit in value:
+            return f"number {sign} {value[limit]:g}"
+    return {"string": "text", "boolean": "true or false", "object": "table"}.get(
+        value.get("type", ""), "number"
+    )
+
+
+def _default(value: Schema, required: bool) -> str:
+    if required:
+        return "required"
+    given = value.get("default")
+    return "" if given is None else f"`{str(given).lower() if isinstance(given, bool) else given}`"
 
 
 # -- tables ------------------------------------------------------------------------------------------------

@@ -45,41 +45,54 @@ LATER: dict[tuple[str, str], tuple[str, frozenset[str]]] = {
 
 
 class Keys(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
 
 
 class ProgramKeys(Keys):
-    """[program]; subroutines : folders, relative to the job file."""
+    """What is milled, and how the control reads it."""
 
     file: Text
+    """the program, relative to the job file"""
     dialect: Literal["iso", "mts", "apt", "poses"] = "iso"
+    """see the page on dialects"""
     home: Triple = (0.0, 0.0, 100.0)
+    """tool tip at the start, work coordinates; also where G28 goes"""
     block_delete: Annotated[bool, Field(strict=True)] = False
+    """skip lines that open with a slash"""
     crc_entry: Literal["prev", "next"] = "prev"
+    """how cutter radius compensation enters the path"""
     crc_corner: Literal["arc", "exact", "miter"] = "arc"
+    """what it does at outer corners"""
     taps: Literal["reference", "axis"] = "reference"
+    """where taps in G18 and G19 go: beside their holes as a known control does, or into them"""
     subroutines: tuple[Text, ...] = ()
+    """folders with subprograms in files of their own, relative to the job file"""
 
 
 class Machine(Keys):
-    """[machine]; a limit that is not given does not bind.
-
-    chain : name of a machine, see `vmachining.machine.PRESETS`. file : a machine file instead.
-    """
+    """Optional; a limit that is not given does not bind."""
 
     chain: Text | None = None
+    """name of a machine, see the page on machines"""
     file: Text | None = None
+    """a machine file instead"""
     rapid_mm_min: Positive | None = None
+    """speed of rapids"""
     max_feed_mm_min: Positive | None = None
+    """largest feed along the path"""
     max_acceleration_mm_s2: Positive | None = None
+    """of the tool tip along the path"""
     axis_feed_mm_min: tuple[Positive, Positive, Positive] | None = None
+    """largest speed of each linear axis"""
 
 
 class Box(Keys):
     """An axis-aligned block, opposite corners."""
 
     min: Triple
+    """corner with the smallest coordinates"""
     max: Triple
+    """corner with the largest coordinates"""
 
     @model_validator(mode="after")
     def _ordered(self) -> Box:
@@ -92,8 +105,11 @@ class Cylinder(Keys):
     """A round bar standing along z: centre (x, y), radius, lowest and highest z."""
 
     center: Pair
+    """axis of the bar, x and y"""
     radius: Positive
+    """of the bar"""
     z: Pair
+    """lowest and highest z"""
 
     @model_validator(mode="after")
     def _ordered(self) -> Cylinder:
@@ -103,12 +119,14 @@ class Cylinder(Keys):
 
 
 class Stock(Keys):
-    """[stock]: exactly one of four ways to say it."""
+    """The raw workpiece: exactly one of four ways to say it."""
 
     box: Box | None = None
     cylinder: Cylinder | None = None
     step: Text | None = None
+    """a STEP file with one solid, in its own unit"""
     stl: Text | None = None
+    """a closed STL"""
 
     @model_validator(mode="after")
     def _one(self) -> Stock:
@@ -120,22 +138,31 @@ class Stock(Keys):
 
 
 class Accuracy(Keys):
-    """[accuracy]"""
+    """How finely is computed."""
 
     chord_mm: Positive = 0.01
+    """mesh engine: distance between facets inside and around the true sweep"""
 
 
 class Feed(Keys):
-    """[feed]; see the feed room for what tau, min_length_mm and rule do."""
+    """Optional; plans feeds, writes `scheduled.nc` and simulates it."""
 
     strategy: Literal["volume"] = "volume"
+    """what is kept at or below the reference"""
     reference: Literal["auto", "max", "mean"] | Positive = "auto"
+    """largest allowed load: a number, or that of the program as it is"""
     min_mm_min: Positive = 60.0
+    """smallest feed that is written"""
     max_mm_min: Positive = 3000.0
+    """largest feed that is written"""
     insert_blocks: Annotated[bool, Field(strict=True)] = False
+    """divide blocks where the load changes inside them"""
     tau: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)] = 0.25
+    """insert_blocks: divide where wanted feeds differ by more than this share"""
     min_length_mm: Positive = 0.5
+    """insert_blocks: shortest inserted block"""
     rule: Literal["safe", "mean"] = "safe"
+    """insert_blocks: smallest wanted feed of a part, or the one of its mean load"""
 
     @model_validator(mode="after")
     def _ordered(self) -> Feed:
@@ -148,7 +175,9 @@ class JobFile(Keys):
     """The whole file."""
 
     name: Text = "job"
+    """in reports, and of the default result directory"""
     units: Literal["mm", "inch"] = "mm"
+    """of lengths whose key names no unit"""
     program: ProgramKeys
     machine: Machine = Machine()
     tools: Annotated[list[dict[str, Any]], Field(min_length=1)]
