@@ -21,6 +21,8 @@ roots and not samples.
 | `divide.py` | `divided`: sign changes along edges |
 | `stocks.py` | `BoxStock`, `CylinderStock`, `MeshStock` |
 | `result.py` | `Engagement`, `EngagementMap` |
+| `frames.py` | frames of tool, contact and feed: plain numbers and arrays |
+| `chip.py` | points of flat, bull and ball edges, facing condition, chip thickness, area, depth: plain arrays |
 
 Jobs are wired to this in `vmachining.job.engage`, where the B-rep takes the place of `RayWorkpiece`; pictures are
 drawn in `vmachining.report`.
@@ -52,6 +54,7 @@ engage`) the ends agreed to 6e-7 mm; 380 random cases against sampled poses gave
 was missing.
 """
 
+from vmachining.engagement import chip, frames
 from vmachining.engagement.divide import RESOLUTION_MM
 from vmachining.engagement.extract import Contact, contact, engaged_parts, facing_parts
 from vmachining.engagement.result import COLUMNS, Engagement, EngagementMap
@@ -72,8 +75,10 @@ __all__ = [
     "RayWorkpiece",
     "Stock",
     "Workpiece",
+    "chip",
     "contact",
     "engaged_parts",
     "facing_parts",
+    "frames",
     "sweeps_near",
 ]
