@@ -10,7 +10,6 @@ The programs belong to the LinuxCNC project and are read where they lie. What is
 
 from __future__ import annotations
 
-import os
 from math import pi
 from pathlib import Path
 
@@ -91,7 +90,7 @@ def chips_truth(moves: tuple[vm.nc.Move, ...]) -> float:
 
 
 def test_chips_beginning() -> None:
-    """The first tenth of the program at a coarse chord; all of it with VMACHINING_FULL=1."""
+    """The first tenth of the program at a coarse chord; all of it in the full lane."""
     job = vm.Job.load(JOBS / "chips.toml")
     program = vm.read_program(job.program_path)
     assert program.ended and not program.errors
@@ -108,7 +107,7 @@ def test_chips_beginning() -> None:
     assert engine.stock_volume.estimate - engine.volume.estimate == pytest.approx(total.estimate, rel=1e-9)
 
 
-@pytest.mark.skipif(not os.environ.get("VMACHINING_FULL"), reason="minutes long: set VMACHINING_FULL=1")
+@pytest.mark.long  # some minutes: the whole program
 def test_chips() -> None:
     result = run("chips")
     check_sums(result)
@@ -138,7 +137,7 @@ def points_removed(job: vm.Job, result: vm.RunResult, count: int) -> tuple[float
 
 
 def test_the_impeller_begins_as_points_say(tmp_path: Path) -> None:
-    """Thirty five-axis blocks through the chain of the machine; all 4,500 with VMACHINING_FULL=1."""
+    """Thirty five-axis blocks through the chain of the machine; all 4,500 in the full lane."""
     text = (PROGRAMS / "impeller-7bl-xyzac.ngc").read_text().splitlines()[:40]
     (tmp_path / "impeller.ngc").write_text("\n".join([*text, "M2", ""]))
     job_text = (JOBS / "impeller.toml").read_text()
@@ -158,7 +157,7 @@ def test_the_impeller_begins_as_points_say(tmp_path: Path) -> None:
     assert [first["i"], first["j"], first["k"]] == pytest.approx(axis, abs=1e-12)
 
 
-@pytest.mark.skipif(not os.environ.get("VMACHINING_FULL"), reason="an hour long: set VMACHINING_FULL=1")
+@pytest.mark.long  # an hour: 4,500 five-axis blocks
 def test_impeller() -> None:
     result = run("impeller")
     check_sums(result)
