@@ -56,6 +56,30 @@ RUNS = [  # tool radius 3, from (-10, -10), entry rule prev; runs of the open re
 ]  # fmt: skip
 
 
+RAPIDS = [  # tool radius 1, left, from the origin; runs of the open reference control
+    ("G0 X10 Y0|G0 X20|G0 Y-20", [(10, 1), (20, 1), (21, 0), (21, -20)], "RRRR"),
+    ("G1 X10 Y0|G1 X20|G0 Y-20", [(10, 1), (20, 1), (21, 0), (21, -20)], "FFRR"),
+    ("G0 X10 Y0|G0 X20|G1 Y-20", [(10, 1), (20, 1), (21, 0, 20, 0, -1), (21, -20)], "RRAF"),
+    ("G0 X10 Y0|G0 X20|G0 Z5|G0 Y-20", [(10, 1), (20, 1), (20, 1), (21, 0), (21, -20)], "RRRRR"),
+    ("G0 X10 Y0|G3 X20 Y0 I5 J0|G0 Y-20", [(10, 1), (11, 0, 10, 0, -1), (19, 0, 15, 0, 1), (21, 0), (21, -20)], "RAARR"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("feed", ["", "F100 "])
+@pytest.mark.parametrize(("path", "wanted", "kinds"), RAPIDS)
+def test_rapids_pass_outer_corners_straight(path, wanted, kinds, feed):
+    if not feed and set(kinds) != {"R"}:
+        feed = "F50 "
+    program = read(f"G21 G90 {feed}S100 M3\nG41.1 D2\n" + path.replace("|", "\n") + "\nG40\nM2")
+    assert not program.findings
+    assert near(drawn(program), wanted)
+    letters = {Motion.RAPID: "R", Motion.LINEAR: "F", Motion.ARC_CW: "A", Motion.ARC_CCW: "A"}
+    assert "".join(letters[move.motion] for move in program.moves) == kinds
+    assert all((move.feed_mm_min is None) == (move.motion is Motion.RAPID) for move in program.moves)
+    ends = [move.end for move in program.moves]
+    assert [move.start for move in program.moves[1:]] == ends[:-1]
+
+
 @pytest.mark.parametrize(("code", "path", "wanted"), RUNS)
 def test_published_corners(code, path, wanted):
     program = read(f"T1 M6 G21 F100\nS1 M3\nG0 X-10 Y-10\n{code} G1 " + path.replace("|", "\n") + "\nM2")

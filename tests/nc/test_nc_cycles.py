@@ -29,6 +29,19 @@ def test_deep_hole_in_steps():
     assert told(moves) == [(kind, (10, 5, level)) for kind, level in z]
 
 
+@pytest.mark.parametrize("code", ["G73", "G83"])
+@given(steps=st.integers(1, 40), step=st.integers(1, 99), level=st.integers(-300, 300), inch=st.booleans())
+def test_a_depth_of_whole_steps_has_no_peck_without_depth(code, steps, step, level, inch):
+    """Programs print tenths here: how many pecks there are is integer arithmetic."""
+    tenths = f"R{level / 10} Z{(level - steps * step) / 10:.1f} Q{step / 10}"
+    moves = read(f"G2{1 - inch} G90 G98 F100 S500 M3 G0 Z{level / 10 + 5:.1f}\n{code} X1 Y1 {tenths}").moves
+    feeds = [move for move in moves if move.motion is F]
+    unit = 2.54 if inch else 0.1
+    wanted = [(level - k * step) * unit for k in range(1, steps + 1)]
+    assert [move.end[2] for move in feeds] == pytest.approx(wanted, abs=1e-9)
+    assert all(move.start[2] - move.end[2] > 0.9 * unit * step for move in feeds)
+
+
 def test_increments_and_repetitions():
     moves = read(HEAD + "G98 G0 X0 Y0 Z20\nG91 G81 X10 Y5 R-15 Z-8 L3").moves[1:]
     holes = [(10 * k, 5 * k) for k in (1, 2, 3)]

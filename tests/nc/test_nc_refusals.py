@@ -27,7 +27,8 @@ CASES = [  # program, code, line, column, word
     ("G0 X#<nobody>", "E108", 1, 4, "X#<nobody>"),
     ("#5220 = 2", "E108", 1, 1, "#5220 = 2"),
     ("G0 N10 X1", "E201", 1, 4, "N10"),
-    ("N123456 G0", "E201", 1, 1, "N123456"),
+    ("N1234567890 G0", "E102", 1, 1, "N1234567890"),
+    ("N-5 G0", "E201", 1, 1, "N-5"),
     ("G0 X1 Y2 x3", "E202", 1, 10, "x3"),
     ("G00 G01 X5 F100", "E203", 1, 5, "G01"),
     ("M3 S1 M5", "E204", 1, 7, "M5"),
@@ -149,6 +150,12 @@ CASES = [  # program, code, line, column, word
     ("G2 X10 Y0 I5.01 F1", "W304", 1, 1, "G2"),
     ("N20 G0\nN10 G0\nN20 G0", "W402", 3, 1, "N20"),
     ("N20 G0\nN10 G0\nN20 G0", "W403", 2, 1, "N10"),
+    ("N60 G0\nN70 G0\nN60 G0", "W403", 3, 1, "N60"),
+    ("N60 G0\nN70 G0\nN60 G0", "W402", 3, 1, "N60"),
+    ("G4 P1000", "W335", 1, 4, "P1000"),
+    ("F1 G82 X1 Z-3 R1 P500", "W335", 1, 18, "P500"),
+    ("G41.1 D2 L57.7", "E209", 1, 10, "L57.7"),
+    ("G18 G42.1 D2 L7", "E209", 1, 14, "L7"),
     ("G0 X1\nM30\n G0 X2\nX3", "W404", 3, 2, "G0 X2"),
     ("G1 F1 X1\nX2", "W501", 1, 1, "G1"),
     ("G21\nM30", "W406", 1, 1, ""),
@@ -190,6 +197,50 @@ OTHERS = [  # dialect, program, code, line
 def test_finding_in_another_dialect(dialect, text, code, line):
     found = parse_program(text.encode(), "p", dialect=dialect, tools=TOOLS).findings
     assert (code, line) in {(f.code, f.line) for f in found}, found
+
+
+HAL = "o<x> sub\no100 if [#<_hal[a.b]> EQ 5]\nG92.1\no100 endif\no<x> endsub\nG0 X1\nM2"
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "line"),
+    [
+        (HAL, "E107", 2),
+        (HAL.replace("G0 X1", "o<x> call"), "E107", 2),
+        ("o1 do\nG0 X1\no1 while\nM2", "E416", 3),
+        ("o1 while [1+]\no1 break\no1 endwhile\nM2", "E107", 1),
+        ("o1 if [0]\no1 elseif\nG0 X1\no1 else\no1 endif\nM2", "E416", 2),
+        ("o1 sub\no1 endsub [1+]\no1 call\nM2", "E107", 2),
+    ],
+)
+def test_the_cause_alone_is_told_and_not_its_pair(text, code, line):
+    found = parse_program(text.encode(), "p", tools=TOOLS).errors
+    assert [(f.code, f.line) for f in found] == [(code, line)]
+
+
+def test_block_numbers_of_posts_that_count_by_ten():
+    program = parse_program(b"N99990 G21 G90\nN100000 G0 X1\nN999999990 G0 X2\nM2", "p", tools=TOOLS)
+    assert not program.findings
+    assert [(move.n, move.end[0]) for move in program.moves] == [(100000, 1.0), (999999990, 2.0)]
+
+
+def test_dwells_in_seconds_and_in_milliseconds():
+    text = b"G4 P0.5\nF100 S100 M3 G82 X1 Y1 Z-1 R1 P500\nM2"
+    seconds = parse_program(text, "p", tools=TOOLS)
+    assert [m.dwell_s for m in seconds.moves if m.motion == "dwell"] == [0.5, 500.0]
+    assert [(f.code, f.line) for f in seconds.findings] == [("W335", 2)]
+    milliseconds = parse_program(text, "p", tools=TOOLS, dwell="ms")
+    assert [m.dwell_s for m in milliseconds.moves if m.motion == "dwell"] == [0.0005, 0.5]
+    assert not milliseconds.findings
+    with pytest.raises(NCError, match="dwell 'min'; s or ms"):
+        parse_program(text, "p", dwell="min")
+
+
+def test_a_long_loop_may_be_given_more_steps():
+    text = b"#1 = 0\no1 while [#1 LT 200]\n#1 = [#1 + 1]\no1 endwhile\nG0 X#1\nM2"
+    assert [f.code for f in parse_program(text, "p", max_steps=100).errors] == ["E413"]
+    assert "--max-steps" in parse_program(text, "p", max_steps=100).errors[0].hint
+    assert parse_program(text, "p", max_steps=1000).moves[-1].end[0] == 200.0
 
 
 def test_findings_that_need_to_know_more():

@@ -8,12 +8,13 @@ differences. The first differing programs are printed. Exit code 1 if there is a
 
 Left out on purpose, because they are documented departures or errors of the reference: R that falls below a
 higher level in a series of cycles; near reversals under compensation; a rotation that changes while G92 is in
-force (it forgets to turn that offset); units that change while a tool length is in force; units and work offsets
-that change in a series of cycles; break and continue in repeat; do loops that run again or beside while loops (it
-takes their end for a while); the value of a subprogram before it was called; sizes of a tool (#5401 to #5410) in
-mm, which it says in inches; a tool change behind changed offsets without a motion between. Under compensation
-this reader refuses more: the reference does not test entry moves and arcs for running backwards. It refuses a few
-arcs behind a corner that it has passed over and that are read here; both are counted apart.
+force (it forgets to turn that offset); units that change while a tool length is in force; units and work
+offsets that change in a series of cycles; break and continue in repeat; do loops that run again or beside while
+loops (it takes their end for a while); the value of a subprogram before it was called; sizes of a tool (#5401
+to #5410) in mm, which it says in inches; pecks without depth, which its rounding adds to holes of whole steps;
+a tool change behind changed offsets without a motion between. Under compensation this reader refuses more: the
+reference does not test entry moves and arcs for running backwards. It refuses a few arcs behind a corner that
+it has passed over and that are read here; both are counted apart.
 """
 
 from __future__ import annotations
@@ -238,7 +239,7 @@ def flow(rng: random.Random) -> list[str]:
 
 
 def compensation(rng: random.Random) -> list[str]:
-    """Lines and arcs whose corners turn by up to 3 rad; below 0.05 rad the reference passes over them."""
+    """Rapids, lines and arcs whose corners turn by up to 3 rad; below 0.05 rad the reference passes over them."""
     side = rng.choice((41, 42))
     out = ["G21 G90 F100 S100 M3", "G0 X0 Y0 Z0", f"G{side}.1 D{rng.choice((2, 4, 6))}"]
     x, y, heading = 0.0, 0.0, rng.uniform(0, 6.28)
@@ -255,7 +256,7 @@ def compensation(rng: random.Random) -> list[str]:
         else:
             length = rng.uniform(8, 30)
             ex, ey = x + length * math.cos(heading), y + length * math.sin(heading)
-            out.append(f"G1 X{ex:.6f} Y{ey:.6f}" + rng.choice(("", "", " Z1", " Z0")))
+            out.append(f"G{rng.choice((0, 1, 1))} X{ex:.6f} Y{ey:.6f}" + rng.choice(("", "", " Z1", " Z0")))
         x, y = ex, ey
         if rng.random() < 0.2:
             out.append(f"G1 Z{rng.randrange(3)}")

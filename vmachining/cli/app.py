@@ -51,6 +51,10 @@ Taps = Annotated[
     str,
     typer.Option("--taps", metavar="reference|axis", help="Where taps in G18 and G19 go; axis: into holes."),
 ]
+Dwell = Annotated[str, typer.Option("--dwell", metavar="s|ms", help="Unit of P in G4 and in canned cycles.")]
+MaxSteps = Annotated[
+    int, typer.Option("--max-steps", metavar="N", min=1, help="Lines that loops and calls may repeat.")
+]
 Subroutines = Annotated[
     list[Path] | None,
     typer.Option("--subroutines", metavar="DIR", help="More folders with subprograms in files; repeatable."),
@@ -172,6 +176,8 @@ def nc_check(
     crc_entry: CrcEntry = "prev",
     crc_corner: CrcCorner = "arc",
     taps: Taps = "reference",
+    dwell: Dwell = "s",
+    max_steps: MaxSteps = 1_000_000,
     subroutines: Subroutines = None,
     block_delete: BlockDelete = False,
     from_line: FromLine = 1,
@@ -204,6 +210,8 @@ def nc_check(
         crc_entry=crc_entry,
         crc_corner=crc_corner,
         taps=taps,
+        dwell=dwell,
+        max_steps=max_steps,
         subroutines=tuple(subroutines or ()),
         block_delete=block_delete,
         from_line=from_line,
@@ -232,6 +240,8 @@ def nc_moves(
     crc_entry: CrcEntry = "prev",
     crc_corner: CrcCorner = "arc",
     taps: Taps = "reference",
+    dwell: Dwell = "s",
+    max_steps: MaxSteps = 1_000_000,
     subroutines: Subroutines = None,
     block_delete: BlockDelete = False,
     from_line: FromLine = 1,
@@ -249,6 +259,8 @@ def nc_moves(
         crc_entry=crc_entry,
         crc_corner=crc_corner,
         taps=taps,
+        dwell=dwell,
+        max_steps=max_steps,
         subroutines=tuple(subroutines or ()),
         block_delete=block_delete,
         from_line=from_line,

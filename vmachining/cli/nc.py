@@ -40,6 +40,8 @@ class Reading:
     crc_entry: str = "prev"
     crc_corner: str = "arc"
     taps: str = "reference"
+    dwell: str = "s"
+    max_steps: int = 1_000_000
     subroutines: tuple[Path, ...] = ()
     block_delete: bool = False
     from_line: int = 1
@@ -57,6 +59,8 @@ class Reading:
             "crc_entry": self.crc_entry,
             "crc_corner": self.crc_corner,
             "taps": self.taps,
+            "dwell": self.dwell,
+            "max_steps": self.max_steps,
             "subroutines": self.subroutines,
             "block_delete": self.block_delete,
             "start_line": self.from_line,

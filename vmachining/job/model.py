@@ -65,6 +65,10 @@ class ProgramKeys(Keys):
     """what it does at outer corners"""
     taps: Literal["reference", "axis"] = "reference"
     """where taps in G18 and G19 go: beside their holes as a known control does, or into them"""
+    dwell: Literal["s", "ms"] = "s"
+    """unit of P in G4 and in canned cycles"""
+    max_steps: Annotated[int, Field(strict=True, ge=1)] = 1_000_000
+    """lines that loops and calls may repeat before the program is taken to run for ever"""
     subroutines: tuple[Text, ...] = ()
     """folders with subprograms in files of their own, relative to the job file"""
 

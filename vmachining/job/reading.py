@@ -38,6 +38,7 @@ def read_job_program(job: Job, path: Path | None = None) -> Program:
     options: dict[str, Any] = {
         "dialect": keys.dialect, "tools": table, "home": job.home, "block_delete": keys.block_delete,
         "crc_entry": keys.crc_entry, "crc_corner": keys.crc_corner, "taps": keys.taps,
+        "dwell": keys.dwell, "max_steps": keys.max_steps,
         "rotary": "".join(letter for letter in "ABC" if letter in names),
     }  # fmt: skip
     # a rewritten program lies elsewhere than the files of its subprograms

@@ -42,7 +42,7 @@ How a program is read (dialects iso and mts)
 Sources: RS274/NGC (Kramer, Proctor, Messina, NISTIR 6556, 2000) for grammar, modal groups and order of
 execution; the documentation and observable behaviour of LinuxCNC 2.9 where that text is silent.
 Departures from LinuxCNC
-- Errors do not stop the program. Two signs (`X--2`) are malformed, block numbers have five digits at most.
+- Errors do not stop the program. Two signs (`X--2`) are malformed, block numbers have nine digits at most.
 - A radius word may be 0.002 mm short of half the chord. `M3` wants a speed, `M6` a tool.
 - `G94` while G94 is in force keeps F; a change of feed mode forgets it, as there.
 - `G1` alone before the first F chooses the mode without a motion.

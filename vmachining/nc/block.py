@@ -23,7 +23,7 @@ from vmachining.nc.lexer import LexedLine, Word
 
 __all__ = ["SIGNAL_WORDS", "Block", "Problem", "block_number", "build_block"]
 
-_BLOCK_NUMBER: Final = re.compile(r"[Nn]([0-9]{1,5})(?:\.[0-9]*)?")
+_BLOCK_NUMBER: Final = re.compile(r"[Nn]([0-9]{1,9})(?:\.[0-9]*)?")
 _PROBE: Final = re.compile(r"[Gg]0*38\.[2-5]")
 _ALWAYS: Final = frozenset("GMNFST")
 _FOREIGN_AXES: Final = frozenset("ABCUVW")
@@ -130,7 +130,7 @@ def build_block(
             if index > 0:
                 block.problems.append(Problem("E201", word, "N does not open the block"))
             elif block_number(line) is None:
-                what = f"{word.text} is not a block number of one to five digits"
+                what = f"{word.text} is not a block number of one to nine digits"
                 block.problems.append(Problem("E201", word, what))
         elif letter == "G":
             known &= _g_code(block, word, value, groups)

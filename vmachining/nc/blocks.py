@@ -32,20 +32,20 @@ MAX_ERRORS: Final = 1000
 """Records of severity E after which a file is given up."""
 
 MAX_MOVES: Final = 2_000_000
-"""Motions of a program that multiplies its lines by cycles and loops."""
+"""Motions of a program that multiplies its lines by cycles and loops; more where more steps are allowed."""
 
 MAX_WARNINGS: Final = 200
 """Records of one warning code that are listed."""
 
 _N = r"([+-]?(?:[0-9]{1,9}(?:\.[0-9]*)?|\.[0-9]+))[ \t]*"
 _PLAIN: Final = re.compile(
-    r"(?:[Nn]([0-9]{1,5})[ \t]*)?(?:[Gg]0?([01])[ \t]*)?"
+    r"(?:[Nn]([0-9]{1,9})[ \t]*)?(?:[Gg]0?([01])[ \t]*)?"
     rf"(?:[Xx][ \t]*{_N})?(?:[Yy][ \t]*{_N})?(?:[Zz][ \t]*{_N})?(?:[Ff][ \t]*{_N})?"
 )
 """The block that fills most programs: at most N, G0 or G1, X, Y, Z, F, in this order."""
 
 _ABORT: Final = re.compile(r"\([ \t]*abort[ \t]*,", re.IGNORECASE)
-_NUMBERED: Final = re.compile(r"[ \t]*/?[ \t]*[Nn][ \t]*([0-9]{1,5})(?![0-9.])")
+_NUMBERED: Final = re.compile(r"[ \t]*/?[ \t]*[Nn][ \t]*([0-9]{1,9})(?![0-9.])")
 
 THREE_AXES: Final = tuple(Move._field_defaults.values())
 """The fields of a move that three axes do not use."""
@@ -422,8 +422,8 @@ class Reader:
         for key, value in writes:
             self.memory.store(key, value)
         self.moves.extend(moves)
-        if len(moves) > 1 and len(self.moves) > MAX_MOVES:
-            raise _GiveUpError("E413", number, f"over {MAX_MOVES} motions: is there an end?")
+        if len(moves) > 1 and len(self.moves) > max(MAX_MOVES, 2 * self.settings.max_steps):
+            raise _GiveUpError("E413", number, f"over {len(self.moves) - 1} motions: is there an end?")
         self.state = self.memory.state = try_state
         if any(_ABORT.match(text, comment.col - 1) for comment in lexed.comments):
             raise _GiveUpError("E418", number - 1, "the program stops itself here, by (ABORT, ...)")
@@ -446,7 +446,7 @@ class Reader:
     def _check_number(self, line: int, n: int, word: Word) -> None:
         if n in self.numbers:
             self.report(Problem("W402", word, f"N{n} was used before"), line, n)
-        elif n < self.last:
+        if n < self.last:
             self.report(Problem("W403", word, f"N{n} follows N{self.last}"), line, n)
         self.numbers.add(n)
         self.last = n

@@ -61,7 +61,7 @@ CATALOGUE: Final[dict[str, Entry]] = {
     # ---- E2: the block as a whole ----
     "E201": Entry(
         "bad block number",
-        "N opens its block (only a block delete slash may come before it) and has one to five digits and "
+        "N opens its block (only a block delete slash may come before it) and has one to nine digits and "
         "no sign.",
         "move N to the front, or drop it",
     ),

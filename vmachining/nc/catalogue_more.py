@@ -43,6 +43,12 @@ MORE: Final[dict[str, Entry]] = {
         "first block.",
         "program P",
     ),
+    "W335": Entry(
+        "long dwell",
+        "P of G4 and of canned cycles counts seconds, as on the open reference control. Fanuc and controls like it "
+        "count milliseconds, so that their G4 P1000, one second, is read as more than a quarter of an hour.",
+        'if the post means milliseconds: dwell = "ms" under [program], or --dwell ms',
+    ),
     "E336": Entry(
         "bad number of repetitions",
         "L counts holes or calls: a whole number, for holes one or more.",
@@ -243,7 +249,7 @@ MORE: Final[dict[str, Entry]] = {
         "no end in sight",
         "Loops and calls repeated so many lines that the program is taken to run for ever; the rest "
         "is not examined.",
-        "check the condition of the loop, or raise the limit",
+        "check the condition of the loop, or raise max_steps: under [program], or --max-steps",
     ),
     "E414": Entry(
         "calls nested too deep",

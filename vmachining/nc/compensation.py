@@ -5,7 +5,8 @@ the normal axis wait with it at its end.
 
     corner between tangents t1, t2     sigma (t1 x t2) > 0   both curves are trimmed to where they meet
                                        else                  an arc of the tool radius about the corner, or
-                                                             with corner "miter" one point, if within 2 rho
+                                                             with corner "miter" one point, if within 2 rho;
+                                                             before a rapid a straight rapid, as in LinuxCNC
     entry "prev"   the entry move is a segment like any other whose start is not offset
     entry "next"   the entry move goes straight to the start of the next offset curve
     exit           the last segment ends beside its programmed end; the next move leaves from there
@@ -98,17 +99,13 @@ class Compensation:
         """sigma rho."""
         return self.side * self.radius
 
-    def accept(self, move: Move, corner_feed: float | None = None) -> Step:
+    def accept(self, move: Move) -> Step:
         """Take the next programmed move.
-
-        Parameters
-        ----------
-        corner_feed : mm/min of a corner arc between rapids; None: there is none.
 
         Raises
         ------
         CompensationError
-            E301, E352, E353, E354, E355; nothing has changed then.
+            E352, E353, E354, E355; nothing has changed then.
         """
         if self.radius == 0.0:
             return Step(self, [move], [])
@@ -120,7 +117,7 @@ class Compensation:
             return Step(replace(self, pending=held), [], [])
         if self.pending is None:
             return Step(replace(self, pending=self._enter(move, start, end)), [], [])
-        return self._follow(self.pending, move, start, end, corner_feed)
+        return self._follow(self.pending, move, start, end)
 
     def finish(self) -> tuple[list[Move], Point | None]:
         """Compensation off: the moves held back, and where the tip is (None: on the programmed point)."""
@@ -149,7 +146,7 @@ class Compensation:
         curve = _entry_arc(curve, start) if curve.center is not None else curve._replace(start=start)
         return Pending(curve, move, entry=self.entry == "next")
 
-    def _follow(self, held: Pending, move: Move, start: Pair, end: Pair, corner_feed: float | None) -> Step:
+    def _follow(self, held: Pending, move: Move, start: Pair, end: Pair) -> Step:
         curve, before = self._curve(move, start, end), held.curve
         turn = before.last[0] * curve.first[1] - before.last[1] * curve.first[0]
         ahead = before.last[0] * curve.first[0] + before.last[1] * curve.first[1]
@@ -188,7 +185,7 @@ class Compensation:
             curve = curve._replace(start=point)
         else:
             moves = self._release(held, before.end)
-            moves.append(self._corner(moves[-1], move, curve.start, before.corner, corner_feed))
+            moves.append(self._corner(moves[-1], move, curve.start, before.corner))
             if move.rotary_deg is not None:  # the corner arc has turned the axes already
                 move = move._replace(rotary_start=move.rotary_deg, duration_s=None)
         if not warnings:
@@ -269,25 +266,20 @@ class Compensation:
         moves += [self._shifted(move, end, end, None, 0) for move in held.followers]
         return moves
 
-    def _corner(self, last: Move, following: Move, end: Pair, corner: Pair, feed: float | None) -> Move:
-        """Arc of the tool radius about a convex corner; it belongs to the block behind the corner."""
-        if following.feed_mm_min is not None:
-            feed = following.feed_mm_min
-        if feed is None:
-            raise CompensationError(
-                "E301", "a rapid round an outer corner is an arc, and no feed is in force"
-            )
+    def _corner(self, last: Move, following: Move, end: Pair, corner: Pair) -> Move:
+        """Arc of the tool radius about a convex corner, its chord before a rapid; part of the block behind it."""
+        rapid = following.motion is Motion.RAPID
+        arc = Motion.ARC_CCW if self.side < 0 else Motion.ARC_CW
         level = self._lift(following, corner, following.start[self.plane.normal])
         here = following._replace(
-            motion=Motion.ARC_CCW if self.side < 0 else Motion.ARC_CW,
+            motion=Motion.RAPID if rapid else arc,
             start=level,
             end=level,
-            feed_mm_min=feed,
             duration_s=None,
             end_machine=add(following.end_machine, subtract(level, following.end)),
             end_program=self._program_of(following, level),
         )
-        return self._shifted(here, self._pair(last.end), end, corner, 1)
+        return self._shifted(here, self._pair(last.end), end, None if rapid else corner, 0 if rapid else 1)
 
     def _program_of(self, move: Move, point: Point) -> Point:
         """Program coordinates of a point of the simulation frame, by the end of a move that has both."""

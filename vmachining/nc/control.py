@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from vmachining.nc.block import Problem
-from vmachining.nc.lexer import LexedLine, Word, lex_line
+from vmachining.nc.lexer import LexedLine, LexError, Word, lex_line
 
 __all__ = ["Item", "Structure", "find_structure", "label_of"]
 
@@ -29,6 +29,9 @@ _ARGUMENTS: Final = {
     "return": (0, 1), "endsub": (0, 1),
 }  # fmt: skip
 _LOOPS: Final = frozenset({"while", "do", "repeat"})
+_VALUED: Final = frozenset({"if", "elseif", "while", "until", "repeat", "call"})
+"""What cannot steer without its values."""
+
 _CLOSES: Final = {"endsub": "sub", "endif": "if", "endwhile": "while", "endrepeat": "repeat"}
 
 
@@ -38,7 +41,8 @@ class Item:
 
     index : 0-based line. kind : its control word, "number" for a program number, "until" for the while that
     closes a do, "broken" for a line that steers nothing. start, end : lines of the pair it belongs to.
-    following : next elseif, else or endif of the same if.
+    following : next elseif, else or endif of the same if. wrong : its values cannot be read, which is told; its
+    pair is known all the same, and not to blame.
     """
 
     index: int
@@ -48,6 +52,7 @@ class Item:
     start: int = -1
     end: int = -1
     following: int = -1
+    wrong: bool = False
 
 
 @dataclass(slots=True)
@@ -89,19 +94,29 @@ def find_structure(lines: Sequence[str], first: int, stop: int) -> Structure | N
     structure = Structure()
     for index in found:
         lexed = lex_line(lines[index])
-        if lexed.label is None or lexed.errors:
+        if lexed.label is None or (lexed.errors and lexed.flow is None):
             continue  # an ordinary wrong line
         item = Item(index, lexed.flow or "number", label_of(lexed.label), lexed)
         structure.items[index] = item
+        if lexed.errors:
+            item.wrong = True
+            structure.problems += [(index, _unread(error)) for error in lexed.errors]
+            continue
         few, many = _ARGUMENTS.get(item.kind, (0, 0))
         if lexed.label.expression is not None and item.kind != "call":
             structure.refuse(item, "E416", "only call takes a label that is computed")
         elif item.kind != "number" and not few <= len(lexed.arguments) <= many:
             wanted = f"{few}" if few == many else f"at most {many}"
             what = f"{item.kind} takes {wanted} values in brackets, {len(lexed.arguments)} are given"
-            structure.refuse(item, "E416", what)
+            item.wrong = True
+            structure.problems.append((index, Problem("E416", lexed.label, what)))
     _pair(structure)
     return structure
+
+
+def _unread(error: LexError) -> Problem:
+    """What the lexer found, as a problem of its line."""
+    return Problem(error.code, Word("O", None, error.col, error.length, error.text[:60]), error.message)
 
 
 def _steering_lines(text: str, first: int) -> Iterator[int]:
@@ -159,6 +174,14 @@ def _pair(structure: Structure) -> None:
     for item in opened:
         structure.refuse(item, "E411", f"{item.kind} is never closed")
         structure.subs = {label: at for label, at in structure.subs.items() if at != item.index}
+    wrong = {
+        item.start if item.start >= 0 else item.index
+        for item in structure.items.values()
+        if item.wrong and item.kind in _VALUED
+    }
+    for item in structure.items.values():
+        if item.index in wrong or item.start in wrong:
+            item.kind = "broken"
     for item in structure.items.values():  # what belongs to a broken line steers nothing either
         if item.start >= 0 and structure.items[item.start].kind == "broken" and item.kind != "broken":
             structure.refuse(item, "E411", f"{item.kind} of a {item.lexed.flow} that is never closed")

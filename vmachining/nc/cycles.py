@@ -21,7 +21,8 @@ and P hold for the blocks that follow with the same code; L (repetitions, defaul
 The initial level is where the tool was when the series of cycles began.
 Source: RS274/NGC; the moves of LinuxCNC 2.9, observed. Its taps in G18 and G19 take the coordinates of the hole
 in another order, so that they feed beside it: copied, with a warning, unless the option `taps` is "axis".
-Departure: with an initial level below R, a later block whose R is lower does not go down before it is over its
+Departures: the reference control makes a peck without depth where rounding leaves 1e-15 mm of a depth of whole
+steps; with an initial level below R, a later block whose R is lower does not go down before it is over its
 hole.
 """
 
@@ -40,6 +41,8 @@ MAX_REPEATS: Final = 100_000
 MAX_PECKS: Final = 1_000_000
 """Holes of a block, and steps of a hole: beyond it is a typing error, not a program."""
 
+ROUNDING_MM: Final = 1e-6
+"""A peck of less is rounding, a thousandth of the finest programmed digit: a depth of whole steps has no other."""
 
 _BESIDE: Final = {"zx": (1, 2, 0), "yz": (2, 0, 1)}
 """Which coordinate of the hole a tap is sent to along X, Y and Z: an error of the reference control, kept."""
@@ -111,7 +114,7 @@ def _remember(run: Run, code: int, plane: Plane, fresh: bool) -> Cycle:
     z = old.z if values["z"] is None else values["z"] * scale
     r = old.r if values["r"] is None else values["r"] * scale
     q = old.q if values["q"] is None else values["q"] * scale
-    p = old.p if values["p"] is None else values["p"]
+    p = old.p if values["p"] is None else run.seconds("P")
     if r is None:
         raise run.fail("E332", word, f"{spell('G', code)} needs R, its clearance plane")
     if z is None:
@@ -229,10 +232,11 @@ def _pecks(run: Run, cycle: Cycle, normal: int, clear: float, bottom: float) -> 
             "E334", run.block.word("Q") or run.block.culprit(), f"over {MAX_PECKS} steps in one hole"
         )
     while True:
-        depth = max(depth - step, bottom)
-        run.cut({normal: depth})
-        if depth <= bottom:
+        depth -= step
+        if depth - bottom < ROUNDING_MM:
+            run.cut({normal: bottom})
             return
+        run.cut({normal: depth})
         if cycle.code == 830:
             run.rapid({normal: clear})
         run.rapid({normal: depth + gap})

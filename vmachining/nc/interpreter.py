@@ -104,7 +104,7 @@ class _Interpreter(Run):
             state.tcp = block.m[11][0] in (128, 428)
             state.tcp_length = False
         if block.has_g(40):
-            seconds = block.value("P")
+            seconds = self.seconds("P")
             if seconds is None or seconds < 0.0:
                 what = "G4 without P" if seconds is None else f"a dwell of {seconds:g} s"
                 raise self.fail("E335", block.word("P") or block.g[0][1], what)
@@ -246,6 +246,11 @@ class _Interpreter(Run):
         if code in (411, 421):
             if chosen is None:
                 raise self.fail("E351", word, f"{spell('G', code)} needs D, the diameter of the tool")
+            if block.value("L"):
+                what = (
+                    f"L of {spell('G', code)} is the orientation of a lathe tool: {block.words['L'][1].text}"
+                )
+                raise self.fail("E209", block.word("L"), what, "remove the word")
             return chosen * state.scale
         number = offsets.tool_number(self, "D", chosen or 0.0) or state.tool
         entry = state.table.get(number)

@@ -21,6 +21,7 @@ import math
 from typing import Final, NamedTuple
 
 from vmachining.nc.codes import spell
+from vmachining.nc.cycles import ROUNDING_MM
 from vmachining.nc.run import Run
 
 __all__ = ["Pattern", "Stored", "degression", "execute"]
@@ -51,7 +52,7 @@ def degression(depth: float, first: float, less: float) -> list[float]:
     """Steps of a hole: `first`, each `less` than the one before but not below `less`, together `depth`."""
     floor = less if less > 0.0 else first
     steps, left, step = [], depth, first
-    while left > 1e-9:
+    while left > ROUNDING_MM:
         steps.append(min(step, left))
         left -= steps[-1]
         step = max(step - less, floor)
@@ -83,7 +84,7 @@ def _store(run: Run, code: int) -> Stored:
         raise run.fail("E338", block.word("W"), "W goes up from the clearance plane, so it is not negative")
     if code == 810:
         return Stored(code, -depth * scale, withdraw)
-    first, less, dwell = block.value("K"), block.value("D") or 0.0, block.value("B") or 0.0
+    first, less, dwell = block.value("K"), block.value("D") or 0.0, run.seconds("B") or 0.0
     if first is None or first <= 0.0:
         what = f"{spell('G', code)} needs K, a first step above zero"
         raise run.fail("E339", block.word("K") or word, what)

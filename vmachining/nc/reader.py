@@ -14,6 +14,7 @@ from vmachining.nc.checks import check_moves
 from vmachining.nc.lexer import split_lines
 from vmachining.nc.model import Finding, Point, Program
 from vmachining.nc.poses import read_poses
+from vmachining.nc.run import DWELL_UNITS
 from vmachining.nc.settings import Settings
 from vmachining.nc.state import work_offset_codes
 from vmachining.nc.tooltable import ToolEntry
@@ -41,6 +42,7 @@ def read_program(
     crc_corner: str = "arc",
     peck_clearance_mm: float = 0.254,
     taps: str = "reference",
+    dwell: str = "s",
     subroutines: Sequence[Path | str] = (),
     start_line: int = 1,
     max_steps: int = 1_000_000,
@@ -74,6 +76,7 @@ def read_program(
         crc_corner=crc_corner,
         peck_clearance_mm=peck_clearance_mm,
         taps=taps,
+        dwell=dwell,
         subroutines=(Path(path).parent, *subroutines),
         start_line=start_line,
         max_steps=max_steps,
@@ -97,6 +100,7 @@ def parse_program(
     crc_corner: str = "arc",
     peck_clearance_mm: float = 0.254,
     taps: str = "reference",
+    dwell: str = "s",
     subroutines: Sequence[Path | str] = (),
     start_line: int = 1,
     max_steps: int = 1_000_000,
@@ -122,6 +126,7 @@ def parse_program(
         control does; "exact": those are trimmed or rounded too; "miter": points instead of arcs.
     peck_clearance_mm : how far G73 lifts, and G83 stays away, from the last depth.
     taps : in G18 and G19, "reference": beside their holes, as the reference control feeds them; "axis": along it.
+    dwell : unit of the P of G4 and of canned cycles (B in mts), "s" or "ms".
     subroutines : folders with subprograms in files of their own, NAME.ngc; `read_program` looks beside the program
         first.
     start_line : restart there: everything before is executed for its modes, offsets and position, but makes
@@ -154,6 +159,8 @@ def parse_program(
         )
     if taps not in ("reference", "axis"):
         raise NCError(f"taps '{taps}'", file=name, remedy="reference or axis")
+    if dwell not in DWELL_UNITS:
+        raise NCError(f"dwell '{dwell}'", file=name, remedy="s or ms")
     if not set(rotary) <= set("ABC"):
         raise NCError(f"rotary axes '{rotary}'", file=name, remedy="letters of ABC")
     text = decode_program(data, name)
@@ -169,6 +176,7 @@ def parse_program(
         crc_corner=crc_corner,
         peck_clearance_mm=peck_clearance_mm,
         taps=taps,
+        dwell=dwell,
         subroutines=tuple(Path(folder) for folder in subroutines),
         start_line=start_line,
         max_steps=max_steps,

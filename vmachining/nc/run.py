@@ -14,7 +14,7 @@ from vmachining.nc.settings import Settings
 from vmachining.nc.state import State
 from vmachining.nc.vectors import add, subtract
 
-__all__ = ["BlockError", "Run"]
+__all__ = ["DWELL_UNITS", "BlockError", "Run"]
 
 SLOWEST_MM_MIN: Final = 0.1
 """Feed of a G93 move without length, the floor of the reference control: a feed is never zero."""
@@ -24,6 +24,12 @@ AT_ORIGIN_MM: Final = 1e-9
 
 MAX_MOVES: Final = 100_000
 """Motions of one block: repetitions times steps of a cycle beyond it are a typing error."""
+
+
+DWELL_UNITS: Final = {"s": 1.0, "ms": 1e-3}
+
+LONG_DWELL_S: Final = 30.0
+"""No hole wants it, and the shortest dwells of posts that write milliseconds (P50, P100) lie above."""
 
 
 class BlockError(Exception):
@@ -168,6 +174,20 @@ class Run:
         sim, machine = self.place(values)
         self.emit(Motion.LINEAR, sim, machine, self.feed(math.dist(self.state.sim, sim)))
 
+    def seconds(self, letter: str) -> float | None:
+        """A dwell by its word, s; None when the block does not have it. W335 where it is suspiciously long."""
+        value = self.block.value(letter)
+        if value is None:
+            return None
+        seconds = value * DWELL_UNITS[self.settings.dwell]
+        if seconds >= LONG_DWELL_S:
+            minutes = f" ({seconds / 60.0:.4g} minutes)" if seconds >= 60.0 else ""
+            what = (
+                f"a dwell of {seconds:g} s{minutes}; {value / 1000.0:g} s, if the program means milliseconds"
+            )
+            self.warn("W335", self.block.word(letter), what)
+        return seconds
+
     def dwell(self, seconds: float) -> None:
         """Stand still."""
         self.emit(Motion.DWELL, self.state.sim, self.state.machine, None, dwell_s=seconds)
@@ -217,7 +237,7 @@ class Run:
             self.moves.append(move)
             return
         try:
-            step = state.compensation.accept(move, state.feed if state.feed_mode == 940 else None)
+            step = state.compensation.accept(move)
         except CompensationError as exc:
             raise self.fail(exc.code, self.block.culprit(), str(exc)) from None
         state.compensation = step.after

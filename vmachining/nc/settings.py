@@ -26,6 +26,7 @@ class Settings:
     crc_corner: str = "arc"
     peck_clearance_mm: float = 0.254
     taps: str = "reference"
+    dwell: str = "s"
     subroutines: tuple[Path, ...] = ()
     start_line: int = 1
     max_steps: int = 1_000_000
