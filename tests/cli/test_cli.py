@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -65,6 +66,18 @@ def test_run_tells_people_on_stderr_and_quiet_is_quiet(tmp_path, capsys, monkeyp
     assert capsys.readouterr() == ("", "")
     assert run(["run", "job.toml", "--resume"]) == 0
     assert "complete already" in capsys.readouterr().err
+
+
+def test_the_first_warnings_are_shown_with_their_lines(tmp_path, capsys):
+    lines = "".join(f"N{60 + k} M5\nN{61 + k} G1 X{k / 8} F600\n" for k in range(0, 14, 2))
+    program = PROGRAM.replace("N30 S8000 M3\n", "").replace("N60 G1 X14 F600\n", lines)
+    job = write_job(tmp_path, program=program)
+    assert run(["run", str(job), "--out", str(tmp_path / "o"), "--stock", ""]) == 0
+    err = capsys.readouterr().err
+    count = int(re.search(r"warnings  (\d+)", err)[1])
+    shown = re.findall(r"^ {12}line (\d+): W501", err, re.M)
+    assert count > 5 == len(shown) and shown == sorted(shown, key=int)
+    assert f"and {count - 5} more in blocks.csv and report.html" in err
 
 
 BAD = {

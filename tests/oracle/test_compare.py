@@ -206,3 +206,20 @@ def test_bad_references_are_refused(tmp_path: Path) -> None:
         vm.compare(table, PACK, tolerance_mm3=1e308)
     with pytest.raises(InputError, match="tolerance_mm3 nan"):
         vm.compare(table, PACK, tolerance_mm3=math.nan)
+
+
+def test_results_of_another_program_are_refused_by_their_first_other_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A table that has as many blocks and other texts is about other blocks; blanks make no other text."""
+    table = pl.read_csv(PACK / "blocks.csv")
+    line, text = table.row(7, named=True)["line"], table.row(7, named=True)["text"]
+    other = table.with_columns(text=pl.when(pl.col("block") == 7).then(pl.lit("G1 X1")).otherwise("text"))
+    other.write_csv(tmp_path / "other.csv")
+    assert run(["compare", str(tmp_path / "other.csv"), str(PACK)]) == 2
+    said = capsys.readouterr().err
+    assert f"other.csv:9: is of another program: block 7 is 'G1 X1' here and {text!r}" in said
+    with pytest.raises(InputError, match=f"another program: line {line} is"):
+        vm.compare(other.drop("block"), PACK)
+    assert vm.compare(other.drop("text"), PACK).agrees
+    assert vm.compare(table.with_columns(pl.col("text").str.replace_all(" ", "  ")), PACK).agrees

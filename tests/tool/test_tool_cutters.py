@@ -1,10 +1,11 @@
 """Cutters: shapes against solid geometry, and refusals that name the field."""
 
+import re
 from math import cos, pi, radians, sin, tan
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from vmachining.errors import ToolError
@@ -114,6 +115,35 @@ def test_a_tangent_apt_corner_is_smooth(alpha, beta):
     along = tool.profile.normals
     for below, above in zip(along[:-1, 1], along[1:, 0], strict=True):
         assert below == pytest.approx(above, abs=1e-6)
+
+
+@settings(deadline=None)
+@given(
+    d=st.floats(2, 60), share=st.floats(0.05, 0.45), alpha=st.floats(0, 12), beta=st.floats(-8, 20),
+    digits=st.sampled_from([6, 9]),
+)  # fmt: skip
+def test_the_tangent_values_of_a_refusal_are_taken_as_they_are_printed(d, share, alpha, beta, digits):
+    """A corner that misses tells e and f that touch; written with six decimals or nine digits they do."""
+    wrong = {
+        "d": round(d, 3), "r": round(share * d, 3), "e": 1000.0, "f": 1000.0, "alpha_deg": round(alpha, 2),
+        "beta_deg": round(beta, 2), "h": d,
+    }  # fmt: skip
+    with pytest.raises(ToolError) as caught:
+        AptTool(**wrong)
+    e, f = (float(v) for v in re.findall(r"= (-?[\d.]+(?:e-?\d+)?)", caught.value.remedy))
+    assume(e >= 0)
+    told = {"e": e, "f": f} if digits == 9 else {"e": round(e, 6), "f": round(f, 6)}
+    profile = AptTool(**wrong | told).profile
+    slope = np.tan(np.radians(wrong["alpha_deg"]))
+    foot = (e + f * slope) / (1 + slope**2)  # of the centre, on the bottom line
+    assert np.hypot(profile.points[:, 0] - foot, profile.points[:, 1] - foot * slope).min() < 3e-6
+
+
+def test_the_tool_of_the_issue_is_taken():
+    """Its message had recommended exactly these e and f."""
+    AptTool(d=10.8, r=1.547, e=4.03722425, f=1.74774151, alpha_deg=2.82, beta_deg=7.61, h=25)
+    with pytest.raises(ToolError, match=r"misses the bottom line by 0\.001 mm"):
+        AptTool(d=10.8, r=1.546, e=4.03722425, f=1.74774151, alpha_deg=2.82, beta_deg=7.61, h=25)
 
 
 def test_apt_corner_that_misses_tells_the_tangent_one():

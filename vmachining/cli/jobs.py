@@ -20,6 +20,9 @@ from vmachining.tolerance import BREP_SECONDS
 
 __all__ = ["run_batch", "run_demo", "run_job"]
 
+SHOWN = 5
+"""Warnings on the terminal."""
+
 
 def run_job(
     file: Path,
@@ -137,6 +140,17 @@ def _second(counts: dict[str, Any]) -> list[str]:
     return [f"  B-rep     {counts['asked']} blocks asked: {said}"]
 
 
+def _first_warnings(result: RunResult) -> list[str]:
+    """The first warnings with their lines, and where the others are."""
+    import polars as pl
+
+    rows = result.blocks.filter(pl.col("warning").is_not_null()).select("line", "warning")
+    found = sorted([*rows.head(SHOWN).iter_rows(), *((line, text) for line, _, text in result.findings)])
+    left = result.summary["warnings"] - len(found[:SHOWN])
+    more = [f"            and {left} more in blocks.csv and report.html"] if left > 0 else []
+    return [*(f"            line {line}: {text}" for line, text in found[:SHOWN]), *more]
+
+
 def _told(result: RunResult, folder: Path) -> str:
     """The summary for people."""
     s = result.summary
@@ -148,6 +162,7 @@ def _told(result: RunResult, folder: Path) -> str:
         f"  time      {s['time_s']:.2f} s"
         + (f" -> {s['scheduled_time_s']:.2f} s scheduled" if s["scheduled_time_s"] is not None else ""),
         f"  warnings  {s['warnings']}",
+        *_first_warnings(result),
         *_second(s["brep"]),
         *_no_step(s),
         *(f"  note      {text}" for text in s["notes"]),

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Container
 from dataclasses import replace
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
 from vmachining.errors import NCError
 from vmachining.job.jobfile import Job
 from vmachining.job.paths import settled
-from vmachining.nc import Motion, Program, ToolEntry, read_program
+from vmachining.nc import Finding, Motion, Program, ToolEntry, read_program
 
 __all__ = ["read_job_program", "refuse_unknown_tools"]
 
@@ -18,6 +19,12 @@ NO_END = frozenset({"E401"})
 """A program without M2 or M30 still cuts what it cuts: the tester reports it, a simulation does not mind."""
 
 IDLE = (Motion.RAPID, Motion.DWELL)
+
+TOOL_CALLS = ("iso", "mts", "apt")
+"""Dialects whose programs call their tools; a table of poses may leave its column out."""
+
+PLAUSIBLE_MM_MIN = 60_000.0
+"""The fastest axes of milling machines, linear motors, reach 60 to 120 m/min, as rapids."""
 
 
 def read_job_program(job: Job, path: Path | None = None) -> Program:
@@ -52,8 +59,37 @@ def read_job_program(job: Job, path: Path | None = None) -> Program:
     if len(job.tools) == 1 and all(m.tool in (0, only) for m in cutting):
         # no other T word and one tool in the job: that one is meant
         moves = tuple(move._replace(tool=only) if move.tool == 0 else move for move in program.moves)
+        first = next((m.line for m in program.moves if m.motion not in IDLE and m.tool == 0), None)
+        if first is not None and keys.dialect in TOOL_CALLS:
+            text = f"the program calls no tool before this cut: tool {only} is taken, the only one of the job"
+            program = _noted(program, first, text, "call it by a T word and M6")
         program = replace(program, moves=moves)
+    program = _feeds_noted(job, program)
     return settled(program, job.machine)
+
+
+def _noted(program: Program, line: int, message: str, hint: str) -> Program:
+    """The program with one more warning, which is the job's and has no code of the reader."""
+    finding = Finding(line, 1, 0, None, "", "", "W", message, hint)
+    return replace(program, findings=(*program.findings, finding))
+
+
+def _feeds_noted(job: Job, program: Program) -> Program:
+    """A feed that no machine reaches, where no limit is given that would bind it, is a warning."""
+    keys = job.keys.machine
+    joints = job.machine.axes if job.machine is not None else ()
+    if keys.max_feed_mm_min or keys.axis_feed_mm_min or any(isfinite(axis.max_speed) for axis in joints):
+        return program
+    beyond = [m for m in program.moves if m.motion not in IDLE and (m.feed_mm_min or 0.0) > PLAUSIBLE_MM_MIN]
+    if not beyond:
+        return program
+    feed = beyond[0].feed_mm_min
+    more = f", as {len(beyond) - 1} more motions do" if len(beyond) > 1 else ""
+    text = (
+        f"feeds at {feed:g} mm/min{more}, faster than milling machines drive ({PLAUSIBLE_MM_MIN:g} mm/min), and "
+        "nothing in [machine] limits it: times and rates are those of this feed"
+    )
+    return _noted(program, beyond[0].line, text, "give max_feed_mm_min, or correct the F word")
 
 
 def refuse_unknown_tools(program: Program, tools: Container[int], known: str) -> None:

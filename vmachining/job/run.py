@@ -434,7 +434,7 @@ def _notes(program: Program) -> dict[int, str]:
     notes: dict[int, str] = {}
     for finding in program.findings:
         if finding.severity == "W":
-            text = f"{finding.code} {finding.message}"
+            text = f"{finding.code} {finding.message}".strip()
             notes[finding.line] = f"{notes[finding.line]}; {text}" if finding.line in notes else text
     return notes
 

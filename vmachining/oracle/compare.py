@@ -134,12 +134,14 @@ def compare(
     Raises
     ------
     InputError
-        See `read_results` and `read_reference`; a tolerance that is negative or endless.
+        See `read_results` and `read_reference`; a tolerance that is negative or endless; results that repeat
+        other lines than those of the reference are of another program.
     """
     for name, value in (("tolerance_rel", tolerance_rel), ("tolerance_mm3", tolerance_mm3)):
         if not 0.0 <= value <= LARGEST:
             raise InputError(f"{name} {value:g}: want a number from 0 to {LARGEST:g}")
     known, given = read_reference(reference), read_results(results)
+    _refuse_another_program(given, known)
     table = _join(given, known, tolerance_rel, tolerance_mm3)
     lo, estimate, hi = known.total
     more = tolerance_rel * estimate + tolerance_mm3 * len(known.blocks)
@@ -147,6 +149,19 @@ def compare(
         given.key, table, math.fsum(given.removed_mm3.values()), (lo - more, estimate, hi + more),
         tolerance_rel, tolerance_mm3, known.slack_mm3, given.source, known.source,
     )  # fmt: skip
+
+
+def _refuse_another_program(given: Results, known: Reference) -> None:
+    """InputError at the first line of the program that both sides know and that differs by more than blanks."""
+    for number, ours in known.by(given.key).select(given.key, "text").iter_rows():
+        where, theirs = given.texts.get(number, ({}, None))
+        if theirs is not None and "".join(theirs.split()) != "".join((ours or "").split()):
+            raise InputError(
+                f"is of another program: {given.key} {number} is {theirs.strip()!r} here and "
+                f"{(ours or '').strip()!r} in {known.source}",
+                **where,
+                remedy="compare results of one program; without a column text numbers alone are compared",
+            )
 
 
 def _join(given: Results, known: Reference, rel: float, mm3: float) -> pl.DataFrame:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 __all__ = [
     "KEYS",
     "LARGEST",
+    "TEXT",
     "VOLUME",
     "Results",
     "csv_rows",
@@ -31,7 +32,7 @@ __all__ = [
 KEYS = ("block", "line")
 """In this order: a table that has both is keyed by block, the finer of the two."""
 
-VOLUME = "removed_mm3"
+VOLUME, TEXT = "removed_mm3", "text"
 DELIMITERS = ",;\t"
 LARGEST = 1e30
 """mm, mm^3: no workpiece has more, and sums, differences and ratios of such numbers stay finite."""
@@ -48,12 +49,14 @@ class Results:
 
     key : "block" or "line". removed_mm3 : {number: mm^3}; rows of one line are summed.
     rows : how many rows were read. source : file name, or "table".
+    texts : {number: (place, text)} of a table that repeats the lines of the program.
     """
 
     key: str
     removed_mm3: dict[int, float]
     rows: int
     source: str
+    texts: dict[int, tuple[dict[str, Any], str]] = field(default_factory=dict)
 
 
 def read_results(results: Path | str | pl.DataFrame | Mapping[str, Sequence[Any]]) -> Results:
@@ -63,7 +66,8 @@ def read_results(results: Path | str | pl.DataFrame | Mapping[str, Sequence[Any]
     ----------
     results : a CSV file (comma, semicolon or tab; a header; blank lines and lines that open with # are
         skipped), a polars table, or a mapping of columns. Columns `block` (from 0) or `line` (from 1), and
-        `removed_mm3`; others are ignored. Several rows of one line are summed; a block may come once.
+        `removed_mm3`; `text`, the line of the program, tells another program; others are ignored. Several rows of
+        one line are summed; a block may come once.
 
     Raises
     ------
@@ -80,8 +84,11 @@ def read_results(results: Path | str | pl.DataFrame | Mapping[str, Sequence[Any]
     numbers, volumes = list(columns[key]), list(columns[VOLUME])
     if len(numbers) != len(volumes):
         raise InputError(f"table: {len(numbers)} values of {key}, {len(volumes)} of {VOLUME}")
-    pairs = ((index, a, b) for index, (a, b) in enumerate(zip(numbers, volumes, strict=True)))
-    return _gather(key, pairs, "table", "row")
+    texts = list(columns[TEXT]) if TEXT in columns else [None] * len(numbers)
+    if len(texts) != len(numbers):
+        raise InputError(f"table: {len(numbers)} values of {key}, {len(texts)} of {TEXT}")
+    parts = enumerate(zip(numbers, volumes, texts, strict=True))
+    return _gather(key, ((index, *row) for index, row in parts), "table", "row")
 
 
 def csv_rows(path: Path) -> Iterator[tuple[int, list[str]]]:
@@ -125,7 +132,9 @@ def _read_csv(path: Path) -> Results:
     line, names, rows = csv_table(path)
     key = _key(names, str(path), line)
     a, b = names.index(key), names.index(VOLUME)
-    return _gather(key, ((number, row[a], row[b]) for number, row in rows), str(path), "line")
+    c = names.index(TEXT) if TEXT in names else None
+    parts = ((number, row[a], row[b], None if c is None else row[c]) for number, row in rows)
+    return _gather(key, parts, str(path), "line")
 
 
 def _rows(text: str, path: Path) -> Iterator[tuple[int, list[str]]]:
@@ -164,11 +173,12 @@ def refuse_twice(names: Sequence[str], needed: Iterable[str], source: str, line:
         raise InputError(f"column {twice} twice", file=source, line=line, remedy="name one of them otherwise")
 
 
-def _gather(key: str, pairs: Iterable[tuple[int, Any, Any]], source: str, unit: str) -> Results:
-    """Check and sum; `pairs` are (place, key, volume)."""
+def _gather(key: str, rows: Iterable[tuple[int, Any, Any, Any]], source: str, unit: str) -> Results:
+    """Check and sum; `rows` are (place, key, volume, text)."""
     parts: dict[int, list[float]] = {}
+    texts: dict[int, tuple[dict[str, Any], str]] = {}
     count = 0
-    for place, name, value in pairs:
+    for place, name, value, text in rows:
         where: dict[str, Any] = (
             {"file": source, "line": place} if unit == "line" else {"file": f"{source} row {place}"}
         )
@@ -186,10 +196,13 @@ def _gather(key: str, pairs: Iterable[tuple[int, Any, Any]], source: str, unit: 
                 f"block {number} comes twice", **where, remedy="key rows by line if they are to be summed"
             )
         parts.setdefault(number, []).append(volume)
+        if isinstance(text, str) and text.strip():
+            texts.setdefault(number, (where, text))
         count += 1
     if not count:
         raise InputError("a header and no results", file=source, remedy="one row per block or line")
-    return Results(key, {number: math.fsum(values) for number, values in parts.items()}, count, source)
+    volumes = {number: math.fsum(values) for number, values in parts.items()}
+    return Results(key, volumes, count, source, texts)
 
 
 def finite(value: Any) -> float | None:

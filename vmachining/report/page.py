@@ -16,6 +16,7 @@ from plotly.offline import get_plotlyjs
 
 from vmachining.geometry import Arc
 from vmachining.job import RunResult, ScheduleReport, move_path
+from vmachining.job.contact import TURNING_CHORD_MM
 from vmachining.job.files import versions, write_atomic
 from vmachining.nc import Motion
 from vmachining.report.figures import PathPiece, along_program, stock_view
@@ -27,6 +28,12 @@ __all__ = ["write_report"]
 MAX_ROWS = 500
 """Rows of one table on the page; the CSV has them all."""
 MAX_PATH_POINTS = 200_000
+
+SPINDLE_DIALECTS = ("iso", "mts")
+"""Dialects whose reader warns of a feed move with a standing spindle (W501)."""
+
+ROUNDING_REL = 1e-9
+"""Two sums over meshes differ by less than this part of the stock for no other reason than rounding."""
 
 
 def write_report(result: RunResult, path: Path) -> None:
@@ -61,6 +68,7 @@ def write_report(result: RunResult, path: Path) -> None:
         plot_note=_plot_note(len(blocks)),
         schedule=_schedule(result, schedule, blocks) if schedule else None,
         warnings=warned[:MAX_ROWS],
+        checked=_checked(result),
         notes=result.summary["notes"],
         tools=_tools(result, blocks),
         more_warnings=f"{len(warned) - MAX_ROWS} more in blocks.csv." if len(warned) > MAX_ROWS else "",
@@ -178,15 +186,25 @@ def _number(value: float | None, digits: int = 6) -> str:
     return text.replace(",", "\u202f")
 
 
-def _time(seconds: float | None) -> tuple[str, str]:
-    """Value and unit."""
+def _time(seconds: float | None, beside: float | None = None) -> tuple[str, str]:
+    """Value and unit; times that are read side by side have the unit of the larger one."""
     if seconds is None:
         return "–", ""
-    if seconds < 120:
+    longest = max(seconds, beside or 0.0)
+    if longest < 120:
         return f"{seconds:.2f}", "s"
-    if seconds < 7200:
-        return f"{int(seconds // 60)}:{seconds % 60:04.1f}", "min"
-    return f"{int(seconds // 3600)}:{int(seconds % 3600 // 60):02d}:{seconds % 60:02.0f}", "h"
+    tenths = round(10 * seconds)
+    if longest < 7200:
+        return f"{tenths // 600}:{tenths % 600 / 10:04.1f}", "min"
+    whole = round(seconds)
+    return f"{whole // 3600}:{whole % 3600 // 60:02d}:{whole % 60:02d}", "h"
+
+
+def _difference(value: float, of: float, unit: str = "mm³") -> str:
+    """A difference of two computed volumes; rounding of the larger of them is called so."""
+    if abs(value) <= ROUNDING_REL * abs(of):
+        return f"0\u00a0{unit} within rounding"
+    return f"{value:+.2g}\u00a0{unit}"
 
 
 def _percent(before: float, after: float) -> str:
@@ -236,7 +254,7 @@ def _cards(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
     half = (s["removed_hi_mm3"] - s["removed_lo_mm3"]) / 2
     relative = 100 * half / s["removed_mm3"] if s["removed_mm3"] > 0 else 0.0
     cutting = int((blocks["removed_mm3"] > 0).sum())
-    value, unit = _time(s["time_s"])
+    value, unit = _time(s["time_s"], s["scheduled_time_s"])
     cards = [
         {
             "title": "Removed volume",
@@ -261,7 +279,7 @@ def _cards(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
         },
     ]
     if s["scheduled_time_s"] is not None:
-        value, unit = _time(s["scheduled_time_s"])
+        value, unit = _time(s["scheduled_time_s"], s["time_s"])
         cards.append(
             {
                 "title": "Scheduled time",
@@ -272,7 +290,7 @@ def _cards(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
         )
     cards.append(
         {"title": "Blocks", "value": _number(s["blocks"]), "unit": "",
-         "note": f"{_number(cutting)} cut, {_number(s['blocks'] - cutting)} do not touch the stock"}
+         "note": f"{_number(cutting)} cut, {_number(s['blocks'] - cutting)} remove nothing"}
     )  # fmt: skip
     cards.append(
         {
@@ -311,8 +329,8 @@ def _schedule(result: RunResult, schedule: ScheduleReport, blocks: pl.DataFrame)
     rows = [
         (
             "Machining time",
-            "{} {}".format(*_time(s["time_s"])),
-            "{} {}".format(*_time(s["scheduled_time_s"])),
+            "{} {}".format(*_time(s["time_s"], s["scheduled_time_s"])),
+            "{} {}".format(*_time(s["scheduled_time_s"], s["time_s"])),
             _percent(s["time_s"], s["scheduled_time_s"]),
         ),
         (
@@ -331,7 +349,7 @@ def _schedule(result: RunResult, schedule: ScheduleReport, blocks: pl.DataFrame)
             "Removed volume",
             f"{_number(s['removed_mm3'], 8)} mm³",
             f"{_number(schedule.removed_mm3, 8)} mm³",
-            f"{schedule.removed_mm3 - s['removed_mm3']:+.2g} mm³",
+            _difference(schedule.removed_mm3 - s["removed_mm3"], s["stock_mm3"]),
         ),
     ]
     limited = [
@@ -361,7 +379,8 @@ def _known(result: RunResult) -> list[str]:
         f"The bracket is {_number(width, 3)} mm³ wide{share}.",
         f"The bracket follows from facets that stay within the chord asked for, "
         f"{result.job.keys.accuracy.chord_mm:g} mm, of the exact swept surface.",
-        f"Balance: stock before minus stock after minus the sum of all blocks is {balance:.2g} mm³.",
+        "Balance: stock before minus stock after minus the sum of all blocks is "
+        f"{_difference(balance, s['stock_mm3'])}.",
         f"Finished stock: {_number(s['final_lo_mm3'], 8)} to {_number(s['final_hi_mm3'], 8)} mm³. The file and the "
         "picture show the larger of the two: what is undecided stays on the part.",
         "A block that does not reach the stock removes exactly 0.",
@@ -378,11 +397,59 @@ def _second(counts: dict[str, Any]) -> str:
     )
 
 
+def _not_given(result: RunResult) -> list[str]:
+    """What the job does not describe of its tools, in words for the reader."""
+    tools = result.job.tools
+    lacking = []
+    for part, given in (
+        ("shank", {number for number, tool in tools.items() if tool.shank is not None}),
+        ("holder", {number for number, tool in tools.items() if tool.holder_profile is not None}),
+    ):
+        if not given:
+            lacking.append(f"no {part} is given, so none was checked")
+        elif missing := sorted(set(tools) - given):
+            lacking.append(
+                f"no {part} is given for {', '.join(f'T{n}' for n in missing)}, so none was checked there"
+            )
+    return lacking
+
+
+def _checked(result: RunResult) -> str:
+    """What was looked for where there are no warnings: nothing that the job does not give."""
+    tools = result.job.tools.values()
+    parts = [
+        word
+        for word, given in (
+            ("shank", any(tool.shank is not None for tool in tools)),
+            ("holder", any(tool.holder_profile is not None for tool in tools)),
+        )
+        if given
+    ]
+    said = ["no contact of a rapid with the stock was found"]
+    if parts:
+        said.append(f"none of {' or '.join(parts)}")
+    if result.program.dialect in SPINDLE_DIALECTS:
+        said.append("no feed move with a standing spindle")
+    lacking = _not_given(result)
+    told = ", ".join(said)
+    return f"{told[0].upper()}{told[1:]}." + (f" Not checked: {'; '.join(lacking)}." if lacking else "")
+
+
+def _contact_limits(result: RunResult) -> list[str]:
+    """How far the checks for contact reach."""
+    chord = result.job.keys.accuracy.chord_mm
+    lines = [
+        "Rapids do not cut: their contact with the stock is a warning, and so is that of a shank or holder that is "
+        f"given. Contacts shallower than about {4 * chord:g} mm (four chords) may go unseen, of a tool that leans or "
+        f"turns {4 * max(chord, TURNING_CHORD_MM):g} mm."
+    ]
+    return [*lines, *(f"{text[0].upper()}{text[1:]}." for text in _not_given(result))]
+
+
 def _unknown(result: RunResult) -> list[str]:
     lines = [
         "Engagement, chips, forces and power are not computed: their columns are empty.",
-        "Rapids and the shank and holder are checked for contact with the stock, they do not cut it. "
-        "A contact thinner than the chord is not reported.",
+        *_contact_limits(result),
         "Tool, machine and stock are rigid; the tool turns without run-out.",
     ]
     if not result.summary["brep"]["asked"]:

@@ -16,8 +16,8 @@ from vmachining.tool.profile import Profile
 
 __all__ = ["AptTool"]
 
-MISFIT_MM2 = 1e-9
-"""A root argument this close to zero is a tangent tool whose parameters were rounded: the root is zero."""
+TANGENT_MM = 1e-6
+"""A corner circle this close to touching its line is tangent: e and f are written with six decimals or nine digits."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,16 +98,21 @@ class AptTool(Cutter):
         self, tan_a: float, tan_b: float, u: float
     ) -> tuple[tuple[float, float], tuple[float, float]]:
         """Ends (r, z) of the corner arc: outer root on the bottom line, lower root on the side line."""
-        under = (1.0 + tan_a**2) * self.r**2 - (self.f - self.e * tan_a) ** 2
-        side = (1.0 + tan_b**2) * self.r**2 - (self.e - u - self.f * tan_b) ** 2
-        for name, argument in (("bottom", under), ("side", side)):
-            if argument < -MISFIT_MM2:
-                raise self._misfit(f"the corner circle misses the {name} line")
-        low_r = (self.f * tan_a + self.e + _root(under)) / (1.0 + tan_a**2)
-        high_z = (self.f + (self.e - u) * tan_b - _root(side)) / (1.0 + tan_b**2)
+        under = self._half_chord("bottom", self.f - self.e * tan_a, tan_a)
+        side = self._half_chord("side", self.e - u - self.f * tan_b, tan_b)
+        low_r = (self.f * tan_a + self.e + under) / (1.0 + tan_a**2)
+        high_z = (self.f + (self.e - u) * tan_b - side) / (1.0 + tan_b**2)
         low = (float(low_r), float(low_r * tan_a))
         high = (float(u + high_z * tan_b), float(high_z))
         return self._on_circle(low), self._on_circle(high)
+
+    def _half_chord(self, name: str, offset: float, slope: float) -> float:
+        """sqrt((1 + slope^2) r^2 - offset^2) of a line that passes the centre at |offset| / sqrt(1 + slope^2)."""
+        stretch = float(np.hypot(1.0, slope))
+        gap = abs(offset) / stretch - self.r
+        if gap > TANGENT_MM:
+            raise self._misfit(f"the corner circle misses the {name} line by {gap:.3g} mm")
+        return 0.0 if gap >= -TANGENT_MM else float(np.sqrt((stretch * self.r) ** 2 - offset**2))
 
     def _on_circle(self, point: tuple[float, float]) -> tuple[float, float]:
         """Move a foot that rounding left beside the circle onto it."""
@@ -130,8 +135,3 @@ class AptTool(Cutter):
 
     def _label(self) -> str:
         return f"apt D{self.d:g} r{self.r:g}"
-
-
-def _root(argument: float) -> float:
-    """Square root that is zero within the rounding of a tangent tool."""
-    return float(np.sqrt(argument)) if argument > MISFIT_MM2 else 0.0
