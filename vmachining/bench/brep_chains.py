@@ -104,7 +104,7 @@ def table(records: Iterable[dict[str, Any]]) -> Iterator[dict[str, Any]]:
         seconds = np.array([block["seconds"] for block in blocks])
         yield {
             "case": "brep-chains", "family": family, "chains": len(found), "asked": len(blocks),
-            **{word: counts[word] for word in ("agreed", "retried", "refused")},
+            **{word: counts[word] for word in ("agreed", "retried", "refused", "disputed")},
             "agreed_or_retried": (counts["agreed"] + counts["retried"]) / len(blocks),
             "wrong": sum(block["wrong"] for block in blocks),
             "silently_wrong": sum(block["wrong"] and not block.get("said", False) for block in blocks),

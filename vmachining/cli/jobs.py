@@ -14,11 +14,14 @@ from vmachining.errors import InputError
 from vmachining.job import Job, RunResult, Stopped, check_formats, run
 from vmachining.job.batch import BATCH_COLUMNS, already_complete, run_many, safe_name
 from vmachining.job.blocks import group_blocks
-from vmachining.job.brep import blank, parse_blocks, parse_brep, refuse_beyond
+from vmachining.job.brep import JUDGED, blank, disputes, parse_blocks, parse_brep, refuse_beyond
 from vmachining.job.reading import read_job_program
 from vmachining.tolerance import BREP_SECONDS
 
-__all__ = ["run_batch", "run_demo", "run_job"]
+__all__ = ["run_batch", "run_demo", "run_job", "told_disputes"]
+
+FEW = 10
+"""Disputed blocks on the terminal; the table has them all."""
 
 SHOWN = 5
 """Warnings on the terminal."""
@@ -76,7 +79,9 @@ def run_job(
         emit(result.summary)
     else:
         note(_told(result, folder), quiet=quiet)
-    refused = result.summary["brep"]["refused"] or "stock_step_refused" in result.summary
+        note("\n".join(told_disputes(result)), quiet=not quiet or not result.summary["brep"]["disputed"])
+    counts = result.summary["brep"]
+    refused = counts["disputed"] or counts["refused"] or "stock_step_refused" in result.summary
     return Code.FINDINGS if refused else Code.DONE
 
 
@@ -132,11 +137,22 @@ def _no_step(summary: dict[str, Any]) -> list[str]:
     return [f"  stock     {summary['stock_step_refused']}"] if "stock_step_refused" in summary else []
 
 
+def told_disputes(result: RunResult) -> list[str]:
+    """What is wrong with one of our engines: blocks whose intervals exclude each other, the first few of them."""
+    if not result.summary["brep"]["disputed"]:
+        return []
+    found = disputes(result.blocks)
+    lines = [f"  block {block} (line {line}): {one}, {other}" for block, line, _, one, other in found[:FEW]]
+    more = [f"  and {len(found) - FEW} more, see blocks.csv"] if len(found) > FEW else []
+    head = "DISPUTED: two of our engines exclude each other, one of them is wrong; please report it"
+    return [head, *lines, *more]
+
+
 def _second(counts: dict[str, Any]) -> list[str]:
     """What the B-rep engine said, if it was asked."""
     if not counts["asked"]:
         return []
-    said = ", ".join(f"{counts[word]} {word}" for word in ("agreed", "retried", "refused"))
+    said = ", ".join(f"{counts[word]} {word}" for word in JUDGED)
     return [f"  B-rep     {counts['asked']} blocks asked: {said}"]
 
 
@@ -156,6 +172,7 @@ def _told(result: RunResult, folder: Path) -> str:
     s = result.summary
     half = (s["removed_hi_mm3"] - s["removed_lo_mm3"]) / 2
     lines = [
+        *told_disputes(result),
         f"{result.job.name}: {s['blocks']} blocks in {s['seconds']:.1f} s",
         f"  removed   {s['removed_mm3']:.6g} mm3   +-{half:.2g}",
         f"  between   {s['removed_lo_mm3']:.6g} and {s['removed_hi_mm3']:.6g} mm3",

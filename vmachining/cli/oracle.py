@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from vmachining.cli.jobs import told_disputes
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note, progress_bar
 from vmachining.errors import InputError
@@ -18,6 +19,7 @@ from vmachining.oracle import (
     write_pack,
 )
 from vmachining.oracle import compare as judged
+from vmachining.oracle.compare import FINDINGS
 
 __all__ = ["compare", "pack"]
 
@@ -68,7 +70,7 @@ def _show(found: Comparison) -> None:
     total = {True: "inside", False: "outside", None: "blocks are missing"}[found.total_inside]
     worst = found.worst(WORST)
     if len(worst):
-        findings = sum(found.counts[name] for name in ("low", "high", "missing", "extra"))
+        findings = sum(found.counts[name] for name in FINDINGS)
         table = Table(title=f"worst {len(worst)} of {findings} findings", title_justify="left")
         for name in (found.key, "text", "status", "theirs", "lo", "hi", "error", "relative", "outside"):
             table.add_column(name, justify="left" if name in ("text", "status") else "right")
@@ -139,10 +141,17 @@ def pack(
         emit(summary)
     else:
         lo, hi = summary["removed_lo_mm3"], summary["removed_hi_mm3"]
+        if told := told_disputes(result):
+            note("\n".join(told))
         note(f"{job.name}: {summary['blocks']} blocks remove {lo:.6g} to {hi:.6g} mm3: {folder}", quiet=quiet)
         if "stock_step_refused" in summary:
             note(f"no STEP of the workpiece: {summary['stock_step_refused']}", quiet=quiet)
         for text in summary.get("engagement_refused", ()):
             note(f"no engagement of {text}", quiet=quiet)
-    refused = summary["brep"]["refused"] or {"stock_step_refused", "engagement_refused"} & summary.keys()
+    counts = summary["brep"]
+    refused = (
+        counts["disputed"]
+        or counts["refused"]
+        or {"stock_step_refused", "engagement_refused"} & summary.keys()
+    )
     return Code.FINDINGS if refused else Code.DONE

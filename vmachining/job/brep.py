@@ -20,6 +20,7 @@ from vmachining.job.jobfile import Job
 from vmachining.job.paths import move_path
 from vmachining.job.simulate import Progress, Stopped
 from vmachining.job.stock import raw_stock
+from vmachining.job.table import COLUMNS, OPINION
 from vmachining.machine import Machine
 from vmachining.nc import Motion, Program
 from vmachining.sweep import Sweep
@@ -32,9 +33,11 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BREP_HELP",
+    "JUDGED",
     "Asked",
     "blank",
     "brep_columns",
+    "disputes",
     "note_of",
     "parse_blocks",
     "parse_brep",
@@ -48,10 +51,10 @@ TRIANGLES = 5000
 SAMPLE = 20
 """Blocks of `--brep sample`, spread evenly over those that remove something."""
 
-BREP_HELP = "none | sample | all | blocks such as 3,7-12"
+JUDGED = ("agreed", "retried", "refused", "disputed")
+"""What may become of a block that was asked about."""
 
-NOT_BOOLEAN = {"facets": "meshes of the solids", "sections": "level sections"}
-"""Rungs whose value has an error of its own."""
+BREP_HELP = "none | sample | all | blocks such as 3,7-12"
 
 Asked = str | tuple[range, ...]
 """none, sample, all, or ranges of block numbers."""
@@ -173,7 +176,7 @@ def brep_columns(
     stop: Callable[[], bool],
     progress: Progress,
 ) -> tuple[pl.DataFrame, dict[str, Any]]:
-    """(block, removed_brep_mm3, brep_status, brep_note) of every block, and the counts of the summary.
+    """(block, columns of `OPINION`, brep_note) of every block, and the counts of the summary.
 
     rows : block, motion, removed_mm3, removed_lo_mm3, removed_hi_mm3 of the run.
     slack : mm^3 by which the triangulation of a curved STEP stock can change any of them.
@@ -207,23 +210,30 @@ def brep_columns(
             progress("brep", len(verdicts), len(want))
     if len(verdicts) < len(want):
         raise Stopped("brep", len(verdicts), len(want))
-    status = {k: str(v.status) for k, v in verdicts.items()}
-    table = pl.DataFrame(
-        {
-            "block": [block.number for block in blocks],
-            "removed_brep_mm3": [_value(verdicts.get(block.number)) for block in blocks],
-            "brep_status": [status.get(block.number, "skipped") for block in blocks],
-            "brep_note": [note_of(verdicts.get(block.number)) for block in blocks],
-        },
-        schema={
-            "block": pl.Int64, "removed_brep_mm3": pl.Float64, "brep_status": pl.String, "brep_note": pl.String
-        },
-    )  # fmt: skip
+    schema: dict[str, Any] = {
+        "block": pl.Int64,
+        **{name: COLUMNS[name] for name in OPINION},
+        "brep_note": pl.String,
+    }
+    rows_said = [_row(block.number, verdicts.get(block.number)) for block in blocks]
+    table = pl.DataFrame(rows_said, schema=schema, orient="row")
     counts: dict[str, Any] = {"asked": len(want)}
-    counts |= {word: sum(s == word for s in status.values()) for word in ("agreed", "retried", "refused")}
-    rungs = [v.rung for v in verdicts.values() if v.rung]
-    counts["rungs"] = {rung: rungs.count(rung) for rung in dict.fromkeys(rungs)}
+    counts |= {word: sum(v.status == word for v in verdicts.values()) for word in JUDGED}
+    won = [v.rung for v in verdicts.values() if v.rung]
+    counts["attempts"] = {name: won.count(name) for name in dict.fromkeys(won)}
     return table, counts
+
+
+def disputes(rows: pl.DataFrame) -> list[tuple[int, int, str, str, str]]:
+    """(block, line, text, one interval, the other) of every block over which the judges exclude each other."""
+    found = rows.filter(pl.col("brep_status") == "disputed")
+    names = ("engine", "removed_lo_mm3", "removed_hi_mm3", "removed_dexel_lo_mm3", "removed_dexel_hi_mm3")
+    return [
+        (block, line, text, f"{engine} {lo:.6g} to {hi:.6g} mm3", f"dexel {low:.6g} to {high:.6g} mm3")
+        for block, line, text, engine, lo, hi, low, high in found.select(
+            "block", "line", "text", *names
+        ).iter_rows()
+    ]
 
 
 def write_step(result: RunResult, path: Path, after: int | None = None) -> None:
@@ -277,31 +287,24 @@ def _sweeps(
     ]
 
 
-def _value(verdict: Verdict | None) -> float | None:
-    return None if verdict is None else verdict.removed_mm3
+def _row(block: int, verdict: Verdict | None) -> tuple[Any, ...]:
+    """block, the columns of `OPINION`, brep_note."""
+    if verdict is None:
+        return (block, None, None, None, "skipped", None, None, None, "")
+    rays = verdict.rays
+    return (
+        block, verdict.removed_mm3, verdict.error_mm3, f"{verdict.number} {verdict.rung}" if verdict.rung else None,
+        str(verdict.status), *((None, None, None) if rays is None else (rays.estimate, rays.lo, rays.hi)),
+        note_of(verdict),
+    )  # fmt: skip
 
 
 def note_of(verdict: Verdict | None) -> str:
-    """What a user has to know of a verdict beside its status: the way that worked, how good the value is, or why none."""
+    """What a user has to know of a verdict beside its status: the attempt that worked, or why none did."""
     if verdict is None:
         return ""
+    if verdict.status == "disputed":
+        return f"DISPUTED: {verdict.reason}"
     if verdict.removed_mm3 is None:
         return f"B-rep refused: {verdict.reason}" if verdict.reason else ""
-    said = [verdict.reason] if verdict.reason else []
-    if verdict.rung in NOT_BOOLEAN:
-        said.append(f"B-rep value from {NOT_BOOLEAN[verdict.rung]}, good to {-verdict.slack_mm3:.2g} mm3")
-        if verdict.sure_mm3 == float("inf"):
-            said.append("which rays cannot confirm")
-        elif verdict.sure_mm3 is not None and verdict.sure_mm3 > -verdict.slack_mm3:
-            said.append(f"rays alone say within {verdict.sure_mm3:.2g} mm3")
-        return ", ".join(said)
-    if verdict.status == "retried":
-        said.append(f"B-rep retried ({verdict.rung})")
-    if verdict.rung == "grown":
-        said.append(f"bracket widened by {verdict.slack_mm3:.2g} mm3")
-    if verdict.sure_mm3 == float("inf"):
-        said.append("B-rep value of one boolean, which rays, meshes and sections are too coarse to confirm")
-    elif verdict.sure_mm3 is not None:
-        who = "meshes or sections" if verdict.reason else "rays, meshes or sections"
-        said.append(f"B-rep value within {verdict.sure_mm3:.2g} mm3 of all that {who} allow")
-    return ", ".join(said)
+    return f"B-rep retried ({verdict.rung})" if verdict.status == "retried" else ""

@@ -19,7 +19,7 @@ from typing import Any
 from vmachining.engines.mesh import Crew, MeshEngine, crew
 from vmachining.errors import InputError, JobError, NCError, StockError
 from vmachining.job.blocks import Block, group_blocks, program_lines
-from vmachining.job.brep import Asked, blank, brep_columns, parse_brep, refuse_beyond
+from vmachining.job.brep import JUDGED, Asked, blank, brep_columns, parse_brep, refuse_beyond
 from vmachining.job.contact import Contacts, ToolParts
 from vmachining.job.files import (
     MANIFEST,
@@ -55,7 +55,7 @@ WORKERS_FROM = 300
 MAX_WORKERS = 8
 """Neighbouring tiles have few colours, so more processes would wait for each other."""
 
-NO_BREP = {"asked": 0, "agreed": 0, "retried": 0, "refused": 0}
+NO_BREP = {"asked": 0, **dict.fromkeys(JUDGED, 0)}
 
 
 def refuse_later(engine: str) -> None:

@@ -17,7 +17,7 @@ import polars as pl
 from vmachining.errors import JobError
 from vmachining.job.files import atomic_path, writing
 
-__all__ = ["COLUMNS", "MEANINGS", "RowFile", "finish", "read_partial", "read_samples"]
+__all__ = ["COLUMNS", "MEANINGS", "OPINION", "RowFile", "finish", "read_partial", "read_samples"]
 
 COLUMNS: dict[str, type[pl.DataType]] = {
     "block": pl.Int64,
@@ -39,7 +39,12 @@ COLUMNS: dict[str, type[pl.DataType]] = {
     "removed_hi_mm3": pl.Float64,
     "engine": pl.String,
     "removed_brep_mm3": pl.Float64,
+    "removed_brep_error_mm3": pl.Float64,
+    "brep_attempt": pl.String,
     "brep_status": pl.String,
+    "removed_dexel_mm3": pl.Float64,
+    "removed_dexel_lo_mm3": pl.Float64,
+    "removed_dexel_hi_mm3": pl.Float64,
     "mrr_mm3_min": pl.Float64,
     "ae_mm": pl.Float64,
     "ap_mm": pl.Float64,
@@ -74,7 +79,12 @@ MEANINGS: dict[str, str] = {
     "removed_hi_mm3": "upper bound of it",
     "engine": "engine whose interval this is",
     "removed_brep_mm3": "the same by OCCT booleans of B-rep solids, where asked for and inside the interval",
-    "brep_status": "agreed, retried, refused, disputed or skipped",
+    "removed_brep_error_mm3": "how far removed_brep_mm3 is from the truth at most",
+    "brep_attempt": "which way of asking OCCT agreed: number and name",
+    "brep_status": "agreed (first attempt), retried (later one), refused, disputed (engines exclude each other) or skipped",
+    "removed_dexel_mm3": "the same by exact rays, where asked for",
+    "removed_dexel_lo_mm3": "lower end of an interval of stated confidence around it, which is no bound",
+    "removed_dexel_hi_mm3": "upper end of that interval",
     "mrr_mm3_min": "material removal rate: removed_mm3 over time_s",
     "ae_mm": "radial depth of cut",
     "ap_mm": "axial depth of cut",
@@ -88,6 +98,9 @@ MEANINGS: dict[str, str] = {
     "warning": "what a machinist should know of this block",
 }
 """What each column of `COLUMNS` holds; the reference pages are made of this."""
+
+OPINION = tuple(name for name in COLUMNS if "brep" in name or "dexel" in name)
+"""Columns that other engines than the one that cuts fill in."""
 
 SAMPLES = "samples_mm3"
 """Extra column of the partial file: volumes of the equal parts of a block, for the scheduler."""
@@ -182,7 +195,7 @@ def finish(
 
     scheduled : columns block, scheduled_feed_mm_min, scheduled_time_s to fill in, and note, which joins the
     warning; or None.
-    opinion : columns block, removed_brep_mm3, brep_status, and brep_note, which joins the warning; or None.
+    opinion : columns block, those of `OPINION`, and brep_note, which joins the warning; or None.
     """
     frame = _lazy(partial).select(list(COLUMNS))
     if scheduled is not None:
@@ -194,9 +207,8 @@ def finish(
         frame = frame.with_columns(pl.when(said != "").then(said).alias("warning"))
         frame = frame.select(list(COLUMNS))
     if opinion is not None:
-        extra = ["removed_brep_mm3", "brep_status"]
-        frame = frame.drop(extra).join(
-            opinion.lazy().select(["block", *extra, "brep_note"]),
+        frame = frame.drop(OPINION).join(
+            opinion.lazy().select(["block", *OPINION, "brep_note"]),
             on="block",
             how="left",
             maintain_order="left",

@@ -11,6 +11,7 @@ from pathlib import Path
 from types import TracebackType
 
 from vmachining.engines.brep import Status, Verdict
+from vmachining.engines.protocol import Removal
 from vmachining.geometry import Bracket
 from vmachining.job.files import atomic_path, writing
 
@@ -18,6 +19,7 @@ __all__ = ["VerdictFile"]
 
 NAMES = (
     "block", "status", "removed_brep_mm3", "slack_mm3", "rung", "seconds", "sweeps", "reason", "limit_s", "sure_mm3",
+    "error_mm3", "rays_lo_mm3", "rays_mm3", "rays_hi_mm3",
 )  # fmt: skip
 
 
@@ -53,7 +55,7 @@ class VerdictFile:
         verdict = Verdict(
             Status(row["status"]), float(text) if text else None, row["rung"], row["reason"],
             float(row["seconds"]), int(row["sweeps"]), slack_mm3=float(row["slack_mm3"]),
-            sure_mm3=float(row["sure_mm3"]) if row["sure_mm3"] else None,
+            sure_mm3=_number(row["sure_mm3"]), error_mm3=_number(row["error_mm3"]), rays=_interval(row),
         )  # fmt: skip
         value, limit = verdict.removed_mm3, float(row["limit_s"])
         holds = limit >= self._seconds if value is None else brackets[block].holds(value, verdict.slack_mm3)
@@ -81,5 +83,20 @@ def _row(block: int, verdict: Verdict, limit: float) -> tuple[str, ...]:
     return (
         str(block), str(verdict.status), "" if value is None else repr(float(value)), repr(float(verdict.slack_mm3)),
         verdict.rung, repr(verdict.seconds), str(verdict.sweeps), verdict.reason, repr(limit),
-        "" if verdict.sure_mm3 is None else repr(float(verdict.sure_mm3)),
+        *map(_text, (verdict.sure_mm3, verdict.error_mm3, *(verdict.rays or (None, None, None))[:3])),
     )  # fmt: skip
+
+
+def _text(value: float | None) -> str:
+    return "" if value is None else repr(float(value))
+
+
+def _number(text: str) -> float | None:
+    return float(text) if text else None
+
+
+def _interval(row: Mapping[str, str]) -> Removal | None:
+    lo, estimate, hi = (_number(row[name]) for name in NAMES[-3:])
+    if lo is None or estimate is None or hi is None:
+        return None
+    return Removal(lo, estimate, hi, proven=False)

@@ -18,11 +18,11 @@ from vmachining.oracle.results import LARGEST, Results, read_results
 
 __all__ = ["STATUSES", "Comparison", "compare"]
 
-STATUSES = ("inside", "low", "high", "missing", "extra", "idle")
-"""low, high: provably too little, too much. idle: a rapid left out, or a zero for what the reference does not
-have; neither is a finding."""
+STATUSES = ("inside", "low", "high", "missing", "extra", "disputed", "idle")
+"""low, high: provably too little, too much. disputed: engines of the reference exclude each other, nobody can be judged by it.
+idle: a rapid left out, or a zero for what the reference does not have; it is no finding."""
 
-FINDINGS = ("low", "high", "missing", "extra")
+FINDINGS = ("low", "high", "missing", "extra", "disputed")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,7 +55,7 @@ class Comparison:
 
     @property
     def agrees(self) -> bool:
-        """Every block is inside, none is missing, nothing is removed where there is no block."""
+        """Every block is inside, none is missing or disputed, nothing is removed where there is no block."""
         return not any(self.counts[status] for status in FINDINGS)
 
     @property
@@ -80,7 +80,7 @@ class Comparison:
     def verdict(self) -> str:
         """One sentence, with the tolerance it rests on."""
         n = self.counts
-        judged = n["inside"] + n["low"] + n["high"] + n["missing"]
+        judged = n["inside"] + n["low"] + n["high"] + n["missing"] + n["disputed"]
         unit = "blocks" if self.key == "block" else "lines"
         given = []
         if self.tolerance_rel:
@@ -97,6 +97,7 @@ class Comparison:
             (n["low"] + n["high"], f"outside (up to {self.outside_mm3:.3g} mm3)"),
             (n["missing"], "missing"),
             (n["extra"], "that the reference does not have"),
+            (n["disputed"], "that the reference itself disputes"),
         ]
         said = ", ".join(f"{count} {text}" for count, text in faults if count)
         return f"disagrees: of {judged} {unit} {n['inside']} are inside, {said}{tail}"
@@ -169,8 +170,8 @@ def _join(given: Results, known: Reference, rel: float, mm3: float) -> pl.DataFr
     key = given.key
     rows: list[tuple[Any, ...]] = []
     ours = known.by(key)
-    for number, text, rapid, count, lo, estimate, hi in ours.select(
-        key, "text", "rapid", "count", *BRACKET
+    for number, text, rapid, count, lo, estimate, hi, disputed in ours.select(
+        key, "text", "rapid", "count", *BRACKET, "disputed"
     ).iter_rows():
         more = count * (mm3 + known.slack_mm3) + rel * estimate
         low, high = lo - more, hi + more
@@ -180,6 +181,7 @@ def _join(given: Results, known: Reference, rel: float, mm3: float) -> pl.DataFr
             rows.append((number, text, status, None, estimate, low, high, None, None, None))
             continue
         status = "low" if value < low else "high" if value > high else "inside"
+        status = "disputed" if disputed else status
         error = value - estimate
         outside = max(low - value, value - high, 0.0)
         relative = error / estimate if estimate else None

@@ -43,6 +43,10 @@ __all__ = ["KIND", "write_pack"]
 KIND = "vmachining reference pack"
 COLUMNS = [*COLUMNS_MEAN]
 COLUMNS[COLUMNS.index("x_mm") + 1 : COLUMNS.index("i")] = ["y_mm", "z_mm"]
+COLUMNS[COLUMNS.index("warning") : COLUMNS.index("warning")] = [
+    "removed_dexel_lo_mm3",
+    "removed_dexel_hi_mm3",
+]
 COLUMNS[COLUMNS.index("i") + 1 : COLUMNS.index("length_mm")] = ["j", "k"]
 LEFT_OUT = ("seconds", "peak_mb", "time_s", "scheduled_time_s", "ideal_time_s", "scheduled_ideal_time_s")
 """Keys of a summary that tell about the machine, or about feeds, which a pack is not about."""

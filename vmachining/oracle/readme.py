@@ -34,8 +34,13 @@ COLUMNS_MEAN: dict[str, str] = {
     "removed_lo_mm3": "it is not less than this, mm^3",
     "removed_hi_mm3": "and not more than this, mm^3",
     "engine": "who computed it",
-    "removed_brep_mm3": "the same by exact B-rep booleans, where they were asked and agree, mm^3",
-    "brep_status": "agreed, retried, refused, skipped; empty: not asked",
+    "removed_brep_mm3": "the same by booleans of exact B-rep solids (OCCT), where they were asked and agree, mm^3",
+    "removed_brep_error_mm3": "how far that is from the truth at most, mm^3",
+    "brep_attempt": "which of the ways of asking OCCT agreed: its number and name",
+    "brep_status": "agreed (at the first attempt), retried (at a later one), refused, disputed (our engines exclude each "
+    "other: do not use this block), skipped; empty: not asked",
+    "removed_dexel_mm3": "the same by exact rays, where they were asked, mm^3; likewise removed_dexel_lo_mm3 and "
+    "removed_dexel_hi_mm3, an interval of stated confidence and no bracket",
     "warning": "what is odd about the block",
 }
 """Columns of a pack's `blocks`; y_mm, z_mm, j and k are told with x_mm and i."""

@@ -25,7 +25,7 @@ NO_FOLDER = "give the directory that vmachining run or vmachining pack wrote"
 class Reference:
     """Volumes with their brackets.
 
-    blocks : columns block, line, text, motion, removed_lo_mm3, removed_mm3, removed_hi_mm3; program order.
+    blocks : columns block, line, text, motion, removed_lo_mm3, removed_mm3, removed_hi_mm3, disputed; program order.
     total : (lo, estimate, hi) of the whole program, mm^3, narrower than the sum of the blocks.
     slack_mm3 : what the triangles of a curved STEP stock can do to any one block; 0 otherwise.
     name, source : of the job; where it was read.
@@ -38,11 +38,11 @@ class Reference:
     source: str
 
     def by(self, key: str) -> pl.DataFrame:
-        """One row per block, or the sums per line: key, text, rapid, and the bracket."""
+        """One row per block, or the sums per line: key, text, rapid, count, the bracket, disputed."""
         sums = [pl.col(name).sum() for name in BRACKET]
         rapid = (pl.col("motion") == "rapid").all().alias("rapid")
         return self.blocks.group_by(key, maintain_order=True).agg(
-            pl.col("text").first(), rapid, pl.len().alias("count"), *sums
+            pl.col("text").first(), rapid, pl.len().alias("count"), *sums, pl.col("disputed").any()
         )
 
 
@@ -102,10 +102,12 @@ def _checked(
     where: dict[str, Any] = {"file": str(path) if path is not None else source}
     if lacking := [column for column in NEEDED if column not in blocks.columns]:
         raise InputError(f"no column {lacking[0]}", **where, remedy=NO_FOLDER)
+    has_status = "brep_status" in blocks.columns
+    disputed = (pl.col("brep_status") == "disputed").fill_null(False) if has_status else pl.lit(False)
     try:
         table = blocks.select(
             pl.col("block", "line").cast(pl.Int64), pl.col("text", "motion").cast(pl.String),
-            pl.col(*BRACKET).cast(pl.Float64),
+            pl.col(*BRACKET).cast(pl.Float64), disputed.alias("disputed"),
         )  # fmt: skip
     except pl.exceptions.PolarsError as exc:
         raise InputError(f"not a table of blocks: {str(exc).splitlines()[0]}", **where) from exc

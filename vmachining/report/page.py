@@ -16,6 +16,7 @@ from plotly.offline import get_plotlyjs
 
 from vmachining.geometry import Arc
 from vmachining.job import RunResult, ScheduleReport, move_path
+from vmachining.job.brep import disputes
 from vmachining.job.contact import TURNING_CHORD_MM
 from vmachining.job.files import versions, write_atomic
 from vmachining.nc import Motion
@@ -63,6 +64,7 @@ def write_report(result: RunResult, path: Path) -> None:
         plotly=_trusted(get_plotlyjs()),
         figures=_trusted(_json_in_html(payload)),
         chips=_chips(result, blocks),
+        disputed=disputes(blocks)[:MAX_ROWS],
         cards=_cards(result, blocks),
         view_note=_view_note(len(surface.triangles), mesh, stride),
         plot_note=_plot_note(len(blocks)),
@@ -238,12 +240,15 @@ def _chips(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
     chips.append({"kind": "", "text": f"mesh engine, chord {result.job.keys.accuracy.chord_mm:g} mm"})
     if result.schedule:
         chips.append({"kind": "ok", "text": "schedule simulated again"})
-    return [*chips, _second_chip(summary["brep"])]
+    second = _second_chip(summary["brep"])
+    return [second, *chips] if summary["brep"]["disputed"] else [*chips, second]
 
 
 def _second_chip(counts: dict[str, Any]) -> dict[str, str]:
     """What the B-rep engine said, in a word."""
     asked, good = counts["asked"], counts["agreed"] + counts["retried"]
+    if counts["disputed"]:
+        return {"kind": "bad", "text": f"DISPUTED: {_plural(counts['disputed'], 'block')}"}
     if not asked:
         return {"kind": "", "text": "not certified by a second engine"}
     return {"kind": "ok" if good == asked else "warn", "text": f"B-rep agreed on {good} of {asked} blocks"}
@@ -392,8 +397,9 @@ def _second(counts: dict[str, Any]) -> str:
     """What the B-rep engine was asked and said."""
     return (
         f"The B-rep engine was asked about {counts['asked']} blocks: {counts['agreed']} agreed, "
-        f"{counts['retried']} agreed at a later attempt, {counts['refused']} it refused (see their warnings). "
-        f"Ways that worked: {', '.join(f'{rung} {count}' for rung, count in counts['rungs'].items()) or 'none'}."
+        f"{counts['retried']} agreed at a later attempt, {counts['refused']} it refused, {counts['disputed']} are "
+        "disputed (see their warnings). How far a value is from the truth at most is in removed_brep_error_mm3. "
+        f"Blocks per attempt: {', '.join(f'{name} {count}' for name, count in counts['attempts'].items()) or 'none'}."
     )
 
 

@@ -27,6 +27,7 @@ from vmachining.engines.brep.ladder import quiet
 from vmachining.engines.brep.reach import meets, reaching
 from vmachining.engines.brep.shapes import Circle, Curve, Frame, Straight, interpolated, pnt
 from vmachining.engines.brep.swept import solids
+from vmachining.engines.brep.worker import end_with_driver
 from vmachining.errors import SweepError, VMachiningError
 from vmachining.sweep import Stance, Sweep
 from vmachining.tool import Edge, EdgeParts
@@ -237,6 +238,7 @@ def _end(sides: Any, good: float, bad: float, inside: bool) -> float:
 
 def main() -> None:
     """Answer until stdin ends."""
+    end_with_driver()
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # OCCT talks on stdout
     questions = sys.stdin.buffer

@@ -156,7 +156,8 @@ class Ladder:
         """
         begin = process_time()
         tried: list[float | None] = []
-        reason, refuted, alarm, count, slack = "", "", "", 0, 0.0
+        reason, refuted, count, slack = "", "", 0, 0.0
+        seen = NOTHING
         members = range(int(self._first[block]), int(self._first[block + 1]))
         plans = [(k, self._index.needed(k, self._box)) for k in members if meets(self._sweeps[k], self._box)]
         try:
@@ -177,13 +178,12 @@ class Ladder:
         )
 
         def heard(value: float, own: float, want: float = np.inf, sharp: float = np.inf) -> Heard:
-            nonlocal alarm
+            nonlocal seen
             if RAYS in barred:
                 return NOTHING
             clock.tell(RAYS)
             spare = HASTE * min(longest, seconds - clock.own())
             seen = rays.heard(value, own, bracket, want, sharp, spare)
-            alarm = seen.alarm
             return seen
 
         while left:
@@ -199,11 +199,9 @@ class Ladder:
                     found = self._faceted(plans, bracket, STEADY_REL, told=clock.tell)
                 else:
                     found = self._climb(plans, rung)
-            except (SweepError, EngineError) as exc:
+            except (SweepError, EngineError) as exc:  # halves and grown build solids of their own
                 reason = str(exc)
                 tried.append(None)
-                if isinstance(exc, SweepError):
-                    break  # no rung builds what cannot be built
                 continue
             except Exception as exc:  # OCCT raises whatever it meets, outside of booleans too
                 reason = f"OCCT failed: {type(exc).__name__} {exc}"
@@ -217,20 +215,43 @@ class Ladder:
                     break
                 continue
             judged = self._judged(plans, bracket, found, tried, heard, clock.tell, barred)
+            if seen.alarm:  # no value can be told from another one where the judges exclude each other
+                break
             if judged.right is None:
                 if not judged.is_refuted:
                     reason = judged.why
                     break
                 refuted = refuted or judged.why
                 continue
-            rung, value, count, slack, _ = judged.right
+            rung, value, count, slack, own = judged.right
+            if rung in STEADY:
+                reason = f"no boolean stands; {rung} of the solids say {value:.6g} +- {own:.2g} mm3"
+                continue
+            error = own + min(max(bracket.hi - value, value - bracket.lo), far_at_most(value, seen))
             status = Status.AGREED if rung == RUNGS[0] else Status.RETRIED
             spent = process_time() - begin
             return Verdict(
-                status, max(value, 0.0), rung, alarm, spent, count, tuple(tried), slack, judged.sure
-            )
-        reason = "; ".join(filter(None, (alarm, refuted, reason)))
-        return Verdict(Status.REFUSED, None, "", reason, process_time() - begin, count, tuple(tried), slack)
+                status, max(value, 0.0), rung, "", spent, count, tuple(tried), slack, judged.sure, float(error),
+                seen.interval,
+            )  # fmt: skip
+        heard(bracket.estimate, 0.0)
+        if seen.alarm:
+            return Verdict(
+                Status.DISPUTED, None, "", seen.alarm, process_time() - begin, count, tuple(tried), slack,
+                rays=seen.interval,
+            )  # fmt: skip
+        reason = "; ".join(filter(None, (refuted, reason)))
+        return Verdict(
+            Status.REFUSED,
+            None,
+            "",
+            reason,
+            process_time() - begin,
+            count,
+            tuple(tried),
+            slack,
+            rays=seen.interval,
+        )
 
     def _judged(
         self,

@@ -36,6 +36,7 @@ from vmachining.arrays import Floats, Ints
 from vmachining.engines.brep.blank import Blank
 from vmachining.engines.brep.live import Columns, columns
 from vmachining.engines.brep.outside import Outside
+from vmachining.engines.protocol import Removal
 from vmachining.geometry import Bracket
 from vmachining.sweep import RayIntervals, Sweep
 
@@ -120,13 +121,14 @@ class Told(NamedTuple):
 class Heard(NamedTuple):
     """stands : whether rays allow a value. volume, far : mm^3, what they find and how far off a right one can be; inf: they
     tell nothing. is_clear : whether they are as sharp as the caller wants, and suspect nothing. alarm : that they contradict
-    the bracket."""
+    the bracket. interval : what they find, with how far off the truth can be; not proven."""
 
     stands: bool
     volume: float
     far: float
     is_clear: bool = False
     alarm: str = ""
+    interval: Removal | None = None
 
 
 NOTHING = Heard(True, 0.0, np.inf)
@@ -207,11 +209,18 @@ class Rays:
         is_hoped |= not told.is_sharp(sharp, thin) and told.is_sharp(sharp / HOPE_SHARP, thin / HOPE_SHARP)
         if rank < FINER and (is_suspect(told) or is_hoped) and is_short(FINER):
             told = self.told(FINER)
+        interval = Removal(
+            max(0.0, told.volume - told.far), told.volume, told.volume + told.far, proven=False
+        )
         if told.volume + told.far < bracket.lo or told.volume - told.far > bracket.hi:
-            alarm = f"rays find {told.volume:.6g} +- {told.far:.2g} mm3, outside of the bracket: one of both is wrong"
-            return NOTHING._replace(alarm=alarm)
+            alarm = (
+                f"rays find {told.volume:.6g} +- {told.far:.2g} mm3, "
+                f"outside of [{bracket.lo:.6g}, {bracket.hi:.6g}]: one of both is wrong"
+            )
+            return NOTHING._replace(alarm=alarm, interval=interval)
         stands = bool(abs(value - told.volume) <= error + told.far)
-        return Heard(stands, told.volume, told.far, told.is_sharp(sharp, thin) and not is_suspect(told))
+        is_clear = told.is_sharp(sharp, thin) and not is_suspect(told)
+        return Heard(stands, told.volume, told.far, is_clear, interval=interval)
 
     def told(self, rank: int) -> Told:
         """By that many rays."""

@@ -21,6 +21,8 @@ from enum import StrEnum
 from time import process_time
 from typing import NamedTuple
 
+from vmachining.engines.protocol import Removal
+
 __all__ = [
     "FACETS",
     "MESHES",
@@ -52,17 +54,20 @@ RUNGS = (
 
 
 class Status(StrEnum):
-    """agreed: at the first rung; retried: at a later one; refused: at none; skipped: nobody asked."""
+    """agreed: at the first attempt; retried: at a later one; refused: at none; disputed: the judges exclude each other;
+    skipped: nobody asked."""
 
     AGREED = "agreed"
     RETRIED = "retried"
     REFUSED = "refused"
+    DISPUTED = "disputed"
     SKIPPED = "skipped"
 
 
 class Verdict(NamedTuple):
-    """removed_mm3 : None if refused or skipped. rung : what worked. reason : why not, or what contradicts the bracket itself.
-    tried : value per rung.
+    """removed_mm3 : of a boolean of solids; None if refused, disputed or skipped. rung : what worked. reason : why not.
+    tried : value per rung. error_mm3 : how far `removed_mm3` is from the truth at most. rays : what exact rays find, where
+    they were asked.
 
     seconds : of a processor, all rungs and the processes they cost. slack_mm3 : by how much the rung that worked,
     or else the last one, widened the bracket at both ends; negative: the value's own error, kept inside. sure_mm3 : how far
@@ -79,6 +84,13 @@ class Verdict(NamedTuple):
     tried: tuple[float | None, ...] = ()
     slack_mm3: float = 0.0
     sure_mm3: float | None = None
+    error_mm3: float | None = None
+    rays: Removal | None = None
+
+    @property
+    def number(self) -> int:
+        """Of the attempt that worked, from 1; 0 if none did."""
+        return RUNGS.index(self.rung) + 1 if self.rung in RUNGS else 0
 
 
 class Found(NamedTuple):

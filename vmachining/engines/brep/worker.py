@@ -29,7 +29,7 @@ from vmachining.errors import EngineError, VMachiningError
 if TYPE_CHECKING:
     from vmachining.engines.brep.blank import Blank
 
-__all__ = ["main"]
+__all__ = ["end_with_driver", "main"]
 
 
 PR_SET_PDEATHSIG = 1
@@ -38,7 +38,7 @@ PR_SET_PDEATHSIG = 1
 
 def main() -> None:
     """Answer until stdin ends."""
-    _end_with_driver()
+    end_with_driver()
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     questions = sys.stdin.buffer
@@ -77,7 +77,7 @@ def main() -> None:
             say(ladder.removed(block, bracket, rungs=rungs, **limits, barred=barred, told=say))
 
 
-def _end_with_driver() -> None:
+def end_with_driver() -> None:
     """Be killed with the process that drives this one (Linux): a boolean that hangs would never see stdin end."""
     with suppress(AttributeError, OSError, TypeError):
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)

@@ -1,0 +1,92 @@
+"""Judges that exclude each other: said first and everywhere, and the command ends with code 1."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+from contextlib import redirect_stderr
+from io import StringIO
+from pathlib import Path
+
+import polars as pl
+import pytest
+
+import vmachining as vm
+from tests.tinyjob import write_job
+from vmachining import Bracket, FlatEnd, Sweep
+from vmachining.cli.main import run as command
+from vmachining.engines.brep import Blank, Status, Verdict, check_blocks
+from vmachining.engines.protocol import Removal
+from vmachining.geometry import Line
+from vmachining.job import Stopped
+from vmachining.job.brep import note_of
+from vmachining.job.verdicts import VerdictFile
+
+BOX = Blank("box", (0, -20, -20), (30, 20, 0))
+TOOL = FlatEnd(diameter=10, length=40)
+
+
+def test_a_bracket_without_the_truth_is_disputed() -> None:
+    """A slot of 300 mm3 and a bracket that does not hold it: no value is called agreed, and both sides are told."""
+    slot = Sweep.along(TOOL, Line((-10, 0, -1), (40, 0, -1)))
+    ((_, verdict),) = check_blocks(BOX, [[slot]], {0: Bracket(260.0, 270.0, 280.0)})
+    assert verdict.status is Status.DISPUTED and verdict.removed_mm3 is None and verdict.rays is not None
+    assert verdict.rays.lo <= 300.0 <= verdict.rays.hi and not verdict.rays.proven
+    assert "[260, 280]" in note_of(verdict)
+
+
+@pytest.fixture(scope="module")
+def disputed(tmp_path_factory: pytest.TempPathFactory) -> tuple[int, str, Path]:
+    """A run that was stopped after the first verdict, a slot of 40 mm3, which is changed by hand to a dispute; then it goes on.
+
+    Exit code, what the terminal said, folder.
+    """
+    folder = tmp_path_factory.mktemp("disputed")
+    file, out = write_job(folder), folder / "out"
+
+    def stop(stage: str, done: int, total: int) -> None:
+        if stage == "brep" and done == 1:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(Stopped):
+        vm.run(vm.Job.load(file), out=out, brep="all", workers=1, progress=stop)
+    partial = out / "brep.partial.csv"
+    known = VerdictFile(partial, {}, 1e9)  # with more time than any run gives
+    known.add(
+        2, Verdict(Status.DISPUTED, None, "", "rays find 39", 0.0, 0, rays=Removal(38.0, 39.0, 39.5, False))
+    )
+    known.__exit__(None, None, None)
+    said = StringIO()
+    with redirect_stderr(said):
+        code = command(["run", str(file), "--out", str(out), "--brep", "all", "--resume", "--workers", "1"])
+    return code, said.getvalue(), out
+
+
+def test_a_dispute_is_told_first_and_ends_with_code_1(disputed: tuple[int, str, Path]) -> None:
+    code, said, out = disputed
+    assert code == 1
+    first, block = said.splitlines()[:2]
+    assert (
+        first.startswith("DISPUTED") and "block 2 (line 7): mesh 4" in block and "dexel 38 to 39.5" in block
+    )
+    assert json.loads((out / "summary.json").read_text())["brep"]["disputed"] == 1
+    page = (out / "report.html").read_text()
+    assert page.index("Disputed: do not use") < page.index("Removed volume")
+    row = pl.read_parquet(out / "blocks.parquet").row(2, named=True)
+    assert (
+        row["brep_status"] == "disputed" and row["removed_brep_mm3"] is None and "DISPUTED" in row["warning"]
+    )
+    assert (row["removed_dexel_lo_mm3"], row["removed_dexel_hi_mm3"]) == (38.0, 39.5)
+
+
+def test_values_that_agree_say_how_good_they_are(disputed: tuple[int, str, Path]) -> None:
+    rows = pl.read_parquet(disputed[2] / "blocks.parquet").filter(pl.col("brep_status") == "agreed")
+    assert set(rows["brep_attempt"]) == {"1 plain"}
+    assert (rows["removed_brep_error_mm3"] < rows["removed_brep_mm3"]).all()
+
+
+def test_nobody_is_judged_by_a_disputed_block(disputed: tuple[int, str, Path]) -> None:
+    rows = pl.read_parquet(disputed[2] / "blocks.parquet")
+    found = vm.compare(rows.select("block", "removed_mm3"), disputed[2])
+    assert found.counts["disputed"] == 1 and not found.agrees and "disputes" in found.verdict
