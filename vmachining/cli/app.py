@@ -290,8 +290,13 @@ def sweep(
 @app.command(epilog="Example: vmachining engage models/slot/job.toml --block 20 --at 0.5 --out out/block20")
 def engage(
     job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="Job file.")],
-    block: Annotated[int, typer.Option("--block", metavar="K", help="Block, as numbered by run, from 0.")],
+    block: Annotated[
+        str, typer.Option("--block", metavar="K|all|7,10-20", help="Blocks as numbered by run, from 0.")
+    ],
     at: Annotated[float, typer.Option("--at", metavar="P", help="Fraction of the block, 0 to 1.")] = 0.5,
+    every: Annotated[
+        float | None, typer.Option("--every", metavar="MM", help="Positions along each block instead of one.")
+    ] = None,
     method: Annotated[str, typer.Option("--method", help="dexel: exact distances; brep: OCCT.")] = "dexel",
     angles: Annotated[int, typer.Option("--angles", metavar="N", help="Rotation angles of a turn.")] = 360,
     phase: Annotated[
@@ -308,14 +313,15 @@ def engage(
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIR", help="Write table, map and picture there.")
     ] = None,
+    workers: Annotated[int, typer.Option("--workers", min=1, help="Processes, of many positions.")] = 1,
     as_json: Json = False,
 ) -> int:
-    """What the cutting edge touches at one instant of a block, for every rotation angle."""
+    """What the cutting edge touches at one instant of a block, or at many, for every rotation angle."""
     from vmachining.cli import engage as room
 
     return room.engage(
-        job, block=block, at=at, method=method, angles=angles, phase=phase, edge=edge, bottom=bottom,
-        seconds=seconds, out=out, as_json=as_json,
+        job, block=block, at=at, every=every, method=method, angles=angles, phase=phase, edge=edge, bottom=bottom,
+        seconds=seconds, out=out, workers=workers, as_json=as_json,
     )  # fmt: skip
 
 

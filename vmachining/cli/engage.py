@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from vmachining.cli.main import Code
-from vmachining.cli.screen import emit, note
+from vmachining.cli.screen import emit, note, progress_bar
 from vmachining.errors import EngineError, SweepError
 from vmachining.job import Job
 from vmachining.job import engage as engaged
@@ -16,8 +17,9 @@ __all__ = ["engage"]
 def engage(
     file: Path,
     *,
-    block: int,
+    block: str,
     at: float,
+    every: float | None,
     method: str,
     angles: int,
     phase: float,
@@ -25,15 +27,20 @@ def engage(
     bottom: bool,
     seconds: float,
     out: Path | None,
+    workers: int,
     as_json: bool,
 ) -> int:
     """`vmachining engage`."""
     job = Job.load(file)
+    options: dict[str, Any] = {
+        "method": method, "angles": angles, "phase": phase, "edge": edge, "bottom": bottom, "seconds": seconds,
+    }  # fmt: skip
+    if every is not None or not block.strip().isdecimal():
+        return _many(
+            job, block, at, every, options, out or Path("out") / f"{job.name}-engagement", workers, as_json
+        )
     try:
-        found = engaged(
-            job, block, at=at, method=method, angles=angles, phase=phase, edge=edge, bottom=bottom,
-            seconds=seconds,
-        )  # fmt: skip
+        found = engaged(job, int(block), at=at, **options)
     except (EngineError, SweepError) as exc:
         if method != "brep":
             raise
@@ -73,3 +80,40 @@ def engage(
     for text in s["notes"]:
         print(f"  note      {text}")
     return Code.DONE
+
+
+def _many(
+    job: Job,
+    blocks: str,
+    at: float,
+    every: float | None,
+    options: dict[str, Any],
+    out: Path,
+    workers: int,
+    as_json: bool,
+) -> int:
+    """`--block all|7,10-20`, `--every MM`: tables on disk, a summary on the screen."""
+    from vmachining.job.engage import Scene
+    from vmachining.job.engage_many import engage_many, positions
+    from vmachining.job.files import make_folder
+
+    asked = positions(Scene.of(job), blocks, at=at, every_mm=every)
+    make_folder(out)
+    with progress_bar(quiet=as_json) as progress:
+        table = engage_many(job, asked, out, workers=workers, progress=progress, **options)
+    unanswered = int(table["tip_x_mm"].null_count())
+    files = ["engagement.parquet", "positions.parquet", "positions.csv"]
+    if as_json:
+        emit({"positions": len(table), "unanswered": unanswered, "out": str(out), "files": files})
+    else:
+        air = int((table["arcs"] == 0).sum())
+        print(f"{job.name}: {len(table)} positions, {air} in air, {unanswered} without an answer")
+        deepest, longest = (
+            table[name].fill_null(0.0).to_numpy().max() for name in ("ap_mm", "length_max_mm")
+        )
+        print(f"  axial     at most {deepest:.6f} mm")
+        print(f"  cut       at most {longest:.6f} mm of the edge")
+        print(f"  files     {', '.join(files)} in {out}")
+        for row in table.filter(table["tip_x_mm"].is_null()).head(3).iter_rows(named=True):
+            print(f"  block {row['block']} at {row['at']:.4g}: {row['note']}")
+    return Code.FINDINGS if unanswered else Code.DONE

@@ -10,7 +10,12 @@ from typing import Any
 
 __all__ = ["emit", "note", "progress_bar"]
 
-STAGES = {"program": "cutting", "scheduled": "verifying the schedule", "brep": "checking by B-rep"}
+STAGES = {
+    "program": "cutting",
+    "scheduled": "verifying the schedule",
+    "brep": "checking by B-rep",
+    "engagement": "positions",
+}
 
 
 def emit(value: Any) -> None:

@@ -3,68 +3,100 @@
 # Legend: a, b, c (m, 3) corners of triangles, outward. normals (m, 7, 3): pseudonormals of the face, the edges
 #   ab, bc, ca and the corners a, b, c; the sign of (point - nearest) . pseudonormal of the feature that holds
 #   the nearest point tells inside from outside (Baerentzen and Aanaes, IEEE TVCG 11 (2005) 243-253).
-# ball (m, 4): centre and radius of a ball around each triangle.
+# boxes (2 P - 1, 6): lowest and highest corner of the boxes of a binary tree, node k over 2 k + 1 and 2 k + 2; the last P
+#   are leaves, each of LEAF triangles in order.
 
 import numpy as np
 
-from vmachining.jit import kernel
+from vmachining.jit import kernel, leaf
 
 
-@kernel
-def nearest_on(p, a, b, c, out):
-    """Nearest point of a triangle, into `out`; returns the feature 0 face, 1 ab, 2 bc, 3 ca, 4 a, 5 b, 6 c."""
-    ab, ac, ap = b - a, c - a, p - a
-    d1, d2 = ab @ ap, ac @ ap
+@leaf
+def nearest_on(p, a, b, c):
+    """Nearest point x, y, z of a triangle, and its feature: 0 face, 1 ab, 2 bc, 3 ca, 4 a, 5 b, 6 c."""
+    abx, aby, abz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    acx, acy, acz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+    x, y, z = p[0] - a[0], p[1] - a[1], p[2] - a[2]
+    d1, d2 = abx * x + aby * y + abz * z, acx * x + acy * y + acz * z
     if d1 <= 0.0 and d2 <= 0.0:
-        out[:] = a
-        return 4
-    bp = p - b
-    d3, d4 = ab @ bp, ac @ bp
+        return a[0], a[1], a[2], 4
+    x, y, z = p[0] - b[0], p[1] - b[1], p[2] - b[2]
+    d3, d4 = abx * x + aby * y + abz * z, acx * x + acy * y + acz * z
     if d3 >= 0.0 and d4 <= d3:
-        out[:] = b
-        return 5
+        return b[0], b[1], b[2], 5
     vc = d1 * d4 - d3 * d2
     if vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
-        out[:] = a + (d1 / (d1 - d3)) * ab
-        return 1
-    cp = p - c
-    d5, d6 = ab @ cp, ac @ cp
+        share = d1 / (d1 - d3)
+        return a[0] + share * abx, a[1] + share * aby, a[2] + share * abz, 1
+    x, y, z = p[0] - c[0], p[1] - c[1], p[2] - c[2]
+    d5, d6 = abx * x + aby * y + abz * z, acx * x + acy * y + acz * z
     if d6 >= 0.0 and d5 <= d6:
-        out[:] = c
-        return 6
+        return c[0], c[1], c[2], 6
     vb = d5 * d2 - d1 * d6
     if vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
-        out[:] = a + (d2 / (d2 - d6)) * ac
-        return 3
+        share = d2 / (d2 - d6)
+        return a[0] + share * acx, a[1] + share * acy, a[2] + share * acz, 3
     va = d3 * d6 - d5 * d4
     if va <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
-        out[:] = b + ((d4 - d3) / ((d4 - d3) + (d5 - d6))) * (c - b)
-        return 2
-    share = 1.0 / (va + vb + vc)
-    out[:] = a + ab * (vb * share) + ac * (vc * share)
-    return 0
+        share = (d4 - d3) / ((d4 - d3) + (d5 - d6))
+        return b[0] + share * (c[0] - b[0]), b[1] + share * (c[1] - b[1]), b[2] + share * (c[2] - b[2]), 2
+    v, w = vb / (va + vb + vc), vc / (va + vb + vc)
+    return a[0] + v * abx + w * acx, a[1] + v * aby + w * acy, a[2] + v * abz + w * acz, 0
+
+
+LEAF = 8
+
+
+@leaf
+def box_square(p, box):
+    """Square of the distance of a point to a box; inf for an empty one."""
+    total = 0.0
+    for k in range(3):
+        away = max(box[k] - p[k], p[k] - box[3 + k], 0.0)
+        total += away * away
+    return total
+
+
+@leaf
+def distance(p, x, y, z):
+    """Of a point to x, y, z."""
+    return np.sqrt((p[0] - x) ** 2 + (p[1] - y) ** 2 + (p[2] - z) ** 2)
 
 
 @kernel
-def mesh_distances(points, a, b, c, normals, ball, out) -> None:
+def mesh_distances(points, a, b, c, normals, boxes, out) -> None:
     """Signed distance of every point, negative inside."""
-    foot, best_foot = np.empty(3), np.empty(3)
-    start = 0
+    stack, square = np.empty(128, dtype=np.int64), np.empty(128)
+    leaves = (len(boxes) + 1) // 2
+    triangle = 0
     for i in range(len(points)):
         p = points[i]
-        best, triangle, feature = np.inf, -1, 0
-        for k in range(len(a)):
-            j = (start + k) % len(a)  # the nearest triangle of the last point first
-            dx, dy, dz = p[0] - ball[j, 0], p[1] - ball[j, 1], p[2] - ball[j, 2]
-            reach = best + ball[j, 3]
-            if dx * dx + dy * dy + dz * dz > reach * reach:
+        # the nearest triangle of the last point first
+        x, y, z, feature = nearest_on(p, a[triangle], b[triangle], c[triangle])
+        best = distance(p, x, y, z)
+        stack[0], square[0] = 0, box_square(p, boxes[0])
+        top = 1
+        while top > 0:
+            top -= 1
+            node = stack[top]
+            if square[top] > best * best:
                 continue
-            what = nearest_on(p, a[j], b[j], c[j], foot)
-            d = np.sqrt((p[0] - foot[0]) ** 2 + (p[1] - foot[1]) ** 2 + (p[2] - foot[2]) ** 2)
-            if d < best:
-                best, triangle, feature = d, j, what
-                best_foot[:] = foot
+            if node < leaves - 1:
+                near, far = 2 * node + 1, 2 * node + 2
+                to_near, to_far = box_square(p, boxes[near]), box_square(p, boxes[far])
+                if to_far < to_near:
+                    near, far, to_near, to_far = far, near, to_far, to_near
+                stack[top], square[top] = far, to_far
+                stack[top + 1], square[top + 1] = near, to_near
+                top += 2
+                continue
+            first = (node - leaves + 1) * LEAF
+            for j in range(first, min(first + LEAF, len(a))):
+                u, v, w, what = nearest_on(p, a[j], b[j], c[j])
+                d = distance(p, u, v, w)
+                if d < best:
+                    best, triangle, feature = d, j, what
+                    x, y, z = u, v, w
         n = normals[triangle, feature]
-        side = (p[0] - best_foot[0]) * n[0] + (p[1] - best_foot[1]) * n[1] + (p[2] - best_foot[2]) * n[2]
+        side = (p[0] - x) * n[0] + (p[1] - y) * n[1] + (p[2] - z) * n[2]
         out[i] = best if side >= 0.0 else -best
-        start = triangle

@@ -65,7 +65,7 @@ class MeshStock:
 
     _corners: tuple[Floats, Floats, Floats]
     _normals: Floats
-    _ball: Floats
+    _boxes: Floats
 
     def __init__(self, vertices: ArrayLike, triangles: Ints) -> None:
         points = rows(vertices, -1, 3, name="vertices")
@@ -79,17 +79,50 @@ class MeshStock:
         real = size > 0.0  # slivers without area have no side; their edges belong to neighbours too
         a, b, c, corner = a[real], b[real], c[real], corner[real]
         normal = cross[real] / size[real, None]
+        order = _along_a_curve((a + b + c) / 3.0)  # neighbours get into one leaf of the tree
+        a, b, c, corner, normal = a[order], b[order], c[order], corner[order], normal[order]
         object.__setattr__(self, "_corners", (a, b, c))
         object.__setattr__(self, "_normals", _pseudonormals(a, b, c, corner, normal))
-        middle = (a + b + c) / 3.0
-        far = np.max([np.linalg.norm(p - middle, axis=1) for p in (a, b, c)], axis=0)
-        object.__setattr__(self, "_ball", np.column_stack([middle, far * (1.0 + 1e-12)]))
+        object.__setattr__(
+            self, "_boxes", _tree(np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c))
+        )
 
     def signed_distance(self, points: Floats) -> Floats:
         out = np.empty(len(points))
         where = np.ascontiguousarray(points, dtype=np.float64)
-        _kernels.mesh_distances(where, *self._corners, self._normals, self._ball, out)
+        _kernels.mesh_distances(where, *self._corners, self._normals, self._boxes, out)
         return out
+
+
+def _along_a_curve(points: Floats) -> Ints:
+    """Order of points (n, 3) along a Morton curve: their coordinates in 21 bits each, interleaved."""
+    low, size = points.min(axis=0), max(float(np.ptp(points, axis=0).max()), 1e-300)
+    cell = ((points - low) * ((2**21 - 1) / size)).astype(np.uint64)
+    code = np.zeros(len(points), dtype=np.uint64)
+    for bit in range(21):
+        for axis in range(3):
+            code |= ((cell[:, axis] >> np.uint64(bit)) & np.uint64(1)) << np.uint64(3 * bit + axis)
+    return np.argsort(code, kind="stable")
+
+
+def _tree(low: Floats, high: Floats) -> Floats:
+    """Boxes of a binary tree over triangles in order, see the legend of `_kernels.py`."""
+    size = _kernels.LEAF
+    leaves = 1 << max(0, (-(-len(low) // size) - 1).bit_length())
+    boxes = np.empty((2 * leaves - 1, 6))
+    for part, values, empty, reduce in (
+        (slice(0, 3), low, np.inf, np.min),
+        (slice(3, 6), high, -np.inf, np.max),
+    ):
+        padded = np.full((leaves * size, 3), empty)
+        padded[: len(values)] = values
+        level = reduce(padded.reshape(leaves, size, 3), axis=1)
+        while True:
+            boxes[len(level) - 1 : 2 * len(level) - 1, part] = level
+            if len(level) == 1:
+                break
+            level = reduce(level.reshape(-1, 2, 3), axis=1)
+    return boxes
 
 
 def _pseudonormals(a: Floats, b: Floats, c: Floats, corner: Ints, normal: Floats) -> Floats:

@@ -182,26 +182,50 @@ class Scene:
 
     def _reaching(self, index: int, region: Floats) -> list[Past]:
         """Earlier sweeps whose box meets a region (2, 3), of tools as high as they can reach it."""
+        reach, low, high = self._reaches(index, region)
+        close = np.flatnonzero(((low <= region[1]) & (high >= region[0])).all(axis=1))
         out = []
         clips: dict[tuple[int, float], Profile] = {}
-        for block, number, path in self.cuts[:index]:
-            low, high = path.bounds
-            away = np.maximum(np.maximum(region[1] - low, high - region[0]), 0.0)
-            reach = float(np.ceil(np.linalg.norm(away) + CLIP_MM))
-            profile = self.job.tools[number].cutter
-            if reach < profile.z_max:
-                if (number, reach) not in clips:
-                    clips[number, reach] = profile.clip(profile.z_min, reach)
-                profile = clips[number, reach]
-            far = float(np.hypot(profile.max_radius, max(abs(profile.z_min), profile.z_max)))
-            if not _meet(np.stack([low - far, high + far]), region):
-                continue
+        for k in close:
+            block, number, path = self.cuts[k]
+            profile, top = self.job.tools[number].cutter, float(reach[k])
+            if top < profile.z_max:
+                if (number, top) not in clips:
+                    clips[number, top] = profile.clip(profile.z_min, top)
+                profile = clips[number, top]
             if isinstance(path, Turn) and not _meet(body_bounds(profile, path), region):
                 continue
             sweep = Sweep.along(profile, path)
             if _meet(sweep.bounds, region):
                 out.append(Past(block, sweep))
         return out
+
+    def _boxes(self) -> tuple[Floats, Floats]:
+        """(n, 2, 3) mm: boxes of the paths of all cuts. (n, 4): lowest and highest point and largest radius of their tools in
+        mm, and 1 where the tool leans or turns."""
+        if "boxes" not in self._kept:
+            boxes = np.array([path.bounds for _, _, path in self.cuts]).reshape(-1, 2, 3)
+            sizes = [
+                (cutter.z_min, cutter.z_max, cutter.max_radius, float(isinstance(path, Turn)))
+                for _, number, path in self.cuts
+                for cutter in (self.job.tools[number].cutter,)
+            ]
+            self._kept["boxes"] = boxes, np.array(sizes).reshape(-1, 4)
+        boxes, found = self._kept["boxes"]
+        return boxes, found
+
+    def _reaches(self, index: int, region: Floats) -> tuple[Floats, Floats, Floats]:
+        """Of every earlier cut: height above its tip that can matter, and corners (n, 3) of a box around its sweep; mm."""
+        boxes, sizes = (column[:index] for column in self._boxes())
+        bottom, top, radius, turns = sizes.T
+        away = np.maximum(np.maximum(region[1] - boxes[:, 0], boxes[:, 1] - region[0]), 0.0)
+        reach = np.ceil(np.linalg.norm(away, axis=1) + CLIP_MM)
+        top = np.minimum(top, reach)
+        far = np.hypot(radius, np.maximum(np.abs(bottom), top))
+        aside = np.where(turns > 0.0, far, radius)
+        low = boxes[:, 0] - np.column_stack([aside, aside, np.where(turns > 0.0, far, -bottom)])
+        high = boxes[:, 1] + np.column_stack([aside, aside, np.where(turns > 0.0, far, top)])
+        return reach, low, high
 
     def _stock(self, method: str) -> tuple[Any, tuple[str, ...]]:
         """The stock as the method wants it, and what must be known of it; made once."""

@@ -1,0 +1,211 @@
+"""`engage` for many positions of a job: a table of intervals and a row of sums for every position.
+
+Positions are independent, so they are shared by processes; each reads the job once. Tables go to disk in parts while
+they come, so memory does not grow with their number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
+
+import polars as pl
+
+from vmachining.engagement import Engagement
+from vmachining.errors import EngineError, InputError, SweepError
+from vmachining.job.brep import parse_blocks, refuse_beyond
+from vmachining.job.engage import Scene
+from vmachining.job.files import atomic_path
+from vmachining.job.jobfile import Job
+from vmachining.tolerance import LENGTH_EPS_MM
+
+__all__ = ["POSITION_COLUMNS", "Position", "engage_many", "positions"]
+
+MOST_POSITIONS = 1_000_000
+
+POSITION_COLUMNS: dict[str, Any] = {
+    "block": pl.Int64, "line": pl.Int64, "at": pl.Float64, "tip_x_mm": pl.Float64, "tip_y_mm": pl.Float64, "tip_z_mm": pl.Float64,
+    "i": pl.Float64, "j": pl.Float64, "k": pl.Float64, "entry_deg": pl.Float64, "exit_deg": pl.Float64, "arcs": pl.Int64,
+    "ap_mm": pl.Float64, "ae_mm": pl.Float64, "length_max_mm": pl.Float64, "length_mean_mm": pl.Float64, "area_mm2": pl.Float64,
+    "area_fraction": pl.Float64, "chip_per_feed_max_mm": pl.Float64, "removal_mm3_per_mm": pl.Float64, "note": pl.String,
+}  # fmt: skip
+"""One row per position. entry_deg, exit_deg: of the first engaged arc, from the feed where it has a direction (90 is
+straight ahead), else of the tool; arcs: how many there are. chip_per_feed_max_mm: largest chip area per mm of feed per tooth.
+note: what a reader must know, or why there is no answer."""
+
+BATCH = 16
+"""Positions of one errand: a message costs little beside them, and progress is seen."""
+
+
+class Position(NamedTuple):
+    """A fraction of a block."""
+
+    block: int
+    at: float
+
+
+def positions(scene: Scene, blocks: str, *, at: float = 0.5, every_mm: float | None = None) -> list[Position]:
+    """Where to ask: once in each cutting block, or every so many millimetres of its path.
+
+    Parameters
+    ----------
+    blocks : "all", or numbers such as "7,10-20"; rapids are left out.
+    at : fraction of each block, if `every_mm` is None.
+    every_mm : largest step along the path; each block is divided evenly and asked in the middle of every part.
+
+    Raises
+    ------
+    InputError
+        No such block, none that cuts, a step that is no length, or more than a million positions.
+    """
+    if every_mm is not None and not every_mm > 0.0:
+        raise InputError(f"a step of {every_mm:g} mm: want a positive length")
+    lengths: dict[int, float] = {}
+    for block, _, path in scene.cuts:
+        lengths[block] = lengths.get(block, 0.0) + path.length
+    if blocks.strip().lower() == "all":
+        wanted = sorted(lengths)
+    else:
+        ranges = parse_blocks(blocks, "--block", "all, or blocks such as 7,10-20")
+        refuse_beyond(ranges, len(scene.blocks) - 1, "--block")
+        wanted = sorted({k for part in ranges for k in part if k in lengths})
+    if not wanted:
+        raise InputError("--block: these blocks are rapids, which cut nothing", remedy="ask for others")
+    if every_mm is None:
+        return [Position(block, at) for block in wanted]
+    counts = {
+        block: max(1, int(-(-lengths[block] // every_mm))) if lengths[block] > LENGTH_EPS_MM else 1
+        for block in wanted
+    }
+    if (total := sum(counts.values())) > MOST_POSITIONS:
+        raise InputError(
+            f"{total} positions, {MOST_POSITIONS} at most",
+            remedy=f"take fewer blocks, or a step of {every_mm * total / MOST_POSITIONS:.3g} mm",
+        )
+    return [Position(block, (k + 0.5) / n) for block, n in counts.items() for k in range(n)]
+
+
+def engage_many(
+    job: Job,
+    asked: Sequence[Position],
+    folder: Path,
+    *,
+    workers: int = 1,
+    progress: Callable[[str, int, int], None] | None = None,
+    **options: Any,
+) -> pl.DataFrame:
+    """What the edge touches at many positions.
+
+    Writes `engagement.parquet` (a row per position, angle and interval, see `Engagement.table`) and `positions.csv` and
+    `.parquet` (a row per position, see `POSITION_COLUMNS`) into `folder`, ordered as asked.
+
+    Parameters
+    ----------
+    options : of `Scene.engage`: method, angles, phase, edge, bottom, seconds.
+    workers : processes.
+
+    Returns
+    -------
+    The table of positions. A position that has no answer (no B-rep solid, OCCT gave up) has a note and no numbers.
+    """
+    errands = [asked[k : k + BATCH] for k in range(0, len(asked), BATCH)]
+    rows: list[list[dict[str, Any]]] = [[] for _ in errands]
+    with TemporaryDirectory(dir=folder, prefix=".engagement-") as parts:
+        done = 0
+        for number, found in _answers(job, errands, Path(parts), workers, options):
+            rows[number] = found
+            done += len(found)
+            if progress is not None:
+                progress("engagement", done, len(asked))
+        files = [file for k in range(len(errands)) if (file := _part(Path(parts), k)).exists()]
+        table = pl.DataFrame([row for found in rows for row in found], schema=POSITION_COLUMNS)
+        with atomic_path(folder / "engagement.parquet") as temporary:
+            pl.scan_parquet(files).sink_parquet(temporary)
+    with atomic_path(folder / "positions.parquet") as temporary:
+        table.write_parquet(temporary)
+    with atomic_path(folder / "positions.csv") as temporary:
+        table.write_csv(temporary)
+    return table
+
+
+def _part(folder: Path, number: int) -> Path:
+    return folder / f"{number:06d}.parquet"
+
+
+def _answers(
+    job: Job, errands: Sequence[Sequence[Position]], folder: Path, workers: int, options: dict[str, Any]
+) -> Iterator[tuple[int, list[dict[str, Any]]]]:
+    """(number of the errand, its rows), as they come."""
+    if workers <= 1 or len(errands) < 2:
+        desk = _Desk(Scene.of(job), folder, options)
+        for number, errand in enumerate(errands):
+            yield number, desk.answer(number, errand)
+        return
+    # fresh interpreters: a fork would copy kernels that run threads of their own
+    with ProcessPoolExecutor(workers, get_context("spawn"), _open_desk, (job, folder, options)) as pool:
+        waiting = {pool.submit(_answer, k, errand): k for k, errand in enumerate(errands)}
+        try:
+            for future in as_completed(waiting):
+                yield waiting[future], future.result()
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Desk:
+    """Where errands are answered: a job that has been read, and the folder for parts."""
+
+    scene: Scene
+    folder: Path
+    options: dict[str, Any]
+
+    def answer(self, number: int, errand: Sequence[Position]) -> list[dict[str, Any]]:
+        tables, rows = [], []
+        for position in errand:
+            try:
+                found = self.scene.engage(position.block, at=position.at, **self.options)
+            except (EngineError, SweepError) as error:  # of this position; the others have answers
+                line = self.scene.blocks[position.block].line
+                rows.append({"block": position.block, "line": line, "at": position.at, "note": str(error)})
+                continue
+            tables.append(found.table())
+            rows.append(_row(found))
+        if tables:
+            pl.concat(tables).write_parquet(_part(self.folder, number))
+        return rows
+
+
+_desk: _Desk
+
+
+def _open_desk(job: Job, folder: Path, options: dict[str, Any]) -> None:
+    """Begin of a worker's life: the job is read once."""
+    global _desk
+    _desk = _Desk(Scene.of(job), folder, options)
+
+
+def _answer(number: int, errand: Sequence[Position]) -> list[dict[str, Any]]:
+    return _desk.answer(number, errand)
+
+
+def _row(found: Engagement) -> dict[str, Any]:
+    """The sums of one position."""
+    s = found.summary
+    arcs = s["arcs_feed_deg"] if s["arcs_feed_deg"] is not None else s["arcs_deg"]
+    chip = found.chip_per_feed
+    tip, axis = s["tip_mm"], s["axis"]
+    return {
+        "block": found.block, "line": found.line, "at": found.at,
+        "tip_x_mm": tip[0], "tip_y_mm": tip[1], "tip_z_mm": tip[2], "i": axis[0], "j": axis[1], "k": axis[2],
+        "entry_deg": arcs[0][0] if arcs else None, "exit_deg": arcs[0][1] if arcs else None, "arcs": len(arcs),
+        "ap_mm": s["ap_mm"], "ae_mm": s["ae_mm"], "length_max_mm": s["length_max_mm"], "length_mean_mm": s["length_mean_mm"],
+        "area_mm2": s["area_mm2"], "area_fraction": s["area_fraction"],
+        "chip_per_feed_max_mm": float(chip.max()) if (chip == chip).all() else None,
+        "removal_mm3_per_mm": s["removal_mm3_per_mm"], "note": "; ".join(found.notes) or None,
+    }  # fmt: skip
