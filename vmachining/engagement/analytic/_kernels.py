@@ -1,0 +1,390 @@
+# Edges of flat, bull and ball cutters against stock of heights over a grid, in closed form.
+#
+# Legend: a piece of the edge is a curve p + d sin t - e cos t (round, t = lam) or p + d t (straight, t = l or rho), for x,
+#   y and z; its s is origin + size t. stairs: breaks x (n + 1,), y (m + 1,), heights top (n, m), floor.
+#   A point is in the material if it is not above the top of a cell that it is in or touches, nor below the floor.
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vmachining.jit import kernel, leaf
+
+TOUCH = 1e-9  # mm: tolerance.LENGTH_EPS_MM; two points closer than this are one, so cells are closed
+SHORT = 1e-12  # mm or rad: intervals and gaps shorter than this are none
+QUARTER, TURN = 0.5 * np.pi, 2.0 * np.pi
+
+
+class Curve(NamedTuple):
+    """One piece of the edge, see the legend. round: 1 or 0."""
+
+    round: int
+    px: float
+    dx: float
+    ex: float
+    py: float
+    dy: float
+    ey: float
+    pz: float
+    dz: float
+    ez: float
+    origin: float
+    size: float
+
+
+class Stairs(NamedTuple):
+    """x (n + 1,), y (m + 1,) rising; top (n, m); floor and highest: numbers. mm."""
+
+    x: np.ndarray
+    y: np.ndarray
+    top: np.ndarray
+    floor: float
+    highest: float
+
+
+class Moves(NamedTuple):
+    """tip (n, 3) mm; frame (n, 3, 3); velocity (n, 3); axis_rate (n, 3), dw/dt."""
+
+    tip: np.ndarray
+    frame: np.ndarray
+    velocity: np.ndarray
+    axis_rate: np.ndarray
+
+
+class Found(NamedTuple):
+    """lower, upper (rows, k) mm of s; many (rows,): how many, more than k where k is too small."""
+
+    lower: np.ndarray
+    upper: np.ndarray
+    many: np.ndarray
+
+
+@leaf
+def cell(breaks, v):
+    """k with breaks[k] <= v < breaks[k + 1], the first or last cell outside."""
+    lo, hi = 0, len(breaks) - 1
+    while hi - lo > 1:
+        mid = (lo + hi) >> 1
+        if breaks[mid] <= v:
+            lo = mid
+        else:
+            hi = mid
+    return lo
+
+
+@leaf
+def top_at(stairs, px, py):
+    """Highest top of the cells that hold or touch a point; -inf outside."""
+    x, y = stairs.x, stairs.y
+    n, m = len(x) - 1, len(y) - 1
+    if px < x[0] - TOUCH or px > x[n] + TOUCH or py < y[0] - TOUCH or py > y[m] + TOUCH:
+        return -np.inf
+    i, j = cell(x, px), cell(y, py)
+    i0 = i - 1 if i > 0 and px - x[i] <= TOUCH else i
+    i1 = i + 1 if i + 1 < n and x[i + 1] - px <= TOUCH else i
+    j0 = j - 1 if j > 0 and py - y[j] <= TOUCH else j
+    j1 = j + 1 if j + 1 < m and y[j + 1] - py <= TOUCH else j
+    best = -np.inf
+    for a in range(i0, i1 + 1):
+        for b in range(j0, j1 + 1):
+            best = max(best, stairs.top[a, b])
+    return best
+
+
+@leaf
+def place(curve_round, p, d, e, t):
+    """A coordinate of the curve at t."""
+    if curve_round:
+        return p + d * np.sin(t) - e * np.cos(t)
+    return p + d * t
+
+
+@leaf
+def wave(curve_round, d, e):
+    """Size and place of the crest of d sin t - e cos t; of a straight piece its slope."""
+    if curve_round:
+        return np.sqrt(d * d + e * e), np.arctan2(d, -e)
+    return d, 0.0
+
+
+@leaf
+def crossings(curve_round, p, size, crest, c, t0, t1):
+    """How many, and t of up to two crossings with the plane at c strictly between t0 and t1, rising; see `wave`."""
+    g = c - p
+    if not curve_round:
+        if size == 0.0:
+            return 0, 0.0, 0.0
+        t = g / size
+        return (1, t, 0.0) if t0 < t < t1 else (0, 0.0, 0.0)
+    if abs(g) >= size:
+        return 0, 0.0, 0.0
+    half = np.arccos(g / size)
+    up, down = crest - half, crest + half
+    if up < t0:
+        up += TURN
+    if down > t1:
+        down -= TURN
+    hit_up, hit_down = t0 < up < t1, t0 < down < t1
+    if hit_up and hit_down:
+        return 2, min(up, down), max(up, down)
+    if hit_up:
+        return 1, up, 0.0
+    if hit_down:
+        return 1, down, 0.0
+    return 0, 0.0, 0.0
+
+
+@leaf
+def span(curve_round, p, d, e, t0, s0, c0, t1, s1, c1):
+    """Lowest and highest value of a coordinate over t0..t1, at most a quarter turn; s, c: sin and cos of the ends."""
+    if not curve_round:
+        a, b = p + d * t0, p + d * t1
+        return min(a, b), max(a, b)
+    a, b = p + d * s0 - e * c0, p + d * s1 - e * c1
+    low, high = min(a, b), max(a, b)
+    da, db = d * c0 + e * s0, d * c1 + e * s1
+    if da * db < 0.0:
+        k = np.sqrt(d * d + e * e)
+        if da > 0.0:
+            high = p + k
+        else:
+            low = p - k
+    return low, high
+
+
+@leaf
+def walls(curve_round, p, d, e, breaks, low, high, t0, t1, roots, n):
+    """Put the crossings with the breaks between `low` and `high` behind the n roots; the new number of roots."""
+    last = len(breaks) - 1
+    if low > breaks[last] or high < breaks[0]:
+        return n
+    first = cell(breaks, low)
+    if breaks[first] < low:
+        first += 1
+    if breaks[first] > high:
+        return n
+    size, crest = wave(curve_round, d, e)
+    for k in range(first, last + 1):
+        c = breaks[k]
+        if c > high:
+            break
+        many, one, two = crossings(curve_round, p, size, crest, c, t0, t1)
+        if many > 0:
+            roots[n] = one
+            n += 1
+        if many > 1:
+            roots[n] = two
+            n += 1
+    return n
+
+
+@leaf
+def ordered(roots, n):
+    """Sort the first n, which are runs in order or against it."""
+    for i in range(1, n):
+        v = roots[i]
+        j = i - 1
+        while j >= 0 and roots[j] > v:
+            roots[j + 1] = roots[j]
+            j -= 1
+        roots[j + 1] = v
+
+
+@leaf
+def keep(curve, t0, t1, found, row, start):
+    """Add an interval of t to a row, joined to the one before it in the same piece."""
+    a, b = curve.origin + curve.size * t0, curve.origin + curve.size * t1
+    n = found.many[row]
+    most = found.lower.shape[1]
+    if start < n <= most and a - found.upper[row, n - 1] <= SHORT:
+        found.upper[row, n - 1] = b
+        return
+    if n < most:
+        found.lower[row, n] = a
+        found.upper[row, n] = b
+    found.many[row] = n + 1
+
+
+@leaf
+def levels(curve, stairs, t0, s0, c0, t1, s1, c1, top, roots, n, found, row, start):
+    """Keep what lies between floor and top of a stretch over one cell; roots from n on are free for use."""
+    low, high = span(curve.round, curve.pz, curve.dz, curve.ez, t0, s0, c0, t1, s1, c1)
+    if low > top + TOUCH or high < stairs.floor - TOUCH:
+        return
+    first = n
+    if high > top or low < stairs.floor:
+        size, crest = wave(curve.round, curve.dz, curve.ez)
+    else:
+        keep(curve, t0, t1, found, row, start)
+        return
+    if high > top:
+        many, one, two = crossings(curve.round, curve.pz, size, crest, top, t0, t1)
+        if many > 0:
+            roots[n] = one
+            n += 1
+        if many > 1:
+            roots[n] = two
+            n += 1
+    if low < stairs.floor:
+        many, one, two = crossings(curve.round, curve.pz, size, crest, stairs.floor, t0, t1)
+        if many > 0:
+            roots[n] = one
+            n += 1
+        if many > 1:
+            roots[n] = two
+            n += 1
+    if n == first:
+        z = place(curve.round, curve.pz, curve.dz, curve.ez, 0.5 * (t0 + t1))
+        if stairs.floor - TOUCH <= z <= top + TOUCH:
+            keep(curve, t0, t1, found, row, start)
+        return
+    for i in range(first + 1, n):
+        v = roots[i]
+        j = i - 1
+        while j >= first and roots[j] > v:
+            roots[j + 1] = roots[j]
+            j -= 1
+        roots[j + 1] = v
+    u = t0
+    for i in range(first, n + 1):
+        v = roots[i] if i < n else t1
+        if v - u > SHORT:
+            z = place(curve.round, curve.pz, curve.dz, curve.ez, 0.5 * (u + v))
+            if stairs.floor - TOUCH <= z <= top + TOUCH:
+                keep(curve, u, v, found, row, start)
+        u = v
+
+
+@leaf
+def inside(curve, stairs, t0, t1, roots, found, row, start):
+    """The stretches of a piece between t0 and t1 that are in the material, to the intervals of a row."""
+    if t1 - t0 <= SHORT:
+        return
+    s0, c0, s1, c1 = 0.0, 1.0, 0.0, 1.0
+    if curve.round:
+        s0, c0, s1, c1 = np.sin(t0), np.cos(t0), np.sin(t1), np.cos(t1)
+    elif curve.dz > 0.0:  # no need to look at walls above everything
+        t1 = min(t1, (stairs.highest + 1.0 - curve.pz) / curve.dz)
+        if t1 - t0 <= SHORT:
+            return
+    low, high = span(curve.round, curve.pz, curve.dz, curve.ez, t0, s0, c0, t1, s1, c1)
+    if low > stairs.highest + TOUCH or high < stairs.floor - TOUCH:
+        return
+    low, high = span(curve.round, curve.px, curve.dx, curve.ex, t0, s0, c0, t1, s1, c1)
+    n = walls(curve.round, curve.px, curve.dx, curve.ex, stairs.x, low, high, t0, t1, roots, 0)
+    low, high = span(curve.round, curve.py, curve.dy, curve.ey, t0, s0, c0, t1, s1, c1)
+    n = walls(curve.round, curve.py, curve.dy, curve.ey, stairs.y, low, high, t0, t1, roots, n)
+    ordered(roots, n)
+    u, su, cu = t0, s0, c0
+    for k in range(n + 1):
+        v, sv, cv = t1, s1, c1
+        if k < n:
+            v = roots[k]
+            if curve.round:
+                sv, cv = np.sin(v), np.cos(v)
+        if v - u > SHORT:
+            m = 0.5 * (u + v)
+            top = top_at(
+                stairs,
+                place(curve.round, curve.px, curve.dx, curve.ex, m),
+                place(curve.round, curve.py, curve.dy, curve.ey, m),
+            )
+            if top > -np.inf:
+                levels(curve, stairs, u, su, cu, v, sv, cv, top, roots, n, found, row, start)
+        u, su, cu = v, sv, cv
+
+
+@leaf
+def facing_line(p, d, t0, t1):
+    """The part of t0..t1 where p + d t > 0."""
+    at0, at1 = p + d * t0, p + d * t1
+    if at0 <= 0.0 and at1 <= 0.0:
+        return t0, t0
+    if at0 > 0.0 and at1 > 0.0:
+        return t0, t1
+    zero = min(max(-p / d, t0), t1)
+    return (zero, t1) if at1 > 0.0 else (t0, zero)
+
+
+@leaf
+def curve_of(piece, tx, ty, tz, ex, ey, ez, wx, wy, wz, rm, r):
+    """A piece of the edge (0 disc, 1 corner, 2 cylinder) of a tip, a radial direction and an axis."""
+    if piece == 0:
+        return Curve(0, tx, ex, 0.0, ty, ey, 0.0, tz, ez, 0.0, -rm, 1.0)
+    if piece == 1:
+        x, y, z = tx + rm * ex + r * wx, ty + rm * ey + r * wy, tz + rm * ez + r * wz
+        return Curve(1, x, r * ex, r * wx, y, r * ey, r * wy, z, r * ez, r * wz, 0.0, r)
+    big = rm + r
+    x, y, z = tx + big * ex + r * wx, ty + big * ey + r * wy, tz + big * ez + r * wz
+    return Curve(0, x, wx, 0.0, y, wy, 0.0, z, wz, 0.0, r * QUARTER, 1.0)
+
+
+@leaf
+def facing_part(piece, along, sink, swing, rm, r, flute, facing, idle):
+    """Stretch of t of a piece where N . V > idle; along, sink, swing: V . e_r, V . w, dw/dt . e_r."""
+    if piece == 0:
+        return facing_line(-sink - idle, swing, 0.0, rm) if facing else (0.0, rm)
+    if piece == 2:
+        return facing_line(along + r * swing - idle, swing, 0.0, flute) if facing else (0.0, flute)
+    if not facing:
+        return 0.0, QUARTER
+    a, b = along + r * swing, sink - rm * swing
+    if a > idle:
+        return (np.arctan2(b, a) if b > 0.0 else 0.0), QUARTER
+    if b < -idle:
+        return 0.0, np.arctan2(-b, max(-a, 0.0))
+    return 0.0, 0.0
+
+
+@kernel
+def engaged(moves, sin, cos, rm, r, flute, facing, bottom, idle, stairs, found) -> None:
+    """Engaged intervals at every position and rotation angle; sin, cos (1 or n, m) of phi. Row: i * m + j."""
+    tip, frame, velocity, rate = moves.tip, moves.frame, moves.velocity, moves.axis_rate
+    roots = np.empty(2 * (len(stairs.x) + len(stairs.y)) + 8)
+    n, m = len(tip), sin.shape[1]
+    for i in range(n):
+        own = i if len(sin) > 1 else 0
+        vx, vy, vz = velocity[i, 0], velocity[i, 1], velocity[i, 2]
+        gx, gy, gz = rate[i, 0], rate[i, 1], rate[i, 2]
+        m00, m10, m20 = frame[i, 0, 0], frame[i, 1, 0], frame[i, 2, 0]
+        m01, m11, m21 = frame[i, 0, 1], frame[i, 1, 1], frame[i, 2, 1]
+        wx, wy, wz = frame[i, 0, 2], frame[i, 1, 2], frame[i, 2, 2]
+        tx, ty, tz = tip[i, 0], tip[i, 1], tip[i, 2]
+        none = idle * np.sqrt(vx * vx + vy * vy + vz * vz)
+        sink = vx * wx + vy * wy + vz * wz
+        for j in range(m):
+            s, c = sin[own, j], cos[own, j]
+            ex, ey, ez = s * m00 + c * m01, s * m10 + c * m11, s * m20 + c * m21
+            along, swing = vx * ex + vy * ey + vz * ez, gx * ex + gy * ey + gz * ez
+            row = i * m + j
+            for piece in range(3):
+                if (piece == 0 and (rm == 0.0 or not bottom)) or (piece == 1 and r == 0.0):
+                    continue
+                t0, t1 = facing_part(piece, along, sink, swing, rm, r, flute, facing, none)
+                if t1 - t0 > SHORT:
+                    curve = curve_of(piece, tx, ty, tz, ex, ey, ez, wx, wy, wz, rm, r)
+                    inside(curve, stairs, t0, t1, roots, found, row, found.many[row])
+
+
+@kernel
+def clipped(tip, e_r, axis, rm, r, piece, lower, upper, stairs, found) -> None:
+    """Parts of the edge that are in the material: row k from s lower[k] to upper[k] of piece[k] (see `curve_of`) of the
+    edge that points to e_r[k]; tip and axis are those of all."""
+    roots = np.empty(2 * (len(stairs.x) + len(stairs.y)) + 8)
+    for k in range(len(piece)):
+        curve = curve_of(
+            piece[k],
+            tip[0],
+            tip[1],
+            tip[2],
+            e_r[k, 0],
+            e_r[k, 1],
+            e_r[k, 2],
+            axis[0],
+            axis[1],
+            axis[2],
+            rm,
+            r,
+        )
+        t0, t1 = (lower[k] - curve.origin) / curve.size, (upper[k] - curve.origin) / curve.size
+        inside(curve, stairs, t0, t1, roots, found, k, 0)
