@@ -15,6 +15,7 @@ from vmachining.job import Job, RunResult, Stopped, check_formats, run
 from vmachining.job.batch import BATCH_COLUMNS, already_complete, run_many, safe_name
 from vmachining.job.blocks import group_blocks
 from vmachining.job.brep import JUDGED, blank, disputes, parse_blocks, parse_brep, refuse_beyond
+from vmachining.job.folder import FolderLock
 from vmachining.job.reading import read_job_program
 from vmachining.tolerance import BREP_SECONDS
 
@@ -60,21 +61,24 @@ def run_job(
         if as_json:
             emit(summary)
         return Code.DONE
-    with progress_bar(quiet=silent) as progress:
-        try:
-            result = run(
-                job, engine=engine, certify=certify, out=folder, resume=resume, workers=workers, brep=brep,
-                brep_seconds=brep_seconds or BREP_SECONDS, progress=progress,
-            )  # fmt: skip
-        except Stopped as exc:
-            again = ["vmachining", "run", str(file), "--out", str(folder), "--resume", "--brep", brep]
-            again += ["--stock", stock, *(["--certify"] if certify else [])]
-            again += ["--stock-at", stock_at] if stock_at is not None else []
-            again += ["--brep-seconds", f"{brep_seconds:g}"] if brep_seconds is not None else []
-            again += ["--workers", str(workers)] if workers is not None else []
-            note(f"vmachining: {exc}; the rows so far are in {folder}, nothing is lost: {shlex.join(again)}")
-            return Code.INTERRUPTED
-    result.write(folder, stock=formats, stock_at=[block for part in steps for block in part])
+    with FolderLock(folder) as lock:
+        with progress_bar(quiet=silent) as progress:
+            try:
+                result = run(
+                    job, engine=engine, certify=certify, out=folder, resume=resume, workers=workers, brep=brep,
+                    brep_seconds=brep_seconds or BREP_SECONDS, progress=progress, lock=lock,
+                )  # fmt: skip
+            except Stopped as exc:
+                again = ["vmachining", "run", str(file), "--out", str(folder), "--resume", "--brep", brep]
+                again += ["--stock", stock, *(["--certify"] if certify else [])]
+                again += ["--stock-at", stock_at] if stock_at is not None else []
+                again += ["--brep-seconds", f"{brep_seconds:g}"] if brep_seconds is not None else []
+                again += ["--workers", str(workers)] if workers is not None else []
+                note(
+                    f"vmachining: {exc}; the rows so far are in {folder}, nothing is lost: {shlex.join(again)}"
+                )
+                return Code.INTERRUPTED
+        result.write(folder, stock=formats, stock_at=[block for part in steps for block in part])
     if as_json:
         emit(result.summary)
     else:

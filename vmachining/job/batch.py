@@ -45,15 +45,14 @@ def _same_inputs(job: Job, manifest: dict[str, Any] | None) -> bool:
     """Whether a manifest is about exactly the files of a job."""
     if manifest is None:
         return False
-    paths = {"job": job.source, "program": job.program_path, "stock": job.stock_path}
     inputs = manifest.get("inputs", {})
-    known = {role: inputs.get(role, {}).get("sha256") for role in paths}
     for role, entry in inputs.items():  # a program may call others, in files that only its last run knows
         if role.startswith("subprogram"):
             file = Path(entry["file"])
             if not file.is_file() or sha256(file) != entry["sha256"]:
                 return False
-    return known == {role: sha256(path) if path is not None else None for role, path in paths.items()}
+    known = {role: entry["sha256"] for role, entry in inputs.items() if not role.startswith("subprogram")}
+    return known == {role: sha256(path) for role, path in job.inputs.items()}
 
 
 def already_complete(job: Job, folder: Path) -> dict[str, Any] | None:

@@ -7,7 +7,7 @@ import importlib.metadata
 import json
 import os
 import platform
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -21,10 +21,10 @@ __all__ = [
     "atomic_path",
     "between",
     "fingerprints",
-    "forget_outputs",
     "make_folder",
     "read_manifest",
     "sha256",
+    "temporary_name",
     "versions",
     "write_atomic",
     "write_json",
@@ -50,7 +50,9 @@ def atomic_path(target: Path) -> Iterator[Path]:
     InputError
         The disk is full, the directory read-only, ...; names the target.
     """
-    temporary = target.with_name(f".{target.stem}.{os.getpid()}.tmp{target.suffix}")
+    temporary = temporary_name(target, os.getpid())
+    if os.path.lexists(temporary):
+        raise InputError("is in the way", file=str(temporary), remedy="move it away")
     try:
         with writing(target):
             yield temporary
@@ -59,6 +61,11 @@ def atomic_path(target: Path) -> Iterator[Path]:
         with suppress(OSError):
             temporary.unlink()
         raise
+
+
+def temporary_name(target: Path, process: int) -> Path:
+    """Where a process writes what is to become `target`."""
+    return target.with_name(f".{target.stem}.{process}.tmp{target.suffix}")
 
 
 @contextmanager
@@ -99,18 +106,6 @@ def make_folder(folder: Path) -> None:
 def between(block: int) -> str:
     """Name of the file of the workpiece after a block."""
     return f"stock_{block}.step"
-
-
-def forget_outputs(folder: Path, keep: Collection[str] = ()) -> None:
-    """Remove results and leftovers of an earlier run, so that no file of it passes for one of this run."""
-    for path in [
-        *(folder / name for name in OUTPUTS if name not in keep),
-        *folder.glob("*.partial.csv"),
-        *folder.glob("checkpoint.*.npz"),
-        *(path for path in folder.glob("stock_*.step") if path.name not in keep),
-    ]:
-        with writing(path):
-            path.unlink(missing_ok=True)
 
 
 def write_atomic(target: Path, data: bytes | str) -> None:
@@ -156,7 +151,7 @@ def versions() -> dict[str, str]:
     return found
 
 
-def read_manifest(folder: Path) -> dict[str, Any] | None:
+def read_manifest(folder: Path, name: str = MANIFEST) -> dict[str, Any] | None:
     """The manifest of an output directory, or None if there is none.
 
     Raises
@@ -164,7 +159,7 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
     JobError
         It is there and not readable.
     """
-    path = folder / MANIFEST
+    path = folder / name
     if not path.exists():
         return None
     try:

@@ -125,6 +125,21 @@ class Job:
         return self.folder / name if name else None
 
     @property
+    def machine_path(self) -> Path | None:
+        """The machine file, if there is one."""
+        name = self.keys.machine.file
+        return self.folder / name if name else None
+
+    @property
+    def inputs(self) -> dict[str, Path]:
+        """{role: path} of every file that the job names; subprograms are known when the program has been read."""
+        paths = {
+            "job": self.source, "program": self.program_path, "machine": self.machine_path,
+            "stock": self.stock_path,
+        }  # fmt: skip
+        return {role: path for role, path in paths.items() if path is not None}
+
+    @property
     def home(self) -> tuple[float, float, float]:
         """mm, start position in work coordinates."""
         x, y, z = (self.scale * v for v in self.keys.program.home)

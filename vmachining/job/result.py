@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import pkgutil
 import shutil
 from collections.abc import Iterable
@@ -14,7 +15,8 @@ from vmachining.engines.mesh import MeshEngine
 from vmachining.engines.protocol import StockSurface
 from vmachining.errors import EngineError
 from vmachining.job.brep import blank, refuse_beyond, write_step
-from vmachining.job.files import MANIFEST, TABLES, between, forget_outputs, make_folder, write_json
+from vmachining.job.files import TABLES, between, make_folder, write_json
+from vmachining.job.folder import FolderLock, ResultFolder, now
 from vmachining.job.jobfile import Job
 from vmachining.job.schedule import ScheduleReport
 from vmachining.job.stock import write_stock
@@ -37,7 +39,7 @@ class RunResult:
     job, program : what ran. summary : the keys of summary.json. inputs : {role: {file, sha256}}.
     stock : the engine with the finished workpiece; `stock.volume`, `stock.surface()`.
     schedule : what the rewritten program does, None without [feed].
-    folder : where the tables lie.
+    folder : where the tables lie. place : the same with its manifest. lock : of that directory, held or not.
     """
 
     job: Job
@@ -47,10 +49,16 @@ class RunResult:
     stock: MeshEngine
     schedule: ScheduleReport | None
     folder: Path
-    manifest: dict[str, Any]
+    place: ResultFolder
+    lock: FolderLock
     findings: list[tuple[int, str, str]] = field(default_factory=list)
     """(line, text, message) of program warnings on lines that do not move."""
     _keep: TemporaryDirectory[str] | None = field(default=None, repr=False)
+
+    @property
+    def manifest(self) -> dict[str, Any]:
+        """What made the numbers: inputs, options, versions, times."""
+        return self.place.manifest
 
     @property
     def blocks(self) -> pl.DataFrame:
@@ -98,30 +106,51 @@ class RunResult:
             asked = tuple(range(block, block + 1) for block in steps.values() if block is not None)
             refuse_beyond(asked, int(self.summary["blocks"]) - 1, "stock_at")
         make_folder(folder)
-        self.manifest["complete"] = False
-        write_json(folder / MANIFEST, self.manifest)
-        if folder.resolve() != self.folder.resolve():
-            for name in TABLES:
-                if (self.folder / name).is_file():
-                    shutil.copyfile(self.folder / name, folder / name)
-        for suffix in formats:
-            if suffix != "step":
-                write_stock(self.stock, folder / f"stock.{suffix}")
-        refused = []
-        for name, block in steps.items():
-            try:
-                write_step(self, folder / name, block)
-            except EngineError as exc:  # every other file is right without it
-                refused.append(exc.message)
-        if refused:
-            self.summary["stock_step_refused"] = "; ".join(refused)
-        write_json(folder / "summary.json", self.summary)
-        if report:
-            pkgutil.resolve_name(PAGE)(self, folder / "report.html")
-        stocks = [f"stock.{suffix}" for suffix in formats if suffix != "step"] + list(steps)
-        files = [*TABLES, *stocks, "summary.json", *(["report.html"] * report)]
-        made = [name for name in files if ((self.folder if name in TABLES else folder) / name).is_file()]
-        forget_outputs(folder, keep=made)
-        self.manifest |= {"complete": True, "outputs": made}
-        write_json(folder / MANIFEST, self.manifest)
+        same = folder.resolve() == self.folder.resolve()
+        with FolderLock(folder) as own:
+            if not (same and self.lock.is_held):
+                own.acquire()
+            self._lay_down(self.place if same else ResultFolder(folder), formats, steps, report)
         return folder
+
+    def _lay_down(
+        self, place: ResultFolder, formats: tuple[str, ...], steps: dict[str, int | None], report: bool
+    ) -> None:
+        """See `write`."""
+        folder, here = place.path, place is self.place
+        meshes = [f"stock.{suffix}" for suffix in formats if suffix != "step"]
+        tables = [name for name in TABLES if (self.folder / name).is_file()]
+        wanted = [*meshes, *steps, "summary.json", *(["report.html"] * report)]
+        place.refuse_foreign({role: Path(entry["file"]) for role, entry in self.inputs.items()})
+        if not here:
+            place.tidy()
+            place.manifest = {**self.manifest, "files": place.made()}
+        place.manifest |= {"complete": False, "process": os.getpid()}
+        with place.making(*wanted, *([] if here else tables)):
+            if not here:
+                for name in tables:
+                    shutil.copyfile(self.folder / name, folder / name)
+            for name in meshes:
+                write_stock(self.stock, folder / name)
+            refused = []
+            for name, block in steps.items():
+                try:
+                    write_step(self, folder / name, block)
+                except EngineError as exc:  # every other file is right without it
+                    refused.append(exc.message)
+            if refused:
+                self.summary["stock_step_refused"] = "; ".join(refused)
+            write_json(folder / "summary.json", self.summary)
+            if report:
+                pkgutil.resolve_name(PAGE)(self, folder / "report.html")
+        made = [name for name in (*tables, *wanted) if (folder / name).is_file()]
+        place.forget(keep=made)  # what an earlier run had more, rows and checkpoints of this one
+        options = {
+            **place.manifest["options"], "stock": list(formats),
+            "stock_at": [block for block in steps.values() if block is not None],
+        }  # fmt: skip
+        place.manifest |= {
+            "complete": True, "ended": now(), "options": options, "checkpoints": {}, "outputs": made,
+            "files": {name: place.manifest["files"][name] for name in made},
+        }  # fmt: skip
+        place.save()

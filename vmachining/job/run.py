@@ -8,7 +8,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,7 +17,7 @@ from types import FrameType
 from typing import Any
 
 from vmachining.engines.mesh import Crew, MeshEngine, crew
-from vmachining.errors import InputError, JobError, NCError, StockError
+from vmachining.errors import InputError, NCError, StockError
 from vmachining.job.blocks import Block, group_blocks, program_lines
 from vmachining.job.brep import JUDGED, Asked, blank, brep_columns, parse_brep, refuse_beyond
 from vmachining.job.contact import Contacts, ToolParts
@@ -25,13 +25,11 @@ from vmachining.job.files import (
     MANIFEST,
     atomic_path,
     fingerprints,
-    forget_outputs,
     make_folder,
-    read_manifest,
     versions,
     write_atomic,
-    write_json,
 )
+from vmachining.job.folder import RUN, WORKING, FolderLock, ResultFolder, now, refuse_other_run
 from vmachining.job.jobfile import Job
 from vmachining.job.paths import leans, move_path
 from vmachining.job.reading import read_job_program, refuse_unknown_tools
@@ -77,6 +75,9 @@ def run(
     brep: str = "none",
     brep_seconds: float = BREP_SECONDS,
     progress: Progress | None = None,
+    stop: Callable[[], bool] | None = None,
+    lock: FolderLock | None = None,
+    command: Sequence[str] | None = None,
 ) -> RunResult:
     """Simulate a job: removed volume with its bracket per block, contacts, times, and the schedule if asked.
 
@@ -92,11 +93,15 @@ def run(
     brep : blocks whose volume the B-rep engine checks: "none", "sample", "all" or numbers such as "3,7-12".
     brep_seconds : of a processor, limit of one such block, and of the solids and every mesh of each sweep that it needs.
     progress : called with stage name, blocks done, blocks in all.
+    stop : asked between blocks, beside SIGINT and SIGTERM, whether to stop.
+    lock : of `out`, when the caller goes on to write there; None: `out` is locked until this returns.
+    command : the words of the command line, for the manifest; None: those that this process was started with.
 
     Raises
     ------
     InputError
-        Program, tools or stock cannot be used; a path that never reaches the stock.
+        Program, tools or stock cannot be used; a path that never reaches the stock; `out` holds a file that is not
+        ours under a name that results have, or another run is writing there; the disk is full.
     Stopped
         SIGINT or SIGTERM: rows, checkpoint and manifest are on disk, `resume` goes on.
     EngineError
@@ -113,15 +118,23 @@ def run(
         raise InputError("resume wants the directory of the interrupted run")
     keep = TemporaryDirectory(prefix="vmachining-") if out is None else None
     folder = Path(keep.name if keep else str(out))
-    options = {"engine": engine, "certify": certify, "chord_mm": job.keys.accuracy.chord_mm}
-    with _stop_flag() as stop:
+    options = {
+        "engine": engine, "certify": certify, "chord_mm": job.keys.accuracy.chord_mm, "brep": brep,
+        "brep_seconds": brep_seconds,
+    }  # fmt: skip
+    with _stop_flag() as signalled, FolderLock(folder) as own:
         work = _Run(
-            job, folder, options, resume, workers, asked, brep_seconds, progress or (lambda *_: None), stop
-        )
+            job, folder, options, resume, workers, asked, brep_seconds, progress or (lambda *_: None),
+            lambda: signalled() or (stop is not None and stop()), lock or own,
+            [*(sys.argv if command is None else command)],
+        )  # fmt: skip
         try:
             result = work.go()
-        finally:
-            work.save_manifest()
+        except BaseException:
+            with suppress(InputError):  # where nothing can be written, what was written last still holds
+                work.save_manifest()
+            raise
+        work.save_manifest()
     result.summary["seconds"] = work.earlier_seconds + time.perf_counter() - begin
     result.summary["peak_mb"] = _peak_mb() + work.workers_mb
     result._keep = keep
@@ -169,11 +182,21 @@ class _Run:
     brep_seconds: float
     progress: Progress
     stop: Callable[[], bool]
-    manifest: dict[str, Any] = field(default_factory=dict)
+    lock: FolderLock
+    command: list[str]
+    place: ResultFolder = field(init=False)
     certify: bool = False
     earlier_seconds: float = 0.0
     workers_mb: float = 0.0
     started: float = field(default_factory=time.perf_counter)
+
+    def __post_init__(self) -> None:
+        self.place = ResultFolder(self.folder)
+
+    @property
+    def manifest(self) -> dict[str, Any]:
+        """What will be known of this run; empty until it begins to write."""
+        return self.place.manifest
 
     def go(self) -> RunResult:
         """What is refused here is refused before the first byte: an earlier result stays as it is."""
@@ -196,6 +219,7 @@ class _Run:
             raise InputError("--brep: these blocks are rapids, which cut nothing", remedy="ask for others")
         self.certify = bool(self.options["certify"]) or self.brep != "none" or leans(program, job.machine)
         make_folder(self.folder)
+        self.lock.acquire()
         self._open_manifest(program.files)
         feed = job.keys.feed
         counts = (lambda length: sample_count(feed, length)) if feed and feed.insert_blocks else None
@@ -209,7 +233,8 @@ class _Run:
             schedule = plan(feed, program, blocks, table, partial, times.cap_mm_min)
             written = rewrite_feeds(program, schedule.edits())
             target = self.folder / "scheduled.nc"
-            write_atomic(target, written.data)
+            with self.place.making(target.name):
+                write_atomic(target, written.data)
             again = read_job_program(job, target)
             after = move_times(again, limits, job.machine, block_delete=skips)
             self._stage(
@@ -223,7 +248,8 @@ class _Run:
                 check=False,
             )
             new_rows = self.folder / "scheduled_blocks.partial.csv"
-            finish(new_rows, self.folder, "scheduled_blocks")
+            with self.place.making("scheduled_blocks.csv", "scheduled_blocks.parquet"):
+                finish(new_rows, self.folder, "scheduled_blocks")
             scheduled, report = compare(feed, schedule, written, blocks, read_partial(new_rows))
         opinion, counts_brep = None, NO_BREP
         if self.brep != "none":
@@ -233,7 +259,8 @@ class _Run:
                 slack=stock.slack_mm3, file=self.folder / "brep.partial.csv", workers=self.workers,
                 seconds=self.brep_seconds, stop=self.stop, progress=self.progress,
             )  # fmt: skip
-        finish(partial, self.folder, "blocks", scheduled, opinion)
+        with self.place.making("blocks.csv", "blocks.parquet"):
+            finish(partial, self.folder, "blocks", scheduled, opinion)
         result = RunResult(
             job=job,
             program=program,
@@ -242,7 +269,8 @@ class _Run:
             stock=engine,
             schedule=report,
             folder=self.folder,
-            manifest=self.manifest,
+            place=self.place,
+            lock=self.lock,
             findings=_quiet_findings(program, blocks),
         )
         result.summary = self._summary(result, stock, times, after)
@@ -295,7 +323,9 @@ class _Run:
         rows_path = self.folder / (
             "blocks.partial.csv" if name == "program" else "scheduled_blocks.partial.csv"
         )
-        hands = crew(engine, self._workers(len(blocks) - first))
+        workers = self._workers(len(blocks) - first)
+        self.options["workers"] = max(workers, self.options.get("workers", 1))
+        hands = crew(engine, workers)
         stage = Stage(
             name=name, moves=program.moves, blocks=blocks, move_time_s=times.seconds.tolist(), tools=tools,
             notes=_notes(program) if check else {}, crew=hands,
@@ -325,7 +355,7 @@ class _Run:
     def _checkpoint(self, name: str, engine: Crew, done: int, total: int) -> None:
         """Save the workpiece, then point the manifest to it, then forget the one before."""
         target = self.folder / f"checkpoint.{name}.{done}.npz"
-        with atomic_path(target) as temporary:
+        with self.place.making(target.name), atomic_path(target) as temporary:
             engine.save(temporary)
         old = self.manifest["checkpoints"].get(name)
         self.manifest["checkpoints"][name] = {"file": target.name, "done": done, "total": total}
@@ -333,54 +363,41 @@ class _Run:
         if old is not None and old["file"] != target.name:
             with suppress(OSError):
                 (self.folder / old["file"]).unlink()
+            self.manifest["files"].pop(old["file"], None)
 
     def _open_manifest(self, subprograms: tuple[str, ...]) -> None:
-        roles = {"program": self.job.program_path}
-        roles |= {f"subprogram {k}": Path(name) for k, name in enumerate(subprograms, 1)}
-        if self.job.source is not None:
-            roles = {"job": self.job.source, **roles}
-        if (path := self.job.stock_path) is not None:
-            roles["stock"] = path
+        roles = self.job.inputs | {f"subprogram {k}": Path(name) for k, name in enumerate(subprograms, 1)}
         inputs = fingerprints(roles)
-        old = read_manifest(self.folder) if self.resume else None
+        self.place.refuse_foreign(roles)
+        old = self.place.earlier()
         fresh: dict[str, Any] = {
-            "job": self.job.name, "complete": False, "inputs": inputs, "versions": versions(),
-            "options": self.options, "seconds": 0.0, "checkpoints": {},
+            "kind": RUN, "job": self.job.name, "complete": False, "command": self.command, "process": os.getpid(),
+            "started": now(), "ended": None, "seconds": 0.0, "options": self.options, "inputs": inputs,
+            "versions": versions(), "checkpoints": {}, "files": dict.fromkeys(WORKING),
         }  # fmt: skip
-        self.manifest = fresh
-        if old is None or not old.get("checkpoints"):  # nothing to go on with
+        if not self.resume or old is None or not old.get("checkpoints"):  # nothing to go on with
+            self.place.forget()
+            self.place.manifest = fresh
             self.save_manifest()  # from here on the directory says that it is not complete
-            forget_outputs(self.folder)
             return
-        made_by = old.get("versions", {}).get("vmachining")
-        for what, same in (
-            ("had other options", old.get("options") == self.options),
-            (f"was made by vmachining {made_by}", made_by == fresh["versions"].get("vmachining")),
-        ):
-            if not same:
-                raise JobError(
-                    f"the interrupted run {what}", file=str(self.folder / MANIFEST),
-                    remedy="run again without --resume",
-                )  # fmt: skip
-        for role, entry in inputs.items():
-            before = old.get("inputs", {}).get(role, {}).get("sha256")
-            if before != entry["sha256"]:
-                raise JobError(
-                    f"the {role} file changed since the interrupted run", file=entry["file"],
-                    remedy="run again without --resume",
-                )  # fmt: skip
+        refuse_other_run(old, fresh, str(self.folder / MANIFEST))
+        self.place.tidy()
         self.earlier_seconds = float(old.get("seconds", 0.0))
+        fresh["started"] = old.get("started", fresh["started"])
+        fresh["files"] |= self.place.made()
         fresh["checkpoints"] = {
             name: entry
             for name, entry in old.get("checkpoints", {}).items()
             if (self.folder / entry["file"]).is_file()
         }
+        self.place.manifest = fresh
 
     def save_manifest(self) -> None:
         """Write the manifest with the time spent so far."""
         if self.manifest:
             self.manifest["seconds"] = self.earlier_seconds + time.perf_counter() - self.started
-            write_json(self.folder / MANIFEST, self.manifest)
+            self.manifest["ended"] = now()
+            self.place.save()
 
     def _summary(
         self, result: RunResult, stock: RawStock, times: MoveTimes, after: MoveTimes | None

@@ -1,0 +1,352 @@
+"""Whose files a result directory holds, and who may write into it now.
+
+A directory may hold anything: only names that a command writes itself matter to it. A file of such a name is ours if
+the manifest of the directory names it and it still has the SHA-256 that stands there; a name without a digest is
+being written by the process that the manifest names, or was when that process ended. Whatever else has such a name
+belongs to somebody and is refused before the first block, and so is an input of the job, which is known by its inode:
+links and other spellings of a name do not hide it.
+
+A lock keeps two processes out of one directory. It is the kernel's (`flock`), so it ends with its holder.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import re
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from types import TracebackType
+from typing import Any, TypeAlias
+
+from vmachining.errors import InputError, JobError
+from vmachining.job.files import MANIFEST, OUTPUTS, read_manifest, sha256, temporary_name, write_json, writing
+
+__all__ = ["RUN", "WORKING", "FolderLock", "ResultFolder", "now", "refuse_other_run", "refuse_target"]
+
+RUN = "vmachining run"
+"""Kind of the manifest of a run."""
+
+WORKING = ("blocks.partial.csv", "scheduled_blocks.partial.csv", "brep.partial.csv")
+"""Tables that grow while a run goes on."""
+
+PATTERN = re.compile(r"stock_\d+\.step|checkpoint\.\w+\.\d+\.npz", re.IGNORECASE)
+"""Names with a number in them: workpieces between blocks, and checkpoints."""
+
+ANY_VALUE = ("brep", "brep_seconds", "workers", "stock", "stock_at")
+"""Options that may change when an interrupted run goes on: they change no number that is on disk."""
+
+LOCK_FILE = ".vmachining.lock"
+"""Only where a directory cannot be locked itself, as on NFS."""
+
+Identity: TypeAlias = tuple[int, int]
+
+
+def now() -> str:
+    """The time in UTC, ISO 8601, to the second."""
+    return datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+
+
+def identity(path: Path) -> Identity | None:
+    """What a path leads to, whatever it is called: device and inode; None if it leads nowhere."""
+    try:
+        status = path.stat()
+    except OSError:
+        return None
+    return status.st_dev, status.st_ino
+
+
+class ResultFolder:
+    """A directory that one command writes into, with the manifest that says what it made there.
+
+    Parameters
+    ----------
+    path : Path
+    kind : of the manifest; one of another kind is not ours.
+    names : that the command may write, the manifest among them.
+    pattern : of further ones.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        kind: str = RUN,
+        names: Collection[str] = (*OUTPUTS, *WORKING, MANIFEST),
+        pattern: re.Pattern[str] | None = PATTERN,
+        manifest: str = MANIFEST,
+    ) -> None:
+        self.path = path
+        self.manifest: dict[str, Any] = {}
+        self._kind, self._names, self._pattern, self._manifest = kind, names, pattern, manifest
+
+    # -- whose is what -------------------------------------------------------------------------------------
+
+    def made(self) -> dict[str, str | None]:
+        """{name: digest} of the files that the manifest in the directory names; a digest of None says that the
+        process which wrote that file may not have ended it."""
+        manifest = self.earlier()
+        return {} if manifest is None else _named(manifest)
+
+    def earlier(self) -> dict[str, Any] | None:
+        """The manifest that lies there, None if there is none or it is of another kind."""
+        try:
+            manifest = read_manifest(self.path, self._manifest)
+        except JobError:
+            return None
+        if manifest is None:
+            return None
+        # manifests before there were kinds
+        known = "kind" in manifest or (
+            self._kind == RUN and {"inputs", "versions", "options"} <= manifest.keys()
+        )
+        return manifest if known and manifest.get("kind", RUN) == self._kind else None
+
+    def refuse_foreign(self, inputs: Mapping[str, Path]) -> None:
+        """Refuse a directory where a file of ours would take the place of somebody's.
+
+        inputs : {role: path} of what the command reads.
+
+        Raises
+        ------
+        InputError
+            Names the first such file.
+        """
+        manifest = self.earlier()
+        made = {} if manifest is None else _named(manifest) | {self._manifest: None}
+        roles = {identity(path): role for role, path in inputs.items()}
+        for path in self._taken():
+            role = roles.get(identity(path))
+            if role is not None:
+                raise InputError(
+                    f"is the {role} of this job, and results have a file of that name",
+                    file=str(path),
+                    remedy="choose another --out",
+                )
+            if not is_made(path, made):
+                changed = made.get(path.name) is not None and path.is_file() and not path.is_symlink()
+                what = "was changed since it was made" if changed else "was not made by this command"
+                raise InputError(
+                    f"{what}, and results have a file of that name",
+                    file=str(path),
+                    remedy="move it away, or choose another --out",
+                )
+
+    def _taken(self) -> Iterator[Path]:
+        """Paths in the directory whose names the command may write; dangling links, too."""
+        for name in sorted(self._names):
+            if os.path.lexists(self.path / name):
+                yield self.path / name
+        if self._pattern is not None and self.path.is_dir():
+            yield from (path for path in sorted(self.path.iterdir()) if self._pattern.fullmatch(path.name))
+
+    def forget(self, keep: Collection[str] = ()) -> None:
+        """Remove what an earlier process made here, so that no file of it passes for one of this one."""
+        manifest = self.earlier()
+        if manifest is None:
+            return
+        made = _named(manifest)
+        for name in made:
+            path = self.path / name
+            if name not in keep and is_made(path, made):
+                with writing(path):
+                    path.unlink(missing_ok=True)
+        self.tidy()
+
+    def tidy(self) -> None:
+        """Remove what an earlier process was writing when it was killed."""
+        manifest = self.earlier() or {}
+        maker = manifest.get("process")
+        if not isinstance(maker, int):
+            return
+        for name in (*_named(manifest), self._manifest):
+            torn = temporary_name(self.path / name, maker)
+            if torn.is_file() and not torn.is_symlink():
+                with writing(torn):
+                    torn.unlink(missing_ok=True)
+
+    # -- the manifest --------------------------------------------------------------------------------------
+
+    def save(self) -> None:
+        """Write the manifest."""
+        write_json(self.path / self._manifest, self.manifest)
+
+    @contextmanager
+    def making(self, *names: str) -> Iterator[None]:
+        """The files of these names are ours: said before they are written, with their digests afterwards."""
+        files: dict[str, str | None] = self.manifest["files"]
+        files |= dict.fromkeys(names)
+        self.save()
+        yield
+        for name in names:
+            if (self.path / name).is_file():
+                files[name] = sha256(self.path / name)
+            else:
+                del files[name]
+        self.save()
+
+
+def _named(manifest: Mapping[str, Any]) -> dict[str, str | None]:
+    """{name: digest}. Manifests of earlier versions have names without digests, of checkpoints and outputs."""
+    files = manifest.get("files")
+    if isinstance(files, dict):
+        return {name: digest for name, digest in files.items() if Path(name).name == name}
+    points = manifest.get("checkpoints", {}).values()
+    names = [*manifest.get("outputs", ()), *(point["file"] for point in points), *WORKING]
+    return dict.fromkeys(name for name in names if Path(name).name == name)
+
+
+def is_made(path: Path, made: Mapping[str, str | None]) -> bool:
+    """Whether a file is one of those that were made, as it was made."""
+    if path.name not in made or path.is_symlink() or not path.is_file():
+        return False
+    digest = made[path.name]
+    return digest is None or sha256(path) == digest
+
+
+def refuse_other_run(old: Mapping[str, Any], new: Mapping[str, Any], file: str) -> None:
+    """Refuse to go on with a run that would have got other numbers.
+
+    old, new : manifests of the interrupted run and of the one that is to go on with it. file : where the old one is.
+
+    Raises
+    ------
+    JobError
+        Names every option with its old and its new value, or the version, or the input that changed.
+    """
+    before, after = old.get("options", {}), new["options"]
+    names = [name for name in (*after, *(before.keys() - after.keys())) if name not in ANY_VALUE]
+    changes = [
+        f"{name} was {_shown(before, name)} and is {_shown(after, name)}"
+        for name in names
+        if before.get(name) != after.get(name)
+    ]
+    if changes:
+        raise JobError(
+            f"the interrupted run had other options: {', '.join(changes)}", file=file,
+            remedy="go on with the old ones, or run again without --resume",
+        )  # fmt: skip
+    made_by, made_with = (manifest.get("versions", {}).get("vmachining") for manifest in (old, new))
+    if made_by != made_with:
+        raise JobError(
+            f"the interrupted run was made by vmachining {made_by}, this is {made_with}", file=file,
+            remedy="run again without --resume",
+        )  # fmt: skip
+    for role, entry in new["inputs"].items():
+        if old.get("inputs", {}).get(role, {}).get("sha256") != entry["sha256"]:
+            raise JobError(
+                f"the {role} file changed since the interrupted run", file=entry["file"],
+                remedy="run again without --resume",
+            )  # fmt: skip
+
+
+def _shown(options: Mapping[str, Any], name: str) -> str:
+    return json.dumps(options[name]) if name in options else "not given"
+
+
+def refuse_target(path: Path, inputs: Mapping[str, Path], mark: bytes) -> None:
+    """Refuse one file that a command is asked to write, if it is an input or somebody else's.
+
+    mark : what files of this command have within their first kilobyte.
+
+    Raises
+    ------
+    InputError
+        Names it.
+    """
+    if not os.path.lexists(path):
+        return
+    role = next((role for role, given in inputs.items() if identity(given) == identity(path)), None)
+    if role is not None and path.exists():
+        raise InputError(f"is the {role} itself", file=str(path), remedy="choose another name")
+    if path.is_file() and not path.is_symlink():
+        with path.open("rb") as file:
+            if mark in file.read(1024):
+                return
+    raise InputError(
+        "is there and was not made by this command",
+        file=str(path),
+        remedy="move it away, or choose another name",
+    )
+
+
+def _locked(path: Path, flags: int) -> int:
+    """A descriptor with the lock of a directory, of a file in it where the file system locks no directories."""
+    descriptor = os.open(path, flags, 0o666)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(descriptor)
+        raise
+    except OSError:  # NFS locks nothing that is not open for writing
+        os.close(descriptor)
+        if flags != os.O_RDONLY:
+            raise
+        return _locked(path / LOCK_FILE, os.O_RDWR | os.O_CREAT)
+    return descriptor
+
+
+class FolderLock:
+    """One process at a time in a directory. Released at the end of a `with`, or by the kernel.
+
+    Entering does not take it yet, because the directory may have to be made first: `acquire` does, once.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._descriptor: int | None = None
+
+    @property
+    def is_held(self) -> bool:
+        """Whether this object has it."""
+        return self._descriptor is not None
+
+    def acquire(self) -> None:
+        """Take the lock, if it is not held already.
+
+        Raises
+        ------
+        InputError
+            Another process has it; says which one.
+        """
+        if self._descriptor is not None:
+            return
+        try:
+            self._descriptor = _locked(self.path, os.O_RDONLY)
+        except BlockingIOError as exc:
+            raise InputError(
+                f"another vmachining writes into this directory{self._holder()}",
+                file=str(self.path),
+                remedy="wait for it, stop it, or choose another --out",
+            ) from exc
+        except OSError as exc:
+            raise InputError(
+                f"cannot be locked: {exc.strerror or exc}", file=str(self.path), remedy="choose another --out"
+            ) from exc
+
+    def _holder(self) -> str:
+        """Who has it, if the manifest says so."""
+        try:
+            manifest = read_manifest(self.path) or {}
+        except JobError:
+            return ""
+        if manifest.get("complete") is not False or "process" not in manifest:
+            return ""
+        return f" (process {manifest['process']}, since {manifest.get('started')})"
+
+    def release(self) -> None:
+        """Give it back."""
+        if self._descriptor is not None:
+            os.close(self._descriptor)
+            self._descriptor = None
+
+    def __enter__(self) -> FolderLock:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.release()
