@@ -384,7 +384,9 @@ class Reader:
         problems: list[Problem] = []
         if lexed.errors:
             for error in lexed.errors:
-                self._record(error.code, number, error.col, error.length, n, error.text[:60], error.message)
+                self._record(
+                    error.code, number, error.col, error.length, n, error.text[:60], error.message, error.hint
+                )
             return
         self.memory.line = number
         try_state = self.state.clone()

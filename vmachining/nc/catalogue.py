@@ -26,6 +26,11 @@ CATALOGUE: Final[dict[str, Entry]] = {
         "a value of a thousand million or more. There is no exponent form.",
         "write one sign and one decimal point at most",
     ),
+    "E110": Entry(
+        "no word of this language",
+        "Letters in a row without a number. A word is one letter and a number; keywords belong to other controls.",
+        "remove it, or write it as a comment",
+    ),
     "E103": Entry(
         "letter without number",
         "A word is a letter and a number; a comment may not stand between the two.",
@@ -106,6 +111,12 @@ CATALOGUE: Final[dict[str, Entry]] = {
     "E210": Entry(
         "code of another dialect",
         "Dialects give the same number different meanings; this one has a meaning in the dialect named only.",
+    ),
+    "E211": Entry(
+        "not a program of this dialect",
+        "The text is written in the language of another control, or it is no program at all. It was read up to the "
+        "words that show it, and nothing of it is taken.",
+        "give the program in one of the dialects iso, mts, apt, poses",
     ),
     # ---- E3: meaning ----
     "E301": Entry(

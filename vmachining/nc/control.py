@@ -116,7 +116,9 @@ def find_structure(lines: Sequence[str], first: int, stop: int) -> Structure | N
 
 def _unread(error: LexError) -> Problem:
     """What the lexer found, as a problem of its line."""
-    return Problem(error.code, Word("O", None, error.col, error.length, error.text[:60]), error.message)
+    return Problem(
+        error.code, Word("O", None, error.col, error.length, error.text[:60]), error.message, error.hint
+    )
 
 
 def _steering_lines(text: str, first: int) -> Iterator[int]:

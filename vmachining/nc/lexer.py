@@ -16,6 +16,7 @@ import re
 from typing import Final, NamedTuple
 
 from vmachining.nc.expressions import Expression, ExpressionError, Name, parse_name, parse_value
+from vmachining.nc.foreign import keyword_control
 
 __all__ = [
     "MAX_LINE",
@@ -39,6 +40,17 @@ _NUMBER: Final = r"(?>(?:[+-][ \t]*)?(?:[0-9][0-9 \t]*(?:\.[0-9 \t]*)?|\.[ \t]*[
 _PLAIN: Final = re.compile(rf"([A-Za-z@^])[ \t]*+({_NUMBER})(?![.+\-])")
 _VALUE_START: Final = re.compile(r"[ \t]*+(?:[+-][ \t]*+)?(?:\[|#|[A-Za-z]{2,}[ \t]*+\[)")
 _NUMBER_RUN: Final = re.compile(r"[ \t]*+[+\-.0-9][+\-.0-9 \t]*")
+_MISWRITTEN: Final = re.compile(
+    r"([A-Za-z])[ \t]*([+-]?(?:[0-9]*,[0-9]+|(?=[0-9.]*[Oo])[0-9Oo.]+|[0-9]*\.?[0-9]+(?P<power>[eE][+-]?[0-9]+)))(?![A-Za-z0-9,])"
+)
+"""X1,5; X1O and XO; X1e3."""
+
+_SUSPECT: Final = frozenset(",oOeE")
+_LENGTHS: Final = frozenset("XYZABCUVWIJKRFQPS")
+_KEYWORD: Final = re.compile(
+    r"([A-Za-z]{3,}[0-9]*)(?![A-Za-z0-9\[]|[ \t]*\[)|((?:IF|WHILE|GOTO|THEN)(?=[ \t]*\[))"
+)
+_ROUNDED: Final = re.compile(r",[ \t]*[CRA][ \t]*[+-]?[0-9.]+", re.IGNORECASE)
 _COMMENT: Final = re.compile(r"\(([^()]*)\)")
 _BLANK: Final = re.compile(r"[ \t]*")
 _ILLEGAL: Final = re.compile(r"[^A-Za-z@^(;)#\x80-\U0010ffff]+")
@@ -89,13 +101,14 @@ class Span(NamedTuple):
 
 
 class LexError(NamedTuple):
-    """What could not be read. `text` is the offending part of the line."""
+    """What could not be read. `text` is the offending part of the line; hint : better than that of the catalogue."""
 
     code: str
     col: int
     length: int
     text: str
     message: str
+    hint: str = ""
 
 
 class LexedLine(NamedTuple):
@@ -205,8 +218,26 @@ class _Scanner:
         found = _BLANK.match(self.text, at)
         return found.end() if found else at
 
-    def _error(self, code: str, start: int, end: int, message: str) -> None:
-        self.errors.append(LexError(code, start + 1, end - start, self.text[start:end], message))
+    def _error(self, code: str, start: int, end: int, message: str, hint: str = "") -> None:
+        self.errors.append(LexError(code, start + 1, end - start, self.text[start:end], message, hint))
+
+    def _miswritten(self, at: int) -> int:
+        """A number with a decimal comma, letters O for zeros, or an exponent: the place behind it, or `at`."""
+        found = _MISWRITTEN.match(self.text, at)
+        if found is None or (found[1] in "Nn" and "," not in found[2]):
+            return at
+        word, number = found[0].rstrip(" \t"), found[2].strip(" \t")
+        if "," in number:
+            what, hint = "has a decimal comma", f"write {found[1]}{number.replace(',', '.')}"
+        elif found["power"] is not None:
+            if found[1].upper() not in _LENGTHS:
+                return at  # M67E1 is M67 and E1
+            what, hint = "has an exponent, which no control reads", "write the number out"
+        else:
+            fixed = number.upper().replace("O", "0")
+            what, hint = "holds the letter O where a zero is meant", f"write {found[1]}{fixed}"
+        self._error("E102", at, at + len(word), f"{word} {what}", hint)
+        return at + len(word)
 
     def _item(self, at: int) -> int:
         """Read what starts at 0-based `at`; returns the place behind it."""
@@ -214,6 +245,8 @@ class _Scanner:
         if plain := _PLAIN.match(text, at):
             letter, digits = plain[1].upper(), plain[2]
             end = plain.start(2) + len(digits.rstrip(" \t"))
+            if text[end : end + 1] in _SUSPECT and (behind := self._miswritten(at)) > at:
+                return behind
             value = float(digits.replace(" ", "").replace("\t", ""))
             if abs(value) > MAX_VALUE:
                 self._error("E102", at, end, f"{value:g} is out of range")
@@ -243,6 +276,10 @@ class _Scanner:
             end = found.end() if found else at + 1
             self._error("E106", at, end, "only ASCII characters may stand outside a comment")
             return end
+        if char == "," and (found := _ROUNDED.match(text, at)):
+            what = "chamfers and rounded corners (,C and ,R) are not supported"
+            self._error("E208", at, found.end(), what, "let the post write them out")
+            return found.end()
         found = _ILLEGAL.match(text, at)
         end = max(at + 1, at + len(found[0].rstrip(" \t")) if found else 0)
         what = (
@@ -265,6 +302,14 @@ class _Scanner:
         """A letter whose value is an expression, or is missing or malformed."""
         text = self.text
         letter = text[at].upper()
+        if found := _KEYWORD.match(text, at):
+            control = keyword_control(found[0])
+            if control or not _VALUE_START.match(text, at + 1):
+                whose = f": a keyword of {control} controls" if control else ""
+                self._error("E110", at, found.end(), f"'{found[0]}' is no word of G-code{whose}")
+                return found.end()
+        if (behind := self._miswritten(at)) > at:
+            return behind
         if letter == "O":
             self._error("E101", at, at + 1, "an O word must come first in its line")
             return at + 1

@@ -10,7 +10,8 @@ from typing import Final
 from vmachining.errors import NCError
 from vmachining.nc.apt import read_apt
 from vmachining.nc.blocks import Reader
-from vmachining.nc.checks import check_moves
+from vmachining.nc.checks import check_moves, finding
+from vmachining.nc.foreign import binary_kind, recognised
 from vmachining.nc.lexer import split_lines
 from vmachining.nc.model import Finding, Point, Program
 from vmachining.nc.poses import read_poses
@@ -190,6 +191,13 @@ def parse_program(
         reader.run()
         moves, found, ended = reader.moves, reader.findings, reader.ended
         files = tuple(str(file) for file in reader.files.paths)
+    wrong = [item.line for item in found if item.code.startswith(("E1", "E2"))]
+    if wrong and (other := recognised(split_lines(text), wrong, dialect)) is not None:
+        # one cause instead of a finding for every letter
+        what = f"this is {other.what}"
+        moves, found = [], [finding("E211", other.line, None, what, other.word, other.col)]
+        if other.remedy:
+            found = [found[0]._replace(hint=other.remedy)]
     found += check_moves(moves, stock_top_mm, travel_mm, blu_mm)
     findings: tuple[Finding, ...] = tuple(sorted(found, key=lambda f: (f.line, f.col, f.code)))
     return Program(name, data, dialect, tuple(moves), findings, ended, files)
@@ -210,10 +218,13 @@ def decode_program(data: bytes, name: str) -> str:
         raise NCError("the program is UTF-16 text", file=name, line=1, remedy=_PLAIN_TEXT)
     if (zero := data.find(b"\0")) >= 0:
         head = data[:200]
-        if head[::2].count(0) * 3 > len(head) or head[1::2].count(0) * 3 > len(head):
+        if (head[::2].count(0) * 3 > len(head)) != (head[1::2].count(0) * 3 > len(head)):
             raise NCError("the program is UTF-16 text", file=name, line=1, remedy=_PLAIN_TEXT)
-        line = data.count(b"\n", 0, zero) + 1
-        raise NCError("the file is binary, not a program", file=name, line=line, remedy=_PLAIN_TEXT)
+    if (kind := binary_kind(data)) is not None:
+        what = f"the file is binary ({kind}), not a program" if kind else "the file is binary, not a program"
+        line = data.count(b"\n", 0, zero) + 1 if zero >= 0 else 1
+        remedy = "give the program itself" if kind else _PLAIN_TEXT
+        raise NCError(what, file=name, line=line, remedy=remedy)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -1,0 +1,115 @@
+"""What a text is that is no program of the dialect it was read in: another control's, another file's.
+
+Nobody is helped by a thousand findings about letters without numbers where the file is a Heidenhain program.
+A text is looked at only where reading it found something wrong, and judged by marks that cannot stand in a
+correct program; comments do not count.
+
+Sources of the marks: Heidenhain TNC 640 conversational (`BEGIN PGM`, `L X+10 FMAX`, `CYCL DEF`), Siemens
+SINUMERIK 840D (`CYCLE81(...)`, `DEF REAL`, `X=IC(5)`, `MCALL`), Fanuc custom macro B (`IF [..] GOTO 10`).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from typing import Final, NamedTuple
+
+__all__ = ["Foreign", "binary_kind", "keyword_control", "recognised"]
+
+
+class Foreign(NamedTuple):
+    """line : 1-based, of the first mark. word : the mark, as it stands there, in column `col`."""
+
+    line: int
+    col: int
+    word: str
+    what: str
+    remedy: str
+
+
+_POST: Final = "post it for a control that reads ISO G-code, such as LinuxCNC or Fanuc"
+_HEIDENHAIN: Final = "a program in the conversational language of Heidenhain controls"
+_SIEMENS: Final = "a program of a Siemens control, with commands beyond ISO G-code"
+_GCODE: Final = "G-code"
+_MACRO: Final = "a program with Fanuc custom macros"
+
+_N: Final = r"(?:^[ \t]*/?[ \t]*(?:[Nn]?[0-9]+[ \t]+)?)"
+_MARKS: Final[tuple[tuple[str, str, str], ...]] = (
+    # what, remedy, expression of one line
+    (_HEIDENHAIN, _POST, r"^[ \t]*[0-9]*[ \t]*(?:BEGIN|END)[ \t]+PGM\b.*"),
+    (_HEIDENHAIN, _POST, rf"{_N}(?:TOOL CALL|BLK FORM|CYCL (?:DEF|CALL)|CALL LBL|LBL [0-9]+|FN ?[0-9]+:)[^;]*"),
+    (_HEIDENHAIN, _POST, rf"{_N}(?:L|C|CC|CR|CT|CP|LN|LP)[ \t]+I?[XYZABCPD][+-][^;]*"),
+    (_HEIDENHAIN, _POST, r"\bFMAX\b"),
+    (_SIEMENS, _POST, r"\b(?:CYCLE|POCKET|HOLES|SLOT|LONGHOLE|WORKPIECE|PROC)[0-9]*[ \t]*\([^;]*"),
+    (_SIEMENS, _POST, rf"{_N}(?:DEF[ \t]+(?:REAL|INT|BOOL|STRING|CHAR|AXIS|FRAME)|MCALL|EXTERN|PROC[ \t]+[A-Z])\b[^;]*"),
+    (_SIEMENS, _POST, r"\b(?:[A-Z][0-9]*[ \t]*=[ \t]*(?:I|A|D)CP?[ \t]*\(|(?:CR|TURN|AR|RND|CHF)[ \t]*=[ \t]*[0-9.])"),
+    (_SIEMENS, _POST, r"\b(?:GOTO[FBC]?[ \t]+[A-Z_]|A?(?:TRANS|ROT|SCALE|MIRROR)[ \t]+[XYZ]|MSG[ \t]*\()"),
+    (_SIEMENS, _POST, r"\bSUPA\b|\$[APMST][A-Z]*_"),
+    (_SIEMENS, _POST, r"\bR[0-9]+[ \t]*=|\b[XYZIJKF][ \t]*=[ \t]*(?:R[0-9]+|[+-]?[0-9.])"),
+    (_MACRO, "let the post write the moves out", r"\b(?:IF|WHILE)[ \t]*\[[^;(]*\][ \t]*(?:GOTO|THEN|DO)[ \t]*[0-9#]*"),
+    (_MACRO, "let the post write the moves out", rf"{_N}GOTO[ \t]*[0-9#]+"),
+    ("a cutter location file", "read it as that: dialect apt", r"^[ \t]*(?:GOTO|FROM|LOADTL|FEDRAT|PARTNO|CUTTER)[ \t]*/.*"),
+    ("a table of poses", "read it as that: dialect poses", r"^[ \t]*x_mm[ \t]*,.*"),
+    ("a job file", "give it to vmachining run", r"^\[\[?(?:program|tools|stock)\]\]?[ \t]*$"),
+    ("a STEP file, a solid", "it may be the stock or the design of a job", r"^ISO-10303-21\b.*"),
+    ("an STL file, a mesh", "it may be the stock of a job", r"^(?:solid\b.*|[ \t]*facet normal .*)"),
+    ("a web page", "download the program itself", r"^[ \t]*<(?:!DOCTYPE|html)\b.*"),
+    (_GCODE, "read it as that: dialect iso", r"^[ \t]*(?:N[0-9]+[ \t]*)?[GM][0-9]{1,3}(?![0-9A-Z/]*/).*"),
+    ("an XML file", "", r"^[ \t]*<\?xml\b.*"),
+)  # fmt: skip
+_COMPILED: Final = tuple((what, remedy, re.compile(mark, re.IGNORECASE)) for what, remedy, mark in _MARKS)
+_COMMENT: Final = re.compile(r"(?<![A-Za-z0-9_])\([^()]*\)|;.*")
+"""Not the values behind the name of a Siemens cycle."""
+
+
+_KEYWORDS: Final = {
+    "Heidenhain": "BEGIN END PGM BLK FORM TOOL CALL DEF FMAX CYCL LBL APPR DEP",
+    "Siemens": "CYCLE MCALL PROC EXTERN REAL INT BOOL STRING GOTOF GOTOB TRANS ATRANS ROT AROT MSG SUPA SOFT BRISK "
+    "FFWON FFWOF COMPCAD COMPOF ORIWKS ORIMKS ORIAXES TRAORI WORKPIECE POCKET HOLES RET DIAMOF DIAMON",
+    "Fanuc": "GOTO THEN POPEN PCLOS DPRNT",
+}  # fmt: skip
+_CONTROLS: Final = {word: control for control, words in _KEYWORDS.items() for word in words.split()}
+
+_MAGIC: Final = (
+    (b"PK\3\4", "a ZIP archive, or a document"), (b"%PDF", "a PDF document"), (b"\x89PNG", "a PNG picture"),
+    (b"\xff\xd8\xff", "a JPEG picture"), (b"GIF8", "a GIF picture"), (b"\x1f\x8b", "a gzip archive"),
+    (b"7z\xbc\xaf", "a 7z archive"), (b"\x7fELF", "an executable"), (b"MZ", "an executable"),
+    (b"glTF", "a glTF model"),
+)  # fmt: skip
+_CONTROL_CHARACTERS: Final = bytes(k for k in range(32) if k not in b"\t\n\r\f\x0e\x0f\x11\x12\x13\x14\x1a")
+"""Not those of punched tape and of editors: tab, line and form feeds, shifts, DC1 to DC4, end of file."""
+
+SAMPLE: Final = 4096
+MOST_CONTROL: Final = 0.02
+"""Share of control characters above which bytes are no text; random bytes have 8 %, texts in any code page none."""
+
+
+def binary_kind(data: bytes) -> str | None:
+    """What a binary file is ("a ZIP archive"), "" if that is not known, None for a text."""
+    head = data[:SAMPLE]
+    control = len(head) - len(head.translate(None, _CONTROL_CHARACTERS))
+    kind = next((name for magic, name in _MAGIC if head.startswith(magic)), "")
+    if len(data) >= 84 and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
+        kind = "a binary STL mesh"
+    if b"\0" in data or control > max(2, MOST_CONTROL * len(head)) or (kind and control):
+        return kind
+    return "a PDF document" if head.startswith(b"%PDF") else None
+
+
+def keyword_control(word: str) -> str:
+    """Control whose language has this keyword, "" for a word of nobody."""
+    return _CONTROLS.get(word.upper().rstrip("0123456789"), "")
+
+
+def recognised(lines: Sequence[str], wrong: Iterable[int], dialect: str) -> Foreign | None:
+    """What the text is, by the first mark in lines that were found wrong (1-based); None where there is none."""
+    for number in sorted(set(wrong)):
+        raw = lines[number - 1] if number <= len(lines) else ""
+        bare = _COMMENT.sub(lambda hit: " " * len(hit[0]), raw.removeprefix("\ufeff"))
+        for what, remedy, mark in _COMPILED:
+            if remedy.endswith(f"dialect {dialect}") or (what == _GCODE and dialect == "mts"):
+                continue
+            if found := mark.search(bare):
+                word = found[0].strip()
+                return Foreign(number, max(bare.find(word), 0) + 1, word[:40], what, remedy)
+    return None
