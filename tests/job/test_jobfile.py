@@ -5,9 +5,12 @@ from __future__ import annotations
 import pytest
 from tinyjob import FEED, JOB, write_job
 
-from vmachining.errors import JobError
+from vmachining.errors import JobError, NCError
 from vmachining.job import Job
 from vmachining.job.keys import key_positions, nearest
+from vmachining.job.reading import read_job_program
+
+BOX = "box = { min = [0, 0, -4], max = [10, 18, 0] }"
 
 BAD = {
     "misspelt key": ({"rapid_mm_min": "rapid_mm_mni"}, 9, ["rapid_mm_mni", "did you mean 'rapid_mm_min'"]),
@@ -47,7 +50,67 @@ BAD = {
     "machine file": ({"[machine]": '[machine]\nfile = "m.toml"'}, 9, ["cannot read the machine file"]),
     "two machines": ({"[machine]": '[machine]\nchain = "ac"\nfile = "m.toml"'}, 10, ["exclude each other"]),
     "syntax": ({"[stock]": "[stock"}, 18, ["not valid TOML"]),
-    "key twice": ({'units = "mm"': 'units = "mm"\nunits = "mm"'}, 3, ["not valid TOML"]),
+    "key twice": (
+        {'units = "mm"': 'units = "mm"\nunits = "mm"'},
+        3,
+        ["units is given twice, first in line 2"],
+    ),
+    "tool key twice": (
+        {"diameter_mm = 4": "diameter_mm = 4\ndiameter_mm = 5"},
+        16,
+        ["tools[0].diameter_mm is given twice", "line 15"],
+    ),
+    "section twice": ({"[accuracy]": "[stock]\n[accuracy]"}, 21, ["stock is given twice", "line 18"]),
+    "inline key twice": (
+        {BOX: "box = { min = [0, 0, 0], min = [1, 1, 1] }"},
+        19,
+        ["stock.box.min is given twice"],
+    ),
+    "decimal comma": ({"diameter_mm = 4": "diameter_mm = 4,5"}, 15, ["decimal comma", "write 4.5"]),
+    "no quotes": ({'file = "tiny.nc"': "file = tiny.nc"}, 5, ["quotes", 'file = "tiny.nc"']),
+    "cylinder z": (
+        {BOX: "cylinder = { center = [0, 0], radius = 5, z = -20 }"},
+        19,
+        ["z = -20", "z = [-20, 0]: lowest and highest"],
+    ),
+    "cylinder z alone": (
+        {BOX: "cylinder = { center = [0, 0], radius = 5, z = [-20] }"},
+        19,
+        ["only 1 number", "lowest and highest z"],
+    ),
+    "cylinder centre": (
+        {BOX: "cylinder = { center = 0, radius = 5, z = [-20, 0] }"},
+        19,
+        ["center = 0", "[0, 0]: axis of the bar"],
+    ),
+    "cylinder diameter": (
+        {BOX: "cylinder = { center = [0, 0], diameter = 5, z = [-20, 0] }"},
+        19,
+        ["'diameter'", "radius, half of it"],
+    ),
+    "cylinder height": (
+        {BOX: "cylinder = { center = [0, 0], radius = 5, height = 20 }"},
+        19,
+        ["'height'", "z = [lowest, highest]"],
+    ),
+    "box size": (
+        {BOX: "box = { min = [0, 0, 0], size = [1, 1, 1] }"},
+        19,
+        ["'size'", "max, the opposite corner"],
+    ),
+    "box huge": (
+        {"max = [10, 18, 0]": "max = [10, 18, 1e99]"},
+        19,
+        ["stock.box.max[2] = 1e+99", "out of range"],
+    ),
+    "tool huge": ({"diameter_mm = 4": "diameter_mm = 1e99"}, 15, ["tools[0].diameter_mm", "out of range"]),
+    "five axes by their letters": (
+        {"[machine]": '[machine]\nchain = "xyzac"'},
+        9,
+        ["did you mean xyzac-trt?"],
+    ),
+    "five axes in capitals": ({"[machine]": '[machine]\nchain = "XYZBC"'}, 9, ["did you mean xyzbc-trt?"]),
+    "other axes": ({"[machine]": '[machine]\nchain = "xyzab"'}, 9, ["ab-table", "ab-head"]),
     "no tools": ({"[[tools]]": "[[tool]]"}, 12, ["'tool'", "did you mean 'tools'"]),
 }
 
@@ -129,3 +192,22 @@ def test_positions_survive_strings_comments_and_arrays():
 def test_nearest_word():
     assert nearest("insert_block", ["insert_blocks", "rule"]) == "insert_blocks"
     assert nearest("zzz", ["insert_blocks"]) is None
+
+
+def test_rotary_axes_without_a_machine_are_told_what_is_missing(tmp_path):
+    path = write_job(tmp_path)
+    (tmp_path / "tiny.nc").write_text("G21 G90 F100 S100 M3 T1 M6\nG1 X1 A10\nC5 X3\nM2\n")
+    with pytest.raises(NCError, match=r'turns A and C.*chain = "xyzac-trt"') as caught:
+        read_job_program(Job.load(path))
+    assert caught.value.line == 2 and "ac-table" in str(caught.value.remedy)
+
+
+def test_the_limit_of_loops_and_the_unit_of_dwells_are_keys(tmp_path):
+    loop = "G21 G90 S100 M3 T1 M6\n#1 = 0\no1 while [#1 LT 300]\n#1 = [#1 + 1]\no1 endwhile\nG4 P500\nG0 X#1\nM2\n"
+    path = write_job(tmp_path, swap={"[machine]": "max_steps = 200\n[machine]"})
+    (tmp_path / "tiny.nc").write_text(loop)
+    with pytest.raises(NCError, match=r"E413.*max_steps"):
+        read_job_program(Job.load(path))
+    path = write_job(tmp_path, swap={"[machine]": 'max_steps = 2000\ndwell = "ms"\n[machine]'})
+    (tmp_path / "tiny.nc").write_text(loop)
+    assert [move.dwell_s for move in read_job_program(Job.load(path)).moves] == [0.5, 0.0]

@@ -191,6 +191,8 @@ OTHERS = [  # dialect, program, code, line
     ("apt", "FINI\nGOTO/1,2,3", "W404", 2),
     ("poses", "x_mm,y_mm\n1,2", "E109", 1),
     ("poses", "x_mm,y_mm,z_mm,rapid\n1,2,3,1\n1,nan,3,1", "E102", 3),
+    ("poses", "x_mm,y_mm,z_mm,rapid\n1,2,3,1\n1,1e99,3,1", "E102", 3),
+    ("poses", "x_mm;y_mm;z_mm\n1,5;2;3", "E109", 1),
     ("poses", "x_mm,y_mm,z_mm\n1,2,3\n1,2,4", "E301", 3),
 ]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import re
+import math
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from vmachining.errors import JobError, KinematicsError, ToolError
-from vmachining.job.keys import key_positions, nearest, position_of
+from vmachining.job.keys import dotted, key_positions, nearest, position_of, toml_refusal
 from vmachining.job.model import LATER, TOOL_KEYS, JobFile
 from vmachining.job.model import Machine as MachineKeys
 from vmachining.job.words import Refuse, first_refusal
@@ -23,6 +23,9 @@ from vmachining.tool import Tool, tool_from_mapping
 __all__ = ["MM_PER_INCH", "Job", "read_tools"]
 
 MM_PER_INCH = 25.4
+MOST = 1e9
+"""Above every length, speed and acceleration in mm and minutes: a thousand kilometres, as for programs."""
+
 LATER_KEYS = {("design",): "[design]"}
 
 
@@ -59,10 +62,7 @@ class Job:
         try:
             data = tomllib.loads(text)
         except tomllib.TOMLDecodeError as exc:
-            place = re.search(r"\(at line (\d+), column (\d+)\)", str(exc))
-            line, col = (int(place[1]), int(place[2])) if place else (None, None)
-            message = re.sub(r" \(at .*\)$", "", str(exc))
-            raise JobError(f"not valid TOML: {message}", file=str(path), line=line, col=col) from exc
+            raise toml_refusal(text, exc, str(path)) from exc
         return cls._checked(data, path.parent, path, key_positions(text))
 
     @classmethod
@@ -83,6 +83,7 @@ class Job:
             return JobError(message, file=str(source) if source else None, line=line, col=col, remedy=remedy)
 
         _refuse_later(data, refuse)
+        _refuse_huge(data, (), refuse)
         try:
             keys = JobFile.model_validate(data)
         except ValidationError as exc:
@@ -170,6 +171,20 @@ def _refuse_later(data: Mapping[str, Any], refuse: Refuse) -> None:
             )
 
 
+def _refuse_huge(value: Any, path: tuple[str | int, ...], refuse: Refuse) -> None:
+    """Numbers that no job means, such as 1e99: a slip of the pen that would be computed with for hours."""
+    if isinstance(value, Mapping):
+        for key, inner in value.items():
+            _refuse_huge(inner, (*path, str(key)), refuse)
+    elif isinstance(value, list):
+        for index, inner in enumerate(value):
+            _refuse_huge(inner, (*path, index), refuse)
+    elif isinstance(value, int | float) and not isinstance(value, bool) and MOST < abs(value) < math.inf:
+        raise refuse(
+            f"{dotted(path)} = {value:g} is out of range", path, f"numbers of a job lie within {MOST:g}"
+        )
+
+
 def _machine(keys: MachineKeys, folder: Path, refuse: Refuse) -> Machine | None:
     """The kinematic chain; None: three slides."""
     if keys.chain is not None and keys.file is not None:
@@ -249,8 +264,10 @@ def read_tools(path: Path | str) -> dict[int, Tool]:
         data = tomllib.loads(text)
     except OSError as exc:
         raise JobError(f"cannot read the tool table: {exc.strerror or exc}", file=str(path)) from exc
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as exc:
-        raise JobError(f"not valid TOML: {exc}", file=str(path)) from exc
+    except UnicodeDecodeError as exc:
+        raise JobError(f"not a UTF-8 text (byte {exc.start})", file=str(path)) from exc
+    except tomllib.TOMLDecodeError as exc:
+        raise toml_refusal(text, exc, str(path)) from exc
     entries = data.get("tools")
     if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
         raise JobError("no [[tools]] in this file", file=str(path))

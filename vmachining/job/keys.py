@@ -8,9 +8,12 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable, Sequence
+import tomllib
+from collections.abc import Iterable, Iterator, Sequence
 
-__all__ = ["KeyPath", "key_positions", "nearest", "position_of"]
+from vmachining.errors import JobError
+
+__all__ = ["KeyPath", "key_positions", "nearest", "position_of", "toml_refusal"]
 
 KeyPath = tuple[str | int, ...]
 """E.g. ("tools", 0, "diameter_mm")."""
@@ -30,6 +33,42 @@ def _parts(dotted: str) -> list[str]:
 def key_positions(text: str) -> dict[KeyPath, tuple[int, int]]:
     """(line, column), both from 1, of every key and table header of a TOML text."""
     found: dict[KeyPath, tuple[int, int]] = {}
+    for path, place in _occurrences(text):
+        found.setdefault(path, place)
+    return found
+
+
+def toml_refusal(text: str, exc: tomllib.TOMLDecodeError, file: str) -> JobError:
+    """What tomllib refused, in the words of a job file: a key given twice, a decimal comma, a text without quotes."""
+    place = re.search(r"\(at line (\d+), column (\d+)\)", str(exc))
+    line, col = (int(place[1]), int(place[2])) if place else (None, None)
+    what, remedy = f"not valid TOML: {re.sub(r' [(]at .*[)]$', '', str(exc))}", None
+    seen: dict[KeyPath, int] = {}
+    for path, (at, column) in _occurrences(text):
+        if path in seen and at == line and not isinstance(path[-1], int):
+            name = dotted(path)
+            what = f"{name} is given twice, first in line {seen[path]}"
+            col, remedy = column, "keep one of them"
+            break
+        seen.setdefault(path, at)
+    raw = text.splitlines()[line - 1] if line is not None and line <= len(text.splitlines()) else ""
+    if remedy is None and (comma := re.search(r"=\s*([+-]?\d+),(\d+)\s*(#.*)?$", raw)):
+        what, remedy = f"{what}: a decimal comma", f"write {comma[1]}.{comma[2]}"
+    elif remedy is None and (word := re.match(r"\s*([\w-]+)\s*=\s*([A-Za-z][^\"'#=]*)(#.*)?$", raw)):
+        remedy = f'a text stands in quotes: {word[1]} = "{word[2].strip()}"'
+    return JobError(what, file=file, line=line, col=col, remedy=remedy)
+
+
+def dotted(path: KeyPath) -> str:
+    """`stock.box.min[0]`."""
+    out = ""
+    for part in path:
+        out += f"[{part}]" if isinstance(part, int) else f".{part}" if out else part
+    return out
+
+
+def _occurrences(text: str) -> Iterator[tuple[KeyPath, tuple[int, int]]]:
+    """Every key and table header with its (line, column), as often as it stands there; an array of tables once."""
     counts: dict[KeyPath, int] = {}
     table: KeyPath = ()
     key: KeyPath = ()
@@ -51,19 +90,19 @@ def key_positions(text: str) -> dict[KeyPath, tuple[int, int]]:
                 if header.group(1) == "[[":
                     counts[path] = counts.get(path, -1) + 1
                     path = (*path, counts[path])
-                    found.setdefault(path[:-1], (number, line.index("[") + 1))
+                    if counts[path[:-1]] == 0:
+                        yield path[:-1], (number, line.index("[") + 1)
                 table, key = path, path
-                found.setdefault(path, (number, line.index("[") + 1))
+                yield path, (number, line.index("[") + 1)
                 continue
             match = _KEY.match(line)
             if match:
                 key = (*table, *_parts(match.group(1)))
-                found.setdefault(key, (number, match.start(1) + 1))
+                yield key, (number, match.start(1) + 1)
         for inline in _INLINE.finditer(bare):
             name = line[inline.start(1) : inline.end(1)].strip("\"'")
-            found.setdefault((*key, name), (number, inline.start(1) + 1))
+            yield (*key, name), (number, inline.start(1) + 1)
         depth = max(0, depth + sum(bare.count(c) for c in "[{") - sum(bare.count(c) for c in "]}"))
-    return found
 
 
 def position_of(

@@ -55,7 +55,7 @@ class ProgramKeys(Keys):
     """the program, relative to the job file"""
     dialect: Literal["iso", "mts", "apt", "poses"] = "iso"
     """see the page on dialects"""
-    home: Triple = (0.0, 0.0, 100.0)
+    home: Annotated[Triple, Field(examples=["[0, 0, 100]"])] = (0.0, 0.0, 100.0)
     """tool tip at the start, work coordinates; also where G28 goes"""
     block_delete: Annotated[bool, Field(strict=True)] = False
     """skip lines that open with a slash"""
@@ -93,9 +93,9 @@ class Machine(Keys):
 class Box(Keys):
     """An axis-aligned block, opposite corners."""
 
-    min: Triple
+    min: Annotated[Triple, Field(examples=["[0, 0, -20]"])]
     """corner with the smallest coordinates"""
-    max: Triple
+    max: Annotated[Triple, Field(examples=["[100, 60, 0]"])]
     """corner with the largest coordinates"""
 
     @model_validator(mode="after")
@@ -108,11 +108,11 @@ class Box(Keys):
 class Cylinder(Keys):
     """A round bar standing along z: centre (x, y), radius, lowest and highest z."""
 
-    center: Pair
+    center: Annotated[Pair, Field(examples=["[0, 0]"])]
     """axis of the bar, x and y"""
     radius: Positive
     """of the bar"""
-    z: Pair
+    z: Annotated[Pair, Field(examples=["[-20, 0]"])]
     """lowest and highest z"""
 
     @model_validator(mode="after")

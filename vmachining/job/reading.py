@@ -11,6 +11,7 @@ from typing import Any
 from vmachining.errors import NCError
 from vmachining.job.jobfile import Job
 from vmachining.job.paths import settled
+from vmachining.machine import with_axes
 from vmachining.nc import Finding, Motion, Program, ToolEntry, read_program
 
 __all__ = ["read_job_program", "refuse_unknown_tools"]
@@ -53,6 +54,7 @@ def read_job_program(job: Job, path: Path | None = None) -> Program:
     program = read_program(path, **options)
     if not program.data.strip():
         raise NCError("the program is empty", file=str(path), line=1, remedy="is it the right file?")
+    _refuse_axes(program, job)
     program.require_clean(allow=NO_END)
     only = next(iter(job.tools))
     cutting = (m for m in program.moves if m.motion not in IDLE)
@@ -90,6 +92,29 @@ def _feeds_noted(job: Job, program: Program) -> Program:
         "nothing in [machine] limits it: times and rates are those of this feed"
     )
     return _noted(program, beyond[0].line, text, "give max_feed_mm_min, or correct the F word")
+
+
+def _refuse_axes(program: Program, job: Job) -> None:
+    """Rotary axes in a program whose job names no machine that has them.
+
+    Raises
+    ------
+    NCError
+    """
+    missing = [found for found in program.errors if found.code == "E209" and found.word[:1].upper() in "ABC"]
+    letters = "".join(sorted({found.word[0].upper() for found in missing if found.word}))
+    if letters and job.machine is None:
+        known = with_axes(letters)
+        raise NCError(
+            f"the program turns {' and '.join(letters)}, and the job names no machine that has "
+            f"{'them' if len(letters) > 1 else 'it'}",
+            file=program.name,
+            line=missing[0].line,
+            col=missing[0].col,
+            word=missing[0].word,
+            remedy=f'add [machine] with chain = "{known[0]}" or another with these axes: {", ".join(known[1:])}; '
+            "or file, a machine file",
+        )
 
 
 def refuse_unknown_tools(program: Program, tools: Container[int], known: str) -> None:

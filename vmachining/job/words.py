@@ -7,13 +7,30 @@ from collections.abc import Callable
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from vmachining.errors import JobError
-from vmachining.job.keys import KeyPath, nearest
+from vmachining.job.keys import KeyPath, dotted, nearest
 from vmachining.job.model import JobFile
 
 __all__ = ["Refuse", "first_refusal"]
+
+MEANT: dict[tuple[str, ...], str] = {
+    ("stock", "cylinder", "diameter"): "give radius, half of it",
+    ("stock", "cylinder", "diameter_mm"): "give radius, half of it",
+    **{
+        ("stock", "cylinder", key): "give z = [lowest, highest]"
+        for key in ("height", "length", "z_min", "z_max")
+    },
+    **{
+        ("stock", "box", key): "give max, the opposite corner"
+        for key in ("size", "length", "width", "height")
+    },
+    **{("stock", "box", key): "give min, the lowest corner" for key in ("origin", "corner", "center")},
+    ("stock", "file"): 'give stl = "..." or step = "..."',
+}
+"""What people write and what they mean."""
 
 Refuse = Callable[..., JobError]
 """(message, path of the key, remedy) -> error with file, line and column."""
@@ -37,21 +54,15 @@ def _path(error: ErrorDetails) -> KeyPath:
     )  # fmt: skip
 
 
-def _dotted(path: KeyPath) -> str:
-    out = ""
-    for part in path:
-        out += f"[{part}]" if isinstance(part, int) else f".{part}" if out else part
-    return out
-
-
 def _words(error: ErrorDetails, path: KeyPath, same: list[ErrorDetails]) -> str:
-    kind, name = error["type"], _dotted(path)
+    kind, name = error["type"], dotted(path)
     if kind == "extra_forbidden":
-        where = f"under [{_dotted(path[:-1])}]" if len(path) > 1 else "at the top level"
+        where = f"under [{dotted(path[:-1])}]" if len(path) > 1 else "at the top level"
         return f"unknown key {path[-1]!r} {where}"
     if kind == "missing":
         if path and isinstance(path[-1], int):
-            return f"{_dotted(path[:-1])} has only {path[-1]} numbers"
+            number = "number" if path[-1] == 1 else "numbers"
+            return f"{dotted(path[:-1])} has only {path[-1]} {number}"
         return f"{name} is missing"
     if kind == "value_error":
         return str(error.get("ctx", {}).get("error", error["msg"]))
@@ -68,6 +79,8 @@ def _wanted(error: ErrorDetails, path: KeyPath) -> str:
         return "must be an array of tables"
     if kind == "too_long":
         return f"has more than {context.get('max_length')} values"
+    if kind in ("tuple_type", "list_type"):
+        return "must be a list in brackets"
     if kind == "string_too_short":
         return "must not be empty"
     return re.sub(r"^(Input|String|List|Tuple) should (be|have)", r"must \2", error["msg"])
@@ -77,7 +90,7 @@ def _remedy(error: ErrorDetails, path: KeyPath, same: list[ErrorDetails]) -> str
     kind = error["type"]
     if kind == "missing":
         if path and isinstance(path[-1], int):
-            return f"give {_dotted(path[:-1])} all its numbers"
+            return _example(path[:-1]) or f"give {dotted(path[:-1])} all its numbers"
         if path == ("tools",):
             return "add a [[tools]] table"
         return f"add a [{path[0]}] table" if len(path) == 1 else f"add {path[-1]} = ..."
@@ -85,6 +98,8 @@ def _remedy(error: ErrorDetails, path: KeyPath, same: list[ErrorDetails]) -> str
         return _place(path)
     if kind == "list_type" and path == ("tools",):
         return "write [[tools]] in two brackets, once per tool"
+    if kind in ("tuple_type", "too_long"):
+        return _example(path)
     if kind in ("model_type", "dict_type"):
         known = _known_keys(path)
         return f"its keys: {', '.join(known)}" if known else None
@@ -98,6 +113,8 @@ def _remedy(error: ErrorDetails, path: KeyPath, same: list[ErrorDetails]) -> str
 def _place(path: KeyPath) -> str | None:
     """Where an unknown key may have been meant to stand."""
     known, key = _known_keys(path[:-1]), str(path[-1])
+    if meant := MEANT.get((*(part for part in path[:-1] if isinstance(part, str)), key)):
+        return meant
     if close := nearest(key, known):
         return f"did you mean {close!r}?"
     sections = [name for name in JobFile.model_fields if key in _known_keys((name,))]
@@ -106,17 +123,36 @@ def _place(path: KeyPath) -> str | None:
     return f"known here: {', '.join(known)}" if known else None
 
 
-def _known_keys(path: KeyPath) -> list[str]:
-    """Keys that the model allows at a place, for suggestions."""
+def _example(path: KeyPath) -> str | None:
+    """How a key is written, with what its numbers mean."""
+    info = _field(path)
+    if info is None or not info.examples:
+        return None
+    return f"{path[-1]} = {info.examples[0]!s}: {info.description}"
+
+
+def _field(path: KeyPath) -> FieldInfo | None:
+    """What the model says of a key."""
     model: Any = JobFile
+    info: FieldInfo | None = None
     for part in path:
         if isinstance(part, int):
             continue
         info = model.model_fields.get(part) if _is_model(model) else None
         if info is None:
-            return []
+            return None
         options = [info.annotation, *getattr(info.annotation, "__args__", ())]
         model = next((option for option in options if _is_model(option)), None)
+    return info
+
+
+def _known_keys(path: KeyPath) -> list[str]:
+    """Keys that the model allows at a place, for suggestions."""
+    if not [part for part in path if isinstance(part, str)]:
+        return list(JobFile.model_fields)
+    info = _field(path)
+    options = [] if info is None else [info.annotation, *getattr(info.annotation, "__args__", ())]
+    model = next((option for option in options if _is_model(option)), None)
     return list(model.model_fields) if model is not None else []
 
 

@@ -140,7 +140,7 @@ from vmachining.machine.orientation import (
     hexapod_matrix,
     hexapod_omega,
 )
-from vmachining.machine.presets import PRESETS, preset
+from vmachining.machine.presets import PRESETS, preset, with_axes
 from vmachining.machine.pulses import (
     Interpolator,
     PulseBlock,
@@ -221,6 +221,7 @@ __all__ = [
     "tip_lengths",
     "travel_caps",
     "travel_overruns",
+    "with_axes",
     "write_csv",
     "write_npz",
 ]

@@ -30,6 +30,7 @@ __all__ = [
     "preset",
     "table_head",
     "table_table",
+    "with_axes",
     "xyzac_trt",
     "xyzbc_trt",
 ]
@@ -171,6 +172,24 @@ PRESETS: Mapping[str, Callable[..., Machine]] = {
 """Every preset by name."""
 
 
+def _nearest(name: str) -> list[str]:
+    """Presets that a name may mean: it begins them, names their rotary axes, or resembles one."""
+    from difflib import get_close_matches
+
+    if begun := [known for known in PRESETS if known.startswith(name) and name]:
+        return begun
+    axes = sorted(name.removeprefix("xyz"))
+    if 0 < len(axes) <= 2 and set(axes) <= set("abc"):
+        return with_axes("".join(axes).upper())
+    return get_close_matches(name, PRESETS, n=1)
+
+
+def with_axes(letters: str) -> list[str]:
+    """Presets with at least these rotary axes ("AC"), those with limits first, the short names of sweep files left out."""
+    named = [name for name, make in PRESETS.items() if "-" in name and set(letters) <= set(make().names)]
+    return sorted(named, key=lambda name: not name.endswith("-trt"))
+
+
 def preset(name: str, **options: Any) -> Machine:
     """A machine by name.
 
@@ -179,12 +198,10 @@ def preset(name: str, **options: Any) -> Machine:
     KinematicsError
         No such preset, or an option it does not have.
     """
-    from difflib import get_close_matches
-
     make = PRESETS.get(name)
     if make is None:
-        close = get_close_matches(name, PRESETS, n=1)
-        meant = f"did you mean {close[0]}? " if close else ""
+        close = _nearest(name.lower())
+        meant = f"did you mean {' or '.join(close)}? " if close else ""
         raise KinematicsError(f"no machine {name!r}", remedy=f"{meant}known: {', '.join(PRESETS)}")
     try:
         return make(**options)

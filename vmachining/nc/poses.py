@@ -17,7 +17,7 @@ from itertools import pairwise
 from typing import Final, NamedTuple
 
 from vmachining.nc.checks import finding
-from vmachining.nc.lexer import split_lines
+from vmachining.nc.lexer import MAX_VALUE, split_lines
 from vmachining.nc.model import Finding, Motion, Move, Point
 from vmachining.nc.settings import Settings
 
@@ -104,6 +104,9 @@ def read_poses(text: str, settings: Settings) -> tuple[list[Move], list[Finding]
 
 def _columns(header: Sequence[str]) -> list[str]:
     names = [name.strip().lower() for name in header]
+    if len(names) == 1 and (mark := next((mark for mark in ";\t" if mark in names[0]), None)):
+        parted = "semicolons" if mark == ";" else "tabs"
+        raise _RowError("E109", f"the columns are parted by {parted}: commas are wanted, and decimal points")
     for name in names:
         if name not in (*TIP, *AXIS, *ANGLES, *OTHERS):
             raise _RowError(
@@ -139,6 +142,8 @@ def _row(
             values[name] = math.nan
         if not math.isfinite(values[name]) or "_" in cell or not cell.isascii():
             raise _RowError("E102", f"{name} is no number: '{cell[:40]}'", cell[:40], raw.find(cell) + 1)
+        if abs(values[name]) > MAX_VALUE:
+            raise _RowError("E102", f"{name} is out of range: {cell[:40]}", cell[:40], raw.find(cell) + 1)
     feed, rapid, tool = values.get("feed_mm_min", last.feed), values.get("rapid", 0.0), values.get("tool")
     if feed is not None and feed < 0.0:
         raise _RowError("E301", f"the feed {feed:g} mm/min is negative")
