@@ -151,7 +151,11 @@ REFUSED = {
     "fraction": ({"at": 1.5}, r"fraction 1\.5 of the block is not between 0 and 1"),
     "nan": ({"at": float("nan")}, "fraction nan"),
     "method": ({"method": "nx"}, "unknown method 'nx'; one of dexel, brep, analytic"),
-    "later": ({"method": "analytic"}, "'analytic' is not supported yet; take dexel or brep"),
+    "wound": (
+        {"method": "analytic", "edge": "helix"},
+        "'analytic' takes the straight edge; take dexel or brep",
+    ),
+    "pitch": ({"method": "analytic", "pitch": 0.0}, "pitch of 0 mm"),
     "angles": ({"angles": 2}, "2 angles: want 4 to"),
     "edge": ({"edge": "wavy"}, "unknown edge 'wavy'; one of straight, helix"),
     "helix": ({"edge": "helix"}, "tool 1 has no helix angle; give helix_deg"),
@@ -226,7 +230,7 @@ BAD = {
     "block missing": ([], "--block"),
     "rapid": (["--block", "0"], "is a rapid"),
     "fraction": (["--block", "2", "--at", "2"], "not between 0 and 1"),
-    "analytic": (["--block", "2", "--method", "analytic"], "take dexel or brep"),
+    "analytic": (["--block", "2", "--method", "analytic", "--pitch", "-1"], "pitch of -1 mm"),
     "no job": (["--block", "2"], "none.toml"),
 }
 

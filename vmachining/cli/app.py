@@ -297,7 +297,9 @@ def engage(
     every: Annotated[
         float | None, typer.Option("--every", metavar="MM", help="Positions along each block instead of one.")
     ] = None,
-    method: Annotated[str, typer.Option("--method", help="dexel: exact distances; brep: OCCT.")] = "dexel",
+    method: Annotated[
+        str, typer.Option("--method", help="dexel: exact distances; brep: OCCT; analytic.")
+    ] = "dexel",
     angles: Annotated[int, typer.Option("--angles", metavar="N", help="Rotation angles of a turn.")] = 360,
     phase: Annotated[
         float,
@@ -310,6 +312,9 @@ def engage(
     seconds: Annotated[
         float, typer.Option("--seconds", metavar="S", help="Limit of one OCCT question.")
     ] = 120.0,
+    pitch: Annotated[
+        float, typer.Option("--pitch", metavar="MM", help="Cells of heights, of method analytic.")
+    ] = 0.1,
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIR", help="Write table, map and picture there.")
     ] = None,
@@ -321,7 +326,7 @@ def engage(
 
     return room.engage(
         job, block=block, at=at, every=every, method=method, angles=angles, phase=phase, edge=edge, bottom=bottom,
-        seconds=seconds, out=out, workers=workers, as_json=as_json,
+        seconds=seconds, pitch=pitch, out=out, workers=workers, as_json=as_json,
     )  # fmt: skip
 
 

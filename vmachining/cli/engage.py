@@ -26,6 +26,7 @@ def engage(
     edge: str,
     bottom: bool,
     seconds: float,
+    pitch: float,
     out: Path | None,
     workers: int,
     as_json: bool,
@@ -34,6 +35,7 @@ def engage(
     job = Job.load(file)
     options: dict[str, Any] = {
         "method": method, "angles": angles, "phase": phase, "edge": edge, "bottom": bottom, "seconds": seconds,
+        "pitch": pitch,
     }  # fmt: skip
     if every is not None or not block.strip().isdecimal():
         return _many(

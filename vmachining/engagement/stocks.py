@@ -87,6 +87,11 @@ class MeshStock:
             self, "_boxes", _tree(np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c))
         )
 
+    @property
+    def corners(self) -> tuple[Floats, Floats, Floats]:
+        """First, second and third corners (m, 3) of the triangles, mm."""
+        return self._corners
+
     def signed_distance(self, points: Floats) -> Floats:
         out = np.empty(len(points))
         where = np.ascontiguousarray(points, dtype=np.float64)

@@ -23,6 +23,7 @@ or visibly absent.
 | `run.py`, `result.py`, `batch.py` | `run`, `RunResult`, many jobs over processes |
 | `reading.py` | the program of a job |
 | `engage.py` | `engage`: what the tool touches at a fraction of a block; `Scene` for several questions |
+| `heights.py` | `height_map`: the workpiece as heights over cells, for the analytic engagement |
 | `single.py` | `swept_volume` of one sweep |
 
 Conventions
@@ -48,6 +49,7 @@ single blocks do not, and a note says so. Lines of several feed motions keep the
 
 from vmachining.job.blocks import Block, group_blocks
 from vmachining.job.engage import Scene, engage
+from vmachining.job.heights import height_map
 from vmachining.job.jobfile import Job, read_tools
 from vmachining.job.paths import move_path
 from vmachining.job.result import RunResult
@@ -69,6 +71,7 @@ __all__ = [
     "check_formats",
     "engage",
     "group_blocks",
+    "height_map",
     "move_path",
     "read_tools",
     "run",

@@ -24,6 +24,7 @@ from vmachining.engagement import (
     facing_parts,
     sweeps_near,
 )
+from vmachining.engagement.analytic import HeightStock, HeightWorkpiece, bounds, corner_of, heights_of
 from vmachining.engines.mesh.facets import Side
 from vmachining.errors import InputError
 from vmachining.geometry import Line
@@ -42,10 +43,13 @@ from vmachining.tool import Edge, EdgeParts, Profile, Tool
 if TYPE_CHECKING:
     from vmachining.engines.brep import Blank
 
-__all__ = ["EDGES", "METHODS", "Scene", "engage"]
+__all__ = ["EDGES", "METHODS", "PITCH_MM", "Scene", "engage"]
 
 METHODS = ("dexel", "brep", "analytic")
 EDGES = ("straight", "helix")
+PITCH_MM = 0.1
+"""Cells of the heights that method "analytic" meets."""
+
 CLIP_MM = 2.0
 """Earlier tools are cut off this far beyond the highest point that could lie in them."""
 
@@ -63,6 +67,7 @@ def engage(
     edge: str = "straight",
     bottom: bool = False,
     seconds: float = 120.0,
+    pitch: float = PITCH_MM,
 ) -> Engagement:
     """What the cutting edge touches with the tool at a fraction of a block, in the in-process workpiece.
 
@@ -71,11 +76,13 @@ def engage(
     block : number in the table of `run`, from 0.
     at : 0 to 1 of the length of its feed motions.
     method : "dexel": exact distances to stock and earlier sweeps, no kernel. "brep": curve of the edge against
-        the B-rep solids of stock and earlier sweeps, by OCCT in a process of its own.
+        the B-rep solids of stock and earlier sweeps, by OCCT in a process of its own. "analytic": closed forms
+        against the heights of the workpiece over cells of `pitch`; flat, bull and ball cutters.
     angles, phase : the grid of rotation angles, 360 (k + phase) / angles degrees; phase from 0 to below 1.
     edge : "straight", the meridian; "helix", wound by the helix angle of the tool.
     bottom : the edge goes on over the bottom disc to the axis.
     seconds : limit of one question to OCCT.
+    pitch : mm, cells of method "analytic"; walls that do not lie on them are off by up to half of it.
 
     Raises
     ------
@@ -90,8 +97,9 @@ def engage(
     """
     scene = Scene.of(job)
     return scene.engage(
-        block, at=at, method=method, angles=angles, phase=phase, edge=edge, bottom=bottom, seconds=seconds
-    )
+        block, at=at, method=method, angles=angles, phase=phase, edge=edge, bottom=bottom, seconds=seconds,
+        pitch=pitch,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -131,9 +139,10 @@ class Scene:
         edge: str = "straight",
         bottom: bool = False,
         seconds: float = 120.0,
+        pitch: float = PITCH_MM,
     ) -> Engagement:
         """See `engage`."""
-        _check(at, method, angles, phase, edge, seconds)
+        _check(at, method, angles, phase, edge, seconds, pitch)
         index, t = self._place(block, at)
         _, number, path = self.cuts[index]
         tool = self.job.tools[number]
@@ -145,14 +154,19 @@ class Scene:
         parts = facing_parts(cutting, stance, phi)
         if method == "dexel" or self.job.keys.stock.step is None:  # where the stock is known without OCCT
             parts = RayWorkpiece(self._stock("dexel")[0], []).holds(cutting, stance, phi, parts)
-        past = self._reaching(index, _region(cutting, stance, phi, parts))
-        near = sweeps_near(cutting, stance, phi, parts, past)
+        region = _region(cutting, stance, phi, parts)
+        past = self._reaching(index, region)
+        # heights want every sweep above the region, not only those that end the edge
+        near = past if method == "analytic" else sweeps_near(cutting, stance, phi, parts, past)
+        if method == "analytic":
+            corner_of(tool.cutter)  # refuses other cutters before anything is computed
+            notes = (*notes, f"the workpiece is known by its heights over cells of {pitch:g} mm")
         if not bottom and tool.cutter.points[0, 0] > 0.0 and _bottom_leads(stance, tool.cutter):
             notes = (
                 *notes,
                 "the bottom disc leads too and may cut; the edge has it only when the bottom is asked for",
             )
-        with self._workpiece(method, stock, near, seconds) as workpiece:
+        with self._workpiece(method, stock, near, seconds, pitch, region) as workpiece:
             found = contact(cutting, stance, workpiece, own, angles=angles, phase=phase)
         line = next(b.line for b in self.blocks if b.number == block)
         return Engagement(cutting, stance, found, method, at, block, line, notes)
@@ -229,14 +243,25 @@ class Scene:
 
     def _stock(self, method: str) -> tuple[Any, tuple[str, ...]]:
         """The stock as the method wants it, and what must be known of it; made once."""
+        method = "brep" if method == "brep" else "dexel"
         if method not in self._kept:
             self._kept[method] = (blank(self.job), ()) if method == "brep" else _plain_stock(self.job)
         stock, notes = self._kept[method]
         return stock, notes
 
+    def heights(
+        self, pitch: float, region: Floats | None = None, after: int | None = None
+    ) -> HeightStock | None:
+        """The workpiece after a block (None: after all) as heights over cells, see `heights_of`."""
+        last = len(self.cuts) if after is None else sum(cut[0] <= after for cut in self.cuts)
+        stock, _ = self._stock("analytic")
+        return heights_of(stock, self._reaching(last, np.stack(bounds(stock))), pitch, region)
+
     def _workpiece(
-        self, method: str, stock: Any, past: list[Past], seconds: float
+        self, method: str, stock: Any, past: list[Past], seconds: float, pitch: float, region: Floats
     ) -> AbstractContextManager[Workpiece]:
+        if method == "analytic":
+            return nullcontext(HeightWorkpiece(heights_of(stock, past, pitch, region)))
         return _solids(stock, past, seconds) if method == "brep" else nullcontext(RayWorkpiece(stock, past))
 
 
@@ -246,11 +271,15 @@ def _solids(stock: Blank, past: list[Past], seconds: float) -> AbstractContextMa
     return BrepWorkpiece(stock, [(one.block, one.sweep) for one in past], By.STOCK, seconds)
 
 
-def _check(at: float, method: str, angles: int, phase: float, edge: str, seconds: float) -> None:
+def _check(
+    at: float, method: str, angles: int, phase: float, edge: str, seconds: float, pitch: float
+) -> None:
     if method not in METHODS:
         raise InputError(f"unknown method {method!r}", remedy=f"one of {', '.join(METHODS)}")
-    if method == "analytic":
-        raise InputError("method 'analytic' is not supported yet", remedy="take dexel or brep")
+    if not (math.isfinite(pitch) and pitch > 0.0):
+        raise InputError(f"a pitch of {pitch:g} mm: want a positive number")
+    if method == "analytic" and edge == "helix":
+        raise InputError("method 'analytic' takes the straight edge", remedy="take dexel or brep for a helix")
     if edge not in EDGES:
         raise InputError(f"unknown edge {edge!r}", remedy=f"one of {', '.join(EDGES)}")
     if not 0.0 <= at <= 1.0:

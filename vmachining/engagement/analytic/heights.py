@@ -1,0 +1,137 @@
+"""Heights of a workpiece over a grid of cells: stock minus sweeps, seen from above, by exact vertical rays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vmachining.arrays import Floats, Ints
+from vmachining.engagement.analytic.stairs import HeightStock
+from vmachining.engagement.stocks import BoxStock, CylinderStock, MeshStock, Stock
+from vmachining.engagement.workpiece import Past
+from vmachining.errors import StockError
+from vmachining.tolerance import LENGTH_EPS_MM
+
+__all__ = ["bounds", "grid", "heights_of", "lowered", "tops"]
+
+MOST_CELLS = 4_000_000
+"""Of one grid of heights: 32 MB, and some seconds for every sweep that covers all of it."""
+
+
+def grid(low: Floats, high: Floats, pitch: float) -> tuple[Floats, Floats]:
+    """Breaks in x and y between two corners (2,) mm, in equal steps of at most `pitch`."""
+    steps = [max(int(np.ceil((b - a) / pitch - 1e-9)), 1) for a, b in zip(low[:2], high[:2], strict=True)]
+    if steps[0] * steps[1] > MOST_CELLS:
+        raise StockError(
+            f"a grid of heights of {steps[0]} x {steps[1]} cells",
+            remedy="take a wider pitch, or a smaller region",
+        )
+    x, y = (np.linspace(low[k], high[k], steps[k] + 1) for k in range(2))
+    return x, y
+
+
+def heights_of(
+    stock: Stock,
+    past: Sequence[Past],
+    pitch: float,
+    region: Floats | None = None,
+) -> HeightStock | None:
+    """Stock minus sweeps as heights over cells of a pitch, each that of the vertical line through its middle.
+
+    Parameters
+    ----------
+    region : (2, 3) mm, box that matters; material above its top is taken as gone. None: all of the stock.
+
+    Returns
+    -------
+    HeightStock or None
+        None where region and stock do not meet.
+
+    Raises
+    ------
+    StockError
+        More than `MOST_CELLS` cells.
+    """
+    low, high = bounds(stock)
+    if region is not None:
+        low[:2], high = np.maximum(low[:2], region[0, :2]), np.minimum(high, region[1])
+    if not (low < high).all():
+        return None
+    x, y = grid(low, high, pitch)
+    at = 0.5 * (x[1:] + x[:-1]), 0.5 * (y[1:] + y[:-1])
+    top = np.minimum(tops(stock, *at), high[2])
+    return HeightStock(x, y, lowered(top, *at, past), float(low[2]))
+
+
+def bounds(stock: Stock) -> tuple[Floats, Floats]:
+    """Corners (3,) mm of the box around a stock."""
+    if isinstance(stock, BoxStock):
+        return np.array(stock.lo), np.array(stock.hi)
+    if isinstance(stock, CylinderStock):
+        centre, r = np.array(stock.center), stock.radius
+        return np.append(centre - r, stock.z[0]), np.append(centre + r, stock.z[1])
+    if isinstance(stock, MeshStock):
+        corners = np.concatenate(stock.corners)
+        return corners.min(axis=0), corners.max(axis=0)
+    raise StockError(f"no heights of a {type(stock).__name__}")
+
+
+def tops(stock: Stock, x: Floats, y: Floats) -> Floats:
+    """(n, m) mm, highest point of the stock on vertical lines at x (n,) and y (m,); -inf beside it."""
+    if isinstance(stock, BoxStock):
+        inside = [(v >= stock.lo[k]) & (v <= stock.hi[k]) for k, v in enumerate((x, y))]
+        return np.where(inside[0][:, None] & inside[1], stock.hi[2], -np.inf)
+    if isinstance(stock, CylinderStock):
+        aside = np.hypot(x[:, None] - stock.center[0], y - stock.center[1])
+        return np.where(aside <= stock.radius, stock.z[1], -np.inf)
+    if not isinstance(stock, MeshStock):
+        raise StockError(f"no heights of a {type(stock).__name__}")
+    out = np.full((len(x), len(y)), -np.inf)
+    for a, b, c in zip(*stock.corners, strict=True):
+        if (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) <= 0.0:
+            continue  # seen from below, or a wall
+        i, k = np.searchsorted(x, (min(a[0], b[0], c[0]), max(a[0], b[0], c[0])))
+        j, m = np.searchsorted(y, (min(a[1], b[1], c[1]), max(a[1], b[1], c[1])))
+        k, m = min(k + 1, len(x)), min(m + 1, len(y))
+        if i >= k or j >= m:
+            continue
+        edges = np.array([b[:2] - a[:2], c[:2] - a[:2]])
+        (p, q), (r, s) = np.linalg.inv(edges)
+        dx, dy = x[i:k, None] - a[0], y[j:m] - a[1]
+        u, v = dx * p + dy * r, dx * q + dy * s
+        held = (u >= -LENGTH_EPS_MM) & (v >= -LENGTH_EPS_MM) & (u + v <= 1.0 + LENGTH_EPS_MM)
+        z = np.where(held, a[2] + u * (b[2] - a[2]) + v * (c[2] - a[2]), -np.inf)
+        out[i:k, j:m] = np.maximum(out[i:k, j:m], z)
+    return out
+
+
+def lowered(top: Floats, x: Floats, y: Floats, past: Sequence[Past]) -> Floats:
+    """(n, m) mm, tops over x (n,) and y (m,) after sweeps: what a sweep undercuts keeps what is above it."""
+    out = np.array(top)
+    flat = out.ravel()
+    known: list[tuple[Ints, Floats, Floats]] = []
+    for one in reversed(past):  # the deepest come last as a rule, and leave nothing to ask the others
+        box = one.sweep.bounds
+        i, k = np.searchsorted(x, box[:, 0], side="left")
+        j, m = np.searchsorted(y, box[:, 1], side="left")
+        cells = (np.arange(i, k)[:, None] * len(y) + np.arange(j, m)).ravel()
+        cells = cells[flat[cells] > box[0, 2] + LENGTH_EPS_MM]
+        if not len(cells):
+            continue
+        origin = np.column_stack([x[cells // len(y)], y[cells % len(y)], np.zeros(len(cells))])
+        hit = one.sweep.ray_intervals(origin, (0.0, 0.0, 1.0))
+        known.append((np.repeat(cells, hit.counts), hit.enter, hit.leave))
+        _lower(flat, *known[-1])
+    changed = len(known) > 1
+    while changed:  # a sweep may open the way for an earlier one
+        changed = bool(sum(_lower(flat, *one) for one in known))
+    return out
+
+
+def _lower(flat: Floats, cells: Ints, enter: Floats, leave: Floats) -> bool:
+    """Lower the tops that lie in intervals; whether any was."""
+    here = flat[cells]
+    cut = (enter < here - LENGTH_EPS_MM) & (leave >= here - LENGTH_EPS_MM)
+    np.minimum.at(flat, cells[cut], enter[cut])
+    return bool(cut.any())
