@@ -13,6 +13,10 @@ from pathlib import Path
 import pytest
 from tinyjob import write_job
 
+from vmachining.cli.main import run
+from vmachining.job.batch import folders_of
+from vmachining.job.folder import FolderLock
+
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="looks for processes in /proc")
 
 STEPS = "".join(f"G1 X{1 + k % 9} Y{1 + k % 13} Z{-0.01 * k:.2f}\n" for k in range(300))
@@ -35,23 +39,23 @@ def rows(out: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
-def test_a_stopped_batch_leaves_nobody_behind_and_goes_on(number, tmp_path):
+@pytest.mark.parametrize(
+    ("number", "whom"),
+    [
+        (signal.SIGKILL, "batch"),
+        (signal.SIGINT, "batch"),
+        (signal.SIGINT, "group"),
+        (signal.SIGTERM, "group"),
+    ],
+)
+def test_a_stopped_batch_leaves_nobody_behind_and_goes_on(number, whom, tmp_path):
+    """A terminal sends Ctrl-C to the whole group, `kill` a signal to one process: all the same."""
     short = write_job(tmp_path / "a")
     long = write_job(tmp_path / "b", program=LONG, swap={'name = "tiny"': 'name = "long"'})
+    wrong = write_job(tmp_path / "c", program="", swap={'name = "tiny"': 'name = "wrong"'})
     out = tmp_path / "out"
-    argv = [
-        sys.executable,
-        "-m",
-        "vmachining",
-        "batch",
-        str(short),
-        str(long),
-        "--out",
-        str(out),
-        "--stock",
-        "",
-    ]
+    argv = [sys.executable, "-m", "vmachining", "batch", *map(str, (short, wrong, long))]
+    argv += ["--out", str(out), "--stock", ""]
     process = subprocess.Popen(argv, stderr=subprocess.PIPE, text=True, start_new_session=True)
     partial = out / "long" / "blocks.partial.csv"
     deadline = time.monotonic() + 60
@@ -59,20 +63,46 @@ def test_a_stopped_batch_leaves_nobody_behind_and_goes_on(number, tmp_path):
         time.sleep(0.02)
     workers = children(process.pid)
     assert workers
-    if number == signal.SIGKILL:
-        process.kill()
+    if whom == "batch":
+        process.send_signal(number)
     else:
-        os.killpg(process.pid, number)  # as a terminal does it
+        os.killpg(process.pid, number)
     err = process.communicate(timeout=60)[1]
-    assert "Traceback" not in err
+    assert "Traceback" not in err and "leaked" not in err
     deadline = time.monotonic() + 10
     while any(map(running, workers)) and time.monotonic() < deadline:
         time.sleep(0.05)
     assert not any(map(running, workers))
-    first, second = rows(out)
-    assert first["status"] == "done" and second["status"] == "interrupted"
-    if number == signal.SIGINT:
-        assert process.returncode == 130 and "stopped after block" in err
+    first, second, third = rows(out)
+    assert [row["status"] for row in (first, second, third)] == ["done", "failed", "interrupted"]
+    assert first["out"] == str(out / "tiny") and second["out"] == "" and not (out / "wrong").exists()
+    if number != signal.SIGKILL:
+        assert (
+            process.returncode == 130 and "stopped after block" in err and third["out"] == str(out / "long")
+        )
+    write_job(tmp_path / "c", swap={'name = "tiny"': 'name = "wrong"'})
     done = subprocess.run([*argv, "--resume"], capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
-    assert [row["status"] for row in rows(out)] == ["skipped", "done"]
+    assert [row["status"] for row in rows(out)] == ["skipped", "done", "done"]
+
+
+def test_a_table_of_somebody_else_and_a_second_batch_are_refused(tmp_path, capsys):
+    job, out = write_job(tmp_path), tmp_path / "out"
+    out.mkdir()
+    (out / "batch.csv").write_text("part,price\n")
+    argv = ["batch", str(job), "--out", str(out), "--stock", "", "--quiet"]
+    assert run(argv) == 2 and (out / "batch.csv").read_text() == "part,price\n"
+    assert f"{out / 'batch.csv'}: was not made by this command" in capsys.readouterr().err
+    (out / "batch.csv").unlink()
+    with FolderLock(out) as lock:
+        lock.acquire()
+        assert run(argv) == 2
+    assert f"{out}: another vmachining writes into this directory" in capsys.readouterr().err
+    for _ in range(2):
+        assert run(argv) == 0
+
+
+def test_every_job_has_a_directory_of_its_own(tmp_path):
+    files = [tmp_path / f"{k}" / f"{stem}.toml" for k, stem in enumerate(("a", "a", "a-2", "a"))]
+    folders = [folder.name for folder in folders_of(files, tmp_path)]
+    assert len(set(folders)) == 4 and folders[:2] == ["a", "a-2"]

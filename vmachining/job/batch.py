@@ -4,36 +4,40 @@ from __future__ import annotations
 
 import csv
 import json
-import multiprocessing
 import os
 import re
 import signal
+import subprocess
+import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import suppress
+from multiprocessing import connection
+from multiprocessing.connection import Connection
 from pathlib import Path
-from types import FrameType
+from queue import SimpleQueue
 from typing import Any
 
 from vmachining.errors import EngineError, VMachiningError
 from vmachining.job.brep import blank
-from vmachining.job.files import atomic_path, make_folder, read_manifest, sha256
+from vmachining.job.files import atomic_path, make_folder, read_manifest, sha256, versions
+from vmachining.job.folder import FolderLock, ResultFolder, now
 from vmachining.job.jobfile import Job
-from vmachining.job.run import run
+from vmachining.job.run import run, stop_flag
 from vmachining.job.simulate import Stopped
+from vmachining.processes import start
 
-__all__ = ["BATCH_COLUMNS", "already_complete", "run_many", "safe_name"]
+__all__ = ["BATCH_COLUMNS", "already_complete", "folders_of", "run_many", "safe_name"]
 
-SPAWN = multiprocessing.get_context("spawn")
+LEDGER = "batch.json"
+"""Manifest of a batch: what made batch.csv."""
 
 NUMBERS = (
     "blocks", "removed_mm3", "removed_lo_mm3", "removed_hi_mm3", "stock_mm3", "final_mm3", "time_s",
     "scheduled_time_s", "warnings", "seconds", "peak_mb",
 )  # fmt: skip
 BATCH_COLUMNS = ("job", "name", "out", "status", "exit_code", "message", *NUMBERS)
-"""status: done, skipped (complete before), failed, interrupted."""
+"""status: done, skipped (complete before), failed, interrupted. out: empty where nothing was written."""
 
 
 def safe_name(name: str) -> str:
@@ -69,43 +73,65 @@ def already_complete(job: Job, folder: Path) -> dict[str, Any] | None:
     return summary
 
 
-STOP: list[Any] = []
-"""In a worker: the event that is set once the user wants to stop."""
+def serve(descriptor: int) -> None:
+    """Life of a worker: jobs in, rows out. It ends with its parent: a killed batch must not leave somebody behind
+    who writes into directories that a resumed batch writes into."""
+    line = Connection(descriptor)
+    jobs: SimpleQueue[tuple[Any, ...]] = SimpleQueue()
+    stop = threading.Event()
+    signal.signal(signal.SIGTERM, lambda *_: stop.set())
+
+    def listen() -> None:
+        try:
+            while True:
+                message = line.recv()
+                if message == STOP:
+                    stop.set()
+                else:
+                    jobs.put(message)
+        except (EOFError, OSError):
+            os._exit(1)
+
+    threading.Thread(target=listen, daemon=True).start()
+    while True:
+        line.send(_one(*jobs.get(), stop=stop.is_set))
 
 
-def _begin(stop: Any) -> None:
-    """Start of a worker. It ends with its parent: a killed batch must not leave somebody behind who writes
-    into directories that a resumed batch writes into."""
-    STOP.append(stop)
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-
-    def watch() -> None:
-        parent.join()
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
+STOP = ("stop",)
+"""What a worker is told when the user wants to stop."""
 
 
-def _one(file: str, folder: str, formats: tuple[str, ...], resume: bool) -> dict[str, Any]:
+def _one(
+    file: str,
+    folder: str,
+    formats: tuple[str, ...],
+    resume: bool,
+    command: Sequence[str],
+    *,
+    stop: Callable[[], bool],
+) -> dict[str, Any]:
     """One job in a worker process; never raises what the user can cause."""
     row: dict[str, Any] = dict.fromkeys(BATCH_COLUMNS)
-    row |= {"job": file, "out": folder, "status": "failed", "exit_code": 3, "message": ""}
+    row |= {"job": file, "status": "failed", "exit_code": 3, "message": ""}
+    out, begin = Path(folder), now()
     try:
-        if STOP and STOP[0].is_set():
+        if stop():
             raise Stopped("batch", 0, 1)
         job = Job.load(file)
         row["name"] = job.name
-        summary = already_complete(job, Path(folder)) if resume else None
+        summary = already_complete(job, out) if resume else None
         row["status"] = "skipped"
         if summary is None:
             row["status"] = "failed"
             if "step" in formats:
                 blank(job)  # refuses before hours of cutting
             # changed inputs start over: a batch that comes back wants today's answer
-            go_on = resume and _same_inputs(job, read_manifest(Path(folder)))
-            result = run(job, out=folder, resume=go_on, workers=1)
-            result.write(folder, stock=formats)
+            go_on = resume and _same_inputs(job, ResultFolder(out).earlier())
+            with FolderLock(out) as lock:
+                result = run(
+                    job, out=out, resume=go_on, workers=1, stop=stop, lock=lock, command=command
+                )  # fmt: skip
+                result.write(out, stock=formats)
             summary, row["status"] = result.summary, "done"
         row |= {name: summary.get(name) for name in NUMBERS}
         row["exit_code"] = 0
@@ -117,63 +143,74 @@ def _one(file: str, folder: str, formats: tuple[str, ...], resume: bool) -> dict
         row |= {"exit_code": 2, "message": str(exc)}
     except Exception as exc:
         row["message"] = f"internal failure: {type(exc).__name__}: {exc}"
+    if row["status"] == "skipped" or _wrote(out, os.getpid(), begin):
+        row["out"] = folder
     return row
 
 
-def _pool(stop: Any) -> ProcessPoolExecutor:
-    return ProcessPoolExecutor(1, mp_context=SPAWN, initializer=_begin, initargs=(stop,))
+def _wrote(out: Path, process: int, begin: str) -> bool:
+    """Whether a process has begun to write a result there since a time; an older one is not of this job."""
+    manifest = ResultFolder(out).earlier() or {}
+    return manifest.get("process") == process and str(manifest.get("ended")) >= begin
 
 
-@contextmanager
-def _deaf() -> Iterator[None]:
-    """Processes started in here ignore Ctrl-C until a simulation listens: loading modules cannot be stopped."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
-def _folders(files: Sequence[Path], out: Path) -> list[Path]:
+def folders_of(files: Sequence[Path], out: Path) -> list[Path]:
     """out/NAME per job; jobs of one name get a number, in the order given."""
-    seen: dict[str, int] = {}
-    folders = []
+    folders: list[Path] = []
     for file in files:
         try:
             name = safe_name(Job.load(file).name)
         except VMachiningError:
             name = safe_name(file.stem)
-        seen[name] = seen.get(name, 0) + 1
-        folders.append(out / (name if seen[name] == 1 else f"{name}-{seen[name]}"))
+        names = (out / name, *(out / f"{name}-{k}" for k in range(2, len(files) + 1)))
+        folders.append(next(folder for folder in names if folder not in folders))
     return folders
 
 
-@contextmanager
-def _pass_on_signals(told: Any) -> Iterator[threading.Event]:
-    """Ctrl-C reaches the workers by itself (one process group); SIGTERM is passed on to them.
+class _Workers:
+    """Processes with a job each; `running` says which."""
 
-    told : set for workers that do not listen yet.
-    """
-    stop = threading.Event()
-    before: dict[int, Any] = {}
+    def __init__(self) -> None:
+        self._idle: list[tuple[subprocess.Popen[bytes], Connection]] = []
+        self.running: dict[Connection, tuple[int, subprocess.Popen[bytes]]] = {}
 
-    def handler(number: int, frame: FrameType | None) -> None:
-        stop.set()
-        told.set()
-        if number == signal.SIGTERM:
-            for child in multiprocessing.active_children():
-                child.terminate()
+    def give(self, index: int, *order: Any) -> None:
+        """Have a job done."""
+        process, line = self._idle.pop() if self._idle else start("vmachining.job.batch", "serve")
+        self.running[line] = index, process
+        with suppress(OSError):  # one that is dead is found out below
+            line.send(order)
 
-    if threading.current_thread() is threading.main_thread():
-        before = {number: signal.signal(number, handler) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield stop
-    finally:
-        for number, old in before.items():
-            signal.signal(number, old)
+    def stop(self) -> None:
+        """Let every job stop behind the block that it is at."""
+        for line in self.running:
+            with suppress(OSError):
+                line.send(STOP)
+
+    def answers(self, seconds: float) -> Iterator[tuple[int, dict[str, Any] | None, int]]:
+        """(job, row, process) of those that are through; a row of None where the process has died."""
+        for line in connection.wait(list(self.running), timeout=seconds):
+            assert isinstance(line, Connection)
+            index, process = self.running.pop(line)
+            try:
+                row = line.recv()
+                self._idle.append((process, line))
+            except (EOFError, OSError):
+                row = None
+                line.close()
+                process.wait()
+            yield index, row, process.pid
+
+    def close(self) -> None:
+        """Send all of them home."""
+        hired = [*self._idle, *((process, line) for line, (_, process) in self.running.items())]
+        for _, line in hired:
+            line.close()
+        for process, _ in hired:
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(5.0)
+            process.kill()
+            process.wait()
 
 
 def run_many(
@@ -187,57 +224,69 @@ def run_many(
 ) -> list[dict[str, Any]]:
     """Run jobs side by side; rows in the order of `files`, also written to out/batch.csv after every job.
 
-    Processes are spawned, not forked: kernels with threads do not survive a fork. A job that fails, or whose
-    process dies, has its row and does not stop the others.
+    A job that fails, or whose process dies, has its row and does not stop the others. SIGINT and SIGTERM, to this
+    process alone or to all of its group, stop the jobs in hand between two blocks.
+
+    Raises
+    ------
+    InputError
+        `out` holds a batch.csv of somebody else, or another batch is going on there.
     """
     make_folder(out)
-    folders = _folders(files, out)
+    folders = folders_of(files, out)
     rows: list[dict[str, Any]] = [
         {
-            **dict.fromkeys(BATCH_COLUMNS), "job": str(file), "out": str(folder), "status": "interrupted",
-            "exit_code": 130, "message": "not started",
+            **dict.fromkeys(BATCH_COLUMNS), "job": str(file), "status": "interrupted", "exit_code": 130,
+            "message": "not started",
         }
-        for file, folder in zip(files, folders, strict=True)
+        for file in files
     ]  # fmt: skip
     waiting = list(range(len(files)))
-    running: dict[Future[dict[str, Any]], tuple[int, ProcessPoolExecutor]] = {}
-    idle: list[ProcessPoolExecutor] = []
-    done = 0
-    told = SPAWN.Event()
-    with _pass_on_signals(told) as stop:
+    done, asked, begin = 0, False, now()
+    order = tuple(formats), resume, tuple(sys.argv)
+    place = ResultFolder(
+        out, kind="vmachining batch", names=("batch.csv", LEDGER), pattern=None, manifest=LEDGER
+    )
+    with FolderLock(out) as lock, stop_flag() as stop:
+        lock.acquire()
+        place.refuse_foreign({f"job {k}": file for k, file in enumerate(files, 1)})
+        place.tidy()
+        place.manifest = {
+            "kind": "vmachining batch", "complete": False, "command": sys.argv, "process": os.getpid(),
+            "started": now(), "ended": None, "versions": versions(),
+            "options": {"workers": workers, "stock": list(formats), "resume": resume},
+            "files": {"batch.csv": None},
+        }  # fmt: skip
+        place.save()
+        _write_table(out / "batch.csv", rows)
+        hands = _Workers()
         try:
-            while running or (waiting and not stop.is_set()):
-                while waiting and len(running) < workers and not stop.is_set():
+            while hands.running or (waiting and not stop()):
+                while waiting and len(hands.running) < workers and not stop():
                     index = waiting.pop(0)
-                    # one process per pool: a process that dies takes no other job with it
-                    pool = idle.pop() if idle else _pool(told)
-                    with _deaf():
-                        future = pool.submit(
-                            _one, str(files[index]), str(folders[index]), tuple(formats), resume
-                        )
-                    running[future] = index, pool
-                finished, _ = wait(running, timeout=0.5, return_when=FIRST_COMPLETED)
-                for future in finished:
-                    index, pool = running.pop(future)
-                    try:
-                        rows[index] = future.result()
-                        idle.append(pool)
-                    except BrokenProcessPool:
-                        asked = stop.is_set()
+                    hands.give(index, str(files[index]), str(folders[index]), *order)
+                if stop() and not asked:
+                    hands.stop()
+                    asked = True
+                for index, row, process in hands.answers(0.5):
+                    if row is not None:
+                        rows[index] = row
+                    else:
                         rows[index] |= {
-                            "status": "interrupted" if asked else "failed",
-                            "exit_code": 130 if asked else 3,
-                        }
-                        rows[index]["message"] = "its process died"
-                        pool.shutdown()
+                            "status": "interrupted" if asked else "failed", "exit_code": 130 if asked else 3,
+                            "message": "its process died",
+                            "out": str(folders[index]) if _wrote(folders[index], process, begin) else None,
+                        }  # fmt: skip
                     done += 1
                     _write_table(out / "batch.csv", rows)
                     if progress is not None:
                         progress("jobs", done, len(files))
         finally:
-            for pool in [*idle, *(pool for _, pool in running.values())]:
-                pool.shutdown(wait=True, cancel_futures=True)
-    _write_table(out / "batch.csv", rows)
+            hands.close()
+        with place.making("batch.csv"):
+            _write_table(out / "batch.csv", rows)
+        place.manifest |= {"complete": not waiting and not asked, "ended": now()}
+        place.save()
     return rows
 
 

@@ -44,7 +44,7 @@ from vmachining.nc.rewrite import rewrite_feeds
 from vmachining.sweep import Sweep
 from vmachining.tolerance import BREP_SECONDS
 
-__all__ = ["ENGINES", "refuse_later", "run"]
+__all__ = ["ENGINES", "refuse_later", "run", "stop_flag"]
 
 ENGINES = ("mesh", "dexel", "vectors", "brep")
 WORKERS_FROM = 300
@@ -93,7 +93,7 @@ def run(
     brep : blocks whose volume the B-rep engine checks: "none", "sample", "all" or numbers such as "3,7-12".
     brep_seconds : of a processor, limit of one such block, and of the solids and every mesh of each sweep that it needs.
     progress : called with stage name, blocks done, blocks in all.
-    stop : asked between blocks, beside SIGINT and SIGTERM, whether to stop.
+    stop : asked between blocks whether to stop; None: SIGINT and SIGTERM do.
     lock : of `out`, when the caller goes on to write there; None: `out` is locked until this returns.
     command : the words of the command line, for the manifest; None: those that this process was started with.
 
@@ -122,10 +122,10 @@ def run(
         "engine": engine, "certify": certify, "chord_mm": job.keys.accuracy.chord_mm, "brep": brep,
         "brep_seconds": brep_seconds,
     }  # fmt: skip
-    with _stop_flag() as signalled, FolderLock(folder) as own:
+    with stop_flag(stop) as stopped, FolderLock(folder) as own:
         work = _Run(
             job, folder, options, resume, workers, asked, brep_seconds, progress or (lambda *_: None),
-            lambda: signalled() or (stop is not None and stop()), lock or own,
+            stopped, lock or own,
             [*(sys.argv if command is None else command)],
         )  # fmt: skip
         try:
@@ -147,8 +147,14 @@ def _peak_mb() -> float:
 
 
 @contextmanager
-def _stop_flag() -> Iterator[Callable[[], bool]]:
-    """Turns the first SIGINT or SIGTERM into a flag; the second one acts as usual. Main thread only."""
+def stop_flag(given: Callable[[], bool] | None = None) -> Iterator[Callable[[], bool]]:
+    """Turns the first SIGINT or SIGTERM into a flag; the second one acts as usual. Main thread only.
+
+    given : a flag of somebody who decides about signals himself.
+    """
+    if given is not None:
+        yield given
+        return
     asked = threading.Event()
     if threading.current_thread() is not threading.main_thread():
         yield asked.is_set

@@ -1,0 +1,47 @@
+"""Fresh interpreters that answer over a socket: no fork (kernels run threads), no semaphores to leak."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+from collections.abc import Mapping
+from multiprocessing.connection import Connection
+
+__all__ = ["start"]
+
+QUIET = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
+"""Ctrl-C reaches every process of a terminal; what it means is decided by the one that was started first."""
+
+
+def start(
+    module: str, function: str, environment: Mapping[str, str] | None = None
+) -> tuple[subprocess.Popen[bytes], Connection]:
+    """A process that calls a function with the descriptor of its end of a connection, and the other end.
+
+    The function is found by name, so that nothing of this process is copied. SIGINT is ignored there.
+
+    Raises
+    ------
+    OSError
+        It cannot be started.
+    """
+    here, there = socket.socketpair()
+    try:
+        with there:
+            process = subprocess.Popen(
+                [
+                    sys.executable,
+                    "-c",
+                    f"{QUIET}; from {module} import {function}; {function}({there.fileno()})",
+                ],
+                pass_fds=[there.fileno()],
+                env={
+                    **os.environ, **(environment or {}), "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
+                },
+            )  # fmt: skip
+    except OSError:
+        here.close()
+        raise
+    return process, Connection(here.detach())
