@@ -1,7 +1,10 @@
 """What the job makes of a program without being told is said: an assumed tool, a feed beyond all machines."""
 
+import json
+import math
+
 import pytest
-from tinyjob import JOB, PROGRAM, write_job
+from tinyjob import FEED, JOB, PROGRAM, write_job
 
 from vmachining.job import Job, run
 from vmachining.job.reading import read_job_program
@@ -55,3 +58,39 @@ def test_a_feed_beyond_all_machines_is_a_warning_where_nothing_limits_it(limits,
 
 def test_a_fast_but_possible_feed_is_no_warning(tmp_path):
     assert said(tmp_path, program=FAST.replace("70394", "40000"), job=JOB, swap=NO_LIMIT) == []
+
+
+def test_the_offsets_of_a_preset_are_told(tmp_path):
+    job = write_job(tmp_path, swap={"rapid_mm_min = 6000": 'chain = "xyzac-trt"\nrapid_mm_min = 6000'})
+    result = run(Job.load(job), out=tmp_path / "o")
+    told = result.summary["machine"]
+    assert told["name"] == "xyzac-trt" and told["axes"] == ["C", "A", "X", "Y", "Z"]
+    assert "A turns about (1, 0, 0) through (0, 20, 10) mm" in told["rotary"]
+    result.write(tmp_path / "o", stock=())
+    assert json.loads((tmp_path / "o/manifest.json").read_text())["machine"] == told
+    assert "through (0, 20, 10) mm" in (tmp_path / "o/report.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        (
+            "insert_blocks = true",
+            "the largest rate of a part of a block (one of up to 64) as programmed, which may",
+        ),
+        ("", "the largest rate of a block as programmed"),
+        ("reference = 900.0", "given in the job"),
+        ('reference = "mean"', "volume over time of all that cuts"),
+    ],
+)
+def test_the_reference_of_a_schedule_says_what_it_is(keys, words, tmp_path):
+    result = run(Job.load(write_job(tmp_path, job=JOB + FEED + keys + "\n")))
+    told = result.summary["schedule"]
+    assert told["reference_from"].startswith(words) and words in result.schedule.text
+    largest = result.blocks["mrr_mm3_min"].max()  # no limit of acceleration: times are length over feed
+    assert told["largest_block_mm3_min"] == pytest.approx(largest, rel=1e-6)
+    if "insert" in keys:  # the last of 8 parts of the plunge of 5.5 mm holds all of its 2 pi mm3, at 300 mm/min
+        assert told["reference_mm3_min"] == pytest.approx(2 * math.pi / (5.5 / 8) * 300, rel=1e-3)
+        assert told["reference_mm3_min"] > 1.5 * told["largest_block_mm3_min"]
+    if not keys:
+        assert told["reference_mm3_min"] == pytest.approx(told["largest_block_mm3_min"])

@@ -171,6 +171,11 @@ def _first_warnings(result: RunResult) -> list[str]:
     return [*(f"            line {line}: {text}" for line, text in found[:SHOWN]), *more]
 
 
+def _machine(machine: dict[str, Any] | None) -> list[str]:
+    """Where the rotary axes of the machine lie: presets have offsets of their own."""
+    return [] if machine is None else [f"  machine   {machine['name']}: {', '.join(machine['rotary'])}"]
+
+
 def _told(result: RunResult, folder: Path) -> str:
     """The summary for people."""
     s = result.summary
@@ -184,6 +189,7 @@ def _told(result: RunResult, folder: Path) -> str:
         + (f" -> {s['scheduled_time_s']:.2f} s scheduled" if s["scheduled_time_s"] is not None else ""),
         f"  warnings  {s['warnings']}",
         *_first_warnings(result),
+        *_machine(s.get("machine")),
         *_second(s["brep"]),
         *_no_step(s),
         *(f"  note      {text}" for text in s["notes"]),

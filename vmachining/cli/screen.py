@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-__all__ = ["emit", "note", "progress_bar"]
+__all__ = ["emit", "note", "progress_bar", "status_line"]
 
 STAGES = {
     "program": "cutting",
@@ -27,6 +27,27 @@ def note(text: str, *, quiet: bool = False) -> None:
     """A message for people."""
     if not quiet:
         print(text, file=sys.stderr)
+
+
+@contextmanager
+def status_line() -> Iterator[Callable[[str], None]]:
+    """A callback that says on stderr what is done now, with the time since; silent when nobody watches."""
+    if not sys.stderr.isatty():
+        yield lambda _: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True, refresh_per_second=5) as line:
+        task = line.add_task("starting", total=None)
+
+        def update(text: str) -> None:
+            line.update(
+                task, description=text, refresh=True
+            )  # a kernel may hold the interpreter from here on
+
+        yield update
 
 
 @contextmanager

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from vmachining.cli.main import Code
-from vmachining.cli.screen import emit
+from vmachining.cli.screen import emit, note, status_line
 from vmachining.errors import InputError
 
 __all__ = ["bench", "sweep"]
@@ -23,17 +23,22 @@ def sweep(name: str, *, chord: float, step: Path | None, as_json: bool) -> int:
     found = read_sweep(name)
     from vmachining.job.single import sweep_record
 
-    record = sweep_record(found, chord, step)
+    with status_line() as said:
+        record = sweep_record(found, chord, step, said)
+    refused = record.get("step_refused")
+    code = Code.FINDINGS if refused else Code.DONE
+    if refused:
+        note(f"vmachining: {step} was not written: {refused}")
     if as_json:
         emit(record)
-        return Code.DONE
+        return code
     print(f"{record['volume_mm3']:.9g} mm3   [{record['lo_mm3']:.9g}, {record['hi_mm3']:.9g}]")
     if record["brep_mm3"] is not None:
         fit = f", splines within {record['brep_fit_mm']:.1g} mm" if record["brep_fit_mm"] else ""
         print(f"{record['brep_mm3']:.9g} mm3   B-rep, {record['brep_faces']} faces{fit}")
     else:
         print(f"no B-rep value: {record['brep_note']}")
-    return Code.DONE
+    return code
 
 
 def bench(names: list[str], *, seeds: str | None, journal: Path | None, as_json: bool) -> int:

@@ -39,6 +39,7 @@ from vmachining.job.simulate import Progress, Stage
 from vmachining.job.stock import RawStock, raw_stock
 from vmachining.job.table import RowFile, finish, read_partial
 from vmachining.job.timing import MoveTimes, machine_limits, move_times
+from vmachining.machine import described
 from vmachining.nc import Motion, Program
 from vmachining.nc.rewrite import rewrite_feeds
 from vmachining.sweep import Sweep
@@ -379,6 +380,7 @@ class _Run:
         fresh: dict[str, Any] = {
             "kind": RUN, "job": self.job.name, "complete": False, "command": self.command, "process": os.getpid(),
             "started": now(), "ended": None, "seconds": 0.0, "options": self.options, "inputs": inputs,
+            "machine": described(self.job.machine) if self.job.machine else None,
             "versions": versions(), "checkpoints": {}, "files": dict.fromkeys(WORKING),
         }  # fmt: skip
         if not self.resume or old is None or not old.get("checkpoints"):  # nothing to go on with
@@ -439,6 +441,12 @@ class _Run:
             summary |= {"stock_step_mm3": stock.step_mm3, "stock_slack_mm3": stock.slack_mm3}
         if (report := result.schedule) is not None:
             summary |= {"unsplit_lines": list(report.unsplit), "untouched_lines": list(report.untouched)}
+            summary["schedule"] = {
+                "reference_mm3_min": report.reference_mm3_min, "reference_from": report.reference_from,
+                "largest_block_mm3_min": report.largest_block_mm3_min,
+            }  # fmt: skip
+        if self.job.machine is not None:
+            summary["machine"] = described(self.job.machine)
         return summary
 
 

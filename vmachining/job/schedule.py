@@ -56,6 +56,8 @@ class ScheduleReport:
     tally : {words: number of blocks}.
     after_rate : (n,) mm^3/min per original block, NaN where it takes no time.
     blocks, removed_mm3 : of the written program.
+    reference_mm3_min, reference_from : the rate aimed at, and what it is.
+    largest_block_mm3_min : the largest rate of a whole block as programmed.
     unsplit : lines that wanted inserted blocks and got the smallest feed of them as a whole.
     untouched : lines whose feed could not be changed and is the programmed one.
     """
@@ -66,6 +68,9 @@ class ScheduleReport:
     after_rate: Floats
     blocks: int
     removed_mm3: float
+    reference_mm3_min: float
+    reference_from: str
+    largest_block_mm3_min: float
     unsplit: tuple[int, ...] = ()
     untouched: tuple[int, ...] = ()
 
@@ -124,6 +129,17 @@ def _kind(program: Program, block: Block) -> Kind:
     return Kind.OTHER if len(block.moves) > 1 else Kind.CUT
 
 
+def reference_words(feed: Feed) -> str:
+    """What the reference of a schedule is."""
+    if not isinstance(feed.reference, str):
+        return "given in the job"
+    piece = f"part of a block (one of up to {MAX_SAMPLES})" if feed.insert_blocks else "block"
+    if feed.reference == "mean":
+        return "volume over time of all that cuts, as programmed"
+    peak = ", which may be above that of every whole block" if feed.insert_blocks else ""
+    return f"the largest rate of a {piece} as programmed{peak}"
+
+
 def _said(note: str | None) -> str | None:
     return None if note is None else f"schedule: {note}"
 
@@ -180,10 +196,14 @@ def compare(
         else ""
     )
     goal = schedule.reference_mm3_min
+    source = reference_words(feed)
+    before, on = schedule.blocks, schedule.scheduled
+    rate = before.volume_mm3[on] * before.feed_mm_min[on] / before.length_mm[on]
+    largest = float(rate[np.isfinite(rate)].max(initial=0.0))
     report = ScheduleReport(
         text=(
             f"Volume strategy: every cutting block gets the feed at which it removes {goal:.6g} mm³/min "
-            f"(reference: {feed.reference}), between {feed.min_mm_min:g} and {feed.max_mm_min:g} mm/min"
+            f"(reference: {feed.reference}, {source}), between {feed.min_mm_min:g} and {feed.max_mm_min:g} mm/min"
             f"{inserted}. "
             "The written program was read back from its file and simulated again; the numbers are its own."
         ),
@@ -192,6 +212,9 @@ def compare(
         after_rate=rates,
         blocks=len(after),
         removed_mm3=float(removed.sum()),
+        reference_mm3_min=goal,
+        reference_from=source,
+        largest_block_mm3_min=largest,
         unsplit=tuple(sorted(set(written.unsplit) - set(written.untouched))),
         untouched=tuple(sorted(set(written.untouched))),
     )

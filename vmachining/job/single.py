@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from vmachining.engines.mesh import solid
 from vmachining.errors import EngineError, SweepError
@@ -25,7 +26,11 @@ BREP_REL = 1e-7
 """What spline faces within 1e-6 mm of the truth, and the integral over them, can change of a volume."""
 
 
-def swept_volume(sweep: Sweep, chord: float = CHORD_MM) -> Bracket:
+Said = Callable[[str], None]
+"""Told what is done now, for who waits."""
+
+
+def swept_volume(sweep: Sweep, chord: float = CHORD_MM, said: Said = lambda _: None) -> Bracket:
     """Volume of a sweep, mm^3.
 
     Parameters
@@ -33,6 +38,7 @@ def swept_volume(sweep: Sweep, chord: float = CHORD_MM) -> Bracket:
     sweep : Sweep
     chord : float
         mm, about the distance between the inner and the outer solid.
+    said : called before each of the long steps.
 
     Returns
     -------
@@ -49,13 +55,13 @@ def swept_volume(sweep: Sweep, chord: float = CHORD_MM) -> Bracket:
     standing = sweep.upright()
     if standing is not None:  # a leaning tool that does not turn: as if it stood, where walls are exact
         sweep = standing[0]
-    lo, hi = (float(solid(sweep, chord=chord, side=side).volume()) for side in ("inner", "outer"))
+    lo, hi = (_volume(sweep, chord, side, said) for side in ("inner", "outer"))
     exact = sweep.volume
     noise = ROUNDING * hi
     if lo > hi + noise:
         raise EngineError(f"the inner solid has {lo:.9g} mm3, the outer one {hi:.9g}", engine="mesh")
     if exact is None:  # the fair solid is a guess: it moves neither bound
-        fair = float(solid(sweep, chord=chord, side="fair").volume())
+        fair = _volume(sweep, chord, "fair", said)
         return Bracket(min(lo, hi), min(max(fair, min(lo, hi)), hi), hi)
     if not lo - noise <= exact <= hi + noise:
         raise EngineError(
@@ -64,23 +70,30 @@ def swept_volume(sweep: Sweep, chord: float = CHORD_MM) -> Bracket:
     return Bracket(min(lo, exact), exact, max(hi, exact))
 
 
-def sweep_record(sweep: Sweep, chord: float = CHORD_MM, step: Path | None = None) -> dict[str, Any]:
+def _volume(sweep: Sweep, chord: float, side: Literal["inner", "fair", "outer"], said: Said) -> float:
+    said(f"mesh of the {side} solid")
+    return float(solid(sweep, chord=chord, side=side).volume())
+
+
+def sweep_record(
+    sweep: Sweep, chord: float = CHORD_MM, step: Path | None = None, said: Said = lambda _: None
+) -> dict[str, Any]:
     """What `vmachining sweep` prints: bracket, and the B-rep solid where there is one (else null and why).
 
     OCCT works in a process of its own: whatever happens to it is told in `brep_note`. Where the sweep is a union
     of several solids, `brep_mm3` is what booleans of them find that agrees with the bracket.
 
-    step : file to write the solids to.
+    step : file to write the solids to. Where there are none, or the file does not read back the same,
+    `step_refused` says why and nothing is written; the other values stand.
+    said : called before each of the long steps.
 
     Raises
     ------
     EngineError
-        As `swept_volume`; or the file does not read back the same.
-    SweepError
-        There are no solids to write.
+        As `swept_volume`.
     """
     begin = time.perf_counter()
-    bracket = swept_volume(sweep, chord)
+    bracket = swept_volume(sweep, chord, said)
     record: dict[str, Any] = {
         "volume_mm3": bracket.estimate, "lo_mm3": bracket.lo, "hi_mm3": bracket.hi,
         "brep_mm3": None, "brep_valid": None, "brep_faces": None, "brep_note": None,
@@ -88,16 +101,27 @@ def sweep_record(sweep: Sweep, chord: float = CHORD_MM, step: Path | None = None
         "seconds": {"mesh": time.perf_counter() - begin},
     }  # fmt: skip
     begin = time.perf_counter()
+    said("B-rep solid")
     record |= _from_brep(sweep, bracket)
     record["seconds"]["brep"] = time.perf_counter() - begin
     if step is not None:
-        from vmachining.engines import brep
-
-        # several solids are valid one by one, whatever booleans of them say
-        if not record["brep_valid"] or (record["brep_mm3"] is None and record["brep_solids"] < 2):
-            raise SweepError(f"no B-rep solid to write: {record['brep_note']}")
-        brep.isolated(brep.write_sweep, step, sweep, seconds=SWEEP_SECONDS)
+        said(f"writing {step.name}")
+        record["step_refused"] = _not_written(sweep, step, record)
     return record
+
+
+def _not_written(sweep: Sweep, step: Path, record: Mapping[str, Any]) -> str | None:
+    """Write the solids of a sweep; why not, or None."""
+    from vmachining.engines import brep
+
+    # several solids are valid one by one, whatever booleans of them say
+    if not record["brep_valid"] or (record["brep_mm3"] is None and record["brep_solids"] < 2):
+        return f"no B-rep solid to write: {record['brep_note']}"
+    try:
+        brep.isolated(brep.write_sweep, step, sweep, seconds=SWEEP_SECONDS)
+    except (SweepError, EngineError) as exc:
+        return str(exc)
+    return None
 
 
 def _from_brep(sweep: Sweep, bracket: Bracket) -> dict[str, Any]:

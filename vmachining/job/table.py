@@ -1,8 +1,9 @@
 """The result table: one row per NC block that moves, streamed to disk while the simulation runs.
 
 Rows go to `blocks.partial.csv` as they are made and become `blocks.csv` and `blocks.parquet` when the last
-one is there, so memory does not grow with the program and an interrupted run leaves a readable table. Floats
-are written with all their digits: a row read back is the row that was written, bit for bit.
+one is there, so memory does not grow with the program and an interrupted run leaves a readable table. The
+partial file and the Parquet file have all digits: a row read back is the row that was written, bit for bit.
+blocks.csv has `DIGITS` of them, so that what was 0.102 does not read 0.10200000000000001.
 """
 
 from __future__ import annotations
@@ -12,12 +13,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TextIO
 
+import numpy as np
 import polars as pl
 
+from vmachining.arrays import Floats
 from vmachining.errors import JobError
 from vmachining.job.files import atomic_path, writing
 
-__all__ = ["COLUMNS", "MEANINGS", "OPINION", "RowFile", "finish", "read_partial", "read_samples"]
+__all__ = ["COLUMNS", "MEANINGS", "OPINION", "RowFile", "finish", "read_partial", "read_samples", "readable"]
 
 COLUMNS: dict[str, type[pl.DataType]] = {
     "block": pl.Int64,
@@ -104,6 +107,42 @@ OPINION = tuple(name for name in COLUMNS if "brep" in name or "dexel" in name)
 
 SAMPLES = "samples_mm3"
 """Extra column of the partial file: volumes of the equal parts of a block, for the scheduler."""
+
+
+DIGITS = 15
+"""Significant digits of a CSV file: every decimal of 15 digits survives the way through a double, and the rest is
+some units in the last place, less than the rounding of any sum that made the number."""
+
+EXACT_POWER = 22
+"""Ten to this power is the largest one that a double holds exactly."""
+
+
+def readable(frame: pl.LazyFrame) -> pl.LazyFrame:
+    """The table for a CSV file: every float as the decimal number of `DIGITS` digits that is nearest to it."""
+    return frame.with_columns(
+        pl.col(pl.Float64).map_batches(_rounded, return_dtype=pl.Float64, is_elementwise=True)
+    )
+
+
+def _rounded(column: pl.Series) -> pl.Series:
+    values = column.to_numpy().astype(np.float64)
+    return pl.Series(column.name, _to_digits(values)).set(column.is_null(), None)
+
+
+def _to_digits(values: Floats) -> Floats:
+    """Nearest doubles to decimals of `DIGITS` digits; what is not finite or smaller than 1e-7 stays as it is.
+
+    v 10^k is an integer below 2^53 once it is rounded, and its quotient by an exact power of ten is rounded once.
+    """
+    out = values.copy()
+    with np.errstate(divide="ignore", invalid="ignore"):
+        power = DIGITS - 1 - np.floor(np.log10(np.abs(values)))
+        plain = np.isfinite(values) & (np.abs(power) <= EXACT_POWER)
+    scale = 10.0 ** np.abs(power[plain])
+    up = power[plain] >= 0
+    v = values[plain]
+    out[plain] = np.where(up, np.rint(v * scale) / scale, np.rint(v / scale) * scale)
+    return np.asarray(out + 0.0)  # no negative zeros
 
 
 def _cell(value: Any) -> str:
@@ -220,4 +259,4 @@ def finish(
     with atomic_path(folder / f"{stem}.parquet") as temporary:
         frame.sink_parquet(temporary)
     with atomic_path(folder / f"{stem}.csv") as temporary:
-        pl.scan_parquet(folder / f"{stem}.parquet").sink_csv(temporary)
+        readable(pl.scan_parquet(folder / f"{stem}.parquet")).sink_csv(temporary)

@@ -32,6 +32,7 @@ what happens between two positions; how fast that may go; and what a pulse gener
 | `joint_limits.py` | `travel_overruns`, `joint_caps`, `tcp_caps`: what the joints allow |
 | `block_peaks.py` | `tcp_block_peaks`, `peak_times`: the fastest moment inside many blocks at once |
 | `limits.py` | `MachineLimits` |
+| `described.py` | `described`: where the rotary axes lie, in words |
 | `caps.py` | `line_peaks`, `arc_peaks`, `path_peaks`, `axis_caps`, `travel_caps` |
 | `timing.py` | `BlockTimes`, `block_times`, `feed_path_ratio` |
 | `dda.py` | `line_train`, `arc_train`, `helix_train`, ...: pulses from adding registers |
@@ -111,6 +112,7 @@ from vmachining.machine.dda import (
     pulse_counts,
     s1_quadrant_train,
 )
+from vmachining.machine.described import described
 from vmachining.machine.deviation import (
     AxisDeviation,
     TipDeviation,
@@ -185,6 +187,7 @@ __all__ = [
     "ca_omega",
     "ca_rate",
     "derivative_bounds",
+    "described",
     "feed_path_ratio",
     "feed_rate_number",
     "follow",

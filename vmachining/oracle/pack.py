@@ -36,6 +36,7 @@ from vmachining.job.files import (
 from vmachining.job.reading import read_job_program
 from vmachining.job.simulate import Progress
 from vmachining.job.stock import STOCK_FORMATS, raw_stock, write_stock
+from vmachining.job.table import readable
 from vmachining.oracle.readme import CC0, COLUMNS_MEAN, NO_LICENCE, readme
 
 __all__ = ["KIND", "write_pack"]
@@ -178,7 +179,7 @@ def _engagement(result: RunResult, made: Path, count: int) -> dict[str, str]:
     if not tables:
         return {}
     table = pl.concat(tables)
-    table.write_csv(made / "engagement.csv")
+    readable(table.lazy()).collect().write_csv(made / "engagement.csv")
     table.write_parquet(made / "engagement.parquet")
     return {
         "engagement.csv": "what the cutting edge touches in the middle of some blocks, see below",
@@ -280,7 +281,7 @@ def _outputs(result: RunResult, made: Path, formats: tuple[str, ...]) -> dict[st
     """Write tables and solids; what they are."""
     told = {"blocks.csv": "one row per block, see below", "blocks.parquet": "the same, typed"}
     table: pl.DataFrame = result.blocks.select(COLUMNS)
-    table.write_csv(made / "blocks.csv")
+    readable(table.lazy()).collect().write_csv(made / "blocks.csv")
     table.write_parquet(made / "blocks.parquet")
     before = MeshEngine(raw_stock(result.job).mesh, chord=result.job.keys.accuracy.chord_mm)
     write_stock(before, made / "stock_before.stl")

@@ -17,6 +17,7 @@ from vmachining.arrays import Floats
 from vmachining.engagement import Engagement
 from vmachining.errors import InputError
 from vmachining.job.files import atomic_path, make_folder, write_atomic
+from vmachining.job.table import readable
 from vmachining.report.figures import AFTER, BEFORE, FEED, FONT, GRID, INK, MODEBAR, MUTED
 
 __all__ = ["write_engagement", "write_engagement_page", "write_engagement_png"]
@@ -97,7 +98,7 @@ def write_engagement(found: Engagement, folder: Path | str, *, name: str = "") -
     table = found.table()
     paths = [folder / f"engagement.{suffix}" for suffix in ("csv", "parquet", "html", "png")]
     with atomic_path(paths[0]) as temporary:
-        table.write_csv(temporary)
+        readable(table.lazy()).collect().write_csv(temporary)
     with atomic_path(paths[1]) as temporary:
         table.write_parquet(temporary)
     write_engagement_page(found, paths[2], name=name)
@@ -113,7 +114,7 @@ def write_engagement(found: Engagement, folder: Path | str, *, name: str = "") -
     }
     paths.append(folder / "engagement_map.csv")
     with atomic_path(paths[-1]) as temporary:
-        pl.DataFrame(columns).write_csv(temporary)
+        readable(pl.LazyFrame(columns)).collect().write_csv(temporary)
     return paths
 
 

@@ -484,4 +484,6 @@ def _colophon(result: RunResult) -> list[tuple[str, str]]:
         (role, f"{Path(entry['file']).name}  sha256 {entry['sha256'][:16]}…")
         for role, entry in result.inputs.items()
     ]
+    if (machine := result.summary.get("machine")) is not None:
+        lines.append(("machine", f"{machine['name']}: {', '.join(machine['rotary'])}"))
     return [*lines, ("made with", ", ".join(f"{name} {version}" for name, version in versions().items()))]
