@@ -89,7 +89,9 @@ def test_the_reference_of_a_schedule_says_what_it_is(keys, words, tmp_path):
     assert told["reference_from"].startswith(words) and words in result.schedule.text
     largest = result.blocks["mrr_mm3_min"].max()  # no limit of acceleration: times are length over feed
     assert told["largest_block_mm3_min"] == pytest.approx(largest, rel=1e-6)
-    if "insert" in keys:  # the last of 8 parts of the plunge of 5.5 mm holds all of its 2 pi mm3, at 300 mm/min
+    if (
+        "insert" in keys
+    ):  # the last of 8 parts of the plunge of 5.5 mm holds all of its 2 pi mm3, at 300 mm/min
         assert told["reference_mm3_min"] == pytest.approx(2 * math.pi / (5.5 / 8) * 300, rel=1e-3)
         assert told["reference_mm3_min"] > 1.5 * told["largest_block_mm3_min"]
     if not keys:
