@@ -6,6 +6,7 @@
 | `main.py` | `main`: exceptions -> one message and an exit code |
 | `screen.py` | progress bar and messages on stderr, JSON on stdout |
 | `jobs.py` | run, batch, demo |
+| `init.py` | init |
 | `nc.py`, `single.py` | nc check, nc moves; sweep |
 | `dda.py` | dda |
 | `engage.py` | engage |

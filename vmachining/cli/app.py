@@ -127,6 +127,27 @@ def run_(
     )  # fmt: skip
 
 
+@app.command("init", epilog="Example: vmachining init part.nc --out part.toml")
+def init_(
+    program: Annotated[Path, typer.Argument(metavar="PROGRAM", help="NC program.")],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", metavar="JOB.toml", help="The file to write; default beside the program; - prints it."
+        ),
+    ] = None,
+    dialect: Annotated[
+        str | None, typer.Option("--dialect", help="iso, mts, apt, poses; default: the one that reads it.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite the file.")] = False,
+    as_json: Json = False,
+) -> int:
+    """Write a commented job file from a program: dialect, units, tools and stock as far as it tells them."""
+    from vmachining.cli import init
+
+    return init.init(program, out=out, dialect=dialect, force=force, as_json=as_json)
+
+
 @app.command(epilog="Example: vmachining batch jobs/*.toml --out out/night --workers 4 --resume")
 def batch(
     files: Annotated[list[Path], typer.Argument(metavar="JOB.toml...", help="Job files.")],

@@ -22,6 +22,7 @@ or visibly absent.
 | `brep.py`, `verdicts.py` | `--brep`: which blocks, and what the B-rep engine says of them |
 | `run.py`, `result.py`, `batch.py` | `run`, `RunResult`, many jobs over processes |
 | `reading.py` | the program of a job |
+| `starter.py` | `draft_job`: a job file from a program |
 | `engage.py` | `engage`: what the tool touches at a fraction of a block; `Scene` for several questions |
 | `heights.py` | `height_map`: the workpiece as heights over cells, for the analytic engagement |
 | `single.py` | `swept_volume` of one sweep |
@@ -57,18 +58,21 @@ from vmachining.job.run import run
 from vmachining.job.schedule import ScheduleReport
 from vmachining.job.simulate import Stopped
 from vmachining.job.single import swept_volume
+from vmachining.job.starter import Draft, draft_job
 from vmachining.job.stock import check_formats
 from vmachining.job.table import COLUMNS
 
 __all__ = [
     "COLUMNS",
     "Block",
+    "Draft",
     "Job",
     "RunResult",
     "Scene",
     "ScheduleReport",
     "Stopped",
     "check_formats",
+    "draft_job",
     "engage",
     "group_blocks",
     "height_map",

@@ -37,6 +37,8 @@ How a program is read (dialects iso and mts)
 | `catalogue.py`, `catalogue_more.py`, `catalogue_entry.py` | every finding explained |
 | `records.py` | moves and findings as JSON dictionaries |
 | `tooltable.py` | LinuxCNC `.tbl` and `[[tools]]` of job files |
+| `foreign.py` | what a text is that is no program: other controls, other files |
+| `toolcomments.py` | what comments say of tools |
 | `rewrite.py`, `rewrite_pieces.py`, `rewrite_regions.py` | new feeds into an old program |
 
 Sources: RS274/NGC (Kramer, Proctor, Messina, NISTIR 6556, 2000) for grammar, modal groups and order of

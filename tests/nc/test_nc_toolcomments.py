@@ -1,0 +1,49 @@
+"""Tools in comments, as post-processors print them."""
+
+from __future__ import annotations
+
+import pytest
+
+from vmachining.nc.toolcomments import tool_notes
+
+SAID = [  # comment, unit in mm; kind, diameter, corner, angle
+    ("(T1 D=10. CR=0. - ZMIN=-5. - flat end mill)", 1.0, ("flat", 10.0, 0.0, None)),
+    ("(T1  D=8. CR=4. - ZMIN=-12.3 - ball end mill)", 1.0, ("ball", 8.0, 4.0, None)),
+    ("(T1 D=12. CR=1.5 - ZMIN=-3 - bullnose end mill)", 1.0, ("bull", 12.0, 1.5, None)),
+    ("(T1 D=0.25 CR=0. - ZMIN=-0.2 - flat end mill)", 25.4, ("flat", 6.35, 0.0, None)),
+    ("(T1 D=6.8 CR=0. TAPER=118deg - ZMIN=-20. - drill)", 1.0, ("drill", 6.8, 0.0, 118.0)),
+    ("(T1 D=10 CR=0. TAPER=45deg - chamfer mill)", 1.0, ("chamfer", 10.0, 0.0, 45.0)),
+    ("( T1 | 1/2 FLAT ENDMILL | H1 | D1 | WEAR COMP | TOOL DIA. - .5 | Z STOCK - 0. )", 25.4, ("flat", 12.7, None, None)),
+    ("(T1|10. BALL ENDMILL|H1)", 1.0, ("ball", 10.0, None, None)),
+    ("(TOOL - 1  DIA. OFF. - 1  LEN. - 1  TOOL DIA. - .5)", 25.4, (None, 12.7, None, None)),
+    ("(T1 = End Mill {1/4 inch})", 1.0, ("flat", 6.35, None, None)),
+    ("( TOOL: T1 = 10.0 dia. ENDMILL)", 1.0, ("flat", 10.0, None, None)),
+    ("; T1 = Drill {6 mm}", 25.4, ("drill", 6.0, None, None)),
+    ("(1 1/2 INCH SHELL MILL)\nT1 M6", 1.0, ("flat", 38.1, None, None)),
+    ("T1 M6 (BALL R5)", 1.0, ("ball", 10.0, 5.0, None)),
+    ("(TOOL NAME : MILL_D10_R1)\nT1 M6", 1.0, (None, 10.0, 1.0, None)),
+    ("(POCKET, BULL NOSE D12 R3, TWO LEVELS)\n" + "G0 X1\n" * 9 + "T1 M6", 1.0, ("bull", 12.0, 3.0, None)),
+    ("(T1 D6)\n(CHAMFER EDGES)\nT1 M6", 1.0, ("chamfer", 6.0, None, None)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "unit", "wanted"), SAID)
+def test_what_a_comment_says(text, unit, wanted):
+    note = tool_notes(text.split("\n"), [1], unit)[1]
+    kind, diameter, corner, angle = wanted
+    assert (note.kind, note.angle_deg) == (kind, angle)
+    assert note.diameter_mm == pytest.approx(diameter) and note.corner_mm == corner
+    assert note.text in text.split("\n")[note.line - 1]
+
+
+@pytest.mark.parametrize("text", ["(T1 hello)", "(FINISH FEED 10 MM)\nT1 M6", "(STEP 3)\nT1 M6", "T1 M6"])
+def test_nothing_is_read_into_other_comments(text):
+    assert tool_notes(text.split("\n"), [1], 1.0) == {}
+
+
+def test_every_tool_gets_its_own_comment():
+    text = "(T1 D=4. CR=0. - flat end mill)\n(T12 D=6. CR=3. - ball end mill)\n(2 MM DRILL)\nT3 M6\nT12 M6\nT1 M6"
+    notes = tool_notes(text.split("\n"), [1, 3, 12], 1.0)
+    assert {n: (note.kind, note.diameter_mm) for n, note in notes.items()} == {
+        1: ("flat", 4.0), 12: ("ball", 6.0), 3: ("drill", 2.0)
+    }  # fmt: skip

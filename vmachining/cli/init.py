@@ -1,0 +1,58 @@
+"""init: a job file from a program."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vmachining.cli.main import Code
+from vmachining.cli.screen import emit, note
+from vmachining.errors import InputError
+from vmachining.job.files import write_atomic
+from vmachining.job.starter import draft_job
+
+__all__ = ["init"]
+
+
+def init(program: Path, *, out: Path | None, dialect: str | None, force: bool, as_json: bool) -> int:
+    """`vmachining init`. Exit code 0: the job runs as it is, 1: values have to be given first."""
+    target = out if out is not None else program.with_suffix(".toml")
+    if str(target) != "-":
+        if target.exists() and program.exists() and target.samefile(program):
+            raise InputError(f"--out {target}: that is the program itself")
+        if target.is_dir():
+            raise InputError(f"--out {target}: a directory", remedy="name the file: --out DIR/job.toml")
+        if target.exists() and not force:
+            raise InputError(f"{target} exists already", remedy="--out another name, or --force")
+        if not target.parent.is_dir():
+            raise InputError(f"--out {target}: there is no directory {target.parent}")
+    draft = draft_job(program, target.parent if str(target) != "-" else Path(), dialect)
+    if str(target) != "-":
+        write_atomic(target, draft.text)
+    if as_json:
+        emit({
+            "job": str(target), "dialect": draft.dialect, "units": draft.units, "tools": list(draft.tools),
+            "guesses": list(draft.guesses), "open": list(draft.open), "errors": list(draft.errors),
+            "text": draft.text,
+        })  # fmt: skip
+    elif str(target) == "-":
+        print(draft.text, end="")
+    if not as_json:
+        _told(target, draft.guesses, draft.open, draft.errors)
+    return Code.FINDINGS if draft.open or draft.errors else Code.DONE
+
+
+def _told(target: Path, guesses: tuple[str, ...], missing: tuple[str, ...], errors: tuple[str, ...]) -> None:
+    """What was written, what is guessed, what is missing, what comes next."""
+    note(f"{target}: written")
+    for text in guesses:
+        note(f"  guess     {text}")
+    for text in missing:
+        note(f"  missing   {text}")
+    for text in errors[:3]:
+        note(f"  program   {text}")
+    if errors[3:]:
+        note(f"  program   and {len(errors) - 3} more: vmachining nc check tells all")
+    if missing:
+        note(f"  next      give what is missing (lines with MUST BE GIVEN), then: vmachining run {target}")
+    elif not errors:
+        note(f"  next      look at the guesses, then: vmachining run {target}")
