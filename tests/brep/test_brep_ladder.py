@@ -80,7 +80,7 @@ def test_overlapping_passes_agree_with_the_mesh_and_add_up(tool: object) -> None
     paths.append(Arc((20, 1, -4), (22, 1, -4), angle=2.0))
     sweeps = chain(tool, paths)
     mesh = MeshEngine(box_stock((0, -20, -20), (30, 20, 0)), 0.02)
-    brackets = [mesh.cut(sweep) for (sweep,) in sweeps]
+    brackets = [mesh.cut(sweep).bracket for (sweep,) in sweeps]
     work = Ladder(BOX, sweeps)
     verdicts = [work.removed(k, bracket) for k, bracket in enumerate(brackets)]
     assert {v.status for v in verdicts} <= {Status.AGREED, Status.RETRIED}

@@ -11,11 +11,11 @@ from tinyjob import JOB, write_job
 import vmachining as vm
 from vmachining.cli.main import run
 from vmachining.engagement.analytic import Corner, engaged, heights_of
-from vmachining.engagement.stocks import BoxStock, CylinderStock, MeshStock
 from vmachining.engines.mesh import cylinder_stock
 from vmachining.engines.mesh.facets import Side
 from vmachining.errors import InputError, ToolError
 from vmachining.job import Scene, height_map
+from vmachining.stock import BoxStock, CylinderStock, MeshStock
 
 SLOT, PLUNGE, ARC, LINE = 2, 5, 6, 7
 

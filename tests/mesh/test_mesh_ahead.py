@@ -82,7 +82,7 @@ def test_a_block_ahead_of_which_nothing_is_left_removes_nothing_at_all():
     engine = MeshEngine(box_stock((0, 0, -10), (20, 20, 0)))
     at = np.array([4.0, 10.0, -1.0])
     for x in (8.0, 14.0, 20.5, 26.0):
-        lo, _, hi = engine.cut(Sweep.along(cutter, Line(at, (x, 10.0, -1.0))))
+        lo, _, hi = engine.cut(Sweep.along(cutter, Line(at, (x, 10.0, -1.0)))).bracket
         at = np.array([x, 10.0, -1.0])
     assert lo == hi == 0.0  # from 20.5 on the front is outside
 
@@ -91,8 +91,8 @@ def test_a_block_that_begins_below_the_surface_finds_its_material():
     """A short cutter deep in the stock: no triangle is ahead of it, but all of its way is."""
     cutter = FlatEnd(diameter=4, length=2).cutter
     engine = MeshEngine(box_stock((0, 0, -20), (40, 20, 0)), tile_mm=100.0)
-    first = engine.cut(Sweep.along(cutter, Line((10, 10, -10), (10, 10, -10))))
-    second = engine.cut(Sweep.along(cutter, Line((10, 10, -10), (16, 10, -10))))
+    first = engine.cut(Sweep.along(cutter, Line((10, 10, -10), (10, 10, -10)))).bracket
+    second = engine.cut(Sweep.along(cutter, Line((10, 10, -10), (16, 10, -10)))).bracket
     assert first.holds(np.pi * 4 * 2) and second.holds(6 * 4 * 2)
 
 
@@ -120,7 +120,7 @@ def test_all_that_the_mesh_of_a_cutter_holds_is_gone_although_only_some_of_it_is
     checked = 0
     for k, (a, b) in enumerate(pairwise(points)):
         sweep = Sweep.along(cutter, Line(a, b))
-        removed = engine.cut(sweep, k)
+        removed = engine.cut(sweep, k).bracket
         if k % 3 == 2 and removed.estimate > 0.1:
             whole = cutters(sweep, facets(cutter, 0.02, Side.INNER))
             assert shared(engine.whole(), whole) < 1e-8

@@ -62,14 +62,14 @@ def test_slots_with_closed_forms_lie_in_their_brackets() -> None:
         (BallNose(diameter=4, length=20), (2 * np.pi + 8) * 10),
     ):
         engine = MeshEngine(box_stock((0, 0, 0), (10, 10, 10)), 0.01)
-        bracket = engine.cut(Sweep.along(tool.profile, through))
+        bracket = engine.cut(Sweep.along(tool.profile, through)).bracket
         assert bracket.holds(exact)
         assert bracket.width < 0.01 * exact
         assert abs(bracket.estimate - exact) < 1e-4 * exact
 
 
 def chain(engine: MeshEngine, points: np.ndarray, tool: BallNose) -> np.ndarray:
-    return np.array([engine.cut(Sweep.along(tool.profile, Line(a, b))) for a, b in pairwise(points)])
+    return np.array([engine.cut(Sweep.along(tool.profile, Line(a, b))).bracket for a, b in pairwise(points)])
 
 
 ZIGZAG = np.array([[-8.0, 3, -1], [28, 3, -1], [28, 5, -2], [-8, 5, -1], [-8, 7, -1.5], [28, 8, -3]])
@@ -84,7 +84,7 @@ def test_volume_is_conserved_and_a_second_cut_removes_nothing() -> None:
     assert (removed[:, 0] <= removed[:, 1]).all() and (removed[:, 1] <= removed[:, 2]).all()
     again = chain(engine, ZIGZAG, tool)
     assert again[:, 1].sum() <= 1e-9 * lost
-    assert engine.cut(Sweep.along(tool.profile, Line((0, 0, 5), (20, 15, 5)))) == (0.0, 0.0, 0.0)
+    assert engine.cut(Sweep.along(tool.profile, Line((0, 0, 5), (20, 15, 5)))).bracket == (0.0, 0.0, 0.0)
 
 
 def test_tiles_and_splitting_change_no_volume_beyond_the_bracket() -> None:

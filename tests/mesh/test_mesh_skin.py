@@ -53,12 +53,12 @@ def test_grooves_with_a_closed_form(tool, depth, section, path):
     if path == "circle":
         way, length = Arc((17, 9, -depth), (12, 9, -depth), angle=2 * np.pi), 2 * np.pi * 5.0
     engine = MeshEngine(box_stock((0, -10, -10), (24, 30, 0)), 0.01)
-    lo, estimate, hi = engine.cut(Sweep.along(TOOLS[tool].cutter, way))
+    lo, estimate, hi = engine.cut(Sweep.along(TOOLS[tool].cutter, way)).bracket
     exact = section * length
     assert lo <= exact * (1 + 1e-12) and exact * (1 - 1e-12) <= hi
     assert hi - lo < 0.02 * exact
     assert abs(estimate - exact) < 1e-4 * exact
-    again = engine.cut(Sweep.along(TOOLS[tool].cutter, way))
+    again = engine.cut(Sweep.along(TOOLS[tool].cutter, way)).bracket
     assert again.lo == 0.0 and again.estimate <= 1e-9 * exact
 
 
@@ -96,7 +96,7 @@ def test_both_kinds_of_bracket_hold_one_truth(data, tool, is_round, chord):
             rise = 0.0 if kind == "pass" else number(-2, 2)
             path = Line(at, at + [number(-14, 14), number(-14, 14), rise])
         sweep = Sweep.along(cutter, path)
-        a, b = once.cut(sweep, k), twice.cut(sweep, k)
+        a, b = once.cut(sweep, k).bracket, twice.cut(sweep, k).bracket
         noise = 1e-9 * (1.0 + b.hi)
         assert a.lo <= b.hi + noise and b.lo <= a.hi + noise
         assert a.lo <= a.estimate <= a.hi
@@ -118,7 +118,7 @@ def test_a_finished_slope_against_quadrature():
         for x in ((-4, 28) if k % 2 else (28, -4))
     ]
     for a, b in pairwise(corners):
-        quick, sure = (engine.cut(Sweep.along(cutter, Line(a, b))) for engine in (once, twice))
+        quick, sure = (engine.cut(Sweep.along(cutter, Line(a, b))).bracket for engine in (once, twice))
         assert sure.lo <= quick.estimate <= sure.hi
     y = (np.arange(18_000) + 0.5) / 1000
     x = (np.arange(24) + 0.5)[:, None]  # heights are linear along the passes: any number of columns will do
@@ -182,7 +182,7 @@ def test_a_bracket_is_hardly_wider_than_what_the_mesh_lacks(tool, step):
     """Deep in the stock, where all of the layer is in material; lo is the mesh."""
     sweep = Sweep(TOOLS[tool], (0, 0, 0), step)
     engine = MeshEngine(box_stock((-20, -20, -20), (30, 30, 60)), 0.01, tile_mm=200.0)
-    lo, estimate, hi = engine.cut(sweep)
+    lo, estimate, hi = engine.cut(sweep).bracket
     missing = sweep.volume - lo
     assert missing > 0.0 and hi >= sweep.volume
     assert hi - lo <= 1.1 * missing  # tangents and cones, a few per cent each
@@ -194,7 +194,7 @@ def test_the_shadow_of_a_cone_is_no_parabola(step):
     """Its straight sides once made the estimate of a ramp wrong by a quarter of what the facets lack."""
     sweep = Sweep(TOOLS["taper"], (0, 0, 0), step)
     engine = MeshEngine(box_stock((-20, -20, -20), (30, 30, 60)), 0.01, tile_mm=200.0)
-    lo, estimate, _ = engine.cut(sweep)
+    lo, estimate, _ = engine.cut(sweep).bracket
     assert abs(estimate - sweep.volume) <= 0.03 * (sweep.volume - lo)  # a quadrature over tall facets
 
 
@@ -263,7 +263,7 @@ def test_no_cutter_is_too_thin_for_a_helix():
     sweep = Sweep.along(cutter, Arc((10, 0, -1), (0, 0, -1), angle=1.0, rise=-0.5))
     engine = MeshEngine(box_stock((-12, -12, -2), (12, 12, 0)), 0.5)
     about = 0.06 * 10.0 * 1.25
-    lo, estimate, hi = engine.cut(sweep)
+    lo, estimate, hi = engine.cut(sweep).bracket
     assert 0.0 < lo < about < hi and abs(estimate - about) < 0.01 * about
 
 

@@ -25,7 +25,7 @@ def test_ball_slot_along_a_slope_has_the_area_of_a_segment_times_its_length(degr
     cutter = BallNose(diameter=2 * RADIUS, length=60).cutter
     tips = [turn @ [x, 0, RADIUS - DEPTH] - [0, 0, RADIUS] for x in np.linspace(-7, LENGTH + 7, 4)]
     lo, estimate, hi = np.sum(
-        [engine.cut(Sweep.along(cutter, Line(a, b))) for a, b in pairwise(tips)], axis=0
+        [engine.cut(Sweep.along(cutter, Line(a, b))).bracket for a, b in pairwise(tips)], axis=0
     )
     truth = SEGMENT * LENGTH
     assert lo <= truth <= hi

@@ -170,12 +170,12 @@ def test_the_engine_removes_what_a_turning_cutter_sweeps() -> None:
     assert sweep.volume is not None
     lo, hi = sweep.bounds + [[-1.0], [1.0]]
     engine = MeshEngine(box_stock(lo, hi), 0.05, certify=True)
-    removed = engine.cut(sweep)
+    removed = engine.cut(sweep).bracket
     assert removed.holds(sweep.volume)
     assert removed.estimate == pytest.approx(engine.stock_volume.estimate - engine.volume.estimate, rel=1e-9)
     assert engine.cut(sweep).estimate < 1e-6 * removed.estimate
     away = Pose((0, 0, 200), (0, 0.1, 1)), Pose((1, 0, 200), (0.1, 0, 1))
-    assert engine.cut(Sweep(TOOLS["B10"], *away)) == (0.0, 0.0, 0.0)
+    assert engine.cut(Sweep(TOOLS["B10"], *away)).bracket == (0.0, 0.0, 0.0)
 
 
 def test_chained_blocks_fill_the_bracket_of_the_whole() -> None:
@@ -183,6 +183,6 @@ def test_chained_blocks_fill_the_bracket_of_the_whole() -> None:
     path = Sweep(TOOLS["B10"], Pose((0, 0, 0), (0, 0.1, 1)), Pose((9, 2, -1), (0.15, 0, 1)))
     lo, hi = path.bounds + [[-1.0], [1.0]]
     engine = MeshEngine(box_stock(lo, hi), 0.05, certify=True)
-    total = np.sum([engine.cut(part) for part in path.split([0.3, 0.7])], axis=0)
+    total = np.sum([engine.cut(part).bracket for part in path.split([0.3, 0.7])], axis=0)
     assert path.volume is not None and total[0] <= path.volume <= total[2]
     assert abs(total[1] - path.volume) < 0.25 * (total[2] - total[0])

@@ -41,7 +41,8 @@ def accuracy() -> Iterator[dict[str, Any]]:
         for chord, certify in product((0.08, 0.04, 0.02, 0.01, 0.005), (False, True)):
             engine = MeshEngine(box_stock((0, -20, -10), (30, 20, 0)), chord, certify=certify)
             begin = perf_counter()
-            lo, estimate, hi = engine.cut(Sweep.along(tool.cutter, Line((-10, 0, -depth), (40, 0, -depth))))
+            through = Sweep.along(tool.cutter, Line((-10, 0, -depth), (40, 0, -depth)))
+            lo, estimate, hi = engine.cut(through).bracket
             yield {
                 "case": "accuracy",
                 "tool": name,

@@ -36,7 +36,7 @@ def brep(blocks: int = 2000, part: int = 100) -> Iterator[dict[str, Any]]:
             a, b = (STEP * k, 0.0, -DEPTH), (STEP * k, LONG, -DEPTH)
             sweeps.append(Sweep.along(tool, Line(b, a) if k % 2 else Line(a, b)))
         engine = MeshEngine(box_stock(lo, hi), CHORD, certify=True)
-        brackets = [engine.cut(sweep, block=k) for k, sweep in enumerate(sweeps)]
+        brackets = [engine.cut(sweep, block=k).bracket for k, sweep in enumerate(sweeps)]
         stock = Blank("box", lo, hi)
         work = Ladder(stock, [[sweep] for sweep in sweeps])
         work.removed(5, brackets[5])  # compiles and loads
@@ -70,7 +70,7 @@ def brep_workers(blocks: int = 400, rounds: int = 2) -> Iterator[dict[str, Any]]
     ends = [((STEP * k, 0.0, -DEPTH), (STEP * k, LONG, -DEPTH)) for k in range(blocks)]
     sweeps = [[Sweep.along(tool, Line(b, a) if k % 2 else Line(a, b))] for k, (a, b) in enumerate(ends)]
     engine = MeshEngine(box_stock(lo, hi), CHORD, certify=True)
-    brackets = {k: engine.cut(sweep, block=k) for k, (sweep,) in enumerate(sweeps)}
+    brackets = {k: engine.cut(sweep, block=k).bracket for k, (sweep,) in enumerate(sweeps)}
     stock, one = Blank("box", lo, hi), {blocks - 1: brackets[blocks - 1]}
     best: dict[tuple[str, int], tuple[float, float, float]] = {}
     for _ in range(rounds):

@@ -140,7 +140,9 @@ def chain_of(seed: int, number: int, engine: MeshEngine) -> Chain:
     at = np.array([2.0 * PLOT * number, 0.0, 0.0])
     paths = families(family, rng, tool.profile.radius_at(2.0).item())
     sweeps = [Sweep.along(tool, _shifted(path, at)) for path in paths]
-    return Chain(number, family, kind, sweeps, [engine.cut(sweep, block=k) for k, sweep in enumerate(sweeps)])
+    return Chain(
+        number, family, kind, sweeps, [engine.cut(sweep, block=k).bracket for k, sweep in enumerate(sweeps)]
+    )
 
 
 def _held(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import pairwise
 from resource import RUSAGE_SELF, getrusage
 from time import perf_counter
@@ -14,11 +14,13 @@ import numpy as np
 from manifold3d import Manifold
 
 from vmachining.arrays import Floats
-from vmachining.engines.mesh import Crew, MeshEngine, crew, mesh_stock
+from vmachining.engines.mesh import MeshEngine, mesh_stock
 from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.solids import facets, manifold
 from vmachining.engines.mesh.stock import StockMesh
-from vmachining.geometry import Bracket, Line
+from vmachining.engines.protocol import Removal
+from vmachining.geometry import Line
+from vmachining.job.executor import Executor, Later, executor
 from vmachining.sweep import Sweep
 from vmachining.tool import BallNose, Profile
 
@@ -69,7 +71,7 @@ def half_cylinder(blocks: int = 2000) -> Iterator[dict[str, Any]]:
     try:
         for workers in dict.fromkeys((os.cpu_count() or 1, 1)):
             name = f"mesh with bracket, {workers} process{'es' if workers > 1 else ''}"
-            racers[name] = _Tiled(crew(MeshEngine(blank, CHORD), workers), cutter, points)
+            racers[name] = _Tiled(executor(MeshEngine(blank, CHORD), workers), cutter, points)
         racers[GLOBAL] = whole = _Global(blank.solids[Side.INNER], cutter)
         for first in range(0, blocks, TURN):
             for racer in racers.values():
@@ -95,7 +97,7 @@ def half_cylinder_long(blocks: int = 20_000) -> Iterator[dict[str, Any]]:
     """Whether time per block and memory stay flat over a long program."""
     cutter = BallNose(diameter=2 * BALL, length=80.0).cutter
     points = path(blocks)
-    hands = crew(MeshEngine(stock(float(points[:, 0].max()) + 1.0), CHORD), os.cpu_count() or 1)
+    hands = executor(MeshEngine(stock(float(points[:, 0].max()) + 1.0), CHORD), os.cpu_count() or 1)
     racer = _Tiled(hands, cutter, points)
     try:
         racer.cut(points, 0)
@@ -112,9 +114,9 @@ def thin_chips(blocks: int = 600) -> Iterator[dict[str, Any]]:
         engine = MeshEngine(stock(float(points[:, 0].max()) + 1.0), CHORD, certify=certify)
         widths = []
         for k, (a, b) in enumerate(pairwise(points)):
-            lo, estimate, hi = engine.cut(Sweep.along(cutter, Line(a, b)), k)
-            if estimate > 0.1:  # mm^3; those that merely touch are left out
-                widths.append((hi - lo) / estimate)
+            removed = engine.cut(Sweep.along(cutter, Line(a, b)), k)
+            if removed.estimate > 0.1:  # mm^3; those that merely touch are left out
+                widths.append(removed.width / removed.estimate)
         left, raw = engine.volume, engine.stock_volume
         yield {
             "case": "thin_chips",
@@ -126,9 +128,9 @@ def thin_chips(blocks: int = 600) -> Iterator[dict[str, Any]]:
 
 
 class _Tiled:
-    """A crew with its bracket. seconds : of every block. removed, width : mm^3, sums of estimates and of brackets."""
+    """An executor with its bracket. seconds : of every block. removed, width : mm^3, sums of estimates and of brackets."""
 
-    def __init__(self, hands: Crew, cutter: Profile, points: Floats) -> None:
+    def __init__(self, hands: Executor, cutter: Profile, points: Floats) -> None:
         self.seconds: list[float] = []
         self.removed = self.width = 0.0
         self._hands, self._cutter = hands, cutter
@@ -139,14 +141,14 @@ class _Tiled:
 
     def cut(self, points: Floats, first: int) -> None:
         """Blocks between points (n, 3) mm, numbered from the first."""
-        waiting: deque[Callable[[], Bracket]] = deque()
+        waiting: deque[Later] = deque()
         last = perf_counter()
         for k, (a, b) in enumerate(pairwise(points), first):
             waiting.append(self._hands.cut(self._cutter, Line(a, b), k))
             last = self._answered(waiting, self._hands.ahead, last)
         self._answered(waiting, 0, last)
 
-    def _answered(self, waiting: deque[Callable[[], Bracket]], left: int, last: float) -> float:
+    def _answered(self, waiting: deque[Later], left: int, last: float) -> float:
         """Answers until so many are left; when that was."""
         while len(waiting) > left:
             self._add(waiting.popleft()())
@@ -155,7 +157,7 @@ class _Tiled:
             last = now
         return last
 
-    def _add(self, found: Bracket) -> None:
+    def _add(self, found: Removal) -> None:
         self.removed += found.estimate
         self.width += found.hi - found.lo
 

@@ -19,7 +19,6 @@ roots and not samples.
 | `extract.py` | `contact`, `engaged_parts`, `facing_parts` |
 | `workpiece.py` | `RayWorkpiece`: stock minus earlier sweeps by exact distances; `sweeps_near`; `By`: what ends an interval |
 | `divide.py` | `divided`: sign changes along edges |
-| `stocks.py` | `BoxStock`, `CylinderStock`, `MeshStock` |
 | `result.py` | `Engagement`, `EngagementMap` |
 | `frames.py` | frames of tool, contact and feed: plain numbers and arrays |
 | `chip.py` | points of flat, bull and ball edges, facing condition, chip thickness, area, depth: plain arrays |
@@ -58,8 +57,8 @@ from vmachining.engagement import chip, frames
 from vmachining.engagement.divide import RESOLUTION_MM
 from vmachining.engagement.extract import Contact, contact, engaged_parts, facing_parts
 from vmachining.engagement.result import COLUMNS, Engagement, EngagementMap
-from vmachining.engagement.stocks import BoxStock, CylinderStock, MeshStock, Stock
 from vmachining.engagement.workpiece import By, Past, RayWorkpiece, Workpiece, sweeps_near
+from vmachining.stock import BoxStock, CylinderStock, MeshStock, Stock
 
 __all__ = [
     "COLUMNS",

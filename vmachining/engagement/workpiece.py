@@ -11,8 +11,8 @@ import numpy as np
 
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.engagement.divide import divided
-from vmachining.engagement.stocks import Stock
 from vmachining.geometry import Arc, Line
+from vmachining.stock import Stock
 from vmachining.sweep import Stance, Sweep, Turn
 from vmachining.tolerance import LENGTH_EPS_MM
 from vmachining.tool import Edge, EdgeParts

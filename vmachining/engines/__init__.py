@@ -2,22 +2,67 @@
 
 | engine | stock is | kernel |
 |---|---|---|
-| `mesh` | three closed triangle meshes per tile | manifold3d |
-| `brep` | read from STEP; the oracle itself comes later | OCCT |
+| `mesh` | closed triangle meshes per tile | manifold3d |
+| `brep` | solids with faces; judges blocks, see `--brep` | OCCT |
 
-Engines never import each other.
+Engines never import each other. Every engine answers `protocol.Engine`, and everybody else knows them by that alone.
+`ENGINES` below lists those that can cut a job: adding one is a room beside this file and one line here, see
+`docs/add_an_engine.md`.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from importlib import import_module
+from pkgutil import resolve_name
 from types import ModuleType
 
-__all__ = ["brep", "mesh"]
+from vmachining.engines.protocol import Engine
+from vmachining.errors import InputError
+
+__all__ = ["ENGINES", "Entry", "brep", "engine_class", "mesh"]
+
+LATER = ("columns", "dexel", "vectors", "brep")
+"""Named by the interface; they cannot cut a job yet."""
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A line of the table of engines.
+
+    place : "module:class" of the `Engine`; loaded, with its kernel, when somebody asks for it.
+    takes : stocks, tools and motions, in words, for --help.
+    divisible : whether it is `Divisible`, so that several processes can cut one workpiece.
+    """
+
+    place: str
+    takes: str
+    divisible: bool = False
+
+
+ENGINES = {
+    "mesh": Entry("vmachining.engines.mesh:MeshEngine", "any stock, tool and motion", divisible=True),
+}
+
+
+def engine_class(name: str) -> type[Engine]:
+    """The class behind `--engine NAME`.
+
+    Raises
+    ------
+    InputError
+        No such engine, or none that can cut a job.
+    """
+    if name in ENGINES:
+        found: type[Engine] = resolve_name(ENGINES[name].place)
+        return found
+    if name in LATER:
+        raise InputError(f"engine {name!r} is not supported yet", remedy=f"take {', '.join(ENGINES)}")
+    raise InputError(f"unknown engine {name!r}", remedy=f"one of {', '.join(ENGINES)}")
 
 
 def __getattr__(name: str) -> ModuleType:
     """Load an engine, and its kernel, when it is first asked for."""
-    if name in __all__:
+    if name in ("brep", "mesh"):
         return import_module(f"{__name__}.{name}")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -6,14 +6,18 @@ room beside this file and one line in the table of `engines/__init__.py`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, Self
 
 from vmachining.arrays import Floats, Ints
 from vmachining.geometry import Bracket
+from vmachining.stock import Stock
 from vmachining.sweep import Sweep
+from vmachining.tolerance import CHORD_MM
 
-__all__ = ["NOTHING", "Engine", "Removal", "StockSurface"]
+__all__ = ["NOTHING", "WHOLE", "Divisible", "Engine", "Options", "Removal", "Share", "StockSurface"]
 
 
 class Removal(NamedTuple):
@@ -27,6 +31,16 @@ class Removal(NamedTuple):
     estimate: float
     hi: float
     proven: bool = True
+
+    @property
+    def bracket(self) -> Bracket:
+        """The three numbers alone."""
+        return Bracket(self.lo, self.estimate, self.hi)
+
+    @property
+    def width(self) -> float:
+        """hi - lo."""
+        return self.hi - self.lo
 
     def plus(self, other: Removal) -> Removal:
         """Removal of two blocks together; proven where both are."""
@@ -53,15 +67,67 @@ class StockSurface(NamedTuple):
     block: Ints
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Options:
+    """What a job asks of its engine.
+
+    chord : mm, how far surfaces may lie apart that stand for each other.
+    certify : two workpieces instead of bounds in advance, where an engine knows both.
+    """
+
+    chord: float = CHORD_MM
+    certify: bool = False
+
+
+class Share(NamedTuple):
+    """The part of a workpiece that one of several processes cuts."""
+
+    part: int = 0
+    parts: int = 1
+
+
+WHOLE = Share()
+
+
 class Engine(Protocol):
     """Workpiece of one job, cut block by block.
 
     name : as in the column `engine` and behind `--engine`.
+    chord : mm, see `Options`; checks of shank and holder are as coarse as this.
+    proof : what the bounds rest on, in a few words, for the summary.
     stock_volume, volume : of the raw and of the present workpiece, mm^3.
     """
 
     name: str
+    chord: float
     stock_volume: Bracket
+
+    @classmethod
+    def of(cls, stock: Stock, options: Options) -> Self:
+        """The raw workpiece.
+
+        Raises
+        ------
+        StockError
+            The engine does not take this stock.
+        """
+        ...
+
+    @classmethod
+    def load(cls, path: Path) -> Self:
+        """The workpiece that `save` wrote.
+
+        Raises
+        ------
+        EngineError
+            The file cannot be read or is damaged.
+        """
+        ...
+
+    @classmethod
+    def takes(cls, sweep: Sweep) -> bool:
+        """Whether `cut` and `touch` answer for such a tool and motion; where not, they raise EngineError."""
+        ...
 
     def cut(self, sweep: Sweep, block: int | None = None) -> Removal:
         """Take the sweep out of the workpiece; exactly 0 in air.
@@ -73,17 +139,40 @@ class Engine(Protocol):
         """
         ...
 
-    def touch(self, sweep: Sweep) -> Removal:
-        """What the sweep would take; the workpiece stays as it is."""
+    def touch(self, sweep: Sweep, within: float | None = None) -> Removal:
+        """What the sweep would take; the workpiece stays as it is.
+
+        within : mm, how exact the surfaces need be at least; None: as for `cut`.
+        """
         ...
+
+    @property
+    def proof(self) -> str: ...
 
     @property
     def volume(self) -> Bracket: ...
 
     def surface(self) -> StockSurface:
-        """The workpiece as triangles, for STL, 3MF and pictures."""
+        """The workpiece as closed triangles, for STL, 3MF and pictures."""
         ...
 
     def save(self, path: Path) -> None:
-        """Write what is needed to go on with the next block; the class method `load` reads it."""
+        """Write what is needed to go on with the next block, see `load`."""
+        ...
+
+
+class Divisible(Engine, Protocol):
+    """An engine whose workpiece several processes can cut, each by all sweeps, each its own part of it.
+
+    Removals and volumes are the sums over the parts.
+    """
+
+    @classmethod
+    def load(cls, path: Path, *, share: Share = WHOLE) -> Self:
+        """See `Engine`; cuts that part only."""
+        ...
+
+    @classmethod
+    def join(cls, engines: Sequence[Self]) -> Self:
+        """One engine of those that cut all parts, in the order of their shares."""
         ...

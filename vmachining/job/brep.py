@@ -129,7 +129,8 @@ def blank(job: Job) -> Blank:
         return Blank("cylinder", (0.0, 0.0, low), (0.0, 0.0, high), center=(x, y), radius=scale * bar.radius)
     if keys.step is not None:
         return Blank("step", file=str(job.stock_path))
-    corners = raw_stock(job).mesh.corners
+    mesh, _ = raw_stock(job).shape.mesh(job.keys.accuracy.chord_mm)
+    corners = mesh.vertices[mesh.triangles]
     if len(corners) > TRIANGLES:
         raise InputError(
             f"the B-rep engine makes a solid of at most {TRIANGLES} triangles, this stock has {len(corners)}",

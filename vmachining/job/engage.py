@@ -11,11 +11,8 @@ import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.engagement import (
-    BoxStock,
     By,
-    CylinderStock,
     Engagement,
-    MeshStock,
     Past,
     RayWorkpiece,
     Stock,
@@ -25,7 +22,6 @@ from vmachining.engagement import (
     sweeps_near,
 )
 from vmachining.engagement.analytic import HeightStock, HeightWorkpiece, bounds, corner_of, heights_of
-from vmachining.engines.mesh.facets import Side
 from vmachining.errors import InputError
 from vmachining.geometry import Line
 from vmachining.job.blocks import Block, group_blocks
@@ -340,18 +336,8 @@ def _meet(one: Floats, other: Floats) -> bool:
 
 def _plain_stock(job: Job) -> tuple[Stock, tuple[str, ...]]:
     """The stock without a kernel: box and cylinder exact, files by their triangles."""
-    keys, scale = job.keys.stock, job.scale
-    if keys.box is not None:
-        return BoxStock(scale * np.array(keys.box.min), scale * np.array(keys.box.max)), ()
-    if keys.cylinder is not None:
-        bar = keys.cylinder
-        x, y = (scale * v for v in bar.center)
-        low, high = (scale * v for v in bar.z)
-        return CylinderStock((x, y), scale * bar.radius, (low, high)), ()
     raw = raw_stock(job)
-    mesh = raw.mesh.solids[Side.INNER].to_mesh64()
-    vertices = np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3]
-    stock = MeshStock(vertices, np.asarray(mesh.tri_verts, dtype=np.int64))
+    stock = raw.shape
     if raw.slack_mm3 <= 0.0:
         return stock, ()
     chord = job.keys.accuracy.chord_mm

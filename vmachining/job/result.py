@@ -11,8 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-from vmachining.engines.mesh import MeshEngine
-from vmachining.engines.protocol import StockSurface
+from vmachining.engines.protocol import Engine, StockSurface
 from vmachining.errors import EngineError
 from vmachining.job.brep import blank, refuse_beyond, write_step
 from vmachining.job.files import TABLES, between, make_folder, write_json
@@ -21,6 +20,7 @@ from vmachining.job.jobfile import Job
 from vmachining.job.schedule import ScheduleReport
 from vmachining.job.stock import write_stock
 from vmachining.nc import Program
+from vmachining.stock import Triangles
 
 if TYPE_CHECKING:
     import polars as pl
@@ -46,7 +46,7 @@ class RunResult:
     program: Program
     summary: dict[str, Any]
     inputs: dict[str, dict[str, str]]
-    stock: MeshEngine
+    stock: Engine
     schedule: ScheduleReport | None
     folder: Path
     place: ResultFolder
@@ -130,8 +130,10 @@ class RunResult:
             if not here:
                 for name in tables:
                     shutil.copyfile(self.folder / name, folder / name)
+            if meshes:
+                vertices, triangles, _ = self.surface
             for name in meshes:
-                write_stock(self.stock, folder / name)
+                write_stock(Triangles(vertices, triangles), folder / name)
             refused = []
             for name, block in steps.items():
                 try:

@@ -16,11 +16,13 @@ from tempfile import TemporaryDirectory
 from types import FrameType
 from typing import Any
 
-from vmachining.engines.mesh import Crew, MeshEngine, crew
+from vmachining.engines import engine_class
+from vmachining.engines.protocol import Engine, Options
 from vmachining.errors import InputError, NCError, StockError
 from vmachining.job.blocks import Block, group_blocks, program_lines
 from vmachining.job.brep import JUDGED, Asked, blank, brep_columns, parse_brep, refuse_beyond
 from vmachining.job.contact import Contacts, ToolParts
+from vmachining.job.executor import Executor, executor
 from vmachining.job.files import (
     MANIFEST,
     atomic_path,
@@ -45,9 +47,8 @@ from vmachining.nc.rewrite import rewrite_feeds
 from vmachining.sweep import Sweep
 from vmachining.tolerance import BREP_SECONDS
 
-__all__ = ["ENGINES", "refuse_later", "run", "stop_flag"]
+__all__ = ["run", "stop_flag"]
 
-ENGINES = ("mesh", "dexel", "vectors", "brep")
 WORKERS_FROM = 300
 """Blocks from which on other processes are started: that takes about as long as cutting a hundred blocks."""
 
@@ -55,14 +56,6 @@ MAX_WORKERS = 8
 """Neighbouring tiles have few colours, so more processes would wait for each other."""
 
 NO_BREP = {"asked": 0, **dict.fromkeys(JUDGED, 0)}
-
-
-def refuse_later(engine: str) -> None:
-    """Engines that the interface names and this version does not have are refused by name."""
-    if engine not in ENGINES:
-        raise InputError(f"unknown engine {engine!r}", remedy=f"one of {', '.join(ENGINES)}")
-    if engine != "mesh":
-        raise InputError(f"engine {engine!r} is not supported yet", remedy="take mesh")
 
 
 def run(
@@ -84,7 +77,7 @@ def run(
 
     Parameters
     ----------
-    engine : "mesh".
+    engine : a name of `vmachining.engines.ENGINES`.
     certify : brackets from two workpieces instead of bounds in advance: half as wide where passes overlap,
         and more than twice as slow. Taken without asking where the tool leans or turns, and to judge B-rep values.
     out : directory for tables while they grow; None: a temporary one, until `RunResult.write`.
@@ -108,7 +101,7 @@ def run(
     EngineError
         A kernel failed; names the block.
     """
-    refuse_later(engine)
+    engine_class(engine)
     asked = parse_brep(brep)
     if not brep_seconds > 0.0:
         raise InputError(f"brep_seconds {brep_seconds:g} is no limit", remedy="give seconds above 0")
@@ -288,7 +281,7 @@ class _Run:
 
     def _refuse_early(self, program: Program, tools: Mapping[int, ToolParts], stock: RawStock) -> None:
         """No simulation for a cut without a tool, or for a path that by its box alone misses the stock."""
-        lo, hi = stock.mesh.bounds
+        lo, hi = stock.shape.bounds
         cutting = [m for m in program.moves if m.motion not in (Motion.RAPID, Motion.DWELL)]
         refuse_unknown_tools(program, tools, ", ".join(map(str, sorted(tools))))
         for move in cutting:
@@ -299,7 +292,7 @@ class _Run:
         raise self._never_reached(program, stock)
 
     def _never_reached(self, program: Program, stock: RawStock) -> StockError:
-        lo, hi = stock.mesh.bounds.round(3).tolist()
+        lo, hi = stock.shape.bounds.round(3).tolist()
         return StockError(
             f"no feed move of {Path(program.name).name} reaches the stock, which lies from {lo} to {hi} mm",
             **self.job.where("stock"),
@@ -319,24 +312,24 @@ class _Run:
         counts: Callable[[float], int] | None,
         *,
         check: bool,
-    ) -> MeshEngine:
+    ) -> Engine:
         """Run or finish one pass; its rows are on disk and its last state is a checkpoint."""
         known = self.manifest["checkpoints"].get(name)
-        engine, first = None, 0
+        kind, first = engine_class(self.options["engine"]), 0
         if known is not None:
-            engine, first = MeshEngine.load(self.folder / known["file"]), int(known["done"])
+            engine, first = kind.load(self.folder / known["file"]), int(known["done"])
         else:
-            engine = MeshEngine(stock.mesh, chord=self.options["chord_mm"], certify=self.certify)
+            engine = kind.of(stock.shape, Options(chord=self.options["chord_mm"], certify=self.certify))
         rows_path = self.folder / (
             "blocks.partial.csv" if name == "program" else "scheduled_blocks.partial.csv"
         )
         workers = self._workers(len(blocks) - first)
         self.options["workers"] = max(workers, self.options.get("workers", 1))
-        hands = crew(engine, workers)
+        hands = executor(engine, workers)
         stage = Stage(
             name=name, moves=program.moves, blocks=blocks, move_time_s=times.seconds.tolist(), tools=tools,
-            notes=_notes(program) if check else {}, crew=hands,
-            contacts=Contacts(hands, stock.mesh.bounds) if check else None, sample_counts=counts, machine=self.job.machine,
+            notes=_notes(program) if check else {}, executor=hands,
+            contacts=Contacts(hands, stock.shape.bounds) if check else None, sample_counts=counts, machine=self.job.machine,
         )  # fmt: skip
 
         def checkpoint(done: int) -> None:
@@ -359,7 +352,7 @@ class _Run:
             return self.workers
         return min(os.cpu_count() or 1, MAX_WORKERS) if blocks >= WORKERS_FROM else 1
 
-    def _checkpoint(self, name: str, engine: Crew, done: int, total: int) -> None:
+    def _checkpoint(self, name: str, engine: Executor, done: int, total: int) -> None:
         """Save the workpiece, then point the manifest to it, then forget the one before."""
         target = self.folder / f"checkpoint.{name}.{done}.npz"
         with self.place.making(target.name), atomic_path(target) as temporary:
@@ -430,7 +423,7 @@ class _Run:
             "scheduled_time_s": None if after is None else float(after.seconds.sum()),
             "ideal_time_s": float(times.ideal_s.sum()),
             "scheduled_ideal_time_s": None if after is None else float(after.ideal_s.sum()),
-            "brackets": "two workpieces" if self.certify else "bounds in advance",
+            "brackets": result.stock.proof,
             "brep": dict(NO_BREP),
             "warnings": int(rows["warning"].count()) + len(result.findings),
             "seconds": 0.0,

@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.engines.mesh import Crew
-from vmachining.geometry import Bracket
-from vmachining.geometry.bracket import ZERO
+from vmachining.engines.protocol import NOTHING
 from vmachining.job.blocks import Block
 from vmachining.job.contact import Contacts, Found, ToolParts
+from vmachining.job.executor import Executor, Later
 from vmachining.job.paths import CutterPath, end_axis, move_path
 from vmachining.job.table import RowFile
 from vmachining.machine import Machine
@@ -42,7 +41,7 @@ class Stopped(Exception):  # noqa: N818 - not an error: the user asked for it
         self.stage, self.done, self.total = stage, done, total
 
 
-def sampled_volumes(crew: Crew, cutter: Profile, path: CutterPath, count: int) -> list[float]:
+def sampled_volumes(executor: Executor, cutter: Profile, path: CutterPath, count: int) -> list[float]:
     """mm^3 that each of `count` equal parts of a path will remove; the workpiece stays as it is.
 
     The volume V(t) of the part from 0 to t is measured at the quarters and wherever V is not straight: an
@@ -55,7 +54,7 @@ def sampled_volumes(crew: Crew, cutter: Profile, path: CutterPath, count: int) -
     def measure(k: int) -> float:
         if np.isnan(volume[k]):
             part = path if k == count else path.split([k / count])[0]
-            volume[k] = crew.touch(cutter, part)().estimate
+            volume[k] = executor.touch(cutter, part)().estimate
         return float(volume[k])
 
     quarter = max(1, count // 4)
@@ -78,7 +77,7 @@ class Ordered:
     """A block that is being cut: answers that may still be on their way, and what is known at once."""
 
     block: Block
-    removed: list[Callable[[], Bracket]] = field(default_factory=list)
+    removed: list[Later] = field(default_factory=list)
     warnings: list[Found] = field(default_factory=list)
     samples: list[float] = field(default_factory=list)
     end: Floats = field(default_factory=lambda: np.zeros(3))
@@ -108,7 +107,7 @@ class Stage:
     move_time_s: Sequence[float]
     tools: Mapping[int, ToolParts]
     notes: Mapping[int, str]
-    crew: Crew
+    executor: Executor
     contacts: Contacts | None
     sample_counts: Callable[[float], int] | None = None
     machine: Machine | None = None
@@ -149,7 +148,7 @@ class Stage:
                 checkpoint(block.number)
                 raise Stopped(self.name, block.number, total)
             ordered.append(self._order(block))
-            written(self.crew.ahead)
+            written(self.executor.ahead)
             if time.monotonic() - last_save > CHECKPOINT_SECONDS:
                 written(0)
                 rows.flush()
@@ -178,8 +177,8 @@ class Stage:
                 order.driven_mm += path.length
                 order.driven_min += path.length / move.feed_mm_min
             if (count := self.sample_counts(path.length) if self.sample_counts else 1) > 1:
-                order.samples += sampled_volumes(self.crew, tool.cutter, path, count)
-            order.removed.append(self.crew.cut(tool.cutter, path, block.number))
+                order.samples += sampled_volumes(self.executor, tool.cutter, path, count)
+            order.removed.append(self.executor.cut(tool.cutter, path, block.number))
             if contacts is not None:
                 order.warnings.append(contacts.cutting(tool, path))
         return order
@@ -187,7 +186,7 @@ class Stage:
     def _row(self, order: Ordered) -> dict[str, Any]:
         """The row of a block, once its orders are carried out."""
         block = order.block
-        removed = ZERO
+        removed = NOTHING
         for part in order.removed:
             removed = removed.plus(part())
         warnings = [text for found in order.warnings for text in found()]
@@ -218,7 +217,7 @@ class Stage:
             "removed_mm3": removed.estimate,
             "removed_lo_mm3": removed.lo,
             "removed_hi_mm3": removed.hi,
-            "engine": "mesh",
+            "engine": self.executor.engine,
             "mrr_mm3_min": rate,
             "samples_mm3": " ".join(map(repr, order.samples)) or None,
             "warning": "; ".join(warnings) or None,

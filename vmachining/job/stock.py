@@ -9,18 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from vmachining.arrays import Floats, Ints
-from vmachining.engines.mesh import (
-    MeshEngine,
-    StockMesh,
-    box_stock,
-    cylinder_stock,
-    mesh_stock,
-    stl_stock,
-)
-from vmachining.engines.mesh.facets import Side
 from vmachining.errors import InputError, StockError
 from vmachining.job.files import atomic_path
 from vmachining.job.jobfile import Job
+from vmachining.stock import BoxStock, CylinderStock, MeshStock, Stock, Triangles, closed_mesh, read_mesh
 from vmachining.tolerance import LENGTH_EPS_MM
 
 __all__ = ["STOCK_FORMATS", "RawStock", "check_formats", "raw_stock", "write_stock"]
@@ -55,12 +47,12 @@ RAYS = 64
 class RawStock(NamedTuple):
     """What the engine starts from, and how well it stands for the file.
 
-    mesh : triangles. step_mm3 : exact volume of a STEP stock, None for the others.
+    shape : what engines take; triangles of a STEP stock. step_mm3 : exact volume of a STEP stock, None for the others.
     slack_mm3 : bound of the volume between the solid and its triangles (chord times curved area); every
     removed volume can be off by at most that. 0 for a stock without curved STEP faces.
     """
 
-    mesh: StockMesh
+    shape: Stock
     step_mm3: float | None = None
     slack_mm3: float = 0.0
 
@@ -78,40 +70,37 @@ def raw_stock(job: Job) -> RawStock:
     try:
         if keys.box is not None:
             lo, hi = ([scale * v for v in corner] for corner in (keys.box.min, keys.box.max))
-            return RawStock(box_stock(lo, hi))
+            return RawStock(BoxStock(lo, hi))
         if keys.cylinder is not None:
             bar = keys.cylinder
-            center, z = ((scale * a, scale * b) for a, b in (bar.center, bar.z))
-            return RawStock(cylinder_stock(center, scale * bar.radius, z, chord=chord))
+            (x, y), (low, high) = ((scale * a, scale * b) for a, b in (bar.center, bar.z))
+            return RawStock(CylinderStock((x, y), scale * bar.radius, (low, high)))
     except StockError as exc:
         raise StockError(exc.message, **job.where("stock"), remedy=exc.remedy) from exc
     path = job.stock_path
     assert path is not None  # the model wants exactly one of four
     try:
         if keys.stl is not None:
-            mesh = stl_stock(path, scale=scale)
+            mesh = read_mesh(path, scale=scale)
             _refuse_overlap(mesh, path)
             return RawStock(mesh)
         from vmachining.engines.brep import read_step  # OCCT takes seconds to load: only for who asks
 
         solid = read_step(path, chord)
-        mesh = mesh_stock(solid.vertices, solid.triangles, source=str(path))
+        mesh = closed_mesh(solid.vertices, solid.triangles, source=str(path))
     except StockError as exc:
         remedy = exc.remedy or "is it the right file? export the stock again, as one closed solid"
         raise StockError(exc.message, file=exc.file, remedy=remedy) from exc
     return RawStock(mesh, solid.volume, chord * solid.curved_mm2)
 
 
-def _refuse_overlap(stock: StockMesh, path: Path) -> None:
+def _refuse_overlap(stock: MeshStock, path: Path) -> None:
     """A closed surface that passes through itself counts some space twice, and every volume with it.
 
     Seen from above, a solid is entered and left in turn. Rays through random points (fixed seed) count
     how often they are inside; no boolean is asked, because each kernel repairs such input in its own way.
     """
-    mesh = stock.solids[Side.INNER].to_mesh64()
-    corners = np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3][
-        np.asarray(mesh.tri_verts, dtype=np.int64)
-    ]
+    corners = stock.corners
     lo, hi = corners.min(axis=1), corners.max(axis=1)
     low, high = stock.bounds
     for x, y in np.random.default_rng(0).uniform(low[:2], high[:2], (RAYS, 2)).tolist():
@@ -148,15 +137,12 @@ def check_formats(text: str) -> tuple[str, ...]:
     return formats
 
 
-def write_stock(engine: MeshEngine, path: Path) -> None:
-    """Write the workpiece as one closed solid, by suffix: .stl (binary, 32-bit) or .3mf (nine digits).
+def write_stock(mesh: Triangles, path: Path) -> None:
+    """Write triangles (mm) as one closed solid, by suffix: .stl (binary, 32-bit) or .3mf (nine digits).
 
-    It is the mesh that holds the true workpiece: where the facets leave it open, material is left on. Walls
-    that touch share points in a file without topology, so an edge can belong to four triangles there.
+    Walls that touch share points in a file without topology, so an edge can belong to four triangles there.
     """
-    mesh = engine.whole().to_mesh64()
-    vertices = np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3]
-    triangles = np.asarray(mesh.tri_verts, dtype=np.int64)
+    vertices, triangles = mesh
     with atomic_path(path) as temporary:
         if path.suffix == ".stl":
             temporary.write_bytes(_stl(vertices, triangles))

@@ -19,7 +19,6 @@ from typing import Any
 
 import polars as pl
 
-from vmachining.engines.mesh import MeshEngine
 from vmachining.errors import EngineError, InputError, JobError, SweepError
 from vmachining.job import Job, RunResult, Scene, run
 from vmachining.job.brep import blank, write_step
@@ -38,6 +37,7 @@ from vmachining.job.simulate import Progress
 from vmachining.job.stock import STOCK_FORMATS, raw_stock, write_stock
 from vmachining.job.table import readable
 from vmachining.oracle.readme import CC0, COLUMNS_MEAN, NO_LICENCE, readme
+from vmachining.stock import Triangles
 
 __all__ = ["KIND", "write_pack"]
 
@@ -130,7 +130,7 @@ def write_pack(
         }  # fmt: skip
         chord = job.keys.accuracy.chord_mm
         options: dict[str, Any] = {
-            "engine": "mesh", "chord_mm": chord, "brep": brep, "stock": list(formats), "licence": term,
+            "engine": result.stock.name, "chord_mm": chord, "brep": brep, "stock": list(formats), "licence": term,
             "engagement": engagement,
         }  # fmt: skip
         write_atomic(made / "README.md", readme(job.name, summary, chord, told, _command(options)))
@@ -283,13 +283,14 @@ def _outputs(result: RunResult, made: Path, formats: tuple[str, ...]) -> dict[st
     table: pl.DataFrame = result.blocks.select(COLUMNS)
     readable(table.lazy()).collect().write_csv(made / "blocks.csv")
     table.write_parquet(made / "blocks.parquet")
-    before = MeshEngine(raw_stock(result.job).mesh, chord=result.job.keys.accuracy.chord_mm)
-    write_stock(before, made / "stock_before.stl")
+    around, _ = raw_stock(result.job).shape.mesh(result.job.keys.accuracy.chord_mm)
+    write_stock(around, made / "stock_before.stl")
     told["stock_before.stl"] = "the raw stock as triangles, mm"
     for suffix in formats:
         target = made / f"stock_after.{suffix}"
         if suffix != "step":
-            write_stock(result.stock, target)
+            vertices, triangles, _ = result.surface
+            write_stock(Triangles(vertices, triangles), target)
             told[target.name] = "the finished workpiece as triangles, mm; nowhere less material than there is"
             continue
         try:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from vmachining.arrays import Bools, Floats, Ints, rows
 from vmachining.errors import SweepError
-from vmachining.geometry import Arc, Line, Path
+from vmachining.geometry import Arc, Line, Path, RayIntervals
 from vmachining.numerics.series import Series
 from vmachining.sweep import _kernels
 from vmachining.sweep.bounds import body_bounds
@@ -32,26 +32,6 @@ ULPS = 16
 
 CHUNK = 16384
 """Rays worked on at once; bounds the memory of the interval buffers."""
-
-
-class RayIntervals(NamedTuple):
-    """Where rays are inside a sweep: intervals of ray i follow those of ray i - 1, in rising order.
-
-    counts : (n,) intervals per ray. enter, leave : (sum of counts,) mm along the unit direction, from the
-    origin; negative values lie behind it.
-    """
-
-    counts: Ints
-    enter: Floats
-    leave: Floats
-
-    @property
-    def lengths(self) -> Floats:
-        """(n,) mm of every ray inside the sweep."""
-        ray = np.repeat(np.arange(len(self.counts)), self.counts)
-        total = np.zeros(len(self.counts))
-        np.add.at(total, ray, self.leave - self.enter)
-        return total
 
 
 Body: TypeAlias = Cutter | Profile

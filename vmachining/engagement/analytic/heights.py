@@ -8,9 +8,9 @@ import numpy as np
 
 from vmachining.arrays import Floats, Ints
 from vmachining.engagement.analytic.stairs import HeightStock
-from vmachining.engagement.stocks import BoxStock, CylinderStock, MeshStock, Stock
 from vmachining.engagement.workpiece import Past
 from vmachining.errors import StockError
+from vmachining.stock import BoxStock, CylinderStock, MeshStock, Stock
 from vmachining.tolerance import LENGTH_EPS_MM
 
 __all__ = ["bounds", "grid", "heights_of", "lowered", "tops"]
@@ -88,7 +88,7 @@ def tops(stock: Stock, x: Floats, y: Floats) -> Floats:
     if not isinstance(stock, MeshStock):
         raise StockError(f"no heights of a {type(stock).__name__}")
     out = np.full((len(x), len(y)), -np.inf)
-    for a, b, c in zip(*stock.corners, strict=True):
+    for a, b, c in stock.corners:
         if (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) <= 0.0:
             continue  # seen from below, or a wall
         i, k = np.searchsorted(x, (min(a[0], b[0], c[0]), max(a[0], b[0], c[0])))

@@ -1,7 +1,7 @@
 """The mesh engine: stock minus sweeps with manifold3d, removed volume of every block with a proven bracket.
 
     engine = MeshEngine(box_stock((0, 0, -20), (100, 60, 0)), chord=0.01)
-    lo, estimate, hi = engine.cut(Sweep.along(cutter, Line((0, 30, -2), (100, 30, -2))), block=0)
+    removed = engine.cut(Sweep.along(cutter, Line((0, 30, -2), (100, 30, -2))), block=0)
 
 1. A cutter becomes convex polyhedra, once inside and once around the truth; facets lie beside the heading, so
    walls along the motion are exact (`facets.py`).
@@ -14,7 +14,7 @@
    and its mean, which travels with the facets through the booleans, makes the estimate (`skin/`). Asked to certify,
    or where a tool turns, the engine keeps two workpieces, cut by the inner and by the outer sweeps: four booleans
    per tile, a bracket half as wide where passes overlap (`removal.py`).
-5. Tiles are independent: several processes cut one workpiece (`crew.py`). A half-cut workpiece can be saved
+5. Tiles are independent: several processes can cut one workpiece, each its own share of them. A half-cut workpiece can be saved
    (`checkpoint.py`).
 
 | file | holds |
@@ -24,7 +24,6 @@
 | `gap/` | between facets and the surface they stand for: bounds and means |
 | `skin/` | what inner facets leave; the proof in advance |
 | `ahead/` | where a chained block can still remove something |
-| `crew.py` | `Crew`, `Solo`, `MeshCrew`, `crew`: who cuts |
 | `tiles.py` | `Tile`, `reached`, `joined` |
 | `window/` | what a tile lets a mesh see |
 | `solids.py` | `solid`, `pieces`, `cutters`, `balance`: meshes of sweeps |
@@ -47,7 +46,6 @@ and turning tools cost 0.2 to 0.5 s per block. The joined surface can keep a sli
 its volume is right.
 """
 
-from vmachining.engines.mesh.crew import Crew, MeshCrew, Solo, crew
 from vmachining.engines.mesh.engine import MeshEngine
 from vmachining.engines.mesh.solids import solid
 from vmachining.engines.mesh.stock import (
@@ -59,13 +57,9 @@ from vmachining.engines.mesh.stock import (
 )
 
 __all__ = [
-    "Crew",
-    "MeshCrew",
     "MeshEngine",
-    "Solo",
     "StockMesh",
     "box_stock",
-    "crew",
     "cylinder_stock",
     "mesh_stock",
     "solid",

@@ -6,7 +6,9 @@ in `removal.py`, tile by tile. The estimate of the workpiece is the stock withou
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
+from contextlib import suppress
 from math import hypot
 from pathlib import Path
 from typing import NamedTuple
@@ -21,14 +23,19 @@ from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.removal import AIR, Cut, Start, cut_once, cut_twice, shared
 from vmachining.engines.mesh.solids import checked, cutters, facets, is_ring, shape_key
 from vmachining.engines.mesh.stock import StockMesh
-from vmachining.engines.mesh.tiles import SIDES, Share, Tile, joined, reached
-from vmachining.engines.protocol import StockSurface
+from vmachining.engines.mesh.tiles import SIDES, Tile, joined, reached
+from vmachining.engines.protocol import WHOLE, Options, Removal, Share, StockSurface
 from vmachining.errors import EngineError
 from vmachining.geometry import Arc, Bracket, Line
+from vmachining.stock import Stock
 from vmachining.sweep import Sweep, Turn
 from vmachining.tolerance import CHORD_MM, VOLUME_REL
+from vmachining.tool import Profile
 
 __all__ = ["MeshEngine"]
+
+MARGIN_CHORDS = 2.0
+"""The stock may be a chord too large and the part 2/3 chord (facets of circle and meridian); 2 > 5/3."""
 
 SAME_HEADING = 1e-12
 """Largest difference of unit vectors that are the same heading."""
@@ -64,7 +71,7 @@ class MeshEngine:
         self.chord = float(chord)
         self.tile_mm = tile_mm
         self.certify = certify
-        self._share = Share()
+        self._share = WHOLE
         self._blocks: dict[int, int] = {}
         self._stand: Stand | None = None
         self._cuts = 0
@@ -77,9 +84,24 @@ class MeshEngine:
         self._gone = 0.0
         self.stock_volume = _bracket(root.volumes[Side.INNER], root.volumes[Side.OUTER])
 
+    @classmethod
+    def of(cls, stock: Stock, options: Options) -> MeshEngine:
+        """See `Engine`."""
+        return cls(StockMesh.of(stock, options.chord), options.chord, certify=options.certify)
+
+    @classmethod
+    def takes(cls, sweep: Sweep) -> bool:
+        """See `Engine`: every sweep."""
+        return True
+
+    @property
+    def proof(self) -> str:
+        """See `Engine`."""
+        return "two workpieces" if self.certify else "bounds in advance"
+
     # -- cutting -------------------------------------------------------------------------------------------
 
-    def cut(self, sweep: Sweep, block: int | None = None) -> Bracket:
+    def cut(self, sweep: Sweep, block: int | None = None) -> Removal:
         """Remove the sweep from the workpiece; mm^3 removed, exactly 0 in air.
 
         Raises
@@ -109,10 +131,10 @@ class MeshEngine:
             except EngineError as error:
                 raise EngineError(error.reason, engine=self.name, block=block) from error
         lo, estimate, hi = total
-        total = Bracket(lo, min(max(estimate, lo), hi), hi)
+        removed = Removal(lo, min(max(estimate, lo), hi), hi)
         self._stand = stand
-        self._gone += total.estimate
-        return total
+        self._gone += removed.estimate
+        return removed
 
     def _started(self, sweep: Sweep) -> tuple[Start, Stand]:
         """What was removed where the sweep starts, and how things are where it ends."""
@@ -134,25 +156,23 @@ class MeshEngine:
             return Start.SHED, stand._replace(whole=False)
         return Start.CHAINED, stand
 
-    def touch(
-        self, sweep: Sweep, *, deep: Sequence[Sweep] | None = None, chord: float | None = None
-    ) -> float:
-        """Volume (mm^3, estimate) that the sweep would remove; the workpiece stays as it is, tiles too.
+    def touch(self, sweep: Sweep, within: float | None = None) -> Removal:
+        """See `Engine`. lo is 0 where nothing deeper than two chords is touched, and the estimate elsewhere."""
+        chord = max(self.chord, within or 0.0)
+        volume = self._touched(sweep, chord)
+        deep = volume > 0.0 and any(
+            self._touched(Sweep.along(core, sweep.path), chord) > 0.0
+            for core in smaller(sweep.profile, MARGIN_CHORDS * chord)
+        )
+        return Removal(volume if deep else 0.0, volume, volume, proven=False)
 
-        deep : smaller sweeps inside it; what none of them reaches counts as not touched, tile by tile.
-        chord : mm, of the facets of these sweeps; None: that of the engine.
-        """
-        chord = chord or self.chord
-        whole = facets(sweep.profile, chord, Side.FAIR)
-        cores = [(core, facets(core.profile, chord, Side.FAIR)) for core in deep or ()]
+    def _touched(self, sweep: Sweep, chord: float) -> float:
+        """mm^3 of the workpiece that lie in the sweep, by facets of `chord`."""
+        tool = facets(sweep.profile, chord, Side.FAIR)
         total = 0.0
         for tile in reached(self._root, self._box(sweep), None, self._share):
             solid, noise = tile.solids[Side.INNER], VOLUME_REL * (1.0 + tile.volumes[Side.INNER])
-            if deep is not None and not any(
-                shared(solid, cutters(core, tool, tile.window)) > noise for core, tool in cores
-            ):
-                continue
-            volume = shared(solid, cutters(sweep, whole, tile.window))
+            volume = shared(solid, cutters(sweep, tool, tile.window))
             if volume > noise:
                 total += volume
         return total
@@ -227,7 +247,7 @@ class MeshEngine:
         write_tiles(path, self._root, self._blocks, state)
 
     @classmethod
-    def load(cls, path: Path, *, share: Share | None = None) -> MeshEngine:
+    def load(cls, path: Path, *, share: Share = WHOLE) -> MeshEngine:
         """The engine that `save` wrote; with a `share` it cuts that part of the tiles only.
 
         Raises
@@ -236,7 +256,9 @@ class MeshEngine:
             The file cannot be read or is damaged.
         """
         engine = cls.__new__(cls)
-        engine._share = share or Share()
+        engine._share = share
+        if share.parts > 1:
+            use_one_thread()
         try:
             engine._root, engine._blocks, state = read_tiles(path)
             engine.chord, engine.tile_mm, engine.certify = state["chord"], state["tile_mm"], state["certify"]
@@ -252,11 +274,47 @@ class MeshEngine:
     def join(cls, engines: Sequence[MeshEngine]) -> MeshEngine:
         """One engine of those that cut all shares of one workpiece, in the order of their shares."""
         engine = engines[0]
-        engine._root, engine._share = joined([each._root for each in engines]), Share()
+        engine._root, engine._share = joined([each._root for each in engines]), WHOLE
         for each in engines[1:]:
             engine._blocks |= each._blocks
             engine._gone += each._gone
         return engine
+
+
+def smaller(profile: Profile, margin: float) -> tuple[Profile, ...]:
+    """Convex pieces of a body, each shrunk so that its surface lies at least `margin` (mm) inside.
+
+    Each is scaled about a point of its axis, which keeps arcs circular; a convex body holds its scaled self.
+    A piece thinner than the margin disappears.
+    """
+    out = []
+    for piece in profile.convex_pieces():
+        height = piece.z_max - piece.z_min
+        anchor = piece.z_min + min(piece.max_radius, height / 2)
+        reach = min(piece.max_radius, anchor - piece.z_min)
+        if reach <= margin:
+            continue
+        out.append(piece.shifted(-anchor).scaled(1.0 - margin / reach).shifted(anchor))
+    return tuple(out)
+
+
+def use_one_thread() -> None:
+    """Keep manifold3d from starting threads in this process: the other cores belong to those who cut other parts.
+
+    It asks once, at its first boolean, on how many cores it may run; two processes with two threads each were
+    measured to spend half as much again on waiting for each other.
+    """
+    if not hasattr(os, "sched_setaffinity"):
+        return
+    cores = os.sched_getaffinity(0)
+    try:
+        os.sched_setaffinity(0, {min(cores)})
+        (Manifold.cube() - Manifold.cube((0.5, 0.5, 0.5))).num_tri()
+    except OSError:  # a system that does not let its processes choose
+        return
+    finally:
+        with suppress(OSError):
+            os.sched_setaffinity(0, cores)
 
 
 class Stand(NamedTuple):

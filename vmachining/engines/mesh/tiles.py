@@ -20,7 +20,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 from manifold3d import Manifold
@@ -30,9 +29,10 @@ from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.skin import NO_SKIN, Places, Skin, mean_skin
 from vmachining.engines.mesh.solids import checked
 from vmachining.engines.mesh.window import Window, roofed
+from vmachining.engines.protocol import Share
 from vmachining.tolerance import CHORD_MM
 
-__all__ = ["Share", "Tile", "joined", "reached"]
+__all__ = ["Tile", "joined", "reached"]
 
 SHAPE = np.array([1.0, 1.0, 1.0 / 8.0])
 """Tiles are columns: walls along the tool axis are few tall facets, so cutting them in height only adds tiles."""
@@ -179,16 +179,10 @@ class Tile:
                 yield tile
 
 
-class Share(NamedTuple):
-    """What one of several processes cuts: tiles whose colour leaves `part` when divided by `parts`."""
-
-    part: int = 0
-    parts: int = 1
-
-
 def reached(root: Tile, box: Floats, size: float | None, share: Share) -> list[Tile]:
     """Leaves of a share that the box (2, 3) overlaps, halved down to `size` (mm) where it does.
 
+    A share cuts the tiles whose colour leaves `part` when divided by `parts`.
     With None the tiles stay as they are, and those without a colour are for the first process.
     """
     found: list[Tile] = []

@@ -1,8 +1,8 @@
-"""Several processes that cut one workpiece: each has all sweeps and cuts its own share of the tiles.
+"""Which processes cut the workpiece of a job: this one, or several that each have all sweeps and cut their own part.
 
 Nobody waits: orders are sent ahead, answers are collected when they are asked for, and the volumes of a block
-are the sums over the shares. The numbers do not depend on how many processes there are, up to the rounding of
-these sums. `Solo` is the same with one process, this one.
+are the sums over the parts. The numbers do not depend on how many processes there are, up to the rounding of
+these sums. Any engine can be cut in this process; `WorkerPool` wants one that is `Divisible`.
 
 Workers are fresh interpreters (threads would queue for one interpreter lock, forks would copy kernels that
 run threads of their own). They ignore Ctrl-C, which is for this process to decide about, and end with it.
@@ -17,26 +17,25 @@ import socket
 import subprocess
 import sys
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
+from functools import reduce
 from multiprocessing.connection import Connection
 from multiprocessing.reduction import ForkingPickler
 from pathlib import Path
 from resource import RUSAGE_SELF, getrusage
 from tempfile import TemporaryDirectory
 from types import TracebackType
-from typing import Any, NoReturn, Protocol, TypeAlias
+from typing import Any, NoReturn, Protocol, TypeAlias, cast
 
-from manifold3d import Manifold
-
-from vmachining.engines.mesh.engine import MeshEngine
-from vmachining.engines.mesh.tiles import Share
+from vmachining.engines import ENGINES, engine_class
+from vmachining.engines.protocol import NOTHING, Divisible, Engine, Removal, Share
 from vmachining.errors import EngineError
-from vmachining.geometry import Arc, Bracket, Line
+from vmachining.geometry import Arc, Line
 from vmachining.sweep import Sweep, Turn
 from vmachining.tool import Profile
 
-__all__ = ["Crew", "MeshCrew", "Solo", "crew"]
+__all__ = ["Executor", "InProcess", "Later", "WorkerPool", "executor"]
 
 BATCH = 16
 """Orders in one message: a message costs about as much as an order in air."""
@@ -46,38 +45,34 @@ ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_
 
 CutterPath: TypeAlias = Line | Arc | Turn
 
-Later: TypeAlias = Callable[[], Bracket]
+Later: TypeAlias = Callable[[], Removal]
 """An answer that may still be on its way; calling it waits for it."""
 
 
-class Crew(Protocol):
+class Executor(Protocol):
     """Who cuts. Orders are carried out in the order they are given in.
 
+    engine : name of the engine. chord : mm, of the engine.
     ahead : blocks to order before the first of them is asked for, so that nobody is idle.
     """
 
+    engine: str
     chord: float
     ahead: int
 
     def cut(self, profile: Profile, path: CutterPath, block: int) -> Later:
-        """Remove a sweep, see `MeshEngine.cut`."""
+        """Remove a sweep, see `Engine.cut`."""
         ...
 
-    def touch(
-        self,
-        profile: Profile,
-        path: CutterPath,
-        deep: Sequence[Profile] | None = None,
-        chord: float | None = None,
-    ) -> Later:
-        """What a sweep would remove (its estimate counts), see `MeshEngine.touch`."""
+    def touch(self, profile: Profile, path: CutterPath, within: float | None = None) -> Later:
+        """What a sweep would remove, see `Engine.touch`."""
         ...
 
     def save(self, path: Path) -> None:
         """Write the workpiece as it is after all orders so far."""
         ...
 
-    def finish(self) -> MeshEngine:
+    def finish(self) -> Engine:
         """The workpiece after all orders; no further ones."""
         ...
 
@@ -90,53 +85,49 @@ class Crew(Protocol):
         ...
 
 
-def crew(engine: MeshEngine, workers: int) -> Crew:
-    """As many processes as asked for to go on with an engine."""
-    return Solo(engine) if workers <= 1 else MeshCrew(engine, workers)
+def executor(engine: Engine, workers: int) -> Executor:
+    """As many processes as asked for to go on with an engine; one where it cannot be divided."""
+    if workers <= 1 or not ENGINES[engine.name].divisible:
+        return InProcess(engine)
+    return WorkerPool(cast("Divisible", engine), workers)
 
 
-class Solo:
+class InProcess:
     """This process alone: every order is carried out at once."""
 
     ahead = 0
 
-    def __init__(self, engine: MeshEngine) -> None:
-        self.chord = engine.chord
+    def __init__(self, engine: Engine) -> None:
+        self.engine, self.chord = engine.name, engine.chord
         self._engine = engine
 
     def cut(self, profile: Profile, path: CutterPath, block: int) -> Later:
-        """See `Crew`."""
+        """See `Executor`."""
         removed = self._engine.cut(Sweep.along(profile, path), block)
         return lambda: removed
 
-    def touch(
-        self,
-        profile: Profile,
-        path: CutterPath,
-        deep: Sequence[Profile] | None = None,
-        chord: float | None = None,
-    ) -> Later:
-        """See `Crew`."""
-        found = _touched(self._engine, profile, path, deep, chord)
+    def touch(self, profile: Profile, path: CutterPath, within: float | None = None) -> Later:
+        """See `Executor`."""
+        found = self._engine.touch(Sweep.along(profile, path), within)
         return lambda: found
 
     def save(self, path: Path) -> None:
-        """See `Crew`."""
+        """See `Executor`."""
         self._engine.save(path)
 
-    def finish(self) -> MeshEngine:
-        """See `Crew`."""
+    def finish(self) -> Engine:
+        """See `Executor`."""
         return self._engine
 
     def peak_mb(self) -> float:
-        """See `Crew`."""
+        """See `Executor`."""
         return 0.0
 
     def close(self) -> None:
-        """See `Crew`."""
+        """See `Executor`."""
 
 
-class MeshCrew:
+class WorkerPool:
     """`workers` processes that go on with an engine.
 
     Raises
@@ -147,14 +138,15 @@ class MeshCrew:
 
     ahead = 256
 
-    def __init__(self, engine: MeshEngine, workers: int) -> None:
-        self.chord = engine.chord
+    def __init__(self, engine: Divisible, workers: int) -> None:
+        self.engine, self.chord = engine.name, engine.chord
+        self._class = type(engine)
         self._profiles: dict[int, tuple[int, Profile]] = {}
         self._waiting: list[tuple[Any, ...]] = []
         self._sent, self._told, self._first = 0, 0, 0
-        self._answers: list[deque[tuple[float, float, float]]] = []
-        self._sums: dict[int, Bracket] = {}
-        self._folder = TemporaryDirectory(prefix="vmachining-crew-")
+        self._answers: list[deque[Removal]] = []
+        self._sums: dict[int, Removal] = {}
+        self._folder = TemporaryDirectory(prefix="vmachining-workers-")
         self._workers: list[tuple[subprocess.Popen[bytes], Connection]] = []
         start = Path(self._folder.name) / "start.npz"
         engine.save(start)
@@ -162,12 +154,12 @@ class MeshCrew:
             for part in range(workers):
                 self._workers.append(_hire())
                 self._answers.append(deque())
-                self._workers[part][1].send((str(start), part, workers))
+                self._workers[part][1].send((engine.name, str(start), part, workers))
         except OSError as error:
             self.close()
-            raise EngineError(f"a worker process cannot be started ({error})", engine="mesh") from error
+            raise EngineError(f"a worker process cannot be started ({error})", engine=self.engine) from error
 
-    def __enter__(self) -> MeshCrew:
+    def __enter__(self) -> WorkerPool:
         return self
 
     def __exit__(
@@ -178,32 +170,25 @@ class MeshCrew:
     # -- orders --------------------------------------------------------------------------------------------
 
     def cut(self, profile: Profile, path: CutterPath, block: int) -> Later:
-        """See `Crew`."""
+        """See `Executor`."""
         return self._order("cut", self._known(profile), path, block)
 
-    def touch(
-        self,
-        profile: Profile,
-        path: CutterPath,
-        deep: Sequence[Profile] | None = None,
-        chord: float | None = None,
-    ) -> Later:
-        """See `Crew`."""
-        cores = None if deep is None else tuple(self._known(core) for core in deep)
-        return self._order("touch", self._known(profile), path, cores, chord)
+    def touch(self, profile: Profile, path: CutterPath, within: float | None = None) -> Later:
+        """See `Executor`."""
+        return self._order("touch", self._known(profile), path, within)
 
     def save(self, path: Path) -> None:
-        """See `Crew`."""
+        """See `Executor`."""
         self._collected().save(path)
 
-    def finish(self) -> MeshEngine:
-        """See `Crew`."""
+    def finish(self) -> Engine:
+        """See `Executor`."""
         engine = self._collected()
         self.close()
         return engine
 
     def close(self) -> None:
-        """See `Crew`."""
+        """See `Executor`."""
         for process, line in self._workers:
             line.close()
             with suppress(subprocess.TimeoutExpired):
@@ -214,8 +199,8 @@ class MeshCrew:
         self._folder.cleanup()
 
     def peak_mb(self) -> float:
-        """See `Crew`."""
-        return sum(answer[0] for answer in self._all("peak"))
+        """See `Executor`."""
+        return sum(answer.hi for answer in self._all("peak"))
 
     # -- messages ------------------------------------------------------------------------------------------
 
@@ -242,7 +227,7 @@ class MeshCrew:
             except OSError:
                 self._lost(part)
 
-    def _answer(self, number: int) -> Bracket:
+    def _answer(self, number: int) -> Removal:
         self._sum(number + 1)
         return self._sums.pop(number)
 
@@ -253,8 +238,7 @@ class MeshCrew:
         while self._first < stop:
             self._gather()
             parts = [answers.popleft() for answers in self._answers]
-            lo, estimate, hi = (sum(column) for column in zip(*parts, strict=True))
-            self._sums[self._first] = Bracket(lo, estimate, hi)
+            self._sums[self._first] = reduce(Removal.plus, parts)
             self._first += 1
 
     def _gather(self) -> None:
@@ -280,10 +264,10 @@ class MeshCrew:
         raise EngineError(
             f"worker process {part + 1} of {len(self._workers)} ended with exit code {process.returncode}; "
             "one that is out of memory is killed (-9): take fewer workers",
-            engine="mesh",
+            engine=self.engine,
         )
 
-    def _all(self, *order: Any) -> list[tuple[float, float, float]]:
+    def _all(self, *order: Any) -> list[Removal]:
         """What each worker answers to an order, once all earlier ones are done."""
         later = self._order(*order)
         self._flush()
@@ -293,11 +277,11 @@ class MeshCrew:
         later()
         return found
 
-    def _collected(self) -> MeshEngine:
+    def _collected(self) -> Divisible:
         """The joined workpiece after all orders so far."""
         self._all("save", self._folder.name)
         files = [Path(self._folder.name) / f"{part}.npz" for part in range(len(self._workers))]
-        return MeshEngine.join([MeshEngine.load(file) for file in files])
+        return self._class.join([self._class.load(file) for file in files])
 
 
 def _hire() -> tuple[subprocess.Popen[bytes], Connection]:
@@ -308,7 +292,7 @@ def _hire() -> tuple[subprocess.Popen[bytes], Connection]:
             [
                 sys.executable,
                 "-c",
-                f"from vmachining.engines.mesh.crew import serve; serve({there.fileno()})",
+                f"from vmachining.job.executor import serve; serve({there.fileno()})",
             ],
             pass_fds=[there.fileno()],
             env=os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
@@ -316,38 +300,19 @@ def _hire() -> tuple[subprocess.Popen[bytes], Connection]:
     return process, Connection(here.detach())
 
 
-def _use_one_thread() -> None:
-    """Keep manifold3d from starting threads in this process: the other cores belong to the other workers.
-
-    It asks once, at its first boolean, on how many cores it may run; two workers with two threads each were
-    measured to spend half as much again on waiting for each other.
-    """
-    if not hasattr(os, "sched_setaffinity"):
-        return
-    cores = os.sched_getaffinity(0)
-    try:
-        os.sched_setaffinity(0, {min(cores)})
-        (Manifold.cube() - Manifold.cube((0.5, 0.5, 0.5))).num_tri()
-    except OSError:  # a system that does not let its processes choose
-        return
-    finally:
-        with suppress(OSError):
-            os.sched_setaffinity(0, cores)
-
-
 def serve(descriptor: int) -> None:
     """Life of a worker: orders in, answers out, until the line is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    _use_one_thread()
     line = Connection(descriptor)
     profiles: dict[int, Profile] = {}
     with suppress(EOFError, BrokenPipeError, ConnectionResetError):
-        start, part, parts = line.recv()
-        engine: MeshEngine | None = None
+        name, start, part, parts = line.recv()
+        engine: Engine | None = None
         failed: EngineError | None = None
         try:
-            engine = MeshEngine.load(Path(start), share=Share(part, parts))
+            divisible = cast("type[Divisible]", engine_class(name))
+            engine = divisible.load(Path(start), share=Share(part, parts))
         except EngineError as error:
             failed = error
         gc.collect()
@@ -360,32 +325,31 @@ def serve(descriptor: int) -> None:
                     continue
                 try:
                     if failed is not None or engine is None:  # the first failure is the one to report
-                        raise failed or EngineError("no workpiece", engine="mesh")
-                    answers.append(tuple(_done(engine, profiles, order, part)))
+                        raise failed or EngineError("no workpiece", engine=name)
+                    answers.append(_done(engine, profiles, order, part))
                 except EngineError as error:
                     failed = error
                     answers.append(error)
                 except Exception as error:  # whatever it is, it must reach the one who asked
-                    failed = EngineError(f"{type(error).__name__}: {error}", engine="mesh")
+                    failed = EngineError(f"{type(error).__name__}: {error}", engine=name)
                     answers.append(failed)
             line.send(answers)
 
 
-def _done(engine: MeshEngine, profiles: dict[int, Profile], order: tuple[Any, ...], part: int) -> Bracket:
+def _done(engine: Engine, profiles: dict[int, Profile], order: tuple[Any, ...], part: int) -> Removal:
     """Carry out one order."""
     match order:
         case ("cut", profile, path, block):
             return engine.cut(Sweep.along(profiles[profile], path), block)
-        case ("touch", profile, path, deep, chord):
-            cores = None if deep is None else [profiles[core] for core in deep]
-            return _touched(engine, profiles[profile], path, cores, chord)
+        case ("touch", profile, path, within):
+            return engine.touch(Sweep.along(profiles[profile], path), within)
         case ("save", folder):
             engine.save(Path(folder) / f"{part}.npz")
-            return Bracket(0.0, 0.0, 0.0)
+            return NOTHING
         case ("peak",):
             peak = _peak_mb()
-            return Bracket(peak, peak, peak)
-    raise EngineError(f"unknown order {order[0]!r}", engine="mesh")
+            return Removal(peak, peak, peak)
+    raise EngineError(f"unknown order {order[0]!r}", engine=engine.name)
 
 
 def _peak_mb() -> float:
@@ -395,15 +359,3 @@ def _peak_mb() -> float:
         return float(status.split("VmHWM:")[1].split()[0]) / 1024.0
     except (OSError, IndexError, ValueError):
         return getrusage(RUSAGE_SELF).ru_maxrss / 1024.0
-
-
-def _touched(
-    engine: MeshEngine,
-    profile: Profile,
-    path: CutterPath,
-    deep: Sequence[Profile] | None,
-    chord: float | None,
-) -> Bracket:
-    cores = None if deep is None else [Sweep.along(core, path) for core in deep]
-    volume = engine.touch(Sweep.along(profile, path), deep=cores, chord=chord)
-    return Bracket(volume, volume, volume)

@@ -1,4 +1,4 @@
-# Signed distance of points to a closed triangle mesh, and the pseudonormals that carry its sign.
+# Signed distance of points to a closed triangle mesh, and where upright lines cross it.
 #
 # Legend: a, b, c (m, 3) corners of triangles, outward. normals (m, 7, 3): pseudonormals of the face, the edges
 #   ab, bc, ca and the corners a, b, c; the sign of (point - nearest) . pseudonormal of the feature that holds
@@ -100,3 +100,44 @@ def mesh_distances(points, a, b, c, normals, boxes, out) -> None:
         n = normals[triangle, feature]
         side = (p[0] - x) * n[0] + (p[1] - y) * n[1] + (p[2] - z) * n[2]
         out[i] = best if side >= 0.0 else -best
+        start = triangle
+
+
+@kernel
+def upright_hits(places, corners, at, height, sense, fill) -> None:
+    """Triangles that upright lines meet.
+
+    places (n, 2), rising in x. corners (m, 3, 3). at (n,): counts the hits of every line; with `fill` the place
+    in `height` and `sense` (+1 where the line enters, upwards) of its next hit. A line on an edge (u = 0 below)
+    belongs to the side that the direction of the edge decides, alike for both of its triangles.
+    """
+    edge = np.empty(3)
+    for j in range(len(corners)):
+        low_x, high_x = min(corners[j, :, 0]), max(corners[j, :, 0])
+        low_y, high_y = min(corners[j, :, 1]), max(corners[j, :, 1])
+        first = np.searchsorted(places[:, 0], low_x)
+        for i in range(first, len(places)):
+            x, y = places[i, 0], places[i, 1]
+            if x > high_x:
+                break
+            if y < low_y or y > high_y:
+                continue
+            positive = 0
+            for k in range(3):
+                px, py = corners[j, k, 0], corners[j, k, 1]
+                qx, qy = corners[j, (k + 1) % 3, 0], corners[j, (k + 1) % 3, 1]
+                flip = px > qx or (px == qx and py > qy)
+                if flip:  # both triangles of an edge compute the same number
+                    px, py, qx, qy = qx, qy, px, py
+                u = (px - x) * (qy - y) - (py - y) * (qx - x)
+                side = u > 0.0 or (u == 0.0 and (qx > px or qy > py))
+                edge[k] = -u if flip else u
+                if side != flip:
+                    positive += 1
+            area = edge[0] + edge[1] + edge[2]
+            if positive % 3 == 0 and area != 0.0:
+                if fill:
+                    z = edge[1] * corners[j, 0, 2] + edge[2] * corners[j, 1, 2] + edge[0] * corners[j, 2, 2]
+                    height[at[i]] = z / area
+                    sense[at[i]] = -1.0 if area > 0.0 else 1.0
+                at[i] += 1

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from vmachining.engines.mesh import MeshCrew, MeshEngine, Solo, box_stock, crew
+from vmachining.engines.mesh import MeshEngine, box_stock
 from vmachining.errors import EngineError
 from vmachining.geometry import Arc, Line
+from vmachining.job.executor import InProcess, WorkerPool, executor
 from vmachining.tool import BallNose, FlatEnd
 
 BALL = BallNose(diameter=6, length=30).cutter
@@ -25,11 +26,11 @@ def stock():
 
 
 def cut(workers):
-    hands = crew(MeshEngine(stock(), 0.02), workers)
+    hands = executor(MeshEngine(stock(), 0.02), workers)
     try:
         answers = [hands.cut(tool, path, k) for k, (tool, path) in enumerate(PATHS)]
-        rapid = hands.touch(BALL, Line((0, 0, -2), (30, 20, -2)), [BALL])
-        brackets = np.array([answer() for answer in answers])
+        rapid = hands.touch(BALL, Line((0, 0, -2), (30, 20, -2)))
+        brackets = np.array([answer().bracket for answer in answers])
         return brackets, rapid().estimate, hands.finish()
     finally:
         hands.close()
@@ -58,25 +59,26 @@ def test_numbers_do_not_depend_on_the_number_of_workers(alone, workers):
 
 
 def test_answers_may_be_asked_for_in_any_order_and_while_saving(tmp_path, alone):
-    with MeshCrew(MeshEngine(stock(), 0.02), 2) as hands:
+    with WorkerPool(MeshEngine(stock(), 0.02), 2) as hands:
         answers = [hands.cut(tool, path, k) for k, (tool, path) in enumerate(PATHS[:3])]
         last = answers[2]()
         hands.save(tmp_path / "half.npz")
         assert hands.peak_mb() > 1
-        assert np.array([answers[0](), answers[1](), last]) == pytest.approx(alone[0][:3], abs=1e-9)
-    resumed = Solo(MeshEngine.load(tmp_path / "half.npz"))
-    assert np.array(resumed.cut(*PATHS[3], 3)()) == pytest.approx(alone[0][3], abs=1e-9, rel=1e-9)
+        found = [answers[0]().bracket, answers[1]().bracket, last.bracket]
+        assert np.array(found) == pytest.approx(alone[0][:3], abs=1e-9)
+    resumed = InProcess(MeshEngine.load(tmp_path / "half.npz"))
+    assert np.array(resumed.cut(*PATHS[3], 3)().bracket) == pytest.approx(alone[0][3], abs=1e-9, rel=1e-9)
 
 
 def test_a_dead_worker_is_an_error_and_not_a_hang():
-    with MeshCrew(MeshEngine(stock(), 0.02), 2) as hands:
+    with WorkerPool(MeshEngine(stock(), 0.02), 2) as hands:
         hands._workers[1][0].kill()
         with pytest.raises(EngineError, match="worker process 2 of 2 ended"):
             hands.cut(*PATHS[0], 0)()
 
 
 def test_a_failure_in_a_worker_comes_back_whole():
-    with MeshCrew(MeshEngine(stock(), 0.02), 2) as hands:
+    with WorkerPool(MeshEngine(stock(), 0.02), 2) as hands:
         answer = hands._order("dance")
         with pytest.raises(EngineError, match="mesh engine: unknown order 'dance'"):
             answer()

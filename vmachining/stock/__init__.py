@@ -1,0 +1,24 @@
+"""Raw stock of a job: one value that answers every engine.
+
+Goal: nobody outside knows where a stock comes from, and no engine reads files.
+
+1. A box, an upright cylinder or a closed triangle mesh (`shapes.py`); a STEP file is a mesh here, and the B-rep engine
+   reads its faces itself.
+2. Each tells its box, signed distance, the crossings of upright lines, and closed meshes around and inside of it.
+3. Triangle files are read and refused in `files.py`.
+
+| file | holds |
+|---|---|
+| `shapes.py` | `Stock`, `BoxStock`, `CylinderStock`, `MeshStock`, `Triangles` |
+| `files.py` | `read_mesh`, `closed_mesh`: triangles that enclose a solid, or what keeps them from it |
+| `_kernels.py` | distances to triangles and their crossings, in numba |
+
+Source: signs of distances by angle-weighted pseudonormals (Baerentzen and Aanaes, IEEE TVCG 11 (2005) 243-253).
+
+Known limits: distances and crossings of meshes look at every triangle near, without a tree.
+"""
+
+from vmachining.stock.files import closed_mesh, read_mesh
+from vmachining.stock.shapes import BoxStock, CylinderStock, MeshStock, Stock, Triangles
+
+__all__ = ["BoxStock", "CylinderStock", "MeshStock", "Stock", "Triangles", "closed_mesh", "read_mesh"]

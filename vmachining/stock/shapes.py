@@ -1,0 +1,326 @@
+"""Raw stock as one value: box, upright cylinder, closed triangle mesh. No geometry kernel is needed for any of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vmachining.arrays import Bools, Floats, Ints, rows
+from vmachining.errors import StockError
+from vmachining.geometry import RayIntervals
+from vmachining.stock import _kernels
+from vmachining.tolerance import LENGTH_EPS_MM
+
+__all__ = ["BoxStock", "CylinderStock", "MeshStock", "Stock", "Triangles"]
+
+SAG_SHARE = 3.0
+"""chord / depth of a facet: facets inside and outside of a circle are then no more than the chord apart."""
+
+MAX_STEP = np.pi / 8
+"""Facets never turn by more, however coarse the chord."""
+
+NUDGE_MM = 1e-9
+"""How far a line steps aside that all but meets a corner of a mesh."""
+
+TRIES = 4
+"""Lines that still do not close count as outside; nobody has met one."""
+
+
+class Triangles(NamedTuple):
+    """vertices : (n, 3) mm. triangles : (m, 3) indices, counterclockwise seen from outside."""
+
+    vertices: Floats
+    triangles: Ints
+
+
+class Stock(Protocol):
+    """Raw stock of a job. Engines take from it what they need.
+
+    bounds : (2, 3) mm, its box.
+    """
+
+    @property
+    def bounds(self) -> Floats: ...
+
+    def signed_distance(self, points: Floats) -> Floats:
+        """(n,) mm, negative inside, zero on the surface, changing by at most the way between two points."""
+        ...
+
+    def crossings(self, places: Floats) -> RayIntervals:
+        """Heights (mm) between which upright lines through places (n, 2) are inside; touching ends are joined."""
+        ...
+
+    def mesh(self, chord: float) -> tuple[Triangles, Triangles]:
+        """Closed meshes around and inside of it, no farther apart than `chord` (mm); one and the same if exact."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False, init=False)
+class BoxStock:
+    """Axis-parallel box; lo, hi (3,) mm."""
+
+    lo: Floats
+    hi: Floats
+
+    def __init__(self, lo: ArrayLike, hi: ArrayLike) -> None:
+        object.__setattr__(self, "lo", rows(lo, 3, name="box min"))
+        object.__setattr__(self, "hi", rows(hi, 3, name="box max"))
+        if not (self.lo < self.hi).all():
+            raise StockError(f"box min {self.lo.tolist()} is not below max {self.hi.tolist()} on every axis")
+
+    @property
+    def bounds(self) -> Floats:
+        """(2, 3) mm."""
+        return np.stack([self.lo, self.hi])
+
+    def crossings(self, places: Floats) -> RayIntervals:
+        """See `Stock`."""
+        inside = (places > self.lo[:2]) & (places < self.hi[:2])
+        return _uniform(inside[:, 0] & inside[:, 1], self.lo[2], self.hi[2])
+
+    def mesh(self, chord: float) -> tuple[Triangles, Triangles]:
+        """See `Stock`; exact."""
+        (x0, y0, z0), (x1, y1, z1) = self.bounds.tolist()
+        ring = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+        exact = prism(ring, z0, z1)
+        return exact, exact
+
+    def signed_distance(self, points: Floats) -> Floats:
+        """See `Stock`."""
+        over = np.maximum(self.lo - points, points - self.hi)
+        return np.asarray(np.linalg.norm(np.maximum(over, 0.0), axis=1) + np.minimum(over.max(axis=1), 0.0))
+
+
+@dataclass(frozen=True, slots=True)
+class CylinderStock:
+    """Upright cylinder about `center` (x, y), from z[0] to z[1]; mm."""
+
+    center: tuple[float, float]
+    radius: float
+    z: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        finite = np.isfinite([*self.center, self.radius, *self.z]).all()
+        if not (finite and self.radius > 0.0 and self.z[0] < self.z[1]):
+            raise StockError(
+                f"cylinder of radius {self.radius:g} from z {self.z[0]:g} to {self.z[1]:g} is not a solid"
+            )
+
+    @property
+    def bounds(self) -> Floats:
+        """(2, 3) mm."""
+        middle, r = np.array(self.center), self.radius
+        return np.array([[*(middle - r), self.z[0]], [*(middle + r), self.z[1]]])
+
+    def crossings(self, places: Floats) -> RayIntervals:
+        """See `Stock`."""
+        inside = ((places - self.center) ** 2).sum(axis=1) < self.radius**2
+        return _uniform(inside, *self.z)
+
+    def mesh(self, chord: float) -> tuple[Triangles, Triangles]:
+        """See `Stock`. n tangents outside and 2 n corners inside.
+
+        (area inside * 2 + area outside) / 3 is Huygens' rule, of fourth order in pi / n.
+        """
+        step = 2.0 * np.arccos(max(1.0 - chord / SAG_SHARE / self.radius, np.cos(MAX_STEP / 2.0)))
+        n = 2 * max(4, int(np.ceil(np.pi / step - 1e-9)))
+        rings = []
+        for corners, reach in ((n, 1.0 / np.cos(np.pi / n)), (2 * n, 1.0)):
+            angle = 2.0 * np.pi * np.arange(corners) / corners
+            rings.append(self.center + self.radius * reach * np.column_stack([np.cos(angle), np.sin(angle)]))
+        return prism(rings[0], *self.z), prism(rings[1], *self.z)
+
+    def signed_distance(self, points: Floats) -> Floats:
+        """See `Stock`."""
+        aside = np.hypot(points[:, 0] - self.center[0], points[:, 1] - self.center[1]) - self.radius
+        above = np.maximum(self.z[0] - points[:, 2], points[:, 2] - self.z[1])
+        out = np.hypot(np.maximum(aside, 0.0), np.maximum(above, 0.0))
+        return np.asarray(out + np.minimum(np.maximum(aside, above), 0.0))
+
+
+class MeshStock:
+    """Closed mesh, taken as the exact stock. vertices (n, 3) mm; triangles (m, 3) of indices, outward.
+
+    What a mesh of a file must be is asked by `read_mesh` and `closed_mesh`.
+    """
+
+    def __init__(self, vertices: ArrayLike, triangles: ArrayLike) -> None:
+        self.vertices = rows(vertices, -1, 3, name="vertices")
+        self.triangles: Ints = np.asarray(triangles, dtype=np.int64)
+        if not self._cross.any():
+            raise StockError("a mesh without area is no stock")
+
+    @property
+    def corners(self) -> Floats:
+        """(m, 3, 3) mm: corners of the triangles, counterclockwise seen from outside."""
+        return np.asarray(self.vertices[self.triangles])
+
+    @property
+    def bounds(self) -> Floats:
+        """(2, 3) mm."""
+        used = self.vertices[np.unique(self.triangles)]
+        return np.stack([used.min(axis=0), used.max(axis=0)])
+
+    def mesh(self, chord: float) -> tuple[Triangles, Triangles]:
+        """See `Stock`; exact."""
+        exact = Triangles(self.vertices, self.triangles)
+        return exact, exact
+
+    def signed_distance(self, points: Floats) -> Floats:
+        """See `Stock`."""
+        out = np.empty(len(points))
+        where = np.ascontiguousarray(points, dtype=np.float64)
+        _kernels.mesh_distances(where, *self._nearest, out)
+        return out
+
+    def crossings(self, places: Floats) -> RayIntervals:
+        """See `Stock`.
+
+        A line through an edge or a corner counts as if it stood a little aside, at the same side for all triangles.
+        """
+        where = np.array(places, dtype=np.float64)
+        counts = np.zeros(len(where), dtype=np.int64)
+        found = []
+        todo = np.arange(len(where))
+        for _ in range(TRIES):
+            ray, height, enters, odd = self._hits(where[todo])
+            found.append((todo[ray], height, enters))
+            todo = todo[odd]
+            if not len(todo):
+                break
+            where[todo] += NUDGE_MM
+        ray, height, enters = (np.concatenate(column) for column in zip(*found, strict=True))
+        counts += np.bincount(ray[enters], minlength=len(where))
+        order = np.argsort(ray, kind="stable")
+        height, enters = height[order], enters[order]
+        rays = RayIntervals(counts, height[enters], height[~enters])
+        return _joined(rays)
+
+    def _hits(self, places: Floats) -> tuple[Ints, Floats, Bools, Ints]:
+        """Line, height and kind of the ends of all intervals, line by line, rising; and lines that do not close.
+
+        Rounding can let a line that all but meets a corner leave more often than it enters.
+        """
+        order = np.lexsort((places[:, 1], places[:, 0]))
+        where, corners = np.ascontiguousarray(places[order]), np.ascontiguousarray(self.corners)
+        hits, empty = np.zeros(len(where), dtype=np.int64), np.empty(0)
+        _kernels.upright_hits(where, corners, hits, empty, empty, False)
+        height, sense = np.empty(hits.sum()), np.empty(hits.sum())
+        _kernels.upright_hits(where, corners, np.cumsum(hits) - hits, height, sense, True)
+        ray = np.repeat(order, hits)
+        balance = np.zeros(len(where))
+        np.add.at(balance, ray, sense)
+        odd = balance != 0.0
+        keep = ~odd[ray]
+        ray, height, sense = ray[keep], height[keep], sense[keep]
+        rising = np.lexsort((-sense, height, ray))  # entries first: solids that touch are one
+        ray, height, sense = ray[rising], height[rising], sense[rising]
+        depth = np.cumsum(sense)
+        ends = ((sense > 0.0) & (depth == 1.0)) | ((sense < 0.0) & (depth == 0.0))
+        return ray[ends], height[ends], sense[ends] > 0.0, np.flatnonzero(odd)
+
+    @cached_property
+    def _cross(self) -> Floats:
+        a, b, c = self.corners.transpose(1, 0, 2)
+        return np.asarray(np.cross(b - a, c - a))
+
+    @cached_property
+    def _nearest(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+        """Corners and pseudonormals of the triangles that have an area, and a tree over them, see `_kernels.mesh_distances`."""
+        _, member = np.unique(self.vertices, axis=0, return_inverse=True)
+        corner = member.reshape(-1)[self.triangles]
+        a, b, c = (np.ascontiguousarray(p) for p in self.corners.transpose(1, 0, 2))
+        size = np.linalg.norm(self._cross, axis=1)
+        real = size > 0.0  # slivers without area have no side; their edges belong to neighbours too
+        a, b, c, corner = a[real], b[real], c[real], corner[real]
+        normal = self._cross[real] / size[real, None]
+        order = _along_a_curve((a + b + c) / 3.0)  # neighbours get into one leaf of the tree
+        a, b, c, corner, normal = a[order], b[order], c[order], corner[order], normal[order]
+        boxes = _tree(np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c))
+        return a, b, c, _pseudonormals(a, b, c, corner, normal), boxes
+
+
+def prism(ring: Floats, low: float, high: float) -> Triangles:
+    """Upright prism over a convex polygon (n, 2), counterclockwise."""
+    n = len(ring)
+    points = np.empty((2 * n, 3))
+    points[:n, :2] = points[n:, :2] = ring
+    points[:n, 2], points[n:, 2] = low, high
+    i, j = np.arange(n), (np.arange(n) + 1) % n
+    cap = np.stack([np.zeros(n - 2, np.int64), np.arange(1, n - 1), np.arange(2, n)], axis=1)
+    walls = [np.stack([i, j, j + n], 1), np.stack([i, j + n, i + n], 1)]
+    return Triangles(points, np.concatenate([*walls, cap[:, ::-1], cap + n]))
+
+
+def _joined(rays: RayIntervals) -> RayIntervals:
+    """Without gaps that are only rounding."""
+    ray = np.repeat(np.arange(len(rays.counts)), rays.counts)
+    real = np.ones(len(ray) + 1, dtype=np.bool_)
+    real[1:-1] = (ray[1:] != ray[:-1]) | (rays.enter[1:] - rays.leave[:-1] > LENGTH_EPS_MM)
+    counts = np.bincount(ray[real[:-1]], minlength=len(rays.counts))
+    return RayIntervals(counts.astype(np.int64), rays.enter[real[:-1]], rays.leave[real[1:]])
+
+
+def _uniform(inside: Bools, low: float, high: float) -> RayIntervals:
+    """One interval for every line that is inside."""
+    count = int(inside.sum())
+    return RayIntervals(inside.astype(np.int64), np.full(count, low), np.full(count, high))
+
+
+def _along_a_curve(points: Floats) -> Ints:
+    """Order of points (n, 3) along a Morton curve: their coordinates in 21 bits each, interleaved."""
+    low, size = points.min(axis=0), max(float(np.ptp(points, axis=0).max()), 1e-300)
+    cell = ((points - low) * ((2**21 - 1) / size)).astype(np.uint64)
+    code = np.zeros(len(points), dtype=np.uint64)
+    for bit in range(21):
+        for axis in range(3):
+            code |= ((cell[:, axis] >> np.uint64(bit)) & np.uint64(1)) << np.uint64(3 * bit + axis)
+    return np.argsort(code, kind="stable")
+
+
+def _tree(low: Floats, high: Floats) -> Floats:
+    """Boxes of a binary tree over triangles in order, see the legend of `_kernels.py`."""
+    size = _kernels.LEAF
+    leaves = 1 << max(0, (-(-len(low) // size) - 1).bit_length())
+    boxes = np.empty((2 * leaves - 1, 6))
+    for part, values, empty, reduce in (
+        (slice(0, 3), low, np.inf, np.min),
+        (slice(3, 6), high, -np.inf, np.max),
+    ):
+        padded = np.full((leaves * size, 3), empty)
+        padded[: len(values)] = values
+        level = reduce(padded.reshape(leaves, size, 3), axis=1)
+        while True:
+            boxes[len(level) - 1 : 2 * len(level) - 1, part] = level
+            if len(level) == 1:
+                break
+            level = reduce(level.reshape(-1, 2, 3), axis=1)
+    return boxes
+
+
+def _pseudonormals(a: Floats, b: Floats, c: Floats, corner: Ints, normal: Floats) -> Floats:
+    """(m, 7, 3): of faces, edges (sum of both faces) and corners (sum by the angle of every face there)."""
+    out = np.empty((len(a), 7, 3))
+    out[:, 0] = normal
+    for k, (i, j) in enumerate(((0, 1), (1, 2), (2, 0))):
+        ends = np.sort(corner[:, [i, j]], axis=1)
+        if k == 0:
+            every, sides = ends, normal
+        else:
+            every, sides = np.concatenate([every, ends]), np.concatenate([sides, normal])
+    _, edge = np.unique(every, axis=0, return_inverse=True)
+    edge = edge.reshape(-1)
+    total = np.zeros((edge.max() + 1, 3))
+    np.add.at(total, edge, sides)
+    out[:, 1:4] = total[edge].reshape(3, -1, 3).transpose(1, 0, 2)
+    at = np.zeros((corner.max() + 1, 3))
+    for k, (p, q, r) in enumerate(((a, b, c), (b, c, a), (c, a, b))):
+        u, v = q - p, r - p
+        angle = np.arctan2(np.linalg.norm(np.cross(u, v), axis=1), (u * v).sum(axis=1))
+        np.add.at(at, corner[:, k], angle[:, None] * normal)
+    out[:, 4:] = at[corner]
+    return out
