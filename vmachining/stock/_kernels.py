@@ -100,7 +100,6 @@ def mesh_distances(points, a, b, c, normals, boxes, out) -> None:
         n = normals[triangle, feature]
         side = (p[0] - x) * n[0] + (p[1] - y) * n[1] + (p[2] - z) * n[2]
         out[i] = best if side >= 0.0 else -best
-        start = triangle
 
 
 @kernel

@@ -14,6 +14,7 @@ import numpy as np
 from manifold3d import Manifold
 from numpy.typing import ArrayLike
 
+from vmachining.arrays import Floats
 from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.solids import manifold
 from vmachining.errors import StockError
@@ -29,6 +30,11 @@ class StockMesh:
     under `Side.OUTER`."""
 
     solids: dict[Side, Manifold]
+
+    @property
+    def bounds(self) -> Floats:
+        """(2, 3) mm."""
+        return np.array(self.solids[Side.INNER].bounding_box()).reshape(2, 3)
 
     @classmethod
     def of(cls, stock: Stock, chord: float = CHORD_MM) -> StockMesh:
