@@ -5,7 +5,9 @@ mkdocs calls `on_files` at every build; each generated page is a Markdown file t
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
+from textwrap import dedent
 from typing import Any
 
 from mkdocs.config.defaults import MkDocsConfig
@@ -42,6 +44,8 @@ def command_line() -> str:
 
     root = command()
     text = get_docs_for_click(obj=root, ctx=typer.Context(root), name="vmachining")
+    examples = re.compile("\x08\n(Examples?):\n((?:  .*\n?)+)")
+    text = examples.sub(lambda hit: f"{hit[1]}:\n\n```text\n{dedent(hit[2]).strip()}\n```\n", text)
     return "# Command line\n\n" + CODES + text.split("\n", 1)[1]
 
 

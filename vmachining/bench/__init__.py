@@ -22,11 +22,12 @@ Times of one run are compared with each other only; machines are noisy.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from importlib import import_module
 from typing import Any
 
-__all__ = ["CASES", "SEEDED", "case"]
+__all__ = ["CASES", "SEEDED", "case", "described"]
 
 CASES = {
     "accuracy": "accuracy",
@@ -48,6 +49,31 @@ CASES = {
 
 SEEDED = ("sweep-gauntlet",)
 """Cases that take `first`, `blocks` and `journal`: they resume, and run in parts."""
+
+
+TAKES = {
+    "accuracy": "15 s",
+    "brep": "minutes",
+    "brep-chains": "minutes",
+    "brep-workers": "minutes",
+    "engage": "minutes",
+    "half_cylinder": "minutes",
+    "half_cylinder_long": "minutes",
+    "machine": "20 s",
+    "nc": "1 min",
+    "nc_fuzz": "minutes",
+    "rays": "over 2 min",
+    "sweep5": "minutes",
+    "sweep-gauntlet": "minutes",
+    "thin_chips": "minutes",
+}
+"""How long a case takes on one core of a server, kernels compiled."""
+
+
+def described(name: str) -> tuple[str, str]:
+    """What a case says, from the table above, and how long it takes."""
+    rows = re.findall(r"^\| `([\w-]+)` \| (.+?) \|$", __doc__ or "", re.MULTILINE)
+    return dict(rows)[name], TAKES[name]
 
 
 def case(name: str) -> Callable[..., Iterator[dict[str, Any]]]:

@@ -3,6 +3,7 @@
 | file | holds |
 |---|---|
 | `app.py` | the command tree; every command imports its rooms when it runs, so `--help` is quick |
+| `options.py` | options that several commands take |
 | `main.py` | `main`: exceptions -> one message and an exit code |
 | `screen.py` | progress bar and messages on stderr, JSON on stdout |
 | `jobs.py` | run, batch, demo |

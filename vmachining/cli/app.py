@@ -7,67 +7,53 @@ from typing import Annotated, Any
 
 import typer
 
+from vmachining.cli.options import (
+    BlockDelete,
+    CrcCorner,
+    CrcEntry,
+    Dialect,
+    Dwell,
+    FromLine,
+    Home,
+    Json,
+    MaxSteps,
+    Out,
+    ProgramArg,
+    Quiet,
+    Resume,
+    Rotary,
+    StockOut,
+    Subroutines,
+    Taps,
+    Tools,
+    ToolUnits,
+    Travel,
+)
+
 __all__ = ["app", "command"]
 
 SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
+
+
+def _examples(*lines: str) -> str:
+    """Command lines, each on a line of its own however narrow the terminal."""
+    return "\b\n" + "\n".join(
+        ["Examples:" if lines[1:] else "Example:", *(f"  vmachining {line}" for line in lines)]
+    )
+
+
 app = typer.Typer(
     name="vmachining",
     help="Milling simulation: removed volume of every NC block with its error, and the feed it deserves.",
-    epilog="Example: vmachining demo --out out/demo",
-    no_args_is_help=True, add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
+    epilog=_examples("demo --out out/demo", "init part.nc --out part.toml", "run part.toml"),
+    no_args_is_help=True, add_completion=True, rich_markup_mode=None, pretty_exceptions_enable=False,
     context_settings=SETTINGS,
 )  # fmt: skip
 nc = typer.Typer(
-    help="Read NC programs: test them, list their motions.", epilog="Example: vmachining nc check part.nc",
+    help="Read NC programs: test them, list their motions.", epilog=_examples("nc check part.nc"),
     no_args_is_help=True, rich_markup_mode=None,
 )  # fmt: skip
 app.add_typer(nc, name="nc")
-
-Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Result directory; default out/NAME.")]
-Resume = Annotated[bool, typer.Option("--resume", help="Go on where an interrupted run stopped.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no summary; errors only.")]
-Json = Annotated[bool, typer.Option("--json", help="Machine-readable output on stdout, nothing else there.")]
-StockOut = Annotated[
-    str,
-    typer.Option("--stock", metavar="LIST", help="Finished stock as stl, 3mf, step (comma list)."),
-]
-ProgramArg = Annotated[str, typer.Argument(metavar="PROGRAM", help="NC program; - reads standard input.")]
-Dialect = Annotated[str, typer.Option("--dialect", help="Program dialect: iso, mts, apt, poses.")]
-Tools = Annotated[
-    Path | None,
-    typer.Option("--tools", metavar="FILE", help="Tool table: a job file, or a LinuxCNC .tbl."),
-]
-Rotary = Annotated[str, typer.Option("--rotary", metavar="ABC", help="Rotary axes of the machine.")]
-Home = Annotated[
-    str, typer.Option("--home", metavar="X,Y,Z", help="mm; where the tool starts, and G28 goes.")
-]
-CrcEntry = Annotated[
-    str, typer.Option("--crc-entry", metavar="prev|next", help="How cutter compensation enters the path.")
-]
-CrcCorner = Annotated[
-    str, typer.Option("--crc-corner", metavar="arc|exact|miter", help="What it does at corners.")
-]
-Taps = Annotated[
-    str,
-    typer.Option("--taps", metavar="reference|axis", help="Where taps in G18 and G19 go; axis: into holes."),
-]
-Dwell = Annotated[str, typer.Option("--dwell", metavar="s|ms", help="Unit of P in G4 and in canned cycles.")]
-MaxSteps = Annotated[
-    int, typer.Option("--max-steps", metavar="N", min=1, help="Lines that loops and calls may repeat.")
-]
-Subroutines = Annotated[
-    list[Path] | None,
-    typer.Option("--subroutines", metavar="DIR", help="More folders with subprograms in files; repeatable."),
-]
-Travel = Annotated[
-    str | None,
-    typer.Option(
-        "--travel", metavar="X0,Y0,Z0,X1,Y1,Z1", help="mm, machine coordinates; what leaves it is E373."
-    ),
-]
-BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip lines that open with a slash.")]
-FromLine = Annotated[int, typer.Option("--from-line", metavar="N", min=1, help="Restart at this line.")]
-ToolUnits = Annotated[str, typer.Option("--tools-units", metavar="mm|inch", help="Unit of a .tbl table.")]
 
 
 def _version(show: bool) -> None:
@@ -87,11 +73,24 @@ def root(
     """Milling simulation: removed volume of every NC block with its error, and the feed it deserves."""
 
 
-@app.command("run", epilog="Example: vmachining run models/slot/job.toml --out out/slot --stock stl,3mf")
+@app.command(
+    "run",
+    epilog=_examples(
+        "run part.toml",
+        "run part.toml --out out/fine --chord 0.002 --stock stl,3mf",
+        "run part.toml --brep sample --resume",
+    ),
+)
 def run_(
     job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="Job file.")],
     out: Out = None,
     engine: Annotated[str, typer.Option("--engine", help="Engine: mesh.")] = "mesh",
+    chord: Annotated[
+        float | None,
+        typer.Option(
+            "--chord", metavar="MM", help="Instead of chord_mm of the job: finer facets, narrower brackets."
+        ),
+    ] = None,
     certify: Annotated[
         bool,
         typer.Option("--certify", help="Narrower brackets from two workpieces, more than twice as slow."),
@@ -122,12 +121,12 @@ def run_(
     from vmachining.cli import jobs
 
     return jobs.run_job(
-        job, out=out, engine=engine, certify=certify, brep=brep, brep_seconds=brep_seconds, workers=workers,
+        job, out=out, engine=engine, chord=chord, certify=certify, brep=brep, brep_seconds=brep_seconds, workers=workers,
         stock=stock, stock_at=stock_at, resume=resume, quiet=quiet, as_json=as_json,
     )  # fmt: skip
 
 
-@app.command("init", epilog="Example: vmachining init part.nc --out part.toml")
+@app.command("init", epilog=_examples("init part.nc", "init part.nc --out jobs/part.toml --force"))
 def init_(
     program: Annotated[Path, typer.Argument(metavar="PROGRAM", help="NC program.")],
     out: Annotated[
@@ -148,7 +147,7 @@ def init_(
     return init.init(program, out=out, dialect=dialect, force=force, as_json=as_json)
 
 
-@app.command(epilog="Example: vmachining batch jobs/*.toml --out out/night --workers 4 --resume")
+@app.command(epilog=_examples("batch jobs/*.toml --out out/night --workers 4 --resume"))
 def batch(
     files: Annotated[list[Path], typer.Argument(metavar="JOB.toml...", help="Job files.")],
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="One directory per job in it.")] = Path(
@@ -176,7 +175,7 @@ def batch(
     )
 
 
-@app.command(epilog="Example: vmachining demo --out out/demo")
+@app.command(epilog=_examples("demo --out out/demo"))
 def demo(out: Out = None, stock: StockOut = "stl", quiet: Quiet = False, as_json: Json = False) -> int:
     """Simulate the model that comes with the package."""
     from vmachining.cli import jobs
@@ -184,7 +183,12 @@ def demo(out: Out = None, stock: StockOut = "stl", quiet: Quiet = False, as_json
     return jobs.run_demo(out=out, stock=stock, quiet=quiet, as_json=as_json)
 
 
-@nc.command("check", epilog="Example: vmachining nc check part.nc --tools job.toml --json")
+@nc.command(
+    "check",
+    epilog=_examples(
+        "nc check part.nc --tools job.toml", "nc check - --json < part.nc", "nc check --explain E302"
+    ),
+)
 def nc_check(
     program: Annotated[
         str | None, typer.Argument(metavar="[PROGRAM]", help="NC program; - reads standard input.")
@@ -243,7 +247,7 @@ def nc_check(
     return room.check(program, reading, as_json=as_json)
 
 
-@nc.command("moves", epilog="Example: vmachining nc moves part.nc --coordinates program --json")
+@nc.command("moves", epilog=_examples("nc moves part.nc --coordinates program --json"))
 def nc_moves(
     program: ProgramArg,
     dialect: Dialect = "iso",
@@ -289,7 +293,13 @@ def nc_moves(
     return room.moves(program, reading, coordinates=coordinates, as_json=as_json)
 
 
-@app.command(epilog="Example: vmachining sweep sweep.json --json")
+@app.command(
+    epilog=_examples(
+        "sweep sweep.json --json",
+        "sweep sweep.json --no-brep --chord 0.001",
+        "sweep sweep.json --step sweep.step",
+    )
+)
 def sweep(
     file: Annotated[
         str, typer.Argument(metavar="SWEEP.json", help="Tool and two poses; - reads standard input.")
@@ -300,15 +310,22 @@ def sweep(
     step: Annotated[
         Path | None, typer.Option("--step", metavar="FILE", help="Write the swept solid as STEP.")
     ] = None,
+    no_brep: Annotated[
+        bool,
+        typer.Option("--no-brep", help="The bracket only: OCCT, which takes most of the time, is not asked."),
+    ] = False,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="FILE", help="Picture of the swept solid as .html.")
+    ] = None,
     as_json: Json = False,
 ) -> int:
     """Volume of one sweep, with its bracket, and its B-rep solid."""
     from vmachining.cli import single
 
-    return single.sweep(file, chord=chord, step=step, as_json=as_json)
+    return single.sweep(file, chord=chord, step=step, brep=not no_brep, plot=plot, as_json=as_json)
 
 
-@app.command(epilog="Example: vmachining engage models/slot/job.toml --block 20 --at 0.5 --out out/block20")
+@app.command(epilog=_examples("engage models/slot/job.toml --block 20 --at 0.5 --out out/block20"))
 def engage(
     job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="Job file.")],
     block: Annotated[
@@ -351,7 +368,7 @@ def engage(
     )  # fmt: skip
 
 
-@app.command(epilog="Example: vmachining compare results.csv models/reference_pack")
+@app.command(epilog=_examples("compare results.csv models/reference_pack"))
 def compare(
     results: Annotated[
         Path, typer.Argument(metavar="RESULTS.csv", help="block or line, removed_mm3; or engaged intervals.")
@@ -382,7 +399,7 @@ def compare(
     )  # fmt: skip
 
 
-@app.command(epilog="Example: vmachining pack models/slot/job.toml --out out/slot-pack --stock stl,step")
+@app.command(epilog=_examples("pack models/slot/job.toml --out out/slot-pack --stock stl,step"))
 def pack(
     job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="Job file.")],
     out: Annotated[
@@ -413,7 +430,11 @@ def pack(
     )  # fmt: skip
 
 
-@app.command(epilog="Example: vmachining dda part.nc --blu 0.01 --out pulses.csv --plot pulses.html")
+@app.command(
+    epilog=_examples(
+        "dda part.nc --blu 0.01 --out pulses.csv", "dda part.nc --tools job.toml --plot pulses.html"
+    )
+)
 def dda(
     program: ProgramArg,
     blu: Annotated[float, typer.Option("--blu", metavar="MM", help="Length of one pulse.")] = 0.02,
@@ -427,6 +448,8 @@ def dda(
     max_rate: Annotated[
         float | None, typer.Option("--max-rate", metavar="HZ", help="Pulse rate the drives can follow.")
     ] = None,
+    tools: Tools = None,
+    tools_units: ToolUnits = "mm",
     dialect: Dialect = "iso",
     travel: Travel = None,
     home: Home = "0,0,100",
@@ -442,16 +465,18 @@ def dda(
     from vmachining.cli import dda as room
 
     return room.dda(
-        program, blu=blu, register=register, mode=mode, split=split, max_rate=max_rate, dialect=dialect,
+        program, blu=blu, register=register, mode=mode, split=split, max_rate=max_rate, dialect=dialect, tools=tools,
+        tools_units=tools_units,
         travel=travel, home=home, out=out, plot=plot, as_json=as_json,
     )  # fmt: skip
 
 
-@app.command(epilog="Example: vmachining bench --json")
+@app.command(epilog=_examples("bench --list", "bench accuracy nc"))
 def bench(
     cases: Annotated[
         list[str] | None, typer.Argument(metavar="[CASE...]", help="Names; default: all.")
     ] = None,
+    listed: Annotated[bool, typer.Option("--list", help="Name the cases, and how long each takes.")] = False,
     seeds: Annotated[
         str | None,
         typer.Option(metavar="FIRST:LAST", help="Of a case that goes by seeds: those before LAST."),
@@ -464,7 +489,7 @@ def bench(
     """Run benchmarks; one JSON object per line."""
     from vmachining.cli import single
 
-    return single.bench(cases or [], seeds=seeds, journal=journal, as_json=as_json)
+    return single.bench(cases or [], listed=listed, seeds=seeds, journal=journal, as_json=as_json)
 
 
 def command() -> Any:

@@ -31,6 +31,8 @@ def dda(
     split: bool,
     max_rate: float | None,
     dialect: str,
+    tools: Path | None,
+    tools_units: str,
     travel: str | None,
     home: str,
     out: Path | None,
@@ -43,7 +45,10 @@ def dda(
     if plot is not None and plot.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"--plot {plot}: want a name that ends in .html")
     interpolator = Interpolator(blu_mm=blu, register=register, mode=mode, split=split, max_pulse_hz=max_rate)
-    program = Reading(dialect=dialect, home=home, travel=travel, blu=blu).program(name)
+    reading = Reading(
+        dialect=dialect, tools=tools, tools_units=tools_units, home=home, travel=travel, blu=blu
+    )
+    program = reading.program(name)
     program.require_clean(allow={"E401"})
     for finding in program.findings:
         if finding.code == "I374":
@@ -52,7 +57,7 @@ def dda(
     for block in blocks:
         if as_json:
             emit(_record(block))
-        else:
+        elif out is None:
             print(_told(block))
     if out is not None:
         if out.suffix.lower() == ".csv":
@@ -69,6 +74,7 @@ def dda(
             f"{program.name}: {summary['blocks']} blocks, {summary['pulsing_ticks']} pulsing ticks, "
             f"{summary['time_s']:.3f} s, at most {summary['deviation_blu']:.3f} BLU "
             f"({summary['deviation_blu'] * blu:.4f} mm) off, {summary['beyond_limit']} blocks beyond their limit"
+            + (f"; pulse trains: {out}" if out is not None else "")
         )
     return Code.FINDINGS if summary["beyond_limit"] else Code.DONE
 

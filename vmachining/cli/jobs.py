@@ -42,12 +42,15 @@ def run_job(
     as_json: bool,
     brep_seconds: float | None = None,
     stock_at: str | None = None,
+    chord: float | None = None,
 ) -> int:
     """`vmachining run`."""
     parse_brep(brep)
     formats = check_formats(stock)
     steps = parse_blocks(stock_at, "--stock-at") if stock_at is not None else ()
     job = Job.load(file)
+    if chord is not None:
+        job = job.with_chord(chord)
     if steps or "step" in formats:  # said before hours of cutting
         blank(job)
     if steps:
@@ -73,6 +76,7 @@ def run_job(
                 again += ["--stock", stock, *(["--certify"] if certify else [])]
                 again += ["--stock-at", stock_at] if stock_at is not None else []
                 again += ["--brep-seconds", f"{brep_seconds:g}"] if brep_seconds is not None else []
+                again += ["--chord", f"{chord:g}"] if chord is not None else []
                 again += ["--workers", str(workers)] if workers is not None else []
                 note(
                     f"vmachining: {exc}; the rows so far are in {folder}, nothing is lost: {shlex.join(again)}"

@@ -64,6 +64,8 @@ def run(argv: list[str]) -> int:
     except MemoryError:
         return _say("out of memory; a larger chord_mm makes smaller meshes", Code.BAD_INPUT)
     except Exception as exc:
+        if type(exc).__name__ == "NoArgsIsHelpError":  # a command alone
+            return run([*argv, "--help"])
         if isinstance(exc, usage_error):
             return _say(_usage(exc), Code.BAD_INPUT)
         if type(exc).__name__ == "Stopped":

@@ -14,17 +14,28 @@ from vmachining.errors import InputError
 __all__ = ["bench", "sweep"]
 
 
-def sweep(name: str, *, chord: float, step: Path | None, as_json: bool) -> int:
+def sweep(name: str, *, chord: float, step: Path | None, brep: bool, plot: Path | None, as_json: bool) -> int:
     """`vmachining sweep`."""
     if not (math.isfinite(chord) and chord > 0):
         raise InputError(f"--chord {chord}: want a positive number")
+    if step is not None and not brep:
+        raise InputError(
+            "--step writes the B-rep solid, which --no-brep leaves out", remedy="drop one of them"
+        )
+    if plot is not None and plot.suffix.lower() not in (".html", ".htm"):
+        raise InputError(f"--plot {plot}: want a name that ends in .html")
     from vmachining.job.sweepfile import read_sweep
 
     found = read_sweep(name)
     from vmachining.job.single import sweep_record
 
     with status_line() as said:
-        record = sweep_record(found, chord, step, said)
+        record = sweep_record(found, chord, step, said, brep=brep)
+        if plot is not None:
+            said(f"writing {plot.name}")
+            from vmachining.report.sweep import plot_sweep
+
+            plot_sweep(plot, found, chord)
     refused = record.get("step_refused")
     code = Code.FINDINGS if refused else Code.DONE
     if refused:
@@ -36,18 +47,26 @@ def sweep(name: str, *, chord: float, step: Path | None, as_json: bool) -> int:
     if record["brep_mm3"] is not None:
         fit = f", splines within {record['brep_fit_mm']:.1g} mm" if record["brep_fit_mm"] else ""
         print(f"{record['brep_mm3']:.9g} mm3   B-rep, {record['brep_faces']} faces{fit}")
-    else:
+    elif brep:
         print(f"no B-rep value: {record['brep_note']}")
     return code
 
 
-def bench(names: list[str], *, seeds: str | None, journal: Path | None, as_json: bool) -> int:
+def bench(names: list[str], *, listed: bool, seeds: str | None, journal: Path | None, as_json: bool) -> int:
     """`vmachining bench`."""
-    from vmachining.bench import CASES, SEEDED, case
+    from vmachining.bench import CASES, SEEDED, case, described
 
     for name in names:
         if name not in CASES:
             raise InputError(f"unknown case {name!r}", remedy=f"known: {', '.join(sorted(CASES))}")
+    if listed:
+        for name in names or sorted(CASES):
+            about, takes = described(name)
+            if as_json:
+                emit({"case": name, "about": about, "takes": takes})
+            else:
+                print(f"{name:<19}  {takes:<14}  {about}")
+        return Code.DONE
     options = _seeded(seeds, journal)
     if options and not (names and set(names) <= set(SEEDED)):
         raise InputError("--seeds and --journal belong to one case", remedy=f"name {', '.join(SEEDED)}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -69,6 +69,13 @@ class Job:
     def from_mapping(cls, data: Mapping[str, Any], folder: Path | str = ".") -> Job:
         """The job in a mapping with the keys of a job file. Raises JobError like `load`."""
         return cls._checked(dict(data), Path(folder), None, {})
+
+    def with_chord(self, chord_mm: float) -> Job:
+        """The same job with another [accuracy] chord_mm. Raises JobError where that is no length."""
+        if not (math.isfinite(chord_mm) and 0.0 < chord_mm <= MOST):
+            raise JobError(f"chord {chord_mm:g} mm: a length above zero is wanted")
+        accuracy = self.keys.accuracy.model_copy(update={"chord_mm": float(chord_mm)})
+        return replace(self, keys=self.keys.model_copy(update={"accuracy": accuracy}))
 
     @classmethod
     def _checked(

@@ -76,7 +76,12 @@ def _volume(sweep: Sweep, chord: float, side: Literal["inner", "fair", "outer"],
 
 
 def sweep_record(
-    sweep: Sweep, chord: float = CHORD_MM, step: Path | None = None, said: Said = lambda _: None
+    sweep: Sweep,
+    chord: float = CHORD_MM,
+    step: Path | None = None,
+    said: Said = lambda _: None,
+    *,
+    brep: bool = True,
 ) -> dict[str, Any]:
     """What `vmachining sweep` prints: bracket, and the B-rep solid where there is one (else null and why).
 
@@ -85,7 +90,7 @@ def sweep_record(
 
     step : file to write the solids to. Where there are none, or the file does not read back the same,
     `step_refused` says why and nothing is written; the other values stand.
-    said : called before each of the long steps.
+    said : called before each of the long steps. brep : False: the bracket only, and no STEP file.
 
     Raises
     ------
@@ -101,7 +106,9 @@ def sweep_record(
         "seconds": {"mesh": time.perf_counter() - begin},
     }  # fmt: skip
     begin = time.perf_counter()
-    said("B-rep solid")
+    if not brep:
+        return record | {"brep_note": "not asked"}
+    said("B-rep solid, by OCCT in a process of its own")
     record |= _from_brep(sweep, bracket)
     record["seconds"]["brep"] = time.perf_counter() - begin
     if step is not None:
