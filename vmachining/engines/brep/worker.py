@@ -58,7 +58,7 @@ def main() -> None:
             ladder = Ladder(stock, blocks, Store(folder))
             ladder.warm()
     except VMachiningError as exc:  # the stock is no solid
-        say(exc.message)
+        say(_reason(exc))
         return
     say("ready")
     while True:
@@ -83,12 +83,17 @@ def end_with_driver() -> None:
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
 
 
+def _reason(exc: VMachiningError) -> str:
+    """What an error says; who drives this process names the engine."""
+    return exc.reason if isinstance(exc, EngineError) else exc.message
+
+
 def _called(function: Callable[..., object], arguments: tuple[object, ...]) -> tuple[str, object]:
     """What a function returns, or what it says."""
     try:
         return "value", function(*arguments)
     except VMachiningError as exc:
-        return type(exc).__name__, exc.message
+        return type(exc).__name__, _reason(exc)
     except Exception as exc:  # OCCT raises whatever it meets
         return "EngineError", f"OCCT failed: {type(exc).__name__} {exc}"
 
