@@ -17,6 +17,7 @@ import vmachining as vm
 from tests.models.shipped import MODELS
 from vmachining.cli.main import run
 from vmachining.errors import InputError, JobError
+from vmachining.job.folder import FolderLock
 from vmachining.oracle.pack import KIND
 
 PACK = MODELS / "reference_pack"
@@ -201,8 +202,32 @@ def test_an_earlier_pack_loses_its_files_and_nothing_else(tmp_path: Path) -> Non
     job = write_job(tmp_path / "in", program=STRAIGHT)
     (tmp_path / "pack" / "mine").mkdir(parents=True)
     (tmp_path / "pack" / "old.nc").write_text("M30\n")
-    files = dict.fromkeys(("old.nc", "mine", "gone.nc", "..", "../in/tiny.nc"), "")
+    (tmp_path / "pack" / "changed.nc").write_text("M30 (by hand)\n")
+    digest = hashlib.sha256(b"M30\n").hexdigest()
+    files = dict.fromkeys(("old.nc", "changed.nc", "mine", "gone.nc", "..", "../in/tiny.nc"), digest)
     (tmp_path / "pack" / "manifest.json").write_text(json.dumps({"kind": KIND, "files": files}))
     vm.write_pack(job, tmp_path / "pack", engagement=0)
     assert not (tmp_path / "pack" / "old.nc").exists()
     assert (tmp_path / "pack" / "mine").is_dir() and (tmp_path / "in" / "tiny.nc").exists()
+    assert (tmp_path / "pack" / "changed.nc").exists()
+
+
+def test_files_of_an_earlier_pack_that_were_changed_or_added_are_not_replaced(tmp_path: Path) -> None:
+    job, pack = write_job(tmp_path / "in", program=STRAIGHT), tmp_path / "pack"
+    vm.write_pack(job, pack, engagement=0)
+    vm.write_pack(job, pack, engagement=0)  # its own files are
+    for name, text in (("README.md", "ours, with remarks"), ("stock_after.step", "another program's")):
+        before = (pack / name).read_bytes() if (pack / name).exists() else None
+        (pack / name).write_text(text)
+        with pytest.raises(InputError, match=rf"{name}: was (changed|not made).*move it away"):
+            vm.write_pack(job, pack, engagement=0, progress=never)
+        assert (pack / name).read_text() == text
+        (pack / name).unlink() if before is None else (pack / name).write_bytes(before)
+    # in its own directory, with a program that was changed there
+    (pack / "tiny.nc").write_text(STRAIGHT.replace("X14", "X12"))
+    vm.write_pack(pack / "job.toml", pack, engagement=0)
+    assert "X12" in (pack / "tiny.nc").read_text()
+    with FolderLock(pack) as lock:
+        lock.acquire()
+        with pytest.raises(InputError, match="another vmachining writes into this directory"):
+            vm.write_pack(job, pack, engagement=0)

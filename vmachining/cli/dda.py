@@ -14,10 +14,15 @@ from vmachining.cli.nc import Reading
 from vmachining.cli.screen import emit, note
 from vmachining.errors import InputError, KinematicsError
 from vmachining.geometry import Arc, Line, arc_between
+from vmachining.job.files import atomic_path
+from vmachining.job.folder import refuse_target
 from vmachining.machine import Interpolator, PulseBlock, plot_pulses, write_csv, write_npz
 from vmachining.nc import Motion, Move, Program
 
 __all__ = ["dda"]
+
+CSV_HEADER, NPZ_MEMBER, GENERATOR = b"block,line,tick,time_s,x,y,z\n", b"steps.npy", b"vmachining dda"
+"""What tells files of this command from others."""
 
 NORMAL = {"yz": 0, "zx": 1, "xy": 2}
 
@@ -44,6 +49,11 @@ def dda(
         raise InputError(f"--out {out}: want a name that ends in .csv or .npz")
     if plot is not None and plot.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"--plot {plot}: want a name that ends in .html")
+    inputs = {} if name == "-" else {"program": Path(name)}
+    if out is not None:
+        refuse_target(out, inputs, CSV_HEADER if out.suffix.lower() == ".csv" else NPZ_MEMBER)
+    if plot is not None:
+        refuse_target(plot, inputs, GENERATOR)
     interpolator = Interpolator(blu_mm=blu, register=register, mode=mode, split=split, max_pulse_hz=max_rate)
     reading = Reading(
         dialect=dialect, tools=tools, tools_units=tools_units, home=home, travel=travel, blu=blu
@@ -60,12 +70,14 @@ def dda(
         elif out is None:
             print(_told(block))
     if out is not None:
-        if out.suffix.lower() == ".csv":
-            write_csv(out, blocks)
-        else:
-            write_npz(out, blocks, interpolator)
+        with atomic_path(out) as temporary:
+            if out.suffix.lower() == ".csv":
+                write_csv(temporary, blocks)
+            else:
+                write_npz(temporary, blocks, interpolator)
     if plot is not None:
-        plot_pulses(plot, blocks, paths, blu)
+        with atomic_path(plot) as temporary:
+            plot_pulses(temporary, blocks, paths, blu)
     summary = _summary(blocks, interpolator)
     if as_json:
         emit({"summary": summary})

@@ -10,6 +10,7 @@ from vmachining.cli.screen import emit, note, progress_bar
 from vmachining.errors import EngineError, SweepError
 from vmachining.job import Job
 from vmachining.job import engage as engaged
+from vmachining.job.folder import engagement_files, engagement_folder
 
 __all__ = ["engage"]
 
@@ -41,6 +42,8 @@ def engage(
         return _many(
             job, block, at, every, options, out or Path("out") / f"{job.name}-engagement", workers, as_json
         )
+    if out is not None:
+        engagement_folder(out).refuse_foreign(job.inputs)
     try:
         found = engaged(job, int(block), at=at, **options)
     except (EngineError, SweepError) as exc:
@@ -97,11 +100,9 @@ def _many(
     """`--block all|7,10-20`, `--every MM`: tables on disk, a summary on the screen."""
     from vmachining.job.engage import Scene
     from vmachining.job.engage_many import engage_many, positions
-    from vmachining.job.files import make_folder
 
     asked = positions(Scene.of(job), blocks, at=at, every_mm=every)
-    make_folder(out)
-    with progress_bar(quiet=as_json) as progress:
+    with engagement_files(out, job.inputs), progress_bar(quiet=as_json) as progress:
         table = engage_many(job, asked, out, workers=workers, progress=progress, **options)
     unanswered = int(table["tip_x_mm"].null_count())
     files = ["engagement.parquet", "positions.parquet", "positions.csv"]

@@ -13,6 +13,9 @@ from vmachining.errors import InputError
 
 __all__ = ["bench", "sweep"]
 
+STEP_MARK, PLOT_MARK = b"'vmachining'", b"vmachining sweep"
+"""What tells files of this command from others: the system a STEP file comes from, the generator of a page."""
+
 
 def sweep(name: str, *, chord: float, step: Path | None, brep: bool, plot: Path | None, as_json: bool) -> int:
     """`vmachining sweep`."""
@@ -24,8 +27,13 @@ def sweep(name: str, *, chord: float, step: Path | None, brep: bool, plot: Path 
         )
     if plot is not None and plot.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"--plot {plot}: want a name that ends in .html")
+    from vmachining.job.folder import refuse_target
     from vmachining.job.sweepfile import read_sweep
 
+    if step is not None:
+        refuse_target(step, {"sweep": Path(name)}, STEP_MARK)
+    if plot is not None:
+        refuse_target(plot, {"sweep": Path(name)}, PLOT_MARK)
     found = read_sweep(name)
     from vmachining.job.single import sweep_record
 

@@ -15,6 +15,7 @@ import fcntl
 import json
 import os
 import re
+import sys
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from datetime import UTC, datetime
@@ -23,9 +24,29 @@ from types import TracebackType
 from typing import Any, TypeAlias
 
 from vmachining.errors import InputError, JobError
-from vmachining.job.files import MANIFEST, OUTPUTS, read_manifest, sha256, temporary_name, write_json, writing
+from vmachining.job.files import (
+    MANIFEST,
+    OUTPUTS,
+    make_folder,
+    read_manifest,
+    sha256,
+    temporary_name,
+    versions,
+    write_json,
+    writing,
+)
 
-__all__ = ["RUN", "WORKING", "FolderLock", "ResultFolder", "now", "refuse_other_run", "refuse_target"]
+__all__ = [
+    "RUN",
+    "WORKING",
+    "FolderLock",
+    "ResultFolder",
+    "engagement_files",
+    "engagement_folder",
+    "now",
+    "refuse_other_run",
+    "refuse_target",
+]
 
 RUN = "vmachining run"
 """Kind of the manifest of a run."""
@@ -41,6 +62,12 @@ ANY_VALUE = ("brep", "brep_seconds", "workers", "stock", "stock_at")
 
 LOCK_FILE = ".vmachining.lock"
 """Only where a directory cannot be locked itself, as on NFS."""
+
+ENGAGEMENT = (
+    "engagement.csv", "engagement.parquet", "engagement.html", "engagement.png", "engagement_map.csv",
+    "positions.csv", "positions.parquet",
+)  # fmt: skip
+"""Files of `vmachining engage`."""
 
 Identity: TypeAlias = tuple[int, int]
 
@@ -105,10 +132,10 @@ class ResultFolder:
         )
         return manifest if known and manifest.get("kind", RUN) == self._kind else None
 
-    def refuse_foreign(self, inputs: Mapping[str, Path]) -> None:
+    def refuse_foreign(self, inputs: Mapping[str, Path], same: Collection[str] = ()) -> None:
         """Refuse a directory where a file of ours would take the place of somebody's.
 
-        inputs : {role: path} of what the command reads.
+        inputs : {role: path} of what the command reads. same : names of files that are as they will be.
 
         Raises
         ------
@@ -118,7 +145,7 @@ class ResultFolder:
         manifest = self.earlier()
         made = {} if manifest is None else _named(manifest) | {self._manifest: None}
         roles = {identity(path): role for role, path in inputs.items()}
-        for path in self._taken():
+        for path in (path for path in self._taken() if path.name not in same):
             role = roles.get(identity(path))
             if role is not None:
                 raise InputError(
@@ -350,3 +377,39 @@ class FolderLock:
         self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.release()
+
+
+def engagement_folder(path: Path) -> ResultFolder:
+    """A directory as `vmachining engage` sees it: it may be that of a run, so the manifest has a name of its own."""
+    return ResultFolder(
+        path,
+        kind="vmachining engagement",
+        names=(*ENGAGEMENT, "engagement.json"),
+        pattern=None,
+        manifest="engagement.json",
+    )
+
+
+@contextmanager
+def engagement_files(path: Path, inputs: Mapping[str, Path] | None = None) -> Iterator[None]:
+    """Tables and pictures of engagement are written within; those of an earlier call go first.
+
+    Raises
+    ------
+    InputError
+        The directory holds a file of somebody else under one of their names, or somebody is writing there.
+    """
+    make_folder(path)
+    place = engagement_folder(path)
+    with FolderLock(path) as lock:
+        lock.acquire()
+        place.refuse_foreign(inputs or {})
+        place.forget()
+        place.manifest = {
+            "kind": "vmachining engagement", "complete": False, "command": sys.argv, "process": os.getpid(),
+            "started": now(), "versions": versions(), "files": {},
+        }  # fmt: skip
+        with place.making(*ENGAGEMENT):
+            yield
+        place.manifest |= {"complete": True, "ended": now()}
+        place.save()

@@ -11,6 +11,7 @@ from vmachining.engines.mesh import solid
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Bracket
 from vmachining.job.brep import note_of
+from vmachining.job.files import atomic_path
 from vmachining.sweep import Sweep
 from vmachining.tolerance import CHORD_MM
 
@@ -125,7 +126,8 @@ def _not_written(sweep: Sweep, step: Path, record: Mapping[str, Any]) -> str | N
     if not record["brep_valid"] or (record["brep_mm3"] is None and record["brep_solids"] < 2):
         return f"no B-rep solid to write: {record['brep_note']}"
     try:
-        brep.isolated(brep.write_sweep, step, sweep, seconds=SWEEP_SECONDS)
+        with atomic_path(step) as temporary:
+            brep.isolated(brep.write_sweep, temporary, sweep, seconds=SWEEP_SECONDS)
     except (SweepError, EngineError) as exc:
         return str(exc)
     return None

@@ -346,7 +346,9 @@ def plot_pulses(
     else:
         figure.update_xaxes(title="x mm")
         figure.update_yaxes(title="y mm", scaleanchor="x", scaleratio=1)
-    figure.write_html(str(path), include_plotlyjs=True, full_html=True)
+    page = figure.to_html(include_plotlyjs=True, full_html=True)
+    page = page.replace("<head>", '<head><meta name="generator" content="vmachining dda">', 1)
+    Path(path).write_text(page, encoding="utf-8")
 
 
 def _joined(lines: Sequence[Floats]) -> Floats:

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 import re
 import shlex
 import tomllib
 from collections.abc import Iterable, Mapping
-from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -32,6 +32,7 @@ from vmachining.job.files import (
     write_atomic,
     write_json,
 )
+from vmachining.job.folder import FolderLock, ResultFolder
 from vmachining.job.reading import read_job_program
 from vmachining.job.simulate import Progress
 from vmachining.job.stock import STOCK_FORMATS, raw_stock, write_stock
@@ -57,6 +58,13 @@ STATIONS, MOST_STATIONS, ANGLES = 10, 10_000, 36
 
 WORDS = {"none": NO_LICENCE, "cc0": CC0}
 """Licences that have a name."""
+
+OWN = (
+    "job.toml", "README.md", "LICENCE.md", "summary.json", "stock_before.stl",
+    *(f"stock_after.{suffix}" for suffix in STOCK_FORMATS),
+    *(f"{name}.{suffix}" for name in ("blocks", "engagement") for suffix in ("csv", "parquet")),
+)  # fmt: skip
+"""Names of files that a pack may have, the manifest and the inputs apart."""
 
 INPUTS = (("program", "file"), ("machine", "file"), ("stock", "stl"), ("stock", "step"))
 """Keys of a job file that name files."""
@@ -85,7 +93,8 @@ def write_pack(
     Parameters
     ----------
     job : a job, or its file. A [feed] section is kept in the copy and not acted upon.
-    folder : a new or empty directory, or an earlier pack, which is replaced.
+    folder : a new or empty directory, or an earlier pack, which is replaced; files in it that were changed or added
+        since are refused where the new pack has a file of that name with other bytes, and stay where it has none.
     stock : formats of the finished workpiece: "stl", "3mf", "step". A STEP that the B-rep engine refuses is
         not written; `summary["stock_step_refused"]` then says why.
     brep : blocks that the B-rep engine checks; see `run`.
@@ -99,7 +108,7 @@ def write_pack(
     ------
     InputError
         The job cannot be run, or was not read from a file; the directory holds something else; two inputs
-        share a name; a STEP of a stock that has too many triangles for one.
+        share a name; another process is writing there; a STEP of a stock that has too many triangles for one.
     """
     job = job if isinstance(job, Job) else Job.load(job)
     folder, formats = Path(folder), tuple(stock)
@@ -110,15 +119,18 @@ def write_pack(
     terms = _licence(licence)
     # a file of terms is known by its name in the pack, so that the pack tells nothing of where it was made
     term = licence if licence in WORDS else "LICENCE.md"
-    old = _old_files(folder)
+    _refuse_other_files(folder)
     if "step" in formats:
         blank(job)
     inputs, told = _inputs(job)
+    given = {**inputs, "LICENCE.md": terms.encode()}
+    place = ResultFolder(folder, kind=KIND, names=(*OWN, *given), pattern=None)
+    place.refuse_foreign(job.inputs, same=_same(folder, given))
     result = run(_without_feed(job), certify=True, brep=brep, workers=workers, progress=progress)
     with TemporaryDirectory(prefix="vmachining-pack-") as scratch:
         # everything is made before the first byte of an earlier pack goes: it may hold our own inputs
         made = Path(scratch)
-        for name, data in {**inputs, "LICENCE.md": terms.encode()}.items():
+        for name, data in given.items():
             (made / name).write_bytes(data)
         told |= _outputs(result, made, formats)
         told |= _engagement(result, made, engagement)
@@ -142,12 +154,23 @@ def write_pack(
             "files": {name: sha256(made / name) for name in names},
         }  # fmt: skip
         make_folder(folder)
-        for name in {MANIFEST, *(old - set(names))}:
-            with suppress(FileNotFoundError):
-                (folder / name).unlink()
-        for name in names:
-            write_atomic(folder / name, (made / name).read_bytes())
-    write_json(folder / MANIFEST, manifest)
+        with FolderLock(folder) as lock:
+            lock.acquire()
+            _refuse_other_files(folder)
+            same = _same(folder, {name: (made / name).read_bytes() for name in names})
+            place.refuse_foreign(job.inputs, same=same)
+            place.forget(keep=same)
+            place.manifest = {
+                "kind": KIND,
+                "complete": False,
+                "process": os.getpid(),
+                "files": dict.fromkeys(names),
+            }
+            place.save()
+            for name in names:
+                if name not in same:
+                    write_atomic(folder / name, (made / name).read_bytes())
+            write_json(folder / MANIFEST, manifest)
     return result
 
 
@@ -204,23 +227,31 @@ def _licence(licence: str) -> str:
         ) from exc
 
 
-def _old_files(folder: Path) -> set[str]:
-    """Files of an earlier pack in the directory. Refuses a directory that holds anything else, and what is none."""
+def _same(folder: Path, new: Mapping[str, bytes]) -> set[str]:
+    """Names of files that have their bytes already, as where a pack is made again in its own directory."""
+    paths = {name: folder / name for name in new}
+    return {
+        name
+        for name, path in paths.items()
+        if path.is_file() and not path.is_symlink() and path.read_bytes() == new[name]
+    }
+
+
+def _refuse_other_files(folder: Path) -> None:
+    """Refuse a directory that is not empty and holds no pack, and what is none."""
     there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
     if not there.is_dir():
         raise InputError("is a file, not a directory", file=str(there), remedy="choose another --out")
     if not folder.is_dir() or not any(folder.iterdir()):
-        return set()
+        return
     manifest = read_manifest(folder)
     if manifest is None or manifest.get("kind") != KIND:
         raise InputError("holds other files", file=str(folder), remedy="choose a new directory by --out")
-    files = manifest.get("files")
-    if not isinstance(files, dict):
+    if not isinstance(manifest.get("files"), dict):
         raise InputError(
             "this manifest of a pack lists no files", file=str(folder / MANIFEST),
             remedy="choose a new directory by --out",
         )  # fmt: skip
-    return {name for name in files if Path(name).name == name and (folder / name).is_file()}
 
 
 def _inputs(job: Job) -> tuple[dict[str, bytes], dict[str, str]]:
@@ -231,9 +262,7 @@ def _inputs(job: Job) -> tuple[dict[str, bytes], dict[str, str]]:
     wanted: dict[str, Any] = tomllib.loads(text)
     lines = text.splitlines(keepends=True)
     files, told = {}, {"job.toml": "the job: tools, stock, accuracy"}
-    taken = {"job.toml", "README.md", "LICENCE.md", "summary.json", MANIFEST}
-    taken |= {f"{name}.{suffix}" for name in ("blocks", "engagement") for suffix in ("csv", "parquet")}
-    taken |= {"stock_before.stl", *(f"stock_after.{suffix}" for suffix in STOCK_FORMATS)}
+    taken = {*OWN, MANIFEST}
 
     def take(path: Path, role: str, shown: str, section: str, key: str) -> None:
         if path.name in taken:

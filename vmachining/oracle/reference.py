@@ -73,14 +73,18 @@ def read_reference(reference: Path | str | RunResult) -> Reference:
         path = folder / name
         if path.is_file() and sha256(path) != digest:
             raise InputError(
-                "differs from the file that the pack was made with", file=str(path),
-                remedy="fetch the pack again",
+                "differs from the file that was made here", file=str(path),
+                remedy="fetch the pack again, or run the job again",
             )  # fmt: skip
     path = folder / "blocks.parquet"
     if not path.is_file():
         path = folder / "blocks.csv"
     if isinstance(files, dict) and files and path.name not in files:
-        raise InputError("is not a file of this pack", file=str(path), remedy="fetch the pack again")
+        raise InputError(
+            "is not a file that was made here",
+            file=str(path),
+            remedy="fetch the pack again, or run the job again",
+        )
     try:
         blocks = (
             pl.read_parquet(path)

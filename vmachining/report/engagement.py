@@ -16,7 +16,8 @@ from plotly.subplots import make_subplots
 from vmachining.arrays import Floats
 from vmachining.engagement import Engagement
 from vmachining.errors import InputError
-from vmachining.job.files import atomic_path, make_folder, write_atomic
+from vmachining.job.files import atomic_path, write_atomic
+from vmachining.job.folder import engagement_files
 from vmachining.job.table import readable
 from vmachining.report.figures import AFTER, BEFORE, FEED, FONT, GRID, INK, MODEBAR, MUTED
 
@@ -88,13 +89,24 @@ def drawn(found: Engagement) -> Drawn:
 def write_engagement(found: Engagement, folder: Path | str, *, name: str = "") -> list[Path]:
     """Write engagement.csv, .parquet, .html, engagement_map.csv, and engagement.png where matplotlib is there.
 
+    What an earlier call made there is replaced; engagement.json says what that is.
+
     Returns
     -------
     list of Path
         The files written.
+
+    Raises
+    ------
+    InputError
+        The directory holds a file of somebody else under one of these names, or somebody is writing there.
     """
     folder = Path(folder)
-    make_folder(folder)
+    with engagement_files(folder):
+        return _write(found, folder, name)
+
+
+def _write(found: Engagement, folder: Path, name: str) -> list[Path]:
     table = found.table()
     paths = [folder / f"engagement.{suffix}" for suffix in ("csv", "parquet", "html", "png")]
     with atomic_path(paths[0]) as temporary:

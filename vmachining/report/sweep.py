@@ -8,6 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from vmachining.engines.mesh import solid
+from vmachining.job.files import write_atomic
 from vmachining.sweep import Sweep
 from vmachining.tolerance import CHORD_MM
 
@@ -43,4 +44,6 @@ def plot_sweep(path: Path, sweep: Sweep, chord: float = CHORD_MM) -> None:
         title="Swept solid", margin={"l": 0, "r": 0, "b": 0, "t": 40},
         scene={"aspectmode": "data", "xaxis_title": "x, mm", "yaxis_title": "y, mm", "zaxis_title": "z, mm"},
     )  # fmt: skip
-    figure.write_html(path, include_plotlyjs=True)
+    page = figure.to_html(include_plotlyjs=True)
+    page = page.replace("<head>", '<head><meta name="generator" content="vmachining sweep">', 1)
+    write_atomic(path, page)

@@ -13,6 +13,9 @@ from vmachining.sweep import Sweep
 
 __all__ = ["Described", "described", "write_solids", "write_sweep"]
 
+ORIGIN = "vmachining"
+"""In the header of a STEP file, as the system it comes from: files of ours are known by it."""
+
 SAME_REL = 1e-8
 """STEP keeps 15 digits of a pole; volumes are integrated over the same faces."""
 
@@ -44,12 +47,16 @@ def write_solids(path: Path, shapes: Sequence[Any]) -> float:
         The file cannot be written, or reads back with other solids or volumes. It is removed then.
     """
     import cadquery as cq
+    from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
     from OCP.IFSelect import IFSelect_ReturnStatus
     from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
+    from OCP.TCollection import TCollection_HAsciiString
 
     writer = STEPControl_Writer()
     for shape in shapes:
         writer.Transfer(shape, STEPControl_StepModelType.STEPControl_AsIs)
+    header = APIHeaderSection_MakeHeader(writer.Model())
+    header.SetOriginatingSystem(TCollection_HAsciiString(ORIGIN))
     if writer.Write(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
         path.unlink(missing_ok=True)
         raise EngineError(f"OCCT cannot write {path.name}", engine="brep")
