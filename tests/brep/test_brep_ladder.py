@@ -24,8 +24,6 @@ from vmachining.cli.main import run as command
 from vmachining.engines import brep
 from vmachining.engines.brep import Blank, Ladder, Status, described, isolated, ladder, workers
 from vmachining.engines.brep.booleans import box_of
-from vmachining.engines.brep.near import SweepIndex
-from vmachining.engines.brep.reach import reaching
 from vmachining.engines.brep.rungs import MESHES, NEXT, RAYS, RUNGS, SOLIDS, STEADY
 from vmachining.engines.brep.sections import integrated, level_area
 from vmachining.engines.mesh import MeshEngine, box_stock
@@ -33,6 +31,8 @@ from vmachining.errors import EngineError, InputError, SweepError
 from vmachining.geometry import Arc, Line
 from vmachining.geometry.path import Path as ToolPath
 from vmachining.job.brep import chosen, note_of, parse_brep
+from vmachining.sweep.near import SweepIndex
+from vmachining.sweep.reach import reaching
 
 BOX = Blank("box", (0, -20, -20), (30, 20, 0))
 ANY = Bracket(0.0, 0.0, 1e9)

@@ -12,10 +12,10 @@ from vmachining.bench.brep_chains import bar_of, chain_of
 from vmachining.engines.brep import Blank, Ladder, Status
 from vmachining.engines.brep.booleans import box_of
 from vmachining.engines.brep.ladder import quiet
-from vmachining.engines.brep.live import columns
 from vmachining.engines.brep.rays import FINER, FIRST, NOTHING, SHARP, Rays, Told, _divided, left
 from vmachining.engines.mesh import MeshEngine, box_stock
 from vmachining.geometry import Line
+from vmachining.sweep.candidates import columns
 
 BOX = Blank("box", (0, -20, -20), (30, 20, 0))
 TOOL = FlatEnd(diameter=10, length=40)

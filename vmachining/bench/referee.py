@@ -8,8 +8,8 @@ import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.engines.brep.rays import SETS, left
-from vmachining.engines.brep.reach import reaching
 from vmachining.sweep import Sweep
+from vmachining.sweep.reach import reaching
 
 __all__ = ["referee"]
 

@@ -24,12 +24,12 @@ from vmachining.arrays import Bools, Floats
 from vmachining.engines.brep.blank import Blank
 from vmachining.engines.brep.booleans import box_of
 from vmachining.engines.brep.ladder import quiet
-from vmachining.engines.brep.reach import meets, reaching
 from vmachining.engines.brep.shapes import Circle, Curve, Frame, Straight, interpolated, pnt
 from vmachining.engines.brep.swept import solids
 from vmachining.engines.brep.worker import end_with_driver
 from vmachining.errors import SweepError, VMachiningError
 from vmachining.sweep import Stance, Sweep
+from vmachining.sweep.reach import meets, reaching
 from vmachining.tool import Edge, EdgeParts
 
 __all__ = ["Members", "edge_curve", "main"]

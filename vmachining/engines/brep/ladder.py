@@ -45,12 +45,9 @@ from vmachining.engines.brep.doubt import (
     refuted_by,
 )
 from vmachining.engines.brep.faceted import Meshed, Taken, limit, taken, united
-from vmachining.engines.brep.live import columns
 from vmachining.engines.brep.measure import volume
-from vmachining.engines.brep.near import SweepIndex
 from vmachining.engines.brep.outside import Outside
 from vmachining.engines.brep.rays import NOTHING, Heard, Rays
-from vmachining.engines.brep.reach import meets, reaching
 from vmachining.engines.brep.rungs import (
     FACETS,
     MESHES,
@@ -73,6 +70,9 @@ from vmachining.engines.brep.traits import GROWTH_MM, grown, is_helix, is_wound,
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Bracket
 from vmachining.sweep import Sweep, Turn
+from vmachining.sweep.candidates import columns
+from vmachining.sweep.near import SweepIndex
+from vmachining.sweep.reach import meets, reaching
 
 __all__ = ["Ladder", "quiet"]
 

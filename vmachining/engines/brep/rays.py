@@ -34,11 +34,11 @@ from numpy.typing import ArrayLike
 
 from vmachining.arrays import Floats, Ints
 from vmachining.engines.brep.blank import Blank
-from vmachining.engines.brep.live import Columns, columns
 from vmachining.engines.brep.outside import Outside
 from vmachining.engines.protocol import Removal
 from vmachining.geometry import Bracket
 from vmachining.sweep import RayIntervals, Sweep
+from vmachining.sweep.candidates import Columns, columns
 
 __all__ = ["SETS", "Crossed", "Heard", "Rays", "Told", "left"]
 

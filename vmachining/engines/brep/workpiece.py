@@ -25,12 +25,12 @@ from vmachining.engines.brep.blank import Blank
 from vmachining.engines.brep.booleans import box_of, is_empty, minus
 from vmachining.engines.brep.doubt import SLACK_MM3
 from vmachining.engines.brep.measure import volume
-from vmachining.engines.brep.near import SweepIndex
-from vmachining.engines.brep.reach import meets, reaching
 from vmachining.engines.brep.swept import inspect, solids
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Bracket
 from vmachining.sweep import Sweep
+from vmachining.sweep.near import SweepIndex
+from vmachining.sweep.reach import meets, reaching
 
 __all__ = ["owners", "workpiece", "write_step"]
 

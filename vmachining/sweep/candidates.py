@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vmachining.arrays import Floats, Ints
-from vmachining.engines.brep.near import CELLS, LEVELS
 from vmachining.sweep import Sweep
+from vmachining.sweep.near import CELLS, LEVELS
 
 __all__ = ["Columns", "columns"]
 

@@ -35,17 +35,34 @@ EIGHT = 0.5 * (np.stack(np.meshgrid([-1, 1], [-1, 1], [-1, 1], indexing="ij"), a
 class SweepIndex:
     """Boxes of sweeps in a grid over x and y. Sweeps are known by their position in the chain."""
 
-    def __init__(self, sweeps: Sequence[Sweep]) -> None:
-        self._sweeps = sweeps
-        self._boxes = np.array([s.bounds for s in sweeps]).reshape(-1, 2, 3)
-        spans = np.ptp(self._boxes[:, :, :2], axis=1) if len(sweeps) else np.ones((1, 2))
-        self._pitch = float(max(np.median(spans.max(axis=1)), 1e-3))
+    def __init__(
+        self, sweeps: Sequence[Sweep], *, pitch: float | None = None, clip: Floats | None = None
+    ) -> None:
+        """pitch : mm, of the grid; None: from the sweeps. clip : (2, 3) mm, beyond which cells need not be told apart."""
+        self.sweeps = list[Sweep]()
+        self._boxes = np.empty((64, 2, 3))
+        self._clip = clip
+        if pitch is None:
+            wide = [float(np.ptp(sweep.bounds[:, :2], axis=0).max()) for sweep in sweeps]
+            pitch = float(np.median(wide)) if wide else 1.0
+        self._pitch = max(pitch, 1e-3)
         self._cells: dict[tuple[int, int], list[int]] = defaultdict(list)
-        for k, box in enumerate(self._boxes):
-            for key in self._keys(box):
-                self._cells[key].append(k)
+        for sweep in sweeps:
+            self.add(sweep)
+
+    def add(self, sweep: Sweep) -> int:
+        """Put a sweep behind all others; its position."""
+        k = len(self.sweeps)
+        self.sweeps.append(sweep)
+        if k == len(self._boxes):
+            self._boxes = np.concatenate([self._boxes, np.empty_like(self._boxes)])
+        self._boxes[k] = sweep.bounds
+        for key in self._keys(self._boxes[k]):
+            self._cells[key].append(k)
+        return k
 
     def _keys(self, box: Floats) -> list[tuple[int, int]]:
+        box = box if self._clip is None else np.clip(box, *self._clip)
         (i0, j0), (i1, j1) = np.floor(box[:, :2] / self._pitch).astype(int).tolist()
         return [(i, j) for i in range(i0, i1 + 1) for j in range(j0, j1 + 1)]
 
@@ -66,12 +83,15 @@ class SweepIndex:
 
         clip : (2, 3) mm, box of the stock.
         """
-        box = np.stack([
-            np.maximum(self._boxes[target, 0], clip[0]), np.minimum(self._boxes[target, 1], clip[1])
-        ])  # fmt: skip
+        return self.needed_by(self.sweeps[target], target, clip)
+
+    def needed_by(self, sweep: Sweep, before: int, clip: Floats) -> list[int]:
+        """The same of any sweep that comes after the first `before` ones."""
+        bounds = sweep.bounds
+        box = np.stack([np.maximum(bounds[0], clip[0]), np.minimum(bounds[1], clip[1])])
         if (box[0] >= box[1]).any():
             return []
-        candidates = self.meets(box, target)
+        candidates = self.meets(box, before)
         if not candidates:
             return []
         size = box[1] - box[0]
@@ -79,21 +99,21 @@ class SweepIndex:
         counts = np.maximum(np.ceil(size / pitch), 1).astype(int)
         axes = [lo + (np.arange(n) + 0.5) * s / n for lo, s, n in zip(box[0], size, counts, strict=True)]
         centers = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-        return [candidates[i] for i in self._chosen(target, candidates, centers, size / counts)]
+        return [candidates[i] for i in self._chosen(sweep, candidates, centers, size / counts)]
 
-    def _chosen(self, target: int, candidates: Sequence[int], centers: Floats, cell: Floats) -> list[int]:
+    def _chosen(self, sweep: Sweep, candidates: Sequence[int], centers: Floats, cell: Floats) -> list[int]:
         """Which of the candidates are needed, among cells at `centers` (n, 3) with sides `cell` (3,), mm."""
         order: list[int] = []
         others = np.arange(len(candidates))
         touches = np.ones((len(candidates), len(centers)), dtype=bool)
         for level in range(LEVELS + 1):
             half = 0.5 * float(np.linalg.norm(cell)) * (1.0 + 1e-9) + 1e-9
-            own = self._sweeps[target].signed_distance(centers) <= half
+            own = sweep.signed_distance(centers) <= half
             centers, touches = centers[own], touches[:, own]
             holds = np.zeros_like(touches)
             for i in np.flatnonzero(touches.any(axis=1)).tolist():
                 where = np.flatnonzero(touches[i])
-                distance = self._sweeps[candidates[i]].signed_distance(centers[where])
+                distance = self.sweeps[candidates[i]].signed_distance(centers[where])
                 touches[i, where], holds[i, where] = distance <= half, distance < -half
             touches[:, holds[order].any(axis=0)] = False
             while True:

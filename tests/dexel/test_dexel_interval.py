@@ -1,0 +1,85 @@
+"""The interval of the dexel engine holds closed forms as often as it says, and the engine keeps the protocol's promises."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+import pytest
+from closedforms import FAMILIES, case_of, engine_for, slot
+from scipy.stats import binom
+
+from vmachining import Sweep
+from vmachining.engines.dexel import CONFIDENCE
+
+RISK = 1e-4
+"""Of a test that fails though the statement is true."""
+
+
+def misses(seeds: range, want_rel: float, most: int) -> Counter[str]:
+    """How often the truth lies outside, by family."""
+    found: Counter[str] = Counter()
+    for seed in seeds:
+        case = case_of(seed)
+        engine, members = engine_for(case, want_rel=want_rel, most=most)
+        removal = engine.removed(members, seed=seed)
+        assert removal.lo <= removal.estimate <= removal.hi
+        found[case.name] += not removal.lo <= case.truth <= removal.hi
+    return found
+
+
+def allowed(count: int) -> int:
+    """Misses of so many blocks that a true statement exceeds with the probability `RISK`."""
+    return int(binom.ppf(1.0 - RISK, count, 1.0 - CONFIDENCE))
+
+
+def test_closed_forms_lie_in_the_interval() -> None:
+    seeds = range(20_000, 20_000 + 30 * len(FAMILIES))
+    assert misses(seeds, 0.02, 1500).total() <= allowed(len(seeds))
+
+
+@pytest.mark.long
+def test_closed_forms_lie_in_the_interval_as_often_as_it_says() -> None:
+    """10,000 blocks, about eight minutes: the rate itself can only be seen in many."""
+    seeds = range(10_000)
+    assert misses(seeds, 0.02, 1500).total() <= allowed(len(seeds)) == 7
+
+
+@pytest.mark.parametrize("want_rel", [0.05, 0.01, 0.004])
+def test_the_width_asked_for_is_about_reached(want_rel: float) -> None:
+    """Slots of one motion: the pilot is a guess, so twice of it is allowed."""
+    for seed in range(3):
+        case = slot(np.random.default_rng(seed))
+        engine, members = engine_for(case, want_rel=want_rel, most=40_000)
+        removal = engine.removed(members, seed=seed)
+        assert 0.5 * (removal.hi - removal.lo) <= 2.0 * want_rel * case.truth
+
+
+def test_what_was_cut_is_not_cut_again_and_volumes_add_up() -> None:
+    case = slot(np.random.default_rng(3))
+    engine, _ = engine_for(case._replace(block=[]))
+    before = engine.touch(case.block[0])
+    first = engine.cut(case.block[0], 0)
+    again = engine.cut(case.block[0], 1)
+    assert before.lo <= case.truth <= before.hi and first.lo <= case.truth <= first.hi
+    assert again.estimate == 0.0 and again.hi < 1e-2 * case.truth
+    whole = engine.stock_volume.estimate
+    assert engine.volume.estimate == pytest.approx(whole - first.estimate, rel=1e-12)
+    assert engine.volume.lo <= whole - case.truth <= engine.volume.hi
+
+
+def test_air_removes_nothing_and_that_is_proven() -> None:
+    case = slot(np.random.default_rng(3))
+    engine, _ = engine_for(case._replace(block=[]))
+    lifted = Sweep.along(case.block[0].profile.shifted(50.0), case.block[0].path)
+    assert engine.cut(lifted, 0) == (0.0, 0.0, 0.0, True)
+
+
+def test_equal_blocks_are_asked_of_other_rays() -> None:
+    """So that what the rays of one miss, those of the next find."""
+    case = slot(np.random.default_rng(5))
+    found = []
+    for seed in (0, 1, 0):
+        engine, members = engine_for(case)
+        found.append(engine.removed(members, seed=seed))
+    assert found[0] == found[2] != found[1]

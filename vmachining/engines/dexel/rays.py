@@ -1,0 +1,138 @@
+"""Lengths along upright rays, and where rays stand."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from vmachining.arrays import Floats, Ints
+from vmachining.sweep import RayIntervals, Sweep
+
+__all__ = ["Cells", "RawSolid", "divided", "material", "places"]
+
+UP = (0.0, 0.0, 1.0)
+
+
+class RawSolid(Protocol):
+    """Raw stock, as far as rays need it."""
+
+    @property
+    def bounds(self) -> Floats:
+        """(2, 3) mm."""
+        ...
+
+    def crossings(self, places: Floats) -> RayIntervals:
+        """Heights (mm) between which upright lines through places (n, 2) are inside."""
+        ...
+
+
+class Cells(NamedTuple):
+    """Rectangles of a raster seen from above, one ray in each.
+
+    low, side : (n, 2) mm. tall : (n,) mm, height of what can be removed there at most.
+    pair, flip : (n, 4) number that two neighbours share, and which of them it is (0 or 1): along x or y, two ways each.
+    """
+
+    low: Floats
+    side: Floats
+    tall: Floats
+    pair: Ints
+    flip: Ints
+
+
+def divided(low: Floats, side: Floats, tall: Floats, across: Ints) -> Cells:
+    """Equal rectangles of a raster (low (n, 2), side (2,), tall (n,)), each in across^2 (n,) cells."""
+    found, count = [], 0
+    for times in np.unique(across).tolist():
+        cell = side / times
+        step = np.arange(times)
+        part = np.stack(np.meshgrid(step, step, indexing="ij"), axis=-1).reshape(-1, 2)
+        lows = (low[across == times, None] + part * cell).reshape(-1, 2)
+        place = np.rint((lows - low.min(axis=0)) / cell).astype(np.int64)
+        wide = int(place[:, 1].max()) + 2
+        pairs, flips = list[Ints](), list[Ints]()
+        for along in np.array([[1, 0], [1, 0], [0, 1], [0, 1]]):
+            mine = place + len(flips) % 2 * along
+            flips.append(mine @ along % 2)
+            first = mine - flips[-1][:, None] * along
+            pairs.append(np.unique(first @ [wide, 1], return_inverse=True)[1])
+        pair, flip = np.column_stack(pairs), np.column_stack(flips)
+        high = np.repeat(tall[across == times], times * times)
+        found.append(Cells(lows, np.tile(cell, (len(lows), 1)), high, count + pair, flip))
+        count += int(pair.max()) + 1
+    return Cells(*(np.concatenate(column) for column in zip(*found, strict=True)))
+
+
+def places(cells: Cells, number: int, rng: np.random.Generator) -> Floats:
+    """(n, 2) mm, one random place in every cell: set `number` of rays. Where a cell has a neighbour of its pair, that one's
+    place is the same turned by half a turn."""
+    pair, flip = cells.pair[:, number % 4], cells.flip[:, number % 4, None]
+    shift = np.abs(flip - rng.random((int(pair.max()) + 1, 2))[pair])
+    return np.asarray(cells.low + shift * cells.side)
+
+
+def material(sweep: Sweep, earlier: Sequence[Sweep], stock: RawSolid, where: Floats) -> Floats:
+    """(n,) mm of upright rays at (n, 2) mm in the sweep and the stock, and in no earlier sweep.
+
+    earlier : those that take most first; what is left of a ray lies between two heights that come closer with each, and
+    once they meet no other one is asked.
+    """
+    count = len(where)
+    own, raw = _crossed(sweep, where, np.arange(count)), _in_stock(stock, where)
+    lo, hi = np.full(count, np.inf), np.full(count, -np.inf)
+    low, high = lo.copy(), hi.copy()
+    for part, bottom, top in ((own, lo, hi), (raw, low, high)):
+        np.minimum.at(bottom, part.ray, part.enter)
+        np.maximum.at(top, part.ray, part.leave)
+    lo, hi = np.maximum(lo, low), np.minimum(hi, high)
+    parts = [own, raw]
+    for body in earlier:
+        box = body.bounds
+        asked = (lo < hi) & (lo < box[1, 2]) & (hi > box[0, 2])
+        asked &= ((where > box[0, :2]) & (where < box[1, :2])).all(axis=1)
+        parts.append(_crossed(body, where, np.flatnonzero(asked)))
+        ray, enter, leave = parts[-1]
+        under, over = enter <= lo[ray], leave >= hi[ray]
+        np.maximum.at(lo, ray[under], leave[under])
+        np.minimum.at(hi, ray[over], enter[over])
+    return _lengths(parts, lo, hi)
+
+
+class _Parts(NamedTuple):
+    """Where rays are inside a body: which ray, and from where to where, mm."""
+
+    ray: Ints
+    enter: Floats
+    leave: Floats
+
+
+def _crossed(body: Sweep, where: Floats, which: Ints) -> _Parts:
+    origins = np.column_stack([where[which], np.zeros(len(which))])
+    inside = body.ray_intervals(origins, UP)
+    return _Parts(np.repeat(which, inside.counts), inside.enter, inside.leave)
+
+
+def _in_stock(stock: RawSolid, where: Floats) -> _Parts:
+    inside = stock.crossings(where)
+    return _Parts(np.repeat(np.arange(len(where)), inside.counts), inside.enter, inside.leave)
+
+
+def _lengths(parts: Sequence[_Parts], lo: Floats, hi: Floats) -> Floats:
+    """(n,) mm between `lo` and `hi` in both of the first two parts, and in none of the others."""
+    rays, stops, steps = [], [], []
+    for number, (ray, enter, leave) in enumerate(parts):
+        is_open = (lo < hi)[ray]
+        ray = ray[is_open]
+        low, high = lo[ray], hi[ray]
+        rays.append(np.tile(ray, 2))
+        stops.append(np.concatenate([np.clip(enter[is_open], low, high), np.clip(leave[is_open], low, high)]))
+        step = np.zeros((2 * len(ray), 3), dtype=np.int64)
+        step[:, min(number, 2)] = np.repeat([1, -1], len(ray))
+        steps.append(step)
+    ray, stop, step = np.concatenate(rays), np.concatenate(stops), np.concatenate(steps)
+    order = np.lexsort([stop, ray])
+    ray, stop, depth = ray[order], stop[order], np.cumsum(step[order], axis=0)
+    counts = (ray[1:] == ray[:-1]) & (depth[:-1, 0] > 0) & (depth[:-1, 1] > 0) & (depth[:-1, 2] == 0)
+    return np.bincount(ray[:-1], np.diff(stop) * counts, minlength=len(lo)).astype(np.float64)
