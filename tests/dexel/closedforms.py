@@ -8,10 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vmachining import BallNose, Bracket, FlatEnd, Sweep
+from vmachining import BallNose, FlatEnd, Sweep
 from vmachining.engines.dexel import DexelEngine
 from vmachining.geometry import Arc, Line
-from vmachining.sweep import Pose, RayIntervals, Turn
+from vmachining.stock import BoxStock
+from vmachining.sweep import Pose, Turn
 
 
 class Case(NamedTuple):
@@ -137,21 +138,9 @@ def case_of(seed: int) -> Case:
     return FAMILIES[seed % len(FAMILIES)](np.random.default_rng(seed))
 
 
-class BoxOfTests:
-    """That box, as rays want it."""
-
-    bounds = np.stack([LO, HI])
-
-    def crossings(self, places: np.ndarray) -> RayIntervals:
-        inside = ((places > LO[:2]) & (places < HI[:2])).all(axis=1)
-        count = int(inside.sum())
-        return RayIntervals(inside.astype(np.int64), np.full(count, LO[2]), np.full(count, HI[2]))
-
-
 def engine_for(case: Case, **options: float) -> tuple[DexelEngine, list[int]]:
     """An engine that has all sweeps of a case, and the numbers of those of its block."""
-    volume = float((HI - LO).prod())
-    engine = DexelEngine(BoxOfTests(), Bracket(volume, volume, volume), **options)
+    engine = DexelEngine(BoxStock(LO, HI), **options)
     for sweep in case.earlier:
         engine.add(sweep)
     return engine, [engine.add(sweep) for sweep in case.block]

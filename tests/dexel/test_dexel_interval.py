@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import pickle
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 import pytest
-from closedforms import FAMILIES, case_of, engine_for, slot
+from closedforms import FAMILIES, HI, LO, case_of, engine_for, slot
 from scipy.stats import binom
 
 from vmachining import Sweep
-from vmachining.engines.dexel import CONFIDENCE
+from vmachining.engines.dexel import CONFIDENCE, DexelEngine
+from vmachining.errors import EngineError
 
 RISK = 1e-4
 """Of a test that fails though the statement is true."""
@@ -34,7 +37,7 @@ def allowed(count: int) -> int:
 
 
 def test_closed_forms_lie_in_the_interval() -> None:
-    seeds = range(20_000, 20_000 + 30 * len(FAMILIES))
+    seeds = range(20_000, 20_000 + 15 * len(FAMILIES))
     assert misses(seeds, 0.02, 1500).total() <= allowed(len(seeds))
 
 
@@ -83,3 +86,28 @@ def test_equal_blocks_are_asked_of_other_rays() -> None:
         engine, members = engine_for(case)
         found.append(engine.removed(members, seed=seed))
     assert found[0] == found[2] != found[1]
+
+
+def test_an_interrupted_engine_goes_on_as_if_nothing_happened(tmp_path: Path) -> None:
+    case = case_of(1)
+    engine, _ = engine_for(case._replace(block=[]))
+    engine.save(tmp_path / "checkpoint")
+    again = DexelEngine.load(tmp_path / "checkpoint")
+    assert again.cut(case.block[0], 1) == engine.cut(case.block[0], 1)
+
+
+def test_a_checkpoint_runs_nothing(tmp_path: Path) -> None:
+    (tmp_path / "bad").write_bytes(pickle.dumps(print))
+    with pytest.raises(EngineError, match=r"holds builtins\.print"):
+        DexelEngine.load(tmp_path / "bad")
+
+
+def test_the_staircase_has_about_the_volume_that_is_left() -> None:
+    """As good as its steps: half a cell of the slot's border, at both ends of every dexel."""
+    case = slot(np.random.default_rng(3))
+    engine, _ = engine_for(case)
+    surface = engine.surface()
+    a, b, c = surface.vertices[surface.triangles].transpose(1, 0, 2)
+    volume = float((a * np.cross(b, c)).sum() / 6.0)
+    whole = float((HI - LO).prod())
+    assert whole - volume == pytest.approx(case.truth, rel=0.1)

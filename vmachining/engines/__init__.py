@@ -3,6 +3,7 @@
 | engine | stock is | kernel |
 |---|---|---|
 | `mesh` | closed triangle meshes per tile | manifold3d |
+| `dexel` | the raw stock and all sweeps; lengths along exact rays | - |
 | `brep` | solids with faces; judges blocks, see `--brep` | OCCT |
 
 Engines never import each other. Every engine answers `protocol.Engine`, and everybody else knows them by that alone.
@@ -20,9 +21,9 @@ from types import ModuleType
 from vmachining.engines.protocol import Engine
 from vmachining.errors import InputError
 
-__all__ = ["ENGINES", "Entry", "brep", "engine_class", "mesh"]
+__all__ = ["ENGINES", "Entry", "brep", "dexel", "engine_class", "mesh"]
 
-LATER = ("columns", "dexel", "vectors", "brep")
+LATER = ("columns", "vectors", "brep")
 """Named by the interface; they cannot cut a job yet."""
 
 
@@ -42,6 +43,9 @@ class Entry:
 
 ENGINES = {
     "mesh": Entry("vmachining.engines.mesh:MeshEngine", "any stock, tool and motion", divisible=True),
+    "dexel": Entry(
+        "vmachining.engines.dexel:DexelEngine", "any stock, tool and motion; intervals are stated, not proven"
+    ),
 }
 
 
@@ -63,6 +67,6 @@ def engine_class(name: str) -> type[Engine]:
 
 def __getattr__(name: str) -> ModuleType:
     """Load an engine, and its kernel, when it is first asked for."""
-    if name in ("brep", "mesh"):
+    if name in ("brep", "dexel", "mesh"):
         return import_module(f"{__name__}.{name}")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

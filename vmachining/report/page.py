@@ -237,7 +237,9 @@ def _chips(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
         if summary["notes"]
         else {"kind": "ok", "text": "no warnings"}
     )
-    chips.append({"kind": "", "text": f"mesh engine, chord {result.job.keys.accuracy.chord_mm:g} mm"})
+    chips.append(
+        {"kind": "", "text": f"{result.stock.name} engine, chord {result.job.keys.accuracy.chord_mm:g} mm"}
+    )
     if result.schedule:
         chips.append({"kind": "ok", "text": "schedule simulated again"})
     second = _second_chip(summary["brep"])
@@ -379,11 +381,19 @@ def _known(result: RunResult) -> list[str]:
     width = s["removed_hi_mm3"] - s["removed_lo_mm3"]
     share = f", {100 * width / s['removed_mm3']:.2g} % of it" if s["removed_mm3"] > 0 else ""
     balance = s["stock_mm3"] - s["final_mm3"] - s["removed_mm3"]
+    word, rests = "interval", f"It rests on {result.stock.proof}."
+    if result.stock.name == "mesh":
+        word, rests = (
+            "bracket",
+            (
+                "The bracket follows from facets that stay within the chord asked for, "
+                f"{result.job.keys.accuracy.chord_mm:g} mm, of the exact swept surface."
+            ),
+        )
     return [
         f"Removed volume: {_number(s['removed_lo_mm3'], 8)} to {_number(s['removed_hi_mm3'], 8)} mm³. "
-        f"The bracket is {_number(width, 3)} mm³ wide{share}.",
-        f"The bracket follows from facets that stay within the chord asked for, "
-        f"{result.job.keys.accuracy.chord_mm:g} mm, of the exact swept surface.",
+        f"The {word} is {_number(width, 3)} mm³ wide{share}.",
+        rests,
         "Balance: stock before minus stock after minus the sum of all blocks is "
         f"{_difference(balance, s['stock_mm3'])}.",
         f"Finished stock: {_number(s['final_lo_mm3'], 8)} to {_number(s['final_hi_mm3'], 8)} mm³. The file and the "

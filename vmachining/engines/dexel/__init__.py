@@ -20,14 +20,15 @@ Goal: an answer for any tool and motion that needs no solid and no mesh, and inh
 |---|---|
 | `engine.py` | `DexelEngine`: the protocol of all engines |
 | `rays.py` | `material`: lengths along rays; `Cells`, and rays in pairs |
+| `surface.py` | `staircase`: the workpiece for pictures |
 | `estimate.py` | `estimated`: pilot, rays, interval |
 
 Source: stratified sampling with antithetic pairs (Hammersley and Handscomb, Monte Carlo Methods, 1964, 5.3 and 5.6); the
 allocation by spread is Neyman's (1934).
 Departures: rays are upright only. A wall along them shows as steps between cells, where the second choice of cells is finest.
 
-Known limits: times grow with the number of earlier sweeps in the neighbourhood (about 2 us a ray and sweep). No surface is
-kept: pictures and files of the workpiece come from another engine. Thin skins on upright walls have wide intervals.
+Known limits: times grow with the number of earlier sweeps in the neighbourhood (about 2 us a ray and sweep). The
+workpiece as triangles is a staircase of 160 dexels, for pictures. Thin skins on upright walls have wide intervals.
 """
 
 from vmachining.engines.dexel.engine import DexelEngine

@@ -9,8 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from vmachining.arrays import Floats, Ints
-from vmachining.engines.dexel.rays import Cells, RawSolid, divided, material, places
+from vmachining.engines.dexel.rays import Cells, divided, material, places
 from vmachining.engines.protocol import Removal
+from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 from vmachining.sweep.candidates import Columns, columns
 
@@ -59,7 +60,7 @@ class _Pilot(NamedTuple):
 
 
 def estimated(
-    takes: Sequence[Take], stock: RawSolid, *, seed: int = 0, want_rel: float = 0.01, most: int = MOST
+    takes: Sequence[Take], stock: Stock, *, seed: int = 0, want_rel: float = 0.01, most: int = MOST
 ) -> Removal:
     """What a block of one or more motions removes, mm^3.
 
@@ -97,7 +98,7 @@ def estimated(
     return Removal(max(0.0, volume - half), volume, min(volume + half, whole + rounding), proven=False)
 
 
-def _columns(take: Take, stock: RawSolid) -> Columns:
+def _columns(take: Take, stock: Stock) -> Columns:
     box = np.stack([
         np.maximum(take.sweep.bounds[0], stock.bounds[0]), np.minimum(take.sweep.bounds[1], stock.bounds[1])
     ])  # fmt: skip
@@ -106,7 +107,7 @@ def _columns(take: Take, stock: RawSolid) -> Columns:
     return columns(take.sweep, take.earlier, box, PILOT_COLUMNS)
 
 
-def _sampled(take: Take, stock: RawSolid, cells: Cells, rng: np.random.Generator, sets: int) -> Floats:
+def _sampled(take: Take, stock: Stock, cells: Cells, rng: np.random.Generator, sets: int) -> Floats:
     """(sets, n) mm: lengths along one ray of every cell."""
     out = np.empty((sets, len(cells.low)))
     for number, lengths in enumerate(out):
@@ -114,7 +115,7 @@ def _sampled(take: Take, stock: RawSolid, cells: Cells, rng: np.random.Generator
     return out
 
 
-def _pilot(take: Take, stock: RawSolid, parts: Columns, rng: np.random.Generator) -> _Pilot:
+def _pilot(take: Take, stock: Stock, parts: Columns, rng: np.random.Generator) -> _Pilot:
     across = max(1, round(sqrt(PILOT_COLUMNS / len(parts.low))))
     cells = divided(parts.low, parts.side, parts.tall, np.full(len(parts.low), across))
     found = _sampled(take, stock, cells, rng, PILOT_SETS)

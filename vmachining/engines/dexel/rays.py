@@ -3,29 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
 from vmachining.arrays import Floats, Ints
-from vmachining.sweep import RayIntervals, Sweep
+from vmachining.stock import Stock
+from vmachining.sweep import Sweep
 
-__all__ = ["Cells", "RawSolid", "divided", "material", "places"]
+__all__ = ["Cells", "divided", "material", "places"]
 
 UP = (0.0, 0.0, 1.0)
-
-
-class RawSolid(Protocol):
-    """Raw stock, as far as rays need it."""
-
-    @property
-    def bounds(self) -> Floats:
-        """(2, 3) mm."""
-        ...
-
-    def crossings(self, places: Floats) -> RayIntervals:
-        """Heights (mm) between which upright lines through places (n, 2) are inside."""
-        ...
 
 
 class Cells(NamedTuple):
@@ -73,7 +61,7 @@ def places(cells: Cells, number: int, rng: np.random.Generator) -> Floats:
     return np.asarray(cells.low + shift * cells.side)
 
 
-def material(sweep: Sweep, earlier: Sequence[Sweep], stock: RawSolid, where: Floats) -> Floats:
+def material(sweep: Sweep, earlier: Sequence[Sweep], stock: Stock, where: Floats) -> Floats:
     """(n,) mm of upright rays at (n, 2) mm in the sweep and the stock, and in no earlier sweep.
 
     earlier : those that take most first; what is left of a ray lies between two heights that come closer with each, and
@@ -114,7 +102,7 @@ def _crossed(body: Sweep, where: Floats, which: Ints) -> _Parts:
     return _Parts(np.repeat(which, inside.counts), inside.enter, inside.leave)
 
 
-def _in_stock(stock: RawSolid, where: Floats) -> _Parts:
+def _in_stock(stock: Stock, where: Floats) -> _Parts:
     inside = stock.crossings(where)
     return _Parts(np.repeat(np.arange(len(where)), inside.counts), inside.enter, inside.leave)
 
