@@ -59,6 +59,11 @@ class Past:
         ):  # fmt: skip
             object.__setattr__(self, name, value)
 
+    @property
+    def plain(self) -> tuple[Sweep, Floats | None]:
+        """The sweep as its distances are computed, and the rotation (3, 3) to its frame or None."""
+        return self._plain, self._frame
+
     def signed_distance(self, points: Floats) -> Floats:
         """(n,) mm, see `Sweep.signed_distance`."""
         return self._plain.signed_distance(points if self._frame is None else points @ self._frame.T)

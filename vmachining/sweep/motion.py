@@ -120,6 +120,11 @@ class Sweep:
         return Sweep.along(self.profile, Line(frame @ self.path.start, frame @ self.path.end)), frame
 
     @property
+    def packed(self) -> tuple[_Packed | None, Packed | None]:
+        """Rows of the kernels, of `_kernels.py` where distances are those to the nearest pose, and of `turned/`."""
+        return self._near, self._turned
+
+    @property
     def bounds(self) -> Floats:
         """(2, 3) mm: the tight box; for a `Turn` at most about 1e-5 of the motion too large."""
         if self._box is None:

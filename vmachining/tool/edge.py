@@ -99,6 +99,11 @@ class Edge:
             object.__setattr__(self, name, value)
 
     @property
+    def rows(self) -> Floats:
+        """(m, 9) r0, z0, r1, z1, centre r and z, radius (0: a line), normal angle at both ends, of every segment."""
+        return self._rows
+
+    @property
     def length(self) -> float:
         """mm of the meridian, the disc included where the edge has it."""
         return float(self.joints[-1] - self.joints[0])
