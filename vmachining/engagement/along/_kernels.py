@@ -395,6 +395,17 @@ def contact(world, kept, count, blade, now, grid, more, phi, hits):
     return top, used, arcs, False
 
 
+@kernel
+def contact_at(world, kept, count, blade, now, phi, first, hits, used):
+    """Append what the edge cuts at phi[first:]; the stretches used, -1 without room."""
+    room = Room(np.zeros((512, 7)), np.zeros(12), np.zeros((2, 12)), np.zeros((32, 3)))
+    for i in range(first, len(phi)):
+        used = put(hits, used, room, cut_at(world, kept, count, blade, now, phi[i], room), i)
+        if used < 0:
+            return -1
+    return used
+
+
 @leaf
 def put(hits, used, room, hit, angle):
     """Append the stretches found at an angle; -1 without room."""

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vmachining.arrays import Floats
+from vmachining.arrays import Floats, Ints
 from vmachining.engagement.along import _kernels
 from vmachining.engagement.along._kernels import Blade, World
 from vmachining.engagement.along.sweeps import Sweeps
@@ -47,13 +47,17 @@ class Teeth(NamedTuple):
 
 
 class Cutting(NamedTuple):
-    """Engaged stretches at rotation angles: phi (n,) rad, the first `grid` of them evenly spaced over a turn.
+    """Engaged stretches at rotation angles.
 
+    phi : (n,) rad. The first `grid` are evenly spaced over a turn; those up to `ring` lie beside the feed; those up to
+        `own` are ends of arcs and sides of jumps; the rest is where the other teeth stand then, tooth after tooth.
     hits : (k, 4) index of the angle, segment of the edge, s at both ends, mm. arc : engaged rad. round_ : all of it.
     """
 
     phi: Floats
     grid: int
+    own: int
+    ring: int
     hits: Floats
     arc: float
     round_: bool
@@ -142,7 +146,7 @@ def samples_along(sweeps: Sweeps, block: int, path: Motion, teeth: Teeth, at: Fl
             extra = sweeps.push(block, Sweep.along(profile, path.split([done])[0]))
             mine = np.concatenate([[extra], mine])
         here = sweeps.world if extra is not None else world
-        straight = _contact(here, mine, shape, row, turn, teeth.grid)
+        straight = _contact(here, mine, shape, row, turn, teeth.grid, teeth.count if helix is None else 1)
         wound = None
         if straight is not None and helix is not None:
             wound = _contact(here, mine, helix, row, turn, teeth.grid)
@@ -154,9 +158,9 @@ def samples_along(sweeps: Sweeps, block: int, path: Motion, teeth: Teeth, at: Fl
 
 
 def _contact(
-    world: World, kept: np.ndarray, shape: Blade, row: Floats, turn: float | None, angles: int
+    world: World, kept: Ints, shape: Blade, row: Floats, turn: float | None, angles: int, teeth: int = 1
 ) -> Cutting | None:
-    """Engaged stretches, None in air."""
+    """Engaged stretches, None in air; with `teeth`, too, where the others stand when one is at an end of an arc."""
     ahead = 0.5 * np.pi - (0.0 if turn is None else turn)
     grid = (ahead + 2.0 * np.pi * np.arange(angles) / angles) % (2.0 * np.pi)
     more = np.empty(0)
@@ -173,16 +177,31 @@ def _contact(
             room *= 2
         else:
             break
-    return Cutting(phi[:top], angles, hits[:used], arc, whole) if used else None
+    if not used:
+        return None
+    ring = angles + len(more)
+    phi, own = phi[:top], top
+    if teeth > 1 and own > ring:
+        pitch = 2.0 * np.pi / teeth
+        phi = np.concatenate([phi, *(phi[ring:own] + j * pitch for j in range(1, teeth))])
+        while True:
+            more_room = np.concatenate([hits[:used], np.empty((len(hits) + 8 * (len(phi) - own), 4))])
+            done = _kernels.contact_at(world, kept, len(kept), shape, row, phi, own, more_room, used)
+            if done >= 0:
+                hits, used = more_room, done
+                break
+            hits = more_room
+    return Cutting(phi, angles, own, ring, hits[:used], arc, whole)
 
 
 def _chips(shape: Blade, row: Floats, turn: float | None, cutting: Cutting) -> Chips:
     axis, velocity = row[3:6], row[6:9]
     aside = np.cross(axis, velocity)
     size = float(np.linalg.norm(aside))
-    now = np.concatenate([row, aside / size if size > 0.0 else aside, cutting.phi])
-    out = np.empty((len(cutting.phi), 6))
-    _kernels.chips(shape, now, cutting.hits, len(cutting.hits), len(cutting.phi), out)
+    now = np.concatenate([row, aside / size if size > 0.0 else aside, cutting.phi[: cutting.own]])
+    out = np.empty((cutting.own, 6))
+    hits = cutting.hits[cutting.hits[:, 0] < cutting.own]
+    _kernels.chips(shape, now, hits, len(hits), cutting.own, out)
     low, high = float(out[:, 2].min()), float(out[:, 3].max())
     left, right = float(out[:, 4].min()), float(out[:, 5].max())
     return Chips(

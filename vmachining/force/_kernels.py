@@ -1,0 +1,181 @@
+# Forces on the edge, and what follows from them over a turn and over the feed.
+#
+# Legend: see engagement/along/_kernels.py for blade and hits. motion (n, 5) per angle: V along right, ahead and axis of
+#   the tool frame, rate of the axis along right and ahead, per unit of the block. powers (6, d + 1): Ktc Krc Kac Kte Kre
+#   Kae over the height, highest power first. out (n, 10): force per chip scale a (3), of the edge b (3), in the tool
+#   frame (right, ahead, axis), on the tool; torque a, b; tangential force a, b. The force at scale c is c a + b, with
+#   chip thickness h = c max(0, N . V).
+# sl, cl sine and cosine of lam, the elevation of the normal: N = sl e_r - cl w.
+
+import numpy as np
+
+from vmachining.engagement.along._kernels import edge_point
+from vmachining.jit import kernel, leaf
+
+NOTHING = 1e-12  # of the speed: thinner chips are none, and leave no edge force
+
+
+@leaf
+def horner(powers, row, z):
+    """Value of one coefficient at a height."""
+    out = powers[row, 0]
+    for k in range(1, powers.shape[1]):
+        out = out * z + powers[row, k]
+    return out
+
+
+@kernel
+def edge_forces(blade, hits, phi, motion, powers, chi, spin, node, weight, heights, out) -> None:
+    """Sums over the stretches of every angle; node, weight of a rule on [-1, 1]. heights (2,): lowest and highest met."""
+    out[:] = 0.0
+    k = np.empty(6)
+    sc, cc = np.sin(chi), np.cos(chi)
+    constant = powers.shape[1] == 1
+    for q in range(6):
+        k[q] = powers[q, powers.shape[1] - 1]
+    for h in range(len(hits)):
+        i, piece = int(hits[h, 0]), int(hits[h, 1])
+        half, middle = 0.5 * (hits[h, 3] - hits[h, 2]), 0.5 * (hits[h, 3] + hits[h, 2])
+        v = motion[i]
+        speed = np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+        sp, cp = np.sin(phi[i]), np.cos(phi[i])
+        line = blade.rows[piece, 6] == 0.0
+        r, z, sl, n_z = edge_point(blade, piece, middle)
+        rise = -n_z  # of the radius with s on a line
+        for j in range(len(node)):
+            s = middle + half * node[j]
+            if line:
+                rho, height, n_r = r + rise * half * node[j], z + sl * half * node[j], sl
+            else:
+                rho, height, n_r, n_z = edge_point(blade, piece, s)
+            if blade.twist != 0.0:
+                sp, cp = np.sin(phi[i] - height * blade.twist), np.cos(phi[i] - height * blade.twist)
+            m_v, m_w = sp * v[0] + cp * v[1], sp * v[3] + cp * v[4]
+            g = n_r * m_v + n_z * v[2] + (height * n_r - rho * n_z) * m_w
+            if g <= NOTHING * speed:
+                continue
+            size = half * weight[j]
+            heights[0], heights[1] = min(heights[0], height), max(heights[1], height)
+            if not constant:
+                for q in range(6):
+                    k[q] = horner(powers, q, height)
+            for part in range(2):
+                scale = size * g if part == 0 else size
+                ft, fr, fa = scale * k[3 * part], scale * k[3 * part + 1], scale * k[3 * part + 2]
+                # components along e_t, e_r and the axis of -Ft c1 - Fa c2 + Fr c3
+                t = -ft * cc + (fa * n_r + fr * n_z) * sc
+                e = fa * n_z - fr * n_r
+                w = -ft * sc - fa * cc * n_r - fr * cc * n_z
+                t *= spin
+                out[i, 3 * part] += t * cp + e * sp
+                out[i, 3 * part + 1] += -t * sp + e * cp
+                out[i, 3 * part + 2] += w
+                out[i, 6 + part] -= spin * rho * t
+                out[i, 8 + part] += ft
+
+
+@kernel
+def over_turn(order, phi, cutting, value, grid):
+    """Integral over a turn of a value at angles in rising order, 0 where nothing cuts: Simpson's rule between jumps.
+
+    Two angles closer than 1e-5 are the sides of a jump. grid: widest step that may lie within an arc.
+    """
+    total = 0.0
+    n = len(order)
+    start = 0
+    for k in range(n):  # begin where an arc does
+        if not cutting[order[k - 1]]:
+            start = k
+            break
+    at = 0
+    while at < n:
+        i = order[(start + at) % n]
+        j = order[(start + at + 1) % n]
+        a = (phi[j] - phi[i]) % (2.0 * np.pi)
+        if not (cutting[i] and cutting[j]) or a > grid:
+            at += 1
+            continue
+        k = order[(start + at + 2) % n]
+        b = (phi[k] - phi[j]) % (2.0 * np.pi)
+        if at + 1 < n and a > 1e-5 and b > 1e-5 and b <= grid and cutting[k] and 0.05 < a / b < 20.0:
+            w = a + b
+            total += w / 6.0 * (
+                (2.0 - b / a) * value[i] + w * w / (a * b) * value[j] + (2.0 - a / b) * value[k]
+            )
+            at += 2
+        else:
+            h = order[(start + at - 1) % n]
+            c = (phi[i] - phi[h]) % (2.0 * np.pi)
+            if at > 0 and cutting[h] and c > 1e-5 and a > 1e-5 and c <= grid and 0.05 < a / c < 20.0:  # parabola
+                total += a * (2.0 * a + 3.0 * c) / (6.0 * (a + c)) * value[j]
+                total += a * (a + 3.0 * c) / (6.0 * c) * value[i] - a**3 / (6.0 * c * (a + c)) * value[h]
+            else:
+                total += 0.5 * a * (value[i] + value[j])
+            at += 1
+    return total
+
+
+@kernel
+def envelope(rows, top, out):
+    """Rows p, q, r of which p f^2 + 2 q f + r is the largest somewhere in [0, top]; how many, in rising f."""
+    n = len(rows)
+    best = 0
+    for i in range(1, n):
+        a, b = rows[i], rows[best]
+        if a[2] > b[2] or (a[2] == b[2] and (a[1] > b[1] or (a[1] == b[1] and a[0] > b[0]))):
+            best = i
+    f, count = 0.0, 0
+    while True:
+        out[count] = rows[best]
+        count += 1
+        if count == len(out):
+            return count
+        b = rows[best]
+        first, steep, winner = top, -np.inf, -1
+        for i in range(n):
+            p, q, r = rows[i, 0] - b[0], rows[i, 1] - b[1], rows[i, 2] - b[2]
+            # smallest root above f at which the difference rises
+            at = np.inf
+            if p == 0.0:
+                if q > 0.0:
+                    at = -r / (2.0 * q)
+            else:
+                d = q * q - p * r
+                if d > 0.0:
+                    at = (-q + np.sqrt(d)) / p  # the root where p f^2 + 2 q f + r rises
+            if at <= f or not at < top:
+                continue
+            slope = 2.0 * (p * at + q)
+            if slope > 0.0 and (at < first or (at == first and slope > steep)):
+                first, steep, winner = at, slope, i
+        if winner < 0:
+            return count
+        f, best = first, winner
+
+
+@kernel
+def feasible(rows, offset, limit, out) -> None:
+    """Largest f of every part at which all its rows p f^2 + 2 q f + r stay below `limit`; 0 if none, inf in air."""
+    for k in range(len(offset) - 1):
+        best = np.inf
+        for i in range(offset[k], offset[k + 1]):
+            p, q, r = rows[i, 0], rows[i, 1], rows[i, 2] - limit
+            if r >= 0.0:
+                best = 0.0
+                break
+            if p > 0.0:
+                best = min(best, -r / (q + np.sqrt(q * q - p * r)) if q >= 0.0 else (-q + np.sqrt(q * q - p * r)) / p)
+            elif q > 0.0:
+                best = min(best, -r / (2.0 * q))
+        out[k] = best
+
+
+@kernel
+def peaks(rows, offset, feed, out) -> None:
+    """Largest p f^2 + 2 q f + r of every part at its f; 0 in air."""
+    for k in range(len(offset) - 1):
+        best = 0.0
+        f = feed[k]
+        for i in range(offset[k], offset[k + 1]):
+            best = max(best, (rows[i, 0] * f + 2.0 * rows[i, 1]) * f + rows[i, 2])
+        out[k] = best
