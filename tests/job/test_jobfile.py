@@ -130,7 +130,7 @@ def test_a_bad_job_file_is_refused_with_its_line(case, tmp_path):
 
 BAD_FEED = {
     "min above max": ({"min_mm_min = 60": "min_mm_min = 6000"}, ["above"]),
-    "strategy": ({'"volume"': '"force"'}, ["force", "not supported yet"]),
+    "strategy": ({'"volume"': '"force"'}, ["wants a [force] table"]),
     "reference": ({"min_mm_min = 60": "reference = -3"}, ["reference"]),
     "reference word": ({"min_mm_min = 60": 'reference = "best"'}, ["reference"]),
     "nan": ({"min_mm_min = 60": "min_mm_min = nan"}, ["finite"]),

@@ -52,7 +52,14 @@ def test_rapids_remove_nothing_and_the_table_keeps_its_order(tiny):
     assert table["block"].to_list() == list(range(9))
     rapid = table.filter(pl.col("motion") == "rapid")
     assert rapid["removed_hi_mm3"].sum() == 0 and rapid["feed_mm_min"].null_count() == len(rapid)
-    for column in ("removed_brep_mm3", "brep_status", "ae_mm", "force_n", "scheduled_time_s", "warning"):
+    for column in (
+        "removed_brep_mm3",
+        "brep_status",
+        "chip_area_mm2",
+        "force_n",
+        "scheduled_time_s",
+        "warning",
+    ):
         assert table[column].null_count() == len(table)
 
 

@@ -43,20 +43,35 @@ Known limits
 """
 
 from vmachining.feed.blocks import FeedBlocks, FeedSamples, Kind
+from vmachining.feed.chip_area import ChipAreaStrategy
+from vmachining.feed.force import ForceStrategy
 from vmachining.feed.limits import FeedLimits, Limit, clamp, floor_feed, limit_ratio, tooth_cap
+from vmachining.feed.plan import plan_feeds, references, schedulable
 from vmachining.feed.schedule import Schedule
-from vmachining.feed.volume import schedule_volume, schedule_volume_inserting
+from vmachining.feed.strategy import Parts, Reference, Rule, Strategy
+from vmachining.feed.volume import VolumeStrategy, sampled, schedule_volume, schedule_volume_inserting
 
 __all__ = [
+    "ChipAreaStrategy",
     "FeedBlocks",
     "FeedLimits",
     "FeedSamples",
+    "ForceStrategy",
     "Kind",
     "Limit",
+    "Parts",
+    "Reference",
+    "Rule",
     "Schedule",
+    "Strategy",
+    "VolumeStrategy",
     "clamp",
     "floor_feed",
     "limit_ratio",
+    "plan_feeds",
+    "references",
+    "sampled",
+    "schedulable",
     "schedule_volume",
     "schedule_volume_inserting",
     "tooth_cap",

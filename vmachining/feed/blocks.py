@@ -45,6 +45,8 @@ class FeedBlocks:
         Upper end of its bracket.
     cap_mm_min : (n,), optional
         Cap of the machine on this block (axis feeds, chip load); inf where nothing limits.
+    tool : (n,) int, optional
+        Number of the tool; each tool has its own automatic reference.
 
     Raises
     ------
@@ -59,6 +61,7 @@ class FeedBlocks:
     volume_mm3: Floats
     volume_hi_mm3: Floats | None = None
     cap_mm_min: Floats | None = None
+    tool: Ints | None = None
 
     def __init__(
         self,
@@ -69,6 +72,7 @@ class FeedBlocks:
         volume_mm3: ArrayLike,
         volume_hi_mm3: ArrayLike | None = None,
         cap_mm_min: ArrayLike | None = None,
+        tool: ArrayLike | None = None,
     ) -> None:
         lines = np.array(line, dtype=np.int64)
         if lines.ndim != 1:
@@ -96,9 +100,12 @@ class FeedBlocks:
                 raise FeedError(
                     f"cap_mm_min is {caps[bad][0]}, want a positive number", line=int(lines[bad][0])
                 )
+        tools = None if tool is None else np.array(tool, dtype=np.int64)
+        if tools is not None and tools.shape != (n,):
+            raise FeedError(f"tool: want shape ({n},), got {tools.shape}")
         for name, value in (
             ("line", lines), ("kind", kinds), ("length_mm", lengths), ("feed_mm_min", feeds),
-            ("volume_mm3", volumes), ("volume_hi_mm3", upper), ("cap_mm_min", caps),
+            ("volume_mm3", volumes), ("volume_hi_mm3", upper), ("cap_mm_min", caps), ("tool", tools),
         ):  # fmt: skip
             if value is not None:
                 value.setflags(write=False)
@@ -111,6 +118,11 @@ class FeedBlocks:
     def caps(self) -> Floats:
         """(n,) mm/min, inf where nothing limits."""
         return np.full(len(self), np.inf) if self.cap_mm_min is None else self.cap_mm_min
+
+    @property
+    def groups(self) -> Ints:
+        """(n,) tool of every block, 0 where none is said."""
+        return np.zeros(len(self), dtype=np.int64) if self.tool is None else self.tool
 
     def volumes(self, conservative: bool) -> Floats:
         """(n,) the volumes to schedule with: estimates, or upper ends of the brackets."""

@@ -21,7 +21,8 @@ class Schedule:
     """New feeds of n blocks; block k consists of the sub-blocks sub_offset[k]:sub_offset[k+1] (at least one).
 
     blocks : what was scheduled.
-    reference_mm3_min : removal rate aimed at; 0 when nothing is cut.
+    strategy, unit : name of the load that is kept, and its unit. references : load aimed at, by tool (0 for blocks that
+        do not say which tool cuts); 0 when nothing is cut.
     scheduled : (n,) bool, whether the block got a feed; the others keep theirs.
     sub_offset : (n + 1,) int
     sub_end : (m,) fraction of the block's path at which the sub-block ends, the last is exactly 1.
@@ -31,7 +32,9 @@ class Schedule:
     """
 
     blocks: FeedBlocks
-    reference_mm3_min: float
+    strategy: str
+    unit: str
+    references: dict[int, float]
     scheduled: Bools
     sub_offset: Ints
     sub_end: Floats
@@ -49,6 +52,16 @@ class Schedule:
             self.sub_limit,
         ):
             array.setflags(write=False)
+
+    @property
+    def reference(self) -> float:
+        """Load aimed at; the largest where tools have their own."""
+        return max(self.references.values(), default=0.0)
+
+    @property
+    def reference_mm3_min(self) -> float:
+        """Removal rate aimed at by the volume strategy."""
+        return self.reference
 
     @property
     def sub_block(self) -> Ints:

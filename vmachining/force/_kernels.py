@@ -75,7 +75,7 @@ def edge_forces(blade, hits, phi, motion, powers, chi, spin, node, weight, heigh
 
 
 @kernel
-def over_turn(order, phi, cutting, value, grid):
+def over_turn(order, phi, cutting, value, grid) -> float:
     """Integral over a turn of a value at angles in rising order, 0 where nothing cuts: Simpson's rule between jumps.
 
     Two angles closer than 1e-5 are the sides of a jump. grid: widest step that may lie within an arc.
@@ -99,14 +99,16 @@ def over_turn(order, phi, cutting, value, grid):
         b = (phi[k] - phi[j]) % (2.0 * np.pi)
         if at + 1 < n and a > 1e-5 and b > 1e-5 and b <= grid and cutting[k] and 0.05 < a / b < 20.0:
             w = a + b
-            total += w / 6.0 * (
-                (2.0 - b / a) * value[i] + w * w / (a * b) * value[j] + (2.0 - a / b) * value[k]
+            total += (
+                w / 6.0 * ((2.0 - b / a) * value[i] + w * w / (a * b) * value[j] + (2.0 - a / b) * value[k])
             )
             at += 2
         else:
             h = order[(start + at - 1) % n]
             c = (phi[i] - phi[h]) % (2.0 * np.pi)
-            if at > 0 and cutting[h] and c > 1e-5 and a > 1e-5 and c <= grid and 0.05 < a / c < 20.0:  # parabola
+            if (
+                at > 0 and cutting[h] and c > 1e-5 and a > 1e-5 and c <= grid and 0.05 < a / c < 20.0
+            ):  # parabola
                 total += a * (2.0 * a + 3.0 * c) / (6.0 * (a + c)) * value[j]
                 total += a * (a + 3.0 * c) / (6.0 * c) * value[i] - a**3 / (6.0 * c * (a + c)) * value[h]
             else:
@@ -116,7 +118,7 @@ def over_turn(order, phi, cutting, value, grid):
 
 
 @kernel
-def envelope(rows, top, out):
+def envelope(rows, top, out) -> int:
     """Rows p, q, r of which p f^2 + 2 q f + r is the largest somewhere in [0, top]; how many, in rising f."""
     n = len(rows)
     best = 0
@@ -154,28 +156,29 @@ def envelope(rows, top, out):
 
 
 @kernel
-def feasible(rows, offset, limit, out) -> None:
-    """Largest f of every part at which all its rows p f^2 + 2 q f + r stay below `limit`; 0 if none, inf in air."""
-    for k in range(len(offset) - 1):
+def feasible(rows, first, last, level, out) -> None:
+    """Largest x of every part at which its rows p x^2 + 2 q x + r, first to last, stay below its level; 0 if none, inf
+    in air."""
+    for k in range(len(first)):
         best = np.inf
-        for i in range(offset[k], offset[k + 1]):
-            p, q, r = rows[i, 0], rows[i, 1], rows[i, 2] - limit
+        for i in range(first[k], last[k]):
+            p, q, r = rows[i, 0], rows[i, 1], rows[i, 2] - level[k]
             if r >= 0.0:
                 best = 0.0
                 break
             if p > 0.0:
-                best = min(best, -r / (q + np.sqrt(q * q - p * r)) if q >= 0.0 else (-q + np.sqrt(q * q - p * r)) / p)
+                root = np.sqrt(q * q - p * r)
+                best = min(best, -r / (q + root) if q >= 0.0 else (root - q) / p)
             elif q > 0.0:
                 best = min(best, -r / (2.0 * q))
         out[k] = best
 
 
 @kernel
-def peaks(rows, offset, feed, out) -> None:
-    """Largest p f^2 + 2 q f + r of every part at its f; 0 in air."""
-    for k in range(len(offset) - 1):
+def peaks(rows, first, last, x, out) -> None:
+    """Largest p x^2 + 2 q x + r of the rows of every part at its x; 0 in air."""
+    for k in range(len(first)):
         best = 0.0
-        f = feed[k]
-        for i in range(offset[k], offset[k + 1]):
-            best = max(best, (rows[i, 0] * f + 2.0 * rows[i, 1]) * f + rows[i, 2])
+        for i in range(first[k], last[k]):
+            best = max(best, (rows[i, 0] * x[k] + 2.0 * rows[i, 1]) * x[k] + rows[i, 2])
         out[k] = best

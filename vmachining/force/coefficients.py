@@ -122,12 +122,16 @@ class Coefficients:
         """The set in a mapping with the keys of a file; `statistics` and `layers` are left to readers."""
         known = {"name", "height_mm", "notes", "statistics", "layers", *(place for place, _ in PLACES)}
         if unknown := sorted(set(data) - known):
-            raise InputError(f"unknown key {unknown[0]!r}", file=file, remedy=f"known: {', '.join(sorted(known))}")
+            raise InputError(
+                f"unknown key {unknown[0]!r}", file=file, remedy=f"known: {', '.join(sorted(known))}"
+            )
         rows: list[list[float]] = []
         for place, _ in PLACES:
             table = data.get(place)
             if not isinstance(table, Mapping):
-                raise InputError(f"[{place}] is missing", file=file, remedy="it holds tangential, radial and axial")
+                raise InputError(
+                    f"[{place}] is missing", file=file, remedy="it holds tangential, radial and axial"
+                )
             if odd := sorted(set(table) - set(DIRECTIONS)):
                 raise InputError(f"unknown key {odd[0]!r} under [{place}]", file=file)
             for direction in DIRECTIONS:
@@ -138,7 +142,7 @@ class Coefficients:
                         f"[{place}] {direction}: want a number, or powers of the height from the highest on",
                         file=file,
                     )
-                rows.append([float(v) for v in row])
+                rows.append([float(v) for v in row if v is not None])
         span = data.get("height_mm", [0.0, math.inf])
         if not (isinstance(span, list) and len(span) == 2 and all(isinstance(v, int | float) for v in span)):
             raise InputError("height_mm: want [lowest, highest] in mm", file=file)
@@ -186,9 +190,13 @@ def shipped(name: str | None = None) -> Any:
         No set of this name.
     """
     folder = files("vmachining.force") / "data"
-    names = sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml"))
+    names = sorted(
+        entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml")
+    )
     if name is None:
         return names
     if name not in names:
-        raise InputError(f"no coefficient set {name!r}", remedy=f"shipped: {', '.join(names)}; or give a file")
+        raise InputError(
+            f"no coefficient set {name!r}", remedy=f"shipped: {', '.join(names)}; or give a file"
+        )
     return Coefficients.from_mapping(tomllib.loads((folder / f"{name}.toml").read_text(encoding="utf-8")))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vmachining.arrays import Floats
+from vmachining.arrays import Floats, Ints
 from vmachining.engagement.along import blade
 from vmachining.errors import InputError
 from vmachining.force import _kernels
@@ -35,7 +35,11 @@ class Forces:
 
     def columns(self, feed: ArrayLike | None = None) -> Floats:
         """(positions, angles, 5) at a feed per tooth, mm; that of the motion if none is given."""
-        f = self.feed if feed is None else np.broadcast_to(np.asarray(feed, dtype=np.float64), self.feed.shape)
+        f = (
+            self.feed
+            if feed is None
+            else np.broadcast_to(np.asarray(feed, dtype=np.float64), self.feed.shape)
+        )
         return np.asarray(self.slope * f[:, None, None] + self.edge)
 
     @property
@@ -46,7 +50,7 @@ class Forces:
     @property
     def workpiece(self) -> Floats:
         """(positions, angles, 3) N on the tool, in workpiece axes: F_wcs = M3 F_tcs (7-12 with a 3 x 3 matrix)."""
-        return np.einsum("pij,paj->pai", self.frame, self.tool)
+        return np.asarray(np.einsum("pij,paj->pai", self.frame, self.tool))
 
     @property
     def resultant(self) -> Floats:
@@ -103,7 +107,9 @@ def edge_forces(
     angle = np.atleast_1d(np.asarray(phi, dtype=np.float64))
     low, high = (np.asarray(v, dtype=np.float64) for v in (lower, upper))
     if low.ndim != 3 or low.shape != high.shape or low.shape[1] != len(angle):
-        raise InputError(f"intervals: want (positions, {len(angle)}, intervals), got {low.shape} and {high.shape}")
+        raise InputError(
+            f"intervals: want (positions, {len(angle)}, intervals), got {low.shape} and {high.shape}"
+        )
     n, count = low.shape[:2]
     frames = np.broadcast_to(np.asarray(frame, dtype=np.float64), (n, 3, 3))
     v = np.broadcast_to(np.asarray(velocity, dtype=np.float64), (n, 3))
@@ -183,12 +189,14 @@ def _hits(tool: Cutter, low: Floats, high: Floats) -> Floats:
     p, a, j = np.nonzero(high > low)
     first, last = low[p, a, j], high[p, a, j]
     piece = edge.piece_at(0.5 * (first + last))
-    return np.ascontiguousarray(np.column_stack([p * low.shape[1] + a, piece, first, last]).astype(np.float64))
+    return np.ascontiguousarray(
+        np.column_stack([p * low.shape[1] + a, piece, first, last]).astype(np.float64)
+    )
 
 
 def _lagged(
     edge: Edge, hits: Floats, at: Floats, motion: Floats, chi: float, segments: int
-) -> tuple[Floats, Floats, Floats, tuple[Floats, Floats]]:
+) -> tuple[Floats, Floats, Floats, tuple[Ints, Floats]]:
     """Every segment a row of its own, and how far ahead of it the tip of its edge stands."""
     share = np.arange(segments + 1) / segments
     ends = hits[:, 2, None] + (hits[:, 3] - hits[:, 2])[:, None] * share
@@ -201,7 +209,7 @@ def _lagged(
     return np.ascontiguousarray(rows), at[owner], np.ascontiguousarray(motion[owner]), (owner, lag)
 
 
-def _deposited(found: Floats, back: tuple[Floats, Floats], step: float, n: int, count: int) -> Floats:
+def _deposited(found: Floats, back: tuple[Ints, Floats], step: float, n: int, count: int) -> Floats:
     """Segments given to the angles of their tips, shared between the two of the grid beside each."""
     owner, lag = back
     place, angle = owner // count, owner % count

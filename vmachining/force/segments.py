@@ -78,9 +78,7 @@ def elemental_forces(h: ArrayLike, length: ArrayLike, k: ArrayLike) -> tuple[Flo
     """
     thick, size, values = np.asarray(h, dtype=np.float64), np.asarray(length, dtype=np.float64), np.asarray(k)
     cuts = thick > 0.0
-    f_t, f_r, f_a = (
-        np.where(cuts, (values[q] * thick + values[q + 3]) * size, 0.0) for q in range(3)
-    )
+    f_t, f_r, f_a = (np.where(cuts, (values[q] * thick + values[q + 3]) * size, 0.0) for q in range(3))
     return np.asarray(f_t), np.asarray(f_r), np.asarray(f_a)
 
 

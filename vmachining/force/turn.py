@@ -6,12 +6,12 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from vmachining.arrays import Floats
+from vmachining.arrays import Floats, Ints
 from vmachining.engagement.along import Cutting, Sample, Teeth, blade
 from vmachining.force import _kernels
 from vmachining.force.coefficients import Coefficients
 
-__all__ = ["COMPONENTS", "Component", "Load", "load_rows", "turn_load"]
+__all__ = ["COMPONENTS", "Component", "Load", "feasible_feeds", "load_rows", "peak_levels", "turn_load"]
 
 Component = Literal["resultant", "xy", "tangential", "torque", "power", "deflection"]
 COMPONENTS: tuple[Component, ...] = ("resultant", "xy", "tangential", "torque", "power", "deflection")
@@ -63,7 +63,7 @@ def turn_load(sample: Sample, teeth: Teeth, coefficients: Coefficients, *, spin:
         blade(edge), np.ascontiguousarray(cutting.hits), cutting.phi, motion, coefficients.powers, chi, float(spin), NODES,
         WEIGHTS, heights, out,
     )  # fmt: skip
-    m, grid = teeth.count, cutting.grid
+    m, grid = teeth.number, cutting.grid
     even = out[:grid].reshape(m, grid // m, 10).sum(axis=0)
     table = [even]
     if teeth.helical is not None:
@@ -90,7 +90,8 @@ def _mean_torque(cutting: Cutting, out: Floats) -> Floats:
     order = np.argsort(phi, kind="stable")
     widest = 2.0 * np.pi / cutting.grid * (1.0 + 1e-9)
     both = [
-        _kernels.over_turn(order, phi, cuts, np.ascontiguousarray(out[: cutting.own, k]), widest) for k in (6, 7)
+        _kernels.over_turn(order, phi, cuts, np.ascontiguousarray(out[: cutting.own, k]), widest)
+        for k in (6, 7)
     ]
     return np.array(both) / (2.0 * np.pi)
 
@@ -113,3 +114,20 @@ def load_rows(load: Load, component: Component, per_feed: float, top: float, wat
         rows[:, 0], rows[:, 1], rows[:, 2] = (a * a).sum(axis=1), (a * b).sum(axis=1), (b * b).sum(axis=1)
     out = np.empty((min(len(rows), 24), 3))
     return out[: _kernels.envelope(rows, top, out)].copy()
+
+
+def feasible_feeds(rows: Floats, first: Ints, last: Ints, level: Floats) -> Floats:
+    """(m,) largest x at which the rows p x^2 + 2 q x + r of a part, `first` to `last`, stay below its level.
+
+    0 where even x = 0 is too much, inf for a part without rows.
+    """
+    out = np.empty(len(first))
+    _kernels.feasible(rows, first, last, np.ascontiguousarray(level, dtype=np.float64), out)
+    return out
+
+
+def peak_levels(rows: Floats, first: Ints, last: Ints, x: Floats) -> Floats:
+    """(m,) largest p x^2 + 2 q x + r of the rows of every part; 0 without rows."""
+    out = np.empty(len(first))
+    _kernels.peaks(rows, first, last, np.ascontiguousarray(x, dtype=np.float64), out)
+    return out

@@ -39,7 +39,7 @@ from vmachining.tool import Edge, EdgeParts, Profile, Tool
 if TYPE_CHECKING:
     from vmachining.engines.brep import Blank
 
-__all__ = ["EDGES", "METHODS", "PITCH_MM", "Scene", "engage"]
+__all__ = ["EDGES", "METHODS", "PITCH_MM", "Scene", "engage", "plain_stock"]
 
 METHODS = ("dexel", "brep", "analytic")
 EDGES = ("straight", "helix")
@@ -241,7 +241,7 @@ class Scene:
         """The stock as the method wants it, and what must be known of it; made once."""
         method = "brep" if method == "brep" else "dexel"
         if method not in self._kept:
-            self._kept[method] = (blank(self.job), ()) if method == "brep" else _plain_stock(self.job)
+            self._kept[method] = (blank(self.job), ()) if method == "brep" else plain_stock(self.job)
         stock, notes = self._kept[method]
         return stock, notes
 
@@ -334,7 +334,7 @@ def _meet(one: Floats, other: Floats) -> bool:
     return bool((one[0] <= other[1]).all() and (one[1] >= other[0]).all())
 
 
-def _plain_stock(job: Job) -> tuple[Stock, tuple[str, ...]]:
+def plain_stock(job: Job) -> tuple[Stock, tuple[str, ...]]:
     """The stock without a kernel: box and cylinder exact, files by their triangles."""
     raw = raw_stock(job)
     stock = raw.shape

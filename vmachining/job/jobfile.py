@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from vmachining.errors import JobError, KinematicsError, ToolError
 from vmachining.job.keys import dotted, key_positions, nearest, position_of, toml_refusal
-from vmachining.job.model import LATER, TOOL_KEYS, JobFile
+from vmachining.job.model import TOOL_KEYS, JobFile
 from vmachining.job.model import Machine as MachineKeys
 from vmachining.job.words import Refuse, first_refusal
 from vmachining.machine import Machine, load
@@ -167,15 +167,6 @@ def _refuse_later(data: Mapping[str, Any], refuse: Refuse) -> None:
             level = level.get(part) if isinstance(level, Mapping) else None
         if level is not None:
             raise refuse(f"{what} is not supported yet", path, "leave it out")
-    for (section, key), (instead, values) in LATER.items():
-        table = data.get(section)
-        value = table.get(key) if isinstance(table, Mapping) else None
-        if isinstance(value, str) and value in values:
-            raise refuse(
-                f"{key} = {value!r} under [{section}] is not supported yet",
-                (section, key),
-                f"take {instead!r}",
-            )
 
 
 def _refuse_huge(value: Any, path: tuple[str | int, ...], refuse: Refuse) -> None:

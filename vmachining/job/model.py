@@ -13,12 +13,12 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 __all__ = [
-    "LATER",
     "TOOL_KEYS",
     "Accuracy",
     "Box",
     "Cylinder",
     "Feed",
+    "Force",
     "JobFile",
     "Machine",
     "ProgramKeys",
@@ -37,11 +37,6 @@ TOOL_KEYS = frozenset(
         "helix_deg", "taper_deg", "apt", "profile", "shank_diameter_mm", "holder",
     )
 )  # fmt: skip
-
-LATER: dict[tuple[str, str], tuple[str, frozenset[str]]] = {
-    ("feed", "strategy"): ("volume", frozenset(("chip_area", "force"))),
-}
-"""Values that the interface names and that this version refuses by name rather than ignores, and what it has."""
 
 
 class Keys(BaseModel):
@@ -151,10 +146,13 @@ class Accuracy(Keys):
 class Feed(Keys):
     """Optional; plans feeds, writes `scheduled.nc` and simulates it."""
 
-    strategy: Literal["volume"] = "volume"
+    strategy: Literal["volume", "chip_area", "force"] = "volume"
     """what is kept at or below the reference"""
     reference: Literal["auto", "max", "mean"] | Positive = "auto"
-    """largest allowed load: a number, or that of the program as it is"""
+    """largest allowed load: a number in mm³/min, mm², or the unit of the component; or that of the program as it is"""
+    component: Literal["resultant", "xy", "tangential", "torque", "power", "deflection"] = "resultant"
+    """strategy force: peak force (N), its part across the axis (N), tangential force (N), torque (N mm); mean power (W);
+    peak deflection of the tool (mm)"""
     min_mm_min: Positive = 60.0
     """smallest feed that is written"""
     max_mm_min: Positive = 3000.0
@@ -172,7 +170,26 @@ class Feed(Keys):
     def _ordered(self) -> Feed:
         if self.min_mm_min > self.max_mm_min:
             raise ValueError(f"min_mm_min {self.min_mm_min:g} is above max_mm_min {self.max_mm_min:g}")
+        if self.strategy != "volume" and "mean" in (self.reference, self.rule):
+            raise ValueError(f"strategy {self.strategy!r} limits a peak: reference and rule cannot be 'mean'")
         return self
+
+
+class Force(Keys):
+    """Optional; forces, power, and strategy = "force"."""
+
+    coefficients: Text
+    """a coefficient file, relative to the job file, or the name of a shipped set"""
+    spindle_rev_min: Positive | None = None
+    """where the program gives none"""
+    extrapolate: Annotated[bool, Field(strict=True)] = False
+    """take the coefficients beyond the heights they were calibrated for"""
+    stick_out_mm: Positive | None = None
+    """length of the tool as a cantilever; for its deflection"""
+    modulus_n_mm2: Positive = 600_000.0
+    """Young's modulus of the tool; that of cemented carbide if not given"""
+    shank_mm: Positive | None = None
+    """diameter of the tool as a cantilever; that of the cutter if not given"""
 
 
 class JobFile(Keys):
@@ -188,3 +205,13 @@ class JobFile(Keys):
     stock: Stock
     accuracy: Accuracy = Accuracy()
     feed: Feed | None = None
+    force: Force | None = None
+
+    @model_validator(mode="after")
+    def _coefficients(self) -> JobFile:
+        if self.feed is not None and self.feed.strategy == "force":
+            if self.force is None:
+                raise ValueError('[feed] strategy = "force" wants a [force] table with coefficients')
+            if self.feed.component == "deflection" and self.force.stick_out_mm is None:
+                raise ValueError('component = "deflection" wants stick_out_mm under [force]')
+        return self

@@ -22,6 +22,7 @@ from vmachining.errors import InputError, NCError, StockError
 from vmachining.job.blocks import Block, group_blocks, program_lines
 from vmachining.job.brep import JUDGED, Asked, blank, brep_columns, parse_brep, refuse_beyond
 from vmachining.job.contact import Contacts, ToolParts
+from vmachining.job.engagement_columns import Stations, coefficients_of, engagement_pass
 from vmachining.job.executor import Executor, executor
 from vmachining.job.files import (
     MANIFEST,
@@ -36,9 +37,10 @@ from vmachining.job.jobfile import Job
 from vmachining.job.paths import leans, move_path
 from vmachining.job.reading import read_job_program, refuse_unknown_tools
 from vmachining.job.result import RunResult
-from vmachining.job.schedule import compare, plan, sample_count
+from vmachining.job.schedule import compare, sample_count
 from vmachining.job.simulate import Progress, Stage
 from vmachining.job.stock import RawStock, raw_stock
+from vmachining.job.strategies import plan
 from vmachining.job.table import RowFile, finish, read_partial
 from vmachining.job.timing import MoveTimes, machine_limits, move_times
 from vmachining.machine import described
@@ -217,30 +219,34 @@ class _Run:
             blocks[k].motion == "rapid" for part in self.brep for k in part
         ):
             raise InputError("--brep: these blocks are rapids, which cut nothing", remedy="ask for others")
+        coefficients_of(job)  # a missing file is said now
         self.certify = bool(self.options["certify"]) or self.brep != "none" or leans(program, job.machine)
         make_folder(self.folder)
         self.lock.acquire()
         self._open_manifest(program.files)
         feed = job.keys.feed
-        counts = (lambda length: sample_count(feed, length)) if feed and feed.insert_blocks else None
+        divided = feed is not None and feed.insert_blocks and feed.strategy == "volume"
+        counts = (lambda length: sample_count(feed, length)) if feed and divided else None
         engine = self._stage("program", program, blocks, times, tools, stock, counts, check=True)
         partial = self.folder / "blocks.partial.csv"
         if not float(read_partial(partial, ["removed_hi_mm3"])["removed_hi_mm3"].sum()) > 0.0:
             raise self._never_reached(program, stock)
+        stations = self._contact(program, blocks, "engagement")
         scheduled, report, after = None, None, None
         if feed is not None:
             table = read_partial(partial, ["length_mm", "feed_mm_min", "removed_mm3", "removed_hi_mm3"])
-            schedule = plan(feed, program, blocks, table, partial, times.cap_mm_min)
-            written = rewrite_feeds(program, schedule.edits())
+            planned = plan(feed, program, blocks, table, partial, times.cap_mm_min, stations)
+            written = rewrite_feeds(program, planned.schedule.edits())
             target = self.folder / "scheduled.nc"
             with self.place.making(target.name):
                 write_atomic(target, written.data)
             again = read_job_program(job, target)
             after = move_times(again, limits, job.machine, block_delete=skips)
+            blocks_again = list(group_blocks(again, job.machine))
             self._stage(
                 "scheduled",
                 again,
-                list(group_blocks(again, job.machine)),
+                blocks_again,
                 after,
                 tools,
                 stock,
@@ -248,9 +254,10 @@ class _Run:
                 check=False,
             )
             new_rows = self.folder / "scheduled_blocks.partial.csv"
+            contact = self._contact(again, blocks_again, "engagement, scheduled").columns
             with self.place.making("scheduled_blocks.csv", "scheduled_blocks.parquet"):
-                finish(new_rows, self.folder, "scheduled_blocks")
-            scheduled, report = compare(feed, schedule, written, blocks, read_partial(new_rows))
+                finish(new_rows, self.folder, "scheduled_blocks", contact=contact)
+            scheduled, report = compare(feed, planned, written, blocks, read_partial(new_rows))
         opinion, counts_brep = None, NO_BREP
         if self.brep != "none":
             names = ["block", "motion", "removed_mm3", "removed_lo_mm3", "removed_hi_mm3"]
@@ -260,7 +267,7 @@ class _Run:
                 seconds=self.brep_seconds, stop=self.stop, progress=self.progress,
             )  # fmt: skip
         with self.place.making("blocks.csv", "blocks.parquet"):
-            finish(partial, self.folder, "blocks", scheduled, opinion)
+            finish(partial, self.folder, "blocks", scheduled, opinion, stations.columns)
         result = RunResult(
             job=job,
             program=program,
@@ -275,7 +282,20 @@ class _Run:
         )
         result.summary = self._summary(result, stock, times, after)
         result.summary["brep"] = dict(counts_brep)
+        result.summary["contact_notes"] = list(stations.notes)
         return result
+
+    def _contact(self, program: Program, blocks: list[Block], name: str) -> Stations:
+        """Contact, chips and forces along the blocks."""
+        return engagement_pass(
+            self.job,
+            program,
+            blocks,
+            stop=self.stop,
+            progress=self.progress,
+            name=name,
+            feed=self.job.keys.feed,
+        )
 
     # -- program and stock ---------------------------------------------------------------------------------
 
@@ -435,9 +455,11 @@ class _Run:
         if (report := result.schedule) is not None:
             summary |= {"unsplit_lines": list(report.unsplit), "untouched_lines": list(report.untouched)}
             summary["schedule"] = {
-                "reference_mm3_min": report.reference_mm3_min, "reference_from": report.reference_from,
-                "largest_block_mm3_min": report.largest_block_mm3_min,
+                "strategy": report.strategy, "reference": report.reference, "unit": report.unit,
+                "reference_from": report.reference_from, "largest_block_mm3_min": report.largest_block_mm3_min,
             }  # fmt: skip
+            if report.strategy == "volume":
+                summary["schedule"]["reference_mm3_min"] = report.reference
         if self.job.machine is not None:
             summary["machine"] = described(self.job.machine)
         return summary

@@ -10,29 +10,19 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from pathlib import Path
 
 import numpy as np
 import polars as pl
 
 from vmachining.arrays import Floats
 from vmachining.errors import FeedError
-from vmachining.feed import (
-    FeedBlocks,
-    FeedLimits,
-    FeedSamples,
-    Kind,
-    Limit,
-    Schedule,
-    schedule_volume,
-    schedule_volume_inserting,
-)  # fmt: skip
+from vmachining.feed import Limit
 from vmachining.job.blocks import Block
 from vmachining.job.model import Feed
-from vmachining.job.table import read_samples
-from vmachining.nc import Motion, Program, Rewritten
+from vmachining.job.strategies import Planned
+from vmachining.nc import Rewritten
 
-__all__ = ["MAX_SAMPLES", "ScheduleReport", "compare", "plan", "sample_count"]
+__all__ = ["MAX_SAMPLES", "ScheduleReport", "compare", "sample_count"]
 
 MAX_SAMPLES = 64
 """Parts in which one block is measured at most: a sub-block of 1/64 of a block is fine enough for a feed."""
@@ -41,8 +31,13 @@ WORDS = {
     Limit.AIR: "cut air: highest feed allowed",
     Limit.MAX: "at the largest feed",
     Limit.AXIS: "at a limit of the machine",
-    Limit.MIN: "at the smallest feed: the rate stays above the reference",
+    Limit.MIN: "at the smallest feed: the load stays above the reference",
     Limit.INFEASIBLE_MIN: "machine limit below the smallest feed: the machine wins",
+}
+DOES = {
+    "volume": "Volume strategy: every cutting block gets the feed at which it removes {goal}",
+    "chip_area": "Chip area strategy: every cutting block gets the feed at which the largest chip of a tooth has {goal}",
+    "force": "Force strategy: every cutting block gets the feed at which its {name} is {goal}",
 }
 UNSPLIT = "could not be divided: the smallest feed of its parts"
 UNTOUCHED = "left as programmed: its line cannot take another feed"
@@ -55,8 +50,9 @@ class ScheduleReport:
     text : strategy and reference in words. limits : {block: words} of the blocks that hit one.
     tally : {words: number of blocks}.
     after_rate : (n,) mm^3/min per original block, NaN where it takes no time.
+    comparison : all strategies on this job, one row each, see `vmachining.job.strategies.compared`.
     blocks, removed_mm3 : of the written program.
-    reference_mm3_min, reference_from : the rate aimed at, and what it is.
+    reference, unit, strategy, reference_from : the load aimed at, and what it is.
     largest_block_mm3_min : the largest rate of a whole block as programmed.
     unsplit : lines that wanted inserted blocks and got the smallest feed of them as a whole.
     untouched : lines whose feed could not be changed and is the programmed one.
@@ -66,9 +62,12 @@ class ScheduleReport:
     limits: dict[int, str]
     tally: dict[str, int]
     after_rate: Floats
+    comparison: pl.DataFrame
     blocks: int
     removed_mm3: float
-    reference_mm3_min: float
+    reference: float
+    unit: str
+    strategy: str
     reference_from: str
     largest_block_mm3_min: float
     unsplit: tuple[int, ...] = ()
@@ -82,53 +81,6 @@ def sample_count(feed: Feed, length_mm: float) -> int:
     return int(min(MAX_SAMPLES, 2 ** int(np.log2(length_mm / feed.min_length_mm))))
 
 
-def plan(
-    feed: Feed, program: Program, blocks: Sequence[Block], table: pl.DataFrame, partial: Path, caps: Floats
-) -> Schedule:
-    """The schedule of a simulated program.
-
-    Parameters
-    ----------
-    table : the rows of the first simulation; partial : their file, which also has the samples.
-    caps : (moves,) mm/min, of the machine.
-
-    Raises
-    ------
-    FeedError
-        No schedule exists, e.g. nothing cuts and no reference is given.
-    """
-    cap = np.array([min(float(caps[i]) for i in block.moves) for block in blocks])
-    rows = FeedBlocks(
-        line=[block.line for block in blocks],
-        kind=[str(_kind(program, block)) for block in blocks],
-        length_mm=table["length_mm"].to_numpy(),
-        feed_mm_min=table["feed_mm_min"].fill_null(float("nan")).to_numpy(),
-        volume_mm3=table["removed_mm3"].to_numpy(),
-        volume_hi_mm3=table["removed_hi_mm3"].to_numpy(),
-        cap_mm_min=cap,
-    )
-    limits = FeedLimits(min_mm_min=feed.min_mm_min, max_mm_min=feed.max_mm_min)
-    if not feed.insert_blocks:
-        return schedule_volume(rows, limits, reference=feed.reference)
-    volumes: list[float] = []
-    counts = np.zeros(len(blocks), dtype=np.int64)
-    for index, samples in read_samples(partial):
-        if rows.kind[index] == str(Kind.CUT):
-            volumes.extend(samples)
-            counts[index] = len(samples)
-    return schedule_volume_inserting(
-        rows, FeedSamples(volumes, np.concatenate([[0], np.cumsum(counts)])), limits,
-        reference=feed.reference, tau=feed.tau, min_length_mm=feed.min_length_mm, rule=feed.rule,
-    )  # fmt: skip
-
-
-def _kind(program: Program, block: Block) -> Kind:
-    """A line of several motions that are not all rapid keeps its feed: its parts cannot be told apart."""
-    if all(program.moves[index].motion is Motion.RAPID for index in block.moves):
-        return Kind.RAPID
-    return Kind.OTHER if len(block.moves) > 1 else Kind.CUT
-
-
 def reference_words(feed: Feed) -> str:
     """What the reference of a schedule is."""
     if not isinstance(feed.reference, str):
@@ -137,7 +89,8 @@ def reference_words(feed: Feed) -> str:
     if feed.reference == "mean":
         return "volume over time of all that cuts, as programmed"
     peak = ", which may be above that of every whole block" if feed.insert_blocks else ""
-    return f"the largest rate of a {piece} as programmed{peak}"
+    load = "rate" if feed.strategy == "volume" else "load"
+    return f"the largest {load} of a {piece} as programmed{peak}"
 
 
 def _said(note: str | None) -> str | None:
@@ -145,7 +98,7 @@ def _said(note: str | None) -> str | None:
 
 
 def compare(
-    feed: Feed, schedule: Schedule, written: Rewritten, blocks: Sequence[Block], after: pl.DataFrame
+    feed: Feed, planned: Planned, written: Rewritten, blocks: Sequence[Block], after: pl.DataFrame
 ) -> tuple[pl.DataFrame, ScheduleReport]:
     """Rows of the rewritten program grouped to the original blocks.
 
@@ -158,6 +111,7 @@ def compare(
     FeedError
         The written program does not run through the original blocks: a bug, never a user's fault.
     """
+    schedule = planned.schedule
     lines = [written.source_line[line - 1] for line in after["line"].to_list()]
     groups = [(line, list(members)) for line, members in groupby(range(len(lines)), key=lines.__getitem__)]
     if [line for line, _ in groups] != [block.line for block in blocks]:
@@ -186,7 +140,10 @@ def compare(
             "block": pl.Series(range(len(blocks)), dtype=pl.Int64),
             "scheduled_feed_mm_min": pl.Series(speed, dtype=pl.Float64).fill_nan(None),
             "scheduled_time_s": pl.Series(seconds, dtype=pl.Float64),
-            "note": pl.Series([_said(left.get(block.line)) for block in blocks], dtype=pl.String),
+            "note": pl.Series(
+                [_said(left.get(block.line, planned.notes.get(block.number))) for block in blocks],
+                dtype=pl.String,
+            ),
         }
     )
     hit |= {block.number: left[block.line] for block in blocks if block.line in left}
@@ -195,24 +152,33 @@ def compare(
         if feed.insert_blocks
         else ""
     )
-    goal = schedule.reference_mm3_min
+    goals = {tool: goal for tool, goal in schedule.references.items() if goal > 0.0}
+    goal_text = " and ".join(
+        f"{goal:.6g} {schedule.unit}" + (f" (tool {tool})" if len(goals) > 1 else "")
+        for tool, goal in goals.items()
+    )
+    what = DOES[feed.strategy].format(name=schedule.strategy, goal=goal_text or f"0 {schedule.unit}")
     source = reference_words(feed)
     before, on = schedule.blocks, schedule.scheduled
     rate = before.volume_mm3[on] * before.feed_mm_min[on] / before.length_mm[on]
     largest = float(rate[np.isfinite(rate)].max(initial=0.0))
     report = ScheduleReport(
         text=(
-            f"Volume strategy: every cutting block gets the feed at which it removes {goal:.6g} mm³/min "
+            f"{what} "
             f"(reference: {feed.reference}, {source}), between {feed.min_mm_min:g} and {feed.max_mm_min:g} mm/min"
             f"{inserted}. "
-            "The written program was read back from its file and simulated again; the numbers are its own."
+            + (f"Note: {planned.infeasible}. " if planned.infeasible else "")
+            + "The written program was read back from its file and simulated again; the numbers are its own."
         ),
         limits=hit,
         tally=dict(Counter(hit.values())),
         after_rate=rates,
+        comparison=planned.comparison,
         blocks=len(after),
         removed_mm3=float(removed.sum()),
-        reference_mm3_min=goal,
+        reference=schedule.reference,
+        unit=schedule.unit,
+        strategy=feed.strategy,
         reference_from=source,
         largest_block_mm3_min=largest,
         unsplit=tuple(sorted(set(written.unsplit) - set(written.untouched))),

@@ -20,7 +20,17 @@ from vmachining.arrays import Floats
 from vmachining.errors import JobError
 from vmachining.job.files import atomic_path, writing
 
-__all__ = ["COLUMNS", "MEANINGS", "OPINION", "RowFile", "finish", "read_partial", "read_samples", "readable"]
+__all__ = [
+    "COLUMNS",
+    "CONTACT",
+    "MEANINGS",
+    "OPINION",
+    "RowFile",
+    "finish",
+    "read_partial",
+    "read_samples",
+    "readable",
+]
 
 COLUMNS: dict[str, type[pl.DataType]] = {
     "block": pl.Int64,
@@ -89,13 +99,13 @@ MEANINGS: dict[str, str] = {
     "removed_dexel_lo_mm3": "lower end of an interval of stated confidence around it, which is no bound",
     "removed_dexel_hi_mm3": "upper end of that interval",
     "mrr_mm3_min": "material removal rate: removed_mm3 over time_s",
-    "ae_mm": "radial depth of cut",
-    "ap_mm": "axial depth of cut",
+    "ae_mm": "radial depth of cut, largest along the block; empty where the feed is along the axis",
+    "ap_mm": "axial depth of cut, largest along the block",
     "engaged_fraction": "share of a revolution in which an edge is engaged",
-    "chip_area_mm2": "largest chip area",
-    "chip_thickness_mm": "largest undeformed chip thickness",
-    "force_n": "largest resultant force, wants [force]",
-    "power_w": "mean cutting power, wants [force]",
+    "chip_area_mm2": "largest chip area of one tooth, wants flutes and a spindle speed",
+    "chip_thickness_mm": "largest undeformed chip thickness, wants flutes and a spindle speed",
+    "force_n": "largest resultant force of all teeth on the tool, wants [force]",
+    "power_w": "mean power at the cutter over a revolution, largest along the block, wants [force]",
     "scheduled_feed_mm_min": "feed of the rewritten program, wants [feed]",
     "scheduled_time_s": "time of the block in the rewritten program",
     "warning": "what a machinist should know of this block",
@@ -104,6 +114,11 @@ MEANINGS: dict[str, str] = {
 
 OPINION = tuple(name for name in COLUMNS if "brep" in name or "dexel" in name)
 """Columns that other engines than the one that cuts fill in."""
+
+CONTACT = (
+    "ae_mm", "ap_mm", "engaged_fraction", "chip_area_mm2", "chip_thickness_mm", "force_n", "power_w",
+)  # fmt: skip
+"""Columns of the contact between tool and workpiece."""
 
 SAMPLES = "samples_mm3"
 """Extra column of the partial file: volumes of the equal parts of a block, for the scheduler."""
@@ -229,14 +244,20 @@ def finish(
     stem: str = "blocks",
     scheduled: pl.DataFrame | None = None,
     opinion: pl.DataFrame | None = None,
+    contact: pl.DataFrame | None = None,
 ) -> None:
     """Make `stem`.csv and `stem`.parquet of a partial file, in streaming fashion.
 
     scheduled : columns block, scheduled_feed_mm_min, scheduled_time_s to fill in, and note, which joins the
     warning; or None.
     opinion : columns block, those of `OPINION`, and brep_note, which joins the warning; or None.
+    contact : columns block, those of `CONTACT`, and contact_note, which joins the warning; or None.
     """
     frame = _lazy(partial).select(list(COLUMNS))
+    if contact is not None:
+        frame = frame.drop(CONTACT).join(contact.lazy(), on="block", how="left", maintain_order="left")
+        said = pl.concat_str("warning", "contact_note", separator="; ", ignore_nulls=True)
+        frame = frame.with_columns(pl.when(said != "").then(said).alias("warning")).select(list(COLUMNS))
     if scheduled is not None:
         extra = ["scheduled_feed_mm_min", "scheduled_time_s"]
         frame = frame.drop(extra).join(

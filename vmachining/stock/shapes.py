@@ -174,7 +174,7 @@ class MeshStock:
         """See `Stock`."""
         out = np.empty(len(points))
         where = np.ascontiguousarray(points, dtype=np.float64)
-        _kernels.mesh_distances(where, *self._nearest, out)
+        _kernels.mesh_distances(where, *self.nearest, out)
         return out
 
     def crossings(self, places: Floats) -> RayIntervals:
@@ -229,7 +229,7 @@ class MeshStock:
         return np.asarray(np.cross(b - a, c - a))
 
     @cached_property
-    def _nearest(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    def nearest(self) -> tuple[Floats, Floats, Floats, Floats, Floats]:
         """Corners and pseudonormals of the triangles that have an area, and a tree over them, see `_kernels.mesh_distances`."""
         _, member = np.unique(self.vertices, axis=0, return_inverse=True)
         corner = member.reshape(-1)[self.triangles]

@@ -1,12 +1,14 @@
 # The engaged stretches of a meridian at many rotation angles, against stock and sweeps nearby.
 #
 # Legend: s arc length along the meridian, mm; m (margin) of a point, mm: negative where it cuts. A point cuts if its
-#   surface moves into what lies before it (N.V > 0), if it is in the stock, and if no sweep covers it; the margin is the
-#   largest of three functions that change by at most `stretch` per mm of s, so |m| / stretch is a step without a root.
-# World: kind 0 box (lo, hi), 1 upright cylinder (x, y, R, z0, z1), 2 triangles. Columns of the sweeps, one row each:
-#   box lo and hi; form: first and last + 1 piece, 1 if the axis turns, row of frames or -1; start; path (see
-#   sweep/_kernels.py); tol: of the distance, and depth up to which a point counts as on the surface. Rows of pieces:
-#   first and last + 1 segment, first and last + 1 wave; limits and waves as in sweep/turned.
+#   surface moves into what lies before it (N.V > 0), if it is in the stock, and if no sweep covers it; the margin is
+#   the largest of three functions that change by at most `stretch` per mm of s, so |m| / stretch is a step without a
+#   root.
+# World: kind 0 box (lo, hi), 1 upright cylinder (x, y, R, z0, z1), 2 triangles (a to boxes, see
+#   engagement/_kernels.py). Columns of the sweeps, one row each: box lo and hi; form: first and last + 1 piece, 1 if
+#   the axis turns, row of frames or -1; start; path (see sweep/_kernels.py); tol: of the distance, and depth up to
+#   which a point counts as on the surface. Rows of pieces: first and last + 1 segment, first and last + 1 wave; limits
+#   and waves as in sweep/turned.
 # Tool: rows r0 z0 r1 z1 cr cz R beta0 beta1 of the meridian, joints (s of their ends), twist rad/mm of height.
 # now (22,): tip, axis, velocity, rate of the axis, right, ahead (3 each), speed, idle speed, highest z, steepness added.
 # hit rows: piece, s0, s1.
@@ -17,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vmachining.jit import kernel, leaf
+from vmachining.stock._kernels import LEAF, box_square, distance, nearest_on
 from vmachining.sweep._kernels import meridian, nearest, planar_gap
 from vmachining.sweep.turned._kernels import _narrowed
 from vmachining.sweep.turned.pose._kernels import near, state
@@ -44,6 +47,11 @@ class World(NamedTuple):
     seg: NDArray[np.float64]
     limits: NDArray[np.float64]
     waves: NDArray[np.float64]
+    a: NDArray[np.float64]
+    b: NDArray[np.float64]
+    c: NDArray[np.float64]
+    normals: NDArray[np.float64]
+    boxes: NDArray[np.float64]
 
 
 class Blade(NamedTuple):
@@ -62,12 +70,51 @@ class Room(NamedTuple):
     p: NDArray[np.float64]
     poses: NDArray[np.float64]
     hit: NDArray[np.float64]
+    stack: NDArray[np.int64]
+    square: NDArray[np.float64]
 
 
 @leaf
-def stock_gap(world, x, y, z):
-    """Signed distance to box or cylinder."""
+def mesh_gap(world, x, y, z, room):
+    """Signed distance to the triangles."""
+    stack, square, p = room.stack, room.square, room.p
+    p[0], p[1], p[2] = x, y, z
+    leaves = (len(world.boxes) + 1) // 2
+    best, triangle, feature, u, v, w = np.inf, 0, 0, x, y, z
+    stack[0], square[0] = 0, box_square(p, world.boxes[0])
+    top = 1
+    while top > 0:
+        top -= 1
+        node = stack[top]
+        if square[top] > best * best:
+            continue
+        if node < leaves - 1:
+            close, far = 2 * node + 1, 2 * node + 2
+            to_close, to_far = box_square(p, world.boxes[close]), box_square(p, world.boxes[far])
+            if to_far < to_close:
+                close, far, to_close, to_far = far, close, to_far, to_close
+            stack[top], square[top] = far, to_far
+            stack[top + 1], square[top + 1] = close, to_close
+            top += 2
+            continue
+        first = (node - leaves + 1) * LEAF
+        for j in range(first, min(first + LEAF, len(world.a))):
+            e, f, g, what = nearest_on(p, world.a[j], world.b[j], world.c[j])
+            d = distance(p, e, f, g)
+            if d < best:
+                best, triangle, feature, u, v, w = d, j, what, e, f, g
+    n = world.normals[triangle, feature]
+    side = (x - u) * n[0] + (y - v) * n[1] + (z - w) * n[2]
+    return best if side >= 0.0 else -best
+
+
+@leaf
+def stock_gap(world, x, y, z, room):
+    """Signed distance to the stock."""
     q = world.stock
+    if world.kind == 2:
+        away = box_gap(q, x, y, z)
+        return away if away > 1.0 else mesh_gap(world, x, y, z, room)
     if world.kind == 0:
         a = max(q[0] - x, x - q[3])
         b = max(q[1] - y, y - q[4])
@@ -105,7 +152,9 @@ def sweep_gap(world, k, x, y, z, best, room):
         path = world.path[k]
         if path[9] == 0.0:
             for j in range(first, last):
-                best = min(best, nearest(seg, world.pieces[j, 0], world.pieces[j, 1], path[6:9], x, y, z, tol)[0])
+                best = min(
+                    best, nearest(seg, world.pieces[j, 0], world.pieces[j, 1], path[6:9], x, y, z, tol)[0]
+                )
         else:
             gap = planar_gap(path, x, y)
             for j in range(first, last):
@@ -159,7 +208,7 @@ def into(now, phi, r, z, n_r, n_z):
 @leaf
 def material(world, kept, count, x, y, z, room):
     """Signed distance to the workpiece from outside: positive where there is none, bounded by 5 mm inside."""
-    gap = stock_gap(world, x, y, z)
+    gap = stock_gap(world, x, y, z, room)
     if gap > 0.5:
         return gap
     best = 5.0
@@ -259,7 +308,7 @@ def hit_length(room, n):
 
 
 @kernel
-def reduce(world, near_by, blade, nows, angles, pitch, slack, kept):
+def reduce(world, near_by, blade, nows, angles, pitch, slack, kept) -> int:
     """Those of the sweeps `near_by` (latest first) that can end or cover some of the edge at these places.
 
     Samples of the edge at `angles` rotation angles and steps of `pitch` mm stand for all of it within half a step,
@@ -268,7 +317,14 @@ def reduce(world, near_by, blade, nows, angles, pitch, slack, kept):
     total = blade.joints[-1] - blade.joints[0]
     most = angles * (int(total / pitch) + 2 * len(blade.rows) + 2) * len(nows)
     points, half = np.empty((most, 3)), np.empty(most)
-    room = Room(np.zeros((512, 7)), np.zeros(12), np.zeros((2, 12)), np.zeros((1, 3)))
+    room = Room(
+        np.zeros((512, 7)),
+        np.zeros(12),
+        np.zeros((2, 12)),
+        np.zeros((1, 3)),
+        np.zeros(128, np.int64),
+        np.zeros(128),
+    )
     n = 0
     for place in range(len(nows)):
         now = nows[place]
@@ -296,7 +352,7 @@ def reduce(world, near_by, blade, nows, angles, pitch, slack, kept):
                         points[n, axis] = (
                             now[axis] + z * now[3 + axis] + r * (sp * now[12 + axis] + cp * now[15 + axis])
                         )
-                    if stock_gap(world, points[n, 0], points[n, 1], points[n, 2]) > aside:
+                    if stock_gap(world, points[n, 0], points[n, 1], points[n, 2], room) > aside:
                         continue
                     half[n] = aside
                     n += 1
@@ -327,7 +383,7 @@ def reduce(world, near_by, blade, nows, angles, pitch, slack, kept):
 
 
 @kernel
-def contact(world, kept, count, blade, now, grid, more, phi, hits):
+def contact(world, kept, count, blade, now, grid, more, phi, hits) -> tuple[int, int, float, bool]:
     """What the edge cuts at one place of the tool.
 
     grid : (n,) rad rising within one turn, evenly spaced; more : angles of special interest, (j,).
@@ -335,8 +391,14 @@ def contact(world, kept, count, blade, now, grid, more, phi, hits):
     Returns (angles, stretches, engaged rad, engaged all round); angles or stretches -1: no room. The grid comes first,
     then `more`, the ends of arcs and both sides of jumps.
     """
-    room = Room(np.zeros((512, 7)), np.zeros(12), np.zeros((2, 12)), np.zeros((32, 3)))
-    n = len(grid)
+    room = Room(
+        np.zeros((512, 7)),
+        np.zeros(12),
+        np.zeros((2, 12)),
+        np.zeros((32, 3)),
+        np.zeros(128, np.int64),
+        np.zeros(128),
+    )
     # the ring of angles that is searched: grid and more in order
     ring = np.concatenate((grid, more))
     order = np.argsort(ring, kind="mergesort")
@@ -396,9 +458,16 @@ def contact(world, kept, count, blade, now, grid, more, phi, hits):
 
 
 @kernel
-def contact_at(world, kept, count, blade, now, phi, first, hits, used):
+def contact_at(world, kept, count, blade, now, phi, first, hits, used) -> int:
     """Append what the edge cuts at phi[first:]; the stretches used, -1 without room."""
-    room = Room(np.zeros((512, 7)), np.zeros(12), np.zeros((2, 12)), np.zeros((32, 3)))
+    room = Room(
+        np.zeros((512, 7)),
+        np.zeros(12),
+        np.zeros((2, 12)),
+        np.zeros((32, 3)),
+        np.zeros(128, np.int64),
+        np.zeros(128),
+    )
     for i in range(first, len(phi)):
         used = put(hits, used, room, cut_at(world, kept, count, blade, now, phi[i], room), i)
         if used < 0:
@@ -446,7 +515,7 @@ def jumps(world, kept, count, blade, now, phi, hits, order, length, room, used, 
 
 
 @kernel
-def enter(head, nodes, used, origin, cell, box, ends, radius, k):
+def enter(head, nodes, used, origin, cell, box, ends, radius, k) -> int:
     """Put sweep k into every cell of the plan that its box meets; nodes rows: sweep, next. -1: no room.
 
     ends (4,): x, y of a straight path, whose cells are tested by their distance to it; NaN for others.
@@ -477,7 +546,7 @@ def enter(head, nodes, used, origin, cell, box, ends, radius, k):
 
 
 @kernel
-def gather(head, nodes, origin, cell, box, region, stamp, mark, out):
+def gather(head, nodes, origin, cell, box, region, stamp, mark, out) -> int:
     """Sweeps whose box meets a region (6,), into `out`; how many. stamp (n,) remembers who was seen."""
     nx, ny = head.shape
     i0 = min(max(int(np.floor((region[0] - origin[0]) / cell)), 0), nx)
@@ -505,17 +574,19 @@ def gather(head, nodes, origin, cell, box, region, stamp, mark, out):
 
 
 @kernel
-def chips(blade, now, hits, used, angles, out):
+def chips(blade, now, hits, used, angles, out) -> None:
     """Of every angle: integral of N.V ds, largest N.V, lowest and highest point along the axis and along `aside`.
 
-    out (angles, 6); now[22:25] is the unit direction across axis and feed. Gauss' rule with three nodes, exact for
-    lines; 1e-7 relative for a quarter of a circle... the stretch is halved first.
+    out (angles, 6); now[22:25] is the unit direction across axis and feed, the angles follow. Gauss' rule with five nodes:
+    exact for lines, 1e-9 of a quarter of a circle.
     """
     out[:angles, 0:2] = 0.0
     for i in range(angles):
         out[i, 2], out[i, 3], out[i, 4], out[i, 5] = FAR, -FAR, FAR, -FAR
     node = np.array([-0.9061798459386640, -0.5384693101056831, 0.0, 0.5384693101056831, 0.9061798459386640])
-    weight = np.array([0.2369268850561891, 0.4786286704993665, 0.5688888888888889, 0.4786286704993665, 0.2369268850561891])
+    weight = np.array(
+        [0.2369268850561891, 0.4786286704993665, 0.5688888888888889, 0.4786286704993665, 0.2369268850561891]
+    )
     for h in range(used):
         i, piece = int(hits[h, 0]), int(hits[h, 1])
         a, b = hits[h, 2], hits[h, 3]

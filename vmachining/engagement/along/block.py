@@ -13,7 +13,7 @@ from vmachining.engagement.along._kernels import Blade, World
 from vmachining.engagement.along.sweeps import Sweeps
 from vmachining.geometry import Line
 from vmachining.sweep import Motion, Stance, Sweep, Turn
-from vmachining.tool import Edge, Profile
+from vmachining.tool import Edge
 
 __all__ = ["ANGLES", "Chips", "Cutting", "Sample", "Teeth", "fractions", "samples_along"]
 
@@ -38,12 +38,12 @@ class Teeth(NamedTuple):
 
     edge: Edge
     helical: Edge | None
-    count: int
+    number: int
 
     @property
     def grid(self) -> int:
         """Angles of the grid: a multiple of the teeth, so that sums over the teeth are shifts."""
-        return self.count * -(-ANGLES // self.count)
+        return self.number * -(-ANGLES // self.number)
 
 
 class Cutting(NamedTuple):
@@ -64,9 +64,10 @@ class Cutting(NamedTuple):
 
 
 class Chips(NamedTuple):
-    """At one place. area : mm^2 per mm of feed... largest over the angles; thickness likewise, at the speed of the block.
+    """At one place of a block.
 
-    area_rate, thickness_rate : per tooth and per unit of the block: times blocks per tooth period they are mm^2 and mm.
+    area_rate, thickness_rate : largest over the rotation angles of the integral of N . V along the edge and of N . V, V
+        per unit of the block: times the share of the block that one tooth takes they are mm^2 and mm.
     ae, ap : mm, NaN where the feed is along the axis. fraction : engaged arcs over the turn.
     """
 
@@ -77,7 +78,9 @@ class Chips(NamedTuple):
     fraction: float
 
 
-AIR = Chips(0.0, 0.0, 0.0, 0.0, 0.0)
+def _air(turn: float | None) -> Chips:
+    """Nothing is cut; along the axis there is no width to speak of."""
+    return Chips(0.0, 0.0, float("nan") if turn is None else 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -124,7 +127,10 @@ def samples_along(sweeps: Sweeps, block: int, path: Motion, teeth: Teeth, at: Fl
     lo, hi = Sweep.along(profile, path).bounds
     region = np.stack([np.maximum(lo, sweeps.bounds[0]), np.minimum(hi, sweeps.bounds[1])])
     if (region[0] > region[1]).any() or not np.isfinite([row[18] for row, _ in places]).all():
-        return [Sample(float(t), row, turn, None, None, AIR) for t, (row, turn) in zip(at, places, strict=True)]
+        return [
+            Sample(float(t), row, turn, None, None, _air(turn))
+            for t, (row, turn) in zip(at, places, strict=True)
+        ]
     near = sweeps.near(region + [[-0.1], [0.1]])
     shape, helix = blade(edge), None if teeth.helical is None else blade(teeth.helical)
     own = isinstance(path, Turn) or not (isinstance(path, Line) and profile.is_convex)
@@ -146,13 +152,13 @@ def samples_along(sweeps: Sweeps, block: int, path: Motion, teeth: Teeth, at: Fl
             extra = sweeps.push(block, Sweep.along(profile, path.split([done])[0]))
             mine = np.concatenate([[extra], mine])
         here = sweeps.world if extra is not None else world
-        straight = _contact(here, mine, shape, row, turn, teeth.grid, teeth.count if helix is None else 1)
+        straight = _contact(here, mine, shape, row, turn, teeth.grid, teeth.number if helix is None else 1)
         wound = None
         if straight is not None and helix is not None:
             wound = _contact(here, mine, helix, row, turn, teeth.grid)
         if extra is not None:
             sweeps.pop(extra)
-        chips = AIR if straight is None else _chips(shape, row, turn, straight)
+        chips = _air(turn) if straight is None else _chips(shape, row, turn, straight)
         out.append(Sample(float(t), row, turn, straight, wound, chips))
     return out
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from vmachining.arrays import Floats, Ints
 from vmachining.engagement.along import _kernels
 from vmachining.engagement.along._kernels import World
-from vmachining.engagement.stocks import BoxStock, CylinderStock, Stock
 from vmachining.engagement.workpiece import Past
 from vmachining.errors import StockError
+from vmachining.stock import BoxStock, CylinderStock, MeshStock, Stock
 from vmachining.sweep import Motion, Sweep
 from vmachining.tool import Profile
 
@@ -23,7 +25,7 @@ class _Rows:
     """Rows of one width that grow; `view` is what is there."""
 
     def __init__(self, *shape: int, kind: type = np.float64) -> None:
-        self._data = np.zeros((64, *shape), dtype=kind)
+        self._data: Any = np.zeros((64, *shape), dtype=kind)
         self.count = 0
 
     def add(self, rows: Floats | Ints) -> int:
@@ -36,7 +38,7 @@ class _Rows:
         return first
 
     @property
-    def view(self) -> np.ndarray:
+    def view(self) -> Any:
         return self._data[: self.count]
 
 
@@ -45,20 +47,24 @@ class Sweeps:
 
     Parameters
     ----------
-    stock : box or upright cylinder; another one is a StockError.
+    stock : box, upright cylinder or triangles.
     cell : mm, side of a cell of the plan; the radius of the smallest tool is good.
     """
 
     def __init__(self, stock: Stock, cell: float) -> None:
+        one = np.zeros((1, 3))
+        self.mesh = (one, one, one, np.zeros((1, 7, 3)), np.zeros((1, 6)))
         if isinstance(stock, BoxStock):
             self.kind, self.stock = 0, np.concatenate([stock.lo, stock.hi])
-            self.bounds = np.stack([stock.lo, stock.hi])
         elif isinstance(stock, CylinderStock):
             (x, y), r, (low, high) = stock.center, stock.radius, stock.z
             self.kind, self.stock = 1, np.array([x, y, r, low, high, 0.0])
-            self.bounds = np.array([[x - r, y - r, low], [x + r, y + r, high]])
+        elif isinstance(stock, MeshStock):
+            self.mesh = stock.nearest
+            self.kind, self.stock = 2, stock.bounds.reshape(6)
         else:
             raise StockError(f"no kernel for a {type(stock).__name__}")
+        self.bounds = stock.bounds
         size = self.bounds[1, :2] - self.bounds[0, :2]
         self.cell = float(max(cell, size.max() / CELLS))
         self.head = np.full(np.maximum(np.ceil(size / self.cell), 1).astype(np.int64), -1, dtype=np.int64)
@@ -158,6 +164,7 @@ class Sweeps:
         return World(
             self.kind, self.stock, self.box.view, self.form.view, self.start.view, self.path.view, self.tol.view,
             self.frames.view, self.pieces.view, self.seg.view, self.limits.view, self.waves.view,
+            *self.mesh,
         )  # fmt: skip
 
     def near(self, region: Floats) -> Ints:

@@ -1,0 +1,263 @@
+"""The feed strategies of a job, made of one simulation, and what each of them would do to all loads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from vmachining.arrays import Floats, Ints
+from vmachining.errors import FeedError
+from vmachining.feed import (
+    ChipAreaStrategy,
+    FeedBlocks,
+    FeedLimits,
+    FeedSamples,
+    ForceStrategy,
+    Kind,
+    Parts,
+    Schedule,
+    Strategy,
+    VolumeStrategy,
+    plan_feeds,
+    sampled,
+    schedulable,
+)
+from vmachining.job.blocks import Block
+from vmachining.job.engagement_columns import Stations
+from vmachining.job.model import Feed
+from vmachining.job.table import read_samples
+from vmachining.nc import Motion, Program
+
+__all__ = ["LOADS", "Planned", "plan"]
+
+LOADS = ("volume", "chip_area", "force")
+"""Strategies, and the loads that all of them are judged by."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Planned:
+    """schedule : of the strategy asked for. comparison : one row per strategy, see `compared`. notes : {block: words}.
+
+    infeasible : parts that exceed the reference at any feed, with the smallest reference that they could meet; or None.
+    """
+
+    schedule: Schedule
+    comparison: pl.DataFrame
+    notes: dict[int, str]
+    infeasible: str | None = None
+
+
+def plan(
+    feed: Feed,
+    program: Program,
+    blocks: Sequence[Block],
+    table: pl.DataFrame,
+    partial: Path,
+    caps: Floats,
+    stations: Stations,
+) -> Planned:
+    """The schedule of a simulated program, and what the other strategies would do.
+
+    Parameters
+    ----------
+    table : the rows of the first simulation; partial : their file, which also has the samples.
+    caps : (moves,) mm/min, of the machine.
+    stations : of the same program.
+
+    Raises
+    ------
+    FeedError
+        No schedule exists, e.g. nothing cuts and no reference is given, no part can meet the reference, or the strategy
+        wants what the job does not say.
+    """
+    kinds = np.array([str(_kind(program, block)) for block in blocks])
+    notes: dict[int, str] = {}
+    if feed.strategy != "volume":
+        kinds, notes = _without_unknown(feed, kinds, stations)
+    rows = FeedBlocks(
+        line=[block.line for block in blocks],
+        kind=kinds,
+        length_mm=table["length_mm"].to_numpy(),
+        feed_mm_min=table["feed_mm_min"].fill_null(float("nan")).to_numpy(),
+        volume_mm3=table["removed_mm3"].to_numpy(),
+        volume_hi_mm3=table["removed_hi_mm3"].to_numpy(),
+        cap_mm_min=np.array([min(float(caps[i]) for i in block.moves) for block in blocks]),
+        tool=[block.tool for block in blocks],
+    )
+    limits = FeedLimits(min_mm_min=feed.min_mm_min, max_mm_min=feed.max_mm_min)
+    known = strategies(feed, rows, partial, stations)
+    mine = known[feed.strategy]
+    schedule = plan_feeds(
+        rows, mine, limits, reference=feed.reference, insert=feed.insert_blocks, tau=feed.tau,
+        min_length_mm=feed.min_length_mm, rule=feed.rule,
+    )  # fmt: skip
+    told = _infeasible(rows, mine, schedule)
+    return Planned(schedule, compared(feed, rows, known, limits, schedule), notes, told)
+
+
+def _kind(program: Program, block: Block) -> Kind:
+    """A line of several motions that are not all rapid keeps its feed: its parts cannot be told apart."""
+    if all(program.moves[index].motion is Motion.RAPID for index in block.moves):
+        return Kind.RAPID
+    return Kind.OTHER if len(block.moves) > 1 else Kind.CUT
+
+
+def _without_unknown(feed: Feed, kinds: np.ndarray, stations: Stations) -> tuple[np.ndarray, dict[int, str]]:
+    """Blocks whose load is not known are left as programmed, and say so."""
+    known = np.ones(len(kinds), dtype=np.bool_)
+    if feed.strategy == "force":
+        known = stations.known
+    else:
+        known[stations.block[np.isnan(stations.area_per_feed)]] = False
+    lost = np.flatnonzero((kinds == str(Kind.CUT)) & ~known)
+    if len(lost) and len(lost) == (kinds == str(Kind.CUT)).sum():
+        why = "; ".join(stations.notes) or "see the warnings of the blocks"
+        raise FeedError(
+            f"strategy {feed.strategy!r}: no block has a known load ({why})",
+            remedy='give flutes with the tool, and a spindle speed in the program or under [force]; or take "volume"',
+        )
+    kinds = kinds.copy()
+    kinds[lost] = str(Kind.OTHER)
+    return kinds, {int(k): "feed left as programmed: its load is not known" for k in lost}
+
+
+def strategies(feed: Feed, rows: FeedBlocks, partial: Path, stations: Stations) -> dict[str, Strategy]:
+    """Those for which the job says enough; the one asked for always."""
+    divided = feed.insert_blocks
+    found: dict[str, Strategy] = {}
+    if divided and feed.strategy == "volume":
+        volumes: list[float] = []
+        counts = np.zeros(len(rows), dtype=np.int64)
+        for index, samples in read_samples(partial):
+            if rows.kind[index] == str(Kind.CUT):
+                volumes.extend(samples)
+                counts[index] = len(samples)
+        found["volume"] = sampled(rows, FeedSamples(volumes, np.concatenate([[0], np.cumsum(counts)])))
+        divided = False
+    else:
+        found["volume"] = VolumeStrategy(Parts.whole(rows), rows.volumes(False), rows.groups)
+    first, last = stations.parts(divided=divided)
+    parts = Parts.stepped(rows, _steps(rows, stations)) if divided else Parts.whole(rows)
+    group = rows.groups[parts.block]
+    areas = np.append(np.nan_to_num(stations.area_per_feed), 0.0)
+    area = np.where(last >= first, _largest(areas, first, last), 0.0)
+    if feed.strategy == "chip_area" or np.isfinite(stations.area_per_feed).any():
+        found["chip_area"] = ChipAreaStrategy(parts, area, group)
+    if feed.strategy == "force" or len(stations.rows):
+        begin = np.append(stations.first, 0)
+        end = np.append(stations.last, 0)
+        there = last >= first
+        found["force"] = ForceStrategy(
+            parts, stations.rows, np.where(there, begin[np.minimum(first, len(begin) - 1)], 0),
+            np.where(there, end[np.minimum(last, len(end) - 1)], 0), group, feed.component,
+        )  # fmt: skip
+    return found
+
+
+def _steps(rows: FeedBlocks, stations: Stations) -> Floats:
+    """(n,) mm between stations; a block without them is one part."""
+    return np.where(np.isnan(stations.step), np.maximum(rows.length_mm, 1.0), stations.step)
+
+
+def _largest(values: Floats, first: Ints, last: Ints) -> Floats:
+    """(m,) largest of values[first : last + 1]; parts overlap in their ends."""
+    if not len(first):
+        return np.zeros(0)
+    if (last - first <= 1).all():
+        k = np.minimum(first, len(values) - 1)
+        return np.asarray(np.maximum(values[k], values[np.clip(last, 0, len(values) - 1)]))
+    pairs = np.column_stack(
+        [np.minimum(first, len(values) - 1), np.minimum(last + 1, len(values) - 1)]
+    ).ravel()
+    return np.asarray(np.maximum.reduceat(values, pairs)[::2])
+
+
+def _infeasible(rows: FeedBlocks, strategy: Strategy, schedule: Schedule) -> str | None:
+    """Words for parts whose edge forces alone exceed the reference; FeedError if no part can meet it."""
+    if not isinstance(strategy, ForceStrategy):
+        return None
+    goal = np.array([schedule.references[int(g)] for g in strategy.group])
+    cuts = strategy.cuts & schedulable(rows)[0][strategy.parts.block]
+    least = strategy.least
+    over = cuts & (least >= goal)
+    if not over.any():
+        return None
+    worst = int(np.argmax(np.where(over, least, -np.inf)))
+    line = int(rows.line[strategy.parts.block[worst]])
+    lowest = float(least[cuts].max())
+    text = (
+        f"the reference {goal[worst]:.4g} {strategy.unit} is below what edge forces alone need at any feed "
+        f"(line {line}); the least that every block can meet is above {lowest:.4g} {strategy.unit}"
+    )
+    if over[cuts].all():
+        raise FeedError(text, line=line, remedy="raise the reference, or take less depth")
+    return text
+
+
+def compared(
+    feed: Feed, rows: FeedBlocks, known: dict[str, Strategy], limits: FeedLimits, chosen: Schedule
+) -> pl.DataFrame:
+    """Time, peak and spread of every load, as programmed and by every strategy with its automatic reference.
+
+    The strategy asked for keeps its own reference and options. Times are length over feed, without acceleration, of all
+    blocks that have a feed. The spread is the standard deviation over the cutting time divided by the mean.
+    """
+    plans: dict[str, Schedule] = {}
+    for name, strategy in known.items():
+        if name == feed.strategy:
+            plans[name] = chosen
+            continue
+        try:
+            plans[name] = plan_feeds(
+                rows,
+                strategy,
+                limits,
+                insert=feed.insert_blocks,
+                tau=feed.tau,
+                min_length_mm=feed.min_length_mm,
+            )
+        except FeedError:  # a block without a feed: nothing to compare with
+            continue
+    table: list[dict[str, object]] = []
+    for name in ("as programmed", *plans):
+        plan_ = plans.get(name)
+        row: dict[str, object] = {
+            "strategy": name,
+            "asked_for": name == feed.strategy,
+            "reference": None if plan_ is None else plan_.reference,
+            "unit": None if plan_ is None else plan_.unit,
+            "time_s": chosen.total_old_time_s if plan_ is None else plan_.total_time_s,
+            "inserted": 0 if plan_ is None else plan_.inserted,
+        }
+        for load in LOADS:
+            peak, spread = (None, None) if load not in known else _load(rows, known[load], plan_)
+            row |= {f"{load}_peak": peak, f"{load}_spread": spread}
+        table.append(row)
+    return pl.DataFrame(table, infer_schema_length=None)
+
+
+def _load(
+    rows: FeedBlocks, strategy: Strategy, schedule: Schedule | None
+) -> tuple[float | None, float | None]:
+    """Peak and relative spread of a load at the feeds of a schedule, over the parts that cut."""
+    parts = strategy.parts
+    owner = parts.block
+    if schedule is None:
+        feed = rows.feed_mm_min[owner]
+    else:  # the feed at the middle of every part
+        start = np.where(np.diff(owner, prepend=-1) != 0, 0.0, np.concatenate([[0.0], parts.end[:-1]]))
+        middle = owner + np.minimum(0.5 * (start + parts.end), 1.0 - 1e-12)
+        borders = schedule.sub_block + np.minimum(schedule.sub_end, 1.0 - 1e-13)
+        feed = schedule.sub_feed_mm_min[np.minimum(np.searchsorted(borders, middle), len(borders) - 1)]
+    use = strategy.cuts & (rows.kind[owner] != str(Kind.RAPID)) & (feed > 0) & (parts.length > 0)
+    if not use.any():
+        return None, None
+    load = strategy.loads(np.where(use, feed, 0.0))[use]
+    time = parts.length[use] / feed[use]
+    mean = float((load * time).sum() / time.sum())
+    spread = float(np.sqrt(((load - mean) ** 2 * time).sum() / time.sum()))
+    return float(load.max()), spread / mean if mean > 0 else 0.0
