@@ -16,6 +16,7 @@
 | `sweep5` | five-axis meshes against reference volumes: error, bracket, time; time of finishing blocks |
 | `sweep-gauntlet` | 1,000 random and hard sweeps: solids, STEP, bracket, exact volume, rays, membership; by family and seed |
 | `thin_chips` | width of the brackets of 1 mm finishing blocks, bounded in advance and by two workpieces |
+| `zmap` | analytic engagement against a compiled Z-map on a staircase: time and error over the pitch |
 
 Times of one run are compared with each other only; machines are noisy.
 """
@@ -44,6 +45,7 @@ CASES = {
     "sweep5": "sweep5",
     "sweep-gauntlet": "gauntlet",
     "thin_chips": "half_cylinder",
+    "zmap": "zmap",
 }
 """File of each case; a case loads only what it measures."""
 

@@ -12,7 +12,7 @@ from vmachining.jit import kernel, leaf
 
 TOUCH = 1e-9  # mm: tolerance.LENGTH_EPS_MM; two points closer than this are one, so cells are closed
 SHORT = 1e-12  # mm or rad: intervals and gaps shorter than this are none
-QUARTER, TURN = 0.5 * np.pi, 2.0 * np.pi
+QUARTER = 0.5 * np.pi
 
 
 class Curve(NamedTuple):
@@ -52,7 +52,7 @@ class Moves(NamedTuple):
 
 
 class Found(NamedTuple):
-    """lower, upper (rows, k) mm of s; many (rows,): how many, more than k where k is too small."""
+    """lower, upper (rows, k) mm of s, NaN behind the last; many (rows,): how many, more than k where k is too small."""
 
     lower: np.ndarray
     upper: np.ndarray
@@ -92,46 +92,43 @@ def top_at(stairs, px, py):
 
 
 @leaf
-def place(curve_round, p, d, e, t):
-    """A coordinate of the curve at t."""
-    if curve_round:
-        return p + d * np.sin(t) - e * np.cos(t)
-    return p + d * t
+def crossings(curve_round, p, d, e, c, t0, s0, c0, t1, s1, c1, roots, n):
+    """Put t, sin t and cos t of up to two crossings with the plane at c, strictly between t0 and t1, behind the n roots.
 
-
-@leaf
-def wave(curve_round, d, e):
-    """Size and place of the crest of d sin t - e cos t; of a straight piece its slope."""
-    if curve_round:
-        return np.sqrt(d * d + e * e), np.arctan2(d, -e)
-    return d, 0.0
-
-
-@leaf
-def crossings(curve_round, p, size, crest, c, t0, t1):
-    """How many, and t of up to two crossings with the plane at c strictly between t0 and t1, rising; see `wave`."""
+    d sin t - e cos t = g has the size k = hypot(d, e): (sin t, cos t) = (d h -+ e q, -e h -+ d q) / k with h = g / k and
+    q = sqrt(1 - h^2), the closed form tau -+ acos(g / k) without its angles.
+    """
     g = c - p
     if not curve_round:
-        if size == 0.0:
-            return 0, 0.0, 0.0
-        t = g / size
-        return (1, t, 0.0) if t0 < t < t1 else (0, 0.0, 0.0)
-    if abs(g) >= size:
-        return 0, 0.0, 0.0
-    half = np.arccos(g / size)
-    up, down = crest - half, crest + half
-    if up < t0:
-        up += TURN
-    if down > t1:
-        down -= TURN
-    hit_up, hit_down = t0 < up < t1, t0 < down < t1
-    if hit_up and hit_down:
-        return 2, min(up, down), max(up, down)
-    if hit_up:
-        return 1, up, 0.0
-    if hit_down:
-        return 1, down, 0.0
-    return 0, 0.0, 0.0
+        if d != 0.0:
+            t = g / d
+            if t0 < t < t1:
+                roots[n, 0] = t
+                return n + 1
+        return n
+    size = d * d + e * e
+    if g * g >= size:
+        return n
+    h, q = g / size, np.sqrt(size - g * g) / size
+    first = n
+    for sign in (-1.0, 1.0):
+        s, k = d * h - sign * e * q, -e * h - sign * d * q
+        # within the quarter turn between the ends: on the right side of both
+        if s * c0 - k * s0 > 0.0 and s1 * k - c1 * s > 0.0:
+            t = np.arctan2(s, k)
+            if t0 < t < t1:
+                roots[n, 0], roots[n, 1], roots[n, 2] = t, s, k
+                n += 1
+    if n - first == 2 and roots[first, 0] > roots[first + 1, 0]:
+        swap(roots, first, first + 1)
+    return n
+
+
+@leaf
+def swap(roots, i, j):
+    """Two rows."""
+    for k in range(3):
+        roots[i, k], roots[j, k] = roots[j, k], roots[i, k]
 
 
 @leaf
@@ -153,7 +150,7 @@ def span(curve_round, p, d, e, t0, s0, c0, t1, s1, c1):
 
 
 @leaf
-def walls(curve_round, p, d, e, breaks, low, high, t0, t1, roots, n):
+def walls(curve_round, p, d, e, breaks, low, high, t0, s0, c0, t1, s1, c1, roots, n):
     """Put the crossings with the breaks between `low` and `high` behind the n roots; the new number of roots."""
     last = len(breaks) - 1
     if low > breaks[last] or high < breaks[0]:
@@ -161,33 +158,22 @@ def walls(curve_round, p, d, e, breaks, low, high, t0, t1, roots, n):
     first = cell(breaks, low)
     if breaks[first] < low:
         first += 1
-    if breaks[first] > high:
-        return n
-    size, crest = wave(curve_round, d, e)
     for k in range(first, last + 1):
         c = breaks[k]
         if c > high:
             break
-        many, one, two = crossings(curve_round, p, size, crest, c, t0, t1)
-        if many > 0:
-            roots[n] = one
-            n += 1
-        if many > 1:
-            roots[n] = two
-            n += 1
+        n = crossings(curve_round, p, d, e, c, t0, s0, c0, t1, s1, c1, roots, n)
     return n
 
 
 @leaf
-def ordered(roots, n):
-    """Sort the first n, which are runs in order or against it."""
-    for i in range(1, n):
-        v = roots[i]
-        j = i - 1
-        while j >= 0 and roots[j] > v:
-            roots[j + 1] = roots[j]
+def ordered(roots, first, n):
+    """Sort those from `first` to below n; they are runs in order or against it."""
+    for i in range(first + 1, n):
+        j = i
+        while j > first and roots[j - 1, 0] > roots[j, 0]:
+            swap(roots, j - 1, j)
             j -= 1
-        roots[j + 1] = v
 
 
 @leaf
@@ -206,89 +192,92 @@ def keep(curve, t0, t1, found, row, start):
 
 
 @leaf
+def blank(found, row):
+    """NaN behind the last interval of a row."""
+    for k in range(found.many[row], found.lower.shape[1]):
+        found.lower[row, k] = np.nan
+        found.upper[row, k] = np.nan
+
+
+@leaf
 def levels(curve, stairs, t0, s0, c0, t1, s1, c1, top, roots, n, found, row, start):
     """Keep what lies between floor and top of a stretch over one cell; roots from n on are free for use."""
-    low, high = span(curve.round, curve.pz, curve.dz, curve.ez, t0, s0, c0, t1, s1, c1)
-    if low > top + TOUCH or high < stairs.floor - TOUCH:
-        return
-    first = n
-    if high > top or low < stairs.floor:
-        size, crest = wave(curve.round, curve.dz, curve.ez)
+    p, d, e = curve.pz, curve.dz, curve.ez
+    if curve.round:
+        a, b = p + d * s0 - e * c0, p + d * s1 - e * c1
+        bent = (d * c0 + e * s0) * (d * c1 + e * s1) < 0.0
     else:
+        a, b = p + d * t0, p + d * t1
+        bent = False
+    low, high = min(a, b), max(a, b)
+    if bent:
+        low, high = span(1, p, d, e, t0, s0, c0, t1, s1, c1)
+    floor = stairs.floor
+    if low > top + TOUCH or high < floor - TOUCH:
+        return
+    if high <= top and low >= floor:
         keep(curve, t0, t1, found, row, start)
         return
-    if high > top:
-        many, one, two = crossings(curve.round, curve.pz, size, crest, top, t0, t1)
-        if many > 0:
-            roots[n] = one
-            n += 1
-        if many > 1:
-            roots[n] = two
-            n += 1
-    if low < stairs.floor:
-        many, one, two = crossings(curve.round, curve.pz, size, crest, stairs.floor, t0, t1)
-        if many > 0:
-            roots[n] = one
-            n += 1
-        if many > 1:
-            roots[n] = two
-            n += 1
-    if n == first:
-        z = place(curve.round, curve.pz, curve.dz, curve.ez, 0.5 * (t0 + t1))
-        if stairs.floor - TOUCH <= z <= top + TOUCH:
-            keep(curve, t0, t1, found, row, start)
+    first = n
+    n = crossings(curve.round, p, d, e, top, t0, s0, c0, t1, s1, c1, roots, n)
+    if (
+        n == first + 1 and low >= floor and not bent
+    ):  # one crossing with the top, as a rule: the lower end is inside
+        if a < b:
+            keep(curve, t0, roots[first, 0], found, row, start)
+        else:
+            keep(curve, roots[first, 0], t1, found, row, start)
         return
-    for i in range(first + 1, n):
-        v = roots[i]
-        j = i - 1
-        while j >= first and roots[j] > v:
-            roots[j + 1] = roots[j]
-            j -= 1
-        roots[j + 1] = v
+    n = crossings(curve.round, p, d, e, floor, t0, s0, c0, t1, s1, c1, roots, n)
+    ordered(roots, first, n)
     u = t0
     for i in range(first, n + 1):
-        v = roots[i] if i < n else t1
+        v = roots[i, 0] if i < n else t1
         if v - u > SHORT:
-            z = place(curve.round, curve.pz, curve.dz, curve.ez, 0.5 * (u + v))
-            if stairs.floor - TOUCH <= z <= top + TOUCH:
+            m = 0.5 * (u + v)
+            z = p + d * np.sin(m) - e * np.cos(m) if curve.round else p + d * m
+            if floor - TOUCH <= z <= top + TOUCH:
                 keep(curve, u, v, found, row, start)
         u = v
 
 
 @leaf
-def inside(curve, stairs, t0, t1, roots, found, row, start):
-    """The stretches of a piece between t0 and t1 that are in the material, to the intervals of a row."""
+def inside(curve, stairs, t0, s0, c0, t1, s1, c1, roots, found, row, start):
+    """The stretches of a piece between t0 and t1 that are in the material, to the intervals of a row; s, c: sin and cos of
+    the ends of a round piece."""
+    if not curve.round and curve.dz > 0.0:  # no need to look at walls above everything
+        t1 = min(t1, (stairs.highest + 1.0 - curve.pz) / curve.dz)
     if t1 - t0 <= SHORT:
         return
-    s0, c0, s1, c1 = 0.0, 1.0, 0.0, 1.0
-    if curve.round:
-        s0, c0, s1, c1 = np.sin(t0), np.cos(t0), np.sin(t1), np.cos(t1)
-    elif curve.dz > 0.0:  # no need to look at walls above everything
-        t1 = min(t1, (stairs.highest + 1.0 - curve.pz) / curve.dz)
-        if t1 - t0 <= SHORT:
-            return
     low, high = span(curve.round, curve.pz, curve.dz, curve.ez, t0, s0, c0, t1, s1, c1)
     if low > stairs.highest + TOUCH or high < stairs.floor - TOUCH:
         return
     low, high = span(curve.round, curve.px, curve.dx, curve.ex, t0, s0, c0, t1, s1, c1)
-    n = walls(curve.round, curve.px, curve.dx, curve.ex, stairs.x, low, high, t0, t1, roots, 0)
+    n = walls(
+        curve.round, curve.px, curve.dx, curve.ex, stairs.x, low, high, t0, s0, c0, t1, s1, c1, roots, 0
+    )
     low, high = span(curve.round, curve.py, curve.dy, curve.ey, t0, s0, c0, t1, s1, c1)
-    n = walls(curve.round, curve.py, curve.dy, curve.ey, stairs.y, low, high, t0, t1, roots, n)
-    ordered(roots, n)
+    n = walls(
+        curve.round, curve.py, curve.dy, curve.ey, stairs.y, low, high, t0, s0, c0, t1, s1, c1, roots, n
+    )
+    ordered(roots, 0, n)
     u, su, cu = t0, s0, c0
     for k in range(n + 1):
         v, sv, cv = t1, s1, c1
         if k < n:
-            v = roots[k]
-            if curve.round:
-                sv, cv = np.sin(v), np.cos(v)
+            v, sv, cv = roots[k, 0], roots[k, 1], roots[k, 2]
         if v - u > SHORT:
-            m = 0.5 * (u + v)
-            top = top_at(
-                stairs,
-                place(curve.round, curve.px, curve.dx, curve.ex, m),
-                place(curve.round, curve.py, curve.dy, curve.ey, m),
-            )
+            if curve.round:  # sin and cos of the middle, but for a factor, from those of the ends
+                sm, cm = su + sv, cu + cv
+                f = 1.0 / np.sqrt(sm * sm + cm * cm)
+                x, y = (
+                    curve.px + f * (curve.dx * sm - curve.ex * cm),
+                    curve.py + f * (curve.dy * sm - curve.ey * cm),
+                )
+            else:
+                m = 0.5 * (u + v)
+                x, y = curve.px + curve.dx * m, curve.py + curve.dy * m
+            top = top_at(stairs, x, y)
             if top > -np.inf:
                 levels(curve, stairs, u, su, cu, v, sv, cv, top, roots, n, found, row, start)
         u, su, cu = v, sv, cv
@@ -321,26 +310,34 @@ def curve_of(piece, tx, ty, tz, ex, ey, ez, wx, wy, wz, rm, r):
 
 @leaf
 def facing_part(piece, along, sink, swing, rm, r, flute, facing, idle):
-    """Stretch of t of a piece where N . V > idle; along, sink, swing: V . e_r, V . w, dw/dt . e_r."""
-    if piece == 0:
-        return facing_line(-sink - idle, swing, 0.0, rm) if facing else (0.0, rm)
-    if piece == 2:
-        return facing_line(along + r * swing - idle, swing, 0.0, flute) if facing else (0.0, flute)
+    """Stretch t0, t1 of a piece where N . V > idle, each with its sin and cos where the piece is round; along, sink, swing:
+    V . e_r, V . w, dw/dt . e_r."""
+    if piece != 1:
+        t0, t1 = 0.0, rm if piece == 0 else flute
+        if facing:
+            first = -sink - idle if piece == 0 else along + r * swing - idle
+            t0, t1 = facing_line(first, swing, t0, t1)
+        return t0, 0.0, 1.0, t1, 0.0, 1.0
     if not facing:
-        return 0.0, QUARTER
+        return 0.0, 0.0, 1.0, QUARTER, 1.0, 0.0
     a, b = along + r * swing, sink - rm * swing
     if a > idle:
-        return (np.arctan2(b, a) if b > 0.0 else 0.0), QUARTER
+        if b > 0.0:
+            f = 1.0 / np.sqrt(a * a + b * b)
+            return np.arctan2(b, a), b * f, a * f, QUARTER, 1.0, 0.0
+        return 0.0, 0.0, 1.0, QUARTER, 1.0, 0.0
     if b < -idle:
-        return 0.0, np.arctan2(-b, max(-a, 0.0))
-    return 0.0, 0.0
+        a = max(-a, 0.0)
+        f = 1.0 / np.sqrt(a * a + b * b)
+        return 0.0, 0.0, 1.0, np.arctan2(-b, a), -b * f, a * f
+    return 0.0, 0.0, 1.0, 0.0, 0.0, 1.0
 
 
 @kernel
 def engaged(moves, sin, cos, rm, r, flute, facing, bottom, idle, stairs, found) -> None:
     """Engaged intervals at every position and rotation angle; sin, cos (1 or n, m) of phi. Row: i * m + j."""
     tip, frame, velocity, rate = moves.tip, moves.frame, moves.velocity, moves.axis_rate
-    roots = np.empty(2 * (len(stairs.x) + len(stairs.y)) + 8)
+    roots = np.empty((2 * (len(stairs.x) + len(stairs.y)) + 8, 3))
     n, m = len(tip), sin.shape[1]
     for i in range(n):
         own = i if len(sin) > 1 else 0
@@ -360,17 +357,18 @@ def engaged(moves, sin, cos, rm, r, flute, facing, bottom, idle, stairs, found) 
             for piece in range(3):
                 if (piece == 0 and (rm == 0.0 or not bottom)) or (piece == 1 and r == 0.0):
                     continue
-                t0, t1 = facing_part(piece, along, sink, swing, rm, r, flute, facing, none)
+                t0, s0, c0, t1, s1, c1 = facing_part(piece, along, sink, swing, rm, r, flute, facing, none)
                 if t1 - t0 > SHORT:
                     curve = curve_of(piece, tx, ty, tz, ex, ey, ez, wx, wy, wz, rm, r)
-                    inside(curve, stairs, t0, t1, roots, found, row, found.many[row])
+                    inside(curve, stairs, t0, s0, c0, t1, s1, c1, roots, found, row, found.many[row])
+            blank(found, row)
 
 
 @kernel
 def clipped(tip, e_r, axis, rm, r, piece, lower, upper, stairs, found) -> None:
     """Parts of the edge that are in the material: row k from s lower[k] to upper[k] of piece[k] (see `curve_of`) of the
     edge that points to e_r[k]; tip and axis are those of all."""
-    roots = np.empty(2 * (len(stairs.x) + len(stairs.y)) + 8)
+    roots = np.empty((2 * (len(stairs.x) + len(stairs.y)) + 8, 3))
     for k in range(len(piece)):
         curve = curve_of(
             piece[k],
@@ -387,4 +385,8 @@ def clipped(tip, e_r, axis, rm, r, piece, lower, upper, stairs, found) -> None:
             r,
         )
         t0, t1 = (lower[k] - curve.origin) / curve.size, (upper[k] - curve.origin) / curve.size
-        inside(curve, stairs, t0, t1, roots, found, k, 0)
+        s0, c0, s1, c1 = 0.0, 1.0, 0.0, 1.0
+        if curve.round:
+            s0, c0, s1, c1 = np.sin(t0), np.cos(t0), np.sin(t1), np.cos(t1)
+        inside(curve, stairs, t0, s0, c0, t1, s1, c1, roots, found, k, 0)
+        blank(found, k)

@@ -1,0 +1,73 @@
+# A Z-map as the analytic engagement is compared with it in the literature: heights on a square grid, the edge in elements.
+
+import numpy as np
+
+from vmachining.jit import kernel
+
+
+@kernel
+def zmap_lengths(tip, frame, velocity, sin, cos, rm, r, flute, x0, y0, pitch, heights, highest, out) -> None:
+    """Cut length of the edge at every position and angle: elements of `pitch` mm whose middle is below its cell.
+
+    tip (n, 3), frame (n, 3, 3), velocity (n, 3); sin, cos (m,) of phi. heights (a, b): of square cells from (x0, y0).
+    Only what faces the feed is looked at, and nothing above the highest cell.
+    """
+    inverse = 1.0 / pitch
+    a_cells, b_cells = heights.shape
+    for i in range(len(tip)):
+        wx, wy, wz = frame[i, 0, 2], frame[i, 1, 2], frame[i, 2, 2]
+        sink = velocity[i, 0] * wx + velocity[i, 1] * wy + velocity[i, 2] * wz
+        for j in range(len(sin)):
+            ex = sin[j] * frame[i, 0, 0] + cos[j] * frame[i, 0, 1]
+            ey = sin[j] * frame[i, 1, 0] + cos[j] * frame[i, 1, 1]
+            ez = sin[j] * frame[i, 2, 0] + cos[j] * frame[i, 2, 1]
+            along = velocity[i, 0] * ex + velocity[i, 1] * ey + velocity[i, 2] * ez
+            length = 0.0
+            first, last = 0.0, 0.5 * np.pi
+            if along > 0.0:
+                if sink > 0.0:
+                    first = np.arctan2(sink, along)
+            elif sink < 0.0:
+                last = np.arctan2(-sink, -along)
+            else:
+                continue
+            if r > 0.0 and last > first:
+                n = int(np.ceil((last - first) * r * inverse))
+                step = (last - first) / n
+                s, c = np.sin(first + 0.5 * step), np.cos(first + 0.5 * step)
+                ds, dc = np.sin(step), np.cos(step)
+                ox, oy, oz = (
+                    tip[i, 0] + rm * ex + r * wx,
+                    tip[i, 1] + rm * ey + r * wy,
+                    tip[i, 2] + rm * ez + r * wz,
+                )
+                for _ in range(n):
+                    x, y = ox + r * (s * ex - c * wx), oy + r * (s * ey - c * wy)
+                    a, b = int((x - x0) * inverse), int((y - y0) * inverse)
+                    if (
+                        x >= x0
+                        and y >= y0
+                        and a < a_cells
+                        and b < b_cells
+                        and oz + r * (s * ez - c * wz) <= heights[a, b]
+                    ):
+                        length += step * r
+                    s, c = s * dc + c * ds, c * dc - s * ds
+            if along > 0.0 and flute > 0.0:
+                big = rm + r
+                x, y, z = (
+                    tip[i, 0] + big * ex + r * wx,
+                    tip[i, 1] + big * ey + r * wy,
+                    tip[i, 2] + big * ez + r * wz,
+                )
+                top = min(flute, (highest - z) / wz)
+                n = int(np.ceil(top * inverse))
+                if n > 0:
+                    step = top / n
+                    x, y, z = x + 0.5 * step * wx, y + 0.5 * step * wy, z + 0.5 * step * wz
+                    for _ in range(n):
+                        a, b = int((x - x0) * inverse), int((y - y0) * inverse)
+                        if x >= x0 and y >= y0 and a < a_cells and b < b_cells and z <= heights[a, b]:
+                            length += step
+                        x, y, z = x + step * wx, y + step * wy, z + step * wz
+            out[i, j] = length
