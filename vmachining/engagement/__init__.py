@@ -20,6 +20,8 @@ roots and not samples.
 | `workpiece.py` | `RayWorkpiece`: stock minus earlier sweeps by exact distances; `sweeps_near`; `By`: what ends an interval |
 | `divide.py` | `divided`: sign changes along edges |
 | `result.py` | `Engagement`, `EngagementMap` |
+| `chips.py` | `chip_table`: cut length, depths, chip thickness and area of any engagement, one table |
+| `analytic/` | engagement in closed form, many positions at once |
 | `frames.py` | frames of tool, contact and feed: plain numbers and arrays |
 | `chip.py` | points of flat, bull and ball edges, facing condition, chip thickness, area, depth: plain arrays |
 
@@ -54,6 +56,7 @@ was missing.
 """
 
 from vmachining.engagement import chip, frames
+from vmachining.engagement.chips import CHIP_COLUMNS, chip_table, depths
 from vmachining.engagement.divide import RESOLUTION_MM
 from vmachining.engagement.extract import Contact, contact, engaged_parts, facing_parts
 from vmachining.engagement.result import COLUMNS, Engagement, EngagementMap
@@ -61,6 +64,7 @@ from vmachining.engagement.workpiece import By, Past, RayWorkpiece, Workpiece, s
 from vmachining.stock import BoxStock, CylinderStock, MeshStock, Stock
 
 __all__ = [
+    "CHIP_COLUMNS",
     "COLUMNS",
     "RESOLUTION_MM",
     "BoxStock",
@@ -75,7 +79,9 @@ __all__ = [
     "Stock",
     "Workpiece",
     "chip",
+    "chip_table",
     "contact",
+    "depths",
     "engaged_parts",
     "facing_parts",
     "frames",
