@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
+from vmachining.cli.force_commands import force
 from vmachining.cli.options import (
     BlockDelete,
     CrcCorner,
@@ -54,6 +55,7 @@ nc = typer.Typer(
     no_args_is_help=True, rich_markup_mode=None,
 )  # fmt: skip
 app.add_typer(nc, name="nc")
+app.add_typer(force, name="force")
 
 
 def _version(show: bool) -> None:

@@ -32,6 +32,15 @@ from vmachining.force.closed import (
     tooth_force,
 )
 from vmachining.force.coefficients import NAMES, Coefficients, shipped
+from vmachining.force.identify import (
+    Identification,
+    LayerFit,
+    SlotTests,
+    identify,
+    layer_coefficients,
+    read_tests,
+    smoothed,
+)
 from vmachining.force.model import (
     Forces,
     bull_edge,
@@ -59,6 +68,7 @@ from vmachining.force.turn import (
     load_rows,
     peak_levels,
     turn_load,
+    turn_series,
 )
 
 __all__ = [
@@ -67,8 +77,11 @@ __all__ = [
     "Coefficients",
     "Component",
     "Forces",
+    "Identification",
+    "LayerFit",
     "LayerIntegrals",
     "Load",
+    "SlotTests",
     "bull_edge",
     "cantilever_mm",
     "deflection_force",
@@ -80,16 +93,21 @@ __all__ = [
     "feasible_feeds",
     "force_on",
     "helix_lag",
+    "identify",
+    "layer_coefficients",
     "layer_integrals",
     "load_rows",
     "peak_levels",
     "power_w",
     "printed_direction_matrix",
+    "read_tests",
     "segment_torque",
     "shipped",
     "shoulder_means",
     "slot_means",
+    "smoothed",
     "tooth_angles",
     "tooth_force",
     "turn_load",
+    "turn_series",
 ]

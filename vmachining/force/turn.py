@@ -11,7 +11,16 @@ from vmachining.engagement.along import Cutting, Sample, Teeth, blade
 from vmachining.force import _kernels
 from vmachining.force.coefficients import Coefficients
 
-__all__ = ["COMPONENTS", "Component", "Load", "feasible_feeds", "load_rows", "peak_levels", "turn_load"]
+__all__ = [
+    "COMPONENTS",
+    "Component",
+    "Load",
+    "feasible_feeds",
+    "load_rows",
+    "peak_levels",
+    "turn_load",
+    "turn_series",
+]
 
 Component = Literal["resultant", "xy", "tangential", "torque", "power", "deflection"]
 COMPONENTS: tuple[Component, ...] = ("resultant", "xy", "tangential", "torque", "power", "deflection")
@@ -49,20 +58,10 @@ def turn_load(sample: Sample, teeth: Teeth, coefficients: Coefficients, *, spin:
     Angles are those of the grid within one pitch, and of a straight edge the ends of the arcs and both sides of jumps,
     each with all teeth at their places.
     """
-    cutting = sample.helical if teeth.helical is not None else sample.straight
-    if cutting is None:
+    found = _edge_sums(sample, teeth, coefficients, spin)
+    if found is None:
         return None
-    edge = teeth.edge if teeth.helical is None else teeth.helical
-    chi = float(np.arctan(edge.twist * edge.profile.max_radius))
-    now = sample.now
-    frame = now[[12, 13, 14, 15, 16, 17, 3, 4, 5]].reshape(3, 3)
-    local = np.concatenate([frame @ now[6:9], (frame @ now[9:12])[:2]])
-    motion = np.broadcast_to(local, (len(cutting.phi), 5)).copy()
-    out, heights = np.empty((len(cutting.phi), 10)), np.array([np.inf, -np.inf])
-    _kernels.edge_forces(
-        blade(edge), np.ascontiguousarray(cutting.hits), cutting.phi, motion, coefficients.powers, chi, float(spin), NODES,
-        WEIGHTS, heights, out,
-    )  # fmt: skip
+    cutting, out, heights = found
     m, grid = teeth.number, cutting.grid
     even = out[:grid].reshape(m, grid // m, 10).sum(axis=0)
     table = [even]
@@ -79,6 +78,46 @@ def turn_load(sample: Sample, teeth: Teeth, coefficients: Coefficients, *, spin:
     return Load(
         np.concatenate(table), (float(mean[0]), float(mean[1])), (float(heights[0]), float(heights[1]))
     )
+
+
+def _edge_sums(
+    sample: Sample, teeth: Teeth, coefficients: Coefficients, spin: int
+) -> tuple[Cutting, Floats, Floats] | None:
+    """What cuts, sums of one tooth at all its angles, and the heights met."""
+    cutting = sample.helical if teeth.helical is not None else sample.straight
+    if cutting is None:
+        return None
+    edge = teeth.edge if teeth.helical is None else teeth.helical
+    chi = float(np.arctan(edge.twist * edge.profile.max_radius))
+    now = sample.now
+    frame = now[[12, 13, 14, 15, 16, 17, 3, 4, 5]].reshape(3, 3)
+    local = np.concatenate([frame @ now[6:9], (frame @ now[9:12])[:2]])
+    motion = np.broadcast_to(local, (len(cutting.phi), 5)).copy()
+    out, heights = np.empty((len(cutting.phi), 10)), np.array([np.inf, -np.inf])
+    _kernels.edge_forces(
+        blade(edge), np.ascontiguousarray(cutting.hits), cutting.phi, motion, coefficients.powers, chi, float(spin), NODES,
+        WEIGHTS, heights, out,
+    )  # fmt: skip
+    return cutting, out, heights
+
+
+def turn_series(
+    sample: Sample, teeth: Teeth, coefficients: Coefficients, scale: float, *, spin: int = 1
+) -> tuple[Floats, Floats]:
+    """One revolution: phi (n,) rad of the first tooth, rising over a turn, and columns (n, 5) at a chip scale.
+
+    Columns: force in the tool frame (3), N; torque, N mm; tangential force, N. Without a contact one row of zeros.
+    """
+    found = _edge_sums(sample, teeth, coefficients, spin)
+    if found is None:
+        return np.zeros(1), np.zeros((1, 5))
+    cutting, out, _ = found
+    m, grid = teeth.number, cutting.grid
+    even = np.tile(out[:grid].reshape(m, grid // m, 10).sum(axis=0), (m, 1))
+    phi = cutting.phi[:grid]
+    order = np.argsort(phi, kind="stable")
+    columns = scale * even[:, [0, 1, 2, 6, 8]] + even[:, [3, 4, 5, 7, 9]]
+    return phi[order], columns[order]
 
 
 def _mean_torque(cutting: Cutting, out: Floats) -> Floats:

@@ -7,7 +7,7 @@ those near it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -29,7 +29,7 @@ from vmachining.nc import Motion, Move, Program
 from vmachining.tolerance import LENGTH_EPS_MM
 from vmachining.tool import Edge, Tool
 
-__all__ = ["Forcing", "Stations", "coefficients_of", "engagement_pass", "step_mm"]
+__all__ = ["Forcing", "Stations", "Watched", "coefficients_of", "engagement_pass", "spin_of", "step_mm"]
 
 MAX_PARTS = 64
 """Stations of one block at most, less one, where blocks are to be divided."""
@@ -136,11 +136,13 @@ def engagement_pass(
     progress: Progress = lambda *_: None,
     name: str = "engagement",
     feed: Feed | None = None,
+    watch: Watch | None = None,
+    only: Container[int] | None = None,
 ) -> Stations:
     """The seven columns of every block of a program, and the loads a scheduler needs.
 
     feed : the scheduler's keys, None without one: how far stations are apart if it may divide blocks, and which component
-    of the force it limits.
+    of the force it limits. watch : called with every motion that cuts. only : blocks to look at; the others sweep.
 
     Raises
     ------
@@ -149,13 +151,36 @@ def engagement_pass(
     JobError
         Coefficients that are not there.
     """
-    return _Pass(job, program, blocks, coefficients_of(job), feed).run(stop, progress, name)
+    return _Pass(job, program, blocks, coefficients_of(job), feed, watch, only).run(stop, progress, name)
+
+
+class Watched(NamedTuple):
+    """One motion as the pass has seen it. fine : forces can be computed. scale : chip scale at the programmed feed."""
+
+    block: Block
+    move: Move
+    teeth: Teeth
+    samples: list[Sample]
+    rev_min: float
+    scale: float
+    fine: bool
+
+
+Watch = Callable[[Watched], None]
 
 
 class _Pass:
     def __init__(
-        self, job: Job, program: Program, blocks: Sequence[Block], forcing: Forcing | None, feed: Feed | None
+        self,
+        job: Job,
+        program: Program,
+        blocks: Sequence[Block],
+        forcing: Forcing | None,
+        feed: Feed | None,
+        watch: Watch | None = None,
+        only: Container[int] | None = None,
     ) -> None:
+        self.watch, self.only = watch, only
         self.job, self.program, self.blocks, self.forcing, self.feed = job, program, blocks, forcing, feed
         stock, _ = plain_stock(job)
         radii = [tool.cutter.max_radius for tool in job.tools.values()]
@@ -191,10 +216,11 @@ class _Pass:
         known = True
         for move in cutting:
             path = move_path(move, self.job.machine)
-            values, fine, told = self._move(block, move, path)
-            best = np.fmax(best, values)
-            known &= fine
-            notes += [text for text in told if text not in notes]
+            if self.only is None or block.number in self.only:
+                values, fine, told = self._move(block, move, path)
+                best = np.fmax(best, values)
+                known &= fine
+                notes += [text for text in told if text not in notes]
             self.sweeps.add(block.number, self.job.tools[move.tool].cutter, path)
         out.values.append(tuple(best.tolist()))
         out.notes.append("; ".join(notes) or None)
@@ -223,7 +249,7 @@ class _Pass:
         loads: list[Load | None] = [None] * len(samples)
         fine = self.forcing is not None and np.isfinite(scale)
         if self.forcing is not None and fine:
-            loads = [turn_load(s, teeth, self.forcing.coefficients, spin=_spin(move)) for s in samples]
+            loads = [turn_load(s, teeth, self.forcing.coefficients, spin=spin_of(move)) for s in samples]
             met = [load.heights for load in loads if load is not None]
             low, high = min((h[0] for h in met), default=0.0), max((h[1] for h in met), default=0.0)
             if met and (text := self.forcing.coefficients.outside(low, high)) is not None:
@@ -233,6 +259,8 @@ class _Pass:
                 values[5] = max((load.peak(scale) for load in loads if load is not None), default=0.0)
                 torque = max((load.torque(scale) for load in loads if load is not None), default=0.0)
                 values[6] = float(power_w(torque, rev_min))
+        if self.watch is not None:
+            self.watch(Watched(block, move, teeth, samples, rev_min, scale, fine))
         self._keep(block, move, samples, loads if fine else [None] * len(samples), rev_min, per_feed)
         return values, bool(fine), told
 
@@ -330,7 +358,7 @@ def _teeth(tool: Tool, forces: bool) -> Teeth:
     return Teeth(edge, helical, tool.flutes or 1)
 
 
-def _spin(move: Move) -> int:
+def spin_of(move: Move) -> int:
     return -1 if move.spindle_rpm < 0.0 else 1
 
 

@@ -1,0 +1,131 @@
+"""Force over time along the blocks of a job: a revolution at every station."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from vmachining.arrays import Floats
+from vmachining.errors import InputError, JobError
+from vmachining.force import power_w, turn_load, turn_series
+from vmachining.job.blocks import group_blocks
+from vmachining.job.engagement_columns import Watched, coefficients_of, engagement_pass, spin_of
+from vmachining.job.jobfile import Job
+from vmachining.job.reading import read_job_program, refuse_unknown_tools
+from vmachining.job.simulate import Progress
+from vmachining.job.timing import machine_limits, move_times
+
+__all__ = ["SERIES", "STATIONS", "Prediction", "predict"]
+
+SERIES: dict[str, Any] = {
+    "block": pl.Int64, "line": pl.Int64, "at": pl.Float64, "time_s": pl.Float64, "phi_deg": pl.Float64,
+    "fx_n": pl.Float64, "fy_n": pl.Float64, "fz_n": pl.Float64, "resultant_n": pl.Float64,
+    "torque_n_mm": pl.Float64, "tangential_n": pl.Float64,
+}  # fmt: skip
+"""Columns of the revolutions: forces on the tool in workpiece axes; phi of the first tooth in the tool frame."""
+
+STATIONS: dict[str, Any] = {
+    "block": pl.Int64, "line": pl.Int64, "at": pl.Float64, "time_s": pl.Float64, "feed_mm_min": pl.Float64,
+    "spindle_rev_min": pl.Float64, "peak_n": pl.Float64, "mean_torque_n_mm": pl.Float64, "power_w": pl.Float64,
+}  # fmt: skip
+"""Columns of the stations: largest force and mean torque of a revolution."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Prediction:
+    """series : rows of `SERIES`, a revolution after the other. stations : rows of `STATIONS`. notes : what is missing."""
+
+    series: pl.DataFrame
+    stations: pl.DataFrame
+    notes: tuple[str, ...]
+
+
+def predict(
+    job: Job,
+    blocks: Sequence[int] | None = None,
+    *,
+    progress: Progress = lambda *_: None,
+    stop: Callable[[], bool] = lambda: False,
+) -> Prediction:
+    """Forces of a job without simulating its volumes.
+
+    blocks : numbers as in the table of `run`; None: all that cut.
+
+    Raises
+    ------
+    JobError
+        No [force] table.
+    InputError
+        Blocks that are not there or do not cut; program, tools or stock of the job cannot be used; no block has forces.
+    """
+    forcing = coefficients_of(job)
+    if forcing is None:
+        raise JobError(
+            "forces want a [force] table",
+            **job.where(),
+            remedy='add [force] with coefficients = "aluminium_like_constant", or a file',
+        )
+    program = read_job_program(job)
+    refuse_unknown_tools(program, job.tools, ", ".join(map(str, sorted(job.tools))))
+    every = list(group_blocks(program, job.machine))
+    cutting = {block.number for block in every if block.motion != "rapid"}
+    if blocks is not None and (odd := [k for k in blocks if k not in cutting]):
+        raise InputError(
+            f"block {odd[0]} does not cut" if 0 <= odd[0] < len(every) else f"there is no block {odd[0]}",
+            remedy="see blocks.csv of a run",
+        )
+    times = move_times(
+        program, machine_limits(job), job.machine, block_delete=job.keys.program.block_delete
+    ).seconds
+    begin = np.concatenate([[0.0], np.cumsum(times)])
+    index = {id(move): k for k, move in enumerate(program.moves)}
+    series: list[Floats] = []
+    stations: list[tuple[float, ...]] = []
+
+    def watch(seen: Watched) -> None:
+        if not seen.fine:
+            return
+        k = index[id(seen.move)]
+        spin = spin_of(seen.move)
+        for sample in seen.samples:
+            at = begin[k] + sample.at * times[k]
+            phi, columns = turn_series(sample, seen.teeth, forcing.coefficients, seen.scale, spin=spin)
+            frame = sample.now[[12, 13, 14, 15, 16, 17, 3, 4, 5]].reshape(3, 3)
+            force = columns[:, :3] @ frame
+            turned = (phi - phi[0]) / (2.0 * np.pi) * 60.0 / seen.rev_min
+            head = np.broadcast_to([seen.block.number, seen.block.line, sample.at], (len(phi), 3))
+            series.append(
+                np.column_stack([
+                    head, at + turned, np.degrees(phi), force, np.linalg.norm(force, axis=1), columns[:, 3:5],
+                ])
+            )  # fmt: skip
+            load = turn_load(sample, seen.teeth, forcing.coefficients, spin=spin)
+            peak = 0.0 if load is None else load.peak(seen.scale)
+            torque = 0.0 if load is None else load.torque(seen.scale)
+            stations.append((
+                seen.block.number, seen.block.line, sample.at, at, seen.move.feed_mm_min or float("nan"), seen.rev_min, peak,
+                torque, float(power_w(torque, seen.rev_min)),
+            ))  # fmt: skip
+
+    found = engagement_pass(
+        job, program, every, stop=stop, progress=progress, name="forces", watch=watch,
+        only=None if blocks is None else frozenset(blocks),
+    )  # fmt: skip
+    told = [
+        f"block {number}: {note}"
+        for number, note in found.columns.select("block", "contact_note").iter_rows()
+        if note is not None
+    ]
+    notes = (*found.notes, *told)
+    if not stations:
+        raise InputError(f"no block has forces: {'; '.join(notes) or 'nothing cuts'}")
+    return Prediction(_table(np.concatenate(series), SERIES), _table(np.array(stations), STATIONS), notes)
+
+
+def _table(rows: Floats, schema: dict[str, Any]) -> pl.DataFrame:
+    columns = [pl.Series(name, rows[:, k]).cast(kind) for k, (name, kind) in enumerate(schema.items())]
+    return pl.DataFrame(columns).fill_nan(None)
