@@ -2,6 +2,7 @@
 
 | case | says |
 |---|---|
+| `abs` | analytic engagement against B-rep solids of parts of our own: percent of the cut length per rotation angle |
 | `accuracy` | bracket and error of single sweeps with a closed form, over the chord |
 | `brep` | seconds per block of the B-rep ladder over a long program |
 | `brep-workers` | two B-rep workers against one: times, start-up, processors used, memory of the largest |
@@ -31,6 +32,7 @@ from typing import Any
 __all__ = ["CASES", "SEEDED", "case", "described"]
 
 CASES = {
+    "abs": "abs",
     "accuracy": "accuracy",
     "brep": "brep",
     "brep-chains": "brep_chains",
