@@ -30,6 +30,7 @@ from vmachining.cli.options import (
     ToolUnits,
     Travel,
 )
+from vmachining.cli.toolpath_commands import toolpath
 
 __all__ = ["app", "command"]
 
@@ -56,6 +57,7 @@ nc = typer.Typer(
 )  # fmt: skip
 app.add_typer(nc, name="nc")
 app.add_typer(force, name="force")
+app.add_typer(toolpath, name="toolpath")
 
 
 def _version(show: bool) -> None:

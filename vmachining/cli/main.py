@@ -16,7 +16,7 @@ from vmachining.errors import EngineError, VMachiningError
 __all__ = ["Code", "main"]
 
 REPORT_TO = "https://github.com/vmachining/vmachining/issues"
-LATER = ("toolpath",)
+LATER = ("view", "figure")
 """Commands that the interface names and this version does not have."""
 
 

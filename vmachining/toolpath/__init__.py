@@ -1,0 +1,39 @@
+"""Tool paths that we generate, with the geometry that makes them right.
+
+| file | holds |
+|---|---|
+| `triangle.py` | `Triangle`: a pocket with three sides and round corners |
+| `pocket.py` | four strategies for it: paths, lengths as published and as they are, coverage, advice |
+| `program.py` | a path as a program of dialect `iso`, with the job that cuts it |
+
+Source: spec C for pockets. No engine is imported: what a path cuts is told by the engines.
+"""
+
+from vmachining.toolpath.pocket import (
+    MODES,
+    STRATEGIES,
+    Pocket,
+    advice,
+    coverage,
+    needs_centre,
+    path_length,
+    pocket_lengths,
+    pocket_path,
+)
+from vmachining.toolpath.program import level_program, pocket_job
+from vmachining.toolpath.triangle import Triangle
+
+__all__ = [
+    "MODES",
+    "STRATEGIES",
+    "Pocket",
+    "Triangle",
+    "advice",
+    "coverage",
+    "level_program",
+    "needs_centre",
+    "path_length",
+    "pocket_job",
+    "pocket_lengths",
+    "pocket_path",
+]
