@@ -1,7 +1,7 @@
 """vmachining: removed volume of every NC block with its error, and the feed it deserves.
 
     import vmachining as vm
-    result = vm.run(vm.Job.load("models/slot/job.toml"))
+    result = vm.run("models/slot/job.toml")
     vm.swept_volume(vm.Sweep(vm.BallNose(diameter=10, length=40), (0, 0, 0), (30, 0, 0)))
 
 | Question | Place |
@@ -153,4 +153,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})

@@ -7,7 +7,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Bools", "Floats", "Ints", "rows"]
+__all__ = ["Bools", "Floats", "Ints", "brief", "rows"]
 
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -39,3 +39,10 @@ def rows(values: ArrayLike, *shape: int, name: str) -> Floats:
         raise ValueError(f"{name}: every value must be finite")
     array.setflags(write=False)
     return array
+
+
+def brief(values: ArrayLike) -> str:
+    """`(50, 0, 10.5)`: the numbers of a point, for people."""
+    return (
+        "(" + ", ".join(f"{round(float(v), 9) + 0.0:.6g}" for v in np.ravel(np.asarray(values, dtype=np.float64))) + ")"
+    )

@@ -11,6 +11,7 @@ import numpy as np
 from vmachining.arrays import Floats, Ints
 from vmachining.engagement.extract import Contact
 from vmachining.engagement.workpiece import By
+from vmachining.htmltable import facts_html
 from vmachining.sweep import Stance
 from vmachining.tool import Edge, EdgeParts
 
@@ -68,6 +69,33 @@ class Engagement:
     block: int | None = None
     line: int | None = None
     notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        where = f"block {self.block} at {self.at:g}" if self.block is not None else f"at {self.at:g}"
+        return f"Engagement({where}, {self.method}, {', '.join(f'{n} {v}' for n, v in self._facts())})"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows."""
+        where = "" if self.block is None else f" of block {self.block}, line {self.line},"
+        notes = [("note", text) for text in self.notes]
+        return facts_html(f"Engagement{where} at {self.at:g}, method {self.method}", [*self._facts(), *notes])
+
+    def _facts(self) -> list[tuple[str, str]]:
+        """The few numbers that say what is touched."""
+        s = self.summary
+        if self.is_air:
+            return [("engaged", "nowhere: air")]
+        arcs = s["arcs_feed_deg"] if s["arcs_feed_deg"] is not None else s["arcs_deg"]
+        of = "from the feed" if s["arcs_feed_deg"] is not None else "of the tool"
+        told = (
+            "all round"
+            if self.is_round
+            else "; ".join(f"{a:.6g} to {b:.6g}" for a, b in arcs) + f" degrees {of}"
+        )
+        deep = [("radial", f"{s['ae_mm']:.6g} mm")] if s["ae_mm"] is not None else []
+        return [
+            ("engaged", told), ("axial", f"{s['ap_mm']:.6g} mm"), *deep, ("surface", f"{s['area_mm2']:.6g} mm2"),
+        ]  # fmt: skip
 
     @property
     def phi(self) -> Floats:

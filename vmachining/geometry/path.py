@@ -13,7 +13,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vmachining.arrays import Floats, rows
+from vmachining.arrays import Floats, brief, rows
 
 __all__ = ["Arc", "Line", "Path", "arc_between"]
 
@@ -31,6 +31,9 @@ class Line:
     def __init__(self, start: ArrayLike, end: ArrayLike) -> None:
         object.__setattr__(self, "start", rows(start, 3, name="start"))
         object.__setattr__(self, "end", rows(end, 3, name="end"))
+
+    def __repr__(self) -> str:
+        return f"Line({brief(self.start)} to {brief(self.end)})"
 
     @property
     def length(self) -> float:
@@ -90,6 +93,10 @@ class Arc:
             ("start", begin), ("center", middle), ("axis", axis), ("angle", float(angle)), ("rise", float(rise))
         ):  # fmt: skip
             object.__setattr__(self, name, value)
+
+    def __repr__(self) -> str:
+        turned = f"{np.degrees(self.angle):.6g} degrees about {'xyz'[self.axis]}"
+        return f"Arc({brief(self.start)} to {brief(self.end)}, {turned}, center {brief(self.center)})"
 
     @property
     def radius(self) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -53,7 +54,7 @@ LEAST_ANGLES, MOST_ANGLES = 4, 100_000
 
 
 def engage(
-    job: Job,
+    job: Job | Path | str,
     block: int,
     *,
     at: float = 0.5,
@@ -91,7 +92,7 @@ def engage(
     EngineError
         OCCT failed or took too long.
     """
-    scene = Scene.of(job)
+    scene = Scene.of(Job.of(job))
     return scene.engage(
         block, at=at, method=method, angles=angles, phase=phase, edge=edge, bottom=bottom, seconds=seconds,
         pitch=pitch,

@@ -70,6 +70,11 @@ class Job:
         """The job in a mapping with the keys of a job file. Raises JobError like `load`."""
         return cls._checked(dict(data), Path(folder), None, {})
 
+    @classmethod
+    def of(cls, job: Job | Path | str) -> Job:
+        """A job, or the one in a file."""
+        return job if isinstance(job, Job) else cls.load(job)
+
     def with_chord(self, chord_mm: float) -> Job:
         """The same job with another [accuracy] chord_mm. Raises JobError where that is no length."""
         if not (math.isfinite(chord_mm) and 0.0 < chord_mm <= MOST):
@@ -110,6 +115,13 @@ class Job:
                     "file names are relative to the job file",
                 )
         return job
+
+    def __repr__(self) -> str:
+        tools = ", ".join(f"{number}: {tool.name}" for number, tool in self.tools.items())
+        kind = next(
+            key for key in ("box", "cylinder", "step", "stl") if getattr(self.keys.stock, key) is not None
+        )
+        return f"Job({self.name!r}, program {self.keys.program.file!r}, tools {{{tools}}}, stock {kind})"
 
     @property
     def name(self) -> str:

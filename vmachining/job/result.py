@@ -18,6 +18,7 @@ from vmachining.job.files import TABLES, between, make_folder, write_json
 from vmachining.job.folder import FolderLock, ResultFolder, now
 from vmachining.job.jobfile import Job
 from vmachining.job.schedule import ScheduleReport
+from vmachining.job.shown import result_html
 from vmachining.job.stock import write_stock
 from vmachining.nc import Program
 from vmachining.stock import Triangles
@@ -54,6 +55,17 @@ class RunResult:
     findings: list[tuple[int, str, str]] = field(default_factory=list)
     """(line, text, message) of program warnings on lines that do not move."""
     _keep: TemporaryDirectory[str] | None = field(default=None, repr=False)
+
+    def __repr__(self) -> str:
+        s = self.summary
+        return (
+            f"RunResult({self.job.name!r}, {s['blocks']} blocks, {s['removed_mm3']:.6g} mm3 removed, "
+            f"between {s['removed_lo_mm3']:.6g} and {s['removed_hi_mm3']:.6g}, {s['warnings']} warnings)"
+        )
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the sums, and the head of the table."""
+        return result_html(self)
 
     @property
     def manifest(self) -> dict[str, Any]:

@@ -61,9 +61,10 @@ NO_BREP = {"asked": 0, **dict.fromkeys(JUDGED, 0)}
 
 
 def run(
-    job: Job,
+    job: Job | Path | str,
     *,
     engine: str = "mesh",
+    chord: float | None = None,
     certify: bool = False,
     out: Path | str | None = None,
     resume: bool = False,
@@ -79,7 +80,8 @@ def run(
 
     Parameters
     ----------
-    engine : a name of `vmachining.engines.ENGINES`.
+    job : or the file of one.
+    engine : a name of `vmachining.engines.ENGINES`. chord : mm, instead of chord_mm of the job.
     certify : brackets from two workpieces instead of bounds in advance: half as wide where passes overlap,
         and more than twice as slow. Taken without asking where the tool leans or turns, and to judge B-rep values.
     out : directory for tables while they grow; None: a temporary one, until `RunResult.write`.
@@ -104,6 +106,9 @@ def run(
         A kernel failed; names the block.
     """
     engine_class(engine)
+    job = Job.of(job)
+    if chord is not None:
+        job = job.with_chord(chord)
     asked = parse_brep(brep)
     if not brep_seconds > 0.0:
         raise InputError(f"brep_seconds {brep_seconds:g} is no limit", remedy="give seconds above 0")

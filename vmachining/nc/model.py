@@ -109,6 +109,10 @@ class Program:
     ended: bool
     files: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        found = f", {len(self.errors)} errors" if self.errors else ""
+        return f"Program({self.name!r}, {self.dialect}, {len(self.moves)} moves{found})"
+
     @property
     def errors(self) -> tuple[Finding, ...]:
         """The findings of severity E."""

@@ -12,6 +12,7 @@ from typing import Any
 import polars as pl
 
 from vmachining.errors import InputError
+from vmachining.htmltable import facts_html, table_html
 from vmachining.job.result import RunResult
 from vmachining.oracle.reference import BRACKET, Reference, read_reference
 from vmachining.oracle.results import LARGEST, Results, read_results
@@ -46,6 +47,24 @@ class Comparison:
     slack_mm3: float
     results: str
     reference: str
+
+    def __repr__(self) -> str:
+        found = ", ".join(f"{count} {status}" for status, count in self.counts.items() if count)
+        return f"Comparison({self.verdict}: {found})"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the verdict, and the worst blocks."""
+        lo, _, hi = self.total
+        facts = [
+            ("verdict", self.verdict),
+            ("blocks", ", ".join(f"{count} {status}" for status, count in self.counts.items() if count)),
+            ("theirs", f"{self.removed_mm3:.9g} mm³"),
+            ("reference", f"between {lo:.9g} and {hi:.9g} mm³"),
+        ]  # fmt: skip
+        worst = self.worst(5)
+        return facts_html("Comparison", facts) + (
+            table_html(worst.columns, worst.rows()) if len(worst) else ""
+        )
 
     @property
     def counts(self) -> dict[str, int]:

@@ -62,6 +62,10 @@ class EngagementComparison:
     results: str
     reference: str
 
+    def __repr__(self) -> str:
+        found = ", ".join(f"{count} {status}" for status, count in self.counts.items() if count)
+        return f"EngagementComparison({self.verdict}: {found})"
+
     @property
     def counts(self) -> dict[str, int]:
         """{status: how many}, all statuses named."""

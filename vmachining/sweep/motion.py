@@ -119,6 +119,9 @@ class Sweep:
         frame = tool_frame(self.path.axis(0.0))
         return Sweep.along(self.profile, Line(frame @ self.path.start, frame @ self.path.end)), frame
 
+    def __repr__(self) -> str:
+        return f"Sweep({self.profile!r}, {self.path!r})"
+
     @property
     def packed(self) -> tuple[_Packed | None, Packed | None]:
         """Rows of the kernels, of `_kernels.py` where distances are those to the nearest pose, and of `turned/`."""

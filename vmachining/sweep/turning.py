@@ -14,7 +14,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vmachining.arrays import Floats, rows
+from vmachining.arrays import Floats, brief, rows
 from vmachining.errors import SweepError
 from vmachining.numerics.series import Series, rotation
 from vmachining.sweep.pose import Pose, tip, unit_axis
@@ -53,6 +53,10 @@ class Turn:
     end: Floats
     tip_series: Series = field(repr=False)
     axis_series: Series = field(repr=False)
+
+    def __repr__(self) -> str:
+        axes = f"axis {brief(self.axis(0.0))} to {brief(self.axis(1.0))}"
+        return f"Turn({brief(self.start)} to {brief(self.end)}, {axes})"
 
     @classmethod
     def great_circle(cls, start: Pose, end: Pose) -> Turn:

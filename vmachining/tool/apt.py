@@ -20,7 +20,7 @@ TANGENT_MM = 1e-6
 """A corner circle this close to touching its line is tangent: e and f are written with six decimals or nine digits."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class AptTool(Cutter):
     """APT cutter. d, r, e, f, h in mm, alpha_deg and beta_deg in degrees.
 

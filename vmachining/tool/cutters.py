@@ -5,14 +5,15 @@ Tip at the origin, axis +z towards the spindle, lengths in mm, angles in degrees
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import TypeAlias
 
 import numpy as np
 
 from vmachining.errors import ToolError
+from vmachining.tool.named import Named
 from vmachining.tool.profile import Profile
 
 __all__ = ["BallNose", "BullNose", "Cutter", "FlatEnd", "ProfileTool", "Taper", "Tool"]
@@ -28,8 +29,8 @@ def positive(name: str, value: float) -> None:
         )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Cutter(ABC):
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
+class Cutter(metaclass=Named):
     """What every cutter has.
 
     length : mm from the tip to the flat disc where the tool ends.
@@ -71,6 +72,20 @@ class Cutter(ABC):
         if len(self.holder):
             _ = self.holder_profile
 
+    def __repr__(self) -> str:
+        """As it was made: the sizes given, those of the tip first."""
+        told = [
+            (f.name, getattr(self, f.name))
+            for f in fields(self)
+            if f.init and getattr(self, f.name) != f.default
+        ]
+        told = [(name, value) for name, value in told if name != "name" or value != self._label()]
+        told.sort(key=lambda item: item[0] in Cutter.__dataclass_fields__)
+        shown = ", ".join(
+            f"{name}={value:.9g}" if isinstance(value, float) else f"{name}={value!r}" for name, value in told
+        )
+        return f"{type(self).__name__}({shown})"
+
     @abstractmethod
     def _check(self) -> None:
         """Refuse sizes that do not make a body."""
@@ -109,7 +124,7 @@ class Cutter(ABC):
             raise ToolError(f"holder: {exc}", word="holder", remedy="give rows (r, z) with rising z") from exc
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class FlatEnd(Cutter):
     """Cylinder with a flat bottom."""
 
@@ -126,7 +141,7 @@ class FlatEnd(Cutter):
         return f"flat D{self.diameter:g}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class BallNose(Cutter):
     """Cylinder with a half ball at the tip."""
 
@@ -143,7 +158,7 @@ class BallNose(Cutter):
         return f"ball D{self.diameter:g}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class BullNose(Cutter):
     """Toroidal end mill: a cylinder whose bottom edge is rounded by `corner_radius` (0 flat, D/2 ball)."""
 
@@ -162,7 +177,7 @@ class BullNose(Cutter):
         return f"bull D{self.diameter:g} r{self.corner_radius:g}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class Taper(Cutter):
     """Cone that widens from the tip by `taper_deg` (half angle); negative narrows it, as on a dovetail.
 
@@ -193,7 +208,7 @@ class Taper(Cutter):
         return f"taper D{self.diameter:g}{corner} {self.taper_deg:g}°"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class ProfileTool(Cutter):
     """Free meridian: straight lines through `points` (r, z) from the tip up, tip at z = 0.
 

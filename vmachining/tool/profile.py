@@ -128,6 +128,12 @@ class Profile:
             value.setflags(write=False)
             object.__setattr__(self, name, value)
 
+    def __repr__(self) -> str:
+        low, high = self.points[[0, -1], 1]
+        arcs = int((self.radii > 0).sum())
+        told = f", {arcs} arc{'s' if arcs > 1 else ''}" if arcs else ""
+        return f"Profile(r up to {self.points[:, 0].max():.6g}, z {low:.6g} to {high:.6g}{told})"
+
     @classmethod
     def of(cls, segments: Sequence[Segment]) -> Profile:
         """Profile through consecutive segments; a step between two of them becomes a horizontal line."""

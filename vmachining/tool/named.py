@@ -1,0 +1,55 @@
+"""Cutters are made by names of sizes; what is missing or misspelt is told as a ToolError."""
+
+from __future__ import annotations
+
+import dataclasses
+from abc import ABCMeta
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Any
+
+from vmachining.errors import ToolError
+
+__all__ = ["Named"]
+
+
+class Named(ABCMeta):
+    """Metaclass of dataclasses whose fields are given by name."""
+
+    if not TYPE_CHECKING:  # the signature of the dataclass is the one to check calls against
+
+        def __call__(cls, *args: Any, **given: Any) -> Any:
+            _refuse(cls, args, given)
+            return super().__call__(**given)
+
+
+def _refuse(cls: Any, args: tuple[Any, ...], given: dict[str, Any]) -> None:
+    """ToolError for values without names, unknown names, missing sizes, and what is no number."""
+    fields = {field.name: field for field in dataclasses.fields(cls) if field.init}
+    wanted = [name for name, field in fields.items() if field.default is dataclasses.MISSING]
+    wanted.sort(key=lambda name: name == "length")  # the sizes of the tip first
+    name = cls.__name__
+    if args:
+        said = [f"{key}={value!r}" for key, value in zip(wanted, args, strict=False)]
+        left = [f"{key}=..." for key in wanted[len(args) :] if key not in given]
+        kept = [f"{key}={value!r}" for key, value in given.items()]
+        raise ToolError(
+            f"{name} takes its sizes by name", remedy=f"{name}({', '.join([*said, *kept, *left])}), in mm"
+        )
+    for key in given:
+        if key not in fields:
+            close = get_close_matches(key, fields, n=1, cutoff=0.4)
+            remedy = f"did you mean {close[0]}?" if close else f"it has {', '.join(fields)}"
+            raise ToolError(f"{name} has no {key}", word=key, remedy=remedy)
+    if missing := [key for key in wanted if key not in given]:
+        example = ", ".join(f"{key}={given[key]!r}" if key in given else f"{key}=..." for key in wanted)
+        raise ToolError(
+            f"{name} lacks {' and '.join(missing)}", word=missing[0], remedy=f"{name}({example}), in mm"
+        )
+    for key, value in given.items():
+        number = "float" in str(fields[key].type)
+        if value is None and "None" in str(fields[key].type):
+            continue
+        if number and (isinstance(value, str | bytes | bool) or not hasattr(value, "__float__")):
+            raise ToolError(
+                f"{name}: {key} = {value!r} is no number", word=key, remedy="give it in mm or degrees"
+            )
