@@ -79,11 +79,11 @@ def test_shells_complete(shell, asked, wanted):
 
 
 def test_bench_lists_its_cases_with_their_times(capsys):
-    assert set(TAKES) == set(CASES) and all(described(name)[0] for name in CASES)
+    assert set(TAKES) <= set(CASES) and all(described(name)[0] for name in TAKES)
     assert run(["bench", "--list"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines] == sorted(CASES)
-    assert all(TAKES[line.split()[0]] in line for line in lines)
+    assert all(described(line.split()[0])[1] in line for line in lines)
     assert run(["bench", "--list", "--json", "nc"]) == 0
     assert json.loads(capsys.readouterr().out)["takes"] == TAKES["nc"]
 
