@@ -33,7 +33,7 @@ def shell(*argv, **options):
 @pytest.mark.parametrize("command", COMMANDS, ids=lambda c: " ".join(c) or "root")
 def test_help_has_an_example(command, capsys):
     assert run([*command, "--help"]) == 0
-    assert "Example: vmachining " + " ".join(command) in capsys.readouterr().out
+    assert "\n    vmachining " + " ".join(command) in capsys.readouterr().out
 
 
 def test_help_is_quick_and_loads_no_kernel():

@@ -124,7 +124,7 @@ def test_all_at_their_bounds_agree_but_their_sum_gives_them_away() -> None:
 @pytest.mark.parametrize("command", ["compare", "pack"])
 def test_help_has_an_example(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run([command, "--help"]) == 0
-    assert f"Example: vmachining {command}" in capsys.readouterr().out
+    assert f"\n    vmachining {command} " in capsys.readouterr().out
 
 
 BAD = {
