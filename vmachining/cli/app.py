@@ -29,6 +29,7 @@ from vmachining.cli.options import (
     Tools,
     ToolUnits,
     Travel,
+    examples,
 )
 from vmachining.cli.toolpath_commands import toolpath
 
@@ -37,22 +38,15 @@ __all__ = ["app", "command"]
 SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 
 
-def _examples(*lines: str) -> str:
-    """Command lines, each on a line of its own however narrow the terminal."""
-    return "\b\n" + "\n".join(
-        ["Examples:" if lines[1:] else "Example:", *(f"  vmachining {line}" for line in lines)]
-    )
-
-
 app = typer.Typer(
     name="vmachining",
     help="Milling simulation: removed volume of every NC block with its error, and the feed it deserves.",
-    epilog=_examples("demo --out out/demo", "init part.nc --out part.toml", "run part.toml"),
+    epilog=examples("demo --out out/demo", "init part.nc --out part.toml", "run part.toml"),
     no_args_is_help=True, add_completion=True, rich_markup_mode=None, pretty_exceptions_enable=False,
     context_settings=SETTINGS,
 )  # fmt: skip
 nc = typer.Typer(
-    help="Read NC programs: test them, list their motions.", epilog=_examples("nc check part.nc"),
+    help="Read NC programs: test them, list their motions.", epilog=examples("nc check part.nc"),
     no_args_is_help=True, rich_markup_mode=None,
 )  # fmt: skip
 app.add_typer(nc, name="nc")
@@ -79,7 +73,7 @@ def root(
 
 @app.command(
     "run",
-    epilog=_examples(
+    epilog=examples(
         "run part.toml",
         "run part.toml --out out/fine --chord 0.002 --stock stl,3mf",
         "run part.toml --brep sample --resume",
@@ -130,7 +124,7 @@ def run_(
     )  # fmt: skip
 
 
-@app.command("init", epilog=_examples("init part.nc", "init part.nc --out jobs/part.toml --force"))
+@app.command("init", epilog=examples("init part.nc", "init part.nc --out jobs/part.toml --force"))
 def init_(
     program: Annotated[Path, typer.Argument(metavar="PROGRAM", help="NC program.")],
     out: Annotated[
@@ -151,7 +145,7 @@ def init_(
     return init.init(program, out=out, dialect=dialect, force=force, as_json=as_json)
 
 
-@app.command(epilog=_examples("batch jobs/*.toml --out out/night --workers 4 --resume"))
+@app.command(epilog=examples("batch jobs/*.toml --out out/night --workers 4 --resume"))
 def batch(
     files: Annotated[list[Path], typer.Argument(metavar="JOB.toml...", help="Job files.")],
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="One directory per job in it.")] = Path(
@@ -179,7 +173,7 @@ def batch(
     )
 
 
-@app.command(epilog=_examples("demo --out out/demo"))
+@app.command(epilog=examples("demo --out out/demo"))
 def demo(out: Out = None, stock: StockOut = "stl", quiet: Quiet = False, as_json: Json = False) -> int:
     """Simulate the model that comes with the package."""
     from vmachining.cli import jobs
@@ -189,7 +183,7 @@ def demo(out: Out = None, stock: StockOut = "stl", quiet: Quiet = False, as_json
 
 @nc.command(
     "check",
-    epilog=_examples(
+    epilog=examples(
         "nc check part.nc --tools job.toml", "nc check - --json < part.nc", "nc check --explain E302"
     ),
 )
@@ -251,7 +245,7 @@ def nc_check(
     return room.check(program, reading, as_json=as_json)
 
 
-@nc.command("moves", epilog=_examples("nc moves part.nc --coordinates program --json"))
+@nc.command("moves", epilog=examples("nc moves part.nc --coordinates program --json"))
 def nc_moves(
     program: ProgramArg,
     dialect: Dialect = "iso",
@@ -298,7 +292,7 @@ def nc_moves(
 
 
 @app.command(
-    epilog=_examples(
+    epilog=examples(
         "sweep sweep.json --json",
         "sweep sweep.json --no-brep --chord 0.001",
         "sweep sweep.json --step sweep.step",
@@ -329,7 +323,7 @@ def sweep(
     return single.sweep(file, chord=chord, step=step, brep=not no_brep, plot=plot, as_json=as_json)
 
 
-@app.command(epilog=_examples("engage models/slot/job.toml --block 20 --at 0.5 --out out/block20"))
+@app.command(epilog=examples("engage models/slot/job.toml --block 20 --at 0.5 --out out/block20"))
 def engage(
     job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="Job file.")],
     block: Annotated[
@@ -372,7 +366,7 @@ def engage(
     )  # fmt: skip
 
 
-@app.command(epilog=_examples("compare results.csv models/reference_pack"))
+@app.command(epilog=examples("compare results.csv models/reference_pack"))
 def compare(
     results: Annotated[
         Path, typer.Argument(metavar="RESULTS.csv", help="block or line, removed_mm3; or engaged intervals.")
@@ -403,7 +397,7 @@ def compare(
     )  # fmt: skip
 
 
-@app.command(epilog=_examples("pack models/slot/job.toml --out out/slot-pack --stock stl,step"))
+@app.command(epilog=examples("pack models/slot/job.toml --out out/slot-pack --stock stl,step"))
 def pack(
     job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="Job file.")],
     out: Annotated[
@@ -435,7 +429,7 @@ def pack(
 
 
 @app.command(
-    epilog=_examples(
+    epilog=examples(
         "dda part.nc --blu 0.01 --out pulses.csv", "dda part.nc --tools job.toml --plot pulses.html"
     )
 )
@@ -475,7 +469,7 @@ def dda(
     )  # fmt: skip
 
 
-@app.command(epilog=_examples("bench --list", "bench accuracy nc"))
+@app.command(epilog=examples("bench --list", "bench accuracy nc"))
 def bench(
     cases: Annotated[
         list[str] | None, typer.Argument(metavar="[CASE...]", help="Names; default: all.")

@@ -7,19 +7,19 @@ from typing import Annotated
 
 import typer
 
-from vmachining.cli.options import Json, Quiet
+from vmachining.cli.options import Json, Quiet, examples
 
 __all__ = ["force"]
 
 force = typer.Typer(
     help="Cutting forces: coefficients from slot tests, forces of a job over time.",
-    epilog="Example: vmachining force identify slots.csv --corner-radius 4 --teeth 2 --out coefficients.toml",
+    epilog=examples("force identify slots.csv --corner-radius 4 --teeth 2 --out coefficients.toml"),
     no_args_is_help=True, rich_markup_mode=None,
 )  # fmt: skip
 
 
 @force.command(
-    epilog="Example: vmachining force identify slots.csv --corner-radius 4 --teeth 2 --out coefficients.toml"
+    epilog=examples("force identify slots.csv --corner-radius 4 --teeth 2 --out coefficients.toml")
 )
 def identify(
     data: Annotated[
@@ -65,7 +65,7 @@ def identify(
     )  # fmt: skip
 
 
-@force.command(epilog="Example: vmachining force predict models/slot/job.toml --block 20-30 --out out/forces")
+@force.command(epilog=examples("force predict models/slot/job.toml --block 20-30 --out out/forces"))
 def predict(
     job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="Job file with a [force] table.")],
     block: Annotated[

@@ -28,7 +28,15 @@ __all__ = [
     "ToolUnits",
     "Tools",
     "Travel",
+    "examples",
 ]
+
+
+def examples(*lines: str) -> str:
+    """The end of a help text: command lines, each on a line of its own however narrow the terminal."""
+    head = "Examples:" if lines[1:] else "Example:"
+    return "\b\n" + "\n".join([head, *(f"  vmachining {line}" for line in lines)])
+
 
 Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Result directory; default out/NAME.")]
 Resume = Annotated[bool, typer.Option("--resume", help="Go on where an interrupted run stopped.")]
