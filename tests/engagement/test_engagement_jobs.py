@@ -211,11 +211,14 @@ def test_files_hold_the_same_numbers(tmp_path, capsys):
     text = capsys.readouterr().out
     assert "0.000000 to 180.000000 degrees" in text and "axial 1.000000 mm, radial 4.000000 mm" in text
     assert {path.name for path in out.iterdir()} == {
-        "engagement.csv", "engagement.parquet", "engagement.html", "engagement.png", "engagement_map.csv"
+        "engagement.csv", "engagement.parquet", "engagement.html", "engagement.png", "engagement_map.csv",
+        "engagement_chips.csv",
     }  # fmt: skip
     found = vm.engage(vm.Job.load(job), 2)
     assert pl.read_parquet(out / "engagement.parquet").equals(found.table())
     assert pl.read_csv(out / "engagement.csv")["length_mm"].sum() == pytest.approx(found.lengths.sum())
+    chips = pl.read_csv(out / "engagement_chips.csv")
+    assert chips["area_mm2"].max() == pytest.approx(1.0, abs=1e-4) and len(chips) == 360
     chart = pl.read_csv(out / "engagement_map.csv")
     assert chart.shape == (360, 201) and chart["phi_deg"][90] == pytest.approx(90.0)
     page = (out / "engagement.html").read_text(encoding="utf-8")

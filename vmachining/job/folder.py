@@ -65,6 +65,7 @@ LOCK_FILE = ".vmachining.lock"
 
 ENGAGEMENT = (
     "engagement.csv", "engagement.parquet", "engagement.html", "engagement.png", "engagement_map.csv",
+    "engagement_chips.csv",
     "positions.csv", "positions.parquet",
 )  # fmt: skip
 """Files of `vmachining engage`."""

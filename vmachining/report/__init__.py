@@ -10,13 +10,15 @@
 | `thin.py` | vertex clustering of a coloured mesh, thinning of long series |
 | `page.py` | `write_report(result, path)` |
 | `engagement.py` | `write_engagement(engagement, folder)`: tables, map and picture of what a tool touches |
+| `chips.py` | `write_chips(chip_table, folder)`: shapes of chips, cut length and chip area over time |
 | `page.html.j2`, `page.css`, `page.js` | the page; every value is escaped by jinja2 |
 
 The room reads results and computes nothing new. Known limit: the 3-D view wants WebGL in the browser; all
 numbers are on the page without it.
 """
 
+from vmachining.report.chips import chip_figure, write_chips
 from vmachining.report.engagement import write_engagement
 from vmachining.report.page import write_report
 
-__all__ = ["write_engagement", "write_report"]
+__all__ = ["chip_figure", "write_chips", "write_engagement", "write_report"]

@@ -14,7 +14,7 @@ from plotly.offline import get_plotlyjs
 from plotly.subplots import make_subplots
 
 from vmachining.arrays import Floats
-from vmachining.engagement import Engagement
+from vmachining.engagement import Engagement, chip_table
 from vmachining.errors import InputError
 from vmachining.job.files import atomic_path, write_atomic
 from vmachining.job.folder import engagement_files
@@ -87,7 +87,8 @@ def drawn(found: Engagement) -> Drawn:
 
 
 def write_engagement(found: Engagement, folder: Path | str, *, name: str = "") -> list[Path]:
-    """Write engagement.csv, .parquet, .html, engagement_map.csv, and engagement.png where matplotlib is there.
+    """Write engagement.csv, .parquet, .html, engagement_map.csv, engagement_chips.csv (`chip_table` per mm of feed
+    per tooth), and engagement.png where matplotlib is there.
 
     What an earlier call made there is replaced; engagement.json says what that is.
 
@@ -127,6 +128,9 @@ def _write(found: Engagement, folder: Path, name: str) -> list[Path]:
     paths.append(folder / "engagement_map.csv")
     with atomic_path(paths[-1]) as temporary:
         readable(pl.LazyFrame(columns)).collect().write_csv(temporary)
+    paths.append(folder / "engagement_chips.csv")
+    with atomic_path(paths[-1]) as temporary:
+        readable(chip_table(found).lazy()).collect().write_csv(temporary)
     return paths
 
 
