@@ -212,7 +212,7 @@ def test_files_hold_the_same_numbers(tmp_path, capsys):
     assert "0.000000 to 180.000000 degrees" in text and "axial 1.000000 mm, radial 4.000000 mm" in text
     assert {path.name for path in out.iterdir()} == {
         "engagement.csv", "engagement.parquet", "engagement.html", "engagement.png", "engagement_map.csv",
-        "engagement_chips.csv",
+        "engagement_chips.csv", "engagement.json",
     }  # fmt: skip
     found = vm.engage(vm.Job.load(job), 2)
     assert pl.read_parquet(out / "engagement.parquet").equals(found.table())
