@@ -211,3 +211,9 @@ def test_the_limit_of_loops_and_the_unit_of_dwells_are_keys(tmp_path):
     path = write_job(tmp_path, swap={"[machine]": 'max_steps = 2000\ndwell = "ms"\n[machine]'})
     (tmp_path / "tiny.nc").write_text(loop)
     assert [move.dwell_s for move in read_job_program(Job.load(path)).moves] == [0.5, 0.0]
+
+
+def test_a_program_given_as_a_job_is_named(tmp_path):
+    write_job(tmp_path)
+    with pytest.raises(JobError, match=r"an NC program, and no job file; vmachining init .*tiny\.nc writes"):
+        Job.load(tmp_path / "tiny.nc")

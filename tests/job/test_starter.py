@@ -158,6 +158,8 @@ def test_the_command_writes_and_never_overwrites(tmp_path, capsys):
         command(["init", str(program), "--out", str(program), "--force"]) == 2 and program.read_text() == PART
     )
     assert command(["init", str(program), "--force"]) == 0 and Job.load(job).name == "part"
+    capsys.readouterr()
+    assert command(["init", str(job)]) == 2 and "job file" in capsys.readouterr().err
     folder = tmp_path / "jobs"
     folder.mkdir()
     assert command(["init", str(program), "--out", str(folder / "a.toml")]) == 0

@@ -17,15 +17,15 @@ def init(program: Path, *, out: Path | None, dialect: str | None, force: bool, a
     """`vmachining init`. Exit code 0: the job runs as it is, 1: values have to be given first."""
     target = out if out is not None else program.with_suffix(".toml")
     if str(target) != "-":
-        if target.exists() and program.exists() and target.samefile(program):
-            raise InputError(f"--out {target}: that is the program itself")
         if target.is_dir():
             raise InputError(f"--out {target}: a directory", remedy="name the file: --out DIR/job.toml")
-        if target.exists() and not force:
+        if target.exists() and not force and not (program.exists() and target.samefile(program)):
             raise InputError(f"{target} exists already", remedy="--out another name, or --force")
         if not target.parent.is_dir():
             raise InputError(f"--out {target}: there is no directory {target.parent}")
     draft = draft_job(program, target.parent if str(target) != "-" else Path(), dialect)
+    if target.exists() and target.samefile(program):
+        raise InputError(f"--out {target}: that is the program itself")
     if str(target) != "-":
         write_atomic(target, draft.text)
     if as_json:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import difflib
 import re
+import shlex
 import tomllib
 from collections.abc import Iterable, Iterator, Sequence
 
@@ -18,6 +19,7 @@ __all__ = ["KeyPath", "key_positions", "nearest", "position_of", "toml_refusal"]
 KeyPath = tuple[str | int, ...]
 """E.g. ("tools", 0, "diameter_mm")."""
 
+_PROGRAM = re.compile(r"\s*(?:N\d+\s*)?[GMT]\d{1,3}(?:\s|$|[XYZFSGM])|\s*\d*\s*BEGIN PGM", re.IGNORECASE)
 _HEADER = re.compile(r"^\s*(\[\[?)\s*([^\]#]+?)\s*\]\]?")
 _KEY = re.compile(
     r"""^\s*((?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*')(?:\s*\.\s*(?:[A-Za-z0-9_-]+|"[^"]*"|'[^']*'))*)\s*="""
@@ -51,6 +53,11 @@ def toml_refusal(text: str, exc: tomllib.TOMLDecodeError, file: str) -> JobError
             col, remedy = column, "keep one of them"
             break
         seen.setdefault(path, at)
+    if any(_PROGRAM.match(line) for line in text.splitlines()[:30]):
+        remedy = f"vmachining init {shlex.quote(file)} writes a job file for it"
+        return JobError(
+            "this is an NC program, and no job file", file=file, line=line, col=col, remedy=remedy
+        )
     raw = text.splitlines()[line - 1] if line is not None and line <= len(text.splitlines()) else ""
     if remedy is None and (comma := re.search(r"=\s*([+-]?\d+),(\d+)\s*(#.*)?$", raw)):
         what, remedy = f"{what}: a decimal comma", f"write {comma[1]}.{comma[2]}"
