@@ -8,7 +8,6 @@ import os
 import re
 import signal
 import subprocess
-import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
@@ -21,7 +20,7 @@ from typing import Any
 from vmachining.errors import EngineError, VMachiningError
 from vmachining.job.brep import blank
 from vmachining.job.files import atomic_path, make_folder, read_manifest, sha256, versions
-from vmachining.job.folder import FolderLock, ResultFolder, now
+from vmachining.job.folder import FolderLock, ResultFolder, now, program_words
 from vmachining.job.jobfile import Job
 from vmachining.job.run import run, stop_flag
 from vmachining.job.simulate import Stopped
@@ -245,7 +244,7 @@ def run_many(
     ]  # fmt: skip
     waiting = list(range(len(files)))
     done, asked, begin = 0, False, now()
-    order = tuple(formats), resume, tuple(sys.argv)
+    order = tuple(formats), resume, tuple(program_words())
     place = ResultFolder(
         out, kind="vmachining batch", names=("batch.csv", LEDGER), pattern=None, manifest=LEDGER
     )
@@ -254,7 +253,7 @@ def run_many(
         place.refuse_foreign({f"job {k}": file for k, file in enumerate(files, 1)})
         place.tidy()
         place.manifest = {
-            "kind": "vmachining batch", "complete": False, "command": sys.argv, "process": os.getpid(),
+            "kind": "vmachining batch", "complete": False, "command": program_words(), "process": os.getpid(),
             "started": now(), "ended": None, "versions": versions(),
             "options": {"workers": workers, "stock": list(formats), "resume": resume},
             "files": {"batch.csv": None},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import importlib.metadata
 import json
@@ -21,6 +22,7 @@ __all__ = [
     "atomic_path",
     "between",
     "fingerprints",
+    "is_full",
     "make_folder",
     "read_manifest",
     "sha256",
@@ -79,6 +81,12 @@ def writing(target: Path) -> Iterator[None]:
             file=str(target),
             remedy="choose another --out or make room",
         ) from exc
+
+
+def is_full(error: BaseException) -> bool:
+    """Whether a refusal comes from a disk that is full, a quota or a limit of the size of files."""
+    cause = error.__cause__
+    return isinstance(cause, OSError) and cause.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def make_folder(folder: Path) -> None:

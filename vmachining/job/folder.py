@@ -78,6 +78,11 @@ def now() -> str:
     return datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
+def program_words() -> list[str]:
+    """The command line of this process, the program by its name alone."""
+    return [Path(sys.argv[0]).name, *sys.argv[1:]]
+
+
 def identity(path: Path) -> Identity | None:
     """What a path leads to, whatever it is called: device and inode; None if it leads nowhere."""
     try:
@@ -407,7 +412,7 @@ def engagement_files(path: Path, inputs: Mapping[str, Path] | None = None) -> It
         place.refuse_foreign(inputs or {})
         place.forget()
         place.manifest = {
-            "kind": "vmachining engagement", "complete": False, "command": sys.argv, "process": os.getpid(),
+            "kind": "vmachining engagement", "complete": False, "command": program_words(), "process": os.getpid(),
             "started": now(), "versions": versions(), "files": {},
         }  # fmt: skip
         with place.making(*ENGAGEMENT):

@@ -28,11 +28,12 @@ from vmachining.job.files import (
     MANIFEST,
     atomic_path,
     fingerprints,
+    is_full,
     make_folder,
     versions,
     write_atomic,
 )
-from vmachining.job.folder import RUN, WORKING, FolderLock, ResultFolder, now, refuse_other_run
+from vmachining.job.folder import RUN, WORKING, FolderLock, ResultFolder, now, program_words, refuse_other_run
 from vmachining.job.jobfile import Job
 from vmachining.job.paths import leans, move_path
 from vmachining.job.reading import read_job_program, refuse_unknown_tools
@@ -41,7 +42,7 @@ from vmachining.job.schedule import compare, sample_count
 from vmachining.job.simulate import Progress, Stage
 from vmachining.job.stock import RawStock, raw_stock
 from vmachining.job.strategies import plan
-from vmachining.job.table import RowFile, finish, read_partial
+from vmachining.job.table import RowFile, drop_torn_row, finish, read_partial
 from vmachining.job.timing import MoveTimes, machine_limits, move_times
 from vmachining.machine import described
 from vmachining.nc import Motion, Program
@@ -127,7 +128,7 @@ def run(
         work = _Run(
             job, folder, options, resume, workers, asked, brep_seconds, progress or (lambda *_: None),
             stopped, lock or own,
-            [*(sys.argv if command is None else command)],
+            [*(program_words() if command is None else command)],
         )  # fmt: skip
         try:
             result = work.go()
@@ -368,8 +369,21 @@ class _Run:
                 checkpoint(len(blocks))  # what comes may be interrupted, this pass is done
             self.workers_mb = max(self.workers_mb, hands.peak_mb())
             return hands.finish()
+        except InputError as exc:
+            if is_full(exc):
+                raise self._disk_full(name, rows_path, len(blocks), exc) from exc
+            raise
         finally:
             hands.close()
+
+    def _disk_full(self, name: str, rows: Path, total: int, cause: InputError) -> InputError:
+        """What is there of a pass that could not go on."""
+        kept, point = drop_torn_row(rows), self.manifest["checkpoints"].get(name)
+        goes_on = "starts again" if point is None else f"goes on behind block {point['done']}"
+        return InputError(
+            f"{cause.message}; {kept} of {total} blocks are in {rows.name}", file=cause.file,
+            remedy=f"make room, then --resume {goes_on}",
+        )  # fmt: skip
 
     def _workers(self, blocks: int) -> int:
         """Processes that cut: as asked for; else all cores, where starting them is worth it."""

@@ -9,7 +9,11 @@ blocks.csv has `DIGITS` of them, so that what was 0.102 does not read 0.10200000
 from __future__ import annotations
 
 import csv
+import errno
+import os
+import shutil
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -26,6 +30,7 @@ __all__ = [
     "MEANINGS",
     "OPINION",
     "RowFile",
+    "drop_torn_row",
     "finish",
     "read_partial",
     "read_samples",
@@ -119,6 +124,9 @@ CONTACT = (
     "ae_mm", "ap_mm", "engaged_fraction", "chip_area_mm2", "chip_thickness_mm", "force_n", "power_w",
 )  # fmt: skip
 """Columns of the contact between tool and workpiece."""
+
+ROOM = 2**20
+"""Bytes; with less than that a table that cannot be written is taken to lack room."""
 
 SAMPLES = "samples_mm3"
 """Extra column of the partial file: volumes of the equal parts of a block, for the scheduler."""
@@ -220,6 +228,17 @@ class RowFile:
         self.close()
 
 
+def drop_torn_row(path: Path) -> int:
+    """Take off a last row that was not written to its end; how many rows are left."""
+    rows, whole = -1, 0  # the first line is the header
+    with path.open("rb+") as file:
+        for line in file:
+            if line.endswith(b"\n"):
+                rows, whole = rows + 1, whole + len(line)
+        file.truncate(whole)
+    return max(rows, 0)
+
+
 def _lazy(path: Path) -> pl.LazyFrame:
     schema: dict[str, Any] = {**COLUMNS, SAMPLES: pl.String}
     return pl.scan_csv(path, schema=schema)
@@ -236,6 +255,17 @@ def read_samples(path: Path) -> Iterator[tuple[int, tuple[float, ...]]]:
         for row in csv.DictReader(file):
             if row[SAMPLES]:
                 yield int(row["block"]), tuple(float(v) for v in row[SAMPLES].split())
+
+
+@contextmanager
+def _room(path: Path) -> Iterator[None]:
+    """Polars has an error of its own for a disk that is full."""
+    try:
+        yield
+    except pl.exceptions.PolarsError as exc:
+        if shutil.disk_usage(path.parent).free > ROOM:
+            raise
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)) from exc
 
 
 def finish(
@@ -277,7 +307,7 @@ def finish(
             "warning", pl.when(pl.col("brep_note") != "").then("brep_note"), separator="; ", ignore_nulls=True
         )
         frame = frame.with_columns(pl.when(said != "").then(said).alias("warning")).select(list(COLUMNS))
-    with atomic_path(folder / f"{stem}.parquet") as temporary:
+    with atomic_path(folder / f"{stem}.parquet") as temporary, _room(temporary):
         frame.sink_parquet(temporary)
-    with atomic_path(folder / f"{stem}.csv") as temporary:
+    with atomic_path(folder / f"{stem}.csv") as temporary, _room(temporary):
         readable(pl.scan_parquet(folder / f"{stem}.parquet")).sink_csv(temporary)
