@@ -56,6 +56,7 @@ SEEDED = ("sweep-gauntlet",)
 
 
 TAKES = {
+    "abs": "45 s",
     "accuracy": "15 s",
     "brep": "minutes",
     "brep-chains": "hours",
@@ -70,6 +71,7 @@ TAKES = {
     "sweep5": "minutes",
     "sweep-gauntlet": "hours",
     "thin_chips": "75 s",
+    "zmap": "20 s",
 }
 """How long a case takes on one core of a busy server, kernels compiled; "minutes": more than two."""
 
