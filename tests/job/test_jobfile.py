@@ -217,3 +217,10 @@ def test_a_program_given_as_a_job_is_named(tmp_path):
     write_job(tmp_path)
     with pytest.raises(JobError, match=r"an NC program, and no job file; vmachining init .*tiny\.nc writes"):
         Job.load(tmp_path / "tiny.nc")
+
+
+def test_angles_of_poses_without_a_machine_are_told_with_their_file(tmp_path):
+    path = write_job(tmp_path, swap={'file = "tiny.nc"': 'file = "tiny.csv"\ndialect = "poses"'})
+    (tmp_path / "tiny.csv").write_text("x_mm,y_mm,z_mm,b_deg,c_deg,feed_mm_min\n0,0,0,0,0,9\n5,0,-1,10,5,9\n")
+    with pytest.raises(NCError, match=r"tiny.csv:3.*turns B and C.*xyzbc-trt"):
+        read_job_program(Job.load(path))

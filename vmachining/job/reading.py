@@ -101,20 +101,27 @@ def _refuse_axes(program: Program, job: Job) -> None:
     ------
     NCError
     """
-    missing = [found for found in program.errors if found.code == "E209" and found.word[:1].upper() in "ABC"]
-    letters = "".join(sorted({found.word[0].upper() for found in missing if found.word}))
-    if letters and job.machine is None:
-        known = with_axes(letters)
+    if job.machine is not None:
+        return
+    # words of the program, or angles of a table of poses
+    words = [
+        (f.word[0].upper(), f.line, f.col, f.word) for f in program.errors if f.code == "E209" and f.word
+    ]
+    words = [word for word in words if word[0] in "ABC"]
+    for move in program.moves:
+        if move.rotary_deg is not None:
+            words += [(letter.upper(), move.line, 1, "") for letter in move.rotary_deg]
+            break
+    letters = "".join(sorted({word[0] for word in words}))
+    if letters:
+        known, (_, line, col, word) = with_axes(letters), min(words, key=lambda word: word[1:])
         raise NCError(
             f"the program turns {' and '.join(letters)}, and the job names no machine that has "
             f"{'them' if len(letters) > 1 else 'it'}",
-            file=program.name,
-            line=missing[0].line,
-            col=missing[0].col,
-            word=missing[0].word,
+            file=program.name, line=line, col=col, word=word or None,
             remedy=f'add [machine] with chain = "{known[0]}" or another with these axes: {", ".join(known[1:])}; '
             "or file, a machine file",
-        )
+        )  # fmt: skip
 
 
 def refuse_unknown_tools(program: Program, tools: Container[int], known: str) -> None:
