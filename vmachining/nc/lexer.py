@@ -347,7 +347,9 @@ class _Scanner:
         comment = re.search(r"[(;]", self.text[at:])
         end = at + comment.start() if comment else len(self.text)
         end = max(at + 1, at + len(self.text[at:end].rstrip(" \t")))
-        self._error("E107", at, end, f"{exc} (column {exc.at + 1})")
+        known = "_hal[" in self.text.lower() or "_ini[" in self.text.lower()
+        hint = "write the value into the program, or leave the line out" if known else ""
+        self._error("E107", at, end, f"{exc} (column {exc.at + 1})", hint)
         return end
 
     def _o_line(self, at: int) -> tuple[Word | None, str | None, int]:
