@@ -235,3 +235,17 @@ def test_a_killed_run_leaves_nothing_that_stands_in_the_way(tmp_path):
         time.sleep(0.01)
         run(job, out=out, resume=resume).write(out, stock=())
         assert not torn.exists() and not any("partial" in path.name for path in out.iterdir())
+
+
+def test_a_checkpoint_grows_with_the_workpiece_and_not_with_the_program(tmp_path):
+    """Passes that find nothing left to cut add nothing to it."""
+    passes = "".join(f"G1 X{9 - 8 * (k % 2)} Y{2 + 2 * (k // 2 % 7)}\n" for k in range(14)) * 6
+    program = f"T1 M6\nS1000 M3\nG0 X1 Y2 Z1\nG1 Z-1 F500\n{passes}M30\n"
+    job, sizes = Job.load(write_job(tmp_path, program=program)), []
+    for done in (2 + 2 * 14, 2 + 5 * 14):
+        with pytest.raises(Stopped):
+            run(job, out=tmp_path / "out", certify=True, workers=1, progress=stop_after(done))
+        sizes.append((tmp_path / "out" / f"checkpoint.program.{done}.npz").stat().st_size)
+    assert sizes[1] <= 1.01 * sizes[0]
+    resumed = run(job, out=tmp_path / "out", certify=True, resume=True).summary
+    assert resumed["final_mm3"] == pytest.approx(run(job, certify=True).summary["final_mm3"], rel=1e-9)

@@ -157,6 +157,9 @@ class Job:
             "job": self.source, "program": self.program_path, "machine": self.machine_path,
             "stock": self.stock_path,
         }  # fmt: skip
+        if self.keys.force is not None:  # the name of a shipped set, or a file
+            file = self.folder / self.keys.force.coefficients
+            paths["coefficients"] = file if file.is_file() else None
         return {role: path for role, path in paths.items() if path is not None}
 
     @property
