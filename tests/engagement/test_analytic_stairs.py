@@ -14,7 +14,7 @@ from scipy.spatial import ConvexHull
 
 from vmachining.engagement import chip, frames
 from vmachining.engagement.analytic import Corner, HeightStock, engaged
-from vmachining.errors import StockError, ToolError
+from vmachining.errors import InputError, StockError, ToolError
 
 rad = np.radians
 R90 = 5 * pi / 2
@@ -260,6 +260,11 @@ def test_stock_from_vectors_and_its_part():
     ]
 
 
+def ask(tip=(0, 0, 0), frame=None, phi=(0.0,), velocity=(1, 0, 0)):
+    frame = np.eye(3) if frame is None else frame
+    return engaged(Corner(5, 5), HeightStock.staircase((0, 1), (1,)), tip, frame, phi, velocity)
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [
@@ -269,10 +274,16 @@ def test_stock_from_vectors_and_its_part():
         (lambda: HeightStock.vectors([(0, 0, 1), (0, 1, 1)]), "one x only"),
         (lambda: HeightStock.vectors([(0, 0, 1), (1, 1, 1), (0, 0, 2)]), "at one place"),
         (lambda: Corner(0, 0), "radii"),
+        (lambda: ask(tip=(0, 0)), "shape"),
+        (lambda: ask(velocity=[(1, 0, 0)] * 3), "velocity of shape \\(3, 3\\) for 1 positions"),
+        (lambda: ask(phi=[[0.0], [1.0]]), "phi of shape"),
+        (lambda: ask(tip=(0, np.nan, 0)), "tip: every value must be finite"),
+        (lambda: ask(frame=np.diag([1, 1, -1.0])), "no rotation"),
+        (lambda: ask(frame=1.1 * np.eye(3)), "no rotation"),
     ],
 )  # fmt: skip
 def test_bad_input(make, message):
-    with pytest.raises((StockError, ToolError), match=message):
+    with pytest.raises((StockError, ToolError, InputError), match=message):
         make()
 
 

@@ -18,7 +18,7 @@ feed. OCCT runs in this process.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -46,7 +46,7 @@ from vmachining.errors import InputError
 from vmachining.sweep import Pose, Stance, Turn
 from vmachining.tool import BullNose, Edge, FlatEnd
 
-__all__ = ["SURFACES", "abs", "semi_finish_errors"]
+__all__ = ["PUBLISHED", "SURFACES", "abs", "finish_errors", "semi_finish_errors"]
 
 HALF, DEEP = 40.0, 30.0
 """mm: parts are squares of +-40, 30 deep below their middle."""
@@ -91,23 +91,32 @@ PLACES = ((0.0, 0.0), (12.0, 8.0))
 def abs() -> Iterator[dict[str, Any]]:
     """One record per part, place, cutter, tilt and method, and their sum per part, cutter and method."""
     yield from semi_finish_errors()
-    for name, surface in SURFACES.items():
-        solid = _solid(name, surface)
+    for name in SURFACES:
         worst: dict[tuple[str, str], list[tuple[float, float]]] = {}
-        for place in PLACES:
-            for tool, corner, depth in (("flat", FLAT, 1.0), ("bull", BULL, 2.0)):
-                for tilt in (0.0, 5.0):
-                    base = {"case": "abs", "part": name, "at_mm": list(place), "tool": tool, "tilt_deg": tilt}
-                    for row in _finish(surface, solid, place, corner, depth, tilt):
-                        yield base | row | {"published_percent": PUBLISHED[tool]}
-                        kept = row["max_percent"], row["mean_percent"]
-                        worst.setdefault((tool, row["method"]), []).append(kept)
+        for row in finish_errors(name, PLACES):
+            yield row
+            kept = row["max_percent"], row["mean_percent"]
+            worst.setdefault((row["tool"], row["method"]), []).append(kept)
         for (tool, method), rows in worst.items():
             most, mean = np.array(rows).T
             yield {
                 "case": "abs", "part": name, "tool": tool, "method": method, "summary": True,
                 "max_percent": float(most.max()), "mean_percent": float(mean.mean()),
             }  # fmt: skip
+
+
+def finish_errors(
+    name: str, places: Sequence[tuple[float, float]], *, tilts: Sequence[float] = (0.0, 5.0)
+) -> Iterator[dict[str, Any]]:
+    """One record per place, cutter, tilt and method on one of `SURFACES`; tilts in degrees, places in mm."""
+    surface = SURFACES[name]
+    solid = _solid(name, surface)
+    for place in places:
+        for tool, corner, depth in (("flat", FLAT, 1.0), ("bull", BULL, 2.0)):
+            for tilt in tilts:
+                base = {"case": "abs", "part": name, "at_mm": list(place), "tool": tool, "tilt_deg": tilt}
+                for row in _finish(surface, solid, place, corner, depth, tilt):
+                    yield base | row | {"published_percent": PUBLISHED[tool]}
 
 
 def semi_finish_errors() -> Iterator[dict[str, Any]]:

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.engagement import chip
-from vmachining.engagement.analytic.passes import IDLE, Corner, Pass
+from vmachining.engagement.analytic.passes import IDLE, Corner, Pass, moving
 from vmachining.engagement.analytic.surface import Patch, Section, Shape, Surface
 from vmachining.errors import InputError
 
@@ -262,17 +262,12 @@ def finished(
     Raises
     ------
     InputError
-        The surface has no height somewhere over the edge and inside the walls (a circular profile that ends).
+        The surface has no height somewhere over the edge and inside the walls (a circular profile that ends), or as of
+        `engaged`.
     """
-    where = np.array(tip, dtype=np.float64, ndmin=2)
+    moves, angles = moving(tip, frame, phi, velocity, axis_rate)
+    where, frames, speed, rate = moves
     n = len(where)
-
-    def every(value: ArrayLike, *shape: int) -> Floats:
-        return np.array(np.broadcast_to(np.asarray(value, dtype=np.float64), (n, *shape)))
-
-    frames, speed = every(frame, 3, 3), every(velocity, 3)
-    rate = every(0.0 if axis_rate is None else axis_rate, 3)
-    angles = np.array(phi, dtype=np.float64, ndmin=2)
     angle = np.broadcast_to(angles, (n, angles.shape[1])).ravel()
     m = angles.shape[1]
     row = np.repeat(np.arange(n), m)

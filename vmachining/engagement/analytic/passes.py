@@ -13,15 +13,18 @@ from vmachining.engagement import chip
 from vmachining.engagement.analytic import _kernels
 from vmachining.engagement.analytic.stairs import HeightStock
 from vmachining.engagement.frames import feed_angle
-from vmachining.errors import ToolError
+from vmachining.errors import InputError, ToolError
 
-__all__ = ["Corner", "Pass", "engaged", "found_intervals"]
+__all__ = ["Corner", "Pass", "engaged", "found_intervals", "moving"]
 
 FIRST_CAPACITY = 4
 """Intervals per edge that room is made for at first; more are counted and asked for again."""
 
 LONG_MM = 1000.0
 """Of the cylinder where nothing was said: more than any stock near a tool reaches."""
+
+ROTATION = 1e-6
+"""A frame whose columns are less at right angles or of length one than this is refused: six digits of a CL file."""
 
 IDLE = 1e-12
 """N . V below this share of the speed of the tip is none, as for the other methods: an edge that slides cuts nothing."""
@@ -182,17 +185,14 @@ def engaged(
     velocity, axis_rate : (n, 3) or (3,), of the tip and of the axis; without a rate the axis keeps its direction.
     facing : only where N . V > 0. False: all of the edge, as geometry tests do.
     bottom : with the disc inside the corner.
+
+    Raises
+    ------
+    InputError
+        Shapes that do not fit, values that are not finite, a frame that is no rotation.
     """
-    where = np.array(tip, dtype=np.float64, ndmin=2)
-    n = len(where)
-
-    def every(value: ArrayLike, *shape: int) -> Floats:
-        return np.ascontiguousarray(np.broadcast_to(np.asarray(value, dtype=np.float64), (n, *shape)))
-
-    rates = every(0.0 if axis_rate is None else axis_rate, 3)
-    moves = _kernels.Moves(where, every(frame, 3, 3), every(velocity, 3), rates)
-    angles = np.array(phi, dtype=np.float64, ndmin=2)
-    m = angles.shape[1]
+    moves, angles = moving(tip, frame, phi, velocity, axis_rate)
+    n, m = len(moves.tip), angles.shape[1]
     sizes = float(corner.rm), float(corner.r), float(corner.flute)
     turns = np.sin(angles), np.cos(angles)
     lower, upper = found_intervals(
@@ -220,3 +220,49 @@ def found_intervals(rows: int, fill: Callable[[_kernels.Found], None]) -> tuple[
         if most <= capacity:
             return found.lower, found.upper
         capacity = most
+
+
+def moving(
+    tip: ArrayLike, frame: ArrayLike, phi: ArrayLike, velocity: ArrayLike, axis_rate: ArrayLike | None
+) -> tuple[_kernels.Moves, Floats]:
+    """Positions and motion as columns of equal length, and angles (n or 1, m), checked.
+
+    Raises
+    ------
+    InputError
+        Shapes that do not fit, values that are not finite, a frame that is no rotation.
+    """
+    given = {
+        "tip": tip,
+        "frame": frame,
+        "velocity": velocity,
+        "axis_rate": 0.0 if axis_rate is None else axis_rate,
+    }
+    shapes = {"tip": (3,), "frame": (3, 3), "velocity": (3,), "axis_rate": (3,)}
+    where = np.array(tip, dtype=np.float64, ndmin=2)
+    angles = np.array(phi, dtype=np.float64, ndmin=2)
+    columns = []
+    for name, value in given.items():
+        raw = np.asarray(value, dtype=np.float64)
+        try:
+            column = np.ascontiguousarray(np.broadcast_to(raw, (len(where), *shapes[name])))
+        except ValueError as exc:
+            raise InputError(
+                f"{name} of shape {raw.shape} for {len(where)} positions",
+                remedy=f"one row of {shapes[name]}, or one for every position",
+            ) from exc
+        columns.append(column)
+    if angles.ndim != 2 or angles.shape[0] not in (1, len(where)):
+        raise InputError(
+            f"phi of shape {np.shape(phi)} for {len(where)} positions", remedy="(m,), or a row for each"
+        )
+    moves = _kernels.Moves(*columns)
+    for name, column in (*zip(given, columns, strict=True), ("phi", angles)):
+        if not np.isfinite(column).all():
+            raise InputError(f"{name}: every value must be finite")
+    off = np.abs(np.swapaxes(moves.frame, 1, 2) @ moves.frame - np.eye(3)).max(initial=0.0)
+    if off > ROTATION or (np.linalg.det(moves.frame) < 0.0).any():
+        raise InputError(
+            f"a frame is no rotation: its columns are off by {off:.3g}", remedy="see frames.frame_of"
+        )
+    return moves, angles

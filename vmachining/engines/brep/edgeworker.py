@@ -115,14 +115,15 @@ class Solid:
         origin = pnt(point)
         seen: list[int] = []
         for direction in ODD:
-            self._hits.Perform(gp_Lin(origin, gp_Dir(*direction)), -CLOSE_MM, self._far)
-            count = range(1, self._hits.NbPnt() + 1)
-            places = [self._hits.WParameter(k) for k in count]
-            if any(abs(w) <= CLOSE_MM for w in places):
+            # from far behind: OCCT starts from facets, and a line that begins between facet and face meets neither
+            self._hits.Perform(gp_Lin(origin, gp_Dir(*direction)), -self._far, self._far)
+            hits = [(k, self._hits.WParameter(k)) for k in range(1, self._hits.NbPnt() + 1)]
+            ahead = [(k, w) for k, w in hits if w >= -CLOSE_MM]
+            if any(w <= CLOSE_MM for _, w in ahead):
                 return 0
-            if any(self._hits.State(k) != TopAbs_State.TopAbs_IN for k in count):
+            if any(self._hits.State(k) != TopAbs_State.TopAbs_IN for k, _ in ahead):
                 continue  # through an edge: two faces, or one
-            seen.append(1 if len(places) % 2 else -1)
+            seen.append(1 if len(ahead) % 2 else -1)
             if seen.count(seen[-1]) == 2:
                 return seen[-1]
         self._sides.Perform(origin, ON_MM)
