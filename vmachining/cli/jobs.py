@@ -10,11 +10,13 @@ from typing import Any
 
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note, progress_bar
+from vmachining.cli.stop import Watch, watched
 from vmachining.errors import InputError
 from vmachining.job import Job, RunResult, Stopped, check_formats, run
 from vmachining.job.batch import BATCH_COLUMNS, already_complete, run_many, safe_name
 from vmachining.job.blocks import group_blocks
 from vmachining.job.brep import JUDGED, blank, disputes, parse_blocks, parse_brep, refuse_beyond
+from vmachining.job.files import read_manifest
 from vmachining.job.folder import FolderLock
 from vmachining.job.reading import read_job_program
 from vmachining.tolerance import BREP_SECONDS
@@ -65,19 +67,22 @@ def run_job(
             emit(summary)
         return Code.DONE
     with FolderLock(folder) as lock:
-        with progress_bar(quiet=silent) as progress:
+        again = ["vmachining", "run", str(file), "--out", str(folder), "--resume", "--brep", brep]
+        again += ["--stock", stock, *(["--certify"] if certify else [])]
+        again += ["--stock-at", stock_at] if stock_at is not None else []
+        again += ["--brep-seconds", f"{brep_seconds:g}"] if brep_seconds is not None else []
+        again += ["--chord", f"{chord:g}"] if chord is not None else []
+        again += ["--workers", str(workers)] if workers is not None else []
+        with (
+            progress_bar(quiet=silent) as bar,
+            watched(bar, lambda watch: _cut_short(watch, folder, again)) as progress,
+        ):
             try:
                 result = run(
                     job, engine=engine, certify=certify, out=folder, resume=resume, workers=workers, brep=brep,
                     brep_seconds=brep_seconds or BREP_SECONDS, progress=progress, lock=lock,
                 )  # fmt: skip
             except Stopped as exc:
-                again = ["vmachining", "run", str(file), "--out", str(folder), "--resume", "--brep", brep]
-                again += ["--stock", stock, *(["--certify"] if certify else [])]
-                again += ["--stock-at", stock_at] if stock_at is not None else []
-                again += ["--brep-seconds", f"{brep_seconds:g}"] if brep_seconds is not None else []
-                again += ["--chord", f"{chord:g}"] if chord is not None else []
-                again += ["--workers", str(workers)] if workers is not None else []
                 note(
                     f"vmachining: {exc}; the rows so far are in {folder}, nothing is lost: {shlex.join(again)}"
                 )
@@ -91,6 +96,16 @@ def run_job(
     counts = result.summary["brep"]
     refused = counts["disputed"] or counts["refused"] or "stock_step_refused" in result.summary
     return Code.FINDINGS if refused else Code.DONE
+
+
+def _cut_short(watch: Watch, folder: Path, again: Sequence[str]) -> str:
+    """What is known of a run that was ended within a block."""
+    stage, done, total = watch.place or ("start", 0, 0)
+    where = f"block {done + 1} of {total} ({stage})" if total else "the start"
+    kept = (read_manifest(folder) or {}).get("checkpoints", {})
+    told = ", ".join(f"{entry['done']} of {entry['total']} ({name})" for name, entry in kept.items())
+    state = f"kept are the blocks up to {told}" if told else "no checkpoint was due yet, so it starts again"
+    return f"ended within {where}, which took too long to finish; {state}: {shlex.join(again)}"
 
 
 def run_demo(*, out: Path | None, stock: str, quiet: bool, as_json: bool) -> int:

@@ -7,6 +7,7 @@ from pathlib import Path
 from vmachining.cli.jobs import told_disputes
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note, progress_bar
+from vmachining.cli.stop import watched
 from vmachining.errors import InputError
 from vmachining.job import Job, Stopped, check_formats
 from vmachining.job.batch import safe_name
@@ -127,7 +128,12 @@ def pack(
     job = Job.load(file)
     folder = out if out is not None else Path("out") / f"{safe_name(job.name)}-pack"
     silent = quiet or as_json
-    with progress_bar(quiet=silent) as progress:
+    with (
+        progress_bar(quiet=silent) as bar,
+        watched(
+            bar, lambda _: "ended within a block, which took too long to finish; no pack was written"
+        ) as progress,
+    ):
         try:
             result = write_pack(
                 job, folder, stock=formats, brep=brep, licence=licence, engagement=engagement, workers=workers,

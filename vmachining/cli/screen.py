@@ -15,6 +15,7 @@ STAGES = {
     "scheduled": "verifying the schedule",
     "brep": "checking by B-rep",
     "engagement": "positions",
+    "saving": "saving the workpiece",
 }
 
 
@@ -43,9 +44,8 @@ def status_line() -> Iterator[Callable[[str], None]]:
         task = line.add_task("starting", total=None)
 
         def update(text: str) -> None:
-            line.update(
-                task, description=text, refresh=True
-            )  # a kernel may hold the interpreter from here on
+            # drawn at once: a kernel may hold the interpreter from here on
+            line.update(task, description=text, refresh=True)
 
         yield update
 

@@ -40,6 +40,9 @@ __all__ = ["Executor", "InProcess", "Later", "WorkerPool", "executor"]
 BATCH = 16
 """Orders in one message: a message costs about as much as an order in air."""
 
+AHEAD_APART = 1
+"""Long blocks keep a process busy, and with more of them on their way no checkpoint could be written for long."""
+
 ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 """What a worker inherits: threads of a linear algebra that it hardly uses would wait busily for work."""
 
@@ -85,11 +88,18 @@ class Executor(Protocol):
         ...
 
 
-def executor(engine: Engine, workers: int) -> Executor:
-    """As many processes as asked for to go on with an engine; one where it cannot be divided."""
-    if workers <= 1 or not ENGINES[engine.name].divisible:
+def executor(engine: Engine, workers: int, *, apart: bool = False) -> Executor:
+    """As many processes as asked for to go on with an engine; one where it cannot be divided.
+
+    apart : long blocks, so that even one process is another one than this: kernels hold the interpreter, and no
+    signal would be heard before the end of a block.
+    """
+    if (workers <= 1 and not apart) or not ENGINES[engine.name].divisible:
         return InProcess(engine)
-    return WorkerPool(cast("Divisible", engine), workers)
+    pool = WorkerPool(cast("Divisible", engine), max(1, workers))
+    if apart:
+        pool.ahead = AHEAD_APART
+    return pool
 
 
 class InProcess:

@@ -22,6 +22,7 @@ from vmachining.errors import InputError, NCError, StockError
 from vmachining.job.blocks import Block, group_blocks, program_lines
 from vmachining.job.brep import JUDGED, Asked, blank, brep_columns, parse_brep, refuse_beyond
 from vmachining.job.contact import Contacts, ToolParts
+from vmachining.job.cost import APART_SAVES, APART_SECONDS, refuse_costly, refuse_fine
 from vmachining.job.engagement_columns import Stations, coefficients_of, engagement_pass
 from vmachining.job.executor import Executor, executor
 from vmachining.job.files import (
@@ -39,7 +40,7 @@ from vmachining.job.paths import leans, move_path
 from vmachining.job.reading import read_job_program, refuse_unknown_tools
 from vmachining.job.result import RunResult
 from vmachining.job.schedule import compare, sample_count
-from vmachining.job.simulate import Progress, Stage
+from vmachining.job.simulate import CHECKPOINT_SECONDS, Progress, Stage
 from vmachining.job.stock import RawStock, raw_stock
 from vmachining.job.strategies import plan
 from vmachining.job.table import RowFile, drop_torn_row, finish, read_partial
@@ -196,6 +197,7 @@ class _Run:
     certify: bool = False
     earlier_seconds: float = 0.0
     workers_mb: float = 0.0
+    longest_s: float = 0.0
     started: float = field(default_factory=time.perf_counter)
 
     def __post_init__(self) -> None:
@@ -218,8 +220,13 @@ class _Run:
             )
         limits, skips = machine_limits(job), job.keys.program.block_delete
         times = move_times(program, limits, job.machine, block_delete=skips)
+        chord, of_meshes = self.options["chord_mm"], self.options["engine"] == "mesh"
+        if of_meshes:
+            refuse_fine(job, tools, chord)
         stock = raw_stock(job)
         self._refuse_early(program, tools, stock)
+        if of_meshes:
+            self.longest_s = refuse_costly(job, program, tools, stock.shape.bounds, chord).longest_s
         refuse_beyond(self.brep, blocks[-1].number)
         if isinstance(self.brep, tuple) and all(
             blocks[k].motion == "rapid" for part in self.brep for k in part
@@ -351,11 +358,13 @@ class _Run:
         )
         workers = self._workers(len(blocks) - first)
         self.options["workers"] = max(workers, self.options.get("workers", 1))
-        hands = executor(engine, workers)
+        apart = self.longest_s > APART_SECONDS
+        hands = executor(engine, workers, apart=apart)
         stage = Stage(
             name=name, moves=program.moves, blocks=blocks, move_time_s=times.seconds.tolist(), tools=tools,
             notes=_notes(program) if check else {}, executor=hands,
             contacts=Contacts(hands, stock.shape.bounds) if check else None, sample_counts=counts, machine=self.job.machine,
+            save_every=APART_SAVES if apart else CHECKPOINT_SECONDS,
         )  # fmt: skip
 
         def checkpoint(done: int) -> None:
@@ -394,8 +403,10 @@ class _Run:
     def _checkpoint(self, name: str, engine: Executor, done: int, total: int) -> None:
         """Save the workpiece, then point the manifest to it, then forget the one before."""
         target = self.folder / f"checkpoint.{name}.{done}.npz"
+        self.progress("saving", 0, 1)
         with self.place.making(target.name), atomic_path(target) as temporary:
             engine.save(temporary)
+        self.progress("saving", 1, 1)
         old = self.manifest["checkpoints"].get(name)
         self.manifest["checkpoints"][name] = {"file": target.name, "done": done, "total": total}
         self.save_manifest()

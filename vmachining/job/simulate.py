@@ -98,6 +98,7 @@ class Stage:
     notes : {line: text} findings of the program to repeat beside the rows.
     contacts : checks rapids, shank and holder; None to skip them.
     machine : for programs with rotary words.
+    save_every : s between checkpoints.
     sample_counts : number of equal parts that a path of a length (mm) is measured in; None: whole blocks.
     """
 
@@ -111,6 +112,7 @@ class Stage:
     contacts: Contacts | None
     sample_counts: Callable[[float], int] | None = None
     machine: Machine | None = None
+    save_every: float = CHECKPOINT_SECONDS
 
     def run(
         self,
@@ -149,7 +151,7 @@ class Stage:
                 raise Stopped(self.name, block.number, total)
             ordered.append(self._order(block))
             written(self.executor.ahead)
-            if time.monotonic() - last_save > CHECKPOINT_SECONDS:
+            if time.monotonic() - last_save > self.save_every:
                 written(0)
                 rows.flush()
                 checkpoint(block.number + 1)

@@ -1,0 +1,210 @@
+"""What a job will cost on the mesh engine, estimated before the first block, and refused where it cannot be done.
+
+A cutter of convex runs has about n = 2 a (m + 1) triangles: a facets around its circle, m along its meridian, each of
+them no deeper than sag = chord / `FACET_SHARE`. Preparing one takes 0.2 ms and 2 kB for each triangle. A block then
+takes, s of a processor (measured, see docs/measured/cost.md; right within a factor of about three):
+
+    line             0.03 + 1e-5 n
+    level arc        0.15 + 1.1e-3 k + 7e-7 k^2     k facets of its path
+    other arc        k (0.005 + 1e-5 n)
+    turning tool     0.04 mm / chord for every half radian
+
+The kernel merges points nearer than about 1e-12 of the largest coordinate. A thousandth of the chord is allowed for
+that, so the stock may reach 1e9 chords from the origin; beyond 1e11 brackets were seen that miss the truth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from math import asin, ceil, pi, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from vmachining.arrays import Floats
+from vmachining.engines.mesh.facets import FACET_SHARE, MAX_STEP, MIN_STEPS
+from vmachining.errors import JobError
+from vmachining.geometry import Arc
+from vmachining.job.contact import ToolParts
+from vmachining.job.jobfile import Job
+from vmachining.job.paths import move_path
+from vmachining.nc import Motion, Program
+from vmachining.sweep import Turn
+from vmachining.tool import Profile
+
+__all__ = [
+    "APART_SAVES",
+    "APART_SECONDS",
+    "Cost",
+    "cutter_facets",
+    "estimate",
+    "refuse_costly",
+    "refuse_fine",
+]
+
+MOST_FACETS = 300_000
+"""Triangles of one cutter: about two minutes to prepare, and 1 GB with those of its other side."""
+
+MOST_DAYS = 30.0
+"""Of a processor. Not a week more or less: what is refused takes years."""
+
+REACH_CHORDS = 1e9
+"""Largest coordinate of the stock over the chord, see above."""
+
+APART_SECONDS = 1.0
+"""A program with a block this long is cut by a process of its own, which can be ended within a block."""
+
+APART_SAVES = 10.0
+"""s between checkpoints of such a program: what is ended within a block loses little more than that block."""
+
+SAMPLE = 2000
+"""Motions that are looked at; the others are taken to be like them."""
+
+DAY = 86400.0
+
+
+class Cost(NamedTuple):
+    """facets : {tool: triangles of its cutter, about}. seconds, longest_s : of a processor, all blocks and the longest one."""
+
+    facets: dict[int, float]
+    seconds: float
+    longest_s: float
+
+
+def _steps(radius: float, angle: float, sag: float) -> float:
+    """Facets of an arc, as `arc_steps` of the engine makes them, also where 1 - sag / radius is 1."""
+    if radius <= 0.0 or angle <= 0.0:
+        return 1.0
+    step = min(MAX_STEP, 4.0 * asin(min(1.0, sqrt(sag / (2.0 * radius)))))  # sag = R (1 - cos(step / 2))
+    return max(MIN_STEPS, ceil(angle / step - 1e-9)) if angle / step < 2.0**52 else angle / step
+
+
+def cutter_facets(profile: Profile, chord: float) -> float:
+    """Triangles of a cutter whose circles and meridian have facets of at most chord / `FACET_SHARE`."""
+    sag = chord / FACET_SHARE
+    total = 0.0
+    for run in profile.convex_pieces():
+        around = 2 * _steps(run.max_radius, pi, sag)
+        along = 0.0
+        for k, radius in enumerate(run.radii):
+            if radius > 0.0:
+                a, b = run.points[k] - run.centers[k], run.points[k + 1] - run.centers[k]
+                along += _steps(float(radius), float(np.arccos(np.clip(a @ b / radius**2, -1.0, 1.0))), sag)
+            else:
+                along += 1
+        total += 2 * around * (along + 1)
+    return total
+
+
+def estimate(job: Job, program: Program, tools: Mapping[int, ToolParts], chord: float) -> Cost:
+    """The cost of the feed motions of a program."""
+    facets = {number: cutter_facets(parts.cutter, chord) for number, parts in tools.items()}
+    moves = [m for m in program.moves if m.motion not in (Motion.RAPID, Motion.DWELL) and m.tool in tools]
+    chosen = moves[:: max(1, len(moves) // SAMPLE)]
+    seconds = [
+        _seconds(move_path(m, job.machine), tools[m.tool].cutter, facets[m.tool], chord) for m in chosen
+    ]
+    share = len(moves) / max(1, len(chosen))
+    return Cost(facets, share * sum(seconds), max(seconds, default=0.0))
+
+
+def _seconds(path: object, cutter: Profile, facets: float, chord: float) -> float:
+    line = 0.03 + 1e-5 * facets
+    if isinstance(path, Turn) and not (path.is_steady and path.is_straight):
+        return line + 0.04 / chord * max(1.0, 2.0 * path.turned)
+    if not isinstance(path, Arc):
+        return line
+    k = _steps(path.radius + cutter.max_radius, abs(path.angle), chord / FACET_SHARE)
+    is_level = path.axis == 2 and path.rise == 0.0
+    return 0.15 + 1.1e-3 * k + 7e-7 * k**2 if is_level else line + k * (0.005 + 1e-5 * facets)
+
+
+def refuse_fine(job: Job, tools: Mapping[int, ToolParts], chord: float) -> None:
+    """What the job file alone tells: facets of tools and of a round bar, and how far a box or bar reaches.
+
+    Raises
+    ------
+    JobError
+        The chord asks for more than can be made; says the number, and a chord that can.
+    """
+    limits = [_limit_of_facets(f"tool {number}", parts.cutter) for number, parts in tools.items()]
+    keys, scale = job.keys.stock, job.scale
+    if (bar := keys.cylinder) is not None:
+        radius = scale * bar.radius
+        limits.append(_facets_at_most("the round stock", lambda at: 8 * _steps(radius, pi, at / FACET_SHARE)))
+        far = max(abs(v) + bar.radius for v in bar.center)
+        limits.append(_limit_of_reach(scale * max(far, *map(abs, bar.z))))
+    if keys.box is not None:
+        limits.append(_limit_of_reach(scale * max(map(abs, (*keys.box.min, *keys.box.max)))))
+    _refuse(job, chord, limits)
+
+
+def refuse_costly(
+    job: Job, program: Program, tools: Mapping[int, ToolParts], bounds: Floats, chord: float
+) -> Cost:
+    """The cost of a job that can be done.
+
+    bounds : (2, 3) mm, box of the stock.
+
+    Raises
+    ------
+    JobError
+        It would take longer than `MOST_DAYS`, or coordinates of the stock have too few digits for the chord; says the
+        number, and a chord with which it can be done.
+    """
+    cost = estimate(job, program, tools, chord)
+
+    def days(at: float) -> str | None:
+        seconds = (cost if at == chord else estimate(job, program, tools, at)).seconds
+        return (
+            f"the program would take about {seconds / DAY:,.0f} days" if seconds > MOST_DAYS * DAY else None
+        )
+
+    _refuse(job, chord, [_limit_of_reach(float(np.abs(bounds).max())), days])
+    return cost
+
+
+Limit = Callable[[float], str | None]
+"""What is wrong with a chord, None if nothing is."""
+
+
+def _facets_at_most(name: str, count: Callable[[float], float]) -> Limit:
+    def limit(chord: float) -> str | None:
+        found = count(chord)
+        return (
+            f"{name} would have {_counted(found)} facets, more than {MOST_FACETS:,}"
+            if found > MOST_FACETS
+            else None
+        )
+
+    return limit
+
+
+def _counted(number: float) -> str:
+    return f"{number:,.0f}" if number < 1e12 else f"{number:.3g}"
+
+
+def _limit_of_facets(name: str, cutter: Profile) -> Limit:
+    return _facets_at_most(name, lambda chord: cutter_facets(cutter, chord))
+
+
+def _limit_of_reach(reach: float) -> Limit:
+    text = f"the stock reaches {reach:g} mm from the origin, where the kernel knows points to {1e-12 * reach:.1g} mm"
+    return lambda chord: text if reach > REACH_CHORDS * chord else None
+
+
+def _refuse(job: Job, chord: float, limits: Sequence[Limit]) -> None:
+    """JobError with all that is wrong, and the first of 1, 2, 5, 10, ... times a power of ten mm that is not."""
+    if not (found := [text for limit in limits if (text := limit(chord)) is not None]):
+        return
+    exponent = max(int(np.floor(np.log10(chord))), -15)
+    larger = (float(f"{digit}e{power}") for power in range(exponent, exponent + 20) for digit in (1, 2, 5))
+    enough = (v for v in larger if v > chord and all(limit(v) is None for limit in limits))
+    feasible = next(enough, None)
+    raise JobError(
+        f"chord_mm = {chord:g} cannot be done: {'; '.join(found)}",
+        **job.where("accuracy", "chord_mm"),
+        remedy=f"take chord_mm = {feasible:g} or more"
+        if feasible is not None
+        else "make the program shorter",
+    )
