@@ -155,6 +155,19 @@ def run_batch(
     return max((int(row["exit_code"]) for row in rows), default=int(Code.DONE))
 
 
+def _files(s: dict[str, Any]) -> list[str]:
+    """What the triangles in a file hold where it is not what the summary says."""
+    told = []
+    for name, volume in s.get("stock_files_mm3", {}).items():
+        if abs(volume - s["final_mm3"]) > 1e-6 * s["final_mm3"]:
+            rounding = volume - s["stock_mesh_mm3"]
+            told.append(
+                f"  stock     {name} holds {volume - s['final_mm3']:+.2g} mm3 beside the estimate, {rounding:+.2g} of it by "
+                "rounding of its coordinates"
+            )
+    return told
+
+
 def _no_step(summary: dict[str, Any]) -> list[str]:
     """Why there is no STEP of the workpiece, if one was asked for."""
     return [f"  stock     {summary['stock_step_refused']}"] if "stock_step_refused" in summary else []
@@ -210,6 +223,7 @@ def _told(result: RunResult, folder: Path) -> str:
         *_first_warnings(result),
         *_machine(s.get("machine")),
         *_second(s["brep"]),
+        *_files(s),
         *_no_step(s),
         *(f"  note      {text}" for text in s["notes"]),
     ]

@@ -19,7 +19,7 @@ from vmachining.job.folder import FolderLock, ResultFolder, now
 from vmachining.job.jobfile import Job
 from vmachining.job.schedule import ScheduleReport
 from vmachining.job.shown import result_html
-from vmachining.job.stock import write_stock
+from vmachining.job.stock import volume_of, write_stock
 from vmachining.nc import Program
 from vmachining.stock import Triangles
 
@@ -142,10 +142,14 @@ class RunResult:
             if not here:
                 for name in tables:
                     shutil.copyfile(self.folder / name, folder / name)
+            held: dict[str, float] = {}
             if meshes:
                 vertices, triangles, _ = self.surface
+                self.summary["stock_mesh_mm3"] = volume_of(Triangles(vertices, triangles))
             for name in meshes:
-                write_stock(Triangles(vertices, triangles), folder / name)
+                held[name] = write_stock(Triangles(vertices, triangles), folder / name)
+            if held:
+                self.summary["stock_files_mm3"] = held
             refused = []
             for name, block in steps.items():
                 try:

@@ -12,10 +12,11 @@ from vmachining.arrays import Floats, Ints
 from vmachining.errors import InputError, StockError
 from vmachining.job.files import atomic_path
 from vmachining.job.jobfile import Job
+from vmachining.job.twofold import twofold
 from vmachining.stock import BoxStock, CylinderStock, MeshStock, Stock, Triangles, closed_mesh, read_mesh
 from vmachining.tolerance import LENGTH_EPS_MM
 
-__all__ = ["STOCK_FORMATS", "RawStock", "check_formats", "raw_stock", "write_stock"]
+__all__ = ["STOCK_FORMATS", "RawStock", "check_formats", "raw_stock", "volume_of", "write_stock"]
 
 STOCK_FORMATS = ("stl", "3mf", "step")
 
@@ -39,6 +40,9 @@ MODEL = (
     '<build><item objectid="1"/></build></model>'
 )
 
+
+DECIMALS = 7
+"""Of the mm of a 3MF file."""
 
 RAYS = 64
 """Vertical rays that look for surfaces passing through themselves."""
@@ -137,17 +141,35 @@ def check_formats(text: str) -> tuple[str, ...]:
     return formats
 
 
-def write_stock(mesh: Triangles, path: Path) -> None:
-    """Write triangles (mm) as one closed solid, by suffix: .stl (binary, 32-bit) or .3mf (nine digits).
+def write_stock(mesh: Triangles, path: Path) -> float:
+    """Write triangles (mm) as one closed solid, by suffix: .stl (binary, 32-bit) or .3mf (to 1e-7 mm).
 
-    Walls that touch share points in a file without topology, so an edge can belong to four triangles there.
+    Every edge of a closed surface has two triangles in the file, see `twofold`. Returns the volume (mm^3) inside the
+    triangles as they are written: 32 bits hold 1e4 mm to a thousandth, and a large face moves with its corners.
     """
-    vertices, triangles = mesh
+    rounded, ulp = (_single, 2.0**-24) if path.suffix == ".stl" else (_decimal, 0.0)
+    vertices, triangles = twofold(*mesh, rounded, ulp)
     with atomic_path(path) as temporary:
         if path.suffix == ".stl":
             temporary.write_bytes(_stl(vertices, triangles))
         else:
             _write_3mf(temporary, vertices, triangles)
+    return volume_of(Triangles(vertices, triangles))
+
+
+def volume_of(mesh: Triangles) -> float:
+    """mm^3 inside closed triangles."""
+    corners = mesh.vertices[mesh.triangles]
+    a, b, c = (corners - mesh.vertices.mean(axis=0)).transpose(1, 0, 2)
+    return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
+
+
+def _single(points: Floats) -> Floats:
+    return points.astype(np.float32).astype(np.float64)
+
+
+def _decimal(points: Floats) -> Floats:
+    return np.round(points, DECIMALS)
 
 
 def _stl(vertices: Floats, triangles: Ints) -> bytes:
@@ -165,7 +187,7 @@ def _stl(vertices: Floats, triangles: Ints) -> bytes:
 
 def _write_3mf(path: Path, vertices: Floats, triangles: Ints) -> None:
     """A 3MF package with one object. The same workpiece gives the same bytes."""
-    points = "".join(f'<vertex x="{x:.9g}" y="{y:.9g}" z="{z:.9g}"/>\n' for x, y, z in vertices.tolist())
+    points = "".join(f'<vertex x="{x:.15g}" y="{y:.15g}" z="{z:.15g}"/>\n' for x, y, z in vertices.tolist())
     faces = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>\n' for a, b, c in triangles.tolist())
     parts = {
         "[Content_Types].xml": CONTENT_TYPES,

@@ -398,8 +398,19 @@ def _known(result: RunResult) -> list[str]:
         f"{_difference(balance, s['stock_mm3'])}.",
         f"Finished stock: {_number(s['final_lo_mm3'], 8)} to {_number(s['final_hi_mm3'], 8)} mm³. The file and the "
         "picture show the larger of the two: what is undecided stays on the part.",
+        *_files(s),
         "A block that does not reach the stock removes exactly 0.",
         *([_second(s["brep"])] if s["brep"]["asked"] else []),
+    ]
+
+
+def _files(s: dict[str, Any]) -> list[str]:
+    """What the triangles of the written workpieces hold, against what is known of it."""
+    return [
+        f"{name} holds {_number(volume, 8)}\u00a0mm³, {_difference(volume - s['final_mm3'], s['stock_mm3'])} beside the "
+        f"estimate of the finished stock, of which {_difference(volume - s['stock_mesh_mm3'], s['stock_mm3'])} is the "
+        "rounding of its coordinates: compare removed volumes with this page and not with that of the file."
+        for name, volume in s.get("stock_files_mm3", {}).items()
     ]
 
 

@@ -1,0 +1,183 @@
+"""Triangles for a file without topology: where readers join equal corners, every edge still has two triangles.
+
+Walls of a workpiece that touch along a line share its points, and four triangles meet at its edges; so they do where
+rounding joins corners. Readers then say that the solid is open. Here
+
+1. corners are rounded as the file will hold them, triangles that collapse are dropped, and so are pairs that cover
+   each other from both sides (what is between them has no volume),
+2. at an edge of more than two triangles, those that bound one wedge of material are paired: seen along the edge,
+   directions of triangles alternate between leaving and entering material,
+3. every pair but the first gets a point of its own in the middle of the edge, moved a little into its wedge, and its
+   two triangles are divided there. No other point moves.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable
+from typing import TypeAlias
+
+import numpy as np
+
+from vmachining.arrays import Floats, Ints
+
+__all__ = ["twofold"]
+
+Edge: TypeAlias = tuple[int, int]
+
+STEPS = 4.0
+"""Units in the last place of the file by which a new point lies beside its edge; doubled until it is alone."""
+
+LEAST_MM = 1e-6
+"""Points nearer than 1e-8 mm are joined by readers, so new ones keep off by a hundred times that."""
+
+
+def twofold(
+    points: Floats, triangles: Ints, rounded: Callable[[Floats], Floats], ulp: float
+) -> tuple[Floats, Ints]:
+    """Points (n, 3) and triangles (m, 3) of the same surface; each edge of a closed one has two triangles.
+
+    rounded : coordinates as the file will hold them. ulp : mm, relative unit of the last place there.
+    """
+    points, triangles = _joined(rounded(points), triangles)
+    edges = defaultdict(list)
+    a, b, c = triangles.T
+    ends = np.concatenate([np.stack(pair, 1) for pair in ((a, b), (b, c), (c, a))])
+    low, high = ends.min(axis=1), ends.max(axis=1)
+    _, where, counts = np.unique(low * len(points) + high, return_inverse=True, return_counts=True)
+    for k in np.flatnonzero(counts[where] > 2).tolist():
+        edges[int(low[k]), int(high[k])].append(k % len(triangles))
+    if not edges:
+        return points, triangles
+    taken = {tuple(point) for point in points.tolist()}
+    added: list[list[float]] = []
+    inserted: dict[int, dict[Edge, int]] = defaultdict(dict)
+    for edge, members in sorted(edges.items()):
+        for one, other in _wedges(points, triangles, edge, members)[1:]:
+            spot = _beside(points, triangles, edge, (one, other), rounded, ulp, taken)
+            taken.add(tuple(spot))
+            for face in (one, other):
+                inserted[face][edge] = len(points) + len(added)
+            added.append(spot)
+    keep = np.ones(len(triangles), dtype=bool)
+    keep[list(inserted)] = False
+    pieces = [
+        piece
+        for face, spots in sorted(inserted.items())
+        for piece in _divided(triangles[face].tolist(), spots)
+    ]
+    divided = np.array(pieces, dtype=np.int64).reshape(-1, 3)
+    new = np.array(added, dtype=np.float64).reshape(-1, 3)
+    return np.concatenate([points, new]), np.concatenate([triangles[keep], divided])
+
+
+def _joined(points: Floats, triangles: Ints) -> tuple[Floats, Ints]:
+    """Equal points are one; without triangles that collapse, and pairs of them that face each other."""
+    points, where = np.unique(points + 0.0, axis=0, return_inverse=True)
+    triangles = where.reshape(-1)[triangles].astype(np.int64)
+    a, b, c = triangles.T
+    triangles = triangles[(a != b) & (b != c) & (c != a)]
+    first = triangles.argmin(axis=1)  # turned so that the smallest index comes first, which keeps the sense
+    turned = np.take_along_axis(triangles, (first[:, None] + np.arange(3)) % 3, axis=1)
+    up = turned[:, 1] < turned[:, 2]
+    same = np.sort(turned, axis=1)
+    _, group = np.unique(same, axis=0, return_inverse=True)
+    group = group.reshape(-1)
+    spare = np.minimum(np.bincount(group, up), np.bincount(group, ~up)).astype(np.int64)
+    keep = np.ones(len(turned), dtype=bool)
+    if spare.any():
+        for sense in (up, ~up):
+            left = spare.copy()
+            for k in np.flatnonzero(sense & (spare[group] > 0)).tolist():
+                if left[group[k]] > 0:
+                    left[group[k]] -= 1
+                    keep[k] = False
+    return points, turned[keep]
+
+
+def _wedges(points: Floats, triangles: Ints, edge: Edge, members: list[int]) -> list[tuple[int, int]]:
+    """Pairs of triangles that bound one wedge of material each, by their order about the edge."""
+    u, v = edge
+    along = points[v] - points[u]
+    along = along / np.linalg.norm(along)
+    helper = np.eye(3)[int(np.argmin(np.abs(along)))]
+    x = np.cross(along, helper)
+    x /= np.linalg.norm(x)
+    y = np.cross(along, x)
+    found = []
+    for face in members:
+        corner = next(k for k in triangles[face].tolist() if k not in edge)
+        t = points[corner] - points[u]
+        leaves = (u, v) in zip(triangles[face].tolist(), np.roll(triangles[face], -1).tolist(), strict=True)
+        found.append((float(np.arctan2(t @ y, t @ x)), leaves, face))
+    # material lies below the angle of a triangle that runs u -> v: with angles falling, that opens a wedge
+    found.sort(key=lambda item: (-item[0], not item[1], item[2]))
+    open_: list[int] = []
+    pairs: list[tuple[int, int]] = []
+    for _, opens, face in found * 2:
+        if opens and all(face not in pair for pair in pairs) and face not in open_:
+            open_.append(face)
+        elif not opens and open_ and all(face not in pair for pair in pairs):
+            pairs.append((open_.pop(), face))
+    return sorted(pairs)
+
+
+def _beside(
+    points: Floats,
+    triangles: Ints,
+    edge: Edge,
+    faces: tuple[int, int],
+    rounded: Callable[[Floats], Floats],
+    ulp: float,
+    taken: set[tuple[float, ...]],
+) -> list[float]:
+    """A point of nobody else's near the middle of an edge, in the wedge between two triangles."""
+    u, v = edge
+    middle = 0.5 * (points[u] + points[v])
+    into = np.zeros(3)
+    for face in faces:
+        a, b, c = points[triangles[face]]
+        normal = np.cross(b - a, c - a)
+        size = float(np.linalg.norm(normal))
+        into -= normal / size if size > 0.0 else 0.0
+    if np.linalg.norm(into) < 1e-3:  # a blade: along one of its sides
+        corner = next(k for k in triangles[faces[0]].tolist() if k not in edge)
+        into = points[corner] - middle
+    into = into / max(float(np.linalg.norm(into)), 1e-300)
+    step = max(STEPS * ulp * float(np.abs(middle).max()), LEAST_MM)
+    for turn in range(40):
+        spot = rounded((middle + step * into)[None])[0] + 0.0
+        if tuple(spot.tolist()) not in taken:
+            break
+        step *= 2.0 if turn % 3 else -1.0
+    return [float(value) for value in spot]
+
+
+def _divided(face: list[int], spots: dict[Edge, int]) -> list[list[int]]:
+    """A triangle with points on some of its edges, as triangles."""
+    outline = []
+    for a, b in zip(face, face[1:] + face[:1], strict=True):
+        outline.append(a)
+        if (spot := spots.get((min(a, b), max(a, b)))) is not None:
+            outline.append(spot)
+    begin = next(k for k, corner in enumerate(outline) if corner not in face)
+    ring = outline[begin:] + outline[:begin]
+    # ears at old corners between two new points first, so that no diagonal runs along an edge
+    pieces = []
+    while len(ring) > 3:
+        ear = next(
+            (
+                k
+                for k in range(len(ring))
+                if ring[k] in face and ring[k - 1] not in face and ring[(k + 1) % len(ring)] not in face
+            ),
+            None,
+        )
+        if ear is None:  # one new point left: the fan about it
+            break
+        pieces.append([ring[ear - 1], ring[ear], ring[(ear + 1) % len(ring)]])
+        del ring[ear]
+    start = next((k for k, corner in enumerate(ring) if corner not in face), 0)
+    ring = ring[start:] + ring[:start]
+    pieces += [[ring[0], ring[k], ring[k + 1]] for k in range(1, len(ring) - 1)]
+    return pieces
