@@ -211,7 +211,7 @@ def test_programs_that_cannot_be_simulated(case, tmp_path):
 
 def test_later_engines_are_refused_by_name(tmp_path):
     job = Job.load(write_job(tmp_path))
-    for engine in ("brep", "dexel", "vectors"):
+    for engine in ("brep", "vectors"):
         with pytest.raises(InputError, match=f"{engine}.*not supported yet"):
             run(job, engine=engine)
     with pytest.raises(InputError, match="unknown engine"):
