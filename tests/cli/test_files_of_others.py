@@ -64,3 +64,5 @@ def test_engage(block, tmp_path, capsys, monkeypatch):
     Path("found/notes.txt").write_text("mine")
     refused_once(argv, Path("found/engagement.parquet"), capsys)
     assert Path("found/notes.txt").read_text() == "mine"
+    made = json.loads(Path("found/engagement.json").read_text())["files"]
+    assert {path.name for path in Path("found").iterdir()} == {"notes.txt", "engagement.json", *made}
