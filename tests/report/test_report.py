@@ -60,7 +60,7 @@ def test_the_page_says_what_it_does_not_know(page):
     text = page[1]
     for words in (
         "Not certified here",
-        "Widest brackets",
+        "Widest intervals",
         "rapid through material",
         "sha256",
         "Scheduled time",
