@@ -16,7 +16,7 @@ from vmachining import Bracket, FlatEnd, Job, ProfileTool, Sweep, run
 from vmachining.cli.main import run as command
 from vmachining.engines import brep
 from vmachining.engines.brep import Blank, workpiece
-from vmachining.engines.brep.ladder import quiet
+from vmachining.engines.brep.booleans import quiet
 from vmachining.engines.brep.polyhedron import polyhedron
 from vmachining.engines.brep.step import read_step
 from vmachining.engines.brep.workpiece import owners, write_step

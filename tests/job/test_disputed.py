@@ -14,26 +14,12 @@ import pytest
 
 import vmachining as vm
 from tests.tinyjob import write_job
-from vmachining import Bracket, FlatEnd, Sweep
 from vmachining.cli.main import run as command
-from vmachining.engines.brep import Blank, Status, Verdict, check_blocks
+from vmachining.engines.brep import Status, Verdict
+from vmachining.engines.judges import Judge
 from vmachining.engines.protocol import Removal
-from vmachining.geometry import Line
 from vmachining.job import Stopped
-from vmachining.job.brep import note_of
 from vmachining.job.verdicts import VerdictFile
-
-BOX = Blank("box", (0, -20, -20), (30, 20, 0))
-TOOL = FlatEnd(diameter=10, length=40)
-
-
-def test_a_bracket_without_the_truth_is_disputed() -> None:
-    """A slot of 300 mm3 and a bracket that does not hold it: no value is called agreed, and both sides are told."""
-    slot = Sweep.along(TOOL, Line((-10, 0, -1), (40, 0, -1)))
-    ((_, verdict),) = check_blocks(BOX, [[slot]], {0: Bracket(260.0, 270.0, 280.0)})
-    assert verdict.status is Status.DISPUTED and verdict.removed_mm3 is None and verdict.rays is not None
-    assert verdict.rays.lo <= 300.0 <= verdict.rays.hi and not verdict.rays.proven
-    assert "[260, 280]" in note_of(verdict)
 
 
 @pytest.fixture(scope="module")
@@ -53,9 +39,8 @@ def disputed(tmp_path_factory: pytest.TempPathFactory) -> tuple[int, str, Path]:
         vm.run(vm.Job.load(file), out=out, brep="all", workers=1, progress=stop)
     partial = out / "brep.partial.csv"
     known = VerdictFile(partial, {}, 1e9)  # with more time than any run gives
-    known.add(
-        2, Verdict(Status.DISPUTED, None, "", "rays find 39", 0.0, 0, rays=Removal(38.0, 39.0, 39.5, False))
-    )
+    rays = Judge("dexel", Removal(38.0, 39.0, 39.5, False))
+    known.add(2, Verdict(Status.DISPUTED, reason="rays find 39", judges=(rays,)))
     known.__exit__(None, None, None)
     said = StringIO()
     with redirect_stderr(said):

@@ -1,4 +1,4 @@
-"""Cost of the B-rep ladder over a long program, and what a second worker brings."""
+"""Cost of the B-rep gate over a long program, and what a second worker brings."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ from statistics import median
 from time import perf_counter, process_time
 from typing import Any
 
-from vmachining.engines.brep import Blank, Ladder, check_blocks
+from vmachining.engines.brep import Blank, BlockChecker, check_blocks
+from vmachining.engines.judges import Judge
 from vmachining.engines.mesh import MeshEngine, box_stock
+from vmachining.engines.protocol import Removal
 from vmachining.geometry import Line
 from vmachining.sweep import Sweep
 from vmachining.tool import BallNose, BullNose, FlatEnd
@@ -37,15 +39,16 @@ def brep(blocks: int = 2000, part: int = 100) -> Iterator[dict[str, Any]]:
             sweeps.append(Sweep.along(tool, Line(b, a) if k % 2 else Line(a, b)))
         engine = MeshEngine(box_stock(lo, hi), CHORD, certify=True)
         brackets = [engine.cut(sweep, block=k).bracket for k, sweep in enumerate(sweeps)]
+        judges = [[Judge("mesh", Removal(*bracket))] for bracket in brackets]
         stock = Blank("box", lo, hi)
-        work = Ladder(stock, [[sweep] for sweep in sweeps])
-        work.removed(5, brackets[5])  # compiles and loads
+        work = BlockChecker(stock, [[sweep] for sweep in sweeps])
+        work.check(5, judges[5])  # compiles and loads
         times: dict[str, list[float]] = {}
         status: list[str] = []
         for number in range(part):
             for where, first in (("first", 10), ("last", blocks - part)):
                 begin, k = process_time(), first + number
-                status.append(str(work.removed(k, brackets[k]).status))
+                status.append(str(work.check(k, judges[k]).status))
                 times.setdefault(where, []).append(process_time() - begin)
         yield {
             "case": "brep",

@@ -1,10 +1,9 @@
-"""Random chains of blocks through the B-rep ladder: how often it agrees, and whether it is ever silently wrong.
+"""Random chains of blocks through the B-rep gate: how often it agrees, and whether it is ever silently wrong.
 
 Chains of 5 to 20 blocks, each on a plot of its own; a batch of them shares one long bar. Every value is held
-against the bracket of the mesh engine (that is the gate) and against rays (that is the referee: independent of
-both): sets of random vertical rays, exact intervals of stock and sweeps along each, and the spread of the sets
-as error bar. A value in the bracket that lies outside of it is asked again with sixteen times the rays. The same blocks
-go through plain successive booleans as a baseline, under the same two judges.
+against the bracket of the mesh engine and exact rays (these are the judges of the gate), and against counted points
+(`referee.py`), which share no code with any engine: wrong is a value that they exclude, silently wrong one that is farther
+off than its own error says. The same blocks go through plain successive booleans as a baseline.
 
     python -m vmachining.bench.brep_chains RECORD [--chains 200] [--only bore,helix] [--again 4,11] [--plain | --base]
 
@@ -30,10 +29,14 @@ import numpy as np
 from vmachining.arrays import Floats
 from vmachining.bench.chains import DEEP, FAMILIES, PLOT, families, tools
 from vmachining.bench.referee import referee
-from vmachining.engines.brep import Blank, Verdict, check_blocks, isolated, solids, volume
+from vmachining.engines.brep import Blank, check_blocks, isolated, solids, volume
+from vmachining.engines.judges import Judge
 from vmachining.engines.mesh import MeshEngine, box_stock
+from vmachining.engines.protocol import Removal
 from vmachining.errors import EngineError, SweepError, VMachiningError
 from vmachining.geometry import Arc, Bracket, Line
+from vmachining.job.judges import RayWitness
+from vmachining.stock import BoxStock
 from vmachining.sweep import Motion, Pose, Sweep, Turn
 from vmachining.tolerance import BREP_SECONDS
 
@@ -42,8 +45,8 @@ __all__ = ["Chain", "bar_of", "brep_chains", "chain_of", "main", "recorded", "ta
 CHORD = 0.02
 """mm, of the brackets."""
 
-RAYS = 64
-"""Along a side of one of the referee's sets: 65,536 rays a block, a second or two."""
+FEW, MANY = 3, 6
+"""Parts of a cell along an axis that the referee counts points in."""
 
 ROUND_MM3 = 1e-6
 """What a boolean may be off by rounding alone."""
@@ -107,9 +110,9 @@ def table(records: Iterable[dict[str, Any]]) -> Iterator[dict[str, Any]]:
             **{word: counts[word] for word in ("agreed", "retried", "refused", "disputed")},
             "agreed_or_retried": (counts["agreed"] + counts["retried"]) / len(blocks),
             "wrong": sum(block["wrong"] for block in blocks),
-            "silently_wrong": sum(block["wrong"] and not block.get("said", False) for block in blocks),
+            "silently_wrong": sum(block["silent"] for block in blocks),
             "median_s": round(float(np.median(seconds)), 3), "max_s": round(float(seconds.max()), 1),
-            "rungs": dict(Counter(block["rung"] for block in blocks if block["rung"])),
+            "attempts": dict(Counter(block["attempt"] for block in blocks if block["attempt"])),
             "baseline": dict(plain),
         }  # fmt: skip
 
@@ -152,63 +155,60 @@ def _held(
     stock = Blank("box", tuple(bar[0].tolist()), tuple(bar[1].tolist()))
     where = [(chain, k) for chain in made for k in range(len(chain.sweeps))]
     blocks = [[chain.sweeps[k]] for chain, k in where]
-    asked = {number: chain.brackets[k] for number, (chain, k) in enumerate(where)}
-    judges = {chain.number: _Judge(chain, bar) for chain in made}
-    open_blocks = {chain.number: dict.fromkeys(range(len(chain.sweeps))) for chain in made}
-    for number, verdict in check_blocks(stock, blocks, asked, workers=workers, seconds=seconds):
+    asked = {number: [Judge("mesh", Removal(*chain.brackets[k]))] for number, (chain, k) in enumerate(where)}
+    points = {chain.number: _Points(chain, bar) for chain in made}
+    open_blocks: dict[int, dict[int, Any]] = {
+        chain.number: dict.fromkeys(range(len(chain.sweeps))) for chain in made
+    }
+    witness = RayWitness(BoxStock(*bar), blocks)
+    for number, verdict in check_blocks(
+        stock, blocks, asked, witness=witness, workers=workers, seconds=seconds
+    ):
         chain, k = where[number]
-        value = verdict.removed_mm3
         known = open_blocks[chain.number]
         known[k] = {
-            "status": str(verdict.status), "rung": verdict.rung, "value": value, "bracket": list(chain.brackets[k]),
-            "slack": verdict.slack_mm3, "sure": verdict.sure_mm3, "seconds": round(verdict.seconds, 3),
-            "sweeps": verdict.sweeps, "reason": verdict.reason, "tried": list(verdict.tried),
-            **judges[chain.number].of(k, value, verdict.slack_mm3, _own(verdict), verdict.sure_mm3 or 0.0),
+            "status": str(verdict.status), "attempt": verdict.attempt, "value": verdict.removed_mm3,
+            "error": verdict.error_mm3, "judges": [[name, *removal] for name, removal in verdict.judges],
+            "seconds": round(verdict.seconds, 3), "sweeps": verdict.sweeps, "reason": verdict.reason,
+            "tried": list(verdict.tried), **points[chain.number].of(k, verdict.removed_mm3, verdict.error_mm3 or 0.0),
         }  # fmt: skip
         if all(known.values()):
             yield {
                 "chain": chain.number, "family": chain.family, "tool": chain.tool, "blocks": list(known.values()),
-                "baseline": _base(chain, bar, judges[chain.number]) if baseline else [],
+                "baseline": _base(chain, bar, points[chain.number]) if baseline else [],
             }  # fmt: skip
 
 
-def _own(verdict: Verdict) -> float:
-    """mm^3, error of a value itself: what a steady rung says, what growing changes, else rounding."""
-    is_stated = verdict.slack_mm3 < 0.0 or verdict.rung == "grown"
-    return abs(verdict.slack_mm3) if is_stated else ROUND_MM3
-
-
-class _Judge:
-    """Bracket and rays of the blocks of a chain, over any value of one; rays of a block are shot once."""
+class _Points:
+    """Counted points of the blocks of a chain, over any value of one; those of a block are counted once."""
 
     def __init__(self, chain: Chain, bar: tuple[Floats, Floats]) -> None:
-        self._chain, self._bar = chain, bar
+        self._chain, self._bar = chain, np.array(bar)
         self._known: dict[tuple[int, int], tuple[float, float]] = {}
 
-    def of(self, k: int, value: float | None, slack: float, own: float, sure: float = 0.0) -> dict[str, Any]:
-        """Whether a value lies outside of the bracket or of the error bar of the rays; more rays if only they say so.
-
-        slack : of the gate. own : error of the value itself, all that rays forgive.
-        said : whether it does not, or does by less than what it says about how far it may be from what meshes allow; a value
-        that says that nothing could tell counts as one that says nothing.
-        """
+    def of(self, k: int, value: float | None, error: float) -> dict[str, Any]:
+        """Whether a value is wrong, and silently so: farther off than points and its own error allow; more points where
+        few of them say so."""
         if value is None:
-            return {"wrong": False, "said": True}
-        inside = self._chain.brackets[k].holds(value, slack)
-        rays = self._rays(k, RAYS)
-        if inside and abs(value - rays[0]) > rays[1] + own:
-            rays = self._rays(k, 4 * RAYS)
-        miss = abs(value - rays[0]) - rays[1]
-        said = inside and miss <= max(own, sure if np.isfinite(sure) else 0.0)
-        return {"rays": rays[0], "bar": rays[1], "wrong": bool(miss > own or not inside), "said": bool(said)}
+            return {"wrong": False, "silent": False}
+        volume, bar = self._counted(k, FEW)
+        if abs(value - volume) > bar:
+            volume, bar = self._counted(k, MANY)
+        miss = abs(value - volume) - bar
+        return {
+            "points": volume,
+            "bar": bar,
+            "wrong": bool(miss > ROUND_MM3),
+            "silent": bool(miss > error + ROUND_MM3),
+        }
 
-    def _rays(self, k: int, count: int) -> tuple[float, float]:
-        if (k, count) not in self._known:
-            self._known[k, count] = referee(self._chain.sweeps, k, self._bar, count)
-        return self._known[k, count]
+    def _counted(self, k: int, across: int) -> tuple[float, float]:
+        if (k, across) not in self._known:
+            self._known[k, across] = referee(self._chain.sweeps, k, self._bar, across)
+        return self._known[k, across]
 
 
-def _base(chain: Chain, bar: tuple[Floats, Floats], judge: _Judge) -> list[str]:
+def _base(chain: Chain, bar: tuple[Floats, Floats], points: _Points) -> list[str]:
     """What plain successive booleans make of every block of a chain."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "values"
@@ -221,7 +221,7 @@ def _base(chain: Chain, bar: tuple[Floats, Floats], judge: _Judge) -> list[str]:
     for k, plain in enumerate(found):
         if plain is None:
             out.append("failed")
-        elif not judge.of(k, plain[0], rounding := 1e-6 * (1.0 + abs(plain[0])), rounding)["wrong"]:
+        elif not points.of(k, plain[0], 0.0)["wrong"]:
             out.append("right")
         else:
             out.append("silently wrong" if plain[1] else "wrong, not valid")
@@ -241,7 +241,7 @@ def _based(record: dict[str, Any]) -> dict[str, Any]:
     bar = bar_of([record["chain"]])
     engine = MeshEngine(box_stock(tuple(bar[0]), tuple(bar[1])), CHORD, certify=True)
     chain = chain_of(record["seed"], record["chain"], engine)
-    return {**record, "baseline": _base(chain, bar, _Judge(chain, bar))}
+    return {**record, "baseline": _base(chain, bar, _Points(chain, bar))}
 
 
 def _successive(stock: tuple[Floats, Floats], sweeps: Sequence[Sweep], seconds: float, file: Path) -> None:

@@ -12,14 +12,17 @@ from typing import TYPE_CHECKING, Any
 
 import polars as pl
 
+from vmachining.engines.judges import Judge
+from vmachining.engines.protocol import Removal
 from vmachining.errors import InputError
 from vmachining.geometry import Bracket
 from vmachining.job.blocks import Block, group_blocks
 from vmachining.job.contact import ToolParts
 from vmachining.job.jobfile import Job
+from vmachining.job.judges import RayWitness
 from vmachining.job.paths import move_path
 from vmachining.job.simulate import Progress, Stopped
-from vmachining.job.stock import raw_stock
+from vmachining.job.stock import RawStock, raw_stock
 from vmachining.job.table import COLUMNS, OPINION
 from vmachining.machine import Machine
 from vmachining.nc import Motion, Program
@@ -170,7 +173,7 @@ def brep_columns(
     rows: pl.DataFrame,
     asked: Asked,
     *,
-    slack: float,
+    stock: RawStock,
     file: Path,
     workers: int | None,
     seconds: float,
@@ -180,7 +183,6 @@ def brep_columns(
     """(block, columns of `OPINION`, brep_note) of every block, and the counts of the summary.
 
     rows : block, motion, removed_mm3, removed_lo_mm3, removed_hi_mm3 of the run.
-    slack : mm^3 by which the triangulation of a curved STEP stock can change any of them.
     seconds : limit of a block, see `check_blocks`.
     file : verdicts as they come; those that are there, and still hold, are not asked for again, but refusals are if
         they had less time.
@@ -196,16 +198,16 @@ def brep_columns(
     from vmachining.job.verdicts import VerdictFile
 
     numbers = chosen(asked, rows)
-    brackets = dict(zip((int(k) for k in rows["block"]), _brackets(rows, slack), strict=True))
-    want = {k: brackets[k] for k in numbers}
+    want = {k: judges for k, judges in _judges(rows, stock.slack_mm3).items() if k in set(numbers)}
     sweeps = [_sweeps(block, program, tools, job.machine) for block in blocks[: max(numbers, default=-1) + 1]]
     count = workers if workers is not None else os.cpu_count() or 1
     with VerdictFile(file, want, seconds) as kept:
         verdicts = kept.known
-        left = {k: bracket for k, bracket in want.items() if k not in verdicts}
+        left = {k: judges for k, judges in want.items() if k not in verdicts}
+        witness = RayWitness(stock.shape, sweeps, stock.slack_mm3)
         progress("brep", len(verdicts), len(want))
         for number, verdict in check_blocks(
-            blank(job), sweeps, left, workers=count, seconds=seconds, stop=stop
+            blank(job), sweeps, left, witness=witness, workers=count, seconds=seconds, stop=stop
         ):
             kept.add(number, verdict)
             progress("brep", len(verdicts), len(want))
@@ -220,7 +222,7 @@ def brep_columns(
     table = pl.DataFrame(rows_said, schema=schema, orient="row")
     counts: dict[str, Any] = {"asked": len(want)}
     counts |= {word: sum(v.status == word for v in verdicts.values()) for word in JUDGED}
-    won = [v.rung for v in verdicts.values() if v.rung]
+    won = [v.attempt for v in verdicts.values() if v.attempt]
     counts["attempts"] = {name: won.count(name) for name in dict.fromkeys(won)}
     return table, counts
 
@@ -270,6 +272,14 @@ def write_step(result: RunResult, path: Path, after: int | None = None) -> None:
     )
 
 
+def _judges(rows: pl.DataFrame, slack: float) -> dict[int, list[Judge]]:
+    """Block -> what the engine that cut says of it."""
+    return {
+        int(block): [Judge(name, Removal(*bracket, proven=name != "dexel"))]
+        for block, name, bracket in zip(rows["block"], rows["engine"], _brackets(rows, slack), strict=True)
+    }
+
+
 def _brackets(rows: pl.DataFrame, slack: float) -> list[Bracket]:
     """What every block removes from the stock as it was given: the mesh engine cut its triangles."""
     table = rows.select("removed_lo_mm3", "removed_mm3", "removed_hi_mm3")
@@ -292,9 +302,9 @@ def _row(block: int, verdict: Verdict | None) -> tuple[Any, ...]:
     """block, the columns of `OPINION`, brep_note."""
     if verdict is None:
         return (block, None, None, None, "skipped", None, None, None, "")
-    rays = verdict.rays
+    rays = next((judge.removal for judge in verdict.judges if judge.name == "dexel"), None)
     return (
-        block, verdict.removed_mm3, verdict.error_mm3, f"{verdict.number} {verdict.rung}" if verdict.rung else None,
+        block, verdict.removed_mm3, verdict.error_mm3, f"{verdict.number} {verdict.attempt}" if verdict.attempt else None,
         str(verdict.status), *((None, None, None) if rays is None else (rays.estimate, rays.lo, rays.hi)),
         note_of(verdict),
     )  # fmt: skip
@@ -308,4 +318,4 @@ def note_of(verdict: Verdict | None) -> str:
         return f"DISPUTED: {verdict.reason}"
     if verdict.removed_mm3 is None:
         return f"B-rep refused: {verdict.reason}" if verdict.reason else ""
-    return f"B-rep retried ({verdict.rung})" if verdict.status == "retried" else ""
+    return f"B-rep retried ({verdict.attempt})" if verdict.status == "retried" else ""

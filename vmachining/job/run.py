@@ -273,10 +273,10 @@ class _Run:
             scheduled, report = compare(feed, planned, written, blocks, read_partial(new_rows))
         opinion, counts_brep = None, NO_BREP
         if self.brep != "none":
-            names = ["block", "motion", "removed_mm3", "removed_lo_mm3", "removed_hi_mm3"]
+            names = ["block", "motion", "engine", "removed_mm3", "removed_lo_mm3", "removed_hi_mm3"]
             opinion, counts_brep = brep_columns(
                 job, program, blocks, tools, read_partial(partial, names), self.brep,
-                slack=stock.slack_mm3, file=self.folder / "brep.partial.csv", workers=self.workers,
+                stock=stock, file=self.folder / "brep.partial.csv", workers=self.workers,
                 seconds=self.brep_seconds, stop=self.stop, progress=self.progress,
             )  # fmt: skip
         with self.place.making("blocks.csv", "blocks.parquet"):

@@ -4,22 +4,22 @@ more time."""
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from io import StringIO
 from pathlib import Path
 from types import TracebackType
 
 from vmachining.engines.brep import Status, Verdict
+from vmachining.engines.judges import Judge, intersection
 from vmachining.engines.protocol import Removal
-from vmachining.geometry import Bracket
 from vmachining.job.files import atomic_path, writing
 
 __all__ = ["VerdictFile"]
 
 NAMES = (
-    "block", "status", "removed_brep_mm3", "slack_mm3", "rung", "seconds", "sweeps", "reason", "limit_s", "sure_mm3",
-    "error_mm3", "rays_lo_mm3", "rays_mm3", "rays_hi_mm3",
+    "block", "status", "removed_brep_mm3", "removed_brep_error_mm3", "number", "attempt", "seconds", "sweeps", "reason",
+    "limit_s", "dexel_lo_mm3", "dexel_mm3", "dexel_hi_mm3",
 )  # fmt: skip
 
 
@@ -30,19 +30,19 @@ class VerdictFile:
     ----------
     path : Path
         Goes on where it ends; a torn last row (power cut) is dropped.
-    brackets : {block: Bracket}
-        Values that do not lie in them any more, and blocks that are not there, are not `known`.
+    judges : {block: what is said of it}
+        Values that they do not allow any more, and blocks that are not there, are not `known`.
     seconds : limit of a block; refusals that had less are not `known`.
     """
 
-    def __init__(self, path: Path, brackets: Mapping[int, Bracket], seconds: float) -> None:
+    def __init__(self, path: Path, judges: Mapping[int, Sequence[Judge]], seconds: float) -> None:
         self._limits: dict[int, float] = {}
         self._seconds = seconds
         self.known: dict[int, Verdict] = {}
         text = path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
         for row in csv.DictReader(StringIO(text[: text.rfind("\n") + 1], newline="")):
             with suppress(TypeError, ValueError, KeyError):
-                self._take(row, brackets)
+                self._take(row, judges)
         with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
             sheet = csv.writer(file, lineterminator="\n")
             sheet.writerow(NAMES)
@@ -50,16 +50,14 @@ class VerdictFile:
         self._path, self._file = path, path.open("a", encoding="utf-8", newline="")
         self._sheet = csv.writer(self._file, lineterminator="\n")
 
-    def _take(self, row: Mapping[str, str], brackets: Mapping[int, Bracket]) -> None:
-        block, text = int(row["block"]), row["removed_brep_mm3"]
+    def _take(self, row: Mapping[str, str], judges: Mapping[int, Sequence[Judge]]) -> None:
+        block, value, limit = int(row["block"]), _number(row["removed_brep_mm3"]), float(row["limit_s"])
         verdict = Verdict(
-            Status(row["status"]), float(text) if text else None, row["rung"], row["reason"],
-            float(row["seconds"]), int(row["sweeps"]), slack_mm3=float(row["slack_mm3"]),
-            sure_mm3=_number(row["sure_mm3"]), error_mm3=_number(row["error_mm3"]), rays=_interval(row),
+            Status(row["status"]), value, _number(row["removed_brep_error_mm3"]), row["attempt"], int(row["number"]),
+            row["reason"], float(row["seconds"]), int(row["sweeps"]), judges=_judges(row),
         )  # fmt: skip
-        value, limit = verdict.removed_mm3, float(row["limit_s"])
-        holds = limit >= self._seconds if value is None else brackets[block].holds(value, verdict.slack_mm3)
-        if holds and block in brackets:
+        holds = limit >= self._seconds if value is None else _is_held(value, verdict.error_mm3, judges[block])
+        if holds and block in judges:
             self.known[block], self._limits[block] = verdict, limit
 
     def add(self, block: int, verdict: Verdict) -> None:
@@ -79,12 +77,18 @@ class VerdictFile:
 
 
 def _row(block: int, verdict: Verdict, limit: float) -> tuple[str, ...]:
-    value = verdict.removed_mm3
+    rays = next((judge.removal for judge in verdict.judges if judge.name == "dexel"), None)
     return (
-        str(block), str(verdict.status), "" if value is None else repr(float(value)), repr(float(verdict.slack_mm3)),
-        verdict.rung, repr(verdict.seconds), str(verdict.sweeps), verdict.reason, repr(limit),
-        *map(_text, (verdict.sure_mm3, verdict.error_mm3, *(verdict.rays or (None, None, None))[:3])),
+        str(block), str(verdict.status), _text(verdict.removed_mm3), _text(verdict.error_mm3), str(verdict.number),
+        verdict.attempt, repr(verdict.seconds), str(verdict.sweeps), verdict.reason, repr(limit),
+        *map(_text, (None, None, None) if rays is None else rays[:3]),
     )  # fmt: skip
+
+
+def _is_held(value: float, error: float | None, judges: Sequence[Judge]) -> bool:
+    """Whether a value still lies where the judges of today allow it, within its error."""
+    truth = intersection(judges)
+    return truth is not None and truth.lo - (error or 0.0) <= value <= truth.hi + (error or 0.0)
 
 
 def _text(value: float | None) -> str:
@@ -95,8 +99,8 @@ def _number(text: str) -> float | None:
     return float(text) if text else None
 
 
-def _interval(row: Mapping[str, str]) -> Removal | None:
+def _judges(row: Mapping[str, str]) -> tuple[Judge, ...]:
     lo, estimate, hi = (_number(row[name]) for name in NAMES[-3:])
     if lo is None or estimate is None or hi is None:
-        return None
-    return Removal(lo, estimate, hi, proven=False)
+        return ()
+    return (Judge("dexel", Removal(lo, estimate, hi, proven=False)),)

@@ -10,7 +10,7 @@ import numpy as np
 from vmachining.arrays import Floats
 from vmachining.errors import EngineError
 
-__all__ = ["apart", "box_of", "common", "is_empty", "minus", "turned"]
+__all__ = ["apart", "box_of", "common", "is_empty", "minus", "quiet", "turned"]
 
 ODD_RAD = 0.137
 """A turn that no face of ours is aligned with, before or after."""
@@ -88,3 +88,10 @@ def is_empty(shape: Any) -> bool:
     from OCP.TopExp import TopExp_Explorer
 
     return not TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE).More()
+
+
+def quiet() -> None:
+    """OCCT keeps its messages to itself."""
+    from OCP.Message import Message
+
+    Message.DefaultMessenger_s().ChangePrinters().Clear()

@@ -14,7 +14,7 @@ from types import TracebackType
 
 from vmachining.arrays import Floats
 from vmachining.engines.brep.blank import Blank
-from vmachining.engines.brep.workers import _Gone, _Worker
+from vmachining.engines.brep.process import Gone, WorkerProcess
 from vmachining.errors import EngineError, SweepError
 from vmachining.sweep import Stance, Sweep
 from vmachining.tool import Edge, EdgeParts
@@ -43,13 +43,13 @@ class BrepWorkpiece:
     past: Sequence[tuple[int, Sweep]]
     stock_code: int = -1
     seconds: float = 120.0
-    _worker: _Worker | None = field(default=None, repr=False)
+    _worker: WorkerProcess | None = field(default=None, repr=False)
 
     def __enter__(self) -> BrepWorkpiece:
         hello = pickle.dumps((self.stock, list(self.past), self.stock_code))
         try:
-            self._worker = _Worker(hello, WORKER)
-        except (_Gone, OSError) as exc:
+            self._worker = WorkerProcess(hello, WORKER)
+        except (Gone, OSError) as exc:
             raise EngineError(f"no worker process: {exc}", engine="brep") from exc
         try:
             self._ask("build")
@@ -78,7 +78,7 @@ class BrepWorkpiece:
             raise EngineError("the process of the solids is not running", engine="brep")
         try:
             answer = self._worker.call(question, self.seconds)
-        except _Gone as exc:
+        except Gone as exc:
             raise EngineError(str(exc), engine="brep") from exc
         if isinstance(answer, SweepError):
             raise SweepError(answer.message, remedy="take method dexel")

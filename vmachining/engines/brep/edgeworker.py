@@ -22,11 +22,10 @@ import numpy as np
 
 from vmachining.arrays import Bools, Floats
 from vmachining.engines.brep.blank import Blank
-from vmachining.engines.brep.booleans import box_of
-from vmachining.engines.brep.ladder import quiet
+from vmachining.engines.brep.booleans import box_of, quiet
+from vmachining.engines.brep.process import obey_driver
 from vmachining.engines.brep.shapes import Circle, Curve, Frame, Straight, interpolated, pnt
 from vmachining.engines.brep.swept import solids
-from vmachining.engines.brep.worker import end_with_driver
 from vmachining.errors import SweepError, VMachiningError
 from vmachining.sweep import Stance, Sweep
 from vmachining.sweep.reach import meets, reaching
@@ -239,7 +238,7 @@ def _end(sides: Any, good: float, bad: float, inside: bool) -> float:
 
 def main() -> None:
     """Answer until stdin ends."""
-    end_with_driver()
+    obey_driver()
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # OCCT talks on stdout
     questions = sys.stdin.buffer

@@ -23,8 +23,8 @@ import numpy as np
 from vmachining.arrays import Floats
 from vmachining.engines.brep.blank import Blank
 from vmachining.engines.brep.booleans import box_of, is_empty, minus
-from vmachining.engines.brep.doubt import SLACK_MM3
 from vmachining.engines.brep.measure import volume
+from vmachining.engines.brep.removal.gate import OWN_MM3
 from vmachining.engines.brep.swept import inspect, solids
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Bracket
@@ -98,7 +98,7 @@ class _Ways:
             except EngineError as exc:  # as a wrong volume: the next fuzzy value may work
                 self._removed.append(f"({exc.reason})")
                 continue
-            if self._bracket.holds(self._before - after, SLACK_MM3 + 1e-9 * self._before):
+            if self._bracket.holds(self._before - after, OWN_MM3 + 1e-9 * self._before):
                 return rest, after
             self._removed.append(f"{self._before - after:.6g}")
         return None

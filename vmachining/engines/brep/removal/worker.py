@@ -1,11 +1,11 @@
-"""The process that runs OCCT: `python -m vmachining.engines.brep.worker`, driven by `workers.py`.
+"""The process that runs OCCT: `python -m vmachining.engines.brep.removal.worker`, driven by `workers.py`.
 
-Pickled messages over stdin and stdout. First (stock, blocks, folder for solids or None), answered by "ready" or why
-not, then questions:
+Pickled messages over stdin and stdout. First (stock, blocks, folder for solids or None, witness or None), answered by "ready" or
+why not, then questions:
 
 | question | answers |
 |---|---|
-| ("check", block, bracket, rungs, early, longest, seconds, barred) | every rung before it is tried, then a `Verdict` |
+| ("check", block, judges, attempts) | what is under way, all judges once they have spoken, at last a `Verdict` |
 | ("write", path, brackets, labels) | the volume of the STEP file, or the text of a refusal |
 | ("call", function, arguments) | ("value", what it returns), or (kind, text) of what it raised |
 
@@ -14,51 +14,43 @@ OCCT talks on stdout, so the answers go through a copy of it and stdout itself b
 
 from __future__ import annotations
 
-import ctypes
 import os
 import pickle
-import signal
 import sys
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from vmachining.engines.brep.process import obey_driver
 from vmachining.errors import EngineError, VMachiningError
 
-if TYPE_CHECKING:
-    from vmachining.engines.brep.blank import Blank
-
-__all__ = ["end_with_driver", "main"]
-
-
-PR_SET_PDEATHSIG = 1
-"""Of <sys/prctl.h>: the signal that a process gets when the thread that made it ends."""
+__all__ = ["main"]
 
 
 def main() -> None:
     """Answer until stdin ends."""
-    end_with_driver()
+    obey_driver()
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     questions = sys.stdin.buffer
-    from vmachining.engines.brep.ladder import Ladder, quiet
-    from vmachining.engines.brep.store import Store
+    from vmachining.engines.brep.booleans import quiet
+    from vmachining.engines.brep.removal.check import BlockChecker
+    from vmachining.engines.brep.removal.store import Store
 
     quiet()
-    stock, blocks, folder = pickle.load(questions)
+    stock, blocks, folder, witness = pickle.load(questions)
 
     def say(answer: object) -> None:
         pickle.dump(answer, answers)
         answers.flush()
 
-    ladder: Ladder | None = None
+    checker: BlockChecker | None = None
     try:
         if blocks:
-            ladder = Ladder(stock, blocks, Store(folder))
-            ladder.warm()
+            checker = BlockChecker(stock, blocks, Store(folder), witness)
+            checker.warm()
     except VMachiningError as exc:  # the stock is no solid
-        say(_reason(exc))
+        say(exc.message)
         return
     say("ready")
     while True:
@@ -71,21 +63,9 @@ def main() -> None:
         elif kind == "call":
             say(_called(*question))
         else:
-            block, bracket, rungs, early, longest, seconds, barred = question
-            assert ladder is not None
-            limits = {"early": early, "longest": longest, "seconds": seconds}
-            say(ladder.removed(block, bracket, rungs=rungs, **limits, barred=barred, told=say))
-
-
-def end_with_driver() -> None:
-    """Be killed with the process that drives this one (Linux): a boolean that hangs would never see stdin end."""
-    with suppress(AttributeError, OSError, TypeError):
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
-
-
-def _reason(exc: VMachiningError) -> str:
-    """What an error says; who drives this process names the engine."""
-    return exc.reason if isinstance(exc, EngineError) else exc.message
+            assert checker is not None
+            block, judges, attempts = question
+            say(checker.check(block, judges, attempts, say))
 
 
 def _called(function: Callable[..., object], arguments: tuple[object, ...]) -> tuple[str, object]:
@@ -93,12 +73,12 @@ def _called(function: Callable[..., object], arguments: tuple[object, ...]) -> t
     try:
         return "value", function(*arguments)
     except VMachiningError as exc:
-        return type(exc).__name__, _reason(exc)
+        return type(exc).__name__, exc.message
     except Exception as exc:  # OCCT raises whatever it meets
         return "EngineError", f"OCCT failed: {type(exc).__name__} {exc}"
 
 
-def _written(stock: Blank, blocks: Any, path: Path, brackets: Any, labels: Any) -> float | str:
+def _written(stock: Any, blocks: Any, path: Path, brackets: Any, labels: Any) -> float | str:
     """Volume of the STEP file, or why there is none."""
     from vmachining.engines.brep.workpiece import write_step
 

@@ -1,4 +1,4 @@
-"""Solids and meshes of sweeps on disk, for the processes of one run.
+"""Solids of sweeps on disk, for the processes of one run.
 
 A sweep that folds is covered by up to hundreds of solids, which take a minute. A process that is lost, because one
 boolean hung in it, would build all it knew again, and two processes side by side would both build what they share.
@@ -15,11 +15,6 @@ from pathlib import Path
 from time import process_time
 from typing import Any, TypeVar
 
-import numpy as np
-from manifold3d import Error, Manifold, Mesh64
-
-from vmachining.arrays import Floats, Ints
-from vmachining.engines.brep.faceted import Lack, Meshed
 from vmachining.errors import EngineError, SweepError
 
 __all__ = ["NOTHING_KEPT", "Store"]
@@ -28,9 +23,6 @@ T = TypeVar("T")
 
 SLOW_S = 0.5
 """s of a processor: what is built faster is not kept. Reading takes a millisecond per solid, writing 100 kB."""
-
-SAME_REL = 1e-9
-"""Volume of a mesh that was read back: sums over a million triangles in another order."""
 
 
 class Store:
@@ -54,28 +46,6 @@ class Store:
             Those of `build`, here or there.
         """
         return self._kept(f"{number}", build, _packed, _unpacked)
-
-    def mesh(self, number: int, sag: float, build: Callable[[], Meshed]) -> Meshed:
-        """The same of the mesh of a sweep.
-
-        Raises
-        ------
-        EngineError
-            A process ended, or was ended, while it built this one: it would take as long again.
-        """
-        name = f"{number} {sag:g}"
-        if self._folder is None:
-            return build()
-        if any(_is_gone(mark.name.split()[-1]) for mark in self._folder.glob(f"{name} begun *")):
-            raise EngineError("another process came to its end over this mesh", engine="brep")
-        mark = self._folder / f"{name} begun {os.getpid()}"
-        with suppress(OSError):  # a disk that is full costs time only
-            mark.touch()
-        try:
-            return self._kept(name, build, _arrays, _meshed)
-        finally:
-            with suppress(OSError):
-                mark.unlink(missing_ok=True)
 
     def _kept(
         self, name: str, build: Callable[[], T], pack: Callable[[T], object], unpack: Callable[[Any], T]
@@ -108,11 +78,6 @@ class Store:
             temporary.replace(self._folder / name)
 
 
-def _is_gone(process: str) -> bool:
-    """Whether a process has ended, where the system tells."""
-    return Path("/proc/self").exists() and not Path("/proc", process).exists()
-
-
 def _packed(shapes: list[Any]) -> list[bytes]:
     from OCP.BinTools import BinTools
 
@@ -135,20 +100,6 @@ def _unpacked(content: list[bytes]) -> list[Any]:
         if out[-1].IsNull():
             raise EngineError("OCCT reads nothing back", engine="brep")
     return out
-
-
-def _arrays(mesh: Meshed) -> tuple[Floats, Ints, float, tuple[Lack, ...]]:
-    arrays, volume = mesh.solid.to_mesh64(), float(mesh.solid.volume())
-    return np.asarray(arrays.vert_properties)[:, :3], np.asarray(arrays.tri_verts), volume, mesh.lacks
-
-
-def _meshed(content: tuple[Floats, Ints, float, tuple[Lack, ...]]) -> Meshed:
-    """The mesh again; one that is not closed any more would pass for nothing in the next boolean."""
-    points, triangles, volume, lacks = content
-    solid = Manifold(Mesh64(points, triangles))
-    if solid.status() != Error.NoError or abs(float(solid.volume()) - volume) > SAME_REL * volume:
-        raise EngineError(f"a mesh reads back otherwise ({solid.status()})", engine="brep")
-    return Meshed(solid, lacks)
 
 
 NOTHING_KEPT = Store()

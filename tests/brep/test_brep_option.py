@@ -1,0 +1,93 @@
+"""`--brep`: words of the option, columns, summary, exit codes, and a polite end."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import polars as pl
+import pytest
+from tinyjob import PROGRAM, SLOT_MM3, write_job
+
+from vmachining.cli.main import run as command
+from vmachining.errors import InputError
+from vmachining.job.brep import chosen, parse_brep
+
+
+def test_words_of_the_option() -> None:
+    assert parse_brep("All") == "all"
+    assert parse_brep("3,7-9") == (range(3, 4), range(7, 10))
+    for wrong in ("some", "7-3", "1--2", "-1", "", "²", "0-99999999999"):
+        with pytest.raises(InputError, match="--brep"):
+            parse_brep(wrong)
+    rows = pl.DataFrame(
+        {"block": range(100), "motion": ["rapid"] + 99 * ["linear"], "removed_hi_mm3": 100 * [1.0]}
+    )
+    assert chosen("none", rows) == [] and chosen("all", rows) == list(range(1, 100))
+    sample = chosen("sample", rows)
+    assert len(sample) == 20 == len(set(sample)) and sample[-1] == 99 and sample == chosen("sample", rows)
+    assert chosen((range(0, 3),), rows) == [1, 2]
+    with pytest.raises(InputError, match="no block 100"):
+        chosen((range(90, 101),), rows)
+
+
+def test_run_fills_the_columns_and_the_summary(tmp_path: Path) -> None:
+    file = write_job(tmp_path)
+    assert command(["run", str(file), "--out", str(tmp_path / "out"), "--brep", "all", "--quiet"]) == 0
+    rows = pl.read_csv(tmp_path / "out" / "blocks.csv")
+    counts = json.loads((tmp_path / "out" / "summary.json").read_text())["brep"]
+    checked = rows.filter(pl.col("brep_status") != "skipped")
+    assert set(checked["brep_status"]) <= {"agreed", "retried"}
+    assert counts["asked"] == len(checked) == counts["agreed"] + counts["retried"] and counts["refused"] == 0
+    assert rows.filter(pl.col("motion") == "rapid")["brep_status"].to_list() == ["skipped"] * 5
+    slot = rows.filter(pl.col("line") == 7)
+    assert slot["removed_brep_mm3"].item() == pytest.approx(SLOT_MM3, rel=1e-9)
+    for row in checked.iter_rows(named=True):
+        slack = 1e-5
+        assert row["removed_lo_mm3"] - slack <= row["removed_brep_mm3"] <= row["removed_hi_mm3"] + slack
+
+
+def test_a_refusal_is_told_and_ends_with_code_1(tmp_path: Path) -> None:
+    half, upright = "N100 G2 X7 Y12 I2 J0", "N100 G18 G3 X7 Z-0.5 I2 K0"
+    assert half in PROGRAM
+    stepped = 'type = "profile"\nprofile = [[0, 0], [1, 0.2], [1, 1], [2, 2], [2, 20]]'
+    swap = {'type = "flat"\ndiameter_mm = 4': stepped}
+    file = write_job(tmp_path, program=PROGRAM.replace(half, upright), swap=swap)
+    assert command(["run", str(file), "--out", str(tmp_path / "out"), "--brep", "all", "--quiet"]) == 1
+    rows = pl.read_csv(tmp_path / "out" / "blocks.csv").filter(pl.col("brep_status") == "refused")
+    assert (
+        rows["removed_brep_mm3"].null_count() == len(rows) == 2
+    )  # the arc, and what needs it as a neighbour
+    assert all("the envelope folds inside the sweep" in text for text in rows["warning"])
+
+
+@pytest.mark.parametrize("group", [False, True], ids=["the command", "its whole group"])
+def test_a_polite_end_is_an_interruption(group: bool, tmp_path: Path) -> None:
+    """SIGTERM while OCCT is at work: 130, what is complete is told, and --resume goes on."""
+    file, out = write_job(tmp_path), tmp_path / "out"
+    words = [
+        sys.executable,
+        "-m",
+        "vmachining",
+        "run",
+        str(file),
+        "--out",
+        str(out),
+        "--brep",
+        "all",
+        "--workers",
+        "1",
+    ]
+    job = subprocess.Popen(words, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    until = time.monotonic() + 240.0
+    while not (out / "brep.partial.csv").exists() and job.poll() is None and time.monotonic() < until:
+        time.sleep(0.02)
+    (os.killpg if group else os.kill)(job.pid, signal.SIGTERM)
+    said = job.communicate(timeout=120.0)[1]
+    assert job.returncode == 130, said
+    assert "--resume" in said and "bug" not in said

@@ -1,0 +1,225 @@
+"""A process of our own that runs OCCT: it may crash or hang without harm.
+
+Every worker is an interpreter of its own, asked over pipes by pickles. It ignores Ctrl-C and a polite end, which are for the
+process that drives it to decide about, and ends with it.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import pickle
+import queue
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from time import monotonic
+from typing import Any, TypeVar, cast
+
+from vmachining.errors import EngineError, SweepError
+
+__all__ = ["Gone", "Late", "WorkerProcess", "isolated", "obey_driver"]
+
+T = TypeVar("T")
+
+PATIENCE = 8.0
+"""Seconds by the clock that count as one of the processor."""
+
+START_SECONDS = 300.0
+"""An interpreter that loads OCCT and compiles kernels on a busy machine."""
+
+WORKER = "vmachining.engines.brep.removal.worker"
+
+PR_SET_PDEATHSIG = 1
+"""Of <sys/prctl.h>: the signal that a process gets when the thread that made it ends."""
+
+
+class Gone(Exception):  # noqa: N818 - not an error of ours
+    """The process does not answer any more; says why."""
+
+
+class Late(Gone):
+    """It takes too long."""
+
+
+def obey_driver() -> None:
+    """Called first in a worker: only the driver ends it, and its end (Linux) is the worker's, for a boolean that hangs would
+    never see stdin end."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
+    with suppress(AttributeError, OSError, TypeError):
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
+
+
+class Watch:
+    """Seconds that a process has taken since now: of a processor, so that a busy machine makes nobody late.
+
+    Where the system does not tell, and for who waits without working, a share of the clock.
+    """
+
+    def __init__(self, pid: int) -> None:
+        self._pid, self._clock, self._cpu = pid, monotonic(), _processor_seconds(pid)
+        self._last = self._cpu
+
+    def used(self) -> float:
+        """Until now; the last known value of a process that is gone."""
+        clock, cpu = monotonic() - self._clock, _processor_seconds(self._pid)
+        if cpu is not None:
+            self._last = cpu
+        if self._last is None or self._cpu is None:
+            return clock
+        return max(self._last - self._cpu, clock / PATIENCE)
+
+
+def _processor_seconds(pid: int) -> float | None:
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    except (OSError, IndexError, ValueError, AttributeError):  # another system, or a process that is gone
+        return None
+
+
+class WorkerProcess:
+    """One process with its pipes.
+
+    hello : first message, answered by "ready" or why not. module : run as `python -m`.
+
+    Raises
+    ------
+    Gone
+        It ended before it was ready.
+    EngineError
+        What it said instead of "ready".
+    """
+
+    def __init__(self, hello: bytes, module: str = WORKER) -> None:
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", module],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,  # what is said to our group is for us alone
+        )
+        self._answers: queue.SimpleQueue[tuple[bool, Any]] = queue.SimpleQueue()
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+        self.begun = self.watch()
+        # a pipe is short: what does not read its greeting would keep us writing for ever
+        late = threading.Timer(START_SECONDS, self._process.kill)
+        late.start()
+        try:
+            self._write(hello)
+            greeting = self.receive(START_SECONDS)
+            if greeting != "ready":
+                raise EngineError(str(greeting), engine="brep")
+        except (Gone, EngineError):
+            self.close()
+            raise
+        finally:
+            late.cancel()
+
+    def watch(self) -> Watch:
+        """What it takes from now on."""
+        return Watch(self._process.pid)
+
+    def call(self, question: object, seconds: float) -> Any:
+        """Any question, and its answer."""
+        self.send(question)
+        return self.receive(seconds)
+
+    def send(self, message: object) -> None:
+        """Raises `Gone` if nobody reads."""
+        self._write(pickle.dumps(message))
+
+    def _write(self, message: bytes) -> None:
+        assert self._process.stdin is not None
+        try:
+            self._process.stdin.write(message)
+            self._process.stdin.flush()
+        except OSError as exc:
+            raise Gone(self._end()) from exc
+
+    def receive(self, seconds: float) -> Any:
+        """The next answer.
+
+        Raises
+        ------
+        Late, Gone
+            None within so many seconds of its processor; or it ended.
+        """
+        watch = self.watch()
+        while True:
+            left = seconds - watch.used()
+            try:
+                good, answer = self._answers.get(timeout=min(max(left, 0.0), 1.0))
+            except queue.Empty:
+                if left <= 0.0:
+                    raise Late(f"no answer within {seconds:.3g} s of a processor") from None
+                continue
+            if not good:
+                raise Gone(self._end())
+            return answer
+
+    def kill(self) -> None:
+        """End the process from any thread; whoever waits for it hears that it is gone."""
+        self._process.kill()
+
+    def close(self) -> None:
+        """End it and its pipes."""
+        self._process.kill()
+        self._process.wait()
+        self._reader.join(timeout=10.0)
+        for pipe in (self._process.stdin, self._process.stdout):
+            if pipe is not None:
+                try:
+                    pipe.close()
+                except OSError:  # what was not sent yet has nobody to go to
+                    continue
+
+    def _read(self) -> None:
+        """Carry answers from the pipe, where a buffer would hide them from whoever waits with a limit."""
+        pipe = self._process.stdout
+        assert pipe is not None
+        while True:
+            try:
+                self._answers.put((True, pickle.load(pipe)))
+            except Exception:  # the end of the pipe, or bytes that are no answer
+                self._answers.put((False, None))
+                return
+
+    def _end(self) -> str:
+        try:
+            code = self._process.wait(timeout=10.0)
+        except subprocess.TimeoutExpired:
+            return "its process closed its pipe and goes on"
+        return (
+            f"OCCT ended its process (signal {-code})" if code < 0 else f"its process ended with code {code}"
+        )
+
+
+def isolated(function: Callable[..., T], *arguments: Any, seconds: float) -> T:
+    """`function(*arguments)` in a process of its own; both the function and its answer travel as pickles.
+
+    Raises
+    ------
+    SweepError, EngineError
+        What the function raised.
+    EngineError
+        It crashed, or took longer than `seconds`.
+    """
+    worker: WorkerProcess | None = None
+    try:
+        worker = WorkerProcess(pickle.dumps((None, [], None, None)))
+        kind, answer = worker.call(("call", function, arguments), seconds)
+    except (Gone, OSError) as exc:
+        raise EngineError(str(exc), engine="brep") from exc
+    finally:
+        if worker is not None:
+            worker.close()
+    if kind == "value":
+        return cast(T, answer)
+    raise SweepError(answer) if kind == "SweepError" else EngineError(answer, engine="brep")

@@ -1,0 +1,53 @@
+"""Second judges of a run: exact rays beside the engine that cuts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from vmachining.engines.dexel import DexelEngine
+from vmachining.engines.judges import Judge
+from vmachining.engines.protocol import Removal
+from vmachining.stock import Stock
+from vmachining.sweep import Sweep
+
+__all__ = ["RayWitness", "widened"]
+
+WANT_REL, MOST = 1e-3, 20_000
+"""Half width asked for, and rays of a set at most; four times as many rays where a block is disputed."""
+
+
+def widened(removal: Removal, slack: float) -> Removal:
+    """By what the triangles of a curved STEP stock can change of any volume, mm^3."""
+    return Removal(max(0.0, removal.lo - slack), removal.estimate, removal.hi + slack, removal.proven)
+
+
+@dataclass(slots=True, eq=False)
+class RayWitness:
+    """What exact rays say of any block; it travels to worker processes.
+
+    stock : of the job. blocks : what every block sweeps. slack : mm^3, see `widened`.
+    """
+
+    stock: Stock
+    blocks: Sequence[Sequence[Sweep]]
+    slack: float = 0.0
+    name: str = "dexel"
+    _engine: DexelEngine | None = field(default=None, repr=False)
+    _members: list[list[int]] = field(default_factory=list, repr=False)
+
+    def __call__(self, block: int, again: bool = False) -> Judge:
+        """See `vmachining.engines.brep.removal.check.Witness`."""
+        if self._engine is None:
+            self._engine = DexelEngine(self.stock, want_rel=WANT_REL, most=MOST)
+            self._members = [
+                [self._engine.add(sweep, k) for sweep in each] for k, each in enumerate(self.blocks)
+            ]
+        members = self._members[block]
+        if not again:
+            found = self._engine.removed(members, seed=block)
+        else:
+            found = self._engine.removed(
+                members, seed=len(self.blocks) + block, want_rel=0.5 * WANT_REL, most=4 * MOST
+            )
+        return Judge(self.name, widened(found, self.slack))
