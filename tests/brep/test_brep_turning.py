@@ -12,7 +12,8 @@ from vmachining.bench.gauntlet import gauntlet_block
 from vmachining.bench.sweep5 import VOLUMES, block, reference
 from vmachining.engines import brep
 from vmachining.engines.brep.cover import _flattened
-from vmachining.geometry import Bracket
+from vmachining.engines.judges import Judge
+from vmachining.engines.protocol import Removal
 from vmachining.sweep import Pose
 
 TAPER = Taper(diameter=6, corner_radius=1.5, taper_deg=8, length=30)
@@ -166,27 +167,27 @@ def test_a_tilt_about_the_middle_of_the_axis_is_covered_by_parts() -> None:
 
 
 @pytest.mark.parametrize("tool", ["ball", "flat"])
-def test_the_ladder_finds_what_the_second_half_of_a_turn_adds(tool: str) -> None:
+def test_booleans_find_what_the_second_half_of_a_turn_adds(tool: str) -> None:
     """In a box that holds all of it, the second half removes the whole sweep less the first half."""
     cutter = {"ball": BallNose(diameter=10, length=20), "flat": FlatEnd(diameter=10, length=20)}[tool]
     whole = Sweep.along(cutter, TILT)
     halves = whole.split([0.5])
     added = whole.flux().volume - halves[0].flux().volume
     blank = brep.Blank("box", (-40.0, -40.0, -40.0), (40.0, 40.0, 60.0))
-    ladder = brep.Ladder(blank, [[half] for half in halves])
-    found = ladder.removed(1, Bracket(added * (1 - 1e-4), added, added * (1 + 1e-4)))
+    work = brep.BlockChecker(blank, [[half] for half in halves])
+    found = work.check(1, [Judge("mesh", Removal(added * (1 - 1e-4), added, added * (1 + 1e-4)))])
     assert found.status in (brep.Status.AGREED, brep.Status.RETRIED)
     assert found.removed_mm3 == pytest.approx(added, rel=1e-4)
 
 
-def test_the_ladder_leaves_out_what_stays_above_the_stock() -> None:
+def test_a_block_leaves_out_what_stays_above_the_stock() -> None:
     """A cutter that is ten times longer removes the same."""
     blank = brep.Blank("box", (-40.0, -40.0, -40.0), (40.0, 40.0, 4.0))
     found = []
     for length in (20.0, 200.0):
         sweep = Sweep.along(BallNose(diameter=10, length=length), TILT)
-        ladder = brep.Ladder(blank, [[sweep]])
-        found.append(ladder.removed(0, Bracket(0.0, 1.0, np.inf), rungs=["plain"]).removed_mm3)
+        work = brep.BlockChecker(blank, [[sweep]])
+        found.append(work.check(0, [Judge("mesh", Removal(0.0, 1.0, 1e9))], ["plain"]).tried[0][1])
     assert found[0] == pytest.approx(found[1], rel=1e-7)
 
 

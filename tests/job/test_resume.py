@@ -12,8 +12,9 @@ import polars.testing
 import pytest
 from tinyjob import FEED, JOB, write_job
 
-from vmachining import Bracket
 from vmachining.engines.brep import Status, Verdict
+from vmachining.engines.judges import Judge
+from vmachining.engines.protocol import Removal
 from vmachining.errors import InputError, JobError
 from vmachining.job import Job, Stopped, run
 from vmachining.job.verdicts import VerdictFile
@@ -154,7 +155,7 @@ def test_verdicts_are_not_asked_for_again(tmp_path):
 def test_verdicts_have_the_time_that_is_asked_for(tmp_path):
     result = run(Job.load(write_job(tmp_path)), brep="2", brep_seconds=1e-3)
     row = result.blocks.row(2, named=True)
-    assert row["brep_status"] == "refused" and "solids: no answer within 0.00" in row["warning"]
+    assert row["brep_status"] == "refused" and "judges: no answer within 0.00" in row["warning"]
     assert result.summary["brep"]["refused"] == 1
     with pytest.raises(Stopped):
         run(
@@ -172,12 +173,16 @@ def test_verdicts_have_the_time_that_is_asked_for(tmp_path):
 
 def test_a_verdict_reads_back_as_it_was_written(tmp_path):
     """Values and errors come from numpy, too, which writes its numbers in words of its own."""
-    verdict = Verdict(Status.RETRIED, np.float64(1.5), "facets", "", 2.5, 3, slack_mm3=np.float64(-0.25))
-    path, wide, narrow = tmp_path / "verdicts.csv", Bracket(1.0, 1.4, 2.0), Bracket(1.4, 1.4, 2.0)
+    rays = Judge("dexel", Removal(1.2, 1.45, 1.7, proven=False))
+    verdict = Verdict(
+        Status.RETRIED, np.float64(1.5), np.float64(0.25), "joint", 7, "", 2.5, 3, judges=(rays,)
+    )
+    path = tmp_path / "verdicts.csv"
+    wide, narrow = ([Judge("mesh", Removal(lo, lo, hi))] for lo, hi in ((1.0, 2.0), (1.8, 2.0)))
     with VerdictFile(path, {7: wide}, 120.0) as file:
         file.add(7, verdict)
     for _ in range(2):
         with VerdictFile(path, {7: wide}, 120.0) as file:
             assert file.known == {7: verdict}
     with VerdictFile(path, {7: narrow}, 120.0) as file:
-        assert not file.known  # 1.5 +- 0.25 leaves it
+        assert not file.known  # 1.5 +- 0.25 does not reach it
