@@ -2,15 +2,34 @@
 
 import numpy as np
 
-from vmachining.jit import kernel
+from vmachining.jit import kernel, leaf
+
+
+@leaf
+def element(held, s, step, lower, upper, many, row, was):
+    """Book an element from s to s + step in the intervals of a row; whether it is in the material."""
+    if held:
+        n = many[row]
+        if was:
+            if n <= lower.shape[1]:
+                upper[row, n - 1] = s + step
+        else:
+            if n < lower.shape[1]:
+                lower[row, n] = s
+                upper[row, n] = s + step
+            many[row] = n + 1
+    return held
 
 
 @kernel
-def zmap_lengths(tip, frame, velocity, sin, cos, rm, r, flute, x0, y0, pitch, heights, highest, out) -> None:
-    """Cut length of the edge at every position and angle: elements of `pitch` mm whose middle is below its cell.
+def zmap_intervals(
+    tip, frame, velocity, sin, cos, rm, r, flute, x0, y0, pitch, heights, highest, lower, upper, many
+) -> None:
+    """Engaged intervals of the edge at every position and angle: elements of `pitch` mm whose middle is below its cell.
 
     tip (n, 3), frame (n, 3, 3), velocity (n, 3); sin, cos (m,) of phi. heights (a, b): of square cells from (x0, y0).
-    Only what faces the feed is looked at, and nothing above the highest cell.
+    lower, upper (n m, k) mm of s, NaN behind the last; many (n m,), zero. Only what faces the feed is looked at, and nothing
+    above the highest cell.
     """
     inverse = 1.0 / pitch
     a_cells, b_cells = heights.shape
@@ -18,11 +37,11 @@ def zmap_lengths(tip, frame, velocity, sin, cos, rm, r, flute, x0, y0, pitch, he
         wx, wy, wz = frame[i, 0, 2], frame[i, 1, 2], frame[i, 2, 2]
         sink = velocity[i, 0] * wx + velocity[i, 1] * wy + velocity[i, 2] * wz
         for j in range(len(sin)):
+            row = i * len(sin) + j
             ex = sin[j] * frame[i, 0, 0] + cos[j] * frame[i, 0, 1]
             ey = sin[j] * frame[i, 1, 0] + cos[j] * frame[i, 1, 1]
             ez = sin[j] * frame[i, 2, 0] + cos[j] * frame[i, 2, 1]
             along = velocity[i, 0] * ex + velocity[i, 1] * ey + velocity[i, 2] * ez
-            length = 0.0
             first, last = 0.0, 0.5 * np.pi
             if along > 0.0:
                 if sink > 0.0:
@@ -30,7 +49,7 @@ def zmap_lengths(tip, frame, velocity, sin, cos, rm, r, flute, x0, y0, pitch, he
             elif sink < 0.0:
                 last = np.arctan2(-sink, -along)
             else:
-                continue
+                last = 0.0
             if r > 0.0 and last > first:
                 n = int(np.ceil((last - first) * r * inverse))
                 step = (last - first) / n
@@ -41,17 +60,14 @@ def zmap_lengths(tip, frame, velocity, sin, cos, rm, r, flute, x0, y0, pitch, he
                     tip[i, 1] + rm * ey + r * wy,
                     tip[i, 2] + rm * ez + r * wz,
                 )
-                for _ in range(n):
+                was = False
+                for k in range(n):
                     x, y = ox + r * (s * ex - c * wx), oy + r * (s * ey - c * wy)
                     a, b = int((x - x0) * inverse), int((y - y0) * inverse)
-                    if (
-                        x >= x0
-                        and y >= y0
-                        and a < a_cells
-                        and b < b_cells
-                        and oz + r * (s * ez - c * wz) <= heights[a, b]
-                    ):
-                        length += step * r
+                    held = x >= x0 and y >= y0 and a < a_cells and b < b_cells
+                    if held:
+                        held = oz + r * (s * ez - c * wz) <= heights[a, b]
+                    was = element(held, r * (first + k * step), r * step, lower, upper, many, row, was)
                     s, c = s * dc + c * ds, c * dc - s * ds
             if along > 0.0 and flute > 0.0:
                 big = rm + r
@@ -65,9 +81,14 @@ def zmap_lengths(tip, frame, velocity, sin, cos, rm, r, flute, x0, y0, pitch, he
                 if n > 0:
                     step = top / n
                     x, y, z = x + 0.5 * step * wx, y + 0.5 * step * wy, z + 0.5 * step * wz
-                    for _ in range(n):
+                    was = False
+                    for k in range(n):
                         a, b = int((x - x0) * inverse), int((y - y0) * inverse)
-                        if x >= x0 and y >= y0 and a < a_cells and b < b_cells and z <= heights[a, b]:
-                            length += step
+                        held = x >= x0 and y >= y0 and a < a_cells and b < b_cells
+                        if held:
+                            held = z <= heights[a, b]
+                        was = element(held, r * 0.5 * np.pi + k * step, step, lower, upper, many, row, was)
                         x, y, z = x + step * wx, y + step * wy, z + step * wz
-            out[i, j] = length
+            for k in range(many[row], lower.shape[1]):
+                lower[row, k] = np.nan
+                upper[row, k] = np.nan

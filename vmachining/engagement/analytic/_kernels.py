@@ -150,23 +150,6 @@ def span(curve_round, p, d, e, t0, s0, c0, t1, s1, c1):
 
 
 @leaf
-def walls(curve_round, p, d, e, breaks, low, high, t0, s0, c0, t1, s1, c1, roots, n):
-    """Put the crossings with the breaks between `low` and `high` behind the n roots; the new number of roots."""
-    last = len(breaks) - 1
-    if low > breaks[last] or high < breaks[0]:
-        return n
-    first = cell(breaks, low)
-    if breaks[first] < low:
-        first += 1
-    for k in range(first, last + 1):
-        c = breaks[k]
-        if c > high:
-            break
-        n = crossings(curve_round, p, d, e, c, t0, s0, c0, t1, s1, c1, roots, n)
-    return n
-
-
-@leaf
 def ordered(roots, first, n):
     """Sort those from `first` to below n; they are runs in order or against it."""
     for i in range(first + 1, n):
@@ -200,7 +183,7 @@ def blank(found, row):
 
 
 @leaf
-def levels(curve, stairs, t0, s0, c0, t1, s1, c1, top, roots, n, found, row, start):
+def levels(curve, floor, t0, s0, c0, t1, s1, c1, top, roots, n, found, row, start):
     """Keep what lies between floor and top of a stretch over one cell; roots from n on are free for use."""
     p, d, e = curve.pz, curve.dz, curve.ez
     if curve.round:
@@ -212,31 +195,30 @@ def levels(curve, stairs, t0, s0, c0, t1, s1, c1, top, roots, n, found, row, sta
     low, high = min(a, b), max(a, b)
     if bent:
         low, high = span(1, p, d, e, t0, s0, c0, t1, s1, c1)
-    floor = stairs.floor
     if low > top + TOUCH or high < floor - TOUCH:
         return
+    first, known = n, -1  # known: which stretch between crossings is inside, where one is
     if high <= top and low >= floor:
-        keep(curve, t0, t1, found, row, start)
-        return
-    first = n
-    n = crossings(curve.round, p, d, e, top, t0, s0, c0, t1, s1, c1, roots, n)
-    if (
-        n == first + 1 and low >= floor and not bent
-    ):  # one crossing with the top, as a rule: the lower end is inside
-        if a < b:
-            keep(curve, t0, roots[first, 0], found, row, start)
-        else:
-            keep(curve, roots[first, 0], t1, found, row, start)
-        return
-    n = crossings(curve.round, p, d, e, floor, t0, s0, c0, t1, s1, c1, roots, n)
-    ordered(roots, first, n)
+        known = 0
+    else:
+        for side in range(2):
+            n = crossings(curve.round, p, d, e, floor if side else top, t0, s0, c0, t1, s1, c1, roots, n)
+            if (
+                n == first + 1 and low >= floor and not bent
+            ):  # the top once, as a rule: the lower end is inside
+                known = 0 if a < b else 1
+                break
+        ordered(roots, first, n)
     u = t0
     for i in range(first, n + 1):
         v = roots[i, 0] if i < n else t1
         if v - u > SHORT:
-            m = 0.5 * (u + v)
-            z = p + d * np.sin(m) - e * np.cos(m) if curve.round else p + d * m
-            if floor - TOUCH <= z <= top + TOUCH:
+            held = i - first == known
+            if known < 0:
+                m = 0.5 * (u + v)
+                z = p + d * np.sin(m) - e * np.cos(m) if curve.round else p + d * m
+                held = floor - TOUCH <= z <= top + TOUCH
+            if held:
                 keep(curve, u, v, found, row, start)
         u = v
 
@@ -252,14 +234,21 @@ def inside(curve, stairs, t0, s0, c0, t1, s1, c1, roots, found, row, start):
     low, high = span(curve.round, curve.pz, curve.dz, curve.ez, t0, s0, c0, t1, s1, c1)
     if low > stairs.highest + TOUCH or high < stairs.floor - TOUCH:
         return
-    low, high = span(curve.round, curve.px, curve.dx, curve.ex, t0, s0, c0, t1, s1, c1)
-    n = walls(
-        curve.round, curve.px, curve.dx, curve.ex, stairs.x, low, high, t0, s0, c0, t1, s1, c1, roots, 0
-    )
-    low, high = span(curve.round, curve.py, curve.dy, curve.ey, t0, s0, c0, t1, s1, c1)
-    n = walls(
-        curve.round, curve.py, curve.dy, curve.ey, stairs.y, low, high, t0, s0, c0, t1, s1, c1, roots, n
-    )
+    n = 0
+    for axis in range(2):
+        breaks, p, d, e = stairs.x, curve.px, curve.dx, curve.ex
+        if axis == 1:
+            breaks, p, d, e = stairs.y, curve.py, curve.dy, curve.ey
+        low, high = span(curve.round, p, d, e, t0, s0, c0, t1, s1, c1)
+        last = len(breaks) - 1
+        if low > breaks[last] or high < breaks[0]:
+            continue
+        k = cell(breaks, low)
+        if breaks[k] < low:
+            k += 1
+        while k <= last and breaks[k] <= high:
+            n = crossings(curve.round, p, d, e, breaks[k], t0, s0, c0, t1, s1, c1, roots, n)
+            k += 1
     ordered(roots, 0, n)
     u, su, cu = t0, s0, c0
     for k in range(n + 1):
@@ -279,7 +268,7 @@ def inside(curve, stairs, t0, s0, c0, t1, s1, c1, roots, found, row, start):
                 x, y = curve.px + curve.dx * m, curve.py + curve.dy * m
             top = top_at(stairs, x, y)
             if top > -np.inf:
-                levels(curve, stairs, u, su, cu, v, sv, cv, top, roots, n, found, row, start)
+                levels(curve, stairs.floor, u, su, cu, v, sv, cv, top, roots, n, found, row, start)
         u, su, cu = v, sv, cv
 
 
