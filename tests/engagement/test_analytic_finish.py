@@ -19,6 +19,7 @@ from vmachining.engagement.analytic import (
     Patch,
     Section,
     Shape,
+    circle_chain,
     circle_length,
     corner_circle,
     corner_circle_chain,
@@ -126,6 +127,61 @@ def test_circle_length_ends_on_the_circle(radius, cq, tilt, lean, hollow):
     s = float(circle_length(cq, tilt, big, lean))
     x, z = big * sin(tilt) + s * sin(lean), big * cos(tilt) - cq + s * cos(lean)
     assert np.hypot(x, z) == pytest.approx(radius, rel=1e-13) and s > 0
+
+
+def test_the_published_triangles_put_right():
+    convex, concave = (circle_chain(2, rad(10), r, rad(15)) for r in (80, -80))
+    assert convex.co == near(78.031157360609) and concave.co == near(81.970351231185)
+    assert np.degrees(convex[1:5]) == near(
+        [0.25500943174640, 175.25500943175, 4.6279559583033, 0.11703460995033], 1e-11
+    )
+    assert np.degrees(concave[1:4]) == near([9.7572454596619, 5.2427545403381, 174.62774447681])
+    assert (convex.cs, concave.cs) == near((1.9754461144588, 1.9788340453537), 1e-9)
+    through = circle_chain(2, 0.0, -80, 0.0)  # 0 / 0 where the line goes through the centre
+    assert through.cs == near(2.0)
+
+
+@given(st.floats(30, 300), st.floats(0.1, 5), st.floats(-0.5, 0.5), st.floats(-0.4, 0.4), st.booleans())
+@settings(deadline=None, max_examples=150)
+def test_triangles_and_root_agree_but_for_cancellation(radius, cq, tilt, lean, hollow):
+    big = -radius if hollow else radius
+    chain = circle_chain(cq, tilt, big, lean)
+    # their error: rounding of R^2 over the sine of a small angle
+    if chain.pb > 1e-2 and np.pi - chain.pb > 1e-2:
+        assert chain.cs == pytest.approx(float(circle_length(cq, tilt, big, lean)), rel=1e-6)
+
+
+# -- errata: printed forms of chapter 6 and the number that shows it ------------------------------------------------
+
+
+def test_printed_angle_at_the_point_takes_one_side_only():
+    """6-11: pb = 180 - |th| - |d + pa| for 180 - |th - dC|; right only for d > 0 and the opposite lean."""
+    for lean, right in ((-15, True), (15, False)):
+        chain = circle_chain(2, rad(10), 80, rad(lean))
+        printed = pi - abs(rad(lean)) - abs(rad(10) + chain.pa)
+        assert bool(abs(printed - chain.pb) < 1e-12) is right
+
+
+def test_printed_concave_forms_have_no_root():
+    """6-15: R^2 CO^2 for R CO makes the root negative; 6-17: R^2 sin / CO is 13.56 > 1."""
+    chain = circle_chain(2, rad(10), -80, rad(15))
+    assert 80**2 * sin(rad(10)) / chain.co == pytest.approx(13.56, abs=5e-3)
+    assert 4 + 6400 + 2 * 2 * 80 * cos(rad(10)) > 0 > 4 + 6400 - 2 * 80**2 * chain.co**2
+
+
+def test_printed_radius_of_a_slope_is_exact_without_slope_only():
+    """6-28: 1.84888 for 1.85025 with S_x sloping by 10 degrees."""
+    patch, c = Patch(0.0, line(-10), arc(100, 8, 0.0)), (1, 3, -2)
+    assert staged_length(patch, c, rad(5), rad(12)).cn == pytest.approx(1.84888, abs=5e-6)
+    assert ray_length(patch, c, frames.axis_of(rad(5), rad(12))) == pytest.approx(1.85025, abs=5e-6)
+
+
+def test_printed_distance_on_the_corner_misplaces_the_square():
+    """6-46: Cs^2 / (2 CO R) alone inside acos is no angle of the triangle."""
+    co3 = sqrt(1.5**2 + 80**2 - 2 * 1.5 * 80 * cos(rad(8)))
+    right = degrees(np.arccos((co3**2 + 80**2 - 1.5**2) / (2 * co3 * 80)))
+    printed = degrees(np.arccos(1.5**2 / (2 * co3 * 80)))
+    assert right < 1 and printed > 89
 
 
 MODEL = Patch(20.0, arc(90, 6, 10.0), arc(-120, -4, 5.0))

@@ -31,7 +31,9 @@ surface shorter than r / 50 may be missed by `finished`; `engaged` misses nothin
 """
 
 from vmachining.engagement.analytic.finish import (
+    Chain,
     Stages,
+    circle_chain,
     circle_length,
     finished,
     ray_length,
@@ -69,6 +71,7 @@ from vmachining.engagement.analytic.tables import FlatCase, TorusCase, table_5_1
 from vmachining.engagement.analytic.workpiece import HeightWorkpiece, corner_of
 
 __all__ = [
+    "Chain",
     "Corner",
     "CornerCrossings",
     "EndPlace",
@@ -88,6 +91,7 @@ __all__ = [
     "TorusCase",
     "axis_rate_of",
     "bounds",
+    "circle_chain",
     "circle_length",
     "corner_circle",
     "corner_circle_chain",

@@ -5,7 +5,7 @@
 | `finished` | every rotation angle by the general interval rule on any `Surface`; the default |
 | `ray_length` | where a line leaves a patch: closed forms, or a bracketed root where both profiles are round |
 | `staged_length` | the published three stages for the cylinder, put right |
-| `circle_length`, `slope_length`, `section_through` | its parts |
+| `circle_length`, `slope_length`, `section_through` | its parts; `circle_chain`: the published triangles of the first |
 
 Angles rad, lengths mm; plain numbers and arrays. Source: Hendriko, five-axis milling, 6-8 to 6-42, put right. The stages
 are exact on the model where S_x is flat or the tool leans in one direction only, else off by up to 0.3 %.
@@ -26,7 +26,8 @@ from vmachining.engagement.analytic.surface import Patch, Section, Shape, Surfac
 from vmachining.errors import InputError
 
 __all__ = [
-    "Stages", "circle_length", "finished", "ray_length", "rooted", "section_through", "slope_length", "staged_length",
+    "Chain", "Stages", "circle_chain", "circle_length", "finished", "ray_length", "rooted", "section_through",
+    "slope_length", "staged_length",
 ]  # fmt: skip
 
 ROOT = 1e-13
@@ -67,6 +68,40 @@ def circle_length(cq: ArrayLike, tilt: ArrayLike, radius: ArrayLike, lean: Array
         plain = np.where(convex, -along + root, -along - root)
     stable = np.where(convex, along > 0.0, along < 0.0)
     return np.asarray(np.where(stable, out, plain))
+
+
+class Chain(NamedTuple):
+    """Triangles of 6-8 to 6-19: co mm, from the point to the centre; pa, pb, pc, pd rad, its angles; cs mm, the length."""
+
+    co: float
+    pa: float
+    pb: float
+    pc: float
+    pd: float
+    cs: float
+
+
+def circle_chain(cq: float, tilt: float, radius: float, lean: float) -> Chain:
+    """`circle_length` by the published chain of triangles, put right (6-11, 6-12, 6-15, 6-17, 6-18).
+
+    It loses five digits by cancellation, and all of them on a concave profile where the line goes through the centre.
+    """
+    big = abs(radius)
+    if radius > 0.0:
+        co = np.sqrt(cq**2 + big**2 - 2.0 * cq * big * np.cos(tilt))
+        pa = np.arccos(min(1.0, (co**2 + big**2 - cq**2) / (2.0 * co * big)))
+        pb = np.pi - abs(lean - (tilt + np.sign(tilt) * pa))
+        pc = np.arcsin(co * np.sin(pb) / big)
+        pd = np.pi - pb - pc
+        cs = np.sqrt(big**2 + co**2 - 2.0 * big * co * np.cos(pd))
+    else:
+        co = np.sqrt(cq**2 + big**2 + 2.0 * cq * big * np.cos(tilt))
+        pa = np.arcsin(big * np.sin(tilt) / co)
+        pb = abs(lean - pa)
+        pc = np.pi - np.arcsin(co * np.sin(pb) / big)
+        pd = np.pi - pb - pc
+        cs = co * np.sin(pd) / np.sin(pc) if pb > 0.0 else co - big
+    return Chain(*(float(v) for v in (co, pa, pb, pc, pd, cs)))
 
 
 def slope_length(cq: ArrayLike, ascent: ArrayLike, lean: ArrayLike) -> Floats:
