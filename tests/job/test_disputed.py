@@ -15,11 +15,14 @@ import pytest
 import vmachining as vm
 from tests.tinyjob import write_job
 from vmachining.cli.main import run as command
+from vmachining.engines import ENGINES, Entry
 from vmachining.engines.brep import Status, Verdict
 from vmachining.engines.judges import Judge
+from vmachining.engines.mesh import MeshEngine
 from vmachining.engines.protocol import Removal
 from vmachining.job import Stopped
 from vmachining.job.verdicts import VerdictFile
+from vmachining.sweep import Sweep
 
 
 @pytest.fixture(scope="module")
@@ -75,3 +78,33 @@ def test_nobody_is_judged_by_a_disputed_block(disputed: tuple[int, str, Path]) -
     rows = pl.read_parquet(disputed[2] / "blocks.parquet")
     found = vm.compare(rows.select("block", "removed_mm3"), disputed[2])
     assert found.counts["disputed"] == 1 and not found.agrees and "disputes" in found.verdict
+
+
+class Liar(MeshEngine):
+    """An engine that takes a tenth too little, and swears to it."""
+
+    name = "liar"
+
+    def cut(self, sweep: Sweep, block: int | None = None) -> Removal:
+        lo, estimate, hi, proven = super().cut(sweep, block)
+        return Removal(0.9 * lo, 0.9 * estimate, 0.9 * hi, proven)
+
+
+def test_a_wrong_engine_is_found_out_by_the_second_judge(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In a run that asks for no B-rep: rays audit some blocks of every run."""
+    monkeypatch.setitem(ENGINES, "liar", Entry(f"{__name__}:Liar", "anything"))
+    result = vm.run(vm.Job.load(write_job(tmp_path)), engine="liar")
+    rows = result.blocks.filter(pl.col("brep_status") == "disputed")
+    assert result.summary["brep"]["disputed"] == len(rows) == 1
+    assert "DISPUTED" in rows["warning"].item()
+    assert rows["removed_hi_mm3"].item() < rows["removed_dexel_lo_mm3"].item()
+
+
+def test_an_honest_engine_is_not(tmp_path: Path) -> None:
+    result = vm.run(vm.Job.load(write_job(tmp_path)))
+    rows = result.blocks.filter(pl.col("removed_dexel_mm3").is_not_null())
+    assert len(rows) == 1 and rows["brep_status"].null_count() == 1
+    assert (rows["removed_dexel_lo_mm3"] <= rows["removed_hi_mm3"]).all()
+    assert (rows["removed_dexel_hi_mm3"] >= rows["removed_lo_mm3"]).all()

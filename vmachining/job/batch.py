@@ -135,7 +135,10 @@ def _one(
                 result.write(out, stock=formats)
             summary, row["status"] = result.summary, "done"
         row |= {name: summary.get(name) for name in NUMBERS}
-        row["exit_code"] = 0
+        disputed = summary["brep"]["disputed"] if "disputed" in summary.get("brep", {}) else 0
+        row |= (
+            {"exit_code": 1, "message": f"{disputed} blocks are disputed"} if disputed else {"exit_code": 0}
+        )
     except Stopped as exc:
         row |= {"status": "interrupted", "exit_code": 130, "message": str(exc)}
     except EngineError as exc:

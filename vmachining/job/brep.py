@@ -41,10 +41,12 @@ __all__ = [
     "blank",
     "brep_columns",
     "disputes",
+    "judges_of",
     "note_of",
     "parse_blocks",
     "parse_brep",
     "refuse_beyond",
+    "sweeps_of",
     "write_step",
 ]
 
@@ -198,8 +200,10 @@ def brep_columns(
     from vmachining.job.verdicts import VerdictFile
 
     numbers = chosen(asked, rows)
-    want = {k: judges for k, judges in _judges(rows, stock.slack_mm3).items() if k in set(numbers)}
-    sweeps = [_sweeps(block, program, tools, job.machine) for block in blocks[: max(numbers, default=-1) + 1]]
+    want = {k: judges for k, judges in judges_of(rows, stock.slack_mm3).items() if k in set(numbers)}
+    sweeps = [
+        sweeps_of(block, program, tools, job.machine) for block in blocks[: max(numbers, default=-1) + 1]
+    ]
     count = workers if workers is not None else os.cpu_count() or 1
     with VerdictFile(file, want, seconds) as kept:
         verdicts = kept.known
@@ -266,13 +270,13 @@ def write_step(result: RunResult, path: Path, after: int | None = None) -> None:
     step_file(
         path,
         blank(job),
-        [_sweeps(block, program, tools, job.machine) for block in blocks],
+        [sweeps_of(block, program, tools, job.machine) for block in blocks],
         _brackets(result.blocks, float(result.summary.get("stock_slack_mm3", 0.0)))[: len(blocks)],
         [f"block {block.number} line {block.line} tool {block.tool}" for block in blocks],
     )
 
 
-def _judges(rows: pl.DataFrame, slack: float) -> dict[int, list[Judge]]:
+def judges_of(rows: pl.DataFrame, slack: float) -> dict[int, list[Judge]]:
     """Block -> what the engine that cut says of it."""
     return {
         int(block): [Judge(name, Removal(*bracket, proven=name != "dexel"))]
@@ -286,7 +290,7 @@ def _brackets(rows: pl.DataFrame, slack: float) -> list[Bracket]:
     return [Bracket(max(0.0, lo - slack), mid, hi + slack) for lo, mid, hi in table.iter_rows()]
 
 
-def _sweeps(
+def sweeps_of(
     block: Block, program: Program, tools: Mapping[int, ToolParts], machine: Machine | None
 ) -> list[Sweep]:
     """What the feed motions of a block sweep."""

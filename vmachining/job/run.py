@@ -19,6 +19,7 @@ from typing import Any
 from vmachining.engines import engine_class
 from vmachining.engines.protocol import Engine, Options
 from vmachining.errors import InputError, NCError, StockError
+from vmachining.job.audit import audited
 from vmachining.job.blocks import Block, group_blocks, program_lines
 from vmachining.job.brep import JUDGED, Asked, blank, brep_columns, parse_brep, refuse_beyond
 from vmachining.job.contact import Contacts, ToolParts
@@ -271,11 +272,14 @@ class _Run:
             with self.place.making("scheduled_blocks.csv", "scheduled_blocks.parquet"):
                 finish(new_rows, self.folder, "scheduled_blocks", contact=contact)
             scheduled, report = compare(feed, planned, written, blocks, read_partial(new_rows))
+        names = ["block", "motion", "engine", "removed_mm3", "removed_lo_mm3", "removed_hi_mm3"]
+        table = read_partial(partial, names)
         opinion, counts_brep = None, NO_BREP
-        if self.brep != "none":
-            names = ["block", "motion", "engine", "removed_mm3", "removed_lo_mm3", "removed_hi_mm3"]
+        if self.brep == "none" and self.options["engine"] != "dexel":
+            opinion, counts_brep = audited(job, program, blocks, tools, table, stock)
+        elif self.brep != "none":
             opinion, counts_brep = brep_columns(
-                job, program, blocks, tools, read_partial(partial, names), self.brep,
+                job, program, blocks, tools, table, self.brep,
                 stock=stock, file=self.folder / "brep.partial.csv", workers=self.workers,
                 seconds=self.brep_seconds, stop=self.stop, progress=self.progress,
             )  # fmt: skip

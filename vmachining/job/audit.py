@@ -1,0 +1,75 @@
+"""A second judge in every run: exact rays on some blocks, where they cost less than a tenth of what cutting does."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import polars as pl
+
+from vmachining.engines.judges import Judge, intersection, told
+from vmachining.job.blocks import Block
+from vmachining.job.brep import JUDGED, judges_of, sweeps_of
+from vmachining.job.contact import ToolParts
+from vmachining.job.jobfile import Job
+from vmachining.job.judges import RayWitness
+from vmachining.job.stock import RawStock
+from vmachining.job.table import COLUMNS, OPINION
+from vmachining.nc import Program
+
+__all__ = ["audited"]
+
+EVERY = 40
+"""One block of so many that remove something: rays take 15 to 60 ms for a block, the mesh engine 15 ms and more, so this is
+less than a tenth of the run. Which ones is settled by their number, so that a run can be repeated to the last digit."""
+
+MOST = 100
+"""Blocks of one run."""
+
+
+def audited(
+    job: Job,
+    program: Program,
+    blocks: Sequence[Block],
+    tools: Mapping[int, ToolParts],
+    rows: pl.DataFrame,
+    stock: RawStock,
+) -> tuple[pl.DataFrame, dict[str, Any]]:
+    """(block, columns of `OPINION`, brep_note) of the blocks that were asked about, and the counts of the summary.
+
+    rows : block, engine, removed_mm3, removed_lo_mm3, removed_hi_mm3 of the run.
+    """
+    removing = rows.filter(pl.col("removed_hi_mm3") > 0.0)
+    chosen = _spread(removing["block"].to_list())
+    said = judges_of(removing.filter(pl.col("block").is_in(chosen)), stock.slack_mm3)
+    sweeps = [
+        sweeps_of(block, program, tools, job.machine) for block in blocks[: max(chosen, default=-1) + 1]
+    ]
+    witness, found = RayWitness(stock.shape, sweeps, stock.slack_mm3), list[tuple[Any, ...]]()
+    for block in chosen:
+        judges = [*said[block], witness(block)]
+        if intersection(judges) is None:
+            judges[-1] = witness(block, again=True)
+        found.append(_row(block, judges))
+    schema: dict[str, Any] = {
+        "block": pl.Int64,
+        **{name: COLUMNS[name] for name in OPINION},
+        "brep_note": pl.String,
+    }
+    disputed = sum(row[4] is not None for row in found)
+    counts = {"asked": 0, **dict.fromkeys(JUDGED, 0), "disputed": disputed}
+    return pl.DataFrame(found, schema=schema, orient="row"), counts
+
+
+def _spread(numbers: Sequence[int]) -> list[int]:
+    """Some of them, evenly, the last one among them."""
+    count = min(MOST, -(-len(numbers) // EVERY))
+    return [numbers[((k + 1) * len(numbers)) // count - 1] for k in range(count)]
+
+
+def _row(block: int, judges: Sequence[Judge]) -> tuple[Any, ...]:
+    lo, estimate, hi, _ = judges[-1].removal
+    if intersection(judges) is not None:
+        return (block, None, None, None, None, estimate, lo, hi, "")
+    note = f"DISPUTED: {told(judges)}: one of both is wrong"
+    return (block, None, None, None, "disputed", estimate, lo, hi, note)
