@@ -169,7 +169,7 @@ def test_the_engine_removes_what_a_turning_cutter_sweeps() -> None:
     sweep = block(4)  # a ball, 1 to 5 mm and degrees, all of it inside the stock
     assert sweep.volume is not None
     lo, hi = sweep.bounds + [[-1.0], [1.0]]
-    engine = MeshEngine(box_stock(lo, hi), 0.05, certify=True)
+    engine = MeshEngine(box_stock(lo, hi), 0.05)
     removed = engine.cut(sweep).bracket
     assert removed.holds(sweep.volume)
     assert removed.estimate == pytest.approx(engine.stock_volume.estimate - engine.volume.estimate, rel=1e-9)
@@ -182,7 +182,7 @@ def test_chained_blocks_fill_the_bracket_of_the_whole() -> None:
     """A path in three blocks: neighbours share their pose, and the sum is the volume of their union."""
     path = Sweep(TOOLS["B10"], Pose((0, 0, 0), (0, 0.1, 1)), Pose((9, 2, -1), (0.15, 0, 1)))
     lo, hi = path.bounds + [[-1.0], [1.0]]
-    engine = MeshEngine(box_stock(lo, hi), 0.05, certify=True)
+    engine = MeshEngine(box_stock(lo, hi), 0.05)
     total = np.sum([engine.cut(part).bracket for part in path.split([0.3, 0.7])], axis=0)
     assert path.volume is not None and total[0] <= path.volume <= total[2]
     assert abs(total[1] - path.volume) < 0.25 * (total[2] - total[0])

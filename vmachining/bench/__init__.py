@@ -16,7 +16,7 @@
 | `rays` | microseconds per ray of exact sweeps, three and five axes; the tilting capsule against its closed form |
 | `sweep5` | five-axis meshes against reference volumes: error, bracket, time; time of finishing blocks |
 | `sweep-gauntlet` | 1,000 random and hard sweeps: solids, STEP, bracket, exact volume, rays, membership; by family and seed |
-| `thin_chips` | width of the brackets of 1 mm finishing blocks, bounded in advance and by two workpieces |
+| `thin_chips` | width of the brackets of 1 mm finishing blocks, at two chords |
 | `zmap` | analytic engagement against a compiled Z-map on a staircase: time and error over the pitch |
 
 Times of one run are compared with each other only; machines are noisy.

@@ -37,7 +37,7 @@ def brep(blocks: int = 2000, part: int = 100) -> Iterator[dict[str, Any]]:
         for k in range(blocks):
             a, b = (STEP * k, 0.0, -DEPTH), (STEP * k, LONG, -DEPTH)
             sweeps.append(Sweep.along(tool, Line(b, a) if k % 2 else Line(a, b)))
-        engine = MeshEngine(box_stock(lo, hi), CHORD, certify=True)
+        engine = MeshEngine(box_stock(lo, hi), CHORD)
         brackets = [engine.cut(sweep, block=k).bracket for k, sweep in enumerate(sweeps)]
         judges = [[Judge("mesh", Removal(*bracket))] for bracket in brackets]
         stock = Blank("box", lo, hi)
@@ -72,7 +72,7 @@ def brep_workers(blocks: int = 400, rounds: int = 2) -> Iterator[dict[str, Any]]
     tool = BallNose(diameter=10, length=40)
     ends = [((STEP * k, 0.0, -DEPTH), (STEP * k, LONG, -DEPTH)) for k in range(blocks)]
     sweeps = [[Sweep.along(tool, Line(b, a) if k % 2 else Line(a, b))] for k, (a, b) in enumerate(ends)]
-    engine = MeshEngine(box_stock(lo, hi), CHORD, certify=True)
+    engine = MeshEngine(box_stock(lo, hi), CHORD)
     brackets = {k: engine.cut(sweep, block=k).bracket for k, (sweep,) in enumerate(sweeps)}
     stock, one = Blank("box", lo, hi), {blocks - 1: brackets[blocks - 1]}
     best: dict[tuple[str, int], tuple[float, float, float]] = {}

@@ -83,7 +83,7 @@ def brep_chains(
     for first in range(0, len(todo), batch):
         numbers = todo[first : first + batch]
         bar = bar_of(numbers)
-        engine = MeshEngine(box_stock(tuple(bar[0]), tuple(bar[1])), CHORD, certify=True)
+        engine = MeshEngine(box_stock(tuple(bar[0]), tuple(bar[1])), CHORD)
         made = [chain_of(seed, number, engine) for number in numbers]
         for record in _held(made, bar, workers, baseline, seconds):
             done.append({"case": "brep-chains", "seed": seed, **record})
@@ -239,7 +239,7 @@ def _shifted(path: Motion, move: Floats) -> Motion:
 def _based(record: dict[str, Any]) -> dict[str, Any]:
     """A record with the baseline it lacks."""
     bar = bar_of([record["chain"]])
-    engine = MeshEngine(box_stock(tuple(bar[0]), tuple(bar[1])), CHORD, certify=True)
+    engine = MeshEngine(box_stock(tuple(bar[0]), tuple(bar[1])), CHORD)
     chain = chain_of(record["seed"], record["chain"], engine)
     return {**record, "baseline": _base(chain, bar, _Points(chain, bar))}
 

@@ -107,11 +107,11 @@ def half_cylinder_long(blocks: int = 20_000) -> Iterator[dict[str, Any]]:
 
 
 def thin_chips(blocks: int = 600) -> Iterator[dict[str, Any]]:
-    """How wide the brackets of 1 mm finishing blocks are, one by one and of their sum, both ways to bound them."""
+    """How wide the brackets of 1 mm finishing blocks are, one by one and of their sum."""
     cutter = BallNose(diameter=2 * BALL, length=80.0).cutter
     points = path(blocks)
-    for certify in (False, True):
-        engine = MeshEngine(stock(float(points[:, 0].max()) + 1.0), CHORD, certify=certify)
+    for chord in (2 * CHORD, CHORD):
+        engine = MeshEngine(stock(float(points[:, 0].max()) + 1.0), chord)
         widths = []
         for k, (a, b) in enumerate(pairwise(points)):
             removed = engine.cut(Sweep.along(cutter, Line(a, b)), k)
@@ -120,7 +120,7 @@ def thin_chips(blocks: int = 600) -> Iterator[dict[str, Any]]:
         left, raw = engine.volume, engine.stock_volume
         yield {
             "case": "thin_chips",
-            "certify": certify,
+            "chord_mm": chord,
             "blocks": len(widths),
             "width_rel_median": float(np.median(widths)),
             "width_rel_of_the_sum": (left.hi - left.lo) / (raw.estimate - left.estimate),

@@ -91,7 +91,9 @@ def run_(
     ] = None,
     certify: Annotated[
         bool,
-        typer.Option("--certify", help="Narrower brackets from two workpieces, more than twice as slow."),
+        typer.Option(
+            "--certify", help="Accepted from earlier versions: brackets need no option to be proved."
+        ),
     ] = False,
     brep: Annotated[
         str, typer.Option("--brep", metavar="WHICH", help="B-rep checks: none, sample, all or blocks 3,7-12.")

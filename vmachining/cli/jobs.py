@@ -68,7 +68,7 @@ def run_job(
         return Code.DONE
     with FolderLock(folder) as lock:
         again = ["vmachining", "run", str(file), "--out", str(folder), "--resume", "--brep", brep]
-        again += ["--stock", stock, *(["--certify"] if certify else [])]
+        again += ["--stock", stock, *(["--engine", engine] if engine != "mesh" else [])]
         again += ["--stock-at", stock_at] if stock_at is not None else []
         again += ["--brep-seconds", f"{brep_seconds:g}"] if brep_seconds is not None else []
         again += ["--chord", f"{chord:g}"] if chord is not None else []
@@ -79,7 +79,7 @@ def run_job(
         ):
             try:
                 result = run(
-                    job, engine=engine, certify=certify, out=folder, resume=resume, workers=workers, brep=brep,
+                    job, engine=engine, out=folder, resume=resume, workers=workers, brep=brep,
                     brep_seconds=brep_seconds or BREP_SECONDS, progress=progress, lock=lock,
                 )  # fmt: skip
             except Stopped as exc:

@@ -72,11 +72,9 @@ class Options:
     """What a job asks of its engine.
 
     chord : mm, how far surfaces may lie apart that stand for each other.
-    certify : two workpieces instead of bounds in advance, where an engine knows both.
     """
 
     chord: float = CHORD_MM
-    certify: bool = False
 
 
 class Share(NamedTuple):

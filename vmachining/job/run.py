@@ -37,7 +37,7 @@ from vmachining.job.files import (
 )
 from vmachining.job.folder import RUN, WORKING, FolderLock, ResultFolder, now, program_words, refuse_other_run
 from vmachining.job.jobfile import Job
-from vmachining.job.paths import leans, move_path
+from vmachining.job.paths import move_path
 from vmachining.job.reading import read_job_program, refuse_unknown_tools
 from vmachining.job.result import RunResult
 from vmachining.job.schedule import compare, sample_count
@@ -85,8 +85,7 @@ def run(
     ----------
     job : or the file of one.
     engine : a name of `vmachining.engines.ENGINES`. chord : mm, instead of chord_mm of the job.
-    certify : brackets from two workpieces instead of bounds in advance: half as wide where passes overlap,
-        and more than twice as slow. Taken without asking where the tool leans or turns, and to judge B-rep values.
+    certify : accepted from earlier versions; `mesh` always proves its brackets by two workpieces.
     out : directory for tables while they grow; None: a temporary one, until `RunResult.write`.
     resume : go on after an interruption, from the checkpoint in `out`.
     workers : processes that cut; None: one per core where the program is long enough. Changes no number
@@ -123,7 +122,7 @@ def run(
     keep = TemporaryDirectory(prefix="vmachining-") if out is None else None
     folder = Path(keep.name if keep else str(out))
     options = {
-        "engine": engine, "certify": certify, "chord_mm": job.keys.accuracy.chord_mm, "brep": brep,
+        "engine": engine, "chord_mm": job.keys.accuracy.chord_mm, "brep": brep,
         "brep_seconds": brep_seconds,
     }  # fmt: skip
     with stop_flag(stop) as stopped, FolderLock(folder) as own:
@@ -195,7 +194,6 @@ class _Run:
     lock: FolderLock
     command: list[str]
     place: ResultFolder = field(init=False)
-    certify: bool = False
     earlier_seconds: float = 0.0
     workers_mb: float = 0.0
     longest_s: float = 0.0
@@ -234,7 +232,6 @@ class _Run:
         ):
             raise InputError("--brep: these blocks are rapids, which cut nothing", remedy="ask for others")
         coefficients_of(job)  # a missing file is said now
-        self.certify = bool(self.options["certify"]) or self.brep != "none" or leans(program, job.machine)
         make_folder(self.folder)
         self.lock.acquire()
         self._open_manifest(program.files)
@@ -356,7 +353,7 @@ class _Run:
         if known is not None:
             engine, first = kind.load(self.folder / known["file"]), int(known["done"])
         else:
-            engine = kind.of(stock.shape, Options(chord=self.options["chord_mm"], certify=self.certify))
+            engine = kind.of(stock.shape, Options(chord=self.options["chord_mm"]))
         rows_path = self.folder / (
             "blocks.partial.csv" if name == "program" else "scheduled_blocks.partial.csv"
         )

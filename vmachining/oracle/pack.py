@@ -126,7 +126,7 @@ def write_pack(
     given = {**inputs, "LICENCE.md": terms.encode()}
     place = ResultFolder(folder, kind=KIND, names=(*OWN, *given), pattern=None)
     place.refuse_foreign(job.inputs, same=_same(folder, given))
-    result = run(_without_feed(job), certify=True, brep=brep, workers=workers, progress=progress)
+    result = run(_without_feed(job), brep=brep, workers=workers, progress=progress)
     with TemporaryDirectory(prefix="vmachining-pack-") as scratch:
         # everything is made before the first byte of an earlier pack goes: it may hold our own inputs
         made = Path(scratch)

@@ -10,20 +10,15 @@
    motion for a tool that turns (`turning/`).
 3. The stock is halved into tiles where the cutter comes, so a block costs what its neighbourhood costs. A grid of
    heights over each tile leaves out the facets that pass above the material (`tiles.py`).
-4. A block is one boolean per tile, with the inner sweep. What its facets leave is bounded in advance by frustums,
-   and its mean, which travels with the facets through the booleans, makes the estimate (`skin/`). Asked to certify,
-   or where a tool turns, the engine keeps two workpieces, cut by the inner and by the outer sweeps: four booleans
-   per tile, a bracket half as wide where passes overlap (`removal.py`).
+4. Two workpieces, cut by the inner and by the outer sweeps, hold the true one between them: four booleans per tile,
+   and a bracket for any tool and motion by five lines of induction (`removal.py`).
 5. Tiles are independent: several processes can cut one workpiece, each its own share of them. A half-cut workpiece can be saved
    (`checkpoint.py`).
 
 | file | holds |
 |---|---|
 | `engine.py` | `MeshEngine`: cut, touch, volume, surface |
-| `removal.py` | one sweep against one tile; the proof for two workpieces |
-| `gap/` | between facets and the surface they stand for: bounds and means |
-| `skin/` | what inner facets leave; the proof in advance |
-| `ahead/` | where a chained block can still remove something |
+| `removal.py` | one sweep against one tile, and the proof |
 | `tiles.py` | `Tile`, `reached`, `joined` |
 | `window/` | what a tile lets a mesh see |
 | `solids.py` | `solid`, `pieces`, `cutters`, `balance`: meshes of sweeps |
@@ -36,14 +31,13 @@
 
 Source: hulls of translated convex bodies as Minkowski sums; everything else is derived in the docstrings.
 
-Measured, 1 mm finishing blocks of a 10 mm ball at chord 0.01: 4 to 6 ms a block (2.5 to 3 with two processes), two thirds of it
-booleans: 0.2 ms each, 0.5 microseconds per triangle of the tile and 5 per triangle of the cutter.
-`vmachining bench half_cylinder` compares with one global solid: 4.1 to 4.7 times as fast with two processes.
+Measured (`docs/measured/mesh_proofs.md`), 1 mm finishing blocks of a 10 mm ball at chord 0.01: some 11 ms a block in
+one process, two thirds of it booleans: 0.2 ms each, 0.5 microseconds per triangle of the tile and 5 per triangle of
+the cutter. A bracket is 9 % wide there.
 
-Known limits: brackets of thin chips are wide (15 % of such a block, 9 % certified; sums of blocks are far
-narrower, for what one block leaves to the next one cancels). Chains of hulls make helices and upright arcs dear,
-and turning tools cost 0.2 to 0.5 s per block. The joined surface can keep a slit of no width where two tiles met;
-its volume is right.
+Known limits: brackets of thin chips are wide; sums of blocks are far narrower, for what one block leaves to the next
+one cancels. Chains of hulls make helices and upright arcs dear, and turning tools cost 0.2 to 0.5 s per block. The
+joined surface can keep a slit of no width where two tiles met; its volume is right.
 """
 
 from vmachining.engines.mesh.engine import MeshEngine

@@ -12,8 +12,11 @@ Legend
 import numpy as np
 
 from vmachining.engines.mesh.clusters._kernels import extent, put, toward
-from vmachining.engines.mesh.gap._kernels import ALONG
 from vmachining.jit import kernel, leaf
+
+ALONG = 1e-12
+"""A facet whose normal is that square to the motion lies along it: it stays, with all others in its plane. Did rounding
+decide, neighbours would part, and the mesh would fold over itself."""
 
 
 @leaf
@@ -100,13 +103,13 @@ def _hidden(box, cos, sin, p, d, lo, hi, apex):
 @leaf
 def _gathered(
     points, triangles, normals, edges, first, boxes, cos, sin, p, d, lo, hi, apex, corner, heights, cell,
-    cull, rear, at, beside, placed, out, origin, quad,
+    cull, rear, at, beside, placed, out, quad,
 ):  # fmt: skip
-    """How many triangles of `swept_facets` are seen; they are in `out`, their sources in `origin`, the corners in `at`.
+    """How many triangles of `swept_facets` are seen; they are in `out`, the corners in `at`.
 
     0 if the plane of a facet that is seen separates the box from the solid.
     """
-    n, m = points.shape[0], triangles.shape[0]
+    n = points.shape[0]
     along = ALONG * np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
     count = 0
     for c in range(boxes.shape[0]):
@@ -147,7 +150,6 @@ def _gathered(
                 continue
             if not cull or _seen(quad, at, lo, hi, apex, corner, heights, cell):
                 out[count, 0], out[count, 1], out[count, 2] = quad[0], quad[1], quad[2]
-                origin[count] = t
                 count += 1
         for e in range(first[c, 1], first[c + 1, 1]):
             left = toward(normals[edges[e, 2]], cos, sin, d) > along
@@ -162,7 +164,6 @@ def _gathered(
             if not cull or _seen(quad, at, lo, hi, apex, corner, heights, cell):
                 out[count, 0], out[count, 1], out[count, 2] = v, u, u + n
                 out[count + 1, 0], out[count + 1, 1], out[count + 1, 2] = v, u + n, v + n
-                origin[count], origin[count + 1] = m + e, m + e
                 count += 2
     return count
 
@@ -179,29 +180,26 @@ def swept_facets(
     the apex over their rim. The solid is star-shaped about the apex, so what is lost are the cones over the
     facets left out.
 
-    Returns (points, triangles, source, sound); empty if the plane of a facet that is seen separates the box from
-    the solid. source: the facet of a triangle, or m + its edge, or -1 on the closing cone. `sound` is False where
-    an edge does not have two triangles, one each way: then the whole solid has to be taken.
+    Returns (points, triangles, sound); empty if the plane of a facet that is seen separates the box from the solid.
+    `sound` is False where an edge does not have two triangles, one each way: then the whole solid has to be taken.
     """
     n, m = points.shape[0], triangles.shape[0]
     at = np.empty((2 * n + 1, 3))
     at[2 * n] = apex
-    out, origin = np.empty((m + 2 * edges.shape[0], 3), np.int64), np.empty(m + 2 * edges.shape[0], np.int64)
+    out = np.empty((m + 2 * edges.shape[0], 3), np.int64)
     marks = np.zeros(2 * n, np.uint8), np.zeros(n, np.bool_)
     count = _gathered(
         points, triangles, normals, edges, first, boxes, cos, sin, p, d, lo, hi, apex, corner, heights, cell,
-        cull, rear, at, *marks, out, origin, np.empty(4, np.int64),
+        cull, rear, at, *marks, out, np.empty(4, np.int64),
     )  # fmt: skip
     if count == 0:
-        return np.empty((0, 3)), out[:0], origin[:0], True
+        return np.empty((0, 3)), out[:0], True
     kept = out[:count].copy()
     sound = True
     if cull or rear < np.inf:
         at, kept, sound = _closed(kept, at)
     at, kept = _compact(at, kept)
-    source = np.full(kept.shape[0], -1, np.int64)
-    source[:count] = origin[:count]
-    return at, kept, source, sound
+    return at, kept, sound
 
 
 @kernel
@@ -313,16 +311,6 @@ def _closed(triangles, points):
         sound = sound and not left[rim[e, 0]]
         left[rim[e, 0]] = True
     return points, out, sound
-
-
-@leaf
-def kin_of(source, planes, out):
-    """Equal numbers for triangles in one plane, see `straight.Piece`: source (k,) of `swept_facets`, planes (m,)."""
-    for k in range(source.shape[0]):
-        if source[k] < 0:
-            out[k] = -1 - k
-        else:
-            out[k] = planes[source[k]] if source[k] < planes.shape[0] else source[k]
 
 
 @kernel

@@ -17,7 +17,6 @@ from manifold3d import Manifold, Mesh64
 
 from vmachining.arrays import Ints
 from vmachining.engines.mesh.facets import Side
-from vmachining.engines.mesh.skin import Places, Skin
 from vmachining.engines.mesh.solids import checked
 from vmachining.engines.mesh.tiles import SIDES, Tile
 from vmachining.errors import EngineError
@@ -38,18 +37,12 @@ def write_tiles(path: Path, root: Tile, blocks: dict[int, int], state: dict[str,
             "halved": tile.halves is not None,
             "place": tile.place,
             "color": tile.color,
-            "chord": tile.chord,
-            "tidied": tile.tidied,
-            "dusty": tile.dusty,
-            "means": tile.has_means,
         }
         nodes.append(node)
         if tile.halves is not None:
             for half in tile.halves:
                 visit(half)
             return
-        for column, values in zip(Skin._fields, tile.places.skin, strict=True):
-            arrays[f"{len(nodes) - 1}.skin.{column}"] = values
         node["one"] = tile.solids[Side.OUTER] is tile.solids[Side.INNER]
         for side in SIDES[: 1 if node["one"] else 2]:
             mesh = tile.solids[side].to_mesh64()
@@ -121,13 +114,10 @@ def read_tiles(path: Path) -> tuple[Tile, dict[int, int], dict[str, Any]]:
         k, node = next(nodes)
         if node["halved"]:
             first = build()
-            return Tile({}, {}, np.array(node["box"]), halves=(first, build()), place=tuple(node["place"]),
-                        color=node["color"], chord=node["chord"])  # fmt: skip
+            halves = first, build()
+            return Tile({}, {}, np.array(node["box"]), halves, tuple(node["place"]), node["color"])
         inner = solid(f"{k}.{Side.INNER}")
-        skin = Skin(*(arrays[f"{k}.skin.{column}"] for column in Skin._fields))
-        tile = Tile({}, {}, np.array(node["box"]), place=tuple(node["place"]), color=node["color"],
-                    places=Places(skin), chord=node["chord"], tidied=node["tidied"], dusty=node["dusty"],
-                    has_means=node["means"])  # fmt: skip
+        tile = Tile({}, {}, np.array(node["box"]), place=tuple(node["place"]), color=node["color"])
         tile.put(Side.INNER, inner)
         tile.put(Side.OUTER, inner if node["one"] else solid(f"{k}.{Side.OUTER}"))
         return tile

@@ -124,12 +124,9 @@ class Polyhedron:
     """Convex part of a cutter, tool frame, heading along +x.
 
     points (n, 3); triangles (m, 3), outward; normals (m, 3), unit; edges (k, 4): two points and the triangles
-    on the left and on the right of the way from the first to the second; patches (l, 6): two triangles in one
-    plane with a common edge, or one and -1, and their corners, the last one twice if there are three;
-    clusters of all of them; height: lowest and highest z; reach: largest radius; areas (m,) mm^2; planes (m,):
-    equal for triangles of one facet;
-    turn: sine of half as much again as the largest angle between neighbouring facets of a round surface;
-    opens_up: whether no facet but the top looks up, so that what is above a point inside is inside, up to the top.
+    on the left and on the right of the way from the first to the second; clusters of all of them; height: lowest
+    and highest z; reach: largest radius; areas (m,) mm^2;
+    turn: sine of half as much again as the largest angle between neighbouring facets of a round surface.
     """
 
     points: Floats
@@ -140,10 +137,7 @@ class Polyhedron:
     reach: float
     turn: float
     areas: Floats
-    planes: Ints
-    patches: Ints
     clusters: Clusters
-    opens_up: bool
 
     def shadow(self, level: float, rise: float) -> float:
         """mm^2 of the projection along the unit direction (level, 0, rise), without the upper rim's share.
@@ -183,7 +177,6 @@ def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
     owner = np.tile(np.arange(len(triangles)), 3)
     left = {(int(u), int(v)): int(t) for (u, v), t in zip(half, owner, strict=True)}
     edges = np.array([(u, v, t, left[v, u]) for (u, v), t in left.items() if u < v], dtype=np.int64)
-    patches = _patches(triangles, planes, left, points)
     corners = points[triangles]
     areas = 0.5 * np.linalg.norm(
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
@@ -191,7 +184,7 @@ def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
     normals = _alike(_support_normals(points, triangles, left), planes, areas)
     bends = np.arccos(np.clip(np.einsum("ij,ij->i", normals[edges[:, 2]], normals[edges[:, 3]]), -1.0, 1.0))
     bend = float(bends[bends < SHARP].max(initial=0.0))
-    clusters, order, edges, patches = clustered(points, triangles, edges, patches)
+    clusters, order, edges = clustered(points, triangles, edges)
     normals = normals[order]
     return Polyhedron(
         points,
@@ -199,13 +192,10 @@ def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
         normals,
         edges,
         areas=areas[order],
-        planes=planes[order],
-        patches=patches,
         clusters=clusters,
         height=(float(line[0, 1]), float(line[-1, 1])),
         reach=float(np.hypot(points[:, 0], points[:, 1]).max()),
         turn=float(np.sin(min(1.5 * bend, np.pi / 2))),
-        opens_up=bool(((normals[:, 2] < 1e-9) | (normals[:, 2] > 1.0 - 1e-9)).all()),
     )
 
 
@@ -226,26 +216,6 @@ def _hull(cloud: Floats) -> tuple[Floats, Ints, Ints]:
     )  # parts of one facet have the same numbers
     order = np.argsort(points[triangles, 2].min(axis=1), kind="stable")
     return points, triangles[order].astype(np.int64), planes.ravel()[order].astype(np.int64)
-
-
-def _patches(triangles: Ints, planes: Ints, left: dict[tuple[int, int], int], points: Floats) -> Ints:
-    """See `Polyhedron`. A triangle takes the neighbour in its plane over its longest edge that is free."""
-    out, taken = [], np.zeros(len(triangles), dtype=bool)
-    for t, corners in enumerate(triangles.tolist()):
-        if taken[t]:
-            continue
-        taken[t] = True
-        row = [t, -1, *corners, corners[2]]
-        pairs = [(corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]) for k in range(3)]
-        for u, v, w in sorted(pairs, key=lambda c: -float(np.linalg.norm(points[c[0]] - points[c[1]]))):
-            other = left[v, u]
-            if not taken[other] and planes[other] == planes[t]:
-                taken[other] = True
-                across = next(c for c in triangles[other].tolist() if c not in (u, v))
-                row = [t, other, w, u, across, v]
-                break
-        out.append(row)
-    return np.array(out, dtype=np.int64)
 
 
 CHUNK = 256

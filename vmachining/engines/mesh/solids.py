@@ -34,7 +34,6 @@ __all__ = [
     "checked",
     "cutters",
     "facets",
-    "is_ring",
     "manifold",
     "pieces",
     "shape_key",
@@ -116,19 +115,14 @@ def united(parts: Sequence[Manifold]) -> Manifold:
     return whole
 
 
-def manifold(
-    points: Floats, triangles: Ints, block_id: int | None = None, face_id: Ints | None = None
-) -> Manifold:
-    """A checked manifold3d solid. `block_id` (from `Manifold.reserve_ids`) and `face_id` (m,), below 2^31, stay
-    with its faces; triangles with one face id must lie in one plane."""
+def manifold(points: Floats, triangles: Ints, block_id: int | None = None) -> Manifold:
+    """A checked manifold3d solid. `block_id` (from `Manifold.reserve_ids`) stays with its faces."""
     more = {}
     if block_id is not None:
         more = {
             "run_index": np.array([0, 3 * len(triangles)], dtype=np.uint64),
             "run_original_id": np.array([block_id], dtype=np.uint32),
         }
-    if face_id is not None:
-        more["face_id"] = face_id.astype(np.uint64)
     mesh = Mesh64(np.ascontiguousarray(points), np.ascontiguousarray(triangles, dtype=np.uint64), **more)
     return checked(Manifold(mesh))
 
@@ -164,21 +158,11 @@ def is_ring(path: Arc) -> bool:
     return not _is_chord(path) and path.axis == 2 and path.rise == 0.0
 
 
-def pieces(
-    sweep: Sweep,
-    tool: Facets,
-    window: Window | None,
-    chained: bool = False,
-    *,
-    skinned: bool = False,
-    shed: bool = False,
-) -> Iterator[Piece]:
+def pieces(sweep: Sweep, tool: Facets, window: Window | None, chained: bool = False) -> Iterator[Piece]:
     """Meshes whose union is the sweep, inside the window at least.
 
     A piece that cannot reach the window is left out. `chained` promises that the cutter at the start of the
-    path has been removed before: what only it would cut may be missing. `skinned` asks inner pieces of an
-    upright tool, in a window, for what they leave; some of them may then be without triangles. They keep the
-    rear of a chained start, unless it is a straight path and they may shed it.
+    path has been removed before: what only it would cut may be missing.
     """
     path = sweep.path
     if isinstance(path, Turn):
@@ -186,12 +170,10 @@ def pieces(
         for mesh in turning_pieces(sweep, tool.sag * FACET_SHARE, tool.side, box, chained=chained):
             yield Piece(*mesh)
         return
-    for part, run in zip(tool.parts, tool.runs, strict=True):
+    for part in tool.parts:
         if isinstance(path, Line) or _is_chord(path):
-            yield from straight(
-                part, path.start, path.end, window, chained=chained, skinned=skinned, shed=shed
-            )
+            yield from straight(part, path.start, path.end, window, chained=chained)
         elif is_ring(path):
-            yield from level_arc(part, tool, path, window, chained, skinned)
+            yield from level_arc(part, tool, path, window, chained)
         else:
-            yield from polygon(part, run, tool, path, window, chained, skinned)
+            yield from polygon(part, tool, path, window, chained)

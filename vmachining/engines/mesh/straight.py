@@ -22,37 +22,19 @@ from vmachining.engines.mesh.facets import (
     narrowed,
     polyhedron,
 )
-from vmachining.engines.mesh.gap import Gauge, facet_means, gauge
-from vmachining.engines.mesh.skin import Leeway, hull_skin, spare
 from vmachining.engines.mesh.window import Window
-from vmachining.sweep.turned import meridian_rows
 from vmachining.tool import Profile
 
 __all__ = ["Facets", "Part", "Piece", "facets", "shape_key", "shifted", "straight"]
 
 _NO_GRID = np.zeros((1, 1))
 
-NO_ROWS = np.empty((0, 25))
-
-STIFF = Leeway(np.zeros(2), np.zeros(3), np.zeros(3))
-
-SKIN_CELLS = 4.0
-"""Largest place of a skin, in cells of the grid of heights: smaller ones are not better seen."""
-
 
 class Part(NamedTuple):
-    """Convex part of a cutter: its meridian (k, 2), the polyhedron of its circles, and what that lacks, mm at most.
-
-    eye : mm, height on its axis from which its skin is seen: about the middle of its round part, so that frustums
-    are slim. spare : (h,) mm, by how much every cluster of facets may lack more and keep them slim.
-    """
+    """Convex part of a cutter: its meridian (k, 2) and the polyhedron of its circles."""
 
     line: Floats
     body: Polyhedron
-    gauge: Gauge | None
-    most: float
-    eye: float
-    spare: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,17 +48,10 @@ class Facets:
 
 
 class Piece(NamedTuple):
-    """Closed mesh, part of a sweep. points (n, 3); triangles (m, 3).
-
-    mean (m,): mm between a facet and the truth in the mean, None where nobody asked. kin (m,): equal for
-    triangles of one plane facet. skin (k, 25): rows of `Skin` between this piece and the truth.
-    """
+    """Closed mesh, part of a sweep. points (n, 3); triangles (m, 3)."""
 
     points: Floats
     triangles: Ints
-    mean: Floats | None = None
-    kin: Ints | None = None
-    skin: Floats = NO_ROWS
 
 
 def facets(profile: Profile, chord: float, side: Side) -> Facets:
@@ -98,38 +73,29 @@ def shape_key(profile: Profile) -> str:
 
 
 _known: dict[tuple[bytes, bytes, bytes, float, Side], Facets] = {}
-_shifted: dict[tuple[bytes, str, float, float, float, Side], Part | None] = {}
+_shifted: dict[tuple[bytes, float, float, float, Side], Part | None] = {}
 
 
 def _facets(profile: Profile, chord: float, side: Side) -> Facets:
     sag = chord / FACET_SHARE
     runs = tuple(profile.convex_pieces())
-    parts = tuple(_part(meridian(run, sag, side), run, sag, side) for run in runs)
+    parts = tuple(_part(meridian(run, sag, side), sag, side) for run in runs)
     return Facets(parts, runs, sag, side)
 
 
-def _part(line: Floats, run: Profile, sag: float, side: Side) -> Part:
-    body = polyhedron(line, sag, side)
-    bottom, top = body.height
-    eye, room = bottom + min(0.5 * (top - bottom), body.reach), np.zeros(len(body.clusters.boxes))
-    if side is not Side.INNER:
-        return Part(line, body, None, 0.0, eye, room)
-    lacks = gauge(body.points, body.triangles, body.normals, body.planes, meridian_rows(run))
-    spare(  # type: ignore[no-untyped-call]
-        body.points, body.triangles, body.normals, body.edges, body.clusters.first, lacks.most, eye, room
-    )
-    return Part(line, body, lacks, float(lacks.most.max()), eye, room)
+def _part(line: Floats, sag: float, side: Side) -> Part:
+    return Part(line, polyhedron(line, sag, side))
 
 
-def shifted(part: Part, run: Profile, tool: Facets, radial: float, axial: float) -> Part | None:
+def shifted(part: Part, tool: Facets, radial: float, axial: float) -> Part | None:
     """The part grown (outer) or narrowed (inner) by an error of the path; None if nothing is left of it."""
-    key = (part.line.tobytes(), shape_key(run), radial, axial, tool.sag, tool.side)
+    key = (part.line.tobytes(), radial, axial, tool.sag, tool.side)
     if key not in _shifted:
         if len(_shifted) > 256:
             _shifted.clear()
         change = narrowed if tool.side is Side.INNER else grown
         line = change(part.line, radial, axial)
-        _shifted[key] = None if line is None else _part(line, run, tool.sag, tool.side)
+        _shifted[key] = None if line is None else _part(line, tool.sag, tool.side)
     return _shifted[key]
 
 
@@ -141,16 +107,11 @@ def straight(
     *,
     heading: Floats | None = None,
     chained: bool = False,
-    skinned: bool = False,
-    shed: bool = False,
-    leeway: Leeway = STIFF,
     bend: float = 0.0,
 ) -> Iterator[Piece]:
     """conv(K(start), K(end)) with K facetted beside the heading (of the motion, unless given).
 
-    With `chained` the cutter at the start has been removed before, and its rear is left out. `skinned` asks for
-    means and skin, in a window: the rear is then left out of the skin alone, unless it may be `shed`, for places
-    of the skin are forgotten once the mesh holds them; and there may be a piece without triangles. bend: angle
+    With `chained` the cutter at the start has been removed before, and its rear is left out. bend: angle
     by which the true path may head elsewhere.
     """
     cutter = part.body
@@ -163,12 +124,9 @@ def straight(
     corner, heights, cell, cull = start, _NO_GRID, 1.0, False
     lo, hi = np.full(3, -np.inf), np.full(3, np.inf)
     if window is not None:
-        slack = 0.0
-        if skinned and part.gauge is not None:  # the true sweep reaches a little farther
-            slack = part.most + float(leeway.slack.sum())
-        (x0, y0, z0), (x1, y1, z1), reach = start.tolist(), end.tolist(), cutter.reach + slack
-        low = (min(x0, x1) - reach, min(y0, y1) - reach, min(z0, z1) + bottom - slack)
-        high = (max(x0, x1) + reach, max(y0, y1) + reach, max(z0, z1) + top + slack)
+        (x0, y0, z0), (x1, y1, z1), reach = start.tolist(), end.tolist(), cutter.reach
+        low = (min(x0, x1) - reach, min(y0, y1) - reach, min(z0, z1) + bottom)
+        high = (max(x0, x1) + reach, max(y0, y1) + reach, max(z0, z1) + top)
         found = window.within(low, high)
         if found is None:
             return
@@ -180,26 +138,12 @@ def straight(
         rear = float(np.sin(min(np.arcsin(cutter.turn) + bend, np.pi / 2)) * np.linalg.norm(d))
     body = cutter.points, cutter.triangles, cutter.normals, cutter.edges
     view = lo, hi, apex, corner, heights, cell
-    points, triangles, source, sound = _kernels.swept_facets(
-        *body, *cutter.clusters, cos, sin, start, d, *view, cull, np.inf if skinned and not shed else rear
-    )  # type: ignore[no-untyped-call]
+    points, triangles, sound = _kernels.swept_facets(  # type: ignore[no-untyped-call]
+        *body, *cutter.clusters, cos, sin, start, d, *view, cull, rear
+    )
     if not sound:
-        points, triangles, source, _ = _kernels.swept_facets(  # type: ignore[no-untyped-call]
+        points, triangles, _ = _kernels.swept_facets(  # type: ignore[no-untyped-call]
             *body, *cutter.clusters, cos, sin, start, d, *view, False, np.inf
         )
-    if not skinned or window is None or part.gauge is None:
-        if len(triangles):
-            yield Piece(points, triangles)
-        return
-    view = lo, hi, start + [0.0, 0.0, part.eye], corner, heights, cell
-    lacks = part.gauge
-    rows = hull_skin(  # type: ignore[no-untyped-call]
-        *body, *cutter.clusters, part.spare, cutter.patches, lacks.most, lacks.bulk, lacks.slope, lacks.plumb,
-        lacks.meridian, cos, sin, start, d, *view, rear, leeway.slack, leeway.inward, SKIN_CELLS * cell,
-    )  # fmt: skip
-    mean = facet_means(  # type: ignore[no-untyped-call]
-        cutter.points, cutter.normals, cutter.edges, lacks.mean, lacks.meridian, cos, sin, d, leeway.lift, source
-    )  # fmt: skip
-    kin = np.empty_like(source)
-    _kernels.kin_of(source, cutter.planes, kin)  # type: ignore[no-untyped-call]
-    yield Piece(points, triangles, mean, kin, rows)
+    if len(triangles):
+        yield Piece(points, triangles)

@@ -3,8 +3,7 @@
 A tile holds two solids, one object as long as they are equal:
 
     INNER   stock minus the inner sweeps: holds the true workpiece
-    OUTER   with two workpieces, stock minus the outer sweeps: is held by the true workpiece;
-            with bounds in advance, the smallest the raw stock can be, minus the inner sweeps
+    OUTER   stock minus the outer sweeps: is held by the true workpiece
 
 Tiles form a binary tree. A tile larger than the wanted size is halved the first time a sweep reaches it, so
 that untouched stock stays in few large pieces and a block costs what its neighbourhood costs, however many
@@ -19,18 +18,16 @@ the process that cut it.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from manifold3d import Manifold
 
-from vmachining.arrays import Floats, Ints
+from vmachining.arrays import Floats
 from vmachining.engines.mesh.facets import Side
-from vmachining.engines.mesh.skin import NO_SKIN, Places, Skin, mean_skin
 from vmachining.engines.mesh.solids import checked
 from vmachining.engines.mesh.window import Window, roofed
 from vmachining.engines.protocol import Share
-from vmachining.tolerance import CHORD_MM
 
 __all__ = ["Tile", "joined", "reached"]
 
@@ -40,26 +37,15 @@ SHAPE = np.array([1.0, 1.0, 1.0 / 8.0])
 ROOF_CELLS = 54
 """Cells of the grid of heights along the longer side of a tile: a ball sees its contact in two dozen."""
 
-RAW_EXTRA = 2.0 / 3.0
-"""Part of the gap between the two meshes of a round raw stock that is not there: Huygens' rule, see `stock`."""
-
 SIDES = (Side.INNER, Side.OUTER)
-
-NO_SHELL: tuple[Floats, Ints] = np.empty((0, 3)), np.empty((0, 3), dtype=np.uint64)
 
 
 @dataclass(slots=True, eq=False)
 class Tile:
-    """Part of the stock. solids and volumes are by `Side`; box (2, 3) holds the largest of the solids,
-    wide_box has a little more. cell : mm, of the grid of heights.
+    """Part of the stock. solids and volumes are by `Side`; box (2, 3) holds the larger of the solids.
 
     place : number along each axis, counted from below in tiles of its size. color : says who cuts it, None until
     it is small enough.
-    places : where inner sweeps may have left what they should not; tidied : how many when they were last looked
-    through. dusty : number of the last cut that left as much of its mesh in the solid as rounding hides.
-    thin : mm^3 that the solid has too much in the mean. chord : mm, unit in which facets of sweeps carry theirs.
-    has_means : with two workpieces, whether all facets do, and the raw stock was one exact mesh. shell : (n, 3)
-    mm and (m, 3), points and triangles of INNER.
     """
 
     solids: dict[Side, Manifold]
@@ -68,77 +54,44 @@ class Tile:
     halves: tuple[Tile, Tile] | None = None
     place: tuple[int, ...] = (0, 0, 0)
     color: int | None = None
-    places: Places = field(default_factory=lambda: Places(NO_SKIN))
-    thin: float = 0.0
-    tidied: int = 0
-    dusty: int = -1
-    has_means: bool = True
-    shell: tuple[Floats, Ints] = NO_SHELL
-    chord: float = CHORD_MM
-    wide_box: Floats = field(default_factory=lambda: np.zeros((2, 3)))
-    cell: float = 1.0
     _window: Window | None = None
 
     @classmethod
-    def of(cls, solids: dict[Side, Manifold], chord: float, skin: Skin = NO_SKIN) -> Tile | None:
+    def of(cls, solids: dict[Side, Manifold]) -> Tile | None:
         """Tile of two solids, None if nothing is left in it."""
         if solids[Side.INNER].is_empty():
             return None
-        tile = cls(solids, {}, np.empty((2, 3)), places=Places(skin), chord=chord)
+        tile = cls(solids, {}, np.empty((2, 3)))
         for side in SIDES:
             tile.put(side, solids[side])
         return tile
 
-    def put(self, side: Side, result: Manifold, volume: float | None = None) -> None:
-        """Replace one solid and what is known about it, mm^3 if they are known; INNER before OUTER."""
+    def put(self, side: Side, result: Manifold) -> None:
+        """Replace one solid and what is known about it; INNER before OUTER."""
         self.solids[side] = result
-        if side is Side.OUTER:
-            same = result is self.solids[Side.INNER]
-            self.volumes[side] = self.volumes[Side.INNER] if same else float(result.volume())
+        if side is Side.OUTER and result is self.solids[Side.INNER]:
+            self.volumes[side] = self.volumes[Side.INNER]
             return
-        self.volumes[side] = float(result.volume()) if volume is None else volume
-        box = result.bounding_box()
-        self.box = np.array([box[:3], box[3:]])
-        self._window, self.shell = None, NO_SHELL
-        if not result.is_empty():
-            margin = 1e-6 * (1.0 + max(map(abs, box)))
-            self.wide_box = self.box + [[-margin], [margin]]
-            self.cell = max(max(box[3] - box[0], box[4] - box[1]) / ROOF_CELLS, 1e-3)
-            mesh = result.to_mesh64()
-            self.shell = mesh.vert_properties, mesh.tri_verts
-            self.thin = mean_skin(*self.shell, np.array(mesh.face_id, dtype=np.int64), self.chord)
+        self.volumes[side] = float(result.volume())
+        if side is Side.INNER:
+            self.box = np.array(result.bounding_box()).reshape(2, 3)
+            self._window = None
 
     @property
     def is_empty(self) -> bool:
         """Whether nothing is left of it; it may have been halved."""
-        return len(self.shell[1]) == 0
+        return not self.solids or self.solids[Side.INNER].is_empty()
 
     @property
     def window(self) -> Window:
         """What it lets be seen, made when it is asked for."""
         if self._window is None:
-            self._window = roofed(self.shell, self.wide_box, self.cell)
+            mesh = self.solids[Side.INNER].to_mesh64()
+            margin = 1e-6 * (1.0 + float(np.abs(self.box).max()))
+            cell = max(float((self.box[1] - self.box[0])[:2].max()) / ROOF_CELLS, 1e-3)
+            wide = self.box + [[-margin], [margin]]
+            self._window = roofed(mesh.vert_properties, mesh.tri_verts, wide, cell)
         return self._window
-
-    def cover(self, skin: Skin) -> None:
-        """Add places; now and then, those over which the solid no longer reaches are forgotten."""
-        self.places.add(skin)
-        if len(self.places) > 2 * self.tidied + 256 and not self.is_empty:
-            self.places.drop(~self.window.sees(self.places.skin.boxes))
-            self.tidied = len(self.places)
-
-    @property
-    def hidden(self) -> float:
-        """mm^3 of the solid that may not be there, at most."""
-        if self.is_empty:
-            return 0.0
-        skin = self.places.skin
-        return skin.where(self.window.sees(skin.boxes)).total
-
-    @property
-    def lacking(self) -> float:
-        """mm^3 that INNER has too much in the mean: under its facets, and of a raw stock that is round."""
-        return self.thin + RAW_EXTRA * (self.volumes[Side.INNER] - self.volumes[Side.OUTER])
 
     def halve(self) -> None:
         """Split across the longest side, in the middle."""
@@ -152,8 +105,7 @@ class Tile:
                 above, below = part.split_by_plane(normal, at)
                 shared[id(part)] = checked(above), checked(below)
             upper[side], lower[side] = shared[id(part)]
-        skins = self.places.skin.split(axis, at)
-        halves = Tile.of(upper, self.chord, skins[0]), Tile.of(lower, self.chord, skins[1])
+        halves = Tile.of(upper), Tile.of(lower)
         if halves[0] is None or halves[1] is None:  # all on one side: its box was not tight
             only = halves[0] or halves[1]
             assert only is not None
@@ -163,10 +115,8 @@ class Tile:
         for k, half in enumerate(self.halves):
             half.place = tuple(2 * n + 1 - k if i == axis else n for i, n in enumerate(self.place))
             half.color = self.color
-            half.has_means, half.dusty = self.has_means, self.dusty
         self.solids.clear()
-        self.shell, self._window = NO_SHELL, None
-        self.places = Places(NO_SKIN)
+        self._window = None
 
     def leaves(self) -> Iterator[Tile]:
         """Tiles that are not halved, in a fixed order."""
