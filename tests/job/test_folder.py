@@ -218,7 +218,7 @@ def test_other_options_are_named_with_both_values(tmp_path):
         run(Job.load(job), out=out, progress=stop_after(4))
     write_job(tmp_path, swap={"chord_mm = 0.05": "chord_mm = 0.02"})
     with pytest.raises(JobError, match=r"chord_mm was 0.05 and is 0.02"):
-        run(Job.load(job), out=out, resume=True, certify=True)
+        run(Job.load(job), out=out, resume=True)
     write_job(tmp_path)
     assert run(Job.load(job), out=out, resume=True, brep="2", workers=1).summary["brep"]["agreed"] == 1
 

@@ -207,41 +207,6 @@ class Sweep:
         """
         return self._distances(points, -np.inf)
 
-    def meets(
-        self, hulls: Floats, boxes: Floats, *, slack: float = 0.0, depth: float = 0.0, within: float = 0.0
-    ) -> tuple[Bools, Bools]:
-        """Which small convex hulls the sweep may meet, and which lie deep in it for sure.
-
-        Parameters
-        ----------
-        hulls : (n, m, 3) float
-            mm, m points each.
-        boxes : (n, 2, 3) float
-            mm, around them.
-        slack, depth : float
-            mm, not negative; with an infinite depth only the first answer is asked for, which is faster.
-        within : float
-            mm by which distances may be coarser than rounding wants.
-
-        Returns
-        -------
-        (n,) bool, (n,) bool
-            A hull of which the first is False has no point within `slack` of the sweep; one of which the second
-            is True lies inside, `depth` deep at least. Sharp for straight sweeps; for others a hull is taken as
-            the ball around its box.
-        """
-        met, deep = np.zeros((2, len(hulls)), dtype=np.bool_)
-        if self._near is not None and _is_straight(self.path):  # type: ignore[arg-type]
-            p = self._near
-            _kernels.meets(
-                p.seg, p.first, p.path, self.path.start, np.asarray(self.bounds), hulls, boxes,
-                slack, depth, max(p.tol, within), met, deep,
-            )  # fmt: skip
-            return met, deep
-        reach = 0.5 * np.linalg.norm(boxes[:, 1] - boxes[:, 0], axis=1)
-        gap = self._distances(boxes.mean(axis=1), -np.inf)
-        return gap - reach <= slack, gap + reach <= -depth
-
     def contains(self, points: ArrayLike, *, slack: float = 0.0) -> Bools:
         """(n,) bool: whether points lie in the sweep, or within `slack` mm of it."""
         return np.asarray(self._distances(points, slack) <= slack)
