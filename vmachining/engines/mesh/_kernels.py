@@ -185,7 +185,8 @@ def swept_facets(
     """
     n, m = points.shape[0], triangles.shape[0]
     at = np.empty((2 * n + 1, 3))
-    at[2 * n] = apex
+    for i in range(3):
+        at[2 * n, i] = apex[i]
     out = np.empty((m + 2 * edges.shape[0], 3), np.int64)
     marks = np.zeros(2 * n, np.uint8), np.zeros(n, np.bool_)
     count = _gathered(
@@ -246,6 +247,14 @@ def _runs(triangles, u, v):
     return False
 
 
+@leaf
+def _copy(rows, out):
+    """Rows (n, 3) into the first ones of `out`; slices would compile texts of errors, three seconds of them."""
+    for t in range(rows.shape[0]):
+        for k in range(3):
+            out[t, k] = rows[t, k]
+
+
 @kernel
 def _unpinched(triangles, points, rim):
     """Points and triangles in which no vertex is the corner of two separate groups of triangles.
@@ -262,7 +271,7 @@ def _unpinched(triangles, points, rim):
     if extra == 0:
         return points, False
     grown = np.empty((points.shape[0] + extra, 3))
-    grown[: points.shape[0]] = points
+    _copy(points, grown)
     new = points.shape[0]
     for v in range(points.shape[0]):
         for _ in range(leaving[v] - 1):
@@ -284,7 +293,8 @@ def _unpinched(triangles, points, rim):
                     for k in range(3):
                         if triangles[s, k] == v and triangles[s, (k + 1) % 3] == last:
                             t = s
-            grown[new] = points[v]
+            for i in range(3):
+                grown[new, i] = points[v, i]
             new += 1
     return grown[:new].copy(), True
 
@@ -304,7 +314,7 @@ def _closed(triangles, points):
         rim, sound = _rim(triangles, points.shape[0])
     left = np.zeros(points.shape[0], np.bool_)
     out = np.empty((triangles.shape[0] + rim.shape[0], 3), np.int64)
-    out[: triangles.shape[0]] = triangles
+    _copy(triangles, out)
     for e in range(rim.shape[0]):
         row = triangles.shape[0] + e
         out[row, 0], out[row, 1], out[row, 2] = rim[e, 1], rim[e, 0], apex
@@ -324,7 +334,8 @@ def _compact(points, triangles):
             v = triangles[t, k]
             if index[v] < 0:
                 index[v] = count
-                out[count] = points[v]
+                for i in range(3):
+                    out[count, i] = points[v, i]
                 count += 1
             triangles[t, k] = index[v]
     return out[:count].copy(), triangles

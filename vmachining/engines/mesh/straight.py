@@ -115,6 +115,7 @@ def straight(
     by which the true path may head elsewhere.
     """
     cutter = part.body
+    start = np.array(start)  # a path's own ends are read-only, which kernels would be compiled for anew
     d = end - start
     x, y = (d if heading is None else heading)[:2].tolist()
     level = hypot(x, y)
