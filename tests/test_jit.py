@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+from types import ModuleType
+
 import numba
 import numpy as np
 import pytest
 
-from vmachining.jit import kernel, leaf
+from vmachining.jit import forget_sources, imported, kernel, leaf
 
 
 def make_row(n):
@@ -39,3 +44,76 @@ def test_a_leaf_leaves_the_arrays_of_its_caller_alone():
     views = [table[k] for k in range(2)]
     assert [compiled(table[::-1], k) for k in range(2)] == [12.0, 3.0]
     assert table.base is not None and [v.tolist() for v in views] == [[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]]
+
+
+def picked(row, k):
+    return row[k]
+
+
+def both(row, k):
+    return picked_compiled(row, k) + picked_compiled(row, 1)
+
+
+picked_compiled = leaf(picked)
+
+
+def test_numbers_that_are_written_out_make_no_other_signature():
+    assert kernel(both)(np.arange(3.0), 2) == 3.0
+    assert len(picked_compiled.signatures) == 1
+
+
+PROGRAM = """
+import numpy as np
+from vmachining.jit import kernel, tell_when_compiling
+tell_when_compiling(lambda: print("compiling"))
+
+@kernel
+def total(row):
+    out = 0.0
+    for value in row:
+        out += value
+    return out
+
+print(total(np.arange(4.0)))
+"""
+
+
+def said(path, cache):
+    """What the program prints with a directory for its cache."""
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run([sys.executable, path], env=environment, capture_output=True, text=True, check=True)
+    return done.stdout.split()
+
+
+def test_a_cache_that_is_damaged_or_cannot_be_is_as_good_as_none(tmp_path):
+    program = tmp_path / "program.py"
+    program.write_text(PROGRAM)
+    assert said(program, tmp_path / "cache") == ["compiling", "6.0"]
+    assert said(program, tmp_path / "cache") == ["6.0"]
+    files = [file for file in (tmp_path / "cache").rglob("*") if file.is_file()]
+    assert len(files) >= 2
+    for garbage in (b"", b"not a pickle", bytes(200)):
+        for file in files:
+            file.write_bytes(garbage)
+        assert said(program, tmp_path / "cache") == ["compiling", "6.0"]
+    (tmp_path / "file").write_text("")
+    assert said(program, tmp_path / "file" / "below") == ["compiling", "6.0"]
+
+
+def test_what_a_kernel_imports_counts_for_its_cache(tmp_path, monkeypatch):
+    """numba asks only whether the file of the kernel itself changed."""
+    marks = []
+    for limit in (1, 2):
+        texts = {
+            "vmachining.outer._kernels": "from vmachining.inner._kernels import held\n",
+            "vmachining.inner._kernels": "from vmachining.inmost._kernels import (\n    LIMIT,\n)\n",
+            "vmachining.inmost._kernels": f"LIMIT = {limit}\n",
+        }
+        for name, text in texts.items():
+            module = ModuleType(name)
+            module.__file__ = str(tmp_path / f"{name}.py")
+            (tmp_path / f"{name}.py").write_text(text)
+            monkeypatch.setitem(sys.modules, name, module)
+        marks.append([imported(name) for name in texts])
+        forget_sources()
+    assert all(before != after for before, after in zip(*marks, strict=True))

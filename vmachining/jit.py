@@ -1,4 +1,4 @@
-"""Two decorators for compiled kernels: cached on disk, no GIL, no fastmath.
+"""Two decorators for compiled kernels: cached on disk, no GIL, no fastmath, one signature where one will do.
 
 `fastmath` stays off because NaN and infinity mean something here ("no root", "not hit").
 
@@ -7,28 +7,127 @@ looks at, another one afterwards, and nothing is kept in a register across them.
 time of small functions, so what makes no arrays is a `leaf`: it borrows those of its caller, who keeps them.
 The option behind it is one that numba uses for its own intrinsics and does not promise to users; `tests/test_jit.py`
 tells if it ever means something else.
+
+Compilation is time that users wait for. numba compiles a function once more for every number or truth value that a
+caller writes out (`f(a, 2)` besides `f(a, k)`), and once more for arrays that are read-only; here written-out values are
+of their plain type, and callers hand over contiguous arrays that may be written to.
+
+The cache costs no correctness. numba asks only whether the file of a function changed; here what its file imports counts
+too. A cache that cannot be written, or that is damaged, is as good as none.
 """
 
 from __future__ import annotations
 
+import hashlib
+import re
+import sys
 from collections.abc import Callable
-from functools import partial
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+from numba.core import event, types
 
-__all__ = ["kernel", "leaf"]
+__all__ = ["forget_sources", "imported", "kernel", "leaf", "tell_when_compiling"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_compiled = partial(numba.njit, cache=True, nogil=True, fastmath=False, error_model="numpy")
+IMPORT = re.compile(r"^from (vmachining[\w.]*) import ", re.MULTILINE)
 
 
 def kernel(function: F) -> F:
     """Compile `function` in nopython mode."""
-    return cast(F, _compiled()(function))
+    return cast(F, _compiled(function))
 
 
 def leaf(function: F) -> F:
     """Compile a function that makes no arrays, and calls none that does; one that did would not compile."""
-    return cast(F, _compiled(_nrt=False)(function))
+    return cast(F, _compiled(function, _nrt=False))
+
+
+def tell_when_compiling(tell: Callable[[], None]) -> None:
+    """Have a function called when the first kernel of this process is compiled and not found in the cache."""
+    event.register("numba:compile", _First(tell))
+
+
+class _First(event.Listener):
+    def __init__(self, tell: Callable[[], None]) -> None:
+        self._tell: Callable[[], None] | None = tell
+
+    def on_start(self, event: Any) -> None:
+        tell, self._tell = self._tell, None
+        if tell is not None:
+            tell()
+
+    def on_end(self, event: Any) -> None:
+        pass
+
+
+def _compiled(function: Callable[..., Any], **options: Any) -> Any:
+    options |= {"nogil": True, "fastmath": False, "error_model": "numpy"}
+    made: Any
+    try:
+        made = numba.njit(cache=True, **options)(function)
+    except (RuntimeError, OSError):  # no place for a cache: compile in every session
+        made = numba.njit(**options)(function)
+    if not hasattr(made, "get_call_template"):  # a plain function under NUMBA_DISABLE_JIT
+        return made
+    chosen = made.get_call_template
+    made.get_call_template = lambda args, keys: chosen(
+        tuple(map(types.unliteral, args)), {name: types.unliteral(value) for name, value in keys.items()}
+    )
+    if hasattr(made._cache, "_index_key"):
+        _guard(made._cache, function)
+    return made
+
+
+def _guard(store: Any, function: Callable[..., Any]) -> None:
+    """Make a cache of numba know what its function imports, and survive what is wrong with its files."""
+    load, save, key = store.load_overload, store.save_overload, store._index_key
+
+    def guarded_load(signature: Any, context: Any) -> Any:
+        try:
+            return load(signature, context)
+        except Exception:  # whatever a damaged file makes of it: the function is compiled anew
+            return None
+
+    def guarded_save(signature: Any, data: Any) -> None:
+        with suppress(Exception):  # full, read-only, damaged: the next session compiles again
+            save(signature, data)
+
+    store.load_overload, store.save_overload = guarded_load, guarded_save
+    store._index_key = lambda signature, codegen: (*key(signature, codegen), imported(function.__module__))
+
+
+@cache
+def imported(module: str) -> str:
+    """Fingerprint of the sources of ours that a module imports, directly or not."""
+    found: set[str] = set()
+    todo = [module]
+    digest = hashlib.sha256()
+    while todo:
+        name = todo.pop()
+        if name in found or (text := _source(name)) is None:
+            continue
+        found.add(name)
+        todo += IMPORT.findall(text)
+    for name in sorted(found):
+        digest.update(f"{name}\n{_source(name)}\n".encode())
+    return digest.hexdigest()
+
+
+@cache
+def _source(module: str) -> str | None:
+    """Text of a module of kernels; None of others, which hold constants at most that numba never sees."""
+    if not module.endswith("_kernels"):
+        return None
+    path = getattr(sys.modules.get(module), "__file__", None)
+    return None if path is None else Path(path).read_text(encoding="utf-8")
+
+
+def forget_sources() -> None:
+    """Read sources anew, see `imported`."""
+    imported.cache_clear()
+    _source.cache_clear()
