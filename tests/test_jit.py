@@ -58,7 +58,7 @@ picked_compiled = leaf(picked)
 
 
 def test_numbers_that_are_written_out_make_no_other_signature():
-    assert kernel(both)(np.arange(3.0), 2) == 3.0
+    assert numba.njit(both)(np.arange(3.0), 2) == 3.0  # not cached: it is compiled now
     assert len(picked_compiled.signatures) == 1
 
 

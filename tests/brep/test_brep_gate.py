@@ -90,7 +90,7 @@ def test_overlapping_passes_agree_with_mesh_and_rays_and_add_up(tool: object) ->
     paths: list[ToolPath] = [Line(a, b) for a, b in pairwise(corners)]
     paths.append(Arc((20, 1, -4), (22, 1, -4), angle=2.0))
     sweeps, stock = chain(tool, paths), BoxStock((0, -20, -20), (30, 20, 0))
-    mesh = MeshEngine.of(stock, Options(chord=0.02, certify=True))
+    mesh = MeshEngine.of(stock, Options(chord=0.02))
     judges = {k: [Judge("mesh", mesh.cut(sweep))] for k, (sweep,) in enumerate(sweeps)}
     cutting = {k: said for k, said in judges.items() if said[0].removal.hi > 0.0}
     verdicts = [v for _, v in check_blocks(BOX, sweeps, cutting, witness=RayWitness(stock, sweeps))]
@@ -167,7 +167,7 @@ def test_an_empty_answer_is_not_believed() -> None:
 def hard_chain() -> tuple[Blank, list[list[Sweep]], BoxStock]:
     """A kinked chain of the gauntlet, whose booleans take minutes."""
     bar = bar_of([6])
-    made = chain_of(1, 6, MeshEngine.of(BoxStock(*bar), Options(chord=0.5, certify=True)))
+    made = chain_of(1, 6, MeshEngine.of(BoxStock(*bar), Options(chord=0.5)))
     return (
         Blank("box", tuple(bar[0].tolist()), tuple(bar[1].tolist())),
         [[s] for s in made.sweeps],

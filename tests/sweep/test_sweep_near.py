@@ -19,7 +19,7 @@ from vmachining.sweep.near import SweepIndex
 def sweeps_of(number: int) -> tuple[np.ndarray, list[Sweep]]:
     """Box of the stock and sweeps of a chain of the gauntlet."""
     bar = np.array(bar_of([number]))
-    return bar, chain_of(1, number, MeshEngine.of(BoxStock(*bar), Options(chord=1.0, certify=True))).sweeps
+    return bar, chain_of(1, number, MeshEngine.of(BoxStock(*bar), Options(chord=1.0))).sweeps
 
 
 def test_only_sweeps_that_reach_the_region_are_subtracted() -> None:
