@@ -1,6 +1,7 @@
 """A signal ends a run in about two seconds, in the middle of a kernel call of minutes, too."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -24,6 +25,25 @@ def is_alive(process):
         return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except OSError:
         return False
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_to_the_whole_group_while_solids_are_checked_is_an_interruption(number, tmp_path):
+    """As `timeout` and a terminal send it: to the workers of OCCT, too."""
+    job, out = write_job(tmp_path), tmp_path / "out"
+    run = subprocess.Popen(
+        [sys.executable, "-m", "vmachining", "run", str(job), "--out", str(out), "--brep", "all", "--workers", "2"],
+        stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+    deadline = time.monotonic() + 90
+    while not (out / "brep.partial.csv").exists():
+        assert run.poll() is None and time.monotonic() < deadline
+        time.sleep(0.05)
+    time.sleep(0.5)  # its workers are starting
+    os.killpg(run.pid, number)
+    _, err = run.communicate(timeout=60)
+    assert run.returncode == 130 and "internal failure" not in err
+    assert "stopped after block" in err and "--resume" in err
 
 
 @pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="looks for processes in /proc")

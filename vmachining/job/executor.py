@@ -306,6 +306,7 @@ def _hire() -> tuple[subprocess.Popen[bytes], Connection]:
             ],
             pass_fds=[there.fileno()],
             env=os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+            process_group=0,  # signals to a group, as of a terminal or `timeout`, are for this process to decide about
         )
     return process, Connection(here.detach())
 
