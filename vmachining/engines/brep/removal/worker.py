@@ -50,7 +50,7 @@ def main() -> None:
             checker = BlockChecker(stock, blocks, Store(folder), witness)
             checker.warm()
     except VMachiningError as exc:  # the stock is no solid
-        say(exc.message)
+        say(_reason(exc))
         return
     say("ready")
     while True:
@@ -68,12 +68,17 @@ def main() -> None:
             say(checker.check(block, judges, attempts, say))
 
 
+def _reason(exc: VMachiningError) -> str:
+    """What an error says; who drives this process names the engine."""
+    return exc.reason if isinstance(exc, EngineError) else exc.message
+
+
 def _called(function: Callable[..., object], arguments: tuple[object, ...]) -> tuple[str, object]:
     """What a function returns, or what it says."""
     try:
         return "value", function(*arguments)
     except VMachiningError as exc:
-        return type(exc).__name__, exc.message
+        return type(exc).__name__, _reason(exc)
     except Exception as exc:  # OCCT raises whatever it meets
         return "EngineError", f"OCCT failed: {type(exc).__name__} {exc}"
 
