@@ -33,6 +33,7 @@ from vmachining.engagement.analytic import (
     section_radius,
     slope_length,
     staged_length,
+    staged_lengths,
     station,
     station_ends,
 )
@@ -212,6 +213,27 @@ def test_stages_with_a_straight_profile(first, cq, exact, staged):
     found = staged_length(patch, c, rad(5), rad(12))
     assert (found.cq, found.cn) == near((cq, staged))
     assert ray_length(patch, c, frames.axis_of(rad(5), rad(12))) == near(exact)
+
+
+def test_patches_of_a_position():
+    """More patches come nearer to a sphere; a rim above the model is not engaged."""
+    ball, corner = Ball(100.0), Corner(10, 0, 40)
+    grid = NormalGrid.sampled(ball, np.arange(-40, 41, 2.0), np.arange(-40, 41, 2.0))
+    slopes = [-v / sqrt(1e4 - 12**2 - 8**2) for v in (12.0, 8.0)]
+    tip, m, t = on_surface(float(ball.height(12.0, 8.0)), slopes, (12.0, 8.0), 10, 0, corner, 1.0)
+    phi = rad(np.arange(50, 131, 10.0)) - frames.feed_angle(t, m)
+    true = finished(corner, ball, tip, m, phi, t, bottom=False).cut_length[0]
+    off = [
+        float(np.abs(staged_lengths(grid, corner, (12, 8, 0), tip, m, phi, t, patches=n) / true - 1).max())
+        for n in (1, 2, None)
+    ]
+    assert off[2] < off[1] < 0.02 and off[2] < off[0] < 0.02 and off[2] < 2e-3
+    behind = staged_lengths(grid, corner, (12, 8, 0), tip, m, [rad(270) - frames.feed_angle(t, m)], t)
+    assert behind.tolist() == [0.0]
+    for wrong, words in (({"corner": Corner(5, 5)}, "flat cutter"), ({"patches": 3}, "3 patches")):
+        given = {"corner": corner, "patches": 1, **wrong}
+        with pytest.raises(InputError, match=words):
+            staged_lengths(grid, given["corner"], (12, 8, 0), tip, m, phi, t, patches=given["patches"])
 
 
 def test_a_point_above_the_model_is_refused():

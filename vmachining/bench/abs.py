@@ -35,11 +35,10 @@ from vmachining.engagement.analytic import (
     HeightStock,
     NormalGrid,
     Pass,
-    Patch,
     Surface,
     engaged,
     finished,
-    staged_length,
+    staged_lengths,
     station_ends,
 )
 from vmachining.errors import InputError
@@ -178,22 +177,10 @@ def _finish(
             found[turned > np.pi] = np.nan
             yield _errors(name, found, truth)
         return
-    angles = frames.angles_of(m[:, 2])
-    rim = chip.edge_points(tip, m, phi, 0.0, corner.rm, corner.r)
-    halves = [np.mean(rim[part], axis=0) for part in (ANGLES <= 90.0, ANGLES > 90.0)]
-
-    def staged(patches: list[Patch]) -> Floats:
-        a, b = float(angles.theta_a), float(angles.theta_b)
-        out = np.zeros(len(phi))
-        for k, (patch, c) in enumerate(zip(patches, rim, strict=True)):
-            out[k] = _safely(lambda: staged_length(patch, c, a, b).cn)  # noqa: B023 called at once
-        return out
-
-    one = grid.patch(*place)
-    two = [grid.patch(*h[:2]) for h in halves]
-    yield _errors("stages 1", staged([one] * len(phi)), truth)
-    yield _errors("stages 2", staged([two[0] if a <= 90.0 else two[1] for a in ANGLES]), truth)
-    yield _errors("stages n", staged([grid.patch(*c[:2]) for c in rim]), truth)
+    contact = np.array([*place, 0.0])
+    for patches in (1, 2, None):
+        found = staged_lengths(grid, corner, contact, tip, m, phi, velocity, patches=patches)
+        yield _errors(f"stages {patches or 'n'}", found, truth)
 
 
 def _speeds(m: Floats, velocity: Floats, phi: Floats) -> list[chip.Speeds]:

@@ -35,28 +35,34 @@ ROOM = 6
 REPEATS = 3
 
 
-def zmap() -> Iterator[dict[str, Any]]:
-    """One record per cutter and method."""
+def zmap(*, positions: int = POSITIONS, repeats: int = REPEATS) -> Iterator[dict[str, Any]]:
+    """One record per staircase, cutter and method."""
     rng = np.random.default_rng(31)
     breaks = np.concatenate([[0.0], np.sort(rng.uniform(1.0, 59.0, 9)), [60.0]])
     share = rng.uniform(0.0, 1.0, 10)
     path = Records(
         np.array([[2.0, 18.0, 0.2], [58.0, 22.0, 0.9]]), np.radians([3.0, 1.0]), np.radians([8.0, 12.0])
     )
-    poses = path.at(np.linspace(0.0, 1.0, POSITIONS), feed_mm_min=600.0)
+    poses = path.at(np.linspace(0.0, 1.0, positions), feed_mm_min=600.0)
     phi = 2.0 * np.pi * (np.arange(ANGLES) + 0.5) / ANGLES
     for low, high in STEPS:
         stock = HeightStock.staircase(breaks, low + (high - low) * share, y=(0.0, 40.0), floor=-20.0)
         for name, corner in (("flat D20", Corner(10.0, 0.0, 40.0)), ("bull D20 r5", Corner(5.0, 5.0, 35.0))):
             record = {"case": "zmap", "tool": name, "steps_mm": [low, high]}
-            for row in _compared(corner, stock, poses.tip, poses.frame, poses.velocity, phi):
+            for row in _compared(corner, stock, poses.tip, poses.frame, poses.velocity, phi, repeats):
                 yield record | row
 
 
 def _compared(
-    corner: Corner, stock: HeightStock, tip: Floats, frame: Floats, velocity: Floats, phi: Floats
+    corner: Corner,
+    stock: HeightStock,
+    tip: Floats,
+    frame: Floats,
+    velocity: Floats,
+    phi: Floats,
+    repeats: int,
 ) -> Iterator[dict[str, Any]]:
-    seconds, found = _timed(lambda: engaged(corner, stock, tip, frame, phi, velocity, bottom=False))
+    seconds, found = _timed(lambda: engaged(corner, stock, tip, frame, phi, velocity, bottom=False), repeats)
     exact = found.cut_length
     rows, turns = exact.size, (np.sin(phi), np.cos(phi))
     yield {
@@ -77,7 +83,7 @@ def _compared(
                 raise EngineError(f"{many.max()} intervals on one edge", engine="zmap")
             return lower, upper
 
-        cost, ends = _timed(ask)
+        cost, ends = _timed(ask, repeats)
         lengths = chip.cut_length(*ends).reshape(exact.shape)
         error = lengths - exact
         yield {
@@ -94,11 +100,11 @@ def _grid(stock: HeightStock, pitch: float) -> tuple[Floats, float, float]:
     return np.ascontiguousarray(stock.top[np.ix_(i, j)]), float(stock.x[0]), float(stock.y[0])
 
 
-def _timed(f: Callable[[], Any]) -> tuple[float, Any]:
+def _timed(f: Callable[[], Any], repeats: int) -> tuple[float, Any]:
     """Best processor time of a few runs after one that compiles."""
     result = f()
     best = np.inf
-    for _ in range(REPEATS):
+    for _ in range(repeats):
         begin = process_time()
         result = f()
         best = min(best, process_time() - begin)

@@ -40,6 +40,7 @@ from vmachining.engagement.analytic.finish import (
     section_through,
     slope_length,
     staged_length,
+    staged_lengths,
 )
 from vmachining.engagement.analytic.finish_corner import (
     EndPlace,
@@ -111,6 +112,7 @@ __all__ = [
     "section_through",
     "slope_length",
     "staged_length",
+    "staged_lengths",
     "station",
     "station_ends",
     "table_5_1",

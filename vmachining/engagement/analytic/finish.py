@@ -4,7 +4,7 @@
 |---|---|
 | `finished` | every rotation angle by the general interval rule on any `Surface`; the default |
 | `ray_length` | where a line leaves a patch: closed forms, or a bracketed root where both profiles are round |
-| `staged_length` | the published three stages for the cylinder, put right |
+| `staged_length`, `staged_lengths` | the published three stages for the cylinder, put right; over angles, one patch or more |
 | `circle_length`, `slope_length`, `section_through` | its parts; `circle_chain`: the published triangles of the first |
 
 Angles rad, lengths mm; plain numbers and arrays. Source: Hendriko, five-axis milling, 6-8 to 6-42, put right. The stages
@@ -22,12 +22,13 @@ from numpy.typing import ArrayLike
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.engagement import chip
 from vmachining.engagement.analytic.passes import IDLE, Corner, Pass, moving
-from vmachining.engagement.analytic.surface import Patch, Section, Shape, Surface
+from vmachining.engagement.analytic.surface import NormalGrid, Patch, Section, Shape, Surface
+from vmachining.engagement.frames import angles_of, feed_angle
 from vmachining.errors import InputError
 
 __all__ = [
     "Chain", "Stages", "circle_chain", "circle_length", "finished", "ray_length", "rooted", "section_through",
-    "slope_length", "staged_length",
+    "slope_length", "staged_length", "staged_lengths",
 ]  # fmt: skip
 
 ROOT = 1e-13
@@ -163,6 +164,61 @@ def staged_length(patch: Patch, point: ArrayLike, theta_a: float, theta_b: float
     if theta_a != 0.0 and theta_b != 0.0:
         radius = section_through(cq, cs, theta_b, sx, sy, dy)
     return Stages(cq, cs, radius, float(circle_length(cs, dy, radius, -theta_a)))
+
+
+def staged_lengths(
+    grid: NormalGrid,
+    corner: Corner,
+    contact: ArrayLike,
+    tip: ArrayLike,
+    frame: ArrayLike,
+    phi: ArrayLike,
+    velocity: ArrayLike,
+    *,
+    patches: int | None = 1,
+) -> Floats:
+    """(m,) mm, lengths of cut of a flat cutter at angles phi (m,) by the published stages, put right.
+
+    Parameters
+    ----------
+    grid : normals of the surface. contact : (3,) mm, CC. tip, frame, velocity : (3,), (3, 3), (3,) of one position.
+    patches : 1: the model around the normal nearest to the contact. 2: one up to 90 degrees from the feed and one beyond,
+        each around the middle of its half of the rim. None: one for every angle.
+
+    Returns
+    -------
+    0 where the rim is above the model, NaN where the model has no height.
+
+    Raises
+    ------
+    InputError
+        A cutter with a corner (see `station_ends`), another number of patches.
+    """
+    if corner.r > 0.0:
+        raise InputError(
+            "the stages are those of a flat cutter", remedy="station_ends, or finished for every angle"
+        )
+    if patches not in (1, 2, None):
+        raise InputError(f"{patches} patches: want 1, 2 or None for one per angle")
+    angles, m = np.atleast_1d(np.asarray(phi, dtype=np.float64)), np.asarray(frame, dtype=np.float64)
+    rim = chip.edge_points(tip, m, angles, 0.0, corner.rm, corner.r)
+    late = np.mod(angles + feed_angle(velocity, m), 2.0 * np.pi) > chip.QUARTER + 1e-12
+    if patches is None:
+        models = [grid.patch(*c[:2]) for c in rim]
+    elif patches == 1:
+        models = [grid.patch(*np.asarray(contact, dtype=np.float64)[:2])] * len(angles)
+    else:
+        halves = {half: grid.patch(*rim[late == half].mean(axis=0)[:2]) for half in set(late.tolist())}
+        models = [halves[half] for half in late.tolist()]
+    theta_a, theta_b = (float(v) for v in angles_of(m[:, 2]))
+    out = np.zeros(len(angles))
+    for k, (patch, c) in enumerate(zip(models, rim, strict=True)):
+        distance = float(patch.projection(c))
+        if distance > 0.0:
+            out[k] = staged_length(patch, c, theta_a, theta_b).cn
+        elif np.isnan(distance):
+            out[k] = np.nan
+    return out
 
 
 def _stage(distance: float, along: Section, t: float, lean: float, scale: float) -> float:
