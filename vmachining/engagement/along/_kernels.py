@@ -24,11 +24,13 @@ from vmachining.sweep._kernels import meridian, nearest, planar_gap
 from vmachining.sweep.turned._kernels import _narrowed
 from vmachining.sweep.turned.pose._kernels import near, state
 
-ROOT = 1e-10  # mm: width of the bracket of an end
+ROOT = 1e-8  # mm: width of the bracket of an end
+ZERO = 1e-10  # mm: margin that counts as none
 FAR = 1e9
 LEVEL = -0.25  # mm: deeper than this in a turning sweep needs no digits
 TOUCH_RAD = 1e-4  # arcs narrower than this are a line along which tool and wall touch
-HALVINGS = 18  # of a step of the grid, for ends of arcs and jumps: 3e-7 rad of 5 degrees
+HALVINGS = 15  # of a step of the grid, for ends of arcs and jumps: 3e-6 rad of 5 degrees
+LEAST, CELLS = 0.02, 20.0  # mm, and of a piece: steps along walls that the edge all but touches
 JUMP, JUMP_MM = 1.1, 0.02  # a change of length is a jump if it exceeds those beside it by this
 
 
@@ -208,9 +210,11 @@ def into(now, phi, r, z, n_r, n_z):
 @leaf
 def material(world, kept, count, x, y, z, room):
     """Signed distance to the workpiece from outside: positive where there is none, bounded by 5 mm inside."""
-    gap = stock_gap(world, x, y, z, room)
-    if gap > 0.5:
-        return gap
+    gap = -FAR
+    if world.kind != 2:
+        gap = stock_gap(world, x, y, z, room)
+        if gap > 0.5:
+            return gap
     best = 5.0
     for i in range(count):
         k = kept[i]
@@ -218,18 +222,22 @@ def material(world, kept, count, x, y, z, room):
         if box_gap(world.box[k], x, y, z) < best:
             best = min(best, sweep_gap(world, k, x, y, z, best - touch, room) + touch)
             if best < LEVEL:
-                break
+                return -best
+    if world.kind == 2:  # triangles are asked last, they are slow
+        gap = stock_gap(world, x, y, z, room)
     return max(gap - 1e-9, -best)
 
 
 @leaf
 def margin(world, kept, count, blade, now, piece, s, phi, bend, room):
-    """Negative where the edge cuts."""
+    """Negative where the edge cuts; with a negative bend only the material is asked."""
     r, z, n_r, n_z = edge_point(blade, piece, s)
     turned = phi - z * blade.twist
-    back = (now[19] - into(now, turned, r, z, n_r, n_z)) / (bend * now[18] + now[21])
-    if back > 0.5:
-        return back
+    back = -FAR
+    if bend >= 0.0:
+        back = (now[19] - into(now, turned, r, z, n_r, n_z)) / (bend * now[18] + now[21])
+        if back > 0.5:
+            return back
     sp, cp = np.sin(turned), np.cos(turned)
     x = now[0] + z * now[3] + r * (sp * now[12] + cp * now[15])
     y = now[1] + z * now[4] + r * (sp * now[13] + cp * now[16])
@@ -240,6 +248,10 @@ def margin(world, kept, count, blade, now, piece, s, phi, bend, room):
 @leaf
 def end_between(world, kept, count, blade, now, piece, phi, bend, room, a, b, f_a, f_b):
     """Where the margin changes its sign: regula falsi (Illinois), every third time the middle."""
+    if abs(f_b) <= ZERO:  # steps as long as the margin land on what they measure
+        return b
+    if abs(f_a) <= ZERO:
+        return a
     for step in range(80):
         if b - a <= ROOT:
             break
@@ -249,11 +261,47 @@ def end_between(world, kept, count, blade, now, piece, phi, bend, room, a, b, f_
         if not a < s < b:
             break
         f = margin(world, kept, count, blade, now, piece, s, phi, bend, room)
+        if abs(f) <= ZERO:
+            return s
         if (f < 0.0) == (f_a < 0.0):
             a, f_a, f_b = s, f, 0.5 * f_b
         else:
             b, f_b, f_a = s, f, 0.5 * f_a
     return 0.5 * (a + b)
+
+
+@leaf
+def facing(blade, now, piece, phi):
+    """s between which a straight piece moves into what lies before it; empty if it does nowhere.
+
+    N . V is linear along a line, and cos(beta) P + sin(beta) Q along an arc of normals beta: positive on one stretch.
+    """
+    q = blade.rows[piece]
+    a, b = blade.joints[piece], blade.joints[piece + 1]
+    idle = now[19]
+    if q[6] > 0.0:
+        side = into(now, phi, q[4], q[5], 1.0, 0.0)  # beta = 0: n_r, lever cz
+        over = into(now, phi, q[4], q[5], 0.0, 1.0)  # beta = 90 degrees: n_z, lever -cr
+        most = np.sqrt(side * side + over * over)
+        if most <= idle:
+            return a, a
+        middle, half = np.arctan2(over, side), np.arccos(idle / most)
+        low, high = max(q[7], middle - half), min(q[8], middle + half)
+        if low >= high:
+            return a, a
+        # ends of the piece stay what they are
+        return (a if low == q[7] else a + (low - q[7]) * q[6]), (
+            b if high == q[8] else a + (high - q[7]) * q[6]
+        )
+    n_r, n_z = np.cos(q[7]), np.sin(q[7])
+    f = into(now, phi, q[0], q[1], n_r, n_z) - idle
+    g = into(now, phi, q[2], q[3], n_r, n_z) - idle
+    if f <= 0.0 and g <= 0.0:
+        return a, a
+    if f > 0.0 and g > 0.0:
+        return a, b
+    root = a + (b - a) * f / (f - g)
+    return (a, root) if f > 0.0 else (root, b)
 
 
 @leaf
@@ -265,16 +313,25 @@ def cut_at(world, kept, count, blade, now, phi, room):
         if q[1] > now[20]:
             break
         a, b = blade.joints[piece], blade.joints[piece + 1]
-        bend = abs(blade.twist) + 1e-6 + (1.0 / q[6] if q[6] > 0.0 else 0.0)
+        bend = -1.0
+        if blade.twist == 0.0 or q[1] == q[3]:
+            a, b = facing(blade, now, piece, phi - q[1] * blade.twist)
+        else:
+            bend = abs(blade.twist) + 1e-6 + (1.0 / q[6] if q[6] > 0.0 else 0.0)
         if q[6] == 0.0 and q[3] > q[1]:  # nothing of the stock is higher
-            b = min(b, a + (b - a) * (now[20] - q[1]) / (q[3] - q[1]) + 1e-6)
-        least = max(0.01, (b - a) / 48.0)
+            b = min(
+                b,
+                blade.joints[piece]
+                + (now[20] - q[1]) / (q[3] - q[1]) * (blade.joints[piece + 1] - blade.joints[piece])
+                + 1e-6,
+            )
+        if b <= a:
+            continue
+        least = max(LEAST, (b - a) / CELLS)
         s, f = a, margin(world, kept, count, blade, now, piece, a, phi, bend, room)
         begin = a
         while s < b:
             t = min(s + max(abs(f) / blade.stretch, least), b)
-            if edge_point(blade, piece, s)[1] > now[20]:
-                break
             g = margin(world, kept, count, blade, now, piece, t, phi, bend, room)
             if (f < 0.0) != (g < 0.0):
                 e = end_between(world, kept, count, blade, now, piece, phi, bend, room, s, t, f, g)

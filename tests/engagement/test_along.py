@@ -1,0 +1,180 @@
+"""Contact along blocks in one compiled walk: closed forms, and the engagement that distances give one angle after another."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vmachining.engagement import Engagement, Past, RayWorkpiece, contact
+from vmachining.engagement.along import Sweeps, Teeth, fractions, samples_along
+from vmachining.force import Coefficients, load_rows, power_w, turn_load
+from vmachining.geometry import Arc, Line
+from vmachining.stock import BoxStock, CylinderStock, MeshStock
+from vmachining.sweep import Pose, Stance, Sweep, Turn
+from vmachining.tool import BallNose, BullNose, Edge, FlatEnd, Taper
+
+K0 = Coefficients.constant(700, 250, 120, 25, 18, 4)
+PLATE = BoxStock([0, 0, -20], [100, 60, 0])
+FLAT = FlatEnd(diameter=10, length=60, flute_length=40)
+
+
+def sample(tool, stock, path, earlier=(), at=0.5, teeth=2, helix=None):
+    """One station of a block."""
+    edge = Edge(tool, bottom=True)
+    sweeps = Sweeps(stock, 5.0)
+    for k, one in enumerate(earlier):
+        sweeps.add(k, tool.cutter, one)
+    helical = None if helix is None else Edge(tool, helix_deg=helix, bottom=True)
+    known = Teeth(edge, helical, teeth)
+    return samples_along(sweeps, len(earlier), path, known, np.array([at]))[0], known
+
+
+@pytest.mark.parametrize(
+    ("tool", "earlier", "speed", "feed", "wanted"),
+    [
+        (FLAT, (), 3000, 600, (0.5, 0.3, 0.1, 316.496, 327.810)),
+        (FLAT, (27.5,), 3000, 600, (1 / 6, 0.259808, 0.0866025, 286.345, 91.7699)),
+        (BullNose(diameter=32, corner_radius=4, length=60), (), 2000, 800,
+         (0.5, 0.6, 0.193649, 603.15, 1226.801)),
+    ],
+)  # fmt: skip
+def test_cases_of_the_specification(tool, earlier, speed, feed, wanted):
+    """Slot, shoulder of ae = 2.5, slot of a bull nose, ap = 3, two teeth.
+
+    The shoulder's 286.36 N of the specification is 286.345: both teeth are never in it together, and at 60 degrees one has
+    h = 0.0866: (70 h' + 25) 3 with h' = h / f and so on, squared and summed.
+    """
+    before = [Line([-60, y, -3], [160, y, -3]) for y in earlier]
+    path = Line([-6, 30, -3], [94, 30, -3])
+    seen, teeth = sample(tool, BoxStock([0, -20, -20], [100, 80, 0]), path, before)
+    scale = feed / (path.length * 2 * speed)
+    load = turn_load(seen, teeth, K0)
+    found = (
+        seen.chips.fraction, seen.chips.area_rate * scale, seen.chips.thickness_rate * scale, load.peak(scale),
+        float(power_w(load.torque(scale), speed)),
+    )  # fmt: skip
+    np.testing.assert_allclose(found, wanted, rtol=6e-6)
+    assert seen.chips.ap == pytest.approx(3.0, abs=1e-6)
+
+
+def test_a_shoulder_peaks_where_its_closed_form_does():
+    h = 0.1 * np.sin(np.radians(60.0))
+    parts = [(k * h + e) * 3 for k, e in ((700, 25), (250, 18), (120, 4))]
+    assert np.linalg.norm(parts) == pytest.approx(286.345, abs=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("tool", "path", "rate"),
+    [
+        (FLAT, Line([50, 30, 2], [50, 30, -8]), 10 * 5.0),  # plunge: the bottom alone, one radius wide
+        (BullNose(diameter=20, corner_radius=5, length=60), Line([50, 30, 2], [50, 30, -18]), 20 * 10.0),
+    ],
+)
+def test_a_plunge_is_cut_by_the_bottom(tool, path, rate):
+    """The chip of a tooth is its projection across the feed: as wide as the radius, in a plate that is deep enough."""
+    seen, _ = sample(tool, PLATE, path, at=0.9)
+    assert seen.chips.fraction == 1.0 and np.isnan(seen.chips.ae)
+    assert seen.chips.area_rate == pytest.approx(rate, rel=1e-9)
+    assert seen.chips.ap == pytest.approx(0.0 if tool is FLAT else 5.0, abs=1e-6)
+
+
+def test_a_plunge_of_a_flat_end_has_no_axial_depth_but_a_chip():
+    seen, _ = sample(FLAT, PLATE, Line([50, 30, 2], [50, 30, -8]), at=0.9)
+    assert seen.chips.ap == 0.0 and seen.chips.thickness_rate == pytest.approx(10.0)
+
+
+def test_air_is_zero():
+    seen, teeth = sample(FLAT, PLATE, Line([0, 30, 5], [50, 30, 5]))
+    assert seen.chips == (0.0, 0.0, 0.0, 0.0, 0.0) and turn_load(seen, teeth, K0) is None
+    up, _ = sample(FLAT, PLATE, Line([50, 30, 5], [50, 30, 9]))
+    assert np.isnan(up.chips.ae) and up.chips.ap == 0.0
+
+
+def test_a_shallow_wall_is_not_missed_between_angles():
+    """ae = 0.01 mm of R = 5: engaged over 3.6 degrees, less than a step of the grid."""
+    ae = 0.01
+    seen, _ = sample(FLAT, PLATE, Line([10, 60 + 5 - ae, -3], [90, 60 + 5 - ae, -3]))
+    assert seen.chips.ae == pytest.approx(ae, rel=1e-3)
+    assert seen.chips.fraction == pytest.approx(np.arccos(1 - ae / 5) / (2 * np.pi), rel=1e-3)
+
+
+def cases():
+    """Tools, stocks, earlier passes and a block: pockets, arcs, ramps, three and five axes."""
+    bull, ball = BullNose(diameter=12, corner_radius=3, length=50), BallNose(diameter=8, length=50)
+    taper = Taper(diameter=8, taper_deg=10, length=40, corner_radius=1)
+    bar = CylinderStock((50, 30), 25, (-20, 0))
+    level = [Line([10, y, -2], [90, y, -2]) for y in (20, 27)]
+    lean = Turn.great_circle(Pose([20, 30, -2], [0.2, 0.1, 0.97]), Pose([70, 34, -3], [-0.1, 0.25, 0.96]))
+    first = Turn.great_circle(Pose([20, 24, -2], [0.2, 0.1, 0.97]), Pose([70, 27, -3], [-0.1, 0.25, 0.96]))
+    return {
+        "bull beside passes": (bull, PLATE, level, Line([15, 33, -3], [85, 33, -3])),
+        "ball on a bar": (ball, bar, level, Line([20, 22, -4], [80, 38, -4])),
+        "arc": (FLAT, PLATE, level, Arc([50, 40, -3], [50, 30, -3], angle=2.5)),
+        "helix into the full": (FLAT, PLATE, [], Arc([54, 30, 0], [50, 30, 0], angle=7.0, rise=-4.0)),
+        "ramp": (bull, PLATE, level, Line([20, 32, 1], [80, 36, -5])),
+        "ramp up": (bull, PLATE, level, Line([20, 32, -5], [80, 36, 1])),
+        "taper": (taper, PLATE, level, Line([15, 31, -4], [85, 31, -4])),
+        "five axes": (bull, PLATE, [first], lean),
+    }
+
+
+@pytest.mark.parametrize("name", cases())
+@pytest.mark.parametrize("at", [0.31, 0.77])
+def test_the_walk_sees_what_distances_see(name, at):
+    """`contact` asks one condition after the other, with a resolution of 0.01 mm: lengths and chips agree."""
+    tool, stock, earlier, path = cases()[name]
+    seen, _ = sample(tool, stock, path, earlier, at=at)
+    edge, stance = Edge(tool, bottom=True), Stance.on(path, at)
+    past = [Past(k, Sweep.along(tool.cutter, one)) for k, one in enumerate(earlier)]
+    own = [] if isinstance(path, Line) else [Past(99, Sweep.along(tool.cutter, path.split([at])[0]))]
+    found = Engagement(
+        edge, stance, contact(edge, stance, RayWorkpiece(stock, past), own, angles=144, phase=0.13), "dexel"
+    )
+    if seen.straight is None:
+        assert found.is_air
+        return
+    length = float(np.linalg.norm(stance.velocity))
+    area = float(np.nanmax(found.chip_per_feed)) * length
+    # its grid is another one: a peak between angles is missed by 1 - cos(1.25 degrees) and steep ends by a little more
+    assert seen.chips.area_rate == pytest.approx(area, rel=0.02)
+    assert seen.chips.ap == pytest.approx(found.ap, abs=0.05)
+    assert seen.chips.ae == pytest.approx(found.ae, abs=0.1)
+    arcs = float(np.ptp(found.arcs, axis=1).sum()) / (2 * np.pi)
+    assert seen.chips.fraction == pytest.approx(min(arcs, 1.0), abs=0.004)
+
+
+def test_triangles_are_a_stock_like_a_box():
+    outer, _ = PLATE.mesh(0.1)
+    path, earlier = Line([15, 33, -3], [85, 35, -4]), [Line([10, 27, -2], [90, 27, -2])]
+    one, _ = sample(FLAT, PLATE, path, earlier)
+    other, _ = sample(FLAT, MeshStock(outer.vertices, outer.triangles), path, earlier)
+    np.testing.assert_allclose(one.chips, other.chips, rtol=1e-6, atol=1e-6)
+
+
+def test_a_helix_smooths_the_force_and_keeps_the_work():
+    """A shoulder: the mean torque of elements that cut later is the same; its peak is lower."""
+    path, earlier = Line([-6, 30, -8], [94, 30, -8]), [Line([-60, 27.5, -8], [160, 27.5, -8])]
+    scale = 600 / (path.length * 2 * 3000)
+    straight = turn_load(*sample(FLAT, PLATE, path, earlier), Coefficients.constant(700, 0, 0, 25))
+    wound = turn_load(*sample(FLAT, PLATE, path, earlier, helix=30), Coefficients.constant(700, 0, 0, 25))
+    # F_t alone: M = rho F_t cos(chi)
+    assert wound.torque(scale) == pytest.approx(straight.torque(scale) * np.cos(np.radians(30)), rel=5e-3)
+    assert wound.peak(scale) < 0.95 * straight.peak(scale)
+
+
+def test_envelopes_hold_the_peak_at_every_feed():
+    path = Line([-6, 30, -3], [94, 30, -3])
+    seen, teeth = sample(BullNose(diameter=16, corner_radius=4, length=60), PLATE, path, teeth=3)
+    load = turn_load(seen, teeth, K0)
+    for component, width in (("resultant", 3), ("xy", 2)):
+        rows = load_rows(load, component, 1 / path.length, 1.0)
+        for f in (0.0, 0.01, 0.1, 0.5, 0.99):
+            force = f / path.length * load.angles[:, :3] + load.angles[:, 3:6]
+            peak = np.linalg.norm(force[:, :width], axis=1).max()
+            assert np.sqrt((rows @ [f * f, 2 * f, 1]).max()) == pytest.approx(peak, rel=1e-12)
+    assert len(rows) < 12
+
+
+def test_stations():
+    assert fractions(0.3, 5.0).tolist() == [0, 1]
+    assert len(fractions(10.0, 5.0)) == 9 and len(fractions(1e3, 5.0)) == 17
