@@ -25,8 +25,8 @@ roots and not samples.
 | `frames.py` | frames of tool, contact and feed: plain numbers and arrays |
 | `chip.py` | points of flat, bull and ball edges, facing condition, chip thickness, area, depth: plain arrays |
 
-Jobs are wired to this in `vmachining.job.engage`, where the B-rep takes the place of `RayWorkpiece`; pictures are
-drawn in `vmachining.report`.
+Jobs are wired to this in `vmachining.job.engage`, where the B-rep, or heights over cells (`analytic`), take the place of
+`RayWorkpiece`; pictures are drawn in `vmachining.report`.
 
 The touch with its own past
 ---------------------------

@@ -52,7 +52,7 @@ class Engagement:
 
     edge, stance : the cutting edge; where the tool is, how it moves, its frame.
     contact : stretches by rotation angle, as extracted.
-    method : "dexel" or "brep". block, line : of the program, where there is one.
+    method : "dexel", "brep" or "analytic". block, line : of the program, where there is one.
     notes : what a reader must know: what is not in the numbers, how well the stock is known.
 
     The rotation angle phi is that of the tip of the edge in the tool frame, from its second direction (+y of an

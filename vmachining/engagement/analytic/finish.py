@@ -34,6 +34,9 @@ __all__ = [
 ROOT = 1e-13
 """Brackets of a root are narrowed to this share of their ends, or until they are neighbours."""
 
+CHUNK = 1_000_000
+"""Points of the edge that are asked at once: 100 MB with what is made of them."""
+
 STEPS_PER_RADIUS = 50
 """The edge is sampled every r / 50 (R / 50 on the cylinder): shorter contacts with a surface may be missed."""
 
@@ -399,7 +402,11 @@ def finished(
         a, b = np.full(len(who), low), np.full(len(who), high)
         if facing:  # one stretch per piece: N . V has at most one root there
             who, a, b = _facing(behind, a, b, who, bend)
-        found.append(_below(outside, a, b, who, steps))
+        step = max(CHUNK // (steps + 1), 1)
+        found += [
+            _below(outside, a[k : k + step], b[k : k + step], who[k : k + step], steps)
+            for k in range(0, max(len(who), 1), step)
+        ]
     who = np.concatenate([f[0] for f in found])
     a, b = (np.concatenate([f[k] for f in found]) for k in (1, 2))
     order = np.lexsort((a, who))
