@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from vmachining.arrays import Bools, Floats, Ints, rows
 from vmachining.errors import StockError
 from vmachining.geometry import RayIntervals
+from vmachining.geometry.boxtree import box_tree, curve_order
 from vmachining.stock import _kernels
 from vmachining.tolerance import LENGTH_EPS_MM
 
@@ -238,9 +239,9 @@ class MeshStock:
         real = size > 0.0  # slivers without area have no side; their edges belong to neighbours too
         a, b, c, corner = a[real], b[real], c[real], corner[real]
         normal = self._cross[real] / size[real, None]
-        order = _along_a_curve((a + b + c) / 3.0)  # neighbours get into one leaf of the tree
+        order = curve_order((a + b + c) / 3.0)  # neighbours get into one leaf of the tree
         a, b, c, corner, normal = a[order], b[order], c[order], corner[order], normal[order]
-        boxes = _tree(np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c))
+        boxes = box_tree(np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c), _kernels.LEAF)
         return a, b, c, _pseudonormals(a, b, c, corner, normal), boxes
 
 
@@ -269,37 +270,6 @@ def _uniform(inside: Bools, low: float, high: float) -> RayIntervals:
     """One interval for every line that is inside."""
     count = int(inside.sum())
     return RayIntervals(inside.astype(np.int64), np.full(count, low), np.full(count, high))
-
-
-def _along_a_curve(points: Floats) -> Ints:
-    """Order of points (n, 3) along a Morton curve: their coordinates in 21 bits each, interleaved."""
-    low, size = points.min(axis=0), max(float(np.ptp(points, axis=0).max()), 1e-300)
-    cell = ((points - low) * ((2**21 - 1) / size)).astype(np.uint64)
-    code = np.zeros(len(points), dtype=np.uint64)
-    for bit in range(21):
-        for axis in range(3):
-            code |= ((cell[:, axis] >> np.uint64(bit)) & np.uint64(1)) << np.uint64(3 * bit + axis)
-    return np.argsort(code, kind="stable")
-
-
-def _tree(low: Floats, high: Floats) -> Floats:
-    """Boxes of a binary tree over triangles in order, see the legend of `_kernels.py`."""
-    size = _kernels.LEAF
-    leaves = 1 << max(0, (-(-len(low) // size) - 1).bit_length())
-    boxes = np.empty((2 * leaves - 1, 6))
-    for part, values, empty, reduce in (
-        (slice(0, 3), low, np.inf, np.min),
-        (slice(3, 6), high, -np.inf, np.max),
-    ):
-        padded = np.full((leaves * size, 3), empty)
-        padded[: len(values)] = values
-        level = reduce(padded.reshape(leaves, size, 3), axis=1)
-        while True:
-            boxes[len(level) - 1 : 2 * len(level) - 1, part] = level
-            if len(level) == 1:
-                break
-            level = reduce(level.reshape(-1, 2, 3), axis=1)
-    return boxes
 
 
 def _pseudonormals(a: Floats, b: Floats, c: Floats, corner: Ints, normal: Floats) -> Floats:

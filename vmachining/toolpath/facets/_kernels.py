@@ -1,0 +1,214 @@
+# Drop cutter: the highest position of a tool of revolution, axis +z, at which it touches a set of triangles.
+#
+# Legend: tool R largest radius, r corner radius, a = R - r. f(rho) height of its surface above the tip at radius rho.
+# corners (m, 9): p, q, s of every triangle. planes (m, 4): z = g x + h y + k of its plane and 1, or 0 where it is upright.
+# boxes: tree over the triangles (see vmachining.geometry.boxtree), LEAF in a leaf. Source: spec D.4.
+
+import numpy as np
+
+from vmachining.jit import kernel, leaf
+
+LEAF = 4
+NONE, VERTEX, EDGE, FACET = 0, 1, 2, 3
+
+
+@leaf
+def height(rho, r, a):
+    """f."""
+    if rho <= a or r == 0.0:
+        return 0.0
+    over = min(rho - a, r)
+    return r - np.sqrt(max(r * r - over * over, 0.0))
+
+
+@leaf
+def best_along(m, d, low, high, r, a):
+    """s in [low, high] where m s - f(sqrt(d^2 + s^2)) is largest; d: distance of the axis from the line."""
+    if r == 0.0:
+        return high if m > 0.0 else low
+    w2 = (a + r) ** 2 - d * d
+    if m == 0.0:
+        return min(max(0.0, low), high)
+    if a == 0.0:
+        s = m * np.sqrt(max(w2, 0.0) / (1.0 + m * m))
+    else:  # rho = a + r sin t with tan t s / rho = |m|, by Newton's method kept in its bracket
+        slope = abs(m)
+        t0 = np.arcsin(min(max(d - a, 0.0) / r, 1.0))
+        t1 = 0.5 * np.pi
+        t = min(max(np.arctan(slope), t0 + 1e-3 * (t1 - t0)), t1 - 1e-3 * (t1 - t0))
+        for _ in range(60):
+            sine, cosine = np.sin(t), np.cos(t)
+            rho = a + r * sine
+            share = np.sqrt(max(1.0 - (d / rho) ** 2, 0.0))
+            value = sine / cosine * share - slope
+            if value > 0.0:
+                t1 = t
+            else:
+                t0 = t
+            rate = share / (cosine * cosine)
+            if share > 0.0:
+                rate += sine * r * d * d / (rho * rho * rho * share)
+            new = t - value / rate if rate > 0.0 else 0.5 * (t0 + t1)
+            if not t0 < new < t1:
+                new = 0.5 * (t0 + t1)
+            done = abs(new - t) <= 1e-9
+            t = new
+            if done:
+                break
+        rho = a + r * np.sin(t)
+        s = np.sqrt(max(rho * rho - d * d, 0.0))
+        if m < 0.0:
+            s = -s
+    return min(max(s, low), high)
+
+
+@leaf
+def over_vertex(x, y, px, py, pz, R, r, a):
+    """Tip height at which the tool touches a point; -inf if it cannot."""
+    square = (px - x) ** 2 + (py - y) ** 2
+    if square > R * R:
+        return -np.inf
+    return pz - height(np.sqrt(square), r, a)
+
+
+@leaf
+def over_edge(x, y, px, py, pz, qx, qy, qz, best, R, r, a):
+    """Tip height at which the tool touches a segment; -inf if that is not above `best`."""
+    ex, ey = qx - px, qy - py
+    length = np.sqrt(ex * ex + ey * ey)
+    if length <= 0.0:
+        return max(over_vertex(x, y, px, py, pz, R, r, a), over_vertex(x, y, qx, qy, qz, R, r, a))
+    ex, ey = ex / length, ey / length
+    s0 = (x - px) * ex + (y - py) * ey
+    d = abs((x - px) * ey - (y - py) * ex)
+    if d > R:
+        return -np.inf
+    w = np.sqrt(R * R - d * d)
+    low, high = max(-w, -s0), min(w, length - s0)
+    if low > high:
+        return -np.inf
+    m = (qz - pz) / length
+    if pz + m * (s0 + (high if m > 0.0 else low)) - height(d, r, a) <= best:
+        return -np.inf
+    s = best_along(m, d, low, high, r, a)
+    return pz + m * (s0 + s) - height(np.sqrt(d * d + s * s), r, a)
+
+
+@leaf
+def in_triangle(x, y, c):
+    """Whether a point lies in the triangle seen from above, its border included."""
+    one = (c[3] - c[0]) * (y - c[1]) - (c[4] - c[1]) * (x - c[0])
+    two = (c[6] - c[3]) * (y - c[4]) - (c[7] - c[4]) * (x - c[3])
+    three = (c[0] - c[6]) * (y - c[7]) - (c[1] - c[7]) * (x - c[6])
+    return (one >= 0.0 and two >= 0.0 and three >= 0.0) or (one <= 0.0 and two <= 0.0 and three <= 0.0)
+
+
+@leaf
+def over_triangle(x, y, c, plane, best, R, r, a):
+    """(tip height, kind of contact) over one triangle; (-inf, NONE) where it is not above `best`."""
+    if plane[3] > 0.0:
+        g, h = plane[0], plane[1]
+        slope = np.sqrt(g * g + h * h)
+        stretch = np.sqrt(1.0 + slope * slope)
+        z = g * x + h * y + plane[2] + a * slope + r * (stretch - 1.0)
+        if z <= best:  # no point of the plane lifts the tool higher
+            return -np.inf, NONE
+        # the normal is (-g, -h, 1) / stretch: the contact lies on the rising side
+        ux, uy = (g / slope, h / slope) if slope > 0.0 else (0.0, 0.0)
+        aside = a + r * slope / stretch
+        if in_triangle(x + aside * ux, y + aside * uy, c):
+            return z, FACET
+    found, kind = best, NONE
+    for k in range(3):
+        i, j = 3 * k, 3 * ((k + 1) % 3)
+        if max(c[i + 2], c[j + 2]) <= found:
+            continue
+        z = over_edge(x, y, c[i], c[i + 1], c[i + 2], c[j], c[j + 1], c[j + 2], found, R, r, a)
+        if z > found:
+            found, kind = z, EDGE
+    if kind == NONE:
+        return -np.inf, NONE
+    return found, kind
+
+
+@leaf
+def node_bound(x, y, box, R, r, a):
+    """No triangle of a node lifts the tip above this; -inf where all are out of reach."""
+    dx = max(box[0] - x, x - box[3], 0.0)
+    dy = max(box[1] - y, y - box[4], 0.0)
+    square = dx * dx + dy * dy
+    if not square <= R * R:
+        return -np.inf
+    return box[5] - height(np.sqrt(square), r, a)
+
+
+@kernel
+def drop(points, corners, planes, boxes, R, r, floor, z, which, kind) -> None:
+    """Tip height at every point (n, 2), its triangle and kind of contact; `floor` and -1 where nothing is touched above it."""
+    stack, bound = np.empty(96, dtype=np.int64), np.empty(96)
+    leaves = (len(boxes) + 1) // 2
+    a = R - r
+    last = 0
+    for i in range(len(points)):
+        x, y = points[i, 0], points[i, 1]
+        best, triangle, what = floor, -1, NONE
+        value, how = over_triangle(x, y, corners[last], planes[last], best, R, r, a)
+        if how != NONE:
+            best, triangle, what = value, last, how
+        stack[0], bound[0] = 0, node_bound(x, y, boxes[0], R, r, a)
+        top = 1
+        while top > 0:
+            top -= 1
+            node = stack[top]
+            if bound[top] <= best:
+                continue
+            if node < leaves - 1:
+                one, two = 2 * node + 1, 2 * node + 2
+                b1 = node_bound(x, y, boxes[one], R, r, a)
+                b2 = node_bound(x, y, boxes[two], R, r, a)
+                if b1 > b2:
+                    one, two, b1, b2 = two, one, b2, b1
+                if b1 > best:
+                    stack[top], bound[top] = one, b1
+                    top += 1
+                if b2 > best:
+                    stack[top], bound[top] = two, b2
+                    top += 1
+                continue
+            first = (node - leaves + 1) * LEAF
+            for j in range(first, min(first + LEAF, len(corners))):
+                value, how = over_triangle(x, y, corners[j], planes[j], best, R, r, a)
+                if how != NONE:
+                    best, triangle, what = value, j, how
+        z[i], which[i], kind[i] = best, triangle, what
+        if triangle >= 0:
+            last = triangle
+
+
+@kernel
+def heights(points, corners, planes, boxes, z, which) -> None:
+    """Highest point of the triangles over every point (n, 2), and its triangle; -inf and -1 where there is none."""
+    stack = np.empty(96, dtype=np.int64)
+    leaves = (len(boxes) + 1) // 2
+    for i in range(len(points)):
+        x, y = points[i, 0], points[i, 1]
+        best, triangle = -np.inf, -1
+        stack[0] = 0
+        top = 1
+        while top > 0:
+            top -= 1
+            node = stack[top]
+            box = boxes[node]
+            if not (box[0] <= x <= box[3] and box[1] <= y <= box[4] and box[5] > best):
+                continue
+            if node < leaves - 1:
+                stack[top], stack[top + 1] = 2 * node + 1, 2 * node + 2
+                top += 2
+                continue
+            first = (node - leaves + 1) * LEAF
+            for j in range(first, min(first + LEAF, len(corners))):
+                if planes[j, 3] > 0.0 and in_triangle(x, y, corners[j]):
+                    value = planes[j, 0] * x + planes[j, 1] * y + planes[j, 2]
+                    if value > best:
+                        best, triangle = value, j
+        z[i], which[i] = best, triangle

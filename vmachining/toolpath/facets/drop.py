@@ -1,0 +1,156 @@
+"""Heights of a faceted part, and how far a tool can be lowered on it. Source: spec D.3, D.4."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vmachining.arrays import Bools, Floats, Ints, rows
+from vmachining.errors import InputError, ToolError
+from vmachining.geometry.boxtree import box_tree, curve_order
+from vmachining.tool import BallNose, BullNose, FlatEnd, Tool
+from vmachining.toolpath.facets import _kernels
+from vmachining.toolpath.facets.mesh import FacetMesh
+
+__all__ = ["Contact", "Dropped", "Surface", "radii"]
+
+UPRIGHT = 1e-9
+"""A facet whose unit normal has less of z has no height."""
+
+
+class Contact(IntEnum):
+    """What a tool rests on."""
+
+    NONE = 0
+    VERTEX = 1
+    EDGE = 2
+    FACET = 3
+
+
+class Dropped(NamedTuple):
+    """z : (n,) mm, of the tip; -inf, or the floor, where nothing is touched. triangle : (n,), -1 there. kind : (n,) `Contact`."""
+
+    z: Floats
+    triangle: Ints
+    kind: Ints
+
+    @property
+    def touches(self) -> Bools:
+        """(n,)."""
+        return np.asarray(self.triangle >= 0)
+
+
+def radii(tool: Tool) -> tuple[float, float]:
+    """Radius and corner radius of a flat, ball or bull nose cutter, mm.
+
+    Raises
+    ------
+    ToolError
+        Another kind of cutter.
+    """
+    if isinstance(tool, FlatEnd):
+        return tool.diameter / 2.0, 0.0
+    if isinstance(tool, BallNose):
+        return tool.diameter / 2.0, tool.diameter / 2.0
+    if isinstance(tool, BullNose):
+        return tool.diameter / 2.0, tool.corner_radius
+    raise ToolError(
+        f"{type(tool).__name__} cannot be dropped on facets", remedy="take a flat, ball or bull nose cutter"
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False, init=False)
+class Surface:
+    """A faceted part, ready to be asked many times; the order of its triangles is its own.
+
+    Known limits: the cutter has no shank above its flutes; overhangs are not seen, the tool comes from above.
+    """
+
+    mesh: FacetMesh
+    _order: Ints
+    _corners: Floats
+    _planes: Floats
+    _boxes: Floats
+
+    def __init__(self, mesh: FacetMesh) -> None:
+        corners = mesh.corners
+        order = curve_order(np.ascontiguousarray(corners.mean(axis=1)[:, :2]))
+        corners = np.ascontiguousarray(corners[order])
+        normals = mesh.normals[order]
+        planes = np.zeros((len(order), 4))
+        level = np.abs(normals[:, 2]) >= UPRIGHT
+        slope = -normals[level, :2] / normals[level, 2:]
+        planes[level, :2] = slope
+        planes[level, 2] = corners[level, 0, 2] - (slope * corners[level, 0, :2]).sum(axis=1)
+        planes[level, 3] = 1.0
+        values = (mesh, order, corners.reshape(-1, 9), planes)
+        for name, value in zip(("mesh", "_order", "_corners", "_planes"), values, strict=True):
+            object.__setattr__(self, name, value)
+        boxes = box_tree(corners.min(axis=1), corners.max(axis=1), _kernels.LEAF)
+        object.__setattr__(self, "_boxes", boxes)
+
+    def heights(self, points: ArrayLike) -> tuple[Floats, Ints]:
+        """Highest z over every point (n, 2), -inf beside the part, and its triangle, -1 there."""
+        where = np.ascontiguousarray(rows(points, -1, 2, name="points"))
+        z, which = np.empty(len(where)), np.empty(len(where), dtype=np.int64)
+        _kernels.heights(where, self._corners, self._planes, self._boxes, z, which)
+        return z, np.where(which >= 0, self._order[which], -1)
+
+    def drop(
+        self, points: ArrayLike, radius: float, corner_radius: float, *, floor: float = -np.inf
+    ) -> Dropped:
+        """The tip's height where a tool that comes down along z touches the part first.
+
+        Parameters
+        ----------
+        points : (n, 2) mm, of the tool axis. radius, corner_radius : mm; 0 is a flat end, `radius` a ball.
+        floor : mm; the tip goes no lower.
+
+        Raises
+        ------
+        InputError
+            Radii that are no cutter.
+        """
+        if not (0.0 <= corner_radius <= radius and 0.0 < radius < np.inf):
+            raise InputError(
+                f"radius {radius:g} mm with a corner radius of {corner_radius:g} mm is no cutter"
+            )
+        where = np.ascontiguousarray(rows(points, -1, 2, name="points"))
+        z = np.empty(len(where))
+        which, kind = np.empty(len(where), dtype=np.int64), np.empty(len(where), dtype=np.int64)
+        _kernels.drop(
+            where,
+            self._corners,
+            self._planes,
+            self._boxes,
+            float(radius),
+            float(corner_radius),
+            float(floor),
+            z,
+            which,
+            kind,
+        )
+        # a corner stands at the end of two edges: it is told apart by where the tool meets it
+        vertex = self._is_vertex(where, z, which, kind, radius, corner_radius)
+        kind[vertex] = Contact.VERTEX
+        return Dropped(z, np.where(which >= 0, self._order[which], -1), kind)
+
+    def _is_vertex(
+        self, points: Floats, z: Floats, which: Ints, kind: Ints, radius: float, corner_radius: float
+    ) -> Bools:
+        """Whether a contact with an edge is one with its end."""
+        out = np.zeros(len(points), dtype=np.bool_)
+        asked = np.flatnonzero(kind == Contact.EDGE)
+        if not len(asked):
+            return out
+        corners = self._corners[which[asked]].reshape(-1, 3, 3)
+        rho = np.linalg.norm(corners[:, :, :2] - points[asked, None], axis=2)
+        over = np.clip(rho - (radius - corner_radius), 0.0, corner_radius)
+        tip = corners[:, :, 2] - (corner_radius - np.sqrt(corner_radius**2 - over**2))
+        tip[rho > radius] = -np.inf
+        out[asked] = (tip >= z[asked, None] - 1e-13 * (1.0 + np.abs(z[asked, None]))).any(axis=1)
+        return out

@@ -1,0 +1,255 @@
+"""Facets as an indexed mesh: shared vertices, neighbours, normals, borders, and what is wrong with it. Source: spec D.2, D.6."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vmachining.arrays import Floats, Ints, rows
+from vmachining.errors import InputError
+
+__all__ = ["FacetMesh", "Weights", "edge_normal"]
+
+Weights = Literal["resultant", "area", "angle"]
+WELD = 1e-6
+"""Vertices closer than this share of the diagonal are one."""
+
+FLAT = 1e-12
+"""Triangles of less area than this share of the squared diagonal are dropped."""
+
+
+@dataclass(frozen=True, slots=False, eq=False)
+class FacetMesh:
+    """vertices : (n, 3) mm. triangles : (m, 3) indices, counterclockwise from outside. notes : what was repaired or found."""
+
+    vertices: Floats
+    triangles: Ints
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def of(
+        cls, corners: ArrayLike, *, weld_mm: float | None = None, notes: tuple[str, ...] = ()
+    ) -> FacetMesh:
+        """Mesh of facets (m, 3, 3): close corners become one vertex, facets without area and copies are dropped, and told.
+
+        Raises
+        ------
+        InputError
+            Nothing is left.
+        """
+        points = rows(np.asarray(corners, dtype=np.float64).reshape(-1, 3), -1, 3, name="corners")
+        if not len(points):
+            raise InputError("a mesh without facets")
+        diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
+        step = WELD * diagonal if weld_mm is None else weld_mm
+        vertices, triangles = _welded(points, step)
+        told = list(notes)
+        same = (triangles[:, [0, 1, 2]] == triangles[:, [1, 2, 0]]).any(axis=1)
+        a, b, c = (vertices[triangles[:, k]] for k in range(3))
+        thin = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1) <= FLAT * diagonal**2
+        if (same | thin).any():
+            told.append(f"{int((same | thin).sum())} facets without area were dropped")
+        triangles = triangles[~(same | thin)]
+        _, first = np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)
+        if len(first) < len(triangles):
+            told.append(f"{len(triangles) - len(first)} facets that stand there twice were dropped")
+            triangles = triangles[np.sort(first)]
+        if not len(triangles):
+            raise InputError("every facet of the mesh is without area")
+        mesh = cls(vertices, triangles)
+        return cls(vertices, triangles, (*told, *mesh.complaints))
+
+    @cached_property
+    def corners(self) -> Floats:
+        """(m, 3, 3) mm."""
+        return np.asarray(self.vertices[self.triangles])
+
+    @cached_property
+    def areas(self) -> Floats:
+        """(m,) mm^2."""
+        return np.asarray(0.5 * np.linalg.norm(self._crosses, axis=1))
+
+    @cached_property
+    def normals(self) -> Floats:
+        """(m, 3), unit."""
+        return np.asarray(self._crosses / np.linalg.norm(self._crosses, axis=1)[:, None])
+
+    @cached_property
+    def _crosses(self) -> Floats:
+        a, b, c = (self.vertices[self.triangles[:, k]] for k in range(3))
+        return np.cross(b - a, c - a)
+
+    @cached_property
+    def bounds(self) -> Floats:
+        """(2, 3) mm."""
+        used = self.vertices[np.unique(self.triangles)]
+        return np.stack([used.min(axis=0), used.max(axis=0)])
+
+    @cached_property
+    def _edges(self) -> tuple[Ints, Ints, Ints]:
+        """Edges (e, 2), rising; of each side (k is opposite vertex k) of each triangle its edge, and whether it rises."""
+        sides = self.triangles[:, [[1, 2], [2, 0], [0, 1]]].reshape(-1, 2)
+        edges, which = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True)
+        return edges, which.reshape(-1, 3), (sides[:, 0] < sides[:, 1]).astype(np.int64).reshape(-1, 3)
+
+    @property
+    def edges(self) -> Ints:
+        """(e, 2): every edge once."""
+        return self._edges[0]
+
+    @cached_property
+    def edge_faces(self) -> Ints:
+        """(e, 2): the triangles at an edge, -1 where there is only one; of more than two the first two."""
+        edges, which, _ = self._edges
+        out = np.full((len(edges), 2), -1, dtype=np.int64)
+        order = np.argsort(which.ravel(), kind="stable")
+        edge, face = which.ravel()[order], order // 3
+        start = np.searchsorted(edge, np.arange(len(edges)))
+        count = np.diff(np.append(start, len(edge)))
+        out[:, 0] = face[start]
+        two = count >= 2
+        out[two, 1] = face[start[two] + 1]
+        return out
+
+    @cached_property
+    def neighbours(self) -> Ints:
+        """(m, 3): triangle across the edge opposite vertex k, -1 at a border."""
+        _, which, _ = self._edges
+        pair = self.edge_faces[which]
+        mine = np.arange(len(self.triangles))[:, None]
+        return np.where(pair[:, :, 0] == mine, pair[:, :, 1], pair[:, :, 0])
+
+    @cached_property
+    def border(self) -> Ints:
+        """(b, 2): edges of one triangle only."""
+        return self.edges[self.edge_faces[:, 1] < 0]
+
+    @property
+    def is_closed(self) -> bool:
+        """Every edge has two triangles."""
+        return not len(self.border)
+
+    @property
+    def euler(self) -> int:
+        """Vertices - edges + triangles."""
+        return len(np.unique(self.triangles)) - len(self.edges) + len(self.triangles)
+
+    @cached_property
+    def complaints(self) -> tuple[str, ...]:
+        """What is wrong with the mesh, in words."""
+        edges, which, rises = self._edges
+        count = np.bincount(which.ravel(), minlength=len(edges))
+        up = np.bincount(which.ravel(), weights=rises.ravel(), minlength=len(edges))
+        out = []
+        if (count == 1).any():
+            out.append(f"open: {int((count == 1).sum())} edges have one triangle only")
+        if (count > 2).any():
+            out.append(f"{int((count > 2).sum())} edges have more than two triangles")
+        wrong = (count == 2) & (up != 1)
+        if wrong.any():
+            # a facet that is turned over disagrees with all of its neighbours
+            turned = np.flatnonzero(wrong[which].all(axis=1))
+            if len(turned):
+                k = int(turned[0])
+                sides = "; ".join(
+                    f"{_place(self.vertices[e[0]])} to {_place(self.vertices[e[1]])}" for e in edges[which[k]]
+                )
+                out.append(
+                    f"{len(turned)} facets are turned over, first facet {k + 1} with the edges {sides}"
+                )
+            else:
+                out.append(f"{int(wrong.sum())} edges have triangles that disagree which side is outside")
+        return tuple(out)
+
+    def fan(self, vertex: int) -> Ints:
+        """Triangles at a vertex, in order around it as far as they are connected."""
+        mine = np.flatnonzero((self.triangles == vertex).any(axis=1))
+        if not len(mine):
+            return mine
+        left, out = set(mine.tolist()), []
+        # begin behind a border if there is one
+        begin = next((k for k in mine if self._after(int(k), vertex, back=True) not in left), mine[0])
+        k = int(begin)
+        while k in left:
+            left.remove(k)
+            out.append(k)
+            k = self._after(k, vertex, back=False)
+        return np.array(out + sorted(left), dtype=np.int64)
+
+    def _after(self, face: int, vertex: int, *, back: bool) -> int:
+        """Triangle next to a face around a vertex, counterclockwise; -1 at a border."""
+        at = int(np.flatnonzero(self.triangles[face] == vertex)[0])
+        return int(self.neighbours[face, (at + 2) % 3 if back else (at + 1) % 3])
+
+    def dihedral(self) -> Floats:
+        """(e,) rad: angle between the normals of the two triangles of every edge; NaN at borders."""
+        one, two = self.edge_faces.T
+        cosine = np.clip((self.normals[one] * self.normals[two]).sum(axis=1), -1.0, 1.0)
+        return np.where(two >= 0, np.arccos(cosine), np.nan)
+
+    def vertex_normals(self, weights: Weights = "angle") -> Floats:
+        """(n, 3), unit: sum of the normals at each vertex, as they are, by area or by angle; NaN where no facet is.
+
+        Raises
+        ------
+        InputError
+            The normals at a vertex cancel.
+        """
+        out = np.zeros_like(self.vertices)
+        for k in range(3):
+            if weights == "resultant":
+                w = np.ones(len(self.triangles))
+            elif weights == "area":
+                w = self.areas
+            else:
+                p, q, s = (self.corners[:, (k + j) % 3] for j in range(3))
+                u, v = q - p, s - p
+                w = np.arctan2(np.linalg.norm(np.cross(u, v), axis=1), (u * v).sum(axis=1))
+            np.add.at(out, self.triangles[:, k], w[:, None] * self.normals)
+        size = np.linalg.norm(out, axis=1)
+        used = np.unique(self.triangles)
+        if (size[used] < 1e-12).any():
+            bad = int(used[np.argmax(size[used] < 1e-12)])
+            raise InputError(
+                f"the normal is undefined at vertex {bad}, {_place(self.vertices[bad])}: its facets cancel"
+            )
+        with np.errstate(invalid="ignore"):
+            return np.asarray(out / size[:, None])
+
+
+def edge_normal(one: ArrayLike, two: ArrayLike, t: float) -> Floats:
+    """(3,), unit: normal at the share t of an edge between vertices with the normals `one` and `two`."""
+    mixed = (1.0 - t) * np.asarray(one, dtype=np.float64) + t * np.asarray(two, dtype=np.float64)
+    size = float(np.linalg.norm(mixed))
+    if size < 1e-12:
+        raise InputError("the normal is undefined on this edge: those of its ends cancel")
+    return np.asarray(mixed / size)
+
+
+def _place(point: Floats) -> str:
+    return "(" + ", ".join(f"{v:.6g}" for v in point) + ")"
+
+
+def _welded(points: Floats, step: float) -> tuple[Floats, Ints]:
+    """Vertices and indices; points closer than `step` in a chain of such are one, the first of them."""
+    unique, first, member = np.unique(points, axis=0, return_index=True, return_inverse=True)
+    member = member.reshape(-1)
+    if step > 0.0 and len(unique) > 1:
+        from scipy.sparse import coo_matrix
+        from scipy.sparse.csgraph import connected_components
+        from scipy.spatial import cKDTree
+
+        pairs = cKDTree(unique).query_pairs(step, output_type="ndarray")
+        if len(pairs):
+            graph = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(unique), len(unique)))
+            _, label = connected_components(graph, directed=False)
+            _, lead = np.unique(label, return_index=True)
+            return unique[lead], label[member].reshape(-1, 3).astype(np.int64)
+    order = np.argsort(first, kind="stable")
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return unique[order], rank[member].reshape(-1, 3).astype(np.int64)
