@@ -7,8 +7,8 @@ import numpy as np
 from vmachining import BallNose
 from vmachining.bench.gauntlet import gauntlet_block
 from vmachining.engines.brep import held, solids
-from vmachining.engines.brep.booleans import quiet
-from vmachining.engines.brep.cover import Tries, _Work
+from vmachining.engines.brep.envelopes.cover import Tries, _Work
+from vmachining.engines.brep.occt.booleans import quiet
 from vmachining.sweep.folds import poses, standing
 
 

@@ -26,7 +26,7 @@ from vmachining.engines.brep import (
     described,
     isolated,
 )
-from vmachining.engines.brep.booleans import box_of
+from vmachining.engines.brep.occt.booleans import box_of
 from vmachining.engines.judges import Judge, intersection
 from vmachining.engines.mesh import MeshEngine
 from vmachining.engines.protocol import Options, Removal

@@ -7,8 +7,8 @@ import pytest
 
 from vmachining import BallNose, BullNose, FlatEnd, ProfileTool, Sweep, Taper, Turn
 from vmachining.engines import brep
-from vmachining.engines.brep.cover import _grade, _lift
-from vmachining.engines.brep.hinge import Hinge, halves
+from vmachining.engines.brep.envelopes.cover import _grade, _lift
+from vmachining.engines.brep.envelopes.hinge import Hinge, halves
 from vmachining.errors import SweepError
 from vmachining.tool import Cutter
 

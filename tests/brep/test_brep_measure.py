@@ -8,12 +8,12 @@ import pytest
 from vmachining import FlatEnd, Sweep, Turn
 from vmachining.arrays import Floats
 from vmachining.engines import brep
-from vmachining.engines.brep.caps import Tool
-from vmachining.engines.brep.grazes import FOLD_MM, Grazes
-from vmachining.engines.brep.shapes import FIT_MM, Cylinder, Frame, interpolated
-from vmachining.engines.brep.stretches import LineSide, Moving
-from vmachining.engines.brep.topology import TOL, Builder, Use
-from vmachining.engines.brep.turns import turn_pieces
+from vmachining.engines.brep.envelopes.grazes import FOLD_MM, Grazes
+from vmachining.engines.brep.envelopes.stretches import LineSide, Moving
+from vmachining.engines.brep.envelopes.turns import turn_pieces
+from vmachining.engines.brep.occt.shapes import FIT_MM, Cylinder, Frame, interpolated
+from vmachining.engines.brep.occt.topology import TOL, Builder, Use
+from vmachining.engines.brep.translations.caps import Tool
 
 
 @pytest.mark.parametrize("aside", [0.007, 0.01])

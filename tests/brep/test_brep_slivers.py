@@ -11,9 +11,10 @@ import pytest
 from vmachining import BullNose, Sweep, Turn
 from vmachining.bench import gauntlet
 from vmachining.engines import brep
-from vmachining.engines.brep import inside, write
-from vmachining.engines.brep.stretches import ArcTurn
-from vmachining.engines.brep.turns import turn_pieces
+from vmachining.engines.brep import write
+from vmachining.engines.brep.envelopes.stretches import ArcTurn
+from vmachining.engines.brep.envelopes.turns import turn_pieces
+from vmachining.engines.brep.occt import inside
 from vmachining.errors import EngineError, SweepError
 from vmachining.tool import Profile
 

@@ -7,9 +7,9 @@ import pytest
 
 from vmachining import FlatEnd, Turn
 from vmachining.arrays import Floats
-from vmachining.engines.brep.caps import Tool
-from vmachining.engines.brep.grazes import Grazes
-from vmachining.engines.brep.stretches import BACK, Moving, State, evened, graze_beta
+from vmachining.engines.brep.envelopes.grazes import Grazes
+from vmachining.engines.brep.envelopes.stretches import BACK, Moving, State, evened, graze_beta
+from vmachining.engines.brep.translations.caps import Tool
 from vmachining.errors import SweepError
 from vmachining.sweep import Pose
 

@@ -6,7 +6,7 @@ import trimesh
 from tinyjob import write_job
 
 from vmachining.engines import brep
-from vmachining.engines.brep.polyhedron import polyhedron
+from vmachining.engines.brep.occt.polyhedron import polyhedron
 from vmachining.engines.brep.swept import inspect
 from vmachining.errors import EngineError
 from vmachining.job import Job, engage

@@ -15,11 +15,12 @@ from tinyjob import PROGRAM, SLOT_MM3, write_job
 from vmachining import Bracket, FlatEnd, Job, ProfileTool, Sweep, run
 from vmachining.cli.main import run as command
 from vmachining.engines import brep
-from vmachining.engines.brep import Blank, workpiece
-from vmachining.engines.brep.booleans import quiet
-from vmachining.engines.brep.polyhedron import polyhedron
-from vmachining.engines.brep.step import read_step
-from vmachining.engines.brep.workpiece import owners, write_step
+from vmachining.engines.brep import Blank
+from vmachining.engines.brep.occt.booleans import quiet
+from vmachining.engines.brep.occt.polyhedron import polyhedron
+from vmachining.engines.brep.occt.step import read_step
+from vmachining.engines.brep.workpiece import cut as workpiece
+from vmachining.engines.brep.workpiece.cut import owners, write_step
 from vmachining.errors import EngineError
 from vmachining.geometry import Arc, Line
 

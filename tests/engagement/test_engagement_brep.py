@@ -9,7 +9,7 @@ import pytest
 
 from vmachining.engagement import By, CylinderStock, Past, RayWorkpiece, contact, facing_parts
 from vmachining.engines.brep import Blank, BrepWorkpiece, edgeworker
-from vmachining.engines.brep.edgeworker import Members
+from vmachining.engines.brep.workpiece.edgeworker import Members
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Arc, Line
 from vmachining.sweep import Pose, Stance, Sweep, Turn

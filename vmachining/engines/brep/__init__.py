@@ -12,54 +12,32 @@ Goal: a B-rep answer beside the mesh bracket. Every value is either inside the b
 5. `step_file` writes the workpiece: cut block by block, each cut gated, valid and closed at the end.
 6. `read_step` is the door for STEP stock.
 
-| file | holds |
+| room or file | holds |
 |---|---|
-| `shapes.py` | curves and surfaces with their numpy formula, its inverse, and their OCCT twin |
-| `topology.py` | `Builder`: shared vertices and edges, faces with computed parameter curves |
-| `caps.py` | poses, circles and segments of an upright tool |
-| `level.py`, `upright.py` | level lines and arcs; plunges and full circles |
-| `guides.py`, `ramp.py`, `front.py` | ramps and helices; helices whose axis lies in the tool, steep ones |
-| `rings.py`, `stretches.py`, `grazes.py` | grazing curves of a tool that turns; valleys of flat faces that tilt |
-| `turning.py`, `lens.py`, `turns.py` | solid of a tool that turns; lenses of its flat faces; parts in time, and gates |
-| `hinge.py` | halves of a tool that turns about a fixed line through its axis |
-| `cover.py` | parts of tool and block whose union is a sweep with a pivot in the tool |
-| `swept.py` | `solid`, `solids`, `inspect` |
-| `write.py` | `write_solids` |
-| `inside.py` | `held`, `inside_out` |
-| `measure.py` | `volume` |
-| `removal/gate.py` | the rule; `Status`, `Verdict`, and its thresholds |
-| `removal/attempts.py` | `ATTEMPTS`: ways of asking OCCT, by name |
-| `removal/check.py` | `BlockChecker`: solids, judges, attempts, gate of one block |
-| `removal/workers.py`, `removal/worker.py` | `check_blocks`, `step_file` and the process they drive |
-| `removal/store.py` | solids that took long, on disk for the processes of a run |
-| `process.py` | `WorkerProcess`, `isolated` |
-| `booleans.py` | what OCCT is asked, and whether it worked |
-| `workpiece.py` | the stock after all blocks as a valid solid, STEP with faces named and coloured by block |
-| `edges.py`, `edgeworker.py` | `BrepWorkpiece`: which parts of a cutting edge lie in the workpiece |
-| `polyhedron.py` | a stock of triangles as a solid of plane faces |
-| `blank.py` | `Blank`: raw stock |
-| `step.py` | `read_step`: STEP -> closed solid -> triangles and exact volume |
-
-Measured (2 cores, shared machine): solids take 15 to 60 ms, helices 100 ms; all tools and 3-axis motions of
-tests/brep agree with `Sweep.volume` to 3e-8. `BRepGProp` (plain) is off by up to 1e-3 relative on a shallow ramp
-of a bull nose, its adaptive Gauss-Kronrod variant took 70 to 110 s there; `volume` takes 50 ms and is right to
-1e-9. A sphere's poles and a torus' seam must lie off the face, or pcurves turn wild: every face chooses its own
-frame. Two sheets that meet at less than some 1e-5 mm are not valid for OCCT: such ramps are taken as level.
+| `occt/shapes.py`, `topology.py` | curves and surfaces with their numpy formula; `Builder`: shells vertex by vertex |
+| `occt/measure.py`, `validity.py`, `inside.py` | exact volume; what OCCT says of a solid; which points lie in solids |
+| `occt/booleans.py`, `step.py`, `polyhedron.py` | booleans that are asked whether they worked; STEP; triangles as plane faces |
+| `translations/` | upright tools: level lines and arcs, plunges, ramps, helices |
+| `envelopes/` | tools that lean or turn: grazing curves, sheets, lenses, parts in time, turns about a line, covers |
+| `swept.py`, `write.py` | `solid`, `solids` of any sweep; STEP of them |
+| `removal/` | the gate: attempts, judges, verdicts, the processes that make them |
+| `workpiece/` | the stock after all blocks as a valid solid; which parts of a cutting edge lie in it |
+| `blank.py`, `process.py` | raw stock as a solid; a process that may crash or hang |
 
 What became of random chains of blocks, which attempt won how many of them, and what it costs: `docs/measured/gate.md`.
 
 Tools that turn: a spline sheet and its neighbours share nodes, so borders agree to rounding. Flat faces that tilt
 re-enter nearly always; valleys and lenses cut that off in closed form, and the volume is V(K) + Phi - W of the
 flux identity (gate 1e-5, mostly met to 1e-8). Where the envelope folds, parts of the tool and of the block and some
-poses cover the sweep (`cover.py`; folds and gaps up to 3e-5 mm). Turns about a fixed line through the axis
-are two or four solids of analytic faces (`hinge.py`, 0.1 s). In the sweep gauntlet (seeds 0 to 999) 994 blocks have
+poses cover the sweep (`envelopes/cover.py`; folds and gaps up to 3e-5 mm). Turns about a fixed line through the axis
+are two or four solids of analytic faces (`envelopes/hinge.py`, 0.1 s). In the sweep gauntlet (seeds 0 to 999) 994 blocks have
 solids, 688 of them one, at most 328; 6 are refused (74 201 354 604 729 821), none contradicted a bracket, a ray or a
 point, and one (742) is not written as STEP, which would change volumes of its parts by 2e-8. Processor time, gates
 included: 0.11 s in the median; covers of a hundred solids take 5 to 90 s, and a block that is refused 36 to 108 s.
 Jobs of 21 five-axis blocks each, before values were doubted: ball 20 agreed and 1 retried, bull nose 17 and 4, flat 13 and 8.
 
 Known limits: a block whose solid cannot be built is refused by name, and so are blocks that need it as a
-neighbour: cones that meet a steep slope on arcs in upright planes, steps of a cutter there, and what `turns.py`
+neighbour: cones that meet a steep slope on arcs in upright planes, steps of a cutter there, and what `envelopes/turns.py`
 says of tools that turn. A cutter that is not convex on a ramp, and arcs or helices that come
 back to themselves, are several solids whose union is the sweep: a helical entry is the cutter at its lowest, and
 what its front passes per half turn. A cone's apex brings one edge without length, which OCCT wants there.
@@ -73,19 +51,20 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from vmachining.engines.brep.step import StepSolid, read_step
+from vmachining.engines.brep.occt.step import StepSolid, read_step
 
 if TYPE_CHECKING:
     from vmachining.engines.brep.blank import Blank
-    from vmachining.engines.brep.edges import BrepWorkpiece
-    from vmachining.engines.brep.inside import held
-    from vmachining.engines.brep.measure import volume
+    from vmachining.engines.brep.occt.inside import held
+    from vmachining.engines.brep.occt.measure import volume
+    from vmachining.engines.brep.occt.validity import Inspection, inspect
     from vmachining.engines.brep.process import isolated
     from vmachining.engines.brep.removal.attempts import ATTEMPTS
     from vmachining.engines.brep.removal.check import BlockChecker
     from vmachining.engines.brep.removal.gate import Status, Verdict
     from vmachining.engines.brep.removal.workers import check_blocks, step_file
-    from vmachining.engines.brep.swept import Inspection, inspect, solid, solids
+    from vmachining.engines.brep.swept import solid, solids
+    from vmachining.engines.brep.workpiece.edges import BrepWorkpiece
     from vmachining.engines.brep.write import Described, described, write_solids, write_sweep
 
 __all__ = [
@@ -113,16 +92,17 @@ __all__ = [
 ]
 
 _FILES = {
-    "edges": ("BrepWorkpiece",),
-    "inside": ("held",),
     "blank": ("Blank",),
-    "measure": ("volume",),
+    "occt.inside": ("held",),
+    "occt.measure": ("volume",),
+    "occt.validity": ("Inspection", "inspect"),
     "process": ("isolated",),
     "removal.attempts": ("ATTEMPTS",),
     "removal.check": ("BlockChecker",),
     "removal.gate": ("Status", "Verdict"),
     "removal.workers": ("check_blocks", "step_file"),
-    "swept": ("Inspection", "inspect", "solid", "solids"),
+    "swept": ("solid", "solids"),
+    "workpiece.edges": ("BrepWorkpiece",),
     "write": ("Described", "described", "write_solids", "write_sweep"),
 }
 _HOME = {name: file for file, names in _FILES.items() for name in names}

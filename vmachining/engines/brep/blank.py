@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.polyhedron import polyhedron
+from vmachining.engines.brep.occt.polyhedron import polyhedron
 
 __all__ = ["Blank"]
 

@@ -1,4 +1,4 @@
-"""`solid`: the swept volume of one block as a valid B-rep solid; `inspect`: what OCCT says about a solid."""
+"""`solid`: the swept volume of one block as a valid B-rep solid."""
 
 from __future__ import annotations
 
@@ -7,17 +7,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.caps import UP
-from vmachining.engines.brep.cover import Tries, covered
-from vmachining.engines.brep.front import front
-from vmachining.engines.brep.guides import HelixGuide, LineGuide
-from vmachining.engines.brep.hinge import Hinge, halves
-from vmachining.engines.brep.inside import inside_out
-from vmachining.engines.brep.level import bent_guide, level, straight_guide
-from vmachining.engines.brep.measure import volume
-from vmachining.engines.brep.ramp import ramp
-from vmachining.engines.brep.turns import turn_pieces
-from vmachining.engines.brep.upright import ring, turned
+from vmachining.engines.brep.envelopes.cover import Tries, covered
+from vmachining.engines.brep.envelopes.hinge import Hinge, halves
+from vmachining.engines.brep.envelopes.turns import turn_pieces
+from vmachining.engines.brep.occt.inside import inside_out
+from vmachining.engines.brep.occt.measure import volume
+from vmachining.engines.brep.occt.validity import Inspection, inspect
+from vmachining.engines.brep.translations.caps import UP
+from vmachining.engines.brep.translations.front import front
+from vmachining.engines.brep.translations.guides import HelixGuide, LineGuide
+from vmachining.engines.brep.translations.level import bent_guide, level, straight_guide
+from vmachining.engines.brep.translations.ramp import ramp
+from vmachining.engines.brep.translations.upright import ring, turned
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Arc, Line
 from vmachining.numerics.series import Series
@@ -25,7 +26,7 @@ from vmachining.sweep import Sweep, Turn, swept_volume
 from vmachining.sweep.turned import arc_series
 from vmachining.tool import Profile, convex_cover
 
-__all__ = ["Inspection", "Swept", "inspect", "solid", "solids"]
+__all__ = ["Swept", "solid", "solids"]
 
 LEVEL_MM = 2e-5
 """A rise or a sideways step below this is none (the mean is taken): OCCT takes points 1e-7 mm apart for one,
@@ -42,22 +43,6 @@ VOLUME_REL = {False: 1e-6, True: 1e-5}
 
 MOST_WOUND = 1.01 * np.pi
 """rad: turn of a helix whose front is one solid; a full turn is two."""
-
-
-class Inspection(NamedTuple):
-    """valid : by BRepCheck. closed : one shell, every edge on two faces. faces, edges : counts.
-
-    shortest_mm : shortest edge that is not degenerate. degenerate : edges without length (a cone's apex).
-    volume : mm^3.
-    """
-
-    valid: bool
-    closed: bool
-    faces: int
-    edges: int
-    shortest_mm: float
-    degenerate: int
-    volume: float
 
 
 class Swept(NamedTuple):
@@ -295,38 +280,3 @@ def _at_rest(path: Arc) -> Arc:
     start: Floats = np.array(path.start)
     start[2] += 0.5 * path.rise
     return Arc(start, path.center, 2, angle=path.angle)
-
-
-def inspect(shape: Any) -> Inspection:
-    """What a TopoDS_Solid is made of, asked of OCCT."""
-    from OCP.BRep import BRep_Tool
-    from OCP.BRepAdaptor import BRepAdaptor_Curve
-    from OCP.BRepCheck import BRepCheck_Analyzer
-    from OCP.GCPnts import GCPnts_AbscissaPoint
-    from OCP.TopAbs import TopAbs_ShapeEnum
-    from OCP.TopExp import TopExp
-    from OCP.TopoDS import TopoDS
-    from OCP.TopTools import TopTools_IndexedDataMapOfShapeListOfShape, TopTools_IndexedMapOfShape
-
-    owners = TopTools_IndexedDataMapOfShapeListOfShape()
-    TopExp.MapShapesAndAncestors_s(shape, TopAbs_ShapeEnum.TopAbs_EDGE, TopAbs_ShapeEnum.TopAbs_FACE, owners)
-    faces, shells = TopTools_IndexedMapOfShape(), TopTools_IndexedMapOfShape()
-    TopExp.MapShapes_s(shape, TopAbs_ShapeEnum.TopAbs_FACE, faces)
-    TopExp.MapShapes_s(shape, TopAbs_ShapeEnum.TopAbs_SHELL, shells)
-    shortest, degenerate, closed = np.inf, 0, shells.Extent() == 1
-    for k in range(1, owners.Extent() + 1):
-        edge = TopoDS.Edge_s(owners.FindKey(k))
-        if BRep_Tool.Degenerated_s(edge):
-            degenerate += 1
-            continue
-        shortest = min(shortest, GCPnts_AbscissaPoint.Length_s(BRepAdaptor_Curve(edge), 1e-6))
-        closed = closed and owners.FindFromIndex(k).Extent() == 2
-    return Inspection(
-        valid=bool(BRepCheck_Analyzer(shape).IsValid()),
-        closed=bool(closed),
-        faces=faces.Extent(),
-        edges=owners.Extent(),
-        shortest_mm=float(shortest),
-        degenerate=degenerate,
-        volume=volume(shape),
-    )

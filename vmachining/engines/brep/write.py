@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from vmachining.engines.brep.measure import volume
-from vmachining.engines.brep.swept import Inspection, inspect, solids
+from vmachining.engines.brep.occt.measure import volume
+from vmachining.engines.brep.occt.validity import Inspection, inspect
+from vmachining.engines.brep.swept import solids
 from vmachining.errors import EngineError
 from vmachining.sweep import Sweep
 

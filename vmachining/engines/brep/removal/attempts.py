@@ -12,8 +12,8 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from vmachining.engines.brep.booleans import apart, common, is_empty, minus, turned
-from vmachining.engines.brep.measure import volume
+from vmachining.engines.brep.occt.booleans import apart, common, is_empty, minus, turned
+from vmachining.engines.brep.occt.measure import volume
 from vmachining.engines.brep.removal.gate import GROWTH_MM, Value
 from vmachining.engines.brep.swept import solids
 from vmachining.sweep import Sweep

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from vmachining.engines.brep.blank import Blank
-from vmachining.engines.brep.booleans import box_of
+from vmachining.engines.brep.occt.booleans import box_of
 from vmachining.engines.brep.removal.attempts import ATTEMPTS, Attempt, Task, shapes
 from vmachining.engines.brep.removal.gate import Status, Value, Verdict, error_of
 from vmachining.engines.brep.removal.store import NOTHING_KEPT, Store

@@ -33,7 +33,7 @@ def main() -> None:
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     questions = sys.stdin.buffer
-    from vmachining.engines.brep.booleans import quiet
+    from vmachining.engines.brep.occt.booleans import quiet
     from vmachining.engines.brep.removal.check import BlockChecker
     from vmachining.engines.brep.removal.store import Store
 
@@ -85,7 +85,7 @@ def _called(function: Callable[..., object], arguments: tuple[object, ...]) -> t
 
 def _written(stock: Any, blocks: Any, path: Path, brackets: Any, labels: Any) -> float | str:
     """Volume of the STEP file, or why there is none."""
-    from vmachining.engines.brep.workpiece import write_step
+    from vmachining.engines.brep.workpiece.cut import write_step
 
     try:
         return write_step(path, stock, blocks, brackets, labels)

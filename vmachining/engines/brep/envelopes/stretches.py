@@ -32,7 +32,7 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.caps import Pose
+from vmachining.engines.brep.translations.caps import Pose
 from vmachining.errors import SweepError
 from vmachining.sweep import Turn
 from vmachining.tool import Segment
@@ -352,7 +352,7 @@ class EdgeSpan(Stretch):
 
 @dataclass(frozen=True, eq=False)
 class RimPatch(Stretch):
-    """A sharp edge between two angles that do not change; its face is trimmed (`vmachining.engines.brep.lens`)."""
+    """A sharp edge between two angles that do not change; its face is trimmed (`vmachining.engines.brep.envelopes.lens`)."""
 
     element: int
     ends: tuple[End, End]

@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.shapes import (
+from vmachining.engines.brep.occt.shapes import (
     Circle,
     Cone,
     Curve,
@@ -27,7 +27,7 @@ from vmachining.engines.brep.shapes import (
     Surface,
     Torus,
 )
-from vmachining.engines.brep.topology import Builder, Edge
+from vmachining.engines.brep.occt.topology import Builder, Edge
 from vmachining.tool import Profile, Segment
 
 __all__ = ["UP", "Pose", "Tool", "around", "meridian_curve", "sphere_frame"]

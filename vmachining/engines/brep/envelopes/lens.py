@@ -23,8 +23,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.rings import Ring
-from vmachining.engines.brep.stretches import Moving, State, angle, wave
+from vmachining.engines.brep.envelopes.rings import Ring
+from vmachining.engines.brep.envelopes.stretches import Moving, State, angle, wave
 from vmachining.sweep.grazing import across, folding, instant
 
 __all__ = ["Lens", "lens_opens", "lens_span", "risen", "side_speed"]

@@ -23,10 +23,9 @@ import numpy as np
 from scipy.optimize import brentq
 
 from vmachining.arrays import Bools, Floats
-from vmachining.engines.brep.caps import FLAT, Tool
-from vmachining.engines.brep.lens import Lens, lens_opens, lens_span, risen, side_speed
-from vmachining.engines.brep.rings import Element, rings_of
-from vmachining.engines.brep.stretches import (
+from vmachining.engines.brep.envelopes.lens import Lens, lens_opens, lens_span, risen, side_speed
+from vmachining.engines.brep.envelopes.rings import Element, rings_of
+from vmachining.engines.brep.envelopes.stretches import (
     CORNERS,
     DENSE,
     LONG,
@@ -48,6 +47,7 @@ from vmachining.engines.brep.stretches import (
     near,
     wave,
 )
+from vmachining.engines.brep.translations.caps import FLAT, Tool
 from vmachining.errors import SweepError
 from vmachining.sweep.grazing import across, folding, instant
 from vmachining.tool import Segment

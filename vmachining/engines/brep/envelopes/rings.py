@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from vmachining.engines.brep.caps import FLAT, Tool
+from vmachining.engines.brep.translations.caps import FLAT, Tool
 from vmachining.errors import SweepError
 from vmachining.tool import Segment
 

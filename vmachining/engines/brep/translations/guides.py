@@ -13,8 +13,7 @@ import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.caps import UP, Pose
-from vmachining.engines.brep.shapes import (
+from vmachining.engines.brep.occt.shapes import (
     FIT_MM,
     Circle,
     Curve,
@@ -28,6 +27,7 @@ from vmachining.engines.brep.shapes import (
     Surface,
     interpolated,
 )
+from vmachining.engines.brep.translations.caps import UP, Pose
 from vmachining.geometry import Arc, Line
 
 __all__ = ["HelixGuide", "LineGuide", "RampGuide"]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vmachining.engines.brep.swept import inspect
+from vmachining.engines.brep.occt.validity import inspect
 from vmachining.errors import EngineError
 
 __all__ = ["polyhedron"]

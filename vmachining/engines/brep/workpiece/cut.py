@@ -22,10 +22,11 @@ import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.engines.brep.blank import Blank
-from vmachining.engines.brep.booleans import box_of, is_empty, minus
-from vmachining.engines.brep.measure import volume
+from vmachining.engines.brep.occt.booleans import box_of, is_empty, minus
+from vmachining.engines.brep.occt.measure import volume
+from vmachining.engines.brep.occt.validity import inspect
 from vmachining.engines.brep.removal.gate import OWN_MM3
-from vmachining.engines.brep.swept import inspect, solids
+from vmachining.engines.brep.swept import solids
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Bracket
 from vmachining.sweep import Sweep

@@ -1,4 +1,4 @@
-"""The process behind `edges.py`: `python -m vmachining.engines.brep.edgeworker`.
+"""The process behind `edges.py`: `python -m vmachining.engines.brep.workpiece.edgeworker`.
 
 Pickled messages over stdin and stdout: first (stock, past, code of the stock), answered by "ready"; then "build",
 and questions (edge, stance, phi, parts), answered by parts, or by what was refused.
@@ -22,9 +22,9 @@ import numpy as np
 
 from vmachining.arrays import Bools, Floats
 from vmachining.engines.brep.blank import Blank
-from vmachining.engines.brep.booleans import box_of, quiet
+from vmachining.engines.brep.occt.booleans import box_of, quiet
+from vmachining.engines.brep.occt.shapes import Circle, Curve, Frame, Straight, interpolated, pnt
 from vmachining.engines.brep.process import obey_driver
-from vmachining.engines.brep.shapes import Circle, Curve, Frame, Straight, interpolated, pnt
 from vmachining.engines.brep.swept import solids
 from vmachining.errors import SweepError, VMachiningError
 from vmachining.sweep import Stance, Sweep

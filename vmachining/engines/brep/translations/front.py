@@ -24,11 +24,11 @@ import numpy as np
 from scipy.optimize import brentq
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.caps import UP
-from vmachining.engines.brep.guides import HelixGuide
-from vmachining.engines.brep.ramp import Ramp
-from vmachining.engines.brep.shapes import FIT_MM, Curve, Cylinder, Frame, Straight, interpolated
-from vmachining.engines.brep.topology import Builder, Edge
+from vmachining.engines.brep.occt.shapes import FIT_MM, Curve, Cylinder, Frame, Straight, interpolated
+from vmachining.engines.brep.occt.topology import Builder, Edge
+from vmachining.engines.brep.translations.caps import UP
+from vmachining.engines.brep.translations.guides import HelixGuide
+from vmachining.engines.brep.translations.ramp import Ramp
 from vmachining.geometry import Arc
 from vmachining.tool import Profile, Segment
 

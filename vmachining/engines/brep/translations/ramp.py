@@ -23,9 +23,7 @@ from __future__ import annotations
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.caps import FLAT, UP, Rings, Tool, meridian_curve, normals
-from vmachining.engines.brep.guides import RampGuide
-from vmachining.engines.brep.shapes import (
+from vmachining.engines.brep.occt.shapes import (
     FIT_MM,
     Circle,
     Curve,
@@ -36,7 +34,9 @@ from vmachining.engines.brep.shapes import (
     interpolated,
     solved,
 )
-from vmachining.engines.brep.topology import Builder, Edge, Use
+from vmachining.engines.brep.occt.topology import Builder, Edge, Use
+from vmachining.engines.brep.translations.caps import FLAT, UP, Rings, Tool, meridian_curve, normals
+from vmachining.engines.brep.translations.guides import RampGuide
 from vmachining.tool import Profile
 
 __all__ = ["Ramp", "ramp"]

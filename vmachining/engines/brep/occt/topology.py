@@ -23,8 +23,8 @@ from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Shell, TopoDS_Solid, Top
 from scipy.interpolate import BSpline, make_interp_spline
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.inside import inside_out
-from vmachining.engines.brep.shapes import Curve, Part, Spline, Surface, interpolated, knots_of, pnt
+from vmachining.engines.brep.occt.inside import inside_out
+from vmachining.engines.brep.occt.shapes import Curve, Part, Spline, Surface, interpolated, knots_of, pnt
 from vmachining.errors import EngineError
 
 __all__ = ["SAME", "Builder", "Edge", "Use", "run_of"]

@@ -21,7 +21,7 @@ from vmachining.tool import Edge, EdgeParts
 
 __all__ = ["BrepWorkpiece"]
 
-WORKER = "vmachining.engines.brep.edgeworker"
+WORKER = "vmachining.engines.brep.workpiece.edgeworker"
 
 
 @dataclass(slots=True, eq=False)

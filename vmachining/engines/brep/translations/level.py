@@ -22,8 +22,7 @@ from typing import Any
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.caps import FLAT, UP, Pose, Tool, around, meridian_curve, normals
-from vmachining.engines.brep.shapes import (
+from vmachining.engines.brep.occt.shapes import (
     FIT_MM,
     Circle,
     Curve,
@@ -36,7 +35,8 @@ from vmachining.engines.brep.shapes import (
     interpolated,
     solved,
 )
-from vmachining.engines.brep.topology import SAME, Builder, Edge
+from vmachining.engines.brep.occt.topology import SAME, Builder, Edge
+from vmachining.engines.brep.translations.caps import FLAT, UP, Pose, Tool, around, meridian_curve, normals
 from vmachining.geometry import Arc, Line
 from vmachining.tool import Profile, Segment
 

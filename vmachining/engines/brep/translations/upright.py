@@ -15,8 +15,8 @@ from OCP.gp import gp_Ax1, gp_Dir
 from OCP.TopoDS import TopoDS
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.caps import UP, Tool, meridian_curve
-from vmachining.engines.brep.shapes import Curve, Straight, pnt
+from vmachining.engines.brep.occt.shapes import Curve, Straight, pnt
+from vmachining.engines.brep.translations.caps import UP, Tool, meridian_curve
 from vmachining.errors import EngineError
 from vmachining.tool import Profile
 

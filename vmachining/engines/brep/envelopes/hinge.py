@@ -32,8 +32,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.caps import FLAT, Pose, around, meridian_curve, normals, sphere_frame
-from vmachining.engines.brep.shapes import (
+from vmachining.engines.brep.occt.shapes import (
     FIT_MM,
     Circle,
     Curve,
@@ -44,7 +43,15 @@ from vmachining.engines.brep.shapes import (
     Surface,
     interpolated,
 )
-from vmachining.engines.brep.topology import Builder, Edge, Use, run_of
+from vmachining.engines.brep.occt.topology import Builder, Edge, Use, run_of
+from vmachining.engines.brep.translations.caps import (
+    FLAT,
+    Pose,
+    around,
+    meridian_curve,
+    normals,
+    sphere_frame,
+)
 from vmachining.errors import SweepError
 from vmachining.sweep import Turn
 from vmachining.tool import Profile, Segment

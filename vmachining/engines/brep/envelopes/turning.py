@@ -25,10 +25,10 @@ import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.caps import FLAT, Rings, meridian_curve, normals
-from vmachining.engines.brep.grazes import Grazes
-from vmachining.engines.brep.lens import Lens
-from vmachining.engines.brep.shapes import (
+from vmachining.engines.brep.envelopes.grazes import Grazes
+from vmachining.engines.brep.envelopes.lens import Lens
+from vmachining.engines.brep.envelopes.stretches import Chord, EdgeSpan, End, RimPatch, State, Stretch
+from vmachining.engines.brep.occt.shapes import (
     DEGREE,
     FIT_MM,
     Circle,
@@ -41,8 +41,8 @@ from vmachining.engines.brep.shapes import (
     interpolated,
     nodes_for,
 )
-from vmachining.engines.brep.stretches import Chord, EdgeSpan, End, RimPatch, State, Stretch
-from vmachining.engines.brep.topology import SAME, Builder, Edge, Use, run_of
+from vmachining.engines.brep.occt.topology import SAME, Builder, Edge, Use, run_of
+from vmachining.engines.brep.translations.caps import FLAT, Rings, meridian_curve, normals
 from vmachining.errors import SweepError
 
 __all__ = ["Built", "turning"]

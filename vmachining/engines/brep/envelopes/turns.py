@@ -27,12 +27,12 @@ from typing import NamedTuple
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.caps import FLAT, Tool
-from vmachining.engines.brep.grazes import FOLD_MM, Divide, Grazes
-from vmachining.engines.brep.lens import lens_opens
-from vmachining.engines.brep.rings import Ring, rings_of
-from vmachining.engines.brep.stretches import EdgeSpan, Moving, Stretch
-from vmachining.engines.brep.turning import Built, turning
+from vmachining.engines.brep.envelopes.grazes import FOLD_MM, Divide, Grazes
+from vmachining.engines.brep.envelopes.lens import lens_opens
+from vmachining.engines.brep.envelopes.rings import Ring, rings_of
+from vmachining.engines.brep.envelopes.stretches import EdgeSpan, Moving, Stretch
+from vmachining.engines.brep.envelopes.turning import Built, turning
+from vmachining.engines.brep.translations.caps import FLAT, Tool
 from vmachining.errors import SweepError
 from vmachining.sweep import Sweep, Turn
 from vmachining.sweep.folds import Slab, uncovered

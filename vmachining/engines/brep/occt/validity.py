@@ -1,0 +1,62 @@
+"""`inspect`: what OCCT says about a solid."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vmachining.engines.brep.occt.measure import volume
+
+__all__ = ["Inspection", "inspect"]
+
+
+class Inspection(NamedTuple):
+    """valid : by BRepCheck. closed : one shell, every edge on two faces. faces, edges : counts.
+
+    shortest_mm : shortest edge that is not degenerate. degenerate : edges without length (a cone's apex).
+    volume : mm^3.
+    """
+
+    valid: bool
+    closed: bool
+    faces: int
+    edges: int
+    shortest_mm: float
+    degenerate: int
+    volume: float
+
+
+def inspect(shape: Any) -> Inspection:
+    """What a TopoDS_Solid is made of, asked of OCCT."""
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepAdaptor import BRepAdaptor_Curve
+    from OCP.BRepCheck import BRepCheck_Analyzer
+    from OCP.GCPnts import GCPnts_AbscissaPoint
+    from OCP.TopAbs import TopAbs_ShapeEnum
+    from OCP.TopExp import TopExp
+    from OCP.TopoDS import TopoDS
+    from OCP.TopTools import TopTools_IndexedDataMapOfShapeListOfShape, TopTools_IndexedMapOfShape
+
+    owners = TopTools_IndexedDataMapOfShapeListOfShape()
+    TopExp.MapShapesAndAncestors_s(shape, TopAbs_ShapeEnum.TopAbs_EDGE, TopAbs_ShapeEnum.TopAbs_FACE, owners)
+    faces, shells = TopTools_IndexedMapOfShape(), TopTools_IndexedMapOfShape()
+    TopExp.MapShapes_s(shape, TopAbs_ShapeEnum.TopAbs_FACE, faces)
+    TopExp.MapShapes_s(shape, TopAbs_ShapeEnum.TopAbs_SHELL, shells)
+    shortest, degenerate, closed = np.inf, 0, shells.Extent() == 1
+    for k in range(1, owners.Extent() + 1):
+        edge = TopoDS.Edge_s(owners.FindKey(k))
+        if BRep_Tool.Degenerated_s(edge):
+            degenerate += 1
+            continue
+        shortest = min(shortest, GCPnts_AbscissaPoint.Length_s(BRepAdaptor_Curve(edge), 1e-6))
+        closed = closed and owners.FindFromIndex(k).Extent() == 2
+    return Inspection(
+        valid=bool(BRepCheck_Analyzer(shape).IsValid()),
+        closed=bool(closed),
+        faces=faces.Extent(),
+        edges=owners.Extent(),
+        shortest_mm=float(shortest),
+        degenerate=degenerate,
+        volume=volume(shape),
+    )

@@ -1,0 +1,1 @@
+"""Solids of sweeps whose tool stands upright: level lines and arcs, plunges, ramps, helices."""
