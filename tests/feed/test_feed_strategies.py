@@ -92,7 +92,7 @@ def jobs(draw):
     rows = blocks(lengths, draw(st.lists(st.floats(50.0, 3000.0), min_size=n, max_size=n)))
     parts = Parts.stepped(rows, np.full(n, 0.5))
     m = len(parts.end)
-    number = st.floats(0.0, 5.0)
+    number = st.just(0.0) | st.floats(0.01, 5.0)
     load = np.array(draw(st.lists(number, min_size=m, max_size=m)))
     edge = np.array(draw(st.lists(number, min_size=m, max_size=m)))
     kind = draw(st.sampled_from(["volume", "chip area", "force"]))
