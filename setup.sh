@@ -56,5 +56,6 @@ if [ "$(cat .venv/stamp 2>/dev/null)" != "$stamp" ]; then
   .venv/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]' >&2
   .venv/bin/python -c 'import build123d, cadquery, manifold3d' ||
     fail "the geometry kernels do not load; the message above names the library that is missing"
+  .venv/bin/vmachining warm || say "continuing without"
   printf '%s\n' "$stamp" >.venv/stamp
 fi

@@ -64,8 +64,9 @@ def test_numbers_that_are_written_out_make_no_other_signature():
 
 PROGRAM = """
 import numpy as np
-from vmachining.jit import kernel, tell_when_compiling
-tell_when_compiling(lambda: print("compiling"))
+from vmachining.notice import notice
+from vmachining.jit import kernel
+notice.compiling = lambda: print("compiling")
 
 @kernel
 def total(row):

@@ -30,7 +30,9 @@ from typing import Any, TypeVar, cast
 import numba
 from numba.core import event, types
 
-__all__ = ["forget_sources", "imported", "kernel", "leaf", "tell_when_compiling"]
+from vmachining.notice import notice
+
+__all__ = ["forget_sources", "imported", "kernel", "leaf"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -47,22 +49,19 @@ def leaf(function: F) -> F:
     return cast(F, _compiled(function, _nrt=False))
 
 
-def tell_when_compiling(tell: Callable[[], None]) -> None:
-    """Have a function called when the first kernel of this process is compiled and not found in the cache."""
-    event.register("numba:compile", _First(tell))
-
-
-class _First(event.Listener):
-    def __init__(self, tell: Callable[[], None]) -> None:
-        self._tell: Callable[[], None] | None = tell
+class _Compiling(event.Listener):
+    """Passes the first compilation on, see `notice.compiling`."""
 
     def on_start(self, event: Any) -> None:
-        tell, self._tell = self._tell, None
+        tell, notice.compiling = notice.compiling, None
         if tell is not None:
             tell()
 
     def on_end(self, event: Any) -> None:
         pass
+
+
+event.register("numba:compile", _Compiling())
 
 
 def _compiled(function: Callable[..., Any], **options: Any) -> Any:

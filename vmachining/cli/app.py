@@ -175,6 +175,14 @@ def batch(
     )
 
 
+@app.command(epilog=examples("warm"))
+def warm(quiet: Quiet = False) -> int:
+    """Compile all kernels now, in two processes: no later command has to wait for them."""
+    from vmachining.cli.warm import warm as compiled
+
+    return compiled(quiet=quiet)
+
+
 @app.command(epilog=examples("demo --out out/demo"))
 def demo(out: Out = None, stock: StockOut = "stl", quiet: Quiet = False, as_json: Json = False) -> int:
     """Simulate the model that comes with the package."""

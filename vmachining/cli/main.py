@@ -12,6 +12,7 @@ from enum import IntEnum
 from pathlib import Path
 
 from vmachining.errors import EngineError, VMachiningError
+from vmachining.notice import notice
 
 __all__ = ["Code", "main"]
 
@@ -35,6 +36,10 @@ def main(argv: Sequence[str] | None = None) -> None:
     sys.exit(run(list(sys.argv[1:] if argv is None else argv)))
 
 
+def _compiling() -> None:
+    print("compiling kernels, once: up to half a minute (`vmachining warm` does it ahead)", file=sys.stderr)
+
+
 def run(argv: list[str]) -> int:
     """Run one command line; returns the exit code and never raises."""
     import typer
@@ -42,6 +47,7 @@ def run(argv: list[str]) -> int:
     from vmachining.cli.app import command
 
     warnings.showwarning = _warned
+    notice.compiling = None if {"--quiet", "-q"} & set(argv) else _compiling
     usage_error = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")
     try:
         if argv and argv[0] in LATER:

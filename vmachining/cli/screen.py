@@ -10,6 +10,9 @@ from typing import Any
 
 __all__ = ["emit", "note", "progress_bar", "status_line"]
 
+FIRST_BLOCKS, FIRST_SHARE = 5, 0.05
+"""Blocks, and part of all of them, before which nothing is said of the time left."""
+
 STAGES = {
     "program": "cutting",
     "scheduled": "verifying the schedule",
@@ -61,17 +64,26 @@ def progress_bar(*, quiet: bool) -> Iterator[Callable[[str, int, int], None] | N
         BarColumn,
         MofNCompleteColumn,
         Progress,
+        Task,
         TextColumn,
         TimeElapsedColumn,
         TimeRemainingColumn,
     )
+    from rich.text import Text
+
+    class _TimeLeft(TimeRemainingColumn):
+        """Nothing before the first blocks are through: they may wait for kernels that are compiled."""
+
+        def render(self, task: Task) -> Text:
+            begun = task.completed >= max(FIRST_BLOCKS, FIRST_SHARE * (task.total or 0.0))
+            return super().render(task) if begun else Text("")
 
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
         MofNCompleteColumn(),
         TimeElapsedColumn(),
-        TimeRemainingColumn(),
+        _TimeLeft(elapsed_when_finished=False),
     )
     with Progress(*columns, console=Console(stderr=True), transient=True, refresh_per_second=5) as bar:
         tasks: dict[str, Any] = {}
