@@ -8,6 +8,8 @@
 | `brep-workers` | two B-rep workers against one: times, start-up, processors used, memory of the largest |
 | `brep-chains` | random chains through the ladder: agreed, retried, refused, silently wrong; plain booleans beside |
 | `engage` | what the cutting edge touches: distances against B-rep solids on curved stock, time of both |
+| `engagement-columns` | contact columns of shipped programs against B-rep solids at the same places |
+| `force` | a five-axis pass, schedules of 100,000 blocks by every strategy, columns per station |
 | `half_cylinder` | time per block of a ball finishing a half cylinder, against one global solid cut block by block |
 | `half_cylinder_long` | the same over 20,000 blocks: whether time and memory stay flat |
 | `machine` | inverse kinematics, deviation of joint-linear blocks and pulse trains: rates and errors |
@@ -38,6 +40,8 @@ CASES = {
     "brep-chains": "brep_chains",
     "brep-workers": "brep",
     "engage": "engage",
+    "engagement-columns": "force",
+    "force": "force",
     "half_cylinder": "half_cylinder",
     "half_cylinder_long": "half_cylinder",
     "machine": "machine",

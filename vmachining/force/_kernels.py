@@ -28,7 +28,7 @@ def horner(powers, row, z):
 def edge_forces(blade, hits, phi, motion, powers, chi, spin, node, weight, heights, out) -> None:
     """Sums over the stretches of every angle; node, weight of a rule on [-1, 1]. heights (2,): lowest and highest met."""
     out[:] = 0.0
-    k = np.empty(6)
+    k, total = np.empty(6), np.empty((2, 5))
     sc, cc = np.sin(chi), np.cos(chi)
     constant = powers.shape[1] == 1
     for q in range(6):
@@ -39,39 +39,56 @@ def edge_forces(blade, hits, phi, motion, powers, chi, spin, node, weight, heigh
         v = motion[i]
         speed = np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
         sp, cp = np.sin(phi[i]), np.cos(phi[i])
-        line = blade.rows[piece, 6] == 0.0
-        r, z, sl, n_z = edge_point(blade, piece, middle)
+        q = blade.rows[piece]
+        line, lag = q[6] == 0.0, blade.twist != 0.0
+        r, z, n_r, n_z = edge_point(blade, piece, middle)
         rise = -n_z  # of the radius with s on a line
+        beta = q[7] + (middle - blade.joints[piece]) / q[6] if not line else 0.0
+        low, high = heights[0], heights[1]
+        m_v, m_w = sp * v[0] + cp * v[1], sp * v[3] + cp * v[4]
+        for part in range(2):
+            for c in range(5):
+                total[part, c] = 0.0
         for j in range(len(node)):
-            s = middle + half * node[j]
             if line:
-                rho, height, n_r = r + rise * half * node[j], z + sl * half * node[j], sl
+                rho, height = r + rise * half * node[j], z + n_r * half * node[j]
             else:
-                rho, height, n_r, n_z = edge_point(blade, piece, s)
-            if blade.twist != 0.0:
+                n_r, n_z = np.cos(beta + half * node[j] / q[6]), np.sin(beta + half * node[j] / q[6])
+                rho, height = q[4] + q[6] * n_r, q[5] + q[6] * n_z
+            if lag:
                 sp, cp = np.sin(phi[i] - height * blade.twist), np.cos(phi[i] - height * blade.twist)
-            m_v, m_w = sp * v[0] + cp * v[1], sp * v[3] + cp * v[4]
+                m_v, m_w = sp * v[0] + cp * v[1], sp * v[3] + cp * v[4]
             g = n_r * m_v + n_z * v[2] + (height * n_r - rho * n_z) * m_w
             if g <= NOTHING * speed:
                 continue
             size = half * weight[j]
-            heights[0], heights[1] = min(heights[0], height), max(heights[1], height)
+            low, high = min(low, height), max(high, height)
             if not constant:
-                for q in range(6):
-                    k[q] = horner(powers, q, height)
+                for c in range(6):
+                    k[c] = horner(powers, c, height)
             for part in range(2):
                 scale = size * g if part == 0 else size
                 ft, fr, fa = scale * k[3 * part], scale * k[3 * part + 1], scale * k[3 * part + 2]
                 # components along e_t, e_r and the axis of -Ft c1 - Fa c2 + Fr c3
-                t = -ft * cc + (fa * n_r + fr * n_z) * sc
+                t = spin * (-ft * cc + (fa * n_r + fr * n_z) * sc)
                 e = fa * n_z - fr * n_r
-                w = -ft * sc - fa * cc * n_r - fr * cc * n_z
-                t *= spin
-                out[i, 3 * part] += t * cp + e * sp
-                out[i, 3 * part + 1] += -t * sp + e * cp
-                out[i, 3 * part + 2] += w
-                out[i, 6 + part] -= spin * rho * t
-                out[i, 8 + part] += ft
+                if lag:
+                    total[part, 0] += t * cp + e * sp
+                    total[part, 1] += e * cp - t * sp
+                else:
+                    total[part, 0] += t
+                    total[part, 1] += e
+                total[part, 2] += -ft * sc - fa * cc * n_r - fr * cc * n_z
+                total[part, 3] -= spin * rho * t
+                total[part, 4] += ft
+        heights[0], heights[1] = low, high
+        for part in range(2):
+            t, e = total[part, 0], total[part, 1]
+            out[i, 3 * part] += t if lag else t * cp + e * sp
+            out[i, 3 * part + 1] += e if lag else e * cp - t * sp
+            out[i, 3 * part + 2] += total[part, 2]
+            out[i, 6 + part] += total[part, 3]
+            out[i, 8 + part] += total[part, 4]
 
 
 @kernel

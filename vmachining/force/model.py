@@ -150,7 +150,7 @@ def edge_forces(
         )
     table = out.reshape(n, count, 10)
     if teeth > 1:
-        table = np.sum([np.roll(table, -j * (count // teeth), axis=1) for j in range(teeth)], axis=0)
+        table = np.tile(table.reshape(n, teeth, count // teeth, 10).sum(axis=1), (1, teeth, 1))
     slope = table[..., [0, 1, 2, 6, 8]]
     rest = table[..., [3, 4, 5, 7, 9]]
     return Forces(slope, rest, frames, feed, teeth, (float(heights[0]), float(heights[1])))
