@@ -34,7 +34,9 @@ __all__ = [
 ]
 
 MANIFEST = "manifest.json"
-TABLES = ("blocks.csv", "blocks.parquet", "scheduled_blocks.csv", "scheduled_blocks.parquet", "scheduled.nc")
+TABLES = (
+    "blocks.csv", "blocks.parquet", "scheduled_blocks.csv", "scheduled_blocks.parquet", "scheduled.nc", "strategies.csv",
+)  # fmt: skip
 OUTPUTS = (*TABLES, "summary.json", "report.html", "stock.stl", "stock.3mf", "stock.step")
 """Every result file there can be, the manifest apart, and workpieces between blocks (`between`)."""
 

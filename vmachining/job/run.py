@@ -247,6 +247,11 @@ class _Run:
         if feed is not None:
             table = read_partial(partial, ["length_mm", "feed_mm_min", "removed_mm3", "removed_hi_mm3"])
             planned = plan(feed, program, blocks, table, partial, times.cap_mm_min, stations)
+            with (
+                self.place.making("strategies.csv"),
+                atomic_path(self.folder / "strategies.csv") as temporary,
+            ):
+                planned.comparison.write_csv(temporary)
             written = rewrite_feeds(program, planned.schedule.edits())
             target = self.folder / "scheduled.nc"
             with self.place.making(target.name):

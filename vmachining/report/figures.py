@@ -15,7 +15,7 @@ from plotly.subplots import make_subplots
 from vmachining.arrays import Floats, Ints
 from vmachining.report.thin import ThinMesh, thin_rows
 
-__all__ = ["INK", "PathPiece", "along_program", "stock_view"]
+__all__ = ["INK", "PathPiece", "along_program", "contact_along", "stock_view"]
 
 INK, MUTED, GRID = "#1b2733", "#66758a", "#e6eaf0"
 BEFORE, AFTER, RAPID, HIT, FEED = "#5b6b7f", "#0d9488", "#e08e0b", "#d92d20", "#2563eb"
@@ -161,6 +161,56 @@ def _steps(x: Ints, y: ArrayLike, wide: bool) -> tuple[Floats, Floats]:
     if not wide:
         return x.astype(np.float64), height
     return np.stack([x - 0.5, x + 0.5], axis=1).ravel(), np.repeat(height, 2)
+
+
+CONTACT_ROWS = (
+    ("Depth of cut", "mm", (("ap_mm", "axial", FEED), ("ae_mm", "radial", "#7c3aed"))),
+    ("Engaged share of a revolution", "", (("engaged_fraction", "engaged", BEFORE),)),
+    ("Chip area of a tooth", "mm²", (("chip_area_mm2", "chip area", AFTER),)),
+    ("Force", "N", (("force_n", "force", HIT),)),
+    ("Power", "W", (("power_w", "power", RAPID),)),
+)
+"""Rows of `contact_along`: title, unit, and column, name and colour of each line."""
+
+
+def contact_along(blocks: pl.DataFrame) -> go.Figure | None:
+    """Contact, chips, force and power over the block number; what is empty is left out, None if all is."""
+    shown = [row for row in CONTACT_ROWS if any(blocks[name].count() for name, _, _ in row[2])]
+    if not shown:
+        return None
+    chosen = thin_rows(len(blocks), blocks["removed_mm3"].to_numpy())
+    rows, wide = blocks[chosen], len(chosen) == len(blocks)
+    x = rows["block"].to_numpy()
+    at = _steps(x, x, wide)[0]
+    figure = make_subplots(
+        rows=len(shown),
+        cols=1,
+        shared_xaxes=True,
+        vertical_spacing=0.05,
+        subplot_titles=[row[0] for row in shown],
+    )
+    for k, (_, unit, lines) in enumerate(shown, start=1):
+        for name, label, colour in lines:
+            figure.add_trace(
+                go.Scatter(
+                    x=at, y=_steps(x, _filled(rows[name]), wide)[1], name=label, mode="lines",
+                    line={"color": colour, "width": 1.6},
+                    hovertemplate="%{text}<br>%{y:.5g} " + unit + "<extra>" + label + "</extra>",
+                ),
+                row=k, col=1,
+            )  # fmt: skip
+        figure.update_yaxes(
+            title={"text": unit, "font": {"size": 12, "color": MUTED}}, gridcolor=GRID, zeroline=False,
+            rangemode="tozero", tickfont={"size": 11, "color": MUTED}, row=k, col=1,
+        )  # fmt: skip
+    figure.update_xaxes(gridcolor=GRID, zeroline=False, tickfont={"size": 11, "color": MUTED})
+    figure.update_xaxes(title={"text": "block", "font": {"size": 12, "color": MUTED}}, row=len(shown), col=1)
+    figure.update_layout(
+        meta={"labels": _hover(rows), "each": 2 if wide else 1}, font=FONT, modebar=MODEBAR, height=180 * len(shown) + 90,
+        paper_bgcolor="rgba(0,0,0,0)", plot_bgcolor="rgba(0,0,0,0)", hovermode="closest", showlegend=False,
+        margin={"l": 76, "r": 20, "t": 40, "b": 44},
+    )  # fmt: skip
+    return figure
 
 
 def along_program(blocks: pl.DataFrame, after_rate: Floats | None) -> go.Figure:

@@ -14,6 +14,13 @@
   const texts = labels.flatMap((label) => Array(each).fill(label));
   for (const trace of data.plots.data) if (trace.hovertemplate) trace.text = texts;
   Plotly.newPlot(plots, data.plots.data, data.plots.layout, config);
+  const contact = document.getElementById("contact");
+  if (contact) {
+    const same = data.contact.layout.meta;
+    const told = same.labels.flatMap((label) => Array(same.each).fill(label));
+    for (const trace of data.contact.data) trace.text = told;
+    Plotly.newPlot(contact, data.contact.data, data.contact.layout, config);
+  }
 
   view.textContent = "";
   const scene = data.stock.layout.scene.aspectratio;

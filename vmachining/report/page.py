@@ -20,7 +20,9 @@ from vmachining.job.brep import disputes
 from vmachining.job.contact import TURNING_CHORD_MM
 from vmachining.job.files import versions, write_atomic
 from vmachining.nc import Motion
-from vmachining.report.figures import PathPiece, along_program, stock_view
+from vmachining.report.contact import compared, contact_facts
+from vmachining.report.figures import PathPiece, along_program, contact_along, stock_view
+from vmachining.report.numbers import number as _number
 from vmachining.report.thin import MAX_POINTS, ThinMesh, thin_mesh
 from vmachining.sweep import Turn
 
@@ -46,8 +48,10 @@ def write_report(result: RunResult, path: Path) -> None:
     stock = stock_view(mesh, pieces)
     schedule = result.schedule
     plots = along_program(blocks, schedule.after_rate if schedule else None)
+    contact = contact_along(blocks)
     payload = (
         '{"stock":' + str(stock.to_json()) + ',"plots":' + str(plots.to_json()) + ',"cut_trace":1,'
+        f'"contact":{contact.to_json() if contact is not None else "null"},'
         f'"face_block":{json.dumps(_packed(mesh.block[mesh.block >= 0].astype("<i4")))},'
         f'"block_rate":{json.dumps(_packed(_rates(blocks["mrr_mm3_min"].fill_null(0.0).to_numpy())))},'
         f'"block_rate_after":{json.dumps(_packed(_rates(schedule.after_rate)) if schedule else None)}}}'
@@ -68,6 +72,7 @@ def write_report(result: RunResult, path: Path) -> None:
         cards=_cards(result, blocks),
         view_note=_view_note(len(surface.triangles), mesh, stride),
         plot_note=_plot_note(len(blocks)),
+        contact=contact_facts(blocks, result.summary.get("contact_notes", []), drawn=contact is not None),
         schedule=_schedule(result, schedule, blocks) if schedule else None,
         warnings=warned[:MAX_ROWS],
         checked=_checked(result),
@@ -176,16 +181,6 @@ def _path_pieces(result: RunResult, blocks: pl.DataFrame) -> tuple[list[PathPiec
             yield kind, np.concatenate(points)
 
     return list(pieces()), stride
-
-
-def _number(value: float | None, digits: int = 6) -> str:
-    """A number for reading: thousands apart, no more digits than mean something."""
-    if value is None:
-        return "–"
-    text = f"{value:,.{digits}g}" if abs(value) < 10**digits else f"{value:,.0f}"
-    if "e" in text and abs(value) >= 1e-6:
-        text = f"{value:,.8f}".rstrip("0").rstrip(".")
-    return text.replace(",", "\u202f")
 
 
 def _time(seconds: float | None, beside: float | None = None) -> tuple[str, str]:
@@ -370,6 +365,7 @@ def _schedule(result: RunResult, schedule: ScheduleReport, blocks: pl.DataFrame)
     return {
         "text": schedule.text,
         "rows": rows,
+        "compared": compared(schedule.comparison),
         "limits": tally,
         "limited": limited[:MAX_ROWS],
         "more": f"{len(limited) - MAX_ROWS} more in blocks.csv." if len(limited) > MAX_ROWS else "",
