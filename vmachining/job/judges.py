@@ -13,7 +13,7 @@ from vmachining.sweep import Sweep
 
 __all__ = ["RayWitness", "widened"]
 
-WANT_REL, MOST = 1e-3, 20_000
+WANT_REL, MOST = 1.5e-3, 20_000
 """Half width asked for, and rays of a set at most; four times as many rays where a block is disputed."""
 
 
