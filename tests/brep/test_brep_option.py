@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import signal
 import subprocess
@@ -91,3 +92,22 @@ def test_a_polite_end_is_an_interruption(group: bool, tmp_path: Path) -> None:
     said = job.communicate(timeout=120.0)[1]
     assert job.returncode == 130, said
     assert "--resume" in said and "bug" not in said
+
+
+def test_triangles_of_a_round_stock_blur_only_what_is_near_them(tmp_path: Path) -> None:
+    """A bar as STEP: a plunge in the middle of its end face is known to rays and bracket alone, 4 pi mm3; at its wall they
+    are widened."""
+    import cadquery as cq
+
+    bar = cq.Solid.makeCylinder(9, 4, cq.Vector(5, 9, -4), cq.Vector(0, 0, 1))
+    cq.exporters.export(cq.Workplane(obj=bar), str(tmp_path / "bar.step"))
+    swap = {"box = { min = [0, 0, -4], max = [10, 18, 0] }": 'step = "bar.step"'}
+    cuts = "%\nG21 G17 G90 G94\nT1 M6\nS8000 M3\nG0 X5 Y9 Z5\nG1 Z-1 F300\nG0 Z5\nG0 X-5 Y9 Z5\nG0 Z-1\nG1 X-2\nM30\n%\n"
+    file = write_job(tmp_path, swap=swap, program=cuts)
+    assert command(["run", str(file), "--out", str(tmp_path / "out"), "--brep", "all", "--quiet"]) == 0
+    rows = pl.read_parquet(tmp_path / "out" / "blocks.parquet").filter(pl.col("removed_brep_mm3") > 0)
+    plunge, wall = rows.iter_rows(named=True)
+    assert (
+        abs(plunge["removed_brep_mm3"] - 4 * math.pi) <= plunge["removed_brep_error_mm3"] < 0.01 * 4 * math.pi
+    )
+    assert plunge["removed_brep_error_mm3"] < 0.1 * wall["removed_brep_error_mm3"]

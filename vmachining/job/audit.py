@@ -41,11 +41,11 @@ def audited(
     """
     removing = rows.filter(pl.col("removed_hi_mm3") > 0.0)
     chosen = _spread(removing["block"].to_list())
-    said = judges_of(removing.filter(pl.col("block").is_in(chosen)), stock.slack_mm3)
+    said = judges_of(removing.filter(pl.col("block").is_in(chosen)))
     sweeps = [
         sweeps_of(block, program, tools, job.machine) for block in blocks[: max(chosen, default=-1) + 1]
     ]
-    witness, found = RayWitness(stock.shape, sweeps, stock.slack_mm3), list[tuple[Any, ...]]()
+    witness, found = RayWitness(stock.shape, sweeps), list[tuple[Any, ...]]()
     for block in chosen:
         judges = [*said[block], witness(block)]
         if intersection(judges) is None:

@@ -10,6 +10,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import polars as pl
 
 from vmachining.engines.judges import Judge
@@ -19,7 +20,7 @@ from vmachining.geometry import Bracket
 from vmachining.job.blocks import Block, group_blocks
 from vmachining.job.contact import ToolParts
 from vmachining.job.jobfile import Job
-from vmachining.job.judges import RayWitness
+from vmachining.job.judges import RayWitness, widened
 from vmachining.job.paths import move_path
 from vmachining.job.simulate import Progress, Stopped
 from vmachining.job.stock import RawStock, raw_stock
@@ -200,15 +201,20 @@ def brep_columns(
     from vmachining.job.verdicts import VerdictFile
 
     numbers = chosen(asked, rows)
-    want = {k: judges for k, judges in judges_of(rows, stock.slack_mm3).items() if k in set(numbers)}
     sweeps = [
         sweeps_of(block, program, tools, job.machine) for block in blocks[: max(numbers, default=-1) + 1]
     ]
+    slacks = [_slack(stock, each) for each in sweeps]
+    asked_rows = rows.filter(pl.col("block").is_in(numbers))
+    want = {
+        k: [Judge(name, widened(removal, slacks[k])) for name, removal in each]
+        for k, each in judges_of(asked_rows).items()
+    }
     count = workers if workers is not None else os.cpu_count() or 1
     with VerdictFile(file, want, seconds) as kept:
         verdicts = kept.known
         left = {k: judges for k, judges in want.items() if k not in verdicts}
-        witness = RayWitness(stock.shape, sweeps, stock.slack_mm3)
+        witness = RayWitness(stock.shape, sweeps, slacks)
         progress("brep", len(verdicts), len(want))
         for number, verdict in check_blocks(
             blank(job), sweeps, left, witness=witness, workers=count, seconds=seconds, stop=stop
@@ -276,12 +282,21 @@ def write_step(result: RunResult, path: Path, after: int | None = None) -> None:
     )
 
 
-def judges_of(rows: pl.DataFrame, slack: float) -> dict[int, list[Judge]]:
-    """Block -> what the engine that cut says of it."""
+def judges_of(rows: pl.DataFrame) -> dict[int, list[Judge]]:
+    """Block -> what the engine that cut says of it, of the stock that it cut."""
+    names = ("block", "engine", "removed_lo_mm3", "removed_mm3", "removed_hi_mm3")
     return {
-        int(block): [Judge(name, Removal(*bracket, proven=name != "dexel"))]
-        for block, name, bracket in zip(rows["block"], rows["engine"], _brackets(rows, slack), strict=True)
+        block: [Judge(engine, Removal(lo, mid, hi, proven=engine != "dexel"))]
+        for block, engine, lo, mid, hi in rows.select(names).iter_rows()
     }
+
+
+def _slack(stock: RawStock, sweeps: Sequence[Sweep]) -> float:
+    """mm^3 that the triangles of a curved STEP stock can change of what some sweeps remove."""
+    if not sweeps:
+        return 0.0
+    bounds = np.array([sweep.bounds for sweep in sweeps])
+    return stock.slack_near(np.stack([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)]))
 
 
 def _brackets(rows: pl.DataFrame, slack: float) -> list[Bracket]:

@@ -26,12 +26,12 @@ def widened(removal: Removal, slack: float) -> Removal:
 class RayWitness:
     """What exact rays say of any block; it travels to worker processes.
 
-    stock : of the job. blocks : what every block sweeps. slack : mm^3, see `widened`.
+    stock : of the job. blocks : what every block sweeps. slacks : mm^3 per block, see `widened`.
     """
 
     stock: Stock
     blocks: Sequence[Sequence[Sweep]]
-    slack: float = 0.0
+    slacks: Sequence[float] = ()
     name: str = "dexel"
     _engine: DexelEngine | None = field(default=None, repr=False)
     _members: list[list[int]] = field(default_factory=list, repr=False)
@@ -50,4 +50,4 @@ class RayWitness:
             found = self._engine.removed(
                 members, seed=len(self.blocks) + block, want_rel=0.5 * WANT_REL, most=4 * MOST
             )
-        return Judge(self.name, widened(found, self.slack))
+        return Judge(self.name, widened(found, self.slacks[block] if self.slacks else 0.0))

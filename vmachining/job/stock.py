@@ -53,12 +53,23 @@ class RawStock(NamedTuple):
 
     shape : what engines take; triangles of a STEP stock. step_mm3 : exact volume of a STEP stock, None for the others.
     slack_mm3 : bound of the volume between the solid and its triangles (chord times curved area); every
-    removed volume can be off by at most that. 0 for a stock without curved STEP faces.
+    removed volume can be off by at most that. 0 for a stock without curved STEP faces. curved, chord : (m, 3, 3) mm, the
+    triangles of these faces, and how far from them they lie.
     """
 
     shape: Stock
     step_mm3: float | None = None
     slack_mm3: float = 0.0
+    curved: Floats | None = None
+    chord: float = 0.0
+
+    def slack_near(self, box: Floats) -> float:
+        """The same bound for what lies in a box (2, 3) mm: 0 where no curved face comes near it."""
+        if self.curved is None:
+            return 0.0
+        low, high = self.curved.min(axis=1) - self.chord, self.curved.max(axis=1) + self.chord
+        a, b, c = self.curved[((low <= box[1]) & (high >= box[0])).all(axis=1)].transpose(1, 0, 2)
+        return self.chord * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2.0)
 
 
 def raw_stock(job: Job) -> RawStock:
@@ -95,7 +106,8 @@ def raw_stock(job: Job) -> RawStock:
     except StockError as exc:
         remedy = exc.remedy or "is it the right file? export the stock again, as one closed solid"
         raise StockError(exc.message, file=exc.file, remedy=remedy) from exc
-    return RawStock(mesh, solid.volume, chord * solid.curved_mm2)
+    corners = solid.vertices[solid.triangles[solid.curved]]
+    return RawStock(mesh, solid.volume, chord * solid.curved_mm2, corners, chord)
 
 
 def _refuse_overlap(stock: MeshStock, path: Path) -> None:
