@@ -7,20 +7,20 @@ from typing import Annotated
 
 import typer
 
-from vmachining.cli.options import Json
+from vmachining.cli.options import Json, examples
 
 __all__ = ["toolpath"]
 
 toolpath = typer.Typer(
     help="Generate tool paths: triangular pockets.",
-    epilog="Example: vmachining toolpath pocket 100 80 60 --radius 5 --out pocket.nc",
+    epilog=examples("toolpath pocket 100 80 60 --radius 5 --out pocket.nc"),
     no_args_is_help=True, rich_markup_mode=None,
 )  # fmt: skip
 
 
 @toolpath.command(
     "pocket",
-    epilog="Example: vmachining toolpath pocket 100 80 60 --radius 5 --out pocket.nc --plot pocket.html",
+    epilog=examples("toolpath pocket 100 80 60 --radius 5 --out pocket.nc --plot pocket.html"),
 )
 def toolpath_pocket(
     sides: Annotated[
