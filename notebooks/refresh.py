@@ -25,7 +25,7 @@ def executed(path: Path) -> nbformat.NotebookNode:
     notebook = nbformat.read(path, as_version=4)
     client = NotebookClient(
         notebook, timeout=240, kernel_name="python3", resources={"metadata": {"path": str(path.parent)}},
-        record_timing=False,
+        record_timing=False, coalesce_streams=True,
     )  # fmt: skip
     client.execute()
     for cell in notebook.cells:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import pytest
+
 from vmachining.bench.zmap import PITCHES, zmap
 
 
+@pytest.mark.slow  # compiles a kernel of its own, and walks fine grids
 def test_the_zmap_is_an_honest_one():
     rows = list(zmap(positions=60, repeats=1))
     assert len(rows) == 2 * 2 * (1 + len(PITCHES))
