@@ -6,6 +6,9 @@
 | `mesh.py` | `FacetMesh`: shared vertices, neighbours, normals at vertices and edges, complaints |
 | `drop.py`, `_kernels.py` | `Surface`: heights, drop cutter |
 | `contact.py` | `cl_points`: CC point to CL point with lead and tilt; `scallop_step` |
+| `passes.py` | `raster`: parallel passes in three axes, by scallop or step, within a chord tolerance |
+| `fiveaxis.py` | `five_axis_raster`: passes with lead and tilt, free of interference; `normals_at` |
+| `levels.py` | `push_cutter`, `waterline`, `waterline_path`: closed loops at a height |
 
 Source: spec D. Contacts are candidates in closed form per triangle (facet, edges with their ends), the highest counts;
 only the edge of a bull nose is a root, found by Newton's method in a bracket. A tree of boxes and the bound of each
@@ -14,7 +17,10 @@ triangle's plane leave a few triangles to ask.
 
 from vmachining.toolpath.facets.contact import Located, cl_points, scallop_step
 from vmachining.toolpath.facets.drop import Contact, Dropped, Surface, radii
+from vmachining.toolpath.facets.fiveaxis import five_axis_raster, normals_at
+from vmachining.toolpath.facets.levels import Fibres, push_cutter, waterline, waterline_path
 from vmachining.toolpath.facets.mesh import FacetMesh, Weights, edge_normal
+from vmachining.toolpath.facets.passes import Raster, raster, scallops
 from vmachining.toolpath.facets.stl import Facets, read_stl
 
 __all__ = [
@@ -22,12 +28,21 @@ __all__ = [
     "Dropped",
     "FacetMesh",
     "Facets",
+    "Fibres",
     "Located",
+    "Raster",
     "Surface",
     "Weights",
     "cl_points",
     "edge_normal",
+    "five_axis_raster",
+    "normals_at",
+    "push_cutter",
     "radii",
+    "raster",
     "read_stl",
     "scallop_step",
+    "scallops",
+    "waterline",
+    "waterline_path",
 ]

@@ -212,3 +212,152 @@ def heights(points, corners, planes, boxes, z, which) -> None:
                     if value > best:
                         best, triangle = value, j
         z[i], which[i] = best, triangle
+
+
+@leaf
+def top_on_fibre(y, c, R, r, a):
+    """(z, x): where a tool on the line Y = y is lifted highest by one triangle; (-inf, 0) where it passes beside."""
+    # a point is touched best from straight beside it, and no point of the inside beats those of the edges
+    best, where = -np.inf, 0.0
+    for k in range(3):
+        i, j = 3 * k, 3 * ((k + 1) % 3)
+        if c[i + 1] > c[j + 1]:
+            i, j = j, i
+        length = c[j + 1] - c[i + 1]
+        s0 = y - c[i + 1]
+        low, high = max(-R, -s0), min(R, length - s0)
+        if low > high:
+            continue
+        if length <= 0.0:
+            k_top = i if c[i + 2] > c[j + 2] else j
+            z, x = c[k_top + 2] - height(abs(s0), r, a), c[k_top]
+        else:
+            m = (c[j + 2] - c[i + 2]) / length
+            s = best_along(m, 0.0, low, high, r, a)
+            share = min(max((s0 + s) / length, 0.0), 1.0)
+            z = c[i + 2] + share * (c[j + 2] - c[i + 2]) - height(abs(s), r, a)
+            x = c[i] + share * (c[j] - c[i])
+        if z > best:
+            best, where = z, x
+    return best, where
+
+
+@leaf
+def end_on_fibre(y, z, inside, outside, c, plane, R, r, a):
+    """Where a triangle ceases to lift the tool above z, between two places on the line Y = y; a place where it does not."""
+    for _ in range(100):
+        middle = 0.5 * (inside + outside)
+        if not min(inside, outside) < middle < max(inside, outside):
+            break
+        if over_triangle(middle, y, c, plane, z, R, r, a)[1] != NONE:
+            inside = middle
+        else:
+            outside = middle
+        if abs(inside - outside) <= 1e-13 * (1.0 + abs(outside)):
+            break
+    return outside
+
+
+@kernel
+def push(places, z, corners, planes, boxes, R, r, out) -> int:
+    """Intervals along the lines Y = places where a tool at height z cuts into single triangles: rows (line, low, high).
+
+    Returns how many there are; only those that fit are written.
+    """
+    stack = np.empty(96, dtype=np.int64)
+    leaves = (len(boxes) + 1) // 2
+    a = R - r
+    count = 0
+    for i in range(len(places)):
+        y = places[i]
+        stack[0] = 0
+        top = 1
+        while top > 0:
+            top -= 1
+            node = stack[top]
+            box = boxes[node]
+            if not (box[1] - R <= y <= box[4] + R and box[5] > z):
+                continue
+            if node < leaves - 1:
+                stack[top], stack[top + 1] = 2 * node + 1, 2 * node + 2
+                top += 2
+                continue
+            first = (node - leaves + 1) * LEAF
+            for j in range(first, min(first + LEAF, len(corners))):
+                c = corners[j]
+                high, x = top_on_fibre(y, c, R, r, a)
+                if high <= z:
+                    continue
+                if count < len(out):
+                    before = min(c[0], c[3], c[6]) - R - 1e-9
+                    behind = max(c[0], c[3], c[6]) + R + 1e-9
+                    out[count, 0] = i
+                    out[count, 1] = end_on_fibre(y, z, x, before, c, planes[j], R, r, a)
+                    out[count, 2] = end_on_fibre(y, z, x, behind, c, planes[j], R, r, a)
+                count += 1
+    return count
+
+
+@kernel
+def lift_along(tips, axes, corners, boxes, R, r, lift, which) -> None:
+    """How far a tool with an endless shank has to move along its own axis (n, 3) to leave every triangle; 0 where it is free."""
+    stack = np.empty(96, dtype=np.int64)
+    leaves = (len(boxes) + 1) // 2
+    a = R - r
+    e = np.empty((3, 3))
+    c, plane = np.empty(9), np.empty(4)
+    for i in range(len(tips)):
+        e[2] = axes[i]
+        least = 0
+        for k in range(3):
+            if abs(axes[i, k]) < abs(axes[i, least]):
+                least = k
+        e[0] = 0.0
+        e[0, least] = 1.0
+        e[0] -= axes[i, least] * e[2]
+        e[0] /= np.sqrt(e[0, 0] ** 2 + e[0, 1] ** 2 + e[0, 2] ** 2)
+        e[1, 0] = e[2, 1] * e[0, 2] - e[2, 2] * e[0, 1]
+        e[1, 1] = e[2, 2] * e[0, 0] - e[2, 0] * e[0, 2]
+        e[1, 2] = e[2, 0] * e[0, 1] - e[2, 1] * e[0, 0]
+        best, triangle = 0.0, -1
+        stack[0] = 0
+        top = 1
+        while top > 0:
+            top -= 1
+            node = stack[top]
+            box = boxes[node]
+            if not box[3] >= box[0]:
+                continue
+            # the box in the frame of the tool: middle and half sizes of the box around it
+            x, y, z, hx, hy, hz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            for k in range(3):
+                middle = 0.5 * (box[k] + box[k + 3]) - tips[i, k]
+                half = 0.5 * (box[k + 3] - box[k])
+                x, y, z = x + e[0, k] * middle, y + e[1, k] * middle, z + e[2, k] * middle
+                hx, hy, hz = hx + abs(e[0, k]) * half, hy + abs(e[1, k]) * half, hz + abs(e[2, k]) * half
+            dx, dy = max(abs(x) - hx, 0.0), max(abs(y) - hy, 0.0)
+            square = dx * dx + dy * dy
+            if square > R * R or z + hz - height(np.sqrt(square), r, a) <= best:
+                continue
+            if node < leaves - 1:
+                stack[top], stack[top + 1] = 2 * node + 1, 2 * node + 2
+                top += 2
+                continue
+            first = (node - leaves + 1) * LEAF
+            for j in range(first, min(first + LEAF, len(corners))):
+                for m in range(3):
+                    for n in range(3):
+                        c[3 * m + n] = 0.0
+                        for k in range(3):
+                            c[3 * m + n] += e[n, k] * (corners[j, 3 * m + k] - tips[i, k])
+                ux, uy, uz = c[3] - c[0], c[4] - c[1], c[5] - c[2]
+                vx, vy, vz = c[6] - c[0], c[7] - c[1], c[8] - c[2]
+                nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+                plane[3] = 0.0
+                if abs(nz) > 1e-9 * np.sqrt(nx * nx + ny * ny + nz * nz):
+                    plane[0], plane[1], plane[3] = -nx / nz, -ny / nz, 1.0
+                    plane[2] = c[2] - plane[0] * c[0] - plane[1] * c[1]
+                value, how = over_triangle(0.0, 0.0, c, plane, best, R, r, a)
+                if how != NONE:
+                    best, triangle = value, j
+        lift[i], which[i] = best, triangle

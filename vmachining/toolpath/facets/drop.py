@@ -93,6 +93,11 @@ class Surface:
         boxes = box_tree(corners.min(axis=1), corners.max(axis=1), _kernels.LEAF)
         object.__setattr__(self, "_boxes", boxes)
 
+    @property
+    def sorted(self) -> tuple[Floats, Floats, Floats]:
+        """What kernels read: corners (m, 9), planes (m, 4), boxes of the tree over them."""
+        return self._corners, self._planes, self._boxes
+
     def heights(self, points: ArrayLike) -> tuple[Floats, Ints]:
         """Highest z over every point (n, 2), -inf beside the part, and its triangle, -1 there."""
         where = np.ascontiguousarray(rows(points, -1, 2, name="points"))
@@ -138,6 +143,20 @@ class Surface:
         vertex = self._is_vertex(where, z, which, kind, radius, corner_radius)
         kind[vertex] = Contact.VERTEX
         return Dropped(z, np.where(which >= 0, self._order[which], -1), kind)
+
+    def lift(self, tips: ArrayLike, axes: ArrayLike, radius: float, corner_radius: float) -> Floats:
+        """(n,) mm: how far a tool has to move along its own axis until it leaves the part; 0 where it does not cut into it.
+
+        tips, axes : (n, 3), mm and of any length. The drop cutter in the frame of each tool; the shank is endless.
+        """
+        points = np.ascontiguousarray(rows(tips, -1, 3, name="tips"))
+        along = rows(axes, len(points), 3, name="axes")
+        along = np.ascontiguousarray(along / np.linalg.norm(along, axis=1)[:, None])
+        out, which = np.empty(len(points)), np.empty(len(points), dtype=np.int64)
+        _kernels.lift_along(
+            points, along, self._corners, self._boxes, float(radius), float(corner_radius), out, which
+        )
+        return out
 
     def _is_vertex(
         self, points: Floats, z: Floats, which: Ints, kind: Ints, radius: float, corner_radius: float

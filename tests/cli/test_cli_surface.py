@@ -1,0 +1,82 @@
+"""`toolpath drop` and `toolpath surface` as users call them."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+import trimesh
+
+import vmachining as vm
+from vmachining.cli.main import run
+
+
+@pytest.fixture
+def block(tmp_path):
+    """A block 20 x 10 x 6 mm with its bottom at z = 0."""
+    solid = trimesh.creation.box((20, 10, 6)).apply_translation((10, 5, 3))
+    path = tmp_path / "block.stl"
+    path.write_bytes(solid.export(file_type="stl"))
+    return path
+
+
+def test_drop_tells_what_is_touched(block, capsys):
+    assert (
+        run(["toolpath", "drop", str(block), "--points", "5,5;-2,5;40,5", "--tool", "ball:10", "--json"]) == 0
+    )
+    rows = json.loads(capsys.readouterr().out)["points"]
+    assert rows[0]["z_mm"] == pytest.approx(6.0)
+    assert rows[1]["z_mm"] == pytest.approx(6.0 - 5.0 + np.sqrt(5.0**2 - 2.0**2))
+    assert rows[1]["contact"] == "edge" and rows[2]["z_mm"] is None and rows[2]["contact"] == "none"
+
+
+@pytest.mark.parametrize("suffix", [".nc", ".csv", ".cls"])
+def test_a_surface_becomes_a_job_that_runs(block, tmp_path, capsys, suffix):
+    out = tmp_path / f"path{suffix}"
+    call = ["toolpath", "surface", str(block), "--tool", "ball:6", "--step", "4", "--chord", "0.05"]
+    assert run([*call, "--out", str(out)]) == 0
+    job = vm.Job.load(out.with_suffix(".toml"))
+    assert not [
+        f for f in vm.read_program(out, dialect=job.keys.program.dialect).findings if f.severity != "I"
+    ]
+    assert job.tools
+
+
+def test_five_axes_and_levels(block, tmp_path, capsys):
+    call = ["toolpath", "surface", str(block), "--tool", "bull:6:1", "--chord", "0.05", "--json"]
+    assert run([*call, "--step", "4", "--lead", "5", "--normals", "facet"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["axes"] == 5
+    assert run([*call, "--levels", "3"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["axes"] == 3 and told["feed_length_mm"] > 2 * 60.0  # once around the block, twice
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        (["--tool", "drill:6"], "no cutter"),
+        (["--scallop", "-1"], "positive"),
+        (["--step", "1", "--scallop", "0.1"], "one of them"),
+        (["--step", "1", "--out", "path.txt"], ".nc"),
+        (["--waterline", "99"], "no waterline"),
+        (["--step", "1", "--lead", "5", "--out", "five.nc"], "no tool axis"),
+    ],
+)
+def test_bad_asks_are_told(block, capsys, change, word, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    call = ["toolpath", "surface", str(block), "--tool", "ball:6", *change]
+    assert run(call) == 2
+    assert word in capsys.readouterr().err
+
+
+def test_a_facet_that_is_turned_over_is_refused_with_its_edges(block, capsys):
+    solid = trimesh.load(block)
+    corners = solid.triangles.copy()
+    corners[3] = corners[3][::-1]
+    turned = trimesh.Trimesh(corners.reshape(-1, 3), np.arange(36).reshape(-1, 3), process=False)
+    block.write_bytes(turned.export(file_type="stl"))
+    assert run(["toolpath", "drop", str(block), "--points", "5,5"]) == 2
+    said = capsys.readouterr().err
+    assert "turned over" in said and said.count(" to (") == 3

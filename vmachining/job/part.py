@@ -1,0 +1,44 @@
+"""`read_part`: the facets of a part from an STL or STEP file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vmachining.errors import InputError
+from vmachining.toolpath.facets import FacetMesh, read_stl
+
+__all__ = ["read_part"]
+
+
+def read_part(path: Path, *, chord_mm: float = 0.01, scale: float = 1.0, recover: bool = False) -> FacetMesh:
+    """Facets of a part, mm; what is wrong with them is in `notes`.
+
+    Parameters
+    ----------
+    chord_mm : largest distance of the facets of a STEP file from its surfaces.
+    scale : mm per unit of an STL.
+
+    Raises
+    ------
+    InputError
+        Neither STL nor STEP, or a damaged file; facets that are turned over, because nobody knows which side is outside.
+    StockError
+        A STEP file without a solid.
+    """
+    suffix = path.suffix.lower()
+    if suffix == ".stl":
+        facets = read_stl(path, scale=scale, recover=recover)
+        mesh = FacetMesh.of(facets.corners, notes=facets.notes)
+    elif suffix in (".step", ".stp"):
+        from vmachining.engines.brep import read_step  # OCCT takes seconds to load: only for who asks
+
+        solid = read_step(path, chord_mm)
+        mesh = FacetMesh.of(solid.vertices[solid.triangles])
+    else:
+        raise InputError(f"{path.name}: want a .stl or a .step file", file=str(path))
+    turned = [text for text in mesh.notes if "turned over" in text or "disagree which side" in text]
+    if turned:
+        raise InputError(
+            turned[0], file=str(path), remedy="turn them in the CAD system: normals point out of the part"
+        )
+    return mesh

@@ -1,0 +1,257 @@
+"""A path of the tool as rows of poses, and the three files it is written to: NC program, table of poses, APT."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vmachining.arrays import Bools, Floats, Ints, rows
+from vmachining.errors import InputError
+from vmachining.tool import BallNose, BullNose, FlatEnd
+
+__all__ = ["WRITERS", "CLPath", "Mark", "apt_file", "cutter", "iso_program", "path_job", "pose_table"]
+
+DECIMALS = 5
+"""Of millimetres: a point moves by at most 9e-6 mm."""
+
+UPRIGHT = 1e-9
+"""An axis that leaves +z by less is upright."""
+
+TILTED = (
+    "a program of dialect iso holds no tool axis: it would need the angles of one machine",
+    "write .csv (dialect poses) or .cls (dialect apt)",
+)
+
+
+class Mark(IntEnum):
+    """What stands behind a point of a path."""
+
+    CONTACT = 0
+    """The tool touches the part."""
+    FREE = 1
+    """Nothing is touched: beside the part, or at the floor."""
+    LINK = 2
+    """On the way from one pass to the next."""
+    RAISED = 3
+    """Lifted along its axis, because it would have cut into the part elsewhere."""
+    TURNED = 4
+    """Tilted otherwise than asked, for the same reason."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CLPath:
+    """Poses in order.
+
+    tips : (n, 3) mm. axes : (n, 3), unit. rapid : (n,), of the motion that ends here. marks : (n,) `Mark`.
+    notes : what was found.
+    """
+
+    tips: Floats
+    axes: Floats
+    rapid: Bools
+    marks: Ints
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def joined(cls, pieces: Iterable[CLPath], *, clear_mm: float, notes: tuple[str, ...] = ()) -> CLPath:
+        """Pieces behind each other: the tool leaves each along its axis up to z = `clear_mm` and comes down on the next."""
+        parts: list[CLPath] = []
+        for piece in pieces:
+            down, up = (_above(piece, k, clear_mm) for k in (0, -1))
+            parts += [down, piece, up]
+        if not parts:
+            raise InputError("the path is empty: the tool touches nothing")
+        return cls(
+            np.concatenate([p.tips for p in parts]), np.concatenate([p.axes for p in parts]),
+            np.concatenate([p.rapid for p in parts]), np.concatenate([p.marks for p in parts]), notes,
+        )  # fmt: skip
+
+    def followed_by(self, other: CLPath) -> CLPath:
+        """Both, with a motion at feed between them."""
+        return CLPath(
+            np.concatenate([self.tips, other.tips]), np.concatenate([self.axes, other.axes]),
+            np.concatenate([self.rapid, other.rapid]), np.concatenate([self.marks, other.marks]), self.notes + other.notes,
+        )  # fmt: skip
+
+    @classmethod
+    def upright(cls, tips: ArrayLike, marks: ArrayLike) -> CLPath:
+        """One piece at feed, axis +z."""
+        points = rows(tips, -1, 3, name="tips")
+        up = np.tile([0.0, 0.0, 1.0], (len(points), 1))
+        return cls(points, up, np.zeros(len(points), np.bool_), np.asarray(marks, dtype=np.int64))
+
+    @property
+    def is_upright(self) -> bool:
+        """Three axes are enough."""
+        return bool((np.linalg.norm(self.axes[:, :2], axis=1) <= UPRIGHT).all())
+
+    @property
+    def feed_length(self) -> float:
+        """mm of the tip at feed."""
+        return float(np.linalg.norm(np.diff(self.tips, axis=0), axis=1)[~self.rapid[1:]].sum())
+
+
+def _above(piece: CLPath, k: int, z: float) -> CLPath:
+    """The pose over an end of a piece, reached by a rapid."""
+    tip, axis = piece.tips[k], piece.axes[k]
+    if axis[2] < 0.05:
+        raise InputError(
+            f"the tool lies on its side at ({tip[0]:.4g}, {tip[1]:.4g}, {tip[2]:.4g}): it cannot be drawn back upwards",
+            remedy="less lead or tilt, or turn the part",
+        )
+    over = tip + max(z - tip[2], 0.0) / axis[2] * axis
+    return CLPath(over[None], axis[None], np.ones(1, np.bool_), np.full(1, int(Mark.LINK), np.int64))
+
+
+def cutter(text: str, length_mm: float = 60.0) -> FlatEnd | BallNose | BullNose:
+    """Cutter of `flat:10`, `ball:10` or `bull:10:1`: diameter and corner radius, mm.
+
+    Raises
+    ------
+    InputError, ToolError
+        No such cutter.
+    """
+    kind, *sizes = text.replace(",", ":").split(":")
+    try:
+        numbers = [float(size) for size in sizes]
+    except ValueError as exc:
+        raise InputError(f"{text!r} is no cutter", remedy="flat:D, ball:D or bull:D:CORNER, mm") from exc
+    if kind == "flat" and len(numbers) == 1:
+        return FlatEnd(diameter=numbers[0], length=length_mm)
+    if kind == "ball" and len(numbers) == 1:
+        return BallNose(diameter=numbers[0], length=length_mm)
+    if kind == "bull" and len(numbers) == 2:
+        return BullNose(diameter=numbers[0], corner_radius=numbers[1], length=length_mm)
+    raise InputError(f"{text!r} is no cutter", remedy="flat:D, ball:D or bull:D:CORNER, mm")
+
+
+def _words(letters: str, values: Iterable[float]) -> list[str]:
+    return [f"{c}{_number(v)}" for c, v in zip(letters, values, strict=True)]
+
+
+def _number(value: float, decimals: int = DECIMALS) -> str:
+    return f"{round(value, decimals) + 0.0:.{decimals}f}".rstrip("0").rstrip(".")
+
+
+def iso_program(
+    path: CLPath,
+    *,
+    feed_mm_min: float,
+    spindle_rev_min: float = 6000.0,
+    tool: int = 1,
+    title: str = "",
+) -> str:
+    """Program of dialect `iso` for an upright tool: lines only, five decimals, each word only where it changes.
+
+    Raises
+    ------
+    InputError
+        A tilted tool, or a feed that is not positive.
+    """
+    _check_feed(feed_mm_min)
+    if not path.is_upright:
+        raise InputError(TILTED[0], remedy=TILTED[1])
+    lines = [f"({title})"] if title else []
+    lines += ["G21 G17 G90 G94 G40", f"T{tool} M6", f"S{spindle_rev_min:g} M3"]
+    last: list[str] = ["", "", ""]
+    mode, feed = "", ""
+    for k, tip in enumerate(path.tips):
+        words = _words("XYZ", tip)
+        new = "G0" if path.rapid[k] else "G1"
+        if not mode:  # sideways first, high above
+            lines += [f"{new} {words[0]} {words[1]}", words[2]]
+            mode, last = new, words
+            continue
+        moved = [word for word, old in zip(words, last, strict=True) if word != old]
+        if not moved:
+            continue
+        head = [new] if new != mode else []
+        tail = [f"F{feed_mm_min:g}"] if new == "G1" and not feed else []
+        lines.append(" ".join(head + moved + tail))
+        mode, last = new, words
+        feed = feed or ("set" if tail else "")
+    return "\n".join([*lines, "M5", "M2"]) + "\n"
+
+
+def pose_table(path: CLPath, *, feed_mm_min: float, tool: int = 1, **_: object) -> str:
+    """Table of dialect `poses`: tip, axis, feed, rapid, tool."""
+    _check_feed(feed_mm_min)
+    lines = ["x_mm,y_mm,z_mm,i,j,k,feed_mm_min,rapid,tool"]
+    for tip, axis, rapid in zip(path.tips, path.axes, path.rapid, strict=True):
+        cells = [_number(v) for v in tip] + [_number(v, 9) for v in axis]
+        lines.append(",".join([*cells, f"{feed_mm_min:g}", "1" if rapid else "0", str(tool)]))
+    return "\n".join(lines) + "\n"
+
+
+def apt_file(
+    path: CLPath,
+    *,
+    feed_mm_min: float,
+    spindle_rev_min: float = 6000.0,
+    tool: int = 1,
+    title: str = "",
+) -> str:
+    """CL file of dialect `apt`: GOTO records with the axis where the tool is tilted (MULTAX)."""
+    _check_feed(feed_mm_min)
+    tilted = not path.is_upright
+    lines = [f"PARTNO {title or 'VMACHINING'}", "UNITS/MM", *(["MULTAX"] if tilted else [])]
+    lines += [f"LOADTL/{tool}", f"SPINDL/{spindle_rev_min:g},CLW", f"FEDRAT/{feed_mm_min:g},MMPM"]
+    for tip, axis, rapid in zip(path.tips, path.axes, path.rapid, strict=True):
+        numbers = [_number(v) for v in tip] + ([_number(v, 9) for v in axis] if tilted else [])
+        lines += (["RAPID"] if rapid else []) + ["GOTO/" + ",".join(numbers)]
+    return "\n".join([*lines, "FINI"]) + "\n"
+
+
+def _check_feed(feed: float) -> None:
+    if not (np.isfinite(feed) and feed > 0.0):
+        raise InputError(f"feed {feed:g}: want a positive number of mm/min")
+
+
+WRITERS: dict[str, tuple[str, Callable[..., str]]] = {
+    ".nc": ("iso", iso_program),
+    ".csv": ("poses", pose_table),
+    ".cls": ("apt", apt_file),
+    ".apt": ("apt", apt_file),
+}
+"""Suffix of a file -> its dialect, and what writes it."""
+
+
+def path_job(
+    path: CLPath,
+    program: str,
+    dialect: str,
+    tool: FlatEnd | BallNose | BullNose,
+    *,
+    low: ArrayLike,
+    high: ArrayLike,
+    name: str,
+    chord_mm: float = 0.01,
+) -> str:
+    """Text of a job file that cuts a path from the block between two corners, mm."""
+    kind = {FlatEnd: "flat", BallNose: "ball", BullNose: "bull"}[type(tool)]
+    corner = f"corner_radius_mm = {tool.corner_radius:g}\n" if isinstance(tool, BullNose) else ""
+    box = [", ".join(_number(v) for v in np.asarray(p, dtype=np.float64)) for p in (low, high)]
+    home = ", ".join(_number(v) for v in path.tips[0] + [0.0, 0.0, 1.0])
+    return f"""name = "{name}"
+
+[program]
+file = "{program}"
+dialect = "{dialect}"
+home = [{home}]
+
+[[tools]]
+number = 1
+type = "{kind}"
+diameter_mm = {tool.diameter:g}
+{corner}length_mm = {tool.length:g}
+
+[stock]
+box = {{ min = [{box[0]}], max = [{box[1]}] }}
+
+[accuracy]
+chord_mm = {chord_mm:g}
+"""

@@ -1,0 +1,345 @@
+"""Raster paths in five axes: the tool touches the part at chosen points, its axis leans by lead and tilt.
+
+1. Lines of a raster are projected along z onto the facets: CC points. Normals there are those of the facets, or of their
+   vertices by one of three weights, mixed over the facet.
+2. Lead and tilt give the axis, the cutter its tip (`cl_points`).
+3. Interference: in the frame of the tool the part is asked how far the tool has to be lifted (`Surface.lift`). Where that is
+   more than the chord tolerance, other tilts within the limit are tried, the nearest first; if none is free the tool is lifted
+   along its axis. Each point says which.
+4. Chords of tip and axis are divided until the tip halfway lies within the chord tolerance of the one that belongs there, and the
+   tool on the chord is free; what is left lifts both ends.
+5. Lines are linked by a chord if the tool is free on it, and above the part otherwise.
+
+Known limits: shank endless and as thick as the cutter; points where the part is not under the line are left out.
+Source: spec D.5, D.6, D.10.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from vmachining.arrays import Bools, Floats, Ints
+from vmachining.errors import InputError
+from vmachining.toolpath.clpath import CLPath, Mark
+from vmachining.toolpath.facets.contact import cl_points, scallop_step
+from vmachining.toolpath.facets.drop import Surface
+from vmachining.toolpath.facets.mesh import FacetMesh
+from vmachining.toolpath.facets.passes import checked_sizes, overhang_notes, widest_step
+
+__all__ = ["NormalKind", "five_axis_raster", "normals_at", "outline_radius"]
+
+NormalKind = Literal["facet", "resultant", "area", "angle"]
+TILT_STEP_DEG = 2.5
+INNER = np.array([0.25, 0.5, 0.75])
+LEAST = 0.05
+"""Shortest chord, as a share of the chord tolerance."""
+
+ROUNDS = 14
+
+
+def normals_at(mesh: FacetMesh, points: Floats, triangles: Ints, kind: NormalKind = "angle") -> Floats:
+    """(n, 3), unit: normals of a mesh at points on given triangles; those of the vertices mixed, or the facet's.
+
+    Shares are area coordinates. On an edge that is `edge_normal`, at a vertex its own normal.
+    """
+    if kind == "facet":
+        return np.asarray(mesh.normals[triangles])
+    corners = mesh.corners[triangles]
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    n = np.cross(b - a, c - a)
+    size = (n * n).sum(axis=1)
+    share = np.stack(
+        [
+            (np.cross(q - p, points - p) * n).sum(axis=1) / size
+            for p, q in ((b, c), (c, a), (a, b))
+        ],
+        axis=1,
+    )  # fmt: skip
+    share = np.clip(share, 0.0, 1.0)
+    mixed = (share[:, :, None] * mesh.vertex_normals(kind)[mesh.triangles[triangles]]).sum(axis=1)
+    size = np.linalg.norm(mixed, axis=1)
+    if (size < 1e-12).any():
+        raise InputError(f"the normals cancel at point {int(np.argmin(size))}", remedy="take facet normals")
+    return np.asarray(mixed / size[:, None])
+
+
+def outline_radius(
+    radius: float, corner_radius: float, normals: Floats, axes: Floats, feeds: Floats
+) -> Floats:
+    """(n,) mm: radius of the cutter's outline along the feed where it touches: r + a sin^2 psi / sin theta, see `scallops`."""
+    f = feeds - (feeds * normals).sum(axis=1)[:, None] * normals
+    c = np.cross(f / np.linalg.norm(f, axis=1)[:, None], normals)
+    cosine = np.clip((normals * axes).sum(axis=1), -1.0, 1.0)
+    meridian = axes - cosine[:, None] * normals
+    sine = np.linalg.norm(meridian, axis=1)
+    meridian = meridian / np.maximum(sine, 1e-12)[:, None]
+    across = np.maximum(1.0 - (c * meridian).sum(axis=1) ** 2, 0.0)
+    return np.asarray(corner_radius + (radius - corner_radius) * across / np.maximum(sine, 1e-9))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Ways:
+    """What does not change along a path."""
+
+    surface: Surface
+    radius: float
+    corner: float
+    lead: float
+    tilt: float
+    limit: float
+    kind: NormalKind
+    chord: float
+    along: Floats
+    across: Floats
+
+
+class _Poses(NamedTuple):
+    """u : (n,) mm along the line. tips, axes : (n, 3). marks : (n,). hit : (n,), whether the part is under the point."""
+
+    u: Floats
+    tips: Floats
+    axes: Floats
+    marks: Ints
+    hit: Bools
+
+
+def five_axis_raster(
+    surface: Surface,
+    radius: float,
+    corner_radius: float,
+    *,
+    chord: float,
+    scallop: float | None = None,
+    step: float | None = None,
+    lead_deg: float = 0.0,
+    tilt_deg: float = 0.0,
+    tilt_limit_deg: float = 30.0,
+    direction_deg: float = 0.0,
+    normals: NormalKind = "angle",
+    clear: float | None = None,
+) -> CLPath:
+    """Parallel passes with a leaning tool, there and back; lead and tilt go with the feed of each pass.
+
+    Parameters
+    ----------
+    chord : mm, largest distance of the path from where the tool touches, and what interference is let pass.
+    scallop, step : mm; one of them, step in plan.
+    lead_deg, tilt_deg : of the axis, see `cl_points`. tilt_limit_deg : how far the tilt may leave the asked one.
+    normals : of the facets, or of vertices by a weight.
+    clear : mm, height of rapids, default a radius and 5 mm above the part.
+
+    Raises
+    ------
+    InputError
+        Sizes that do not fit, or no point on the part.
+    """
+    checked_sizes(chord, scallop, step)
+    mesh = surface.mesh
+    low, high = mesh.bounds
+    top = float(high[2]) + radius + 5.0 if clear is None else clear
+    turn = np.radians(direction_deg)
+    along = np.array([np.cos(turn), np.sin(turn)])
+    across = np.array([-along[1], along[0]])
+    corners = np.array([[x, y] for x in (low[0], high[0]) for y in (low[1], high[1])])
+    (u0, u1), (v0, v1) = ((float((corners @ d).min()), float((corners @ d).max())) for d in (along, across))
+    inset = 1e-9 * (v1 - v0)  # a line on the border of the part may miss it by rounding
+    tool = _Ways(
+        surface, radius, corner_radius, lead_deg, tilt_deg, tilt_limit_deg, normals, chord, along, across
+    )
+    pieces: list[CLPath] = []
+    v, sign = v0 + inset, 1.0
+    fixed = None
+    if step is not None:
+        fixed = (v1 - v0) / int(np.ceil((v1 - v0) / step - 1e-9))
+    while True:
+        pieces += _line(tool, v, (u0, u1) if sign > 0 else (u1, u0))
+        if v >= v1 - 2.0 * inset:
+            break
+        gap = fixed if fixed is not None else _gap(tool, v, (u0, u1), scallop or 0.0)
+        v, sign = min(v + gap, v1 - inset), -sign
+    if not pieces:
+        raise InputError("no line of the raster meets the part")
+    marks = np.concatenate([piece.marks for piece in pieces])
+    notes = overhang_notes(mesh)
+    for mark, what in ((Mark.TURNED, "tilted otherwise"), (Mark.RAISED, "lifted along their axis")):
+        if count := int((marks == mark).sum()):
+            notes.append(f"{count} of {len(marks)} points are {what}: the tool would have cut into the part")
+    return CLPath.joined(_linked(tool, pieces), clear_mm=top, notes=tuple(notes))
+
+
+def _poses(tool: _Ways, v: float, u: Floats, sign: float) -> _Poses:
+    """Poses on a line, free of interference."""
+    xy = u[:, None] * tool.along + v * tool.across
+    z, which = tool.surface.heights(xy)
+    hit = which >= 0
+    tips, axes = np.zeros((len(u), 3)), np.tile([0.0, 0.0, 1.0], (len(u), 1))
+    marks = np.full(len(u), int(Mark.CONTACT), dtype=np.int64)
+    at = np.flatnonzero(hit)
+    if not len(at):
+        return _Poses(u, tips, axes, marks, hit)
+    cc = np.column_stack([xy, z])[at]
+    n = normals_at(tool.surface.mesh, cc, which[at], tool.kind)
+    n[n[:, 2] < 0.0] *= -1.0
+    feed = np.tile([*(sign * tool.along), 0.0], (len(at), 1))
+    feed[:, 2] = -(feed * n).sum(axis=1) / np.maximum(n[:, 2], 1e-6)  # the feed goes along the part
+    tips[at], axes[at] = cl_points(
+        cc, n, feed, tool.radius, tool.corner, lead_deg=tool.lead, tilt_deg=tool.tilt
+    )
+    lift = np.zeros(len(u))
+    lift[at] = tool.surface.lift(tips[at], axes[at], tool.radius, tool.corner)
+    blocked = at[lift[at] > tool.chord]
+    local = np.searchsorted(at, blocked)
+    for delta in _tilts(tool.limit):
+        if not len(blocked):
+            break
+        t, a = cl_points(
+            cc[local], n[local], feed[local], tool.radius, tool.corner, lead_deg=tool.lead, tilt_deg=tool.tilt + delta
+        )  # fmt: skip
+        free = (tool.surface.lift(t, a, tool.radius, tool.corner) <= tool.chord) & (a[:, 2] > 0.1)
+        tips[blocked[free]], axes[blocked[free]] = t[free], a[free]
+        marks[blocked[free]], lift[blocked[free]] = int(Mark.TURNED), 0.0
+        blocked, local = blocked[~free], local[~free]
+    marks[blocked] = int(Mark.RAISED)
+    return _Poses(u, tips + lift[:, None] * axes, axes, marks, hit)
+
+
+def _tilts(limit: float) -> list[float]:
+    """Changes of the tilt, degrees, nearest first."""
+    count = int(limit / TILT_STEP_DEG + 1e-9)
+    return [sign * k * TILT_STEP_DEG for k in range(1, count + 1) for sign in (1.0, -1.0)]
+
+
+def _between(p: Floats, q: Floats, share: Floats) -> Floats:
+    """(n, m, 3): along chords (n, 3)."""
+    return np.asarray(p[:, None] + share[None, :, None] * (q - p)[:, None])
+
+
+def _turned(p: Floats, q: Floats, share: Floats) -> Floats:
+    """(n, m, 3): axes on the great circle between axes (n, 3), which are not opposite."""
+    angle = np.arccos(np.clip((p * q).sum(axis=1), -1.0, 1.0))[:, None]
+    small = angle < 1e-7
+    sine = np.where(small, 1.0, np.sin(angle))
+    one = np.where(small, 1.0 - share, np.sin((1.0 - share) * angle) / sine)
+    two = np.where(small, share, np.sin(share * angle) / sine)
+    mixed = one[:, :, None] * p[:, None] + two[:, :, None] * q[:, None]
+    return np.asarray(mixed / np.linalg.norm(mixed, axis=2, keepdims=True))
+
+
+def _chord_lift(tool: _Ways, tips: Floats, axes: Floats, at: Ints) -> tuple[Floats, Floats]:
+    """Of the chords that begin at `at`: inner tips (k, 3, 3), and the largest lift on them (k,)."""
+    inner = _between(tips[at], tips[at + 1], INNER)
+    leaning = _turned(axes[at], axes[at + 1], INNER)
+    lift = tool.surface.lift(inner.reshape(-1, 3), leaning.reshape(-1, 3), tool.radius, tool.corner)
+    return inner, lift.reshape(-1, len(INNER)).max(axis=1)
+
+
+def _line(tool: _Ways, v: float, ends: tuple[float, float]) -> list[CLPath]:
+    """Pieces of one pass where the part is under it."""
+    first, last = ends
+    sign = 1.0 if last > first else -1.0
+    inset = 1e-9 * abs(last - first)
+    first, last = first + sign * inset, last - sign * inset
+    count = max(2, int(np.ceil(abs(last - first) / (tool.radius / 4.0))) + 1)
+    poses = _poses(tool, v, np.linspace(first, last, count), sign)
+    done = np.zeros(len(poses.u) - 1, dtype=np.bool_)
+    least = LEAST * tool.chord
+    for _ in range(ROUNDS):
+        asked = np.flatnonzero(~done)
+        if not len(asked):
+            break
+        middle = _poses(tool, v, 0.5 * (poses.u[asked] + poses.u[asked + 1]), sign)
+        both = poses.hit[asked] & poses.hit[asked + 1]
+        split = poses.hit[asked] != poses.hit[asked + 1]  # where the part begins or ends
+        on = np.flatnonzero(both)
+        if len(on):
+            inner, lift = _chord_lift(tool, poses.tips, poses.axes, asked[on])
+            off = np.linalg.norm(middle.tips[on] - inner[:, 1], axis=1)
+            split[on] = (off > tool.chord) | (lift > tool.chord) | ~middle.hit[on]
+        split &= np.abs(poses.u[asked + 1] - poses.u[asked]) > least
+        done[asked] = ~split
+        at = asked[split] + 1
+        poses = _Poses(
+            *(np.insert(a, at, b[split], axis=0) for a, b in zip(poses, middle, strict=True))
+        )  # fmt: skip
+        done = np.insert(done, at, False)
+    pieces = []
+    cut = np.flatnonzero(np.diff(np.concatenate([[False], poses.hit, [False]]).astype(np.int64)))
+    for begin, end in zip(cut[::2], cut[1::2], strict=True):
+        if end - begin < 2:
+            continue
+        tips, axes, marks = poses.tips[begin:end].copy(), poses.axes[begin:end], poses.marks[begin:end]
+        for _ in range(8):  # what is left above a chord lifts both of its ends
+            _, lift = _chord_lift(tool, tips, axes, np.arange(len(tips) - 1))
+            if lift.max() <= 0.1 * tool.chord:
+                break
+            raised = np.maximum(np.append(lift, 0.0), np.insert(lift, 0, 0.0))
+            tips += raised[:, None] * axes
+            marks = np.where(raised > tool.chord, int(Mark.RAISED), marks)
+        pieces.append(CLPath(tips, axes, np.zeros(len(tips), np.bool_), marks))
+    return pieces
+
+
+def _linked(tool: _Ways, pieces: list[CLPath]) -> list[CLPath]:
+    """Neighbours joined by a chord where the tool is free on it."""
+    share = np.linspace(0.0, 1.0, 17)[1:-1]
+    out = [pieces[0]]
+    for piece in pieces[1:]:
+        last = out[-1]
+        ends = [np.stack([a[-1], b[0]]) for a, b in ((last.tips, piece.tips), (last.axes, piece.axes))]
+        tips = _between(ends[0][:1], ends[0][1:], share)[0]
+        near = np.linalg.norm(ends[0][1] - ends[0][0]) <= 2.0 * tool.radius
+        free = False
+        if near and (ends[1][0] * ends[1][1]).sum() > 0.5:
+            axes = _turned(ends[1][:1], ends[1][1:], share)[0]
+            free = bool(tool.surface.lift(tips, axes, tool.radius, tool.corner).max() <= 0.5 * tool.chord)
+        if not free:
+            out.append(piece)
+            continue
+        out[-1] = last.followed_by(piece)
+    return out
+
+
+def _gap(tool: _Ways, v: float, ends: tuple[float, float], scallop: float) -> float:
+    """Step over in plan whose highest scallop has the asked height; curvature across from three points on the facets."""
+    stations = np.linspace(*ends, int(np.clip(abs(ends[1] - ends[0]) / (tool.radius / 4.0), 16, 2000)) + 2)[
+        1:-1
+    ]
+    ball = max(tool.corner, scallop)
+    base = float(scallop_step(scallop, ball)) if scallop < ball else 2.0 * scallop
+
+    def highest(s: float) -> float:
+        found = []
+        for shift in (0.0, 0.5 * s, s):
+            xy = stations[:, None] * tool.along + (v + shift) * tool.across
+            z, which = tool.surface.heights(xy)
+            found.append((np.column_stack([xy, z]), which))
+        on = np.all([which >= 0 for _, which in found], axis=0)
+        if not on.any():
+            return 0.0
+        (one, _), (middle, which), (two, _) = ((p[on], w[on]) for p, w in found)
+        n = normals_at(tool.surface.mesh, middle, which, tool.kind)
+        n[n[:, 2] < 0.0] *= -1.0
+        feed = np.tile([*tool.along, 0.0], (len(n), 1))
+        feed[:, 2] = -(feed * n).sum(axis=1) / np.maximum(n[:, 2], 1e-6)
+        _, axes = cl_points(middle, n, feed, tool.radius, tool.corner, lead_deg=tool.lead, tilt_deg=tool.tilt)
+        f = feed / np.linalg.norm(feed, axis=1)[:, None]
+        side = two - one
+        side -= (side * f).sum(axis=1)[:, None] * f
+        width = np.linalg.norm(side, axis=1)
+        bulge = ((middle - 0.5 * (one + two)) * n).sum(axis=1)
+        outline = outline_radius(tool.radius, tool.corner, n, axes, feed)
+        # the passes touch the part a width apart: D between the circles, more than that on a convex part
+        spread = width * np.maximum(1.0 + 8.0 * bulge * outline / np.maximum(width, 1e-12) ** 2, 0.0)
+        inside = outline**2 - 0.25 * spread**2
+        circle = np.where(inside > 0.0, outline - np.sqrt(np.maximum(inside, 0.0)), np.inf)
+        offset = (
+            spread**2
+            * (bulge / np.maximum(width, 1e-12) ** 2)
+            / np.maximum(1.0 + 8.0 * bulge * outline / np.maximum(width, 1e-12) ** 2, 1e-12)
+        )
+        return float(np.minimum(circle - offset, 0.5 * width).max())
+
+    return widest_step(highest, scallop, start=base, least=0.02 * base, most=4.0 * tool.radius) or 0.02 * base
