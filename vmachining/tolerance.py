@@ -22,5 +22,5 @@ VOLUME_REL: Final = 1e-12
 """Relative noise of a mesh volume: about n_tri ulp in the sum of signed tetrahedra."""
 
 BREP_SECONDS: Final = 120.0
-"""Of a processor: limit of a B-rep check, and of solids and every mesh of each sweep for it. Lines and level arcs need a
-second or so, sharp turns of five axes up to some minutes."""
+"""Of a processor: limit of a B-rep check, solids of the block and of all that it needs included. Lines and level arcs need a
+second or so, sharp turns of five axes more than they get."""

@@ -7,7 +7,7 @@ from tinyjob import write_job
 
 from vmachining.engines import brep
 from vmachining.engines.brep.occt.polyhedron import polyhedron
-from vmachining.engines.brep.swept import inspect
+from vmachining.engines.brep.occt.validity import inspect
 from vmachining.errors import EngineError
 from vmachining.job import Job, engage
 

@@ -4,9 +4,9 @@
 |---|---|
 | `abs` | analytic engagement against B-rep solids of parts of our own: percent of the cut length per rotation angle |
 | `accuracy` | bracket and error of single sweeps with a closed form, over the chord |
-| `brep` | seconds per block of the B-rep ladder over a long program |
+| `brep` | seconds per block of the B-rep gate over a long program |
 | `brep-workers` | two B-rep workers against one: times, start-up, processors used, memory of the largest |
-| `brep-chains` | random chains through the ladder: agreed, retried, refused, silently wrong; plain booleans beside |
+| `brep-chains` | random chains through the gate: agreed, retried, refused, disputed, silently wrong; plain booleans beside |
 | `engage` | what the cutting edge touches: distances against B-rep solids on curved stock, time of both |
 | `engagement-columns` | contact columns of shipped programs against B-rep solids at the same places |
 | `force` | a five-axis pass, schedules of 100,000 blocks by every strategy, columns per station |

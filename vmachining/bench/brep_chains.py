@@ -151,7 +151,7 @@ def chain_of(seed: int, number: int, engine: MeshEngine) -> Chain:
 def _held(
     made: Sequence[Chain], bar: tuple[Floats, Floats], workers: int, baseline: bool, seconds: float
 ) -> Iterator[dict[str, Any]]:
-    """Every block of some chains by the ladder and by plain booleans, held against bracket and rays."""
+    """Every block of some chains by the gate and by plain booleans, held against counted points."""
     stock = Blank("box", tuple(bar[0].tolist()), tuple(bar[1].tolist()))
     where = [(chain, k) for chain in made for k in range(len(chain.sweeps))]
     blocks = [[chain.sweeps[k]] for chain, k in where]
