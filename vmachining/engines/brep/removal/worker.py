@@ -83,11 +83,6 @@ def _called(function: Callable[..., object], arguments: tuple[object, ...]) -> t
         return "EngineError", f"OCCT failed: {type(exc).__name__} {exc}"
 
 
-def _reason(exc: VMachiningError) -> str:
-    """What it says without the name of the engine, which whoever asked puts before it again."""
-    return exc.reason if isinstance(exc, EngineError) else exc.message
-
-
 def _written(stock: Any, blocks: Any, path: Path, brackets: Any, labels: Any) -> float | str:
     """Volume of the STEP file, or why there is none."""
     from vmachining.engines.brep.workpiece.cut import write_step
