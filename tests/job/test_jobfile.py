@@ -38,8 +38,13 @@ BAD = {
     "tool impossible": ({"diameter_mm = 4": "diameter_mm = -4"}, 15, ["tool 1", "diameter"]),
     "design": (
         {"[accuracy]": '[design]\nstep = "p.step"\n[accuracy]'},
+        22,
+        ["p.step", "no such file"],
+    ),
+    "two designs": (
+        {"[accuracy]": '[design]\nstep = "p.step"\nstl = "p.stl"\n[accuracy]'},
         21,
-        ["[design]", "not supported yet"],
+        ["exactly one of step, stl, got both"],
     ),
     "dialect": ({'file = "tiny.nc"': 'file = "tiny.nc"\ndialect = "klingon"'}, 6, ["iso", "poses"]),
     "chain": (

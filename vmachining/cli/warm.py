@@ -42,6 +42,10 @@ length_mm = 30
 flute_length_mm = 15
 [stock]
 box = { min = [0, 0, -8], max = [16, 16, 0] }
+[design]
+stl = "warm.stl"
+[vectors]
+spacing_mm = 1.0
 [accuracy]
 chord_mm = 0.1
 [feed]
@@ -89,11 +93,14 @@ def part(k: int) -> None:
 def _jobs() -> None:
     from vmachining.engines import ENGINES
     from vmachining.job import Job, engage, run
+    from vmachining.job.stock import write_stock
+    from vmachining.stock import BoxStock
 
     with TemporaryDirectory(prefix="vmachining-warm-") as name:
         folder = Path(name)
         (folder / "warm.nc").write_text(PROGRAM)
         (folder / "job.toml").write_text(JOB)
+        write_stock(BoxStock((1, 1, -8), (15, 15, -1)).mesh(0.1)[0], folder / "warm.stl")
         for engine in ENGINES:
             run(Job.load(folder / "job.toml"), engine=engine, workers=1)
         for method in ("dexel", "analytic"):
@@ -125,4 +132,4 @@ def _turns() -> None:
     for name in ENGINES:
         kind = engine_class(name)
         if kind.takes(turn):
-            kind.of(box, Options(chord=0.1)).cut(turn, 0)
+            kind.of(box, Options(chord=0.1, design=mesh)).cut(turn, 0)

@@ -4,6 +4,7 @@
 |---|---|---|
 | `mesh` | closed triangle meshes per tile | manifold3d |
 | `dexel` | the raw stock and all sweeps; lengths along exact rays | - |
+| `vectors` | lengths of vectors that stand on the design part | - |
 | `brep` | solids with faces; judges blocks, see `--brep` | OCCT |
 
 Engines never import each other. Every engine answers `protocol.Engine`, and everybody else knows them by that alone.
@@ -21,9 +22,9 @@ from types import ModuleType
 from vmachining.engines.protocol import Engine
 from vmachining.errors import InputError
 
-__all__ = ["ENGINES", "Entry", "brep", "dexel", "engine_class", "mesh"]
+__all__ = ["ENGINES", "Entry", "brep", "dexel", "engine_class", "mesh", "vectors"]
 
-LATER = ("columns", "vectors", "brep")
+LATER = ("columns", "brep")
 """Named by the interface; they cannot cut a job yet."""
 
 
@@ -46,6 +47,10 @@ ENGINES = {
     "dexel": Entry(
         "vmachining.engines.dexel:DexelEngine", "any stock, tool and motion; intervals are stated, not proven"
     ),
+    "vectors": Entry(
+        "vmachining.engines.vectors:VectorEngine",
+        "any tool and motion, with a [design]; volumes are not proven",
+    ),
 }
 
 
@@ -67,6 +72,6 @@ def engine_class(name: str) -> type[Engine]:
 
 def __getattr__(name: str) -> ModuleType:
     """Load an engine, and its kernel, when it is first asked for."""
-    if name in ("brep", "dexel", "mesh"):
+    if name in ("brep", "dexel", "mesh", "vectors"):
         return import_module(f"{__name__}.{name}")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

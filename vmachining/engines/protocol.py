@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import NamedTuple, Protocol, Self
 
 from vmachining.arrays import Floats, Ints
+from vmachining.engines.settings import VectorSettings
 from vmachining.geometry import Bracket
-from vmachining.stock import Stock
+from vmachining.stock import MeshStock, Stock
 from vmachining.sweep import Sweep
 from vmachining.tolerance import CHORD_MM
 
@@ -72,9 +73,13 @@ class Options:
     """What a job asks of its engine.
 
     chord : mm, how far surfaces may lie apart that stand for each other.
+    design : the part that is wanted, for engines that measure against it.
+    vectors : how dense discrete vectors stand.
     """
 
     chord: float = CHORD_MM
+    design: MeshStock | None = None
+    vectors: VectorSettings | None = None
 
 
 class Share(NamedTuple):

@@ -36,8 +36,9 @@ __all__ = [
 MANIFEST = "manifest.json"
 TABLES = (
     "blocks.csv", "blocks.parquet", "scheduled_blocks.csv", "scheduled_blocks.parquet", "scheduled.nc", "strategies.csv",
+    "deviation.csv", "deviation.parquet",
 )  # fmt: skip
-OUTPUTS = (*TABLES, "summary.json", "report.html", "stock.stl", "stock.3mf", "stock.step")
+OUTPUTS = (*TABLES, "summary.json", "report.html", "deviation.html", "stock.stl", "stock.3mf", "stock.step")
 """Every result file there can be, the manifest apart, and workpieces between blocks (`between`)."""
 
 PACKAGES = ("vmachining", "numpy", "numba", "manifold3d", "trimesh", "polars", "cadquery")

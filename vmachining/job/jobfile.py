@@ -26,8 +26,6 @@ MM_PER_INCH = 25.4
 MOST = 1e9
 """Above every length, speed and acceleration in mm and minutes: a thousand kilometres, as for programs."""
 
-LATER_KEYS = {("design",): "[design]"}
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Job:
@@ -94,7 +92,6 @@ class Job:
             line, col = position_of(path, positions) or (None, None)
             return JobError(message, file=str(source) if source else None, line=line, col=col, remedy=remedy)
 
-        _refuse_later(data, refuse)
         _refuse_huge(data, (), refuse)
         try:
             keys = JobFile.model_validate(data)
@@ -106,6 +103,8 @@ class Job:
             (("program", "file"), keys.program.file),
             (("stock", "stl"), keys.stock.stl),
             (("stock", "step"), keys.stock.step),
+            (("design", "stl"), keys.design.stl if keys.design else None),
+            (("design", "step"), keys.design.step if keys.design else None),
         ):
             if name is not None and not (folder / name).is_file():
                 what = "is a directory" if (folder / name).is_dir() else "no such file"
@@ -145,6 +144,12 @@ class Job:
         return self.folder / name if name else None
 
     @property
+    def design_path(self) -> Path | None:
+        """The STL or STEP file of the part that is wanted."""
+        keys = self.keys.design
+        return None if keys is None else self.folder / str(keys.stl or keys.step)
+
+    @property
     def machine_path(self) -> Path | None:
         """The machine file, if there is one."""
         name = self.keys.machine.file
@@ -155,7 +160,7 @@ class Job:
         """{role: path} of every file that the job names; subprograms are known when the program has been read."""
         paths = {
             "job": self.source, "program": self.program_path, "machine": self.machine_path,
-            "stock": self.stock_path,
+            "stock": self.stock_path, "design": self.design_path,
         }  # fmt: skip
         if self.keys.force is not None:  # the name of a shipped set, or a file
             file = self.folder / self.keys.force.coefficients
@@ -172,16 +177,6 @@ class Job:
         """file, line, col keywords of an error about one key."""
         line, col = position_of(path, self.positions) or (None, None)
         return {"file": str(self.source) if self.source else None, "line": line, "col": col}
-
-
-def _refuse_later(data: Mapping[str, Any], refuse: Refuse) -> None:
-    """What the interface names and this version cannot do is refused, never ignored."""
-    for path, what in LATER_KEYS.items():
-        level: Any = data
-        for part in path:
-            level = level.get(part) if isinstance(level, Mapping) else None
-        if level is not None:
-            raise refuse(f"{what} is not supported yet", path, "leave it out")
 
 
 def _refuse_huge(value: Any, path: tuple[str | int, ...], refuse: Refuse) -> None:

@@ -17,12 +17,14 @@ __all__ = [
     "Accuracy",
     "Box",
     "Cylinder",
+    "Design",
     "Feed",
     "Force",
     "JobFile",
     "Machine",
     "ProgramKeys",
     "Stock",
+    "Vectors",
 ]
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -136,6 +138,55 @@ class Stock(Keys):
         return self
 
 
+class Design(Keys):
+    """Optional; the part that is wanted, what the vectors engine measures against."""
+
+    step: Text | None = None
+    """a STEP file with one solid, in its own unit"""
+    stl: Text | None = None
+    """a closed STL instead"""
+    tolerance_mm: Positive = 0.05
+    """larger deviations are listed in deviation.csv"""
+
+    @model_validator(mode="after")
+    def _one(self) -> Design:
+        if (self.step is None) == (self.stl is None):
+            got = "none of them" if self.step is None else "both"
+            raise ValueError(f"[design] wants exactly one of step, stl, got {got}")
+        return self
+
+
+class Vectors(Keys):
+    """Optional; how dense the vectors of --engine vectors stand."""
+
+    mode: Literal["dvv", "dnv", "hybrid"] = "hybrid"
+    """upright vectors, vectors along the normals, or both"""
+    pitch_mm: Positive | None = None
+    """of the grid of upright vectors"""
+    spacing_mm: Positive | None = None
+    """of vectors on walls, overhangs and sharp edges"""
+    error_mm: Positive | None = None
+    """instead of spacing_mm: error that the spacing may leave, with the ball of the smallest tool"""
+    theta_v_deg: Annotated[float, Field(strict=True, gt=0, lt=90)] | None = None
+    """slope from which on a facet is a wall"""
+    theta_sharp_deg: Annotated[float, Field(strict=True, gt=0, lt=90)] = 30.0
+    """angle between facets from which on their edge is sharp"""
+    allowance_mm: Positive | None = None
+    """longest normal vector before the first cut, what roughing leaves"""
+    depth_mm: Positive = 10.0
+    """deepest overcut that normal vectors measure"""
+    casting_mm: Positive | None = None
+    """the raw part is the design and this allowance, whatever [stock] says"""
+    envelope: Literal["exact", "facets"] = "exact"
+    """exact sweeps, or facets of their envelopes within chord_mm as published"""
+
+    @model_validator(mode="after")
+    def _spacing(self) -> Vectors:
+        if self.spacing_mm is not None and self.error_mm is not None:
+            raise ValueError("spacing_mm and error_mm exclude each other: one follows from the other")
+        return self
+
+
 class Accuracy(Keys):
     """How finely is computed."""
 
@@ -203,6 +254,8 @@ class JobFile(Keys):
     machine: Machine = Machine()
     tools: Annotated[list[dict[str, Any]], Field(min_length=1)]
     stock: Stock
+    design: Design | None = None
+    vectors: Vectors | None = None
     accuracy: Accuracy = Accuracy()
     feed: Feed | None = None
     force: Force | None = None

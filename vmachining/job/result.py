@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = ["PAGE", "RunResult"]
 
+DEVIATION_PAGE = "vmachining.report.deviation:write_deviation"
 PAGE = "vmachining.report:write_report"
 """Who writes report.html. The report room sits above this one, so it is named here and not imported: a result
 must be able to write all of its files, and the arrows between rooms still point down."""
@@ -133,6 +134,8 @@ class RunResult:
         meshes = [f"stock.{suffix}" for suffix in formats if suffix != "step"]
         tables = [name for name in TABLES if (self.folder / name).is_file()]
         wanted = [*meshes, *steps, "summary.json", *(["report.html"] * report)]
+        if report and "deviation" in self.summary:
+            wanted.append("deviation.html")
         place.refuse_foreign({role: Path(entry["file"]) for role, entry in self.inputs.items()})
         if not here:
             place.tidy()
@@ -161,6 +164,8 @@ class RunResult:
             write_json(folder / "summary.json", self.summary)
             if report:
                 pkgutil.resolve_name(PAGE)(self, folder / "report.html")
+            if "deviation.html" in wanted:
+                pkgutil.resolve_name(DEVIATION_PAGE)(self, folder / "deviation.html")
         made = [name for name in (*tables, *wanted) if (folder / name).is_file()]
         place.forget(keep=made)  # what an earlier run had more, rows and checkpoints of this one
         options = {

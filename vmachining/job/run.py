@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import FrameType
@@ -24,6 +24,7 @@ from vmachining.job.blocks import Block, group_blocks, program_lines
 from vmachining.job.brep import JUDGED, Asked, blank, brep_columns, parse_brep, refuse_beyond
 from vmachining.job.contact import Contacts, ToolParts
 from vmachining.job.cost import APART_SAVES, APART_SECONDS, refuse_costly, refuse_fine
+from vmachining.job.deviation import deviation_tables, vector_settings
 from vmachining.job.engagement_columns import Stations, coefficients_of, engagement_pass
 from vmachining.job.executor import Executor, executor
 from vmachining.job.files import (
@@ -42,7 +43,7 @@ from vmachining.job.reading import read_job_program, refuse_unknown_tools
 from vmachining.job.result import RunResult
 from vmachining.job.schedule import compare, sample_count
 from vmachining.job.simulate import CHECKPOINT_SECONDS, Progress, Stage
-from vmachining.job.stock import RawStock, raw_stock
+from vmachining.job.stock import RawStock, design_mesh, raw_stock
 from vmachining.job.strategies import plan
 from vmachining.job.table import RowFile, drop_torn_row, finish, read_partial
 from vmachining.job.timing import MoveTimes, machine_limits, move_times
@@ -194,6 +195,7 @@ class _Run:
     lock: FolderLock
     command: list[str]
     place: ResultFolder = field(init=False)
+    raw: Engine | None = None
     earlier_seconds: float = 0.0
     workers_mb: float = 0.0
     longest_s: float = 0.0
@@ -226,6 +228,8 @@ class _Run:
         self._refuse_early(program, tools, stock)
         if of_meshes:
             self.longest_s = refuse_costly(job, program, tools, stock.shape.bounds, chord).longest_s
+        if not self.resume:  # what an engine refuses is refused before the first byte
+            self.raw = self._raw(stock)
         refuse_beyond(self.brep, blocks[-1].number)
         if isinstance(self.brep, tuple) and all(
             blocks[k].motion == "rapid" for part in self.brep for k in part
@@ -300,9 +304,23 @@ class _Run:
             findings=_quiet_findings(program, blocks),
         )
         result.summary = self._summary(result, stock, times, after)
+        if (deviation := deviation_tables(job, engine, self.place)) is not None:
+            result.summary |= deviation
+        elif job.keys.design is not None:
+            result.summary["design_note"] = (
+                "The design was not looked at: only --engine vectors measures against it"
+            )
         result.summary["brep"] = dict(counts_brep)
         result.summary["contact_notes"] = list(stations.notes)
         return result
+
+    def _raw(self, stock: RawStock) -> Engine:
+        """The raw workpiece."""
+        kind, options = engine_class(self.options["engine"]), self.options
+        asked = Options(chord=options["chord_mm"])
+        if options["engine"] == "vectors":
+            asked = replace(asked, design=design_mesh(self.job), vectors=vector_settings(self.job))
+        return kind.of(stock.shape, asked)
 
     def _contact(self, program: Program, blocks: list[Block], name: str) -> Stations:
         """Contact, chips and forces along the blocks."""
@@ -358,7 +376,8 @@ class _Run:
         if known is not None:
             engine, first = kind.load(self.folder / known["file"]), int(known["done"])
         else:
-            engine = kind.of(stock.shape, Options(chord=self.options["chord_mm"]))
+            engine = self.raw or self._raw(stock)
+            self.raw = None
         rows_path = self.folder / (
             "blocks.partial.csv" if name == "program" else "scheduled_blocks.partial.csv"
         )

@@ -16,7 +16,15 @@ from vmachining.job.twofold import twofold
 from vmachining.stock import BoxStock, CylinderStock, MeshStock, Stock, Triangles, closed_mesh, read_mesh
 from vmachining.tolerance import LENGTH_EPS_MM
 
-__all__ = ["STOCK_FORMATS", "RawStock", "check_formats", "raw_stock", "volume_of", "write_stock"]
+__all__ = [
+    "STOCK_FORMATS",
+    "RawStock",
+    "check_formats",
+    "design_mesh",
+    "raw_stock",
+    "volume_of",
+    "write_stock",
+]
 
 STOCK_FORMATS = ("stl", "3mf", "step")
 
@@ -108,6 +116,32 @@ def raw_stock(job: Job) -> RawStock:
         raise StockError(exc.message, file=exc.file, remedy=remedy) from exc
     corners = solid.vertices[solid.triangles[solid.curved]]
     return RawStock(mesh, solid.volume, chord * solid.curved_mm2, corners, chord)
+
+
+def design_mesh(job: Job) -> MeshStock | None:
+    """The part that a job wants, mm, None if it names none; curved STEP faces within chord_mm.
+
+    Raises
+    ------
+    StockError
+        Not a closed solid, or a file that cannot be read; names the file.
+    """
+    path, keys = job.design_path, job.keys.design
+    if path is None or keys is None:
+        return None
+    try:
+        if keys.stl is not None:
+            mesh = read_mesh(path, scale=job.scale)
+            _refuse_overlap(mesh, path)
+            return mesh
+        from vmachining.engines.brep import read_step  # OCCT takes seconds to load: only for who asks
+
+        solid = read_step(path, job.keys.accuracy.chord_mm)
+        return closed_mesh(solid.vertices, solid.triangles, source=str(path))
+    except StockError as exc:
+        message = exc.message.replace("no such stock file", "no such file")
+        remedy = exc.remedy or "is it the right file? export the design again, as one closed solid"
+        raise StockError(f"design: {message}", file=exc.file, remedy=remedy) from exc
 
 
 def _refuse_overlap(stock: MeshStock, path: Path) -> None:

@@ -74,6 +74,8 @@ def write_report(result: RunResult, path: Path) -> None:
         plot_note=_plot_note(len(blocks)),
         contact=contact_facts(blocks, result.summary.get("contact_notes", []), drawn=contact is not None),
         schedule=_schedule(result, schedule, blocks) if schedule else None,
+        deviation=_deviation(result),
+        design_note=result.summary.get("design_note"),
         warnings=warned[:MAX_ROWS],
         checked=_checked(result),
         notes=result.summary["notes"],
@@ -486,6 +488,29 @@ def _unknown(result: RunResult) -> list[str]:
     if result.job.keys.machine.rapid_mm_min is None:
         lines.append("Rapids take no time: no rapid speed was given.")
     return lines
+
+
+def _deviation(result: RunResult) -> list[tuple[str, str]] | None:
+    """Rows about the design; None where nothing was measured against one."""
+    told = result.summary.get("deviation")
+    if told is None:
+        return None
+    share = told["within_tolerance"]
+    rows = [
+        ("largest overcut", f"{told['max_overcut_mm']:.4g} mm"),
+        ("largest undercut", f"{told['max_undercut_mm']:.4g} mm"),
+        ("within tolerance", "–" if share is None else f"{100.0 * share:.2f} % (± {told['tolerance_mm']:g} mm)"),
+        ("vectors", f"{_number(told['upright_vectors'])} upright at {told['pitch_mm']:.3g} mm, "
+         f"{_number(told['normal_vectors'])} along normals at {told['spacing_mm']:.3g} mm"),
+    ]  # fmt: skip
+    for key, text in (
+        ("consumed", "vectors inside of a sweep from end to end: more is gone than they measure"),
+        ("entered_from_behind", "times that a sweep came from behind a vector: its length was left"),
+        ("part_outside_stock", "places where the design has no stock above it"),
+    ):
+        if told[key]:
+            rows.append((_number(told[key]), text))
+    return rows
 
 
 def _widest(blocks: pl.DataFrame) -> list[tuple[Any, ...]]:

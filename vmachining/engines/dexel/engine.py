@@ -16,7 +16,7 @@ from vmachining.engines.dexel.surface import staircase
 from vmachining.engines.protocol import NOTHING, Options, Removal, StockSurface
 from vmachining.errors import EngineError
 from vmachining.geometry import Bracket
-from vmachining.stock import Stock, Triangles
+from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 from vmachining.sweep.near import SweepIndex
 from vmachining.sweep.reach import meets, reaching
@@ -62,7 +62,7 @@ class DexelEngine:
         self._index = SweepIndex((), pitch=float(np.ptp(self._box, axis=0).max()) / GRID, clip=self._box)
         self._blocks = list[int]()
         self._removed = NOTHING
-        outer, inner = (_volume(mesh) for mesh in stock.mesh(self.chord))
+        outer, inner = (mesh.volume for mesh in stock.mesh(self.chord))
         # twice the inscribed and once the circumscribed polygon: Huygens' rule for circles
         self.stock_volume = Bracket(inner, (outer + 2.0 * inner) / 3.0, outer)
 
@@ -170,10 +170,3 @@ class _Geometry(pickle.Unpickler):
         if not ours and not (module.split(".")[0] == "numpy" and name in NUMPY):
             raise EngineError(f"the checkpoint holds {module}.{name}", engine="dexel")
         return super().find_class(module, name)
-
-
-def _volume(mesh: Triangles) -> float:
-    """mm^3 inside of closed triangles."""
-    a, b, c = mesh.vertices[mesh.triangles].transpose(1, 0, 2)
-    middle = mesh.vertices.mean(axis=0)
-    return float(((a - middle) * np.cross(b - middle, c - middle)).sum() / 6.0)

@@ -1,0 +1,77 @@
+"""Memory of vectors before there are any, and what would fit (spec: 4 bytes an upright vector, more along normals)."""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from math import sqrt
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vmachining.engines.vectors.part import Features, count_on
+from vmachining.engines.vectors.upright import KEPT, TILE, grid_shape
+from vmachining.errors import InputError
+
+if TYPE_CHECKING:
+    from vmachining.engines.vectors.engine import VectorEngine
+
+__all__ = ["available_bytes", "refuse_too_many"]
+
+UPRIGHT_BYTES, NORMAL_BYTES = 4, 160
+"""Lengths alone; and point, normal, ends, index, with the copies that are made while they are laid out."""
+
+SHARE = 0.7
+"""Of the memory that is free, for vectors."""
+
+
+def available_bytes() -> int:
+    """Memory that a process can still get: what the system has free, or its container allows."""
+    known = []
+    with suppress(OSError, ValueError, AttributeError):
+        known.append(os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    with suppress(OSError, ValueError, IndexError):
+        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
+        known = [1024 * int(line.split()[1]) for line in lines if line.startswith("MemAvailable:")] or known
+    with suppress(OSError, ValueError):
+        limit = int(Path("/sys/fs/cgroup/memory.max").read_text(encoding="ascii"))
+        used = int(Path("/sys/fs/cgroup/memory.current").read_text(encoding="ascii"))
+        known.append(max(0, limit - used))
+    return min(known, default=1 << 32)
+
+
+def refuse_too_many(engine: VectorEngine, found: Features) -> None:
+    """Refuse densities whose vectors do not fit into memory, before any of them is made.
+
+    Raises
+    ------
+    InputError
+        Says how many there would be, what they take, and which pitch fits.
+    """
+    both = np.stack([engine.part.bounds, np.asarray(engine._stock.bounds)])
+    size = both[:, 1].max(axis=0) - both[:, 0].min(axis=0)
+    nx, ny = grid_shape(size, engine.pitch)
+    upright = (nx + TILE) * (ny + TILE)
+    edge = float(np.linalg.norm(found.edge[:, 1] - found.edge[:, 0], axis=1).sum())
+    area = float(np.linalg.norm(_cross(engine), axis=1).sum() / 2.0)
+    along = area / engine.spacing**2 + edge / engine.spacing
+    if along < 1e7:
+        along = count_on(engine.part, engine.covered, engine.spacing) + edge / engine.spacing
+    need = UPRIGHT_BYTES * upright + NORMAL_BYTES * along + KEPT * TILE**2 * 48
+    have = SHARE * available_bytes()
+    if need <= have:
+        return
+    room = max(have - KEPT * TILE**2 * 48, 1.0)
+    finer = sqrt((UPRIGHT_BYTES * upright + NORMAL_BYTES * along) / room)
+    pitch, spacing = (float(f"{1.05 * finer * v:.2g}") for v in (engine.pitch, engine.spacing))
+    raise InputError(
+        f"{nx * ny:,} upright vectors at a pitch of {engine.pitch:.3g} mm and about {along:,.0f} along normals at a spacing of "
+        f"{engine.spacing:.3g} mm want {need / 1e9:.3g} GB, and {have / 1e9:.3g} GB can be had",
+        remedy=f"take pitch_mm = {pitch:g} and spacing_mm = {spacing:g}, or more",
+    )
+
+
+def _cross(engine: VectorEngine) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    corners = engine.part.corners[engine.covered]
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
