@@ -123,7 +123,16 @@ def measured(
             ended = size <= (base.low[on] - start).astype(np.float32)
             place = np.column_stack([x[i], y[j], start])
             up = np.broadcast_to([0.0, 0.0, 1.0], place.shape)
-            rows: tuple[Any, ...] = (0, place, up, size, size * cosine[facet], ended, np.zeros(len(i), np.bool_), facet)
+            rows: tuple[Any, ...] = (
+                0,
+                place,
+                up,
+                size,
+                size * cosine[facet],
+                ended,
+                np.zeros(len(i), np.bool_),
+                facet,
+            )
             _add(found, largest, rows, tolerance, outside_only, most)
         found.counts["behind"] += upright.behind
         found.counts["upright"] = found.counts["vectors"]
