@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from typing import Final
 
-__all__ = ["ANGLE_EPS", "ARC_RADIUS_MM", "BREP_SECONDS", "CHORD_MM", "LENGTH_EPS_MM", "VOLUME_REL"]
+__all__ = [
+    "ANGLE_EPS",
+    "ARC_RADIUS_MM",
+    "BREP_SECONDS",
+    "CHORD_MM",
+    "LENGTH_EPS_MM",
+    "VOLUME_REL",
+    "WIDTH",
+    "WIDTH_MM3",
+]
 
 CHORD_MM: Final = 0.01
 """Default distance asked for between the inner and the outer sweep; the usual CAM chordal tolerance."""
@@ -24,3 +33,9 @@ VOLUME_REL: Final = 1e-12
 BREP_SECONDS: Final = 120.0
 """Of a processor: limit of a B-rep check, solids of the block and of all that it needs included. Lines and level arcs need a
 second or so, sharp turns of five axes more than they get."""
+
+WIDTH: Final = 0.01
+"""Default width of a block's bracket relative to its volume: what forces and feeds are known to at best."""
+
+WIDTH_MM3: Final = 1e-3
+"""Default width at which a block of hardly any volume is done: a layer of a micrometre on a square millimetre."""

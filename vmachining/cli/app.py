@@ -82,7 +82,17 @@ def root(
 def run_(
     job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="Job file.")],
     out: Out = None,
-    engine: Annotated[str, typer.Option("--engine", help="Engine: mesh.")] = "mesh",
+    engine: Annotated[
+        str, typer.Option("--engine", metavar="NAME", help="columns, mesh or dexel; see docs/columns.md.")
+    ] = "mesh",
+    width: Annotated[
+        str | None,
+        typer.Option(
+            "--width",
+            metavar="1%",
+            help="Columns: width of each block's bracket, instead of that of the job.",
+        ),
+    ] = None,
     chord: Annotated[
         float | None,
         typer.Option(
@@ -121,7 +131,8 @@ def run_(
     from vmachining.cli import jobs
 
     return jobs.run_job(
-        job, out=out, engine=engine, chord=chord, certify=certify, brep=brep, brep_seconds=brep_seconds, workers=workers,
+        job, out=out, engine=engine, width=width, chord=chord,
+        certify=certify, brep=brep, brep_seconds=brep_seconds, workers=workers,
         stock=stock, stock_at=stock_at, resume=resume, quiet=quiet, as_json=as_json,
     )  # fmt: skip
 

@@ -45,6 +45,7 @@ def run_job(
     brep_seconds: float | None = None,
     stock_at: str | None = None,
     chord: float | None = None,
+    width: str | None = None,
 ) -> int:
     """`vmachining run`."""
     parse_brep(brep)
@@ -53,6 +54,8 @@ def run_job(
     job = Job.load(file)
     if chord is not None:
         job = job.with_chord(chord)
+    if width is not None:
+        job = job.with_width(width)
     if steps or "step" in formats:  # said before hours of cutting
         blank(job)
     if steps:
@@ -72,6 +75,7 @@ def run_job(
         again += ["--stock-at", stock_at] if stock_at is not None else []
         again += ["--brep-seconds", f"{brep_seconds:g}"] if brep_seconds is not None else []
         again += ["--chord", f"{chord:g}"] if chord is not None else []
+        again += ["--width", width] if width is not None else []
         again += ["--workers", str(workers)] if workers is not None else []
         with (
             progress_bar(quiet=silent) as bar,

@@ -2,6 +2,7 @@
 
 | engine | stock is | kernel |
 |---|---|---|
+| `columns` | raw stock and sweeps by tiles; bounds from convexity along the tool axis, see `relay.py` | numba |
 | `mesh` | closed triangle meshes per tile | manifold3d |
 | `dexel` | the raw stock and all sweeps; lengths along exact rays | - |
 | `vectors` | lengths of vectors that stand on the design part | - |
@@ -22,9 +23,9 @@ from types import ModuleType
 from vmachining.engines.protocol import Engine
 from vmachining.errors import InputError
 
-__all__ = ["ENGINES", "Entry", "brep", "dexel", "engine_class", "mesh", "vectors"]
+__all__ = ["ENGINES", "Entry", "brep", "columns", "dexel", "engine_class", "mesh", "vectors"]
 
-LATER = ("columns", "brep")
+LATER = ("brep",)
 """Named by the interface; they cannot cut a job yet."""
 
 
@@ -43,6 +44,10 @@ class Entry:
 
 
 ENGINES = {
+    "columns": Entry(
+        "vmachining.engines.relay:ColumnsFirst",
+        "upright convex tools on boxes and upright cylinders, proven to a width; hands the rest on to mesh, block by block",
+    ),
     "mesh": Entry("vmachining.engines.mesh:MeshEngine", "any stock, tool and motion", divisible=True),
     "dexel": Entry(
         "vmachining.engines.dexel:DexelEngine", "any stock, tool and motion; intervals are stated, not proven"
@@ -72,6 +77,6 @@ def engine_class(name: str) -> type[Engine]:
 
 def __getattr__(name: str) -> ModuleType:
     """Load an engine, and its kernel, when it is first asked for."""
-    if name in ("brep", "dexel", "mesh", "vectors"):
+    if name in ("brep", "columns", "dexel", "mesh", "vectors"):
         return import_module(f"{__name__}.{name}")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -16,7 +16,7 @@ from vmachining.engines.settings import VectorSettings
 from vmachining.geometry import Bracket
 from vmachining.stock import MeshStock, Stock
 from vmachining.sweep import Sweep
-from vmachining.tolerance import CHORD_MM
+from vmachining.tolerance import CHORD_MM, WIDTH, WIDTH_MM3
 
 __all__ = ["NOTHING", "WHOLE", "Divisible", "Engine", "Options", "Removal", "Share", "StockSurface"]
 
@@ -26,12 +26,14 @@ class Removal(NamedTuple):
 
     proven : True: `lo` and `hi` are bounds. False: an interval of stated confidence, which is never called a
         bracket; the room of the engine says which confidence.
+    engine : who answered, where an engine hands blocks on to another one; None: the engine itself.
     """
 
     lo: float
     estimate: float
     hi: float
     proven: bool = True
+    engine: str | None = None
 
     @property
     def bracket(self) -> Bracket:
@@ -50,7 +52,12 @@ class Removal(NamedTuple):
             self.estimate + other.estimate,
             self.hi + other.hi,
             self.proven and other.proven,
+            "+".join(sorted({*_names(self), *_names(other)})) or None,
         )
+
+
+def _names(removal: Removal) -> list[str]:
+    return removal.engine.split("+") if removal.engine else []
 
 
 NOTHING = Removal(0.0, 0.0, 0.0)
@@ -75,11 +82,14 @@ class Options:
     chord : mm, how far surfaces may lie apart that stand for each other.
     design : the part that is wanted, for engines that measure against it.
     vectors : how dense discrete vectors stand.
+    width, width_mm3 : of a block's bracket, relative and in mm^3; the block is done when it is as narrow as either.
     """
 
     chord: float = CHORD_MM
     design: MeshStock | None = None
     vectors: VectorSettings | None = None
+    width: float = WIDTH
+    width_mm3: float = WIDTH_MM3
 
 
 class Share(NamedTuple):

@@ -80,6 +80,17 @@ class Job:
         accuracy = self.keys.accuracy.model_copy(update={"chord_mm": float(chord_mm)})
         return replace(self, keys=self.keys.model_copy(update={"accuracy": accuracy}))
 
+    def with_width(self, text: str) -> Job:
+        """The same job with another [accuracy] width, "1%" or "0.01". Raises JobError where that is no share."""
+        try:
+            width = float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
+        except ValueError:
+            width = math.nan
+        if not 0.0 < width <= 1.0:
+            raise JobError(f"width {text!r}: a share such as 1% or 0.01 is wanted")
+        accuracy = self.keys.accuracy.model_copy(update={"width": width})
+        return replace(self, keys=self.keys.model_copy(update={"accuracy": accuracy}))
+
     @classmethod
     def _checked(
         cls,

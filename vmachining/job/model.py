@@ -12,6 +12,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from vmachining.tolerance import CHORD_MM, WIDTH, WIDTH_MM3
+
 __all__ = [
     "TOOL_KEYS",
     "Accuracy",
@@ -190,8 +192,12 @@ class Vectors(Keys):
 class Accuracy(Keys):
     """How finely is computed."""
 
-    chord_mm: Positive = 0.01
+    chord_mm: Positive = CHORD_MM
     """mesh engine: distance between facets inside and around the true sweep"""
+    width: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1)] = WIDTH
+    """columns engine: width of a block's bracket relative to its volume"""
+    width_mm3: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)] = WIDTH_MM3
+    """columns engine: mm³ of width at which a block is done, if that is sooner"""
 
 
 class Feed(Keys):

@@ -124,6 +124,7 @@ def run(
     folder = Path(keep.name if keep else str(out))
     options = {
         "engine": engine, "chord_mm": job.keys.accuracy.chord_mm, "brep": brep,
+        "width": job.keys.accuracy.width, "width_mm3": job.keys.accuracy.width_mm3,
         "brep_seconds": brep_seconds,
     }  # fmt: skip
     with stop_flag(stop) as stopped, FolderLock(folder) as own:
@@ -317,7 +318,7 @@ class _Run:
     def _raw(self, stock: RawStock) -> Engine:
         """The raw workpiece."""
         kind, options = engine_class(self.options["engine"]), self.options
-        asked = Options(chord=options["chord_mm"])
+        asked = Options(chord=options["chord_mm"], width=options["width"], width_mm3=options["width_mm3"])
         if options["engine"] == "vectors":
             asked = replace(asked, design=design_mesh(self.job), vectors=vector_settings(self.job))
         return kind.of(stock.shape, asked)

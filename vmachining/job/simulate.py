@@ -219,7 +219,7 @@ class Stage:
             "removed_mm3": removed.estimate,
             "removed_lo_mm3": removed.lo,
             "removed_hi_mm3": removed.hi,
-            "engine": self.executor.engine,
+            "engine": removed.engine or self.executor.engine,
             "mrr_mm3_min": rate,
             "samples_mm3": " ".join(map(repr, order.samples)) or None,
             "warning": "; ".join(warnings) or None,

@@ -1,0 +1,5 @@
+"""Columns."""
+
+from vmachining.engines.columns.engine import ColumnsEngine, FlatStock
+
+__all__ = ["ColumnsEngine", "FlatStock"]

@@ -1,0 +1,310 @@
+# One block against the tiles: cells in a heap, the widest first, divided into four until the bracket is narrow enough.
+#
+# Legend. Shapes and rows: see surface/_kernels.py. Tiles: grid = (x, y, width, depth of a tile), size = (tiles along x,
+# y), first[tile] its first entry or -1, entries e: sweep[e], after[e] the next one or -1; free = (first
+# free entry, number of them).
+# Work: cell[c] = (x, y, hx, hy, lo, hi), span[c] = (first id, ids), heap of cells by width, ids, and what cells need.
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vmachining.engines.columns.cells._kernels import DOWN, FIRST, SELF, SMOOTH, UP, above, bounds
+from vmachining.engines.columns.surface._kernels import covers, value
+from vmachining.jit import kernel, leaf
+
+
+class Shapes(NamedTuple):
+    """Cutters and sweeps: head (c, 5), part (c, parts, 8), lift (c, c), rows (n, 10); see surface/_kernels.py."""
+
+    head: NDArray[np.float64]
+    part: NDArray[np.float64]
+    lift: NDArray[np.float64]
+    rows: NDArray[np.float64]
+
+
+class Tiles(NamedTuple):
+    """grid (4,) mm, size (2,), first (tiles,), sweep, after (entries,), free (2,)."""
+
+    grid: NDArray[np.float64]
+    size: NDArray[np.int64]
+    first: NDArray[np.int64]
+    sweep: NDArray[np.int64]
+    after: NDArray[np.int64]
+    free: NDArray[np.int64]
+
+
+class Work(NamedTuple):
+    """cell (n, 6), span (n, 2), heap (n,), ids (m,), met (t, 3) tile, first id, ids; E, C, P, W per cell."""
+
+    cell: NDArray[np.float64]
+    span: NDArray[np.int64]
+    heap: NDArray[np.int64]
+    ids: NDArray[np.int64]
+    met: NDArray[np.int64]
+    E: NDArray[np.float64]
+    C: NDArray[np.float64]
+    P: NDArray[np.float64]
+    W: NDArray[np.float64]
+
+
+@leaf
+def _width(cell, c):
+    return cell[c, 5] - cell[c, 4]
+
+
+@leaf
+def _sift_up(heap, cell, i):
+    while i > 0:
+        j = (i - 1) // 2
+        if _width(cell, heap[j]) >= _width(cell, heap[i]):
+            return
+        heap[i], heap[j] = heap[j], heap[i]
+        i = j
+
+
+@leaf
+def _sift_down(heap, cell, n):
+    i = 0
+    while 2 * i + 1 < n:
+        j = 2 * i + 1
+        if j + 1 < n and _width(cell, heap[j + 1]) > _width(cell, heap[j]):
+            j += 1
+        if _width(cell, heap[i]) >= _width(cell, heap[j]):
+            return
+        heap[i], heap[j] = heap[j], heap[i]
+        i = j
+
+
+@kernel
+def tile_range(shapes: Shapes, tiles: Tiles, k: int) -> tuple[int, int, int, int]:
+    """(first, last + 1) tile along x and y that sweep k may reach."""
+    rows, grid, size = shapes.rows, tiles.grid, tiles.size
+    R, L = shapes.head[int(rows[k, 8]), 1], rows[k, 5]
+    x0, x1 = rows[k, 0], rows[k, 0] + L * rows[k, 3]
+    y0, y1 = rows[k, 1], rows[k, 1] + L * rows[k, 4]
+    i0 = int(np.floor((min(x0, x1) - R - grid[0]) / grid[2]))
+    i1 = int(np.floor((max(x0, x1) + R - grid[0]) / grid[2])) + 1
+    j0 = int(np.floor((min(y0, y1) - R - grid[1]) / grid[3]))
+    j1 = int(np.floor((max(y0, y1) + R - grid[1]) / grid[3])) + 1
+    return max(i0, 0), min(i1, size[0]), max(j0, 0), min(j1, size[1])
+
+
+@leaf
+def _replace(tiles, t, ids, at, count):
+    """Give tile t the list ids[at:at + count]. The caller has seen to free entries."""
+    first, sweep, after, free = tiles.first, tiles.sweep, tiles.after, tiles.free
+    e, last = first[t], -1
+    for q in range(count):
+        if e < 0:
+            e = free[0]
+            free[0] = after[e]
+            free[1] -= 1
+            after[e] = -1
+            if last < 0:
+                first[t] = e
+            else:
+                after[last] = e
+        sweep[e] = ids[at + q]
+        last, e = e, after[e]
+    if last < 0:
+        first[t] = -1
+    else:
+        after[last] = -1
+    while e >= 0:  # what is left over is free again
+        after[e], free[0], e = free[0], e, after[e]
+        free[1] += 1
+
+
+FINE, FULL, LONG = 0.0, 1.0, 2.0
+ZERO = np.int64(0)  # typed, see surface/_kernels.py
+
+
+@kernel
+def remove(
+    shapes: Shapes, tiles: Tiles, work: Work, k: int, rim: int, top: float, bottom: float, relative: float,
+    absolute: float, slack: float, limit: int, keep: bool, out: NDArray[np.float64],
+) -> None:  # fmt: skip
+    """Bracket of what sweep k removes, into out = (lo, hi, cells, most sweeps in a tile, state).
+
+    limit: cells at most, no more than there is room for. keep: whether the tiles are to know the sweep afterwards.
+    state FULL: the cells were used up before the width asked for was reached (the bracket holds); LONG: a list of sweeps
+    does not fit, nothing was done.
+    """
+    head, part, lift, rows = shapes.head, shapes.part, shapes.lift, shapes.rows
+    cell, span, heap, ids, met = work.cell, work.span, work.heap, work.ids, work.met
+    E, C, P, W = work.E, work.C, work.P, work.W
+    i0, i1, j0, j1 = tile_range(shapes, tiles, k)
+    gx, gy, w, h = tiles.grid[0], tiles.grid[1], tiles.grid[2], tiles.grid[3]
+    n, used, fresh, most = ZERO, ZERO, ZERO, ZERO
+    out[4] = FINE
+    for j in range(j0, j1):
+        for i in range(i0, i1):
+            t = j * tiles.size[0] + i
+            count, e = ZERO, tiles.first[t]
+            while e >= 0:
+                if count + 3 >= len(E) or used + 2 * count + 8 >= len(ids) or n + 8 >= len(cell):
+                    out[4] = LONG
+                    return
+                ids[used + count] = tiles.sweep[e]
+                count += 1
+                e = tiles.after[e]
+            x, y = gx + (i + 0.5) * w, gy + (j + 0.5) * h
+            src = used
+            lo, hi, m = bounds(
+                head, part, lift, rows, k, rim, top, bottom, x, y, 0.5 * w, 0.5 * h,
+                ids, src, count, src + count, slack, E, C, P, W,
+            )  # fmt: skip
+            if hi <= 0.0:
+                continue
+            most = max(most, m)
+            used += count + m
+            cell[n, 0], cell[n, 1], cell[n, 2], cell[n, 3], cell[n, 4], cell[n, 5] = (
+                x,
+                y,
+                0.5 * w,
+                0.5 * h,
+                lo,
+                hi,
+            )
+            span[n, 0], span[n, 1] = src + count, m
+            heap[n] = n
+            n += 1
+            if keep:
+                if used + m + 1 >= len(ids) or fresh >= len(met):
+                    out[4] = LONG
+                    return
+                left = ZERO
+                for q in range(m):
+                    s = ids[src + count + q]
+                    if covers(head, part, lift, rows, k, s, x, y, 0.5 * w, 0.5 * h, slack):
+                        continue
+                    known = rows[s, 9] != rows[k, 9] and E[SELF, UP + 7] == SMOOTH and E[SELF, UP] > bottom
+                    if known and above(E, FIRST + q, DOWN, 0.5 * w, 0.5 * h, SELF, UP):
+                        continue
+                    ids[used + left] = s
+                    left += 1
+                ids[used + left] = k
+                met[fresh, 0], met[fresh, 1], met[fresh, 2] = t, used, left + 1
+                used += left + 1
+                fresh += 1
+    lo, hi = 0.0, 0.0
+    for c in range(n):
+        lo += cell[c, 4]
+        hi += cell[c, 5]
+        _sift_up(heap, cell, c)
+    while n > 0 and hi - lo > max(relative * 0.5 * (lo + hi), absolute):
+        c = heap[0]
+        x, y, hx, hy = cell[c, 0], cell[c, 1], 0.5 * cell[c, 2], 0.5 * cell[c, 3]
+        src, count = span[c, 0], span[c, 1]
+        if n + 4 > limit or used + 4 * count > len(ids):
+            out[4] = FULL
+            break
+        lo, hi = lo - cell[c, 4], hi - cell[c, 5]
+        for q in range(4):
+            cx, cy = x + (hx if q % 2 else -hx), y + (hy if q > 1 else -hy)
+            a, b, m = bounds(
+                head,
+                part,
+                lift,
+                rows,
+                k,
+                rim,
+                top,
+                bottom,
+                cx,
+                cy,
+                hx,
+                hy,
+                ids,
+                src,
+                count,
+                used,
+                slack,
+                E,
+                C,
+                P,
+                W,
+            )
+            new = c if q == 0 else n
+            cell[new, 0], cell[new, 1], cell[new, 2], cell[new, 3] = cx, cy, hx, hy
+            cell[new, 4], cell[new, 5] = a, b
+            span[new, 0], span[new, 1] = used, m
+            used += m
+            lo, hi = lo + a, hi + b
+            if q == 0:
+                _sift_down(heap, cell, n)
+            elif b > a:  # what is known exactly stays out of the heap, and the next cell takes its place
+                heap[n] = new
+                n += 1
+                _sift_up(heap, cell, n - 1)
+    out[0], out[1], out[2], out[3] = lo, hi, n, most
+    if keep:
+        for q in range(fresh):
+            _replace(tiles, met[q, 0], ids, met[q, 1], met[q, 2])
+
+
+@kernel
+def listed(tiles: Tiles, t: int) -> NDArray[np.int64]:
+    """Sweeps that tile t keeps."""
+    n, e = 0, tiles.first[t]
+    while e >= 0:
+        n += 1
+        e = tiles.after[e]
+    out = np.empty(n, dtype=np.int64)
+    e = tiles.first[t]
+    for i in range(n):
+        out[i] = tiles.sweep[e]
+        e = tiles.after[e]
+    return out
+
+
+@kernel
+def assign(tiles: Tiles, t: int, ids: NDArray[np.int64]) -> None:
+    """Give tile t a list; the caller has seen to free entries."""
+    _replace(tiles, t, ids, ZERO, len(ids))
+
+
+@kernel
+def heights(
+    shapes: Shapes, tiles: Tiles, per: int, bottom: float, top: float, height: NDArray[np.float64],
+    owner: NDArray[np.float64],
+) -> None:  # fmt: skip
+    """Height of what is left at (per + 1)^2 places of every tile, and the row of the sweep that made it; -1: none.
+
+    Of a sweep that is held between two cutters it is the lower surface of the one inside.
+    """
+    head, part, rows = shapes.head, shapes.part, shapes.rows
+    x, y, w, h = tiles.grid[0], tiles.grid[1], tiles.grid[2], tiles.grid[3]
+    for j in range(tiles.size[1]):
+        for i in range(tiles.size[0]):
+            first = tiles.first[j * tiles.size[0] + i]
+            for b in range(per + 1):
+                for a in range(per + 1):
+                    e, low, who = first, top, -1
+                    while e >= 0:
+                        k = tiles.sweep[e]
+                        f = value(
+                            head, part, int(rows[k, 7]), rows, k, x + (i + a / per) * w, y + (j + b / per) * h
+                        )
+                        if f < low:
+                            low, who = f, k
+                        e = tiles.after[e]
+                    height[j * per + b, i * per + a] = max(low, bottom)
+                    owner[j * per + b, i * per + a] = who
+
+
+def work(cells: int = 60_000, most: int = 256) -> Work:
+    """Room for so many cells in a block and sweeps in a tile."""
+    return Work(
+        np.zeros((cells, 6)),
+        np.zeros((cells, 2), dtype=np.int64),
+        np.zeros(cells, dtype=np.int64),
+        np.zeros(25 * cells, dtype=np.int64),
+        np.zeros((cells, 3), dtype=np.int64),
+        np.zeros((most, 16)),
+        np.zeros((most, 4)),
+        np.zeros((5, 16, 2)),
+        np.zeros((most, 16)),
+    )

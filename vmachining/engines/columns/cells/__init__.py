@@ -1,0 +1,1 @@
+"""Proven bounds of the removed volume in one cell of the plan."""

@@ -1,0 +1,499 @@
+# Bounds of the volume that a sweep k removes in a rectangle of the plan,
+#
+#     V = integral of max(0, min(top, f_1, ..., f_{k-1}) - max(f_k, bottom)).
+#
+# Legend. (x, y) centre, hx, hy half sizes of the cell; points of planes are relative to the centre.
+# E[i] what is known of surface i in the cell, i = 0 the top of the stock, 1 ... n earlier sweeps, n + 1 sweep k. Columns
+# 0-7 the upper side (of the cutter that the sweep holds), 8-15 the lower side (of the cutter that holds it):
+#   value, gx, gy, Mxx, Mxy, Myy, radius, flag; radius bounds |f'' - M|
+# flag: SMOOTH value, gradient and M hold; ROUGH whole in the footprint, of the lower side value and gradient of a plane
+# below f; PART the border of the footprint crosses the cell (lower side as ROUGH); OUT absent.
+# P[q] polygons, corners (x, y); C[i] = (nx, ny, c_in, c_out) of surfaces whose border crosses the cell.
+
+import numpy as np
+
+from vmachining.engines.columns.surface._kernels import (
+    bending,
+    covers,
+    distance,
+    local,
+    surface,
+    value,
+)
+from vmachining.jit import leaf
+
+SMOOTH, ROUGH, PART, OUT = 3.0, 2.0, 1.0, 0.0
+UP, DOWN = np.int64(0), np.int64(8)  # first column of a side; typed, see surface/_kernels.py
+TOP, SELF, FIRST = (
+    np.int64(0),
+    np.int64(1),
+    np.int64(2),
+)  # rows: top of the stock, sweep k, first earlier sweep
+RECT, CUT, HERE, BEYOND, ROUND = np.int64(0), np.int64(1), np.int64(2), np.int64(3), np.int64(4)  # polygons
+FOUR, NONE = np.int64(4), np.int64(-1)
+THIN = 1e-4  # a gradient this much flatter along one side of the cell is taken as level there
+
+
+@leaf
+def positive(c, a, b, hx, hy, way):
+    """Integral of max(0, c + gx x + gy y) over the cell, a = |gx| hx, b = |gy| hy; way +1 from above, -1 from below."""
+    area = 4.0 * hx * hy
+    if a < b:
+        a, b = b, a
+    if c >= a + b:
+        return area * c
+    if c <= -(a + b):
+        return 0.0
+    if b <= THIN * a:
+        c += way * b
+        if c >= a:
+            return area * c
+        return area * (c + a) ** 2 / (4.0 * a) if c > -a else 0.0
+    total = (c + a + b) ** 3
+    if c + a - b > 0.0:
+        total -= (c + a - b) ** 3
+    if c - a + b > 0.0:
+        total -= (c - a + b) ** 3
+    if c - a - b > 0.0:
+        total += (c - a - b) ** 3
+    return area * total / (24.0 * a * b)
+
+
+@leaf
+def above_zero(area, u, v, w):
+    """Integral of the positive part of a linear function over a triangle from its values at the corners."""
+    if u > v:
+        u, v = v, u
+    if v > w:
+        v, w = w, v
+    if u > v:
+        u, v = v, u
+    if u >= 0.0:
+        return area * (u + v + w) / 3.0
+    if w <= 0.0:
+        return 0.0
+    if v <= 0.0:
+        return area * w * w * w / (3.0 * (w - u) * (w - v))
+    return area * ((u + v + w) / 3.0 - u * u * u / (3.0 * (v - u) * (w - u)))
+
+
+@leaf
+def clip(P, src, n, dst, nx, ny, c):
+    """Corners of polygon src with n.p <= c into dst; their number."""
+    m = TOP
+    for i in range(n):
+        j = i + 1 if i + 1 < n else 0
+        ax, ay, bx, by = P[src, i, 0], P[src, i, 1], P[src, j, 0], P[src, j, 1]
+        u, v = nx * ax + ny * ay - c, nx * bx + ny * by - c
+        if u <= 0.0:
+            P[dst, m, 0], P[dst, m, 1] = ax, ay
+            m += 1
+        if (u < 0.0 < v) or (v < 0.0 < u):
+            t = u / (u - v)
+            P[dst, m, 0], P[dst, m, 1] = ax + t * (bx - ax), ay + t * (by - ay)
+            m += 1
+    return m
+
+
+@leaf
+def _leaves(rows, k, R, ax, ay, bx, by):
+    """Where the way from a point a of the footprint to a point b leaves it, as a share of the way."""
+    L = rows[k, 5]
+    xa, ya = local(rows, k, ax, ay)
+    xb, yb = local(rows, k, bx, by)
+    dx, dy = xb - xa, yb - ya
+    best = 0.0
+    for e in range(2):  # the discs at both ends
+        x = xa - e * L
+        q, h, w = dx * dx + dy * dy, x * dx + ya * dy, x * x + ya * ya - R * R
+        root = h * h - q * w
+        if root > 0.0 and q > 0.0:
+            best = max(best, (np.sqrt(root) - h) / q)
+    t0, t1 = 0.0, 1.0
+    for side in range(2):  # the strip between them
+        p, d, low, high = (xa, dx, 0.0, L) if side == 0 else (ya, dy, -R, R)
+        if d == 0.0:
+            if p < low or p > high:
+                t1 = -1.0
+            continue
+        u, v = (low - p) / d, (high - p) / d
+        t0, t1 = max(t0, min(u, v)), min(t1, max(u, v))
+    if t1 >= t0:
+        best = max(best, t1)
+    return min(best, 1.0)
+
+
+@leaf
+def border(head, rows, k, cin, cout, x, y, hx, hy, C, i):
+    """Chord and outer tangent of the footprint in the cell: n.p <= c_in inside (for corners of the cell only), n.p >
+    c_out outside. False if the footprint misses the cell."""
+    R = head[cin, 1]
+    inside, crossings = 0, 0
+    px, py, qx, qy = 0.0, 0.0, 0.0, 0.0
+    ax, ay = x + hx, y - hy
+    a_in = distance(rows, k, ax, ay) <= R
+    for j in range(4):
+        bx, by = (x + hx if j == 0 or j == 3 else x - hx), (y + hy if j < 2 else y - hy)
+        b_in = distance(rows, k, bx, by) <= R
+        inside += 1 if b_in else 0
+        if a_in != b_in:
+            if a_in:
+                t = _leaves(rows, k, R, ax, ay, bx, by)
+                cx, cy = ax + t * (bx - ax) - x, ay + t * (by - ay) - y
+            else:
+                t = _leaves(rows, k, R, bx, by, ax, ay)
+                cx, cy = bx + t * (ax - bx) - x, by + t * (ay - by) - y
+            if crossings == 0:
+                px, py = cx, cy
+            else:
+                qx, qy = cx, cy
+            crossings += 1
+        ax, ay, a_in = bx, by, b_in
+    xi, eta = local(rows, k, x, y)
+    s = min(max(xi, 0.0), rows[k, 5])
+    ux, uy = rows[k, 3], rows[k, 4]
+    t = xi - s
+    nx, ny = t * ux - eta * uy, t * uy + eta * ux  # from the path to the centre
+    size = np.sqrt(nx * nx + ny * ny)
+    nx, ny = (nx / size, ny / size) if size > 0.0 else (1.0, 0.0)
+    c_in = -np.inf
+    if crossings == 2:
+        ex, ey = qy - py, px - qx
+        size = np.sqrt(ex * ex + ey * ey)
+        if size > 1e-3 * min(hx, hy):
+            way = 1.0 if ex * nx + ey * ny > 0.0 else -1.0
+            nx, ny = way * ex / size, way * ey / size
+            c_in = min(nx * px + ny * py, nx * qx + ny * qy)
+    x0, y0, L = rows[k, 0] - x, rows[k, 1] - y, rows[k, 5]
+    reach = nx * x0 + ny * y0 + max(0.0, L * (nx * ux + ny * uy)) + head[cout, 1]
+    C[i, 0], C[i, 1], C[i, 2], C[i, 3] = nx, ny, c_in, reach
+    return reach > -(abs(nx) * hx + abs(ny) * hy)
+
+
+@leaf
+def _inside(rows, k, R, x, y, hx, hy):
+    """Whether the corners of the cell, hence the cell, lie in the footprint."""
+    return (
+        distance(rows, k, x - hx, y - hy) <= R
+        and distance(rows, k, x + hx, y - hy) <= R
+        and distance(rows, k, x - hx, y + hy) <= R
+        and distance(rows, k, x + hx, y + hy) <= R
+    )
+
+
+@leaf
+def _side(head, part, rows, k, c, x, y, hx, hy, xi, eta, far, d, E, i, e):
+    """Fill one side of E[i]: sweep k with cutter c in the cell."""
+    R = head[c, 1]
+    for j in range(3, 8):
+        E[i, e + j] = 0.0
+    if far + d <= R or _inside(rows, k, R, x, y, hx, hy):
+        z, tangent, gx, gy = surface(head, part, c, rows, k, x, y)
+        E[i, e + 1], E[i, e + 2] = gx, gy
+        xx, xy, yy, radius = bending(head, part, c, rows, k, xi, eta, hx, hy)
+        if radius <= xx + yy or radius * d <= 1e-9:
+            E[i, e + 3], E[i, e + 4], E[i, e + 5], E[i, e + 6] = xx, xy, yy, radius
+            E[i, e], E[i, e + 7] = z, SMOOTH
+        else:
+            E[i, e], E[i, e + 7] = tangent, ROUGH
+        return
+    # a plane that touches inside the footprint, half way between its border and the far side of the cell
+    qx, qy = x, y
+    if far > 0.0:
+        s = min(max(xi, 0.0), rows[k, 5])
+        t = xi - s
+        want = min(far, 0.5 * (R + max(far - d, 0.0)), R * (1.0 - 1e-9)) / far
+        qx = rows[k, 0] + (s + want * t) * rows[k, 3] - want * eta * rows[k, 4]
+        qy = rows[k, 1] + (s + want * t) * rows[k, 4] + want * eta * rows[k, 3]
+    _, tangent, gx, gy = surface(head, part, c, rows, k, qx, qy)
+    E[i, e] = tangent + gx * (x - qx) + gy * (y - qy)
+    E[i, e + 1], E[i, e + 2], E[i, e + 7] = gx, gy, PART
+
+
+@leaf
+def look(head, part, rows, k, cin, cout, x, y, hx, hy, E, C, i):
+    """Fill E[i], C[i] for sweep k: upper side with cutter cin, lower side with cout. False if it misses the cell."""
+    d = np.sqrt(hx * hx + hy * hy)
+    far = distance(rows, k, x, y)
+    if far - d >= max(head[cin, 1], head[cout, 1]):
+        return False
+    xi, eta = local(rows, k, x, y)
+    C[i, 2], C[i, 3] = np.inf, np.inf
+    _side(head, part, rows, k, cin, x, y, hx, hy, xi, eta, far, d, E, i, UP)
+    if cin == cout:
+        for j in range(8):
+            E[i, DOWN + j] = E[i, UP + j]
+    else:
+        _side(head, part, rows, k, cout, x, y, hx, hy, xi, eta, far, d, E, i, DOWN)
+    if E[i, UP + 7] == PART or E[i, DOWN + 7] == PART:
+        return border(head, rows, k, cin, cout, x, y, hx, hy, C, i)
+    return True
+
+
+@leaf
+def bends(E, i, a, j, b, hx, hy, way):
+    """Bound of the part of second order of surface (i, a) minus surface (j, b): from above way +1, from below -1."""
+    xx, xy, yy = E[i, a + 3] - E[j, b + 3], E[i, a + 4] - E[j, b + 4], E[i, a + 5] - E[j, b + 5]
+    r = E[i, a + 6] + E[j, b + 6]
+    return way * (
+        0.5 * (max(way * xx + r, 0.0) * hx * hx + max(way * yy + r, 0.0) * hy * hy) + abs(xy) * hx * hy
+    )
+
+
+@leaf
+def mean_bend(E, i, a, j, b, hx, hy, way):
+    """The same in the mean over the cell."""
+    r = E[i, a + 6] + E[j, b + 6]
+    xx, yy = E[i, a + 3] - E[j, b + 3], E[i, a + 5] - E[j, b + 5]
+    return ((xx + way * r) * hx * hx + (yy + way * r) * hy * hy) / 6.0
+
+
+@leaf
+def floor_of(E, i, bottom, hx, hy):
+    """Turn surface i into max(f, bottom)."""
+    for side in range(2):
+        e = UP if side == 0 else DOWN
+        swing = abs(E[i, e + 1]) * hx + abs(E[i, e + 2]) * hy
+        v = E[i, e]
+        if E[i, e + 7] == SMOOTH:
+            xx, xy, yy, r = E[i, e + 3], E[i, e + 4], E[i, e + 5], E[i, e + 6]
+            high = 0.5 * (max(xx + r, 0.0) * hx * hx + max(yy + r, 0.0) * hy * hy) + abs(xy) * hx * hy
+            if v - swing >= bottom:
+                continue
+            if v + swing + high <= bottom:
+                E[i, e] = bottom
+                for j in range(1, 7):
+                    E[i, e + j] = 0.0
+                continue
+            E[i, e + 7] = ROUGH
+            for j in range(3, 7):
+                E[i, e + j] = 0.0
+        if side == 1 and v < bottom:
+            E[i, e], E[i, e + 1], E[i, e + 2] = bottom, 0.0, 0.0
+
+
+@leaf
+def above(E, j, b, hx, hy, i, a):
+    """Whether surface j (its lower side b) lies nowhere in the cell below surface i (smooth on its side a)."""
+    c = E[j, b] - E[i, a] - abs(E[j, b + 1] - E[i, a + 1]) * hx - abs(E[j, b + 2] - E[i, a + 2]) * hy
+    if c < 0.0:
+        return False
+    return c + bends(E, j, b, i, a, hx, hy, -1.0) >= 0.0
+
+
+@leaf
+def smooth(E, n, best, hx, hy):
+    """(lo, hi) where sweep k (row 1) and surface `best` are smooth on both sides."""
+    area = 4.0 * hx * hy
+    # from above: one surface alone, its mean exactly, plus what lies below sweep k
+    v, gx, gy = E[best, UP] - E[1, DOWN], E[best, UP + 1] - E[1, DOWN + 1], E[best, UP + 2] - E[1, DOWN + 2]
+    a, b = abs(gx) * hx, abs(gy) * hy
+    hi = area * (v + mean_bend(E, best, UP, SELF, DOWN, hx, hy, 1.0))
+    hi += positive(-v - bends(E, best, UP, SELF, DOWN, hx, hy, -1.0), a, b, hx, hy, 1.0)
+    hi = min(hi, positive(v + bends(E, best, UP, SELF, DOWN, hx, hy, 1.0), a, b, hx, hy, 1.0))
+    # from below: its mean, less what the others take
+    v = E[best, DOWN] - E[1, UP]
+    lo = area * (v + mean_bend(E, best, DOWN, SELF, UP, hx, hy, -1.0))
+    for j in range(n):
+        if j == 1 or j == best:
+            continue
+        v, gx, gy = (
+            E[best, DOWN] - E[j, DOWN],
+            E[best, DOWN + 1] - E[j, DOWN + 1],
+            E[best, DOWN + 2] - E[j, DOWN + 2],
+        )
+        lo -= positive(
+            v + bends(E, best, DOWN, j, DOWN, hx, hy, 1.0), abs(gx) * hx, abs(gy) * hy, hx, hy, 1.0
+        )
+    # or the least of linear functions, which is concave, at the corners
+    w00, w10, w01, w11 = np.inf, np.inf, np.inf, np.inf
+    for j in range(n):
+        if j == 1:
+            continue
+        v = E[j, DOWN] - E[1, UP] + bends(E, j, DOWN, SELF, UP, hx, hy, -1.0)
+        gx, gy = hx * (E[j, DOWN + 1] - E[1, UP + 1]), hy * (E[j, DOWN + 2] - E[1, UP + 2])
+        w00, w10 = min(w00, v - gx - gy), min(w10, v + gx - gy)
+        w01, w11 = min(w01, v - gx + gy), min(w11, v + gx + gy)
+    half = 0.5 * area
+    lo = max(lo, above_zero(half, w00, w10, w11) + above_zero(half, w00, w01, w11))
+    lo = max(lo, above_zero(half, w00, w10, w01) + above_zero(half, w10, w01, w11), 0.0)
+    return lo, hi
+
+
+@leaf
+def _area(P, q, u, v):
+    """Of the triangle of corners 0, u, v of polygon q."""
+    ax, ay = P[q, u, 0] - P[q, 0, 0], P[q, u, 1] - P[q, 0, 1]
+    bx, by = P[q, v, 0] - P[q, 0, 0], P[q, v, 1] - P[q, 0, 1]
+    return 0.5 * abs(ax * by - ay * bx)
+
+
+@leaf
+def over(head, part, rows, k, ids, at, x, y, E, n, P, q, corners, extra, W):
+    """Bound from above on a polygon: one surface and one plane below sweep k per triangle, the best of them."""
+    if corners < 3:
+        return 0.0
+    for i in range(n):
+        if i == 1 or (E[i, UP + 7] < ROUGH and i != extra):
+            continue
+        for v in range(corners):
+            px, py = P[q, v, 0], P[q, v, 1]
+            f = E[0, UP]
+            if i > 0:
+                j = ids[at + i - 2]
+                f = value(
+                    head, part, int(rows[j, 8 if rows[j, 9] == rows[k, 9] else 7]), rows, j, x + px, y + py
+                )
+            W[i, v] = f - E[1, DOWN] - E[1, DOWN + 1] * px - E[1, DOWN + 2] * py
+    total = 0.0
+    for v in range(1, corners - 1):
+        area, best = _area(P, q, v, v + 1), np.inf
+        for i in range(n):
+            if i != 1 and (E[i, UP + 7] >= ROUGH or i == extra):
+                best = min(best, above_zero(area, W[i, 0], W[i, v], W[i, v + 1]))
+        total += best
+    return total
+
+
+@leaf
+def under(head, part, rows, k, bottom, x, y, E, n, C, P, q, corners, W):
+    """Bound from below on a polygon inside the footprint of k: least plane minus f_k at the corners is a concave
+    function's, and surfaces that lie beyond their outer tangent are absent."""
+    if corners < 3:
+        return 0.0
+    for v in range(corners):
+        W[1, v] = np.inf
+    for i in range(n):
+        if i == 1:
+            continue
+        beyond = E[i, DOWN + 7] == PART
+        for v in range(corners):
+            beyond = beyond and C[i, 0] * P[q, v, 0] + C[i, 1] * P[q, v, 1] >= C[i, 3] - 1e-12
+        if not beyond:
+            for v in range(corners):
+                W[1, v] = min(W[1, v], E[i, DOWN] + E[i, DOWN + 1] * P[q, v, 0] + E[i, DOWN + 2] * P[q, v, 1])
+    for v in range(corners):
+        f = value(head, part, int(rows[k, 7]), rows, k, x + P[q, v, 0], y + P[q, v, 1])
+        W[1, v] -= max(f, bottom)
+    total = 0.0
+    for v in range(1, corners - 1):
+        total += above_zero(_area(P, q, v, v + 1), W[1, 0], W[1, v], W[1, v + 1])
+    return total
+
+
+@leaf
+def cut_up(head, part, rows, k, bottom, ids, at, x, y, hx, hy, E, n, C, P, W, rim):
+    """(lo, hi) by polygons: the cell clipped at borders of footprints, and of a round stock whose row of C is rim."""
+    for v in range(4):
+        P[0, v, 0] = hx if v == 0 or v == 3 else -hx
+        P[0, v, 1] = hy if v < 2 else -hy
+    q, corners = RECT, FOUR
+    if E[1, DOWN + 7] == PART and C[1, 3] < np.inf:
+        q, corners = CUT, clip(P, RECT, FOUR, CUT, C[1, 0], C[1, 1], C[1, 3])
+    if rim > 0:
+        corners = clip(P, q, corners, ROUND, C[rim, 0], C[rim, 1], C[rim, 3])
+        q = ROUND
+    hi = over(head, part, rows, k, ids, at, x, y, E, n, P, q, corners, NONE, W)
+    for j in range(2, n):
+        if E[j, UP + 7] == PART and -np.inf < C[j, 2] < np.inf:
+            a = clip(P, q, corners, HERE, C[j, 0], C[j, 1], C[j, 2])
+            b = clip(P, q, corners, BEYOND, -C[j, 0], -C[j, 1], -C[j, 2])
+            found = over(head, part, rows, k, ids, at, x, y, E, n, P, HERE, a, j, W)
+            if found < hi:
+                found += over(head, part, rows, k, ids, at, x, y, E, n, P, BEYOND, b, NONE, W)
+                hi = min(hi, found)
+    q, corners = RECT, FOUR
+    if E[1, UP + 7] == PART:
+        if not -np.inf < C[1, 2] < np.inf:
+            return 0.0, hi
+        q, corners = CUT, clip(P, RECT, FOUR, CUT, C[1, 0], C[1, 1], C[1, 2])
+    if rim > 0:
+        if C[rim, 2] == -np.inf:
+            return 0.0, hi
+        corners = clip(P, q, corners, ROUND, C[rim, 0], C[rim, 1], C[rim, 2])
+        q = ROUND
+    lo = under(head, part, rows, k, bottom, x, y, E, n, C, P, q, corners, W)
+    for j in range(2, n):
+        if E[j, DOWN + 7] == PART and abs(C[j, 3]) < abs(C[j, 0]) * hx + abs(C[j, 1]) * hy:
+            a = clip(P, q, corners, HERE, C[j, 0], C[j, 1], C[j, 3])
+            b = clip(P, q, corners, BEYOND, -C[j, 0], -C[j, 1], -C[j, 3])
+            found = under(head, part, rows, k, bottom, x, y, E, n, C, P, HERE, a, W)
+            lo = max(lo, found + under(head, part, rows, k, bottom, x, y, E, n, C, P, BEYOND, b, W))
+    return lo, hi
+
+
+@leaf
+def bounds(
+    head, part, lift, rows, k, rim, top, bottom, x, y, hx, hy, ids, src, count, dst, slack, E, C, P, W
+):
+    """(lo, hi, number of earlier sweeps that still count, written to ids from dst) of a cell.
+
+    rim : row of a plunge whose footprint is that of a round stock, -1 where the walls of the stock are those of the tiles.
+    """
+    if not look(head, part, rows, k, int(rows[k, 7]), int(rows[k, 8]), x, y, hx, hy, E, C, SELF):
+        return 0.0, 0.0, TOP
+    edge = TOP
+    if rim >= 0:
+        c = int(rows[rim, 7])
+        far, d = distance(rows, rim, x, y), np.sqrt(hx * hx + hy * hy)
+        if far - d >= head[c, 1]:
+            return 0.0, 0.0, TOP
+        if far + d > head[c, 1]:
+            edge = np.int64(len(C) - 1)
+            if not border(head, rows, rim, c, c, x, y, hx, hy, C, edge):
+                return 0.0, 0.0, TOP
+            if C[edge, 2] == -np.inf and _inside(rows, rim, head[c, 1], x, y, hx, hy):
+                edge = TOP
+    for j in range(16):
+        E[0, j] = 0.0
+    E[0, UP], E[0, DOWN], E[0, UP + 7], E[0, DOWN + 7] = top, top, SMOOTH, SMOOTH
+    if above(E, SELF, DOWN, hx, hy, TOP, UP):
+        return 0.0, 0.0, TOP
+    floor_of(E, SELF, bottom, hx, hy)
+    n, best = FIRST, TOP
+    for q in range(count):
+        j = ids[src + q]
+        cin, cout = int(rows[j, 7]), int(rows[j, 8])
+        if covers(head, part, lift, rows, j, k, x, y, hx, hy, slack):
+            return 0.0, 0.0, TOP
+        if rows[j, 9] == rows[k, 9]:  # pieces of one block change roles: their union is the block
+            cin, cout = cout, cin
+        if not look(head, part, rows, j, cin, cout, x, y, hx, hy, E, C, n) or above(
+            E, n, DOWN, hx, hy, 0, UP
+        ):
+            continue
+        ids[dst + n - 2] = j
+        if E[n, UP + 7] == SMOOTH and E[n, UP] < E[best, UP]:
+            best = n
+        n += 1
+    if above(E, SELF, DOWN, hx, hy, best, UP):
+        return 0.0, 0.0, TOP
+    # of pieces of one block the upper side may lie below the lower one: they drop nothing
+    firm = best == 0
+    if not firm:
+        j = ids[dst + best - 2]
+        firm = rows[j, 7] == rows[j, 8] or rows[j, 9] != rows[k, 9]
+    kept = FIRST
+    for i in range(2, n):
+        if firm and i != best and above(E, i, DOWN, hx, hy, best, UP):
+            continue
+        if i == best:
+            best = kept
+        if i != kept:
+            for j in range(16):
+                E[kept, j] = E[i, j]
+            for j in range(4):
+                C[kept, j] = C[i, j]
+            ids[dst + kept - 2] = ids[dst + i - 2]
+        kept += 1
+    n, known, plain = kept, E[1, UP + 7] == SMOOTH and E[1, DOWN + 7] == SMOOTH, True
+    for i in range(1, n):
+        plain = plain and E[i, UP + 7] == SMOOTH and E[i, DOWN + 7] == SMOOTH
+    known = known and E[best, DOWN + 7] == SMOOTH and edge == 0
+    lo, hi = 0.0, np.inf
+    if known:
+        lo, hi = smooth(E, n, best, hx, hy)
+    if not (known and plain):
+        a, b = cut_up(head, part, rows, k, bottom, ids, dst, x, y, hx, hy, E, n, C, P, W, edge)
+        lo, hi = max(lo, a), min(hi, b)
+    return lo, max(hi, lo), n - 2

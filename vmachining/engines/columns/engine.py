@@ -1,0 +1,416 @@
+"""`ColumnsEngine`: proven removed volumes of three-axis blocks, looking along the tool axis."""
+
+from __future__ import annotations
+
+import json
+from itertools import pairwise
+from math import hypot
+from pathlib import Path
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from vmachining.arrays import Floats, Ints
+from vmachining.engines.columns import _kernels
+from vmachining.engines.columns.cutters import grown, lift, underside
+from vmachining.engines.columns.heights import solid_of
+from vmachining.engines.columns.paths import chords
+from vmachining.engines.columns.store import packed_profiles, profiles_of
+from vmachining.engines.protocol import NOTHING, Options, Removal, StockSurface
+from vmachining.errors import EngineError, StockError
+from vmachining.geometry import Bracket
+from vmachining.stock import BoxStock, CylinderStock, Stock
+from vmachining.sweep import Sweep, Turn
+from vmachining.tolerance import CHORD_MM
+from vmachining.tool import Profile
+
+__all__ = ["ColumnsEngine", "FlatStock"]
+
+UPRIGHT = 1e4
+"""Slope from which a ramp is bounded by two plunges: STEEP of the kernels, the steepest tangent plane they use."""
+
+ULPS = 64
+"""Rounding of a coordinate that a kernel works with, in units in the last place of the extent."""
+
+ROUNDING = 1e-11
+"""Rounding of closed integrals, relative to plan area times height: a quotient by THIN^2 of the kernels' 1e-4 at most."""
+
+TILE_SHARE = 0.2
+"""Edge of a tile by the radius of the first cutter. Measured best between 1/6 and 1/4."""
+
+PARTS = 12
+"""Parts of a cutter's lower surface that the kernels have room for."""
+
+PER_TILE, MOST_PLACES = 4, 4_000_000
+"""Places of a surface along an edge of a tile, and all in all."""
+
+CELLS, ARC_CELLS = 60_000, 2_000
+"""Cells of a straight block, and of a chord of an arc: what its sagitta leaves cannot be divided away."""
+
+ARC_SHARE = 0.7
+"""Of the width asked for that goes to the cells of chords; the rest is for their sagitta."""
+
+SAGS = (2.0**-11, 2.0**-14)
+"""mm by which chords may lie off an arc, tried in this order until the block is as narrow as asked."""
+
+
+class FlatStock(NamedTuple):
+    """Stock with upright walls and level top.
+
+    low, high : corners of its box, mm. radius : 0 for a box, else that of a round bar in the middle of it.
+    """
+
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+    radius: float = 0.0
+
+    @classmethod
+    def of(cls, stock: Stock) -> FlatStock:
+        """That of a job.
+
+        Raises
+        ------
+        StockError
+            Neither a box nor an upright cylinder.
+        """
+        if not isinstance(stock, (BoxStock, CylinderStock)):
+            raise StockError(
+                "columns want a box or an upright cylinder as stock", remedy="take --engine mesh"
+            )
+        low, high = (tuple(corner) for corner in stock.bounds.tolist())
+        return cls(low, high, stock.radius if isinstance(stock, CylinderStock) else 0.0)
+
+    @property
+    def shape(self) -> Stock:
+        """The same as the stock of a job."""
+        if self.radius:
+            x, y = (0.5 * (a + b) for a, b in zip(self.low[:2], self.high[:2], strict=True))
+            return CylinderStock((x, y), self.radius, (self.low[2], self.high[2]))
+        return BoxStock(self.low, self.high)
+
+    @property
+    def volume(self) -> float:
+        """mm^3."""
+        dx, dy, dz = np.subtract(self.high, self.low).tolist()
+        return float((np.pi * self.radius**2 if self.radius else dx * dy) * dz)
+
+
+class ColumnsEngine:
+    """Workpiece of one job, cut block by block.
+
+    Parameters
+    ----------
+    stock : FlatStock
+    width : float
+        Width of a bracket relative to its middle at which a block is done.
+    width_mm3 : float
+        mm^3 of width at which a block is done, if that is sooner.
+    tile_mm : float or None
+        Edge of a tile; None: a fifth of the radius of the first cutter.
+    """
+
+    name = "columns"
+    chord = CHORD_MM
+    proof = "bounds of convex surfaces over columns"
+
+    def __init__(
+        self, stock: FlatStock, width: float = 0.01, width_mm3: float = 1e-3, *, tile_mm: float | None = None
+    ) -> None:
+        if not width > 0.0 or not width_mm3 >= 0.0:
+            raise EngineError(f"width {width:g} and {width_mm3:g} mm3 cannot be reached", engine=self.name)
+        self.stock, self.width, self.width_mm3, self.tile_mm = stock, width, width_mm3, tile_mm
+        self.stock_volume = Bracket(stock.volume, stock.volume, stock.volume)
+        self.cells = 0
+        self._gone = NOTHING
+        self._groups = 0
+        self._no_cutters()
+        self._rows, self._count = np.zeros((64, 10)), 0
+        self._blocks: list[int] = []
+        self._tiles: _kernels.Tiles | None = None
+        self._work = _kernels.work()
+        self._rim = self._round_stock()
+
+    @classmethod
+    def of(cls, stock: Stock, options: Options) -> Self:
+        """See `Engine`."""
+        return cls(FlatStock.of(stock), options.width, options.width_mm3)
+
+    @classmethod
+    def takes(cls, sweep: Sweep) -> bool:
+        """Whether the cutter is convex and stands upright; where its top dips below the stock is asked by `cut`."""
+        return not isinstance(sweep.path, Turn) and underside(sweep.profile) is not None
+
+    # -- cutting -------------------------------------------------------------------------------------------
+
+    def cut(self, sweep: Sweep, block: int | None = None) -> Removal:
+        """Take the sweep out of the workpiece; exactly 0 in air.
+
+        Raises
+        ------
+        EngineError
+            The sweep turns, its cutter is not convex, or its top dips below the top of the stock.
+        """
+        found = self._asked(sweep, block, keep=True)
+        self._gone = self._gone.plus(found)
+        return found
+
+    def touch(self, sweep: Sweep, within: float | None = None) -> Removal:
+        """What the sweep would take, as narrow as `cut` or as a layer of `within` mm on half a ball of the cutter."""
+        floor = 0.0 if within is None else within * 2.0 * np.pi * sweep.profile.max_radius**2
+        return self._asked(sweep, None, keep=False, floor=floor)
+
+    def _asked(self, sweep: Sweep, block: int | None, *, keep: bool, floor: float = 0.0) -> Removal:
+        if not self.takes(sweep):
+            raise EngineError("the tool turns or is not convex", engine=self.name, block=block)
+        lo, hi = sweep.bounds
+        if (lo >= self.stock.high).any() or (hi <= self.stock.low).any():
+            return NOTHING
+        if isinstance(sweep.path, Turn):  # never: for the type checker
+            raise AssertionError
+        wanted = max(self.width_mm3, floor)
+        found, before = NOTHING, None
+        for sag in SAGS:
+            way = chords(sweep.path, sag)
+            first = self._count
+            self._add(sweep.profile, way.points, way.off, block)
+            if way.off > 0.0 and keep:
+                before = self._lists(first)
+            found, pieces = NOTHING, self._count - first
+            relative, limit = (ARC_SHARE * self.width, ARC_CELLS) if way.off else (self.width, CELLS)
+            for k in range(first, self._count):
+                found = found.plus(self._one(k, relative, wanted / pieces, limit, keep or pieces > 1))
+            done = way.off == 0.0 or found.width <= max(wanted, self.width * found.estimate)
+            if not keep or (not done and sag != SAGS[-1]):
+                if before is not None or pieces > 1:
+                    self._restore(before or {})
+                self._count = first
+            if done:
+                break
+        return found
+
+    def _one(self, k: int, relative: float, absolute: float, limit: int, keep: bool) -> Removal:
+        """Of one straight piece."""
+        tiles = self._ready(k)
+        shapes = _kernels.Shapes(self._head, self._part, self._lift, self._rows)
+        bottom, top = self.stock.low[2], self.stock.high[2]
+        row, out = self._rows[k].tolist(), np.zeros(5)
+        scale = max(map(abs, (*self.stock.low, *self.stock.high, *row[:3]))) + row[5]
+        slack = ULPS * float(np.finfo(float).eps) * scale
+        while True:
+            _kernels.remove(
+                shapes, tiles, self._work, k, self._rim, top, bottom, relative, absolute, slack,
+                min(limit, len(self._work.cell)), keep, out,
+            )  # fmt: skip
+            if out[4] != _kernels.LONG:
+                break
+            self._work = _kernels.work(2 * len(self._work.cell), 2 * len(self._work.E))
+        lo, hi, cells, longest, _ = out.tolist()
+        self.cells += int(cells)
+        if hi <= 0.0:
+            return NOTHING
+        R, L = float(self._head[int(row[8]), 1]), row[5]
+        plan, rim = 2.0 * R * (2.0 * R + L), 2.0 * (4.0 * R + L)
+        height = top - max(bottom, row[2] + min(row[6] * L, 0.0))
+        # each sweep, the top and the bottom moved by the rounding of coordinates; and that of the closed integrals
+        error = slack * (longest + 3.0) * (2.0 * plan + rim * height) + ROUNDING * plan * (height + R)
+        lo, hi = max(lo - error, 0.0), hi + error
+        return Removal(lo, 0.5 * (lo + hi), hi)
+
+    def _add(self, profile: Profile, points: Floats, off: float, block: int | None) -> None:
+        """Rows of straight pieces through points."""
+        inner, outer = self._cutter(profile, -_power(off)), self._cutter(profile, _power(off))
+        if float(points[:, 2].min()) + self._tops[inner] < self.stock.high[2]:
+            raise EngineError("the top of the tool dips below the stock", engine=self.name, block=block)
+        group, self._groups = self._groups, self._groups + 1
+        flat = points.tolist()
+        for (x0, y0, z0), (x1, y1, z1) in pairwise(flat):
+            L = hypot(x1 - x0, y1 - y0)
+            held, holds = inner, outer
+            if abs(z1 - z0) >= UPRIGHT * L:  # the lowest pose lies in it, and what is L wider there holds it
+                if L > 0.0:
+                    holds = self._cutter(profile, _power(off + L))
+                row = [x0, y0, z0] if z0 <= z1 else [x1, y1, z1]
+                row += [1.0, 0.0, 0.0, 0.0]
+            else:
+                row = [x0, y0, z0, (x1 - x0) / L, (y1 - y0) / L, L, (z1 - z0) / L]
+            if self._count == len(self._rows):
+                self._rows = np.concatenate([self._rows, np.zeros_like(self._rows)])
+            self._rows[self._count] = [*row, held, holds, group]
+            self._blocks[self._count :] = [-1 if block is None else block]
+            self._count += 1
+
+    def _no_cutters(self) -> None:
+        self._cutters: dict[tuple[int, float], int] = {}
+        self._known: list[tuple[Profile, float]] = []
+        self._tops: list[float] = []
+        self._head, self._part, self._lift = np.zeros((0, 5)), np.zeros((0, PARTS, 8)), np.zeros((0, 0))
+
+    def _cutter(self, profile: Profile, by: float) -> int:
+        """Number of a cutter grown by some mm, told to the kernels once."""
+        known = self._cutters.get((id(profile), by))
+        if known is not None:
+            return known
+        found = underside(grown(profile, by))
+        if found is None or len(found.part) > PARTS:
+            raise EngineError("the tool is not convex or has too many parts", engine=self.name)
+        part = np.zeros((1, PARTS, 8))
+        part[0, : len(found.part)] = found.part
+        n = len(self._head)
+        self._head = np.concatenate([self._head, found.head[None]])
+        self._part = np.concatenate([self._part, part])
+        wider = np.zeros((n + 1, n + 1))
+        wider[:n, :n] = self._lift
+        for j in range(n):
+            wider[n, j], wider[j, n] = (lift(self._head, self._part, b, c) for b, c in ((n, j), (j, n)))
+        self._lift = wider
+        self._tops.append(found.top)
+        self._known.append((profile, by))
+        self._cutters[id(profile), by] = n
+        return n
+
+    def _round_stock(self) -> int:
+        """Row of a plunge whose footprint is that of a round stock; -1 for a box."""
+        low, high, radius = self.stock
+        if not radius:
+            return -1
+        disc = Profile([(radius, 0.0), (radius, 1.0)])
+        c = self._cutter(disc, 0.0)
+        x, y = (0.5 * (a + b) for a, b in zip(low[:2], high[:2], strict=True))
+        self._rows[0] = [x, y, low[2], 1.0, 0.0, 0.0, 0.0, c, c, -1.0]
+        self._blocks, self._count = [-1], 1
+        return 0
+
+    # -- tiles ---------------------------------------------------------------------------------------------
+
+    def _ready(self, k: int) -> _kernels.Tiles:
+        """The tiles, with free entries for everything that sweep k can add: one in each tile that it reaches."""
+        if self._tiles is None:
+            size = self.tile_mm or TILE_SHARE * self._head[int(self._rows[k, 7]), 1]
+            (x0, y0, _), (x1, y1, _), _ = self.stock
+            nx, ny = max(1, int(np.ceil((x1 - x0) / size))), max(1, int(np.ceil((y1 - y0) / size)))
+            grid = np.array([x0, y0, (x1 - x0) / nx, (y1 - y0) / ny])
+            none = np.zeros(0, dtype=np.int64)
+            self._tiles = _kernels.Tiles(
+                grid, np.array([nx, ny]), np.full(nx * ny, -1), none, none, np.array([-1, 0])
+            )
+        i0, i1, j0, j1 = self._reached(k)
+        wanted = max(i1 - i0, 0) * max(j1 - j0, 0)
+        if self._tiles.free[1] < wanted:
+            self._tiles = _more(self._tiles, wanted)
+        return self._tiles
+
+    def _reached(self, k: int) -> tuple[int, int, int, int]:
+        """Tiles (first, last + 1) along x and y."""
+        assert self._tiles is not None
+        shapes = _kernels.Shapes(self._head, self._part, self._lift, self._rows)
+        i0, i1, j0, j1 = _kernels.tile_range(shapes, self._tiles, k)
+        return i0, i1, j0, j1
+
+    def _lists(self, first: int) -> dict[int, Ints]:
+        """Lists of all tiles that rows from `first` on may reach."""
+        found: dict[int, Ints] = {}
+        for k in range(first, self._count):
+            tiles = self._ready(k)
+            i0, i1, j0, j1 = self._reached(k)
+            for t in (np.arange(i0, i1) + tiles.size[0] * np.arange(j0, j1)[:, None]).ravel().tolist():
+                if t not in found:
+                    found[t] = _kernels.listed(tiles, t)
+        return found
+
+    def _restore(self, lists: dict[int, Ints]) -> None:
+        """Give tiles the lists that they had."""
+        assert self._tiles is not None
+        for t, ids in lists.items():
+            if self._tiles.free[1] < len(ids):
+                self._tiles = _more(self._tiles, len(ids))
+            _kernels.assign(self._tiles, t, ids)
+
+    # -- workpiece -----------------------------------------------------------------------------------------
+
+    @property
+    def volume(self) -> Bracket:
+        """Of the workpiece, mm^3."""
+        lo, estimate, hi = self._gone.bracket
+        v = self.stock.volume
+        return Bracket(max(v - hi, 0.0), v - estimate, v - lo)
+
+    def surface(self) -> StockSurface:
+        """Heights over a grid of `PER_TILE` places along each edge of a tile; exact at these, straight between them: a
+        wall leans by one step.
+
+        Raises
+        ------
+        EngineError
+            The stock is no box.
+        """
+        if self.stock.radius or self._tiles is None:
+            raise EngineError("only the surface of a box that was cut", engine=self.name)
+        tiles, (nx, ny) = self._tiles, self._tiles.size.tolist()
+        x, y, w, h = tiles.grid.tolist()
+        per = max(1, min(PER_TILE, int(np.sqrt(MOST_PLACES / (nx * ny)))))
+        height, owner = np.zeros((2, ny * per + 1, nx * per + 1))
+        shapes = _kernels.Shapes(self._head, self._part, self._lift, self._rows)
+        _kernels.heights(shapes, tiles, per, self.stock.low[2], self.stock.high[2], height, owner)
+        xs, ys = x + w / per * np.arange(nx * per + 1), y + h / per * np.arange(ny * per + 1)
+        xs[-1], ys[-1] = self.stock.high[:2]
+        row = owner.astype(np.int64)
+        blocks = np.array([*self._blocks, -1])
+        return solid_of(xs, ys, height, blocks[row], self.stock.low[2])
+
+    def save(self, path: Path) -> None:
+        """Write tiles and sweeps (`.npz`)."""
+        state = {
+            "stock": list(self.stock), "width": self.width, "width_mm3": self.width_mm3, "tile_mm": self.tile_mm,
+            "blocks": self._blocks[: self._count], "gone": list(self._gone[:4]), "groups": self._groups, "count": self._count,
+        }  # fmt: skip
+        profiles = {id(p): p for p, _ in self._known}
+        number = {key: k for k, key in enumerate(profiles)}
+        arrays = packed_profiles(list(profiles.values()))
+        arrays["cutters"] = np.array([(number[id(p)], by) for p, by in self._known]).reshape(-1, 2)
+        tiles = {} if self._tiles is None else {f"tiles_{n}": v for n, v in self._tiles._asdict().items()}
+        with path.open("wb") as file:
+            np.savez(
+                file, state=np.array(json.dumps(state)), rows=self._rows[: self._count], **arrays, **tiles
+            )
+
+    @classmethod
+    def load(cls, path: Path) -> Self:
+        """The workpiece that `save` wrote."""
+        try:
+            with np.load(path) as data:
+                found = {name: data[name] for name in data.files}
+            state = json.loads(str(found["state"]))
+            low, high, radius = state["stock"]
+            engine = cls(
+                FlatStock(tuple(low), tuple(high), radius), state["width"], state["width_mm3"],
+                tile_mm=state["tile_mm"],
+            )  # fmt: skip
+            profiles = profiles_of(found)
+            engine._no_cutters()
+            for k, by in found["cutters"].tolist():
+                engine._cutter(profiles[int(k)], by)
+            engine._count = int(state["count"])
+            engine._rows = np.zeros((max(64, 2 * engine._count), 10))
+            engine._rows[: engine._count] = found["rows"]
+            engine._blocks = state["blocks"]
+            engine._gone, engine._groups = Removal(*state["gone"]), int(state["groups"])
+            if "tiles_grid" in found:
+                engine._tiles = _kernels.Tiles(*(found[f"tiles_{n}"] for n in _kernels.Tiles._fields))
+        except (OSError, KeyError, ValueError) as error:
+            raise EngineError(f"checkpoint {path} cannot be read ({error})", engine=cls.name) from error
+        return engine
+
+
+def _power(off: float) -> float:
+    """The power of two at or above a length, so that few cutters occur; 0 stays 0."""
+    return float(2.0 ** np.ceil(np.log2(off))) if off > 0.0 else 0.0
+
+
+def _more(tiles: _kernels.Tiles, wanted: int) -> _kernels.Tiles:
+    """The same tiles with at least twice the entries."""
+    old = len(tiles.sweep)
+    new = max(old, wanted, 1024)
+    after = np.concatenate([tiles.after, np.arange(old + 1, old + new + 1)])
+    after[-1] = tiles.free[0]
+    sweep = np.concatenate([tiles.sweep, np.zeros(new, dtype=np.int64)])
+    return tiles._replace(sweep=sweep, after=after, free=np.array([old, tiles.free[1] + new]))

@@ -1,0 +1,1 @@
+"""Lower surface of a straight sweep of a convex cutter: value, tangent plane, curvature, border, cover."""

@@ -1,0 +1,348 @@
+# Lower surface f of a straight sweep of a convex cutter with upright axis.
+#
+# Legend. A cutter is the convex function phi(rho), height of its lower surface above its tip at distance rho from the
+# axis, rho <= R; slope is phi'. head[c] = (number of parts, R, 1 if ball, height of the ball's centre, 1 if cones).
+# part[c, i] = (kind, rho_a, rho_b, slope_a, slope_b, a, z, r), from the axis outward, slopes rising:
+#   LINE    z + slope (rho - rho_a); ARC    z - sqrt(r^2 - (rho - a)^2); VERTEX a point whose slopes span [slope_a, slope_b]
+# rows[k] = (x, y, z of the tip at the start, ux, uy unit motion in plan, L length in plan, m = dz/ds, cutter that the
+# sweep holds, cutter that holds the sweep, group). xi, eta: along and across the motion, from the start.
+#
+#     f(xi, eta) = min over s in [0, L] of  z + m s + phi(sqrt((xi - s)^2 + eta^2))
+#
+# The minimum is taken at s = xi - lean, lean(eta) >= 0 uphill, cut off at 0 and L: in between f = z + m xi + chi(eta).
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vmachining.jit import leaf
+
+LINE, ARC, VERTEX = 0.0, 1.0, 2.0
+ENDS, MIDDLE = (
+    np.int64(1),
+    np.int64(0),
+)  # typed: a literal would have a version of every function compiled for it
+STEEP = 1e4  # steepest tangent plane that is used; a steeper place takes the plane of this slope below it
+RIM = 1e-6  # of R: nearer to the border the curvature is not asked for
+
+
+@leaf
+def profile(
+    head: NDArray[np.float64], part: NDArray[np.float64], c: int, rho: float
+) -> tuple[float, float, float, float]:
+    """(phi, value at rho of the tangent of slope `low`, lowest and highest slope) at rho <= R."""
+    if head[c, 2] == 1.0:
+        R = head[c, 1]
+        S = np.sqrt(max(R * R - rho * rho, 0.0))
+        z = head[c, 3]
+        if rho > STEEP * S:
+            return z - S, z + STEEP * rho - R * np.sqrt(1.0 + STEEP * STEEP), STEEP, STEEP
+        slope = rho / S
+        return z - S, z - S, slope, slope
+    n = int(head[c, 0])
+    near = 1e-12 * head[c, 1]
+    i = 0
+    while i < n - 1 and rho > part[c, i, 2] + near:
+        i += 1
+    kind, z = part[c, i, 0], part[c, i, 6]
+    if kind == ARC:
+        t, r = rho - part[c, i, 5], part[c, i, 7]
+        S = np.sqrt(max(r * r - t * t, 0.0))
+        if t > STEEP * S:
+            return z - S, z + STEEP * t - r * np.sqrt(1.0 + STEEP * STEEP), STEEP, STEEP
+        phi, low = z - S, max(t, 0.0) / S
+    elif kind == LINE:
+        low = part[c, i, 3]
+        phi = z + low * (rho - part[c, i, 1])
+    else:
+        low, phi = part[c, i, 3], z
+    high = low
+    while i < n - 1 and rho >= part[c, i, 2] - near and part[c, i + 1, 0] == VERTEX:
+        i += 1
+    if part[c, i, 0] == VERTEX and rho >= part[c, i, 1] - near:
+        high = max(high, part[c, i, 4])
+    return phi, phi, min(low, STEEP), min(high, STEEP)
+
+
+@leaf
+def lean(head, part, c, m, eta):
+    """How far the touching pose lies behind, for a slope m >= 0 of the motion and 0 <= eta <= R."""
+    R = head[c, 1]
+    if m == 0.0:
+        return 0.0
+    if head[c, 2] == 1.0:
+        return m * np.sqrt(max(R * R - eta * eta, 0.0)) / np.sqrt(1.0 + m * m)
+    n = int(head[c, 0])
+    for i in range(n):
+        p, rho = part[c, i, 4], part[c, i, 2]
+        if p <= m or (i < n - 1 and eta > rho * np.sqrt(1.0 - (m / p) ** 2)):
+            continue
+        if part[c, i, 0] == VERTEX:
+            return np.sqrt(max(rho * rho - eta * eta, 0.0))
+        if part[c, i, 0] == LINE:
+            return eta * m / np.sqrt(p * p - m * m)
+        # eta(q) = q (a / p + r / sqrt(1 + p^2)), p^2 = q^2 + m^2, grows and is concave: Newton from the left
+        a, r = part[c, i, 5], part[c, i, 7]
+        w = np.sqrt(1.0 + m * m)
+        b = r + a * w / m
+        q = eta * w / np.sqrt(b * b - eta * eta) if eta < b else 0.0
+        share = min((eta - a) / r, 1.0 - 1e-12)
+        if share > 0.0:
+            q = max(q, share * w / np.sqrt(1.0 - share * share))
+        for _ in range(40):
+            p = np.sqrt(q * q + m * m)
+            v = np.sqrt(1.0 + p * p)
+            step = (eta - q * (a / p + r / v)) / (a * m * m / p**3 + r * w * w / v**3)
+            q += step
+            if step <= 1e-14 * q:
+                break
+        p = np.sqrt(q * q + m * m)
+        return a * m / p + r * m / np.sqrt(1.0 + p * p)
+    return 0.0
+
+
+@leaf
+def local(rows, k, x, y):
+    """(xi, eta) of a point."""
+    dx, dy = x - rows[k, 0], y - rows[k, 1]
+    return dx * rows[k, 3] + dy * rows[k, 4], dy * rows[k, 3] - dx * rows[k, 4]
+
+
+@leaf
+def distance(rows, k, x, y):
+    """Distance in plan to the path."""
+    xi, eta = local(rows, k, x, y)
+    t = xi - min(max(xi, 0.0), rows[k, 5])
+    return np.sqrt(t * t + eta * eta)
+
+
+@leaf
+def surface(head, part, c, rows, k, x, y):
+    """(f, value of a tangent plane at the point, its gradient x, y); f infinite outside the footprint.
+
+    The plane touches the cutter in the pose s that was found, whatever its rounding; along the path the other poses
+    rise over it at the rate m - g_xi, and where that is negative the plane is lowered by as much.
+    """
+    xi, eta = local(rows, k, x, y)
+    L, m, R = rows[k, 5], rows[k, 6], head[c, 1]
+    t = xi - min(max(xi, 0.0), L)
+    if t * t + eta * eta > R * R:
+        return np.inf, -np.inf, 0.0, 0.0
+    u = lean(head, part, c, abs(m), abs(eta))
+    s = min(max(xi - u if m >= 0.0 else xi + u, 0.0), L)
+    t = xi - s
+    rho = min(np.sqrt(t * t + eta * eta), R)
+    phi, tangent, low, high = profile(head, part, c, rho)
+    slope = low
+    if high > low and t * m > 0.0:
+        slope = min(max(m * rho / t, low), high)
+        tangent = phi
+    ratio = slope / rho if rho > 0.0 else 0.0
+    g, h = ratio * t, ratio * eta
+    drop = max(max((m - g) * s, (g - m) * (L - s)), 0.0)
+    base = rows[k, 2] + m * s
+    return (
+        base + phi,
+        base + tangent - drop,
+        g * rows[k, 3] - h * rows[k, 4],
+        g * rows[k, 4] + h * rows[k, 3],
+    )
+
+
+@leaf
+def value(head, part, c, rows, k, x, y):
+    """f alone; a point that rounding put outside the footprint counts as on its border."""
+    xi, eta = local(rows, k, x, y)
+    L, m, R = rows[k, 5], rows[k, 6], head[c, 1]
+    t = xi - min(max(xi, 0.0), L)
+    if t * t + eta * eta > R * R * (1.0 + 1e-9):
+        return 1e30
+    u = lean(head, part, c, abs(m), min(abs(eta), R))
+    s = min(max(xi - u if m >= 0.0 else xi + u, 0.0), L)
+    t = xi - s
+    return rows[k, 2] + m * s + profile(head, part, c, min(np.sqrt(t * t + eta * eta), R))[0]
+
+
+@leaf
+def stretch(head, part, c, rows, k, xi, eta, dxi, deta):
+    """(least, greatest) s of the touching poses of a cell, not cut off: +-dxi, +-deta around (xi, eta)."""
+    m, R = rows[k, 6], head[c, 1]
+    if m == 0.0:
+        return xi - dxi, xi + dxi
+    near, far = min(max(abs(eta) - deta, 0.0), R), min(abs(eta) + deta, R)
+    u, v = lean(head, part, c, abs(m), near), lean(head, part, c, abs(m), far)
+    low, high = min(u, v), max(u, v)
+    if head[c, 4] == 1.0:  # on cones lean grows with eta, elsewhere it falls
+        for i in range(int(head[c, 0])):
+            p = part[c, i, 4]
+            if part[c, i, 0] == LINE and p > abs(m):
+                for j in range(1, 3):
+                    rho = part[c, i, j]
+                    e = rho * np.sqrt(1.0 - (m / p) ** 2)
+                    if near < e < far:
+                        low, high = min(low, rho * abs(m) / p), max(high, rho * abs(m) / p)
+    if m > 0.0:
+        return xi - dxi - high, xi + dxi - low
+    return xi - dxi + low, xi + dxi + high
+
+
+@leaf
+def _slope(head, part, c, m, eta):
+    """(rho, slope) of the touching point of the middle part of a sweep."""
+    u = lean(head, part, c, m, eta)
+    rho = min(np.sqrt(u * u + eta * eta), head[c, 1])
+    _, _, low, high = profile(head, part, c, rho)
+    if high > low:
+        return rho, min(max(m * rho / u, low), high) if u > 0.0 else high
+    return rho, low
+
+
+@leaf
+def _range(part, c, n, m, rho0, rho1, p0, p1, cap):
+    """Range of second derivatives between two touching points: radial (cap) or across the middle part, and p / rho."""
+    lo, hi, lo_t, hi_t = np.inf, 0.0, np.inf, 0.0
+    for i in range(n):
+        kind = part[c, i, 0]
+        if part[c, i, 2] < rho0 or part[c, i, 1] > rho1:
+            continue
+        if kind == ARC:
+            a, r = part[c, i, 5], part[c, i, 7]
+            pa, pb = max(part[c, i, 3], p0), min(part[c, i, 4], p1)
+            if pa > pb:
+                continue
+            for j in range(2):
+                p = pa if j == 0 else pb
+                v = np.sqrt(1.0 + p * p)
+                across = r * (1.0 + m * m) / v**3
+                if m > 0.0:
+                    across += a * m * m / p**3
+                lo, hi = min(lo, 1.0 / across), max(hi, 1.0 / across)
+                if cap == ENDS:
+                    t = p / (a + r * p / v) if p > 0.0 else (1.0 / r if a == 0.0 else 0.0)
+                    lo_t, hi_t = min(lo_t, t), max(hi_t, t)
+        elif kind == LINE:
+            p = part[c, i, 4]
+            if p < p0 or p > p1:
+                continue
+            lo = 0.0
+            if cap == ENDS:
+                a, b = max(part[c, i, 1], rho0), min(part[c, i, 2], rho1)
+                lo_t = min(lo_t, p / b if b > 0.0 else 0.0)
+                hi_t = max(hi_t, p / a if a > 0.0 else (np.inf if p > 0.0 else 0.0))
+        else:
+            pa, pb = max(part[c, i, 3], p0), min(part[c, i, 4], p1)
+            if pa >= pb:
+                continue
+            if m == 0.0 or cap == ENDS:
+                return 0.0, np.inf, 0.0, np.inf
+            rho = part[c, i, 1]
+            lo, hi = min(lo, pa**3 / (rho * m * m)), max(hi, pb**3 / (rho * m * m))
+    if lo == np.inf:
+        return 0.0, np.inf, 0.0, np.inf
+    return lo, hi, lo_t, hi_t
+
+
+@leaf
+def _end(head, part, c, ux, uy, t, eta, d):
+    """(Mxx, Mxy, Myy, radius) of the second derivative around an end pose, within d of the point (t, eta)."""
+    R = head[c, 1]
+    rho = np.sqrt(t * t + eta * eta)
+    near, far = max(rho - d, 0.0), rho + d
+    if far >= R * (1.0 - RIM):
+        return 0.0, 0.0, 0.0, np.inf
+    if head[c, 2] == 1.0:
+        s0, s1 = np.sqrt(R * R - near * near), np.sqrt(R * R - far * far)
+        lo, hi, lo_t, hi_t = R * R / s0**3, R * R / s1**3, 1.0 / s0, 1.0 / s1
+    else:
+        p0, p1 = profile(head, part, c, near)[2], profile(head, part, c, far)[3]
+        lo, hi, lo_t, hi_t = _range(part, c, int(head[c, 0]), 0.0, near, far, p0, p1, ENDS)
+        if not hi < np.inf or not hi_t < np.inf:
+            return 0.0, 0.0, 0.0, np.inf
+    across, radial = 0.5 * (lo_t + hi_t), 0.5 * (lo + hi)
+    turn = min(d / rho, 1.0) if rho > 0.0 else 1.0
+    radius = 0.5 * max(hi - lo, hi_t - lo_t) + turn * max(abs(hi - lo_t), abs(hi_t - lo))
+    ex, ey = (t * ux - eta * uy, t * uy + eta * ux) if rho > 0.0 else (0.0, 0.0)
+    share = (radial - across) / (rho * rho) if rho > 0.0 else 0.0
+    return across + share * ex * ex, share * ex * ey, across + share * ey * ey, radius
+
+
+@leaf
+def _middle(head, part, c, m, ux, uy, eta, deta):
+    """The same of the middle part, across the motion."""
+    R = head[c, 1]
+    near, far = max(abs(eta) - deta, 0.0), abs(eta) + deta
+    if far >= R * (1.0 - RIM):
+        return 0.0, 0.0, 0.0, np.inf
+    if head[c, 2] == 1.0:
+        w = np.sqrt(1.0 + m * m) * R * R
+        lo, hi = w / (R * R - near * near) ** 1.5, w / (R * R - far * far) ** 1.5
+    else:
+        m = abs(m)
+        rho0, p0 = _slope(head, part, c, m, near)
+        rho1, p1 = _slope(head, part, c, m, far)
+        lo, hi, _, _ = _range(part, c, int(head[c, 0]), m, rho0, rho1, p0, p1, MIDDLE)
+        if not hi < np.inf:
+            return 0.0, 0.0, 0.0, np.inf
+    mean = 0.5 * (lo + hi)
+    return mean * uy * uy, -mean * ux * uy, mean * ux * ux, 0.5 * (hi - lo)
+
+
+@leaf
+def _norm(xx, xy, yy):
+    """Spectral norm of a symmetric matrix."""
+    return 0.5 * (abs(xx + yy) + np.sqrt((xx - yy) ** 2 + 4.0 * xy * xy))
+
+
+@leaf
+def bending(head, part, c, rows, k, xi, eta, hx, hy):
+    """(Mxx, Mxy, Myy, radius): everywhere in the cell |f'' - M| <= radius; infinite where nothing is known."""
+    ux, uy, L, m = rows[k, 3], rows[k, 4], rows[k, 5], rows[k, 6]
+    dxi, deta = abs(ux) * hx + abs(uy) * hy, abs(uy) * hx + abs(ux) * hy
+    d = np.sqrt(hx * hx + hy * hy)
+    first, last = stretch(head, part, c, rows, k, xi, eta, dxi, deta)
+    xx, xy, yy, radius, some = 0.0, 0.0, 0.0, 0.0, False
+    for place in range(3):
+        if place == 0:
+            if not (L > 0.0 and first < L and last > 0.0):
+                continue
+            a, b, e, r = _middle(head, part, c, m, ux, uy, eta, deta)
+        elif place == 1:
+            if first >= 0.0 and L > 0.0:
+                continue
+            a, b, e, r = _end(head, part, c, ux, uy, xi, eta, d)
+        else:
+            if last <= L or L == 0.0:
+                continue
+            a, b, e, r = _end(head, part, c, ux, uy, xi - L, eta, d)
+        if not some:
+            xx, xy, yy, radius, some = a, b, e, r, True
+        else:
+            radius = max(radius, r) + 0.5 * _norm(a - xx, b - xy, e - yy)
+            xx, xy, yy = 0.5 * (a + xx), 0.5 * (b + xy), 0.5 * (e + yy)
+        if radius == np.inf:
+            break
+    return xx, xy, yy, radius
+
+
+@leaf
+def covers(head, part, lift, rows, i, k, x, y, hx, hy, slack):
+    """Whether f_i <= f_k and the footprint of i holds that of k in the cell: the cover rule.
+
+    lift[b, c]: by how much higher cutter c must stand than cutter b so that it lies in b and what is above b. The poses
+    of k that touch in the cell lie between two points; where these lie so much above the path of i, all do.
+    """
+    b, c = int(rows[i, 7]), int(rows[k, 8])
+    if lift[b, c] == np.inf:
+        return False
+    xi, eta = local(rows, k, x, y)
+    ux, uy, L = rows[k, 3], rows[k, 4], rows[k, 5]
+    dxi, deta = abs(ux) * hx + abs(uy) * hy, abs(uy) * hx + abs(ux) * hy
+    first, last = stretch(head, part, c, rows, k, xi, eta, dxi, deta)
+    for j in range(2):
+        s = min(max(first if j == 0 else last, 0.0), L)
+        px, py, pz = rows[k, 0] + s * ux, rows[k, 1] + s * uy, rows[k, 2] + s * rows[k, 6]
+        a, b = local(rows, i, px, py)
+        if abs(b) > slack or a < -slack or a > rows[i, 5] + slack:
+            return False
+        if pz - lift[int(rows[i, 7]), c] < rows[i, 2] + rows[i, 6] * min(max(a, 0.0), rows[i, 5]) - slack:
+            return False
+    return True

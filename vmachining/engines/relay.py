@@ -1,0 +1,196 @@
+"""`--engine columns`: the columns engine, and the mesh engine for the blocks that columns do not take.
+
+1. A block that columns take is cut by columns alone; its sweep is noted for the mesh engine.
+2. The first block that they do not take (a tool that turns, leans or is not convex, a sweep whose top dips below
+   what is left of the stock) makes the mesh engine cut all noted sweeps, and then this block.
+3. From then on columns do not know the workpiece below and above that sweep: blocks whose box overlaps it in plan go to
+   the mesh engine, too; all others stay with columns. The column `engine` says block by block who answered.
+
+The mesh engine is not asked at all where columns take everything, for the surface neither if the stock is a box.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Self
+
+import numpy as np
+
+from vmachining.arrays import Floats
+from vmachining.engines.columns import ColumnsEngine
+from vmachining.engines.columns.store import packed_paths, packed_profiles, paths_of, profiles_of
+from vmachining.engines.mesh import MeshEngine
+from vmachining.engines.protocol import NOTHING, Options, Removal, StockSurface
+from vmachining.errors import EngineError, StockError
+from vmachining.geometry import Bracket
+from vmachining.stock import Stock
+from vmachining.sweep import Sweep, Turn
+
+__all__ = ["ColumnsFirst"]
+
+
+class ColumnsFirst:
+    """Workpiece of one job, known to columns and, where they do not suffice, to the mesh engine."""
+
+    name = "columns"
+
+    def __init__(self, stock: Stock, options: Options) -> None:
+        self.chord = options.chord
+        self._stock, self._options = stock, options
+        self._columns: ColumnsEngine | None = None
+        self._mesh: MeshEngine | None = None
+        self.why: str | None = None
+        """Why the mesh engine cuts from the first block on; None where columns do."""
+        try:
+            self._columns = ColumnsEngine.of(stock, options)
+        except StockError as error:
+            self.why = error.message
+        self._noted: list[tuple[Sweep, int | None]] = []
+        self._foreign: list[Floats] = []
+        self._gone = NOTHING
+        self.stock_volume = (self._columns or self._meshed()).stock_volume
+
+    @classmethod
+    def of(cls, stock: Stock, options: Options) -> Self:
+        """See `Engine`."""
+        return cls(stock, options)
+
+    @classmethod
+    def takes(cls, sweep: Sweep) -> bool:
+        """Everything: what columns do not take is handed on."""
+        return True
+
+    def cut(self, sweep: Sweep, block: int | None = None) -> Removal:
+        """See `Engine`; the removal names who answered."""
+        removed = self._by_columns(sweep, block)
+        if removed is None:
+            removed = self._meshed().cut(sweep, block)._replace(engine=MeshEngine.name)
+            self._foreign.append(np.array(sweep.bounds)[:, :2])
+        else:
+            self._noted.append((sweep, block))
+        self._gone = self._gone.plus(removed)
+        return removed
+
+    def _by_columns(self, sweep: Sweep, block: int | None) -> Removal | None:
+        if self._columns is None or not self._knows(sweep) or not self._columns.takes(sweep):
+            return None
+        try:
+            return self._columns.cut(sweep, block)._replace(engine=ColumnsEngine.name)
+        except EngineError:
+            return None
+
+    def _knows(self, sweep: Sweep) -> bool:
+        """Whether no sweep of the mesh engine overlaps this one in plan."""
+        if not self._foreign:
+            return True
+        lo, hi = np.array(sweep.bounds)[:, :2]
+        return not any((lo <= box[1]).all() and (hi >= box[0]).all() for box in self._foreign)
+
+    def touch(self, sweep: Sweep, within: float | None = None) -> Removal:
+        """See `Engine`; a body that is not convex as the union of its convex pieces."""
+        if self._columns is not None and self._knows(sweep):
+            try:
+                pieces = sweep.profile.convex_pieces()
+                found = [
+                    self._columns.touch(sweep if len(pieces) == 1 else Sweep.along(p, sweep.path), within)
+                    for p in pieces
+                ]
+            except EngineError:
+                return self._meshed().touch(sweep, within)
+            lo, hi = max(r.lo for r in found), sum(r.hi for r in found)
+            return Removal(lo, max(lo, min(sum(r.estimate for r in found), hi)), hi)
+        return self._meshed().touch(sweep, within)
+
+    def _meshed(self) -> MeshEngine:
+        """The mesh engine after all sweeps so far."""
+        if self._mesh is None:
+            self._mesh = MeshEngine.of(self._stock, self._options)
+        for sweep, block in self._noted:
+            self._mesh.cut(sweep, block)
+        self._noted.clear()
+        return self._mesh
+
+    @property
+    def proof(self) -> str:
+        """Who proves."""
+        if self._columns is None:
+            return f"{self._meshed().proof} (mesh engine: {self.why})"
+        if self._foreign:
+            assert self._mesh is not None
+            return f"{self._columns.proof}; {len(self._foreign)} blocks: {self._mesh.proof}"
+        return self._columns.proof
+
+    @property
+    def volume(self) -> Bracket:
+        """Of the workpiece, mm^3."""
+        lo, estimate, hi = self.stock_volume
+        gone = self._gone
+        return Bracket(max(lo - gone.hi, 0.0), max(estimate - gone.estimate, 0.0), hi - gone.lo)
+
+    def surface(self) -> StockSurface:
+        """Heights over a grid of the tiles where columns know everything and the stock is a box, else facets of the
+        mesh engine, which then cuts all blocks first."""
+        if self._columns is not None and not self._foreign and not self._columns.stock.radius:
+            return self._columns.surface()
+        return self._meshed().surface()
+
+    # -- checkpoints ---------------------------------------------------------------------------------------
+
+    def save(self, path: Path) -> None:
+        """Both workpieces and the sweeps that only columns know yet: the mesh engine cuts them first."""
+        engines: dict[str, Any] = {}
+        with TemporaryDirectory() as folder:
+            if self._foreign or self._columns is None:
+                self._meshed()
+            for name, engine in (("columns", self._columns), ("mesh", self._mesh)):
+                if engine is not None:
+                    engine.save(Path(folder) / "part.npz")
+                    engines[name] = np.frombuffer((Path(folder) / "part.npz").read_bytes(), dtype=np.uint8)
+        state = {
+            "gone": list(self._gone[:4]), "why": self.why, "stock": list(self.stock_volume),
+            "options": [self.chord, self._options.width, self._options.width_mm3], "blocks": [block for _, block in self._noted],
+        }  # fmt: skip
+        profiles = {id(sweep.profile): sweep.profile for sweep, _ in self._noted}
+        number = {key: k for k, key in enumerate(profiles)}
+        with path.open("wb") as file:
+            np.savez(
+                file, state=np.array(json.dumps(state)), foreign=np.array(self._foreign).reshape(-1, 2, 2),
+                paths=packed_paths([sweep.path for sweep, _ in self._noted if not isinstance(sweep.path, Turn)]),
+                tools=np.array([number[id(sweep.profile)] for sweep, _ in self._noted], dtype=np.int64),
+                **engines, **packed_profiles(list(profiles.values())),
+            )  # fmt: skip
+
+    @classmethod
+    def load(cls, path: Path) -> Self:
+        """See `Engine`."""
+        try:
+            with np.load(path) as data:
+                found = {name: data[name] for name in data.files}
+            state = json.loads(str(found["state"]))
+        except (OSError, KeyError, ValueError) as error:
+            raise EngineError(f"checkpoint {path} cannot be read ({error})", engine=cls.name) from error
+        self = cls.__new__(cls)
+        chord, width, width_mm3 = state["options"]
+        self._options, self.why = Options(chord=chord, width=width, width_mm3=width_mm3), state["why"]
+        self.chord, self.stock_volume = self._options.chord, Bracket(*state["stock"])
+        self._gone, self._foreign = Removal(*state["gone"]), list(found["foreign"])
+        with TemporaryDirectory() as folder:
+            part = Path(folder) / "part.npz"
+            self._columns = self._mesh = None
+            if "columns" in found:
+                part.write_bytes(found["columns"].tobytes())
+                self._columns = ColumnsEngine.load(part)
+                self._stock = self._columns.stock.shape
+            if "mesh" in found:
+                part.write_bytes(found["mesh"].tobytes())
+                self._mesh = MeshEngine.load(part)
+        profiles = profiles_of(found)
+        self._noted = [
+            (Sweep.along(profiles[k], way), block)
+            for k, way, block in zip(
+                found["tools"].tolist(), paths_of(found["paths"]), state["blocks"], strict=True
+            )
+        ]
+        return self
