@@ -33,4 +33,4 @@ def intersection(judges: Sequence[Judge]) -> Removal | None:
 
 def told(judges: Sequence[Judge]) -> str:
     """Their intervals in words."""
-    return ", ".join(f"{name} {lo:.6g} to {hi:.6g} mm3" for name, (lo, _, hi, _) in judges)
+    return ", ".join(f"{name} {lo:.6g} to {hi:.6g} mm3" for name, (lo, _, hi, *_) in judges)

@@ -68,7 +68,7 @@ def _spread(numbers: Sequence[int]) -> list[int]:
 
 
 def _row(block: int, judges: Sequence[Judge]) -> tuple[Any, ...]:
-    lo, estimate, hi, _ = judges[-1].removal
+    lo, estimate, hi = judges[-1].removal.bracket
     if intersection(judges) is not None:
         return (block, None, None, None, None, estimate, lo, hi, "")
     note = f"DISPUTED: {told(judges)}: one of both is wrong"
