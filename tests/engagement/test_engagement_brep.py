@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from vmachining.engagement import By, CylinderStock, Past, RayWorkpiece, contact, facing_parts
-from vmachining.engines.brep import Blank, BrepWorkpiece, edgeworker
+from vmachining.engines.brep import Blank, BrepWorkpiece
+from vmachining.engines.brep.workpiece import edgeworker
 from vmachining.engines.brep.workpiece.edgeworker import Members
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Arc, Line
