@@ -19,6 +19,8 @@
 | `sweep5` | five-axis meshes against reference volumes: error, bracket, time; time of finishing blocks |
 | `sweep-gauntlet` | 1,000 random and hard sweeps: solids, STEP, bracket, exact volume, rays, membership; by family and seed |
 | `thin_chips` | width of the brackets of 1 mm finishing blocks, at two chords |
+| `vectors` | discrete vectors on the published half cylinder: DVV, DNV, hybrid; times and errors beside the published times |
+| `vectors-fine` | the same with 100 million upright vectors |
 | `zmap` | analytic engagement against a compiled Z-map on a staircase: time and error over the pitch |
 
 Times of one run are compared with each other only; machines are noisy.
@@ -51,6 +53,8 @@ CASES = {
     "sweep5": "sweep5",
     "sweep-gauntlet": "gauntlet",
     "thin_chips": "half_cylinder",
+    "vectors": "vectors",
+    "vectors-fine": "vectors",
     "zmap": "zmap",
 }
 """File of each case; a case loads only what it measures."""
@@ -75,6 +79,8 @@ TAKES = {
     "sweep5": "minutes",
     "sweep-gauntlet": "hours",
     "thin_chips": "75 s",
+    "vectors": "25 s",
+    "vectors-fine": "15 s",
     "zmap": "20 s",
 }
 """How long a case takes on one core of a busy server, kernels compiled; "minutes": more than two."""
