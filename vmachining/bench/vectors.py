@@ -19,7 +19,7 @@ from vmachining.arrays import Floats
 from vmachining.engines.vectors import Points, simulation_spacing, spacing_for, wall_angle
 from vmachining.engines.vectors.batch import ball_grid, ball_vectors
 
-__all__ = ["vectors", "vectors_fine"]
+__all__ = ["blocks", "peak_mb", "vectors", "vectors_fine"]
 
 RADIUS, BALL, SIDE = 50.0, 5.0, 100.0
 PASSES, CHORDS = 100, 214
@@ -63,7 +63,7 @@ def vectors() -> Iterator[dict[str, Any]]:
             "seconds_normals": along["seconds"], "seconds": upright["seconds"] + along["seconds"],
             "published_seconds": published[0], "published_upright": published[1], "published_normals": published[2],
             "overcut_mm": max(upright["overcut_mm"], along["overcut_mm"]),
-            "undercut_mm": max(upright["undercut_mm"], along["undercut_mm"]), "peak_mb": _peak_mb(),
+            "undercut_mm": max(upright["undercut_mm"], along["undercut_mm"]), "peak_mb": peak_mb(),
         }  # fmt: skip
     delta = simulation_spacing(COARSE_ERROR, BALL)
     yield {
@@ -137,7 +137,7 @@ def _normal(path: Floats, delta: float, theta: float) -> dict[str, Any]:
     error -= 0.5 * np.spacing(np.abs(wanted).astype(np.float32))
     return {
         "vectors": len(length), "seconds": seconds, "overcut_mm": float(-length.min()), "undercut_mm": float(length.max()),
-        "error_beyond_rounding_mm": max(float(error.max(initial=0.0)), 0.0), "peak_mb": _peak_mb(),
+        "error_beyond_rounding_mm": max(float(error.max(initial=0.0)), 0.0), "peak_mb": peak_mb(),
     }  # fmt: skip
 
 
@@ -154,9 +154,11 @@ def _grid(path: Floats, gamma: float, theta: float) -> dict[str, Any]:
         rows = found[k : k + 512, shown] * np.sqrt(1.0 - slope[shown] ** 2).astype(np.float32)
         most, least = max(most, float(rows.max())), min(least, float(rows.min()))
     return {
-        "vectors": found.size, "seconds": process_time() - begin, "overcut_mm": -least, "undercut_mm": most, "peak_mb": _peak_mb(),
+        "vectors": found.size, "seconds": process_time() - begin, "overcut_mm": -least, "undercut_mm": most,
+        "peak_mb": peak_mb(),
     }  # fmt: skip
 
 
-def _peak_mb() -> float:
+def peak_mb() -> float:
+    """Memory of this process at its largest, MB."""
     return float(getrusage(RUSAGE_SELF).ru_maxrss) / 1024.0

@@ -64,7 +64,8 @@ def ball_grid(
     out = np.empty(shape, dtype=np.float32)
     side = int(np.clip(round(TILE_MM / pitch), LEAST, MOST))
     near, value = np.empty(len(c), dtype=np.int64), np.empty((len(c), 3))
-    x, y = x0 + (np.arange(shape[0]) + 0.5) * pitch, y0 + (np.arange(shape[1]) + 0.5) * pitch
+    x: Floats = x0 + (np.arange(shape[0], dtype=np.float64) + 0.5) * pitch
+    y: Floats = y0 + (np.arange(shape[1], dtype=np.float64) + 0.5) * pitch
     strip = side * max(1, 2**20 // (side * shape[1]))
     for i in range(0, shape[0], strip):
         rows_ = slice(i, min(i + strip, shape[0]))
