@@ -13,6 +13,7 @@ from scipy.stats import binom
 
 from vmachining import Sweep
 from vmachining.engines.dexel import CONFIDENCE, DexelEngine
+from vmachining.engines.protocol import Removal
 from vmachining.errors import EngineError
 
 RISK = 1e-4
@@ -75,7 +76,7 @@ def test_air_removes_nothing_and_that_is_proven() -> None:
     case = slot(np.random.default_rng(3))
     engine, _ = engine_for(case._replace(block=[]))
     lifted = Sweep.along(case.block[0].profile.shifted(50.0), case.block[0].path)
-    assert engine.cut(lifted, 0) == (0.0, 0.0, 0.0, True)
+    assert engine.cut(lifted, 0) == Removal(0.0, 0.0, 0.0, proven=True)
 
 
 def test_equal_blocks_are_asked_of_other_rays() -> None:

@@ -86,8 +86,8 @@ class Liar(MeshEngine):
     name = "liar"
 
     def cut(self, sweep: Sweep, block: int | None = None) -> Removal:
-        lo, estimate, hi, proven = super().cut(sweep, block)
-        return Removal(0.9 * lo, 0.9 * estimate, 0.9 * hi, proven)
+        found = super().cut(sweep, block)
+        return Removal(0.9 * found.lo, 0.9 * found.estimate, 0.9 * found.hi)
 
 
 def test_a_wrong_engine_is_found_out_by_the_second_judge(
