@@ -29,8 +29,8 @@ ZERO = 1e-10  # mm: margin that counts as none
 FAR = 1e9
 LEVEL = -0.25  # mm: deeper than this in a turning sweep needs no digits
 TOUCH_RAD = 1e-4  # arcs narrower than this are a line along which tool and wall touch
-HALVINGS = 15  # of a step of the grid, for ends of arcs and jumps: 3e-6 rad of 5 degrees
-LEAST, CELLS = 0.02, 20.0  # mm, and of a piece: steps along walls that the edge all but touches
+HALVINGS = 12  # of a step of the grid, for ends of arcs and jumps: 2e-5 rad of 5 degrees
+LEAST, CELLS = 0.02, 16.0  # mm, and of a piece: steps along walls that the edge all but touches
 JUMP, JUMP_MM = 1.1, 0.02  # a change of length is a jump if it exceeds those beside it by this
 
 

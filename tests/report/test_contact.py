@@ -1,0 +1,36 @@
+"""The page shows contact, chips and forces, and all strategies beside the one asked for."""
+
+from __future__ import annotations
+
+import polars as pl
+import pytest
+from tinyjob import FEED, JOB, write_job
+
+from vmachining.job import Job, run
+
+FORCE = '\n[force]\ncoefficients = "aluminium_like_constant"\n'
+CUTTER = JOB.replace("length_mm = 20", "length_mm = 20\nflutes = 2")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    path = tmp_path_factory.mktemp("page")
+    text = CUTTER + FEED.replace('"volume"', '"force"') + FORCE
+    run(Job.load(write_job(path, job=text))).write(path / "out", stock=())
+    return path / "out"
+
+
+def test_the_page_shows_contact_and_strategies(folder):
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "Contact, chips and forces" in page and 'id="contact"' in page
+    assert "All strategies on this job" in page and "force (asked for)" in page and "chip area" in page
+    worst = pl.read_csv(folder / "blocks.csv")["force_n"].max()
+    assert f"{worst:.5g} N" in page
+
+
+def test_the_comparison_is_a_table_too(folder):
+    table = pl.read_csv(folder / "strategies.csv")
+    assert table["strategy"].to_list() == ["as programmed", "volume", "chip_area", "force"]
+    asked = table.row(3, named=True)
+    assert asked["asked_for"] and asked["unit"] == "N" and asked["force_peak"] <= asked["reference"] * (1 + 1e-9)
+    assert asked["time_s"] < table["time_s"][0]
