@@ -75,6 +75,15 @@ def test_the_written_program_keeps_the_load(strategy, insert, tmp_path):
     assert (found.scheduled_blocks.height > found.blocks.height) == insert
 
 
+@pytest.mark.parametrize(("strategy", "reference"), [("chip_area", 0.03), ("force", 80.0)])
+def test_its_own_output_stays_byte_for_byte(strategy, reference, tmp_path):
+    table = FEED.replace('"volume"', f'"{strategy}"\nreference = {reference}')
+    first = run(job(tmp_path / "a", CUTTER + table + FORCE), out=tmp_path / "one")
+    written = (first.folder / "scheduled.nc").read_bytes()
+    again = job(tmp_path / "b", CUTTER + table + FORCE, program=written.decode())
+    assert (run(again, out=tmp_path / "two").folder / "scheduled.nc").read_bytes() == written
+
+
 @pytest.mark.parametrize(
     ("component", "reference"),
     [("power", 60.0), ("torque", 200.0), ("tangential", 60.0), ("deflection", 0.01), ("xy", 40.0)],

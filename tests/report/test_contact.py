@@ -32,5 +32,7 @@ def test_the_comparison_is_a_table_too(folder):
     table = pl.read_csv(folder / "strategies.csv")
     assert table["strategy"].to_list() == ["as programmed", "volume", "chip_area", "force"]
     asked = table.row(3, named=True)
-    assert asked["asked_for"] and asked["unit"] == "N" and asked["force_peak"] <= asked["reference"] * (1 + 1e-9)
+    assert (
+        asked["asked_for"] and asked["unit"] == "N" and asked["force_peak"] <= asked["reference"] * (1 + 1e-9)
+    )
     assert asked["time_s"] < table["time_s"][0]
