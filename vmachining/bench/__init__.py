@@ -7,6 +7,7 @@
 | `brep` | seconds per block of the B-rep gate over a long program |
 | `brep-workers` | two B-rep workers against one: times, start-up, processors used, memory of the largest |
 | `brep-chains` | random chains through the gate: agreed, retried, refused, disputed, silently wrong; plain booleans beside |
+| `columns` | certified columns: time of 1 mm blocks by cutter and width, finishing and deep |
 | `engage` | what the cutting edge touches: distances against B-rep solids on curved stock, time of both |
 | `engagement-columns` | contact columns of shipped programs against B-rep solids at the same places |
 | `force` | a five-axis pass, schedules of 100,000 blocks by every strategy, columns per station |
@@ -41,6 +42,7 @@ CASES = {
     "brep": "brep",
     "brep-chains": "brep_chains",
     "brep-workers": "brep",
+    "columns": "columns",
     "engage": "engage",
     "engagement-columns": "force",
     "force": "force",

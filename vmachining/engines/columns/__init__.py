@@ -1,4 +1,38 @@
-"""Columns."""
+"""The columns engine: proven removed volumes of three-axis blocks, looking along the tool axis.
+
+    engine = ColumnsEngine(FlatStock((0, 0, -20), (100, 60, 0)), width=0.01)
+    lo, estimate, hi, *_ = engine.cut(Sweep.along(cutter, Line((0, 30, -2), (100, 30, -2))))
+
+Goal: a bracket that holds the truth, rounding included, as narrow as asked, at the price of a simulation.
+
+1. A convex cutter with upright axis that moves in a straight line sweeps, with all that lies above it, a convex body:
+   its lower surface f is a convex function on a convex footprint (`surface/`).
+2. What block k removes is the integral of max(0, min(top, f_1 .. f_{k-1}) - max(f_k, bottom)): no state is needed, only
+   the list of sweeps that may be lowest.
+3. On a rectangle of the plan, tangent planes bound f from below, values at corners from above, second derivatives both;
+   borders of footprints are cut off along chords and outer tangents (`cells/`).
+4. The rectangle whose bracket is widest is divided into four, until the block is as narrow as asked (`_kernels.py`).
+5. Tiles keep the sweeps that may still be lowest in them (`engine.py`): time and memory do not grow with the program.
+6. Arcs and helices are chords that a shrunk and a grown cutter follow (`paths.py`, `cutters.py`).
+
+| file | holds |
+|---|---|
+| `engine.py` | `ColumnsEngine`: cut, touch, surface, checkpoints; `FlatStock` |
+| `cutters.py` | lower surfaces of profiles, grown and shrunk cutters, which cutter lies in which |
+| `paths.py` | `chords` of arcs |
+| `heights.py` | the workpiece as closed triangles over a grid |
+| `store.py` | profiles and paths as arrays |
+| `surface/` | f, its tangent planes and second derivatives, the cover rule, in numba |
+| `cells/` | bounds in one cell, in numba |
+| `_kernels.py` | heap of cells, lists of tiles, in numba |
+
+Source: derived in `docs/columns.md`, rule by rule. Departures: second derivatives are bounded for any profile of lines
+and arcs, not for balls alone; closed integrals of balls are not used.
+
+Known limits: convex cutters, upright axis, boxes and upright cylinders with level top; a sweep whose own top dips below
+the top of the stock is refused, even where nothing is left there. Ramps steeper than 1e4 are bounded by plunges and stay
+as wide as that makes them. The surface of a round stock is left to the mesh engine.
+"""
 
 from vmachining.engines.columns.engine import ColumnsEngine, FlatStock
 

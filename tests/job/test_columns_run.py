@@ -1,0 +1,68 @@
+"""`--engine columns` in a job, and blocks handed on to the mesh engine."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+import trimesh
+from tinyjob import SLOT_MM3, write_job
+
+import vmachining as vm
+from vmachining.engines import ENGINES
+from vmachining.engines.protocol import Options
+from vmachining.engines.relay import ColumnsFirst
+from vmachining.geometry import Line
+from vmachining.job.jobfile import Job
+from vmachining.stock import BoxStock
+from vmachining.sweep import Sweep
+
+OPTIONS = Options(chord=0.05)
+
+
+def test_a_job_by_columns(tmp_path):
+    assert "columns" in ENGINES
+    job = Job.load(write_job(tmp_path)).with_width("0.5%")
+    result = vm.run(job, engine="columns", workers=1)
+    rows = result.blocks
+    assert set(rows["engine"]) == {"columns"}
+    slot = rows.filter(rows["line"] == 7).row(0, named=True)
+    assert slot["removed_lo_mm3"] <= SLOT_MM3 <= slot["removed_hi_mm3"]
+    assert slot["removed_hi_mm3"] - slot["removed_lo_mm3"] <= 0.00501 * SLOT_MM3
+    points, triangles, _ = result.surface
+    solid = trimesh.Trimesh(points, triangles, process=False)
+    assert solid.is_watertight
+    assert solid.is_winding_consistent
+    assert solid.volume == pytest.approx(result.stock.volume.estimate, rel=0.01)
+
+
+def engine() -> ColumnsFirst:
+    return ColumnsFirst.of(BoxStock((0, 0, -10), (60, 30, 0)), OPTIONS)
+
+
+def cut(work: ColumnsFirst, tool: vm.Tool, a, b):
+    return work.cut(Sweep.along(tool, Line(a, b)), 0)
+
+
+def test_what_columns_do_not_take_is_handed_on_and_its_neighbours_too(tmp_path):
+    """A dovetail undercuts: it and what crosses it go to the mesh engine, the rest stays with columns."""
+    flat, dovetail = vm.FlatEnd(diameter=6, length=40), vm.Taper(diameter=10, taper_deg=-20, length=9)
+    work = engine()
+    first = cut(work, flat, (10, -5, -4), (10, 35, -4))
+    under = cut(work, dovetail, (10, -8, -8), (10, 38, -8))
+    work.save(tmp_path / "state.npz")
+    work = ColumnsFirst.load(tmp_path / "state.npz")
+    across = cut(work, flat, (0, 15, -9), (20, 15, -9))
+    apart = cut(work, flat, (40, -5, -4), (40, 35, -4))
+    assert [r.engine for r in (first, under, across, apart)] == ["columns", "mesh", "mesh", "columns"]
+    assert first.lo <= 6 * 4 * 30 <= first.hi
+    assert apart.lo <= 6 * 4 * 30 <= apart.hi
+    # section of the dovetail: width 2 (5 - h tan 20 degrees) at h over its tip, less the slot of 6 mm from h = 4 to 8
+    tan = math.tan(math.radians(20.0))
+    low, wings = (
+        2 * (5 * 4 - tan * 8),
+        2 * (2 - 4 * tan) ** 2 / (2 * tan),
+    )  # the flanks reach 3 mm before h = 8
+    assert under.lo <= 30 * (low + wings) <= under.hi
+    total = work.volume
+    assert total.lo <= total.estimate <= total.hi
