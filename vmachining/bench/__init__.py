@@ -22,6 +22,8 @@
 | `thin_chips` | width of the brackets of 1 mm finishing blocks, at two chords |
 | `vectors` | discrete vectors on the published half cylinder: DVV, DNV, hybrid; times and errors beside the published times |
 | `vectors-fine` | the same with 100 million upright vectors |
+| `vectors-mould` | discrete vectors on the published mould cover, 78,524 blocks: 67,368,000 upright, 5 million along normals |
+| `vectors-mould-small` | the same body and blocks, vectors ten times as far apart |
 | `zmap` | analytic engagement against a compiled Z-map on a staircase: time and error over the pitch |
 
 Times of one run are compared with each other only; machines are noisy.
@@ -57,6 +59,8 @@ CASES = {
     "thin_chips": "half_cylinder",
     "vectors": "vectors",
     "vectors-fine": "vectors",
+    "vectors-mould": "mould",
+    "vectors-mould-small": "mould",
     "zmap": "zmap",
 }
 """File of each case; a case loads only what it measures."""
@@ -83,6 +87,8 @@ TAKES = {
     "thin_chips": "75 s",
     "vectors": "25 s",
     "vectors-fine": "15 s",
+    "vectors-mould": "minutes",
+    "vectors-mould-small": "10 s",
     "zmap": "20 s",
 }
 """How long a case takes on one core of a busy server, kernels compiled; "minutes": more than two."""
