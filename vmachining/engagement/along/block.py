@@ -30,6 +30,10 @@ BEHIND_MM = 0.02
 and no pose nearer than that covers more than 4e-4 / R mm of what lies ahead."""
 
 
+SHORT = 1e-6
+"""Share of a block that has not swept anything yet."""
+
+
 class Teeth(NamedTuple):
     """The edge of a cutter, with its bottom, and how many angles its grid has.
 
@@ -148,7 +152,7 @@ def samples_along(sweeps: Sweeps, block: int, path: Motion, teeth: Teeth, at: Fl
             count = _kernels.reduce(world, near, shape, row[None], REDUCE_ANGLES, pitch, 0.0, kept)
         mine = kept[:count].copy()
         extra = None
-        if own and (done := t - BEHIND_MM / max(path.length, BEHIND_MM)) > 0.0:
+        if own and (done := t - BEHIND_MM / max(path.length, BEHIND_MM)) > SHORT:
             extra = sweeps.push(block, Sweep.along(profile, path.split([done])[0]))
             mine = np.concatenate([[extra], mine])
         here = sweeps.world if extra is not None else world
