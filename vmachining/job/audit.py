@@ -23,6 +23,9 @@ EVERY = 40
 """One block of so many that remove something: rays take 15 to 60 ms for a block, the mesh engine 15 ms and more, so this is
 less than a tenth of the run. Which ones is settled by their number, so that a run can be repeated to the last digit."""
 
+WANT_REL = 0.01
+"""Half width of their intervals: what 15 to 60 ms give."""
+
 MOST = 100
 """Blocks of one run."""
 
@@ -45,7 +48,7 @@ def audited(
     sweeps = [
         sweeps_of(block, program, tools, job.machine) for block in blocks[: max(chosen, default=-1) + 1]
     ]
-    witness, found = RayWitness(stock.shape, sweeps), list[tuple[Any, ...]]()
+    witness, found = RayWitness(stock.shape, sweeps, want_rel=WANT_REL), list[tuple[Any, ...]]()
     for block in chosen:
         judges = [*said[block], witness(block)]
         if intersection(judges) is None:

@@ -27,11 +27,13 @@ class RayWitness:
     """What exact rays say of any block; it travels to worker processes.
 
     stock : of the job. blocks : what every block sweeps. slacks : mm^3 per block, see `widened`.
+    want_rel : half width of intervals asked for, relative.
     """
 
     stock: Stock
     blocks: Sequence[Sequence[Sweep]]
     slacks: Sequence[float] = ()
+    want_rel: float = WANT_REL
     name: str = "dexel"
     _engine: DexelEngine | None = field(default=None, repr=False)
     _members: list[list[int]] = field(default_factory=list, repr=False)
@@ -39,7 +41,7 @@ class RayWitness:
     def __call__(self, block: int, again: bool = False) -> Judge:
         """See `vmachining.engines.brep.removal.check.Witness`."""
         if self._engine is None:
-            self._engine = DexelEngine(self.stock, want_rel=WANT_REL, most=MOST)
+            self._engine = DexelEngine(self.stock, want_rel=self.want_rel, most=MOST)
             self._members = [
                 [self._engine.add(sweep, k) for sweep in each] for k, each in enumerate(self.blocks)
             ]
@@ -48,6 +50,6 @@ class RayWitness:
             found = self._engine.removed(members, seed=block)
         else:
             found = self._engine.removed(
-                members, seed=len(self.blocks) + block, want_rel=0.5 * WANT_REL, most=4 * MOST
+                members, seed=len(self.blocks) + block, want_rel=0.5 * self.want_rel, most=4 * MOST
             )
         return Judge(self.name, widened(found, self.slacks[block] if self.slacks else 0.0))
