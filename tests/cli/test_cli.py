@@ -84,9 +84,17 @@ BAD = {
     "no file": (["run", "none.toml"], ["none.toml", "No such file"]),
     "later engine": (["run", "job.toml", "--engine", "brep"], ["brep", "not supported yet"]),
     "brep": (["run", "job.toml", "--brep", "7-3"], ["--brep", "block 3 comes before block 7"]),
-    "later scheduler": (
+    "nobody there": (
+        ["batch", "job.toml", "--scheduler", "tcp://127.0.0.1:9"],
+        ["no Dask scheduler answers at tcp://127.0.0.1:9", "dask scheduler"],
+    ),
+    "no address": (
         ["batch", "job.toml", "--scheduler", "tcp://x"],
-        ["--scheduler", "not supported yet"],
+        ["tcp://x is no address", "127.0.0.1:8786"],
+    ),
+    "two pools": (
+        ["batch", "job.toml", "--scheduler", "tcp://x:1", "--workers", "2"],
+        ["--workers", "--scheduler", "give one of them"],
     ),
     "no machine": (
         ["nc", "moves", "tiny.nc", "--machine", "m.toml"],

@@ -19,7 +19,7 @@ from vmachining.job.folder import FolderLock
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="looks for processes in /proc")
 
-STEPS = "".join(f"G1 X{1 + k % 9} Y{1 + k % 13} Z{-0.01 * k:.2f}\n" for k in range(300))
+STEPS = "".join(f"G1 X{1 + k % 9} Y{1 + k % 13} Z{-0.03 * k:.2f}\n" for k in range(100))
 LONG = f"T1 M6\nS1000 M3\nG0 X1 Y1 Z1\nG1 Z0 F500\n{STEPS}M30\n"
 
 
@@ -58,7 +58,7 @@ def test_a_stopped_batch_leaves_nobody_behind_and_goes_on(number, whom, tmp_path
     argv += ["--out", str(out), "--stock", ""]
     process = subprocess.Popen(argv, stderr=subprocess.PIPE, text=True, start_new_session=True)
     partial = out / "long" / "blocks.partial.csv"
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + 200
     while not (partial.exists() and partial.stat().st_size > 1000) and time.monotonic() < deadline:
         time.sleep(0.02)
     workers = children(process.pid)
@@ -81,7 +81,7 @@ def test_a_stopped_batch_leaves_nobody_behind_and_goes_on(number, whom, tmp_path
             process.returncode == 130 and "stopped after block" in err and third["out"] == str(out / "long")
         )
     write_job(tmp_path / "c", swap={'name = "tiny"': 'name = "wrong"'})
-    done = subprocess.run([*argv, "--resume"], capture_output=True, text=True, timeout=120)
+    done = subprocess.run([*argv, "--resume"], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     assert [row["status"] for row in rows(out)] == ["skipped", "done", "done"]
 

@@ -7,7 +7,8 @@ from tinyjob import FEED, PROGRAM, write_job
 
 from vmachining.job import Job, run
 from vmachining.report import write_report
-from vmachining.report.page import _difference, _time
+from vmachining.report.numbers import duration
+from vmachining.report.page import _difference
 
 SHANK = "flute_length_mm = 10\nshank_diameter_mm = 4\nlength_mm = 20"
 HOLDER = "length_mm = 20\nholder = [[10, 20], [10, 40]]"
@@ -68,6 +69,6 @@ def test_rounding_is_called_rounding(tmp_path):
 
 
 def test_times_side_by_side_have_one_unit():
-    assert _time(156.3, 67.15) == ("2:36.3", "min") and _time(67.15, 156.3) == ("1:07.2", "min")
-    assert _time(67.15, None) == ("67.15", "s") and _time(119.97, 7300.0) == ("0:02:00", "h")
-    assert _time(179.96) == ("3:00.0", "min")
+    assert duration(156.3, 67.15) == ("2:36.3", "min") and duration(67.15, 156.3) == ("1:07.2", "min")
+    assert duration(67.15, None) == ("67.15", "s") and duration(119.97, 7300.0) == ("0:02:00", "h")
+    assert duration(179.96) == ("3:00.0", "min")

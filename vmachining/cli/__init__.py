@@ -6,7 +6,7 @@
 | `options.py` | options that several commands take |
 | `main.py` | `main`: exceptions -> one message and an exit code |
 | `screen.py` | progress bar and messages on stderr, JSON on stdout |
-| `jobs.py` | run, batch, demo |
+| `jobs.py`, `batch.py` | run, demo; batch |
 | `init.py` | init |
 | `nc.py`, `single.py` | nc check, nc moves; sweep |
 | `dda.py` | dda |

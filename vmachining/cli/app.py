@@ -158,32 +158,36 @@ def init_(
     return init.init(program, out=out, dialect=dialect, force=force, as_json=as_json)
 
 
-@app.command(epilog=examples("batch jobs/*.toml --out out/night --workers 4 --resume"))
+@app.command(
+    epilog=examples(
+        "batch jobs/*.toml --out out/night --workers 4 --resume",
+        "batch jobs/*.toml --out /shared/night --scheduler tcp://10.0.0.5:8786",
+    )
+)
 def batch(
     files: Annotated[list[Path], typer.Argument(metavar="JOB.toml...", help="Job files.")],
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="One directory per job in it.")] = Path(
         "out"
     ),
-    workers: Annotated[int, typer.Option("--workers", min=1, help="Processes.")] = 1,
-    scheduler: Annotated[str | None, typer.Option("--scheduler", metavar="ADDRESS", help="Not yet.")] = None,
+    workers: Annotated[
+        int | None, typer.Option("--workers", min=1, help="Processes of this machine (default: 1).")
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option("--scheduler", metavar="ADDRESS", help="Workers of this Dask scheduler instead."),
+    ] = None,
     stock: StockOut = "stl",
     resume: Resume = False,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> int:
-    """Simulate many jobs over processes; one that fails does not stop the others. Ends with batch.csv."""
-    from vmachining.cli import jobs
+    """Simulate many jobs side by side; one that fails does not stop the others. Ends with a table, a data set and a page."""
+    from vmachining.cli import batch as command
 
-    return jobs.run_batch(
-        files,
-        out=out,
-        workers=workers,
-        scheduler=scheduler,
-        stock=stock,
-        resume=resume,
-        quiet=quiet,
+    return command.run_batch(
+        files, out=out, workers=workers, scheduler=scheduler, stock=stock, resume=resume, quiet=quiet,
         as_json=as_json,
-    )
+    )  # fmt: skip
 
 
 @app.command(epilog=examples("warm"))

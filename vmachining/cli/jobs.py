@@ -1,4 +1,4 @@
-"""run, batch and demo."""
+"""run and demo."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vmachining.cli.screen import emit, note, progress_bar
 from vmachining.cli.stop import Watch, watched
 from vmachining.errors import InputError
 from vmachining.job import Job, RunResult, Stopped, check_formats, run
-from vmachining.job.batch import BATCH_COLUMNS, already_complete, run_many, safe_name
+from vmachining.job.batch import already_complete, safe_name
 from vmachining.job.blocks import group_blocks
 from vmachining.job.brep import JUDGED, blank, disputes, parse_blocks, parse_brep, refuse_beyond
 from vmachining.job.files import read_manifest
@@ -21,7 +21,7 @@ from vmachining.job.folder import FolderLock
 from vmachining.job.reading import read_job_program
 from vmachining.tolerance import BREP_SECONDS
 
-__all__ = ["run_batch", "run_demo", "run_job", "told_disputes"]
+__all__ = ["run_demo", "run_job", "told_disputes"]
 
 FEW = 10
 """Disputed blocks on the terminal; the table has them all."""
@@ -127,36 +127,6 @@ def demo_job() -> Path:
         if (found := root / "slot" / "job.toml").is_file():
             return found
     raise InputError("the demo model models/slot/job.toml is not installed with this package")
-
-
-def run_batch(
-    jobs: Sequence[Path],
-    *,
-    out: Path,
-    workers: int,
-    scheduler: str | None,
-    stock: str,
-    resume: bool,
-    quiet: bool,
-    as_json: bool,
-) -> int:
-    """`vmachining batch`."""
-    if scheduler is not None:
-        raise InputError(
-            "--scheduler is not supported yet", remedy="--workers N uses the cores of this machine"
-        )
-    formats = check_formats(stock)
-    silent = quiet or as_json
-    with progress_bar(quiet=silent) as progress:
-        rows = run_many(jobs, out, workers=workers, formats=formats, resume=resume, progress=progress)
-    for row in rows:
-        if as_json:
-            emit({name: row[name] for name in BATCH_COLUMNS})
-        elif row["status"] not in ("done", "skipped"):
-            note(f"vmachining: {row['job']}: {row['status']}: {row['message']}")
-    done = sum(row["status"] in ("done", "skipped") for row in rows)
-    note(f"{done} of {len(rows)} jobs complete; table: {out / 'batch.csv'}", quiet=silent)
-    return max((int(row["exit_code"]) for row in rows), default=int(Code.DONE))
 
 
 def _files(s: dict[str, Any]) -> list[str]:

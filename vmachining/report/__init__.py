@@ -11,6 +11,8 @@
 | `page.py` | `write_report(result, path)` |
 | `engagement.py` | `write_engagement(engagement, folder)`: tables, map and picture of what a tool touches |
 | `chips.py` | `write_chips(chip_table, folder)`: shapes of chips, cut length and chip area over time |
+| `batch.py`, `batch.html.j2` | `write_index(rows, path, ledger)`: the page over all jobs of a batch |
+| `numbers.py` | numbers, times and counts as the pages write them |
 | `page.html.j2`, `page.css`, `page.js` | the page; every value is escaped by jinja2 |
 
 The room reads results and computes nothing new. Known limit: the 3-D view wants WebGL in the browser; all

@@ -1,8 +1,17 @@
-"""Numbers as people read them."""
+"""Numbers, times and counts as the pages write them."""
 
 from __future__ import annotations
 
-__all__ = ["number"]
+from typing import Any
+
+__all__ = ["duration", "number", "percent", "plural", "trusted"]
+
+
+def trusted(text: str) -> Any:
+    """Our own code and plotly's, exempt from escaping; foreign text never goes through here unescaped."""
+    import markupsafe
+
+    return markupsafe.Markup(text)
 
 
 def number(value: float | None, digits: int = 6) -> str:
@@ -13,3 +22,27 @@ def number(value: float | None, digits: int = 6) -> str:
     if "e" in text and abs(value) >= 1e-6:
         text = f"{value:,.8f}".rstrip("0").rstrip(".")
     return text.replace(",", "\u202f")
+
+
+def duration(seconds: float | None, beside: float | None = None) -> tuple[str, str]:
+    """Value and unit; times that are read side by side have the unit of the larger one."""
+    if seconds is None:
+        return "–", ""
+    longest = max(seconds, beside or 0.0)
+    if longest < 120:
+        return f"{seconds:.2f}", "s"
+    tenths = round(10 * seconds)
+    if longest < 7200:
+        return f"{tenths // 600}:{tenths % 600 / 10:04.1f}", "min"
+    whole = round(seconds)
+    return f"{whole // 3600}:{whole % 3600 // 60:02d}:{whole % 60:02d}", "h"
+
+
+def percent(before: float, after: float) -> str:
+    """A change in percent of what was before."""
+    return f"{100 * (after - before) / before:+.1f} %" if before > 0 else "–"
+
+
+def plural(count: int, word: str) -> str:
+    """A count with its noun."""
+    return f"{count:,} {word}{'' if count == 1 else 's'}".replace(",", "\u202f")

@@ -22,7 +22,7 @@ from vmachining.job.files import versions, write_atomic
 from vmachining.nc import Motion
 from vmachining.report.contact import compared, contact_facts
 from vmachining.report.figures import PathPiece, along_program, contact_along, stock_view
-from vmachining.report.numbers import number as _number
+from vmachining.report.numbers import duration, number, percent, plural, trusted
 from vmachining.report.thin import MAX_POINTS, ThinMesh, thin_mesh
 from vmachining.sweep import Turn
 
@@ -63,10 +63,10 @@ def write_report(result: RunResult, path: Path) -> None:
     page = template.render(
         name=result.job.name,
         subtitle=_subtitle(result),
-        css=_trusted((room / "page.css").read_text(encoding="utf-8")),
-        js=_trusted((room / "page.js").read_text(encoding="utf-8")),
-        plotly=_trusted(get_plotlyjs()),
-        figures=_trusted(_json_in_html(payload)),
+        css=trusted((room / "page.css").read_text(encoding="utf-8")),
+        js=trusted((room / "page.js").read_text(encoding="utf-8")),
+        plotly=trusted(get_plotlyjs()),
+        figures=trusted(_json_in_html(payload)),
         chips=_chips(result, blocks),
         disputed=disputes(blocks)[:MAX_ROWS],
         cards=_cards(result, blocks),
@@ -87,13 +87,6 @@ def write_report(result: RunResult, path: Path) -> None:
         colophon=_colophon(result),
     )
     write_atomic(path, page)
-
-
-def _trusted(text: str) -> Any:
-    """Our own code and plotly's, exempt from escaping; foreign text never goes through here unescaped."""
-    import markupsafe
-
-    return markupsafe.Markup(text)
 
 
 def _json_in_html(text: str) -> str:
@@ -121,12 +114,12 @@ def _tools(result: RunResult, blocks: pl.DataFrame) -> list[tuple[str, ...]]:
     """Sums per tool, and of all when there are several."""
     known = {tool["number"]: tool for tool in result.job.keys.tools}
     scheduled = result.schedule is not None
-    groups = [(number, blocks.filter(pl.col("tool") == number)) for number in sorted(known)]
+    groups = [(n, blocks.filter(pl.col("tool") == n)) for n in sorted(known)]
     s = result.summary
     whole = (s["removed_hi_mm3"] - s["removed_lo_mm3"]) / 2  # narrower than the sum of the blocks
     if len(groups) == 1:
         return [(_tool_name(known[groups[0][0]]), *_sums(blocks, scheduled, whole))]
-    rows = [(_tool_name(known[number]), *_sums(part, scheduled)) for number, part in groups]
+    rows = [(_tool_name(known[n]), *_sums(part, scheduled)) for n, part in groups]
     return [*rows, ("all", *_sums(blocks, scheduled, whole))]
 
 
@@ -144,11 +137,11 @@ def _sums(rows: pl.DataFrame, scheduled: bool, half: float | None = None) -> tup
     largest = float(cut["mrr_mm3_min"].fill_null(0.0).max() or 0.0) if len(cut) else 0.0  # type: ignore[arg-type]
     times = ["time_s", "scheduled_time_s"] if scheduled else ["time_s"]
     return (
-        _number(len(cut)),
+        number(len(cut)),
         f"{float(cut['length_mm'].sum()):,.1f}".replace(",", "\u202f"),
-        _number(float(rows["removed_mm3"].sum()), 7),
-        _number(half, 2),
-        _number(largest, 5),
+        number(float(rows["removed_mm3"].sum()), 7),
+        number(half, 2),
+        number(largest, 5),
         *(f"{float(rows[name].sum()):,.1f}".replace(",", "\u202f") for name in times),
     )
 
@@ -185,20 +178,6 @@ def _path_pieces(result: RunResult, blocks: pl.DataFrame) -> tuple[list[PathPiec
     return list(pieces()), stride
 
 
-def _time(seconds: float | None, beside: float | None = None) -> tuple[str, str]:
-    """Value and unit; times that are read side by side have the unit of the larger one."""
-    if seconds is None:
-        return "–", ""
-    longest = max(seconds, beside or 0.0)
-    if longest < 120:
-        return f"{seconds:.2f}", "s"
-    tenths = round(10 * seconds)
-    if longest < 7200:
-        return f"{tenths // 600}:{tenths % 600 / 10:04.1f}", "min"
-    whole = round(seconds)
-    return f"{whole // 3600}:{whole % 3600 // 60:02d}:{whole % 60:02d}", "h"
-
-
 def _difference(value: float, of: float, unit: str = "mm³") -> str:
     """A difference of two computed volumes; rounding of the larger of them is called so."""
     if abs(value) <= ROUNDING_REL * abs(of):
@@ -206,29 +185,21 @@ def _difference(value: float, of: float, unit: str = "mm³") -> str:
     return f"{value:+.2g}\u00a0{unit}"
 
 
-def _percent(before: float, after: float) -> str:
-    return f"{100 * (after - before) / before:+.1f} %" if before > 0 else "–"
-
-
-def _plural(count: int, word: str) -> str:
-    return f"{count:,} {word}{'' if count == 1 else 's'}".replace(",", "\u202f")
-
-
 def _subtitle(result: RunResult) -> str:
     keys = result.job.keys
     kind = next(name for name in ("box", "cylinder", "step", "stl") if getattr(keys.stock, name) is not None)
     stock = {"box": "a box", "cylinder": "a cylinder", "step": keys.stock.step, "stl": keys.stock.stl}[kind]
     return (
-        f"{keys.program.file} · {_plural(len(result.job.tools), 'tool')} · stock: {stock} · all lengths in mm"
+        f"{keys.program.file} · {plural(len(result.job.tools), 'tool')} · stock: {stock} · all lengths in mm"
     )
 
 
 def _chips(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
     summary = result.summary
-    chips = [{"kind": "ok", "text": f"complete: {_plural(summary['blocks'], 'block')}"}]
+    chips = [{"kind": "ok", "text": f"complete: {plural(summary['blocks'], 'block')}"}]
     count = summary["warnings"]
     chips.append(
-        {"kind": "warn", "text": _plural(count, "warning")}
+        {"kind": "warn", "text": plural(count, "warning")}
         if count
         else {"kind": "warn", "text": "see the note on all volumes"}
         if summary["notes"]
@@ -247,7 +218,7 @@ def _second_chip(counts: dict[str, Any]) -> dict[str, str]:
     """What the B-rep engine said, in a word."""
     asked, good = counts["asked"], counts["agreed"] + counts["retried"]
     if counts["disputed"]:
-        return {"kind": "bad", "text": f"DISPUTED: {_plural(counts['disputed'], 'block')}"}
+        return {"kind": "bad", "text": f"DISPUTED: {plural(counts['disputed'], 'block')}"}
     if not asked:
         return {"kind": "", "text": "not certified by a second engine"}
     return {"kind": "ok" if good == asked else "warn", "text": f"B-rep agreed on {good} of {asked} blocks"}
@@ -258,20 +229,19 @@ def _cards(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
     half = (s["removed_hi_mm3"] - s["removed_lo_mm3"]) / 2
     relative = 100 * half / s["removed_mm3"] if s["removed_mm3"] > 0 else 0.0
     cutting = int((blocks["removed_mm3"] > 0).sum())
-    value, unit = _time(s["time_s"], s["scheduled_time_s"])
+    value, unit = duration(s["time_s"], s["scheduled_time_s"])
     cards = [
         {
             "title": "Removed volume",
-            "value": _number(s["removed_mm3"]),
+            "value": number(s["removed_mm3"]),
             "unit": "mm³",
-            "note": f"{_number(s['removed_lo_mm3'])} … {_number(s['removed_hi_mm3'])} "
-            f"(±{relative:.2g}\u00a0%)",
+            "note": f"{number(s['removed_lo_mm3'])} … {number(s['removed_hi_mm3'])} (±{relative:.2g}\u00a0%)",
         },
         {
             "title": "Final stock",
-            "value": _number(s["final_mm3"]),
+            "value": number(s["final_mm3"]),
             "unit": "mm³",
-            "note": f"of {_number(s['stock_mm3'])} mm³ at the start",
+            "note": f"of {number(s['stock_mm3'])} mm³ at the start",
         },
         {
             "title": "Machining time",
@@ -283,18 +253,18 @@ def _cards(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
         },
     ]
     if s["scheduled_time_s"] is not None:
-        value, unit = _time(s["scheduled_time_s"], s["time_s"])
+        value, unit = duration(s["scheduled_time_s"], s["time_s"])
         cards.append(
             {
                 "title": "Scheduled time",
                 "value": value,
                 "unit": unit,
-                "note": f"{_percent(s['time_s'], s['scheduled_time_s'])}, read back and simulated",
+                "note": f"{percent(s['time_s'], s['scheduled_time_s'])}, read back and simulated",
             }
         )
     cards.append(
-        {"title": "Blocks", "value": _number(s["blocks"]), "unit": "",
-         "note": f"{_number(cutting)} cut, {_number(s['blocks'] - cutting)} remove nothing"}
+        {"title": "Blocks", "value": number(s["blocks"]), "unit": "",
+         "note": f"{number(cutting)} cut, {number(s['blocks'] - cutting)} remove nothing"}
     )  # fmt: skip
     cards.append(
         {
@@ -308,10 +278,10 @@ def _cards(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
 
 
 def _view_note(triangles: int, mesh: ThinMesh, stride: int) -> str:
-    note = f"{_number(triangles)} triangles; grey is uncut stock."
+    note = f"{number(triangles)} triangles; grey is uncut stock."
     if mesh.cell:
         note = (
-            f"Drawn with {_number(len(mesh.triangles))} of {_number(triangles)} triangles (vertices merged "
+            f"Drawn with {number(len(mesh.triangles))} of {number(triangles)} triangles (vertices merged "
             f"within {mesh.cell:.3g} mm, for the picture only); grey is uncut stock."
         )
     if stride > 1:
@@ -333,31 +303,31 @@ def _schedule(result: RunResult, schedule: ScheduleReport, blocks: pl.DataFrame)
     rows = [
         (
             "Machining time",
-            "{} {}".format(*_time(s["time_s"], s["scheduled_time_s"])),
-            "{} {}".format(*_time(s["scheduled_time_s"], s["time_s"])),
-            _percent(s["time_s"], s["scheduled_time_s"]),
+            "{} {}".format(*duration(s["time_s"], s["scheduled_time_s"])),
+            "{} {}".format(*duration(s["scheduled_time_s"], s["time_s"])),
+            percent(s["time_s"], s["scheduled_time_s"]),
         ),
         (
             "Largest volume rate of a block",
-            f"{_number(before.max())} mm³/min",
-            f"{_number(after.max())} mm³/min",
-            _percent(before.max(), after.max()),
+            f"{number(before.max())} mm³/min",
+            f"{number(after.max())} mm³/min",
+            percent(before.max(), after.max()),
         ),
         (
             "Blocks that move",
-            _number(s["blocks"]),
-            _number(schedule.blocks),
+            number(s["blocks"]),
+            number(schedule.blocks),
             f"{schedule.blocks - s['blocks']:+d}",
         ),
         (
             "Removed volume",
-            f"{_number(s['removed_mm3'], 8)} mm³",
-            f"{_number(schedule.removed_mm3, 8)} mm³",
+            f"{number(s['removed_mm3'], 8)} mm³",
+            f"{number(schedule.removed_mm3, 8)} mm³",
             _difference(schedule.removed_mm3 - s["removed_mm3"], s["stock_mm3"]),
         ),
     ]
     limited = [
-        (index, line, text, schedule.limits[index], _number(feed))
+        (index, line, text, schedule.limits[index], number(feed))
         for index, line, text, feed in blocks.select(
             "block", "line", "text", "scheduled_feed_mm_min"
         ).iter_rows()
@@ -389,12 +359,12 @@ def _known(result: RunResult) -> list[str]:
             ),
         )
     return [
-        f"Removed volume: {_number(s['removed_lo_mm3'], 8)} to {_number(s['removed_hi_mm3'], 8)} mm³. "
-        f"The {word} is {_number(width, 3)} mm³ wide{share}.",
+        f"Removed volume: {number(s['removed_lo_mm3'], 8)} to {number(s['removed_hi_mm3'], 8)} mm³. "
+        f"The {word} is {number(width, 3)} mm³ wide{share}.",
         rests,
         "Balance: stock before minus stock after minus the sum of all blocks is "
         f"{_difference(balance, s['stock_mm3'])}.",
-        f"Finished stock: {_number(s['final_lo_mm3'], 8)} to {_number(s['final_hi_mm3'], 8)} mm³. The file and the "
+        f"Finished stock: {number(s['final_lo_mm3'], 8)} to {number(s['final_hi_mm3'], 8)} mm³. The file and the "
         "picture show the larger of the two: what is undecided stays on the part.",
         *_files(s),
         "A block that does not reach the stock removes exactly 0.",
@@ -405,7 +375,7 @@ def _known(result: RunResult) -> list[str]:
 def _files(s: dict[str, Any]) -> list[str]:
     """What the triangles of the written workpieces hold, against what is known of it."""
     return [
-        f"{name} holds {_number(volume, 8)}\u00a0mm³, {_difference(volume - s['final_mm3'], s['stock_mm3'])} beside the "
+        f"{name} holds {number(volume, 8)}\u00a0mm³, {_difference(volume - s['final_mm3'], s['stock_mm3'])} beside the "
         f"estimate of the finished stock, of which {_difference(volume - s['stock_mesh_mm3'], s['stock_mm3'])} is the "
         "rounding of its coordinates: compare removed volumes with this page and not with that of the file."
         for name, volume in s.get("stock_files_mm3", {}).items()
@@ -427,8 +397,8 @@ def _not_given(result: RunResult) -> list[str]:
     tools = result.job.tools
     lacking = []
     for part, given in (
-        ("shank", {number for number, tool in tools.items() if tool.shank is not None}),
-        ("holder", {number for number, tool in tools.items() if tool.holder_profile is not None}),
+        ("shank", {n for n, tool in tools.items() if tool.shank is not None}),
+        ("holder", {n for n, tool in tools.items() if tool.holder_profile is not None}),
     ):
         if not given:
             lacking.append(f"no {part} is given, so none was checked")
@@ -500,8 +470,8 @@ def _deviation(result: RunResult) -> list[tuple[str, str]] | None:
         ("largest overcut", f"{told['max_overcut_mm']:.4g} mm"),
         ("largest undercut", f"{told['max_undercut_mm']:.4g} mm"),
         ("within tolerance", "–" if share is None else f"{100.0 * share:.2f} % (± {told['tolerance_mm']:g} mm)"),
-        ("vectors", f"{_number(told['upright_vectors'])} upright at {told['pitch_mm']:.3g} mm, "
-         f"{_number(told['normal_vectors'])} along normals at {told['spacing_mm']:.3g} mm"),
+        ("vectors", f"{number(told['upright_vectors'])} upright at {told['pitch_mm']:.3g} mm, "
+         f"{number(told['normal_vectors'])} along normals at {told['spacing_mm']:.3g} mm"),
     ]  # fmt: skip
     for key, text in (
         ("consumed", "vectors inside of a sweep from end to end: more is gone than they measure"),
@@ -509,7 +479,7 @@ def _deviation(result: RunResult) -> list[tuple[str, str]] | None:
         ("part_outside_stock", "places where the design has no stock above it"),
     ):
         if told[key]:
-            rows.append((_number(told[key]), text))
+            rows.append((number(told[key]), text))
     return rows
 
 
@@ -518,7 +488,7 @@ def _widest(blocks: pl.DataFrame) -> list[tuple[Any, ...]]:
     rows = blocks.with_columns(width.alias("width")).filter(pl.col("width") > 0).top_k(5, by="width")
     names = ("block", "line", "text", "removed_mm3", "removed_lo_mm3", "removed_hi_mm3", "width")
     rows = rows.sort("width", descending=True)
-    return [(*row[:3], *(_number(v, 5) for v in row[3:])) for row in rows.select(names).iter_rows()]
+    return [(*row[:3], *(number(v, 5) for v in row[3:])) for row in rows.select(names).iter_rows()]
 
 
 def _colophon(result: RunResult) -> list[tuple[str, str]]:

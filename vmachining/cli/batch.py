@@ -1,0 +1,121 @@
+"""batch."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from vmachining.cli.main import Code
+from vmachining.cli.screen import STAGES, emit, note
+from vmachining.errors import InputError
+from vmachining.job import check_formats
+from vmachining.job.batch import BATCH_COLUMNS, Watcher, run_many
+
+__all__ = ["run_batch"]
+
+GOOD = ("done", "skipped")
+
+
+def run_batch(
+    jobs: Sequence[Path],
+    *,
+    out: Path,
+    workers: int | None,
+    scheduler: str | None,
+    stock: str,
+    resume: bool,
+    quiet: bool,
+    as_json: bool,
+) -> int:
+    """`vmachining batch`."""
+    if scheduler is not None and workers is not None:
+        raise InputError(
+            "--workers counts processes of this machine, --scheduler names a cluster",
+            remedy="give one of them",
+        )
+    formats = check_formats(stock)
+    silent = quiet or as_json
+    with _watching(jobs, silent=silent) as watcher:
+        rows = run_many(
+            jobs, out, workers=workers or 1, scheduler=scheduler, formats=formats, resume=resume, watcher=watcher
+        )  # fmt: skip
+    for row in rows:
+        if as_json:
+            emit({name: row[name] for name in BATCH_COLUMNS})
+        elif row["message"] and (quiet or row["message"].startswith("not started")):
+            note(f"vmachining: {row['job']}: {row['status']}: {row['message']}")
+    done = sum(row["status"] in GOOD for row in rows)
+    note(f"{done} of {len(rows)} jobs complete; {out / 'index.html'}, {out / 'batch.csv'}", quiet=silent)
+    return max((int(row["exit_code"]) for row in rows), default=int(Code.DONE))
+
+
+class _Lines:
+    """A line per job that is through."""
+
+    def __init__(self, jobs: Sequence[Path], *, silent: bool) -> None:
+        self._jobs, self._silent = jobs, silent
+
+    def at(self, index: int, stage: str, done: int, total: int) -> None:
+        """Lines cannot be taken back: where nobody watches, blocks are not told."""
+
+    def ended(self, index: int, row: dict[str, Any], done: int, total: int) -> None:
+        self.note(f"[{done}/{total}] {_told(row)}")
+
+    def note(self, text: str) -> None:
+        note(text, quiet=self._silent)
+
+
+class _Bars(_Lines):
+    """The same over bars: one for the batch, one for each job on its way."""
+
+    def __init__(self, jobs: Sequence[Path], bars: Any) -> None:
+        super().__init__(jobs, silent=False)
+        self._bars = bars
+        self._all = bars.add_task("jobs", total=len(jobs))
+        self._tasks: dict[int, Any] = {}
+
+    def at(self, index: int, stage: str, done: int, total: int) -> None:
+        text = f"{self._jobs[index].stem}: {STAGES.get(stage, stage)}"
+        if index not in self._tasks:
+            self._tasks[index] = self._bars.add_task(text, total=total)
+        self._bars.update(self._tasks[index], description=text, completed=done, total=total)
+
+    def ended(self, index: int, row: dict[str, Any], done: int, total: int) -> None:
+        if index in self._tasks:
+            self._bars.remove_task(self._tasks.pop(index))
+        self._bars.update(self._all, completed=done)
+        super().ended(index, row, done, total)
+
+    def note(self, text: str) -> None:
+        self._bars.console.print(text, markup=False, highlight=False, soft_wrap=True)
+
+
+@contextmanager
+def _watching(jobs: Sequence[Path], *, silent: bool) -> Iterator[Watcher]:
+    """Bars on a terminal, lines elsewhere."""
+    if silent or not sys.stderr.isatty():
+        yield _Lines(jobs, silent=silent)
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True, refresh_per_second=5) as bars:
+        yield _Bars(jobs, bars)
+
+
+def _told(row: dict[str, Any]) -> str:
+    """A job that is through, in a line: its volume with its bracket and its time, or what is wrong."""
+    if row["status"] not in GOOD:
+        return f"{row['job']}: {row['status']}: {row['message']}"
+    after = f" -> {row['scheduled_time_s']:.2f} s" if row["scheduled_time_s"] is not None else ""
+    warned = f", {row['warnings']} warnings" if row["warnings"] else ""
+    wrong = f", {row['message']}" if row["message"] else ""
+    before = " (complete before)" if row["status"] == "skipped" else ""
+    return (
+        f"{row['name']}: removed {row['removed_mm3']:.7g} mm3, between {row['removed_lo_mm3']:.7g} and "
+        f"{row['removed_hi_mm3']:.7g}; time {row['time_s']:.2f} s{after}{warned}{wrong}{before}"
+    )

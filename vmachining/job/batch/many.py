@@ -1,0 +1,258 @@
+"""The jobs of a batch, given out as there is room for them, and what is written down of them."""
+
+from __future__ import annotations
+
+import csv
+import os
+import pkgutil
+import re
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Protocol
+
+from vmachining.errors import InputError, VMachiningError
+from vmachining.job.batch.dataset import DATASET, Dataset
+from vmachining.job.batch.local import LocalPool
+from vmachining.job.batch.one import BATCH_COLUMNS, Order, Row, mark
+from vmachining.job.batch.pool import Ended, Pool
+from vmachining.job.files import atomic_path, make_folder, versions
+from vmachining.job.folder import FolderLock, ResultFolder, now, program_words
+from vmachining.job.jobfile import Job
+from vmachining.job.run import stop_flag
+
+__all__ = ["Watcher", "folders_of", "run_many", "safe_name"]
+
+LEDGER = "batch.json"
+"""Manifest of a batch: what made its table, page and data set."""
+
+TABLE, PAGE = "batch.csv", "index.html"
+
+WRITER = "vmachining.report.batch:write_index"
+"""Who writes index.html. The report room sits above this one, so it is named here and not imported."""
+
+RESERVED = (DATASET, TABLE, PAGE, LEDGER)
+"""Names that no job's directory can have."""
+
+PATIENCE_S = 30.0
+"""For the process of a killed batch, or of a lost worker: it stops behind the block that it is at."""
+
+TABLE_SHARE, PAGE_SECONDS = 0.05, 30.0
+"""Of the time at most that goes into rewriting the table as jobs end; s between two pages on the way."""
+
+
+class Watcher(Protocol):
+    """Who is told how a batch goes on."""
+
+    def at(self, index: int, stage: str, done: int, total: int) -> None:
+        """Job `index` is at block `done` of `total` of a stage."""
+
+    def ended(self, index: int, row: Row, done: int, total: int) -> None:
+        """Job `index` is through, with `row`; it is number `done` of `total` to be so."""
+
+    def note(self, text: str) -> None:
+        """Something happened that people want to know."""
+
+
+class _Nobody:
+    """Watches nothing."""
+
+    def at(self, index: int, stage: str, done: int, total: int) -> None: ...
+    def ended(self, index: int, row: Row, done: int, total: int) -> None: ...
+    def note(self, text: str) -> None: ...
+
+
+def safe_name(name: str) -> str:
+    """A directory name made of a job's name."""
+    return re.sub(r"[^\w.-]+", "_", name).strip("._") or "job"
+
+
+def folders_of(files: Sequence[Path], out: Path) -> list[Path]:
+    """out/NAME per job; jobs of one name get a number, in the order given, and so does one with a name of ours."""
+    folders: list[Path] = []
+    taken = {out / name for name in RESERVED}
+    for file in files:
+        try:
+            name = safe_name(Job.load(file).name)
+        except VMachiningError:
+            name = safe_name(file.stem)
+        names = (out / name, *(out / f"{name}-{k}" for k in range(2, len(files) + 2)))
+        folders.append(next(folder for folder in names if folder not in taken))
+        taken.add(folders[-1])
+    return folders
+
+
+def run_many(
+    files: Sequence[Path],
+    out: Path,
+    *,
+    workers: int = 1,
+    scheduler: str | None = None,
+    formats: Sequence[str] = ("stl",),
+    resume: bool = False,
+    watcher: Watcher | None = None,
+) -> list[Row]:
+    """Run jobs side by side; rows in the order of `files`, also in out/batch.csv as jobs end.
+
+    A job that fails, or whose process dies, has its row and does not stop the others. SIGINT and SIGTERM, to this
+    process alone or to all of its group, stop the jobs in hand between two blocks.
+
+    Parameters
+    ----------
+    files : of the jobs. out : directory for all of their results.
+    workers : processes of this machine. scheduler : address of a Dask scheduler whose workers are used instead; they
+        have to see `files` and `out` under the same paths.
+    formats : of the finished workpieces. resume : leave jobs that are complete, go on with those that were begun.
+
+    Raises
+    ------
+    InputError
+        `out` holds files of somebody else under names of ours, or another batch is going on there; no scheduler
+        answers, it has no workers, or they have other versions or another file system.
+    """
+    make_folder(out)
+    names = (TABLE, PAGE, LEDGER)
+    place = ResultFolder(out, kind="vmachining batch", names=names, pattern=None, manifest=LEDGER)
+    dataset = Dataset(out, place.earlier())
+    with FolderLock(out) as lock, stop_flag() as stop:
+        lock.acquire()
+        place.refuse_foreign({f"job {k}": file for k, file in enumerate(files, 1)})
+        dataset.refuse_foreign()
+        batch = _Batch(files, out, place, dataset, watcher or _Nobody())
+        with _pool(batch, workers, scheduler) as pool:
+            dataset.clear()
+            place.forget()
+            place.manifest = {
+                "kind": "vmachining batch", "complete": False, "command": program_words(),
+                "process": os.getpid(), "started": now(), "ended": None, "versions": versions(),
+                "options": {
+                    "workers": workers, "scheduler": scheduler, "stock": list(formats), "resume": resume,
+                },
+                "files": {TABLE: None, PAGE: None},
+                DATASET: dict.fromkeys(folder.name for folder in batch.folders),
+            }  # fmt: skip
+            place.save()
+            batch.write_table()
+            patience = PATIENCE_S if resume or scheduler is not None else 0.0
+            batch.go(pool, stop, tuple(formats), resume, patience)
+        batch.finish()
+    return batch.rows
+
+
+@contextmanager
+def _pool(batch: _Batch, workers: int, scheduler: str | None) -> Iterator[Pool]:
+    """Who does the jobs; sent home at the end."""
+    pool: Pool
+    if scheduler is None:
+        pool = LocalPool(workers, batch.watcher.at)
+    else:
+        from vmachining.job.batch.cluster import ClusterPool
+
+        pool = ClusterPool(scheduler, batch.out, batch.watcher.at, batch.watcher.note)
+    try:
+        yield pool
+    finally:
+        pool.close()
+
+
+class _Batch:
+    """State of a batch: rows so far, and what of them is on disk."""
+
+    def __init__(
+        self, files: Sequence[Path], out: Path, place: ResultFolder, dataset: Dataset, watcher: Watcher
+    ) -> None:
+        self.files, self.out, self.place, self.dataset, self.watcher = files, out, place, dataset, watcher
+        self.folders = folders_of(files, out)
+        self.rows: list[Row] = [
+            {
+                **dict.fromkeys(BATCH_COLUMNS), "job": str(file), "status": "interrupted", "exit_code": 130,
+                "message": "not started",
+            }
+            for file in files
+        ]  # fmt: skip
+        self.waiting = list(range(len(files)))
+        self.through = 0
+        self.before: dict[int, str | None] = {}
+        self.asked = False
+        self._table_due = 0.0
+        self._page_due = time.monotonic() + PAGE_SECONDS
+
+    def go(
+        self, pool: Pool, stop: Callable[[], bool], formats: tuple[str, ...], resume: bool, patience: float
+    ) -> None:
+        """Until every job is through, or nobody goes on."""
+        command = tuple(program_words())
+        fresh = False
+        while pool.busy or (self.waiting and not stop() and not pool.lost):
+            while self.waiting and pool.room > 0 and not stop():
+                index = self.waiting.pop(0)
+                folder = self.folders[index]
+                self.before[index] = mark(folder)
+                paths = str(self.files[index]), str(folder)
+                if not isinstance(pool, LocalPool):  # the directory of another process is another one
+                    paths = str(self.files[index].absolute()), str(folder.absolute())
+                pool.give(index, Order(*paths, formats, resume, command, self.before[index], patience))
+            if stop() and not self.asked:
+                pool.stop()
+                self.asked = True
+            for ended in pool.wait(0.5):
+                self._take(ended)
+                fresh = True
+            if fresh and time.monotonic() >= self._table_due:
+                self.write_table()
+                fresh = False
+            if time.monotonic() >= self._page_due:
+                self._write_page()
+        if pool.lost:
+            for index in self.waiting:
+                self.rows[index]["message"] = f"not started: {pool.lost}"
+
+    def _take(self, ended: Ended) -> None:
+        """Write down what came of a job."""
+        row, index, folder = self.rows[ended.job], ended.job, self.folders[ended.job]
+        if ended.row is not None:
+            wrote = ended.row["out"] is not None
+            row |= ended.row
+        else:
+            status = "interrupted" if self.asked else ended.status
+            wrote = mark(folder) not in (None, self.before[index])
+            row |= {
+                "status": status, "exit_code": 130 if status == "interrupted" else 3, "message": ended.message
+            }  # fmt: skip
+        # as it was asked for, whatever a worker calls it
+        row |= {"job": str(self.files[index]), "out": str(folder) if wrote else None}
+        if row["status"] in ("done", "skipped"):
+            try:
+                self.dataset.put(folder)
+            except InputError as exc:
+                row |= {"exit_code": 2, "message": f"not in the data set: {exc}"}
+        self.through += 1
+        self.watcher.ended(index, row, self.through, len(self.rows))
+
+    def write_table(self) -> None:
+        """batch.csv as things are."""
+        begin = time.monotonic()
+        with (
+            atomic_path(self.out / TABLE) as temporary,
+            temporary.open("w", encoding="utf-8", newline="") as file,
+        ):
+            writer = csv.DictWriter(file, BATCH_COLUMNS, lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(self.rows)
+        end = time.monotonic()
+        self._table_due = end + (end - begin) / TABLE_SHARE
+
+    def _write_page(self) -> None:
+        pkgutil.resolve_name(WRITER)(self.rows, self.out / PAGE, self.place.manifest)
+        self._page_due = time.monotonic() + PAGE_SECONDS
+
+    def finish(self) -> None:
+        """Table, page and ledger at the end."""
+        unfinished = self.asked or any(row["status"] == "interrupted" for row in self.rows)
+        with self.place.making(TABLE, PAGE):
+            self.place.manifest["ended"] = now()
+            self.write_table()
+            self._write_page()
+        self.place.manifest |= {"complete": not unfinished, "ended": now(), DATASET: self.dataset.digests}
+        self.place.save()
