@@ -173,7 +173,7 @@ class ColumnsEngine:
             way = chords(sweep.path, sag)
             first = self._count
             self._add(sweep.profile, way.points, way.off, block)
-            if way.off > 0.0 and keep:
+            if way.off > 0.0:  # its chords see each other by the tiles
                 before = self._lists(first)
             found, pieces = NOTHING, self._count - first
             relative, limit = (ARC_SHARE * self.width, ARC_CELLS) if way.off else (self.width, CELLS)
