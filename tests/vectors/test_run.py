@@ -120,6 +120,22 @@ def test_a_density_beyond_the_memory_is_refused_with_one_that_fits(tmp_path: Pat
     assert "take pitch_mm = " in str(refused.value.remedy)
 
 
+def test_a_run_goes_on_from_a_checkpoint(tmp_path: Path) -> None:
+    from vmachining.engines.vectors import VectorEngine
+    from vmachining.errors import EngineError
+
+    engine = vm.run(job(tmp_path), engine="vectors").stock
+    assert isinstance(engine, VectorEngine)
+    engine.save(tmp_path / "point")
+    again = VectorEngine.load(tmp_path / "point")
+    assert again.volume == engine.volume
+    one, two = engine.deviation(0.01), again.deviation(0.01)
+    assert one.summary == two.summary and (one.block == two.block).all() and (one.length == two.length).all()
+    (tmp_path / "point").write_bytes(b"cos\nsystem\n(S'true'\ntR.")
+    with pytest.raises(EngineError, match=r"holds os\.system"):
+        VectorEngine.load(tmp_path / "point")
+
+
 def test_other_engines_say_that_they_did_not_look(tmp_path: Path) -> None:
     result = vm.run(job(tmp_path), engine="dexel")
     assert "not looked at" in result.summary["design_note"]

@@ -21,6 +21,7 @@
 | `sweep-gauntlet` | 1,000 random and hard sweeps: solids, STEP, bracket, exact volume, rays, membership; by family and seed |
 | `thin_chips` | width of the brackets of 1 mm finishing blocks, at two chords |
 | `vectors` | discrete vectors on the published half cylinder: DVV, DNV, hybrid; times and errors beside the published times |
+| `vectors-blocks` | discrete vectors block by block, with removals: three and five axes, exact sweeps and facets |
 | `vectors-fine` | the same with 100 million upright vectors |
 | `vectors-mould` | discrete vectors on the published mould cover, 78,524 blocks: 67,368,000 upright, 5 million along normals |
 | `vectors-mould-small` | the same body and blocks, vectors ten times as far apart |
@@ -58,6 +59,7 @@ CASES = {
     "sweep-gauntlet": "gauntlet",
     "thin_chips": "half_cylinder",
     "vectors": "vectors",
+    "vectors-blocks": "vectors",
     "vectors-fine": "vectors",
     "vectors-mould": "mould",
     "vectors-mould-small": "mould",
@@ -86,6 +88,7 @@ TAKES = {
     "sweep-gauntlet": "hours",
     "thin_chips": "75 s",
     "vectors": "25 s",
+    "vectors-blocks": "10 s",
     "vectors-fine": "15 s",
     "vectors-mould": "minutes",
     "vectors-mould-small": "10 s",

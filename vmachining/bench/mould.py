@@ -106,11 +106,12 @@ def _mould(case: str, gamma: float, delta: float) -> Iterator[dict[str, Any]]:
     }  # fmt: skip
     del found
     points = _walls(delta)
+    depth = _depth(points)
     ball_vectors(
         path[:5], BALL, Points(points.point[:10], points.normal[:10], points.facet[:10]), CASTING, DEEPEST
     )
     begin = process_time()
-    length = ball_vectors(path, BALL, points, CASTING, DEEPEST)
+    length = ball_vectors(path, BALL, points, CASTING, depth)
     yield {
         "case": case, "run": "DNV", "delta_mm": delta, "blocks": len(path) - 1, "vectors": len(length),
         "seconds": process_time() - begin, "published_seconds": 233, "untouched": int((length == CASTING).sum()),
@@ -151,6 +152,21 @@ def _walls(delta: float) -> Points:
                     found.append(_rectangle(middle + half * out, across, across, SLOT_DEPTH, -out, delta))
     point, normal = (np.concatenate(v) for v in zip(*found, strict=True))
     return Points(point, normal, np.zeros(len(point), dtype=np.int64))
+
+
+def _depth(points: Points) -> Floats:
+    """(n,) mm through the body behind a vector, at most `DEEPEST`: between the outer slots and the walls it is thin."""
+    x, y, z = points.point.T
+    outer = (COLUMNS // 2) * SLOT_PITCH + SLOT / 2
+    level = np.abs(points.normal[:, 0]) > 0.9
+    behind = (
+        level
+        & (np.abs(y[:, None] - np.array(ROWS)).min(axis=1) < SLOT_LENGTH / 2)
+        & (z > HEIGHT - SLOT_DEPTH)
+    )
+    behind &= np.abs(x) > outer - 1e-9
+    thin = TOP[0] + (HEIGHT - z) * tan(DRAFT) - outer
+    return np.where(behind, np.minimum(thin, DEEPEST), DEEPEST)
 
 
 def _rectangle(

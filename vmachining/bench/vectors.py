@@ -16,10 +16,21 @@ from typing import Any
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.engines.vectors import Points, simulation_spacing, spacing_for, wall_angle
+from vmachining.engines.protocol import Options
+from vmachining.engines.vectors import (
+    Points,
+    VectorEngine,
+    VectorSettings,
+    simulation_spacing,
+    spacing_for,
+    wall_angle,
+)
 from vmachining.engines.vectors.batch import ball_grid, ball_vectors
+from vmachining.stock import BoxStock, MeshStock
+from vmachining.sweep import Pose, Sweep
+from vmachining.tool import BullNose
 
-__all__ = ["blocks", "peak_mb", "vectors", "vectors_fine"]
+__all__ = ["blocks", "peak_mb", "vectors", "vectors_blocks", "vectors_fine"]
 
 RADIUS, BALL, SIDE = 50.0, 5.0, 100.0
 PASSES, CHORDS = 100, 214
@@ -82,6 +93,30 @@ def vectors_fine() -> Iterator[dict[str, Any]]:
     ball_grid(path[:20], BALL, 0.0, -50.0, 1.0, (100, 100), _half_cylinder)
     record = {"case": "vectors-fine", "run": "pure DVV", "gamma_mm": 0.01, "published_seconds": PUBLISHED_DVV}
     yield record | _grid(path, 0.01, np.radians(88.0))
+
+
+def vectors_blocks(blocks: int = 20) -> Iterator[dict[str, Any]]:
+    """Cost of a block one by one, with its removal: a bull nose D12 over a plate 60 x 40, grid 0.2 mm, normals 0.5 mm."""
+    design = MeshStock(*BoxStock((0, 0, 0), (60, 40, 15)).mesh(1.0)[0])
+    tool = BullNose(diameter=12, corner_radius=2, length=40)
+    for envelope in ("exact", "facets"):
+        for axes in (3, 5):
+            asked = VectorSettings(pitch=0.2, spacing=0.5, envelope=envelope)
+            engine = VectorEngine(BoxStock((-2, -2, 0), (62, 42, 18)), Options(design=design, vectors=asked))
+            lean = np.radians(17.0 + 0.6 * np.arange(blocks + 2)) * (axes == 5)
+            poses = [
+                Pose((2.0 + k, 20.0, 14.9), (sin(a), 0.0, cos(a)))
+                for k, a in enumerate(lean.tolist(), start=-1)
+            ]
+            engine.cut(Sweep(tool, poses[0], poses[1]))  # compiled, apart
+            begin = process_time()
+            for k in range(blocks):
+                engine.cut(Sweep(tool, poses[k + 1], poses[k + 2]), k)
+            yield {
+                "case": "vectors-blocks", "axes": axes, "envelope": envelope, "blocks": blocks,
+                "upright": engine.upright.shape[0] * engine.upright.shape[1], "along_normals": len(engine.along),
+                "ms_per_block": 1e3 * (process_time() - begin) / blocks,
+            }  # fmt: skip
 
 
 def _half_cylinder(x: Floats, y: Floats) -> Floats:

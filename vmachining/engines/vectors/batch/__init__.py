@@ -21,8 +21,9 @@ from vmachining.errors import InputError
 
 __all__ = ["ball_grid", "ball_vectors"]
 
-TILE_MM, LEAST, MOST = 0.3, 4, 64
-"""Side of a tile, in mm and in cells: small enough for planes to stand for blocks, large enough for its own cost."""
+TILE, LEAST, MOST = 0.16, 2, 64
+"""Side of a tile, in radii of the ball and in cells: small enough for planes to stand for blocks, large enough for its own
+cost. Of 0.06, 0.1, 0.16 and 0.24 the fastest on both published parts."""
 
 SHANK_MM = 1e4
 """Height of the shank where nobody says."""
@@ -62,7 +63,7 @@ def ball_grid(
     c = _centers(centers, radius)
     index = _index(c, radius)
     out = np.empty(shape, dtype=np.float32)
-    side = int(np.clip(round(TILE_MM / pitch), LEAST, MOST))
+    side = int(np.clip(round(TILE * radius / pitch), LEAST, MOST))
     near, value = np.empty(len(c), dtype=np.int64), np.empty((len(c), 3))
     x: Floats = x0 + (np.arange(shape[0], dtype=np.float64) + 0.5) * pitch
     y: Floats = y0 + (np.arange(shape[1], dtype=np.float64) + 0.5) * pitch
@@ -76,12 +77,20 @@ def ball_grid(
 
 
 def ball_vectors(
-    centers: ArrayLike, radius: float, points: Points, length: float, depth: float, *, shank: float = SHANK_MM
+    centers: ArrayLike,
+    radius: float,
+    points: Points,
+    length: float,
+    depth: ArrayLike,
+    *,
+    shank: float = SHANK_MM,
 ) -> NDArray[np.float32]:
-    """Lengths (n,) of vectors along unit normals, from `length` and down to -`depth` (mm), after all blocks."""
+    """Lengths (n,) of vectors along unit normals, from `length` and down to -`depth` (mm; of all, or of each)."""
     c = _centers(centers, radius)
     size = np.full(len(points.point), length, dtype=np.float32)
-    low = np.full(len(size), -depth, dtype=np.float32)
+    low = np.broadcast_to(-np.asarray(depth, dtype=np.float32), size.shape).copy()
+    if not (low < 0.0).all():
+        raise InputError("lambda must lie below 0", remedy="give a depth above 0")
     behind = np.zeros(len(size), dtype=np.uint8)
     point, normal = (np.ascontiguousarray(v) for v in (points.point, points.normal))
     _kernels.normals_all(c, radius, shank, *_index(c, radius), point, normal, low, size, behind)
