@@ -262,6 +262,15 @@ def test_batch_goes_on_after_a_failure_and_resumes(tmp_path, capsys, monkeypatch
     assert again[0]["removed_mm3"] == again[1]["removed_mm3"]
 
 
+def test_demos_are_listed_and_named(capsys):
+    assert run(["demo", "--list", "--json"]) == 0
+    rows = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert {"slot", "mould"} <= {row["name"] for row in rows}
+    assert all(row["about"] for row in rows)
+    assert run(["demo", "nothing"]) == 2
+    assert "slot" in capsys.readouterr().err
+
+
 def test_demo_runs_the_shipped_model(tmp_path):
     from vmachining.cli.jobs import demo_job
     from vmachining.job import Job

@@ -85,7 +85,7 @@ def test_no_chord_lies_below_the_dropped_tool(radius, corner):
     upright = (
         np.abs(np.diff(tips[:, :2], axis=0)).max(axis=1) < 1e-3
     )  # moves up and down at the border of the part
-    excess = (inner[:, 2] - z).reshape(len(share), -1)[:, ~upright]
+    excess = (inner[:, 2] - z).reshape(len(share), -1)[1:-1, ~upright]  # ends may stand on a jump
     assert excess.max() <= 2.0 * chord
 
 

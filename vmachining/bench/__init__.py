@@ -8,6 +8,7 @@
 | `brep-workers` | two B-rep workers against one: times, start-up, processors used, memory of the largest |
 | `brep-chains` | random chains through the gate: agreed, retried, refused, disputed, silently wrong; plain booleans beside |
 | `columns` | certified columns: time of 1 mm blocks by cutter and width, finishing and deep |
+| `drop` | drop cutter on 100,352 triangles: drops a second of each cutter, OpenCAMLib beside it |
 | `engage` | what the cutting edge touches: distances against B-rep solids on curved stock, time of both |
 | `engagement-columns` | contact columns of shipped programs against B-rep solids at the same places |
 | `force` | a five-axis pass, schedules of 100,000 blocks by every strategy, columns per station |
@@ -46,6 +47,7 @@ CASES = {
     "brep-chains": "brep_chains",
     "brep-workers": "brep",
     "columns": "columns",
+    "drop": "drop",
     "engage": "engage",
     "engagement-columns": "force",
     "force": "force",
@@ -77,6 +79,7 @@ TAKES = {
     "brep": "minutes",
     "brep-chains": "hours",
     "brep-workers": "minutes",
+    "drop": "30 s",
     "engage": "minutes",
     "half_cylinder": "minutes",
     "half_cylinder_long": "minutes",

@@ -198,12 +198,23 @@ def warm(quiet: Quiet = False) -> int:
     return compiled(quiet=quiet)
 
 
-@app.command(epilog=examples("demo --out out/demo"))
-def demo(out: Out = None, stock: StockOut = "stl", quiet: Quiet = False, as_json: Json = False) -> int:
-    """Simulate the model that comes with the package."""
+@app.command(epilog=examples("demo --out out/demo", "demo --list", "demo mould --out out/mould"))
+def demo(
+    name: Annotated[
+        str, typer.Argument(metavar="[NAME]", help="Model; --list names them.", show_default=True)
+    ] = "slot",
+    listed: Annotated[bool, typer.Option("--list", help="Name the models, and what each shows.")] = False,
+    out: Out = None,
+    stock: StockOut = "stl",
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> int:
+    """Simulate a model that comes with the package."""
     from vmachining.cli import jobs
 
-    return jobs.run_demo(out=out, stock=stock, quiet=quiet, as_json=as_json)
+    if listed:
+        return jobs.list_demos(as_json=as_json)
+    return jobs.run_demo(name, out=out, stock=stock, quiet=quiet, as_json=as_json)
 
 
 @nc.command(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Sequence
 from importlib.resources import files
@@ -21,7 +22,7 @@ from vmachining.job.folder import FolderLock
 from vmachining.job.reading import read_job_program
 from vmachining.tolerance import BREP_SECONDS
 
-__all__ = ["run_demo", "run_job", "told_disputes"]
+__all__ = ["demo_job", "demo_models", "list_demos", "run_demo", "run_job", "told_disputes"]
 
 FEW = 10
 """Disputed blocks on the terminal; the table has them all."""
@@ -112,21 +113,49 @@ def _cut_short(watch: Watch, folder: Path, again: Sequence[str]) -> str:
     return f"ended within {where}, which took too long to finish; {state}: {shlex.join(again)}"
 
 
-def run_demo(*, out: Path | None, stock: str, quiet: bool, as_json: bool) -> int:
+def run_demo(name: str = "slot", *, out: Path | None, stock: str, quiet: bool, as_json: bool) -> int:
     """`vmachining demo`."""
     return run_job(
-        demo_job(), out=out, engine="mesh", certify=False, brep="none", workers=None, stock=stock, resume=False,
+        demo_job(name), out=out, engine="mesh", certify=False, brep="none", workers=None, stock=stock, resume=False,
         quiet=quiet, as_json=as_json,
     )  # fmt: skip
 
 
-def demo_job() -> Path:
-    """The shipped model: inside an installed package, or beside it in a source tree."""
+def list_demos(*, as_json: bool) -> int:
+    """`vmachining demo --list`."""
+    for name, job in demo_models().items():
+        about = _about(job.parent / "README.md")
+        if as_json:
+            emit({"name": name, "about": about, "job": str(job)})
+        else:
+            print(f"{name:<20}  {about}")
+    return Code.DONE
+
+
+def _about(readme: Path) -> str:
+    """First sentence of a model's page, behind its heading."""
+    text = readme.read_text(encoding="utf-8") if readme.is_file() else ""
+    parts = [part for part in text.split("\n\n") if part.strip() and not part.startswith("#")]
+    words = " ".join(parts[0].split()) if parts else ""
+    return re.split(r"(?<=[.:;])\s", words, maxsplit=1)[0].rstrip(".:;")
+
+
+def demo_models() -> dict[str, Path]:
+    """Job of each shipped model by its name: inside an installed package, or beside it in a source tree."""
     package = Path(str(files("vmachining")))
     for root in (package / "models", package.parent / "models"):
-        if (found := root / "slot" / "job.toml").is_file():
+        # a model has the script that made it; the reference pack, which is results, has none
+        if found := {path.parent.name: path.parent / "job.toml" for path in sorted(root.glob("*/make.py"))}:
             return found
-    raise InputError("the demo model models/slot/job.toml is not installed with this package")
+    raise InputError("no models are installed with this package")
+
+
+def demo_job(name: str = "slot") -> Path:
+    """Job file of a shipped model."""
+    known = demo_models()
+    if name not in known:
+        raise InputError(f"no model {name!r}", remedy=f"one of {', '.join(known)}")
+    return known[name]
 
 
 def _files(s: dict[str, Any]) -> list[str]:

@@ -4,6 +4,7 @@
 |---|---|
 | `stl.py` | `read_stl`: binary and ASCII, strictly |
 | `mesh.py` | `FacetMesh`: shared vertices, neighbours, normals at vertices and edges, complaints |
+| `fields.py` | `height_field`: facets from heights over a grid |
 | `drop.py`, `_kernels.py` | `Surface`: heights, drop cutter |
 | `contact.py` | `cl_points`: CC point to CL point with lead and tilt; `scallop_step` |
 | `passes.py` | `raster`: parallel passes in three axes, by scallop or step, within a chord tolerance |
@@ -17,6 +18,7 @@ triangle's plane leave a few triangles to ask.
 
 from vmachining.toolpath.facets.contact import Located, cl_points, scallop_step
 from vmachining.toolpath.facets.drop import Contact, Dropped, Surface, radii
+from vmachining.toolpath.facets.fields import height_field
 from vmachining.toolpath.facets.fiveaxis import five_axis_raster, normals_at
 from vmachining.toolpath.facets.levels import Fibres, push_cutter, waterline, waterline_path
 from vmachining.toolpath.facets.mesh import FacetMesh, Weights, edge_normal
@@ -36,6 +38,7 @@ __all__ = [
     "cl_points",
     "edge_normal",
     "five_axis_raster",
+    "height_field",
     "normals_at",
     "push_cutter",
     "radii",

@@ -42,6 +42,9 @@ STEEP_DEG = 75.0
 LEAST_STEP = 0.05
 """Smallest step over, as a share of that on a plane; also the shortest chord, as a share of the chord tolerance."""
 
+STRAIGHT = 1e-12
+"""Sine of the turn between chords that are one."""
+
 ROUNDS = 40
 MOST_POINTS = 5_000_000
 
@@ -216,7 +219,7 @@ def on_part(
         if len(way) > MOST_POINTS:
             raise InputError("the path has too many points", remedy="a larger chord tolerance")
     xy = ways[way, 0] + t[:, None] * (ways[way, 1] - ways[way, 0])
-    return _lifted(Chords(way, xy, z, touches), np.nan_to_num(over, nan=0.0, posinf=np.inf))
+    return _thinned(_lifted(Chords(way, xy, z, touches), np.nan_to_num(over, nan=0.0, posinf=np.inf)))
 
 
 def _lifted(found: Chords, over: Floats) -> Chords:
@@ -236,6 +239,21 @@ def _lifted(found: Chords, over: Floats) -> Chords:
         np.insert(z, jump + 1, upper),
         np.insert(found.touches, jump + 1, True),
     )
+
+
+def _thinned(found: Chords) -> Chords:
+    """Without the points that lie on the straight line between their neighbours of the same way and kind."""
+    way, touches = found.way, found.touches
+    back, ahead = (
+        np.diff(np.column_stack([found.xy, found.z]), axis=0)[k] for k in (slice(None, -1), slice(1, None))
+    )
+    same = (way[:-2] == way[1:-1]) & (way[1:-1] == way[2:]) & (touches[:-2] == touches[1:-1])
+    same &= touches[1:-1] == touches[2:]
+    off = np.linalg.norm(np.cross(back, ahead), axis=1)
+    size = np.linalg.norm(back, axis=1) * np.linalg.norm(ahead, axis=1)
+    straight = (off <= STRAIGHT * size) & ((back * ahead).sum(axis=1) > 0.0)
+    keep = np.concatenate([[True], ~(same & straight), [True]])
+    return Chords(way[keep], found.xy[keep], found.z[keep], touches[keep])
 
 
 def scallops(

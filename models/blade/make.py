@@ -1,0 +1,79 @@
+"""Writes blade.csv and stock.stl: one side of a twisted blade, finished in five axes by a bull nose that leans forward.
+
+python models/blade/make.py             writes both beside this file
+python models/blade/make.py --table     prints the bounds of the volume
+
+The stock is the faceted blade, raised by the allowance: the volume between them is the area in plan times the
+allowance, exactly. The finished part lies between the design less the chord tolerance and the design with scallops and what
+chords leave.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from vmachining.job.stock import write_stock
+from vmachining.stock import Triangles
+from vmachining.toolpath.clpath import CLPath, pose_table
+from vmachining.toolpath.facets import FacetMesh, Surface, five_axis_raster, height_field
+
+LONG, HALF, BOTTOM = 30.0, 8.0, -8.0  # mm
+CELL = 1.0  # mm, of the facets
+CAMBER, TWIST = 1.0 / 25.0, 0.008  # 1/mm: curvature across, turn of the section along the blade
+RADIUS, CORNER, LEAD = 4.0, 1.0, 8.0  # mm, degrees
+SCALLOP, CHORD, ALLOWANCE = 0.02, 0.01, 0.4  # mm; the allowance along z
+
+
+def design(raised: float = 0.0, bottom: float | None = None) -> FacetMesh:
+    """The side of the blade that is up, or a solid below it."""
+    x, y = (
+        np.linspace(0.0, LONG, round(LONG / CELL) + 1),
+        np.linspace(-HALF, HALF, round(2 * HALF / CELL) + 1),
+    )
+    z = -0.5 * CAMBER * y**2 + TWIST * (x[:, None] - LONG / 2.0) * y
+    return height_field(x, y, z + raised, bottom=bottom)
+
+
+def stock() -> FacetMesh:
+    """The solid that is finished."""
+    return design(ALLOWANCE, BOTTOM)
+
+
+def path() -> CLPath:
+    """Passes along the blade."""
+    return five_axis_raster(
+        Surface(design()), RADIUS, CORNER, chord=CHORD, scallop=SCALLOP, lead_deg=LEAD, tilt_limit_deg=20.0
+    )
+
+
+def program() -> str:
+    """The text of blade.csv, dialect poses."""
+    return pose_table(path(), feed_mm_min=1000.0)
+
+
+def volume_bounds() -> tuple[float, float]:
+    """mm^3 removed."""
+    area = LONG * 2 * HALF
+    flattest = float(design().normals[:, 2].min())  # heights along the normal are longer along z
+    return (
+        area * (ALLOWANCE - (SCALLOP + 2 * CHORD) / flattest),
+        area * (ALLOWANCE + CHORD / flattest),
+    )
+
+
+def main() -> None:
+    """Write program and stock, or print the bounds."""
+    folder = Path(__file__).parent
+    if "--table" in sys.argv[1:]:
+        print("between {:.3f} and {:.3f} mm^3".format(*volume_bounds()))
+    else:
+        (folder / "blade.csv").write_text(program(), encoding="ascii")
+        solid = stock()
+        write_stock(Triangles(solid.vertices, solid.triangles), folder / "stock.stl")
+
+
+if __name__ == "__main__":
+    main()

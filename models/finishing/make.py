@@ -1,0 +1,74 @@
+"""Writes finishing.nc and stock.stl: a sculptured surface with an allowance, finished by a ball in parallel passes.
+
+python models/finishing/make.py             writes both beside this file
+python models/finishing/make.py --table     prints the bounds of the volume
+
+The stock is the faceted design, raised by the allowance: the volume between them is the area in plan times the
+allowance, exactly. The finished part lies between the design less the chord tolerance and the design with scallops and what
+chords leave.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from vmachining.job.stock import write_stock
+from vmachining.stock import Triangles
+from vmachining.toolpath.clpath import CLPath, iso_program
+from vmachining.toolpath.facets import FacetMesh, Surface, height_field, raster
+
+WIDE, LONG, BOTTOM = 36.0, 24.0, -12.0  # mm
+CELL = 0.75  # mm, of the facets
+BALL, SCALLOP, CHORD, ALLOWANCE = 3.0, 0.02, 0.01, 0.4  # mm; the allowance along z
+
+
+def design(raised: float = 0.0, bottom: float | None = None) -> FacetMesh:
+    """The surface, or a solid below it."""
+    x, y = (np.linspace(0.0, side, round(side / CELL) + 1) for side in (WIDE, LONG))
+    z = 2.5 * np.outer(np.sin(x / 6.0), np.cos(y / 8.0)) + 0.01 * (x[:, None] - y) ** 2 / 4.0
+    return height_field(x, y, z + raised, bottom=bottom)
+
+
+def stock() -> FacetMesh:
+    """The solid that is finished."""
+    return design(ALLOWANCE, BOTTOM)
+
+
+def path() -> CLPath:
+    """Passes along x."""
+    return raster(Surface(design()), BALL, BALL, chord=CHORD, scallop=SCALLOP).path
+
+
+def program() -> str:
+    """The text of finishing.nc."""
+    return iso_program(
+        path(), feed_mm_min=1500.0, spindle_rev_min=12000.0, title="FINISHING, BALL D6, SCALLOP 0.02"
+    )
+
+
+def volume_bounds() -> tuple[float, float]:
+    """mm^3 removed."""
+    area = WIDE * LONG
+    flattest = float(design().normals[:, 2].min())  # heights along the normal are longer along z
+    return (
+        area * (ALLOWANCE - (SCALLOP + 2 * CHORD) / flattest),
+        area * (ALLOWANCE + CHORD / flattest),
+    )
+
+
+def main() -> None:
+    """Write program and stock, or print the bounds."""
+    folder = Path(__file__).parent
+    if "--table" in sys.argv[1:]:
+        print("between {:.3f} and {:.3f} mm^3".format(*volume_bounds()))
+    else:
+        (folder / "finishing.nc").write_text(program(), encoding="ascii")
+        solid = stock()
+        write_stock(Triangles(solid.vertices, solid.triangles), folder / "stock.stl")
+
+
+if __name__ == "__main__":
+    main()
