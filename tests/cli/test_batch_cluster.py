@@ -111,9 +111,11 @@ def rows(out):
 
 
 def descendants(pid):
+    """Children are listed by the thread that started them."""
     found = []
-    for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
-        found += [int(child), *descendants(int(child))]
+    for table in Path(f"/proc/{pid}/task").glob("*/children"):
+        for child in table.read_text().split():
+            found += [int(child), *descendants(int(child))]
     return found
 
 
@@ -142,7 +144,11 @@ def started(out, *names):
 
 
 def written(folder, name, program=LONG):
-    return write_job(folder / name, program=program, swap={'name = "tiny"': f'name = "{name}"'})
+    return write_job(
+        folder / name,
+        program=program,
+        swap={'name = "tiny"': f'name = "{name}"', "chord_mm = 0.05": "chord_mm = 0.2"},
+    )
 
 
 def test_a_worker_killed_in_mid_run_loses_nothing_and_changes_no_number(cluster, tmp_path):
@@ -222,3 +228,15 @@ def test_a_cluster_without_workers_and_one_with_other_code_are_refused(cluster, 
     code, err = ended(batch([job], out, "--scheduler", cluster.address))
     assert code == 2 and "has other versions: source of vmachining is" in err, err
     assert not (out / "batch.csv").exists() and not list(out.iterdir())
+
+
+def test_a_scheduler_that_goes_ends_the_batch_and_says_so(cluster, tmp_path):
+    cluster.worker()
+    out = tmp_path / "night"
+    process = batch([written(tmp_path, "one"), written(tmp_path, "two")], out, "--scheduler", cluster.address)
+    started(out, "one")
+    os.killpg(cluster.scheduler.pid, signal.SIGKILL)
+    code, err = ended(process)
+    assert code == 130 and f"the scheduler at {cluster.address} is gone" in err, err
+    one, two = rows(out)
+    assert one["status"] == two["status"] == "interrupted" and two["message"].startswith("not started")

@@ -51,7 +51,11 @@ def rows(out: Path) -> list[dict[str, str]]:
 def test_a_stopped_batch_leaves_nobody_behind_and_goes_on(number, whom, tmp_path):
     """A terminal sends Ctrl-C to the whole group, `kill` a signal to one process: all the same."""
     short = write_job(tmp_path / "a")
-    long = write_job(tmp_path / "b", program=LONG, swap={'name = "tiny"': 'name = "long"'})
+    long = write_job(
+        tmp_path / "b",
+        program=LONG,
+        swap={'name = "tiny"': 'name = "long"', "chord_mm = 0.05": "chord_mm = 0.2"},
+    )
     wrong = write_job(tmp_path / "c", program="", swap={'name = "tiny"': 'name = "wrong"'})
     out = tmp_path / "out"
     argv = [sys.executable, "-m", "vmachining", "batch", *map(str, (short, wrong, long))]

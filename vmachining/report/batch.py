@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
@@ -37,10 +38,10 @@ def write_index(rows: Sequence[Mapping[str, Any]], path: Path, ledger: Mapping[s
         css=trusted((room / "page.css").read_text(encoding="utf-8")),
         chips=_chips(rows, ledger),
         cards=_cards(good, len(rows)),
-        bad=[_problem(row, path.parent) for row in bad],
-        jobs=[_job(row, path.parent, largest) for row in good],
+        bad=[_problem(row) for row in bad],
+        jobs=[_job(row, largest) for row in good],
         scheduled=any(row["scheduled_time_s"] is not None for row in good),
-        command=" ".join(ledger["command"]),
+        command=shlex.join(ledger["command"]),
         started=ledger["started"],
         ended=ledger["ended"],
         versions=", ".join(f"{name} {version}" for name, version in ledger["versions"].items()),
@@ -111,22 +112,22 @@ def _cards(good: Sequence[Mapping[str, Any]], total: int) -> list[dict[str, str]
     return cards
 
 
-def _link(row: Mapping[str, Any], folder: Path, file: str) -> str:
+def _link(row: Mapping[str, Any], file: str) -> str:
     """Where a file of a job is, seen from the page; empty if it is not there."""
     if row["out"] is None or not (Path(row["out"]) / file).is_file():
         return ""
     return quote(f"{Path(row['out']).name}/{file}")
 
 
-def _problem(row: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+def _problem(row: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "name": row["name"] or Path(row["job"]).stem, "job": row["job"], "status": row["status"],
         "kind": "warn" if row["status"] == "interrupted" else "bad", "message": row["message"],
-        "report": _link(row, folder, "report.html"), "rows": _link(row, folder, "blocks.partial.csv"),
+        "report": _link(row, "report.html"), "rows": _link(row, "blocks.partial.csv"),
     }  # fmt: skip
 
 
-def _job(row: Mapping[str, Any], folder: Path, largest: float) -> dict[str, Any]:
+def _job(row: Mapping[str, Any], largest: float) -> dict[str, Any]:
     """A line of the table: (text, value to sort by) per cell."""
     removed, lo, hi = row["removed_mm3"], row["removed_lo_mm3"], row["removed_hi_mm3"]
     half = (hi - lo) / 2
@@ -145,7 +146,7 @@ def _job(row: Mapping[str, Any], folder: Path, largest: float) -> dict[str, Any]
         (number(row["warnings"]), row["warnings"]),
     ]
     return {
-        "name": row["name"], "job": row["job"], "report": _link(row, folder, "report.html"),
-        "status": row["status"], "table": _link(row, folder, "blocks.csv"), "cells": cells,
+        "name": row["name"], "job": row["job"], "report": _link(row, "report.html"),
+        "folder": Path(row["out"]).name, "status": row["status"], "table": _link(row, "blocks.csv"), "cells": cells,
         "bar": 100 * removed / largest if largest > 0 else 0.0,
     }  # fmt: skip
