@@ -55,8 +55,8 @@ def run_batch(
 class _Lines:
     """A line per job that is through."""
 
-    def __init__(self, jobs: Sequence[Path], *, silent: bool) -> None:
-        self._jobs, self._silent = jobs, silent
+    def __init__(self, *, silent: bool) -> None:
+        self._silent = silent
 
     def at(self, index: int, stage: str, done: int, total: int) -> None:
         """Lines cannot be taken back: where nobody watches, blocks are not told."""
@@ -72,13 +72,16 @@ class _Bars(_Lines):
     """The same over bars: one for the batch, one for each job on its way."""
 
     def __init__(self, jobs: Sequence[Path], bars: Any) -> None:
-        super().__init__(jobs, silent=False)
+        super().__init__(silent=False)
         self._bars = bars
+        stems = [job.stem for job in jobs]  # parts/a/job.toml and parts/b/job.toml are a/job and b/job
+        unique = len(set(stems)) == len(stems)
+        self._labels = stems if unique else [f"{job.absolute().parent.name}/{job.stem}" for job in jobs]
         self._all = bars.add_task("jobs", total=len(jobs))
         self._tasks: dict[int, Any] = {}
 
     def at(self, index: int, stage: str, done: int, total: int) -> None:
-        text = f"{self._jobs[index].stem}: {STAGES.get(stage, stage)}"
+        text = f"{self._labels[index]}: {STAGES.get(stage, stage)}"
         if index not in self._tasks:
             self._tasks[index] = self._bars.add_task(text, total=total)
         self._bars.update(self._tasks[index], description=text, completed=done, total=total)
@@ -97,7 +100,7 @@ class _Bars(_Lines):
 def _watching(jobs: Sequence[Path], *, silent: bool) -> Iterator[Watcher]:
     """Bars on a terminal, lines elsewhere."""
     if silent or not sys.stderr.isatty():
-        yield _Lines(jobs, silent=silent)
+        yield _Lines(silent=silent)
         return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
