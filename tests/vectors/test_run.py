@@ -66,7 +66,10 @@ def test_overcut_has_a_depth_a_place_and_a_block(tmp_path: Path) -> None:
     cutting = blocks.filter(pl.col("line").is_in([10, 11, 12]))["block"].to_list()
     assert set(flat["block"]) <= set(cutting) and flat["block"].null_count() == 0
     summary = json.loads((out / "summary.json").read_text())
-    assert summary["max_overcut_mm"] >= GROOVE and summary["max_undercut_mm"] == pytest.approx(0.0, abs=1e-6)
+    assert summary["deviation"]["cut_beneath"] > 0  # outer walls, whose vectors the groove crosses
+    assert summary["max_overcut_mm"] == pytest.approx(GROOVE, abs=0.21) and summary[
+        "max_undercut_mm"
+    ] == pytest.approx(0.0, abs=1e-6)
     assert 0.5 < summary["within_tolerance"] < 1.0
     slot = blocks.filter(pl.col("line") == 7).row(0, named=True)
     assert slot["removed_lo_mm3"] <= SLOT_MM3 <= slot["removed_hi_mm3"]

@@ -476,6 +476,7 @@ def _deviation(result: RunResult) -> list[tuple[str, str]] | None:
     for key, text in (
         ("consumed", "vectors inside of a sweep from end to end: more is gone than they measure"),
         ("entered_from_behind", "times that a sweep came from behind a vector: its length was left"),
+        ("cut_beneath", "vectors that a cut crosses beneath their surface: no overcut of their own"),
         ("part_outside_stock", "places where the design has no stock above it"),
     ):
         if told[key]:

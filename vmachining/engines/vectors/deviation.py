@@ -62,7 +62,8 @@ class Deviation:
     summary: dict[str, Any]
 
     def columns(self, tolerance: float) -> dict[str, Any]:
-        """{name: values} of `deviation.csv`. state: over, under, within, or consumed (more is gone than vectors measure)."""
+        """{name: values} of `deviation.csv`. state: over, under, within, consumed (more is gone than vectors measure), or
+        behind (entered from behind, or cut beneath the surface only: no overcut of its own)."""
         state = np.where(
             self.deviation < -tolerance, "over", np.where(self.deviation > tolerance, "under", "within")
         )
@@ -105,7 +106,7 @@ def measured(
     outside_only : rows only of what lies outside of the tolerance (mm); else of all, thinned where there are more than `most`.
     """
     found = _Found(
-        [], dict.fromkeys(("vectors", "upright", "over", "under", "consumed", "behind", "bare"), 0)
+        [], dict.fromkeys(("vectors", "upright", "over", "under", "consumed", "behind", "beneath", "bare"), 0)
     )
     largest = {"over": 0.0, "under": 0.0}
     if upright is not None:
@@ -136,11 +137,23 @@ def measured(
             _add(found, largest, rows, tolerance, outside_only, most)
         found.counts["behind"] += upright.behind
         found.counts["upright"] = found.counts["vectors"]
+    counts = found.counts
     size = along.length.astype(np.float64)
     if len(along):
-        ended = along.length <= along.low
-        rows = (kinds, along.point, along.normal, size, size, ended, along.behind > 0, along.facet)
-        _add(found, largest, rows, tolerance, outside_only, 4 * most)
+        beneath = cut_beneath(along, tolerance, sweeps)
+        counts["beneath"] = int(beneath.sum())
+        ended = (along.length <= along.low) & ~beneath
+        rows = (
+            kinds,
+            along.point,
+            along.normal,
+            size,
+            size,
+            ended,
+            (along.behind > 0) | beneath,
+            along.facet,
+        )
+        _add(found, largest, rows, tolerance, outside_only, 4 * most, beneath)
         found.counts["behind"] += int(along.behind.sum())
     columns = [np.concatenate(c) for c in zip(*found.parts, strict=True)] if found.parts else _nothing()
     order = np.argsort(-np.abs(columns[4]), kind="stable")
@@ -148,7 +161,6 @@ def measured(
         order = order[:most] if outside_only else np.sort(order[:: -(-len(order) // most)])
     kind, point, normal, length, deviation, consumed, behind, facet = (c[order] for c in columns)
     block = owners(point + length[:, None] * normal, length, sweeps, blocks)
-    counts = found.counts
     total = counts["vectors"]
     summary = {
         "vectors": total,
@@ -162,6 +174,7 @@ def measured(
         "under": counts["under"],
         "consumed": counts["consumed"],
         "entered_from_behind": counts["behind"],
+        "cut_beneath": counts["beneath"],
         "part_outside_stock": counts["bare"],
         "rows": len(order),
     }
@@ -175,18 +188,23 @@ def _add(
     tolerance: float,
     outside_only: bool,
     most: int,
+    aside: Bools | None = None,
 ) -> None:
-    """Count vectors, keep those that are reported. rows: kind, point, normal, length, deviation, consumed, behind, facet."""
+    """Count vectors, keep those that are reported. rows: kind, point, normal, length, deviation, consumed, behind, facet.
+
+    aside : reported, but no overcut of their own.
+    """
     deviation, consumed = rows[4], rows[5]
-    over, under = deviation < -tolerance, deviation > tolerance
+    own = np.ones(len(deviation), dtype=np.bool_) if aside is None else ~aside
+    over, under = (deviation < -tolerance) & own, deviation > tolerance
     counts = found.counts
     counts["vectors"] += len(deviation)
     counts["over"] += int(over.sum())
     counts["under"] += int(under.sum())
     counts["consumed"] += int(consumed.sum())
-    largest["over"] = max(largest["over"], float(-deviation.min()), 0.0)
+    largest["over"] = max(largest["over"], float((-deviation[own]).max(initial=0.0)))
     largest["under"] = max(largest["under"], float(deviation.max()), 0.0)
-    kept = np.flatnonzero(over | under | consumed) if outside_only else np.arange(len(deviation))
+    kept = np.flatnonzero(over | under | consumed | ~own) if outside_only else np.arange(len(deviation))
     if len(kept) > most:
         kept = kept[np.argsort(-np.abs(deviation[kept]), kind="stable")[:most]] if outside_only else kept
     kinds = np.broadcast_to(rows[0], deviation.shape)
@@ -196,6 +214,19 @@ def _add(
 def _nothing() -> list[Any]:
     flat, none = np.empty(0), np.empty(0, dtype=np.int64)
     return [none, np.empty((0, 3)), np.empty((0, 3)), flat, flat, flat > 0.0, flat > 0.0, none]
+
+
+def cut_beneath(along: NormalVectors, tolerance: float, sweeps: Sequence[Sweep]) -> Bools:
+    """(n,) vectors shortened by more than the tolerance although no sweep reaches that far below C: what is taken lies deeper.
+
+    A groove in the top of a plate crosses the vectors of its outer walls. How deep it is, the vectors over it tell.
+    """
+    out = np.zeros(len(along), dtype=np.bool_)
+    at = np.flatnonzero(along.length < -tolerance)
+    just_below = along.point[at] - tolerance * along.normal[at]  # a cutter that ends at C is no overcut
+    reached = owners(just_below, np.zeros(len(at)), sweeps, range(len(sweeps)))
+    out[at[reached < 0]] = bool(sweeps)
+    return out
 
 
 def owners(tips: Floats, length: Floats, sweeps: Sequence[Sweep], blocks: Sequence[int]) -> Ints:
