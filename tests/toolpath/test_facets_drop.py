@@ -8,7 +8,7 @@ import trimesh
 
 from vmachining.errors import InputError, ToolError
 from vmachining.tool import BallNose, BullNose, FlatEnd, Taper
-from vmachining.toolpath.facets import Contact, FacetMesh, Surface, radii
+from vmachining.toolpath.facets import Contact, FacetMesh, Surface, height_field, radii
 
 PLACES = [(3, 3), (-1, 5), (5, -1), (-1, -1), (0, 11), (7, 5), (12.5, 0)]
 FLAT = ([2.5, 3.366025404, 0.5, 0.366025404, 5.0, 2.5, -np.inf], "FEFEVEN")
@@ -126,3 +126,14 @@ def test_cutters():
         radii(Taper(diameter=4, taper_deg=5, length=30))
     with pytest.raises(InputError, match="no cutter"):
         surface([(0, 0, 0), (1, 0, 0), (0, 1, 0)]).drop([(0, 0)], 1.0, 2.0)
+
+
+@pytest.mark.parametrize(("radius", "corner"), [(3.0, 0.0), (3.0, 3.0), (3.0, 1.0)])
+def test_a_surface_lifts_a_tool_as_the_highest_of_its_triangles_does(radius, corner):
+    """Edges in valleys are left out where a triangle has neighbours; alone it has none."""
+    rng = np.random.default_rng(1)
+    x, y = np.sort(rng.uniform(0, 12, (2, 7)))
+    mesh = height_field(x, y, rng.uniform(-2, 2, (7, 7)), bottom=-9.0)
+    places = rng.uniform(-2, 14, (300, 2))
+    alone = [surface(triangle).drop(places, radius, corner).z for triangle in mesh.corners]
+    assert Surface(mesh).drop(places, radius, corner).z == pytest.approx(np.max(alone, axis=0), abs=1e-9)

@@ -1,7 +1,8 @@
 # Drop cutter: the highest position of a tool of revolution, axis +z, at which it touches a set of triangles.
 #
 # Legend: tool R largest radius, r corner radius, a = R - r. f(rho) height of its surface above the tip at radius rho.
-# corners (m, 9): p, q, s of every triangle. planes (m, 4): z = g x + h y + k of its plane and 1, or 0 where it is upright.
+# corners (m, 9): p, q, s of every triangle. planes (m, 7): z = g x + h y + k of its plane and 1, or 0 where it is upright; then
+# for its three edges 1 where a valley lies, which no tool from above touches before it touches one of the sides.
 # boxes: tree over the triangles (see vmachining.geometry.boxtree), LEAF in a leaf. Source: spec D.4.
 
 import numpy as np
@@ -90,6 +91,9 @@ def over_edge(x, y, px, py, pz, qx, qy, qz, best, R, r, a):
     m = (qz - pz) / length
     if pz + m * (s0 + (high if m > 0.0 else low)) - height(d, r, a) <= best:
         return -np.inf
+    # straight under the axis an edge lifts the tool most
+    if pz + m * s0 + a * abs(m) + r * (np.sqrt(1.0 + m * m) - 1.0) <= best:
+        return -np.inf
     s = best_along(m, d, low, high, r, a)
     return pz + m * (s0 + s) - height(np.sqrt(d * d + s * s), r, a)
 
@@ -121,7 +125,7 @@ def over_triangle(x, y, c, plane, best, R, r, a):
     found, kind = best, NONE
     for k in range(3):
         i, j = 3 * k, 3 * ((k + 1) % 3)
-        if max(c[i + 2], c[j + 2]) <= found:
+        if plane[4 + k] > 0.0 or max(c[i + 2], c[j + 2]) <= found:
             continue
         z = over_edge(x, y, c[i], c[i + 1], c[i + 2], c[j], c[j + 1], c[j + 2], found, R, r, a)
         if z > found:
@@ -305,7 +309,7 @@ def lift_along(tips, axes, corners, boxes, R, r, lift, which) -> None:
     leaves = (len(boxes) + 1) // 2
     a = R - r
     e = np.empty((3, 3))
-    c, plane = np.empty(9), np.empty(4)
+    c, plane = np.empty(9), np.zeros(7)
     for i in range(len(tips)):
         e[2] = axes[i]
         least = 0

@@ -22,6 +22,10 @@ UPRIGHT = 1e-9
 """A facet whose unit normal has less of z has no height."""
 
 
+VALLEY = 1e-9
+"""Sides that rise by less than this share of the size of the part make no valley."""
+
+
 class Contact(IntEnum):
     """What a tool rests on."""
 
@@ -81,12 +85,13 @@ class Surface:
         order = curve_order(np.ascontiguousarray(corners.mean(axis=1)[:, :2]))
         corners = np.ascontiguousarray(corners[order])
         normals = mesh.normals[order]
-        planes = np.zeros((len(order), 4))
+        planes = np.zeros((len(order), 7))
         level = np.abs(normals[:, 2]) >= UPRIGHT
         slope = -normals[level, :2] / normals[level, 2:]
         planes[level, :2] = slope
         planes[level, 2] = corners[level, 0, 2] - (slope * corners[level, 0, :2]).sum(axis=1)
         planes[level, 3] = 1.0
+        planes[:, 4:] = _valleys(mesh)[order]
         values = (mesh, order, corners.reshape(-1, 9), planes)
         for name, value in zip(("mesh", "_order", "_corners", "_planes"), values, strict=True):
             object.__setattr__(self, name, value)
@@ -173,3 +178,34 @@ class Surface:
         tip[rho > radius] = -np.inf
         out[asked] = (tip >= z[asked, None] - 1e-13 * (1.0 + np.abs(z[asked, None]))).any(axis=1)
         return out
+
+
+def _valleys(mesh: FacetMesh) -> Bools:
+    """(m, 3): whether the edge from corner k to the next lies in a valley, seen from above.
+
+    Both sides rise from it, so over the edge the surface is the higher of two planes, a convex function. Such a function has
+    its largest excess over a convex tool, or along a smooth rim, beside the edge and not on it: the sides are touched first.
+    Edges that are level to rounding stay, as do those of facets that are upright or lie over one another.
+    """
+    normals, corners = mesh.normals, mesh.corners
+    level = np.abs(normals[:, 2]) >= UPRIGHT
+    scale = float(np.ptp(mesh.bounds, axis=0).max())
+    out = np.zeros((len(normals), 3), dtype=np.bool_)
+    mine = np.arange(len(normals))
+    for k in range(3):
+        other = mesh.neighbours[:, (k + 2) % 3]
+        back = (mesh.neighbours[other] == mine[:, None]) & (other >= 0)[:, None]
+        p, q, s = (corners[:, (k + j) % 3] for j in range(3))
+        # the corner of the other triangle that is not on the edge lies opposite the side it has in common
+        far = corners[other, back.argmax(axis=1)]
+        one, two = (_side(p, q, v) for v in (s, far))
+        n = np.where(normals[:, 2:] < 0.0, -normals, normals)
+        above = ((far - p) * n).sum(axis=1) > VALLEY * scale
+        apart = np.minimum(np.abs(one), np.abs(two)) > VALLEY * scale**2 * 1e-3
+        out[:, k] = (back.sum(axis=1) == 1) & level & level[other] & (one * two < 0.0) & apart & above
+    return out
+
+
+def _side(p: Floats, q: Floats, v: Floats) -> Floats:
+    """Twice the signed area of triangles in plan."""
+    return np.asarray((q[:, 0] - p[:, 0]) * (v[:, 1] - p[:, 1]) - (q[:, 1] - p[:, 1]) * (v[:, 0] - p[:, 0]))
