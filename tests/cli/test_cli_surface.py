@@ -80,3 +80,37 @@ def test_a_facet_that_is_turned_over_is_refused_with_its_edges(block, capsys):
     assert run(["toolpath", "drop", str(block), "--points", "5,5"]) == 2
     said = capsys.readouterr().err
     assert "turned over" in said and said.count(" to (") == 3
+
+
+def test_a_part_that_is_inside_out_is_refused(block, capsys):
+    solid = trimesh.load(block)
+    solid.invert()
+    block.write_bytes(solid.export(file_type="stl"))
+    assert run(["toolpath", "drop", str(block), "--points", "5,5"]) == 2
+    assert "inside out" in capsys.readouterr().err
+
+
+def test_a_step_file_is_triangulated(tmp_path, capsys):
+    import cadquery as cq
+
+    path = tmp_path / "bar.step"
+    cq.exporters.export(cq.Workplane("YZ").circle(8).extrude(30), str(path))
+    chord = 0.02
+    call = [
+        "toolpath",
+        "drop",
+        str(path),
+        "--points",
+        "15,0;15,4",
+        "--tool",
+        "ball:6",
+        "--chord",
+        str(chord),
+        "--json",
+    ]
+    assert run(call) == 0
+    rows = json.loads(capsys.readouterr().out)["points"]
+    # facets lie inside the cylinder, by the chord at most
+    for row, y in zip(rows, (0.0, 4.0), strict=True):
+        exact = np.sqrt((8 + 3) ** 2 - y**2) - 3
+        assert exact - 1.5 * chord <= row["z_mm"] <= exact + 1e-6

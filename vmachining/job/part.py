@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+
 from vmachining.errors import InputError
 from vmachining.toolpath.facets import FacetMesh, read_stl
 
@@ -41,4 +43,10 @@ def read_part(path: Path, *, chord_mm: float = 0.01, scale: float = 1.0, recover
         raise InputError(
             turned[0], file=str(path), remedy="turn them in the CAD system: normals point out of the part"
         )
+    a, b, c = mesh.corners.transpose(1, 0, 2)
+    if mesh.is_closed and float((a * np.cross(b, c)).sum()) < 0.0:
+        raise InputError(
+            "the part is inside out: all facets are turned over", file=str(path),
+            remedy="turn them in the CAD system: normals point out of the part",
+        )  # fmt: skip
     return mesh
