@@ -34,7 +34,6 @@ __all__ = [
     "end_axis",
     "joint_demands",
     "joint_feeds",
-    "leans",
     "move_path",
     "moves",
     "settled",
@@ -75,17 +74,6 @@ def move_path(move: Move, machine: Machine | None = None) -> CutterPath:
             )
         return _arc(move)
     return Line(turn.start, turn.end) if turn.is_upright and turn.is_straight else turn
-
-
-def leans(program: Program, machine: Machine | None) -> bool:
-    """Whether the tool leans or turns in any block that cuts."""
-    plain = _is_plain(machine)
-    return any(
-        isinstance(move_path(move, machine), Turn)
-        for move in program.moves
-        if move.motion not in (Motion.RAPID, Motion.DWELL)
-        and not (plain and move.axis_end is None and move.rotary_deg is None)
-    )
 
 
 def moves(path: CutterPath) -> bool:
