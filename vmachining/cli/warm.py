@@ -48,6 +48,8 @@ stl = "warm.stl"
 spacing_mm = 1.0
 [accuracy]
 chord_mm = 0.1
+width = 0.3
+width_mm3 = 1.0
 [feed]
 strategy = "volume"
 reference = "auto"
