@@ -40,6 +40,10 @@ diameter_mm = 6
 corner_radius_mm = 1
 length_mm = 30
 flute_length_mm = 15
+flutes = 2
+helix_deg = 30
+[force]
+coefficients = "aluminium_like_constant"
 [stock]
 box = { min = [0, 0, -8], max = [16, 16, 0] }
 [design]
