@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from vmachining import BallNose
 from vmachining.bench.gauntlet import gauntlet_block
@@ -12,6 +13,7 @@ from vmachining.engines.brep.occt.booleans import quiet
 from vmachining.sweep.folds import poses, standing
 
 
+@pytest.mark.slow  # 4 s
 def test_an_instant_at_which_the_curve_jumps_is_closed_in_on() -> None:
     """A tool that tilts as it leaves along its axis: parts ever shorter towards the instant, and poses around it.
 

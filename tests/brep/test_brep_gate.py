@@ -85,6 +85,7 @@ def test_a_bar_turns_round_and_a_second_pass_finds_nothing() -> None:
 
 
 @pytest.mark.parametrize("tool", [FLAT, BallNose(diameter=10, length=40)], ids=["flat", "ball"])
+@pytest.mark.slow  # 5 s
 def test_overlapping_passes_agree_with_mesh_and_rays_and_add_up(tool: object) -> None:
     corners = [(-10, 0, -2), (40, 0, -2), (40, 3, -2), (-10, 3, -2), (-10, 6, -3), (40, 6, -3), (20, 1, -4)]
     paths: list[ToolPath] = [Line(a, b) for a, b in pairwise(corners)]
@@ -175,6 +176,7 @@ def hard_chain() -> tuple[Blank, list[list[Sweep]], BoxStock]:
     )
 
 
+@pytest.mark.slow  # 5 s
 def test_a_block_takes_no_more_than_its_time_all_told() -> None:
     """Solids of the block and of what it needs included; a processor is looked at once in a while, so half a second more."""
     stock, sweeps, raw = hard_chain()
@@ -200,6 +202,7 @@ def test_a_stop_drops_what_is_under_way() -> None:
     assert list(check_blocks(BOX, chain(FLAT, [ACROSS]), {0: near(300.0)}, stop=lambda: True)) == []
 
 
+@pytest.mark.slow  # 5 s
 def test_what_runs_in_a_process_of_its_own_cannot_take_us_with_it() -> None:
     flat = Sweep.along(FLAT, Line((0, 0, 0), (30, 0, 0)))
     assert isolated(described, flat, seconds=60.0).solids[0].volume == pytest.approx(flat.volume, rel=1e-9)
@@ -209,6 +212,7 @@ def test_what_runs_in_a_process_of_its_own_cannot_take_us_with_it() -> None:
         isolated(time.sleep, 60.0, seconds=0.1)
 
 
+@pytest.mark.slow  # 5 s
 def test_solids_that_cannot_be_built_are_told_once() -> None:
     """A block whose neighbour has no solid is refused with that reason, whatever the attempts."""
     stepped = ProfileTool(points=[[0, 0], [1, 0.2], [1, 1], [2, 2], [2, 20]])

@@ -39,6 +39,7 @@ PATHS = {
 
 @pytest.mark.parametrize("motion", PATHS)
 @pytest.mark.parametrize("name", TOOLS)
+@pytest.mark.slow  # 4 s
 def test_solids_hold_the_points_of_the_sweep(name: str, motion: str) -> None:
     from OCP.BRepClass3d import BRepClass3d_SolidClassifier
     from OCP.gp import gp_Pnt

@@ -37,6 +37,7 @@ def test_words_of_the_option() -> None:
         chosen((range(90, 101),), rows)
 
 
+@pytest.mark.slow  # 4 s
 def test_run_fills_the_columns_and_the_summary(tmp_path: Path) -> None:
     file = write_job(tmp_path)
     assert command(["run", str(file), "--out", str(tmp_path / "out"), "--brep", "all", "--quiet"]) == 0
@@ -53,6 +54,7 @@ def test_run_fills_the_columns_and_the_summary(tmp_path: Path) -> None:
         assert row["removed_lo_mm3"] - slack <= row["removed_brep_mm3"] <= row["removed_hi_mm3"] + slack
 
 
+@pytest.mark.slow  # 47 s
 def test_a_refusal_is_told_and_ends_with_code_1(tmp_path: Path) -> None:
     half, upright = "N100 G2 X7 Y12 I2 J0", "N100 G18 G3 X7 Z-0.5 I2 K0"
     assert half in PROGRAM
@@ -68,6 +70,7 @@ def test_a_refusal_is_told_and_ends_with_code_1(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("group", [False, True], ids=["the command", "its whole group"])
+@pytest.mark.slow  # 5 s
 def test_a_polite_end_is_an_interruption(group: bool, tmp_path: Path) -> None:
     """SIGTERM while OCCT is at work: 130, what is complete is told, and --resume goes on."""
     file, out = write_job(tmp_path), tmp_path / "out"
@@ -94,6 +97,7 @@ def test_a_polite_end_is_an_interruption(group: bool, tmp_path: Path) -> None:
     assert "--resume" in said and "bug" not in said
 
 
+@pytest.mark.slow  # 6 s
 def test_triangles_of_a_round_stock_blur_only_what_is_near_them(tmp_path: Path) -> None:
     """A bar as STEP: a plunge in the middle of its end face is known to rays and bracket alone, 4 pi mm3; at its wall they
     are widened."""

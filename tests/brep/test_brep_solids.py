@@ -62,6 +62,7 @@ WITH_FORMULA = [
 
 
 @pytest.mark.parametrize(("name", "motion"), WITH_FORMULA)
+@pytest.mark.slow  # 4 s
 def test_solid_is_valid_and_has_the_closed_form_volume(name: str, motion: str) -> None:
     sweep = Sweep.along(TOOLS[name], (STRAIGHT | ROUND)[motion])
     found = brep.inspect(brep.solid(sweep).wrapped)
@@ -76,6 +77,7 @@ def test_solid_is_valid_and_has_the_closed_form_volume(name: str, motion: str) -
 
 
 @pytest.mark.parametrize("motion", NO_FORMULA)
+@pytest.mark.slow  # 10 s
 def test_solids_of_a_cutter_with_a_waist_hold_the_points_of_its_sweep(motion: str) -> None:
     from OCP.BRepClass3d import BRepClass3d_SolidClassifier
     from OCP.gp import gp_Pnt

@@ -111,6 +111,7 @@ def strangers(sweep: Sweep, count: int, slack: float = GAP + FOLD) -> list[float
         (BallNose(diameter=8, length=20), 12.0, (0.0, 0.0, 0.0)),
     ],
 )
+@pytest.mark.slow  # 4 s
 def test_a_pivot_in_the_tool_is_covered_by_parts(
     cutter: FlatEnd | Taper | BallNose, height: float, drift: tuple[float, float, float]
 ) -> None:

@@ -34,6 +34,7 @@ def near(value: float, rel: float = 1e-6) -> Bracket:
     return Bracket(value * (1 - rel), value, value * (1 + rel))
 
 
+@pytest.mark.slow  # 6 s
 def test_a_stock_of_triangles_is_a_solid_of_plane_faces(tmp_path: Path) -> None:
     import trimesh
 
@@ -72,6 +73,7 @@ def test_the_finished_workpiece_is_a_valid_step_with_named_faces(tmp_path: Path)
     assert "stock.step" in json.loads((tmp_path / "out" / "manifest.json").read_text())["outputs"]
 
 
+@pytest.mark.slow  # 8 s
 def test_the_workpiece_between_blocks_and_none_of_an_earlier_run(tmp_path: Path) -> None:
     """After the slot (block 2) and after the plunge (block 5); a run that is not asked for them leaves none."""
     file, out = write_job(tmp_path), tmp_path / "out"
@@ -123,6 +125,7 @@ def test_a_step_of_too_many_triangles_is_refused_before_anything_is_written(
     assert "at most 5000 triangles" in capsys.readouterr().err and not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow  # 26 s
 def test_a_cut_over_which_the_next_one_falls_is_done_again(tmp_path: Path) -> None:
     """models/slot, block 68: after block 67 without fuzzy value it loses 1306 mm3 instead of 54 or none at all."""
     job = Path(__file__).parents[2] / "models" / "slot" / "job.toml"
@@ -134,6 +137,7 @@ def test_a_cut_over_which_the_next_one_falls_is_done_again(tmp_path: Path) -> No
     assert low <= read_step(out / "stock_68.step").volume <= high
 
 
+@pytest.mark.slow  # 7 s
 def test_a_round_step_stock_is_cut_though_the_mesh_saw_its_triangles(tmp_path: Path) -> None:
     import cadquery as cq
 

@@ -21,7 +21,7 @@ from tinyjob import write_job
 
 pytest.importorskip("distributed")
 pytestmark = [
-    pytest.mark.slow,  # schedulers, workers and their processes each start an interpreter
+    pytest.mark.long,  # schedulers, workers and their processes each start an interpreter
     pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="looks for processes in /proc"),
 ]
 

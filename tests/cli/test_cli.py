@@ -202,6 +202,7 @@ def test_programs_from_standard_input():
     assert done.returncode == 0 and json.loads(done.stdout)["end_mm"][0] == 1
 
 
+@pytest.mark.slow  # 4 s
 def test_sweep(tmp_path, capsys):
     tool = {"type": "ball", "diameter_mm": 10, "length_mm": 40}
     pose = {"start": {"cl_mm": [0, 0, 0]}, "end": {"cl_mm": [30, 0, 0], "axis": [0, 0, 2]}}
@@ -243,6 +244,7 @@ def test_sweep(tmp_path, capsys):
         assert words in err and err.count("\n") == 1
 
 
+@pytest.mark.slow  # 5 s
 def test_batch_goes_on_after_a_failure_and_resumes(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     one = write_job(tmp_path / "a")
@@ -280,6 +282,7 @@ def test_demo_runs_the_shipped_model(tmp_path):
 
 @pytest.mark.skipif(os.name != "posix", reason="signals")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.slow  # 17 s
 def test_an_interrupted_run_exits_130_and_goes_on(number, tmp_path):
     steps = "".join(f"G1 X{1 + k % 9} Y{1 + k % 13} Z{-0.01 * k:.2f}\n" for k in range(120))
     program = f"T1 M6\nS1000 M3\nG0 X1 Y1 Z1\nG1 Z0 F500\n{steps}M30\n"

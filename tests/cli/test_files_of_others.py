@@ -46,6 +46,7 @@ def test_a_program_is_not_replaced_by_its_pulses(tmp_path, capsys, monkeypatch):
     assert Path("tiny.csv").read_text() == program
 
 
+@pytest.mark.slow  # 7 s
 def test_sweep(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("sweep.json").write_text(json.dumps(SWEEP))

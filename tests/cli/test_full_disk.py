@@ -30,6 +30,7 @@ ls "$disk/out" > "$copy/left"
     ("size", "lacks"),
     [("24k", r"of 121 blocks are in blocks\.partial\.csv"), ("36k", "blocks"), ("400k", "report")],
 )
+@pytest.mark.slow  # 21 s
 def test_a_full_disk_leaves_what_was_done(size, lacks, tmp_path):
     """Full while rows come, while the tables are made, while the page is."""
     job = write_job(tmp_path / "job", program=LONG)

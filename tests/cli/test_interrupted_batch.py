@@ -48,6 +48,7 @@ def rows(out: Path) -> list[dict[str, str]]:
         (signal.SIGTERM, "group"),
     ],
 )
+@pytest.mark.slow  # 15 s
 def test_a_stopped_batch_leaves_nobody_behind_and_goes_on(number, whom, tmp_path):
     """A terminal sends Ctrl-C to the whole group, `kill` a signal to one process: all the same."""
     short = write_job(tmp_path / "a")
@@ -90,6 +91,7 @@ def test_a_stopped_batch_leaves_nobody_behind_and_goes_on(number, whom, tmp_path
     assert [row["status"] for row in rows(out)] == ["skipped", "done", "done"]
 
 
+@pytest.mark.slow  # 4 s
 def test_a_table_of_somebody_else_and_a_second_batch_are_refused(tmp_path, capsys):
     job, out = write_job(tmp_path), tmp_path / "out"
     out.mkdir()

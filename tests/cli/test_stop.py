@@ -28,6 +28,7 @@ def is_alive(process):
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.slow  # 7 s
 def test_a_signal_to_the_whole_group_while_solids_are_checked_is_an_interruption(number, tmp_path):
     """As `timeout` and a terminal send it: to the workers of OCCT, too."""
     job, out = write_job(tmp_path), tmp_path / "out"
@@ -43,11 +44,13 @@ def test_a_signal_to_the_whole_group_while_solids_are_checked_is_an_interruption
     os.killpg(run.pid, number)
     _, err = run.communicate(timeout=60)
     assert run.returncode == 130 and "internal failure" not in err
-    assert "stopped after block" in err and "--resume" in err
+    # between two blocks, or within one that takes long
+    assert ("stopped after block" in err or "ended within block" in err) and "--resume" in err
 
 
 @pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="looks for processes in /proc")
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.slow  # 5 s
 def test_a_long_block_does_not_keep_a_signal_waiting(number, tmp_path):
     job, out = write_job(tmp_path, swap=LONG), tmp_path / "out"
     run = subprocess.Popen(

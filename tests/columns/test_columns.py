@@ -80,8 +80,16 @@ def test_through_the_bottom_at_a_corner_and_without_depth():
     assert engine.cut(line(tool, (10, 10, 3), (20, 10, 7))) == (0.0, 0.0, 0.0, True, None)
 
 
-@pytest.mark.parametrize("make", [ball, flat, bull], ids=["ball", "flat", "bull"])
-def test_ring_of_a_level_arc(make):
+@pytest.mark.parametrize(
+    ("make", "width"),
+    [
+        pytest.param(ball, 0.01, id="ball"),
+        pytest.param(flat, 0.01, id="flat"),
+        # 266 chords of a bull nose reach the limit of cells first: 6.7 %, which the bracket says (docs/limits.md)
+        pytest.param(bull, 0.08, id="bull", marks=pytest.mark.slow),
+    ],
+)
+def test_ring_of_a_level_arc(make, width):
     """A full circle: 2 pi R times the area of the section, Pappus again, where the sweep does not cover the middle."""
     tool, r, under = make()
     depth, way = 3.0, 14.0
@@ -91,7 +99,7 @@ def test_ring_of_a_level_arc(make):
     x = np.linspace(-r, r, 400_001)
     exact = 2 * pi * way * np.trapezoid(np.maximum(depth - under(np.abs(x)), 0.0), x)
     assert found.lo - 1e-5 * exact <= exact <= found.hi + 1e-5 * exact
-    assert found.width <= 0.0101 * exact
+    assert found.width <= 1.01 * width * exact
 
 
 def test_round_stock():
@@ -137,10 +145,12 @@ def judged(seed: int, make, far: float, count: int = 60_000) -> float:
 
 @pytest.mark.parametrize("make", CUTTERS.values(), ids=CUTTERS.keys())
 @pytest.mark.parametrize("seed", range(3))
+@pytest.mark.slow  # 4 s
 def test_random_programs_against_counts(make, seed):
     assert judged(seed, make, 1e4 if seed == 2 else 0.0) <= 4.0
 
 
+@pytest.mark.slow  # 55 s
 def test_sum_of_a_program_is_the_volume_of_its_union():
     """2,000 blocks: what they take together, against a fine grid of columns of the same sweeps."""
     tool, r, under = ball()
@@ -178,6 +188,7 @@ def test_a_ramp_at_once_and_in_pieces():
     assert max(lo, at_once.lo) <= min(hi, at_once.hi)
 
 
+@pytest.mark.slow  # 61 s
 def test_touch_changes_nothing_and_a_checkpoint_goes_on_alike(tmp_path):
     tool, _, _ = ball()
     engine = ColumnsEngine(BOX, 0.01)

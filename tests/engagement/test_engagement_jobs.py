@@ -199,7 +199,7 @@ def test_a_second_opinion_that_fails_is_a_finding(tmp_path, capsys):
     assert run(["engage", str(job), "--block", "2", "--method", "brep", "--seconds", "1e-6"]) == 1
     out, err = capsys.readouterr()
     assert out == "" and err.count("\n") == 1
-    assert "no answer within 1e-06 s; take --method dexel, or more --seconds" in err
+    assert "no answer within 1e-06 s of a processor; take --method dexel, or more --seconds" in err
 
 
 def test_files_hold_the_same_numbers(tmp_path, capsys):

@@ -66,6 +66,7 @@ def queries(out, language):
     return [block.replace("out/night", str(out)) for block in blocks]
 
 
+@pytest.mark.slow  # 5 s
 def test_the_number_of_processes_changes_no_number(jobs, batch, tmp_path):
     out, rows, _ = batch
     other = run_many(jobs, tmp_path, workers=2, formats=())
@@ -162,6 +163,7 @@ def test_the_page_has_failures_first_totals_and_links_that_lead_somewhere(batch)
     assert f"{total:.6g}" in page.split("Needs a look")[0]
 
 
+@pytest.mark.slow  # 4 s
 def test_a_later_batch_forgets_jobs_that_are_not_its_own(jobs, tmp_path):
     run_many(jobs[:1], tmp_path, formats=())
     run_many(jobs[1:2], tmp_path, formats=())
@@ -180,6 +182,7 @@ def test_a_data_set_of_somebody_else_is_refused(name, jobs, tmp_path):
     assert not (tmp_path / "batch.csv").exists()
 
 
+@pytest.mark.slow  # 4 s
 def test_a_partition_that_was_changed_is_somebodys(jobs, tmp_path):
     run_many(jobs[1:], tmp_path, formats=())
     path = tmp_path / "dataset" / "job=with_b_feed_b" / "blocks.parquet"

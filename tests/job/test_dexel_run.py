@@ -12,6 +12,7 @@ from tests.tinyjob import SLOT_MM3, write_job
 from vmachining.cli.main import run as command
 
 
+@pytest.mark.slow  # 13 s
 def test_a_job_by_rays(tmp_path: Path) -> None:
     file, out = write_job(tmp_path), tmp_path / "out"
     assert (

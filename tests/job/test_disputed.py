@@ -51,6 +51,7 @@ def disputed(tmp_path_factory: pytest.TempPathFactory) -> tuple[int, str, Path]:
     return code, said.getvalue(), out
 
 
+@pytest.mark.slow  # 5 s
 def test_a_dispute_is_told_first_and_ends_with_code_1(disputed: tuple[int, str, Path]) -> None:
     code, said, out = disputed
     assert code == 1

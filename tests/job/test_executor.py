@@ -42,6 +42,7 @@ def alone():
 
 
 @pytest.mark.parametrize("workers", [2, 3])
+@pytest.mark.slow  # 4 s
 def test_numbers_do_not_depend_on_the_number_of_workers(alone, workers):
     brackets, rapid, engine = cut(workers)
     # both add the same volumes of the same tiles, in another order

@@ -68,6 +68,7 @@ ANGLES = [(10.0, 0.0), (14.0, 8.0), (20.0, 12.0)]
 TIPS = [(-9.0, 1.0, -1.5), (10.0, 0.0, -1.0), (29.0, -1.0, -1.5)]
 
 
+@pytest.mark.slow  # 6 s
 def test_tables_of_angles_and_programs_with_tool_centre_control_agree(tmp_path):
     header = "x_mm,y_mm,z_mm,a_deg,c_deg,feed_mm_min,tool\n"
     table = header + "".join(

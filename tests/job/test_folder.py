@@ -141,6 +141,7 @@ def test_a_directory_of_an_earlier_version_is_ours(tmp_path):
     assert not (out / "stock.stl").exists()
 
 
+@pytest.mark.slow  # 6 s
 def test_a_manifest_says_what_made_the_files(tmp_path):
     job, out = write_job(tmp_path), tmp_path / "out"
     begin = datetime.now(UTC).replace(microsecond=0)
@@ -237,6 +238,7 @@ def test_a_killed_run_leaves_nothing_that_stands_in_the_way(tmp_path):
         assert not torn.exists() and not any("partial" in path.name for path in out.iterdir())
 
 
+@pytest.mark.slow  # 4 s
 def test_a_checkpoint_grows_with_the_workpiece_and_not_with_the_program(tmp_path):
     """Passes that find nothing left to cut add nothing to it."""
     passes = "".join(f"G1 X{9 - 8 * (k % 2)} Y{2 + 2 * (k // 2 % 7)}\n" for k in range(14)) * 6

@@ -127,6 +127,7 @@ def test_the_partial_table_reads_back_bit_for_bit(tmp_path):
     assert dict(read_samples(path)) == {7: (0.1, 0.1 + 0.2)}
 
 
+@pytest.mark.slow  # 11 s
 def test_verdicts_are_not_asked_for_again(tmp_path):
     job = Job.load(write_job(tmp_path, job=JOB + FEED))
     whole = run(job, out=tmp_path / "whole", brep="all").blocks
@@ -152,6 +153,7 @@ def test_verdicts_are_not_asked_for_again(tmp_path):
     polars.testing.assert_frame_equal(result, whole, rel_tol=1e-6, abs_tol=1e-9)
 
 
+@pytest.mark.slow  # 11 s
 def test_verdicts_have_the_time_that_is_asked_for(tmp_path):
     result = run(Job.load(write_job(tmp_path)), brep="2", brep_seconds=1e-3)
     row = result.blocks.row(2, named=True)

@@ -200,6 +200,7 @@ def zigzag(rng: np.random.Generator, runs: int, steep: float):
 
 @pytest.mark.parametrize("steep", [0.0, 0.3, 1.5])
 @pytest.mark.parametrize("tool", TOOLS)
+@pytest.mark.slow  # 4 s
 def test_all_that_the_mesh_of_a_cutter_holds_is_gone_although_only_some_of_it_is_built(tool, steep):
     """Whatever was left out of the mesh held no material: the whole mesh of the last block finds none."""
     rng = np.random.default_rng(len(tool))

@@ -29,6 +29,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::vmachining.errors.AccuracyWarni
     [(m, t) for m, row in VOLUMES.items() for t in row if m in ("twist",) or t == "B10" or "lean" in m]
     + [("tilt about the tip", "F20"), ("skew", "N20"), ("rolling forward", "N30")],
 )
+@pytest.mark.slow  # 4 s
 def test_reference_volumes_lie_between_inner_and_outer(motion: str, tool: str) -> None:
     chord, exact = 0.08, VOLUMES[motion][tool]
     inner, fair, outer = (united(reference(motion, tool), chord, side).volume() for side in SIDES)

@@ -50,6 +50,7 @@ def slot(tmp_path_factory: pytest.TempPathFactory) -> vm.RunResult:
     return vm.run(job)
 
 
+@pytest.mark.slow  # 11 s
 def test_every_block_of_the_slot_has_its_closed_form(slot: vm.RunResult) -> None:
     truth = [block.volume for block in generator("slot").path()]
     assert not outside(feed_rows(slot), truth)
@@ -73,6 +74,7 @@ def test_slot_feeds_follow_from_its_volumes(slot: vm.RunResult) -> None:
     assert slot.summary["scheduled_time_s"] < slot.summary["time_s"]
 
 
+@pytest.mark.slow  # 20 s
 def test_slot_plateaus_at_the_shipped_chord(tmp_path: Path) -> None:
     """The feeds that the readme states, from the shipped job."""
     result = vm.run(vm.Job.load(MODELS / "slot" / "job.toml"))
@@ -92,6 +94,7 @@ def test_slot_plateaus_at_the_shipped_chord(tmp_path: Path) -> None:
     assert result.blocks["warning"].drop_nulls().is_empty()
 
 
+@pytest.mark.slow  # 16 s
 def test_pocket(tmp_path: Path) -> None:
     make = generator("pocket")
     result = vm.run(vm.Job.load(reduced("pocket", tmp_path, chord=0.05)))
@@ -114,6 +117,7 @@ def test_pocket(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("passes", "spacing"), [(2, 10.0), (3, 4.0)], ids=["apart", "overlapping"])
+@pytest.mark.slow  # 33 s
 def test_half_cylinder(tmp_path: Path, passes: int, spacing: float) -> None:
     make = generator("half_cylinder")
     case = make.Case(passes=passes, spacing=spacing)
@@ -132,6 +136,7 @@ def test_half_cylinder(tmp_path: Path, passes: int, spacing: float) -> None:
     assert result.blocks["warning"].drop_nulls().is_empty()
 
 
+@pytest.mark.slow  # 83 s
 def test_mould_against_its_height_map(tmp_path: Path) -> None:
     make = generator("mould")
     result = vm.run(vm.Job.load(reduced("mould", tmp_path, chord=0.05)))

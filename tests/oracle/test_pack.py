@@ -49,6 +49,7 @@ def test_the_shipped_pack_is_small_and_whole() -> None:
     assert command in (PACK / "README.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow  # 5 s
 def test_regenerating_the_shipped_pack_gives_its_numbers(tmp_path: Path) -> None:
     copy = tmp_path / "pack"
     shutil.copytree(PACK, copy)
@@ -90,6 +91,7 @@ def test_a_pack_is_deterministic_and_serves_as_a_job(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("licence", ["none", "cc0", "terms.txt"])
+@pytest.mark.slow  # 5 s
 def test_the_command_of_the_readme_makes_the_same_pack(
     licence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -141,6 +143,7 @@ def test_subprograms_in_files_come_along(key: str, copied: str, tmp_path: Path) 
     assert run(["pack", str(pack / "job.toml"), "--out", str(tmp_path / "b"), "--quiet"]) == 0  # of the copy
 
 
+@pytest.mark.slow  # 9 s
 def test_a_pack_with_brep_has_no_date_and_its_result_is_a_reference(tmp_path: Path) -> None:
     job = write_job(tmp_path / "in", program=STRAIGHT)
     result = vm.write_pack(job, tmp_path / "pack", stock=("step",), brep="all")

@@ -68,6 +68,7 @@ def test_the_page_says_what_it_does_not_know(page):
         assert words in text
 
 
+@pytest.mark.slow  # 4 s
 def test_the_page_says_what_the_second_engine_said(page, tmp_path):
     """Nobody asked it; it agreed on all blocks; it refused one."""
     nobody = body(page[1])

@@ -50,6 +50,7 @@ def cds() -> vm.RunResult:
     return run("cds")
 
 
+@pytest.mark.slow  # 8 s
 def test_cds_sums(cds: vm.RunResult) -> None:
     check_sums(cds)
     assert cds.summary["blocks"] == 265
@@ -136,6 +137,7 @@ def points_removed(job: vm.Job, result: vm.RunResult, count: int) -> tuple[float
     return box * share, box * np.sqrt(share * (1 - share) / count)
 
 
+@pytest.mark.slow  # 8 s
 def test_the_impeller_begins_as_points_say(tmp_path: Path) -> None:
     """Thirty five-axis blocks through the chain of the machine; all 4,500 in the full lane."""
     text = (PROGRAMS / "impeller-7bl-xyzac.ngc").read_text().splitlines()[:40]

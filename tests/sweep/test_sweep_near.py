@@ -40,6 +40,7 @@ def test_a_pass_needs_the_last_one_and_few_before_it() -> None:
 
 
 @pytest.mark.parametrize("number", [2, 4, 5, 13, 17, 97])
+@pytest.mark.slow  # 7 s
 def test_sweeps_that_are_not_needed_take_nothing_from_what_is_left(number: int) -> None:
     """Random points of a block in the stock: those in any earlier sweep are in one that is needed."""
 

@@ -53,6 +53,7 @@ def job(folder: Path, more: str = "", **how: float) -> Path:
     return file
 
 
+@pytest.mark.slow  # 5 s
 def test_overcut_has_a_depth_a_place_and_a_block(tmp_path: Path) -> None:
     out = tmp_path / "out"
     assert command(["run", str(job(tmp_path)), "--out", str(out), "--engine", "vectors", "--quiet"]) == 0

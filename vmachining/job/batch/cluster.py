@@ -406,8 +406,9 @@ def _connect(address: str) -> Any:
         raise InputError(
             "--scheduler wants dask.distributed", remedy="pip install 'vmachining[cluster]'"
         ) from exc
-    for name in ("distributed", "tornado"):  # what matters of theirs is said in our words
-        logging.getLogger(name).setLevel(logging.CRITICAL)
+    for name in ("distributed", "tornado", *logging.root.manager.loggerDict):
+        if name.split(".")[0] in ("distributed", "tornado"):  # what matters of theirs is said in our words
+            logging.getLogger(name).setLevel(logging.CRITICAL)
     start = f"start one: dask scheduler; {GUIDE}"
     try:
         parts = urlsplit(address)
