@@ -97,6 +97,7 @@ def part(k: int) -> None:
 
 
 def _jobs() -> None:
+    from vmachining.cli.jobs import demo_job
     from vmachining.engines import ENGINES
     from vmachining.job import Job, engage, run
     from vmachining.job.stock import write_stock
@@ -111,6 +112,7 @@ def _jobs() -> None:
             run(Job.load(folder / "job.toml"), engine=engine, workers=1)
         for method in ("dexel", "analytic"):
             engage(Job.load(folder / "job.toml"), 3, method=method)
+    run(Job.load(demo_job("slot")), workers=1)  # what the demo needs, whatever that is
 
 
 def _turns() -> None:
