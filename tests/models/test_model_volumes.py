@@ -136,7 +136,7 @@ def test_half_cylinder(tmp_path: Path, passes: int, spacing: float) -> None:
     assert result.blocks["warning"].drop_nulls().is_empty()
 
 
-@pytest.mark.slow  # 83 s
+@pytest.mark.long  # 83 s
 def test_mould_against_its_height_map(tmp_path: Path) -> None:
     make = generator("mould")
     result = vm.run(vm.Job.load(reduced("mould", tmp_path, chord=0.05)))

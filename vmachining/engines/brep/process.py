@@ -158,7 +158,7 @@ class WorkerProcess:
                 good, answer = self._answers.get(timeout=min(max(left, 0.0), 1.0))
             except queue.Empty:
                 if left <= 0.0:
-                    raise Late(f"no answer within {seconds:.3g} s of a processor") from None
+                    raise Late(f"no answer within {max(seconds, 0.0):.3g} s of a processor") from None
                 continue
             if not good:
                 raise Gone(self._end())
