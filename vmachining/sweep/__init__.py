@@ -31,6 +31,7 @@ membership, distance, and where a ray is inside.
 | `topology.py` | `breaks`: instants at which the grazing curve changes its shape |
 | `_kernels.py` | distances and ray intervals of bodies that only translate, in numba |
 | `turned/` | the same where the axis turns |
+| `ball/` | lines against ball cutters on lines, in closed form |
 | `flux/` | volume where the axis turns |
 
 Source: volume of a convex body plus segment by Minkowski and Cauchy (shadow as half the integral of |n . d|);

@@ -19,7 +19,7 @@ Goal: overcut and undercut of a program with position, depth and block, at a den
 | `part.py` | `DesignPart`, `features`, points on facets and edges |
 | `upright.py` | `UprightVectors`: the grid, in tiles |
 | `along.py` | `NormalVectors`, and lambda and L before the first cut |
-| `ball.py`, `facets.py` | sweeps in closed form; envelopes as facets |
+| `facets.py` | envelopes as facets; closed forms of ball cutters are in `sweep/ball` |
 | `deviation.py` | `Deviation`: what is reported |
 | `budget.py` | memory, before there are vectors |
 | `surface.py` | the workpiece for pictures |

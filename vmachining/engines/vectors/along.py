@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 
 from vmachining.arrays import Floats, Ints
 from vmachining.engines.vectors import _kernels
-from vmachining.engines.vectors.ball import ball_block
 from vmachining.engines.vectors.facets import envelope
 from vmachining.engines.vectors.part import DesignPart, Points, first_hits
 from vmachining.errors import InputError
 from vmachining.stock import MeshStock, Stock
 from vmachining.sweep import Sweep
+from vmachining.sweep.ball import ball_block
 
 __all__ = ["NormalVectors", "normal_lengths"]
 

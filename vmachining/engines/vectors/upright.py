@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.engines.protocol import NOTHING, Removal
 from vmachining.engines.vectors import _kernels
-from vmachining.engines.vectors.ball import ball_block
 from vmachining.engines.vectors.facets import envelope
 from vmachining.engines.vectors.part import DesignPart
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep
+from vmachining.sweep.ball import ball_block
+from vmachining.sweep.ball._kernels import ball_upright
 
 __all__ = ["TILE", "Base", "UprightVectors"]
 
@@ -194,7 +195,7 @@ class UprightVectors:
             return
         ball = ball_block(sweep)
         if ball is not None:
-            _kernels.ball_upright(
+            ball_upright(
                 x[0], y[0], self.pitch, ball.center, ball.travel, ball.radius, ball.height, enter, leave
             )
             yield enter, leave

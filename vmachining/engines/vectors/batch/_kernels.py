@@ -6,8 +6,9 @@
 
 import numpy as np
 
-from vmachining.engines.vectors._kernels import ball_entry, in_ball_sweep, shortened
+from vmachining.engines.vectors._kernels import shortened
 from vmachining.jit import kernel, leaf
+from vmachining.sweep.ball._kernels import ball_entry, in_ball_sweep
 
 PRUNERS = 4  # blocks of a tile that others are compared with
 

@@ -1,4 +1,8 @@
-"""Blocks whose sweep is known in closed form: ball cutters on straight lines."""
+"""Blocks whose sweep lines enter in closed form: ball cutters, with their shanks, on straight lines.
+
+`ball_block` tells whether a sweep is one of them; `_kernels.py` has the entry of any line (`ball_entry`), whether a point is
+inside (`in_ball_sweep`), and both heights of upright lines over a grid (`ball_upright`).
+"""
 
 from __future__ import annotations
 
@@ -6,7 +10,7 @@ from typing import NamedTuple
 
 from vmachining.arrays import Floats
 from vmachining.geometry import Line
-from vmachining.sweep import Sweep
+from vmachining.sweep.motion import Sweep
 from vmachining.tool import Profile
 
 __all__ = ["BallBlock", "ball_block"]
