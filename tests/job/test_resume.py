@@ -157,7 +157,9 @@ def test_verdicts_are_not_asked_for_again(tmp_path):
 def test_verdicts_have_the_time_that_is_asked_for(tmp_path):
     result = run(Job.load(write_job(tmp_path)), brep="2", brep_seconds=1e-3)
     row = result.blocks.row(2, named=True)
-    assert row["brep_status"] == "refused" and "judges: no answer within 0" in row["warning"]  # what is left of it
+    assert (
+        row["brep_status"] == "refused" and "judges: no answer within 0" in row["warning"]
+    )  # what is left of it
     assert result.summary["brep"]["refused"] == 1
     with pytest.raises(Stopped):
         run(
