@@ -8,11 +8,12 @@ import pytest
 from vmachining import FlatEnd, Sweep, Turn
 from vmachining.arrays import Floats
 from vmachining.engines import brep
-from vmachining.engines.brep.envelopes.grazes import FOLD_MM, Grazes
+from vmachining.engines.brep.envelopes.grazes import Grazes
 from vmachining.engines.brep.envelopes.stretches import LineSide, Moving
 from vmachining.engines.brep.envelopes.turns import turn_pieces
-from vmachining.engines.brep.occt.shapes import FIT_MM, Cylinder, Frame, interpolated
-from vmachining.engines.brep.occt.topology import TOL, Builder, Use
+from vmachining.engines.brep.occt.shapes import Cylinder, Frame, interpolated
+from vmachining.engines.brep.occt.tolerances import CONFUSION_MM, CURVE_FIT_MM, MISS_MM
+from vmachining.engines.brep.occt.topology import Builder, Use
 from vmachining.engines.brep.translations.caps import Tool
 
 
@@ -47,9 +48,9 @@ def test_folds_between_narrow_bounds_are_seen() -> None:
         return -float(min(sweep.signed_distance(side.points(grazes, half, s)[0]).min() for side in sides))
 
     whole = Grazes(Tool.of(profile), Moving(path))
-    assert deepest(whole, Sweep.along(profile, path)) > 30.0 * FOLD_MM
+    assert deepest(whole, Sweep.along(profile, path)) > 30.0 * MISS_MM
     pieces = turn_pieces(profile, path, 1e-6)
-    assert max(deepest(piece.built.grazes, piece.sweep) for piece in pieces) < 1.2 * FOLD_MM
+    assert max(deepest(piece.built.grazes, piece.sweep) for piece in pieces) < 1.2 * MISS_MM
 
 
 @pytest.mark.parametrize("wide", [3e-3, 1e-3, 3e-4])
@@ -61,8 +62,11 @@ def test_edges_that_bend_sharply_lie_on_their_cylinder(wide: float) -> None:
         u = 3.0 + np.arctan((s - 0.52) / wide)
         return np.column_stack([4.0 * np.cos(u), 4.0 * np.sin(u), 50.0 * s])
 
-    curve = interpolated(points, 0.0, 1.0, FIT_MM)
+    curve = interpolated(points, 0.0, 1.0, CURVE_FIT_MM)
     build = Builder()
     path, miss = build._inverted(surface, curve, *build._run(surface, Use(build.edge(curve))))
     s = np.linspace(0.0, 1.0, 20001)
-    assert miss <= TOL and np.linalg.norm(surface.at(path(s)) - curve.at(s), axis=1).max() < 2.0 * TOL
+    assert (
+        miss <= CONFUSION_MM
+        and np.linalg.norm(surface.at(path(s)) - curve.at(s), axis=1).max() < 2.0 * CONFUSION_MM
+    )

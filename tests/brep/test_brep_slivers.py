@@ -11,10 +11,11 @@ import pytest
 from vmachining import BullNose, Sweep, Turn
 from vmachining.bench import gauntlet
 from vmachining.engines import brep
-from vmachining.engines.brep import write
 from vmachining.engines.brep.envelopes.stretches import ArcTurn
 from vmachining.engines.brep.envelopes.turns import turn_pieces
 from vmachining.engines.brep.occt import inside
+from vmachining.engines.brep.occt.step_out import difference
+from vmachining.engines.brep.occt.tolerances import STEP_REL
 from vmachining.errors import EngineError, SweepError
 from vmachining.tool import Profile
 
@@ -60,7 +61,7 @@ def test_step_turns_no_solid_with_slivers_inside_out(tmp_path: Path) -> None:
     shapes = [piece.built.builder.solid() for piece in pieces]
     volumes = [brep.volume(shape) for shape in shapes]
     found = brep.write_solids(tmp_path / "sweep.step", shapes)
-    assert found == pytest.approx(sum(volumes), rel=len(shapes) * write.SAME_REL)
+    assert found == pytest.approx(sum(volumes), rel=len(shapes) * STEP_REL)
     faces = faces_of(shapes[0])
     turned = [solid_of([faces[k], *faces[:k], *faces[k + 1 :]]) for k in range(len(faces))]
     turned = [solid for solid in turned if inside.inside_out(solid)]
@@ -88,7 +89,7 @@ def test_step_turns_no_solid_with_slivers_inside_out(tmp_path: Path) -> None:
 def test_a_file_that_differs_is_described_in_few_words(
     back: list[float], wanted: list[float], said: str
 ) -> None:
-    assert write._difference(back, wanted) == said
+    assert difference(back, wanted) == said
 
 
 def test_points_are_told_beside_a_face_that_no_line_can_meet() -> None:

@@ -17,8 +17,11 @@ from vmachining.cli.main import run as command
 from vmachining.engines import brep
 from vmachining.engines.brep import Blank
 from vmachining.engines.brep.occt.booleans import quiet
+from vmachining.engines.brep.occt.parts import without_crumbs
 from vmachining.engines.brep.occt.polyhedron import polyhedron
 from vmachining.engines.brep.occt.step import read_step
+from vmachining.engines.brep.occt.tolerances import CRUMB_MM3
+from vmachining.engines.brep.occt.validity import refuse_unsound
 from vmachining.engines.brep.workpiece import cut as workpiece
 from vmachining.engines.brep.workpiece.cut import owners, write_step
 from vmachining.errors import EngineError
@@ -162,20 +165,20 @@ def test_an_open_workpiece_is_refused_and_several_pieces_with_a_hole_are_not() -
     box = cq.Solid.makeBox(1, 2, 3)
     hollow = box.cut(cq.Solid.makeBox(0.2, 0.2, 0.2, cq.Vector(0.4, 0.4, 0.4)))
     apart = cq.Compound.makeCompound([hollow, cq.Solid.makeSphere(1, cq.Vector(9, 0, 0))])
-    workpiece._check(apart.wrapped)
+    refuse_unsound(apart.wrapped)
     for faces in (box.Faces()[1:], box.Faces()):  # a face short; all of them, and no solid
         loose = cq.Shell.makeShell(faces)
         with pytest.raises(EngineError, match="closed"):
-            workpiece._check(loose.wrapped)
+            refuse_unsound(loose.wrapped)
     inverted = cq.Solid(box.wrapped.Reversed())
     with pytest.raises(EngineError, match="inside out"):
-        workpiece._check(cq.Compound.makeCompound([hollow.translate((9, 0, 0)), inverted]).wrapped)
+        refuse_unsound(cq.Compound.makeCompound([hollow.translate((9, 0, 0)), inverted]).wrapped)
 
 
 def test_pieces_that_hold_nothing_are_no_workpiece(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A needle of 2e-10 mm3 that every cut leaves beside a slot of 300 mm3; where nothing else is left, there is no file."""
     crumb = cq.Solid.makeBox(1e-5, 2, 1e-5, cq.Vector(0, 0, 9))
-    assert 0.0 < crumb.Volume() < workpiece.CRUMB_MM3
+    assert 0.0 < crumb.Volume() < CRUMB_MM3
     right = workpiece.minus
 
     def messy(one: object, others: list[object], fuzzy: float) -> object:
@@ -191,7 +194,7 @@ def test_pieces_that_hold_nothing_are_no_workpiece(tmp_path: Path, monkeypatch: 
     with pytest.raises(EngineError, match="nothing is left"):
         workpiece.workpiece(BOX, [[whole]], [Bracket(24000.0, 24000.0, 24000.0)])
     loose = cq.Compound.makeCompound([cq.Solid.makeBox(1, 2, 3), crumb, cq.Face.makePlane(1, 1, (9, 9, 9))])
-    assert len(cq.Shape.cast(workpiece._whole(loose.wrapped)).Faces()) == 13  # the check has to see them
+    assert len(cq.Shape.cast(without_crumbs(loose.wrapped)).Faces()) == 13  # the check has to see them
 
 
 def test_a_workpiece_whose_cut_the_kernel_refuses_is_cut_otherwise(monkeypatch: pytest.MonkeyPatch) -> None:

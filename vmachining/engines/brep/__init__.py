@@ -15,8 +15,11 @@ Goal: a B-rep answer beside the mesh bracket. Every value is either inside the b
 | room or file | holds |
 |---|---|
 | `occt/shapes.py`, `topology.py` | curves and surfaces with their numpy formula; `Builder`: shells vertex by vertex |
-| `occt/measure.py`, `validity.py`, `inside.py` | exact volume; what OCCT says of a solid; which points lie in solids |
-| `occt/booleans.py`, `step.py`, `polyhedron.py` | booleans that are asked whether they worked; STEP; triangles as plane faces |
+| `occt/primitives.py`, `polyhedron.py`, `parts.py` | boxes, revolved bodies; triangles as plane faces; parts of a shape |
+| `occt/measure.py`, `validity.py` | exact volume; what OCCT says of a solid |
+| `occt/inside.py`, `probe.py` | which points, and which parts of a curve, lie in solids |
+| `occt/booleans.py`, `step.py`, `step_out.py` | booleans that are asked whether they worked; STEP in and out |
+| `occt/tolerances.py` | every tolerance of a solid, and where it comes from |
 | `translations/` | upright tools: level lines and arcs, plunges, ramps, helices |
 | `envelopes/` | tools that lean or turn: grazing curves, sheets, lenses, parts in time, turns about a line, covers |
 | `swept.py`, `write.py` | `solid`, `solids` of any sweep; STEP of them |

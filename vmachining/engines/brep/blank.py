@@ -44,17 +44,13 @@ class Blank:
 
     def shape(self) -> Any:
         """TopoDS_Shape."""
-        from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
-        from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+        from vmachining.engines.brep.occt import parts, primitives, step_out  # OCCT takes seconds to load
 
         if self.kind == "box":
-            return BRepPrimAPI_MakeBox(gp_Pnt(*self.lo), gp_Pnt(*self.hi)).Shape()
+            return primitives.box(self.lo, self.hi)
         if self.kind == "cylinder":
-            foot = gp_Ax2(gp_Pnt(*self.center, self.lo[2]), gp_Dir(0.0, 0.0, 1.0))
-            return BRepPrimAPI_MakeCylinder(foot, self.radius, self.hi[2] - self.lo[2]).Shape()
+            return primitives.cylinder(self.center, self.radius, (self.lo[2], self.hi[2]))
         if self.kind == "triangles":
             return polyhedron(self.triangles)
-        import cadquery as cq
-
-        found = [s for v in cq.importers.importStep(self.file).vals() for s in v.Solids()]  # type: ignore[union-attr]
-        return found[0].wrapped if len(found) == 1 else cq.Compound.makeCompound(found).wrapped
+        found = step_out.solids_in(self.file)
+        return found[0] if len(found) == 1 else parts.compound(found)

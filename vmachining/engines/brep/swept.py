@@ -12,13 +12,15 @@ from vmachining.engines.brep.envelopes.hinge import Hinge, halves
 from vmachining.engines.brep.envelopes.turns import turn_pieces
 from vmachining.engines.brep.occt.inside import inside_out
 from vmachining.engines.brep.occt.measure import volume
+from vmachining.engines.brep.occt.primitives import rotated
+from vmachining.engines.brep.occt.tolerances import LEVEL_MM, SHEET_FIT_MM, SWEPT_REL
 from vmachining.engines.brep.occt.validity import Inspection, inspect
 from vmachining.engines.brep.translations.caps import UP
 from vmachining.engines.brep.translations.front import front
 from vmachining.engines.brep.translations.guides import HelixGuide, LineGuide
 from vmachining.engines.brep.translations.level import bent_guide, level, straight_guide
 from vmachining.engines.brep.translations.ramp import ramp
-from vmachining.engines.brep.translations.upright import ring, turned
+from vmachining.engines.brep.translations.upright import plunged, ring
 from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Arc, Line
 from vmachining.numerics.series import Series
@@ -28,18 +30,8 @@ from vmachining.tool import Profile, convex_cover
 
 __all__ = ["Swept", "solid", "solids"]
 
-LEVEL_MM = 2e-5
-"""A rise or a sideways step below this is none (the mean is taken): OCCT takes points 1e-7 mm apart for one,
-and faces that lie this close to each other get edges of that length."""
-
 MOST_BENT = 0.95 * np.pi
 """rad: beyond this, an arc whose inner side ends in a point on its axis is swept as two."""
-
-TURN_FIT_MM = 1e-6
-"""mm asked of the sheets of a tool that turns: ten times OCCT's confusion of points, 1e-8 of a volume."""
-
-VOLUME_REL = {False: 1e-6, True: 1e-5}
-"""Agreement asked with the closed form: of analytic faces, and where some are splines."""
 
 MOST_WOUND = 1.01 * np.pi
 """rad: turn of a helix whose front is one solid; a full turn is two."""
@@ -52,7 +44,7 @@ class Swept(NamedTuple):
     fit_mm: float
 
 
-def solid(sweep: Sweep, *, fit_mm: float = TURN_FIT_MM) -> Any:
+def solid(sweep: Sweep, *, fit_mm: float = SHEET_FIT_MM) -> Any:
     """The sweep of one block as one `cadquery.Solid`.
 
     fit_mm : largest distance asked of the spline sheets of a tool that turns; `solids` tells what was reached.
@@ -81,12 +73,12 @@ def solid(sweep: Sweep, *, fit_mm: float = TURN_FIT_MM) -> Any:
     exact = None if isinstance(sweep.path, Turn) and sweep.upright() is None else sweep.volume
     if exact is not None:
         found = volume(parts[0].shape)
-        if abs(found - exact) > VOLUME_REL[parts[0].fit_mm > 0.0] * exact:
+        if abs(found - exact) > SWEPT_REL[parts[0].fit_mm > 0.0] * exact:
             raise EngineError(f"solid of {found:.9g} mm3, the closed form is {exact:.9g}", engine="brep")
     return cq.Solid(parts[0].shape)
 
 
-def solids(sweep: Sweep, *, fit_mm: float = TURN_FIT_MM) -> list[Swept]:
+def solids(sweep: Sweep, *, fit_mm: float = SHEET_FIT_MM) -> list[Swept]:
     """Solids whose union is the sweep: mostly one.
 
     Several for arcs that come back to themselves or turn by more than about half a turn around an axis inside
@@ -113,7 +105,7 @@ def solids(sweep: Sweep, *, fit_mm: float = TURN_FIT_MM) -> list[Swept]:
     standing, frame = known
     found = [part for piece in _pieces(standing.profile, path) for part in _built(*piece)]
     if not np.array_equal(frame, np.eye(3)):
-        found = [Swept(_turned_back(part.shape, frame), part.fit_mm) for part in found]
+        found = [Swept(rotated(part.shape, frame.T), part.fit_mm) for part in found]
     for part in found:
         _inspected(part.shape)
     return found
@@ -158,7 +150,7 @@ def _enveloped(profile: Profile, path: Turn, fit_mm: float, off_mm: float, tries
     for piece in turn_pieces(profile, path, fit_mm, tries.take):
         shape = piece.built.builder.solid()
         value, exact = _inspected(shape).volume, piece.sweep.flux().volume
-        if abs(value - exact) > VOLUME_REL[True] * exact:
+        if abs(value - exact) > SWEPT_REL[True] * exact:
             raise EngineError(
                 f"swept solid of {value:.9g} mm3, the flux identity gives {exact:.9g}", engine="brep"
             )
@@ -176,23 +168,12 @@ def _hinged(profile: Profile, path: Turn, most_mm: float, off_mm: float) -> list
         for build, exact in halves(profile, hinge):
             shape = build.solid()
             value = _inspected(shape).volume
-            if abs(value - exact) > VOLUME_REL[False] * exact:
+            if abs(value - exact) > SWEPT_REL[False] * exact:
                 raise EngineError(f"half of {value:.9g} mm3, its flux gives {exact:.9g}", engine="brep")
             found.append(Swept(shape, hinge.off_mm + off_mm))
     except (SweepError, EngineError):
         return []
     return found
-
-
-def _turned_back(shape: Any, frame: Floats) -> Any:
-    """The shape out of a frame: x where `frame` x is in it."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
-    from OCP.gp import gp_Trsf
-
-    motion = gp_Trsf()
-    rows = np.column_stack([frame.T, np.zeros(3)])
-    motion.SetValues(*rows.ravel().tolist())
-    return BRepBuilderAPI_Transform(shape, motion, True).Shape()
 
 
 def _pieces(profile: Profile, path: Line | Arc) -> list[tuple[Profile, Line | Arc]]:
@@ -242,7 +223,7 @@ def _wound(profile: Profile, path: Arc) -> list[Swept]:
     """The cutter where it stands lowest, and what its front passes from there."""
     count = int(np.ceil(abs(path.angle) / MOST_WOUND))
     lowest = np.array(path.start if path.rise > 0.0 else path.end)
-    found = [Swept(turned(profile, lowest), 0.0)]
+    found = [Swept(plunged(profile, lowest), 0.0)]
     for piece in path.split([k / count for k in range(1, count)]):
         build, error = front(profile, piece)
         found.append(Swept(build.solid(), error))
@@ -267,7 +248,7 @@ def _built(profile: Profile, path: Line | Arc) -> list[Swept]:
         center = 0.5 * (path.start + path.end)
         center[2] = path.start[2]
         body = profile.extruded(float(travel[2])) if travel[2] != 0.0 else profile
-        return [Swept(turned(body, center), 0.0)]
+        return [Swept(plunged(body, center), 0.0)]
     if abs(travel[2]) < LEVEL_MM:
         height = 0.5 * float(path.start[2] + path.end[2])
         return [Swept(level(profile, straight_guide(path, height)).solid(), 0.0)]

@@ -4,10 +4,10 @@ A pivot in the tool folds the envelope inside the sweep. There the tool is cut: 
 by some poses of the whole tool, the bodies below and above it have envelopes that do not fold
 (`vmachining.sweep.folds`). What has no slab, or bodies without a solid, is halved in time, until some poses cover it:
 at an instant at which the grazing curve jumps no envelope is smooth, but nothing moves far. Every part is built and
-gated like a block of its own; that nothing is missing between them is measured in exact distances (`GAP_MM`).
+gated like a block of its own; that nothing is missing between them is measured in exact distances (`MISS_MM`).
 
 A motion that hardly leaves a plane through the axis is taken for one that stays in it, in as many parts of the block
-as keep it within `GAP_MM` of the truth: what is planar has simpler solids than what is nearly so.
+as keep it within `MISS_MM` of the truth: what is planar has simpler solids than what is nearly so.
 
 A motion that stays in a plane through the axis grazes along whole circles and on edges of no width, at all times.
 1e-6 mm of motion along the axis and out of the plane (`NUDGES`) makes a general one of it, off by as much. Where its
@@ -23,6 +23,7 @@ from typing import Generic, NamedTuple, TypeVar
 import numpy as np
 
 from vmachining.arrays import Floats
+from vmachining.engines.brep.occt.tolerances import CONFUSION_MM, MISS_MM
 from vmachining.errors import EngineError, SweepError
 from vmachining.sweep import Sweep, Turn
 from vmachining.sweep.folds import plans, poses, standing
@@ -31,11 +32,8 @@ from vmachining.tool import Profile
 
 __all__ = ["Tries", "covered"]
 
-GAP_MM = 3e-5
-"""What may be missing between poses: as much as a sheet may lie inside (`FOLD_MM` of `grazes.py`)."""
-
-DEEP_MM = 1.5e-5
-"""A fold that lies deeper belongs into the slab."""
+DEEP_MM = 0.5 * MISS_MM
+"""A fold that lies deeper belongs into the slab: half of what may be missing, the other half is for the poses."""
 
 POSES = 16
 """Most parts of a block between whose ends a slab, or the whole tool, has to be covered."""
@@ -52,9 +50,6 @@ TRIES = 600
 WAYS = ((1, 0), (-1, 0), (1, 1), (-1, 1))
 NUDGES = tuple((1e-6, *way) for way in WAYS[:2]) + tuple((1e-5, *way) for way in WAYS)
 """mm by which the last pose of a planar motion may be moved, in parts of the axis and of the normal of the plane."""
-
-EXACT_MM = 1e-7
-"""OCCT's confusion of points."""
 
 GRADE = 4.0
 """Parts over which the lift of a planar motion grows by more have sheets that are sharp here and round there."""
@@ -185,7 +180,7 @@ class _Work(Generic[T]):
         reason = self._built(profile, a, b)
         if isinstance(reason, list):
             return [_Found(profile, None, reason)]
-        exact = self.special(profile, part, NUDGES[-1][0] if self.is_graded else EXACT_MM, 0.0)
+        exact = self.special(profile, part, NUDGES[-1][0] if self.is_graded else CONFUSION_MM, 0.0)
         if exact:
             one = self._nudged(profile, part, hasty=True) if len(exact) == 2 else None
             return one if one and len(one[0].parts) == 1 else [_Found(profile, None, exact)]
@@ -193,7 +188,7 @@ class _Work(Generic[T]):
         found = self._slab(profile, part, a, b, depth) if deeper else None
         swap = _swap(profile, part)
         lift = _lift(part) if self.is_graded else None
-        if swap is None and (lift is None or lift.min() <= EXACT_MM):
+        if swap is None and (lift is None or lift.min() <= CONFUSION_MM):
             found = found or self._nudged(profile, part, hasty=self.is_graded)
         found = found or self._posed(profile, part, a, b)
         if not found and deeper:
@@ -221,7 +216,7 @@ class _Work(Generic[T]):
 
     def _slab(self, profile: Profile, part: Turn, a: float, b: float, depth: int) -> list[_Found[T]] | None:
         """Bodies below and above a slab, and poses."""
-        for slab, count in plans(profile, part, DEEP_MM, GAP_MM, POSES):
+        for slab, count in plans(profile, part, DEEP_MM, MISS_MM, POSES):
             if not self.tries.left:
                 break
             found = self._all([(body, a, b) for body in slab.bodies], depth)
@@ -231,7 +226,7 @@ class _Work(Generic[T]):
 
     def _posed(self, profile: Profile, part: Turn, a: float, b: float) -> list[_Found[T]] | None:
         """Poses alone, for a part that hardly moves."""
-        count = poses(profile, part, GAP_MM, POSES)
+        count = poses(profile, part, MISS_MM, POSES)
         return None if count is None else self._standing(profile, a, b, count)
 
     def _standing(self, profile: Profile, a: float, b: float, count: int) -> list[_Found[T]]:
@@ -271,7 +266,7 @@ def _flattened(path: Turn) -> tuple[list[Turn], float]:
         return [], 0.0
     velocity = path.velocity(np.linspace(0.0, 1.0, 9))
     slip, noise = velocity @ across, PLANAR * np.abs(velocity).max()
-    count = int(np.ceil(np.abs(slip).max() / (2.0 * GAP_MM)))
+    count = int(np.ceil(np.abs(slip).max() / (2.0 * MISS_MM)))
     if np.abs(slip).max() <= noise or np.ptp(slip) > noise or count > FLAT_PARTS:
         return [], 0.0
     half = 0.5 * float(slip[0]) / count * across

@@ -47,22 +47,17 @@ from vmachining.engines.brep.envelopes.stretches import (
     near,
     wave,
 )
-from vmachining.engines.brep.translations.caps import FLAT, Tool
+from vmachining.engines.brep.occt.tolerances import CONFUSION_MM, FLAT_MM, MISS_MM
+from vmachining.engines.brep.translations.caps import Tool
 from vmachining.errors import SweepError
 from vmachining.sweep.grazing import across, folding, instant
 from vmachining.tool import Segment
 
-__all__ = ["FOLD_MM", "Divide", "Grazes"]
+__all__ = ["Divide", "Grazes"]
 
 SHUT = 1e-4
 """sin^2 of half the angle of a chord that is all but a point: on a rim of 10 mm it cuts off 5e-4 mm,
 and what it hides there lies that times the turn of the block below the face."""
-
-FOLD_MM = 3e-5
-"""A solid may cross itself by this much where a sheet lies inside the sweep; its volume is right to 1e-5."""
-
-NARROW_MM = 1e-7
-"""OCCT's confusion of points."""
 
 BENT = 0.1
 """A cone of which a circle has a^2 + b^2 - c^2 below this share of the largest is left by the square root."""
@@ -258,7 +253,7 @@ class Grazes:
                     if e.kind == "edge":
                         out.append(EdgeSpan(k, ends, g.r0, g.z0, self.fan(e)))
                     elif e.kind == "line":
-                        bent = abs(g.r1 - g.r0) > FLAT and bool(low.min() < BENT * high.max())
+                        bent = abs(g.r1 - g.r0) > FLAT_MM and bool(low.min() < BENT * high.max())
                         out.append(LineSide(k, ends, g, bent))
                     else:
                         out.append(ArcSide(k, ends, g))
@@ -282,7 +277,7 @@ class Grazes:
             for first, second in ((a, b) for a in (-1, 1) for b in (-1, 1)):
                 apart = self.angle(e.lower, first, self.dense) - self.angle(e.upper, second, self.dense)
                 width = np.abs(near(apart, np.zeros(DENSE))) * e.segment.r0
-                if width.min() < NARROW_MM:
+                if width.min() < CONFUSION_MM:
                     text = f"the grazing curve narrows to a point at height {e.segment.z0:.6g} mm"
                     k = int(np.argmin(width))
                     raise Divide(text, float(k > 0), soft=True) if k in (0, DENSE - 1) else SweepError(text)
@@ -301,7 +296,7 @@ class Grazes:
             turn = ((ring, first), (ring, -first))
             if e.kind == "edge":
                 out.append(EdgeSpan(k, turn, g.r0, g.z0, self.fan(e)))
-            elif other is None and abs(g.cr) <= FLAT and ring == e.upper:
+            elif other is None and abs(g.cr) <= FLAT_MM and ring == e.upper:
                 out.append(BallTurn(k, ((ring, -1), (ring, 1)), g))
             elif e.kind == "line":
                 if other is None:
@@ -391,7 +386,7 @@ class Grazes:
                 e for e in self.stretches if isinstance(e, EdgeSpan) and ring in (e.ends[0][0], e.ends[1][0])
             ]
             if spans and (fold > 0.0).any():
-                if -0.125 * float(fold.min()) <= FOLD_MM:
+                if -0.125 * float(fold.min()) <= MISS_MM:
                     continue  # a part of it lies inside, but no deeper than a sheet may
                 raise self._fold_begins(chord)
             if not spans:

@@ -33,7 +33,6 @@ from scipy.interpolate import BSpline
 
 from vmachining.arrays import Floats
 from vmachining.engines.brep.occt.shapes import (
-    FIT_MM,
     Circle,
     Curve,
     Frame,
@@ -43,9 +42,16 @@ from vmachining.engines.brep.occt.shapes import (
     Surface,
     interpolated,
 )
+from vmachining.engines.brep.occt.tolerances import (
+    CONFUSION_MM,
+    CURVE_FIT_MM,
+    FLAT_MM,
+    SAME_ANGLE_RAD,
+    SHORT_EDGE_MM,
+    SNAP_MM,
+)
 from vmachining.engines.brep.occt.topology import Builder, Edge, Use, run_of
 from vmachining.engines.brep.translations.caps import (
-    FLAT,
     Pose,
     around,
     meridian_curve,
@@ -60,21 +66,6 @@ __all__ = ["Hinge", "halves"]
 
 TIMES = 17
 """Instants at which a motion is looked at."""
-
-STILL_MM = 1e-7
-"""A pivot that moves less stands: OCCT's confusion of points."""
-
-SAME_RAD = 1e-9
-"""Directions of the line that differ less are one."""
-
-JOINED_MM = 1e-9
-"""Heights closer than this are one."""
-
-SNAP_MM = 1e-5
-"""A circle of B = 0 that is closer to a joint is taken for it: the faces miss the square of it over their radius."""
-
-LEAST_MM = 1e-4
-"""A pivot closer than this to a joint, but not in it, is refused: edges would be as short."""
 
 WIDEST = 0.99 * np.pi
 """rad: most that a block may turn."""
@@ -102,7 +93,7 @@ class Hinge(NamedTuple):
     off_mm: float
 
     @classmethod
-    def of(cls, path: Turn, off_mm: float = STILL_MM) -> Hinge | None:
+    def of(cls, path: Turn, off_mm: float = CONFUSION_MM) -> Hinge | None:
         """The hinge of a motion, if its pivot moves by less than `off_mm`."""
         t = np.linspace(0.0, 1.0, TIMES)
         A, V, S = path.axis(t), path.velocity(t), path.axis_rate(t)
@@ -115,7 +106,7 @@ class Hinge(NamedTuple):
         off = float(np.linalg.norm(pivots - pivot, axis=1).max())
         lines = np.cross(S, path.axis_acceleration(t))
         lines /= np.linalg.norm(lines, axis=1, keepdims=True)
-        if off > off_mm or np.abs(lines - lines[0]).max() > SAME_RAD:
+        if off > off_mm or np.abs(lines - lines[0]).max() > SAME_ANGLE_RAD:
             return None
         line, sides = lines[0], S / rate[:, None]
         across = [v - (v @ line) * line for v in (A[0], A[-1])]
@@ -148,12 +139,12 @@ def _bodies(profile: Profile, k: float) -> Iterator[Profile]:
     """The tool cut where straight lines are nearest to the pivot."""
     cuts = []
     for g in profile.segments:
-        if g.is_arc or g.z1 - g.z0 <= JOINED_MM:
+        if g.is_arc or g.z1 - g.z0 <= FLAT_MM:
             continue
         slope = (g.r1 - g.r0) / (g.z1 - g.z0)
         z = g.z0 + (k - g.z0 - g.r0 * slope) / (1.0 + slope * slope)
         if g.z0 + SNAP_MM < z < g.z1 - SNAP_MM:
-            cuts.append(k if abs(z - k) <= JOINED_MM else z)
+            cuts.append(k if abs(z - k) <= FLAT_MM else z)
     for lo, hi in pairwise([profile.z_min, *cuts, profile.z_max]):
         yield profile.clip(lo, hi)
 
@@ -165,13 +156,13 @@ class _Half:
         self.pivot, self.k, self.line, self.angle = hinge.pivot, hinge.height, hinge.line, hinge.angle
         self.poses, self.build = poses, Builder()
         self.along, self.aside = (float(self.line @ v) for v in (poses[0].axis, poses[0].left))
-        self.is_square = abs(self.along) <= SAME_RAD
+        self.is_square = abs(self.along) <= SAME_ANGLE_RAD
         self.segments = list(_cut(body, self.k))
         self.nodes = [(g.r0, g.z0) for g in self.segments]
         self.nodes.append((self.segments[-1].r1, self.segments[-1].z1))
         self.oblique = 0 if self.is_square else self._beside()
         near = min(abs(z - self.k) for _, z in self.nodes)
-        if JOINED_MM < near < LEAST_MM:
+        if FLAT_MM < near < SHORT_EDGE_MM:
             raise SweepError(f"the pivot is {near:.2g} mm from a joint of the tool")
         self.signs = [self._leads(g) for g in self.segments]
         self._edges: dict[tuple[Any, ...], Edge] = {}
@@ -193,7 +184,7 @@ class _Half:
         """1 for a segment that leads, 0 for one that trails: its pose, too."""
         r, z, beta, _ = _samples(g)
         speed = _speed(r, z, beta, self.k)
-        if np.abs(speed).max() <= JOINED_MM:
+        if np.abs(speed).max() <= FLAT_MM:
             raise SweepError("the pivot is the centre of a ball of the tool")
         return int(speed.sum() > 0.0)
 
@@ -213,7 +204,7 @@ class _Half:
 
     def _half_ring(self, pose: int, node: int) -> list[Edge]:
         r, z = self.nodes[node]
-        if r <= FLAT:
+        if r <= FLAT_MM:
             return []
         curve = self.poses[pose].ring(r, z, -0.5 * np.pi, 0.5 * np.pi)
         return [self._made(("ring", pose, node), curve)]
@@ -221,11 +212,11 @@ class _Half:
     def _across(self, pose: int, node: int) -> list[Edge]:
         """Diameter; the one in the line is common to both poses."""
         r, z = self.nodes[node]
-        if r <= FLAT:
+        if r <= FLAT_MM:
             return []
         p = self.poses[pose]
         ends = p.point(r, z, -0.5 * np.pi), p.point(r, z, 0.5 * np.pi)
-        if abs(z - self.k) <= JOINED_MM:
+        if abs(z - self.k) <= FLAT_MM:
             ends, pose = (self.pivot - r * p.left, self.pivot + r * p.left), 0
         return [self._made(("across", pose, node), Straight(*ends))]
 
@@ -233,9 +224,9 @@ class _Half:
         """Path of an end of a half ring."""
         offset, foot = self._offset(*self.nodes[node], side)
         radius = float(np.linalg.norm(foot))
-        if radius <= JOINED_MM:
+        if radius <= FLAT_MM:
             return []
-        key = ("trace", node, side if self.nodes[node][0] > FLAT else 0)
+        key = ("trace", node, side if self.nodes[node][0] > FLAT_MM else 0)
         frame = Frame(self.pivot + offset * self.line, self.line, foot)
         return [self._made(key, Circle(frame, radius, 0.0, self.angle))]
 
@@ -261,8 +252,8 @@ class _Half:
         for node, pose in ((0, 0), (last, 1)):  # the bottom disc trails, the top disc leads
             self._disc(node, pose)
         self._middle()
-        steps = [0, *self.signs, 1] if self.nodes[0][0] > FLAT else [self.signs[0], *self.signs, 1]
-        if self.nodes[last][0] <= FLAT:
+        steps = [0, *self.signs, 1] if self.nodes[0][0] > FLAT_MM else [self.signs[0], *self.signs, 1]
+        if self.nodes[last][0] <= FLAT_MM:
             steps[-1] = steps[-2]
         for node, (low, high) in enumerate(pairwise(steps)):
             if high > low:
@@ -288,7 +279,7 @@ class _Half:
         t = np.array([0.5 * (curve.t0 + curve.t1)])
         beta = float(t[0]) if g.is_arc else g.beta[0]
         region = None
-        if g.is_arc and abs(g.cr) <= FLAT:
+        if g.is_arc and abs(g.cr) <= FLAT_MM:
             quarter = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 17).tolist()
             region = normals(pose, np.linspace(*g.beta, 9).tolist(), quarter)
         surface = pose.surface(g, 0.0, region, np.array([pose.axis, pose.left]))
@@ -317,20 +308,20 @@ class _Half:
             c = float(foot @ out)
             turned = Segment(r0, h0, r1, h1, c, h if axis is self.line else -h, g.radius)
             return around(self.pivot, seam, turned, c, axis=axis)
-        if h1 - h0 <= FLAT:
+        if h1 - h0 <= FLAT_MM:
             return Plane(Frame(self.pivot + h0 * axis, axis, seam))
         return around(self.pivot, seam, Segment(r0, h0, r1, h1, np.nan, np.nan, 0.0), 0.0, axis=axis)
 
     def _disc(self, node: int, at: int) -> None:
         """Half of a flat face in its pose, and the cylinder that its diameter draws where the plane has the other."""
         r, z = self.nodes[node]
-        if r <= FLAT:
+        if r <= FLAT_MM:
             return
         pose, up = self.poses[at], 1.0 if at else -1.0
         center = pose.point(0.0, z, 0.0)
         loop = [*self._half_ring(at, node), *self._across(at, node)]
         self._face(Plane(Frame(center, pose.axis, pose.heading)), loop, center, up * pose.axis)
-        if abs(z - self.k) <= JOINED_MM or at == self._plane(z):
+        if abs(z - self.k) <= FLAT_MM or at == self._plane(z):
             return
         loop = [*self._across(0, node), *self._trace(node, 1), *self._across(1, node), *self._trace(node, -1)]
         first = self.poses[0]
@@ -398,7 +389,7 @@ def _traced(sphere: Sphere, curve: Curve) -> BSpline:
         uv[:, 0] %= 2.0 * np.pi
         return uv
 
-    return interpolated(exact, curve.t0, curve.t1, FIT_MM / sphere.radius, first=13, most=400).spline
+    return interpolated(exact, curve.t0, curve.t1, CURVE_FIT_MM / sphere.radius, first=13, most=400).spline
 
 
 def _speed(r: Floats, z: Floats, beta: Floats, k: float) -> Floats:
@@ -425,7 +416,7 @@ def _cut(body: Profile, k: float) -> Iterator[Segment]:
         heights = [k]
         if g.is_arc:
             heights.append(g.cz)
-            if g.cr > FLAT:
+            if g.cr > FLAT_MM:
                 at = float(np.arctan2(g.cz - k, g.cr))
                 if g.beta[0] < at < g.beta[1]:
                     heights.append(g.cz + g.radius * float(np.sin(at)))

@@ -8,14 +8,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from vmachining.engines.brep.translations.caps import FLAT, Tool
+from vmachining.engines.brep.occt.tolerances import FLAT_MM, SAME_ANGLE_RAD
+from vmachining.engines.brep.translations.caps import Tool
 from vmachining.errors import SweepError
 from vmachining.tool import Segment
 
 __all__ = ["Element", "Ring", "rings_of"]
-
-JOINT = 1e-9
-"""rad: normals closer than this belong to tangent faces."""
 
 
 class Ring(NamedTuple):
@@ -51,12 +49,12 @@ def rings_of(tool: Tool) -> tuple[list[Ring], list[Element]]:
         r, z = tool.joints[k].tolist()
         spot = Segment(r, z, r, z, nan, nan, 0.0)
         first = len(rings)
-        if r > FLAT:
+        if r > FLAT_MM:
             low, high = tool.normal_angles(k)
-            if high < low - JOINT:
+            if high < low - SAME_ANGLE_RAD:
                 raise SweepError("a tool that is not convex is swept in convex pieces")
             rings.append(Ring(k, r, z, low, -1 if k == 0 else 0))
-            if high > low + JOINT:
+            if high > low + SAME_ANGLE_RAD:
                 rings.append(Ring(k, r, z, high, 1 if k == n else 0))
             elif k == n:
                 rings[-1] = rings[-1]._replace(disc=1)
@@ -64,7 +62,7 @@ def rings_of(tool: Tool) -> tuple[list[Ring], list[Element]]:
             rings.append(Ring(k, 0.0, z, tool.normal_angles(k)[1], 0))
         upper = first if len(rings) > first else None
         if k == 0:
-            if upper is not None and r > FLAT:
+            if upper is not None and r > FLAT_MM:
                 elements.append(Element("disc", spot, -1, None, upper))
         else:
             s = tool.segments[k - 1]

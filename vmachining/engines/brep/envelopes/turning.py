@@ -30,7 +30,6 @@ from vmachining.engines.brep.envelopes.lens import Lens
 from vmachining.engines.brep.envelopes.stretches import Chord, EdgeSpan, End, RimPatch, State, Stretch
 from vmachining.engines.brep.occt.shapes import (
     DEGREE,
-    FIT_MM,
     Circle,
     Frame,
     Part,
@@ -41,8 +40,9 @@ from vmachining.engines.brep.occt.shapes import (
     interpolated,
     nodes_for,
 )
-from vmachining.engines.brep.occt.topology import SAME, Builder, Edge, Use, run_of
-from vmachining.engines.brep.translations.caps import FLAT, Rings, meridian_curve, normals
+from vmachining.engines.brep.occt.tolerances import CURVE_FIT_MM, FLAT_MM, SAME_VERTEX_MM, SHORT_EDGE_MM
+from vmachining.engines.brep.occt.topology import Builder, Edge, Use, run_of
+from vmachining.engines.brep.translations.caps import Rings, meridian_curve, normals
 from vmachining.errors import SweepError
 
 __all__ = ["Built", "turning"]
@@ -55,9 +55,6 @@ FAR = 10.0
 
 STEEP = 0.85
 """Part of a ball that a cap may cover as one face, as a share of the way from a point to half the ball."""
-
-LEAST_MM = 1e-4
-"""Shortest edge: a thousand times OCCT's confusion of points."""
 
 
 class Built(NamedTuple):
@@ -90,7 +87,7 @@ class _Turning:
 
     def sheets(self) -> None:
         """Ties, ends and faces of all stretches."""
-        g, wanted = self.grazes, FAR * max(self.fit, FIT_MM)
+        g, wanted = self.grazes, FAR * max(self.fit, CURVE_FIT_MM)
         self.w = self._times()
         patches = [self._patch(lens) for lens in g.lenses]
         while True:
@@ -158,8 +155,8 @@ class _Turning:
             st, u = self.moving.state(w), lens.lo + s[:, None] * size
             return np.asarray(st.tip + ring.z * st.axis + ring.r * st.radial(u)[:, 0])
 
-        border = self.build.edge(interpolated(points, 0.0, 1.0, FIT_MM, first=9, most=NODES))
-        trace = interpolated(path, 0.0, 1.0, 0.01 * FIT_MM, first=9, most=NODES).spline
+        border = self.build.edge(interpolated(points, 0.0, 1.0, CURVE_FIT_MM, first=9, most=NODES))
+        trace = interpolated(path, 0.0, 1.0, 0.01 * CURVE_FIT_MM, first=9, most=NODES).spline
         w = float(lens.sign > 0)
         rim = self.build.edge(Spline(BSpline(sheet.u.t, sheet.poles[:, -1 if w else 0], sheet.u.k), 0.0))
         self.rims[lens.sign].put(ring.joint, lens.lo, lens.hi, rim)
@@ -174,7 +171,7 @@ class _Turning:
         """Nodes in time that serve all ties and, sampled, all sheets."""
         g, s = self.grazes, np.array([0.03, 0.15, 0.35, 0.5, 0.65, 0.85, 0.97])
 
-        wanted = min(self.fit, FIT_MM) if g.valley or g.lenses else self.fit
+        wanted = min(self.fit, CURVE_FIT_MM) if g.valley or g.lenses else self.fit
         share = wanted / self.fit  # only what lies in a plane of the tool has to be as good as that plane
 
         def paths(w: Floats) -> Floats:
@@ -196,8 +193,8 @@ class _Turning:
         def curves(s: Floats) -> Floats:
             return self._points(stretch, st, s).transpose(1, 0, 2).reshape(len(s), -1)
 
-        nodes, error = nodes_for(curves, 0.0, 1.0, FIT_MM, first=7, most=NODES)
-        if error > 3.0 * FIT_MM:
+        nodes, error = nodes_for(curves, 0.0, 1.0, CURVE_FIT_MM, first=7, most=NODES)
+        if error > 3.0 * CURVE_FIT_MM:
             raise SweepError("the grazing curve bends too sharply for a spline")
         return nodes
 
@@ -285,14 +282,14 @@ class _Turning:
         g, e = self.grazes, self.grazes.elements[number]
         for ring in (e.lower, e.upper):
             if ring is not None and not g.present[ring] and g.sign[ring] == sign:
-                return not (e.kind == "arc" and abs(e.segment.cr) <= FLAT and e.lower is None)
+                return not (e.kind == "arc" and abs(e.segment.cr) <= FLAT_MM and e.lower is None)
         if e.lower is not None:
             band = -1 if g.middle_trails(e) else 1
             return len(self._turning(number)) == 2 and band == sign
         tip = -1 if g._tip_trails() else 1
         if tip != sign:
             return False
-        if e.kind == "arc" and abs(e.segment.cr) <= FLAT:
+        if e.kind == "arc" and abs(e.segment.cr) <= FLAT_MM:
             V = self.states[sign].velocity[0] + e.segment.cz * self.states[sign].rate[0]
             return bool(abs(V @ self.states[sign].axis[0]) > STEEP * np.linalg.norm(V))
         return True
@@ -361,7 +358,7 @@ class _Turning:
         key = -1 - ring, 0
         if key not in self.curves:
             a, b = (self.build.place(corner) for corner in corners)
-            if np.linalg.norm(b - a) < LEAST_MM:
+            if np.linalg.norm(b - a) < SHORT_EDGE_MM:
                 raise SweepError("both poses of a flat face meet in a point")
             self.curves[key] = [self.build.edge(Straight(a, b))]
         return ties + self.curves[key]
@@ -433,7 +430,7 @@ class _Turning:
         pose, s = self.poses[sign], self.grazes.elements[number].segment
         st = self.states[sign]
         region = hints = None
-        if s.is_arc and abs(s.cr) <= FLAT:
+        if s.is_arc and abs(s.cr) <= FLAT_MM:
             V = st.velocity[0] + s.cz * st.rate[0]
             around = np.linspace(span[0] - beyond, span[1] + beyond, 33).tolist()
             region = normals(pose, np.linspace(*s.beta, 9).tolist(), around)
@@ -447,7 +444,7 @@ class _Turning:
         radial = offset - (offset @ pose.axis) * pose.axis
         size = float(np.linalg.norm(radial))
         if s.is_arc:
-            outward = offset - s.cz * pose.axis - s.cr * (radial / size if size > FLAT else 0.0)
+            outward = offset - s.cz * pose.axis - s.cr * (radial / size if size > FLAT_MM else 0.0)
         else:
             outward = np.cos(s.beta[0]) * radial / size + np.sin(s.beta[0]) * pose.axis
         self.build.face(surface, [edges], probe, outward)
@@ -471,4 +468,4 @@ def turning(grazes: Grazes, fit_mm: float) -> Built:
     work.prepare()
     work.sheets()
     work.caps()
-    return Built(work.build, max(work.error, SAME), work.grazes)
+    return Built(work.build, max(work.error, SAME_VERTEX_MM), work.grazes)

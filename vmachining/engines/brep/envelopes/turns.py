@@ -5,7 +5,7 @@
    slow there, so that the square roots that births are made of become smooth.
 2. Where a valley of a flat face cannot be drawn in one go, or a chord begins to lie inside, the piece is halved.
 3. Where a sheet lies inside the sweep (phi_tt < 0, sampled) the piece crosses itself along the line in which its
-   first and last pose meet: halfway between them, -phi_tt / 8 above the sheet. If that is more than `FOLD_MM`, the
+   first and last pose meet: halfway between them, -phi_tt / 8 above the sheet. If that is more than `MISS_MM`, the
    piece is cut in equal parts: the depth falls with the square of their number. More than `PARTS` are refused.
 4. What the tool reaches in the motion left out between two pieces, beyond its poses there, is measured in exact
    distances (`Slab`, `uncovered`); more than `GAP_MM` is refused, less is part of `fit_mm`.
@@ -27,32 +27,23 @@ from typing import NamedTuple
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.envelopes.grazes import FOLD_MM, Divide, Grazes
+from vmachining.engines.brep.envelopes.grazes import Divide, Grazes
 from vmachining.engines.brep.envelopes.lens import lens_opens
 from vmachining.engines.brep.envelopes.rings import Ring, rings_of
 from vmachining.engines.brep.envelopes.stretches import EdgeSpan, Moving, Stretch
 from vmachining.engines.brep.envelopes.turning import Built, turning
-from vmachining.engines.brep.translations.caps import FLAT, Tool
+from vmachining.engines.brep.occt.tolerances import END_GAP_MM, FLAT_MM, GAP_MM, MISS_MM, SHORT_PIECE_MM
+from vmachining.engines.brep.translations.caps import Tool
 from vmachining.errors import SweepError
 from vmachining.sweep import Sweep, Turn
 from vmachining.sweep.folds import Slab, uncovered
 from vmachining.sweep.topology import changes
 from vmachining.tool import Profile
 
-__all__ = ["GAP_MM", "Piece", "turn_pieces"]
-
-GAP_MM = 1e-4
-"""mm of motion left out at a change of shape: both poses are there, so smooth faces miss the square of it over
-their radius, and only a sharp edge leaves a groove half as deep. No edge of the solids is much shorter."""
-
-END_GAP_MM = 1e-6
-"""mm of motion left out where the shape changes at the very start or end of the block, of all faces there."""
+__all__ = ["Piece", "turn_pieces"]
 
 PARTS = 64
 """Most pieces of one block before it is refused."""
-
-LEAST_MM = 1e-3
-"""A piece that moves less is none: two changes of shape are too close to each other."""
 
 SAME_BETA = 1e-3
 """rad: normals so far beyond those of a face are not of it. They show where rounding decides, as about a corner of
@@ -101,7 +92,12 @@ def _cuts(profile: Profile, path: Turn) -> list[float]:
             continue  # the chord of a disc passes its middle, the curve the tip of a ball
         if c.kind == "merge" and c.z in ends:
             continue  # the same
-        if c.kind == "end" and c.z == profile.z_min and profile.points[0, 0] <= FLAT and _is_round(profile):
+        if (
+            c.kind == "end"
+            and c.z == profile.z_min
+            and profile.points[0, 0] <= FLAT_MM
+            and _is_round(profile)
+        ):
             continue
         if c.kind == "end" and c.z in ends and _is_lens(moving, c.t, c.z, rings):
             continue
@@ -142,7 +138,7 @@ class _Work:
             for t, s in ((a, soft_a), (b, soft_b))
         ]
         lo, hi = a + gaps[0], b - gaps[1]
-        if (hi - lo) * self.speed < LEAST_MM or len(self.out) >= PARTS:
+        if (hi - lo) * self.speed < SHORT_PIECE_MM or len(self.out) >= PARTS:
             raise SweepError("the grazing curve changes its shape too often for solids")
         part = self.path if (lo, hi) == (0.0, 1.0) else self.path.part(lo, hi)
         before, after = (
@@ -206,9 +202,9 @@ def _depth(grazes: Grazes) -> float:
             continue  # edges never fold by themselves
         looks = _looks(grazes, stretch, w)
         depth = -0.125 * float(grazes.fold(stretch, w, looks).min())
-        if depth > FOLD_MM:
+        if depth > MISS_MM:
             text = _reason(grazes, stretch, w, looks)
-            parts = int(np.ceil(1.05 * np.sqrt(depth / FOLD_MM)))
+            parts = int(np.ceil(1.05 * np.sqrt(depth / MISS_MM)))
             raise Divide(text, 0.5, soft=False, parts=parts) if parts < PARTS else SweepError(text)
         deepest = max(deepest, depth)
     return deepest

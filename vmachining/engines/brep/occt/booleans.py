@@ -10,10 +10,7 @@ import numpy as np
 from vmachining.arrays import Floats
 from vmachining.errors import EngineError
 
-__all__ = ["apart", "box_of", "common", "is_empty", "minus", "quiet", "turned"]
-
-ODD_RAD = 0.137
-"""A turn that no face of ours is aligned with, before or after."""
+__all__ = ["apart", "box_of", "common", "is_empty", "minus", "quiet"]
 
 
 def _operated(operation: Any, one: Any, others: Sequence[Any], fuzzy: float) -> Any:
@@ -51,16 +48,6 @@ def minus(one: Any, others: Sequence[Any], fuzzy: float) -> Any:
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
 
     return _operated(BRepAlgoAPI_Cut(), one, others, fuzzy)
-
-
-def turned(shape: Any) -> Any:
-    """The shape turned by `ODD_RAD` about a slanting axis through the origin; volumes stay."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
-    from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
-
-    motion = gp_Trsf()
-    motion.SetRotation(gp_Ax1(gp_Pnt(0.0, 0.0, 0.0), gp_Dir(1.0, 2.0, 3.0)), ODD_RAD)
-    return BRepBuilderAPI_Transform(shape, motion, True).Shape()
 
 
 def box_of(shape: Any) -> Floats:

@@ -15,15 +15,10 @@ from typing import Any
 import numpy as np
 
 from vmachining.arrays import Bools, Floats
+from vmachining.engines.brep.occt.tolerances import CONFUSION_MM, SAME_CROSSING_MM
 from vmachining.errors import EngineError
 
 __all__ = ["held", "inside_out"]
-
-ON_MM = 1e-7
-"""OCCT's confusion of points."""
-
-SAME_MM = 1e-6
-"""Crossings closer than this are one: a ray through an edge meets both faces."""
 
 FAR_MM = 1e6
 
@@ -64,7 +59,7 @@ def inside_out(shape: Any) -> bool:
     from OCP.TopAbs import TopAbs_State
 
     far = BRepClass3d_SolidClassifier(shape)
-    far.PerformInfinitePoint(ON_MM)
+    far.PerformInfinitePoint(CONFUSION_MM)
     return bool(far.State() != TopAbs_State.TopAbs_OUT)
 
 
@@ -84,7 +79,7 @@ class _Faces:
         while found.More():
             face, box = TopoDS.Face_s(found.Current()), Bnd_Box()
             BRepBndLib.Add_s(face, box)
-            self.faces.append((IntCurvesFace_Intersector(face, ON_MM), box))
+            self.faces.append((IntCurvesFace_Intersector(face, CONFUSION_MM), box))
             found.Next()
 
     def odd(self, point: Floats, way: Floats) -> bool | None:
@@ -104,5 +99,5 @@ class _Faces:
                 return None
             found = [face.WParameter(i) for i in range(1, face.NbPnt() + 1)]
             crossings += [s for s in found if s > 0.0]
-        apart = np.diff(np.sort(crossings)) >= SAME_MM
+        apart = np.diff(np.sort(crossings)) >= SAME_CROSSING_MM
         return bool(crossings) and int(apart.sum()) % 2 == 0

@@ -7,16 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from vmachining.engines.brep.occt.tolerances import CONFUSION_MM, POLYHEDRON_REL
 from vmachining.engines.brep.occt.validity import inspect
 from vmachining.errors import EngineError
 
 __all__ = ["polyhedron"]
-
-PLANE_TOL = 1e-7
-"""mm between shared corners, and rad between triangles that are one face."""
-
-VOLUME_REL = 1e-12
-"""Faces are planes through the same corners: rounding of a sum over all of them."""
 
 
 def polyhedron(triangles: Sequence[Sequence[float]]) -> Any:
@@ -39,7 +34,7 @@ def polyhedron(triangles: Sequence[Sequence[float]]) -> Any:
     from OCP.TopoDS import TopoDS
 
     corners = np.asarray(triangles, dtype=np.float64).reshape(-1, 3, 3)
-    sewing = BRepBuilderAPI_Sewing(PLANE_TOL)
+    sewing = BRepBuilderAPI_Sewing(CONFUSION_MM)
     for corner in corners.tolist():
         outline = BRepBuilderAPI_MakePolygon(*(gp_Pnt(*p) for p in corner), True)
         sewing.Add(BRepBuilderAPI_MakeFace(outline.Wire(), True).Face())
@@ -49,8 +44,8 @@ def polyhedron(triangles: Sequence[Sequence[float]]) -> Any:
         raise EngineError("the triangles of the stock are not one closed shell", engine="brep")
     bare = BRepBuilderAPI_MakeSolid(TopoDS.Shell_s(skin)).Solid()
     merged = ShapeUpgrade_UnifySameDomain(bare, True, True, False)
-    merged.SetLinearTolerance(PLANE_TOL)
-    merged.SetAngularTolerance(PLANE_TOL)
+    merged.SetLinearTolerance(CONFUSION_MM)
+    merged.SetAngularTolerance(CONFUSION_MM)
     merged.Build()
     a, b, c = (corners - corners.mean(axis=(0, 1))).transpose(1, 0, 2)
     exact = float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
@@ -60,7 +55,7 @@ def polyhedron(triangles: Sequence[Sequence[float]]) -> Any:
         found = inspect(solid)
         if not (found.valid and found.closed):
             why = "OCCT makes no valid solid of the triangles of the stock"
-        elif abs(found.volume - exact) > VOLUME_REL * len(corners) * abs(exact):
+        elif abs(found.volume - exact) > POLYHEDRON_REL * len(corners) * abs(exact):
             why = f"the triangles of the stock hold {exact:.9g} mm3, OCCT finds {found.volume:.9g}"
         else:
             return solid

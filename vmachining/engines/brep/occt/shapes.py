@@ -33,7 +33,6 @@ from scipy.interpolate import BSpline, make_interp_spline
 from vmachining.arrays import Floats
 
 __all__ = [
-    "FIT_MM",
     "Circle",
     "Cone",
     "Curve",
@@ -58,11 +57,6 @@ __all__ = [
 TURN = 2.0 * np.pi
 DEGREE = 5
 """Of every interpolated curve: the error falls with the sixth power of the spacing, so few knots serve."""
-
-
-FIT_MM = 3e-8
-"""mm asked of fitted curves; what was reached is reported. A third of OCCT's confusion of points; at 1e-9 there
-are twice as many knots and booleans of two ramps of a torus take 2.4 times as long."""
 
 
 def solved(q: Floats, f: Callable[[Floats], Floats], lo: float, hi: float) -> Floats:

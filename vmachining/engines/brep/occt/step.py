@@ -13,15 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vmachining.arrays import Bools, Floats, Ints
+from vmachining.engines.brep.occt.tolerances import STEP_FACET_RAD, STEP_MESH_REL
 from vmachining.errors import StockError
 
 __all__ = ["StepSolid", "read_step"]
-
-ANGLE_RAD = 0.25
-"""Largest turn of the normal from facet to facet; keeps small fillets round when the chord is coarse."""
-
-MESH_VOLUME_REL = 0.05
-"""A triangulation whose volume differs more than this from the exact one is not that solid any more."""
 
 
 class StepSolid(NamedTuple):
@@ -90,7 +85,7 @@ def read_step(path: Path | str, chord: float = 0.01) -> StepSolid:
     exact = float(solid.Volume())
     a, b, c = vertices[triangles].transpose(1, 0, 2)
     meshed = float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
-    if abs(meshed - exact) > MESH_VOLUME_REL * exact:
+    if abs(meshed - exact) > STEP_MESH_REL * exact:
         raise StockError(
             f"its triangles enclose {meshed:.6g} mm3, the solid {exact:.6g} mm3",
             file=name,
@@ -136,7 +131,7 @@ def _triangles(solid: Any, chord: float, name: str) -> tuple[Floats, Ints, Bools
     from OCP.TopAbs import TopAbs_Orientation
     from OCP.TopLoc import TopLoc_Location
 
-    BRepMesh_IncrementalMesh(solid.wrapped, chord, False, ANGLE_RAD, False)
+    BRepMesh_IncrementalMesh(solid.wrapped, chord, False, STEP_FACET_RAD, False)
     points: list[Floats] = []
     triangles: list[Ints] = []
     curved: list[Bools] = []

@@ -25,18 +25,10 @@ from scipy.interpolate import BSpline, make_interp_spline
 from vmachining.arrays import Floats
 from vmachining.engines.brep.occt.inside import inside_out
 from vmachining.engines.brep.occt.shapes import Curve, Part, Spline, Surface, interpolated, knots_of, pnt
+from vmachining.engines.brep.occt.tolerances import CONFUSION_MM, PARAMETER_FIT_MM, SAME_VERTEX_MM
 from vmachining.errors import EngineError
 
-__all__ = ["SAME", "Builder", "Edge", "Use", "run_of"]
-
-TOL = 1e-7
-"""mm, tolerance of vertices, edges and faces: OCCT's own confusion."""
-
-SAME = 2e-8
-"""mm: two vertices closer than this are one."""
-
-FIT = 1e-8
-"""mm, asked of curves in the parameters of a face: a tenth of the tolerance of an edge."""
+__all__ = ["Builder", "Edge", "Use", "run_of"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,10 +66,10 @@ class Builder:
     def vertex(self, point: Floats) -> int:
         """Number of the vertex at a place."""
         for k, known in enumerate(self._points):
-            if np.abs(known - point).max() <= SAME:
+            if np.abs(known - point).max() <= SAME_VERTEX_MM:
                 return k
         shape = TopoDS_Vertex()
-        self._make.MakeVertex(shape, pnt(point), TOL)
+        self._make.MakeVertex(shape, pnt(point), CONFUSION_MM)
         self._points.append(np.asarray(point))
         self._vertices.append(shape)
         return len(self._points) - 1
@@ -90,7 +82,7 @@ class Builder:
         """A new edge along a curve."""
         first, last = (self.vertex(p) for p in curve.ends)
         shape = TopoDS_Edge()
-        self._make.MakeEdge(shape, curve.geom, TOL)
+        self._make.MakeEdge(shape, curve.geom, CONFUSION_MM)
         self._make.Add(shape, self._vertices[first].Oriented(TopAbs_Orientation.TopAbs_FORWARD))
         self._make.Add(shape, self._vertices[last].Oriented(TopAbs_Orientation.TopAbs_REVERSED))
         self._make.Range(shape, curve.t0, curve.t1)
@@ -109,7 +101,7 @@ class Builder:
         """
         geom = surface.geom
         shape, size = TopoDS_Face(), 0.0
-        self._make.MakeFace(shape, geom, TOL)
+        self._make.MakeFace(shape, geom, CONFUSION_MM)
         for k, loop in enumerate(loops):
             uses = [item if isinstance(item, Use) else Use(item) for item in loop]
             size = max(size, self._wire(shape, geom, surface, uses, hole=k > 0))
@@ -183,7 +175,7 @@ class Builder:
             tail = runs[k][1][-1 if sense else 0]
             head = runs[after][1][0 if forward[after] != turn else -1]
             if abs(tail[0] - head[0]) > 1e-6 and np.abs(surface.at(np.array([tail])) - surface.at(
-                np.array([head]))).max() < SAME:  # fmt: skip
+                np.array([head]))).max() < SAME_VERTEX_MM:  # fmt: skip
                 corner = edge.last if sense else edge.first
                 self._make.Add(wire, self._apex(geom, corner, tail, head))
         wire.Closed(True)
@@ -203,7 +195,7 @@ class Builder:
         step = head - tail
         length = float(np.linalg.norm(step))
         line = Geom2d_Line(gp_Pnt2d(*tail.tolist()), gp_Dir2d(*step.tolist()))
-        self._make.UpdateEdge(shape, line, geom, TopLoc_Location(), TOL)
+        self._make.UpdateEdge(shape, line, geom, TopLoc_Location(), CONFUSION_MM)
         self._make.Range(shape, 0.0, length)
         self._make.Degenerated(shape, True)
         return shape
@@ -257,19 +249,19 @@ class Builder:
             fine = np.linspace(t[0], t[-1], 101)
             miss = float(np.linalg.norm(surface.at(use.path(fine)) - curve.at(fine), axis=-1).max())
             plane_curve: Any = _flat(use.path)
-        elif miss <= FIT and abs(speed - 1.0) < 1e-12:
+        elif miss <= PARAMETER_FIT_MM and abs(speed - 1.0) < 1e-12:
             origin = uv[0] - t[0] * step / (t[-1] - t[0])
             plane_curve = Geom2d_Line(gp_Pnt2d(*origin.tolist()), gp_Dir2d(*step.tolist()))
         else:
-            if miss <= FIT:
+            if miss <= PARAMETER_FIT_MM:
                 spline = make_interp_spline(t[[0, -1]], uv[[0, -1]], k=1)
             else:
                 spline, miss = self._inverted(surface, curve, t, uv)
             plane_curve = _flat(spline)
         self.miss = max(self.miss, miss)
-        if miss > TOL:
+        if miss > CONFUSION_MM:
             raise EngineError(f"an edge misses its surface by {miss:.2g} mm", engine="brep")
-        self._make.UpdateEdge(edge.shape, plane_curve, geom, TopLoc_Location(), TOL)
+        self._make.UpdateEdge(edge.shape, plane_curve, geom, TopLoc_Location(), CONFUSION_MM)
 
     def _inverted(self, surface: Surface, curve: Curve, t: Floats, uv: Floats) -> tuple[BSpline, float]:
         """Spline of the inverse, on the branch of the samples."""
@@ -288,9 +280,9 @@ class Builder:
         def missed(path: BSpline) -> float:
             return float(np.linalg.norm(surface.at(path(fine)) - curve.at(fine), axis=-1).max())
 
-        spline = interpolated(exact, t[0], t[-1], FIT / size, first=13, most=400).spline
+        spline = interpolated(exact, t[0], t[-1], PARAMETER_FIT_MM / size, first=13, most=400).spline
         for parts in (1, 2, 4) if len(breaks) > spline.k else ():
-            if missed(spline) <= TOL:
+            if missed(spline) <= CONFUSION_MM:
                 break
             places = (
                 np.arange(parts * (len(breaks) - 1) + 1) / parts

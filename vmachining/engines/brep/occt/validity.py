@@ -1,4 +1,4 @@
-"""`inspect`: what OCCT says about a solid."""
+"""`inspect`: what OCCT says about a solid; `refuse_unsound`: what a workpiece must be."""
 
 from __future__ import annotations
 
@@ -6,9 +6,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from vmachining.engines.brep.occt.booleans import is_empty
 from vmachining.engines.brep.occt.measure import volume
+from vmachining.engines.brep.occt.parts import has_loose_faces, has_open_shell, without_crumbs
+from vmachining.errors import EngineError
 
-__all__ = ["Inspection", "inspect"]
+__all__ = ["Inspection", "inspect", "refuse_unsound"]
 
 
 class Inspection(NamedTuple):
@@ -60,3 +63,21 @@ def inspect(shape: Any) -> Inspection:
         degenerate=degenerate,
         volume=volume(shape),
     )
+
+
+def refuse_unsound(shape: Any) -> None:
+    """Whether a workpiece is valid, and every shell closed and the boundary of a solid that holds something.
+
+    There may be several solids, or a hole inside of one.
+
+    Raises
+    ------
+    EngineError
+        It is not so.
+    """
+    if not inspect(shape).valid:
+        raise EngineError("OCCT does not call the workpiece a valid shape", engine="brep")
+    if has_loose_faces(shape) or has_open_shell(shape):
+        raise EngineError("OCCT does not call the workpiece closed", engine="brep")
+    if is_empty(without_crumbs(shape)):
+        raise EngineError("nothing is left of the stock", engine="brep")

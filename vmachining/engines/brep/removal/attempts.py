@@ -12,8 +12,9 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from vmachining.engines.brep.occt.booleans import apart, common, is_empty, minus, turned
+from vmachining.engines.brep.occt.booleans import apart, common, is_empty, minus
 from vmachining.engines.brep.occt.measure import volume
+from vmachining.engines.brep.occt.primitives import oddly_turned
 from vmachining.engines.brep.removal.gate import GROWTH_MM, Value
 from vmachining.engines.brep.swept import solids
 from vmachining.sweep import Sweep
@@ -55,8 +56,8 @@ def in_reverse(task: Task) -> Value:
 
 def rotated(task: Task) -> Value:
     """Everything turned by an odd angle first, so that no face is aligned with an axis."""
-    parts, tools = ([turned(shape) for shape in shapes] for shapes in (task.parts, task.tools))
-    return Value(_cut(turned(task.stock), parts, tools))
+    parts, tools = ([oddly_turned(shape) for shape in shapes] for shapes in (task.parts, task.tools))
+    return Value(_cut(oddly_turned(task.stock), parts, tools))
 
 
 def joint(task: Task) -> Value:

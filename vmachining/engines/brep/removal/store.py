@@ -10,11 +10,11 @@ import os
 import pickle
 from collections.abc import Callable
 from contextlib import suppress
-from io import BytesIO
 from pathlib import Path
 from time import process_time
 from typing import Any, TypeVar
 
+from vmachining.engines.brep.occt.parts import from_bytes, to_bytes
 from vmachining.errors import EngineError, SweepError
 
 __all__ = ["NOTHING_KEPT", "Store"]
@@ -79,27 +79,11 @@ class Store:
 
 
 def _packed(shapes: list[Any]) -> list[bytes]:
-    from OCP.BinTools import BinTools
-
-    out = []
-    for shape in shapes:
-        data = BytesIO()
-        BinTools.Write_s(shape, data)
-        out.append(data.getvalue())
-    return out
+    return [to_bytes(shape) for shape in shapes]
 
 
 def _unpacked(content: list[bytes]) -> list[Any]:
-    from OCP.BinTools import BinTools
-    from OCP.TopoDS import TopoDS_Shape
-
-    out = []
-    for data in content:
-        out.append(TopoDS_Shape())
-        BinTools.Read_s(out[-1], BytesIO(data))
-        if out[-1].IsNull():
-            raise EngineError("OCCT reads nothing back", engine="brep")
-    return out
+    return [from_bytes(data) for data in content]
 
 
 NOTHING_KEPT = Store()

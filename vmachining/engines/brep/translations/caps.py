@@ -27,15 +27,13 @@ from vmachining.engines.brep.occt.shapes import (
     Surface,
     Torus,
 )
+from vmachining.engines.brep.occt.tolerances import FLAT_MM
 from vmachining.engines.brep.occt.topology import Builder, Edge
 from vmachining.tool import Profile, Segment
 
 __all__ = ["UP", "Pose", "Tool", "around", "meridian_curve", "sphere_frame"]
 
 UP = np.array([0.0, 0.0, 1.0])
-
-FLAT = 1e-9
-"""mm: a centre this close to the axis makes a ball, radii this close a cylinder."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,7 +55,7 @@ class Tool:
                     cuts += [s.cz - h, s.cz + h]
                 else:
                     cuts.append(s.z0 + (s.z1 - s.z0) * (radius - s.r0) / (s.r1 - s.r0))
-            inside = sorted(z for z in cuts if s.z0 + FLAT < z < s.z1 - FLAT)
+            inside = sorted(z for z in cuts if s.z0 + FLAT_MM < z < s.z1 - FLAT_MM)
             stops = [s.z0, *inside, s.z1]
             out += [s.cut(a, b) for a, b in pairwise(stops)] if inside else [s]
         joints = np.array([out[0][:2], *(s[2:4] for s in out)])
@@ -125,7 +123,7 @@ def around(
     """
     if s.is_arc:
         place = center + s.cz * axis
-        if abs(major) <= FLAT:
+        if abs(major) <= FLAT_MM:
             assert region is not None
             return Sphere(sphere_frame(place, region, hints), s.radius)
         middle = 1.75 * np.pi if s.z0 + s.z1 < 2.0 * s.cz else 0.25 * np.pi
@@ -133,7 +131,7 @@ def around(
     frame = Frame(center + s.z0 * axis, axis, seam)
     if s.z0 == s.z1:
         return Plane(frame)
-    if abs(s.r0 - s.r1) <= FLAT:
+    if abs(s.r0 - s.r1) <= FLAT_MM:
         return Cylinder(frame, 0.5 * (s.r0 + s.r1))
     return Cone(frame, s.r0, float(np.arctan2(s.r1 - s.r0, s.z1 - s.z0)))
 

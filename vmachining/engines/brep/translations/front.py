@@ -24,7 +24,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.occt.shapes import FIT_MM, Curve, Cylinder, Frame, Straight, interpolated
+from vmachining.engines.brep.occt.shapes import Curve, Cylinder, Frame, Straight, interpolated
+from vmachining.engines.brep.occt.tolerances import APART_MM, CURVE_FIT_MM
 from vmachining.engines.brep.occt.topology import Builder, Edge
 from vmachining.engines.brep.translations.caps import UP
 from vmachining.engines.brep.translations.guides import HelixGuide
@@ -36,9 +37,6 @@ __all__ = ["front"]
 
 WIDER = 0.02
 """Of the radius of the cusp: by how much its cylinder is wider, if the ends of the segment leave room for that."""
-
-CLOSE_MM = 1e-6
-"""A cusp this close to the end of a segment is none: a wall begins there that lies inside as a whole."""
 
 
 class _Front(Ramp):
@@ -101,7 +99,7 @@ class _Front(Ramp):
         cusp = brentq(lambda t: float(self._turns(s, np.array(t))), x[j], x[j + 1], xtol=1e-15)
         here, low, high = (self._from_axis(s, t) for t in (cusp, x0, x1))
         size = here + min(WIDER * here, 0.5 * (low - here), 0.5 * (high - here))
-        if size < here + CLOSE_MM:
+        if size < here + APART_MM:
             return
         first, last = (
             float(brentq(lambda t: self._from_axis(s, t) - size, a, b, xtol=1e-15))
@@ -150,7 +148,7 @@ class _Front(Ramp):
             return np.asarray(pose.tip + rho[:, None] * radial + z[:, None] * UP)
 
         begin = -x1 if self._merged(k) and side > 0 else x0
-        middle = interpolated(along, 0.0, 1.0, FIT_MM)
+        middle = interpolated(along, 0.0, 1.0, CURVE_FIT_MM)
         found: list[Curve] = [part(begin, first), middle, part(last, x1)]
         if self._merged(k) and side < 0:
             # the long part runs through the tip to the other side

@@ -14,7 +14,6 @@ from scipy.interpolate import BSpline, make_interp_spline
 
 from vmachining.arrays import Floats
 from vmachining.engines.brep.occt.shapes import (
-    FIT_MM,
     Circle,
     Curve,
     Cylinder,
@@ -27,13 +26,11 @@ from vmachining.engines.brep.occt.shapes import (
     Surface,
     interpolated,
 )
+from vmachining.engines.brep.occt.tolerances import CURVE_FIT_MM, NARROW_WALL_MM
 from vmachining.engines.brep.translations.caps import UP, Pose
 from vmachining.geometry import Arc, Line
 
 __all__ = ["HelixGuide", "LineGuide", "RampGuide"]
-
-NARROW_MM = 1e-3
-"""A wall that runs this close around the axis of its helix is a spline: no kernel likes such a cylinder."""
 
 
 class RampGuide(ABC):
@@ -102,7 +99,10 @@ class HelixGuide(RampGuide):
         self.rise, self.angle = rise, angle
         reach = path.radius + 1.0
         fit = interpolated(
-            lambda w: np.column_stack([np.cos(angle * w), np.sin(angle * w)]), 0.0, 1.0, 0.1 * FIT_MM / reach
+            lambda w: np.column_stack([np.cos(angle * w), np.sin(angle * w)]),
+            0.0,
+            1.0,
+            0.1 * CURVE_FIT_MM / reach,
         )
         self._basis, self._size = fit.spline, fit.error
         # the rise is linear: its coefficients are the Greville abscissae
@@ -132,14 +132,14 @@ class HelixGuide(RampGuide):
             spline = curve.spline
         elif isinstance(curve, Straight):
             out = (curve.start - self.center) * [1.0, 1.0, 0.0]
-            if np.abs((curve.end - curve.start)[:2]).max() < 1e-12 and np.hypot(*out[:2]) > NARROW_MM:
+            if np.abs((curve.end - curve.start)[:2]).max() < 1e-12 and np.hypot(*out[:2]) > NARROW_WALL_MM:
                 half = self._turn(out + self.center, np.cos(0.5 * self.angle), np.sin(0.5 * self.angle))
                 frame = Frame(self.center, UP, self.center - half)
                 return Cylinder(frame, float(np.linalg.norm(out))), None
             t = np.array([curve.t0, curve.t1])
             spline = make_interp_spline(t, curve.at(t), k=1)
         else:
-            fit = interpolated(curve.at, curve.t0, curve.t1, 0.2 * FIT_MM)  # its edge stays exact
+            fit = interpolated(curve.at, curve.t0, curve.t1, 0.2 * CURVE_FIT_MM)  # its edge stays exact
             spline = fit.spline
             self.error = max(self.error, fit.error)
         return SplineSheet(spline, self._basis, self._poles(spline.c)), 1.0

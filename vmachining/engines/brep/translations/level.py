@@ -23,7 +23,6 @@ import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.engines.brep.occt.shapes import (
-    FIT_MM,
     Circle,
     Curve,
     Cylinder,
@@ -35,8 +34,9 @@ from vmachining.engines.brep.occt.shapes import (
     interpolated,
     solved,
 )
-from vmachining.engines.brep.occt.topology import SAME, Builder, Edge
-from vmachining.engines.brep.translations.caps import FLAT, UP, Pose, Tool, around, meridian_curve, normals
+from vmachining.engines.brep.occt.tolerances import CURVE_FIT_MM, FLAT_MM, SAME_VERTEX_MM
+from vmachining.engines.brep.occt.topology import Builder, Edge
+from vmachining.engines.brep.translations.caps import UP, Pose, Tool, around, meridian_curve, normals
 from vmachining.geometry import Arc, Line
 from vmachining.tool import Profile, Segment
 
@@ -63,7 +63,7 @@ class Guide:
 
     def wide(self, r: float) -> bool:
         """Whether a circle of the tool reaches the axis of the path."""
-        return r >= self.radius - SAME
+        return r >= self.radius - SAME_VERTEX_MM
 
 
 def straight_guide(path: Line, height: float | None = None) -> Guide:
@@ -132,7 +132,7 @@ def bent_guide(path: Arc) -> Guide:
         return np.asarray(rc * cos - np.sqrt(np.maximum(np.square(r) - (rc * sin) ** 2, 0.0)))
 
     def meet(r: float) -> float:
-        if r <= rc + SAME:
+        if r <= rc + SAME_VERTEX_MM:
             return LEFT
         d = float(far(np.array(r))) * middle - rc * (cos * middle - sin * across)
         return float(np.arctan2(d @ poses[0].left, d @ poses[0].heading)) % (2.0 * np.pi)
@@ -141,7 +141,7 @@ def bent_guide(path: Arc) -> Guide:
         def place(radius: Floats, z: Floats) -> Floats:
             return np.asarray(center + far(radius)[..., None] * middle + z[..., None] * UP)
 
-        if not s.is_arc and abs(s.r0 - s.r1) <= FLAT:
+        if not s.is_arc and abs(s.r0 - s.r1) <= FLAT_MM:
             a, b = place(np.array([s.r0, s.r1]), np.array([s.z0, s.z1]))
             return Straight(a, b)
         b0, b1 = s.beta if s.is_arc else (0.0, 1.0)
@@ -157,7 +157,7 @@ def bent_guide(path: Arc) -> Guide:
             return np.asarray(x + np.abs(far(rz(x)[0]) - begin) / size)
 
         ends = gauge(np.array([b0, b1]))
-        return interpolated(lambda q: place(*rz(solved(q, gauge, b0, b1))), ends[0], ends[1], FIT_MM)
+        return interpolated(lambda q: place(*rz(solved(q, gauge, b0, b1))), ends[0], ends[1], CURVE_FIT_MM)
 
     return Guide(poses[0], poses[1], rail, sheet, rc, meet, pinch)
 

@@ -24,7 +24,6 @@ import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.engines.brep.occt.shapes import (
-    FIT_MM,
     Circle,
     Curve,
     Frame,
@@ -34,8 +33,9 @@ from vmachining.engines.brep.occt.shapes import (
     interpolated,
     solved,
 )
+from vmachining.engines.brep.occt.tolerances import CURVE_FIT_MM, FLAT_MM
 from vmachining.engines.brep.occt.topology import Builder, Edge, Use
-from vmachining.engines.brep.translations.caps import FLAT, UP, Rings, Tool, meridian_curve, normals
+from vmachining.engines.brep.translations.caps import UP, Rings, Tool, meridian_curve, normals
 from vmachining.engines.brep.translations.guides import RampGuide
 from vmachining.tool import Profile
 
@@ -95,7 +95,7 @@ class Ramp:
     def _is_tip(self, k: int, joint: int) -> bool:
         """Whether a segment is a ball that closes on the axis at this joint: no edges there."""
         s = self.tool.segments[k]
-        return s.is_arc and abs(s.cr) <= FLAT and self.tool.joints[joint, 0] <= FLAT
+        return s.is_arc and abs(s.cr) <= FLAT_MM and self.tool.joints[joint, 0] <= FLAT_MM
 
     def _leads(self, name: str) -> bool:
         """Whether the cap of a pose is what leads, not what trails."""
@@ -172,7 +172,7 @@ class Ramp:
     def _arc(self, name: str, k: int, side: int, t0: float, t1: float) -> Curve:
         """Grazing curve of an arc from tau = t0 to t1."""
         s, pose, g = self.tool.segments[k], self.poses[name], self.guide.gamma
-        if abs(s.cr) <= FLAT:
+        if abs(s.cr) <= FLAT_MM:
             ahead = np.sin(g) * pose.heading - np.cos(g) * UP
             frame = Frame(pose.tip + s.cz * UP, np.cross(ahead, side * pose.left), ahead)
             return Circle(frame, s.radius, t0, t1)
@@ -186,7 +186,7 @@ class Ramp:
             return np.asarray(pose.tip + r * radial + z * UP)
 
         ends = [t + float(self._u(np.array(t))) for t in (t0, t1)]
-        return interpolated(point, ends[0], ends[1], FIT_MM)
+        return interpolated(point, ends[0], ends[1], CURVE_FIT_MM)
 
     def _tie(self, edge: Edge, *, last: bool) -> Edge:
         vertex = edge.last if last else edge.first
@@ -282,7 +282,7 @@ class Ramp:
         radial = offset * [1.0, 1.0, 0.0]
         size = float(np.linalg.norm(radial))
         if s.is_arc:
-            outward = offset - s.cz * UP - s.cr * (radial / size if size > FLAT else 0.0)
+            outward = offset - s.cz * UP - s.cr * (radial / size if size > FLAT_MM else 0.0)
         else:
             beta = s.beta[0]
             outward = np.cos(beta) * radial / size + np.sin(beta) * UP

@@ -9,23 +9,19 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
-from OCP.BRepPrimAPI import BRepPrimAPI_MakeRevol
-from OCP.gp import gp_Ax1, gp_Dir
-from OCP.TopoDS import TopoDS
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.occt.shapes import Curve, Straight, pnt
+from vmachining.engines.brep.occt.primitives import revolved
+from vmachining.engines.brep.occt.shapes import Curve, Straight
 from vmachining.engines.brep.translations.caps import UP, Tool, meridian_curve
-from vmachining.errors import EngineError
 from vmachining.tool import Profile
 
-__all__ = ["ring", "turned"]
+__all__ = ["plunged", "ring"]
 
 OUT = np.array([1.0, 0.0, 0.0])
 
 
-def turned(profile: Profile, center: Floats) -> Any:
+def plunged(profile: Profile, center: Floats) -> Any:
     """TopoDS_Solid of a profile about the upright axis through `center` (z = 0 of the profile there)."""
     return ring(profile, center, 0.0)
 
@@ -51,15 +47,7 @@ def ring(profile: Profile, center: Floats, radius: float) -> Any:
         inner.append(Straight(center + z[0] * UP, center + z[1] * UP))
     curves = [*outer, *_bridge(outer[-1].ends[1], inner[-1].ends[1])]
     curves += [*inner[::-1], *_bridge(inner[0].ends[0], outer[0].ends[0])]
-    wire = BRepBuilderAPI_MakeWire()
-    for curve in curves:
-        wire.Add(BRepBuilderAPI_MakeEdge(curve.geom, curve.t0, curve.t1).Edge())
-    if not wire.IsDone():
-        raise EngineError("the meridian of a turned sweep does not close", engine="brep")
-    face = BRepBuilderAPI_MakeFace(wire.Wire(), True)
-    revolved = BRepPrimAPI_MakeRevol(face.Face(), gp_Ax1(pnt(center), gp_Dir(0.0, 0.0, 1.0)))
-    shape = TopoDS.Solid_s(revolved.Shape())
-    return shape
+    return revolved(curves, center)
 
 
 def _bridge(a: Floats, b: Floats) -> list[Curve]:

@@ -7,7 +7,7 @@ be cut at all ends in a refusal, not in a file. Pieces that hold nothing, which 
 end it must call the solid valid and closed.
 
 Faces: one whose middle lies on the skin of the stock belongs to no block; any other one was made by the earliest block that
-removes something and has that point on the boundary of its sweep (distances below `ON_MM`). In the STEP file every face
+removes something and has that point on the boundary of its sweep (distances below `ON_SWEEP_MM`). In the STEP file every face
 carries the name of its block and tool, and one colour per block.
 """
 
@@ -22,9 +22,18 @@ import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.engines.brep.blank import Blank
-from vmachining.engines.brep.occt.booleans import box_of, is_empty, minus
+from vmachining.engines.brep.occt.booleans import box_of, minus
 from vmachining.engines.brep.occt.measure import volume
-from vmachining.engines.brep.occt.validity import inspect
+from vmachining.engines.brep.occt.parts import (
+    distance,
+    faces_of,
+    place,
+    point_inside,
+    without_crumbs,
+)
+from vmachining.engines.brep.occt.step_out import LabelledFace, volumes_in, write_labelled
+from vmachining.engines.brep.occt.tolerances import ON_SWEEP_MM, WORKPIECE_STEP_REL
+from vmachining.engines.brep.occt.validity import refuse_unsound
 from vmachining.engines.brep.removal.gate import OWN_MM3
 from vmachining.engines.brep.swept import solids
 from vmachining.errors import EngineError, SweepError
@@ -39,12 +48,6 @@ FUZZY = (0.0, 1e-5, 1e-4, 1e-3)
 
 BACK, MORE = 3, 60
 """Cuts before a block that are done again in other ways if it cannot be cut, and times that is done for a workpiece."""
-
-CRUMB_MM3 = 1e-9
-"""A cube of 1e-3 mm: solids of less are none. Crumbs seen held 4e-21."""
-
-ON_MM = 1e-4
-"""A point of a face is on a sweep within OCCT's tolerance of intersection curves."""
 
 
 def workpiece(stock: Blank, blocks: Sequence[Sequence[Sweep]], brackets: Sequence[Bracket]) -> Any:
@@ -76,7 +79,7 @@ def workpiece(stock: Blank, blocks: Sequence[Sequence[Sweep]], brackets: Sequenc
             if spare < 0 or not trail or len(trail) <= failed - BACK:
                 raise EngineError(why, engine="brep", block=numbers[failed])
     assert found is not None
-    _check(found[0])
+    refuse_unsound(found[0])
     return found[0]
 
 
@@ -94,7 +97,7 @@ class _Ways:
             rest = self._shape
             try:
                 for tool in self._tools:
-                    rest = _whole(minus(rest, [tool], fuzzy))
+                    rest = without_crumbs(minus(rest, [tool], fuzzy))
                 after = volume(rest)
             except EngineError as exc:  # as a wrong volume: the next fuzzy value may work
                 self._removed.append(f"({exc.reason})")
@@ -107,35 +110,6 @@ class _Ways:
     def refusal(self) -> str:
         bounds = f"[{self._bracket.lo:.6g}, {self._bracket.hi:.6g}]"
         return f"removes {', '.join(self._removed) or 'nothing else'} mm3, the bracket is {bounds}"
-
-
-def _whole(shape: Any) -> Any:
-    """The shape without those of its solids that hold nothing; as it is where it has faces that belong to none.
-
-    Raises
-    ------
-    EngineError
-        A solid is inside out.
-    """
-    import cadquery as cq
-
-    pieces = cq.Shape.cast(shape).Solids()
-    held = [volume(piece.wrapped) for piece in pieces]
-    if min(held, default=0.0) < -CRUMB_MM3:
-        raise EngineError("a piece is inside out", engine="brep")
-    kept = [piece for piece, value in zip(pieces, held, strict=True) if value > CRUMB_MM3]
-    if len(kept) == len(pieces) or _is_loose(shape):
-        return shape
-    return cq.Compound.makeCompound(kept).wrapped
-
-
-def _is_loose(shape: Any) -> bool:
-    """Whether it has faces that belong to no solid."""
-    from OCP.TopAbs import TopAbs_ShapeEnum
-    from OCP.TopExp import TopExp_Explorer
-
-    kinds = TopAbs_ShapeEnum
-    return bool(TopExp_Explorer(shape, kinds.TopAbs_FACE, kinds.TopAbs_SOLID).More())
 
 
 def _near(sweeps: Sequence[Sweep], box: Floats) -> list[Sweep]:
@@ -152,70 +126,30 @@ def _tools(sweeps: Sequence[Sweep], box: Floats, number: int) -> list[Any]:
         raise EngineError(f"block {number}: {exc.reason}", engine="brep") from exc
 
 
-def _check(shape: Any) -> None:
-    """Valid, and every shell closed and the skin of a solid that holds something; there may be several, or a hole inside."""
-    from OCP.BRep import BRep_Tool
-    from OCP.TopAbs import TopAbs_ShapeEnum
-    from OCP.TopExp import TopExp_Explorer
-
-    if not inspect(shape).valid:
-        raise EngineError("OCCT does not call the workpiece a valid shape", engine="brep")
-    loose = _is_loose(shape)
-    shells = TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_SHELL)
-    while shells.More() and not loose:
-        loose = not BRep_Tool.IsClosed_s(shells.Current())
-        shells.Next()
-    if loose:
-        raise EngineError("OCCT does not call the workpiece closed", engine="brep")
-    if is_empty(_whole(shape)):
-        raise EngineError("nothing is left of the stock", engine="brep")
-
-
 def owners(
     shape: Any, stock: Blank, blocks: Sequence[Sequence[Sweep]], brackets: Sequence[Bracket]
 ) -> list[tuple[Any, int]]:
     """(TopoDS_Face, block that made it) for all faces; -1 for the stock."""
-    import cadquery as cq
-    from OCP.BRepExtrema import BRepExtrema_DistShapeShape
-
-    skin = [face.wrapped for face in cq.Shape.cast(stock.shape()).Faces()]
+    skin = faces_of(stock.shape())
     boxes = np.array([box_of(face) for face in skin])
     cutting = [(k, block) for k, block in enumerate(blocks) if brackets[k].hi > 0.0]
     sweeps = [sweep for _, block in cutting for sweep in block]
     block_of = [number for number, block in cutting for _ in block]
     index = SweepIndex(sweeps)
     out = []
-    for face in cq.Shape.cast(shape).Faces():
-        point = _inside(face)
-        around = ((boxes[:, 0] <= point + ON_MM) & (boxes[:, 1] >= point - ON_MM)).all(axis=1)
-        place = cq.Vertex.makeVertex(*point.tolist()).wrapped
-        if any(BRepExtrema_DistShapeShape(place, skin[k]).Value() <= ON_MM for k in np.flatnonzero(around)):
-            out.append((face.wrapped, -1))
+    for face in faces_of(shape):
+        point = point_inside(face)
+        around = ((boxes[:, 0] <= point + ON_SWEEP_MM) & (boxes[:, 1] >= point - ON_SWEEP_MM)).all(axis=1)
+        spot = place(point)
+        if any(distance(spot, skin[k]) <= ON_SWEEP_MM for k in np.flatnonzero(around)):
+            out.append((face, -1))
             continue
-        near = index.meets(np.stack([point - ON_MM, point + ON_MM]), len(sweeps))
-        made = (block_of[k] for k in near if abs(float(sweeps[k].signed_distance(point[None])[0])) <= ON_MM)
-        out.append((face.wrapped, next(made, -1)))
+        near = index.meets(np.stack([point - ON_SWEEP_MM, point + ON_SWEEP_MM]), len(sweeps))
+        made = (
+            block_of[k] for k in near if abs(float(sweeps[k].signed_distance(point[None])[0])) <= ON_SWEEP_MM
+        )
+        out.append((face, next(made, -1)))
     return out
-
-
-def _inside(face: Any) -> Floats:
-    """(3,) point of a face, off its edges: the middle of its largest triangle."""
-    vertices, triangles = face.tessellate(0.1, 0.3)
-    points = np.array([v.toTuple() for v in vertices]).reshape(-1, 3)
-    if triangles:
-        a, b, c = points[np.array(triangles)].transpose(1, 0, 2)
-        best = int(np.argmax(np.linalg.norm(np.cross(b - a, c - a), axis=1)))
-        middle = (a[best] + b[best] + c[best]) / 3.0
-    else:  # a face too thin for OCCT to triangulate
-        middle = np.array([v.toTuple() for v in face.Vertices()]).mean(axis=0)
-    import cadquery as cq
-
-    # triangles of a curved face lie beside it: back onto the surface
-    from OCP.BRepExtrema import BRepExtrema_DistShapeShape
-
-    near = BRepExtrema_DistShapeShape(cq.Vertex.makeVertex(*middle.tolist()).wrapped, face.wrapped)
-    p = near.PointOnShape2(1)
-    return np.array([p.X(), p.Y(), p.Z()])
 
 
 def write_step(
@@ -234,41 +168,22 @@ def write_step(
     EngineError, SweepError
         As `workpiece`; or the file cannot be written, or reads back with another volume.
     """
-    import cadquery as cq
-    from OCP.IFSelect import IFSelect_ReturnStatus
-    from OCP.Interface import Interface_Static
-    from OCP.Quantity import Quantity_Color, Quantity_TypeOfColor
-    from OCP.STEPCAFControl import STEPCAFControl_Writer
-    from OCP.TCollection import TCollection_ExtendedString
-    from OCP.TDataStd import TDataStd_Name
-    from OCP.TDocStd import TDocStd_Document
-    from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool
-
     shape = workpiece(stock, blocks, brackets)
-    document = TDocStd_Document(TCollection_ExtendedString("XmlOcaf"))
-    shape_tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
-    color_tool = XCAFDoc_DocumentTool.ColorTool_s(document.Main())
-    root = shape_tool.AddShape(shape, False)
-    TDataStd_Name.Set_s(root, TCollection_ExtendedString("workpiece"))
-    for face, block in owners(shape, stock, blocks, brackets):
-        label = shape_tool.AddSubShape(root, face)
-        if label.IsNull():
-            continue
-        TDataStd_Name.Set_s(label, TCollection_ExtendedString(labels[block] if block >= 0 else "stock"))
-        hue = (block * 0.618033988749895) % 1.0
-        rgb = colorsys.hsv_to_rgb(hue, 0.45, 0.9) if block >= 0 else (0.75, 0.75, 0.75)
-        color = Quantity_Color(*rgb, Quantity_TypeOfColor.Quantity_TOC_sRGB)
-        color_tool.SetColor(label, color, XCAFDoc_ColorType.XCAFDoc_ColorSurf)
-    writer = STEPCAFControl_Writer()
-    Interface_Static.SetIVal_s("write.stepcaf.subshapes.name", 1)  # known once a writer exists
-    writer.SetColorMode(True)
-    writer.SetNameMode(True)
-    writer.Transfer(document)
-    if writer.Write(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
-        raise EngineError(f"OCCT cannot write {path.name}", engine="brep")
-    exact = volume(shape)
-    shapes = [cq.Shape.cast(v.wrapped) for v in cq.importers.importStep(str(path)).vals()]  # type: ignore[union-attr]
-    back = float(sum(volume(part.wrapped) for whole in shapes for part in whole.Solids()))
-    if abs(back - exact) > 1e-6 * exact:
+    faces = (
+        LabelledFace(face, labels[block] if block >= 0 else "stock", _color(block))
+        for face, block in owners(shape, stock, blocks, brackets)
+    )
+    write_labelled(path, shape, "workpiece", faces)
+    exact, back = volume(shape), float(sum(volumes_in(path)))
+    if abs(back - exact) > WORKPIECE_STEP_REL * exact:
         raise EngineError(f"{path.name} reads back with {back:.9g} mm3 instead of {exact:.9g}", engine="brep")
     return exact
+
+
+def _color(block: int) -> tuple[float, float, float]:
+    """One colour per block, hues of neighbours far apart (golden ratio); grey for the stock."""
+    return (
+        colorsys.hsv_to_rgb((block * 0.618033988749895) % 1.0, 0.45, 0.9)
+        if block >= 0
+        else (0.75, 0.75, 0.75)
+    )
