@@ -26,6 +26,7 @@ def test_the_page_shows_contact_and_strategies(folder):
     assert "All strategies on this job" in page and "force (asked for)" in page and "chip area" in page
     worst = pl.read_csv(folder / "blocks.csv")["force_n"].max()
     assert f"{worst:.5g} N" in page
+    assert "Largest chip thickness" in page and "columns are empty" not in page
 
 
 def test_the_comparison_is_a_table_too(folder):
@@ -36,3 +37,14 @@ def test_the_comparison_is_a_table_too(folder):
         asked["asked_for"] and asked["unit"] == "N" and asked["force_peak"] <= asked["reference"] * (1 + 1e-9)
     )
     assert asked["time_s"] < table["time_s"][0]
+
+
+def test_a_reference_below_edge_forces_is_told_with_what_can_be_met(tmp_path):
+    text = CUTTER + FEED.replace('"volume"', '"force"') + "reference = 30\n" + FORCE
+    result = run(Job.load(write_job(tmp_path, job=text)))
+    told = result.summary["schedule"]["note"]
+    # the slot of line 7, one edge of 1 mm straight ahead with the other in air: Kte = 25, Kre = 18, Kae = 4 N/mm alone
+    assert "below what edge forces alone need" in told
+    result.write(tmp_path / "out", stock=())
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "elow what edge forces alone need" in page

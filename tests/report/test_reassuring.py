@@ -7,8 +7,7 @@ from tinyjob import FEED, PROGRAM, write_job
 
 from vmachining.job import Job, run
 from vmachining.report import write_report
-from vmachining.report.numbers import duration
-from vmachining.report.page import _difference
+from vmachining.report.numbers import difference, duration
 
 SHANK = "flute_length_mm = 10\nshank_diameter_mm = 4\nlength_mm = 20"
 HOLDER = "length_mm = 20\nholder = [[10, 20], [10, 40]]"
@@ -65,7 +64,7 @@ def test_rounding_is_called_rounding(tmp_path):
 
     text = words(tmp_path, job=JOB + FEED)
     assert not re.search(r"e-1\d\s*mm³", text) and "within rounding" in text
-    assert _difference(3.6e-12, 720.0).startswith("0") and _difference(-0.02, 720.0).startswith("-0.02")
+    assert difference(3.6e-12, 720.0).startswith("0") and difference(-0.02, 720.0).startswith("-0.02")
 
 
 def test_times_side_by_side_have_one_unit():

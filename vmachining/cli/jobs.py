@@ -229,7 +229,10 @@ def _told(result: RunResult, folder: Path) -> str:
         *_files(s),
         *_no_step(s),
         *(f"  note      {text}" for text in s["notes"]),
+        *(f"  contact   {text}" for text in s.get("contact_notes", ())),
     ]
+    if (schedule := result.schedule) is not None and schedule.note:
+        lines.append(f"  schedule  {schedule.note}")
     if left := len(s.get("unsplit_lines", ())) + len(s.get("untouched_lines", ())):
         lines.append(f"  schedule  {left} lines could not take the feed they want, see the warnings")
     lines.append(f"  files     {folder}")

@@ -44,7 +44,7 @@ Known limits
 
 from vmachining.feed.blocks import FeedBlocks, FeedSamples, Kind
 from vmachining.feed.chip_area import ChipAreaStrategy
-from vmachining.feed.force import ForceStrategy
+from vmachining.feed.force import UNITS, ForceStrategy
 from vmachining.feed.limits import FeedLimits, Limit, clamp, floor_feed, limit_ratio, tooth_cap
 from vmachining.feed.plan import plan_feeds, references, schedulable
 from vmachining.feed.schedule import Schedule
@@ -52,6 +52,7 @@ from vmachining.feed.strategy import Parts, Reference, Rule, Strategy
 from vmachining.feed.volume import VolumeStrategy, sampled, schedule_volume, schedule_volume_inserting
 
 __all__ = [
+    "UNITS",
     "ChipAreaStrategy",
     "FeedBlocks",
     "FeedLimits",

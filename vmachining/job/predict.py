@@ -116,9 +116,11 @@ def predict(
         only=None if blocks is None else frozenset(blocks),
     )  # fmt: skip
     told = [
-        f"block {number}: {note}"
-        for number, note in found.columns.select("block", "contact_note").iter_rows()
-        if note is not None
+        f"{f'{count} blocks from block {first} on' if count > 1 else f'block {first}'}: {note}"
+        for note, first, count in found.columns.filter(pl.col("contact_note").is_not_null())
+        .group_by("contact_note", maintain_order=True)
+        .agg(pl.col("block").first(), pl.len())
+        .iter_rows()
     ]
     notes = (*found.notes, *told)
     if not stations:

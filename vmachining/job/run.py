@@ -514,6 +514,8 @@ class _Run:
                 "strategy": report.strategy, "reference": report.reference, "unit": report.unit,
                 "reference_from": report.reference_from, "largest_block_mm3_min": report.largest_block_mm3_min,
             }  # fmt: skip
+            if report.note is not None:
+                summary["schedule"]["note"] = report.note
             if report.strategy == "volume":
                 summary["schedule"]["reference_mm3_min"] = report.reference
         if self.job.machine is not None:

@@ -53,6 +53,7 @@ class ScheduleReport:
     comparison : all strategies on this job, one row each, see `vmachining.job.strategies.compared`.
     blocks, removed_mm3 : of the written program.
     reference, unit, strategy, reference_from : the load aimed at, and what it is.
+    note : what the reference asks too much of, with what can be met; None if nothing.
     largest_block_mm3_min : the largest rate of a whole block as programmed.
     unsplit : lines that wanted inserted blocks and got the smallest feed of them as a whole.
     untouched : lines whose feed could not be changed and is the programmed one.
@@ -70,6 +71,7 @@ class ScheduleReport:
     strategy: str
     reference_from: str
     largest_block_mm3_min: float
+    note: str | None = None
     unsplit: tuple[int, ...] = ()
     untouched: tuple[int, ...] = ()
 
@@ -167,13 +169,13 @@ def compare(
             f"{what} "
             f"(reference: {feed.reference}, {source}), between {feed.min_mm_min:g} and {feed.max_mm_min:g} mm/min"
             f"{inserted}. "
-            + (f"Note: {planned.infeasible}. " if planned.infeasible else "")
             + "The written program was read back from its file and simulated again; the numbers are its own."
         ),
         limits=hit,
         tally=dict(Counter(hit.values())),
         after_rate=rates,
         comparison=planned.comparison,
+        note=planned.infeasible,
         blocks=len(after),
         removed_mm3=float(removed.sum()),
         reference=schedule.reference,

@@ -164,11 +164,16 @@ def _steps(x: Ints, y: ArrayLike, wide: bool) -> tuple[Floats, Floats]:
 
 
 CONTACT_ROWS = (
-    ("Depth of cut", "mm", (("ap_mm", "axial", FEED), ("ae_mm", "radial", "#7c3aed"))),
-    ("Engaged share of a revolution", "", (("engaged_fraction", "engaged", BEFORE),)),
-    ("Chip area of a tooth", "mm²", (("chip_area_mm2", "chip area", AFTER),)),
-    ("Force", "N", (("force_n", "force", HIT),)),
-    ("Power", "W", (("power_w", "power", RAPID),)),
+    (
+        "Depth of cut: <span style='color:#2563eb'>axial ap</span>, <span style='color:#7c3aed'>radial ae</span>",
+        "mm",
+        (("ap_mm", "axial ap", FEED), ("ae_mm", "radial ae", "#7c3aed")),
+    ),
+    ("Engaged share of a revolution", "1", (("engaged_fraction", "engaged", BEFORE),)),
+    ("Largest chip area of a tooth", "mm²", (("chip_area_mm2", "chip area", AFTER),)),
+    ("Largest chip thickness", "mm", (("chip_thickness_mm", "chip thickness", "#0891b2"),)),
+    ("Peak of the resultant force", "N", (("force_n", "force", HIT),)),
+    ("Mean power at the cutter", "W", (("power_w", "power", RAPID),)),
 )
 """Rows of `contact_along`: title, unit, and column, name and colour of each line."""
 
@@ -186,7 +191,7 @@ def contact_along(blocks: pl.DataFrame) -> go.Figure | None:
         rows=len(shown),
         cols=1,
         shared_xaxes=True,
-        vertical_spacing=0.05,
+        vertical_spacing=0.3 / len(shown),
         subplot_titles=[row[0] for row in shown],
     )
     for k, (_, unit, lines) in enumerate(shown, start=1):
@@ -206,10 +211,12 @@ def contact_along(blocks: pl.DataFrame) -> go.Figure | None:
     figure.update_xaxes(gridcolor=GRID, zeroline=False, tickfont={"size": 11, "color": MUTED})
     figure.update_xaxes(title={"text": "block", "font": {"size": 12, "color": MUTED}}, row=len(shown), col=1)
     figure.update_layout(
-        meta={"labels": _hover(rows), "each": 2 if wide else 1}, font=FONT, modebar=MODEBAR, height=180 * len(shown) + 90,
+        meta={"labels": _hover(rows), "each": 2 if wide else 1}, font=FONT, modebar=MODEBAR, height=170 * len(shown) + 84,
         paper_bgcolor="rgba(0,0,0,0)", plot_bgcolor="rgba(0,0,0,0)", hovermode="closest", showlegend=False,
         margin={"l": 76, "r": 20, "t": 40, "b": 44},
     )  # fmt: skip
+    for note in figure.layout.annotations:
+        note.update(x=0, xanchor="left", font={"size": 13, "color": INK})
     return figure
 
 

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = ["duration", "number", "percent", "plural", "trusted"]
+__all__ = ["difference", "duration", "number", "percent", "plural", "trusted"]
+
+ROUNDING_REL = 1e-9
+"""Two sums over meshes differ by less than this part of the stock for no other reason than rounding."""
+
+
+def difference(value: float, of: float, unit: str = "mm³") -> str:
+    """A difference of two computed volumes; rounding of the larger of them is called so."""
+    if abs(value) <= ROUNDING_REL * abs(of):
+        return f"0\u00a0{unit} within rounding"
+    return f"{value:+.2g}\u00a0{unit}"
 
 
 def trusted(text: str) -> Any:

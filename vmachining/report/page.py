@@ -14,16 +14,17 @@ import numpy as np
 import polars as pl
 from plotly.offline import get_plotlyjs
 
+from vmachining.feed import UNITS
 from vmachining.geometry import Arc
 from vmachining.job import RunResult, ScheduleReport, move_path
 from vmachining.job.brep import disputes
-from vmachining.job.contact import TURNING_CHORD_MM
 from vmachining.job.files import versions, write_atomic
 from vmachining.nc import Motion
 from vmachining.report.contact import compared, contact_facts
 from vmachining.report.figures import PathPiece, along_program, contact_along, stock_view
-from vmachining.report.numbers import duration, number, percent, plural, trusted
+from vmachining.report.numbers import difference, duration, number, percent, plural, trusted
 from vmachining.report.thin import MAX_POINTS, ThinMesh, thin_mesh
+from vmachining.report.trust import checked, known, unknown, widest
 from vmachining.sweep import Turn
 
 __all__ = ["write_report"]
@@ -31,12 +32,6 @@ __all__ = ["write_report"]
 MAX_ROWS = 500
 """Rows of one table on the page; the CSV has them all."""
 MAX_PATH_POINTS = 200_000
-
-SPINDLE_DIALECTS = ("iso", "mts")
-"""Dialects whose reader warns of a feed move with a standing spindle (W501)."""
-
-ROUNDING_REL = 1e-9
-"""Two sums over meshes differ by less than this part of the stock for no other reason than rounding."""
 
 
 def write_report(result: RunResult, path: Path) -> None:
@@ -77,13 +72,13 @@ def write_report(result: RunResult, path: Path) -> None:
         deviation=_deviation(result),
         design_note=result.summary.get("design_note"),
         warnings=warned[:MAX_ROWS],
-        checked=_checked(result),
+        checked=checked(result),
         notes=result.summary["notes"],
         tools=_tools(result, blocks),
         more_warnings=f"{len(warned) - MAX_ROWS} more in blocks.csv." if len(warned) > MAX_ROWS else "",
-        known=_known(result),
-        unknown=_unknown(result),
-        widest=_widest(blocks),
+        known=known(result),
+        unknown=unknown(result),
+        widest=widest(blocks),
         colophon=_colophon(result),
     )
     write_atomic(path, page)
@@ -176,13 +171,6 @@ def _path_pieces(result: RunResult, blocks: pl.DataFrame) -> tuple[list[PathPiec
             yield kind, np.concatenate(points)
 
     return list(pieces()), stride
-
-
-def _difference(value: float, of: float, unit: str = "mm³") -> str:
-    """A difference of two computed volumes; rounding of the larger of them is called so."""
-    if abs(value) <= ROUNDING_REL * abs(of):
-        return f"0\u00a0{unit} within rounding"
-    return f"{value:+.2g}\u00a0{unit}"
 
 
 def _subtitle(result: RunResult) -> str:
@@ -297,7 +285,7 @@ def _plot_note(count: int) -> str:
 
 
 def _schedule(result: RunResult, schedule: ScheduleReport, blocks: pl.DataFrame) -> dict[str, Any]:
-    s = result.summary
+    s, feed = result.summary, result.job.keys.feed
     before = blocks["mrr_mm3_min"].fill_null(0.0).to_numpy()
     after = np.nan_to_num(schedule.after_rate)
     rows = [
@@ -323,7 +311,7 @@ def _schedule(result: RunResult, schedule: ScheduleReport, blocks: pl.DataFrame)
             "Removed volume",
             f"{number(s['removed_mm3'], 8)} mm³",
             f"{number(schedule.removed_mm3, 8)} mm³",
-            _difference(schedule.removed_mm3 - s["removed_mm3"], s["stock_mm3"]),
+            difference(schedule.removed_mm3 - s["removed_mm3"], s["stock_mm3"]),
         ),
     ]
     limited = [
@@ -337,127 +325,13 @@ def _schedule(result: RunResult, schedule: ScheduleReport, blocks: pl.DataFrame)
     return {
         "text": schedule.text,
         "rows": rows,
+        "note": f"{schedule.note[0].upper()}{schedule.note[1:]}." if schedule.note else "",
         "compared": compared(schedule.comparison),
+        "force_load": "{} {}".format(*UNITS[feed.component if feed else "resultant"]),
         "limits": tally,
         "limited": limited[:MAX_ROWS],
         "more": f"{len(limited) - MAX_ROWS} more in blocks.csv." if len(limited) > MAX_ROWS else "",
     }
-
-
-def _known(result: RunResult) -> list[str]:
-    s = result.summary
-    width = s["removed_hi_mm3"] - s["removed_lo_mm3"]
-    share = f", {100 * width / s['removed_mm3']:.2g} % of it" if s["removed_mm3"] > 0 else ""
-    balance = s["stock_mm3"] - s["final_mm3"] - s["removed_mm3"]
-    word, rests = "interval", f"It rests on {result.stock.proof}."
-    if result.stock.name == "mesh":
-        word, rests = (
-            "bracket",
-            (
-                "The bracket follows from facets that stay within the chord asked for, "
-                f"{result.job.keys.accuracy.chord_mm:g} mm, of the exact swept surface."
-            ),
-        )
-    return [
-        f"Removed volume: {number(s['removed_lo_mm3'], 8)} to {number(s['removed_hi_mm3'], 8)} mm³. "
-        f"The {word} is {number(width, 3)} mm³ wide{share}.",
-        rests,
-        "Balance: stock before minus stock after minus the sum of all blocks is "
-        f"{_difference(balance, s['stock_mm3'])}.",
-        f"Finished stock: {number(s['final_lo_mm3'], 8)} to {number(s['final_hi_mm3'], 8)} mm³. The file and the "
-        "picture show the larger of the two: what is undecided stays on the part.",
-        *_files(s),
-        "A block that does not reach the stock removes exactly 0.",
-        *([_second(s["brep"])] if s["brep"]["asked"] else []),
-    ]
-
-
-def _files(s: dict[str, Any]) -> list[str]:
-    """What the triangles of the written workpieces hold, against what is known of it."""
-    return [
-        f"{name} holds {number(volume, 8)}\u00a0mm³, {_difference(volume - s['final_mm3'], s['stock_mm3'])} beside the "
-        f"estimate of the finished stock, of which {_difference(volume - s['stock_mesh_mm3'], s['stock_mm3'])} is the "
-        "rounding of its coordinates: compare removed volumes with this page and not with that of the file."
-        for name, volume in s.get("stock_files_mm3", {}).items()
-    ]
-
-
-def _second(counts: dict[str, Any]) -> str:
-    """What the B-rep engine was asked and said."""
-    return (
-        f"The B-rep engine was asked about {counts['asked']} blocks: {counts['agreed']} agreed, "
-        f"{counts['retried']} agreed at a later attempt, {counts['refused']} it refused, {counts['disputed']} are "
-        "disputed (see their warnings). How far a value is from the truth at most is in removed_brep_error_mm3. "
-        f"Blocks per attempt: {', '.join(f'{name} {count}' for name, count in counts['attempts'].items()) or 'none'}."
-    )
-
-
-def _not_given(result: RunResult) -> list[str]:
-    """What the job does not describe of its tools, in words for the reader."""
-    tools = result.job.tools
-    lacking = []
-    for part, given in (
-        ("shank", {n for n, tool in tools.items() if tool.shank is not None}),
-        ("holder", {n for n, tool in tools.items() if tool.holder_profile is not None}),
-    ):
-        if not given:
-            lacking.append(f"no {part} is given, so none was checked")
-        elif missing := sorted(set(tools) - given):
-            lacking.append(
-                f"no {part} is given for {', '.join(f'T{n}' for n in missing)}, so none was checked there"
-            )
-    return lacking
-
-
-def _checked(result: RunResult) -> str:
-    """What was looked for where there are no warnings: nothing that the job does not give."""
-    tools = result.job.tools.values()
-    parts = [
-        word
-        for word, given in (
-            ("shank", any(tool.shank is not None for tool in tools)),
-            ("holder", any(tool.holder_profile is not None for tool in tools)),
-        )
-        if given
-    ]
-    said = ["no contact of a rapid with the stock was found"]
-    if parts:
-        said.append(f"none of {' or '.join(parts)}")
-    if result.program.dialect in SPINDLE_DIALECTS:
-        said.append("no feed move with a standing spindle")
-    lacking = _not_given(result)
-    told = ", ".join(said)
-    return f"{told[0].upper()}{told[1:]}." + (f" Not checked: {'; '.join(lacking)}." if lacking else "")
-
-
-def _contact_limits(result: RunResult) -> list[str]:
-    """How far the checks for contact reach."""
-    chord = result.job.keys.accuracy.chord_mm
-    lines = [
-        "Rapids do not cut: their contact with the stock is a warning, and so is that of a shank or holder that is "
-        f"given. Contacts shallower than about {4 * chord:g} mm (four chords) may go unseen, of a tool that leans or "
-        f"turns {4 * max(chord, TURNING_CHORD_MM):g} mm."
-    ]
-    return [*lines, *(f"{text[0].upper()}{text[1:]}." for text in _not_given(result))]
-
-
-def _unknown(result: RunResult) -> list[str]:
-    lines = [
-        "Engagement, chips, forces and power are not computed: their columns are empty.",
-        *_contact_limits(result),
-        "Tool, machine and stock are rigid; the tool turns without run-out.",
-    ]
-    if not result.summary["brep"]["asked"]:
-        lines.insert(
-            0,
-            "No second engine (B-rep) has checked these volumes: "
-            "columns removed_brep_mm3 and brep_status are empty.",
-        )
-    if result.job.keys.machine.max_acceleration_mm_s2 is None:
-        lines.append("Times are length over feed: no acceleration limit was given.")
-    if result.job.keys.machine.rapid_mm_min is None:
-        lines.append("Rapids take no time: no rapid speed was given.")
-    return lines
 
 
 def _deviation(result: RunResult) -> list[tuple[str, str]] | None:
@@ -482,14 +356,6 @@ def _deviation(result: RunResult) -> list[tuple[str, str]] | None:
         if told[key]:
             rows.append((number(told[key]), text))
     return rows
-
-
-def _widest(blocks: pl.DataFrame) -> list[tuple[Any, ...]]:
-    width = pl.col("removed_hi_mm3") - pl.col("removed_lo_mm3")
-    rows = blocks.with_columns(width.alias("width")).filter(pl.col("width") > 0).top_k(5, by="width")
-    names = ("block", "line", "text", "removed_mm3", "removed_lo_mm3", "removed_hi_mm3", "width")
-    rows = rows.sort("width", descending=True)
-    return [(*row[:3], *(number(v, 5) for v in row[3:])) for row in rows.select(names).iter_rows()]
 
 
 def _colophon(result: RunResult) -> list[tuple[str, str]]:

@@ -1,0 +1,167 @@
+"""How far the numbers of a page can be trusted: what is known, with its error, and what nobody has checked."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import polars as pl
+
+from vmachining.job import RunResult
+from vmachining.job.contact import TURNING_CHORD_MM
+from vmachining.job.table import CONTACT
+from vmachining.report.numbers import difference, number
+
+__all__ = ["checked", "known", "unknown", "widest"]
+
+SPINDLE_DIALECTS = ("iso", "mts")
+"""Dialects whose reader warns of a feed move with a standing spindle (W501)."""
+
+
+def known(result: RunResult) -> list[str]:
+    """Sentences about what is known, with its error."""
+    s = result.summary
+    width = s["removed_hi_mm3"] - s["removed_lo_mm3"]
+    share = f", {100 * width / s['removed_mm3']:.2g} % of it" if s["removed_mm3"] > 0 else ""
+    balance = s["stock_mm3"] - s["final_mm3"] - s["removed_mm3"]
+    word, rests = "interval", f"It rests on {result.stock.proof}."
+    if result.stock.name == "mesh":
+        word, rests = (
+            "bracket",
+            (
+                "The bracket follows from facets that stay within the chord asked for, "
+                f"{result.job.keys.accuracy.chord_mm:g} mm, of the exact swept surface."
+            ),
+        )
+    return [
+        f"Removed volume: {number(s['removed_lo_mm3'], 8)} to {number(s['removed_hi_mm3'], 8)} mm³. "
+        f"The {word} is {number(width, 3)} mm³ wide{share}.",
+        rests,
+        "Balance: stock before minus stock after minus the sum of all blocks is "
+        f"{difference(balance, s['stock_mm3'])}.",
+        f"Finished stock: {number(s['final_lo_mm3'], 8)} to {number(s['final_hi_mm3'], 8)} mm³. The file and the "
+        "picture show the larger of the two: what is undecided stays on the part.",
+        *_files(s),
+        "A block that does not reach the stock removes exactly 0.",
+        *_contact_known(result.blocks),
+        *([_second(s["brep"])] if s["brep"]["asked"] else []),
+    ]
+
+
+def _files(s: dict[str, Any]) -> list[str]:
+    """What the triangles of the written workpieces hold, against what is known of it."""
+    return [
+        f"{name} holds {number(volume, 8)}\u00a0mm³, {difference(volume - s['final_mm3'], s['stock_mm3'])} beside the "
+        f"estimate of the finished stock, of which {difference(volume - s['stock_mesh_mm3'], s['stock_mm3'])} is the "
+        "rounding of its coordinates: compare removed volumes with this page and not with that of the file."
+        for name, volume in s.get("stock_files_mm3", {}).items()
+    ]
+
+
+def _second(counts: dict[str, Any]) -> str:
+    """What the B-rep engine was asked and said."""
+    return (
+        f"The B-rep engine was asked about {counts['asked']} blocks: {counts['agreed']} agreed, "
+        f"{counts['retried']} agreed at a later attempt, {counts['refused']} it refused, {counts['disputed']} are "
+        "disputed (see their warnings). How far a value is from the truth at most is in removed_brep_error_mm3. "
+        f"Blocks per attempt: {', '.join(f'{name} {count}' for name, count in counts['attempts'].items()) or 'none'}."
+    )
+
+
+def _not_given(result: RunResult) -> list[str]:
+    """What the job does not describe of its tools, in words for the reader."""
+    tools = result.job.tools
+    lacking = []
+    for part, given in (
+        ("shank", {n for n, tool in tools.items() if tool.shank is not None}),
+        ("holder", {n for n, tool in tools.items() if tool.holder_profile is not None}),
+    ):
+        if not given:
+            lacking.append(f"no {part} is given, so none was checked")
+        elif missing := sorted(set(tools) - given):
+            lacking.append(
+                f"no {part} is given for {', '.join(f'T{n}' for n in missing)}, so none was checked there"
+            )
+    return lacking
+
+
+def checked(result: RunResult) -> str:
+    """What was looked for where there are no warnings: nothing that the job does not give."""
+    tools = result.job.tools.values()
+    parts = [
+        word
+        for word, given in (
+            ("shank", any(tool.shank is not None for tool in tools)),
+            ("holder", any(tool.holder_profile is not None for tool in tools)),
+        )
+        if given
+    ]
+    said = ["no contact of a rapid with the stock was found"]
+    if parts:
+        said.append(f"none of {' or '.join(parts)}")
+    if result.program.dialect in SPINDLE_DIALECTS:
+        said.append("no feed move with a standing spindle")
+    lacking = _not_given(result)
+    told = ", ".join(said)
+    return f"{told[0].upper()}{told[1:]}." + (f" Not checked: {'; '.join(lacking)}." if lacking else "")
+
+
+def _contact_limits(result: RunResult) -> list[str]:
+    """How far the checks for contact reach."""
+    chord = result.job.keys.accuracy.chord_mm
+    lines = [
+        "Rapids do not cut: their contact with the stock is a warning, and so is that of a shank or holder that is "
+        f"given. Contacts shallower than about {4 * chord:g} mm (four chords) may go unseen, of a tool that leans or "
+        f"turns {4 * max(chord, TURNING_CHORD_MM):g} mm."
+    ]
+    return [*lines, *(f"{text[0].upper()}{text[1:]}." for text in _not_given(result))]
+
+
+def _contact_known(blocks: pl.DataFrame) -> list[str]:
+    """What contact, chips and forces rest on, as far as they are there."""
+    if not blocks["ap_mm"].count():
+        return []
+    lines = [
+        "Contact and chips are the largest of the stations along a block, which stand a quarter of the radius apart or "
+        "17 to a block; a peak between two stations is missed. At a station they follow from exact distances to the "
+        "earlier sweeps, a chip to first order in the feed."
+    ]
+    if blocks["force_n"].count():
+        lines.append("Forces are as good as the coefficients of the job: nothing here measures them.")
+    return lines
+
+
+def _contact_empty(blocks: pl.DataFrame) -> list[str]:
+    """Names the columns of contact that nothing is known of."""
+    empty = [name for name in CONTACT if not blocks[name].count()]
+    if len(empty) == len(CONTACT):
+        return ["Contact, chips, forces and power are not computed: their columns are empty."]
+    return [f"Not computed, so empty in the table: {', '.join(empty)}."] if empty else []
+
+
+def unknown(result: RunResult) -> list[str]:
+    """Sentences about what nobody has checked."""
+    lines = [
+        *_contact_empty(result.blocks),
+        *_contact_limits(result),
+        "Tool, machine and stock are rigid; the tool turns without run-out or wear.",
+    ]
+    if not result.summary["brep"]["asked"]:
+        lines.insert(
+            0,
+            "No second engine (B-rep) has checked these volumes: "
+            "columns removed_brep_mm3 and brep_status are empty.",
+        )
+    if result.job.keys.machine.max_acceleration_mm_s2 is None:
+        lines.append("Times are length over feed: no acceleration limit was given.")
+    if result.job.keys.machine.rapid_mm_min is None:
+        lines.append("Rapids take no time: no rapid speed was given.")
+    return lines
+
+
+def widest(blocks: pl.DataFrame) -> list[tuple[Any, ...]]:
+    """Rows of the table of the widest intervals."""
+    width = pl.col("removed_hi_mm3") - pl.col("removed_lo_mm3")
+    rows = blocks.with_columns(width.alias("width")).filter(pl.col("width") > 0).top_k(5, by="width")
+    names = ("block", "line", "text", "removed_mm3", "removed_lo_mm3", "removed_hi_mm3", "width")
+    rows = rows.sort("width", descending=True)
+    return [(*row[:3], *(number(v, 5) for v in row[3:])) for row in rows.select(names).iter_rows()]
