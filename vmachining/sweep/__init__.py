@@ -24,7 +24,7 @@ membership, distance, and where a ray is inside.
 | `turning.py` | `Turn`: tip and axis of a five-axis block, with two derivatives |
 | `bounds.py` | box of a body that turns |
 | `volume.py` | `swept_volume` and its cases, `shadow` |
-| `grazing.py` | the condition N . V = 0 on circles, discs and edges of any body of revolution |
+| `grazing/` | the condition N . V = 0 on circles, faces, discs and edges of any body of revolution |
 | `weinert.py` | the explicit profiles of toroidal and cylindrical cutters, with corrected equations |
 | `stance.py` | `Stance`: the tool at one instant, its surface by rotation angle |
 | `folds.py` | where an envelope lies inside the sweep, which poses cover it |

@@ -1,8 +1,7 @@
 """Instants at which the grazing curve of a cutter changes its shape, not only its place.
 
-Symbols: V velocity of the tip, A axis, S = dA/dt; vv = |V - (A.V) A|^2, vs = V.S, ss = |S|^2, ll = (A.V)^2. For a
-circle with normal (n_r, n_z) and kappa = h n_r - rho n_z the difference r^2 - c^2 of the grazing condition is
-n_r^2 vv + 2 n_r kappa vs + kappa^2 ss - n_z^2 ll; along a face it is a quadratic form in two numbers.
+Symbols as in `grazing/faces.py`: V velocity of the tip, A axis, S = dA/dt; along a face the difference r^2 - c^2 of the
+grazing condition is a quadratic whose coefficients are linear in vv, vs, ss and ll.
 
 A change happens where that form is zero at an end of a face (the curve reaches a joint, a chord of a disc is born
 or dies), where its discriminant is zero (a loop appears, two arcs merge), where A.V is zero (front and rear of
@@ -22,6 +21,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from vmachining.arrays import Floats
 from vmachining.geometry import Arc, Line
+from vmachining.sweep.grazing import circle_terms, terms_of, whole_meridian
 from vmachining.sweep.motion import Sweep
 from vmachining.sweep.turning import Turn
 from vmachining.tool import Profile, Segment
@@ -126,11 +126,11 @@ def _functions(profile: Profile) -> list[tuple[str, float, Function, Callable[[F
     out: list[tuple[str, float, Function, Callable[[Forms], bool]]] = []
     nan = float("nan")
     out.append(("swap", nan, lambda f: f.lift, lambda f: True))
-    faces = _faces(profile)
+    faces = whole_meridian(profile)
     for s in faces:
         for r, z, beta in ((s.r0, s.z0, s.beta[0]), (s.r1, s.z1, s.beta[1])):
             n_r, n_z = float(np.cos(beta)), float(np.sin(beta))
-            out.append(("end", z, _circle(n_r, n_z, z * n_r - r * n_z), lambda f: True))
+            out.append(("end", z, _combined(circle_terms(n_r, n_z, z * n_r - r * n_z)), lambda f: True))
         middle = 0.5 * (s.z0 + s.z1)
         out.append(("merge", middle, _gap(s), _inside(s)))
     for below, above in pairwise(faces):
@@ -139,47 +139,21 @@ def _functions(profile: Profile) -> list[tuple[str, float, Function, Callable[[F
     return out
 
 
-def _faces(profile: Profile) -> list[Segment]:
-    """Segments with the discs at both ends, from the axis at the bottom to the axis at the top."""
-    nan = float("nan")
-    (r0, z0), (r1, z1) = profile.points[0].tolist(), profile.points[-1].tolist()
-    bottom = [Segment(0.0, z0, r0, z0, nan, nan, 0.0)] if r0 > 0.0 else []
-    top = [Segment(r1, z1, 0.0, z1, nan, nan, 0.0)] if r1 > 0.0 else []
-    return [*bottom, *profile.segments, *top]
-
-
-def _circle(n_r: float, n_z: float, kappa: float) -> Function:
-    """r^2 - c^2 of one circle."""
+def _combined(row: Floats) -> Function:
+    """A row of coefficients of (vv, vs, ss, ll) as a function of time."""
+    c = [float(v) for v in row]
 
     def g(f: Forms) -> Bounded:
-        flat = f.vv.times(n_r * n_r) + f.vs.times(2.0 * n_r * kappa) + f.ss.times(kappa * kappa)
-        return flat + (f.lift * f.lift).times(-n_z * n_z)
+        flat = f.vv.times(c[0]) + f.vs.times(c[1]) + f.ss.times(c[2])
+        return flat + (f.lift * f.lift).times(c[3]) if c[3] != 0.0 else flat
 
     return g
 
 
 def _quadratic(s: Segment) -> Callable[[Forms], tuple[Bounded, Bounded, Bounded]]:
-    """r^2 - c^2 along a face: q0 + q1 x + q2 x^2, x the share of a line or tan beta on an arc (times cos^2)."""
-    if s.is_arc:
-        q, z = s.cr, s.cz
-
-        def arc(f: Forms) -> tuple[Bounded, Bounded, Bounded]:
-            first = f.vv + f.vs.times(2.0 * z) + f.ss.times(z * z)
-            second = f.vs.times(-2.0 * q) + f.ss.times(-2.0 * q * z)
-            return first, second, f.ss.times(q * q) + (f.lift * f.lift).times(-1.0)
-
-        return arc
-    d_r, d_z = s.r1 - s.r0, s.z1 - s.z0
-    length = float(np.hypot(d_r, d_z))
-    n_r, n_z = d_z / length, -d_r / length
-    k0, k1 = s.z0 * n_r - s.r0 * n_z, length  # kappa along a line grows by its length
-
-    def line(f: Forms) -> tuple[Bounded, Bounded, Bounded]:
-        first = f.vv.times(n_r * n_r) + f.vs.times(2.0 * n_r * k0) + f.ss.times(k0 * k0)
-        second = f.vs.times(2.0 * k1 * n_r) + f.ss.times(2.0 * k1 * k0)
-        return first + (f.lift * f.lift).times(-n_z * n_z), second, f.ss.times(k1 * k1)
-
-    return line
+    """r^2 - c^2 along a face, see `grazing.faces`."""
+    first, second, third = (_combined(row) for row in terms_of(s))
+    return lambda f: (first(f), second(f), third(f))
 
 
 def _gap(s: Segment) -> Function:

@@ -8,7 +8,8 @@ above E on the cylinder.
 Source: Weinert, Du, Damm, Stautner, Swept volume generation for the simulation of machining processes, Int.
 J. Mach. Tools Manuf. 44 (2004) 617-628, with the numbers of its account in Hendriko's textbook on five-axis
 milling, chapter 3 (eq. 3-n). Where that text is wrong the corrected equation stands here and the docstring
-says so. All of it is the grazing condition of `grazing.py` on two surfaces.
+says so. All of it is the grazing condition of `grazing/` on two surfaces; the envelopes of the
+B-rep engine take `torus_terms` and `torus_angle`.
 """
 
 from __future__ import annotations
@@ -28,9 +29,11 @@ __all__ = [
     "axis_rate",
     "cylinder_angles",
     "moving_frame",
+    "torus_angle",
     "torus_arcs",
     "torus_normal_speed",
     "torus_profile",
+    "torus_terms",
 ]
 
 TINY = 1e-14
@@ -190,12 +193,44 @@ def cylinder_angles(k: ArrayLike, *, axis: ArrayLike, velocity: ArrayLike, rate:
     return np.stack([u, u + np.pi], axis=-1)
 
 
+def torus_terms(
+    m: Floats, *, axis: Floats, velocity: Floats, rate: Floats, R1: float
+) -> tuple[Floats, Floats]:
+    """num and D of eq. 3-15 along radial directions.
+
+    m : (..., 3) unit, square to the axis. axis, velocity, rate : (..., 3) that broadcast against it: e1, V_E, dA/dt.
+
+    Notes
+    -----
+    num = e1 . V_E - R1 m . dA/dt and D = m . V_E, so the normal speed at the angle v is sin v D - cos v num; in the frame
+    of the source m = e2 cos u + e3 sin u and m . dA/dt = |dA/dt| cos u. Any direction of the frame will do.
+    """
+    num = (axis * velocity).sum(-1) - R1 * (m * rate).sum(-1)
+    return np.asarray(num), np.asarray((m * velocity).sum(-1))
+
+
+def torus_angle(num: Floats, D: Floats, middle: float) -> Floats:
+    """Eq. 3-16 on any arc of a meridian: the normal angle v of the grazing point within pi / 2 of `middle`, rad.
+
+    Notes
+    -----
+    tan v = num / D has two roots half a turn apart; measured from the middle of the arc, rounding at its ends does not
+    choose between them.
+    """
+    along, aside = D * np.cos(middle) + num * np.sin(middle), num * np.cos(middle) - D * np.sin(middle)
+    sign = np.where(along < 0.0, -1.0, 1.0)
+    return np.asarray(middle + np.arctan2(sign * aside, sign * along))
+
+
 def _parts(
     u: ArrayLike, axis: ArrayLike, velocity: ArrayLike, rate: ArrayLike, R1: float
 ) -> tuple[Floats, Floats]:
-    """num and D of eq. 3-15."""
+    """num and D at angles u of the moving frame."""
     frame = moving_frame(axis, rate, velocity)
-    V, size = rows(velocity, 3, name="velocity"), float(np.linalg.norm(rows(rate, 3, name="rate")))
-    angle = np.asarray(u, dtype=np.float64)
-    num = float(frame.e1 @ V) - R1 * size * np.cos(angle)
-    return num, float(frame.e2 @ V) * np.cos(angle) + float(frame.e3 @ V) * np.sin(angle)
+    angle = np.asarray(u, dtype=np.float64)[..., None]
+    m = np.cos(angle) * frame.e2 + np.sin(angle) * frame.e3
+    given = {
+        name: np.asarray(v, dtype=np.float64)
+        for name, v in (("axis", axis), ("velocity", velocity), ("rate", rate))
+    }
+    return torus_terms(m, **given, R1=R1)

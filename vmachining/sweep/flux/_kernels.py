@@ -3,11 +3,13 @@
 # Legend: faces (k, 8): r0, z0, r1, z1 of a line (discs included) or r0.. ignored on arcs; cr, cz, R (0: line),
 #   then n_z of a horizontal line, else 0. beta (k, 2): normal angle at both ends (arcs) or twice the same.
 # circle: radius rho, height h above the tip, normal (n_r, n_z), kappa = h n_r - rho n_z;
-#   f(u) = a cos u + b sin u + c along m(u) = cos u x + sin u y. waves, limits, ends: see turned/_kernels.py.
+#   f(u) = a cos u + b sin u + c along m(u) = cos u x + sin u y, see grazing/condition.py.
+# waves, limits, ends: see turned/_kernels.py.
 
 import numpy as np
 
 from vmachining.jit import kernel, leaf
+from vmachining.sweep.grazing._kernels import normal_speed
 from vmachining.sweep.turned._kernels import span, split_at
 from vmachining.sweep.turned.pose._kernels import bending, near, state
 
@@ -37,46 +39,39 @@ def front(r, c):
 
 
 @leaf
-def breaks_of(face, beta, p, cuts) -> int:
-    """Shares where a face changes from one- to two-sided, or where r has its near-kink; number of cuts."""
-    A = p[3:6]
-    lift = p[6] * A[0] + p[7] * A[1] + p[8] * A[2]
-    vv, vs, ss = -lift * lift, 0.0, 0.0
+def breaks_of(face, beta, terms, p, cuts) -> int:
+    """Shares where a face changes from one- to two-sided, or where r has its near-kink; number of cuts.
+
+    terms (3, 4): coefficients of r^2 - c^2 along the face, see `grazing/faces.py`.
+    """
+    lift = p[6] * p[3] + p[7] * p[4] + p[8] * p[5]
+    vv, vs, ss, ll = -lift * lift, 0.0, 0.0, lift * lift
     for k in range(3):
         vv += p[6 + k] * p[6 + k]
         vs += p[6 + k] * p[9 + k]
         ss += p[9 + k] * p[9 + k]
+    f0 = terms[0, 0] * vv + terms[0, 1] * vs + terms[0, 2] * ss + terms[0, 3] * ll
+    f1 = terms[1, 0] * vv + terms[1, 1] * vs + terms[1, 2] * ss
+    f2 = terms[2, 0] * vv + terms[2, 1] * vs + terms[2, 2] * ss + terms[2, 3] * ll
+    gap = f1 * f1 - 4.0 * f0 * f2
     n = 0
     if face[6] > 0.0:
-        q, z = face[4], face[5]
-        f0, f1, f2 = vv + 2.0 * z * vs + z * z * ss, -2.0 * q * (vs + z * ss), q * q * ss
-        least = 0.5 * np.arctan2(f1, f0 - f2) + 0.5 * np.pi
+        # directions (cos, sin) with f0 cos^2 + f1 cos sin + f2 sin^2 = 0, and where r itself is least
+        least = 0.5 * np.arctan2(f1, f0 - f2 - ll) + 0.5 * np.pi
         if least > 0.5 * np.pi:
             least -= np.pi
         found = (least, np.nan, np.nan)
-        g2 = f2 - lift * lift
-        gap = f1 * f1 - 4.0 * f0 * g2
         if gap >= 0.0:
             k1 = -0.5 * (f1 + np.copysign(np.sqrt(gap), f1))
-            # directions (cos, sin) with f0 cos^2 + f1 cos sin + g2 sin^2 = 0
-            found = (least, half_turn(f0, k1), half_turn(k1, g2))
+            found = (least, half_turn(f0, k1), half_turn(k1, f2))
         for v in found:
             x = (v - beta[0]) / (beta[1] - beta[0])
             if 0.0 < x < 1.0:
                 cuts[n] = x
                 n += 1
         return n
-    d_r, d_z = face[2] - face[0], face[3] - face[1]
-    length = np.sqrt(d_r * d_r + d_z * d_z)
-    n_r, n_z = d_z / length, -d_r / length
-    k0 = face[1] * n_r - face[0] * n_z
-    k1 = d_z * n_r - d_r * n_z
-    # r^2 - c^2 = |n_r V + (k0 + k1 x) A'|^2 - (n_z lift)^2
-    f2, f1 = k1 * k1 * ss, 2.0 * k1 * (n_r * vs + k0 * ss)
-    f0 = n_r * n_r * vv + 2.0 * n_r * k0 * vs + k0 * k0 * ss - (n_z * lift) ** 2
     if f2 > 0.0:
         middle = -0.5 * f1 / f2
-        gap = f1 * f1 - 4.0 * f0 * f2
         if 0.0 < middle < 1.0:
             cuts[n] = middle
             n += 1
@@ -109,7 +104,7 @@ def order(cuts, n) -> None:
 
 
 @kernel
-def flux(faces, beta, waves, times, nodes, weights, out) -> None:
+def flux(faces, beta, terms, waves, times, nodes, weights, out) -> None:
     """Integral of max(f, 0) over the body's surface, at every time; nodes, weights a rule on [0, 1]."""
     p, cuts, c = np.zeros(12), np.zeros(8), np.zeros(5)
     for i in range(len(times)):
@@ -117,7 +112,7 @@ def flux(faces, beta, waves, times, nodes, weights, out) -> None:
         lift = p[6] * p[3] + p[7] * p[4] + p[8] * p[5]
         total = 0.0
         for k in range(len(faces)):
-            n = breaks_of(faces[k], beta[k], p, cuts)
+            n = breaks_of(faces[k], beta[k], terms[k], p, cuts)
             order(cuts, n)
             low = 0.0
             for j in range(n + 1):
@@ -125,10 +120,11 @@ def flux(faces, beta, waves, times, nodes, weights, out) -> None:
                 if high > low:
                     for m in range(len(nodes)):
                         circle(faces[k], beta[k], low + (high - low) * nodes[m], c)
-                        kappa = c[1] * c[2] - c[0] * c[3]
                         size = 0.0
                         for q in range(3):
-                            w = c[2] * (p[6 + q] - lift * p[3 + q]) + kappa * p[9 + q]
+                            w = normal_speed(
+                                c[1], c[0], c[2], c[3], p[6 + q] - lift * p[3 + q], 0.0, p[9 + q]
+                            )
                             size += w * w
                         total += (high - low) * weights[m] * c[4] * c[0] * front(np.sqrt(size), c[3] * lift)
                 low = high
@@ -206,10 +202,9 @@ def again(
         lift = p[6] * A[0] + p[7] * A[1] + p[8] * A[2]
         k = which[i]
         circle(faces[k], beta[k], shares[i], c)
-        kappa = c[1] * c[2] - c[0] * c[3]
         a, b, total = 0.0, 0.0, 0.0
         for m in range(3):
-            w = c[2] * p[6 + m] + kappa * p[9 + m]
+            w = normal_speed(c[1], c[0], c[2], c[3], p[6 + m], 0.0, p[9 + m])
             a, b = a + w * x[m], b + w * y[m]
         level = c[3] * lift
         r = np.sqrt(a * a + b * b)

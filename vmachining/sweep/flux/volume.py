@@ -10,6 +10,7 @@ import numpy as np
 
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.sweep.flux import _kernels
+from vmachining.sweep.grazing import terms_of, whole_meridian
 from vmachining.sweep.turned import Packed
 from vmachining.sweep.turned._kernels import PATIENCE
 from vmachining.sweep.turned.pose import _kernels as pose
@@ -78,21 +79,21 @@ def flux_volume(
     quarters change is small. Twice that change is the error estimate, plus the flux of points whose search was
     given up. It is no bound: a visit that falls between all sampled circles goes unnoticed.
     """
-    faces, beta = _faces(profile)
+    faces, beta, terms = _faces(profile)
     x, w = _smooth(NODES)
 
     def speed(times: Floats) -> Floats:
         out = np.empty(len(times))
-        _kernels.flux(faces, beta, packed.waves, times, x, w, out)
+        _kernels.flux(faces, beta, terms, packed.waves, times, x, w, out)
         return out
 
     flux, flux_error = _adaptive(speed, 1e-11 * profile.volume)
-    again, again_error = _again(faces, beta, packed, wanted * (profile.volume + flux), patience)
+    again, again_error = _again(faces, beta, terms, packed, wanted * (profile.volume + flux), patience)
     return FluxVolume(profile.volume, flux, again, flux_error + again_error + ROUNDING * profile.volume)
 
 
 def _again(
-    faces: Floats, beta: Floats, packed: Packed, tolerance: float, patience: int
+    faces: Floats, beta: Floats, terms: Floats, packed: Packed, tolerance: float, patience: int
 ) -> tuple[float, float]:
     """W and its error estimate: rectangles of time and meridian, quartered where they are not yet good."""
     nodes, weights = np.polynomial.legendre.leggauss(POINTS)
@@ -112,7 +113,7 @@ def _again(
         total, unsure = (size.prod(axis=1) * (v.reshape(len(which), -1) @ pair_weights) for v in (out, doubt))
         return np.asarray(total), np.asarray(unsure)
 
-    which, cell, low, size = _first(faces, beta, packed.waves)
+    which, cell, low, size = _first(faces, beta, terms, packed.waves)
     value, unsure = integrals(which, low, size, STEPS)
     done = error = 0.0
     rest = np.abs(value)  # what a rectangle may be wrong by: all of it until its quarters are known
@@ -135,7 +136,7 @@ def _again(
     return done + float(value.sum()), error + float(rest.sum() + unsure.sum())
 
 
-def _first(faces: Floats, beta: Floats, waves: Floats) -> tuple[Ints, Ints, Floats, Floats]:
+def _first(faces: Floats, beta: Floats, terms: Floats, waves: Floats) -> tuple[Ints, Ints, Floats, Floats]:
     """First rectangles: face, place in the grid, corner and size in (t, share).
 
     Equal divisions, and along the meridian also the heights where the axis is slowest at some times: a pivot
@@ -147,7 +148,7 @@ def _first(faces: Floats, beta: Floats, waves: Floats) -> tuple[Ints, Ints, Floa
         found = list(np.arange(FIRST[1] + 1) / FIRST[1])
         for t in np.linspace(0.0, 1.0, FIRST[0] + 1):
             pose.state(waves, t, state)
-            n = _kernels.breaks_of(faces[k], beta[k], state, cuts)
+            n = _kernels.breaks_of(faces[k], beta[k], terms[k], state, cuts)
             found += list(cuts[:n])
         edges = np.sort(found)
         edges = edges[np.concatenate([[True], np.diff(edges) > 0.02])]
@@ -174,21 +175,11 @@ def _with_neighbours(which: Ints, cell: Ints, bad: Bools) -> Bools:
     )
 
 
-def _faces(profile: Profile) -> tuple[Floats, Floats]:
-    """Rows of lines and arcs with the discs at both ends, and their normal angles."""
-    faces, beta = [], []
-    (r0, z0), (r1, z1) = profile.points[0], profile.points[-1]
-    if r0 > 0.0:
-        faces.append((0.0, z0, r0, z0, 0.0, 0.0, 0.0, 0.0))
-        beta.append((-np.pi / 2, -np.pi / 2))
-    for s in profile.segments:
-        center = (s.cr, s.cz) if s.is_arc else (0.0, 0.0)
-        faces.append((*s[:4], *center, s.radius, 0.0))
-        beta.append(s.beta)
-    if r1 > 0.0:
-        faces.append((r1, z1, 0.0, z1, 0.0, 0.0, 0.0, 0.0))
-        beta.append((np.pi / 2, np.pi / 2))
-    return np.array(faces, dtype=np.float64), np.array(beta)
+def _faces(profile: Profile) -> tuple[Floats, Floats, Floats]:
+    """Rows of lines and arcs with the discs at both ends, their normal angles, and their `terms_of`."""
+    parts = whole_meridian(profile)
+    rows = [(*s[:4], *((s.cr, s.cz) if s.is_arc else (0.0, 0.0)), s.radius, 0.0) for s in parts]
+    return np.array(rows), np.array([s.beta for s in parts]), np.array([terms_of(s) for s in parts])
 
 
 @cache

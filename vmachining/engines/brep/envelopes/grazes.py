@@ -43,14 +43,13 @@ from vmachining.engines.brep.envelopes.stretches import (
     Stretch,
     angle,
     graze_beta,
-    line_form,
     near,
     wave,
 )
 from vmachining.engines.brep.occt.tolerances import CONFUSION_MM, FLAT_MM, MISS_MM
 from vmachining.engines.brep.translations.caps import Tool
 from vmachining.errors import SweepError
-from vmachining.sweep.grazing import across, folding, instant
+from vmachining.sweep.grazing import Circles, across, arc_terms, folding, instant, line_terms, scalars
 from vmachining.tool import Segment
 
 __all__ = ["Divide", "Grazes"]
@@ -91,7 +90,8 @@ class Grazes:
         self.dense = moving.state(self._w)
         self._times = self.dense.t
         r, z, beta = (np.array([v]) for v in zip(*[(g.r, g.z, g.beta) for g in self.rings], strict=True))
-        a, b, c = wave(self.dense, r, z, beta)
+        of = wave(self.dense, r, z, beta)
+        a, b, c = of
         gap = a * a + b * b - c * c
         self.sign = np.sign(c[DENSE // 2])  # of f on a ring without grazing points
         two = gap > 0.0
@@ -111,7 +111,7 @@ class Grazes:
                 raise Divide(text, 0.0, soft=True)
             raise SweepError(text)
         self.present: Bools = np.asarray(two.all(axis=0))
-        self._heading = self._followed(np.arctan2(b, a))
+        self._heading = self._followed(of.heading)
         self.valley: dict[End, tuple[Floats, float]] = {}
         self.stretches = self._stretches()
         self._check_widths()
@@ -184,8 +184,7 @@ class Grazes:
                 r, z = g.cr + g.radius * np.cos(beta), g.cz + g.radius * np.sin(beta)
             else:
                 r, z = p.r + share * (q.r - p.r), p.z + share * (q.z - p.z)
-            a, b, _ = wave(middle, r, z, beta)
-            run = np.unwrap(np.arctan2(b, a)[0])
+            run = np.unwrap(wave(middle, r, z, beta).heading[0])
             angles.append(angles[-1] + float(run[-1] - run[0]))
         return np.asarray(
             out + (2.0 * np.pi * np.round((np.array(angles) - out[half]) / (2.0 * np.pi)))[None]
@@ -205,14 +204,12 @@ class Grazes:
             return np.full(len(st.t), 0.5 * np.pi * (1 + side))  # an edge that grazes all round
         g = self.rings[ring]
         one = np.ones((len(st.t), 1))
-        a, b, c = (v[:, 0] for v in wave(st, g.r * one, g.z * one, g.beta * one))
-        phi = near(np.arctan2(b, a), np.interp(st.t, self._times, self._heading[:, ring]))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            u = phi + side * np.arccos(np.clip(-c / np.hypot(a, b), -1.0, 1.0))
+        of = Circles(*(v[:, 0] for v in wave(st, g.r * one, g.z * one, g.beta * one)))
+        u = near(of.heading, np.interp(st.t, self._times, self._heading[:, ring])) + side * of.half
         if (ring, side) not in self.valley:
             return np.asarray(u)
         axis, t0 = self.valley[ring, side]
-        valley = angle(*risen(self.moving, st, t0, axis, g), side)
+        valley = angle(risen(self.moving, st, t0, axis, g), side)
         return np.asarray(np.where(st.t == t0, u, near(valley, u)))
 
     def between(self, ends: tuple[End, End], st: State, s: Floats, raw: Floats) -> Floats:
@@ -332,28 +329,24 @@ class Grazes:
     def _extremes(self, e: Element) -> tuple[Floats, Floats]:
         """(n,) least and largest a^2 + b^2 - c^2 of the circles of an element: below 0 one does not graze.
 
-        On an arc it is p cos^2 b + 2 q cos b sin b + s sin^2 b, along a line a parabola.
+        On an arc it is p cos^2 b + q cos b sin b + s sin^2 b, along a line a parabola.
         """
         g, st = e.segment, self.dense
+        form = scalars(st.velocity, st.rate, st.axis)
         if e.kind == "line":
-            first, slope, bend = line_form(st, g)
+            first, slope, bend = line_terms(g) @ form
             with np.errstate(divide="ignore", invalid="ignore"):
                 at = np.clip(np.nan_to_num(-0.5 * slope / bend), 0.0, 1.0)
             values = np.stack([first, first + slope + bend, first + slope * at + bend * at * at])
             return values.min(axis=0), values.max(axis=0)
-        b0, b1 = (
-            (self.rings[r].beta for r in (e.lower, e.upper) if r is not None) if e.kind == "edge" else g.beta
-        )
-        q, height = (g.r0, g.z0) if e.kind == "edge" else (g.cr, g.cz)
-        lift = (st.velocity * st.axis).sum(1)
-        W = st.velocity - lift[:, None] * st.axis + height * st.rate
-        p, cross = (W * W).sum(1), -q * (W * st.rate).sum(1)
-        last = q * q * (st.rate * st.rate).sum(1) - lift * lift
-        far = 0.5 * np.arctan2(2.0 * cross, p - last)
+        edge = e.kind == "edge"
+        b0, b1 = (self.rings[r].beta for r in (e.lower, e.upper) if r is not None) if edge else g.beta
+        p, cross, last = (arc_terms(g.r0, g.z0) if edge else arc_terms(g.cr, g.cz)) @ form
+        far = 0.5 * np.arctan2(cross, p - last)
         inner = [np.clip(far + turn * np.pi, b0, b1) for turn in (-0.5, 0.0, 0.5)]
         spots = [np.full(len(p), b0), np.full(len(p), b1), *inner]
         cos, sin = np.cos(spots), np.sin(spots)
-        values = p * cos * cos + 2.0 * cross * cos * sin + last * sin * sin
+        values = p * cos * cos + cross * cos * sin + last * sin * sin
         return values.min(axis=0), values.max(axis=0)
 
     # -- folds ---------------------------------------------------------------------------------------------

@@ -25,7 +25,7 @@ import numpy as np
 from vmachining.arrays import Floats
 from vmachining.engines.brep.envelopes.rings import Ring
 from vmachining.engines.brep.envelopes.stretches import Moving, State, angle, wave
-from vmachining.sweep.grazing import across, folding, instant
+from vmachining.sweep.grazing import Circles, across, folding, instant, normal_speed
 
 __all__ = ["Lens", "lens_opens", "lens_span", "risen", "side_speed"]
 
@@ -56,19 +56,18 @@ class Lens(NamedTuple):
     def rise(self, moving: Moving, w: Floats, ring: Ring, u: Floats) -> Floats:
         """(n,) mm per unit of time by which points of the rim have risen out of the other pose, n times and angles."""
         st = moving.state(w)
-        p, q, o = risen(moving, st, float(self.sign < 0), self.axis, ring)
-        return np.asarray(p * np.cos(u) + q * np.sin(u) + o)
+        return normal_speed(risen(moving, st, float(self.sign < 0), self.axis, ring), u)
 
 
-def risen(moving: Moving, st: State, t0: float, axis: Floats, disc: Ring) -> tuple[Floats, Floats, Floats]:
-    """p, q, o, (n,) each: p cos u + q sin u + o is how fast the rim has left the pose at t0, whose axis is given.
+def risen(moving: Moving, st: State, t0: float, axis: Floats, disc: Ring) -> Circles:
+    """a, b, c (n,): a cos u + b sin u + c is how fast the rim has left the pose at t0, whose axis is given.
 
     Height above the plane of that pose over the time since then, mm per unit of t; at t0 itself the speed along the
     normal of the disc. Its zeros are those of the height, but for the one at t0, and keep their digits next to it.
     """
     velocity, rate = moving.means(t0, st.t)
     p, q = (-disc.disc * disc.r * (e * rate).sum(1) for e in (st.x, st.y))
-    return p, q, np.asarray(disc.disc * (velocity + disc.z * rate) @ axis)
+    return Circles(p, q, np.asarray(disc.disc * (velocity + disc.z * rate) @ axis))
 
 
 def lens_opens(moving: Moving, t: float, disc: Ring, side: Ring) -> bool:
@@ -92,13 +91,12 @@ def lens_opens(moving: Moving, t: float, disc: Ring, side: Ring) -> bool:
 def lens_span(moving: Moving, sign: int, disc: Ring, axis: Floats) -> tuple[float, float] | None:
     """Angles between which the rim of the open pose is above the plane of the other one, None if it is nowhere."""
     t0 = float(sign < 0)
-    p, q, o = (sign * v for v in risen(moving, moving.state(np.array([1.0 - t0])), t0, axis, disc))
-    lo, hi = (float(angle(p, q, o, side)[0]) for side in (-1, 1))
+    above = Circles(*(sign * v for v in risen(moving, moving.state(np.array([1.0 - t0])), t0, axis, disc)))
+    lo, hi = (float(angle(above, side)[0]) for side in (-1, 1))
     return None if np.isnan(lo) else (lo, hi)
 
 
 def side_speed(st: State, side: Ring, u: Floats) -> Floats:
     """(m,) speed along the normal of the face beside a rim, at one time and angles (m,)."""
     one = np.ones((1, 1))
-    a, b, c = (float(v[0, 0]) for v in wave(st, side.r * one, side.z * one, side.beta * one))
-    return np.asarray(a * np.cos(u) + b * np.sin(u) + c)
+    return np.asarray(normal_speed(wave(st, side.r * one, side.z * one, side.beta * one), u)[0])

@@ -17,8 +17,8 @@ The side +1 is the upper of the two angles.
 | `RimPatch` | sharp edge | angles that stay |
 | `Chord` | disc | straight line |
 
-Source: the v-form of the toroidal grazing condition of Weinert, Du, Damm, Stautner (2004), here for any arc:
-f = cos b D(u) + sin b N(u), D = m.(V + z_c S), N = A.V - r_c m.S.
+Source: the v-form of the toroidal grazing condition of Weinert, Du, Damm, Stautner (2004) (`vmachining.sweep.weinert`), here
+for any arc: f = cos b D(u) + sin b N(u), D = m.(V + z_c S), N = A.V - r_c m.S.
 """
 
 from __future__ import annotations
@@ -35,11 +35,13 @@ from vmachining.arrays import Floats
 from vmachining.engines.brep.translations.caps import Pose
 from vmachining.errors import SweepError
 from vmachining.sweep import Turn
+from vmachining.sweep.grazing import Circles, circles_along, grazing_angles, line_terms, scalars
+from vmachining.sweep.weinert import torus_angle, torus_terms
 from vmachining.tool import Segment
 
 __all__ = [
     "ArcSide", "ArcTurn", "BallTurn", "Chord", "EdgeSpan", "End", "LineSide", "LineTurn", "Moving", "RimPatch",
-    "State", "Stretch", "angle", "line_form", "near", "wave",
+    "State", "Stretch", "angle", "graze_beta", "near", "wave",
 ]  # fmt: skip
 
 CORNERS = 97
@@ -136,32 +138,14 @@ class Moving:
         return Pose(s.tip[0], s.x[0], s.axis[0])
 
 
-def wave(st: State, r: Floats, z: Floats, beta: Floats) -> tuple[Floats, Floats, Floats]:
+def wave(st: State, r: Floats, z: Floats, beta: Floats) -> Circles:
     """a, b, c of circles (n, m) at n times."""
-    V, S, out, up = st.velocity, st.rate, np.cos(beta), np.sin(beta)
-    kappa = z * out - r * up
-
-    def part(e: Floats) -> Floats:
-        return np.asarray(out * (V * e).sum(1)[:, None] + kappa * (S * e).sum(1)[:, None])
-
-    return part(st.x), part(st.y), np.asarray(up * (V * st.axis).sum(1)[:, None])
+    return circles_along(st.velocity, st.rate, st.axis, (st.x, st.y), z, r, np.cos(beta), np.sin(beta))
 
 
-def line_form(st: State, g: Segment) -> tuple[Floats, Floats, Floats]:
-    """a^2 + b^2 - c^2 = p + q x + s x^2 of the circles at shares x of a line: (n,) each."""
-    share = np.array([[0.0, 0.5, 1.0]])
-    r, z = g.r0 + share * (g.r1 - g.r0), g.z0 + share * (g.z1 - g.z0)
-    a, b, c = wave(st, r, z, np.full(r.shape, g.beta[0]))
-    first, middle, last = (a * a + b * b - c * c).T
-    return first, 4.0 * middle - 3.0 * first - last, 2.0 * (first + last - 2.0 * middle)
-
-
-def angle(a: Floats, b: Floats, c: Floats, side: float) -> Floats:
+def angle(of: Circles, side: float) -> Floats:
     """phi -+ acos(-c / r), phi in (-pi, pi]; NaN without a root."""
-    r = np.hypot(a, b)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        half = np.arccos(np.where(np.abs(c) <= r, -c / r, np.nan))
-    return np.asarray(np.arctan2(b, a) + side * half)
+    return np.asarray(grazing_angles(of)[..., 0 if side < 0 else 1])
 
 
 def near(u: Floats, target: Floats) -> Floats:
@@ -233,7 +217,7 @@ class LineSide(Stretch):
             shape = (len(st.t), x.shape[-1])
             r, z = (np.broadcast_to(a + x * (b - a), shape) for a, b in ((g.r0, g.r1), (g.z0, g.z1)))
             beta = np.full(shape, g.beta[0])
-            return r, z, beta, of.between(self.ends, st, x, angle(*wave(st, r, z, beta), self.ends[0][1]))
+            return r, z, beta, of.between(self.ends, st, x, angle(wave(st, r, z, beta), self.ends[0][1]))
 
         return at(evened(at, len(st.t), s) if self.bent else s)
 
@@ -249,7 +233,7 @@ class LineTurn(Stretch):
 
     def place(self, of: Angles, st: State, s: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         g, ring = self.segment, self.ends[0][0]
-        first, slope, bend = line_form(st, g)
+        first, slope, bend = line_terms(g) @ scalars(st.velocity, st.rate, st.axis)
         with np.errstate(divide="ignore", invalid="ignore"):
             root = np.sqrt(np.maximum(slope * slope - 4.0 * first * bend, 0.0))
             q = -0.5 * (slope + np.where(slope < 0.0, -root, root))
@@ -293,7 +277,7 @@ class ArcSide(Round):
         def at(x: Floats) -> tuple[Floats, Floats, Floats, Floats]:
             beta = b0 + x * (b1 - b0)
             r, z = g.cr + g.radius * np.cos(beta), g.cz + g.radius * np.sin(beta)
-            return r, z, beta, of.between(self.ends, st, x, angle(*wave(st, r, z, beta), self.ends[0][1]))
+            return r, z, beta, of.between(self.ends, st, x, angle(wave(st, r, z, beta), self.ends[0][1]))
 
         return at(evened(at, len(st.t), s))
 
@@ -434,14 +418,8 @@ def _lengths(at: Callable[[Floats], tuple[Floats, Floats, Floats, Floats]], x: F
 
 
 def graze_beta(st: State, r: float, z: float, u: Floats, middle: float) -> Floats:
-    """Normal angle at which a meridian arc with its centre at (r, z) grazes at angle u, within pi/2 of `middle`.
-
-    Half a turn further it grazes, too: around the middle of the arc rounding at its ends does not choose.
-    """
-    m = st.radial(u)
-    D = (m * (st.velocity + z * st.rate)[:, None]).sum(-1)
-    N = (st.velocity * st.axis).sum(1)[:, None] - r * (m * st.rate[:, None]).sum(-1)
-    sign = np.where(N * np.cos(middle) - D * np.sin(middle) < 0.0, -1.0, 1.0)
-    return np.asarray(middle + np.arctan2(
-        -sign * (D * np.cos(middle) + N * np.sin(middle)), sign * (N * np.cos(middle) - D * np.sin(middle))
-    ))  # fmt: skip
+    """Normal angle at which a meridian arc with its centre at (r, z) grazes at angle u, within pi/2 of `middle`."""
+    axis, rate = st.axis[:, None], st.rate[:, None]
+    velocity = (st.velocity + z * st.rate)[:, None]
+    terms = torus_terms(st.radial(u), axis=axis, velocity=velocity, rate=rate, R1=r)
+    return torus_angle(*terms, middle + 0.5 * np.pi) - 0.5 * np.pi  # v counts from the bottom disc

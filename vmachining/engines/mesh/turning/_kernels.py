@@ -13,6 +13,7 @@
 import numpy as np
 
 from vmachining.jit import kernel, leaf
+from vmachining.sweep.grazing._kernels import normal_speed
 
 FACES = np.array([[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]])
 # corners of each face, counter-clockwise from outside; the first two are t = 0 and t = 1
@@ -51,9 +52,10 @@ def _place(out, at, pose, j, h, r, cos, sin):
 
 @leaf
 def _wave(p, circle):
-    """a, b, c of f = c + a cos u + b sin u: c = n_z A.V, (a, b) = n_r V + kappa dA/dt, kappa = h n_r - r n_z."""
-    kappa = circle[0] * circle[2] - circle[1] * circle[3]
-    return circle[2] * p[12] + kappa * p[15], circle[2] * p[13] + kappa * p[16], circle[3] * p[14]
+    """a, b, c of f = c + a cos u + b sin u."""
+    h, r, n_r, n_z = circle[0], circle[1], circle[2], circle[3]
+    a = normal_speed(h, r, n_r, n_z, p[12], 0.0, p[15])
+    return a, normal_speed(h, r, n_r, n_z, p[13], 0.0, p[16]), normal_speed(h, r, n_r, n_z, 0.0, p[14], 0.0)
 
 
 @kernel

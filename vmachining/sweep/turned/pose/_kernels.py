@@ -16,6 +16,7 @@ import numpy as np
 
 from vmachining.jit import leaf
 from vmachining.sweep._kernels import meridian
+from vmachining.sweep.grazing._kernels import normal_speed
 
 
 @leaf
@@ -181,16 +182,12 @@ def aim(planes, arcs, ends, piece, p, o, u, limit, tol, shot):
                 if limit[4] > 0.0:
                     holds = max(margin, 0.0) / limit[4]
         shot[9 + 2 * side], shot[10 + 2 * side] = steady, holds
-        kappa = z * n_r - rho * n_z
         turn = m_x * p[9] + m_y * p[10] + m_z * p[11]
         j = 1 + 4 * side
         shot[j] = s - base
         shot[j + 1] = n_r * (m_x * u[0] + m_y * u[1] + m_z * u[2]) + n_z * up
-        shot[j + 2] = (
-            n_z * (p[6] * p[3] + p[7] * p[4] + p[8] * p[5])
-            + n_r * (m_x * p[6] + m_y * p[7] + m_z * p[8])
-            + kappa * turn
-        )
+        lift = p[6] * p[3] + p[7] * p[4] + p[8] * p[5]
+        shot[j + 2] = normal_speed(z, rho, n_r, n_z, m_x * p[6] + m_y * p[7] + m_z * p[8], lift, turn)
         shot[j + 3] = n_r * turn * up - n_z * (p[9] * u[0] + p[10] * u[1] + p[11] * u[2])
 
 
@@ -207,6 +204,10 @@ def near(seg, i0, i1, p, x, y, z):
     else:
         w_x, w_y, w_z = 0.0, 0.0, 0.0
     n_x, n_y, n_h = n_r * w_x + n_z * p[3], n_r * w_y + n_z * p[4], n_r * w_z + n_z * p[5]
-    kappa = h * n_r - rho * n_z
-    f = n_x * p[6] + n_y * p[7] + n_h * p[8] + kappa * (w_x * p[9] + w_y * p[10] + w_z * p[11])
+    f = normal_speed(
+        h, rho, n_r, n_z,
+        w_x * p[6] + w_y * p[7] + w_z * p[8],
+        p[3] * p[6] + p[4] * p[7] + p[5] * p[8],
+        w_x * p[9] + w_y * p[10] + w_z * p[11],
+    )  # fmt: skip
     return d, n_x, n_y, n_h, f

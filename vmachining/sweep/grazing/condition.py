@@ -1,4 +1,4 @@
-"""Where a moving cutter slides along its own envelope, circle by circle.
+"""The grazing condition, circle by circle.
 
 Symbols: at one time E = c is the point of reference (the tip), A the axis, V velocity of E, Adot = dA/dt.
 A circle of the body has height h above E, radius rho and unit outward normal n = (n_r, n_z) in the meridian;
@@ -18,7 +18,6 @@ Source: the toroidal and cylindrical equations of Weinert, Du, Damm, Stautner, I
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -26,8 +25,9 @@ from numpy.typing import ArrayLike
 
 from vmachining.arrays import Bools, Floats
 from vmachining.geometry import Arc, Line, Path
+from vmachining.sweep.grazing._kernels import speed
 from vmachining.sweep.turning import Turn
-from vmachining.tool import Profile, Segment
+from vmachining.tool import Profile
 
 __all__ = [
     "Circles",
@@ -35,11 +35,12 @@ __all__ = [
     "across",
     "chord",
     "circles",
+    "circles_along",
+    "discs",
     "edge_open",
     "folding",
     "front_flux",
     "grazing_angles",
-    "grazing_stretches",
     "instant",
     "normal_speed",
 ]
@@ -90,6 +91,12 @@ class Circles(NamedTuple):
         """rad: the angle of the largest f, middle of the egress arc."""
         return np.arctan2(self.b, self.a)
 
+    @property
+    def half(self) -> Floats:
+        """rad: half of the egress arc, acos(-c / reach) from 0 (all trails) to pi; NaN on a circle that slides."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(np.arccos(np.clip(-self.c / self.reach, -1.0, 1.0)))
+
 
 def instant(path: Path | Turn, t: float) -> Instant:
     """State of any motion at t in [0, 1]."""
@@ -116,12 +123,24 @@ def across(axis: ArrayLike) -> tuple[Floats, Floats]:
 
 def circles(now: Instant, h: ArrayLike, rho: ArrayLike, n_r: ArrayLike, n_z: ArrayLike) -> Circles:
     """Grazing function of circles (...,) at one instant; lengths in mm, normals of length one."""
-    x, y = across(now.axis)
-    height, radius, out, up = (np.asarray(v, dtype=np.float64) for v in (h, rho, n_r, n_z))
-    kappa = height * out - radius * up
-    a = out * (now.velocity @ x) + kappa * (now.axis_rate @ x)
-    b = out * (now.velocity @ y) + kappa * (now.axis_rate @ y)
-    return Circles(a, b, up * float(now.velocity @ now.axis))
+    place = (np.asarray(v, dtype=np.float64) for v in (h, rho, n_r, n_z))
+    return circles_along(now.velocity, now.axis_rate, now.axis, across(now.axis), *place)
+
+
+def circles_along(velocity: Floats, rate: Floats, axis: Floats, directions: tuple[Floats, Floats],
+                  h: Floats, rho: Floats, n_r: Floats, n_z: Floats) -> Circles:  # fmt: skip
+    """The same in given directions x, y across the axis.
+
+    velocity, rate (dA/dt), axis, x, y : (3,) and circles (...,); or (n, 3) at n times and circles that broadcast to (n, m).
+    """
+
+    def part(vector: Floats, along: Floats) -> Floats:
+        found: Floats = (vector * along).sum(axis=-1)
+        return found[..., None] if vector.ndim > 1 else found
+
+    lift = part(velocity, axis)
+    a, b = (speed(h, rho, n_r, n_z, part(velocity, e), 0.0, part(rate, e)) for e in directions)
+    return Circles(a, b, speed(h, rho, n_r, n_z, 0.0, lift, 0.0))
 
 
 def normal_speed(of: Circles, u: ArrayLike) -> Floats:
@@ -137,9 +156,7 @@ def grazing_angles(of: Circles) -> Floats:
     -----
     f = c + r cos(u - heading), so u = heading -+ acos(-c / r); the egress arc lies between the two.
     """
-    r = of.reach
-    with np.errstate(divide="ignore", invalid="ignore"):
-        half = np.where((r >= np.abs(of.c)) & (r > 0.0), np.arccos(np.clip(-of.c / r, -1.0, 1.0)), np.nan)
+    half = np.where(of.reach >= np.abs(of.c), of.half, np.nan)
     return np.stack([of.heading - half, of.heading + half], axis=-1)
 
 
@@ -181,57 +198,6 @@ def edge_open(first: Circles, second: Circles, u: ArrayLike) -> Bools:
     return np.asarray(normal_speed(first, u) * normal_speed(second, u) <= 0.0)
 
 
-def grazing_stretches(segment: Segment, now: Instant) -> list[tuple[float, float]]:
-    """Stretches of a meridian segment whose circles have two grazing angles, as (lo, hi) parameters.
-
-    The parameter is the height (mm) on a line, the normal angle beta (rad) on an arc; a horizontal line is
-    taken by its radius (mm). Ends are inside the segment.
-
-    Notes
-    -----
-    hypot(a, b)^2 - c^2 is a quadratic. Arcs: with n = (cos beta, sin beta) and centre (q, z), kappa =
-    z cos beta - q sin beta, hence |cos beta (W + z Adot) - sin beta q Adot|^2 - sin^2 beta (A . V)^2, a
-    quadratic form in (cos beta, sin beta). W is V without its part along A.
-    """
-    lift, spin = float(now.velocity @ now.axis), now.axis_rate
-    side = now.velocity - lift * now.axis
-    if segment.is_arc:
-        base = side + segment.cz * spin
-        form = (
-            float(base @ base),
-            -2.0 * segment.cr * float(base @ spin),
-            segment.cr**2 * float(spin @ spin) - lift**2,
-        )
-        lo, hi = segment.beta
-        cuts = [float(np.arctan2(s if c >= 0.0 else -s, abs(c))) for c, s in _directions(form)]
-    else:
-        n_r, n_z = np.cos(segment.beta[0]), np.sin(segment.beta[0])
-        flat = segment.z0 == segment.z1
-        lo, hi = sorted((segment.r0, segment.r1)) if flat else (segment.z0, segment.z1)
-        slope = 0.0 if flat else (segment.r1 - segment.r0) / (segment.z1 - segment.z0)
-        # kappa = k0 + k1 x along the segment
-        k1 = -n_z if flat else n_r - slope * n_z
-        k0 = segment.z0 * n_r if flat else -(segment.r0 - slope * segment.z0) * n_z
-        base = n_r * side + k0 * spin
-        form = (
-            k1 * k1 * float(spin @ spin), 2.0 * k1 * float(base @ spin), float(base @ base) - (n_z * lift) ** 2
-        )  # fmt: skip
-        cuts = [x / w for x, w in _directions(form) if w != 0.0]
-
-    def two_sided(x: float) -> bool:
-        first, second = (np.cos(x), np.sin(x)) if segment.is_arc else (x, 1.0)
-        return bool(np.dot(form, (first * first, first * second, second * second)) > 0.0)
-
-    ends = [lo, *sorted(c for c in cuts if lo < c < hi), hi]
-    out: list[tuple[float, float]] = []
-    for p, q in pairwise(ends):
-        if two_sided(0.5 * (p + q)):
-            if out and out[-1][1] == p:
-                p = out.pop()[0]
-            out.append((p, q))
-    return out
-
-
 def folding(now: Instant, h: ArrayLike, rho: ArrayLike, n_r: ArrayLike, n_z: ArrayLike, u: ArrayLike,
             bend: ArrayLike) -> Floats:  # fmt: skip
     """Second time derivative of the distance to the body, at grazing points; < 0 is inside the sweep.
@@ -269,14 +235,3 @@ def discs(profile: Profile) -> list[tuple[float, float, float]]:
     (r0, z0), (r1, z1) = profile.points[0], profile.points[-1]
     ends = [(float(z0), float(r0), -1.0), (float(z1), float(r1), 1.0)]
     return [d for d in ends if d[1] > 0.0]
-
-
-def _directions(form: tuple[float, float, float]) -> list[tuple[float, float]]:
-    """Directions (x, w), w >= 0, with p x^2 + q x w + s w^2 = 0. None where the form is of one sign or zero."""
-    p, q, s = form
-    gap = q * q - 4.0 * p * s
-    if gap < 0.0 or (p == 0.0 and q == 0.0 and s == 0.0):
-        return []
-    k = -0.5 * (q + np.copysign(np.sqrt(gap), q))  # no cancellation: x / w = k / p and s / k
-    found = [(k, p), (s, k)] if k != 0.0 else [(0.0, 1.0)]
-    return [(x, w) if w >= 0.0 else (-x, -w) for x, w in found if (x, w) != (0.0, 0.0)]
