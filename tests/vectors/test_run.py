@@ -143,3 +143,141 @@ def test_a_run_goes_on_from_a_checkpoint(tmp_path: Path) -> None:
 def test_other_engines_say_that_they_did_not_look(tmp_path: Path) -> None:
     result = vm.run(job(tmp_path), engine="dexel")
     assert "not looked at" in result.summary["design_note"]
+
+
+def ball_job(folder: Path) -> Path:
+    """A ball cutter zigzags over a plate with a dome, and a flat one, with a holder that touches, cuts a slot between."""
+    import trimesh
+
+    folder.mkdir(parents=True, exist_ok=True)
+    dome = trimesh.creation.icosphere(3, 6.0).apply_translation([10, 9, 0])
+    plate = trimesh.creation.box((20, 18, 4)).apply_translation([10, 9, 2])
+    trimesh.boolean.union(
+        [plate, dome.slice_plane([0, 0, 1], [0, 0, 1], cap=True)], engine="manifold"
+    ).export(folder / "part.stl")
+    x = np.arange(-1.0, 22.0, 0.8)
+    lines = ["G21 G17 G90 G94", "T1 M6", "S8000 M3", "G0 X-1 Y0 Z20"]
+    for k, y in enumerate(np.arange(0.0, 18.1, 2.0)):
+        for a in x if k % 2 == 0 else x[::-1]:
+            high = max(4.0, np.sqrt(max(9.0**2 - (a - 10) ** 2 - (y - 9) ** 2, 0.0)) - 3.0)
+            lines.append(f"G1 X{a:.3f} Y{y:.3f} Z{high:.4f} F900")
+        if k == 4:
+            lines += [
+                "G0 Z20",
+                "T2 M6",
+                "S8000 M3",
+                "G0 X1 Y13",
+                "G1 Z3.5 F300",
+                "G1 X8 Y13.5",
+                "G2 X9 Y14.5 I0 J1",
+                "G0 Z20",
+                "T1 M6",
+            ]
+    (folder / "domes.nc").write_text("\n".join([*lines, "G0 Z20", "M30"]) + "\n")
+    (folder / "job.toml").write_text(BALLS)
+    return folder / "job.toml"
+
+
+BALLS = """
+name = "domes"
+units = "mm"
+[program]
+file = "domes.nc"
+home = [0, 0, 20]
+[machine]
+rapid_mm_min = 6000
+max_feed_mm_min = 4000
+[[tools]]
+number = 1
+type = "ball"
+diameter_mm = 6
+length_mm = 30
+[[tools]]
+number = 2
+type = "flat"
+diameter_mm = 3
+length_mm = 6
+flute_length_mm = 2
+shank_diameter_mm = 6
+[stock]
+box = { min = [0, 0, 0], max = [20, 18, 7] }
+[design]
+stl = "part.stl"
+tolerance_mm = 0.02
+[vectors]
+pitch_mm = 0.2
+spacing_mm = 0.5
+"""
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, vm.RunResult]:
+    file = ball_job(tmp_path_factory.mktemp("domes"))
+    return file, vm.run(file, engine="vectors", out=tmp_path_factory.mktemp("whole"))
+
+
+def test_many_blocks_at_once_are_blocks_one_after_the_other(whole: tuple[Path, vm.RunResult]) -> None:
+    """The run hands over many blocks in one call: every removal and every length is that of `Engine.cut` alone."""
+    from vmachining.engines.protocol import Options
+    from vmachining.engines.vectors import VectorEngine
+    from vmachining.job import Job
+    from vmachining.job.deviation import vector_settings
+    from vmachining.job.paths import move_path
+    from vmachining.job.reading import read_job_program
+    from vmachining.job.stock import design_mesh, raw_stock
+    from vmachining.nc import Motion
+    from vmachining.sweep import Sweep
+
+    file, result = whole
+    job = Job.load(file)
+    one = VectorEngine(
+        raw_stock(job).shape,
+        Options(design=design_mesh(job), vectors=vector_settings(job), chord=job.keys.accuracy.chord_mm),
+    )
+    cut = [m for m in read_job_program(job).moves if m.motion not in (Motion.RAPID, Motion.DWELL) and m.tool]
+    removed = [
+        one.cut(Sweep.along(job.tools[m.tool].cutter, move_path(m, None)), k) for k, m in enumerate(cut)
+    ]
+    rows = result.blocks.filter(pl.col("motion") != "rapid")
+    assert len(rows) == len(cut) > 250
+    for name, values in (
+        ("removed_lo_mm3", [r.lo for r in removed]),
+        ("removed_mm3", [r.estimate for r in removed]),
+        ("removed_hi_mm3", [r.hi for r in removed]),
+    ):
+        assert rows[name].to_list() == values
+    many = result.stock
+    assert isinstance(many, VectorEngine)
+    assert np.array_equal(one.upright.lengths, many.upright.lengths, equal_nan=True)
+    assert np.array_equal(one.along.length, many.along.length)
+    assert np.array_equal(one.along.behind, many.along.behind)
+    assert "shank touches the stock" in " ".join(result.blocks["warning"].drop_nulls())
+
+
+@pytest.mark.parametrize("done", [20, 100])
+def test_an_interrupted_run_goes_on_to_the_same_tables(
+    done: int, whole: tuple[Path, vm.RunResult], tmp_path: Path
+) -> None:
+    import os
+    import signal
+
+    from polars.testing import assert_frame_equal
+
+    from vmachining.job import Stopped
+
+    file, result = whole
+    sent = []
+
+    def progress(name: str, now: int, total: int) -> None:
+        if name == "program" and now >= done and not sent:
+            sent.append(now)
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(Stopped) as stopped:
+        vm.run(file, engine="vectors", out=tmp_path, progress=progress)
+    assert done <= stopped.value.done < len(result.blocks)
+    again = vm.run(file, engine="vectors", out=tmp_path, resume=True)
+    assert_frame_equal(again.blocks, result.blocks, check_exact=True)
+    tables = [pl.read_parquet(folder / "deviation.parquet") for folder in (again.folder, result.folder)]
+    assert_frame_equal(*tables, check_exact=True)
+    assert again.summary["deviation"] == result.summary["deviation"]

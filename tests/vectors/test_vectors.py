@@ -38,7 +38,7 @@ def vectors(point: Floats, normal: Floats, length: Floats, low: float = LOW, **h
     """Vectors of given feet, directions and lengths."""
     point, normal = np.atleast_2d(np.asarray(point, float)), np.atleast_2d(np.asarray(normal, float))
     many = len(point)
-    return NormalVectors(
+    return NormalVectors.of(
         Points(point, normal, np.zeros(many, int)), np.full(many, low), np.broadcast_to(length, many), **how
     )
 

@@ -36,11 +36,13 @@ class Entry:
     place : "module:class" of the `Engine`; loaded, with its kernel, when somebody asks for it.
     takes : stocks, tools and motions, in words, for --help.
     divisible : whether it is `Divisible`, so that several processes can cut one workpiece.
+    batched : whether it is `Batched`, so that it gets many blocks at once.
     """
 
     place: str
     takes: str
     divisible: bool = False
+    batched: bool = False
 
 
 ENGINES = {
@@ -55,6 +57,7 @@ ENGINES = {
     "vectors": Entry(
         "vmachining.engines.vectors:VectorEngine",
         "any tool and motion, with a [design]; volumes are not proven",
+        batched=True,
     ),
 }
 

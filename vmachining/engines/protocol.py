@@ -18,7 +18,18 @@ from vmachining.stock import MeshStock, Stock
 from vmachining.sweep import Sweep
 from vmachining.tolerance import CHORD_MM, WIDTH, WIDTH_MM3
 
-__all__ = ["NOTHING", "WHOLE", "Divisible", "Engine", "Options", "Removal", "Share", "StockSurface"]
+__all__ = [
+    "NOTHING",
+    "WHOLE",
+    "Batched",
+    "Divisible",
+    "Engine",
+    "Options",
+    "Removal",
+    "Request",
+    "Share",
+    "StockSurface",
+]
 
 
 class Removal(NamedTuple):
@@ -90,6 +101,14 @@ class Options:
     vectors: VectorSettings | None = None
     width: float = WIDTH
     width_mm3: float = WIDTH_MM3
+
+
+class Request(NamedTuple):
+    """One order to an engine. sweep; block : its number; cuts : whether it is taken out, or only asked what it would take."""
+
+    sweep: Sweep
+    block: int | None = None
+    cuts: bool = True
 
 
 class Share(NamedTuple):
@@ -171,6 +190,14 @@ class Engine(Protocol):
 
     def save(self, path: Path) -> None:
         """Write what is needed to go on with the next block, see `load`."""
+        ...
+
+
+class Batched(Engine, Protocol):
+    """An engine that is faster when it has many orders at once."""
+
+    def answer(self, requests: Sequence[Request]) -> list[Removal]:
+        """What `cut` and `touch` would answer one after the other."""
         ...
 
 

@@ -17,7 +17,7 @@ from vmachining.job.stock import RawStock
 from vmachining.job.table import COLUMNS, OPINION
 from vmachining.nc import Program
 
-__all__ = ["audited"]
+__all__ = ["MOST", "audited"]
 
 EVERY = 40
 """One block of so many that remove something: rays take 15 to 60 ms for a block, the mesh engine 15 ms and more, so this is
@@ -37,13 +37,15 @@ def audited(
     tools: Mapping[int, ToolParts],
     rows: pl.DataFrame,
     stock: RawStock,
+    *,
+    most: int = MOST,
 ) -> tuple[pl.DataFrame, dict[str, Any]]:
     """(block, columns of `OPINION`, brep_note) of the blocks that were asked about, and the counts of the summary.
 
-    rows : block, engine, removed_mm3, removed_lo_mm3, removed_hi_mm3 of the run.
+    rows : block, engine, removed_mm3, removed_lo_mm3, removed_hi_mm3 of the run. most : blocks that are asked about.
     """
     removing = rows.filter(pl.col("removed_hi_mm3") > 0.0)
-    chosen = _spread(removing["block"].to_list())
+    chosen = _spread(removing["block"].to_list(), most)
     said = judges_of(removing.filter(pl.col("block").is_in(chosen)))
     sweeps = [
         sweeps_of(block, program, tools, job.machine) for block in blocks[: max(chosen, default=-1) + 1]
@@ -64,9 +66,9 @@ def audited(
     return pl.DataFrame(found, schema=schema, orient="row"), counts
 
 
-def _spread(numbers: Sequence[int]) -> list[int]:
+def _spread(numbers: Sequence[int], most: int) -> list[int]:
     """Some of them, evenly, the last one among them."""
-    count = min(MOST, -(-len(numbers) // EVERY))
+    count = min(most, -(-len(numbers) // EVERY))
     return [numbers[((k + 1) * len(numbers)) // count - 1] for k in range(count)]
 
 

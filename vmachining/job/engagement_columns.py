@@ -29,7 +29,16 @@ from vmachining.nc import Motion, Move, Program
 from vmachining.tolerance import LENGTH_EPS_MM
 from vmachining.tool import Edge, Tool
 
-__all__ = ["Forcing", "Stations", "Watched", "coefficients_of", "engagement_pass", "spin_of", "step_mm"]
+__all__ = [
+    "Forcing",
+    "Stations",
+    "Watched",
+    "coefficients_of",
+    "engagement_pass",
+    "no_stations",
+    "spin_of",
+    "step_mm",
+]
 
 MAX_PARTS = 64
 """Stations of one block at most, less one, where blocks are to be divided."""
@@ -152,6 +161,19 @@ def engagement_pass(
         Coefficients that are not there.
     """
     return _Pass(job, program, blocks, coefficients_of(job), feed, watch, only).run(stop, progress, name)
+
+
+def no_stations(blocks: int, why: str) -> Stations:
+    """Of a job whose contact nobody asked for."""
+    empty = {name: pl.Series([None] * blocks, dtype=pl.Float64) for name in CONTACT}
+    columns = pl.DataFrame(
+        {"block": pl.Series(range(blocks), dtype=pl.Int64), **empty, "contact_note": pl.Series([None] * blocks, dtype=pl.String)}
+    )  # fmt: skip
+    none = np.zeros(0, dtype=np.int64)
+    return Stations(
+        columns, none, np.zeros(0), np.empty((0, 3)), none, none, np.full(blocks, np.nan),
+        np.ones(blocks, dtype=np.bool_), (why,),
+    )  # fmt: skip
 
 
 class Watched(NamedTuple):

@@ -16,6 +16,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
@@ -29,19 +30,24 @@ from types import TracebackType
 from typing import Any, NoReturn, Protocol, TypeAlias, cast
 
 from vmachining.engines import ENGINES, engine_class
-from vmachining.engines.protocol import NOTHING, Divisible, Engine, Removal, Share
+from vmachining.engines.protocol import NOTHING, Batched, Divisible, Engine, Removal, Request, Share
 from vmachining.errors import EngineError
 from vmachining.geometry import Arc, Line
 from vmachining.sweep import Sweep, Turn
 from vmachining.tool import Profile
 
-__all__ = ["Executor", "InProcess", "Later", "WorkerPool", "executor"]
+__all__ = ["Executor", "InProcess", "Later", "Together", "WorkerPool", "executor"]
 
 BATCH = 16
 """Orders in one message: a message costs about as much as an order in air."""
 
 AHEAD_APART = 1
 """Long blocks keep a process busy, and with more of them on their way no checkpoint could be written for long."""
+
+AT_ONCE = (8, 1024)
+"""Orders of an engine that is faster with many at once: fewest and most that wait for each other."""
+
+AT_ONCE_SECONDS = 0.5
 
 ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 """What a worker inherits: threads of a linear algebra that it hardly uses would wait busily for work."""
@@ -94,6 +100,8 @@ def executor(engine: Engine, workers: int, *, apart: bool = False) -> Executor:
     apart : long blocks, so that even one process is another one than this: kernels hold the interpreter, and no
     signal would be heard before the end of a block.
     """
+    if ENGINES[engine.name].batched:
+        return Together(cast("Batched", engine))
     if (workers <= 1 and not apart) or not ENGINES[engine.name].divisible:
         return InProcess(engine)
     pool = WorkerPool(cast("Divisible", engine), max(1, workers))
@@ -127,6 +135,71 @@ class InProcess:
 
     def finish(self) -> Engine:
         """See `Executor`."""
+        return self._engine
+
+    def peak_mb(self) -> float:
+        """See `Executor`."""
+        return 0.0
+
+    def close(self) -> None:
+        """See `Executor`."""
+
+
+class Together:
+    """This process alone, for an engine that is faster with many orders at once.
+
+    They wait until there are enough of them, or until somebody asks for an answer. How many are enough follows from how long
+    the last ones took, so that Ctrl-C and checkpoints wait for about `AT_ONCE_SECONDS` at most; numbers do not depend on it.
+    """
+
+    def __init__(self, engine: Batched) -> None:
+        self.engine, self.chord = engine.name, engine.chord
+        self.ahead = AT_ONCE[0]
+        self._engine = engine
+        self._waiting: list[Request] = []
+        self._given = 0
+        self._answers: dict[int, Removal] = {}
+
+    def cut(self, profile: Profile, path: CutterPath, block: int) -> Later:
+        """See `Executor`."""
+        return self._order(Request(Sweep.along(profile, path), block))
+
+    def touch(self, profile: Profile, path: CutterPath, within: float | None = None) -> Later:
+        """See `Executor`."""
+        return self._order(Request(Sweep.along(profile, path), cuts=False))
+
+    def _order(self, request: Request) -> Later:
+        self._waiting.append(request)
+        number = self._given + len(self._waiting) - 1
+        if len(self._waiting) >= self.ahead:
+            self._flush()
+        return lambda: self._answer(number)
+
+    def _answer(self, number: int) -> Removal:
+        if number not in self._answers:
+            self._flush()
+        return self._answers.pop(number)
+
+    def _flush(self) -> None:
+        waiting, self._waiting = self._waiting, []
+        if not waiting:
+            return
+        begin = time.perf_counter()
+        for number, removed in enumerate(self._engine.answer(waiting), self._given):
+            self._answers[number] = removed
+        self._given += len(waiting)
+        seconds = (time.perf_counter() - begin) / len(waiting)
+        fewest, most = AT_ONCE
+        self.ahead = int(min(max(AT_ONCE_SECONDS / max(seconds, 1e-9), fewest), most, 2 * self.ahead))
+
+    def save(self, path: Path) -> None:
+        """See `Executor`."""
+        self._flush()
+        self._engine.save(path)
+
+    def finish(self) -> Engine:
+        """See `Executor`."""
+        self._flush()
         return self._engine
 
     def peak_mb(self) -> float:

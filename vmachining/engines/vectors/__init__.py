@@ -18,12 +18,15 @@ Goal: overcut and undercut of a program with position, depth and block, at a den
 | `accuracy.py` | spacings and angles, equations (4-1) to (4-5) |
 | `part.py` | `DesignPart`, `features`, points on facets and edges |
 | `upright.py` | `UprightVectors`: the grid, in tiles |
-| `along.py` | `NormalVectors`, and lambda and L before the first cut |
+| `along.py` | `NormalVectors` on lattices over facets and edges, and lambda and L before the first cut |
+| `cuts.py` | `Cuts`: the sweeps so far, and which of them made a length |
 | `facets.py` | envelopes as facets; closed forms of ball cutters are in `sweep/ball` |
 | `deviation.py` | `Deviation`: what is reported |
 | `budget.py` | memory, before there are vectors |
 | `surface.py` | the workpiece for pictures |
-| `_kernels.py` | all loops over vectors, in numba |
+| `_kernels.py` | heights and rays of the part, facets of envelopes, in numba |
+| `grid/`, `lattice/` | blocks one after the other against upright vectors and against those along normals, many in one call |
+| `batch/` | all blocks of a ball cutter at once, without the removal of each |
 
 Source: discrete vectors after Park et al. (2005), with the corrections of the errata E-1 to E-12.
 Departures: exact sweeps of the whole cutter instead of facets of a ball; lambda is measured in the part; a vector that

@@ -1,125 +1,339 @@
-"""`NormalVectors`: vectors along the normals of features (DNV), found by an index of rows and columns seen from above."""
+"""`NormalVectors`: vectors along the normals of features (DNV), on lattices over facets and edges.
+
+Only lengths are kept, 4 bytes a vector and a bit; where a vector stands is computed again from its facet, and lambda is kept
+once for a group of some 64 where it is the same for all. A group takes about 64 bytes, a facet with vectors 113.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vmachining.arrays import Floats, Ints
+from vmachining.arrays import Bools, Floats, Ints
 from vmachining.engines.vectors import _kernels
 from vmachining.engines.vectors.facets import envelope
-from vmachining.engines.vectors.part import DesignPart, Points, first_hits
+from vmachining.engines.vectors.lattice import _kernels as lattices
+from vmachining.engines.vectors.part import DesignPart, Features, Points, first_hits
 from vmachining.errors import InputError
+from vmachining.geometry.boxtree import box_tree, curve_order
 from vmachining.stock import MeshStock, Stock
 from vmachining.sweep import Sweep
 from vmachining.sweep.ball import ball_block
 
-__all__ = ["NormalVectors", "normal_lengths"]
+__all__ = ["GROUP_BYTES", "PATCH_BYTES", "NormalVectors", "Patches", "Piece"]
 
-PER_CELL = 16
-"""Vectors in a cell of the index, about."""
+GROUP_BYTES, PATCH_BYTES = 64, 113
+"""What a group and a patch take beside the vectors."""
 
-MOST_CELLS = 1 << 22
+PIECE = 1 << 18
+"""Vectors whose feet are laid out at a time."""
+
+
+class Patches(NamedTuple):
+    """Facets, edges and points that vectors stand on, all vectors of one with one direction.
+
+    corner : (m, 3, 3) mm, ends of the longest side, then the opposite corner. normal : (m, 3). facet : (m,) -1 on an edge.
+    kind : (m,) index into `KINDS`.
+    """
+
+    corner: Floats
+    normal: Floats
+    facet: Ints
+    kind: NDArray[np.uint8]
+
+    @classmethod
+    def of(cls, part: DesignPart, covered: Bools, found: Features, *, edges: bool) -> Patches:
+        """Of some facets of a part, and of its sharp edges."""
+        chosen = np.flatnonzero(covered)
+        corner = part.corners[chosen]
+        side = ((corner[:, [1, 2, 0]] - corner) ** 2).sum(axis=2).argmax(axis=1)
+        turned = (side[:, None] + np.arange(3)) % 3
+        corner = np.take_along_axis(corner, turned[:, :, None], axis=1)
+        kind = np.where(found.wall[chosen], 1, np.where(found.overhang[chosen], 2, 4))
+        normal, facet = part.normals[chosen], chosen
+        if edges:
+            a, b = found.edge[:, 0], found.edge[:, 1]
+            corner = np.concatenate([corner, np.stack([a, b, a], axis=1)])
+            normal = np.concatenate([normal, found.edge_normal])
+            facet = np.concatenate([facet, np.full(len(a), -1)])
+            kind = np.concatenate([kind, np.full(len(a), 3)])
+        return cls(np.ascontiguousarray(corner), np.ascontiguousarray(normal), facet, kind.astype(np.uint8))
+
+    @classmethod
+    def at(cls, points: Points) -> Patches:
+        """One vector at each of some points.
+
+        Raises
+        ------
+        InputError
+            A normal without length.
+        """
+        size = np.linalg.norm(points.normal, axis=1)
+        if not (size > 0.0).all() or not np.isfinite(points.normal).all():
+            raise InputError(f"vector {int(np.argmin(size > 0.0))} has no direction")
+        corner = np.repeat(np.asarray(points.point, dtype=np.float64)[:, None], 3, axis=1)
+        normal = np.ascontiguousarray(points.normal / size[:, None])
+        return cls(corner, normal, np.asarray(points.facet), np.full(len(size), 4, dtype=np.uint8))
+
+
+class Piece(NamedTuple):
+    """Some vectors laid out: point, normal (n, 3), low, length (n,) mm, behind (n,), facet, kind (n,)."""
+
+    point: Floats
+    normal: Floats
+    low: Floats
+    length: Floats
+    behind: Bools
+    facet: Ints
+    kind: Ints
 
 
 class NormalVectors:
     """Vectors with a direction of their own.
 
-    point, normal : (n, 3). low, length : (n,) float32 mm, lambda and L. facet : (n,), -1 on an edge. behind : (n,) 1 where a
-    sweep came from behind. The order is that of the index, not of what came in.
-
-    Raises
-    ------
-    InputError
-        A normal without length, or lambda not below 0 and L.
+    lattice : what the kernels work on. patches : what they stand on. Properties `point`, `normal`, ... lay all of them out.
     """
 
-    def __init__(self, points: Points, low: Floats, length: Floats, *, facets: float | None = None) -> None:
-        size = np.linalg.norm(points.normal, axis=1)
-        if not (size > 0.0).all() or not np.isfinite(points.normal).all():
-            raise InputError(f"vector {int(np.argmin(size > 0.0))} has no direction")
+    def __init__(self, patches: Patches, spacing: float, *, facets: float | None = None) -> None:
+        self.patches, self.facets = patches, facets
+        corner = patches.corner
+        at = np.zeros(len(corner) + 1, dtype=np.int64)
+        lattices.count_groups(corner, spacing, at)
+        at = np.cumsum(at)
+        groups = int(at[-1])
+        patch, band, part, parts = (np.zeros(groups, dtype=np.int32) for _ in range(4))
+        first = np.zeros(groups + 1, dtype=np.int64)
+        middle, half = np.zeros((groups, 3), dtype=np.float32), np.zeros(groups, dtype=np.float32)
+        lattices.lay_groups(corner, spacing, at, patch, band, part, parts, first, middle, half)
+        full = first[1:] > 0  # towards the corner of a facet some shares of rows have no vector
+        patch, band, part, parts = patch[full], band[full], part[full], parts[full]
+        middle, half, many = middle[full], half[full], first[1:][full]
+        if len(middle):  # neighbours lie together
+            order = curve_order(middle.astype(np.float64))
+            patch, band, part, parts = patch[order], band[order], part[order], parts[order]
+            middle, half, many = middle[order], half[order], many[order]
+        groups = len(patch)
+        first = np.concatenate([[0], np.cumsum(many)])
+        count = int(first[-1])
+        none = np.zeros(0, dtype=np.float32)
+        self.lattice = lattices.Lattice(
+            corner, patches.normal, float(spacing), patch, band, part, parts, first, middle, half,
+            np.zeros(groups, dtype=np.float32), np.zeros(groups + 1, dtype=np.int64), none,
+            np.zeros(count, dtype=np.float32), np.zeros(-(-count // 8), dtype=np.uint8), np.empty((0, 6)),
+        )  # fmt: skip
+
+    @classmethod
+    def of(
+        cls, points: Points, low: Floats | float, length: Floats | float, *, facets: float | None = None
+    ) -> Self:
+        """Vectors at points of their own, with their ends.
+
+        Raises
+        ------
+        InputError
+            A normal without length, or lambda not below 0 and L.
+        """
+        self = cls(Patches.at(points), 1.0, facets=facets)
+        self.set_ends(np.broadcast_to(low, len(self)), np.broadcast_to(length, len(self)))
+        return self
+
+    def set_ends(self, low: Floats | NDArray[np.float32], length: Floats | NDArray[np.float32]) -> None:
+        """Give all vectors lambda and L (n,) mm.
+
+        Raises
+        ------
+        InputError
+            lambda is not below 0 and L.
+        """
         bad = ~((low < 0.0) & (low < length))
         if bad.any():
             k = int(np.argmax(bad))
             raise InputError(
                 f"vector {k}: lambda {low[k]:g} mm must lie below 0 and below its length {length[k]:g} mm"
             )
-        self.facets = facets
-        count = len(points.point)
-        if count:
-            lo, hi = points.point[:, :2].min(axis=0), points.point[:, :2].max(axis=0)
-        else:
-            lo, hi = np.zeros((2, 2))
-        wide = float(np.ptp([lo, hi], axis=0).max()) + 1e-9
-        cells = min(max(count // PER_CELL, 1), MOST_CELLS)
-        self._cell = max(wide / max(1.0, np.sqrt(cells)), 1e-9)
-        self._low = lo
-        self._shape = np.floor((hi - lo) / self._cell).astype(np.int64) + 1
-        at = np.minimum(np.floor((points.point[:, :2] - lo) / self._cell).astype(np.int64), self._shape - 1)
-        key = at[:, 0] * self._shape[1] + at[:, 1]
-        order = np.argsort(key, kind="stable")
-        self._first = np.searchsorted(key[order], np.arange(int(self._shape.prod()) + 1)).astype(np.int64)
-        self.point: Floats = np.ascontiguousarray(points.point[order])
-        self.normal: Floats = np.ascontiguousarray((points.normal / size[:, None])[order])
-        self.facet: Ints = np.asarray(points.facet)[order]
-        self.low: NDArray[np.float32] = low[order].astype(np.float32)
-        self.length: NDArray[np.float32] = length[order].astype(np.float32)
-        self.order: Ints = order
-        self.behind: NDArray[np.uint8] = np.zeros(count, np.uint8)
-        across = np.hypot(self.normal[:, 0], self.normal[:, 1])
-        self._margin = float((across * np.maximum(np.abs(self.low), self.length)).max(initial=0.0))
-        self._found = np.empty(count, dtype=np.int64)
+        first = self.lattice.first
+        least, most = _over(np.minimum, low, first, np.float32), _over(np.maximum, low, first, np.float32)
+        kept = np.where(least == most, 1, np.diff(first))
+        low_first = np.concatenate([[0], np.cumsum(kept)])
+        which = np.repeat(least == most, np.diff(first))
+        lows = np.empty(int(low_first[-1]), dtype=np.float32)
+        one = np.zeros(len(lows), dtype=np.bool_)
+        one[low_first[:-1][least == most]] = True
+        lows[one], lows[~one] = least[least == most], low[~which]
+        self.lattice.length[:] = length
+        reach = _over(np.maximum, self.lattice.length, first, np.float32)
+        self.lattice.reach[:] = reach
+        self.lattice = self.lattice._replace(low=lows, low_first=low_first)
+        lo, hi = np.empty((len(first) - 1, 3)), np.empty((len(first) - 1, 3))
+        lattices.ends(self.lattice, lo, hi)
+        self.lattice = self.lattice._replace(boxes=box_tree(lo, hi, lattices.LEAF))
 
     def __len__(self) -> int:
-        return len(self.point)
+        return len(self.lattice.length)
+
+    @property
+    def bytes_each(self) -> float:
+        """Memory of everything that belongs to the vectors, bytes for each."""
+        arrays = [v for v in self.lattice if isinstance(v, np.ndarray)] + [
+            self.patches.facet,
+            self.patches.kind,
+        ]
+        return sum(v.nbytes for v in arrays) / max(len(self), 1)
+
+    # -- laid out ------------------------------------------------------------------------------------------
+
+    def pieces(self) -> Iterator[Piece]:
+        """All vectors, in their order, some at a time."""
+        first, start = self.lattice.first, 0
+        while start < len(first) - 1:
+            stop = int(np.searchsorted(first, first[start] + PIECE, side="right")) - 1
+            stop = max(stop, start + 1)
+            yield self.piece(np.arange(start, stop))
+            start = stop
+
+    def piece(self, groups: Ints) -> Piece:
+        """The vectors of some groups, rising."""
+        first = self.lattice.first
+        many = first[groups + 1] - first[groups]
+        count = int(many.sum())
+        point, low = np.empty((count, 3)), np.empty(count)
+        lattices.feet(self.lattice, groups, point)
+        lattices.lows(self.lattice, groups, low)
+        patch = np.repeat(self.lattice.patch[groups], many)
+        at = np.repeat(first[groups] - (np.cumsum(many) - many), many) + np.arange(count)
+        behind = (self.lattice.behind[at // 8] >> (at % 8).astype(np.uint8)) & 1
+        return Piece(
+            point, self.lattice.normal[patch], low, self.lattice.length[at].astype(np.float64), behind > 0,
+            self.patches.facet[patch], self.patches.kind[patch].astype(np.int64),
+        )  # fmt: skip
+
+    def _whole(self) -> Piece:
+        return self.piece(np.arange(len(self.lattice.patch)))
+
+    @property
+    def point(self) -> Floats:
+        """(n, 3) mm."""
+        return self._whole().point
+
+    @property
+    def normal(self) -> Floats:
+        """(n, 3)."""
+        return self._whole().normal
+
+    @property
+    def low(self) -> Floats:
+        """(n,) mm: lambda."""
+        return self._whole().low
+
+    @property
+    def length(self) -> NDArray[np.float32]:
+        """(n,) mm: L."""
+        return self.lattice.length
+
+    @property
+    def behind(self) -> Bools:
+        """(n,): a sweep came from behind."""
+        return self._whole().behind
+
+    # -- blocks --------------------------------------------------------------------------------------------
 
     def near(self, sweep: Sweep) -> Ints:
-        """Vectors whose pieces from lambda to L come into the box of a sweep (bucket, spec E.5)."""
+        """Groups of which a piece from lambda to L may come into the box of a sweep (bucket, spec E.5)."""
+        out = np.empty(len(self.lattice.patch), dtype=np.int64)
         if not len(self):
-            return self._found
-        n = _kernels.near_box(
-            self._shape, self._first, self._low[0], self._low[1], self._cell, self.point, self.normal, self.low,
-            self.length, sweep.bounds, self._margin, self._found,
-        )  # fmt: skip
-        return self._found[:n].copy()
+            return out
+        return out[: lattices.near_groups(self.lattice, sweep.bounds, out)]
 
     def cut(self, sweep: Sweep) -> None:
         """Shorten the vectors that a sweep enters."""
-        at = self.near(sweep)
+        ball = None if self.facets is not None else ball_block(sweep)
+        if ball is not None:
+            self.cut_balls(np.array([ball.row]), [sweep])
+        else:
+            self._shorten(sweep, self.near(sweep))
+
+    def cut_balls(self, balls: Floats, sweeps: Sequence[Sweep]) -> None:
+        """The same for blocks (k, 8) of ball cutters, see `BallBlock.row`, by closed forms."""
+        if not len(self) or not len(balls):
+            return
+        unsure = np.empty(len(self.lattice.patch), dtype=np.int64)
+        left = unsure[: lattices.cut_balls(self.lattice, balls, unsure)]
+        if len(left):
+            for sweep in sweeps:
+                near = self.near(sweep)
+                self._shorten(sweep, near[np.isin(near, left)])
+
+    def _shorten(self, sweep: Sweep, groups: Ints) -> None:
+        """By exact rays, or by facets."""
+        if not len(groups):
+            return
+        laid = self.piece(groups)
+        ends = [laid.point + t[:, None] * laid.normal for t in (laid.low, laid.length)]
+        box = sweep.bounds
+        apart = (np.minimum(*ends) > box[1]) | (np.maximum(*ends) < box[0])
+        at = np.flatnonzero(~apart.any(axis=1))
         if not len(at):
             return
+        point, normal = np.ascontiguousarray(laid.point[at]), np.ascontiguousarray(laid.normal[at])
         if self.facets is not None:
-            corners = envelope(sweep, self.facets)
-            _kernels.facets_normals(at, self.point, self.normal, self.low, self.length, corners)
+            enter = laid.length[at].astype(np.float32)
+            _kernels.facets_normals(point, normal, laid.low[at], enter, envelope(sweep, self.facets))
+            first = np.arange(len(at) + 1)
+            lattices.shorten(
+                self.lattice, groups, at, first, enter.astype(np.float64), np.full(len(at), np.inf)
+            )
             return
-        ball = ball_block(sweep)
-        if ball is not None:
-            rest = np.empty(len(at), dtype=np.int64)
-            n = _kernels.ball_normals(
-                at, self.point, self.normal, self.low, self.length, self.behind, ball.center, ball.travel, ball.radius,
-                ball.height, rest,
-            )  # fmt: skip
-            at = rest[:n]
-            if not n:
-                return
-        rays = sweep.ray_intervals(self.point[at], self.normal[at])
+        rays = sweep.ray_intervals(point, normal)
         first = np.concatenate([[0], np.cumsum(rays.counts)])
-        _kernels.interval_normals(at, first, rays.enter, rays.leave, self.low, self.length, self.behind)
+        lattices.shorten(self.lattice, groups, at, first, rays.enter, rays.leave)
+
+    # -- before the first cut ------------------------------------------------------------------------------
+
+    def lay(
+        self,
+        part: DesignPart,
+        stock: Stock,
+        *,
+        allowance: float,
+        depth: float,
+        chord: float,
+        casting: float | None,
+    ) -> None:
+        """lambda and L of all vectors before the first cut, see `normal_lengths`; casting: L of all of them."""
+        low, length = np.empty(len(self), dtype=np.float32), np.empty(len(self), dtype=np.float32)
+        outside, _ = stock.mesh(chord)
+        body = MeshStock(outside.vertices, outside.triangles)
+        at = 0
+        for laid in self.pieces():
+            rows = slice(at, at + len(laid.point))
+            inward = np.ascontiguousarray(-laid.normal)
+            low[rows] = -np.minimum(part.leave(laid.point, inward, depth), depth)
+            if casting is not None:
+                length[rows] = casting
+            else:
+                length[rows] = _stock_lengths(part, stock, body, laid, allowance)
+            at = rows.stop
+        self.set_ends(low, length)
 
 
-def normal_lengths(
-    part: DesignPart, stock: Stock, points: Points, *, allowance: float, depth: float, chord: float
-) -> tuple[Floats, Floats]:
-    """lambda and L before the first cut.
+def _stock_lengths(part: DesignPart, stock: Stock, body: MeshStock, laid: Piece, allowance: float) -> Floats:
+    """L ends at the stock's surface, where the part comes again (so no vector crosses a narrow slot), or at `allowance`.
 
-    lambda is minus the way out of the part along -N, at most `depth`. L ends at the stock's surface, where the part comes
-    again (so no vector crosses a narrow slot), or at `allowance`. A point outside of the stock has L = 0.
+    A point outside of the stock has L = 0.
     """
-    inward = np.ascontiguousarray(-points.normal)
-    low = -np.minimum(part.leave(points.point, inward, depth), depth)
-    again = part.meet(points.point, points.normal, allowance)
-    outside, _ = stock.mesh(chord)
-    body = MeshStock(outside.vertices, outside.triangles)
-    leave = first_hits(body, points.point, points.normal, 1.0, 0.0, allowance)
-    inside = stock.signed_distance(points.point) < 0.0
-    return low, np.where(inside, np.minimum(np.minimum(again, leave), allowance), 0.0)
+    again = part.meet(laid.point, laid.normal, allowance)
+    leave = first_hits(body, laid.point, laid.normal, 1.0, 0.0, allowance)
+    inside = stock.signed_distance(laid.point) < 0.0
+    return np.where(inside, np.minimum(np.minimum(again, leave), allowance), 0.0)
+
+
+def _over(
+    ufunc: np.ufunc, values: Floats | NDArray[np.float32], first: Ints, kind: type[np.float32]
+) -> NDArray[np.float32]:
+    """Least or largest value of every group, none of which is empty; float32."""
+    if len(first) == 1:
+        return np.zeros(0, dtype=kind)
+    return np.asarray(ufunc.reduceat(values.astype(kind), first[:-1]))

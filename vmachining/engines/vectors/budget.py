@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vmachining.engines.vectors.part import Features, count_on
+from vmachining.engines.vectors.along import PATCH_BYTES, Patches
+from vmachining.engines.vectors.lattice._kernels import count_vectors
 from vmachining.engines.vectors.upright import KEPT, TILE, grid_shape
 from vmachining.errors import InputError
 
@@ -19,8 +20,11 @@ if TYPE_CHECKING:
 
 __all__ = ["available_bytes", "refuse_too_many"]
 
-UPRIGHT_BYTES, NORMAL_BYTES = 4, 160
-"""Lengths alone; and point, normal, ends, index, with the copies that are made while they are laid out."""
+UPRIGHT_BYTES, NORMAL_BYTES, BASE_BYTES = 4, 17, 16
+"""Lengths alone; lengths and lambda, twice while they are laid, and a share of a group; a cell of a tile that is kept."""
+
+EXACT_BELOW = 1e7
+"""Vectors along normals up to which they are counted, above they are estimated from areas."""
 
 SHARE = 0.7
 """Of the memory that is free, for vectors."""
@@ -41,7 +45,7 @@ def available_bytes() -> int:
     return min(known, default=1 << 32)
 
 
-def refuse_too_many(engine: VectorEngine, found: Features) -> None:
+def refuse_too_many(engine: VectorEngine, patches: Patches) -> None:
     """Refuse densities whose vectors do not fit into memory, before any of them is made.
 
     Raises
@@ -53,16 +57,18 @@ def refuse_too_many(engine: VectorEngine, found: Features) -> None:
     size = both[:, 1].max(axis=0) - both[:, 0].min(axis=0)
     nx, ny = grid_shape(size, engine.pitch)
     upright = (nx + TILE) * (ny + TILE)
-    edge = float(np.linalg.norm(found.edge[:, 1] - found.edge[:, 0], axis=1).sum())
-    area = float(np.linalg.norm(_cross(engine), axis=1).sum() / 2.0)
-    along = area / engine.spacing**2 + edge / engine.spacing
-    if along < 1e7:
-        along = count_on(engine.part, engine.covered, engine.spacing) + edge / engine.spacing
-    need = UPRIGHT_BYTES * upright + NORMAL_BYTES * along + KEPT * TILE**2 * 48
+    c = patches.corner
+    area = float(np.linalg.norm(np.cross(c[:, 1] - c[:, 0], c[:, 2] - c[:, 0]), axis=1).sum() / 2.0)
+    line = float(np.linalg.norm(c[:, 1] - c[:, 0], axis=1)[patches.facet < 0].sum())
+    along = area / engine.spacing**2 + line / engine.spacing
+    if along < EXACT_BELOW:
+        along = count_vectors(c, engine.spacing)
+    fixed = KEPT * TILE**2 * BASE_BYTES + PATCH_BYTES * len(c)
+    need = UPRIGHT_BYTES * upright + NORMAL_BYTES * along + fixed
     have = SHARE * available_bytes()
     if need <= have:
         return
-    room = max(have - KEPT * TILE**2 * 48, 1.0)
+    room = max(have - fixed, 1.0)
     finer = sqrt((UPRIGHT_BYTES * upright + NORMAL_BYTES * along) / room)
     pitch, spacing = (float(f"{1.05 * finer * v:.2g}") for v in (engine.pitch, engine.spacing))
     raise InputError(
@@ -70,8 +76,3 @@ def refuse_too_many(engine: VectorEngine, found: Features) -> None:
         f"{engine.spacing:.3g} mm want {need / 1e9:.3g} GB, and {have / 1e9:.3g} GB can be had",
         remedy=f"take pitch_mm = {pitch:g} and spacing_mm = {spacing:g}, or more",
     )
-
-
-def _cross(engine: VectorEngine) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    corners = engine.part.corners[engine.covered]
-    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

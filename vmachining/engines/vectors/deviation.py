@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vmachining.arrays import Bools, Floats, Ints
-from vmachining.engines.vectors.along import NormalVectors
+from vmachining.engines.vectors.along import NormalVectors, Piece
+from vmachining.engines.vectors.cuts import Cuts
 from vmachining.engines.vectors.part import DesignPart
 from vmachining.engines.vectors.upright import UprightVectors
-from vmachining.sweep import Sweep
 
 __all__ = ["COLUMNS", "KINDS", "Deviation", "measured"]
 
@@ -36,9 +36,6 @@ COLUMNS = (
 
 MOST_ROWS = 100_000
 """Rows of the table; those that deviate most."""
-
-TOLD = 1e-6
-"""mm by which a tip may lie off the sweep that made it, beside the rounding of its float32 length."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,22 +73,80 @@ class Deviation:
         return dict(zip(COLUMNS, values, strict=True))
 
 
-@dataclass(slots=True, eq=False)
-class _Found:
-    """Parts of what is found, and counts."""
+class _Rows(NamedTuple):
+    """Vectors: kind, point, normal, length, deviation, consumed, behind, facet, and which have no overcut of their own."""
 
-    parts: list[tuple[Any, ...]]
-    counts: dict[str, int]
+    kind: Any
+    point: Any
+    normal: Any
+    length: Any
+    deviation: Any
+    consumed: Any
+    behind: Any
+    facet: Any
+    beneath: Any
+
+    def at(self, which: Ints) -> _Rows:
+        """Some of them."""
+        return _Rows(*(column[which] for column in self))
+
+    def worst(self, most: int) -> _Rows:
+        """Those that deviate most, the worst first; at most so many."""
+        return self.at(np.argsort(-np.abs(self.deviation), kind="stable")[:most])
+
+
+class _Found:
+    """Counts over all vectors, and the rows that are kept: the worst ones, or every so many; memory for `most`, not for all."""
+
+    def __init__(self, tolerance: float, most: int, step: int | None) -> None:
+        self.tolerance, self.most, self.step = tolerance, most, step
+        self.counts = dict.fromkeys(
+            ("vectors", "upright", "over", "under", "consumed", "behind", "beneath", "bare"), 0
+        )
+        self.over = self.under = 0.0
+        self._parts: list[_Rows] = []
+        self._waiting = 0
+
+    def add(self, rows: _Rows) -> None:
+        """Count vectors, keep those that are reported."""
+        deviation, own = rows.deviation, ~rows.beneath
+        over, under = (deviation < -self.tolerance) & own, deviation > self.tolerance
+        begin = self.counts["vectors"]
+        for name, value in (
+            ("vectors", len(deviation)), ("over", int(over.sum())), ("under", int(under.sum())),
+            ("consumed", int(rows.consumed.sum())), ("beneath", int(rows.beneath.sum())),
+        ):  # fmt: skip
+            self.counts[name] += value
+        self.over = max(self.over, float((-deviation[own]).max(initial=0.0)))
+        self.under = max(self.under, float(deviation.max(initial=0.0)))
+        if self.step is None:
+            kept = np.flatnonzero(over | under | rows.consumed | rows.beneath)
+        else:
+            kept = np.arange(-begin % self.step, len(deviation), self.step)
+        if len(kept):
+            self._parts.append(rows.at(kept))
+            self._waiting += len(kept)
+        if self.step is None and self._waiting > 4 * self.most:
+            self._parts = [self._joined().worst(self.most)]
+            self._waiting = self.most
+
+    def _joined(self) -> _Rows:
+        return _Rows(*(np.concatenate(column) for column in zip(*self._parts, strict=True)))
+
+    def rows(self) -> _Rows | None:
+        """What is kept; None if that is nothing."""
+        if not self._parts:
+            return None
+        found = self._joined()
+        return found.worst(self.most) if self.step is None else found
 
 
 def measured(
     part: DesignPart,
     upright: UprightVectors | None,
     along: NormalVectors,
-    kinds: Ints,
     covered: Bools,
-    sweeps: Sequence[Sweep],
-    blocks: Sequence[int],
+    cuts: Cuts,
     tolerance: float,
     *,
     outside_only: bool = True,
@@ -102,73 +157,37 @@ def measured(
     Parameters
     ----------
     upright : None: these are not reported (pure DNV).
-    kinds : (n,) of the normal vectors. covered : (m,) facets that normal vectors stand on.
+    covered : (m,) facets that normal vectors stand on.
     outside_only : rows only of what lies outside of the tolerance (mm); else of all, thinned where there are more than `most`.
     """
-    found = _Found(
-        [], dict.fromkeys(("vectors", "upright", "over", "under", "consumed", "behind", "beneath", "bare"), 0)
-    )
-    largest = {"over": 0.0, "under": 0.0}
-    if upright is not None:
-        cosine = np.append(np.cos(part.slopes), 1.0)
-        hidden = np.append(covered, True)  # no part below: only for volumes
-        for base, lengths, x, y, has in upright.tiles():
-            on = (base.facet >= 0) & ~hidden[base.facet]
-            found.counts["bare"] += int((on & ~has).sum())
-            on &= has
-            if not on.any():
-                continue
-            i, j = np.nonzero(on)
-            size = lengths[on].astype(np.float64)
-            start, facet = base.start[on], base.facet[on]
-            ended = size <= (base.low[on] - start).astype(np.float32)
-            place = np.column_stack([x[i], y[j], start])
-            up = np.broadcast_to([0.0, 0.0, 1.0], place.shape)
-            rows: tuple[Any, ...] = (
-                0,
-                place,
-                up,
-                size,
-                size * cosine[facet],
-                ended,
-                np.zeros(len(i), np.bool_),
-                facet,
-            )
-            _add(found, largest, rows, tolerance, outside_only, most)
-        found.counts["behind"] += upright.behind
-        found.counts["upright"] = found.counts["vectors"]
+    total = len(along) + (0 if upright is None else upright.lengths.size)
+    found = _Found(tolerance, most, None if outside_only else max(1, -(-total // most)))
     counts = found.counts
-    size = along.length.astype(np.float64)
-    if len(along):
-        beneath = cut_beneath(along, tolerance, sweeps)
-        counts["beneath"] = int(beneath.sum())
-        ended = (along.length <= along.low) & ~beneath
-        rows = (
-            kinds,
-            along.point,
-            along.normal,
-            size,
-            size,
-            ended,
-            (along.behind > 0) | beneath,
-            along.facet,
-        )
-        _add(found, largest, rows, tolerance, outside_only, 4 * most, beneath)
-        found.counts["behind"] += int(along.behind.sum())
-    columns = [np.concatenate(c) for c in zip(*found.parts, strict=True)] if found.parts else _nothing()
-    order = np.argsort(-np.abs(columns[4]), kind="stable")
-    if len(order) > most:
-        order = order[:most] if outside_only else np.sort(order[:: -(-len(order) // most)])
-    kind, point, normal, length, deviation, consumed, behind, facet = (c[order] for c in columns)
-    block = owners(point + length[:, None] * normal, length, sweeps, blocks)
+    if upright is not None:
+        for bare, rows in _upright(part, upright, covered):
+            counts["bare"] += bare
+            found.add(rows)
+        counts["behind"] += upright.behind
+        counts["upright"] = counts["vectors"]
+    for laid in along.pieces():
+        beneath = _beneath(laid, tolerance, cuts)
+        counts["behind"] += int(laid.behind.sum())
+        ended = (laid.length <= laid.low) & ~beneath
+        found.add(
+            _Rows(
+                laid.kind, laid.point, laid.normal, laid.length, laid.length, ended, laid.behind | beneath, laid.facet, beneath
+            )
+        )  # fmt: skip
     total = counts["vectors"]
+    kept = found.rows() or _nothing()
+    block = cuts.owners(kept.point + kept.length[:, None] * kept.normal, kept.length)
     summary = {
         "vectors": total,
         "upright_vectors": counts["upright"],
         "normal_vectors": total - counts["upright"],
         "tolerance_mm": tolerance,
-        "max_overcut_mm": largest["over"],
-        "max_undercut_mm": largest["under"],
+        "max_overcut_mm": found.over,
+        "max_undercut_mm": found.under,
         "within_tolerance": 1.0 - (counts["over"] + counts["under"]) / total if total else None,
         "over": counts["over"],
         "under": counts["under"],
@@ -176,76 +195,45 @@ def measured(
         "entered_from_behind": counts["behind"],
         "cut_beneath": counts["beneath"],
         "part_outside_stock": counts["bare"],
-        "rows": len(order),
+        "rows": len(kept.kind),
     }
-    return Deviation(kind, point, normal, length, deviation, consumed, behind, block, facet, summary)
+    return Deviation(*kept[:7], block, kept.facet, summary)
 
 
-def _add(
-    found: _Found,
-    largest: dict[str, float],
-    rows: tuple[Any, ...],
-    tolerance: float,
-    outside_only: bool,
-    most: int,
-    aside: Bools | None = None,
-) -> None:
-    """Count vectors, keep those that are reported. rows: kind, point, normal, length, deviation, consumed, behind, facet.
-
-    aside : reported, but no overcut of their own.
-    """
-    deviation, consumed = rows[4], rows[5]
-    own = np.ones(len(deviation), dtype=np.bool_) if aside is None else ~aside
-    over, under = (deviation < -tolerance) & own, deviation > tolerance
-    counts = found.counts
-    counts["vectors"] += len(deviation)
-    counts["over"] += int(over.sum())
-    counts["under"] += int(under.sum())
-    counts["consumed"] += int(consumed.sum())
-    largest["over"] = max(largest["over"], float((-deviation[own]).max(initial=0.0)))
-    largest["under"] = max(largest["under"], float(deviation.max()), 0.0)
-    kept = np.flatnonzero(over | under | consumed | ~own) if outside_only else np.arange(len(deviation))
-    if len(kept) > most:
-        kept = kept[np.argsort(-np.abs(deviation[kept]), kind="stable")[:most]] if outside_only else kept
-    kinds = np.broadcast_to(rows[0], deviation.shape)
-    found.parts.append(tuple(np.asarray(v)[kept] for v in (kinds, *rows[1:])))
+def _upright(part: DesignPart, upright: UprightVectors, covered: Bools) -> Iterator[tuple[int, _Rows]]:
+    """Cells over the part without a vector, and the vectors that are reported, tile by tile."""
+    cosine = np.append(np.cos(part.slopes), 1.0)
+    hidden = np.append(covered, True)  # no part below: only for volumes
+    for base, lengths, x, y, has in upright.tiles():
+        on = (base.facet >= 0) & ~hidden[base.facet]
+        bare = int((on & ~has).sum())
+        i, j = np.nonzero(on & has)
+        size = lengths[i, j].astype(np.float64)
+        start, facet = base.start[i, j], base.facet[i, j]
+        ended = size <= (base.low[i, j] - start).astype(np.float32)
+        none = np.zeros(len(i), dtype=np.bool_)
+        place = np.column_stack([x[i], y[j], start])
+        up = np.broadcast_to([0.0, 0.0, 1.0], place.shape)
+        yield (
+            bare,
+            _Rows(np.zeros(len(i), int), place, up, size, size * cosine[facet], ended, none, facet, none),
+        )
 
 
-def _nothing() -> list[Any]:
+def _nothing() -> _Rows:
     flat, none = np.empty(0), np.empty(0, dtype=np.int64)
-    return [none, np.empty((0, 3)), np.empty((0, 3)), flat, flat, flat > 0.0, flat > 0.0, none]
+    return _Rows(
+        none, np.empty((0, 3)), np.empty((0, 3)), flat, flat, flat > 0.0, flat > 0.0, none, flat > 0.0
+    )
 
 
-def cut_beneath(along: NormalVectors, tolerance: float, sweeps: Sequence[Sweep]) -> Bools:
+def _beneath(laid: Piece, tolerance: float, cuts: Cuts) -> Bools:
     """(n,) vectors shortened by more than the tolerance although no sweep reaches that far below C: what is taken lies deeper.
 
     A groove in the top of a plate crosses the vectors of its outer walls. How deep it is, the vectors over it tell.
     """
-    out = np.zeros(len(along), dtype=np.bool_)
-    at = np.flatnonzero(along.length < -tolerance)
-    just_below = along.point[at] - tolerance * along.normal[at]  # a cutter that ends at C is no overcut
-    reached = owners(just_below, np.zeros(len(at)), sweeps, range(len(sweeps)))
-    out[at[reached < 0]] = bool(sweeps)
-    return out
-
-
-def owners(tips: Floats, length: Floats, sweeps: Sequence[Sweep], blocks: Sequence[int]) -> Ints:
-    """(n,) number of the first block whose sweep reaches a tip (n, 3), -1 where none does.
-
-    Lengths are the shortest over all blocks, so no sweep reaches beyond a tip (but from behind), and the first that touches
-    it made it. It is computed again for the vectors that are reported, instead of being kept for all.
-    """
-    out = np.full(len(tips), -1)
-    if not len(tips) or not sweeps:
-        return out
-    slack = TOLD + np.spacing(np.abs(length).astype(np.float32)).astype(np.float64)
-    order = np.argsort(tips[:, 0], kind="stable")
-    x = tips[order, 0]
-    for sweep, block in zip(sweeps, blocks, strict=True):
-        box = sweep.bounds + [[-1e-3], [1e-3]]
-        near = order[np.searchsorted(x, box[0, 0]) : np.searchsorted(x, box[1, 0])]
-        near = near[out[near] < 0]
-        near = near[((tips[near] >= box[0]) & (tips[near] <= box[1])).all(axis=1)]
-        if len(near):
-            out[near[sweep.signed_distance(tips[near]) <= slack[near]]] = block
+    out = np.zeros(len(laid.length), dtype=np.bool_)
+    at = np.flatnonzero(laid.length < -tolerance)
+    just_below = laid.point[at] - tolerance * laid.normal[at]  # a cutter that ends at C is no overcut
+    out[at[cuts.first(just_below, np.zeros(len(at))) < 0]] = len(cuts) > 0
     return out

@@ -4,26 +4,30 @@ from __future__ import annotations
 
 import io
 import pickle
+from collections.abc import Sequence
+from itertools import groupby
 from math import cos, degrees, radians
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 
-from vmachining.arrays import Bools, Ints
-from vmachining.engines.protocol import NOTHING, Options, Removal, StockSurface
+from vmachining.arrays import Bools
+from vmachining.engines.protocol import NOTHING, Options, Removal, Request, StockSurface
 from vmachining.engines.settings import VectorSettings
 from vmachining.engines.vectors.accuracy import wall_angle
-from vmachining.engines.vectors.along import NormalVectors, normal_lengths
+from vmachining.engines.vectors.along import NormalVectors, Patches
 from vmachining.engines.vectors.budget import refuse_too_many
+from vmachining.engines.vectors.cuts import Cuts
 from vmachining.engines.vectors.deviation import MOST_ROWS, Deviation, measured
-from vmachining.engines.vectors.part import DesignPart, Points, features, points_along, points_on
+from vmachining.engines.vectors.part import DesignPart, features
 from vmachining.engines.vectors.surface import prisms
 from vmachining.engines.vectors.upright import UprightVectors
 from vmachining.errors import EngineError, StockError
 from vmachining.geometry import Bracket
 from vmachining.stock import MeshStock, Stock
 from vmachining.sweep import Sweep
+from vmachining.sweep.ball import ball_block
 
 __all__ = ["VectorEngine"]
 
@@ -78,33 +82,16 @@ class VectorEngine:
             self.covered = found.wall | found.overhang
         if every:
             self.covered = self.covered | (self.part.slopes <= self.theta_v)
-        edges = settings.mode != "dvv"
-        refuse_too_many(self, found)
+        patches = Patches.of(self.part, self.covered, found, edges=settings.mode != "dvv")
+        refuse_too_many(self, patches)
         facets = None if settings.envelope == "exact" else self.chord
         self.upright = UprightVectors(self.part, stock, self.pitch, casting=settings.casting, facets=facets)
-        on = points_on(self.part, self.covered, self.spacing)
-        kind = np.where(found.wall[on.facet], 1, np.where(found.overhang[on.facet], 2, 4))
-        if edges:
-            line = points_along(found.edge, found.edge_normal, self.spacing)
-            on = Points(*(np.concatenate(pair) for pair in zip(on, line, strict=True)))
-            kind = np.concatenate([kind, np.full(len(line.point), 3)])
-        if settings.casting is not None:
-            low = -np.minimum(
-                self.part.leave(on.point, np.ascontiguousarray(-on.normal), settings.depth), settings.depth
-            )
-            length = np.full(len(low), settings.casting)
-        else:
-            low, length = normal_lengths(
-                self.part,
-                stock,
-                on,
-                allowance=settings.allowance or settings.depth,
-                depth=settings.depth,
-                chord=self.chord,
-            )
-        self.along = NormalVectors(on, low, length, facets=facets)
-        self.kinds: Ints = kind[self.along.order]
-        self._sweeps, self._blocks = list[Sweep](), list[int]()
+        self.along = NormalVectors(patches, self.spacing, facets=facets)
+        self.along.lay(
+            self.part, stock, allowance=settings.allowance or settings.depth, depth=settings.depth,
+            chord=self.chord, casting=settings.casting,
+        )  # fmt: skip
+        self._cuts = Cuts()
         self._removed = NOTHING
         if settings.casting is not None:
             whole = self._material()
@@ -133,16 +120,33 @@ class VectorEngine:
 
     def cut(self, sweep: Sweep, block: int | None = None) -> Removal:
         """See `Engine`."""
-        found = self.upright.cut(sweep)
-        self.along.cut(sweep)
-        self._sweeps.append(sweep)
-        self._blocks.append(-1 if block is None else block)
-        self._removed = self._removed.plus(found)
-        return found
+        return self.answer([Request(sweep, block)])[0]
 
     def touch(self, sweep: Sweep, within: float | None = None) -> Removal:
         """See `Engine`."""
-        return self.upright.touch(sweep)
+        return self.answer([Request(sweep, cuts=False)])[0]
+
+    def answer(self, requests: Sequence[Request]) -> list[Removal]:
+        """See `Batched`: blocks of ball cutters on lines that follow each other are one call of a kernel."""
+        found: list[Removal] = []
+        closed = [None if self.settings.envelope == "facets" else ball_block(r.sweep) for r in requests]
+        for is_ball, run in groupby(zip(requests, closed, strict=True), key=lambda pair: pair[1] is not None):
+            pairs = list(run)
+            if is_ball:
+                balls = np.array([ball.row for _, ball in pairs if ball is not None])
+                writes = np.array([r.cuts for r, _ in pairs])
+                found += self.upright.cut_balls(balls, writes)
+                self.along.cut_balls(balls[writes], [r.sweep for r, _ in pairs if r.cuts])
+                continue
+            for r, _ in pairs:
+                found.append(self.upright.cut(r.sweep) if r.cuts else self.upright.touch(r.sweep))
+                if r.cuts:
+                    self.along.cut(r.sweep)
+        for r, ball, removed in zip(requests, closed, found, strict=True):
+            if r.cuts:
+                self._cuts.add(r.sweep, ball, r.block)
+                self._removed = self._removed.plus(removed)
+        return found
 
     @property
     def volume(self) -> Bracket:
@@ -158,13 +162,13 @@ class VectorEngine:
     def deviation(self, tolerance: float, *, outside_only: bool = True, most: int = MOST_ROWS) -> Deviation:
         """What is left and what is taken too much, see `measured`. tolerance: mm."""
         return measured(
-            self.part, None if self.settings.mode == "dnv" else self.upright, self.along, self.kinds, self.covered,
-            self._sweeps, self._blocks, tolerance, outside_only=outside_only, most=most,
+            self.part, None if self.settings.mode == "dnv" else self.upright, self.along, self.covered, self._cuts, tolerance,
+            outside_only=outside_only, most=most,
         )  # fmt: skip
 
     def surface(self) -> StockSurface:
         """See `Engine`: upright prisms, for pictures."""
-        return prisms(self.upright, self._sweeps, self._blocks)
+        return prisms(self.upright, self._cuts)
 
     def save(self, path: Path) -> None:
         """See `Engine`."""

@@ -144,35 +144,3 @@ def features(part: DesignPart, theta_v: float, theta_sharp: float) -> Features:
     below = lowest[facet[pair]] | lowest[facet[pair + 1]]
     kept = sharp & ~below
     return Features(wall, overhang, used[ends[pair[kept]]], mean[kept] / size[kept, None])
-
-
-def points_on(part: DesignPart, which: Bools, spacing: float) -> Points:
-    """Points on some facets, in rows at most `spacing` apart, at least one on each."""
-    chosen = np.flatnonzero(which)
-    corners = np.ascontiguousarray(part.corners[chosen])
-    first = np.zeros(len(chosen) + 1, dtype=np.int64)
-    _kernels.facet_rows(corners, spacing, first, np.empty((0, 3)))
-    first = np.cumsum(first)
-    point = np.empty((int(first[-1]), 3))
-    if len(point):
-        _kernels.facet_rows(corners, spacing, first, point)
-    facet = np.repeat(chosen, np.diff(first))
-    return Points(point, part.normals[facet], facet)
-
-
-def count_on(part: DesignPart, which: Bools, spacing: float) -> int:
-    """Number of points that `points_on` would make."""
-    first = np.zeros(int(which.sum()) + 1, dtype=np.int64)
-    _kernels.facet_rows(np.ascontiguousarray(part.corners[which]), spacing, first, np.empty((0, 3)))
-    return int(first.sum())
-
-
-def points_along(edge: Floats, normal: Floats, spacing: float) -> Points:
-    """Points on edges (k, 2, 3) at the middles of equal pieces of at most `spacing`."""
-    length = np.linalg.norm(edge[:, 1] - edge[:, 0], axis=1)
-    many = np.maximum(1, np.ceil(length / spacing - 1e-9)).astype(np.int64)
-    which = np.repeat(np.arange(len(edge)), many)
-    place = np.arange(len(which)) - np.repeat(np.cumsum(many) - many, many)
-    share = ((place + 0.5) / many[which])[:, None]
-    point = (1.0 - share) * edge[which, 0] + share * edge[which, 1]
-    return Points(point, normal[which], np.full(len(which), -1))

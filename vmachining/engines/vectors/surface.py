@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.engines.protocol import StockSurface
-from vmachining.engines.vectors.deviation import owners
+from vmachining.engines.vectors.cuts import Cuts
 from vmachining.engines.vectors.upright import TILE, UprightVectors
 from vmachining.stock import BoxStock
-from vmachining.sweep import Sweep
 
 __all__ = ["prisms"]
 
@@ -22,7 +19,7 @@ THIN_MM = 1e-6
 """Prisms lower than this are left out."""
 
 
-def prisms(upright: UprightVectors, sweeps: Sequence[Sweep], blocks: Sequence[int]) -> StockSurface:
+def prisms(upright: UprightVectors, cuts: Cuts) -> StockSurface:
     """One prism for every so many cells, as high as its middle one."""
     step = max(1, -(-max(upright.shape) // ACROSS))
     x, y, low, high = list[Floats](), list[Floats](), list[Floats](), list[Floats]()
@@ -46,5 +43,5 @@ def prisms(upright: UprightVectors, sweeps: Sequence[Sweep], blocks: Sequence[in
     points[..., :2] = place[:, None] + cube.vertices[:, :2] * (step * upright.pitch)
     points[..., 2] = bottom[:, None] + cube.vertices[:, 2] * (top - bottom)[:, None]
     triangles = cube.triangles + 8 * np.arange(len(place))[:, None, None]
-    owner = owners(np.column_stack([place, top]), top, sweeps, blocks)
+    owner = cuts.owners(np.column_stack([place, top]), top)
     return StockSurface(points.reshape(-1, 3), triangles.reshape(-1, 3), np.repeat(owner, 12))

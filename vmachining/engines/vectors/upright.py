@@ -1,13 +1,12 @@
 """`UprightVectors`: one vector of direction +z over every cell of a square grid (DVV), in tiles.
 
-Only lengths are kept, 4 bytes a vector; where a vector starts is computed again from the part when a tile is looked at, and
-kept for the tiles that were looked at last.
+Only lengths are kept, 4 bytes a vector; where a vector starts is computed again from the part when a tile is cut, and kept
+for the tiles that were cut last.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -17,19 +16,17 @@ from vmachining.arrays import Bools, Floats, Ints
 from vmachining.engines.protocol import NOTHING, Removal
 from vmachining.engines.vectors import _kernels
 from vmachining.engines.vectors.facets import envelope
+from vmachining.engines.vectors.grid import _kernels as kernels
+from vmachining.engines.vectors.grid._kernels import SUB, TILE, Grid
 from vmachining.engines.vectors.part import DesignPart
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 from vmachining.sweep.ball import ball_block
-from vmachining.sweep.ball._kernels import ball_upright
 
 __all__ = ["TILE", "Base", "UprightVectors"]
 
-TILE = 64
-"""Cells along the side of a tile."""
-
-KEPT = 256
-"""Tiles whose bases are kept: 35 MB."""
+KEPT = 1024
+"""Tiles whose bases are kept: 67 MB. One block that is over more has them all."""
 
 UP = (0.0, 0.0, 1.0)
 
@@ -46,15 +43,6 @@ class Base(NamedTuple):
     bottom: Floats
     top: Floats
     facet: Ints
-
-
-class Cells(NamedTuple):
-    """Half-open rectangle of cells, i along x, j along y."""
-
-    i0: int
-    i1: int
-    j0: int
-    j1: int
 
 
 class UprightVectors:
@@ -85,7 +73,7 @@ class UprightVectors:
         )  # the rest at both sides
         self.behind = 0
         self.lengths: NDArray[np.float32] = np.empty((-(-nx // TILE), -(-ny // TILE), TILE, TILE), np.float32)
-        self.base = lru_cache(maxsize=KEPT)(self._base)
+        self._forget()
         for a, b in np.ndindex(self.lengths.shape[:2]):
             base = self.base(a, b)
             full = np.full_like(base.start, casting) if casting is not None else base.top - base.start
@@ -93,23 +81,36 @@ class UprightVectors:
                 full[base.facet < 0] = np.nan
             self.lengths[a, b] = full
 
+    def _forget(self) -> None:
+        """No tile has a base."""
+        tiles = self.lengths.shape[:2]
+        self._slot = np.full(tiles, -1, dtype=np.int64)
+        self._stamp = np.zeros(tiles, dtype=np.int64)
+        self._now = 0
+        self._owner = np.full((0, 2), -1, dtype=np.int64)
+        self._start = np.empty((0, TILE, TILE))
+        self._low, self._rest = (np.empty((0, TILE, TILE), dtype=np.float32) for _ in range(2))
+        self._high = np.empty((0, TILE // SUB, TILE // SUB))
+        self._depth = np.zeros((0, 0))
+
     def __getstate__(self) -> dict[str, object]:
-        return {name: value for name, value in self.__dict__.items() if name != "base"}
+        kept = {"_slot", "_stamp", "_now", "_owner", "_start", "_low", "_rest", "_high", "_depth"}
+        return {name: value for name, value in self.__dict__.items() if name not in kept}
 
     def __setstate__(self, state: dict[str, object]) -> None:
         self.__dict__.update(state)
-        self.base = lru_cache(maxsize=KEPT)(self._base)
+        self._forget()
 
-    def centres(self, cells: Cells) -> tuple[Floats, Floats]:
+    def centres(self, i0: int, i1: int, j0: int, j1: int) -> tuple[Floats, Floats]:
         """x (n,) and y (m,) of the middles of cells."""
-        x = self.low[0] + (np.arange(cells.i0, cells.i1) + 0.5) * self.pitch
-        y = self.low[1] + (np.arange(cells.j0, cells.j1) + 0.5) * self.pitch
+        x = self.low[0] + (np.arange(i0, i1) + 0.5) * self.pitch
+        y = self.low[1] + (np.arange(j0, j1) + 0.5) * self.pitch
         return x, y
 
-    def _base(self, a: int, b: int) -> Base:
+    def base(self, a: int, b: int) -> Base:
+        """Where the vectors of a tile start and end, computed from part and stock."""
         nx, ny = self.shape
-        cells = Cells(a * TILE, min(nx, (a + 1) * TILE), b * TILE, min(ny, (b + 1) * TILE))
-        x, y = self.centres(cells)
+        x, y = self.centres(a * TILE, min(nx, (a + 1) * TILE), b * TILE, min(ny, (b + 1) * TILE))
         size = (len(x), len(y))
         which = self.part.near(np.array([x[0], y[0]]), np.array([x[-1], y[-1]]))
         height, exit_ = np.full(size, -np.inf), np.full(size, -np.inf)
@@ -139,6 +140,62 @@ class UprightVectors:
         faces[: size[0], : size[1]] = facet
         return Base(whole[0], whole[1], whole[2], whole[3], faces)
 
+    # -- tiles ---------------------------------------------------------------------------------------------
+
+    def _wanted(self, ranges: Ints) -> int:
+        """Load the tiles of ranges of cells (k, 4) and answer how many they are; none is loaded if they are too many."""
+        self._now += 1
+        missing = np.empty((self._slot.size, 2), dtype=np.int64)
+        count = kernels.missing_tiles(self._slot, ranges, self._stamp, self._now, missing)
+        wanted = int((self._stamp == self._now).sum())
+        if wanted > KEPT and len(ranges) > 1:
+            return wanted
+        self._room(count, wanted)
+        free = np.flatnonzero(self._owner[:, 0] < 0)
+        grid = self._grid()
+        for k, (a, b) in zip(free.tolist(), missing[:count].tolist(), strict=False):
+            base = self.base(a, b)
+            self._start[k] = base.start
+            self._low[k], self._rest[k] = base.low - base.start, base.bottom - base.start
+            self._slot[a, b], self._owner[k] = k, (a, b)
+            kernels.tops(grid, a, b)
+        return wanted
+
+    def _room(self, count: int, wanted: int) -> None:
+        """Slots for so many more tiles: new ones, or those of the tiles that were not wanted for longest."""
+        have = len(self._owner)
+        used = int((self._owner[:, 0] >= 0).sum())
+        size = max(have, min(max(2 * have, used + count, 64), KEPT), wanted)
+        if size > have and used + count > have:
+            more = size - have
+            self._owner = np.concatenate([self._owner, np.full((more, 2), -1, dtype=np.int64)])
+            self._start = np.concatenate([self._start, np.empty((more, TILE, TILE))])
+            self._low = np.concatenate([self._low, np.empty((more, TILE, TILE), dtype=np.float32)])
+            self._rest = np.concatenate([self._rest, np.empty((more, TILE, TILE), dtype=np.float32)])
+            self._high = np.concatenate([self._high, np.empty((more, *self._high.shape[1:]))])
+        over = used + count - len(self._owner)
+        if over > 0:
+            held = np.flatnonzero(self._owner[:, 0] >= 0)
+            age = self._stamp[self._owner[held, 0], self._owner[held, 1]]
+            out = held[np.argsort(age, kind="stable")[:over]]
+            self._slot[self._owner[out, 0], self._owner[out, 1]] = -1
+            self._owner[out] = -1
+
+    def _grid(self) -> Grid:
+        """What the kernels work on."""
+        x0, y0 = (self.low + 0.5 * self.pitch).tolist()
+        return Grid(
+            self.lengths, self._slot, self._start, self._low, self._rest, self._high, x0, y0, float(self.pitch), *self.shape
+        )  # fmt: skip
+
+    def _scratch(self, n: int, m: int) -> Floats:
+        """Zeros (at least n, m), to be left as zeros."""
+        if self._depth.shape[0] < n or self._depth.shape[1] < m:
+            self._depth = np.zeros((max(self._depth.shape[0], n), max(self._depth.shape[1], m)))
+        return self._depth
+
+    # -- blocks --------------------------------------------------------------------------------------------
+
     def cut(self, sweep: Sweep) -> Removal:
         """Shorten the vectors that a sweep enters."""
         return self._met(sweep, write=True)
@@ -147,57 +204,62 @@ class UprightVectors:
         """What `cut` would answer."""
         return self._met(sweep, write=False)
 
+    def cut_balls(self, balls: Floats, writes: Bools) -> list[Removal]:
+        """Blocks (k, 8) of ball cutters one after the other, see `BallBlock.row`; not `writes`: what they would take."""
+        ranges = np.zeros((len(balls), 4), dtype=np.int64)
+        kernels.ball_ranges(self._grid(), balls, ranges)
+        sums = np.zeros((len(balls), 3))
+        todo = [(0, len(balls))]
+        while todo:
+            first, stop = todo.pop()
+            if self._wanted(ranges[first:stop]) > KEPT and stop - first > 1:
+                middle = (first + stop) // 2
+                todo += [(middle, stop), (first, middle)]
+                continue
+            most = (ranges[first:stop, [1, 3]] - ranges[first:stop, [0, 2]]).max(axis=0).tolist()
+            self.behind += kernels.cut_balls(
+                self._grid(), balls[first:stop], ranges[first:stop], writes[first:stop], self._scratch(*most), sums[first:stop]
+            )  # fmt: skip
+        return [self._removal(*row) for row in sums.tolist()]
+
+    def _removal(self, lo: float, middle: float, hi: float) -> Removal:
+        if hi == 0.0:
+            return NOTHING
+        area = self.pitch**2
+        return Removal(lo * area, middle * area, hi * area, proven=False)
+
     def _met(self, sweep: Sweep, *, write: bool) -> Removal:
-        box = sweep.bounds
-        cells = self._cells(box)
+        ball = None if self.facets is not None else ball_block(sweep)
+        if ball is not None:
+            return self.cut_balls(np.array([ball.row]), np.array([write]))[0]
+        cells = self._cells(sweep.bounds)
         if cells is None:
             return NOTHING
-        depth = np.zeros((cells.i1 - cells.i0, cells.j1 - cells.j0))
-        met = False
-        heights = None
-        for a in range(cells.i0 // TILE, (cells.i1 - 1) // TILE + 1):
-            for b in range(cells.j0 // TILE, (cells.j1 - 1) // TILE + 1):
-                base = self.base(a, b)
-                lengths = self.lengths[a, b] if write else self.lengths[a, b].copy()
-                if heights is None:
-                    heights = list(self._heights(sweep, cells))
-                for enter, leave in heights:
-                    flags = _kernels.apply_upright(
-                        lengths, base.start, base.low, base.bottom, a * TILE - cells.i0, b * TILE - cells.j0,
-                        enter, leave, depth,
-                    )  # fmt: skip
-                    self.behind += int(flags) if write else 0
-                met = True
-        if not (met and depth.any()):
-            return NOTHING
-        sums = np.empty(3)
-        _kernels.neighbour_sums(depth, sums)
-        lo, middle, hi = (sums * self.pitch**2).tolist()
-        return Removal(lo, middle, hi, proven=False)
+        i0, i1, j0, j1 = cells
+        self._wanted(np.array([cells]))
+        depth = self._scratch(i1 - i0, j1 - j0)
+        x, y = self.centres(*cells)
+        for enter, leave in self._heights(sweep, x, y):
+            self.behind += kernels.cut_heights(self._grid(), i0, j0, enter, leave, write, depth)
+        sums = np.zeros(3)
+        kernels.neighbour_sums(depth, 0, i1 - i0, 0, j1 - j0, i1 - i0, j1 - j0, sums)
+        return self._removal(*sums.tolist())
 
-    def _cells(self, box: Floats) -> Cells | None:
-        """Cells whose middles lie below a box, and one more around; None if there are none."""
+    def _cells(self, box: Floats) -> tuple[int, int, int, int] | None:
+        """Half-open ranges of cells whose middles lie below a box, and one more around; None if there are none."""
         first = np.ceil((box[0, :2] - self.low) / self.pitch - 0.5).astype(int)
         last = np.floor((box[1, :2] - self.low) / self.pitch - 0.5).astype(int)
         if (first > last).any() or (last < 0).any() or (first >= self.shape).any():
             return None
         i0, j0 = np.maximum(first - 1, 0).tolist()
         i1, j1 = np.minimum(last + 2, self.shape).tolist()
-        return Cells(i0, i1, j0, j1)
+        return i0, i1, j0, j1
 
-    def _heights(self, sweep: Sweep, cells: Cells) -> Iterator[tuple[Floats, Floats]]:
-        """Heights (n, m) at which the lines of cells enter and leave a sweep, inf and -inf where they miss; rising."""
-        x, y = self.centres(cells)
+    def _heights(self, sweep: Sweep, x: Floats, y: Floats) -> Iterator[tuple[Floats, Floats]]:
+        """Heights (n, m) at which lines over x, y enter and leave a sweep, inf and -inf where they miss; rising."""
         enter, leave = np.full((len(x), len(y)), np.inf), np.full((len(x), len(y)), -np.inf)
         if self.facets is not None:
             _kernels.facets_upright(envelope(sweep, self.facets), x[0], y[0], self.pitch, enter)
-            yield enter, leave
-            return
-        ball = ball_block(sweep)
-        if ball is not None:
-            ball_upright(
-                x[0], y[0], self.pitch, ball.center, ball.travel, ball.radius, ball.height, enter, leave
-            )
             yield enter, leave
             return
         places = np.stack(np.meshgrid(x, y, [0.0], indexing="ij"), axis=-1).reshape(-1, 3)
@@ -212,8 +274,8 @@ class UprightVectors:
     def tiles(self) -> Iterator[tuple[Base, NDArray[np.float32], Floats, Floats, Bools]]:
         """Base, lengths, x, y (T,) and which cells (T, T) have a vector, tile by tile."""
         for a, b in np.ndindex(self.lengths.shape[:2]):
-            cells = Cells(a * TILE, (a + 1) * TILE, b * TILE, (b + 1) * TILE)
-            yield self.base(a, b), self.lengths[a, b], *self.centres(cells), ~np.isnan(self.lengths[a, b])
+            x, y = self.centres(a * TILE, (a + 1) * TILE, b * TILE, (b + 1) * TILE)
+            yield self.base(a, b), self.lengths[a, b], x, y, ~np.isnan(self.lengths[a, b])
 
 
 def grid_shape(size: Floats, pitch: float) -> tuple[int, int]:

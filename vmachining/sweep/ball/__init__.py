@@ -24,6 +24,11 @@ class BallBlock(NamedTuple):
     radius: float
     height: float
 
+    @property
+    def row(self) -> tuple[float, ...]:
+        """Centre, travel, radius, height: eight numbers, for kernels."""
+        return (*self.center.tolist(), *self.travel.tolist(), self.radius, self.height)
+
 
 def ball_block(sweep: Sweep) -> BallBlock | None:
     """A sweep as one of a ball cutter on a line; None if it is another."""

@@ -9,12 +9,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vmachining.arrays import Floats, Ints, rows
+from vmachining.arrays import Floats, rows
 from vmachining.engines.vectors.batch import _kernels
 from vmachining.engines.vectors.part import Points
 from vmachining.errors import InputError
@@ -27,18 +26,6 @@ cost. Of 0.06, 0.1, 0.16 and 0.24 the fastest on both published parts."""
 
 SHANK_MM = 1e4
 """Height of the shank where nobody says."""
-
-
-class _Index(NamedTuple):
-    """Blocks by the cells of their middles, see the legend of `_kernels.py`."""
-
-    gx: float
-    gy: float
-    cell: float
-    cells: Ints
-    first: Ints
-    numbers: Ints
-    half: float
 
 
 def ball_grid(
@@ -61,7 +48,7 @@ def ball_grid(
     top : height of the stock; the length where no block comes.
     """
     c = _centers(centers, radius)
-    index = _index(c, radius)
+    blocks = _indexed(c, radius, SHANK_MM)
     out = np.empty(shape, dtype=np.float32)
     side = int(np.clip(round(TILE * radius / pitch), LEAST, MOST))
     near, value = np.empty(len(c), dtype=np.int64), np.empty((len(c), 3))
@@ -71,7 +58,7 @@ def ball_grid(
     for i in range(0, shape[0], strip):
         rows_ = slice(i, min(i + strip, shape[0]))
         heights = np.empty((rows_.stop - i, shape[1]))
-        _kernels.grid(c, radius, *index, x[0], y[0], pitch, side, i, top, heights, near, value)
+        _kernels.grid(blocks, x[0], y[0], pitch, side, i, top, heights, near, value)
         out[rows_] = heights - start(x[rows_], y)
     return out
 
@@ -93,7 +80,7 @@ def ball_vectors(
         raise InputError("lambda must lie below 0", remedy="give a depth above 0")
     behind = np.zeros(len(size), dtype=np.uint8)
     point, normal = (np.ascontiguousarray(v) for v in (points.point, points.normal))
-    _kernels.normals_all(c, radius, shank, *_index(c, radius), point, normal, low, size, behind)
+    _kernels.normals_all(_indexed(c, radius, shank), point, normal, low, size, behind)
     return size
 
 
@@ -104,7 +91,7 @@ def _centers(centers: ArrayLike, radius: float) -> Floats:
     return np.array(c)
 
 
-def _index(c: Floats, radius: float) -> _Index:
+def _indexed(c: Floats, radius: float, shank: float) -> _kernels.Blocks:
     middle = 0.5 * (c[1:, :2] + c[:-1, :2])
     half = 0.5 * float(np.linalg.norm(np.diff(c, axis=0), axis=1).max())
     cell = max(0.25 * radius, half)
@@ -114,4 +101,6 @@ def _index(c: Floats, radius: float) -> _Index:
     key = at[:, 0] * cells[1] + at[:, 1]
     numbers = np.argsort(key, kind="stable")
     first = np.searchsorted(key[numbers], np.arange(int(cells.prod()) + 1))
-    return _Index(float(low[0]), float(low[1]), cell, cells, first, numbers, half)
+    return _kernels.Blocks(
+        c, float(radius), float(shank), half, float(low[0]), float(low[1]), cell, cells, first, numbers
+    )

@@ -1,39 +1,37 @@
 # All blocks of a ball cutter at once: heights over a grid by tiles, and vectors with directions of their own.
-#
-# Legend: c (n + 1, 3) centres, block k from row k to k + 1; r radius; height of the shank above the centre. Blocks lie in
-#   square cells by their middles: numbers[first[a * cells[1] + b] : ...] along x (a) and y (b) from (gx, gy).
-#   half: half of the longest block, mm.
+
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vmachining.engines.vectors._kernels import shortened
+from vmachining.engines.vectors.grid._kernels import ball_entry_over
 from vmachining.jit import kernel, leaf
 from vmachining.sweep.ball._kernels import ball_entry, in_ball_sweep
 
 PRUNERS = 4  # blocks of a tile that others are compared with
 
 
-@leaf
-def lowest(c, k, r, x, y):
-    """Height at which the upright line at x, y enters block k, and its slopes along x and y; inf if it misses."""
-    dx, dy, dz = c[k + 1, 0] - c[k, 0], c[k + 1, 1] - c[k, 1], c[k + 1, 2] - c[k, 2]
-    qx, qy = x - c[k, 0], y - c[k, 1]
-    run = np.sqrt(dx * dx + dy * dy)
-    if run == 0.0:
-        room = r * r - qx * qx - qy * qy
-        if room <= 0.0:
-            return np.inf, 0.0, 0.0
-        root = np.sqrt(room)
-        return c[k, 2] + min(0.0, dz) - root, qx / root, qy / root
-    e0, e1 = dx / run, dy / run
-    u, v = qx * e0 + qy * e1, qy * e0 - qx * e1
-    h = np.sqrt(max(r * r - v * v, 0.0))
-    s = min(max(u - h * dz / np.sqrt(run * run + dz * dz), 0.0), run)
-    room = r * r - v * v - (u - s) ** 2
-    if room <= 0.0:
-        return np.inf, 0.0, 0.0
-    root = np.sqrt(room)
-    return c[k, 2] + s * dz / run - root, (qx - s * e0) / root, (qy - s * e1) / root
+class Blocks(NamedTuple):
+    """Blocks of a ball cutter, found by the cells of their middles seen from above.
+
+    c : (n + 1, 3) mm, centres; block k goes from row k to k + 1. r : mm, of ball and shank. shank : mm, its height above the
+        centre. half : mm, half of the longest block.
+    gx, gy, cell : mm, corner and side of the cells. cells : (2,). Those of cell (a, b) are
+        numbers[first[a cells[1] + b] : first[a cells[1] + b + 1]].
+    """
+
+    c: NDArray[np.float64]
+    r: float
+    shank: float
+    half: float
+    gx: float
+    gy: float
+    cell: float
+    cells: NDArray[np.int64]
+    first: NDArray[np.int64]
+    numbers: NDArray[np.int64]
 
 
 @leaf
@@ -61,10 +59,16 @@ def lower_tile(c, k, r, x0, y0, pitch, height, i0, i1, j0, j1):
             height[i - i0, j - j0] = z if (room > 0.0 and z < old) else old
 
 
+@leaf
+def entry_over(c, k, r, x, y):
+    """See `ball_entry_over`, of block k."""
+    return ball_entry_over(
+        c[k, 0], c[k, 1], c[k, 2], c[k + 1, 0] - c[k, 0], c[k + 1, 1] - c[k, 1], c[k + 1, 2] - c[k, 2], r, x, y
+    )  # fmt: skip
+
+
 @kernel
-def grid_tile(
-    c, r, gx, gy, cell, cells, first, numbers, half, x0, y0, pitch, i0, i1, j0, j1, height, near, value
-) -> int:
+def grid_tile(blocks: Blocks, x0, y0, pitch, i0, i1, j0, j1, height, near, value) -> int:
     """Heights (i1 - i0, j1 - j0) under all blocks; number of blocks that were looked at cell by cell.
 
     f_b of a block is convex where it is finite, so it lies above its tangent plane at the tile's middle, and below the
@@ -73,7 +77,10 @@ def grid_tile(
     mx, my = x0 + 0.5 * (i0 + i1 - 1) * pitch, y0 + 0.5 * (j0 + j1 - 1) * pitch
     hx, hy = 0.5 * (i1 - i0 - 1) * pitch, 0.5 * (j1 - j0 - 1) * pitch
     wide = np.sqrt(hx * hx + hy * hy)
-    reach = r + half + wide
+    c, r, cell, cells, first, numbers = (
+        blocks.c, blocks.r, blocks.cell, blocks.cells, blocks.first, blocks.numbers,
+    )  # fmt: skip
+    gx, gy, reach = blocks.gx, blocks.gy, r + blocks.half + wide
     a0, a1 = max(0, int((mx - reach - gx) / cell)), min(cells[0] - 1, int((mx + reach - gx) / cell))
     b0, b1 = max(0, int((my - reach - gy) / cell)), min(cells[1] - 1, int((my + reach - gy) / cell))
     n, kept = 0, 0
@@ -84,7 +91,7 @@ def grid_tile(
             break
         for m in range(first[a * cells[1] + b0], first[a * cells[1] + b1 + 1]):
             k = numbers[m]
-            f, sx, sy = lowest(c, k, r, mx, my)
+            f, sx, sy = entry_over(c, k, r, mx, my)
             if f == np.inf:
                 # the middle misses: the spheres that reach the tile are not lower than this
                 x, y = 0.5 * (c[k, 0] + c[k + 1, 0]), 0.5 * (c[k, 1] + c[k + 1, 1])
@@ -114,7 +121,7 @@ def grid_tile(
         if low[q] < np.inf:
             for s in range(4):
                 x, y = mx + (hx if s & 1 else -hx), my + (hy if s & 2 else -hy)
-                corner[q, s] = lowest(c, best[q], r, x, y)[0]
+                corner[q, s] = entry_over(c, best[q], r, x, y)[0]
             lower_tile(c, best[q], r, x0, y0, pitch, height, i0, i1, j0, j1)
             kept += 1
     for m in range(n):
@@ -144,15 +151,17 @@ def grid_tile(
 
 
 @kernel
-def normals_all(
-    c, r, shank, gx, gy, cell, cells, first, numbers, half, point, normal, lam, length, behind
-) -> int:
+def normals_all(blocks: Blocks, point, normal, lam, length, behind) -> int:
     """Shorten vectors by all blocks; number of blocks whose entry was computed in full.
 
     The ball of block k enters the line of a vector not before w - sqrt(r^2 - q^2), w the least of its centres along N and q
     their least distance to the line; the shank is only above the centres.
     """
     full = 0
+    c, r, shank, half = blocks.c, blocks.r, blocks.shank, blocks.half
+    gx, gy, cell, cells, first, numbers = (
+        blocks.gx, blocks.gy, blocks.cell, blocks.cells, blocks.first, blocks.numbers,
+    )  # fmt: skip
     for i in range(len(point)):
         px, py, pz = point[i, 0], point[i, 1], point[i, 2]
         nx, ny, nz = normal[i, 0], normal[i, 1], normal[i, 2]
@@ -198,9 +207,7 @@ def normals_all(
 
 
 @kernel
-def grid(
-    c, r, gx, gy, cell, cells, first, numbers, half, x0, y0, pitch, side, i0, top, height, near, value
-) -> None:
+def grid(blocks: Blocks, x0, y0, pitch, side, i0, top, height, near, value) -> None:
     """Heights (n, m) of the cells from row i0 on, tile by tile; `top` where no block comes."""
     n, m = height.shape
     tile = np.empty((side, side))
@@ -208,25 +215,5 @@ def grid(
         for j in range(0, m, side):
             ni, nj = min(side, n - i), min(side, m - j)
             tile[:] = top
-            grid_tile(
-                c,
-                r,
-                gx,
-                gy,
-                cell,
-                cells,
-                first,
-                numbers,
-                half,
-                x0,
-                y0,
-                pitch,
-                i0 + i,
-                i0 + i + ni,
-                j,
-                j + nj,
-                tile,
-                near,
-                value,
-            )
+            grid_tile(blocks, x0, y0, pitch, i0 + i, i0 + i + ni, j, j + nj, tile, near, value)
             height[i : i + ni, j : j + nj] = tile[:ni, :nj]

@@ -1,0 +1,321 @@
+# Blocks in program order against the grid of upright vectors; what each of them takes.
+#
+# Legend: cell (i, j) stands at (x0 + i pitch, y0 + j pitch), in tile (i // TILE, j // TILE) and in a sub-tile of SUB x SUB
+#   cells. Blocks of ball cutters: rows of `BALL` numbers, centre x y z, travel x y z, radius, height of the shank.
+#   depth: scratch of zeros, mm taken from the cells of one block; it is zero again when a block is through.
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vmachining.engines.vectors._kernels import shortened
+from vmachining.jit import kernel, leaf
+from vmachining.sweep.ball._kernels import in_ball_sweep
+
+TILE, SUB = 64, 16
+BALL = 8
+
+
+class Grid(NamedTuple):
+    """Upright vectors, and where those of the tiles that are looked at start and end.
+
+    length : (a, b, T, T) float32 mm, NaN where there is no vector. slot : (a, b) row of the following, -1 where a tile is not
+        there. start : (K, T, T) mm. low, rest : (K, T, T) float32 mm above start: end of the vector, end of material.
+    high : (K, T / SUB, T / SUB) mm, no tip of a sub-tile is higher. x0, y0, pitch : mm. nx, ny : cells.
+    """
+
+    length: NDArray[np.float32]
+    slot: NDArray[np.int64]
+    start: NDArray[np.float64]
+    low: NDArray[np.float32]
+    rest: NDArray[np.float32]
+    high: NDArray[np.float64]
+    x0: float
+    y0: float
+    pitch: float
+    nx: int
+    ny: int
+
+
+@leaf
+def ball_entry_over(cx, cy, cz, dx, dy, dz, r, x, y):
+    """Height at which the upright line at x, y enters the sweep of a ball, and its slopes along x and y; inf if it misses.
+
+    Of the spheres over the line the lowest has its centre at u - h sin(alpha) along the travel, h^2 = r^2 - v^2, or at an end.
+    """
+    qx, qy = x - cx, y - cy
+    run = np.sqrt(dx * dx + dy * dy)
+    if run == 0.0:
+        room = r * r - qx * qx - qy * qy
+        if room <= 0.0:
+            return np.inf, 0.0, 0.0
+        root = np.sqrt(room)
+        return cz + min(0.0, dz) - root, qx / root, qy / root
+    e0, e1 = dx / run, dy / run
+    u, v = qx * e0 + qy * e1, qy * e0 - qx * e1
+    h = np.sqrt(max(r * r - v * v, 0.0))
+    s = min(max(u - h * dz / np.sqrt(run * run + dz * dz), 0.0), run)
+    room = r * r - v * v - (u - s) ** 2
+    if room <= 0.0:
+        return np.inf, 0.0, 0.0
+    root = np.sqrt(room)
+    return cz + s * dz / run - root, (qx - s * e0) / root, (qy - s * e1) / root
+
+
+@leaf
+def ball_floor(cx, cy, cz, dx, dy, dz, r, x, y, hx, hy):
+    """Height below which the sweep of a ball is nowhere over the rectangle x +- hx, y +- hy; inf where it misses.
+
+    The lower surface is convex, so it lies above its tangent plane at the middle; where the middle misses, above the lowest
+    sphere that reaches the rectangle.
+    """
+    f, sx, sy = ball_entry_over(cx, cy, cz, dx, dy, dz, r, x, y)
+    if f < np.inf:
+        return f - abs(sx) * hx - abs(sy) * hy
+    mx, my = x - cx - 0.5 * dx, y - cy - 0.5 * dy
+    half = 0.5 * np.sqrt(dx * dx + dy * dy)
+    gap = max(np.sqrt(mx * mx + my * my) - half - np.sqrt(hx * hx + hy * hy), 0.0)
+    if gap >= r:
+        return np.inf
+    return cz + min(0.0, dz) - np.sqrt(r * r - gap * gap)
+
+
+@leaf
+def ball_exit_over(cx, cy, cz, dx, dy, dz, r, height, x, y):
+    """Height at which an upright line that meets the sweep of a ball cutter leaves it, at the top of its shank."""
+    run = np.sqrt(dx * dx + dy * dy)
+    if run == 0.0:
+        return cz + max(0.0, dz) + height
+    qx, qy = x - cx, y - cy
+    u, v = (qx * dx + qy * dy) / run, (qy * dx - qx * dy) / run
+    h = np.sqrt(max(r * r - v * v, 0.0))
+    slope = dz / run
+    return cz + max(min(max(u - h, 0.0), run) * slope, min(max(u + h, 0.0), run) * slope) + height
+
+
+@leaf
+def cell_range(low, high, origin, pitch, count):
+    """First cell and the one behind the last whose middles lie between two places, and one more at either side."""
+    first = max(int(np.ceil((low - origin) / pitch)) - 1, 0)
+    last = min(int(np.floor((high - origin) / pitch)) + 2, count)
+    return first, last
+
+
+@leaf
+def take(length, low, rest, t, leave):
+    """New length of a vector that is entered at t and left at `leave` above its start, mm of material taken, 1 from behind."""
+    size = np.float64(length)
+    new, flag = shortened(t, leave, np.float64(low), size)
+    new = np.float64(np.float32(new))
+    end = np.float64(rest)
+    return np.float32(new), max(size, end) - max(new, end), flag
+
+
+@leaf
+def highest(length, start, i0, j0):
+    """Highest tip of the sub-tile of a tile (T, T) that begins at i0, j0; -inf where there is none."""
+    best = -np.inf
+    for i in range(i0, i0 + SUB):
+        for j in range(j0, j0 + SUB):
+            tip = start[i, j] + length[i, j]
+            if tip > best:
+                best = tip
+    return best
+
+
+@kernel
+def tops(grid: Grid, a, b) -> None:
+    """Write `high` of a tile that has just come."""
+    k = grid.slot[a, b]
+    length, start = grid.length[a, b], grid.start[k]
+    for p in range(TILE // SUB):
+        for q in range(TILE // SUB):
+            grid.high[k, p, q] = highest(length, start, SUB * p, SUB * q)
+
+
+@kernel
+def neighbour_sums(depth, i0, i1, j0, j1, n, m, out) -> None:
+    """Sums over cells of the least depth around, the depth, and the largest around; then depth is zero again.
+
+    depth (n, m) of one block, zero outside of [i0, i1) x [j0, j1); cells outside of n, m do not count.
+    """
+    low, middle, high = 0.0, 0.0, 0.0
+    for i in range(max(i0 - 1, 0), min(i1 + 1, n)):
+        for j in range(max(j0 - 1, 0), min(j1 + 1, m)):
+            least, most = depth[i, j], depth[i, j]
+            for a in range(max(0, i - 1), min(n, i + 2)):
+                for b in range(max(0, j - 1), min(m, j + 2)):
+                    least, most = min(least, depth[a, b]), max(most, depth[a, b])
+            low += least
+            middle += depth[i, j]
+            high += most
+    out[0] += low
+    out[1] += middle
+    out[2] += high
+    for i in range(i0, i1):
+        for j in range(j0, j1):
+            depth[i, j] = 0.0
+
+
+@kernel
+def ball_ranges(grid: Grid, balls, out) -> None:
+    """Cells (i0, i1, j0, j1) that each ball block can reach, empty ones as zeros."""
+    for k in range(len(balls)):
+        cx, cy, dx, dy, r = balls[k, 0], balls[k, 1], balls[k, 3], balls[k, 4], balls[k, 6]
+        i0, i1 = cell_range(min(cx, cx + dx) - r, max(cx, cx + dx) + r, grid.x0, grid.pitch, grid.nx)
+        j0, j1 = cell_range(min(cy, cy + dy) - r, max(cy, cy + dy) + r, grid.y0, grid.pitch, grid.ny)
+        if i0 < i1 and j0 < j1:
+            out[k, 0], out[k, 1], out[k, 2], out[k, 3] = i0, i1, j0, j1
+        else:
+            out[k] = 0
+
+
+@kernel
+def cut_balls(grid: Grid, balls, ranges, writes, depth, out) -> int:
+    """Blocks of ball cutters one after the other; how often vectors were entered from behind.
+
+    balls (k, 8). ranges (k, 4) of cells. writes (k,): 0 where a block only asks. out (k, 3): sums of depths, see
+    `neighbour_sums`.
+    """
+    behind = 0
+    h = 0.5 * (SUB - 1) * grid.pitch
+    for k in range(len(balls)):
+        cx, cy, cz, dx, dy, dz = balls[k, 0], balls[k, 1], balls[k, 2], balls[k, 3], balls[k, 4], balls[k, 5]
+        r, height = balls[k, 6], balls[k, 7]
+        i0, i1, j0, j1 = ranges[k, 0], ranges[k, 1], ranges[k, 2], ranges[k, 3]
+        p0, p1, q0, q1 = i1, i0, j1, j0  # cells that change
+        run = np.sqrt(dx * dx + dy * dy)
+        e0, e1, slope, sin, base = 1.0, 0.0, 0.0, 0.0, cz + min(0.0, dz)
+        if run > 0.0:
+            e0, e1, slope, sin, base = dx / run, dy / run, dz / run, dz / np.sqrt(run * run + dz * dz), cz
+        rr = r * r
+        for p in range(i0 // SUB, (i1 - 1) // SUB + 1):
+            for q in range(j0 // SUB, (j1 - 1) // SUB + 1):
+                a, b = p * SUB // TILE, q * SUB // TILE
+                s = grid.slot[a, b]
+                pi, qj = p * SUB - a * TILE, q * SUB - b * TILE
+                x, y = grid.x0 + p * SUB * grid.pitch + h, grid.y0 + q * SUB * grid.pitch + h
+                if not ball_floor(cx, cy, cz, dx, dy, dz, r, x, y, h, h) < grid.high[s, pi // SUB, qj // SUB]:
+                    continue
+                length, start, low, rest = grid.length[a, b], grid.start[s], grid.low[s], grid.rest[s]
+                changed = False
+                for i in range(max(i0, p * SUB), min(i1, (p + 1) * SUB)):
+                    qx = grid.x0 + i * grid.pitch - cx
+                    ti = i - a * TILE
+                    for j in range(max(j0, q * SUB), min(j1, (q + 1) * SUB)):
+                        qy = grid.y0 + j * grid.pitch - cy
+                        u, v = qx * e0 + qy * e1, qy * e0 - qx * e1
+                        hh = rr - v * v
+                        c = u - np.sqrt(hh if hh > 0.0 else 0.0) * sin
+                        c = c if c > 0.0 else 0.0
+                        c = c if c < run else run
+                        room = hh - (u - c) * (u - c)
+                        tj = j - b * TILE
+                        z = base + c * slope - np.sqrt(room if room > 0.0 else 0.0)
+                        t = z - start[ti, tj]
+                        if not (room > 0.0 and t < length[ti, tj]):
+                            continue
+                        leave = np.inf
+                        if t < low[ti, tj]:
+                            leave = (
+                                ball_exit_over(cx, cy, cz, dx, dy, dz, r, height, qx + cx, qy + cy)
+                                - start[ti, tj]
+                            )
+                        new, taken, flag = take(length[ti, tj], low[ti, tj], rest[ti, tj], t, leave)
+                        depth[i - i0, j - j0] = taken
+                        p0, p1, q0, q1 = min(p0, i), max(p1, i + 1), min(q0, j), max(q1, j + 1)
+                        if writes[k]:
+                            behind += flag
+                            length[ti, tj] = new
+                            changed = True
+                if changed:
+                    grid.high[s, pi // SUB, qj // SUB] = highest(length, start, pi, qj)
+        if p0 < p1:
+            neighbour_sums(depth, p0 - i0, p1 - i0, q0 - j0, q1 - j0, i1 - i0, j1 - j0, out[k])
+    return behind
+
+
+@kernel
+def cut_heights(grid: Grid, i0, j0, enter, leave, write, depth) -> int:
+    """Heights at which the lines of cells (n, m) from i0, j0 on enter and leave a sweep; how many were entered from behind.
+
+    depth (n, m): mm that is taken, added.
+    """
+    behind = 0
+    n, m = enter.shape
+    for a in range(i0 // TILE, (i0 + n - 1) // TILE + 1):
+        for b in range(j0 // TILE, (j0 + m - 1) // TILE + 1):
+            s = grid.slot[a, b]
+            length, start, low, rest = grid.length[a, b], grid.start[s], grid.low[s], grid.rest[s]
+            changed = False
+            for i in range(max(i0, a * TILE), min(i0 + n, (a + 1) * TILE)):
+                for j in range(max(j0, b * TILE), min(j0 + m, (b + 1) * TILE)):
+                    ti, tj = i - a * TILE, j - b * TILE
+                    t = enter[i - i0, j - j0] - start[ti, tj]
+                    if not t < length[ti, tj]:
+                        continue
+                    new, taken, flag = take(
+                        length[ti, tj], low[ti, tj], rest[ti, tj], t, leave[i - i0, j - j0] - start[ti, tj]
+                    )
+                    depth[i - i0, j - j0] += taken
+                    if write:
+                        behind += flag
+                        length[ti, tj] = new
+                        changed = True
+            if changed:
+                for p in range(TILE // SUB):
+                    for q in range(TILE // SUB):
+                        grid.high[s, p, q] = highest(length, start, SUB * p, SUB * q)
+    return behind
+
+
+@kernel
+def missing_tiles(slot, ranges, stamp, now, out) -> int:
+    """Tiles (a, b) that some ranges of cells want and that are not there, into out (t, 2); their number.
+
+    stamp (a, b): set to `now` for all that are wanted. Stops where out is full.
+    """
+    found = 0
+    for k in range(len(ranges)):
+        if ranges[k, 1] == 0:
+            continue
+        for a in range(ranges[k, 0] // TILE, (ranges[k, 1] - 1) // TILE + 1):
+            for b in range(ranges[k, 2] // TILE, (ranges[k, 3] - 1) // TILE + 1):
+                if stamp[a, b] == now:
+                    continue
+                stamp[a, b] = now
+                if slot[a, b] < 0:
+                    out[found, 0], out[found, 1] = a, b
+                    found += 1
+    return found
+
+
+@kernel
+def first_balls(balls, order, tips, slack, first, cells, x0, y0, cell, out) -> None:
+    """The first block (k, 8) of a ball cutter that reaches a tip within its slack: its place `order` into out (n,).
+
+    tips (n, 3) by cells seen from above, rows along x: those of cell (a, b) from first[a * cells[1] + b] on.
+    """
+    wide = 0.0
+    for i in range(len(slack)):
+        wide = max(wide, slack[i])
+    for k in range(len(balls)):
+        cx, cy, cz, dx, dy, dz = balls[k, 0], balls[k, 1], balls[k, 2], balls[k, 3], balls[k, 4], balls[k, 5]
+        r, height = balls[k, 6], balls[k, 7]
+        reach = r + wide
+        a0 = max(0, int(np.floor((min(cx, cx + dx) - reach - x0) / cell)))
+        a1 = min(cells[0] - 1, int(np.floor((max(cx, cx + dx) + reach - x0) / cell)))
+        b0 = max(0, int(np.floor((min(cy, cy + dy) - reach - y0) / cell)))
+        b1 = min(cells[1] - 1, int(np.floor((max(cy, cy + dy) + reach - y0) / cell)))
+        floor = cz + min(0.0, dz) - reach
+        for a in range(a0, a1 + 1):
+            if b1 < b0:
+                break
+            for i in range(first[a * cells[1] + b0], first[a * cells[1] + b1 + 1]):
+                if out[i] <= order[k] or tips[i, 2] < floor:
+                    continue
+                s = slack[i]
+                x, y, z = tips[i, 0] - cx, tips[i, 1] - cy, tips[i, 2] - cz
+                if in_ball_sweep(x, y, z, dx, dy, dz, r + s, height):
+                    out[i] = order[k]
