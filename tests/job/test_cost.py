@@ -14,6 +14,7 @@ from vmachining.job.contact import ToolParts
 from vmachining.job.cost import cutter_facets, estimate, refuse_costly, refuse_fine
 from vmachining.job.reading import read_job_program
 from vmachining.job.stock import raw_stock
+from vmachining.job.toolpath import Toolpath
 from vmachining.tool import BallNose, BullNose, FlatEnd, Taper
 
 BALL = {'type = "flat"': 'type = "ball"'}
@@ -37,7 +38,13 @@ def accepted(folder, chord, **job):
     loaded = Job.load(write_job(folder, job=text, **job))
     tools = {number: ToolParts.of(tool) for number, tool in loaded.tools.items()}
     refuse_fine(loaded, tools, chord)
-    refuse_costly(loaded, read_job_program(loaded), tools, raw_stock(loaded).shape.bounds, chord)
+    refuse_costly(
+        loaded,
+        Toolpath.of(read_job_program(loaded), loaded.machine),
+        tools,
+        raw_stock(loaded).shape.bounds,
+        chord,
+    )
 
 
 @pytest.mark.parametrize("chord", ["1e-9", "1e-12", "1e-300"])
@@ -81,7 +88,7 @@ def test_a_program_of_years_is_refused(tmp_path):
 
 def test_the_cost_of_a_small_job_is_small(tmp_path):
     job = Job.load(write_job(tmp_path))
-    cost = estimate(job, read_job_program(job), {1: ToolParts.of(job.tools[1])}, 0.05)
+    cost = estimate(Toolpath.of(read_job_program(job)), {1: ToolParts.of(job.tools[1])}, 0.05)
     assert 0.0 < cost.longest_s < 1.0 and cost.seconds < 5.0
 
 

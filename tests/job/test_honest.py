@@ -10,6 +10,7 @@ from tinyjob import FEED, JOB, write_job
 import vmachining as vm
 from vmachining.job.blocks import halts
 from vmachining.job.timing import machine_limits, move_times
+from vmachining.job.toolpath import Toolpath
 
 BOX = "box = { min = [0, 0, -4], max = [10, 18, 0] }"
 ACCELERATION = {"max_feed_mm_min = 4000": "max_feed_mm_min = 4000\nmax_acceleration_mm_s2 = 500"}
@@ -19,7 +20,7 @@ HEAD = "T1 M6\nS1000 M3\nF600\n"
 def times(tmp_path, program):
     job = vm.Job.load(write_job(tmp_path, swap=ACCELERATION, program=HEAD + program))
     read = vm.read_program(job.program_path)
-    return move_times(read, machine_limits(job)).seconds.sum(), halts(read)
+    return move_times(Toolpath.of(read), machine_limits(job)).seconds.sum(), halts(read)
 
 
 def test_a_program_stop_and_a_tool_change_stop_the_axes(tmp_path):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import islice
 from pathlib import Path
 
 import pytest
@@ -12,12 +11,12 @@ from vmachining.engines.brep import BlockChecker, Status, Verdict, solids
 from vmachining.engines.judges import Judge
 from vmachining.engines.protocol import Removal
 from vmachining.geometry import Line
-from vmachining.job.blocks import group_blocks
-from vmachining.job.brep import blank, sweeps_of
+from vmachining.job.brep import blank
 from vmachining.job.contact import ToolParts
 from vmachining.job.judges import RayWitness
 from vmachining.job.reading import read_job_program
 from vmachining.job.stock import raw_stock
+from vmachining.job.toolpath import Toolpath
 
 MOULD = Path(__file__).parents[2] / "models" / "mould" / "job.toml"
 OFF = "a plain cut of tangent spheres and cylinders is valid and 0.15 % too small (242) or 0.2 % too large (337)"
@@ -27,10 +26,8 @@ OFF = "a plain cut of tangent spheres and cylinders is valid and 0.15 % too smal
 def finishing(request: pytest.FixtureRequest) -> tuple[Verdict, Verdict]:
     """A block of 1 mm of a ball in models/mould: by a plain cut alone, in no bracket; and by the gate."""
     job, block = Job.load(MOULD), request.param
-    program = read_job_program(job)
     tools = {number: ToolParts.of(tool) for number, tool in job.tools.items()}
-    cuts = islice(group_blocks(program, job.machine), block + 1)
-    sweeps = [sweeps_of(cut, program, tools, job.machine) for cut in cuts]
+    sweeps = Toolpath.of(read_job_program(job), job.machine).sweeps_until(block, tools)
     work = BlockChecker(blank(job), sweeps)
     rays = RayWitness(raw_stock(job).shape, sweeps)(block, again=True)
     anything = [Judge("nobody", Removal(0.0, 1.0, 1e9))]

@@ -10,6 +10,7 @@ from machines import machine
 
 from vmachining.errors import FeedError, KinematicsError
 from vmachining.job.timing import move_times
+from vmachining.job.toolpath import Toolpath
 from vmachining.machine import (
     Axis,
     Machine,
@@ -98,7 +99,7 @@ def test_a_block_takes_as_long_as_its_fastest_moment():
     )
     program = parse_program(text, "p", home=(50, 0, 0), rotary="C")
     program.require_clean()
-    times = move_times(program, MachineLimits(rapid_mm_min=1e6), m)
+    times = move_times(Toolpath.of(program, m), MachineLimits(rapid_mm_min=1e6))
     assert times.seconds[1] == pytest.approx(pi, rel=5e-3)  # stands apart, like a dwell
     assert times.seconds[2] == pytest.approx(pi, rel=5e-3)  # a rapid turns no faster
     # the last one winds outwards: at its end the slides go by hypot(10, 2 pi 60) mm, nearly along Y

@@ -8,6 +8,7 @@ columns at random stations of shipped programs with what OCCT says of the same p
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from time import perf_counter, process_time
 from typing import Any
 
@@ -26,9 +27,9 @@ from vmachining.feed import (
 )
 from vmachining.force import Forces, bull_edge, edge_forces, shipped
 from vmachining.job import Job, Scene
-from vmachining.job.blocks import group_blocks
 from vmachining.job.engagement_columns import Watched, engagement_pass
 from vmachining.job.reading import read_job_program
+from vmachining.job.toolpath import Toolpath
 from vmachining.nc import Motion
 
 __all__ = ["engagement_columns", "force"]
@@ -113,10 +114,11 @@ def _columns() -> Iterator[dict[str, Any]]:
     for name in ("slot", "pocket"):
         job = _model(name)
         program = read_job_program(job)
-        blocks = list(group_blocks(program, job.machine))
-        engagement_pass(job, program, blocks[:8])
+        toolpath = Toolpath.of(program, job.machine)
+        blocks = toolpath.blocks
+        engagement_pass(job, replace(toolpath, blocks=blocks[:8]))
         work = process_time()
-        found = engagement_pass(job, program, blocks)
+        found = engagement_pass(job, toolpath)
         spent = process_time() - work
         cutting = sum(block.motion != Motion.RAPID for block in blocks)
         yield {
@@ -132,11 +134,12 @@ def engagement_columns() -> Iterator[dict[str, Any]]:
     for name, count in PLACES.items():
         job = _model(name)
         program = read_job_program(job)
-        blocks = list(group_blocks(program, job.machine))
+        toolpath = Toolpath.of(program, job.machine)
+        blocks = toolpath.blocks
         cutting = [block.number for block in blocks if block.motion != Motion.RAPID and len(block.moves) == 1]
         chosen = sorted(rng.choice(cutting, size=min(count, len(cutting)), replace=False).tolist())
         seen: list[Watched] = []
-        engagement_pass(job, program, blocks, watch=seen.append, only=frozenset(chosen))
+        engagement_pass(job, toolpath, watch=seen.append, only=frozenset(chosen))
         scene = Scene.of(job)
         for one in seen:
             sample = one.samples[len(one.samples) // 2]

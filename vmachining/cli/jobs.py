@@ -15,11 +15,11 @@ from vmachining.cli.stop import Watch, watched
 from vmachining.errors import InputError
 from vmachining.job import Job, RunResult, Stopped, check_formats, run
 from vmachining.job.batch import already_complete, safe_name
-from vmachining.job.blocks import group_blocks
 from vmachining.job.brep import JUDGED, blank, disputes, parse_blocks, parse_brep, refuse_beyond
 from vmachining.job.files import read_manifest
 from vmachining.job.folder import FolderLock
 from vmachining.job.reading import read_job_program
+from vmachining.job.toolpath import Toolpath
 from vmachining.tolerance import BREP_SECONDS
 
 __all__ = ["demo_job", "demo_models", "list_demos", "run_demo", "run_job", "told_disputes"]
@@ -60,9 +60,7 @@ def run_job(
     if steps or "step" in formats:  # said before hours of cutting
         blank(job)
     if steps:
-        refuse_beyond(
-            steps, sum(1 for _ in group_blocks(read_job_program(job), job.machine)) - 1, "--stock-at"
-        )
+        refuse_beyond(steps, len(Toolpath.of(read_job_program(job), job.machine).blocks) - 1, "--stock-at")
     folder = out if out is not None else Path("out") / safe_name(job.name)
     silent = quiet or as_json
     if resume and (summary := already_complete(job, folder)) is not None:

@@ -14,7 +14,8 @@ or visibly absent.
 | file | holds |
 |---|---|
 | `model.py`, `keys.py`, `words.py`, `jobfile.py` | the job file: `Job`, units, refusals with line and suggestion |
-| `blocks.py`, `paths.py` | `Block`, `group_blocks`; `move_path`: lines, arcs, five-axis turns |
+| `paths.py`, `blocks.py` | `move_path`: lines, arcs, five-axis turns; `Block`, `group_blocks` |
+| `toolpath.py` | `Toolpath`: moves, their paths and blocks, made once and handed down |
 | `timing.py` | `move_times` |
 | `contact.py`, `simulate.py` | contact checks, the loop |
 | `table.py`, `files.py` | `COLUMNS`, partial tables; atomic files, hashes, manifest |

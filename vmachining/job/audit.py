@@ -8,14 +8,12 @@ from typing import Any
 import polars as pl
 
 from vmachining.engines.judges import Judge, intersection, told
-from vmachining.job.blocks import Block
-from vmachining.job.brep import JUDGED, judges_of, sweeps_of
+from vmachining.job.brep import JUDGED, judges_of
 from vmachining.job.contact import ToolParts
-from vmachining.job.jobfile import Job
 from vmachining.job.judges import RayWitness
 from vmachining.job.stock import RawStock
 from vmachining.job.table import COLUMNS, OPINION
-from vmachining.nc import Program
+from vmachining.job.toolpath import Toolpath
 
 __all__ = ["MOST", "audited"]
 
@@ -31,9 +29,7 @@ MOST = 100
 
 
 def audited(
-    job: Job,
-    program: Program,
-    blocks: Sequence[Block],
+    toolpath: Toolpath,
     tools: Mapping[int, ToolParts],
     rows: pl.DataFrame,
     stock: RawStock,
@@ -47,9 +43,7 @@ def audited(
     removing = rows.filter(pl.col("removed_hi_mm3") > 0.0)
     chosen = _spread(removing["block"].to_list(), most)
     said = judges_of(removing.filter(pl.col("block").is_in(chosen)))
-    sweeps = [
-        sweeps_of(block, program, tools, job.machine) for block in blocks[: max(chosen, default=-1) + 1]
-    ]
+    sweeps = toolpath.sweeps_until(max(chosen, default=-1), tools)
     witness, found = RayWitness(stock.shape, sweeps, want_rel=WANT_REL), list[tuple[Any, ...]]()
     for block in chosen:
         judges = [*said[block], witness(block)]

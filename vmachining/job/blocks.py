@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vmachining.arrays import Bools
-from vmachining.job.paths import move_path, moves
-from vmachining.machine import Machine
+from vmachining.job.paths import CutterPath, moves
 from vmachining.nc import Motion, Program, decode_program, lex_line, split_lines
 
 __all__ = ["Block", "group_blocks", "halts", "program_lines"]
@@ -75,8 +74,8 @@ def _kind(motions: Sequence[Motion]) -> str:
     return str(motions[0]) if len(kinds) == 1 else "cycle"
 
 
-def group_blocks(program: Program, machine: Machine | None = None) -> Iterator[Block]:
-    """Blocks in the order they run.
+def group_blocks(program: Program, paths: Sequence[CutterPath]) -> Iterator[Block]:
+    """Blocks in the order they run; paths : of all moves.
 
     Consecutive motions of one line form one block (a canned cycle, G28 through an intermediate point). A line
     that runs several times with other lines between gives a block each time. Lines that do not move (dwell,
@@ -86,10 +85,7 @@ def group_blocks(program: Program, machine: Machine | None = None) -> Iterator[B
     number = 0
     for line, group in groupby(range(len(program.moves)), key=lambda i: program.moves[i].line):
         members = list(group)
-        travel = [
-            i for i in members
-            if program.moves[i].motion in TRAVEL and moves(move_path(program.moves[i], machine))
-        ]  # fmt: skip
+        travel = [i for i in members if program.moves[i].motion in TRAVEL and moves(paths[i])]
         if not travel:
             continue
         first = program.moves[travel[0]]

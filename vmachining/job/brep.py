@@ -17,16 +17,13 @@ from vmachining.engines.judges import Judge
 from vmachining.engines.protocol import Removal
 from vmachining.errors import InputError
 from vmachining.geometry import Bracket
-from vmachining.job.blocks import Block, group_blocks
 from vmachining.job.contact import ToolParts
 from vmachining.job.jobfile import Job
 from vmachining.job.judges import RayWitness, widened
-from vmachining.job.paths import move_path
 from vmachining.job.simulate import Progress, Stopped
 from vmachining.job.stock import RawStock, raw_stock
 from vmachining.job.table import COLUMNS, OPINION
-from vmachining.machine import Machine
-from vmachining.nc import Motion, Program
+from vmachining.job.toolpath import Toolpath
 from vmachining.sweep import Sweep
 
 if TYPE_CHECKING:
@@ -47,7 +44,6 @@ __all__ = [
     "parse_blocks",
     "parse_brep",
     "refuse_beyond",
-    "sweeps_of",
     "write_step",
 ]
 
@@ -170,8 +166,7 @@ def chosen(asked: Asked, rows: pl.DataFrame) -> list[int]:
 
 def brep_columns(
     job: Job,
-    program: Program,
-    blocks: Sequence[Block],
+    toolpath: Toolpath,
     tools: Mapping[int, ToolParts],
     rows: pl.DataFrame,
     asked: Asked,
@@ -201,9 +196,7 @@ def brep_columns(
     from vmachining.job.verdicts import VerdictFile
 
     numbers = chosen(asked, rows)
-    sweeps = [
-        sweeps_of(block, program, tools, job.machine) for block in blocks[: max(numbers, default=-1) + 1]
-    ]
+    sweeps = toolpath.sweeps_until(max(numbers, default=-1), tools)
     slacks = [_slack(stock, each) for each in sweeps]
     asked_rows = rows.filter(pl.col("block").is_in(numbers))
     want = {
@@ -228,7 +221,7 @@ def brep_columns(
         **{name: COLUMNS[name] for name in OPINION},
         "brep_note": pl.String,
     }
-    rows_said = [_row(block.number, verdicts.get(block.number)) for block in blocks]
+    rows_said = [_row(block.number, verdicts.get(block.number)) for block in toolpath.blocks]
     table = pl.DataFrame(rows_said, schema=schema, orient="row")
     counts: dict[str, Any] = {"asked": len(want)}
     counts |= {word: sum(v.status == word for v in verdicts.values()) for word in JUDGED}
@@ -267,16 +260,16 @@ def write_step(result: RunResult, path: Path, after: int | None = None) -> None:
     """
     from vmachining.engines.brep import step_file
 
-    job, program = result.job, result.program
+    job, toolpath = result.job, result.toolpath
     tools = {number: ToolParts.of(tool) for number, tool in job.tools.items()}
-    blocks = list(group_blocks(program, job.machine))
+    blocks = toolpath.blocks
     if after is not None:
         refuse_beyond((range(after, after + 1),), len(blocks) - 1, "STEP of the workpiece")
         blocks = blocks[: after + 1]
     step_file(
         path,
         blank(job),
-        [sweeps_of(block, program, tools, job.machine) for block in blocks],
+        [toolpath.sweeps(block, tools) for block in blocks],
         _brackets(result.blocks, float(result.summary.get("stock_slack_mm3", 0.0)))[: len(blocks)],
         [f"block {block.number} line {block.line} tool {block.tool}" for block in blocks],
     )
@@ -303,18 +296,6 @@ def _brackets(rows: pl.DataFrame, slack: float) -> list[Bracket]:
     """What every block removes from the stock as it was given: the mesh engine cut its triangles."""
     table = rows.select("removed_lo_mm3", "removed_mm3", "removed_hi_mm3")
     return [Bracket(max(0.0, lo - slack), mid, hi + slack) for lo, mid, hi in table.iter_rows()]
-
-
-def sweeps_of(
-    block: Block, program: Program, tools: Mapping[int, ToolParts], machine: Machine | None
-) -> list[Sweep]:
-    """What the feed motions of a block sweep."""
-    moves = [program.moves[index] for index in block.moves]
-    return [
-        Sweep.along(tools[move.tool].cutter, move_path(move, machine))
-        for move in moves
-        if move.motion is not Motion.RAPID and move.tool in tools
-    ]
 
 
 def _row(block: int, verdict: Verdict | None) -> tuple[Any, ...]:

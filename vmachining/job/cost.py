@@ -27,8 +27,8 @@ from vmachining.errors import JobError
 from vmachining.geometry import Arc
 from vmachining.job.contact import ToolParts
 from vmachining.job.jobfile import Job
-from vmachining.job.paths import move_path
-from vmachining.nc import Motion, Program
+from vmachining.job.toolpath import Toolpath
+from vmachining.nc import Motion
 from vmachining.sweep import Turn
 from vmachining.tool import Profile
 
@@ -96,14 +96,16 @@ def cutter_facets(profile: Profile, chord: float) -> float:
     return total
 
 
-def estimate(job: Job, program: Program, tools: Mapping[int, ToolParts], chord: float) -> Cost:
+def estimate(toolpath: Toolpath, tools: Mapping[int, ToolParts], chord: float) -> Cost:
     """The cost of the feed motions of a program."""
     facets = {number: cutter_facets(parts.cutter, chord) for number, parts in tools.items()}
-    moves = [m for m in program.moves if m.motion not in (Motion.RAPID, Motion.DWELL) and m.tool in tools]
-    chosen = moves[:: max(1, len(moves) // SAMPLE)]
-    seconds = [
-        _seconds(move_path(m, job.machine), tools[m.tool].cutter, facets[m.tool], chord) for m in chosen
+    moves = [
+        (m.tool, path)
+        for m, path in zip(toolpath.moves, toolpath.paths, strict=True)
+        if m.motion not in (Motion.RAPID, Motion.DWELL) and m.tool in tools
     ]
+    chosen = moves[:: max(1, len(moves) // SAMPLE)]
+    seconds = [_seconds(path, tools[tool].cutter, facets[tool], chord) for tool, path in chosen]
     share = len(moves) / max(1, len(chosen))
     return Cost(facets, share * sum(seconds), max(seconds, default=0.0))
 
@@ -140,7 +142,7 @@ def refuse_fine(job: Job, tools: Mapping[int, ToolParts], chord: float) -> None:
 
 
 def refuse_costly(
-    job: Job, program: Program, tools: Mapping[int, ToolParts], bounds: Floats, chord: float
+    job: Job, toolpath: Toolpath, tools: Mapping[int, ToolParts], bounds: Floats, chord: float
 ) -> Cost:
     """The cost of a job that can be done.
 
@@ -152,10 +154,10 @@ def refuse_costly(
         It would take longer than `MOST_DAYS`, or coordinates of the stock have too few digits for the chord; says the
         number, and a chord with which it can be done.
     """
-    cost = estimate(job, program, tools, chord)
+    cost = estimate(toolpath, tools, chord)
 
     def days(at: float) -> str | None:
-        seconds = (cost if at == chord else estimate(job, program, tools, at)).seconds
+        seconds = (cost if at == chord else estimate(toolpath, tools, at)).seconds
         return (
             f"the program would take about {seconds / DAY:,.0f} days" if seconds > MOST_DAYS * DAY else None
         )

@@ -25,13 +25,14 @@ from vmachining.engagement import (
 from vmachining.engagement.analytic import HeightStock, HeightWorkpiece, bounds, corner_of, heights_of
 from vmachining.errors import InputError
 from vmachining.geometry import Line
-from vmachining.job.blocks import Block, group_blocks
+from vmachining.job.blocks import Block
 from vmachining.job.brep import blank
 from vmachining.job.jobfile import Job
-from vmachining.job.paths import CutterPath, move_path
+from vmachining.job.paths import CutterPath
 from vmachining.job.reading import read_job_program, refuse_unknown_tools
 from vmachining.job.stock import raw_stock
-from vmachining.nc import Motion, Program
+from vmachining.job.toolpath import Toolpath
+from vmachining.nc import Program
 from vmachining.sweep import Stance, Sweep, Turn
 from vmachining.sweep.bounds import body_bounds
 from vmachining.tolerance import LENGTH_EPS_MM
@@ -117,13 +118,13 @@ class Scene:
         """Read the program of a job. Raises as `engage` does."""
         program = read_job_program(job)
         refuse_unknown_tools(program, job.tools, ", ".join(map(str, sorted(job.tools))))
-        blocks = tuple(group_blocks(program, job.machine))
-        cuts = []
-        for block in blocks:
-            for move in (program.moves[index] for index in block.moves):
-                if move.motion is not Motion.RAPID:
-                    cuts.append((block.number, move.tool, move_path(move, job.machine)))  # noqa: PERF401
-        return cls(job, program, blocks, tuple(cuts), {})
+        toolpath = Toolpath.of(program, job.machine)
+        cuts = tuple(
+            (block.number, move.tool, path)
+            for block in toolpath.blocks
+            for move, path in toolpath.cuts(block)
+        )
+        return cls(job, program, toolpath.blocks, cuts, {})
 
     def engage(
         self,

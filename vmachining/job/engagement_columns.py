@@ -22,10 +22,11 @@ from vmachining.job.blocks import Block
 from vmachining.job.engage import plain_stock
 from vmachining.job.jobfile import Job
 from vmachining.job.model import Feed
-from vmachining.job.paths import CutterPath, move_path
+from vmachining.job.paths import CutterPath
 from vmachining.job.simulate import Progress, Stopped
 from vmachining.job.table import CONTACT
-from vmachining.nc import Motion, Move, Program
+from vmachining.job.toolpath import Toolpath
+from vmachining.nc import Move
 from vmachining.tolerance import LENGTH_EPS_MM
 from vmachining.tool import Edge, Tool
 
@@ -138,8 +139,7 @@ class _Collector:
 
 def engagement_pass(
     job: Job,
-    program: Program,
-    blocks: Sequence[Block],
+    toolpath: Toolpath,
     *,
     stop: Callable[[], bool] = lambda: False,
     progress: Progress = lambda *_: None,
@@ -160,7 +160,7 @@ def engagement_pass(
     JobError
         Coefficients that are not there.
     """
-    return _Pass(job, program, blocks, coefficients_of(job), feed, watch, only).run(stop, progress, name)
+    return _Pass(job, toolpath, coefficients_of(job), feed, watch, only).run(stop, progress, name)
 
 
 def no_stations(blocks: int, why: str) -> Stations:
@@ -195,15 +195,14 @@ class _Pass:
     def __init__(
         self,
         job: Job,
-        program: Program,
-        blocks: Sequence[Block],
+        toolpath: Toolpath,
         forcing: Forcing | None,
         feed: Feed | None,
         watch: Watch | None = None,
         only: Container[int] | None = None,
     ) -> None:
         self.watch, self.only = watch, only
-        self.job, self.program, self.blocks, self.forcing, self.feed = job, program, blocks, forcing, feed
+        self.job, self.toolpath, self.forcing, self.feed = job, toolpath, forcing, feed
         stock, _ = plain_stock(job)
         radii = [tool.cutter.max_radius for tool in job.tools.values()]
         self.sweeps = Sweeps(stock, min(radii))
@@ -214,9 +213,9 @@ class _Pass:
         self.divided = feed if divided else None
 
     def run(self, stop: Callable[[], bool], progress: Progress, name: str) -> Stations:
-        total = len(self.blocks)
+        total = len(self.toolpath.blocks)
         progress(name, 0, total)
-        for block in self.blocks:
+        for block in self.toolpath.blocks:
             if stop():
                 raise Stopped(name, block.number, total)
             self._block(block)
@@ -225,8 +224,7 @@ class _Pass:
 
     def _block(self, block: Block) -> None:
         out = self.out
-        moves = [self.program.moves[index] for index in block.moves]
-        cutting = [move for move in moves if move.motion is not Motion.RAPID and move.tool in self.teeth]
+        cutting = [(move, path) for move, path in self.toolpath.cuts(block) if move.tool in self.teeth]
         out.step.append(float("nan"))
         if not cutting:
             out.values.append((float("nan"),) * len(CONTACT))
@@ -236,8 +234,7 @@ class _Pass:
         best = np.full(len(CONTACT), np.nan)
         notes: list[str] = []
         known = True
-        for move in cutting:
-            path = move_path(move, self.job.machine)
+        for move, path in cutting:
             if self.only is None or block.number in self.only:
                 values, fine, told = self._move(block, move, path)
                 best = np.fmax(best, values)
@@ -348,7 +345,7 @@ class _Pass:
         table = np.array(out.values).reshape(-1, len(CONTACT))
         columns = pl.DataFrame(
             {
-                "block": pl.Series(range(len(self.blocks)), dtype=pl.Int64),
+                "block": pl.Series(range(len(self.toolpath.blocks)), dtype=pl.Int64),
                 **{
                     name: pl.Series(table[:, k], dtype=pl.Float64).fill_nan(None)
                     for k, name in enumerate(CONTACT)

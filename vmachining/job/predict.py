@@ -12,12 +12,12 @@ import polars as pl
 from vmachining.arrays import Floats
 from vmachining.errors import InputError, JobError
 from vmachining.force import power_w, turn_load, turn_series
-from vmachining.job.blocks import group_blocks
 from vmachining.job.engagement_columns import Watched, coefficients_of, engagement_pass, spin_of
 from vmachining.job.jobfile import Job
 from vmachining.job.reading import read_job_program, refuse_unknown_tools
 from vmachining.job.simulate import Progress
 from vmachining.job.timing import machine_limits, move_times
+from vmachining.job.toolpath import Toolpath
 
 __all__ = ["SERIES", "STATIONS", "Prediction", "predict"]
 
@@ -71,16 +71,15 @@ def predict(
         )
     program = read_job_program(job)
     refuse_unknown_tools(program, job.tools, ", ".join(map(str, sorted(job.tools))))
-    every = list(group_blocks(program, job.machine))
+    toolpath = Toolpath.of(program, job.machine)
+    every = toolpath.blocks
     cutting = {block.number for block in every if block.motion != "rapid"}
     if blocks is not None and (odd := [k for k in blocks if k not in cutting]):
         raise InputError(
             f"block {odd[0]} does not cut" if 0 <= odd[0] < len(every) else f"there is no block {odd[0]}",
             remedy="see blocks.csv of a run",
         )
-    times = move_times(
-        program, machine_limits(job), job.machine, block_delete=job.keys.program.block_delete
-    ).seconds
+    times = move_times(toolpath, machine_limits(job), block_delete=job.keys.program.block_delete).seconds
     begin = np.concatenate([[0.0], np.cumsum(times)])
     index = {id(move): k for k, move in enumerate(program.moves)}
     series: list[Floats] = []
@@ -112,7 +111,7 @@ def predict(
             ))  # fmt: skip
 
     found = engagement_pass(
-        job, program, every, stop=stop, progress=progress, name="forces", watch=watch,
+        job, toolpath, stop=stop, progress=progress, name="forces", watch=watch,
         only=None if blocks is None else frozenset(blocks),
     )  # fmt: skip
     told = [

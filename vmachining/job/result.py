@@ -20,6 +20,7 @@ from vmachining.job.jobfile import Job
 from vmachining.job.schedule import ScheduleReport
 from vmachining.job.shown import result_html
 from vmachining.job.stock import volume_of, write_stock
+from vmachining.job.toolpath import Toolpath
 from vmachining.nc import Program
 from vmachining.stock import Triangles
 
@@ -38,14 +39,14 @@ must be able to write all of its files, and the arrows between rooms still point
 class RunResult:
     """A finished simulation.
 
-    job, program : what ran. summary : the keys of summary.json. inputs : {role: {file, sha256}}.
+    job, toolpath : what ran; program : as it was read. summary : the keys of summary.json. inputs : {role: {file, sha256}}.
     stock : the engine with the finished workpiece; `stock.volume`, `stock.surface()`.
     schedule : what the rewritten program does, None without [feed].
     folder : where the tables lie. place : the same with its manifest. lock : of that directory, held or not.
     """
 
     job: Job
-    program: Program
+    toolpath: Toolpath
     summary: dict[str, Any]
     inputs: dict[str, dict[str, str]]
     stock: Engine
@@ -67,6 +68,11 @@ class RunResult:
     def _repr_html_(self) -> str:
         """What a notebook shows: the sums, and the head of the table."""
         return result_html(self)
+
+    @property
+    def program(self) -> Program:
+        """The program that ran."""
+        return self.toolpath.program
 
     @property
     def manifest(self) -> dict[str, Any]:

@@ -20,7 +20,7 @@ from vmachining.engines import engine_class
 from vmachining.engines.protocol import Engine, Options
 from vmachining.errors import InputError, NCError, StockError
 from vmachining.job.audit import MOST, audited
-from vmachining.job.blocks import Block, group_blocks, program_lines
+from vmachining.job.blocks import program_lines
 from vmachining.job.brep import JUDGED, Asked, blank, brep_columns, parse_brep, refuse_beyond
 from vmachining.job.contact import Contacts, ToolParts
 from vmachining.job.cost import APART_SAVES, APART_SECONDS, refuse_costly, refuse_fine
@@ -38,7 +38,6 @@ from vmachining.job.files import (
 )
 from vmachining.job.folder import RUN, WORKING, FolderLock, ResultFolder, now, program_words, refuse_other_run
 from vmachining.job.jobfile import Job
-from vmachining.job.paths import move_path
 from vmachining.job.reading import read_job_program, refuse_unknown_tools
 from vmachining.job.result import RunResult
 from vmachining.job.schedule import compare, sample_count
@@ -47,6 +46,7 @@ from vmachining.job.stock import RawStock, design_mesh, raw_stock
 from vmachining.job.strategies import plan
 from vmachining.job.table import RowFile, drop_torn_row, finish, read_partial
 from vmachining.job.timing import MoveTimes, machine_limits, move_times
+from vmachining.job.toolpath import Toolpath
 from vmachining.machine import described
 from vmachining.nc import Motion, Program
 from vmachining.nc.rewrite import rewrite_feeds
@@ -219,21 +219,21 @@ class _Run:
         """What is refused here is refused before the first byte: an earlier result stays as it is."""
         job = self.job
         tools = {number: ToolParts.of(tool) for number, tool in job.tools.items()}
-        program = read_job_program(job)
-        blocks = list(group_blocks(program, job.machine))
+        toolpath = Toolpath.of(read_job_program(job), job.machine)
+        program, blocks = toolpath.program, toolpath.blocks
         if not blocks:
             raise NCError(
                 "the program moves nothing", file=str(job.program_path), remedy="is it the right file?"
             )
         limits, skips = machine_limits(job), job.keys.program.block_delete
-        times = move_times(program, limits, job.machine, block_delete=skips)
+        times = move_times(toolpath, limits, block_delete=skips)
         chord, of_meshes = self.options["chord_mm"], self.options["engine"] == "mesh"
         if of_meshes:
             refuse_fine(job, tools, chord)
         stock = raw_stock(job)
-        self._refuse_early(program, tools, stock)
+        self._refuse_early(toolpath, tools, stock)
         if of_meshes:
-            self.longest_s = refuse_costly(job, program, tools, stock.shape.bounds, chord).longest_s
+            self.longest_s = refuse_costly(job, toolpath, tools, stock.shape.bounds, chord).longest_s
         if not self.resume:  # what an engine refuses is refused before the first byte
             self.raw = self._raw(stock)
         refuse_beyond(self.brep, blocks[-1].number)
@@ -248,11 +248,11 @@ class _Run:
         feed = job.keys.feed
         divided = feed is not None and feed.insert_blocks and feed.strategy == "volume"
         counts = (lambda length: sample_count(feed, length)) if feed and divided else None
-        engine = self._stage("program", program, blocks, times, tools, stock, counts, check=True)
+        engine = self._stage("program", toolpath, times, tools, stock, counts, check=True)
         partial = self.folder / "blocks.partial.csv"
         if not float(read_partial(partial, ["removed_hi_mm3"])["removed_hi_mm3"].sum()) > 0.0:
             raise self._never_reached(program, stock)
-        stations = self._contact(program, blocks, "engagement")
+        stations = self._contact(toolpath, "engagement")
         scheduled, report, after = None, None, None
         if feed is not None:
             table = read_partial(partial, ["length_mm", "feed_mm_min", "removed_mm3", "removed_hi_mm3"])
@@ -266,21 +266,11 @@ class _Run:
             target = self.folder / "scheduled.nc"
             with self.place.making(target.name):
                 write_atomic(target, written.data)
-            again = read_job_program(job, target)
-            after = move_times(again, limits, job.machine, block_delete=skips)
-            blocks_again = list(group_blocks(again, job.machine))
-            self._stage(
-                "scheduled",
-                again,
-                blocks_again,
-                after,
-                tools,
-                stock,
-                None,
-                check=False,
-            )
+            again = Toolpath.of(read_job_program(job, target), job.machine)
+            after = move_times(again, limits, block_delete=skips)
+            self._stage("scheduled", again, after, tools, stock, None, check=False)
             new_rows = self.folder / "scheduled_blocks.partial.csv"
-            contact = self._contact(again, blocks_again, "engagement, scheduled").columns
+            contact = self._contact(again, "engagement, scheduled").columns
             with self.place.making("scheduled_blocks.csv", "scheduled_blocks.parquet"):
                 finish(new_rows, self.folder, "scheduled_blocks", contact=contact)
             scheduled, report = compare(feed, planned, written, blocks, read_partial(new_rows))
@@ -289,10 +279,10 @@ class _Run:
         opinion, counts_brep = None, NO_BREP
         if self.brep == "none" and self.options["engine"] != "dexel":
             most = FAST_AUDIT if self.options["engine"] == "vectors" else MOST
-            opinion, counts_brep = audited(job, program, blocks, tools, table, stock, most=most)
+            opinion, counts_brep = audited(toolpath, tools, table, stock, most=most)
         elif self.brep != "none":
             opinion, counts_brep = brep_columns(
-                job, program, blocks, tools, table, self.brep,
+                job, toolpath, tools, table, self.brep,
                 stock=stock, file=self.folder / "brep.partial.csv", workers=self.workers,
                 seconds=self.brep_seconds, stop=self.stop, progress=self.progress,
             )  # fmt: skip
@@ -300,7 +290,7 @@ class _Run:
             finish(partial, self.folder, "blocks", scheduled, opinion, stations.columns)
         result = RunResult(
             job=job,
-            program=program,
+            toolpath=toolpath,
             summary={},
             inputs=self.manifest["inputs"],
             stock=engine,
@@ -308,7 +298,7 @@ class _Run:
             folder=self.folder,
             place=self.place,
             lock=self.lock,
-            findings=_quiet_findings(program, blocks),
+            findings=_quiet_findings(toolpath),
         )
         result.summary = self._summary(result, stock, times, after)
         if (deviation := deviation_tables(job, engine, self.place)) is not None:
@@ -329,34 +319,28 @@ class _Run:
             asked = replace(asked, design=design_mesh(self.job), vectors=vector_settings(self.job))
         return kind.of(stock.shape, asked)
 
-    def _contact(self, program: Program, blocks: list[Block], name: str) -> Stations:
+    def _contact(self, toolpath: Toolpath, name: str) -> Stations:
         """Contact, chips and forces along the blocks."""
         keys = self.job.keys
         if self.options["engine"] == "vectors" and keys.feed is None and keys.force is None:
-            return no_stations(len(blocks), NO_CONTACT)
+            return no_stations(len(toolpath.blocks), NO_CONTACT)
         return engagement_pass(
-            self.job,
-            program,
-            blocks,
-            stop=self.stop,
-            progress=self.progress,
-            name=name,
-            feed=self.job.keys.feed,
+            self.job, toolpath, stop=self.stop, progress=self.progress, name=name, feed=self.job.keys.feed
         )
 
     # -- program and stock ---------------------------------------------------------------------------------
 
-    def _refuse_early(self, program: Program, tools: Mapping[int, ToolParts], stock: RawStock) -> None:
+    def _refuse_early(self, toolpath: Toolpath, tools: Mapping[int, ToolParts], stock: RawStock) -> None:
         """No simulation for a cut without a tool, or for a path that by its box alone misses the stock."""
         lo, hi = stock.shape.bounds
-        cutting = [m for m in program.moves if m.motion not in (Motion.RAPID, Motion.DWELL)]
-        refuse_unknown_tools(program, tools, ", ".join(map(str, sorted(tools))))
-        for move in cutting:
-            cutter = tools[move.tool].cutter
-            a, b = Sweep.along(cutter, move_path(move, self.job.machine)).bounds
+        refuse_unknown_tools(toolpath.program, tools, ", ".join(map(str, sorted(tools))))
+        for move, path in zip(toolpath.moves, toolpath.paths, strict=True):
+            if move.motion in (Motion.RAPID, Motion.DWELL):
+                continue
+            a, b = Sweep.along(tools[move.tool].cutter, path).bounds
             if (a < hi).all() and (b > lo).all():
                 return
-        raise self._never_reached(program, stock)
+        raise self._never_reached(toolpath.program, stock)
 
     def _never_reached(self, program: Program, stock: RawStock) -> StockError:
         lo, hi = stock.shape.bounds.round(3).tolist()
@@ -371,8 +355,7 @@ class _Run:
     def _stage(
         self,
         name: str,
-        program: Program,
-        blocks: list[Block],
+        toolpath: Toolpath,
         times: MoveTimes,
         tools: Mapping[int, ToolParts],
         stock: RawStock,
@@ -391,31 +374,31 @@ class _Run:
         rows_path = self.folder / (
             "blocks.partial.csv" if name == "program" else "scheduled_blocks.partial.csv"
         )
-        workers = self._workers(len(blocks) - first)
+        workers = self._workers(len(toolpath.blocks) - first)
         self.options["workers"] = max(workers, self.options.get("workers", 1))
         apart = self.longest_s > APART_SECONDS
         hands = executor(engine, workers, apart=apart)
         stage = Stage(
-            name=name, moves=program.moves, blocks=blocks, move_time_s=times.seconds.tolist(), tools=tools,
-            notes=_notes(program) if check else {}, executor=hands,
-            contacts=Contacts(hands, stock.shape.bounds) if check else None, sample_counts=counts, machine=self.job.machine,
+            name=name, toolpath=toolpath, move_time_s=times.seconds.tolist(), tools=tools,
+            notes=_notes(toolpath.program) if check else {}, executor=hands,
+            contacts=Contacts(hands, stock.shape.bounds) if check else None, sample_counts=counts,
             save_every=APART_SAVES if apart else CHECKPOINT_SECONDS,
         )  # fmt: skip
 
         def checkpoint(done: int) -> None:
-            self._checkpoint(name, hands, done, len(blocks))
+            self._checkpoint(name, hands, done, len(toolpath.blocks))
 
         try:
             with RowFile(rows_path, keep=first) as rows:
                 stage.run(rows, first=first, stop=self.stop, progress=self.progress, checkpoint=checkpoint)
             later = self.brep != "none" or (self.job.keys.feed is not None and name == "program")
-            if later and first < len(blocks):
-                checkpoint(len(blocks))  # what comes may be interrupted, this pass is done
+            if later and first < len(toolpath.blocks):
+                checkpoint(len(toolpath.blocks))  # what comes may be interrupted, this pass is done
             self.workers_mb = max(self.workers_mb, hands.peak_mb())
             return hands.finish()
         except InputError as exc:
             if is_full(exc):
-                raise self._disk_full(name, rows_path, len(blocks), exc) from exc
+                raise self._disk_full(name, rows_path, len(toolpath.blocks), exc) from exc
             raise
         finally:
             hands.close()
@@ -552,12 +535,12 @@ def _notes(program: Program) -> dict[int, str]:
     return notes
 
 
-def _quiet_findings(program: Program, blocks: list[Block]) -> list[tuple[int, str, str]]:
+def _quiet_findings(toolpath: Toolpath) -> list[tuple[int, str, str]]:
     """Warnings on lines that have no row."""
-    moving = {block.line for block in blocks}
-    lines = program_lines(program)
+    moving = {block.line for block in toolpath.blocks}
+    lines = program_lines(toolpath.program)
     return [
         (line, lines[line - 1].strip() if line <= len(lines) else "", text)
-        for line, text in sorted(_notes(program).items())
+        for line, text in sorted(_notes(toolpath.program).items())
         if line not in moving
     ]

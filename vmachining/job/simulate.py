@@ -15,10 +15,10 @@ from vmachining.engines.protocol import NOTHING
 from vmachining.job.blocks import Block
 from vmachining.job.contact import Contacts, Found, ToolParts
 from vmachining.job.executor import Executor, Later
-from vmachining.job.paths import CutterPath, end_axis, move_path
+from vmachining.job.paths import CutterPath, end_axis
 from vmachining.job.table import RowFile
-from vmachining.machine import Machine
-from vmachining.nc import Motion, Move
+from vmachining.job.toolpath import Toolpath
+from vmachining.nc import Motion
 from vmachining.tool import Profile
 
 __all__ = ["CHECKPOINT_SECONDS", "Progress", "Stage", "Stopped"]
@@ -92,26 +92,23 @@ class Stage:
     """One pass of one program through one workpiece.
 
     name : shown in the progress bar.
-    moves, blocks : what to run; block k is row k.
-    move_time_s : seconds of each move, aligned with `moves`.
+    toolpath : what to run; block k is row k.
+    move_time_s : seconds of each move.
     tools : by number.
     notes : {line: text} findings of the program to repeat beside the rows.
     contacts : checks rapids, shank and holder; None to skip them.
-    machine : for programs with rotary words.
     save_every : s between checkpoints.
     sample_counts : number of equal parts that a path of a length (mm) is measured in; None: whole blocks.
     """
 
     name: str
-    moves: Sequence[Move]
-    blocks: Sequence[Block]
+    toolpath: Toolpath
     move_time_s: Sequence[float]
     tools: Mapping[int, ToolParts]
     notes: Mapping[int, str]
     executor: Executor
     contacts: Contacts | None
     sample_counts: Callable[[float], int] | None = None
-    machine: Machine | None = None
     save_every: float = CHECKPOINT_SECONDS
 
     def run(
@@ -132,7 +129,7 @@ class Stage:
         EngineError
             A kernel failed; rows so far are on disk.
         """
-        total = len(self.blocks)
+        total = len(self.toolpath.blocks)
         last_save = time.monotonic()
         progress(self.name, first, total)
         ordered: deque[Ordered] = deque()
@@ -143,7 +140,7 @@ class Stage:
                 rows.add(self._row(order))
                 progress(self.name, order.block.number + 1, total)
 
-        for block in self.blocks[first:]:
+        for block in self.toolpath.blocks[first:]:
             if stop():
                 written(0)
                 rows.flush()
@@ -164,8 +161,7 @@ class Stage:
         order = Ordered(block)
         contacts = self.contacts
         for index in block.moves:
-            move = self.moves[index]
-            path = move_path(move, self.machine)
+            move, path = self.toolpath.moves[index], self.toolpath.paths[index]
             order.end, order.axis = path.position(1.0), end_axis(path)
             order.length += path.length
             tool = self.tools.get(move.tool)
@@ -195,7 +191,9 @@ class Stage:
         if (note := self.notes.get(block.line)) is not None:
             warnings.append(note)
         end = order.end
-        feeds = {move.feed_mm_min for index in block.moves if (move := self.moves[index]).feed_mm_min}
+        feeds = {
+            move.feed_mm_min for index in block.moves if (move := self.toolpath.moves[index]).feed_mm_min
+        }
         # several feeds on one line: the one that takes the same time
         mean = order.driven_mm / order.driven_min if order.driven_min > 0 else None
         feed = feeds.pop() if len(feeds) == 1 else mean

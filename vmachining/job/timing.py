@@ -11,9 +11,10 @@ from vmachining.errors import NCError
 from vmachining.geometry import Line
 from vmachining.job.blocks import halts
 from vmachining.job.jobfile import Job
-from vmachining.job.paths import joint_demands, joint_feeds, move_path
-from vmachining.machine import Machine, MachineLimits, axis_caps, block_times, path_peaks
-from vmachining.nc import Motion, Program
+from vmachining.job.paths import joint_demands, joint_feeds
+from vmachining.job.toolpath import Toolpath
+from vmachining.machine import MachineLimits, axis_caps, block_times, path_peaks
+from vmachining.nc import Motion
 from vmachining.sweep import Turn
 from vmachining.tolerance import LENGTH_EPS_MM
 
@@ -43,9 +44,7 @@ def machine_limits(job: Job) -> MachineLimits:
     )
 
 
-def move_times(
-    program: Program, limits: MachineLimits, machine: Machine | None = None, *, block_delete: bool = False
-) -> MoveTimes:
+def move_times(toolpath: Toolpath, limits: MachineLimits, *, block_delete: bool = False) -> MoveTimes:
     """Time of every move of a program, dwells included. The axes stand still at a stop and at a tool change.
 
     A block with rotary words lasts as long as its slowest joint, or as long as the program says (inverse time).
@@ -56,11 +55,10 @@ def move_times(
     NCError
         A feed move without a feed; names file and line.
     """
-    moves = program.moves
+    program, moves, paths = toolpath.program, toolpath.moves, toolpath.paths
     if not moves:
         empty = np.zeros(0)
         return MoveTimes(empty, empty, empty)
-    paths = [move_path(move, machine) for move in moves]
     length = np.array([path.length if path.length > LENGTH_EPS_MM else 0.0 for path in paths])
     fast = np.array([move.motion is Motion.RAPID for move in moves])
     feed = np.array([np.nan if move.feed_mm_min is None else move.feed_mm_min for move in moves])
@@ -69,7 +67,7 @@ def move_times(
         raise NCError(
             "a feed move without a feed", file=program.name, line=moves[int(np.flatnonzero(bad)[0])].line
         )
-    demands = joint_demands(moves, machine, length)
+    demands = joint_demands(moves, toolpath.machine, length)
     slowest = demands.seconds
     fixed = np.array([move.duration_s or 0.0 for move in moves])
     pause = np.array([move.dwell_s for move in moves])

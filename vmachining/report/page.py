@@ -16,7 +16,7 @@ from plotly.offline import get_plotlyjs
 
 from vmachining.feed import UNITS
 from vmachining.geometry import Arc
-from vmachining.job import RunResult, ScheduleReport, move_path
+from vmachining.job import RunResult, ScheduleReport
 from vmachining.job.brep import disputes
 from vmachining.job.files import versions, write_atomic
 from vmachining.nc import Motion
@@ -143,7 +143,12 @@ def _sums(rows: pl.DataFrame, scheduled: bool, half: float | None = None) -> tup
 
 def _path_pieces(result: RunResult, blocks: pl.DataFrame) -> tuple[list[PathPiece], int]:
     """Polylines of the path and the stride that kept their number of points drawable."""
-    moves = [m for m in result.program.moves if m.motion is not Motion.DWELL]
+    toolpath = result.toolpath
+    moves = [
+        (move, path)
+        for move, path in zip(toolpath.moves, toolpath.paths, strict=True)
+        if move.motion is not Motion.DWELL
+    ]
     hits = set(
         blocks.filter(pl.col("warning").str.contains("rapid", literal=True).fill_null(False))[
             "line"
@@ -153,14 +158,13 @@ def _path_pieces(result: RunResult, blocks: pl.DataFrame) -> tuple[list[PathPiec
 
     def pieces() -> Iterator[PathPiece]:
         kind, points = "", [np.empty((0, 3))]
-        for move in moves[::stride] if stride > 1 else moves:
+        for move, path in moves[::stride]:
             rapid = move.motion is Motion.RAPID
             now = ("hit" if move.line in hits else "rapid") if rapid else "feed"
             if now != kind or stride > 1:
                 if kind:
                     yield kind, np.concatenate(points)
                 kind, points = now, [np.array([move.start])]
-            path = move_path(move, result.job.machine)
             steps = 1
             if isinstance(path, Arc):
                 steps = max(2, int(np.ceil(abs(path.angle) / 0.1)))

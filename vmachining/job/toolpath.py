@@ -1,0 +1,64 @@
+"""`Toolpath`: a program as blocks of motions, every motion with the path of the cutter; made once and handed down."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from vmachining.job.blocks import Block, group_blocks
+from vmachining.job.contact import ToolParts
+from vmachining.job.paths import CutterPath, move_path
+from vmachining.machine import Machine
+from vmachining.nc import Motion, Move, Program
+from vmachining.sweep import Sweep
+
+__all__ = ["Toolpath"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Toolpath:
+    """What a program moves.
+
+    paths : one per move of the program. blocks : those that move, in the order they run; block k has the number k.
+    machine : of programs with rotary words.
+    """
+
+    program: Program
+    machine: Machine | None
+    paths: tuple[CutterPath, ...]
+    blocks: tuple[Block, ...]
+
+    @classmethod
+    def of(cls, program: Program, machine: Machine | None = None) -> Toolpath:
+        """Paths and blocks of a program.
+
+        Raises
+        ------
+        NCError
+            A move that is none, see `move_path`.
+        """
+        paths = tuple(move_path(move, machine) for move in program.moves)
+        return cls(program, machine, paths, tuple(group_blocks(program, paths)))
+
+    @property
+    def moves(self) -> Sequence[Move]:
+        """Those of the program, dwells included."""
+        return self.program.moves
+
+    def cuts(self, block: Block) -> Iterator[tuple[Move, CutterPath]]:
+        """The feed motions of a block."""
+        for index in block.moves:
+            if (move := self.moves[index]).motion is not Motion.RAPID:
+                yield move, self.paths[index]
+
+    def sweeps(self, block: Block, tools: Mapping[int, ToolParts]) -> list[Sweep]:
+        """What the feed motions of a block sweep with tools by number; those without one sweep nothing."""
+        return [
+            Sweep.along(tools[move.tool].cutter, path)
+            for move, path in self.cuts(block)
+            if move.tool in tools
+        ]
+
+    def sweeps_until(self, last: int, tools: Mapping[int, ToolParts]) -> list[list[Sweep]]:
+        """The same of all blocks from the first to number `last`."""
+        return [self.sweeps(block, tools) for block in self.blocks[: last + 1]]
