@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vmachining import BallNose, FlatEnd, Sweep
-from vmachining.engines.dexel import DexelEngine
+from vmachining.engines.dexel import RayEngine
 from vmachining.geometry import Arc, Line
 from vmachining.stock import BoxStock
 from vmachining.sweep import Pose, Turn
@@ -138,9 +138,9 @@ def case_of(seed: int) -> Case:
     return FAMILIES[seed % len(FAMILIES)](np.random.default_rng(seed))
 
 
-def engine_for(case: Case, **options: float) -> tuple[DexelEngine, list[int]]:
+def engine_for(case: Case, **options: float) -> tuple[RayEngine, list[int]]:
     """An engine that has all sweeps of a case, and the numbers of those of its block."""
-    engine = DexelEngine(BoxStock(LO, HI), **options)
+    engine = RayEngine(BoxStock(LO, HI), **options)
     for sweep in case.earlier:
         engine.add(sweep)
     return engine, [engine.add(sweep) for sweep in case.block]

@@ -7,7 +7,7 @@ import pytest
 
 from vmachining import BallNose, FlatEnd, Sweep
 from vmachining.bench.brep_chains import bar_of, chain_of
-from vmachining.engines.dexel.rays import material
+from vmachining.engines.dexel.rays.lengths import material
 from vmachining.engines.mesh import MeshEngine
 from vmachining.engines.protocol import Options
 from vmachining.geometry import Line

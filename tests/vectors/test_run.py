@@ -141,7 +141,7 @@ def test_a_run_goes_on_from_a_checkpoint(tmp_path: Path) -> None:
 
 
 def test_other_engines_say_that_they_did_not_look(tmp_path: Path) -> None:
-    result = vm.run(job(tmp_path), engine="dexel")
+    result = vm.run(job(tmp_path), engine="rays")
     assert "not looked at" in result.summary["design_note"]
 
 

@@ -83,7 +83,10 @@ def run_(
     job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="Job file.")],
     out: Out = None,
     engine: Annotated[
-        str, typer.Option("--engine", metavar="NAME", help="columns, mesh or dexel; see docs/columns.md.")
+        str,
+        typer.Option(
+            "--engine", metavar="NAME", help="columns, mesh, dexel, rays or vectors; see docs/dexel.md."
+        ),
     ] = "mesh",
     width: Annotated[
         str | None,
@@ -98,6 +101,15 @@ def run_(
         typer.Option(
             "--chord", metavar="MM", help="Instead of chord_mm of the job: finer facets, narrower brackets."
         ),
+    ] = None,
+    spacing: Annotated[
+        float | None,
+        typer.Option(
+            "--spacing", metavar="MM", help="Dexel: distance of rays (default: half a million rays)."
+        ),
+    ] = None,
+    directions: Annotated[
+        int | None, typer.Option("--directions", metavar="1|3", help="Dexel: rays along z, or x, y and z.")
     ] = None,
     certify: Annotated[
         bool,
@@ -131,7 +143,7 @@ def run_(
     from vmachining.cli import jobs
 
     return jobs.run_job(
-        job, out=out, engine=engine, width=width, chord=chord,
+        job, out=out, engine=engine, width=width, chord=chord, spacing=spacing, directions=directions,
         certify=certify, brep=brep, brep_seconds=brep_seconds, workers=workers,
         stock=stock, stock_at=stock_at, resume=resume, quiet=quiet, as_json=as_json,
     )  # fmt: skip

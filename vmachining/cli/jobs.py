@@ -47,6 +47,8 @@ def run_job(
     stock_at: str | None = None,
     chord: float | None = None,
     width: str | None = None,
+    spacing: float | None = None,
+    directions: int | None = None,
 ) -> int:
     """`vmachining run`."""
     parse_brep(brep)
@@ -57,6 +59,7 @@ def run_job(
         job = job.with_chord(chord)
     if width is not None:
         job = job.with_width(width)
+    job = job.with_spacing(spacing, directions)
     if steps or "step" in formats:  # said before hours of cutting
         blank(job)
     if steps:
@@ -75,6 +78,8 @@ def run_job(
         again += ["--brep-seconds", f"{brep_seconds:g}"] if brep_seconds is not None else []
         again += ["--chord", f"{chord:g}"] if chord is not None else []
         again += ["--width", width] if width is not None else []
+        again += ["--spacing", f"{spacing:g}"] if spacing is not None else []
+        again += ["--directions", str(directions)] if directions is not None else []
         again += ["--workers", str(workers)] if workers is not None else []
         with (
             progress_bar(quiet=silent) as bar,

@@ -4,7 +4,8 @@
 |---|---|---|
 | `columns` | raw stock and sweeps by tiles; bounds from convexity along the tool axis, see `relay.py` | numba |
 | `mesh` | closed triangle meshes per tile | manifold3d |
-| `dexel` | the raw stock and all sweeps; lengths along exact rays | - |
+| `dexel` | intervals along rays in one direction or three | numba |
+| `rays` | the raw stock and all sweeps; lengths along exact rays (`dexel/rays`) | - |
 | `vectors` | lengths of vectors that stand on the design part | - |
 | `brep` | solids with faces; judges blocks, see `--brep` | OCCT |
 
@@ -23,7 +24,18 @@ from types import ModuleType
 from vmachining.engines.protocol import Engine
 from vmachining.errors import InputError
 
-__all__ = ["ENGINES", "Entry", "brep", "columns", "dexel", "engine_class", "mesh", "vectors"]
+__all__ = [
+    "ENGINES",
+    "RAYS",
+    "STATED",
+    "Entry",
+    "brep",
+    "columns",
+    "dexel",
+    "engine_class",
+    "mesh",
+    "vectors",
+]
 
 LATER = ("brep",)
 """Named by the interface; they cannot cut a job yet."""
@@ -52,7 +64,12 @@ ENGINES = {
     ),
     "mesh": Entry("vmachining.engines.mesh:MeshEngine", "any stock, tool and motion", divisible=True),
     "dexel": Entry(
-        "vmachining.engines.dexel:DexelEngine", "any stock, tool and motion; intervals are stated, not proven"
+        "vmachining.engines.dexel:DexelEngine",
+        "any stock, tool and motion, by a grid of rays; intervals are stated, not proven",
+    ),
+    "rays": Entry(
+        "vmachining.engines.dexel:RayEngine",
+        "any stock, tool and motion, by rays of its own for each block; intervals are stated, not proven",
     ),
     "vectors": Entry(
         "vmachining.engines.vectors:VectorEngine",
@@ -60,6 +77,13 @@ ENGINES = {
         batched=True,
     ),
 }
+
+
+RAYS = ("dexel", "rays")
+"""Engines of rays, which need no audit by rays."""
+
+STATED = (*RAYS, "vectors")
+"""Engines whose intervals are stated, not proven."""
 
 
 def engine_class(name: str) -> type[Engine]:

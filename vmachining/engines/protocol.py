@@ -94,6 +94,7 @@ class Options:
     design : the part that is wanted, for engines that measure against it.
     vectors : how dense discrete vectors stand.
     width, width_mm3 : of a block's bracket, relative and in mm^3; the block is done when it is as narrow as either.
+    spacing : mm, of rays; None: what the engine takes by itself. directions : of rays, 1 (along z) or 3.
     """
 
     chord: float = CHORD_MM
@@ -101,6 +102,8 @@ class Options:
     vectors: VectorSettings | None = None
     width: float = WIDTH
     width_mm3: float = WIDTH_MM3
+    spacing: float | None = None
+    directions: int = 3
 
 
 class Request(NamedTuple):

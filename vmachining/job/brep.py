@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import polars as pl
 
+from vmachining.engines import STATED
 from vmachining.engines.judges import Judge
 from vmachining.engines.protocol import Removal
 from vmachining.errors import InputError
@@ -279,7 +280,7 @@ def judges_of(rows: pl.DataFrame) -> dict[int, list[Judge]]:
     """Block -> what the engine that cut says of it, of the stock that it cut."""
     names = ("block", "engine", "removed_lo_mm3", "removed_mm3", "removed_hi_mm3")
     return {
-        block: [Judge(engine, Removal(lo, mid, hi, proven=engine != "dexel"))]
+        block: [Judge(engine, Removal(lo, mid, hi, proven=engine not in STATED))]
         for block, engine, lo, mid, hi in rows.select(names).iter_rows()
     }
 

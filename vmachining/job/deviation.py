@@ -9,8 +9,10 @@ from vmachining.engines.protocol import Engine
 from vmachining.engines.settings import VectorSettings
 from vmachining.job.files import atomic_path
 from vmachining.job.folder import ResultFolder
+from vmachining.job.gouge import ends_against
 from vmachining.job.jobfile import Job
 from vmachining.job.model import Vectors
+from vmachining.job.stock import design_mesh
 from vmachining.job.table import DIGITS
 
 __all__ = ["deviation_tables", "vector_settings"]
@@ -45,29 +47,37 @@ def vector_settings(job: Job) -> VectorSettings:
 
 def deviation_tables(job: Job, engine: Engine, place: ResultFolder) -> dict[str, Any] | None:
     """Write deviation.csv and deviation.parquet; the keys of the summary. None for engines that measure none."""
+    from vmachining.engines.dexel import DexelEngine
     from vmachining.engines.vectors import VectorEngine
 
-    if not isinstance(engine, VectorEngine) or job.keys.design is None:
+    design = job.keys.design
+    if design is None:
+        return None
+    if isinstance(engine, DexelEngine):
+        part = design_mesh(job)
+        assert part is not None
+        columns, told = ends_against(engine, part, design.tolerance_mm)
+    elif isinstance(engine, VectorEngine):
+        found = engine.deviation(design.tolerance_mm)
+        columns = found.columns(design.tolerance_mm)
+        told = found.summary | {
+            "pitch_mm": engine.pitch,
+            "spacing_mm": engine.spacing,
+            "theta_v_deg": engine.theta_v_deg,
+            "mode": engine.settings.mode,
+            "envelope": engine.settings.envelope,
+        }
+    else:
         return None
     import polars as pl
 
-    tolerance = job.keys.design.tolerance_mm
-    found = engine.deviation(tolerance)
     text = {"kind": pl.String, "state": pl.String, "block": pl.Int64, "facet": pl.Int64}
-    columns = found.columns(tolerance)
     frame = pl.DataFrame(columns, schema={name: text.get(name, pl.Float64) for name in columns})
     with place.making("deviation.csv", "deviation.parquet"):
         with atomic_path(place.path / "deviation.parquet") as temporary:
             frame.write_parquet(temporary)
         with atomic_path(place.path / "deviation.csv") as temporary:
             frame.write_csv(temporary, float_precision=DIGITS)
-    told = found.summary | {
-        "pitch_mm": engine.pitch,
-        "spacing_mm": engine.spacing,
-        "theta_v_deg": engine.theta_v_deg,
-        "mode": engine.settings.mode,
-        "envelope": engine.settings.envelope,
-    }
     return {
         "deviation": told,
         "max_overcut_mm": told["max_overcut_mm"],

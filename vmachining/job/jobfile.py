@@ -91,6 +91,20 @@ class Job:
         accuracy = self.keys.accuracy.model_copy(update={"width": width})
         return replace(self, keys=self.keys.model_copy(update={"accuracy": accuracy}))
 
+    def with_spacing(self, spacing_mm: float | None, directions: int | None = None) -> Job:
+        """The same job with other rays of the dexel engine. Raises JobError where they cannot be."""
+        given: dict[str, Any] = {}
+        if spacing_mm is not None:
+            if not (math.isfinite(spacing_mm) and 0.0 < spacing_mm <= MOST):
+                raise JobError(f"spacing {spacing_mm:g} mm: a length above zero is wanted")
+            given["spacing_mm"] = float(spacing_mm)
+        if directions is not None:
+            if directions not in (1, 3):
+                raise JobError(f"{directions} directions of rays: 1 (along z) or 3 are wanted")
+            given["directions"] = directions
+        accuracy = self.keys.accuracy.model_copy(update=given)
+        return replace(self, keys=self.keys.model_copy(update={"accuracy": accuracy}))
+
     @classmethod
     def _checked(
         cls,

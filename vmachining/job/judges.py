@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from vmachining.engines.dexel import DexelEngine
+from vmachining.engines.dexel import RayEngine
 from vmachining.engines.judges import Judge
 from vmachining.engines.protocol import Removal
 from vmachining.stock import Stock
@@ -35,13 +35,13 @@ class RayWitness:
     slacks: Sequence[float] = ()
     want_rel: float = WANT_REL
     name: str = "dexel"
-    _engine: DexelEngine | None = field(default=None, repr=False)
+    _engine: RayEngine | None = field(default=None, repr=False)
     _members: list[list[int]] = field(default_factory=list, repr=False)
 
     def __call__(self, block: int, again: bool = False) -> Judge:
         """See `vmachining.engines.brep.removal.check.Witness`."""
         if self._engine is None:
-            self._engine = DexelEngine(self.stock, want_rel=self.want_rel, most=MOST)
+            self._engine = RayEngine(self.stock, want_rel=self.want_rel, most=MOST)
             self._members = [
                 [self._engine.add(sweep, k) for sweep in each] for k, each in enumerate(self.blocks)
             ]

@@ -198,6 +198,10 @@ class Accuracy(Keys):
     """columns engine: width of a block's bracket relative to its volume"""
     width_mm3: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)] = WIDTH_MM3
     """columns engine: mm³ of width at which a block is done, if that is sooner"""
+    spacing_mm: Positive | None = None
+    """dexel engine: distance of rays; half a million rays in all if not given"""
+    directions: Literal[1, 3] = 3
+    """dexel engine: rays along z, or along x, y and z"""
 
 
 class Feed(Keys):

@@ -16,7 +16,7 @@ from tempfile import TemporaryDirectory
 from types import FrameType
 from typing import Any
 
-from vmachining.engines import engine_class
+from vmachining.engines import RAYS, engine_class
 from vmachining.engines.protocol import Engine, Options
 from vmachining.errors import InputError, NCError, StockError
 from vmachining.job.audit import MOST, audited
@@ -130,6 +130,7 @@ def run(
     options = {
         "engine": engine, "chord_mm": job.keys.accuracy.chord_mm, "brep": brep,
         "width": job.keys.accuracy.width, "width_mm3": job.keys.accuracy.width_mm3,
+        "spacing_mm": job.keys.accuracy.spacing_mm, "directions": job.keys.accuracy.directions,
         "brep_seconds": brep_seconds,
     }  # fmt: skip
     with stop_flag(stop) as stopped, FolderLock(folder) as own:
@@ -277,7 +278,7 @@ class _Run:
         names = ["block", "motion", "engine", "removed_mm3", "removed_lo_mm3", "removed_hi_mm3"]
         table = read_partial(partial, names)
         opinion, counts_brep = None, NO_BREP
-        if self.brep == "none" and self.options["engine"] != "dexel":
+        if self.brep == "none" and self.options["engine"] not in RAYS:
             most = FAST_AUDIT if self.options["engine"] == "vectors" else MOST
             opinion, counts_brep = audited(toolpath, tools, table, stock, most=most)
         elif self.brep != "none":
@@ -305,7 +306,7 @@ class _Run:
             result.summary |= deviation
         elif job.keys.design is not None:
             result.summary["design_note"] = (
-                "The design was not looked at: only --engine vectors measures against it"
+                "The design was not looked at: --engine vectors and --engine dexel measure against it"
             )
         result.summary["brep"] = dict(counts_brep)
         result.summary["contact_notes"] = list(stations.notes)
@@ -314,7 +315,10 @@ class _Run:
     def _raw(self, stock: RawStock) -> Engine:
         """The raw workpiece."""
         kind, options = engine_class(self.options["engine"]), self.options
-        asked = Options(chord=options["chord_mm"], width=options["width"], width_mm3=options["width_mm3"])
+        asked = Options(
+            chord=options["chord_mm"], width=options["width"], width_mm3=options["width_mm3"],
+            spacing=options["spacing_mm"], directions=options["directions"],
+        )  # fmt: skip
         if options["engine"] == "vectors":
             asked = replace(asked, design=design_mesh(self.job), vectors=vector_settings(self.job))
         return kind.of(stock.shape, asked)

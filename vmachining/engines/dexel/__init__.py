@@ -1,37 +1,41 @@
-"""Dexels: removed volume of any block by exact upright rays, as an estimate and an interval of stated confidence.
+"""Dexels: the workpiece as intervals along rays in one direction or three, and removed volumes with a stated interval.
 
-Goal: an answer for any tool and motion that needs no solid and no mesh, and inherits nothing from the blocks before.
+Goal: every tool, every motion and every stock at the price of a simulation, with an estimate and an honest interval for each
+block, and a closed surface in the end.
 
-1. The stock is never cut. A block removes what lies in its sweep and the raw stock, and in no earlier sweep; which earlier
-   ones matter is decided by distances (`sweep.near`).
-2. `sweep.candidates` names the upright columns in which the block can take anything, proven by distances. No column: it
-   removes nothing, and that is a bound.
-3. Along an upright ray the lengths are exact: ends of a line in a sweep (`Sweep.ray_intervals`) and in the stock.
-4. Rays stand at random in all columns, one in each cell of a raster (stratified), in `SETS` independent sets; in every second
-   set a ray stands where a half turn brings its neighbour's, which cancels what slopes evenly. The spread of the sets tells how
-   good their mean is.
-5. A pilot of few rays says how many are needed and where they differ; the answer is of the rays after it alone, so that
-   the choice does not lean on what it chose.
-6. Interval: mean +- (t S + u + e). S is the standard error of the mean, t Student's quantile for `SETS` - 1 degrees of
-   freedom; u is what may lie where no ray of any set stands; e is rounding. It holds the truth with probability
-   `CONFIDENCE` at least, and is never called a bracket.
+1. Rays along z, or along z, x and y, one in every cell of a raster over the box of the stock. Within the cells they stand at
+   places that rows and columns shift by multiples of irrational numbers, so that a wall along the raster meets rays at all
+   distances: the error of a raster of rays at equal places would be the same for all of them.
+2. A ray keeps the intervals of its material in flat arrays (`Lists`); each end knows the block that made it.
+3. A block asks only rays with material in a prism around its sweep (`around.stadium`), and their neighbours. Where a ray is in
+   the sweep is exact (`Sweep.ray_intervals`). What a ray loses is taken off its intervals: sums over a ray are exact.
+4. Each direction gives a volume, the sum of lengths times the area of a cell, and half of an interval (`grid.look`):
+   3 standard errors + 4 cells of what is left beside the sweep. The standard error comes from squared differences of
+   neighbouring rays; the second part stands for what lies between rays that all of them miss.
+5. Directions are three judges of one number: the interval of a block is what they share, its estimate their mean with the
+   inverse squares of their widths for weights. Where they share nothing the interval is what any of them says.
+6. The surface is a dual contour: signs of nodes by the upright rays, vertices as means of ends of rays (`contour`).
 
 | file | holds |
 |---|---|
-| `engine.py` | `DexelEngine`: the protocol of all engines |
-| `rays.py` | `material`: lengths along rays; `Cells`, and rays in pairs |
-| `surface.py` | `staircase`: the workpiece for pictures |
-| `estimate.py` | `estimated`: pilot, rays, interval |
+| `engine.py` | `DexelEngine`: the protocol of all engines; `agreed` |
+| `grid.py` | `RayGrid`: one direction; `look`: volume and interval of a block |
+| `lattice.py` | `Lattice`, `Lists`: where rays stand, what is left of them |
+| `around.py` | `stadium`: a prism around a sweep |
+| `budget.py` | spacings: the default, and what memory allows |
+| `surface.py`, `contour/` | closed triangles |
+| `_kernels.py` | loops over rays, in numba |
+| `rays/` | `RayEngine`: rays without a workpiece, the second judge of a run |
 
-Source: stratified sampling with antithetic pairs (Hammersley and Handscomb, Monte Carlo Methods, 1964, 5.3 and 5.6); the
-allocation by spread is Neyman's (1934).
-Departures: rays are upright only. A wall along them shows as steps between cells, where the second choice of cells is finest.
+Source: dexels after Van Hook (SIGGRAPH 1986); three directions after Benouamer and Michelucci (1997). Dual contouring after
+Ju, Losasso, Schaefer, Warren (SIGGRAPH 2002), here with means of ends in place of normals.
+Departures: shifted rays, exact sweeps in place of poses or facets, an interval in place of a resolution.
 
-Known limits: times grow with the number of earlier sweeps in the neighbourhood (about 2 us a ray and sweep). The
-workpiece as triangles is a staircase of 160 dexels, for pictures. Thin skins on upright walls have wide intervals.
+Known limits: the interval is stated, not proven. What is thinner than the spacing in all directions can be missed; what is
+thinner in one is seen by the others. The surface shows no feature below the spacing and has chamfers of half of it.
 """
 
-from vmachining.engines.dexel.engine import DexelEngine
-from vmachining.engines.dexel.estimate import CONFIDENCE
+from vmachining.engines.dexel.engine import CONFIDENCE, DexelEngine
+from vmachining.engines.dexel.rays import RayEngine
 
-__all__ = ["CONFIDENCE", "DexelEngine"]
+__all__ = ["CONFIDENCE", "DexelEngine", "RayEngine"]

@@ -1,70 +1,69 @@
-"""`DexelEngine`: what every engine answers, by rays."""
+"""`DexelEngine`: what every engine answers, by a grid of rays that are cut."""
 
 from __future__ import annotations
 
-import io
-import pickle
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 
-from vmachining.arrays import Floats
-from vmachining.engines.dexel.estimate import CONFIDENCE, MOST, Take, estimated
-from vmachining.engines.dexel.surface import staircase
+from vmachining.arrays import Floats, Ints
+from vmachining.engines.dexel.around import stadium
+from vmachining.engines.dexel.budget import default_spacing, refuse_too_fine
+from vmachining.engines.dexel.grid import Look, RayGrid
+from vmachining.engines.dexel.lattice import Lattice, Lists
+from vmachining.engines.dexel.surface import triangles
 from vmachining.engines.protocol import NOTHING, Options, Removal, StockSurface
-from vmachining.errors import EngineError
+from vmachining.errors import EngineError, InputError
 from vmachining.geometry import Bracket
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep
-from vmachining.sweep.near import SweepIndex
 from vmachining.sweep.reach import meets, reaching
 
-__all__ = ["DexelEngine"]
+__all__ = ["CONFIDENCE", "DexelEngine", "agreed"]
 
-WANT_REL = 0.01
-"""Half width of intervals asked for, relative to the volume, if nobody says otherwise."""
+CONFIDENCE = 0.99
+"""Of the interval of a block, as tested: at least so many of random blocks hold their closed forms."""
 
-GRID = 64
-"""Cells of the grid of sweeps along the stock."""
-
-GEOMETRY = (
-    "vmachining.stock",
-    "vmachining.sweep",
-    "vmachining.geometry",
-    "vmachining.tool",
-    "vmachining.numerics",
-)
-NUMPY = ("_reconstruct", "ndarray", "dtype", "scalar", "_frombuffer")
-"""What a checkpoint may hold: our own values, and arrays."""
+AXES = {1: (2,), 3: (2, 0, 1)}
+"""Directions of rays by their number."""
 
 
 class DexelEngine:
-    """Workpiece of one job: raw stock and the sweeps that left it.
+    """Workpiece of one job as rays in one direction (along z) or three.
 
     Parameters
     ----------
     stock : Stock
-    options : Options
-    want_rel : half width of intervals asked for, relative to the volume; at most `most` rays of a set are spent on it.
+    options : `spacing` of rays, mm (None: about half a million of them), and `directions`.
     """
 
     name = "dexel"
-    proof = f"exact rays: intervals of confidence {CONFIDENCE:g} per block, not proven"
 
-    def __init__(
-        self, stock: Stock, options: Options | None = None, *, want_rel: float = WANT_REL, most: int = MOST
-    ) -> None:
-        self.chord = (options or Options()).chord
-        self._stock, self._want, self._most = stock, want_rel, most
+    def __init__(self, stock: Stock, options: Options | None = None) -> None:
+        options = options or Options()
+        if options.directions not in AXES:
+            raise InputError(f"directions = {options.directions}", remedy="1 (along z) or 3")
+        axes = AXES[options.directions]
         self._box: Floats = np.array(stock.bounds)
-        self._index = SweepIndex((), pitch=float(np.ptp(self._box, axis=0).max()) / GRID, clip=self._box)
-        self._blocks = list[int]()
+        self.spacing = default_spacing(self._box, axes) if options.spacing is None else options.spacing
+        refuse_too_fine(self._box, axes, self.spacing)
+        self.chord = options.chord
+        self.grids = [RayGrid.of(stock, axis, self.spacing) for axis in axes]
         self._removed = NOTHING
         outer, inner = (mesh.volume for mesh in stock.mesh(self.chord))
         # twice the inscribed and once the circumscribed polygon: Huygens' rule for circles
         self.stock_volume = Bracket(inner, (outer + 2.0 * inner) / 3.0, outer)
+
+    @property
+    def proof(self) -> str:
+        """See `Engine`."""
+        return (
+            f"rays in {len(self.grids)} direction{'s' * (len(self.grids) > 1)} at {self.spacing:.3g} mm: intervals of "
+            f"confidence {CONFIDENCE:g} per block, not proven"
+        )
 
     @classmethod
     def of(cls, stock: Stock, options: Options) -> Self:
@@ -78,65 +77,57 @@ class DexelEngine:
 
     def cut(self, sweep: Sweep, block: int | None = None) -> Removal:
         """See `Engine`."""
-        number = self.add(sweep, -1 if block is None else block)
-        found = self.removed([number], seed=number)
+        found = self._asked(sweep, -1 if block is None else block, cut=True)
         self._removed = self._removed.plus(found)
         return found
 
     def touch(self, sweep: Sweep, within: float | None = None) -> Removal:
         """See `Engine`."""
+        return self._asked(sweep, -1, cut=False)
+
+    def _asked(self, sweep: Sweep, block: int, *, cut: bool) -> Removal:
         short = reaching(sweep, self._box)
         if not meets(short, self._box):
             return NOTHING
-        known = self._index.sweeps
-        earlier = self._index.needed_by(short, len(known), self._box)
-        take = Take(short, [known[j] for j in earlier])
-        return estimated([take], self._stock, want_rel=self._want, most=self._most)
-
-    def add(self, sweep: Sweep, block: int = -1) -> int:
-        """Take a sweep out without asking how much that is; its number."""
-        self._blocks.append(block)
-        return self._index.add(reaching(sweep, self._box))
-
-    def removed(
-        self, members: Sequence[int], *, seed: int, want_rel: float | None = None, most: int | None = None
-    ) -> Removal:
-        """What some sweeps, by number, took together, each after all before it.
-
-        Stateless: answers may be asked for in any order, and again with another seed or other rays.
-        """
-        known = self._index.sweeps
-        takes = [
-            Take(known[k], [known[j] for j in self._index.needed(k, self._box)])
-            for k in members
-            if meets(known[k], self._box)
-        ]
-        return estimated(
-            takes, self._stock, seed=seed, want_rel=want_rel or self._want, most=most or self._most
-        )
+        around = stadium(short, 1.5 * self.spacing)
+        return agreed([grid.removed(short, around, block, cut=cut) for grid in self.grids])
 
     @property
     def volume(self) -> Bracket:
-        """mm^3; the sum of intervals of all blocks."""
+        """mm^3: the estimate is the sum over all blocks, the interval that of all of them as one block."""
         whole, gone = self.stock_volume, self._removed
-        return Bracket(max(0.0, whole.lo - gone.hi), whole.estimate - gone.estimate, whole.hi - gone.lo)
+        once = agreed([grid.gone() for grid in self.grids])
+        lo = max(0.0, whole.lo - min(gone.hi, max(once.hi, gone.estimate)))
+        return Bracket(
+            lo, whole.estimate - gone.estimate, whole.hi - max(gone.lo, min(once.lo, gone.estimate))
+        )
+
+    def ends(self) -> tuple[Floats, Ints, Ints]:
+        """Points (n, 3) mm of the workpiece's surface where rays end, block (n,) that made each (-1 raw stock), axis (n,)."""
+        parts = [grid.ends() for grid in self.grids]
+        points, blocks = (np.concatenate(column) for column in zip(*parts, strict=True))
+        axes = np.repeat([grid.lattice.axis for grid in self.grids], [len(part[1]) for part in parts])
+        return points, blocks, axes
 
     def surface(self) -> StockSurface:
-        """See `Engine`: a staircase for pictures, whose volume is that of no interval."""
-        return staircase(self._stock, self._index.sweeps, self._blocks)
+        """See `Engine`: closed triangles through the ends of rays."""
+        return triangles(self.grids, self._box)
 
     def save(self, path: Path) -> None:
         """See `Engine`."""
-        state = (
-            self._stock,
-            self.chord,
-            self._want,
-            self._most,
-            self._index.sweeps,
-            self._blocks,
-            self._removed,
-        )
-        path.write_bytes(pickle.dumps(state))
+        state = {
+            "spacing": self.spacing, "chord": self.chord, "removed": list(self._removed[:4]),
+            "stock_volume": list(self.stock_volume),
+            "lattices": [list(grid.lattice[:7]) for grid in self.grids],
+        }  # fmt: skip
+        arrays: dict[str, Any] = {}
+        for k, grid in enumerate(self.grids):
+            used = int(grid.lists.used[0])
+            for name, values in grid.lists._asdict().items():
+                arrays[f"{name}{k}"] = values[:used] if name in ("low", "high", "below", "above") else values
+            arrays |= {f"sa{k}": grid.lattice.sa, f"sb{k}": grid.lattice.sb, f"raw{k}": grid.raw}
+        with path.open("wb") as file:
+            np.savez(file, state=np.array(json.dumps(state)), box=self._box, **arrays)
 
     @classmethod
     def load(cls, path: Path) -> Self:
@@ -145,28 +136,37 @@ class DexelEngine:
         Raises
         ------
         EngineError
-            The file cannot be read, is damaged, or holds anything but geometry.
+            The file cannot be read or is damaged.
         """
+        engine = object.__new__(cls)
         try:
-            stock, chord, want, most, sweeps, blocks, removed = _Geometry(
-                io.BytesIO(path.read_bytes())
-            ).load()
-            engine = cls(stock, Options(chord=chord), want_rel=want, most=most)
-            for sweep in sweeps:
-                engine._index.add(sweep)
-            engine._blocks, engine._removed = list(blocks), removed
-        except EngineError:
-            raise
+            with np.load(path) as data:
+                found = {name: data[name] for name in data.files}
+            state = json.loads(str(found["state"]))
+            engine.spacing, engine.chord = float(state["spacing"]), float(state["chord"])
+            engine._box, engine.stock_volume = found["box"], Bracket(*state["stock_volume"])
+            engine._removed = Removal(*state["removed"])
+            engine.grids = []
+            for k, row in enumerate(state["lattices"]):
+                axis, a0, b0, ha, hb, na, nb = row
+                lat = Lattice(axis, a0, b0, ha, hb, na, nb, found[f"sa{k}"], found[f"sb{k}"])
+                lists = Lists(*(found[f"{name}{k}"] for name in Lists._fields))
+                engine.grids.append(RayGrid(lat, lists, engine._box, found[f"raw{k}"]))
         except Exception as exc:  # bytes that are no checkpoint can raise anything
             raise EngineError(f"cannot read the checkpoint {path} ({exc})", engine=cls.name) from exc
         return engine
 
 
-class _Geometry(pickle.Unpickler):
-    """Reads pickles of our own values and of arrays, and nothing that could run."""
+def agreed(looks: Sequence[Look]) -> Removal:
+    """One interval of those of all directions: what they share, and where they share nothing all that they say.
 
-    def find_class(self, module: str, name: str) -> Any:
-        ours = module.startswith(GEOMETRY) or (module, name) == ("vmachining.engines.protocol", "Removal")
-        if not ours and not (module.split(".")[0] == "numpy" and name in NUMPY):
-            raise EngineError(f"the checkpoint holds {module}.{name}", engine="dexel")
-        return super().find_class(module, name)
+    The estimate is their mean by their weights, or the end of the interval that it lies beyond.
+    """
+    lo = max(0.0, *(each.volume - each.half for each in looks))
+    hi = min(each.volume + each.half for each in looks)
+    if lo > hi:
+        lo = max(0.0, min(each.volume - each.half for each in looks))
+        hi = max(each.volume + each.half for each in looks)
+    whole = sum(each.weight for each in looks)
+    mean = sum(each.weight * each.volume for each in looks) / whole if whole > 0.0 else 0.0
+    return Removal(lo, min(max(mean, lo), hi), hi, proven=False)

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import os
-from contextlib import suppress
 from math import sqrt
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,11 +11,12 @@ from vmachining.engines.vectors.along import PATCH_BYTES, Patches
 from vmachining.engines.vectors.lattice._kernels import count_vectors
 from vmachining.engines.vectors.upright import KEPT, TILE, grid_shape
 from vmachining.errors import InputError
+from vmachining.memory import available_bytes
 
 if TYPE_CHECKING:
     from vmachining.engines.vectors.engine import VectorEngine
 
-__all__ = ["available_bytes", "refuse_too_many"]
+__all__ = ["refuse_too_many"]
 
 UPRIGHT_BYTES, NORMAL_BYTES, BASE_BYTES = 4, 17, 16
 """Lengths alone; lengths and lambda, twice while they are laid, and a share of a group; a cell of a tile that is kept."""
@@ -28,21 +26,6 @@ EXACT_BELOW = 1e7
 
 SHARE = 0.7
 """Of the memory that is free, for vectors."""
-
-
-def available_bytes() -> int:
-    """Memory that a process can still get: what the system has free, or its container allows."""
-    known = []
-    with suppress(OSError, ValueError, AttributeError):
-        known.append(os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    with suppress(OSError, ValueError, IndexError):
-        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
-        known = [1024 * int(line.split()[1]) for line in lines if line.startswith("MemAvailable:")] or known
-    with suppress(OSError, ValueError):
-        limit = int(Path("/sys/fs/cgroup/memory.max").read_text(encoding="ascii"))
-        used = int(Path("/sys/fs/cgroup/memory.current").read_text(encoding="ascii"))
-        known.append(max(0, limit - used))
-    return min(known, default=1 << 32)
 
 
 def refuse_too_many(engine: VectorEngine, patches: Patches) -> None:

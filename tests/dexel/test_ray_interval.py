@@ -1,4 +1,4 @@
-"""The interval of the dexel engine holds closed forms as often as it says, and the engine keeps the protocol's promises."""
+"""The interval of the ray engine holds closed forms as often as it says, and the engine keeps the protocol's promises."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from closedforms import FAMILIES, HI, LO, case_of, engine_for, slot
 from scipy.stats import binom
 
 from vmachining import Sweep
-from vmachining.engines.dexel import CONFIDENCE, DexelEngine
+from vmachining.engines.dexel.rays import CONFIDENCE, RayEngine
 from vmachining.engines.protocol import Removal
 from vmachining.errors import EngineError
 
@@ -93,14 +93,14 @@ def test_an_interrupted_engine_goes_on_as_if_nothing_happened(tmp_path: Path) ->
     case = case_of(1)
     engine, _ = engine_for(case._replace(block=[]))
     engine.save(tmp_path / "checkpoint")
-    again = DexelEngine.load(tmp_path / "checkpoint")
+    again = RayEngine.load(tmp_path / "checkpoint")
     assert again.cut(case.block[0], 1) == engine.cut(case.block[0], 1)
 
 
 def test_a_checkpoint_runs_nothing(tmp_path: Path) -> None:
     (tmp_path / "bad").write_bytes(pickle.dumps(print))
     with pytest.raises(EngineError, match=r"holds builtins\.print"):
-        DexelEngine.load(tmp_path / "bad")
+        RayEngine.load(tmp_path / "bad")
 
 
 def test_the_staircase_has_about_the_volume_that_is_left() -> None:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vmachining.arrays import Floats, Ints
-from vmachining.engines.dexel.rays import Cells, divided, material, places
+from vmachining.engines.dexel.rays.lengths import Cells, divided, material, places
 from vmachining.engines.protocol import Removal
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep

@@ -1,0 +1,36 @@
+"""`run --engine dexel` with a [design]: gouge and excess in the tables that vectors write, against depths that are known."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+import vmachining as vm
+from tests.tinyjob import JOB, PROGRAM
+from vmachining.job.stock import write_stock
+from vmachining.stock import BoxStock
+
+
+def test_gouge_and_excess_have_their_depth_and_their_block(tmp_path: Path) -> None:
+    """The design is 0.3 mm higher than the floor of the slot (z = -1), and 0.7 mm lower than the stock; STL has 32 bits."""
+    write_stock(BoxStock((0, 0, -4), (10, 18, -0.7)).mesh(0.1)[0], tmp_path / "part.stl")
+    (tmp_path / "tiny.nc").write_text(PROGRAM)
+    (tmp_path / "job.toml").write_text(
+        JOB + 'spacing_mm = 0.2\n[design]\nstl = "part.stl"\ntolerance_mm = 0.05\n'
+    )
+    result = vm.run(tmp_path / "job.toml", engine="dexel", out=tmp_path / "out")
+    rows = pl.read_parquet(tmp_path / "out" / "deviation.parquet")
+    assert result.summary["max_overcut_mm"] == pytest.approx(0.3, abs=1e-6)
+    assert result.summary["max_undercut_mm"] == pytest.approx(0.7, abs=1e-6)
+    slot = int(result.blocks.filter(pl.col("line") == 7)["block"].item())
+    over = rows.filter(pl.col("state") == "over", pl.col("kind") == "ray along z")
+    assert set(over["block"]) == {slot}
+    assert (
+        np.allclose(over["deviation_mm"], -0.3)
+        and np.allclose(over["z_mm"], -0.7)
+        and np.allclose(over["nz"], 1.0)
+    )
+    assert over.height * 0.2**2 == pytest.approx(40.0, rel=0.05)  # mm^2 of the slot's floor

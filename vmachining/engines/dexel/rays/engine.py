@@ -1,0 +1,172 @@
+"""`RayEngine`: what every engine answers, by rays."""
+
+from __future__ import annotations
+
+import io
+import pickle
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from vmachining.arrays import Floats
+from vmachining.engines.dexel.rays.estimate import CONFIDENCE, MOST, Take, estimated
+from vmachining.engines.dexel.rays.surface import staircase
+from vmachining.engines.protocol import NOTHING, Options, Removal, StockSurface
+from vmachining.errors import EngineError
+from vmachining.geometry import Bracket
+from vmachining.stock import Stock
+from vmachining.sweep import Sweep
+from vmachining.sweep.near import SweepIndex
+from vmachining.sweep.reach import meets, reaching
+
+__all__ = ["RayEngine"]
+
+WANT_REL = 0.01
+"""Half width of intervals asked for, relative to the volume, if nobody says otherwise."""
+
+GRID = 64
+"""Cells of the grid of sweeps along the stock."""
+
+GEOMETRY = (
+    "vmachining.stock",
+    "vmachining.sweep",
+    "vmachining.geometry",
+    "vmachining.tool",
+    "vmachining.numerics",
+)
+NUMPY = ("_reconstruct", "ndarray", "dtype", "scalar", "_frombuffer")
+"""What a checkpoint may hold: our own values, and arrays."""
+
+
+class RayEngine:
+    """Workpiece of one job: raw stock and the sweeps that left it.
+
+    Parameters
+    ----------
+    stock : Stock
+    options : Options
+    want_rel : half width of intervals asked for, relative to the volume; at most `most` rays of a set are spent on it.
+    """
+
+    name = "rays"
+    proof = f"exact rays: intervals of confidence {CONFIDENCE:g} per block, not proven"
+
+    def __init__(
+        self, stock: Stock, options: Options | None = None, *, want_rel: float = WANT_REL, most: int = MOST
+    ) -> None:
+        self.chord = (options or Options()).chord
+        self._stock, self._want, self._most = stock, want_rel, most
+        self._box: Floats = np.array(stock.bounds)
+        self._index = SweepIndex((), pitch=float(np.ptp(self._box, axis=0).max()) / GRID, clip=self._box)
+        self._blocks = list[int]()
+        self._removed = NOTHING
+        outer, inner = (mesh.volume for mesh in stock.mesh(self.chord))
+        # twice the inscribed and once the circumscribed polygon: Huygens' rule for circles
+        self.stock_volume = Bracket(inner, (outer + 2.0 * inner) / 3.0, outer)
+
+    @classmethod
+    def of(cls, stock: Stock, options: Options) -> Self:
+        """See `Engine`."""
+        return cls(stock, options)
+
+    @classmethod
+    def takes(cls, sweep: Sweep) -> bool:
+        """See `Engine`: all of them."""
+        return True
+
+    def cut(self, sweep: Sweep, block: int | None = None) -> Removal:
+        """See `Engine`."""
+        number = self.add(sweep, -1 if block is None else block)
+        found = self.removed([number], seed=number)
+        self._removed = self._removed.plus(found)
+        return found
+
+    def touch(self, sweep: Sweep, within: float | None = None) -> Removal:
+        """See `Engine`."""
+        short = reaching(sweep, self._box)
+        if not meets(short, self._box):
+            return NOTHING
+        known = self._index.sweeps
+        earlier = self._index.needed_by(short, len(known), self._box)
+        take = Take(short, [known[j] for j in earlier])
+        return estimated([take], self._stock, want_rel=self._want, most=self._most)
+
+    def add(self, sweep: Sweep, block: int = -1) -> int:
+        """Take a sweep out without asking how much that is; its number."""
+        self._blocks.append(block)
+        return self._index.add(reaching(sweep, self._box))
+
+    def removed(
+        self, members: Sequence[int], *, seed: int, want_rel: float | None = None, most: int | None = None
+    ) -> Removal:
+        """What some sweeps, by number, took together, each after all before it.
+
+        Stateless: answers may be asked for in any order, and again with another seed or other rays.
+        """
+        known = self._index.sweeps
+        takes = [
+            Take(known[k], [known[j] for j in self._index.needed(k, self._box)])
+            for k in members
+            if meets(known[k], self._box)
+        ]
+        return estimated(
+            takes, self._stock, seed=seed, want_rel=want_rel or self._want, most=most or self._most
+        )
+
+    @property
+    def volume(self) -> Bracket:
+        """mm^3; the sum of intervals of all blocks."""
+        whole, gone = self.stock_volume, self._removed
+        return Bracket(max(0.0, whole.lo - gone.hi), whole.estimate - gone.estimate, whole.hi - gone.lo)
+
+    def surface(self) -> StockSurface:
+        """See `Engine`: a staircase for pictures, whose volume is that of no interval."""
+        return staircase(self._stock, self._index.sweeps, self._blocks)
+
+    def save(self, path: Path) -> None:
+        """See `Engine`."""
+        state = (
+            self._stock,
+            self.chord,
+            self._want,
+            self._most,
+            self._index.sweeps,
+            self._blocks,
+            self._removed,
+        )
+        path.write_bytes(pickle.dumps(state))
+
+    @classmethod
+    def load(cls, path: Path) -> Self:
+        """See `Engine`.
+
+        Raises
+        ------
+        EngineError
+            The file cannot be read, is damaged, or holds anything but geometry.
+        """
+        try:
+            stock, chord, want, most, sweeps, blocks, removed = _Geometry(
+                io.BytesIO(path.read_bytes())
+            ).load()
+            engine = cls(stock, Options(chord=chord), want_rel=want, most=most)
+            for sweep in sweeps:
+                engine._index.add(sweep)
+            engine._blocks, engine._removed = list(blocks), removed
+        except EngineError:
+            raise
+        except Exception as exc:  # bytes that are no checkpoint can raise anything
+            raise EngineError(f"cannot read the checkpoint {path} ({exc})", engine=cls.name) from exc
+        return engine
+
+
+class _Geometry(pickle.Unpickler):
+    """Reads pickles of our own values and of arrays, and nothing that could run."""
+
+    def find_class(self, module: str, name: str) -> Any:
+        ours = module.startswith(GEOMETRY) or (module, name) == ("vmachining.engines.protocol", "Removal")
+        if not ours and not (module.split(".")[0] == "numpy" and name in NUMPY):
+            raise EngineError(f"the checkpoint holds {module}.{name}", engine="rays")
+        return super().find_class(module, name)
