@@ -10,17 +10,20 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vmachining.engines.columns.cells._kernels import DOWN, FIRST, SELF, SMOOTH, UP, above, bounds
-from vmachining.engines.columns.surface._kernels import covers, value
+from vmachining.engines.columns.arcs._kernels import ARC, WIDTH, place
+from vmachining.engines.columns.cells._kernels import DOWN, FIRST, SELF, SMOOTH, UP, above, bounds, hides
+from vmachining.engines.columns.surface._kernels import value
 from vmachining.jit import kernel, leaf
 
 
 class Shapes(NamedTuple):
-    """Cutters and sweeps: head (c, 5), part (c, parts, 8), lift (c, c), rows (n, 10); see surface/_kernels.py."""
+    """Cutters and sweeps: head (c, 5), part (c, parts, 8), lift (c, c), ladder (c, 2), rows (n, 16); see
+    surface/_kernels.py and arcs/_kernels.py."""
 
     head: NDArray[np.float64]
     part: NDArray[np.float64]
     lift: NDArray[np.float64]
+    ladder: NDArray[np.float64]
     rows: NDArray[np.float64]
 
 
@@ -36,13 +39,14 @@ class Tiles(NamedTuple):
 
 
 class Work(NamedTuple):
-    """cell (n, 6), span (n, 2), heap (n,), ids (m,), met (t, 3) tile, first id, ids; E, C, P, W per cell."""
+    """cell (n, 6), span (n, 2), heap (n,), ids (m,), met (t, 3) tile, first id, ids; lines, E, C, P, W per cell."""
 
     cell: NDArray[np.float64]
     span: NDArray[np.int64]
     heap: NDArray[np.int64]
     ids: NDArray[np.int64]
     met: NDArray[np.int64]
+    lines: NDArray[np.float64]
     E: NDArray[np.float64]
     C: NDArray[np.float64]
     P: NDArray[np.float64]
@@ -84,6 +88,10 @@ def tile_range(shapes: Shapes, tiles: Tiles, k: int) -> tuple[int, int, int, int
     R, L = shapes.head[int(rows[k, 8]), 1], rows[k, 5]
     x0, x1 = rows[k, 0], rows[k, 0] + L * rows[k, 3]
     y0, y1 = rows[k, 1], rows[k, 1] + L * rows[k, 4]
+    if rows[k, 10] == ARC:  # its end, and how far it bulges between
+        r, angle = rows[k, 13], rows[k, 14] + rows[k, 15]
+        x1, y1 = rows[k, 11] + r * np.cos(angle), rows[k, 12] + r * np.sin(angle)
+        R += r * (1.0 - np.cos(0.5 * rows[k, 15]))
     i0 = int(np.floor((min(x0, x1) - R - grid[0]) / grid[2]))
     i1 = int(np.floor((max(x0, x1) + R - grid[0]) / grid[2])) + 1
     j0 = int(np.floor((min(y0, y1) - R - grid[1]) / grid[3]))
@@ -132,9 +140,9 @@ def remove(
     state FULL: the cells were used up before the width asked for was reached (the bracket holds); LONG: a list of sweeps
     does not fit, nothing was done.
     """
-    head, part, lift, rows = shapes.head, shapes.part, shapes.lift, shapes.rows
+    head, part, lift, ladder, rows = shapes.head, shapes.part, shapes.lift, shapes.ladder, shapes.rows
     cell, span, heap, ids, met = work.cell, work.span, work.heap, work.ids, work.met
-    E, C, P, W = work.E, work.C, work.P, work.W
+    lines, E, C, P, W = work.lines, work.E, work.C, work.P, work.W
     i0, i1, j0, j1 = tile_range(shapes, tiles, k)
     gx, gy, w, h = tiles.grid[0], tiles.grid[1], tiles.grid[2], tiles.grid[3]
     n, used, fresh, most = ZERO, ZERO, ZERO, ZERO
@@ -153,8 +161,8 @@ def remove(
             x, y = gx + (i + 0.5) * w, gy + (j + 0.5) * h
             src = used
             lo, hi, m = bounds(
-                head, part, lift, rows, k, rim, top, bottom, x, y, 0.5 * w, 0.5 * h,
-                ids, src, count, src + count, slack, E, C, P, W,
+                head, part, lift, ladder, rows, k, rim, top, bottom, x, y, 0.5 * w, 0.5 * h,
+                ids, src, count, src + count, slack, lines, E, C, P, W,
             )  # fmt: skip
             if hi <= 0.0:
                 continue
@@ -178,7 +186,7 @@ def remove(
                 left = ZERO
                 for q in range(m):
                     s = ids[src + count + q]
-                    if covers(head, part, lift, rows, k, s, x, y, 0.5 * w, 0.5 * h, slack):
+                    if hides(head, part, lift, lines, SELF, FIRST + q, x, y, 0.5 * w, 0.5 * h, slack):
                         continue
                     known = rows[s, 9] != rows[k, 9] and E[SELF, UP + 7] == SMOOTH and E[SELF, UP] > bottom
                     if known and above(E, FIRST + q, DOWN, 0.5 * w, 0.5 * h, SELF, UP):
@@ -205,28 +213,9 @@ def remove(
         for q in range(4):
             cx, cy = x + (hx if q % 2 else -hx), y + (hy if q > 1 else -hy)
             a, b, m = bounds(
-                head,
-                part,
-                lift,
-                rows,
-                k,
-                rim,
-                top,
-                bottom,
-                cx,
-                cy,
-                hx,
-                hy,
-                ids,
-                src,
-                count,
-                used,
-                slack,
-                E,
-                C,
-                P,
-                W,
-            )
+                head, part, lift, ladder, rows, k, rim, top, bottom, cx, cy, hx, hy,
+                ids, src, count, used, slack, lines, E, C, P, W,
+            )  # fmt: skip
             new = c if q == 0 else n
             cell[new, 0], cell[new, 1], cell[new, 2], cell[new, 3] = cx, cy, hx, hy
             cell[new, 4], cell[new, 5] = a, b
@@ -268,14 +257,14 @@ def assign(tiles: Tiles, t: int, ids: NDArray[np.int64]) -> None:
 
 @kernel
 def heights(
-    shapes: Shapes, tiles: Tiles, per: int, bottom: float, top: float, height: NDArray[np.float64],
-    owner: NDArray[np.float64],
+    shapes: Shapes, tiles: Tiles, lines: NDArray[np.float64], per: int, bottom: float, top: float,
+    height: NDArray[np.float64], owner: NDArray[np.float64],
 ) -> None:  # fmt: skip
     """Height of what is left at (per + 1)^2 places of every tile, and the row of the sweep that made it; -1: none.
 
     Of a sweep that is held between two cutters it is the lower surface of the one inside.
     """
-    head, part, rows = shapes.head, shapes.part, shapes.rows
+    head, part, ladder, rows = shapes.head, shapes.part, shapes.ladder, shapes.rows
     x, y, w, h = tiles.grid[0], tiles.grid[1], tiles.grid[2], tiles.grid[3]
     for j in range(tiles.size[1]):
         for i in range(tiles.size[0]):
@@ -285,9 +274,9 @@ def heights(
                     e, low, who = first, top, -1
                     while e >= 0:
                         k = tiles.sweep[e]
-                        f = value(
-                            head, part, int(rows[k, 7]), rows, k, x + (i + a / per) * w, y + (j + b / per) * h
-                        )
+                        px, py = x + (i + a / per) * w, y + (j + b / per) * h
+                        place(head, part, ladder, rows, k, px, py, 0.01 * w, lines, SELF)
+                        f = value(head, part, int(lines[SELF, 7]), lines, SELF, px, py)
                         if f < low:
                             low, who = f, k
                         e = tiles.after[e]
@@ -303,6 +292,7 @@ def work(cells: int = 60_000, most: int = 256) -> Work:
         np.zeros(cells, dtype=np.int64),
         np.zeros(25 * cells, dtype=np.int64),
         np.zeros((cells, 3), dtype=np.int64),
+        np.zeros((most, WIDTH)),
         np.zeros((most, 16)),
         np.zeros((most, 4)),
         np.zeros((5, 16, 2)),

@@ -11,7 +11,7 @@ from vmachining.arrays import Floats
 from vmachining.engines.columns.surface._kernels import profile as profile_at
 from vmachining.tool import Profile, Segment
 
-__all__ = ["Underside", "grown", "lift", "underside"]
+__all__ = ["Underside", "grown", "lift", "underside", "widened"]
 
 LINE, ARC, VERTEX = 0.0, 1.0, 2.0
 """Kinds of parts, see `surface/_kernels.py`."""
@@ -48,6 +48,15 @@ def grown(profile: Profile, by: float) -> Profile:
         return profile
     height, reach = _anchor(profile)
     return profile.shifted(-height).scaled(1.0 + by / reach).shifted(height)
+
+
+def widened(profile: Profile, by: float) -> Profile:
+    """The same for points that are `by` mm aside, at the same height: a cutter with a flat or round of its own moves
+    outward, and keeps its height; any other is grown."""
+    if profile.points[0, 0] <= abs(by) or not profile.is_convex:
+        return grown(profile, by)
+    aside = np.array([by, 0.0])
+    return Profile(profile.points + aside, profile.centers + aside, profile.radii)
 
 
 @lru_cache(maxsize=256)

@@ -12,13 +12,15 @@ import numpy as np
 
 from vmachining.arrays import Floats, Ints
 from vmachining.engines.columns import _kernels
-from vmachining.engines.columns.cutters import grown, lift, underside
+from vmachining.engines.columns.arcs import RUNGS, is_flat, pieces, widest
+from vmachining.engines.columns.arcs._kernels import ARC
+from vmachining.engines.columns.cutters import grown, lift, underside, widened
 from vmachining.engines.columns.heights import solid_of
 from vmachining.engines.columns.paths import chords
 from vmachining.engines.columns.store import packed_profiles, profiles_of
 from vmachining.engines.protocol import NOTHING, Options, Removal, StockSurface
 from vmachining.errors import EngineError, StockError
-from vmachining.geometry import Bracket
+from vmachining.geometry import Arc, Bracket
 from vmachining.stock import BoxStock, CylinderStock, Stock
 from vmachining.sweep import Sweep, Turn
 from vmachining.tolerance import CHORD_MM
@@ -47,8 +49,8 @@ PER_TILE, MOST_PLACES = 4, 4_000_000
 CELLS, ARC_CELLS = 60_000, 2_000
 """Cells of a straight block, and of a chord of an arc: what its sagitta leaves cannot be divided away."""
 
-ARC_SHARE = 0.7
-"""Of the width asked for that goes to the cells of chords; the rest is for their sagitta."""
+COARSE = 0.25
+"""Relative width of the first look at the pieces of a block."""
 
 SAGS = (2.0**-11, 2.0**-14)
 """mm by which chords may lie off an arc, tried in this order until the block is as narrow as asked."""
@@ -124,7 +126,7 @@ class ColumnsEngine:
         self._gone = NOTHING
         self._groups = 0
         self._no_cutters()
-        self._rows, self._count = np.zeros((64, 10)), 0
+        self._rows, self._count = np.zeros((64, 16)), 0
         self._blocks: list[int] = []
         self._tiles: _kernels.Tiles | None = None
         self._work = _kernels.work()
@@ -168,33 +170,52 @@ class ColumnsEngine:
         if isinstance(sweep.path, Turn):  # never: for the type checker
             raise AssertionError
         wanted = max(self.width_mm3, floor)
-        found, before = NOTHING, None
+        first, path = self._count, sweep.path
         for sag in SAGS:
-            way = chords(sweep.path, sag)
-            first = self._count
-            self._add(sweep.profile, way.points, way.off, block)
-            if way.off > 0.0:  # its chords see each other by the tiles
+            off = 0.0
+            if is_flat(path):
+                assert isinstance(path, Arc)
+                self._add_arc(sweep.profile, path, block)
+            else:
+                way = chords(path, sag)
+                off = way.off
+                self._add(sweep.profile, way.points, off, block)
+            if self._count - first == 1:
+                found = self._one(first, self.width, wanted, CELLS, keep)
+                before: dict[int, Ints] = {}
+            else:
                 before = self._lists(first)
-            found, pieces = NOTHING, self._count - first
-            relative, limit = (ARC_SHARE * self.width, ARC_CELLS) if way.off else (self.width, CELLS)
-            for k in range(first, self._count):
-                found = found.plus(self._one(k, relative, wanted / pieces, limit, keep or pieces > 1))
-            done = way.off == 0.0 or found.width <= max(wanted, self.width * found.estimate)
+                found = self._pieces(first, before, wanted, ARC_CELLS if off else CELLS)
+            done = off == 0.0 or found.width <= max(wanted, self.width * found.estimate)
             if not keep or (not done and sag != SAGS[-1]):
-                if before is not None or pieces > 1:
-                    self._restore(before or {})
+                if before:
+                    self._restore(before)
                 self._count = first
             if done:
                 break
         return found
 
+    def _pieces(self, first: int, before: dict[int, Ints], wanted: float, limit: int) -> Removal:
+        """Of all rows from `first` on, which see each other by the tiles: a coarse look says how narrow each need be."""
+        found, pieces = NOTHING, self._count - first
+        for k in range(first, self._count):
+            found = found.plus(self._one(k, COARSE, wanted / pieces, limit, True))
+        asked = max(wanted, self.width * found.lo)
+        if found.width <= asked:
+            return found
+        self._restore(before)
+        found = NOTHING
+        for k in range(first, self._count):
+            found = found.plus(self._one(k, 0.0, asked / pieces, limit, True))
+        return found
+
     def _one(self, k: int, relative: float, absolute: float, limit: int, keep: bool) -> Removal:
         """Of one straight piece."""
         tiles = self._ready(k)
-        shapes = _kernels.Shapes(self._head, self._part, self._lift, self._rows)
+        shapes = self._shapes
         bottom, top = self.stock.low[2], self.stock.high[2]
         row, out = self._rows[k].tolist(), np.zeros(5)
-        scale = max(map(abs, (*self.stock.low, *self.stock.high, *row[:3]))) + row[5]
+        scale = max(map(abs, (*self.stock.low, *self.stock.high, *row[:3], *row[11:14]))) + row[5]
         slack = ULPS * float(np.finfo(float).eps) * scale
         while True:
             _kernels.remove(
@@ -233,24 +254,65 @@ class ColumnsEngine:
                 row += [1.0, 0.0, 0.0, 0.0]
             else:
                 row = [x0, y0, z0, (x1 - x0) / L, (y1 - y0) / L, L, (z1 - z0) / L]
-            if self._count == len(self._rows):
-                self._rows = np.concatenate([self._rows, np.zeros_like(self._rows)])
-            self._rows[self._count] = [*row, held, holds, group]
-            self._blocks[self._count :] = [-1 if block is None else block]
-            self._count += 1
+            self._row([*row, held, holds, group], block)
+
+    def _add_arc(self, profile: Profile, path: Arc, block: int | None) -> None:
+        """Rows of the pieces of an arc, whose chords the kernels choose cell by cell."""
+        c = self._cutter(profile, 0.0)
+        if min(path.start[2], path.end[2]) + self._tops[c] < self.stock.high[2]:
+            raise EngineError("the top of the tool dips below the stock", engine=self.name, block=block)
+        if self._ladder[c, 1] == 0.0:
+            self._climb(profile, c)
+        n, way = pieces(path, float(self._head[c, 1])), float(np.sign(path.angle))
+        turn, r = path.angle / n, path.radius
+        arm = path.start - path.center
+        begin = float(np.arctan2(arm[1], arm[0]))
+        m = path.rise / (r * abs(path.angle))
+        for k in range(n):
+            x, y, z = path.position(k / n).tolist()
+            angle = begin + k * turn
+            group, self._groups = self._groups, self._groups + 1
+            row = [x, y, z, -way * np.sin(angle), way * np.cos(angle), r * abs(turn), m, c, c, group]
+            self._row([*row, ARC, *path.center[:2], r, angle, turn], block)
+
+    def _row(self, values: list[float], block: int | None) -> None:
+        if self._count == len(self._rows):
+            self._rows = np.concatenate([self._rows, np.zeros_like(self._rows)])
+        self._rows[self._count, : len(values)] = values
+        self._rows[self._count, len(values) :] = 0.0
+        self._blocks[self._count :] = [-1 if block is None else block]
+        self._count += 1
+
+    @property
+    def _shapes(self) -> _kernels.Shapes:
+        return _kernels.Shapes(self._head, self._part, self._lift, self._ladder, self._rows)
 
     def _no_cutters(self) -> None:
         self._cutters: dict[tuple[int, float], int] = {}
         self._known: list[tuple[Profile, float]] = []
         self._tops: list[float] = []
+        self._rung: list[bool] = []
         self._head, self._part, self._lift = np.zeros((0, 5)), np.zeros((0, PARTS, 8)), np.zeros((0, 0))
+        self._ladder = np.zeros((0, 2))
 
-    def _cutter(self, profile: Profile, by: float) -> int:
-        """Number of a cutter grown by some mm, told to the kernels once."""
-        known = self._cutters.get((id(profile), by))
+    def _climb(self, profile: Profile, c: int) -> None:
+        """Make the shrunk and grown cutters between which arcs of cutter c are held."""
+        off = widest(float(self._head[c, 1]))
+        first = len(self._head)
+        for rung in range(RUNGS):
+            for sign in (-1.0, 1.0):
+                self._cutter(profile, sign * off / 2.0**rung, rung=True)
+        self._ladder[c] = first, off
+
+    def _cutter(self, profile: Profile, by: float, *, rung: bool = False) -> int:
+        """Number of a cutter grown by some mm, told to the kernels once.
+
+        rung : one that arcs alone use; the cover rule is not asked about it.
+        """
+        known = None if rung else self._cutters.get((id(profile), by))
         if known is not None:
             return known
-        found = underside(grown(profile, by))
+        found = underside((widened if rung else grown)(profile, by))
         if found is None or len(found.part) > PARTS:
             raise EngineError("the tool is not convex or has too many parts", engine=self.name)
         part = np.zeros((1, PARTS, 8))
@@ -258,14 +320,21 @@ class ColumnsEngine:
         n = len(self._head)
         self._head = np.concatenate([self._head, found.head[None]])
         self._part = np.concatenate([self._part, part])
-        wider = np.zeros((n + 1, n + 1))
-        wider[:n, :n] = self._lift
-        for j in range(n):
-            wider[n, j], wider[j, n] = (lift(self._head, self._part, b, c) for b, c in ((n, j), (j, n)))
+        self._ladder = np.concatenate([self._ladder, np.zeros((1, 2))])
+        wider = np.full((n + 1, n + 1), np.inf)
+        wider[:n, :n], wider[n, n] = self._lift, 0.0
+        if not rung:
+            for j in range(n):
+                if not self._rung[j]:
+                    wider[n, j], wider[j, n] = (
+                        lift(self._head, self._part, b, c) for b, c in ((n, j), (j, n))
+                    )
         self._lift = wider
+        self._rung.append(rung)
         self._tops.append(found.top)
         self._known.append((profile, by))
-        self._cutters[id(profile), by] = n
+        if not rung:
+            self._cutters[id(profile), by] = n
         return n
 
     def _round_stock(self) -> int:
@@ -276,7 +345,7 @@ class ColumnsEngine:
         disc = Profile([(radius, 0.0), (radius, 1.0)])
         c = self._cutter(disc, 0.0)
         x, y = (0.5 * (a + b) for a, b in zip(low[:2], high[:2], strict=True))
-        self._rows[0] = [x, y, low[2], 1.0, 0.0, 0.0, 0.0, c, c, -1.0]
+        self._rows[0, :10] = [x, y, low[2], 1.0, 0.0, 0.0, 0.0, c, c, -1.0]
         self._blocks, self._count = [-1], 1
         return 0
 
@@ -302,7 +371,7 @@ class ColumnsEngine:
     def _reached(self, k: int) -> tuple[int, int, int, int]:
         """Tiles (first, last + 1) along x and y."""
         assert self._tiles is not None
-        shapes = _kernels.Shapes(self._head, self._part, self._lift, self._rows)
+        shapes = self._shapes
         i0, i1, j0, j1 = _kernels.tile_range(shapes, self._tiles, k)
         return i0, i1, j0, j1
 
@@ -349,8 +418,8 @@ class ColumnsEngine:
         x, y, w, h = tiles.grid.tolist()
         per = max(1, min(PER_TILE, int(np.sqrt(MOST_PLACES / (nx * ny)))))
         height, owner = np.zeros((2, ny * per + 1, nx * per + 1))
-        shapes = _kernels.Shapes(self._head, self._part, self._lift, self._rows)
-        _kernels.heights(shapes, tiles, per, self.stock.low[2], self.stock.high[2], height, owner)
+        shapes = self._shapes
+        _kernels.heights(shapes, tiles, self._work.lines, per, self.stock.low[2], self.stock.high[2], height, owner)
         xs, ys = x + w / per * np.arange(nx * per + 1), y + h / per * np.arange(ny * per + 1)
         xs[-1], ys[-1] = self.stock.high[:2]
         row = owner.astype(np.int64)
@@ -366,7 +435,10 @@ class ColumnsEngine:
         profiles = {id(p): p for p, _ in self._known}
         number = {key: k for k, key in enumerate(profiles)}
         arrays = packed_profiles(list(profiles.values()))
-        arrays["cutters"] = np.array([(number[id(p)], by) for p, by in self._known]).reshape(-1, 2)
+        arrays["cutters"] = np.array(
+            [(number[id(p)], by, rung) for (p, by), rung in zip(self._known, self._rung, strict=True)]
+        ).reshape(-1, 3)
+        arrays["ladder"] = self._ladder
         tiles = {} if self._tiles is None else {f"tiles_{n}": v for n, v in self._tiles._asdict().items()}
         with path.open("wb") as file:
             np.savez(
@@ -387,10 +459,11 @@ class ColumnsEngine:
             )  # fmt: skip
             profiles = profiles_of(found)
             engine._no_cutters()
-            for k, by in found["cutters"].tolist():
-                engine._cutter(profiles[int(k)], by)
+            for k, by, rung in found["cutters"].tolist():
+                engine._cutter(profiles[int(k)], by, rung=bool(rung))
+            engine._ladder = found["ladder"]
             engine._count = int(state["count"])
-            engine._rows = np.zeros((max(64, 2 * engine._count), 10))
+            engine._rows = np.zeros((max(64, 2 * engine._count), 16))
             engine._rows[: engine._count] = found["rows"]
             engine._blocks = state["blocks"]
             engine._gone, engine._groups = Removal(*state["gone"]), int(state["groups"])

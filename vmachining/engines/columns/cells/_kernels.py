@@ -8,10 +8,12 @@
 #   value, gx, gy, Mxx, Mxy, Myy, radius, flag; radius bounds |f'' - M|
 # flag: SMOOTH value, gradient and M hold; ROUGH whole in the footprint, of the lower side value and gradient of a plane
 # below f; PART the border of the footprint crosses the cell (lower side as ROUGH); OUT absent.
+# lines[i] the straight sweep that stands for surface i in the cell, see arcs/_kernels.py.
 # P[q] polygons, corners (x, y); C[i] = (nx, ny, c_in, c_out) of surfaces whose border crosses the cell.
 
 import numpy as np
 
+from vmachining.engines.columns.arcs._kernels import ARC, WIDTH, place, same_arc
 from vmachining.engines.columns.surface._kernels import (
     bending,
     covers,
@@ -212,7 +214,7 @@ def _side(head, part, rows, k, c, x, y, hx, hy, xi, eta, far, d, E, i, e):
 
 @leaf
 def look(head, part, rows, k, cin, cout, x, y, hx, hy, E, C, i):
-    """Fill E[i], C[i] for sweep k: upper side with cutter cin, lower side with cout. False if it misses the cell."""
+    """Fill E[i], C[i] for line k: upper side with cutter cin, lower side with cout. False if it misses the cell."""
     d = np.sqrt(hx * hx + hy * hy)
     far = distance(rows, k, x, y)
     if far - d >= max(head[cin, 1], head[cout, 1]):
@@ -329,7 +331,7 @@ def _area(P, q, u, v):
 
 
 @leaf
-def over(head, part, rows, k, ids, at, x, y, E, n, P, q, corners, extra, W):
+def over(head, part, lines, x, y, E, n, P, q, corners, extra, W):
     """Bound from above on a polygon: one surface and one plane below sweep k per triangle, the best of them."""
     if corners < 3:
         return 0.0
@@ -340,10 +342,8 @@ def over(head, part, rows, k, ids, at, x, y, E, n, P, q, corners, extra, W):
             px, py = P[q, v, 0], P[q, v, 1]
             f = E[0, UP]
             if i > 0:
-                j = ids[at + i - 2]
-                f = value(
-                    head, part, int(rows[j, 8 if rows[j, 9] == rows[k, 9] else 7]), rows, j, x + px, y + py
-                )
+                side = 8 if lines[i, 9] == lines[SELF, 9] else 7
+                f = value(head, part, int(lines[i, side]), lines, i, x + px, y + py)
             W[i, v] = f - E[1, DOWN] - E[1, DOWN + 1] * px - E[1, DOWN + 2] * py
     total = 0.0
     for v in range(1, corners - 1):
@@ -356,7 +356,7 @@ def over(head, part, rows, k, ids, at, x, y, E, n, P, q, corners, extra, W):
 
 
 @leaf
-def under(head, part, rows, k, bottom, x, y, E, n, C, P, q, corners, W):
+def under(head, part, lines, bottom, x, y, E, n, C, P, q, corners, W):
     """Bound from below on a polygon inside the footprint of k: least plane minus f_k at the corners is a concave
     function's, and surfaces that lie beyond their outer tangent are absent."""
     if corners < 3:
@@ -373,7 +373,7 @@ def under(head, part, rows, k, bottom, x, y, E, n, C, P, q, corners, W):
             for v in range(corners):
                 W[1, v] = min(W[1, v], E[i, DOWN] + E[i, DOWN + 1] * P[q, v, 0] + E[i, DOWN + 2] * P[q, v, 1])
     for v in range(corners):
-        f = value(head, part, int(rows[k, 7]), rows, k, x + P[q, v, 0], y + P[q, v, 1])
+        f = value(head, part, int(lines[SELF, 7]), lines, SELF, x + P[q, v, 0], y + P[q, v, 1])
         W[1, v] -= max(f, bottom)
     total = 0.0
     for v in range(1, corners - 1):
@@ -382,7 +382,7 @@ def under(head, part, rows, k, bottom, x, y, E, n, C, P, q, corners, W):
 
 
 @leaf
-def cut_up(head, part, rows, k, bottom, ids, at, x, y, hx, hy, E, n, C, P, W, rim):
+def cut_up(head, part, lines, bottom, x, y, hx, hy, E, n, C, P, W, rim):
     """(lo, hi) by polygons: the cell clipped at borders of footprints, and of a round stock whose row of C is rim."""
     for v in range(4):
         P[0, v, 0] = hx if v == 0 or v == 3 else -hx
@@ -393,14 +393,14 @@ def cut_up(head, part, rows, k, bottom, ids, at, x, y, hx, hy, E, n, C, P, W, ri
     if rim > 0:
         corners = clip(P, q, corners, ROUND, C[rim, 0], C[rim, 1], C[rim, 3])
         q = ROUND
-    hi = over(head, part, rows, k, ids, at, x, y, E, n, P, q, corners, NONE, W)
+    hi = over(head, part, lines, x, y, E, n, P, q, corners, NONE, W)
     for j in range(2, n):
         if E[j, UP + 7] == PART and -np.inf < C[j, 2] < np.inf:
             a = clip(P, q, corners, HERE, C[j, 0], C[j, 1], C[j, 2])
             b = clip(P, q, corners, BEYOND, -C[j, 0], -C[j, 1], -C[j, 2])
-            found = over(head, part, rows, k, ids, at, x, y, E, n, P, HERE, a, j, W)
+            found = over(head, part, lines, x, y, E, n, P, HERE, a, j, W)
             if found < hi:
-                found += over(head, part, rows, k, ids, at, x, y, E, n, P, BEYOND, b, NONE, W)
+                found += over(head, part, lines, x, y, E, n, P, BEYOND, b, NONE, W)
                 hi = min(hi, found)
     q, corners = RECT, FOUR
     if E[1, UP + 7] == PART:
@@ -412,30 +412,40 @@ def cut_up(head, part, rows, k, bottom, ids, at, x, y, hx, hy, E, n, C, P, W, ri
             return 0.0, hi
         corners = clip(P, q, corners, ROUND, C[rim, 0], C[rim, 1], C[rim, 2])
         q = ROUND
-    lo = under(head, part, rows, k, bottom, x, y, E, n, C, P, q, corners, W)
+    lo = under(head, part, lines, bottom, x, y, E, n, C, P, q, corners, W)
     for j in range(2, n):
         if E[j, DOWN + 7] == PART and abs(C[j, 3]) < abs(C[j, 0]) * hx + abs(C[j, 1]) * hy:
             a = clip(P, q, corners, HERE, C[j, 0], C[j, 1], C[j, 3])
             b = clip(P, q, corners, BEYOND, -C[j, 0], -C[j, 1], -C[j, 3])
-            found = under(head, part, rows, k, bottom, x, y, E, n, C, P, HERE, a, W)
-            lo = max(lo, found + under(head, part, rows, k, bottom, x, y, E, n, C, P, BEYOND, b, W))
+            found = under(head, part, lines, bottom, x, y, E, n, C, P, HERE, a, W)
+            lo = max(lo, found + under(head, part, lines, bottom, x, y, E, n, C, P, BEYOND, b, W))
     return lo, hi
 
 
 @leaf
+def hides(head, part, lift, lines, i, k, x, y, hx, hy, slack):
+    """Whether line i covers line k in the cell, see `covers` and `same_arc`."""
+    if lines[i, 10] == ARC and lines[k, 10] == ARC and same_arc(lift, lines, i, k, slack):
+        return True
+    return covers(head, part, lift, lines, i, k, x, y, hx, hy, slack)
+
+
+@leaf
 def bounds(
-    head, part, lift, rows, k, rim, top, bottom, x, y, hx, hy, ids, src, count, dst, slack, E, C, P, W
-):
+    head, part, lift, ladder, rows, k, rim, top, bottom, x, y, hx, hy, ids, src, count, dst, slack, lines, E, C, P, W
+):  # fmt: skip
     """(lo, hi, number of earlier sweeps that still count, written to ids from dst) of a cell.
 
     rim : row of a plunge whose footprint is that of a round stock, -1 where the walls of the stock are those of the tiles.
     """
-    if not look(head, part, rows, k, int(rows[k, 7]), int(rows[k, 8]), x, y, hx, hy, E, C, SELF):
+    d = np.sqrt(hx * hx + hy * hy)
+    place(head, part, ladder, rows, k, x, y, d, lines, SELF)
+    if not look(head, part, lines, SELF, int(lines[1, 7]), int(lines[1, 8]), x, y, hx, hy, E, C, SELF):
         return 0.0, 0.0, TOP
     edge = TOP
     if rim >= 0:
         c = int(rows[rim, 7])
-        far, d = distance(rows, rim, x, y), np.sqrt(hx * hx + hy * hy)
+        far = distance(rows, rim, x, y)
         if far - d >= head[c, 1]:
             return 0.0, 0.0, TOP
         if far + d > head[c, 1]:
@@ -453,12 +463,13 @@ def bounds(
     n, best = FIRST, TOP
     for q in range(count):
         j = ids[src + q]
-        cin, cout = int(rows[j, 7]), int(rows[j, 8])
-        if covers(head, part, lift, rows, j, k, x, y, hx, hy, slack):
+        place(head, part, ladder, rows, j, x, y, d, lines, n)
+        if hides(head, part, lift, lines, n, SELF, x, y, hx, hy, slack):
             return 0.0, 0.0, TOP
+        cin, cout = int(lines[n, 7]), int(lines[n, 8])
         if rows[j, 9] == rows[k, 9]:  # pieces of one block change roles: their union is the block
             cin, cout = cout, cin
-        if not look(head, part, rows, j, cin, cout, x, y, hx, hy, E, C, n) or above(
+        if not look(head, part, lines, n, cin, cout, x, y, hx, hy, E, C, n) or above(
             E, n, DOWN, hx, hy, 0, UP
         ):
             continue
@@ -469,10 +480,7 @@ def bounds(
     if above(E, SELF, DOWN, hx, hy, best, UP):
         return 0.0, 0.0, TOP
     # of pieces of one block the upper side may lie below the lower one: they drop nothing
-    firm = best == 0
-    if not firm:
-        j = ids[dst + best - 2]
-        firm = rows[j, 7] == rows[j, 8] or rows[j, 9] != rows[k, 9]
+    firm = best == 0 or lines[best, 9] != rows[k, 9] or lines[best, 7] == lines[best, 8]
     kept = FIRST
     for i in range(2, n):
         if firm and i != best and above(E, i, DOWN, hx, hy, best, UP):
@@ -484,6 +492,8 @@ def bounds(
                 E[kept, j] = E[i, j]
             for j in range(4):
                 C[kept, j] = C[i, j]
+            for j in range(WIDTH if lines[i, 10] == ARC else 11):
+                lines[kept, j] = lines[i, j]
             ids[dst + kept - 2] = ids[dst + i - 2]
         kept += 1
     n, known, plain = kept, E[1, UP + 7] == SMOOTH and E[1, DOWN + 7] == SMOOTH, True
@@ -494,6 +504,6 @@ def bounds(
     if known:
         lo, hi = smooth(E, n, best, hx, hy)
     if not (known and plain):
-        a, b = cut_up(head, part, rows, k, bottom, ids, dst, x, y, hx, hy, E, n, C, P, W, edge)
+        a, b = cut_up(head, part, lines, bottom, x, y, hx, hy, E, n, C, P, W, edge)
         lo, hi = max(lo, a), min(hi, b)
     return lo, max(hi, lo), n - 2
