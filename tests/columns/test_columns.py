@@ -7,7 +7,7 @@ from math import acos, pi, sqrt
 
 import numpy as np
 import pytest
-from referee import CUTTERS, ball, bull, flat, lowest, program
+from referee import CUTTERS, arcs, ball, bull, flat, lowest, lowest_of_arc, program
 
 import vmachining as vm
 from vmachining.engines.columns import ColumnsEngine, FlatStock
@@ -91,21 +91,11 @@ def ring(make):
     return found, 2 * pi * way * np.trapezoid(np.maximum(depth - under(np.abs(x)), 0.0), x)
 
 
-@pytest.mark.parametrize("make", [ball, flat], ids=["ball", "flat"])
+@pytest.mark.parametrize("make", [ball, bull, flat], ids=["ball", "bull", "flat"])
 def test_ring_of_a_level_arc(make):
     found, exact = ring(make)
     assert found.lo - 1e-5 * exact <= exact <= found.hi + 1e-5 * exact
     assert found.width <= 0.0101 * exact
-
-
-@pytest.mark.slow  # 22 s: 266 chords of a bull nose
-def test_ring_of_a_bull_nose_lies_in_its_bracket():
-    found, exact = ring(bull)
-    assert found.lo - 1e-5 * exact <= exact <= found.hi + 1e-5 * exact
-    if found.width > 0.0101 * exact:
-        pytest.xfail(
-            f"{found.width / exact:.1%} wide where 1 % is asked: the limit of cells comes first (docs/limits.md)"
-        )
 
 
 def test_round_stock():
@@ -120,8 +110,9 @@ def test_round_stock():
     assert side.lo * (1 - 1e-3) <= 3.0 * hit.sum() * (20 / n) ** 2 <= side.hi * (1 + 1e-3)
 
 
-def judged(seed: int, make, far: float, count: int = 60_000) -> float:
-    """Largest distance of a bracket from the count of one random program, in standard errors."""
+def judged(make, blocks, far: float = 0.0, count: int = 60_000, seed: int = 0) -> float:
+    """Largest distance of a bracket from the count of random points, in standard errors; `blocks` are sweeps with their
+    lower surface at given places."""
     rng = np.random.default_rng(seed)
     tool, r, under = make()
     at = np.array([far, -far, 0.0])
@@ -130,9 +121,12 @@ def judged(seed: int, make, far: float, count: int = 60_000) -> float:
     x, y = rng.uniform(low[:2], high[:2], (count, 2)).T
     left, area, worst = np.zeros(count), float(np.prod(high[:2] - low[:2])), 0.0
     total = np.zeros(3)
-    for a, b in program(rng, 10):
-        found = engine.cut(line(tool, a + at, b + at))
-        depth = np.maximum(left - np.maximum(lowest(a, b, r, under, x, y), low[2]), 0.0)
+    for way in blocks:
+        if isinstance(way, Arc):
+            found, f = engine.cut(Sweep.along(tool, way)), lowest_of_arc(way, r, under, x, y)
+        else:
+            found, f = engine.cut(line(tool, way[0] + at, way[1] + at)), lowest(*way, r, under, x, y)
+        depth = np.maximum(left - np.maximum(f, low[2]), 0.0)
         left -= depth
         value = area * depth.mean()
         # of rare hits the count knows no spread: at least that of columns as deep as the stock
@@ -140,12 +134,8 @@ def judged(seed: int, make, far: float, count: int = 60_000) -> float:
         assert found.lo <= found.estimate <= found.hi
         worst = max(worst, max(found.lo - value, value - found.hi) / (error + 1e-9))
         total += found[:3]
-    cut = area * -left.mean()
-    assert (
-        total[0] - 4 * area * left.std() / sqrt(count)
-        <= cut
-        <= total[2] + 4 * area * left.std() / sqrt(count)
-    )
+    cut, spread = area * -left.mean(), 4 * area * left.std() / sqrt(count)
+    assert total[0] - spread <= cut <= total[2] + spread
     return worst
 
 
@@ -153,23 +143,42 @@ def judged(seed: int, make, far: float, count: int = 60_000) -> float:
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.slow  # 4 s
 def test_random_programs_against_counts(make, seed):
-    assert judged(seed, make, 1e4 if seed == 2 else 0.0) <= 4.0
+    blocks = program(np.random.default_rng(seed), 10)
+    assert judged(make, blocks, 1e4 if seed == 2 else 0.0) <= 4.0
 
 
-@pytest.mark.slow  # 55 s
+@pytest.mark.parametrize("make", CUTTERS.values(), ids=CUTTERS.keys())
+def test_random_arcs_against_counts(make):
+    """Seven arcs and helices; `bench columns-counts` goes on."""
+    assert judged(make, arcs(np.random.default_rng(3), 7), count=2500) <= 4.0
+
+
+def test_an_arc_run_again_takes_nothing():
+    """Backwards, deeper nowhere: the cover rule of arcs of one circle; over the joint of two pieces to the floor alone."""
+    tool, _, _ = bull()
+    engine = ColumnsEngine(BOX, 0.01)
+    helix = Arc((9, 0, -2), (0, 0, -2), angle=1.5, rise=-0.5)
+    engine.cut(Sweep.along(tool, helix))
+    joint = Arc(helix.position(0.9), helix.center, angle=-1.2, rise=0.4)
+    assert engine.cut(Sweep.along(tool, joint)).hi <= engine.width_mm3
+    within = Arc(helix.position(0.9), helix.center, angle=-0.5, rise=0.5 / 3.0)
+    assert engine.cut(Sweep.along(tool, within)).hi == 0.0
+
+
+@pytest.mark.slow  # 5 s
 def test_sum_of_a_program_is_the_volume_of_its_union():
-    """2,000 blocks: what they take together, against a fine grid of columns of the same sweeps."""
+    """700 blocks: what they take together, against a fine grid of columns of the same sweeps."""
     tool, r, under = ball()
     rng = np.random.default_rng(1)
     stock = FlatStock((0.0, 0.0, -12.0), (30.0, 20.0, 0.0))
     engine = ColumnsEngine(stock, 0.02)
     way = [np.array([0.0, 0.0, -2.0])]
-    for k in range(2000):
+    for k in range(700):
         step = [0.8 if (k // 38) % 2 == 0 else -0.8, 0.0, 0.0] if k % 38 else [0.0, 0.4, 0.0]
         there = way[-1] + step
         there[2] = -4.0 + 2.5 * np.sin(there[0] / 5.0) + rng.normal() * 0.05
         way.append(there)
-    n = 500
+    n = 250
     x, y = (a.ravel() for a in np.meshgrid((np.arange(n) + 0.5) / n * 30, (np.arange(n) + 0.5) / n * 20))
     left, lo, hi = np.zeros(n * n), 0.0, 0.0
     for a, b in pairwise(way):
@@ -178,9 +187,9 @@ def test_sum_of_a_program_is_the_volume_of_its_union():
         near = (np.abs(x - a[0]) < r + 1) & (np.abs(y - a[1]) < r + 1)
         left[near] = np.minimum(left[near], lowest(a, b, r, under, x[near], y[near]))
     union = -left.mean() * 600.0
-    assert lo * (1 - 2e-4) <= union <= hi * (1 + 2e-4)
+    assert lo * (1 - 5e-4) <= union <= hi * (1 + 5e-4)
     assert (hi - lo) <= 0.03 * union
-    assert engine.volume.holds(7200.0 - union, 2e-4 * union)
+    assert engine.volume.holds(7200.0 - union, 5e-4 * union)
 
 
 def test_a_ramp_at_once_and_in_pieces():
@@ -194,7 +203,6 @@ def test_a_ramp_at_once_and_in_pieces():
     assert max(lo, at_once.lo) <= min(hi, at_once.hi)
 
 
-@pytest.mark.slow  # 61 s
 def test_touch_changes_nothing_and_a_checkpoint_goes_on_alike(tmp_path):
     tool, _, _ = ball()
     engine = ColumnsEngine(BOX, 0.01)

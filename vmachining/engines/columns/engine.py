@@ -419,7 +419,9 @@ class ColumnsEngine:
         per = max(1, min(PER_TILE, int(np.sqrt(MOST_PLACES / (nx * ny)))))
         height, owner = np.zeros((2, ny * per + 1, nx * per + 1))
         shapes = self._shapes
-        _kernels.heights(shapes, tiles, self._work.lines, per, self.stock.low[2], self.stock.high[2], height, owner)
+        _kernels.heights(
+            shapes, tiles, self._work.lines, per, self.stock.low[2], self.stock.high[2], height, owner
+        )
         xs, ys = x + w / per * np.arange(nx * per + 1), y + h / per * np.arange(ny * per + 1)
         xs[-1], ys[-1] = self.stock.high[:2]
         row = owner.astype(np.int64)

@@ -20,7 +20,7 @@ WIDTH = 21  # columns of lines
 TWO_PI = 2.0 * np.pi
 MOST_FAR = 0.9 * np.pi  # angle between a point and a pose up to which slopes are compared
 STRETCH = 0.25  # what the poses of a cell are extended by, so that its own chord has no end in it
-LAST = np.int64(RUNGS - 1)
+LAST = RUNGS - 1.0
 
 
 @leaf
@@ -150,7 +150,16 @@ def place(head, part, ladder, rows, k, x, y, d, lines, i):
             if m != 0.0:
                 s = t if m > 0.0 else -t
                 low, high = lag(
-                    head, part, c, abs(m), r, rho, d, beta, max(s + beta - half, 0.0), max(s + beta + half, 0.0)
+                    head,
+                    part,
+                    c,
+                    abs(m),
+                    r,
+                    rho,
+                    d,
+                    beta,
+                    max(s + beta - half, 0.0),
+                    max(s + beta + half, 0.0),
                 )
             if m >= 0.0:
                 a, b = t - beta - high, t + beta - low
@@ -169,18 +178,16 @@ def place(head, part, ladder, rows, k, x, y, d, lines, i):
     L = np.sqrt(ex * ex + ey * ey)
     rise = m * r * turn
     lines[i, 0], lines[i, 1], lines[i, 2] = x0, y0, rows[k, 2] + m * r * a
-    if L > 1e-9 * r:
+    if 1e-9 * r < L:
         lines[i, 3], lines[i, 4], lines[i, 5], lines[i, 6] = ex / L, ey / L, L, rise / L
     else:
         lines[i, 2] += min(rise, 0.0)
         lines[i, 3], lines[i, 4], lines[i, 5], lines[i, 6] = 1.0, 0.0, 0.0, 0.0
         off += L + abs(rise)
     if off > 0.0:
-        rung = LAST
-        if off > ladder[c, 1] * 2.0**-LAST:
-            rung = np.int64(np.floor(np.log2(ladder[c, 1] / off)))
-        base = int(ladder[c, 0]) + 2 * max(rung, 0)
-        lines[i, 7], lines[i, 8] = base, base + 1
+        rung = np.floor(np.log2(ladder[c, 1] / off))
+        base = ladder[c, 0] + 2.0 * min(max(rung, 0.0), LAST)
+        lines[i, 7], lines[i, 8] = base, base + 1.0
     for j in range(11, 16):
         lines[i, j] = rows[k, j]
     lines[i, 16], lines[i, 17], lines[i, 18], lines[i, 19], lines[i, 20] = c, rows[k, 2], m, a, b
