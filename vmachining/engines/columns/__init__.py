@@ -13,16 +13,18 @@ Goal: a bracket that holds the truth, rounding included, as narrow as asked, at 
    borders of footprints are cut off along chords and outer tangents (`cells/`).
 4. The rectangle whose bracket is widest is divided into four, until the block is as narrow as asked (`_kernels.py`).
 5. Tiles keep the sweeps that may still be lowest in them (`engine.py`): time and memory do not grow with the program.
-6. Arcs and helices are chords that a shrunk and a grown cutter follow (`paths.py`, `cutters.py`).
+6. Arcs and helices are chords that a shrunk and a grown cutter follow: one for each cell about an upright axis (`arcs/`), a
+   polygon in other planes (`paths.py`, `cutters.py`).
 
 | file | holds |
 |---|---|
 | `engine.py` | `ColumnsEngine`: cut, touch, surface, checkpoints; `FlatStock` |
 | `cutters.py` | lower surfaces of profiles, grown and shrunk cutters, which cutter lies in which |
-| `paths.py` | `chords` of arcs |
+| `paths.py` | `chords` and `pieces` of arcs |
 | `heights.py` | the workpiece as closed triangles over a grid |
 | `store.py` | profiles and paths as arrays |
 | `surface/` | f, its tangent planes and second derivatives, the cover rule, in numba |
+| `arcs/` | the chord of an arc for one cell, in numba |
 | `cells/` | bounds in one cell, in numba |
 | `_kernels.py` | heap of cells, lists of tiles, in numba |
 

@@ -12,11 +12,10 @@ import numpy as np
 
 from vmachining.arrays import Floats, Ints
 from vmachining.engines.columns import _kernels
-from vmachining.engines.columns.arcs import RUNGS, is_flat, pieces, widest
-from vmachining.engines.columns.arcs._kernels import ARC
+from vmachining.engines.columns.arcs._kernels import ARC, RUNGS
 from vmachining.engines.columns.cutters import grown, lift, underside, widened
 from vmachining.engines.columns.heights import solid_of
-from vmachining.engines.columns.paths import chords
+from vmachining.engines.columns.paths import chords, is_flat, pieces, widest
 from vmachining.engines.columns.store import packed_profiles, profiles_of
 from vmachining.engines.protocol import NOTHING, Options, Removal, StockSurface
 from vmachining.errors import EngineError, StockError

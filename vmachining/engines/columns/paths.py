@@ -9,10 +9,20 @@ import numpy as np
 from vmachining.arrays import Floats
 from vmachining.geometry import Arc, Line
 
-__all__ = ["Chords", "chords"]
+__all__ = ["Chords", "chords", "is_flat", "pieces", "widest"]
 
 MOST = 100_000
 """Chords of one block; a path that wants more is taken with those, and its bracket is as wide as that makes it."""
+
+
+SHARE = 0.125
+"""Of the radius of the cutter, by which the first pair is shrunk and grown."""
+
+MOST_ANGLE = np.pi / 3
+"""Of one piece, rad."""
+
+STEEPEST = 100.0
+"""Slope of a helix from which on it is taken by chords of its own, as arcs in other planes are."""
 
 
 class Chords(NamedTuple):
@@ -48,3 +58,25 @@ def chords(path: Line | Arc, sag: float) -> Chords:
     arm = points - path.center
     arm[:, path.axis] = 0.0
     return Chords(points + arm * (aside / r), off)
+
+
+def is_flat(path: object) -> bool:
+    """Whether a path is an arc or a helix about an upright axis that rules for cells are made for."""
+    if not isinstance(path, Arc) or path.axis != 2 or path.angle == 0.0 or path.radius < 1e-6:
+        return False
+    return abs(path.rise) <= STEEPEST * path.radius * abs(path.angle)
+
+
+def widest(radius: float) -> float:
+    """mm by which the first pair of a cutter is shrunk and grown."""
+    return SHARE * radius
+
+
+def pieces(path: Arc, radius: float) -> int:
+    """Equal pieces of an arc, each no farther from its chord than the first pair of the cutter allows."""
+    most, n = 0.9 * widest(radius), max(1, int(np.ceil(abs(path.angle) / MOST_ANGLE)))
+    while True:
+        a = abs(path.angle) / n
+        if path.radius * (np.tan(0.25 * a) ** 2 + a**3 / 36.0) <= most:
+            return n
+        n = n + 1 + n // 8

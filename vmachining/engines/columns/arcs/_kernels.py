@@ -11,7 +11,6 @@
 
 import numpy as np
 
-from vmachining.engines.columns.arcs import RUNGS
 from vmachining.engines.columns.surface._kernels import profile
 from vmachining.jit import leaf
 
@@ -20,6 +19,7 @@ WIDTH = 21  # columns of lines
 TWO_PI = 2.0 * np.pi
 MOST_FAR = 0.9 * np.pi  # angle between a point and a pose up to which slopes are compared
 STRETCH = 0.25  # what the poses of a cell are extended by, so that its own chord has no end in it
+RUNGS = 18  # pairs of cutters, each half as far from the true one as the pair before
 LAST = RUNGS - 1.0
 
 
