@@ -414,14 +414,34 @@ def engage(
     )  # fmt: skip
 
 
-@app.command(epilog=examples("compare results.csv models/reference_pack"))
+@app.command(
+    epilog=examples(
+        "compare results.csv models/reference_pack",
+        "compare models/slot/job.toml --engines columns,mesh,dexel --out out/slot-engines",
+    )
+)
 def compare(
     results: Annotated[
-        Path, typer.Argument(metavar="RESULTS.csv", help="block or line, removed_mm3; or engaged intervals.")
+        Path,
+        typer.Argument(
+            metavar="RESULTS.csv|JOB.toml", help="block or line, removed_mm3; or engaged intervals; or a job."
+        ),
     ],
     reference: Annotated[
-        Path, typer.Argument(metavar="REFERENCE_DIR", help="Result directory of run, or of pack.")
-    ],
+        Path | None, typer.Argument(metavar="REFERENCE_DIR", help="Result directory of run, or of pack.")
+    ] = None,
+    engines: Annotated[
+        str | None,
+        typer.Option(
+            "--engines", metavar="A,B,...", help="Our engines on a job: columns,mesh,dexel,rays,vectors,brep."
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", metavar="DIR", help="With --engines: table and page; default out/NAME-engines."
+        ),
+    ] = None,
     tolerance_rel: Annotated[
         float, typer.Option("--tolerance-rel", metavar="X", help="Widen brackets by X times the volume.")
     ] = 0.0,
@@ -436,9 +456,11 @@ def compare(
     ] = None,
     as_json: Json = False,
 ) -> int:
-    """Somebody's per-block volumes, or engaged intervals, against ours. Exit code 0: all inside, 1: some not."""
+    """Somebody's per-block volumes or engaged intervals, or our own engines, against ours. Exit code 0: all inside, 1: not."""
     from vmachining.cli import oracle
 
+    if engines is not None:
+        return oracle.compare_engines(results, engines, reference=reference, out=out, as_json=as_json)
     return oracle.compare(
         results, reference, tolerance_rel=tolerance_rel, tolerance_mm3=tolerance_mm3, tolerance_mm=tolerance_mm,
         as_json=as_json,

@@ -12,24 +12,28 @@ from vmachining.errors import InputError
 from vmachining.job import Job, Stopped, check_formats
 from vmachining.job.batch import safe_name
 from vmachining.job.brep import parse_brep
+from vmachining.job.run import stop_flag
 from vmachining.oracle import (
     Comparison,
     EngagementComparison,
+    EngineComparison,
     compare_engagement,
+    engine_names,
     is_engagement_table,
     write_pack,
 )
 from vmachining.oracle import compare as judged
+from vmachining.oracle import compare_engines as run_engines
 from vmachining.oracle.compare import FINDINGS
 
-__all__ = ["compare", "pack"]
+__all__ = ["compare", "compare_engines", "pack"]
 
 WORST = 10
 
 
 def compare(
     results: Path,
-    reference: Path,
+    reference: Path | None,
     *,
     tolerance_rel: float,
     tolerance_mm3: float,
@@ -37,6 +41,11 @@ def compare(
     as_json: bool,
 ) -> int:
     """`vmachining compare`: of volumes, or of engaged intervals where the table has them."""
+    if reference is None:
+        raise InputError(
+            "compare wants a reference",
+            remedy="give a result directory; or a job and --engines to compare our engines with each other",
+        )
     if is_engagement_table(results):
         if tolerance_rel or tolerance_mm3:
             raise InputError("a table of engagement is compared in mm", remedy="take --tolerance-mm")
@@ -57,6 +66,66 @@ def compare(
     else:
         _show(found)
     return Code.DONE if found.agrees else Code.FINDINGS
+
+
+def compare_engines(
+    file: Path, engines: str, *, reference: Path | None, out: Path | None, as_json: bool
+) -> int:
+    """`vmachining compare JOB.toml --engines ...`."""
+    from vmachining.report.engines import write_engines
+
+    names = engine_names(engines)
+    if reference is not None:
+        raise InputError("--engines compares our engines on a job", remedy=f"leave out {reference}")
+    job = Job.load(file)
+    folder = out if out is not None else Path("out") / f"{safe_name(job.name)}-engines"
+    with (
+        progress_bar(quiet=as_json) as bar,
+        watched(bar, lambda _: "ended within a block, which took too long to finish") as progress,
+        stop_flag() as stop,
+    ):
+        try:
+            found = run_engines(job, names, progress=progress, stop=stop)
+        except Stopped as exc:
+            note(f"vmachining: {exc}; nothing was written")
+            return Code.INTERRUPTED
+    told = found.to_dict()
+    write_engines(told, folder)
+    if as_json:
+        emit(told)
+    else:
+        _show_engines(found)
+        note(f"files      {folder}")
+    return Code.DONE if found.agrees else Code.FINDINGS
+
+
+def _show_engines(found: EngineComparison) -> None:
+    """A row per engine, the pairs that exclude each other, the verdict."""
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(highlight=False)
+    table = Table(title=f"{found.job}: {len(found.block)} blocks that cut", title_justify="left")
+    for name in ("engine", "blocks", "removed mm3", "ms/block", "width", "off", "proven", "apart"):
+        table.add_column(name, justify="left" if name == "engine" else "right")
+    for row in found.summary():
+        width, off = ("" if row[k] is None else f"{100.0 * row[k]:.3g} %" for k in ("width", "off"))
+        table.add_row(
+            row["engine"], str(row["blocks"]), f"{row['removed_mm3']:.6g}", f"{row['ms_per_block']:.3g}", width, off,
+            str(row["proven"]), str(row["disagrees"]),
+        )  # fmt: skip
+    console.print(table)
+    for row in found.summary():
+        if row["refused"]:
+            console.print(f"{row['engine']}: {row['refused']}", soft_wrap=True, style="yellow", markup=False)
+    for each in found.disagreements:
+        blocks = ", ".join(map(str, each["blocks"][:WORST])) + (
+            ", ..." if len(each["blocks"]) > WORST else ""
+        )
+        console.print(
+            f"{' and '.join(each['engines'])} exclude each other at blocks {blocks}", soft_wrap=True
+        )
+    console.print("verdict    " + ("they agree" if found.agrees else "they disagree"), soft_wrap=True)
 
 
 def _show(found: Comparison) -> None:

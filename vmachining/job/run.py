@@ -10,21 +10,21 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import FrameType
 from typing import Any
 
 from vmachining.engines import RAYS, engine_class
-from vmachining.engines.protocol import Engine, Options
+from vmachining.engines.protocol import Engine
 from vmachining.errors import InputError, NCError, StockError
 from vmachining.job.audit import MOST, audited
 from vmachining.job.blocks import program_lines
 from vmachining.job.brep import JUDGED, Asked, blank, brep_columns, parse_brep, refuse_beyond
 from vmachining.job.contact import Contacts, ToolParts
 from vmachining.job.cost import APART_SAVES, APART_SECONDS, refuse_costly, refuse_fine
-from vmachining.job.deviation import deviation_tables, vector_settings
+from vmachining.job.deviation import deviation_tables
 from vmachining.job.engagement_columns import Stations, coefficients_of, engagement_pass, no_stations
 from vmachining.job.executor import Executor, executor
 from vmachining.job.files import (
@@ -42,11 +42,12 @@ from vmachining.job.reading import read_job_program, refuse_unknown_tools
 from vmachining.job.result import RunResult
 from vmachining.job.schedule import compare, sample_count
 from vmachining.job.simulate import CHECKPOINT_SECONDS, Progress, Stage
-from vmachining.job.stock import RawStock, design_mesh, raw_stock
+from vmachining.job.stock import RawStock, raw_stock
 from vmachining.job.strategies import plan
 from vmachining.job.table import RowFile, drop_torn_row, finish, read_partial
 from vmachining.job.timing import MoveTimes, machine_limits, move_times
 from vmachining.job.toolpath import Toolpath
+from vmachining.job.workpiece import raw_engine
 from vmachining.machine import described
 from vmachining.nc import Motion, Program
 from vmachining.nc.rewrite import rewrite_feeds
@@ -314,14 +315,7 @@ class _Run:
 
     def _raw(self, stock: RawStock) -> Engine:
         """The raw workpiece."""
-        kind, options = engine_class(self.options["engine"]), self.options
-        asked = Options(
-            chord=options["chord_mm"], width=options["width"], width_mm3=options["width_mm3"],
-            spacing=options["spacing_mm"], directions=options["directions"],
-        )  # fmt: skip
-        if options["engine"] == "vectors":
-            asked = replace(asked, design=design_mesh(self.job), vectors=vector_settings(self.job))
-        return kind.of(stock.shape, asked)
+        return raw_engine(self.job, self.options["engine"], stock)
 
     def _contact(self, toolpath: Toolpath, name: str) -> Stations:
         """Contact, chips and forces along the blocks."""

@@ -16,7 +16,9 @@ proves: a value outside `removed_lo_mm3 .. removed_hi_mm3` is wrong, whatever el
 | `reference.py` | `Reference`, `read_reference` |
 | `compare.py` | `compare`, `Comparison` |
 | `engagements.py` | `compare_engagement`: engaged intervals of the cutting edge, angle by angle |
+| `engines.py` | `compare_engines`: all of our engines on one job |
 | `pack.py`, `readme.py` | `write_pack`; the words that go into a pack |
+6. Our engines are judged like those of others, one beside the other: intervals, distances, time (`engines.py`).
 
 Rules
 -----
@@ -31,6 +33,7 @@ widened by `stock_slack_mm3`, because the brackets of single blocks do not conta
 
 from vmachining.oracle.compare import Comparison, compare
 from vmachining.oracle.engagements import EngagementComparison, compare_engagement, is_engagement_table
+from vmachining.oracle.engines import EngineComparison, compare_engines, engine_names
 from vmachining.oracle.pack import write_pack
 from vmachining.oracle.reference import Reference, read_reference
 from vmachining.oracle.results import Results, read_results
@@ -38,10 +41,13 @@ from vmachining.oracle.results import Results, read_results
 __all__ = [
     "Comparison",
     "EngagementComparison",
+    "EngineComparison",
     "Reference",
     "Results",
     "compare",
     "compare_engagement",
+    "compare_engines",
+    "engine_names",
     "is_engagement_table",
     "read_reference",
     "read_results",

@@ -12,6 +12,7 @@
 | `engagement.py` | `write_engagement(engagement, folder)`: tables, map and picture of what a tool touches |
 | `chips.py` | `write_chips(chip_table, folder)`: shapes of chips, cut length and chip area over time |
 | `batch.py`, `batch.html.j2` | `write_index(rows, path, ledger)`: the page over all jobs of a batch |
+| `engines.py`, `engines.html.j2` | `write_engines(told, folder)`: our engines beside each other |
 | `numbers.py` | numbers, times and counts as the pages write them |
 | `page.html.j2`, `page.css`, `page.js` | the page; every value is escaped by jinja2 |
 

@@ -1,0 +1,312 @@
+"""Our engines against each other on one job: volume, interval and time of every block by each of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import process_time
+from typing import Any, cast
+
+import numpy as np
+import polars as pl
+
+from vmachining.arrays import Floats
+from vmachining.engines import ENGINES
+from vmachining.engines.protocol import NOTHING, Batched, Engine, Removal, Request
+from vmachining.errors import InputError, VMachiningError
+from vmachining.htmltable import facts_html
+from vmachining.job import Job, Stopped, run
+from vmachining.job.contact import ToolParts
+from vmachining.job.reading import read_job_program
+from vmachining.job.stock import raw_stock
+from vmachining.job.toolpath import Toolpath
+from vmachining.job.workpiece import raw_engine
+from vmachining.sweep import Sweep
+from vmachining.tolerance import BREP_SECONDS
+
+__all__ = ["BREP", "EngineComparison", "Said", "compare_engines", "engine_names"]
+
+BREP = "brep"
+"""Judges blocks and cuts none: its intervals are its values with their errors, where they are agreed."""
+
+TOGETHER = 64
+"""Blocks that an engine which is faster with many gets at once; their time is shared evenly."""
+
+NEAR = 1e-9
+"""mm^3 and relative: intervals that miss each other by less are rounding."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Said:
+    """What one engine says. lo, estimate, hi : (n,) mm^3, NaN where it gives no answer. seconds : (n,) of a processor.
+
+    proven : (n,) whether the interval is a bound. refused : why it does not take the job, or ended early; None.
+    """
+
+    engine: str
+    lo: Floats
+    estimate: Floats
+    hi: Floats
+    seconds: Floats
+    proven: Floats
+    refused: str | None = None
+
+    @property
+    def has(self) -> Floats:
+        """(n,) bool: blocks with an answer."""
+        return np.asarray(~np.isnan(self.estimate))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EngineComparison:
+    """Blocks that cut, and what every engine says of them.
+
+    block, line, text : (n,) of the program. Intervals exclude each other where the greatest lower end lies above the least
+    upper one: of two bounds one is wrong; of stated intervals one in a hundred may miss.
+    """
+
+    job: str
+    block: Sequence[int]
+    line: Sequence[int]
+    text: Sequence[str]
+    said: Sequence[Said]
+
+    def excluded(self, one: Said, other: Said) -> list[int]:
+        """Numbers of the blocks at which the intervals of two engines exclude each other."""
+        lo, hi = np.maximum(one.lo, other.lo), np.minimum(one.hi, other.hi)
+        with np.errstate(invalid="ignore"):
+            apart = lo - hi > NEAR * (1.0 + np.abs(hi))
+        return [self.block[k] for k in np.flatnonzero(apart).tolist()]
+
+    @property
+    def disagreements(self) -> list[dict[str, Any]]:
+        """Pairs of engines that exclude each other somewhere: engines, blocks, and whether both are proven there."""
+        row = {number: k for k, number in enumerate(self.block)}
+        out = []
+        for one, other in combinations(self.said, 2):
+            if blocks := self.excluded(one, other):
+                at = [row[number] for number in blocks]
+                proven = int((one.proven[at].astype(bool) & other.proven[at].astype(bool)).sum())
+                out.append({"engines": [one.engine, other.engine], "blocks": blocks, "proven": proven})
+        return out
+
+    @property
+    def agrees(self) -> bool:
+        """No two bounds exclude each other, and no more stated intervals than one in a hundred miss another one."""
+        allowed = max(1, len(self.block) // 100)
+        return all(not each["proven"] and len(each["blocks"]) <= allowed for each in self.disagreements)
+
+    def summary(self) -> list[dict[str, Any]]:
+        """A row per engine: blocks answered, total, time, width, distance to the narrowest proven answer."""
+        truth = self.narrowest()
+        out = []
+        for each in self.said:
+            has = each.has
+            width, size = (each.hi - each.lo)[has], each.estimate[has]
+            real = size > 0.0
+            known = has & ~np.isnan(truth) & (truth > 0.0)
+            off = np.abs(each.estimate[known] / truth[known] - 1.0)
+            apart = sorted(
+                {b for d in self.disagreements if each.engine in d["engines"] for b in d["blocks"]}
+            )
+            out.append({
+                "engine": each.engine, "blocks": int(has.sum()), "removed_mm3": float(size.sum()),
+                "seconds": float(each.seconds.sum()),
+                "ms_per_block": 1e3 * float(each.seconds[has].sum()) / max(int(has.sum()), 1),
+                "width": float(np.median(width[real] / size[real])) if real.any() else None,
+                "off": float(np.median(off)) if len(off) else None,
+                "proven": int(each.proven[has].sum()), "disagrees": len(apart), "refused": each.refused,
+            })  # fmt: skip
+        return out
+
+    def narrowest(self) -> Floats:
+        """(n,) mm^3: middle of the intersection of all proven intervals, NaN where there is none."""
+        lo, hi = np.full(len(self.block), -np.inf), np.full(len(self.block), np.inf)
+        for each in self.said:
+            bound = each.proven.astype(bool) & each.has
+            lo[bound], hi[bound] = np.maximum(lo, each.lo)[bound], np.minimum(hi, each.hi)[bound]
+        fine = np.isfinite(lo) & np.isfinite(hi) & (lo <= hi)
+        return np.where(fine, 0.5 * (np.where(fine, lo, 0.0) + np.where(fine, hi, 0.0)), np.nan)
+
+    def table(self) -> pl.DataFrame:
+        """A row per block: block, line, text, and estimate, lo, hi and time of every engine."""
+        columns: dict[str, Any] = {
+            "block": list(self.block),
+            "line": list(self.line),
+            "text": list(self.text),
+        }
+        for each in self.said:
+            for name, values in (
+                ("mm3", each.estimate),
+                ("lo_mm3", each.lo),
+                ("hi_mm3", each.hi),
+                ("s", each.seconds),
+            ):
+                columns[f"{each.engine}_{name}"] = pl.Series(values).fill_nan(None)
+        return pl.DataFrame(columns)
+
+    def to_dict(self) -> dict[str, Any]:
+        """For --json."""
+        return {
+            "job": self.job, "agrees": self.agrees, "engines": self.summary(),
+            "disagreements": self.disagreements, "blocks": self.table().to_dicts(),
+        }  # fmt: skip
+
+    def _repr_html_(self) -> str:
+        facts = [
+            (
+                row["engine"],
+                row["refused"] or f"{row['ms_per_block']:.3g} ms a block, {row['width'] or 0.0:.2g} wide",
+            )
+            for row in self.summary()
+        ]
+        return facts_html(f"{self.job}: {len(self.block)} blocks", facts)
+
+
+def engine_names(text: str) -> tuple[str, ...]:
+    """Names of `--engines columns,mesh,...`.
+
+    Raises
+    ------
+    InputError
+        An engine that there is not, one that is named twice, or fewer than two.
+    """
+    names = tuple(part.strip().lower() for part in text.split(",") if part.strip())
+    for name in names:
+        if name not in (*ENGINES, BREP):
+            raise InputError(f"unknown engine {name!r}", remedy=f"take {', '.join((*ENGINES, BREP))}")
+    if len(set(names)) != len(names) or len(names) < 2:
+        raise InputError(f"--engines {text!r}: two or more different ones are wanted")
+    return names
+
+
+def compare_engines(
+    job: Job | Path | str,
+    engines: Sequence[str],
+    *,
+    brep_seconds: float = BREP_SECONDS,
+    progress: Callable[[str, int, int], None] | None = None,
+    stop: Callable[[], bool] = lambda: False,
+) -> EngineComparison:
+    """Cut one job with several engines, one after the other in this process.
+
+    Kernels are compiled before the clock runs. An engine that refuses the job, or fails at a block, is told with its reason and
+    keeps what it has said; the others go on.
+
+    Raises
+    ------
+    InputError
+        The job cannot be used by any of them.
+    Stopped
+        `stop` said so.
+    """
+    job = Job.of(job)
+    names = engine_names(",".join(engines))
+    told = progress or (lambda *_: None)
+    tools = {number: ToolParts.of(tool) for number, tool in job.tools.items()}
+    toolpath = Toolpath.of(read_job_program(job), job.machine)
+    work = [(block, sweeps) for block in toolpath.blocks if (sweeps := toolpath.sweeps(block, tools))]
+    if not work:
+        raise InputError("no block of the program cuts", remedy="is it the right file?")
+    stock = raw_stock(job)
+    said = []
+    for name in names:
+        if name == BREP:
+            said.append(_by_brep(job, [block.number for block, _ in work], brep_seconds, told, stop))
+            continue
+        out = _nothing(name, len(work))
+        try:
+            _warmed(raw_engine(job, name, stock), [sweeps for _, sweeps in work])
+            engine = raw_engine(job, name, stock)
+            for k, removal, seconds in _cut(engine, work):
+                out.lo[k], out.estimate[k], out.hi[k] = removal[:3]
+                out.seconds[k], out.proven[k] = seconds, removal.proven
+                told(name, k + 1, len(work))
+                if stop():
+                    raise Stopped(name, k + 1, len(work))
+        except VMachiningError as error:
+            out = replace(out, refused=str(error))
+        said.append(out)
+    lines = job.program_path.read_text(encoding="utf-8", errors="replace").splitlines()
+    return EngineComparison(
+        job.name, [block.number for block, _ in work], [block.line for block, _ in work],
+        [lines[block.line - 1].strip() if block.line <= len(lines) else "" for block, _ in work], said,
+    )  # fmt: skip
+
+
+def _nothing(name: str, n: int) -> Said:
+    lo, estimate, hi = np.full((3, n), np.nan)
+    return Said(name, lo.copy(), estimate.copy(), hi.copy(), np.zeros(n), np.zeros(n))
+
+
+def _cut(engine: Engine, work: Sequence[tuple[Any, Sequence[Sweep]]]) -> Iterator[tuple[int, Removal, float]]:
+    """(row, removal, seconds) of every block."""
+    batched = ENGINES[engine.name].batched
+    for first in range(0, len(work), TOGETHER if batched else 1):
+        part = work[first : first + (TOGETHER if batched else 1)]
+        orders = [Request(sweep, block.number) for block, sweeps in part for sweep in sweeps]
+        begin = process_time()
+        if batched:
+            answers = cast("Batched", engine).answer(orders)
+        else:
+            answers = [engine.cut(order.sweep, order.block) for order in orders]
+        seconds = (process_time() - begin) / len(part)
+        for k, (block, _) in enumerate(part, first):
+            removal = NOTHING
+            for order, answer in zip(orders, answers, strict=True):
+                if order.block == block.number:
+                    removal = removal.plus(answer)
+            yield k, removal, seconds
+
+
+def _warmed(engine: Engine, blocks: Sequence[Sequence[Sweep]]) -> None:
+    """Compile what the job needs: one sweep of every tool and kind of path, on a workpiece that nobody asks again."""
+    kinds: dict[tuple[int, str], Sweep] = {}
+    for sweeps in blocks:
+        for sweep in sweeps:
+            kinds.setdefault((id(sweep.profile), type(sweep.path).__name__), sweep)
+    for sweep in kinds.values():
+        if ENGINES[engine.name].batched:
+            cast("Batched", engine).answer([Request(sweep, 0)])
+        else:
+            engine.cut(sweep, 0)
+
+
+def _by_brep(
+    job: Job,
+    numbers: Sequence[int],
+    seconds: float,
+    progress: Callable[[str, int, int], None],
+    stop: Callable[[], bool],
+) -> Said:
+    """Values of the B-rep engine where they are agreed, with their errors; its time is that of its own processes."""
+    out = _nothing(BREP, len(numbers))
+    try:
+        with TemporaryDirectory(prefix="vmachining-") as folder:
+            result = run(
+                job,
+                engine="columns",
+                out=folder,
+                brep="all",
+                brep_seconds=seconds,
+                progress=progress,
+                stop=stop,
+            )
+            rows = result.blocks.select("block", "removed_brep_mm3", "removed_brep_error_mm3")
+            times = pl.read_csv(Path(folder) / "brep.partial.csv").select("block", "seconds")
+    except VMachiningError as error:
+        return replace(out, refused=str(error))
+    row = {number: k for k, number in enumerate(numbers)}
+    for block, value, miss in rows.iter_rows():
+        if value is not None and (k := row.get(block)) is not None:
+            out.lo[k], out.estimate[k], out.hi[k] = (
+                max(0.0, value - (miss or 0.0)),
+                value,
+                value + (miss or 0.0),
+            )
+    for block, spent in times.iter_rows():
+        out.seconds[row[block]] = spent
+    return out
