@@ -103,7 +103,6 @@ BAD = {
     "dialect": (["nc", "check", "tiny.nc", "--dialect", "klingon"], ["klingon", "one of iso"]),
     "home": (["nc", "check", "tiny.nc", "--home", "1,2"], ["--home 1,2", "three numbers"]),
     "no such code": (["nc", "check", "--explain", "E999"], ["E999", "--explain all"]),
-    "later command": (["view", "job.toml"], ["view", "not supported yet"]),
     "no command": (["frobnicate"], ["frobnicate", "--help"]),
     "no option": (["run", "job.toml", "--fast"], ["--fast", "vmachining run --help"]),
     "no argument": (["run"], ["JOB.toml"]),

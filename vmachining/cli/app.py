@@ -31,6 +31,7 @@ from vmachining.cli.options import (
     Travel,
     examples,
 )
+from vmachining.cli.show_commands import add_to
 from vmachining.cli.toolpath_commands import toolpath
 
 __all__ = ["app", "command"]
@@ -537,6 +538,9 @@ def dda(
         tools_units=tools_units,
         travel=travel, home=home, out=out, plot=plot, as_json=as_json,
     )  # fmt: skip
+
+
+add_to(app)
 
 
 @app.command(epilog=examples("bench --list", "bench accuracy nc"))

@@ -6,6 +6,7 @@ import re
 import shlex
 from collections.abc import Sequence
 from importlib.resources import files
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -19,10 +20,11 @@ from vmachining.job.brep import JUDGED, blank, disputes, parse_blocks, parse_bre
 from vmachining.job.files import read_manifest
 from vmachining.job.folder import FolderLock
 from vmachining.job.reading import read_job_program
+from vmachining.job.simulate import Progress
 from vmachining.job.toolpath import Toolpath
 from vmachining.tolerance import BREP_SECONDS
 
-__all__ = ["demo_job", "demo_models", "list_demos", "run_demo", "run_job", "told_disputes"]
+__all__ = ["default_engine", "demo_job", "demo_models", "list_demos", "run_demo", "run_job", "told_disputes"]
 
 FEW = 10
 """Disputed blocks on the terminal; the table has them all."""
@@ -49,8 +51,9 @@ def run_job(
     width: str | None = None,
     spacing: float | None = None,
     directions: int | None = None,
+    told: Progress | None = None,
 ) -> int:
-    """`vmachining run`."""
+    """`vmachining run`. told : hears of the progress, too."""
     parse_brep(brep)
     formats = check_formats(stock)
     steps = parse_blocks(stock_at, "--stock-at") if stock_at is not None else ()
@@ -83,7 +86,7 @@ def run_job(
         again += ["--workers", str(workers)] if workers is not None else []
         with (
             progress_bar(quiet=silent) as bar,
-            watched(bar, lambda watch: _cut_short(watch, folder, again)) as progress,
+            watched(_both(bar, told), lambda watch: _cut_short(watch, folder, again)) as progress,
         ):
             try:
                 result = run(
@@ -104,6 +107,23 @@ def run_job(
     counts = result.summary["brep"]
     refused = counts["disputed"] or counts["refused"] or "stock_step_refused" in result.summary
     return Code.FINDINGS if refused else Code.DONE
+
+
+def default_engine() -> str:
+    """That of `run`."""
+    return str(signature(run).parameters["engine"].default)
+
+
+def _both(one: Progress | None, other: Progress | None) -> Progress | None:
+    """Whoever wants to hear of the progress."""
+    if one is None or other is None:
+        return one or other
+
+    def told(stage: str, done: int, total: int) -> None:
+        one(stage, done, total)
+        other(stage, done, total)
+
+    return told
 
 
 def _cut_short(watch: Watch, folder: Path, again: Sequence[str]) -> str:

@@ -17,8 +17,6 @@ from vmachining.notice import notice
 __all__ = ["Code", "main"]
 
 REPORT_TO = "https://github.com/vmachining/vmachining/issues"
-LATER = ("view", "figure")
-"""Commands that the interface names and this version does not have."""
 
 
 class Code(IntEnum):
@@ -50,8 +48,6 @@ def run(argv: list[str]) -> int:
     notice.compiling = None if {"--quiet", "-q"} & set(argv) else _compiling
     usage_error = next(c for c in typer.BadParameter.__mro__ if c.__name__ == "ClickException")
     try:
-        if argv and argv[0] in LATER:
-            return _say(f"command {argv[0]!r} is not supported yet", Code.BAD_INPUT)
         outcome = command().main(argv, prog_name="vmachining", standalone_mode=False)
         sys.stdout.flush()
         return int(outcome or 0)

@@ -1,0 +1,132 @@
+"""Figures, the comparison of strategies and the live report, of one small run."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import urllib.error
+import urllib.request
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import polars as pl
+import pytest
+from tinyjob import FEED, JOB, write_job
+
+from vmachining.cli.main import run as command
+from vmachining.job import Job, run
+from vmachining.report.live import Live, serve
+from vmachining.report.paper import KINDS
+from vmachining.report.paper.depth import nearest_faces
+
+TEXT = (
+    JOB.replace("length_mm = 20", "length_mm = 20\nflutes = 2")
+    + FEED.replace('"volume"', '"force"')
+    + '\n[force]\ncoefficients = "aluminium_like_constant"\n'
+)
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("show")
+    run(Job.load(write_job(folder, job=TEXT)), engine="columns").write(folder / "out")
+    return folder / "out"
+
+
+def test_every_kind_is_drawn_in_every_format_and_twice_the_same(results, tmp_path, capsys):
+    assert command(["figure", str(results), "--format", "svg,pdf", "--out", str(tmp_path), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert not told["missing"] and len(told["files"]) == 2 * len(KINDS)
+    for kind in KINDS:
+        svg = ET.parse(tmp_path / f"figure_{kind}.svg").getroot()
+        assert svg.tag == f"{SVG}svg" and svg.get("width").startswith(f"{174 / 25.4 * 72:.3f}"[:6])
+        pdf = (tmp_path / f"figure_{kind}.pdf").read_bytes()
+        assert b"/FontFile2" in pdf and b"/Type3" not in pdf  # TrueType outlines lie in the file
+    before = (tmp_path / "figure_load.pdf").read_bytes()
+    again = ["figure", str(results), "--kind", "load", "--format", "png,pdf", "--out", str(tmp_path)]
+    assert command(again) == 0
+    assert (tmp_path / "figure_load.png").read_bytes().startswith(b"\x89PNG")
+    assert (tmp_path / "figure_load.pdf").read_bytes() == before
+
+
+def test_what_a_directory_lacks_is_said(results, tmp_path, capsys):
+    copy = tmp_path / "out"
+    shutil.copytree(results, copy)
+    (copy / "strategies.csv").unlink()
+    assert command(["figure", str(copy), "--format", "svg"]) == 0
+    assert "schedule: no comparison of strategies" in capsys.readouterr().err
+    assert command(["figure", str(copy), "--kind", "schedule"]) == 2
+    assert command(["figure", str(tmp_path)]) == 2
+    assert command(["figure", str(results), "--kind", "loads"]) == 2
+    told = capsys.readouterr().err
+    assert "[feed]" in told and "no result directory" in told and "want load, bracket" in told
+
+
+def test_the_nearest_face_of_a_pyramid_is_its_closed_form():
+    corners = np.array([[0, 0, 0], [4, 0, 0], [4, 4, 0], [0, 4, 0], [2, 2, 2.0]])
+    faces = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4], [0, 2, 1], [0, 3, 2]])
+    depth, face = nearest_faces(corners, faces, np.array([-1.0, -1.0]), 0.125, (48, 48))
+    x = -1.0 + 0.125 * (np.arange(48) + 0.5)
+    away = np.maximum(np.abs(x[None, :] - 2.0), np.abs(x[:, None] - 2.0))
+    inside = away < 2.0
+    np.testing.assert_allclose(depth[inside], 2.0 - away[inside], atol=1e-12)
+    assert (face[~inside] == -1).all() and set(np.unique(face[inside])) == {0, 1, 2, 3}
+
+
+def test_strategies_shows_the_table_of_the_run(results, capsys):
+    assert command(["strategies", str(results), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)["strategies"]
+    assert told == pl.read_csv(results / "strategies.csv", infer_schema_length=None).to_dicts()
+    assert command(["strategies", str(results)]) == 0
+    assert "as programmed" in capsys.readouterr().out
+
+
+def ask(port: int, path: str, host: str | None = None) -> tuple[int, bytes]:
+    request = urllib.request.Request(
+        f"http://127.0.0.1:{port}/{path}", headers={"Host": host} if host else {}
+    )
+    opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
+    try:
+        with opener.open(request, timeout=10) as answer:
+            return answer.status, answer.read()
+    except urllib.error.HTTPError as exc:
+        return exc.code, b""
+
+
+def test_the_server_hands_out_results_and_nothing_else(results):
+    live = Live(results, "tiny")
+    server = serve(live)
+    port = server.server_port
+    try:
+        assert ask(port, "")[0] == 200
+        assert ask(port, "report.html?1") == (200, (results / "report.html").read_bytes())
+        assert ask(port, "blocks.csv")[1] == (results / "blocks.csv").read_bytes()
+        for path in ("../job.toml", "%2e%2e/job.toml", "manifest.json.bak", "/etc/passwd"):
+            assert ask(port, path)[0] == 404
+        assert ask(port, "report.html", host="example.org")[0] == 403
+        live.progress("program", 3, 7)
+        state = json.loads(ask(port, "state.json")[1])
+        assert (state["done"], state["total"]) == (3, 7) and state["version"] != "0"
+    finally:
+        server.shutdown()
+        server.server_close()
+
+
+def test_view_of_a_directory_prints_its_address_and_ends_with_an_interruption(results, tmp_path):
+    process = subprocess.Popen(
+        [sys.executable, "-c", "from vmachining.cli import main; main()", "view", str(results)],
+        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    )  # fmt: skip
+    try:
+        address = process.stdout.readline().strip()
+        assert ask(int(address.rstrip("/").rpartition(":")[2]), "report.html")[0] == 200
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=20) == 0
+    finally:
+        process.kill()
+    assert command(["view", str(tmp_path)]) == 2

@@ -1,0 +1,126 @@
+"""figure and strategies: what lies in a result directory, for papers and on the screen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from vmachining.cli.jobs import default_engine, run_job
+from vmachining.cli.main import Code
+from vmachining.cli.screen import emit, note
+from vmachining.errors import InputError
+
+__all__ = ["figure", "strategies"]
+
+
+def figure(
+    folder: Path,
+    *,
+    kind: str,
+    formats: str,
+    over: str | None,
+    width: float,
+    out: Path | None,
+    as_json: bool,
+) -> int:
+    """`vmachining figure`."""
+    from vmachining.report.paper import FORMATS, KINDS, OVER, Results, draw, write_figures
+
+    kinds = _chosen(kind, tuple(KINDS), "--kind", every=True)
+    suffixes = _chosen(formats, FORMATS, "--format")
+    if over is not None and over not in OVER:
+        raise InputError(f"--over {over!r}: want {' or '.join(OVER)}")
+    results = Results.load(folder)
+    drawn, missing = {}, []
+    for name in kinds or KINDS:
+        try:
+            drawn[name] = draw(results, name, over=over, width_mm=width)
+        except InputError as exc:
+            if kinds or "matplotlib" in str(exc):
+                raise
+            missing.append(f"{name}: {exc.message}")
+    paths = write_figures(drawn, out if out is not None else folder, suffixes)
+    if as_json:
+        emit({"files": [str(path) for path in paths], "missing": missing})
+    else:
+        for path in paths:
+            print(path)
+        for text in missing:
+            note(f"not drawn: {text}")
+    return Code.DONE
+
+
+def _chosen(text: str, known: tuple[str, ...], option: str, *, every: bool = False) -> list[str]:
+    """Words of a comma list; none for "all", where that is a word."""
+    if every and text.strip().lower() == "all":
+        return []
+    words = [word.strip().lower() for word in text.split(",") if word.strip()]
+    if not words or not set(words) <= set(known):
+        wrong = next((word for word in words if word not in known), "")
+        raise InputError(f"{option} {wrong!r}: want {', '.join(known)}{', or all' * every}")
+    return list(dict.fromkeys(words))
+
+
+def strategies(target: Path, *, out: Path | None, engine: str | None, quiet: bool, as_json: bool) -> int:
+    """`vmachining strategies`: runs a job, then shows the comparison that a run with [feed] makes."""
+    from vmachining.job import Job
+    from vmachining.job.batch import safe_name
+    from vmachining.report.paper import Results
+
+    folder = target
+    if not target.is_dir():
+        job = Job.load(target)
+        if job.keys.feed is None:
+            raise InputError(
+                "no [feed] table: nothing tells between which feeds a strategy may choose",
+                file=str(target), remedy="give strategy, min_mm_min and max_mm_min under [feed]",
+            )  # fmt: skip
+        folder = out if out is not None else Path("out") / safe_name(job.name)
+        code = run_job(
+            target, out=folder, certify=False, brep="none", workers=None, stock="stl", resume=False,
+            quiet=quiet or as_json, as_json=False, engine=engine or default_engine(),
+        )  # fmt: skip
+        if code != Code.DONE:
+            return code
+    results = Results.load(folder)
+    if results.strategies is None:
+        raise InputError(
+            "no comparison of strategies", file=str(folder), remedy="run a job with a [feed] table"
+        )
+    if as_json:
+        emit({"name": results.name, "strategies": results.strategies.to_dicts()})
+        return Code.DONE
+    _table(results.name, results.strategies)
+    return Code.DONE
+
+
+def _table(name: str, table: Any) -> None:
+    """The comparison on the screen, in plain columns."""
+    units = dict(zip(table["strategy"], table["unit"], strict=True))
+    heads = (
+        "strategy",
+        "reference",
+        "time s",
+        "inserted",
+        "volume mm3/min",
+        "chip mm2",
+        f"force {units.get('force') or 'N'}",
+    )
+    lines = [heads]
+    for row in table.iter_rows(named=True):
+        unit = (row["unit"] or "").replace("³", "3").replace("²", "2")
+        goal = "-" if row["reference"] is None else f"{row['reference']:.5g} {unit}"
+        loads = []
+        for load in ("volume", "chip_area", "force"):
+            peak, spread = row[f"{load}_peak"], row[f"{load}_spread"]
+            loads.append("-" if peak is None else f"{peak:.5g} ({100.0 * spread:.1f} %)")
+        title = row["strategy"].replace("_", " ") + (" (written)" if row["asked_for"] else "")
+        lines.append((title, goal, f"{row['time_s']:.2f}", str(row["inserted"]), *loads))
+    wide = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    print(f"{name}: peaks (standard deviation over mean, in the time that cuts)")
+    for line in lines:
+        cells = [
+            line[0].ljust(wide[0]),
+            *(cell.rjust(size) for cell, size in zip(line[1:], wide[1:], strict=True)),
+        ]
+        print(f"  {'  '.join(cells)}")

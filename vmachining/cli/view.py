@@ -1,0 +1,92 @@
+"""view."""
+
+from __future__ import annotations
+
+import time
+from contextlib import suppress
+from pathlib import Path
+
+from vmachining.cli.jobs import default_engine, run_job
+from vmachining.cli.main import Code
+from vmachining.cli.screen import note
+from vmachining.errors import InputError, VMachiningError
+from vmachining.job import Job
+from vmachining.job.batch import safe_name
+from vmachining.job.files import read_manifest
+from vmachining.report.live import LOOPBACK, REPORT, Live, serve
+
+__all__ = ["view"]
+
+LOOK_SECONDS = 0.5
+"""Between two looks at the files of a job."""
+
+
+def view(target: Path, *, out: Path | None, engine: str | None, port: int, once: bool) -> int:
+    """`vmachining view`: serves until Ctrl-C; of a job, runs it first and whenever its files change."""
+    if target.is_dir():
+        manifest = read_manifest(target)
+        if manifest is None or REPORT not in manifest.get("outputs", ()):
+            raise InputError(
+                "no result directory with a report", file=str(target), remedy="give a job file, or what run had as --out"
+            )  # fmt: skip
+        live = Live(target, str(manifest.get("job", target.name)))
+    else:
+        job = Job.load(target)
+        live = Live(out if out is not None else Path("out") / safe_name(job.name), job.name)
+    server = serve(live, port)
+    print(f"http://{LOOPBACK}:{server.server_port}/", flush=True)
+    note("Ctrl-C ends it")
+    try:
+        return _wait() if target.is_dir() else _runs(target, live, engine or default_engine(), once)
+    finally:
+        server.shutdown()
+
+
+def _wait() -> int:
+    try:
+        while True:
+            time.sleep(3600.0)
+    except KeyboardInterrupt:
+        return Code.DONE
+
+
+def _runs(file: Path, live: Live, engine: str, once: bool) -> int:
+    """Run the job, then look at its files; a failure of the first run is that of the command."""
+    first = True
+    while True:
+        seen = _times(file)
+        live.progress("program", 0, 1)
+        try:
+            code = run_job(
+                file, out=live.folder, engine=engine, certify=False, brep="none", workers=None, stock="stl", resume=False,
+                quiet=False, as_json=False, told=live.progress,
+            )  # fmt: skip
+            if code == Code.INTERRUPTED:
+                return code
+            live.ended()
+        except (VMachiningError, OSError) as exc:
+            if first:
+                raise
+            live.ended(str(exc))
+            note(f"vmachining: {exc}")
+        first = False
+        try:
+            while once or _times(file) == seen:
+                time.sleep(LOOK_SECONDS)
+        except KeyboardInterrupt:
+            return Code.DONE
+        note("files have changed: running again")
+
+
+def _times(file: Path) -> dict[str, float | None]:
+    """When the files of a job were changed; the job file alone where it cannot be read."""
+    found: dict[str, float | None] = {}
+    paths = [file]
+    with suppress(VMachiningError, OSError):
+        paths += Job.load(file).inputs.values()
+    for path in paths:
+        try:
+            found[str(path)] = path.stat().st_mtime
+        except OSError:
+            found[str(path)] = None
+    return found

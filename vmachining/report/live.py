@@ -1,0 +1,144 @@
+"""A result directory served on loopback: the report in a frame, with what a run is doing above it.
+
+The server hands out files that the manifest of the directory names, and nothing else; it answers only requests that
+name this machine as their host, so that no page from elsewhere can read along.
+"""
+
+from __future__ import annotations
+
+import json
+import threading
+from dataclasses import dataclass, field
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote, urlsplit
+
+from vmachining.errors import InputError, JobError
+from vmachining.job.files import read_manifest
+
+__all__ = ["LOOPBACK", "Live", "serve"]
+
+LOOPBACK = "127.0.0.1"
+REPORT = "report.html"
+KINDS = {
+    ".html": "text/html; charset=utf-8", ".csv": "text/csv; charset=utf-8", ".json": "application/json",
+    ".nc": "text/plain; charset=utf-8", ".parquet": "application/vnd.apache.parquet", ".stl": "model/stl", ".3mf": "model/3mf",
+    ".step": "model/step", ".svg": "image/svg+xml", ".png": "image/png", ".pdf": "application/pdf",
+}  # fmt: skip
+"""Content types of the files of a result directory."""
+
+
+@dataclass(slots=True, eq=False)
+class Live:
+    """What the page shows. folder : results. name : of the job. message : of a run that failed, or empty.
+
+    stage, done, total : of the run in hand, as its progress tells them; total 0: none runs.
+    """
+
+    folder: Path
+    name: str
+    message: str = ""
+    stage: str = ""
+    done: int = 0
+    total: int = 0
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def progress(self, stage: str, done: int, total: int) -> None:
+        """Progress of a run."""
+        with self._lock:
+            self.stage, self.done, self.total = stage, done, total
+
+    def ended(self, message: str = "") -> None:
+        """No run is in hand any more; `message` says why it failed."""
+        with self._lock:
+            self.stage, self.done, self.total, self.message = "", 0, 0, message
+
+    def state(self) -> dict[str, Any]:
+        """What the page asks for once a second; `version` changes with the report."""
+        report = self.folder / REPORT
+        try:
+            version = report.stat().st_mtime_ns if REPORT in self.outputs() else 0
+        except OSError:
+            version = 0
+        with self._lock:
+            return {
+                "name": self.name, "stage": self.stage, "done": self.done, "total": self.total, "message": self.message,
+                "version": str(version),
+            }  # fmt: skip
+
+    def outputs(self) -> list[str]:
+        """Files that a run has completed."""
+        try:
+            manifest = read_manifest(self.folder)
+        except JobError:
+            return []
+        if manifest is None or not manifest.get("complete"):
+            return []
+        return [str(name) for name in manifest.get("outputs", ())]
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: _Server
+
+    def do_GET(self) -> None:
+        live, port = self.server.live, self.server.server_port
+        if self.headers.get("Host") not in (f"{LOOPBACK}:{port}", f"localhost:{port}"):
+            self.send_error(HTTPStatus.FORBIDDEN, "ask for this machine by its own name")
+            return
+        name = unquote(urlsplit(self.path).path).lstrip("/")
+        if not name:
+            page = (files("vmachining.report") / "live.html").read_bytes()
+            self._answer(page, KINDS[".html"])
+        elif name == "state.json":
+            self._answer(json.dumps(live.state()).encode(), KINDS[".json"])
+        elif name in live.outputs() and "/" not in name:
+            try:
+                data = (live.folder / name).read_bytes()
+            except OSError:
+                self.send_error(HTTPStatus.NOT_FOUND)
+                return
+            self._answer(data, KINDS.get(Path(name).suffix, "application/octet-stream"))
+        else:
+            self.send_error(HTTPStatus.NOT_FOUND)
+
+    def _answer(self, data: bytes, kind: str) -> None:
+        self.send_response(HTTPStatus.OK)
+        self.send_header("Content-Type", kind)
+        self.send_header("Content-Length", str(len(data)))
+        self.send_header("Cache-Control", "no-store")
+        self.send_header("X-Content-Type-Options", "nosniff")
+        self.end_headers()
+        self.wfile.write(data)
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Requests are nobody's business."""
+
+
+class _Server(ThreadingHTTPServer):
+    daemon_threads = True
+
+    def __init__(self, live: Live, port: int) -> None:
+        self.live = live
+        super().__init__((LOOPBACK, port), _Handler)
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """A browser that has left in the middle of an answer is no error."""
+
+
+def serve(live: Live, port: int = 0) -> ThreadingHTTPServer:
+    """A server that answers in a thread of its own until its `shutdown`; `server_port` is where.
+
+    Raises
+    ------
+    InputError
+        The port is taken.
+    """
+    try:
+        server = _Server(live, port)
+    except OSError as exc:
+        raise InputError(f"port {port}: {exc.strerror or exc}", remedy="take another, or 0 for any") from exc
+    threading.Thread(target=server.serve_forever, name="vmachining-view", daemon=True).start()
+    return server

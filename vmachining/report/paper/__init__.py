@@ -1,0 +1,24 @@
+"""Figures for papers, drawn from a result directory: vector graphics with embedded fonts, axes with units.
+
+1. `source.py` reads a result directory: its tables, the comparison of strategies, the finished stock.
+2. `kinds.py` draws the six kinds as matplotlib figures.
+3. `depth.py` looks at triangles along a direction: what is seen in every pixel, and how far away it is.
+4. `style.py` holds sizes, colours and fonts, and writes files.
+
+| kind | shows |
+|---|---|
+| `load` | volume rate, chip area, force, power: as programmed and scheduled |
+| `bracket` | removed volume of every block with its bounds, and their distance |
+| `feed` | feed as programmed and scheduled |
+| `engagement` | axial and radial depth, engaged share of a revolution, chip thickness |
+| `stock` | the finished workpiece: its height over the plan, and a view |
+| `schedule` | all feed strategies on the same job: time, peaks and spreads |
+
+The room computes nothing new. Same directory, same bytes: files carry no date and no random names.
+"""
+
+from vmachining.report.paper.kinds import KINDS, OVER, draw
+from vmachining.report.paper.source import Results
+from vmachining.report.paper.style import FORMATS, write_figures
+
+__all__ = ["FORMATS", "KINDS", "OVER", "Results", "draw", "write_figures"]

@@ -1,0 +1,106 @@
+"""Sizes, colours and fonts of figures for papers, and their files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vmachining.errors import InputError
+from vmachining.job.files import atomic_path, make_folder
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = [
+    "BLUE",
+    "FORMATS",
+    "GREEN",
+    "GREY",
+    "ORANGE",
+    "RED",
+    "VIOLET",
+    "WIDTH_MM",
+    "look",
+    "panels",
+    "write_figures",
+]
+
+FORMATS = ("svg", "pdf", "png")
+WIDTH_MM = 174.0
+"""Two columns of most journals."""
+MM_PER_INCH = 25.4
+PNG_DPI = 300
+
+BLUE, ORANGE, GREEN, RED, VIOLET, GREY = "#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#6b7280"
+"""Colours that readers with any colour vision tell apart [Okabe and Ito 2008]."""
+
+LOOK: Any = {
+    "font.family": "sans-serif", "font.sans-serif": ["DejaVu Sans"], "font.size": 8.0, "axes.labelsize": 8.0,
+    "axes.titlesize": 8.0, "legend.fontsize": 7.5, "xtick.labelsize": 7.5, "ytick.labelsize": 7.5,
+    "axes.linewidth": 0.6, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True,
+    "axes.axisbelow": True, "grid.color": "#e5e7eb", "grid.linewidth": 0.5, "lines.linewidth": 1.0,
+    "xtick.major.width": 0.6, "ytick.major.width": 0.6, "xtick.direction": "out", "ytick.direction": "out",
+    "legend.frameon": False, "figure.dpi": 150.0, "savefig.dpi": PNG_DPI,
+    "pdf.fonttype": 42,   # TrueType outlines inside of the file: text stays text, on any machine
+    "ps.fonttype": 42,
+    "svg.fonttype": "path",  # SVG cannot hold a font: letters are outlines
+    "svg.hashsalt": "vmachining",
+}  # fmt: skip
+
+
+@contextmanager
+def look() -> Iterator[None]:
+    """The style, for as long as it is asked for.
+
+    Raises
+    ------
+    InputError
+        matplotlib is not installed.
+    """
+    try:
+        import matplotlib as mpl
+    except ImportError as exc:
+        raise InputError("figures want matplotlib", remedy="pip install matplotlib") from exc
+    with mpl.rc_context(LOOK):
+        yield
+
+
+def panels(
+    count: int, *, width_mm: float, each_mm: float, heights: Sequence[float] | None = None
+) -> tuple[Figure, list[Axes]]:
+    """A figure of panels below each other that share their x axis."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    size = width_mm / MM_PER_INCH, (each_mm * (sum(heights) if heights else count) + 12.0) / MM_PER_INCH
+    figure = Figure(figsize=size, layout="constrained")
+    FigureCanvasAgg(figure)
+    grid = figure.subplots(
+        count, 1, sharex=True, squeeze=False, height_ratios=list(heights) if heights else None
+    )
+    return figure, list(grid[:, 0])
+
+
+def write_figures(figures: dict[str, Figure], folder: Path, formats: Sequence[str]) -> list[Path]:
+    """Write figure_KIND.FORMAT of each into a folder, whole or not at all; the files written."""
+    make_folder(folder)
+    paths = []
+    plain: dict[str, dict[str, Any]] = {
+        "svg": {"Date": None}, "pdf": {"CreationDate": None, "ModDate": None}, "png": {"Software": None},
+    }  # fmt: skip
+    with look():
+        for kind, figure in figures.items():
+            for _ in range(2):  # the layout settles, and then it is the same in every format
+                figure.draw_without_rendering()
+            figure.set_layout_engine("none")
+            for suffix in formats:
+                path = folder / f"figure_{kind}.{suffix}"
+                with atomic_path(path) as temporary:
+                    figure.savefig(temporary, format=suffix, metadata=plain[suffix], facecolor="white")
+                paths.append(path)
+            for axes in figure.axes:
+                axes.clear()
+    return paths
