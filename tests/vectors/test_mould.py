@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vmachining.bench.mould import BALL, HEIGHT, SLOT_DEPTH, TOP, blocks, vectors_mould_small
+from vmachining.bench.mould import BALL, HEIGHT, SLOT_DEPTH, TOP, blocks, body, vectors_mould_small
 
 
 def test_the_body_and_the_path() -> None:
@@ -20,8 +20,8 @@ def test_the_body_and_the_path() -> None:
 
 
 def test_slots_stay_and_the_top_is_gouged_by_less_than_its_chords_can() -> None:
-    upright, along = vectors_mould_small()
-    assert upright["vectors"] == 840 * 802 and upright["bytes"] == 4 * upright["vectors"]
+    upright = next(vectors_mould_small())
+    assert upright["vectors"] == 840 * 802 and upright["bytes_per_vector"] == 4
     deepest = BALL - np.sqrt(BALL**2 - 7.5**2)
     assert 5.990 - 0.15 <= upright["slots_least_mm"] <= SLOT_DEPTH - 0.9 * deepest
     assert upright["slots_most_mm"] <= 8.107 + 1e-3
@@ -30,4 +30,16 @@ def test_slots_stay_and_the_top_is_gouged_by_less_than_its_chords_can() -> None:
     )  # a chord sinks below the arc about an edge by its sagitta, over the cosine of the arc's slope
     sagitta = (step / np.cos(np.arcsin(0.5))) ** 2 / 8 / BALL
     assert 0.0 < upright["top_overcut_mm"] <= sagitta / np.cos(np.arcsin(0.5))
-    assert along["vectors"] > 50_000 and along["untouched"] > 0
+
+
+def test_the_body_has_the_area_of_its_walls() -> None:
+    """Spec E.7: lips 78,200, slot walls 381,840, drafted walls 1,194,309 mm^2."""
+    corners = body().corners
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2.0
+    area = np.linalg.norm(normal, axis=1)
+    slope = np.degrees(np.arccos(normal[:, 2] / area))
+    z = corners[:, :, 2].mean(axis=1)
+    upright = np.abs(slope - 90.0) < 1e-6
+    assert area[upright & (z < 20.0)].sum() == pytest.approx(78_200.0)
+    assert area[upright & (z > 20.0)].sum() == pytest.approx(381_840.0)
+    assert area[np.abs(slope - 85.0) < 1e-6].sum() == pytest.approx(1_194_309.0, abs=1.0)

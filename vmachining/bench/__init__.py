@@ -24,6 +24,7 @@
 | `vectors` | discrete vectors on the published half cylinder: DVV, DNV, hybrid; times and errors beside the published times |
 | `vectors-blocks` | discrete vectors block by block, with removals: three and five axes, exact sweeps and facets |
 | `vectors-fine` | the same with 100 million upright vectors |
+| `vectors-run` | the same blocks through the engine as `run` uses it, with removals and tables, memory beside it |
 | `vectors-mould` | discrete vectors on the published mould cover, 78,524 blocks: 67,368,000 upright, 5 million along normals |
 | `vectors-mould-small` | the same body and blocks, vectors ten times as far apart |
 | `zmap` | analytic engagement against a compiled Z-map on a staircase: time and error over the pitch |
@@ -63,6 +64,7 @@ CASES = {
     "vectors": "vectors",
     "vectors-blocks": "vectors",
     "vectors-fine": "vectors",
+    "vectors-run": "vectors",
     "vectors-mould": "mould",
     "vectors-mould-small": "mould",
     "zmap": "zmap",
@@ -93,6 +95,7 @@ TAKES = {
     "vectors": "25 s",
     "vectors-blocks": "10 s",
     "vectors-fine": "15 s",
+    "vectors-run": "1 minute",
     "vectors-mould": "minutes",
     "vectors-mould-small": "10 s",
     "zmap": "20 s",

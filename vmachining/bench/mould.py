@@ -8,18 +8,26 @@ that bridge an edge cut its corner.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from math import cos, radians, sin, tan
 from time import process_time
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
+from manifold3d import Manifold
 
 from vmachining.arrays import Floats
 from vmachining.bench.vectors import peak_mb
-from vmachining.engines.vectors import Points, simulation_spacing
-from vmachining.engines.vectors.batch import ball_grid, ball_vectors
+from vmachining.engines.protocol import Options, Request
+from vmachining.engines.vectors import VectorEngine, VectorSettings, simulation_spacing
+from vmachining.engines.vectors.batch import ball_grid
+from vmachining.geometry import Line
+from vmachining.stock import BoxStock, MeshStock
+from vmachining.sweep import Sweep
+from vmachining.sweep.ball import ball_block
+from vmachining.tool import BallNose
 
-__all__ = ["vectors_mould", "vectors_mould_small"]
+__all__ = ["blocks", "body", "vectors_mould", "vectors_mould_small"]
 
 LENGTH, WIDTH, HEIGHT, RIM, DRAFT = 1000.0, 955.0, 340.0, 20.0, radians(5.0)
 BALL, PASSES, NODES = 15.0, 268, 293
@@ -32,6 +40,9 @@ WINDOW = (8400, 8020)
 """Vectors of the published grid at 0.1 mm: 840 x 802 mm."""
 
 CASTING, DEEPEST, ERROR = 2.0, 10.0, 0.005
+
+TOGETHER, TOLERANCE = 1024, 0.05
+"""Blocks that the engine gets at once, as from `run`; mm, of the table."""
 
 
 def blocks() -> Floats:
@@ -70,18 +81,49 @@ def _height(x: Floats, y: Floats) -> Floats:
     return np.where(slotted, HEIGHT - SLOT_DEPTH, HEIGHT)
 
 
+def body() -> MeshStock:
+    """The cover as a closed mesh."""
+    x, y = LENGTH / 2, WIDTH / 2
+    foot = Manifold.cube((LENGTH, WIDTH, RIM)).translate((-x, -y, 0.0))
+    signs = [(a, b) for a in (-1.0, 1.0) for b in (-1.0, 1.0)]
+    corners = [(a * (x - 10.0), b * (y - 10.0), RIM) for a, b in signs]
+    corners += [(a * TOP[0], b * TOP[1], HEIGHT) for a, b in signs]
+    slot = Manifold.cube((SLOT, SLOT_LENGTH, SLOT_DEPTH + 1.0)).translate(
+        (-SLOT / 2, -SLOT_LENGTH / 2, HEIGHT - SLOT_DEPTH)
+    )
+    slots = [
+        slot.translate((k * SLOT_PITCH, row, 0.0))
+        for k in range(-(COLUMNS // 2), COLUMNS // 2 + 1)
+        for row in ROWS
+    ]
+    mesh = (foot + Manifold.hull_points(np.array(corners)) - Manifold.compose(slots)).to_mesh64()
+    return MeshStock(np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts, dtype=np.int64))
+
+
 def vectors_mould() -> Iterator[dict[str, Any]]:
-    """67,368,000 upright vectors at 0.1 mm, and those along the normals of all walls."""
+    """67,368,000 upright vectors at 0.1 mm, those along the normals of all walls, and a run over the whole cover."""
     yield from _mould("vectors-mould", 0.1, simulation_spacing(ERROR, 10.0))
 
 
 def vectors_mould_small() -> Iterator[dict[str, Any]]:
     """The same body and path at ten times the pitch."""
-    yield from _mould("vectors-mould-small", 1.0, 5.0)
+    yield from _mould("vectors-mould-small", 1.0, 10.0 * simulation_spacing(ERROR, 10.0))
 
 
 def _mould(case: str, gamma: float, delta: float) -> Iterator[dict[str, Any]]:
     path = blocks()
+    warm = _engine(10.0, 50.0, "hybrid")
+    warm.answer(_requests(path[100:110], 0))  # compiled, apart
+    yield {"case": case, "run": "DVV", "gamma_mm": gamma} | _window(path, gamma)
+    yield {"case": case, "run": "DNV", "delta_mm": delta} | _run(path, 50.0, delta, "dnv")
+    yield {"case": case, "run": "DVV, block by block", "gamma_mm": gamma} | _run(path, gamma, delta, "dvv")
+    yield {"case": case, "run": "hybrid, block by block", "gamma_mm": gamma, "delta_mm": delta} | _run(
+        path, gamma, delta, "hybrid"
+    )
+
+
+def _window(path: Floats, gamma: float) -> dict[str, Any]:
+    """The published grid, all blocks at once."""
     shape = tuple(round(n * 0.1 / gamma) for n in WINDOW)
     ball_grid(path[:20], BALL, -5.0, -5.0, 1.0, (10, 10), _height)  # compiled, apart
     begin = process_time()
@@ -98,88 +140,50 @@ def _mould(case: str, gamma: float, delta: float) -> Iterator[dict[str, Any]]:
         for which, ends in ((low, slot), (~low, flat)):
             if which.any():
                 ends[:] = min(ends[0], float(rows[which].min())), max(ends[1], float(rows[which].max()))
-    upright = process_time() - begin
-    yield {
-        "case": case, "run": "DVV", "gamma_mm": gamma, "blocks": len(path) - 1, "vectors": found.size,
-        "seconds": upright, "published_seconds": 710, "bytes": found.nbytes, "top_overcut_mm": -flat[0],
-        "top_undercut_mm": flat[1], "slots_least_mm": slot[0], "slots_most_mm": slot[1], "peak_mb": peak_mb(),
+    return {
+        "blocks": len(path) - 1, "vectors": found.size, "seconds": process_time() - begin, "published_seconds": 710,
+        "bytes_per_vector": found.nbytes / found.size, "top_overcut_mm": -flat[0], "top_undercut_mm": flat[1],
+        "slots_least_mm": slot[0], "slots_most_mm": slot[1], "peak_mb": peak_mb(),
     }  # fmt: skip
-    del found
-    points = _walls(delta)
-    depth = _depth(points)
-    ball_vectors(
-        path[:5], BALL, Points(points.point[:10], points.normal[:10], points.facet[:10]), CASTING, DEEPEST
+
+
+def _engine(gamma: float, delta: float, mode: Literal["dvv", "dnv", "hybrid"]) -> VectorEngine:
+    asked = VectorSettings(
+        mode=mode, pitch=gamma, spacing=delta, theta_v=radians(79.479), casting=CASTING, depth=DEEPEST
     )
+    raw = BoxStock((-LENGTH / 2, -WIDTH / 2, 0.0), (LENGTH / 2, WIDTH / 2, HEIGHT + CASTING))
+    return VectorEngine(raw, Options(design=body(), vectors=asked))
+
+
+def _requests(path: Floats, first: int) -> list[Request]:
+    tool = BallNose(diameter=2 * BALL, length=400.0).cutter
+    tips = path - [0.0, 0.0, BALL]
+    return [Request(Sweep.along(tool, Line(a, b)), k) for k, (a, b) in enumerate(pairwise(tips), first)]
+
+
+def _run(path: Floats, gamma: float, delta: float, mode: Literal["dvv", "dnv", "hybrid"]) -> dict[str, Any]:
+    """The engine as `run` uses it: the removal of every block, and the table of deviations. dnv: vectors on walls alone."""
     begin = process_time()
-    length = ball_vectors(path, BALL, points, CASTING, depth)
-    yield {
-        "case": case, "run": "DNV", "delta_mm": delta, "blocks": len(path) - 1, "vectors": len(length),
-        "seconds": process_time() - begin, "published_seconds": 233, "untouched": int((length == CASTING).sum()),
-        "least_mm": float(length.min()), "peak_mb": peak_mb(),
+    engine = _engine(gamma, delta, "hybrid" if mode == "dnv" else mode)
+    laid = process_time() - begin
+    begin, removed = process_time(), 0.0
+    for k in range(0, len(path) - 1, TOGETHER):
+        requests = _requests(path[k : k + TOGETHER + 1], k)
+        if mode == "dnv":
+            balls = [ball for r in requests if (ball := ball_block(r.sweep)) is not None]
+            engine.along.cut_balls(np.array([ball.row for ball in balls]), [r.sweep for r in requests])
+        else:
+            removed += sum(r.estimate for r in engine.answer(requests))
+    cut = process_time() - begin
+    begin = process_time()
+    length, size = engine.along.length, engine.upright.lengths
+    shown = None if mode == "dnv" else engine.deviation(TOLERANCE).summary
+    upright, along = (0 if mode == "dnv" else size.size), len(length)
+    held = (upright and size.nbytes) + engine.along.bytes_each * along
+    return {
+        "blocks": len(path) - 1, "upright": upright, "along_normals": along, "seconds": laid + cut + process_time() - begin,
+        "seconds_laid": laid, "seconds_cut": cut, "seconds_reported": process_time() - begin,
+        "published_seconds": {"dvv": 710, "dnv": 233, "hybrid": 943}[mode], "bytes_per_vector": held / (upright + along),
+        "untouched": int((length == CASTING).sum()), "least_mm": float(length.min(initial=0.0)),
+        "removed_mm3": removed, "max_overcut_mm": shown and shown["max_overcut_mm"], "peak_mb": peak_mb(),
     }  # fmt: skip
-
-
-def _walls(delta: float) -> Points:
-    """Points at spacing delta on lips, drafted walls and walls of the slots."""
-    found = []
-    low, high = np.array([LENGTH, WIDTH]) / 2.0, TOP
-    for axis in (0, 1):
-        for sign in (-1.0, 1.0):
-            outward = np.zeros(3)
-            outward[axis] = sign
-            across = np.zeros(3)
-            across[1 - axis] = 1.0
-            found.append(
-                _rectangle(
-                    outward * low[axis], across * low[1 - axis], across * low[1 - axis], RIM, outward, delta
-                )
-            )
-            foot = outward * (low[axis] - 10.0) + [0, 0, RIM]
-            normal = outward * cos(DRAFT) + [0, 0, sin(DRAFT)]
-            rise = -outward * (HEIGHT - RIM) * tan(DRAFT) + [0, 0, HEIGHT - RIM]
-            found.append(
-                _rectangle(
-                    foot, across * (low[1 - axis] - 10.0), across * high[1 - axis], rise, normal, delta
-                )
-            )
-    for column in range(-(COLUMNS // 2), COLUMNS // 2 + 1):
-        for row in ROWS:
-            middle = np.array([column * SLOT_PITCH, row, HEIGHT - SLOT_DEPTH])
-            for axis, half, other in ((0, SLOT / 2, SLOT_LENGTH / 2), (1, SLOT_LENGTH / 2, SLOT / 2)):
-                for sign in (-1.0, 1.0):
-                    out, across = np.zeros(3), np.zeros(3)
-                    out[axis], across[1 - axis] = sign, other
-                    found.append(_rectangle(middle + half * out, across, across, SLOT_DEPTH, -out, delta))
-    point, normal = (np.concatenate(v) for v in zip(*found, strict=True))
-    return Points(point, normal, np.zeros(len(point), dtype=np.int64))
-
-
-def _depth(points: Points) -> Floats:
-    """(n,) mm through the body behind a vector, at most `DEEPEST`: between the outer slots and the walls it is thin."""
-    x, y, z = points.point.T
-    outer = (COLUMNS // 2) * SLOT_PITCH + SLOT / 2
-    level = np.abs(points.normal[:, 0]) > 0.9
-    behind = (
-        level
-        & (np.abs(y[:, None] - np.array(ROWS)).min(axis=1) < SLOT_LENGTH / 2)
-        & (z > HEIGHT - SLOT_DEPTH)
-    )
-    behind &= np.abs(x) > outer - 1e-9
-    thin = TOP[0] + (HEIGHT - z) * tan(DRAFT) - outer
-    return np.where(behind, np.minimum(thin, DEEPEST), DEEPEST)
-
-
-def _rectangle(
-    foot: Floats, wide: Floats, narrow: Floats, rise: Floats | float, normal: Floats, delta: float
-) -> tuple[Floats, Floats]:
-    """Points on a trapezium over a foot line from foot - wide to foot + wide, `narrow` at the height of `rise`."""
-    rise = np.array([0.0, 0.0, rise]) if np.ndim(rise) == 0 else np.asarray(rise)
-    many = max(1, round(float(np.linalg.norm(rise)) / delta))
-    rows = []
-    for k in range(many):
-        share = (k + 0.5) / many
-        half = (1.0 - share) * wide + share * narrow
-        n = max(1, round(2.0 * float(np.linalg.norm(half)) / delta))
-        rows.append(foot + share * rise + (2.0 * (np.arange(n)[:, None] + 0.5) / n - 1.0) * half)
-    point = np.concatenate(rows)
-    return point, np.broadcast_to(normal, point.shape)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from array import array
+
 import numpy as np
 
 from vmachining.arrays import Floats, Ints
@@ -22,10 +24,10 @@ class Cuts:
     """Sweeps in the order in which they cut: blocks of ball cutters on lines as rows of numbers, others as they are."""
 
     def __init__(self) -> None:
-        self._balls: list[tuple[float, ...]] = []
-        self._ball_order: list[int] = []
+        self._balls = array("d")
+        self._ball_order = array("q")
         self._others: list[tuple[int, Sweep]] = []
-        self._block: list[int] = []
+        self._block = array("q")
 
     def __len__(self) -> int:
         return len(self._block)
@@ -33,7 +35,7 @@ class Cuts:
     def add(self, sweep: Sweep, ball: BallBlock | None, block: int | None) -> None:
         """One more. ball : the same sweep, where it is one of a ball cutter."""
         if ball is not None:
-            self._balls.append(ball.row)
+            self._balls.extend(ball.row)
             self._ball_order.append(len(self._block))
         else:
             self._others.append((len(self._block), sweep))
@@ -78,8 +80,8 @@ class Cuts:
         order = np.argsort(key, kind="stable")
         first = np.searchsorted(key[order], np.arange(int(cells.prod()) + 1)).astype(np.int64)
         found = out[order]
+        balls, place = np.array(self._balls).reshape(-1, 8), np.array(self._ball_order, dtype=np.int64)
         _kernels.first_balls(
-            np.array(self._balls), np.array(self._ball_order, dtype=np.int64), np.ascontiguousarray(tips[order]), slack[order],
-            first, cells, float(low[0]), float(low[1]), cell, found,
+            balls, place, np.ascontiguousarray(tips[order]), slack[order], first, cells, float(low[0]), float(low[1]), cell, found
         )  # fmt: skip
         out[order] = found

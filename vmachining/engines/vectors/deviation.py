@@ -126,7 +126,7 @@ class _Found:
         if len(kept):
             self._parts.append(rows.at(kept))
             self._waiting += len(kept)
-        if self.step is None and self._waiting > 4 * self.most:
+        if self.step is None and self._waiting > 2 * self.most:
             self._parts = [self._joined().worst(self.most)]
             self._waiting = self.most
 

@@ -49,6 +49,7 @@ GEOMETRY = (
     "vmachining.numerics",
 )
 OWN = ("vmachining.engines.settings", "vmachining.engines.protocol", "vmachining.engines.vectors")
+ARRAYS = ("_array_reconstructor", "array")
 NUMPY = ("_reconstruct", "ndarray", "dtype", "scalar", "_frombuffer")
 
 
@@ -198,7 +199,8 @@ class _Geometry(pickle.Unpickler):
 
     def find_class(self, module: str, name: str) -> Any:
         ours = module.startswith(GEOMETRY) or module.startswith(OWN)
-        if not ours and not (module.split(".")[0] == "numpy" and name in NUMPY):
+        plain = module == "array" and name in ARRAYS
+        if not ours and not plain and not (module.split(".")[0] == "numpy" and name in NUMPY):
             raise EngineError(f"the checkpoint holds {module}.{name}", engine="vectors")
         return super().find_class(module, name)
 

@@ -90,11 +90,12 @@ class UprightVectors:
         self._owner = np.full((0, 2), -1, dtype=np.int64)
         self._start = np.empty((0, TILE, TILE))
         self._low, self._rest = (np.empty((0, TILE, TILE), dtype=np.float32) for _ in range(2))
-        self._high = np.empty((0, TILE // SUB, TILE // SUB))
+        self._high = np.empty((0, TILE // SUB, TILE // SUB, 3))
         self._depth = np.zeros((0, 0))
+        self._span = np.zeros((0, 2), dtype=np.int64)
 
     def __getstate__(self) -> dict[str, object]:
-        kept = {"_slot", "_stamp", "_now", "_owner", "_start", "_low", "_rest", "_high", "_depth"}
+        kept = {"_slot", "_stamp", "_now", "_owner", "_start", "_low", "_rest", "_high", "_depth", "_span"}
         return {name: value for name, value in self.__dict__.items() if name not in kept}
 
     def __setstate__(self, state: dict[str, object]) -> None:
@@ -188,11 +189,12 @@ class UprightVectors:
             self.lengths, self._slot, self._start, self._low, self._rest, self._high, x0, y0, float(self.pitch), *self.shape
         )  # fmt: skip
 
-    def _scratch(self, n: int, m: int) -> Floats:
-        """Zeros (at least n, m), to be left as zeros."""
+    def _scratch(self, n: int, m: int) -> tuple[Floats, Ints]:
+        """Zeros (at least n, m) and (n, 2), to be left as zeros."""
         if self._depth.shape[0] < n or self._depth.shape[1] < m:
             self._depth = np.zeros((max(self._depth.shape[0], n), max(self._depth.shape[1], m)))
-        return self._depth
+            self._span = np.zeros((len(self._depth), 2), dtype=np.int64)
+        return self._depth, self._span
 
     # -- blocks --------------------------------------------------------------------------------------------
 
@@ -218,7 +220,7 @@ class UprightVectors:
                 continue
             most = (ranges[first:stop, [1, 3]] - ranges[first:stop, [0, 2]]).max(axis=0).tolist()
             self.behind += kernels.cut_balls(
-                self._grid(), balls[first:stop], ranges[first:stop], writes[first:stop], self._scratch(*most), sums[first:stop]
+                self._grid(), balls[first:stop], ranges[first:stop], writes[first:stop], *self._scratch(*most), sums[first:stop]
             )  # fmt: skip
         return [self._removal(*row) for row in sums.tolist()]
 
@@ -237,12 +239,12 @@ class UprightVectors:
             return NOTHING
         i0, i1, j0, j1 = cells
         self._wanted(np.array([cells]))
-        depth = self._scratch(i1 - i0, j1 - j0)
+        depth, span = self._scratch(i1 - i0, j1 - j0)
         x, y = self.centres(*cells)
         for enter, leave in self._heights(sweep, x, y):
-            self.behind += kernels.cut_heights(self._grid(), i0, j0, enter, leave, write, depth)
+            self.behind += kernels.cut_heights(self._grid(), i0, j0, enter, leave, write, depth, span)
         sums = np.zeros(3)
-        kernels.neighbour_sums(depth, 0, i1 - i0, 0, j1 - j0, i1 - i0, j1 - j0, sums)
+        kernels.neighbour_sums(depth, span, i1 - i0, j1 - j0, sums)
         return self._removal(*sums.tolist())
 
     def _cells(self, box: Floats) -> tuple[int, int, int, int] | None:

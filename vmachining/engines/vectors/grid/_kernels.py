@@ -2,7 +2,8 @@
 #
 # Legend: cell (i, j) stands at (x0 + i pitch, y0 + j pitch), in tile (i // TILE, j // TILE) and in a sub-tile of SUB x SUB
 #   cells. Blocks of ball cutters: rows of `BALL` numbers, centre x y z, travel x y z, radius, height of the shank.
-#   depth: scratch of zeros, mm taken from the cells of one block; it is zero again when a block is through.
+#   depth, span: scratch of zeros, mm taken from the cells of one block, and the columns of every row in which that is so; they
+#   are zero again when a block is through.
 
 from typing import NamedTuple
 
@@ -22,7 +23,8 @@ class Grid(NamedTuple):
 
     length : (a, b, T, T) float32 mm, NaN where there is no vector. slot : (a, b) row of the following, -1 where a tile is not
         there. start : (K, T, T) mm. low, rest : (K, T, T) float32 mm above start: end of the vector, end of material.
-    high : (K, T / SUB, T / SUB) mm, no tip of a sub-tile is higher. x0, y0, pitch : mm. nx, ny : cells.
+    high : (K, T / SUB, T / SUB, 3) a plane above all tips of a sub-tile: mm at its middle, slopes along x and y.
+    x0, y0, pitch : mm. nx, ny : cells.
     """
 
     length: NDArray[np.float32]
@@ -64,21 +66,21 @@ def ball_entry_over(cx, cy, cz, dx, dy, dz, r, x, y):
 
 
 @leaf
-def ball_floor(cx, cy, cz, dx, dy, dz, r, x, y, hx, hy):
-    """Height below which the sweep of a ball is nowhere over the rectangle x +- hx, y +- hy; inf where it misses.
+def ball_above(cx, cy, cz, dx, dy, dz, r, x, y, h, high, p, q):
+    """Whether the sweep of a ball is nowhere below the plane high[p, q] over the square x +- h, y +- h.
 
-    The lower surface is convex, so it lies above its tangent plane at the middle; where the middle misses, above the lowest
-    sphere that reaches the rectangle.
+    The lower surface of the sweep is convex, so it lies above its tangent plane at the middle, and the difference of two planes
+    is least at a corner. Where the middle misses, the lowest sphere that reaches the square counts.
     """
+    top, gx, gy = high[p, q, 0], high[p, q, 1], high[p, q, 2]
     f, sx, sy = ball_entry_over(cx, cy, cz, dx, dy, dz, r, x, y)
     if f < np.inf:
-        return f - abs(sx) * hx - abs(sy) * hy
+        return f - (abs(sx - gx) + abs(sy - gy)) * h >= top
     mx, my = x - cx - 0.5 * dx, y - cy - 0.5 * dy
-    half = 0.5 * np.sqrt(dx * dx + dy * dy)
-    gap = max(np.sqrt(mx * mx + my * my) - half - np.sqrt(hx * hx + hy * hy), 0.0)
+    gap = max(np.sqrt(mx * mx + my * my) - 0.5 * np.sqrt(dx * dx + dy * dy) - np.sqrt(2.0) * h, 0.0)
     if gap >= r:
-        return np.inf
-    return cz + min(0.0, dz) - np.sqrt(r * r - gap * gap)
+        return True
+    return cz + min(0.0, dz) - np.sqrt(r * r - gap * gap) - (abs(gx) + abs(gy)) * h >= top
 
 
 @leaf
@@ -113,49 +115,78 @@ def take(length, low, rest, t, leave):
 
 
 @leaf
-def highest(length, start, i0, j0):
-    """Highest tip of the sub-tile of a tile (T, T) that begins at i0, j0; -inf where there is none."""
+def cover(length, start, i0, j0, pitch, high, p, q):
+    """Write the plane above all tips of the sub-tile of a tile (T, T) that begins at i0, j0; -inf where there is none.
+
+    Its slopes are those of least squares, or 0 where a vector is missing: any slopes bound, these do it closely.
+    """
+    gx, gy, mid = 0.0, 0.0, 0.5 * (SUB - 1)
+    for i in range(SUB):
+        for j in range(SUB):
+            tip = start[i0 + i, j0 + j] + length[i0 + i, j0 + j]
+            gx += (i - mid) * tip
+            gy += (j - mid) * tip
+    if gx == gx and gy == gy:  # no NaN
+        square = SUB * SUB * (SUB * SUB - 1.0) / 12.0 * pitch
+        gx, gy = gx / square, gy / square
+    else:
+        gx, gy = 0.0, 0.0
     best = -np.inf
-    for i in range(i0, i0 + SUB):
-        for j in range(j0, j0 + SUB):
-            tip = start[i, j] + length[i, j]
+    for i in range(SUB):
+        for j in range(SUB):
+            tip = start[i0 + i, j0 + j] + length[i0 + i, j0 + j] - ((i - mid) * gx + (j - mid) * gy) * pitch
             if tip > best:
                 best = tip
-    return best
+    high[p, q, 0], high[p, q, 1], high[p, q, 2] = best, gx, gy
 
 
 @kernel
 def tops(grid: Grid, a, b) -> None:
     """Write `high` of a tile that has just come."""
     k = grid.slot[a, b]
-    length, start = grid.length[a, b], grid.start[k]
+    length, start, high = grid.length[a, b], grid.start[k], grid.high[k]
     for p in range(TILE // SUB):
         for q in range(TILE // SUB):
-            grid.high[k, p, q] = highest(length, start, SUB * p, SUB * q)
+            cover(length, start, SUB * p, SUB * q, grid.pitch, high, p, q)
 
 
 @kernel
-def neighbour_sums(depth, i0, i1, j0, j1, n, m, out) -> None:
-    """Sums over cells of the least depth around, the depth, and the largest around; then depth is zero again.
+def neighbour_sums(depth, span, n, m, out) -> None:
+    """Sums over cells of the least depth around, the depth, and the largest around; then depth and span are zero again.
 
-    depth (n, m) of one block, zero outside of [i0, i1) x [j0, j1); cells outside of n, m do not count.
+    depth (n, m) of one block, zero outside of the columns span[i, 0] to span[i, 1] of row i; cells outside do not count.
     """
     low, middle, high = 0.0, 0.0, 0.0
-    for i in range(max(i0 - 1, 0), min(i1 + 1, n)):
+    for i in range(n):
+        j0, j1 = m, 0
+        for a in range(max(0, i - 1), min(n, i + 2)):
+            if span[a, 1] > 0:
+                j0, j1 = min(j0, span[a, 0]), max(j1, span[a, 1])
         for j in range(max(j0 - 1, 0), min(j1 + 1, m)):
-            least, most = depth[i, j], depth[i, j]
+            here = depth[i, j]
+            least, most = here, here
             for a in range(max(0, i - 1), min(n, i + 2)):
                 for b in range(max(0, j - 1), min(m, j + 2)):
                     least, most = min(least, depth[a, b]), max(most, depth[a, b])
             low += least
-            middle += depth[i, j]
+            middle += here
             high += most
     out[0] += low
     out[1] += middle
     out[2] += high
-    for i in range(i0, i1):
-        for j in range(j0, j1):
+    for i in range(n):
+        for j in range(span[i, 0], span[i, 1]):
             depth[i, j] = 0.0
+        span[i, 0], span[i, 1] = 0, 0
+
+
+@leaf
+def widen(span, i, j):
+    """Let column j belong to the span of row i."""
+    if span[i, 1] == 0:
+        span[i, 0], span[i, 1] = j, j + 1
+    else:
+        span[i, 0], span[i, 1] = min(span[i, 0], j), max(span[i, 1], j + 1)
 
 
 @kernel
@@ -172,7 +203,7 @@ def ball_ranges(grid: Grid, balls, out) -> None:
 
 
 @kernel
-def cut_balls(grid: Grid, balls, ranges, writes, depth, out) -> int:
+def cut_balls(grid: Grid, balls, ranges, writes, depth, span, out) -> int:
     """Blocks of ball cutters one after the other; how often vectors were entered from behind.
 
     balls (k, 8). ranges (k, 4) of cells. writes (k,): 0 where a block only asks. out (k, 3): sums of depths, see
@@ -184,7 +215,7 @@ def cut_balls(grid: Grid, balls, ranges, writes, depth, out) -> int:
         cx, cy, cz, dx, dy, dz = balls[k, 0], balls[k, 1], balls[k, 2], balls[k, 3], balls[k, 4], balls[k, 5]
         r, height = balls[k, 6], balls[k, 7]
         i0, i1, j0, j1 = ranges[k, 0], ranges[k, 1], ranges[k, 2], ranges[k, 3]
-        p0, p1, q0, q1 = i1, i0, j1, j0  # cells that change
+        met = False
         run = np.sqrt(dx * dx + dy * dy)
         e0, e1, slope, sin, base = 1.0, 0.0, 0.0, 0.0, cz + min(0.0, dz)
         if run > 0.0:
@@ -196,7 +227,8 @@ def cut_balls(grid: Grid, balls, ranges, writes, depth, out) -> int:
                 s = grid.slot[a, b]
                 pi, qj = p * SUB - a * TILE, q * SUB - b * TILE
                 x, y = grid.x0 + p * SUB * grid.pitch + h, grid.y0 + q * SUB * grid.pitch + h
-                if not ball_floor(cx, cy, cz, dx, dy, dz, r, x, y, h, h) < grid.high[s, pi // SUB, qj // SUB]:
+                high = grid.high[s]
+                if ball_above(cx, cy, cz, dx, dy, dz, r, x, y, h, high, pi // SUB, qj // SUB):
                     continue
                 length, start, low, rest = grid.length[a, b], grid.start[s], grid.low[s], grid.rest[s]
                 changed = False
@@ -224,20 +256,21 @@ def cut_balls(grid: Grid, balls, ranges, writes, depth, out) -> int:
                             )
                         new, taken, flag = take(length[ti, tj], low[ti, tj], rest[ti, tj], t, leave)
                         depth[i - i0, j - j0] = taken
-                        p0, p1, q0, q1 = min(p0, i), max(p1, i + 1), min(q0, j), max(q1, j + 1)
+                        widen(span, i - i0, j - j0)
+                        met = True
                         if writes[k]:
                             behind += flag
                             length[ti, tj] = new
                             changed = True
                 if changed:
-                    grid.high[s, pi // SUB, qj // SUB] = highest(length, start, pi, qj)
-        if p0 < p1:
-            neighbour_sums(depth, p0 - i0, p1 - i0, q0 - j0, q1 - j0, i1 - i0, j1 - j0, out[k])
+                    cover(length, start, pi, qj, grid.pitch, high, pi // SUB, qj // SUB)
+        if met:
+            neighbour_sums(depth, span, i1 - i0, j1 - j0, out[k])
     return behind
 
 
 @kernel
-def cut_heights(grid: Grid, i0, j0, enter, leave, write, depth) -> int:
+def cut_heights(grid: Grid, i0, j0, enter, leave, write, depth, span) -> int:
     """Heights at which the lines of cells (n, m) from i0, j0 on enter and leave a sweep; how many were entered from behind.
 
     depth (n, m): mm that is taken, added.
@@ -259,6 +292,7 @@ def cut_heights(grid: Grid, i0, j0, enter, leave, write, depth) -> int:
                         length[ti, tj], low[ti, tj], rest[ti, tj], t, leave[i - i0, j - j0] - start[ti, tj]
                     )
                     depth[i - i0, j - j0] += taken
+                    widen(span, i - i0, j - j0)
                     if write:
                         behind += flag
                         length[ti, tj] = new
@@ -266,7 +300,7 @@ def cut_heights(grid: Grid, i0, j0, enter, leave, write, depth) -> int:
             if changed:
                 for p in range(TILE // SUB):
                     for q in range(TILE // SUB):
-                        grid.high[s, p, q] = highest(length, start, SUB * p, SUB * q)
+                        cover(length, start, SUB * p, SUB * q, grid.pitch, grid.high[s], p, q)
     return behind
 
 
