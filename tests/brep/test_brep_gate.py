@@ -218,7 +218,7 @@ def test_solids_that_cannot_be_built_are_told_once() -> None:
     stepped = ProfileTool(points=[[0, 0], [1, 0.2], [1, 1], [2, 2], [2, 20]])
     sweep = Sweep.along(stepped, Arc((0, 0, 0), (0, 0, 20), 1, angle=-pi / 3))
     with pytest.raises((SweepError, EngineError)) as why:
-        brep.solids(reaching(sweep, box_of(BOX.shape())))
+        brep.solids(reaching(sweep, box_of(brep.shape_of(BOX))))
     work = BlockChecker(BOX, [[sweep], [Sweep.along(stepped, Line((0, 0, -1), (30, 0, -1)))]])
     heard = list[object]()
     verdict: Verdict = work.check(1, [says(0.0, 1e6)], tell=heard.append)

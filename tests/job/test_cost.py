@@ -42,7 +42,7 @@ def accepted(folder, chord, **job):
         loaded,
         Toolpath.of(read_job_program(loaded), loaded.machine),
         tools,
-        raw_stock(loaded).shape.bounds,
+        raw_stock(loaded).bounds,
         chord,
     )
 

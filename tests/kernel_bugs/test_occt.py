@@ -29,7 +29,7 @@ def finishing(request: pytest.FixtureRequest) -> tuple[Verdict, Verdict]:
     tools = {number: ToolParts.of(tool) for number, tool in job.tools.items()}
     sweeps = Toolpath.of(read_job_program(job), job.machine).sweeps_until(block, tools)
     work = BlockChecker(blank(job), sweeps)
-    rays = RayWitness(raw_stock(job).shape, sweeps)(block, again=True)
+    rays = RayWitness(raw_stock(job), sweeps)(block, again=True)
     anything = [Judge("nobody", Removal(0.0, 1.0, 1e9))]
     return work.check(block, anything, ["plain"]), work.check(block, [rays])
 

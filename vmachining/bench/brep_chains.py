@@ -29,7 +29,7 @@ import numpy as np
 from vmachining.arrays import Floats
 from vmachining.bench.chains import DEEP, FAMILIES, PLOT, families, tools
 from vmachining.bench.referee import referee
-from vmachining.engines.brep import Blank, check_blocks, isolated, solids, volume
+from vmachining.engines.brep import check_blocks, isolated, shape_of, solids, volume
 from vmachining.engines.judges import Judge
 from vmachining.engines.mesh import MeshEngine, box_stock
 from vmachining.engines.protocol import Removal
@@ -152,7 +152,7 @@ def _held(
     made: Sequence[Chain], bar: tuple[Floats, Floats], workers: int, baseline: bool, seconds: float
 ) -> Iterator[dict[str, Any]]:
     """Every block of some chains by the gate and by plain booleans, held against counted points."""
-    stock = Blank("box", tuple(bar[0].tolist()), tuple(bar[1].tolist()))
+    stock = BoxStock(*bar).solid()
     where = [(chain, k) for chain in made for k in range(len(chain.sweeps))]
     blocks = [[chain.sweeps[k]] for chain, k in where]
     asked = {number: [Judge("mesh", Removal(*chain.brackets[k]))] for number, (chain, k) in enumerate(where)}
@@ -253,7 +253,7 @@ def _successive(stock: tuple[Floats, Floats], sweeps: Sequence[Sweep], seconds: 
     from OCP.BRepCheck import BRepCheck_Analyzer
 
     begin = process_time()
-    current = Blank("box", tuple(stock[0].tolist()), tuple(stock[1].tolist())).shape()
+    current = shape_of(BoxStock(*stock).solid())
     before = volume(current)
     with file.open("a") as out:
         for sweep in sweeps:

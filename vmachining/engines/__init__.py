@@ -33,6 +33,7 @@ __all__ = [
     "columns",
     "dexel",
     "engine_class",
+    "entry_of",
     "mesh",
     "vectors",
 ]
@@ -84,6 +85,11 @@ RAYS = ("dexel", "rays")
 
 STATED = (*RAYS, "vectors")
 """Engines whose intervals are stated, not proven."""
+
+
+def entry_of(name: str) -> Entry:
+    """The line of the table of an engine that cuts."""
+    return ENGINES[name]
 
 
 def engine_class(name: str) -> type[Engine]:

@@ -11,9 +11,9 @@ from vmachining.engines.judges import Judge, intersection, told
 from vmachining.job.brep import JUDGED, judges_of
 from vmachining.job.contact import ToolParts
 from vmachining.job.judges import RayWitness
-from vmachining.job.stock import RawStock
 from vmachining.job.table import COLUMNS, OPINION
 from vmachining.job.toolpath import Toolpath
+from vmachining.stock import Stock
 
 __all__ = ["MOST", "audited"]
 
@@ -32,7 +32,7 @@ def audited(
     toolpath: Toolpath,
     tools: Mapping[int, ToolParts],
     rows: pl.DataFrame,
-    stock: RawStock,
+    stock: Stock,
     *,
     most: int = MOST,
 ) -> tuple[pl.DataFrame, dict[str, Any]]:
@@ -44,7 +44,7 @@ def audited(
     chosen = _spread(removing["block"].to_list(), most)
     said = judges_of(removing.filter(pl.col("block").is_in(chosen)))
     sweeps = toolpath.sweeps_until(max(chosen, default=-1), tools)
-    witness, found = RayWitness(stock.shape, sweeps, want_rel=WANT_REL), list[tuple[Any, ...]]()
+    witness, found = RayWitness(stock, sweeps, want_rel=WANT_REL), list[tuple[Any, ...]]()
     for block in chosen:
         judges = [*said[block], witness(block)]
         if intersection(judges) is None:

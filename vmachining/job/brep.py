@@ -22,15 +22,16 @@ from vmachining.job.contact import ToolParts
 from vmachining.job.jobfile import Job
 from vmachining.job.judges import RayWitness, widened
 from vmachining.job.simulate import Progress, Stopped
-from vmachining.job.stock import RawStock, raw_stock
+from vmachining.job.stock import raw_stock
 from vmachining.job.table import COLUMNS, OPINION
 from vmachining.job.toolpath import Toolpath
+from vmachining.stock import Blank, MeshStock, Stock
 from vmachining.sweep import Sweep
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from vmachining.engines.brep import Blank, Verdict
+    from vmachining.engines.brep import Verdict
     from vmachining.job.result import RunResult
 
 __all__ = [
@@ -110,37 +111,22 @@ def refuse_beyond(asked: Asked, last: int, option: str = "--brep") -> None:
             raise InputError(f"{option}: there is no block {part[-1]}", remedy=f"the last block is {last}")
 
 
-def blank(job: Job) -> Blank:
-    """The stock as the B-rep engine wants it.
+def blank(job: Job, stock: Stock | None = None) -> Blank:
+    """The stock as the B-rep engine wants it; read again unless it is given.
 
     Raises
     ------
     InputError
         An STL stock of more than `TRIANGLES` triangles.
     """
-    from vmachining.engines.brep import Blank
-
-    keys, scale = job.keys.stock, job.scale
-    if keys.box is not None:
-        x, y, z = (scale * v for v in keys.box.min)
-        a, b, c = (scale * v for v in keys.box.max)
-        return Blank("box", (x, y, z), (a, b, c))
-    if keys.cylinder is not None:
-        bar = keys.cylinder
-        low, high = (scale * v for v in bar.z)
-        x, y = (scale * v for v in bar.center)
-        return Blank("cylinder", (0.0, 0.0, low), (0.0, 0.0, high), center=(x, y), radius=scale * bar.radius)
-    if keys.step is not None:
-        return Blank("step", file=str(job.stock_path))
-    mesh, _ = raw_stock(job).shape.mesh(job.keys.accuracy.chord_mm)
-    corners = mesh.vertices[mesh.triangles]
-    if len(corners) > TRIANGLES:
+    stock = raw_stock(job) if stock is None else stock
+    if job.keys.stock.stl is not None and isinstance(stock, MeshStock) and len(stock.triangles) > TRIANGLES:
         raise InputError(
-            f"the B-rep engine makes a solid of at most {TRIANGLES} triangles, this stock has {len(corners)}",
+            f"the B-rep engine makes a solid of at most {TRIANGLES} triangles, this stock has {len(stock.triangles)}",
             **job.where("stock"),
             remedy="give the stock as box, cylinder or step, or do without (--brep none, --stock stl, --method dexel)",
         )
-    return Blank("triangles", triangles=tuple(map(tuple, corners.reshape(-1, 9).tolist())))
+    return stock.solid()
 
 
 def chosen(asked: Asked, rows: pl.DataFrame) -> list[int]:
@@ -172,7 +158,7 @@ def brep_columns(
     rows: pl.DataFrame,
     asked: Asked,
     *,
-    stock: RawStock,
+    stock: Stock,
     file: Path,
     workers: int | None,
     seconds: float,
@@ -208,10 +194,10 @@ def brep_columns(
     with VerdictFile(file, want, seconds) as kept:
         verdicts = kept.known
         left = {k: judges for k, judges in want.items() if k not in verdicts}
-        witness = RayWitness(stock.shape, sweeps, slacks)
+        witness = RayWitness(stock, sweeps, slacks)
         progress("brep", len(verdicts), len(want))
         for number, verdict in check_blocks(
-            blank(job), sweeps, left, witness=witness, workers=count, seconds=seconds, stop=stop
+            blank(job, stock), sweeps, left, witness=witness, workers=count, seconds=seconds, stop=stop
         ):
             kept.add(number, verdict)
             progress("brep", len(verdicts), len(want))
@@ -285,7 +271,7 @@ def judges_of(rows: pl.DataFrame) -> dict[int, list[Judge]]:
     }
 
 
-def _slack(stock: RawStock, sweeps: Sequence[Sweep]) -> float:
+def _slack(stock: Stock, sweeps: Sequence[Sweep]) -> float:
     """mm^3 that the triangles of a curved STEP stock can change of what some sweeps remove."""
     if not sweeps:
         return 0.0

@@ -33,6 +33,7 @@ from vmachining.job.reading import read_job_program, refuse_unknown_tools
 from vmachining.job.stock import raw_stock
 from vmachining.job.toolpath import Toolpath
 from vmachining.nc import Program
+from vmachining.stock import StepStock
 from vmachining.sweep import Stance, Sweep, Turn
 from vmachining.sweep.bounds import body_bounds
 from vmachining.tolerance import LENGTH_EPS_MM
@@ -338,9 +339,8 @@ def _meet(one: Floats, other: Floats) -> bool:
 
 def plain_stock(job: Job) -> tuple[Stock, tuple[str, ...]]:
     """The stock without a kernel: box and cylinder exact, files by their triangles."""
-    raw = raw_stock(job)
-    stock = raw.shape
-    if raw.slack_mm3 <= 0.0:
+    stock = raw_stock(job)
+    if not isinstance(stock, StepStock) or stock.slack_mm3 <= 0.0:
         return stock, ()
     chord = job.keys.accuracy.chord_mm
     return stock, (f"the STEP stock is known by triangles within {chord:g} mm; method brep takes its faces",)

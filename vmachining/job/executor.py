@@ -29,7 +29,7 @@ from tempfile import TemporaryDirectory
 from types import TracebackType
 from typing import Any, NoReturn, Protocol, TypeAlias, cast
 
-from vmachining.engines import ENGINES, engine_class
+from vmachining.engines import engine_class, entry_of
 from vmachining.engines.protocol import NOTHING, Batched, Divisible, Engine, Removal, Request, Share
 from vmachining.errors import EngineError
 from vmachining.geometry import Arc, Line
@@ -100,9 +100,9 @@ def executor(engine: Engine, workers: int, *, apart: bool = False) -> Executor:
     apart : long blocks, so that even one process is another one than this: kernels hold the interpreter, and no
     signal would be heard before the end of a block.
     """
-    if ENGINES[engine.name].batched:
+    if entry_of(engine.name).batched:
         return Together(cast("Batched", engine))
-    if (workers <= 1 and not apart) or not ENGINES[engine.name].divisible:
+    if (workers <= 1 and not apart) or not entry_of(engine.name).divisible:
         return InProcess(engine)
     pool = WorkerPool(cast("Divisible", engine), max(1, workers))
     if apart:

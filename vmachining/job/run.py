@@ -42,7 +42,7 @@ from vmachining.job.reading import read_job_program, refuse_unknown_tools
 from vmachining.job.result import RunResult
 from vmachining.job.schedule import compare, sample_count
 from vmachining.job.simulate import CHECKPOINT_SECONDS, Progress, Stage
-from vmachining.job.stock import RawStock, raw_stock
+from vmachining.job.stock import raw_stock
 from vmachining.job.strategies import plan
 from vmachining.job.table import RowFile, drop_torn_row, finish, read_partial
 from vmachining.job.timing import MoveTimes, machine_limits, move_times
@@ -51,6 +51,7 @@ from vmachining.job.workpiece import raw_engine
 from vmachining.machine import described
 from vmachining.nc import Motion, Program
 from vmachining.nc.rewrite import rewrite_feeds
+from vmachining.stock import StepStock, Stock
 from vmachining.sweep import Sweep
 from vmachining.tolerance import BREP_SECONDS
 
@@ -121,8 +122,6 @@ def run(
     asked = parse_brep(brep)
     if not brep_seconds > 0.0:
         raise InputError(f"brep_seconds {brep_seconds:g} is no limit", remedy="give seconds above 0")
-    if asked != "none":
-        blank(job)
     begin = time.perf_counter()
     if resume and out is None:
         raise InputError("resume wants the directory of the interrupted run")
@@ -233,9 +232,11 @@ class _Run:
         if of_meshes:
             refuse_fine(job, tools, chord)
         stock = raw_stock(job)
+        if self.brep != "none":
+            blank(job, stock)
         self._refuse_early(toolpath, tools, stock)
         if of_meshes:
-            self.longest_s = refuse_costly(job, toolpath, tools, stock.shape.bounds, chord).longest_s
+            self.longest_s = refuse_costly(job, toolpath, tools, stock.bounds, chord).longest_s
         if not self.resume:  # what an engine refuses is refused before the first byte
             self.raw = self._raw(stock)
         refuse_beyond(self.brep, blocks[-1].number)
@@ -313,7 +314,7 @@ class _Run:
         result.summary["contact_notes"] = list(stations.notes)
         return result
 
-    def _raw(self, stock: RawStock) -> Engine:
+    def _raw(self, stock: Stock) -> Engine:
         """The raw workpiece."""
         return raw_engine(self.job, self.options["engine"], stock)
 
@@ -328,9 +329,9 @@ class _Run:
 
     # -- program and stock ---------------------------------------------------------------------------------
 
-    def _refuse_early(self, toolpath: Toolpath, tools: Mapping[int, ToolParts], stock: RawStock) -> None:
+    def _refuse_early(self, toolpath: Toolpath, tools: Mapping[int, ToolParts], stock: Stock) -> None:
         """No simulation for a cut without a tool, or for a path that by its box alone misses the stock."""
-        lo, hi = stock.shape.bounds
+        lo, hi = stock.bounds
         refuse_unknown_tools(toolpath.program, tools, ", ".join(map(str, sorted(tools))))
         for move, path in zip(toolpath.moves, toolpath.paths, strict=True):
             if move.motion in (Motion.RAPID, Motion.DWELL):
@@ -340,8 +341,8 @@ class _Run:
                 return
         raise self._never_reached(toolpath.program, stock)
 
-    def _never_reached(self, program: Program, stock: RawStock) -> StockError:
-        lo, hi = stock.shape.bounds.round(3).tolist()
+    def _never_reached(self, program: Program, stock: Stock) -> StockError:
+        lo, hi = stock.bounds.round(3).tolist()
         return StockError(
             f"no feed move of {Path(program.name).name} reaches the stock, which lies from {lo} to {hi} mm",
             **self.job.where("stock"),
@@ -356,7 +357,7 @@ class _Run:
         toolpath: Toolpath,
         times: MoveTimes,
         tools: Mapping[int, ToolParts],
-        stock: RawStock,
+        stock: Stock,
         counts: Callable[[float], int] | None,
         *,
         check: bool,
@@ -379,7 +380,7 @@ class _Run:
         stage = Stage(
             name=name, toolpath=toolpath, move_time_s=times.seconds.tolist(), tools=tools,
             notes=_notes(toolpath.program) if check else {}, executor=hands,
-            contacts=Contacts(hands, stock.shape.bounds) if check else None, sample_counts=counts,
+            contacts=Contacts(hands, stock.bounds) if check else None, sample_counts=counts,
             save_every=APART_SAVES if apart else CHECKPOINT_SECONDS,
         )  # fmt: skip
 
@@ -467,11 +468,12 @@ class _Run:
             self.place.save()
 
     def _summary(
-        self, result: RunResult, stock: RawStock, times: MoveTimes, after: MoveTimes | None
+        self, result: RunResult, stock: Stock, times: MoveTimes, after: MoveTimes | None
     ) -> dict[str, Any]:
         """The keys of summary.json."""
         rows = result.blocks.select("removed_mm3", "removed_lo_mm3", "removed_hi_mm3", "warning")
         before, final = result.stock.stock_volume, result.stock.volume
+        slack = _slack(stock)
         removed = float(rows["removed_mm3"].sum())
         # two brackets of one number: the sum over the blocks, and stock before minus stock after
         lo = max(float(rows["removed_lo_mm3"].sum()), before.lo - final.hi)
@@ -479,12 +481,12 @@ class _Run:
         summary: dict[str, Any] = {
             "blocks": len(rows),
             "removed_mm3": removed,
-            "removed_lo_mm3": max(0.0, min(lo, removed) - stock.slack_mm3),
-            "removed_hi_mm3": max(hi, removed) + stock.slack_mm3,
+            "removed_lo_mm3": max(0.0, min(lo, removed) - slack),
+            "removed_hi_mm3": max(hi, removed) + slack,
             "stock_mm3": before.estimate,
             "final_mm3": final.estimate,
-            "final_lo_mm3": max(0.0, final.lo - stock.slack_mm3),
-            "final_hi_mm3": final.hi + stock.slack_mm3,
+            "final_lo_mm3": max(0.0, final.lo - slack),
+            "final_hi_mm3": final.hi + slack,
             "time_s": float(times.seconds.sum()),
             "scheduled_time_s": None if after is None else float(after.seconds.sum()),
             "ideal_time_s": float(times.ideal_s.sum()),
@@ -496,8 +498,8 @@ class _Run:
             "peak_mb": 0.0,
         }
         summary["notes"] = _job_notes(stock, self.options["chord_mm"])
-        if stock.step_mm3 is not None:
-            summary |= {"stock_step_mm3": stock.step_mm3, "stock_slack_mm3": stock.slack_mm3}
+        if isinstance(stock, StepStock):
+            summary |= {"stock_step_mm3": stock.exact_mm3, "stock_slack_mm3": slack}
         if (report := result.schedule) is not None:
             summary |= {"unsplit_lines": list(report.unsplit), "untouched_lines": list(report.untouched)}
             summary["schedule"] = {
@@ -513,13 +515,18 @@ class _Run:
         return summary
 
 
-def _job_notes(stock: RawStock, chord: float) -> list[str]:
+def _slack(stock: Stock) -> float:
+    """mm^3 between a STEP stock and its triangles; 0 for the others."""
+    return stock.slack_mm3 if isinstance(stock, StepStock) else 0.0
+
+
+def _job_notes(stock: Stock, chord: float) -> list[str]:
     """What must be known of all numbers at once."""
-    if stock.slack_mm3 <= 0.0:
+    if (slack := _slack(stock)) <= 0.0:
         return []
     return [
         f"curved faces of the STEP stock are triangulated within {chord:g} mm: any removed volume can be off by up "
-        f"to {stock.slack_mm3:.3g} mm3; the totals include that, the brackets of single blocks do not"
+        f"to {slack:.3g} mm3; the totals include that, the brackets of single blocks do not"
     ]
 
 

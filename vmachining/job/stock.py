@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import zipfile
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -13,12 +12,20 @@ from vmachining.errors import InputError, StockError
 from vmachining.job.files import atomic_path
 from vmachining.job.jobfile import Job
 from vmachining.job.twofold import twofold
-from vmachining.stock import BoxStock, CylinderStock, MeshStock, Stock, Triangles, closed_mesh, read_mesh
+from vmachining.stock import (
+    BoxStock,
+    CylinderStock,
+    MeshStock,
+    StepStock,
+    Stock,
+    Triangles,
+    closed_mesh,
+    read_mesh,
+)
 from vmachining.tolerance import LENGTH_EPS_MM
 
 __all__ = [
     "STOCK_FORMATS",
-    "RawStock",
     "check_formats",
     "design_mesh",
     "raw_stock",
@@ -56,31 +63,7 @@ RAYS = 64
 """Vertical rays that look for surfaces passing through themselves."""
 
 
-class RawStock(NamedTuple):
-    """What the engine starts from, and how well it stands for the file.
-
-    shape : what engines take; triangles of a STEP stock. step_mm3 : exact volume of a STEP stock, None for the others.
-    slack_mm3 : bound of the volume between the solid and its triangles (chord times curved area); every
-    removed volume can be off by at most that. 0 for a stock without curved STEP faces. curved, chord : (m, 3, 3) mm, the
-    triangles of these faces, and how far from them they lie.
-    """
-
-    shape: Stock
-    step_mm3: float | None = None
-    slack_mm3: float = 0.0
-    curved: Floats | None = None
-    chord: float = 0.0
-
-    def slack_near(self, box: Floats) -> float:
-        """The same bound for what lies in a box (2, 3) mm: 0 where no curved face comes near it."""
-        if self.curved is None:
-            return 0.0
-        low, high = self.curved.min(axis=1) - self.chord, self.curved.max(axis=1) + self.chord
-        a, b, c = self.curved[((low <= box[1]) & (high >= box[0])).all(axis=1)].transpose(1, 0, 2)
-        return self.chord * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2.0)
-
-
-def raw_stock(job: Job) -> RawStock:
+def raw_stock(job: Job) -> Stock:
     """The stock of a job, mm.
 
     Raises
@@ -93,11 +76,11 @@ def raw_stock(job: Job) -> RawStock:
     try:
         if keys.box is not None:
             lo, hi = ([scale * v for v in corner] for corner in (keys.box.min, keys.box.max))
-            return RawStock(BoxStock(lo, hi))
+            return BoxStock(lo, hi)
         if keys.cylinder is not None:
             bar = keys.cylinder
             (x, y), (low, high) = ((scale * a, scale * b) for a, b in (bar.center, bar.z))
-            return RawStock(CylinderStock((x, y), scale * bar.radius, (low, high)))
+            return CylinderStock((x, y), scale * bar.radius, (low, high))
     except StockError as exc:
         raise StockError(exc.message, **job.where("stock"), remedy=exc.remedy) from exc
     path = job.stock_path
@@ -106,7 +89,7 @@ def raw_stock(job: Job) -> RawStock:
         if keys.stl is not None:
             mesh = read_mesh(path, scale=scale)
             _refuse_overlap(mesh, path)
-            return RawStock(mesh)
+            return mesh
         from vmachining.engines.brep import read_step  # OCCT takes seconds to load: only for who asks
 
         solid = read_step(path, chord)
@@ -115,7 +98,7 @@ def raw_stock(job: Job) -> RawStock:
         remedy = exc.remedy or "is it the right file? export the stock again, as one closed solid"
         raise StockError(exc.message, file=exc.file, remedy=remedy) from exc
     corners = solid.vertices[solid.triangles[solid.curved]]
-    return RawStock(mesh, solid.volume, chord * solid.curved_mm2, corners, chord)
+    return StepStock(mesh, file=str(path), exact_mm3=solid.volume, curved=corners, chord=chord)
 
 
 def design_mesh(job: Job) -> MeshStock | None:

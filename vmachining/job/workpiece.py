@@ -8,12 +8,13 @@ from vmachining.engines import engine_class
 from vmachining.engines.protocol import Engine, Options
 from vmachining.job.deviation import vector_settings
 from vmachining.job.jobfile import Job
-from vmachining.job.stock import RawStock, design_mesh
+from vmachining.job.stock import design_mesh
+from vmachining.stock import Stock
 
 __all__ = ["raw_engine"]
 
 
-def raw_engine(job: Job, name: str, stock: RawStock) -> Engine:
+def raw_engine(job: Job, name: str, stock: Stock) -> Engine:
     """The workpiece before the first block, with what the job asks of the engine `name`.
 
     Raises
@@ -28,4 +29,4 @@ def raw_engine(job: Job, name: str, stock: RawStock) -> Engine:
     )  # fmt: skip
     if name == "vectors":
         asked = replace(asked, design=design_mesh(job), vectors=vector_settings(job))
-    return engine_class(name).of(stock.shape, asked)
+    return engine_class(name).of(stock, asked)

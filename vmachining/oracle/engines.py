@@ -176,8 +176,10 @@ def engine_names(text: str) -> tuple[str, ...]:
     """
     names = tuple(part.strip().lower() for part in text.split(",") if part.strip())
     for name in names:
-        if name not in (*ENGINES, BREP):
-            raise InputError(f"unknown engine {name!r}", remedy=f"take {', '.join((*ENGINES, BREP))}")
+        if name not in (*ENGINES, entry_of, BREP):
+            raise InputError(
+                f"unknown engine {name!r}", remedy=f"take {', '.join((*ENGINES, entry_of, BREP))}"
+            )
     if len(set(names)) != len(names) or len(names) < 2:
         raise InputError(f"--engines {text!r}: two or more different ones are wanted")
     return names
@@ -244,7 +246,7 @@ def _nothing(name: str, n: int) -> Said:
 
 def _cut(engine: Engine, work: Sequence[tuple[Any, Sequence[Sweep]]]) -> Iterator[tuple[int, Removal, float]]:
     """(row, removal, seconds) of every block."""
-    batched = ENGINES[engine.name].batched
+    batched = entry_of(engine.name).batched
     for first in range(0, len(work), TOGETHER if batched else 1):
         part = work[first : first + (TOGETHER if batched else 1)]
         orders = [Request(sweep, block.number) for block, sweeps in part for sweep in sweeps]
@@ -269,7 +271,7 @@ def _warmed(engine: Engine, blocks: Sequence[Sequence[Sweep]]) -> None:
         for sweep in sweeps:
             kinds.setdefault((id(sweep.profile), type(sweep.path).__name__), sweep)
     for sweep in kinds.values():
-        if ENGINES[engine.name].batched:
+        if entry_of(engine.name).batched:
             cast("Batched", engine).answer([Request(sweep, 0)])
         else:
             engine.cut(sweep, 0)

@@ -312,7 +312,7 @@ def _outputs(result: RunResult, made: Path, formats: tuple[str, ...]) -> dict[st
     table: pl.DataFrame = result.blocks.select(COLUMNS)
     readable(table.lazy()).collect().write_csv(made / "blocks.csv")
     table.write_parquet(made / "blocks.parquet")
-    around, _ = raw_stock(result.job).shape.mesh(result.job.keys.accuracy.chord_mm)
+    around, _ = raw_stock(result.job).mesh(result.job.keys.accuracy.chord_mm)
     write_stock(around, made / "stock_before.stl")
     told["stock_before.stl"] = "the raw stock as triangles, mm"
     for suffix in formats:

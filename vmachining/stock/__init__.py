@@ -2,14 +2,16 @@
 
 Goal: nobody outside knows where a stock comes from, and no engine reads files.
 
-1. A box, an upright cylinder or a closed triangle mesh (`shapes.py`); a STEP file is a mesh here, and the B-rep engine
-   reads its faces itself.
-2. Each tells its box, signed distance, the crossings of upright lines, and closed meshes around and inside of it.
+1. A box, an upright cylinder, a closed triangle mesh, or the triangles of a STEP file with how far they are from it
+   (`shapes.py`).
+2. Each tells its box, signed distance, the crossings of upright lines, closed meshes around and inside of it, and the
+   numbers that a solid is built of; the B-rep engine reads the faces of a STEP file itself.
 3. Triangle files are read and refused in `files.py`.
 
 | file | holds |
 |---|---|
-| `shapes.py` | `Stock`, `BoxStock`, `CylinderStock`, `MeshStock`, `Triangles` |
+| `shapes.py` | `Stock`, `BoxStock`, `CylinderStock`, `MeshStock`, `StepStock`, `Triangles` |
+| `blank.py` | `Blank`: what a solid is built of |
 | `files.py` | `read_mesh`, `closed_mesh`: triangles that enclose a solid, or what keeps them from it |
 | `_kernels.py` | distances to triangles and their crossings, in numba |
 
@@ -18,7 +20,10 @@ Source: signs of distances by angle-weighted pseudonormals (Baerentzen and Aanae
 Known limits: distances and crossings of meshes look at every triangle near, without a tree.
 """
 
+from vmachining.stock.blank import Blank
 from vmachining.stock.files import closed_mesh, read_mesh
-from vmachining.stock.shapes import BoxStock, CylinderStock, MeshStock, Stock, Triangles
+from vmachining.stock.shapes import BoxStock, CylinderStock, MeshStock, StepStock, Stock, Triangles
 
-__all__ = ["BoxStock", "CylinderStock", "MeshStock", "Stock", "Triangles", "closed_mesh", "read_mesh"]
+__all__ = [
+    "Blank", "BoxStock", "CylinderStock", "MeshStock", "StepStock", "Stock", "Triangles", "closed_mesh", "read_mesh",
+]  # fmt: skip

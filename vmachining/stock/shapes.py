@@ -14,9 +14,10 @@ from vmachining.errors import StockError
 from vmachining.geometry import RayIntervals
 from vmachining.geometry.boxtree import box_tree, curve_order
 from vmachining.stock import _kernels
+from vmachining.stock.blank import Blank
 from vmachining.tolerance import LENGTH_EPS_MM
 
-__all__ = ["BoxStock", "CylinderStock", "MeshStock", "Stock", "Triangles"]
+__all__ = ["BoxStock", "CylinderStock", "MeshStock", "StepStock", "Stock", "Triangles"]
 
 SAG_SHARE = 3.0
 """chord / depth of a facet: facets inside and outside of a circle are then no more than the chord apart."""
@@ -65,6 +66,14 @@ class Stock(Protocol):
         """Closed meshes around and inside of it, no farther apart than `chord` (mm); one and the same if exact."""
         ...
 
+    def solid(self) -> Blank:
+        """It in numbers, for an engine that builds solids."""
+        ...
+
+    def slack_near(self, box: Floats) -> float:
+        """mm^3 by which it may differ from what it stands for inside of a box (2, 3) mm: 0 if it is exact there."""
+        ...
+
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
 class BoxStock:
@@ -95,6 +104,15 @@ class BoxStock:
         ring = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
         exact = prism(ring, z0, z1)
         return exact, exact
+
+    def solid(self) -> Blank:
+        """See `Stock`."""
+        (x, y, z), (a, b, c) = self.bounds.tolist()
+        return Blank("box", (x, y, z), (a, b, c))
+
+    def slack_near(self, box: Floats) -> float:
+        """See `Stock`."""
+        return 0.0
 
     def signed_distance(self, points: Floats) -> Floats:
         """See `Stock`."""
@@ -141,6 +159,15 @@ class CylinderStock:
             rings.append(self.center + self.radius * reach * np.column_stack([np.cos(angle), np.sin(angle)]))
         return prism(rings[0], *self.z), prism(rings[1], *self.z)
 
+    def solid(self) -> Blank:
+        """See `Stock`."""
+        low, high = self.z
+        return Blank("cylinder", (0.0, 0.0, low), (0.0, 0.0, high), center=self.center, radius=self.radius)
+
+    def slack_near(self, box: Floats) -> float:
+        """See `Stock`."""
+        return 0.0
+
     def signed_distance(self, points: Floats) -> Floats:
         """See `Stock`."""
         aside = np.hypot(points[:, 0] - self.center[0], points[:, 1] - self.center[1]) - self.radius
@@ -176,6 +203,14 @@ class MeshStock:
         """See `Stock`; exact."""
         exact = Triangles(self.vertices, self.triangles)
         return exact, exact
+
+    def solid(self) -> Blank:
+        """See `Stock`; a face for every triangle."""
+        return Blank("triangles", triangles=tuple(map(tuple, self.corners.reshape(-1, 9).tolist())))
+
+    def slack_near(self, box: Floats) -> float:
+        """See `Stock`."""
+        return 0.0
 
     def signed_distance(self, points: Floats) -> Floats:
         """See `Stock`."""
@@ -249,6 +284,40 @@ class MeshStock:
         a, b, c, corner, normal = a[order], b[order], c[order], corner[order], normal[order]
         boxes = box_tree(np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c), _kernels.LEAF)
         return a, b, c, _pseudonormals(a, b, c, corner, normal), boxes
+
+
+class StepStock(MeshStock):
+    """Solid of a STEP file, known to most by triangles within `chord` mm of it.
+
+    file : of the solid itself. exact_mm3 : its volume. curved : (k, 3, 3) mm, triangles of faces that are not plane.
+    """
+
+    def __init__(self, mesh: MeshStock, *, file: str, exact_mm3: float, curved: Floats, chord: float) -> None:
+        super().__init__(mesh.vertices, mesh.triangles)
+        self.file, self.exact_mm3, self.curved, self.chord = file, exact_mm3, curved, chord
+
+    def solid(self) -> Blank:
+        """See `Stock`; the faces of the file."""
+        return Blank("step", file=self.file)
+
+    @property
+    def slack_mm3(self) -> float:
+        """Bound of the volume between the solid and its triangles: chord times curved area, to first order.
+
+        Every removed volume can be off by at most that.
+        """
+        return self.chord * _area(self.curved)
+
+    def slack_near(self, box: Floats) -> float:
+        """See `Stock`: 0 where no curved face comes near."""
+        low, high = self.curved.min(axis=1) - self.chord, self.curved.max(axis=1) + self.chord
+        return self.chord * _area(self.curved[((low <= box[1]) & (high >= box[0])).all(axis=1)])
+
+
+def _area(corners: Floats) -> float:
+    """mm^2 of triangles (n, 3, 3)."""
+    a, b, c = corners.transpose(1, 0, 2)
+    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2.0)
 
 
 def prism(ring: Floats, low: float, high: float) -> Triangles:

@@ -57,7 +57,7 @@ from typing import TYPE_CHECKING, Any
 from vmachining.engines.brep.occt.step import StepSolid, read_step
 
 if TYPE_CHECKING:
-    from vmachining.engines.brep.blank import Blank
+    from vmachining.engines.brep.blank import Blank, shape_of
     from vmachining.engines.brep.occt.inside import held
     from vmachining.engines.brep.occt.measure import volume
     from vmachining.engines.brep.occt.validity import Inspection, inspect
@@ -86,6 +86,7 @@ __all__ = [
     "inspect",
     "isolated",
     "read_step",
+    "shape_of",
     "solid",
     "solids",
     "step_file",
@@ -95,7 +96,7 @@ __all__ = [
 ]
 
 _FILES = {
-    "blank": ("Blank",),
+    "blank": ("Blank", "shape_of"),
     "occt.inside": ("held",),
     "occt.measure": ("volume",),
     "occt.validity": ("Inspection", "inspect"),

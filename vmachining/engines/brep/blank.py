@@ -1,56 +1,24 @@
-"""Raw stock as a solid."""
+"""`shape_of`: raw stock as a solid of OCCT."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from vmachining.arrays import Floats
 from vmachining.engines.brep.occt.polyhedron import polyhedron
+from vmachining.stock import Blank
 
-__all__ = ["Blank"]
+__all__ = ["Blank", "shape_of"]
 
 
-@dataclass(frozen=True, slots=True)
-class Blank:
-    """Raw stock: box (lo, hi), cylinder (center, radius, z), a STEP file, or triangles. Lengths in mm.
+def shape_of(blank: Blank) -> Any:
+    """TopoDS_Shape. Raises EngineError for triangles that OCCT makes no solid of."""
+    from vmachining.engines.brep.occt import parts, primitives, step_out  # OCCT takes seconds to load
 
-    kind : "box", "cylinder", "step" or "triangles". triangles : rows of three corners, see `polyhedron`.
-    """
-
-    kind: str
-    lo: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    hi: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    center: tuple[float, float] = (0.0, 0.0)
-    radius: float = 0.0
-    file: str = ""
-    triangles: tuple[tuple[float, ...], ...] = ()
-
-    @property
-    def bounds(self) -> Floats | None:
-        """(2, 3) mm of a box or a cylinder, to the last bit."""
-        if self.kind == "box":
-            return np.array([self.lo, self.hi], dtype=np.float64)
-        if self.kind == "cylinder":
-            x, y = self.center
-            low, high = (
-                (x - self.radius, y - self.radius, self.lo[2]),
-                (x + self.radius, y + self.radius, self.hi[2]),
-            )
-            return np.array([low, high], dtype=np.float64)
-        return None
-
-    def shape(self) -> Any:
-        """TopoDS_Shape."""
-        from vmachining.engines.brep.occt import parts, primitives, step_out  # OCCT takes seconds to load
-
-        if self.kind == "box":
-            return primitives.box(self.lo, self.hi)
-        if self.kind == "cylinder":
-            return primitives.cylinder(self.center, self.radius, (self.lo[2], self.hi[2]))
-        if self.kind == "triangles":
-            return polyhedron(self.triangles)
-        found = step_out.solids_in(self.file)
-        return found[0] if len(found) == 1 else parts.compound(found)
+    if blank.kind == "box":
+        return primitives.box(blank.lo, blank.hi)
+    if blank.kind == "cylinder":
+        return primitives.cylinder(blank.center, blank.radius, (blank.lo[2], blank.hi[2]))
+    if blank.kind == "triangles":
+        return polyhedron(blank.triangles)
+    found = step_out.solids_in(blank.file)
+    return found[0] if len(found) == 1 else parts.compound(found)

@@ -30,12 +30,6 @@ class StepSolid(NamedTuple):
     volume: float
     curved: Bools
 
-    @property
-    def curved_mm2(self) -> float:
-        """Area of those triangles. Times the chord it bounds, to first order, the volume between solid and triangles."""
-        a, b, c = self.vertices[self.triangles[self.curved]].transpose(1, 0, 2)
-        return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2.0)
-
 
 def read_step(path: Path | str, chord: float = 0.01) -> StepSolid:
     """The solid or solids of a STEP file.

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from vmachining.engines.brep.blank import Blank
+from vmachining.engines.brep.blank import Blank, shape_of
 from vmachining.engines.brep.occt.booleans import box_of
 from vmachining.engines.brep.removal.attempts import ATTEMPTS, Attempt, Task, shapes
 from vmachining.engines.brep.removal.gate import Status, Value, Verdict, error_of
@@ -59,7 +59,7 @@ class BlockChecker:
         store: Store = NOTHING_KEPT,
         witness: Witness | None = None,
     ) -> None:
-        self._stock = stock.shape()
+        self._stock = shape_of(stock)
         self._box = box_of(self._stock)
         self._sweeps = [reaching(sweep, self._box) for block in blocks for sweep in block]
         self._first = np.cumsum([0, *(len(block) for block in blocks)])

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.blank import Blank
+from vmachining.engines.brep.blank import Blank, shape_of
 from vmachining.engines.brep.occt.booleans import box_of, minus
 from vmachining.engines.brep.occt.measure import volume
 from vmachining.engines.brep.occt.parts import (
@@ -60,7 +60,7 @@ def workpiece(stock: Blank, blocks: Sequence[Sequence[Sweep]], brackets: Sequenc
     SweepError
         A block that removes something has no B-rep solid; names the block.
     """
-    shape = stock.shape()
+    shape = shape_of(stock)
     box = box_of(shape)
     found: tuple[Any, float] | None = (shape, volume(shape))
     numbers = [k for k, bracket in enumerate(brackets) if bracket.hi > 0.0 and _near(blocks[k], box)]
@@ -130,7 +130,7 @@ def owners(
     shape: Any, stock: Blank, blocks: Sequence[Sequence[Sweep]], brackets: Sequence[Bracket]
 ) -> list[tuple[Any, int]]:
     """(TopoDS_Face, block that made it) for all faces; -1 for the stock."""
-    skin = faces_of(stock.shape())
+    skin = faces_of(shape_of(stock))
     boxes = np.array([box_of(face) for face in skin])
     cutting = [(k, block) for k, block in enumerate(blocks) if brackets[k].hi > 0.0]
     sweeps = [sweep for _, block in cutting for sweep in block]

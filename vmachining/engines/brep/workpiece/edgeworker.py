@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from vmachining.arrays import Bools, Floats
-from vmachining.engines.brep.blank import Blank
+from vmachining.engines.brep.blank import Blank, shape_of
 from vmachining.engines.brep.occt.booleans import box_of, quiet
 from vmachining.engines.brep.occt.parts import solids_of
 from vmachining.engines.brep.occt.probe import Probe
@@ -67,7 +67,7 @@ class Members:
     """The stock, and what was taken from it, as solids."""
 
     def __init__(self, stock: Blank, past: Sequence[tuple[int, Sweep]], stock_code: int) -> None:
-        shape = stock.shape()
+        shape = shape_of(stock)
         box = box_of(shape)
         self._stock = [Probe(solid) for solid in solids_of(shape)]
         self._stock_code = stock_code
