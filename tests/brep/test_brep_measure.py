@@ -8,9 +8,9 @@ import pytest
 from vmachining import FlatEnd, Sweep, Turn
 from vmachining.arrays import Floats
 from vmachining.engines import brep
-from vmachining.engines.brep.envelopes.grazes import Grazes
-from vmachining.engines.brep.envelopes.stretches import LineSide, Moving
-from vmachining.engines.brep.envelopes.turns import turn_pieces
+from vmachining.engines.brep.envelopes.grazing_curve import GrazingCurve
+from vmachining.engines.brep.envelopes.pieces import turn_pieces
+from vmachining.engines.brep.envelopes.segments import LineSide, Moving
 from vmachining.engines.brep.occt.shapes import Cylinder, Frame, interpolated
 from vmachining.engines.brep.occt.tolerances import CONFUSION_MM, CURVE_FIT_MM, MISS_MM
 from vmachining.engines.brep.occt.topology import Builder, Use
@@ -41,16 +41,16 @@ def test_folds_between_narrow_bounds_are_seen() -> None:
     path = Turn.through((0, 0, 0), (0, 0.1, 0), "axis", (0, 0, 1), end, control_height=4)
     profile = FlatEnd(diameter=15, length=55).profile
 
-    def deepest(grazes: Grazes, sweep: Sweep) -> float:
+    def deepest(grazing: GrazingCurve, sweep: Sweep) -> float:
         """mm, over the sheets of the side at half time."""
-        s, half = np.linspace(0.0, 0.15, 301), grazes.moving.state(np.array([0.5]))
-        sides = [stretch for stretch in grazes.stretches if isinstance(stretch, LineSide)]
-        return -float(min(sweep.signed_distance(side.points(grazes, half, s)[0]).min() for side in sides))
+        s, half = np.linspace(0.0, 0.15, 301), grazing.moving.state(np.array([0.5]))
+        sides = [segment for segment in grazing.segments if isinstance(segment, LineSide)]
+        return -float(min(sweep.signed_distance(side.points(grazing, half, s)[0]).min() for side in sides))
 
-    whole = Grazes(Tool.of(profile), Moving(path))
+    whole = GrazingCurve(Tool.of(profile), Moving(path))
     assert deepest(whole, Sweep.along(profile, path)) > 30.0 * MISS_MM
     pieces = turn_pieces(profile, path, 1e-6)
-    assert max(deepest(piece.built.grazes, piece.sweep) for piece in pieces) < 1.2 * MISS_MM
+    assert max(deepest(piece.built.grazing, piece.sweep) for piece in pieces) < 1.2 * MISS_MM
 
 
 @pytest.mark.parametrize("wide", [3e-3, 1e-3, 3e-4])

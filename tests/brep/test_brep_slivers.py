@@ -11,8 +11,8 @@ import pytest
 from vmachining import BullNose, Sweep, Turn
 from vmachining.bench import gauntlet
 from vmachining.engines import brep
-from vmachining.engines.brep.envelopes.stretches import ArcTurn
-from vmachining.engines.brep.envelopes.turns import turn_pieces
+from vmachining.engines.brep.envelopes.pieces import turn_pieces
+from vmachining.engines.brep.envelopes.segments import ArcTurn
 from vmachining.engines.brep.occt import inside
 from vmachining.engines.brep.occt.step_out import difference
 from vmachining.engines.brep.occt.tolerances import STEP_REL
@@ -132,8 +132,8 @@ def test_a_curve_that_breaks_off_between_its_nodes_is_refused(monkeypatch: pytes
     """Nodes are refined in time: the curve may end at a moment at which nobody had looked before."""
     exact = ArcTurn.points
 
-    def broken(self: ArcTurn, grazes: Any, st: Any, s: Any) -> Any:
-        found = exact(self, grazes, st, s)
+    def broken(self: ArcTurn, grazing: Any, st: Any, s: Any) -> Any:
+        found = exact(self, grazing, st, s)
         found[len(found) // 2 :, 0] = np.nan
         return found
 

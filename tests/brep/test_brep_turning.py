@@ -11,7 +11,7 @@ from vmachining import BallNose, BullNose, FlatEnd, ProfileTool, Sweep, Taper, T
 from vmachining.bench.gauntlet import gauntlet_block
 from vmachining.bench.sweep5 import VOLUMES, block, reference
 from vmachining.engines import brep
-from vmachining.engines.brep.envelopes.cover import _flattened
+from vmachining.engines.brep.envelopes.decomposition import _flattened
 from vmachining.engines.judges import Judge
 from vmachining.engines.protocol import Removal
 from vmachining.sweep import Pose

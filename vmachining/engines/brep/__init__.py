@@ -27,20 +27,18 @@ Goal: a B-rep answer beside the mesh bracket. Every value is either inside the b
 | `workpiece/` | the stock after all blocks as a valid solid; which parts of a cutting edge lie in it |
 | `blank.py`, `process.py` | raw stock as a solid; a process that may crash or hang |
 
-What became of random chains of blocks, which attempt won how many of them, and what it costs: `docs/measured/gate.md`.
+Envelopes: a spline sheet and its neighbours share nodes, so borders agree to rounding. Flat faces that tilt re-enter nearly
+always; valleys and lenses cut that off in closed form, and the volume is V(K) + Phi - W of the flux identity. Where the
+envelope folds, parts of the tool and of the block and some poses cover the sweep; rotations about a fixed line through the
+axis are two or four solids of analytic faces.
 
-Tools that turn: a spline sheet and its neighbours share nodes, so borders agree to rounding. Flat faces that tilt
-re-enter nearly always; valleys and lenses cut that off in closed form, and the volume is V(K) + Phi - W of the
-flux identity (gate 1e-5, mostly met to 1e-8). Where the envelope folds, parts of the tool and of the block and some
-poses cover the sweep (`envelopes/cover.py`; folds and gaps up to 3e-5 mm). Turns about a fixed line through the axis
-are two or four solids of analytic faces (`envelopes/hinge.py`, 0.1 s). In the sweep gauntlet (seeds 0 to 999) 994 blocks have
-solids, 688 of them one, at most 328; 6 are refused (74 201 354 604 729 821), none contradicted a bracket, a ray or a
-point, and one (742) is not written as STEP, which would change volumes of its parts by 2e-8. Processor time, gates
-included: 0.11 s in the median; covers of a hundred solids take 5 to 90 s, and a block that is refused 36 to 108 s.
-Jobs of 21 five-axis blocks each, before values were doubted: ball 20 agreed and 1 retried, bull nose 17 and 4, flat 13 and 8.
+Source: Weinert, Du, Damm, Stautner (2004) for the grazing curve of toroidal cutters (`vmachining.sweep.weinert`); the rest is
+derived in the docstrings. Departure: no sewing, no lofts, no `BRepGProp`.
+
+Measured: which attempt won how many blocks of random chains `docs/measured/gate.md`; single sweeps `docs/measured/brep.md`.
 
 Known limits: a block whose solid cannot be built is refused by name, and so are blocks that need it as a
-neighbour: cones that meet a steep slope on arcs in upright planes, steps of a cutter there, and what `envelopes/turns.py`
+neighbour: cones that meet a steep slope on arcs in upright planes, steps of a cutter there, and what `envelopes/pieces.py`
 says of tools that turn. A cutter that is not convex on a ramp, and arcs or helices that come
 back to themselves, are several solids whose union is the sweep: a helical entry is the cutter at its lowest, and
 what its front passes per half turn. A cone's apex brings one edge without length, which OCCT wants there.

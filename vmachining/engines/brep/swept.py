@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.envelopes.cover import Tries, covered
-from vmachining.engines.brep.envelopes.hinge import Hinge, halves
-from vmachining.engines.brep.envelopes.turns import turn_pieces
+from vmachining.engines.brep.envelopes.decomposition import Budget, decomposed
+from vmachining.engines.brep.envelopes.fixed_axis import FixedAxis, halves
+from vmachining.engines.brep.envelopes.pieces import turn_pieces
 from vmachining.engines.brep.occt.inside import inside_out
 from vmachining.engines.brep.occt.measure import volume
 from vmachining.engines.brep.occt.primitives import rotated
@@ -90,7 +90,7 @@ def solids(sweep: Sweep, *, fit_mm: float = SHEET_FIT_MM) -> list[Swept]:
     ------
     SweepError
         A turning tool, or one on an arc about x or y, whose envelope folds inside the sweep or whose grazing
-        curve has a shape without solid (`turns.py`).
+        curve has a shape without solid (`pieces.py`).
     EngineError
         OCCT does not accept a solid, or one of a turning tool is off the volume of the flux identity by 1e-5.
     """
@@ -134,20 +134,20 @@ def _turning(profile: Profile, path: Turn, fit_mm: float) -> list[Swept]:
 
 def _convex(profile: Profile, path: Turn, fit_mm: float) -> list[Swept]:
     """The same of a convex one."""
-    tries = Tries()
+    budget = Budget()
 
     def build(body: Profile, part: Turn, off_mm: float) -> list[Swept]:
         if part.is_steady and part.is_straight:  # a pose; arcs in upright planes are steady, too
             return solids(Sweep.along(body, part))
-        return _enveloped(body, part, fit_mm, off_mm, tries)
+        return _enveloped(body, part, fit_mm, off_mm, budget)
 
-    return covered(profile, path, build, _hinged, tries)
+    return decomposed(profile, path, build, _about_fixed_axis, budget)
 
 
-def _enveloped(profile: Profile, path: Turn, fit_mm: float, off_mm: float, tries: Tries) -> list[Swept]:
+def _enveloped(profile: Profile, path: Turn, fit_mm: float, off_mm: float, budget: Budget) -> list[Swept]:
     """By sheets that the grazing curve draws."""
     found = []
-    for piece in turn_pieces(profile, path, fit_mm, tries.take):
+    for piece in turn_pieces(profile, path, fit_mm, budget.take):
         shape = piece.built.builder.solid()
         value, exact = _inspected(shape).volume, piece.sweep.flux().volume
         if abs(value - exact) > SWEPT_REL[True] * exact:
@@ -158,19 +158,19 @@ def _enveloped(profile: Profile, path: Turn, fit_mm: float, off_mm: float, tries
     return found
 
 
-def _hinged(profile: Profile, path: Turn, most_mm: float, off_mm: float) -> list[Swept]:
+def _about_fixed_axis(profile: Profile, path: Turn, most_mm: float, off_mm: float) -> list[Swept]:
     """Halves of a tool that turns about a line through its axis that moves by less than `most_mm`; none of others."""
-    hinge = Hinge.of(path, most_mm)
+    about = FixedAxis.of(path, most_mm)
     found: list[Swept] = []
-    if hinge is None:
+    if about is None:
         return found
     try:
-        for build, exact in halves(profile, hinge):
+        for build, exact in halves(profile, about):
             shape = build.solid()
             value = _inspected(shape).volume
             if abs(value - exact) > SWEPT_REL[False] * exact:
                 raise EngineError(f"half of {value:.9g} mm3, its flux gives {exact:.9g}", engine="brep")
-            found.append(Swept(shape, hinge.off_mm + off_mm))
+            found.append(Swept(shape, about.off_mm + off_mm))
     except (SweepError, EngineError):
         return []
     return found

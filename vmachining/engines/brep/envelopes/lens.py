@@ -1,6 +1,6 @@
 """Lenses: where a tilting flat face begins to rise (or ceases to fall) during a block, behind its rim.
 
-A chord that lies inside the sweep (`grazes.py`) may be born on the rear of the rim: a lens of the face begins to
+A chord that lies inside the sweep (`grazing_curve.py`) may be born on the rear of the rim: a lens of the face begins to
 rise there. Nothing of this shows at first, because the first pose of the disc is still higher: the rear of the
 rim comes out of that plane only where it is higher than the rim was, averaged over time,
 
@@ -13,7 +13,7 @@ a region of the sheet of the rim that ends at the last pose. Its border t(u) is 
 - the first pose is a whole disc with a hole: border and line.
 
 Where a lens that falls dies on the front of the rim, the same holds with time turned round. Then nothing has to
-be cut in time. Lenses on the other side of the rim have borders that exist at all times (`Grazes.valley`).
+be cut in time. Lenses on the other side of the rim have borders that exist at all times (`GrazingCurve.valley`).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.engines.brep.envelopes.rings import Ring
-from vmachining.engines.brep.envelopes.stretches import Moving, State, angle, wave
+from vmachining.engines.brep.envelopes.segments import Moving, State, angle, wave
 from vmachining.sweep.grazing import Circles, across, folding, instant, normal_speed
 
 __all__ = ["Lens", "lens_opens", "lens_span", "risen", "side_speed"]

@@ -6,7 +6,7 @@ radius r and normal (cos b, sin b) the speed along the normal is f(u) = a cos u 
 phi = atan2(b, a); it grazes at u = phi -+ acos(-c / hypot(a, b)) and leads in between (`vmachining.sweep.grazing`).
 The side +1 is the upper of the two angles.
 
-| stretch | on | given by |
+| segment | on | given by |
 |---|---|---|
 | `LineSide` | cylinder, cone | u of every height, once per side |
 | `LineTurn` | cone from one side of a ring to the other | both angles of every height |
@@ -40,8 +40,22 @@ from vmachining.sweep.weinert import torus_angle, torus_terms
 from vmachining.tool import Segment
 
 __all__ = [
-    "ArcSide", "ArcTurn", "BallTurn", "Chord", "EdgeSpan", "End", "LineSide", "LineTurn", "Moving", "RimPatch",
-    "State", "Stretch", "angle", "graze_beta", "near", "wave",
+    "ArcSide",
+    "ArcTurn",
+    "BallTurn",
+    "Chord",
+    "CurveSegment",
+    "EdgeSpan",
+    "End",
+    "LineSide",
+    "LineTurn",
+    "Moving",
+    "RimPatch",
+    "State",
+    "angle",
+    "graze_beta",
+    "near",
+    "wave",
 ]  # fmt: skip
 
 CORNERS = 97
@@ -158,7 +172,7 @@ End = tuple[int, int]
 
 
 class Angles(Protocol):
-    """What a stretch asks of the curve it is part of."""
+    """What a segment asks of the curve it is part of."""
 
     def angle(self, ring: int, side: int, st: State) -> Floats:
         """(n,) where a side of a ring grazes."""
@@ -170,7 +184,7 @@ class Angles(Protocol):
         """(n, m) angles on the branch that joins two ends."""
 
 
-class Stretch(ABC):
+class CurveSegment(ABC):
     """The grazing curve on one face or edge; s in [0, 1] runs from `ends[0]` to `ends[1]`.
 
     element : number of the face or edge from the bottom. bend : 1 / radius of the meridian, 1 / mm.
@@ -198,7 +212,7 @@ class Stretch(ABC):
 
 
 @dataclass(frozen=True, eq=False)
-class LineSide(Stretch):
+class LineSide(CurveSegment):
     """One side of a cylinder or a cone.
 
     bent : whether it all but turns at an end at some time, so that its angle goes by a square root of the height:
@@ -223,7 +237,7 @@ class LineSide(Stretch):
 
 
 @dataclass(frozen=True, eq=False)
-class LineTurn(Stretch):
+class LineTurn(CurveSegment):
     """A cone from one side of a ring to the other one, by the square root of the way to where it turns."""
 
     element: int
@@ -254,7 +268,7 @@ class LineTurn(Stretch):
 
 
 @dataclass(frozen=True, eq=False)
-class Round(Stretch):
+class Round(CurveSegment):
     """On an arc of the meridian."""
 
     element: int
@@ -319,7 +333,7 @@ class BallTurn(Round):
 
 
 @dataclass(frozen=True, eq=False)
-class EdgeSpan(Stretch):
+class EdgeSpan(CurveSegment):
     """A sharp edge between two angles; beta: the middle of its normals."""
 
     element: int
@@ -335,7 +349,7 @@ class EdgeSpan(Stretch):
 
 
 @dataclass(frozen=True, eq=False)
-class RimPatch(Stretch):
+class RimPatch(CurveSegment):
     """A sharp edge between two angles that do not change; its face is trimmed (`vmachining.engines.brep.envelopes.lens`)."""
 
     element: int
@@ -353,7 +367,7 @@ class RimPatch(Stretch):
 
 
 @dataclass(frozen=True, eq=False)
-class Chord(Stretch):
+class Chord(CurveSegment):
     """A disc, from one side of its rim to the other."""
 
     element: int

@@ -7,8 +7,8 @@ import pytest
 
 from vmachining import BallNose, BullNose, FlatEnd, ProfileTool, Sweep, Taper, Turn
 from vmachining.engines import brep
-from vmachining.engines.brep.envelopes.cover import _grade, _lift
-from vmachining.engines.brep.envelopes.hinge import Hinge, halves
+from vmachining.engines.brep.envelopes.decomposition import _grade, _lift
+from vmachining.engines.brep.envelopes.fixed_axis import FixedAxis, halves
 from vmachining.errors import SweepError
 from vmachining.tool import Cutter
 
@@ -25,9 +25,9 @@ def about(cutter: Cutter, height: float) -> Sweep:
 def pieces(sweep: Sweep) -> list[tuple[object, float]]:
     """Shape and closed form of every half."""
     assert isinstance(sweep.path, Turn)
-    hinge = Hinge.of(sweep.path)
-    assert hinge is not None
-    return [(build.solid(), volume) for build, volume in halves(sweep.profile, hinge)]
+    about = FixedAxis.of(sweep.path)
+    assert about is not None
+    return [(build.solid(), volume) for build, volume in halves(sweep.profile, about)]
 
 
 def test_a_cylinder_about_its_middle_is_four_quarters() -> None:
@@ -83,10 +83,10 @@ def test_a_tilted_tool_may_turn_about_a_line_beside_it(cutter: Cutter) -> None:
     q0 = np.array([0.0, a, 0.0, 0.0, 50.0])
     sweep = Sweep.along(cutter, Turn.joints(rows, q0, q0 + [0.7, 0, 0, 0, 0]))
     assert isinstance(sweep.path, Turn)
-    hinge = Hinge.of(sweep.path)
-    assert hinge is not None
-    assert hinge.angle == pytest.approx(0.7, abs=1e-9)
-    assert hinge.height == pytest.approx(-50.0, abs=1e-6)
+    about = FixedAxis.of(sweep.path)
+    assert about is not None
+    assert about.angle == pytest.approx(0.7, abs=1e-9)
+    assert about.height == pytest.approx(-50.0, abs=1e-6)
     check(sweep)
 
 
@@ -127,7 +127,7 @@ def test_other_motions_have_no_hinge() -> None:
     drift = Turn.through(np.zeros(3), (1e-5, 0, 0), "axis", START, END, control_height=4.0)
     both = Turn.rotary((0, 0, 0), (0, 0, 0), "ac", {"a": 0.5, "c": 0.0}, {"a": 0.7, "c": 0.4})
     still = Turn.through(np.zeros(3), (1, 2, 3), "axis", START, START)
-    assert [Hinge.of(move) for move in (drift, both, still)] == [None, None, None]
+    assert [FixedAxis.of(move) for move in (drift, both, still)] == [None, None, None]
 
 
 def test_a_ball_about_its_centre_has_no_halves() -> None:
@@ -158,7 +158,7 @@ def test_a_planar_block_is_cut_where_its_speed_along_the_axis_has_grown() -> Non
     assert third is not None and _grade(third * (1.0 - 1e-6) + 1e-6) is None
     assert _lift(Turn.through(np.zeros(3), (1, 2, 3), "axis", START, END)) is None
     head = move.part(0.0, 5e-3)
-    assert Hinge.of(head) is None and Hinge.of(head, 1e-5) is not None
+    assert FixedAxis.of(head) is None and FixedAxis.of(head, 1e-5) is not None
 
 
 def test_an_oblique_line_through_the_tool_has_no_halves() -> None:

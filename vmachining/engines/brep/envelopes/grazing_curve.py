@@ -1,7 +1,7 @@
 """How the grazing curve of a tool whose axis turns runs over the body during a block, and where it must not.
 
-From ring to ring (`rings.py`) the curve is made of stretches (`stretches.py`, with the symbols). Rings that graze
-and stretches are the same all along a block; `Grazes` refuses it otherwise.
+From ring to ring (`rings.py`) the curve is made of segments (`segments.py`, with the symbols). Rings that graze
+and segments are the same all along a block; `GrazingCurve` refuses it otherwise.
 
 A flat face that tilts about a line in it leaves the sweep on both sides of its chord: phi_tt < 0, the chord lies
 inside. The roof of such a face over a point is the higher one of two planes, where the point was entered and
@@ -25,7 +25,7 @@ from scipy.optimize import brentq
 from vmachining.arrays import Bools, Floats
 from vmachining.engines.brep.envelopes.lens import Lens, lens_opens, lens_span, risen, side_speed
 from vmachining.engines.brep.envelopes.rings import Element, rings_of
-from vmachining.engines.brep.envelopes.stretches import (
+from vmachining.engines.brep.envelopes.segments import (
     CORNERS,
     DENSE,
     LONG,
@@ -34,13 +34,13 @@ from vmachining.engines.brep.envelopes.stretches import (
     ArcTurn,
     BallTurn,
     Chord,
+    CurveSegment,
     EdgeSpan,
     End,
     LineSide,
     LineTurn,
     Moving,
     State,
-    Stretch,
     angle,
     graze_beta,
     near,
@@ -52,7 +52,7 @@ from vmachining.errors import SweepError
 from vmachining.sweep.grazing import Circles, across, arc_terms, folding, instant, line_terms, scalars
 from vmachining.tool import Segment
 
-__all__ = ["Divide", "Grazes"]
+__all__ = ["Divide", "GrazingCurve"]
 
 SHUT = 1e-4
 """sin^2 of half the angle of a chord that is all but a point: on a rim of 10 mm it cuts off 5e-4 mm,
@@ -73,7 +73,7 @@ class Divide(SweepError):  # noqa: N818
         self.at, self.soft, self.parts = at, soft, parts
 
 
-class Grazes:
+class GrazingCurve:
     """How the grazing curve runs over a tool during a block, the same at all its times.
 
     Raises
@@ -113,7 +113,7 @@ class Grazes:
         self.present: Bools = np.asarray(two.all(axis=0))
         self._heading = self._followed(of.heading)
         self.valley: dict[End, tuple[Floats, float]] = {}
-        self.stretches = self._stretches()
+        self.segments = self._segments()
         self._check_widths()
         self._valleys()
 
@@ -168,8 +168,8 @@ class Grazes:
     def _followed(self, raw: Floats) -> Floats:
         """Headings of the rings over time, unwrapped in time and, at the middle, along the meridian."""
         out = np.unwrap(raw, axis=0)
-        live = self.present
-        if live.any() and np.abs(np.diff(out[:, live], axis=0)).max() > QUICK:
+        grazing = self.present
+        if grazing.any() and np.abs(np.diff(out[:, grazing], axis=0)).max() > QUICK:
             raise SweepError("the grazing curve turns round too fast: a point of the axis hardly moves")
         half = DENSE // 2
         middle = State(*(v[half : half + 1] for v in self.dense))
@@ -227,26 +227,28 @@ class Grazes:
         return np.asarray((1.0 - s) * ua + s * ub)
 
     def tie(self, end: End, st: State) -> Floats:
-        """(n, 3) mm: path of an end of a stretch."""
+        """(n, 3) mm: path of an end of a segment."""
         g = self.rings[end[0]]
         u = self.angle(*end, st)[:, None]
         return np.asarray(st.tip + g.z * st.axis + g.r * st.radial(u)[:, 0])
 
     # -- shape ---------------------------------------------------------------------------------------------
 
-    def _stretches(self) -> list[Stretch]:
-        out: list[Stretch] = []
+    def _segments(self) -> list[CurveSegment]:
+        out: list[CurveSegment] = []
         for k, e in enumerate(self.elements):
-            live = [ring for ring in (e.lower, e.upper) if ring is not None and self.present[ring]]
+            grazing = [ring for ring in (e.lower, e.upper) if ring is not None and self.present[ring]]
             g = e.segment
             if e.kind == "disc":
-                if live:
-                    out.append(Chord(k, ((live[0], -1), (live[0], 1)), g.r0, g.z0, self.rings[live[0]].beta))
+                if grazing:
+                    out.append(
+                        Chord(k, ((grazing[0], -1), (grazing[0], 1)), g.r0, g.z0, self.rings[grazing[0]].beta)
+                    )
                 continue
             low, high = self._extremes(e)
-            if len(live) == 2 and (low > 0.0).all():
+            if len(grazing) == 2 and (low > 0.0).all():
                 for side in (-1, 1):
-                    ends = ((live[0], side), (live[1], side))
+                    ends = ((grazing[0], side), (grazing[1], side))
                     if e.kind == "edge":
                         out.append(EdgeSpan(k, ends, g.r0, g.z0, self.fan(e)))
                     elif e.kind == "line":
@@ -254,13 +256,13 @@ class Grazes:
                         out.append(LineSide(k, ends, g, bent))
                     else:
                         out.append(ArcSide(k, ends, g))
-            elif len(live) == 1 or (len(live) == 2 and (low < 0.0).all()):
-                out += self._turning(k, e, live)
-            elif e.kind == "edge" and not live and self.sign[e.lower] != self.sign[e.upper]:
+            elif len(grazing) == 1 or (len(grazing) == 2 and (low < 0.0).all()):
+                out += self._turning(k, e, grazing)
+            elif e.kind == "edge" and not grazing and self.sign[e.lower] != self.sign[e.upper]:
                 assert e.lower is not None  # all of the edge grazes: two halves of it
                 halves = [((e.lower, t), (e.lower, -t)) for t in (-1, 1)]
                 out += [EdgeSpan(k, ends, g.r0, g.z0, self.fan(e)) for ends in halves]
-            elif live or (high > 0.0).any():
+            elif grazing or (high > 0.0).any():
                 where = f"between heights {g.z0:.6g} and {g.z1:.6g} mm"
                 raise SweepError(f"the grazing curve turns back or closes on the face {where}")
         return out
@@ -279,13 +281,13 @@ class Grazes:
                     k = int(np.argmin(width))
                     raise Divide(text, float(k > 0), soft=True) if k in (0, DENSE - 1) else SweepError(text)
 
-    def _turning(self, k: int, e: Element, live: list[int]) -> list[Stretch]:
+    def _turning(self, k: int, e: Element, grazing: list[int]) -> list[CurveSegment]:
         """Stretches on an arc or an edge that come back to the ring they start from."""
-        out: list[Stretch] = []
+        out: list[CurveSegment] = []
         g = e.segment
-        for ring in live:
+        for ring in grazing:
             other = e.upper if ring == e.lower else e.lower
-            if len(live) == 2:
+            if len(grazing) == 2:
                 trails = self.middle_trails(e)
             else:
                 trails = self.sign[other] < 0.0 if other is not None else self._tip_trails()
@@ -314,7 +316,7 @@ class Grazes:
         return bool((step.max(axis=1) > LONG * step.sum(axis=1)).any())
 
     def middle_trails(self, e: Element) -> bool:
-        """Whether circles trail that lie between two turning stretches of an element."""
+        """Whether circles trail that lie between two turning segments of an element."""
         return bool(np.sin(self.fan(e)) < 0.0) == self._tip_trails()
 
     def fan(self, e: Element) -> float:
@@ -351,16 +353,16 @@ class Grazes:
 
     # -- folds ---------------------------------------------------------------------------------------------
 
-    def fold(self, stretch: Stretch, w: Floats, s: Floats) -> Floats:
+    def fold(self, segment: CurveSegment, w: Floats, s: Floats) -> Floats:
         """(n, m) second derivative of the distance to the body in time: < 0 where the sheet lies inside."""
         st = self.moving.state(w)
-        r, z, beta, u = stretch.place(self, st, s)
+        r, z, beta, u = segment.place(self, st, s)
         out = np.empty(r.shape)
         for k in range(len(w)):
             x, y = across(st.axis[k])
             shift = np.arctan2(st.x[k] @ y, st.x[k] @ x)
             now = instant(self.moving.path, float(st.t[k]))
-            bend = np.full(len(s), stretch.bend)
+            bend = np.full(len(s), segment.bend)
             out[k] = folding(now, z[k], r[k], np.cos(beta[k]), np.sin(beta[k]), u[k] + shift, bend)
         return out
 
@@ -370,13 +372,13 @@ class Grazes:
         Between a sheet of the edge and the disc at the other end of the block the solid has a valley, from
         the chord of that end to the line in which both discs meet.
         """
-        for chord in [c for c in self.stretches if isinstance(c, Chord)]:
+        for chord in [c for c in self.segments if isinstance(c, Chord)]:
             fold = self.fold(chord, np.linspace(0.0, 1.0, 9), np.array([0.0, 1.0]))
             if (fold > 0.0).all():
                 continue
             ring = chord.ends[0][0]
             spans = [
-                e for e in self.stretches if isinstance(e, EdgeSpan) and ring in (e.ends[0][0], e.ends[1][0])
+                e for e in self.segments if isinstance(e, EdgeSpan) and ring in (e.ends[0][0], e.ends[1][0])
             ]
             if spans and (fold > 0.0).any():
                 if -0.125 * float(fold.min()) <= MISS_MM:
@@ -385,7 +387,7 @@ class Grazes:
             if not spans:
                 continue  # a round corner: a fold like any other
             self._open_valley(chord, ring, spans)
-            self.stretches.remove(chord)
+            self.segments.remove(chord)
 
     def _fold_begins(self, chord: Chord) -> SweepError:
         """When the middle of a chord begins or ceases to lie inside; halves, where an end of it does so alone."""
@@ -434,5 +436,5 @@ class Grazes:
 
     @cached_property
     def ends(self) -> list[End]:
-        """Every end of a stretch once."""
-        return sorted({end for stretch in self.stretches for end in stretch.ends})
+        """Every end of a segment once."""
+        return sorted({end for segment in self.segments for end in segment.ends})

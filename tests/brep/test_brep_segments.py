@@ -7,8 +7,8 @@ import pytest
 
 from vmachining import FlatEnd, Turn
 from vmachining.arrays import Floats
-from vmachining.engines.brep.envelopes.grazes import Grazes
-from vmachining.engines.brep.envelopes.stretches import BACK, Moving, State, evened, graze_beta
+from vmachining.engines.brep.envelopes.grazing_curve import GrazingCurve
+from vmachining.engines.brep.envelopes.segments import BACK, Moving, State, evened, graze_beta
 from vmachining.engines.brep.translations.caps import Tool
 from vmachining.errors import SweepError
 from vmachining.sweep import Pose
@@ -91,13 +91,13 @@ def test_a_valley_keeps_its_digits_far_from_the_origin_and_next_to_its_pose() ->
     tip = (far + [-0.02, 0.01, 0.99 * radius * np.sin(w)]) - far  # what is left of it in numbers that large
     first, last = (0.0, 0.0, 1.0), (np.sin(w), 0.0, np.cos(w))
     path = Turn.great_circle(Pose(tuple(far), first), Pose(tuple(tip + far), last))
-    grazes = Grazes(Tool.of(FlatEnd(diameter=2 * radius, length=4).profile), Moving(path))
-    assert set(grazes.valley) == {(0, -1), (0, 1)}
-    axis, t0 = grazes.valley[0, 1]
+    grazing = GrazingCurve(Tool.of(FlatEnd(diameter=2 * radius, length=4).profile), Moving(path))
+    assert set(grazing.valley) == {(0, -1), (0, 1)}
+    axis, t0 = grazing.valley[0, 1]
     t = t0 + (0.5 - t0) * np.array([1e-4, 1e-3, 1e-2, 0.1, 1.0])
     cos = (t - t0) * (tip @ axis) / (radius * np.sin(w * (t - t0)))
     x = np.column_stack([np.cos(w * t), 0 * t, -np.sin(w * t)])
-    sides = [grazes.tie((0, side), grazes.moving.state(t)) for side in (-1, 1)]
+    sides = [grazing.tie((0, side), grazing.moving.state(t)) for side in (-1, 1)]
     for place, way in zip(sorted(sides, key=lambda place: place[-1, 1]), (-1.0, 1.0), strict=True):
         rim = radius * (cos[:, None] * x + way * np.sqrt(1.0 - cos**2)[:, None] * [0.0, 1.0, 0.0])
         truth = far + t[:, None] * tip + rim

@@ -62,7 +62,7 @@ from vmachining.errors import SweepError
 from vmachining.sweep import Turn
 from vmachining.tool import Profile, Segment
 
-__all__ = ["Hinge", "halves"]
+__all__ = ["FixedAxis", "halves"]
 
 TIMES = 17
 """Instants at which a motion is looked at."""
@@ -77,7 +77,7 @@ GAUSS = 12
 """Nodes along a segment for the flux; r and B are smooth there."""
 
 
-class Hinge(NamedTuple):
+class FixedAxis(NamedTuple):
     """A turn about a fixed line.
 
     pivot (3,) mm, where the line meets the axis, height (mm) of it in the tool; line (3,) unit; axis and side (s)
@@ -93,8 +93,8 @@ class Hinge(NamedTuple):
     off_mm: float
 
     @classmethod
-    def of(cls, path: Turn, off_mm: float = CONFUSION_MM) -> Hinge | None:
-        """The hinge of a motion, if its pivot moves by less than `off_mm`."""
+    def of(cls, path: Turn, off_mm: float = CONFUSION_MM) -> FixedAxis | None:
+        """The fixed axis of a motion, if its pivot moves by less than `off_mm`."""
         t = np.linspace(0.0, 1.0, TIMES)
         A, V, S = path.axis(t), path.velocity(t), path.axis_rate(t)
         rate = np.linalg.norm(S, axis=1)
@@ -116,7 +116,7 @@ class Hinge(NamedTuple):
         return cls(pivot, k, line, (A[0], A[-1]), (sides[0], sides[-1]), angle, off)
 
 
-def halves(profile: Profile, hinge: Hinge) -> list[tuple[Builder, float]]:
+def halves(profile: Profile, about: FixedAxis) -> list[tuple[Builder, float]]:
     """Faces of solids whose union is the sweep of a convex profile, each with its volume in mm^3.
 
     Raises
@@ -125,12 +125,12 @@ def halves(profile: Profile, hinge: Hinge) -> list[tuple[Builder, float]]:
         The pivot is the centre of a ball of the tool, or all but in a joint of its meridian; a line oblique to the
         axis passes through the tool.
     """
-    ends = list(zip(hinge.axes, hinge.sides, strict=True))
+    ends = list(zip(about.axes, about.sides, strict=True))
     out = []
-    for body in _bodies(profile, hinge.height):
+    for body in _bodies(profile, about.height):
         for way, order in ((1.0, ends), (-1.0, ends[::-1])):
-            poses = [Pose(hinge.pivot - hinge.height * A, -way * s, A) for A, s in order]
-            half = _Half(body, hinge._replace(line=way * hinge.line), (poses[0], poses[1]))
+            poses = [Pose(about.pivot - about.height * A, -way * s, A) for A, s in order]
+            half = _Half(body, about._replace(line=way * about.line), (poses[0], poses[1]))
             out.append((half.faces(), half.volume()))
     return out
 
@@ -152,8 +152,8 @@ def _bodies(profile: Profile, k: float) -> Iterator[Profile]:
 class _Half:
     """One half of a body from its trailing pose 0 to its leading pose 1, which turn about +line."""
 
-    def __init__(self, body: Profile, hinge: Hinge, poses: tuple[Pose, Pose]) -> None:
-        self.pivot, self.k, self.line, self.angle = hinge.pivot, hinge.height, hinge.line, hinge.angle
+    def __init__(self, body: Profile, about: FixedAxis, poses: tuple[Pose, Pose]) -> None:
+        self.pivot, self.k, self.line, self.angle = about.pivot, about.height, about.line, about.angle
         self.poses, self.build = poses, Builder()
         self.along, self.aside = (float(self.line @ v) for v in (poses[0].axis, poses[0].left))
         self.is_square = abs(self.along) <= SAME_ANGLE_RAD

@@ -12,7 +12,7 @@ as keep it within `MISS_MM` of the truth: what is planar has simpler solids than
 A motion that stays in a plane through the axis grazes along whole circles and on edges of no width, at all times.
 1e-6 mm of motion along the axis and out of the plane (`NUDGES`) makes a general one of it, off by as much. Where its
 speed along the axis begins or ends at zero, sheets are sharp there and round elsewhere: such a block is cut where that
-speed has grown by `GRADE`, if all else fails; the part next to the zero may be a turn about a fixed line (`hinge.py`).
+speed has grown by `GRADE`, if all else fails; the part next to the zero may be a turn about a fixed line (`fixed_axis.py`).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from vmachining.sweep.folds import plans, poses, standing
 from vmachining.sweep.topology import changes
 from vmachining.tool import Profile
 
-__all__ = ["Tries", "covered"]
+__all__ = ["Budget", "decomposed"]
 
 DEEP_MM = 0.5 * MISS_MM
 """A fold that lies deeper belongs into the slab: half of what may be missing, the other half is for the poses."""
@@ -72,7 +72,7 @@ Special = Callable[[Profile, Turn, float, float], list[T]]
 one is how far the motion is off already."""
 
 
-class Tries:
+class Budget:
     """How many envelopes may still be tried."""
 
     def __init__(self, left: int = TRIES) -> None:
@@ -97,32 +97,34 @@ class _Found(NamedTuple, Generic[T]):
     parts: list[T]
 
 
-def covered(profile: Profile, path: Turn, build: Build[T], special: Special[T], tries: Tries) -> list[T]:
+def decomposed(profile: Profile, path: Turn, build: Build[T], special: Special[T], budget: Budget) -> list[T]:
     """What `build` makes of the parts of a block of a convex profile.
 
-    special : one solid of a neighbour is preferred to two of it. tries : taken by `build` for every envelope.
+    special : one solid of a neighbour is preferred to two of it. budget : taken by `build` for every envelope.
 
     Raises
     ------
     SweepError, EngineError
         The first reason for which there is no solid, if there are no parts either.
     """
-    found = _flat(profile, path, build, special, tries)
+    found = _flat(profile, path, build, special, budget)
     if found is not None:
         return found
-    tries.renew()
+    budget.renew()
     try:
-        found = _Work(path, build, special, tries).solids(profile)
+        found = _Work(path, build, special, budget).solids(profile)
     except (SweepError, EngineError):
         lift = _lift(path)
         if lift is None or _grade(lift) is None:
             raise
-        tries.renew()
-        found = _Work(path, build, special, tries, is_graded=True).solids(profile)
+        budget.renew()
+        found = _Work(path, build, special, budget, is_graded=True).solids(profile)
     return found
 
 
-def _flat(profile: Profile, path: Turn, build: Build[T], special: Special[T], tries: Tries) -> list[T] | None:
+def _flat(
+    profile: Profile, path: Turn, build: Build[T], special: Special[T], budget: Budget
+) -> list[T] | None:
     """Solids of parts that stay in a plane each, for a block that nearly does and has none itself; None of others."""
     planes, off = _flattened(path)
     if not planes:
@@ -141,7 +143,7 @@ def _flat(profile: Profile, path: Turn, build: Build[T], special: Special[T], tr
     found: list[T] = []
     try:
         for part in planes:
-            found += _Work(part, near, near_special, tries).solids(profile)
+            found += _Work(part, near, near_special, budget).solids(profile)
     except (SweepError, EngineError):
         return None
     return found if len(found) <= MOST else None
@@ -155,11 +157,11 @@ class _Work(Generic[T]):
         path: Turn,
         build: Build[T],
         special: Special[T],
-        tries: Tries,
+        budget: Budget,
         *,
         is_graded: bool = False,
     ) -> None:
-        self.path, self.build, self.special, self.tries = path, build, special, tries
+        self.path, self.build, self.special, self.budget = path, build, special, budget
         self.is_graded = is_graded
         self.known: dict[tuple[int, float, float], tuple[Profile, list[T] | SweepError | EngineError]] = {}
 
@@ -217,7 +219,7 @@ class _Work(Generic[T]):
     def _slab(self, profile: Profile, part: Turn, a: float, b: float, depth: int) -> list[_Found[T]] | None:
         """Bodies below and above a slab, and poses."""
         for slab, count in plans(profile, part, DEEP_MM, MISS_MM, POSES):
-            if not self.tries.left:
+            if not self.budget.left:
                 break
             found = self._all([(body, a, b) for body in slab.bodies], depth)
             if found is not None:
@@ -237,7 +239,7 @@ class _Work(Generic[T]):
     def _nudged(self, profile: Profile, part: Turn, *, hasty: bool = False) -> list[_Found[T]] | None:
         """The solids of a neighbour of a planar motion; `hasty` until one has a shape without solids."""
         for motion, off in _neighbours(part):
-            if not self.tries.left:
+            if not self.budget.left:
                 break
             try:
                 return [_Found(profile, None, self.build(profile, motion, off))]
@@ -250,7 +252,7 @@ class _Work(Generic[T]):
         """All of some parts, None if one of them has no solid."""
         out: list[_Found[T]] = []
         for body, a, b in wanted:
-            if not self.tries.left or sum(len(f.parts) for f in out) > MOST:
+            if not self.budget.left or sum(len(f.parts) for f in out) > MOST:
                 return None
             try:
                 out += self.parts(body, a, b, depth + 1)

@@ -12,7 +12,7 @@
 5. Every piece must be valid and closed, and its volume must be the one of the flux identity V(K) + Phi - W to
    1e-5. A solid whose boundary runs through itself has V(K) + Phi instead, so what is entered twice cannot be lost.
 
-Known limits, refused by name here, while `cover.py` looks for parts that can be built: pivots in the tool or close
+Known limits, refused by name here, while `decomposition.py` looks for parts that can be built: pivots in the tool or close
 to it (the envelope folds, or turns too fast to follow), motions that stay in a plane through the axis with no speed
 along it, chords of a flat face with a round corner that lie deep inside, two arcs that merge there (too sharp for a
 tensor product), centres of a ball on a path that bends more than the ball. Where the shape changes at the very start
@@ -27,11 +27,11 @@ from typing import NamedTuple
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.envelopes.grazes import Divide, Grazes
+from vmachining.engines.brep.envelopes.grazing_curve import Divide, GrazingCurve
 from vmachining.engines.brep.envelopes.lens import lens_opens
 from vmachining.engines.brep.envelopes.rings import Ring, rings_of
-from vmachining.engines.brep.envelopes.stretches import EdgeSpan, Moving, Stretch
-from vmachining.engines.brep.envelopes.turning import Built, turning
+from vmachining.engines.brep.envelopes.segments import CurveSegment, EdgeSpan, Moving
+from vmachining.engines.brep.envelopes.sheets import Built, enveloped
 from vmachining.engines.brep.occt.tolerances import END_GAP_MM, FLAT_MM, GAP_MM, MISS_MM, SHORT_PIECE_MM
 from vmachining.engines.brep.translations.caps import Tool
 from vmachining.errors import SweepError
@@ -146,9 +146,9 @@ class _Work:
         )
         moving = Moving(part, (before, after))
         try:
-            grazes = Grazes(self.tool, moving)
-            depth = _depth(grazes)
-            built = turning(grazes, self.fit)
+            grazing = GrazingCurve(self.tool, moving)
+            depth = _depth(grazing)
+            built = enveloped(grazing, self.fit)
         except Divide as found:
             self._divide(found, a, b, soft_a, soft_b)
             return
@@ -187,7 +187,7 @@ class _Work:
             self.add(stops[k], stops[k + 1], soft_a if first else found.soft, soft_b if last else found.soft)
 
 
-def _depth(grazes: Grazes) -> float:
+def _depth(grazing: GrazingCurve) -> float:
     """mm by which a sheet may lie below the line in which the first and the last pose meet.
 
     Raises
@@ -197,35 +197,35 @@ def _depth(grazes: Grazes) -> float:
     """
     w = np.linspace(0.0, 1.0, 5)
     deepest = 0.0
-    for stretch in grazes.stretches:
-        if isinstance(stretch, EdgeSpan):
+    for segment in grazing.segments:
+        if isinstance(segment, EdgeSpan):
             continue  # edges never fold by themselves
-        looks = _looks(grazes, stretch, w)
-        depth = -0.125 * float(grazes.fold(stretch, w, looks).min())
+        looks = _looks(grazing, segment, w)
+        depth = -0.125 * float(grazing.fold(segment, w, looks).min())
         if depth > MISS_MM:
-            text = _reason(grazes, stretch, w, looks)
+            text = _reason(grazing, segment, w, looks)
             parts = int(np.ceil(1.05 * np.sqrt(depth / MISS_MM)))
             raise Divide(text, 0.5, soft=False, parts=parts) if parts < PARTS else SweepError(text)
         deepest = max(deepest, depth)
     return deepest
 
 
-def _reason(grazes: Grazes, stretch: Stretch, w: Floats, looks: Floats) -> str:
+def _reason(grazing: GrazingCurve, segment: CurveSegment, w: Floats, looks: Floats) -> str:
     """Why a sheet that seems to fold cannot be made."""
-    g = grazes.elements[stretch.element].segment
-    _, _, beta, _ = stretch.place(grazes, grazes.moving.state(w), looks)
+    g = grazing.elements[segment.element].segment
+    _, _, beta, _ = segment.place(grazing, grazing.moving.state(w), looks)
     within = (beta >= min(g.beta) - SAME_BETA) & (beta <= max(g.beta) + SAME_BETA)
     what = "the envelope folds inside the sweep" if within.all() else "the grazing curve has a corner"
     return f"{what}, between heights {g.z0:.6g} and {g.z1:.6g} mm of the tool"
 
 
-def _looks(grazes: Grazes, stretch: Stretch, w: Floats) -> Floats:
+def _looks(grazing: GrazingCurve, segment: CurveSegment, w: Floats) -> Floats:
     """Where to look at a sheet: at even shares, and at even shares of its length at all times.
 
     With a pivot in the tool the curve runs half around it within a hundredth of its height, and folds there.
     """
     even, fine = np.linspace(0.0, 1.0, 9), np.linspace(0.0, 1.0, FINE)
-    steps = np.linalg.norm(np.diff(stretch.points(grazes, grazes.moving.state(w), fine), axis=1), axis=2)
+    steps = np.linalg.norm(np.diff(segment.points(grazing, grazing.moving.state(w), fine), axis=1), axis=2)
     if not np.isfinite(steps).all():
         return even
     lengths = np.concatenate([np.zeros((len(w), 1)), np.cumsum(steps, axis=1)], axis=1)

@@ -1,15 +1,15 @@
 """Swept solid of a convex cutter whose axis turns: caps trimmed at the grazing curve, splines between them.
 
-1. `Grazes` says over which faces the grazing curve runs; every stretch of it draws one tensor-product spline
+1. `GrazingCurve` says over which faces the grazing curve runs; every segment of it draws one tensor-product spline
    sheet S(s, w), quintic in both directions, through exact points at known parameters.
-2. All sheets share their nodes in time w. A tie, the path of a point where two stretches meet, is a quintic
+2. All sheets share their nodes in time w. A tie, the path of a point where two segments meet, is a quintic
    through the same nodes, so it is the border of both sheets to rounding; the same holds at both ends of the
    block for the grazing curve and its cap.
 3. The caps are what trails of the first pose and what leads of the last one: planes, cylinders, cones, balls and
    tori with the curve of every edge in their parameters (`Builder`). A cap that would run all round the axis is
    cut in two along meridians.
 4. A flat face whose chord lies inside the sweep has no sheet. Both its poses are trimmed at the valley in which
-   they meet each other and the sheets of the rim, in closed form (`Grazes.valley`).
+   they meet each other and the sheets of the rim, in closed form (`GrazingCurve.valley`).
 
 `fit_mm` is the largest distance between a sheet and the exact envelope point of the same parameters, measured
 in the middle of all cells: an upper bound of the normal distance there.
@@ -25,9 +25,9 @@ import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.envelopes.grazes import Grazes
+from vmachining.engines.brep.envelopes.grazing_curve import GrazingCurve
 from vmachining.engines.brep.envelopes.lens import Lens
-from vmachining.engines.brep.envelopes.stretches import Chord, EdgeSpan, End, RimPatch, State, Stretch
+from vmachining.engines.brep.envelopes.segments import Chord, CurveSegment, EdgeSpan, End, RimPatch, State
 from vmachining.engines.brep.occt.shapes import (
     DEGREE,
     Circle,
@@ -45,10 +45,10 @@ from vmachining.engines.brep.occt.topology import Builder, Edge, Use, run_of
 from vmachining.engines.brep.translations.caps import Rings, meridian_curve, normals
 from vmachining.errors import SweepError
 
-__all__ = ["Built", "turning"]
+__all__ = ["Built", "enveloped"]
 
 NODES, TIMES = 640, 160
-"""Most nodes of a stretch and of the time; a block that wants more is refused."""
+"""Most nodes of a segment and of the time; a block that wants more is refused."""
 
 FAR = 10.0
 """Nodes are chosen on a few curves; a sheet that misses the rest by this many times what was asked is refused."""
@@ -58,19 +58,19 @@ STEEP = 0.85
 
 
 class Built(NamedTuple):
-    """builder : all faces. fit_mm : measured error of the sheets. grazes : the curve they were drawn by."""
+    """builder : all faces. fit_mm : measured error of the sheets. grazing : the curve they were drawn by."""
 
     builder: Builder
     fit_mm: float
-    grazes: Grazes
+    grazing: GrazingCurve
 
 
-class _Turning:
+class _Envelope:
     """One solid in the making."""
 
-    def __init__(self, grazes: Grazes, fit_mm: float) -> None:
-        moving = grazes.moving
-        self.tool, self.grazes = grazes.tool, grazes
+    def __init__(self, grazing: GrazingCurve, fit_mm: float) -> None:
+        moving = grazing.moving
+        self.tool, self.grazing = grazing.tool, grazing
         self.moving, self.fit = moving, fit_mm
         self.build = Builder()
         self.error = 0.0
@@ -79,20 +79,20 @@ class _Turning:
         self.rims = {sign: Rings(self.build, pose, self.tool) for sign, pose in self.poses.items()}
         self.curves: dict[tuple[int, int], list[Edge]] = {}
         self.ties: dict[End, Edge] = {}
-        self.cuts: dict[tuple[int, int], list[tuple[float, Stretch | None]]] = {}
+        self.cuts: dict[tuple[int, int], list[tuple[float, CurveSegment | None]]] = {}
         self.lenses: dict[int, tuple[Edge, Edge]] = {}
         self.w = np.zeros(0)
 
     # -- sheets --------------------------------------------------------------------------------------------
 
     def sheets(self) -> None:
-        """Ties, ends and faces of all stretches."""
-        g, wanted = self.grazes, FAR * max(self.fit, CURVE_FIT_MM)
+        """Ties, ends and faces of all segments."""
+        g, wanted = self.grazing, FAR * max(self.fit, CURVE_FIT_MM)
         self.w = self._times()
         patches = [self._patch(lens) for lens in g.lenses]
         while True:
             self.error = 0.0
-            fitted = [self._fitted(stretch) for stretch in [*g.stretches, *patches]]
+            fitted = [self._fitted(segment) for segment in [*g.segments, *patches]]
             if self.error <= wanted:
                 break
             if 2 * len(self.w) > TIMES:
@@ -106,46 +106,46 @@ class _Turning:
                 continue
             spline = make_interp_spline(self.w, g.tie(end, st), k=DEGREE)
             self.ties[end] = self.build.edge(Spline(spline, 0.0))
-        for number, stretch in enumerate(g.stretches):
-            self._sheet(number, stretch, fitted[number])
-        for lens, patch, sheet in zip(g.lenses, patches, fitted[len(g.stretches) :], strict=True):
+        for number, segment in enumerate(g.segments):
+            self._sheet(number, segment, fitted[number])
+        for lens, patch, sheet in zip(g.lenses, patches, fitted[len(g.segments) :], strict=True):
             self._lens(lens, patch, sheet)
 
-    def _fitted(self, stretch: Stretch) -> SplineSheet:
-        """Sheet of a stretch through its points at the nodes of time; its error is noted."""
+    def _fitted(self, segment: CurveSegment) -> SplineSheet:
+        """Sheet of a segment through its points at the nodes of time; its error is noted."""
         middle_w = 0.5 * (self.w[:-1] + self.w[1:])
         st, middle = (self.moving.state(w) for w in (self.w, middle_w))
-        s = np.array([0.0, 1.0]) if stretch.linear else self._places(stretch)
-        along = make_interp_spline(s, np.zeros(len(s)), k=1 if stretch.linear else DEGREE)
-        poles = make_interp_spline(s, self._points(stretch, st, s).transpose(1, 0, 2), k=along.k).c
+        s = np.array([0.0, 1.0]) if segment.linear else self._places(segment)
+        along = make_interp_spline(s, np.zeros(len(s)), k=1 if segment.linear else DEGREE)
+        poles = make_interp_spline(s, self._points(segment, st, s).transpose(1, 0, 2), k=along.k).c
         inner = make_interp_spline(self.w, poles.transpose(1, 0, 2), k=DEGREE)
         over = BSpline(inner.t, np.zeros(len(self.w)), DEGREE)
         sheet = SplineSheet(along, over, inner.c.transpose(1, 0, 2))
-        middle_s = np.array([0.5]) if stretch.linear else 0.5 * (s[:-1] + s[1:])
-        exact = self._points(stretch, middle, middle_s)
+        middle_s = np.array([0.5]) if segment.linear else 0.5 * (s[:-1] + s[1:])
+        exact = self._points(segment, middle, middle_s)
         found = BSpline(over.t, BSpline(along.t, sheet.poles, along.k)(middle_s).transpose(1, 0, 2), DEGREE)(
             middle_w
         )
         self.error = max(self.error, float(np.linalg.norm(found - exact, axis=-1).max()))
         return sheet
 
-    def _points(self, stretch: Stretch, st: State, s: Floats) -> Floats:
+    def _points(self, segment: CurveSegment, st: State, s: Floats) -> Floats:
         """(n, m, 3) mm; refused where there are none."""
-        found = stretch.points(self.grazes, st, s)
+        found = segment.points(self.grazing, st, s)
         if not np.isfinite(found).all():
             raise SweepError("the grazing curve ends on its way over a face")
         return found
 
     def _patch(self, lens: Lens) -> RimPatch:
-        ring = self.grazes.rings[lens.ring]
-        number, edge = next((k, e) for k, e in enumerate(self.grazes.elements) if e.kind == "edge" and lens.ring in (
+        ring = self.grazing.rings[lens.ring]
+        number, edge = next((k, e) for k, e in enumerate(self.grazing.elements) if e.kind == "edge" and lens.ring in (
             e.lower, e.upper))  # fmt: skip
         ends = (lens.ring, -1), (lens.ring, 1)
-        return RimPatch(number, ends, ring.r, ring.z, self.grazes.fan(edge), lens.lo, lens.hi)
+        return RimPatch(number, ends, ring.r, ring.z, self.grazing.fan(edge), lens.lo, lens.hi)
 
     def _lens(self, lens: Lens, patch: RimPatch, sheet: SplineSheet) -> None:
         """Face of a lens of the rim: its border, and the last (or first) pose of the rim."""
-        ring, size = self.grazes.rings[lens.ring], lens.hi - lens.lo
+        ring, size = self.grazing.rings[lens.ring], lens.hi - lens.lo
 
         def path(s: Floats) -> Floats:
             return np.column_stack([s, lens.border(self.moving, ring, lens.lo + s * size)])
@@ -162,14 +162,14 @@ class _Turning:
         self.rims[lens.sign].put(ring.joint, lens.lo, lens.hi, rim)
         loop = [Use(rim, (0.0, w), (1.0, w)), Use(border, path=trace)]
         at = 0.5 * (w + float(trace(0.5)[1]))
-        normal = patch.normals(self.grazes, self.moving.state(np.array([at])), np.array([0.5]))[0, 0]
+        normal = patch.normals(self.grazing, self.moving.state(np.array([at])), np.array([0.5]))[0, 0]
         self.build.face(sheet, [loop], np.array([0.5, at]), normal)
         line = self.build.edge(Straight(*(self.build.place(v) for v in (border.first, border.last))))
         self.lenses[lens.ring] = border, line
 
     def _times(self) -> Floats:
         """Nodes in time that serve all ties and, sampled, all sheets."""
-        g, s = self.grazes, np.array([0.03, 0.15, 0.35, 0.5, 0.65, 0.85, 0.97])
+        g, s = self.grazing, np.array([0.03, 0.15, 0.35, 0.5, 0.65, 0.85, 0.97])
 
         wanted = min(self.fit, CURVE_FIT_MM) if g.valley or g.lenses else self.fit
         share = wanted / self.fit  # only what lies in a plane of the tool has to be as good as that plane
@@ -177,7 +177,7 @@ class _Turning:
         def paths(w: Floats) -> Floats:
             st = g.moving.state(w)
             ties = [g.tie(end, st) * (1.0 if end in g.valley else share) for end in g.ends]
-            curved = [share * self._points(e, st, s).reshape(len(w), -1) for e in g.stretches if not e.linear]
+            curved = [share * self._points(e, st, s).reshape(len(w), -1) for e in g.segments if not e.linear]
             lenses = [self._points(self._patch(lens), st, s).reshape(len(w), -1) for lens in g.lenses]
             return np.concatenate([*ties, *curved, *lenses], axis=1)
 
@@ -186,52 +186,52 @@ class _Turning:
             raise SweepError("the grazing curve moves too unevenly for a spline in time")
         return nodes
 
-    def _places(self, stretch: Stretch) -> Floats:
-        """Nodes along a stretch that serve both ends of the block, where its border lies on a cap, and between."""
+    def _places(self, segment: CurveSegment) -> Floats:
+        """Nodes along a segment that serve both ends of the block, where its border lies on a cap, and between."""
         st = self.moving.state(np.array([0.0, 0.25, 0.5, 0.75, 1.0]))
 
         def curves(s: Floats) -> Floats:
-            return self._points(stretch, st, s).transpose(1, 0, 2).reshape(len(s), -1)
+            return self._points(segment, st, s).transpose(1, 0, 2).reshape(len(s), -1)
 
         nodes, error = nodes_for(curves, 0.0, 1.0, CURVE_FIT_MM, first=7, most=NODES)
         if error > 3.0 * CURVE_FIT_MM:
             raise SweepError("the grazing curve bends too sharply for a spline")
         return nodes
 
-    def _sheet(self, number: int, stretch: Stretch, sheet: SplineSheet) -> None:
+    def _sheet(self, number: int, segment: CurveSegment, sheet: SplineSheet) -> None:
         loop: list[Use] = []
-        last, first = (self.ties[stretch.ends[k]] for k in (1, 0))
+        last, first = (self.ties[segment.ends[k]] for k in (1, 0))
         for sign, w in ((-1, 0.0), (1, 1.0)):
-            edges = self._border(stretch, sheet.u, sheet.poles[:, -1 if sign > 0 else 0], sign)
+            edges = self._border(segment, sheet.u, sheet.poles[:, -1 if sign > 0 else 0], sign)
             self.curves[number, sign] = edges
-            stops = [0.0, 1.0] if stretch.linear else [edges[0].curve.t0, *(e.curve.t1 for e in edges)]
+            stops = [0.0, 1.0] if segment.linear else [edges[0].curve.t0, *(e.curve.t1 for e in edges)]
             uses = [Use(e, (a, w), (b, w)) for e, (a, b) in zip(edges, pairwise(stops), strict=True)]
             loop += uses if sign < 0 else uses[::-1]
             if sign < 0:
                 loop.append(Use(last, (1.0, 0.0), (1.0, 1.0)))
         loop.append(Use(first, (0.0, 0.0), (0.0, 1.0)))
         half = np.array([0.5])
-        normal = stretch.normals(self.grazes, self.moving.state(half), half)[0, 0]
-        if not isinstance(stretch, EdgeSpan) and self.grazes.fold(stretch, half, half)[0, 0] < 0.0:
+        normal = segment.normals(self.grazing, self.moving.state(half), half)[0, 0]
+        if not isinstance(segment, EdgeSpan) and self.grazing.fold(segment, half, half)[0, 0] < 0.0:
             normal = -normal  # a sheet that lies inside is passed the other way
         self.build.face(sheet, [loop], np.array([0.5, 0.5]), normal)
 
-    def _border(self, stretch: Stretch, along: BSpline, poles: Floats, sign: int) -> list[Edge]:
+    def _border(self, segment: CurveSegment, along: BSpline, poles: Floats, sign: int) -> list[Edge]:
         """Edges of the grazing curve in a pose, cut where a cap is cut."""
-        if stretch.linear:
+        if segment.linear:
             return [self.build.edge(Straight(poles[0], poles[-1]))]
         whole = Spline(BSpline(along.t, poles, along.k), 0.0)
-        inside = [0.5] if (stretch.element, sign) in self.cuts and _turns(stretch) else []
-        if isinstance(stretch, EdgeSpan):  # a cap beside it may be cut there
-            joint = self.grazes.rings[stretch.ends[0][0]].joint
-            ua, ub = self.grazes.span(stretch.ends, self.states[sign], np.array([0.0, 1.0]))[0].tolist()
+        inside = [0.5] if (segment.element, sign) in self.cuts and _turns(segment) else []
+        if isinstance(segment, EdgeSpan):  # a cap beside it may be cut there
+            joint = self.grazing.rings[segment.ends[0][0]].joint
+            ua, ub = self.grazing.span(segment.ends, self.states[sign], np.array([0.0, 1.0]))[0].tolist()
             turns = 2.0 * np.pi * np.arange(-3, 4)
             lo, hi = sorted((ua, ub))
             marks = (u + t for u in self.rims[sign]._breaks[joint] for t in turns)
             inside = sorted((u - ua) / (ub - ua) for u in marks if lo + 1e-9 < u < hi - 1e-9)
         stops = [0.0, *inside, 1.0]
         edges = [self.build.edge(Part(whole, a, b)) for a, b in pairwise(stops)]
-        if isinstance(stretch, EdgeSpan):
+        if isinstance(segment, EdgeSpan):
             for edge, share in zip(edges, pairwise(stops), strict=True):
                 lo, hi = sorted(ua + s * (ub - ua) for s in share)
                 self.rims[sign].put(joint, lo, hi, edge)
@@ -243,7 +243,7 @@ class _Turning:
         """Angles of a ring between which its face belongs to the cap; a whole turn or None."""
         if ring is None:
             return None
-        g = self.grazes
+        g = self.grazing
         for lens in g.lenses:
             if (lens.ring, lens.sign) == (ring, sign):
                 return lens.lo, lens.hi
@@ -254,7 +254,7 @@ class _Turning:
 
     def prepare(self) -> None:
         """Vertices of all circles, and the meridians at which caps are cut."""
-        g = self.grazes
+        g = self.grazing
         for sign in (-1, 1):
             rim = self.rims[sign]
             for k, circle in enumerate(g.rings):
@@ -267,19 +267,19 @@ class _Turning:
                         for ring in (e.lower, e.upper):
                             if ring is not None and (turn is None or turn.ends[0][0] != ring):
                                 rim.break_at(g.rings[ring].joint, [u])
-            for span in g.stretches:
+            for span in g.segments:
                 if isinstance(span, EdgeSpan) and not g.present[span.ends[0][0]]:
                     rim.break_at(g.rings[span.ends[0][0]].joint, [0.0, np.pi])
             for circle in g.rings:
                 if not rim._breaks.get(circle.joint):
                     rim.break_at(circle.joint, [0.0])
 
-    def _turning(self, number: int) -> list[Stretch]:
-        return [s for s in self.grazes.stretches if s.element == number and _turns(s)]
+    def _turning(self, number: int) -> list[CurveSegment]:
+        return [s for s in self.grazing.segments if s.element == number and _turns(s)]
 
     def _wraps(self, number: int, sign: int) -> bool:
         """Whether the cap on an element runs round the axis, or over too much of a ball."""
-        g, e = self.grazes, self.grazes.elements[number]
+        g, e = self.grazing, self.grazing.elements[number]
         for ring in (e.lower, e.upper):
             if ring is not None and not g.present[ring] and g.sign[ring] == sign:
                 return not (e.kind == "arc" and abs(e.segment.cr) <= FLAT_MM and e.lower is None)
@@ -294,11 +294,11 @@ class _Turning:
             return bool(abs(V @ self.states[sign].axis[0]) > STEEP * np.linalg.norm(V))
         return True
 
-    def _meridians(self, number: int, sign: int) -> list[tuple[float, Stretch | None]]:
+    def _meridians(self, number: int, sign: int) -> list[tuple[float, CurveSegment | None]]:
         """Two angles, the lower one first, at which a cap is cut, each with the curve that turns there."""
-        found: list[tuple[float, Stretch | None]] = [
+        found: list[tuple[float, CurveSegment | None]] = [
             (
-                float(turn.place(self.grazes, self.states[sign], np.array([0.5]))[3][0, 0]) % (2.0 * np.pi),
+                float(turn.place(self.grazing, self.states[sign], np.array([0.5]))[3][0, 0]) % (2.0 * np.pi),
                 turn,
             )
             for turn in self._turning(number)
@@ -312,14 +312,14 @@ class _Turning:
     def caps(self) -> None:
         """Faces of both poses."""
         for sign in (-1, 1):
-            for number, e in enumerate(self.grazes.elements):
+            for number, e in enumerate(self.grazing.elements):
                 if e.kind == "disc":
                     self._disc(number, sign)
                 elif e.kind in ("line", "arc"):
                     self._cap(number, sign)
 
     def _disc(self, number: int, sign: int) -> None:
-        g, e, pose = self.grazes, self.grazes.elements[number], self.poses[sign]
+        g, e, pose = self.grazing, self.grazing.elements[number], self.poses[sign]
         ring = e.lower if e.lower is not None else e.upper
         assert ring is not None
         arc = self.kept(ring, sign)
@@ -335,7 +335,7 @@ class _Turning:
             holes = [[border, line]] if whole else []
             edges += [] if whole else [line]
         if g.present[ring]:
-            edges += [edge for k, s in enumerate(g.stretches) if s.element == number
+            edges += [edge for k, s in enumerate(g.segments) if s.element == number
                       for edge in self.curves[k, sign]]  # fmt: skip
             edges += self._valley(ring, sign)
         point = pose.point(0.0, g.rings[ring].z, 0.0)
@@ -345,7 +345,7 @@ class _Turning:
 
     def _valley(self, ring: int, sign: int) -> list[Edge]:
         """Where a pose of a disc meets its other pose and the sheets of the rim."""
-        g = self.grazes
+        g = self.grazing
         if (ring, 1) not in g.valley:
             return []
         corners, ties = [], []
@@ -364,12 +364,12 @@ class _Turning:
         return ties + self.curves[key]
 
     def _cap(self, number: int, sign: int) -> None:
-        g, e = self.grazes, self.grazes.elements[number]
+        g, e = self.grazing, self.grazing.elements[number]
         if (number, sign) in self.cuts:
             self._halves(number, sign)
             return
         edges = [
-            edge for k, s in enumerate(g.stretches) if s.element == number for edge in self.curves[k, sign]
+            edge for k, s in enumerate(g.segments) if s.element == number for edge in self.curves[k, sign]
         ]
         for ring in (e.lower, e.upper):
             arc = self.kept(ring, sign)
@@ -392,7 +392,7 @@ class _Turning:
 
     def _halves(self, number: int, sign: int) -> None:
         """A cap that runs all round, cut along two meridians."""
-        g, e, pose = self.grazes, self.grazes.elements[number], self.poses[sign]
+        g, e, pose = self.grazing, self.grazing.elements[number], self.poses[sign]
         cuts, s, st = self.cuts[number, sign], e.segment, self.states[sign]
         ribs, halves = [], [[], []]  # type: tuple[list[Edge], list[list[Edge]]]
         for k, (u, turn) in enumerate(cuts):
@@ -402,7 +402,7 @@ class _Turning:
                 at = beta if isinstance(curve, Circle) else curve.t1 * (z - s.z0) / (s.z1 - s.z0)
                 up = turn.ends[0][0] == e.upper
                 curve = Part(curve, curve.t0, at) if up else Part(curve, at, curve.t1)
-                parts = self.curves[g.stretches.index(turn), sign]
+                parts = self.curves[g.segments.index(turn), sign]
                 later = float(turn.place(g, st, np.array([0.75]))[3][0, 0])
                 ahead = 1 if np.sin(later - u) > 0.0 else 0
                 halves[k].append(parts[ahead])
@@ -427,7 +427,7 @@ class _Turning:
         self, number: int, sign: int, edges: list[Edge], span: tuple[float, float], beyond: float = 1.6
     ) -> None:
         """beyond : rad by which a ball's cap may reach farther around than its span."""
-        pose, s = self.poses[sign], self.grazes.elements[number].segment
+        pose, s = self.poses[sign], self.grazing.elements[number].segment
         st = self.states[sign]
         region = hints = None
         if s.is_arc and abs(s.cr) <= FLAT_MM:
@@ -450,11 +450,11 @@ class _Turning:
         self.build.face(surface, [edges], probe, outward)
 
 
-def _turns(stretch: Stretch) -> bool:
-    return stretch.ends[0][0] == stretch.ends[1][0] and not isinstance(stretch, Chord | EdgeSpan)
+def _turns(segment: CurveSegment) -> bool:
+    return segment.ends[0][0] == segment.ends[1][0] and not isinstance(segment, Chord | EdgeSpan)
 
 
-def turning(grazes: Grazes, fit_mm: float) -> Built:
+def enveloped(grazing: GrazingCurve, fit_mm: float) -> Built:
     """Faces of the sweep of the convex profile that grazes.
 
     Raises
@@ -464,8 +464,8 @@ def turning(grazes: Grazes, fit_mm: float) -> Built:
     EngineError
         Edges do not fit.
     """
-    work = _Turning(grazes, fit_mm)
+    work = _Envelope(grazing, fit_mm)
     work.prepare()
     work.sheets()
     work.caps()
-    return Built(work.build, max(work.error, SAME_VERTEX_MM), work.grazes)
+    return Built(work.build, max(work.error, SAME_VERTEX_MM), work.grazing)
