@@ -65,7 +65,7 @@ def test_pieces_are_the_whole(name):
             np.testing.assert_allclose(part.axis(T), motion.axis(a + T * (b - a)), atol=1e-9)
         assert sum(part.length for part in parts) == pytest.approx(motion.length, rel=1e-9)
         np.testing.assert_array_equal(parts[0].start, motion.start)
-        assert motion.turned == pytest.approx(sum(part.turned for part in parts), rel=1e-7)
+        assert motion.rotation == pytest.approx(sum(part.rotation for part in parts), rel=1e-7)
 
 
 @pytest.mark.parametrize("name", FIVE_AXIS)
@@ -79,7 +79,7 @@ def test_extent(name):
         steps = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
         assert steps <= motion.length * (1 + 1e-12) and steps == pytest.approx(motion.length, rel=1e-6)
         assert (np.ptp(points, axis=0) > 0.9 * (high - low) - 0.2).all()
-        assert np.linalg.norm(np.diff(axes, axis=0), axis=1).sum() <= motion.turned * (1 + 1e-9)
+        assert np.linalg.norm(np.diff(axes, axis=0), axis=1).sum() <= motion.rotation * (1 + 1e-9)
         assert not motion.is_upright
 
 

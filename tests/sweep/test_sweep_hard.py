@@ -214,14 +214,14 @@ def test_a_search_that_is_given_up_says_so(monkeypatch):
     assert visited(0.0) == (False, True)
 
     sweep = Sweep.along(F20, TURNS["tip"])
-    found, search, doubts = sweep.flux(1e-4), flux_kernels.again, []
+    found, search, doubts = sweep.flux(1e-4), flux_kernels.reentry, []
 
     def certain(*args):
         search(*args)
         doubts.append(args[-1].max())
         args[-1][:] = 0.0
 
-    monkeypatch.setattr(flux_kernels, "again", certain)
+    monkeypatch.setattr(flux_kernels, "reentry", certain)
     sure = Sweep.along(F20, TURNS["tip"]).flux(1e-4)
     assert max(doubts) > 0.0 and found.volume == sure.volume
     assert found.error > sure.error

@@ -61,7 +61,7 @@ def test_a_great_circle_has_constant_rate_and_stays_in_its_plane():
     expected = (np.sin((1 - T) * angle)[:, None] * a + np.sin(T * angle)[:, None] * b) / sin(angle)
     assert turn.axis(T) == pytest.approx(expected, abs=CLOSE)
     assert np.linalg.norm(turn.axis_rate(T), axis=1) == pytest.approx(angle, abs=CLOSE)
-    assert turn.turned == pytest.approx(angle, abs=CLOSE)
+    assert turn.rotation == pytest.approx(angle, abs=CLOSE)
 
 
 @pytest.mark.parametrize("angle", [1e-12, 1e-9, 1e-5, 3.1, pi - 1e-6])
@@ -71,7 +71,7 @@ def test_tiny_and_huge_great_circles_meet_their_ends(angle):
     b = cos(angle) * a + sin(angle) * side
     turn = Turn.great_circle(Pose((0, 0, 0), a), Pose((1, 0, 0), b))
     assert turn.axis([0.0, 1.0]) == pytest.approx(np.stack([a, b]), abs=1e-15)
-    assert turn.turned == pytest.approx(angle, rel=1e-3, abs=1e-15)  # the ends are only good to an ulp
+    assert turn.rotation == pytest.approx(angle, rel=1e-3, abs=1e-15)  # the ends are only good to an ulp
 
 
 @pytest.mark.parametrize("name", TURNS)
@@ -107,8 +107,8 @@ def test_turned_and_tip_bounds_are_bounds(name):
     turn = TURNS[name]
     fine = np.linspace(0, 1, 20001)
     arc = float(np.linalg.norm(np.diff(turn.axis(fine), axis=0), axis=1).sum())
-    assert arc <= turn.turned + 1e-12
-    assert turn.turned <= 1.01 * arc + 1e-12
+    assert arc <= turn.rotation + 1e-12
+    assert turn.rotation <= 1.01 * arc + 1e-12
     where = turn.position(fine)
     assert (turn.tip_bounds[0] <= where.min(0) + 1e-12).all()
     assert (turn.tip_bounds[1] >= where.max(0) - 1e-12).all()
@@ -144,7 +144,7 @@ def test_a_turn_without_turning_is_a_line():
     steady = Turn.great_circle(Pose((0, 0, 0), a), Pose((10, 5, 3), a))
     assert steady.is_steady
     assert not steady.is_upright
-    assert steady.turned == 0
+    assert steady.rotation == 0
     whole = Sweep.along(BULL, steady)
     plain, frame = whole.upright() or pytest.fail("a steady axis has an upright twin")
     assert isinstance(plain.path, Line)

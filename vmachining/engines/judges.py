@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from vmachining.engines.protocol import Removal
 
-__all__ = ["Judge", "intersection", "told"]
+__all__ = ["Judge", "in_words", "intersection"]
 
 
 class Judge(NamedTuple):
@@ -31,6 +31,6 @@ def intersection(judges: Sequence[Judge]) -> Removal | None:
     return Removal(lo, min(max(best.estimate, lo), hi), hi, all(ends))
 
 
-def told(judges: Sequence[Judge]) -> str:
+def in_words(judges: Sequence[Judge]) -> str:
     """Their intervals in words."""
     return ", ".join(f"{name} {lo:.6g} to {hi:.6g} mm3" for name, (lo, _, hi, *_) in judges)

@@ -7,7 +7,7 @@ from typing import Any
 
 import polars as pl
 
-from vmachining.engines.judges import Judge, intersection, told
+from vmachining.engines.judges import Judge, in_words, intersection
 from vmachining.job.brep import JUDGED, judges_of
 from vmachining.job.contact import ToolParts
 from vmachining.job.judges import RayWitness
@@ -70,5 +70,5 @@ def _row(block: int, judges: Sequence[Judge]) -> tuple[Any, ...]:
     lo, estimate, hi = judges[-1].removal.bracket
     if intersection(judges) is not None:
         return (block, None, None, None, None, estimate, lo, hi, "")
-    note = f"DISPUTED: {told(judges)}: one of both is wrong"
+    note = f"DISPUTED: {in_words(judges)}: one of both is wrong"
     return (block, None, None, None, "disputed", estimate, lo, hi, note)

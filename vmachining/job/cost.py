@@ -113,7 +113,7 @@ def estimate(toolpath: Toolpath, tools: Mapping[int, ToolParts], chord: float) -
 def _seconds(path: object, cutter: Profile, facets: float, chord: float) -> float:
     line = 0.03 + 1e-5 * facets
     if isinstance(path, Turn) and not (path.is_steady and path.is_straight):
-        return line + 0.04 / chord * max(1.0, 2.0 * path.turned)
+        return line + 0.04 / chord * max(1.0, 2.0 * path.rotation)
     if not isinstance(path, Arc):
         return line
     k = _steps(path.radius + cutter.max_radius, abs(path.angle), chord / FACET_SHARE)

@@ -203,9 +203,9 @@ def _solved(matrix: Floats, right: Floats) -> Floats:
 def _nearest_to_pole(motion: TcpMotion) -> list[float]:
     """Parameters at which the great circle passes closest to the first rotary axis, where joints are fastest."""
     machine = motion.machine
-    if motion.orientation == "rotary" or not machine.rotary or motion.turned == 0.0:
+    if motion.orientation == "rotary" or not machine.rotary or motion.rotation == 0.0:
         return []
     pole = machine.work[:3, :3].T @ machine.axes[machine.rotary[0]].direction
-    u, across = motion.axis(0.0), motion.axis_rate(0.0) / motion.turned
+    u, across = motion.axis(0.0), motion.axis_rate(0.0) / motion.rotation
     angle = np.arctan2(pole @ across, pole @ u) + np.pi * np.array([-1, 0, 1])
-    return [float(t) for t in angle / motion.turned if 0.0 < t < 1.0]
+    return [float(t) for t in angle / motion.rotation if 0.0 < t < 1.0]

@@ -5,7 +5,7 @@ R  `TcpMotion(..., orientation="rotary")`: tip straight, rotary joints linear (t
 V  `TcpMotion(..., orientation="vector")`: tip straight, tool axis on the great circle at constant rate.
 
 All have position, axis and their derivatives, so that a sweep needs no machine: `position`, `axis`, `velocity`,
-`axis_rate`, `acceleration`, `axis_acceleration`, `start`, `end`, `length`, `split`, `tip_bounds`, `turned`,
+`axis_rate`, `acceleration`, `axis_acceleration`, `start`, `end`, `length`, `split`, `tip_bounds`, `rotation`,
 `is_upright`.
 """
 
@@ -104,14 +104,14 @@ class JointMotion:
         return float(tip_lengths(self.machine, self.first[None], self.last[None])[0])
 
     @property
-    def turned(self) -> float:
+    def rotation(self) -> float:
         """rad, sum of the turns of the rotary joints: an upper bound of what the axis sweeps."""
         return float(np.abs(self.last - self.first)[list(self.machine.rotary)].sum())
 
     @property
     def tip_bounds(self) -> Floats:
         """(2, 3): box that contains the tip path; wider than needed by at most the bulge between samples."""
-        count = 16 * (math.ceil(self.turned) + 1)
+        count = 16 * (math.ceil(self.rotation) + 1)
         points = self.position(np.linspace(0.0, 1.0, count + 1))
         slack = float(derivative_bounds(self.machine, self.first, self.last)[0]) / (8 * count**2)
         return np.stack([points.min(axis=0) - slack, points.max(axis=0) + slack])
@@ -212,7 +212,7 @@ class TcpMotion:
         u, v = self._ends()
         normal = np.cross(u, v)
         size = float(np.linalg.norm(normal))
-        turn = normal / size * self.turned if size > 0 else np.zeros(3)
+        turn = normal / size * self.rotation if size > 0 else np.zeros(3)
         return np.cross(turn, self.axis(t))
 
     def acceleration(self, t: ArrayLike) -> Floats:
@@ -223,7 +223,7 @@ class TcpMotion:
         """(..., 3) per unit of t squared."""
         if self.orientation == "rotary":
             return self.machine.rates(self._rotary(t), self._speeds()).axis_acceleration
-        return -(self.turned**2) * self.axis(t)
+        return -(self.rotation**2) * self.axis(t)
 
     @property
     def start(self) -> Floats:
@@ -241,7 +241,7 @@ class TcpMotion:
         return float(np.linalg.norm(self.end - self.start))
 
     @property
-    def turned(self) -> float:
+    def rotation(self) -> float:
         """rad; an upper bound of what the axis sweeps ("vector": exactly that)."""
         if self.orientation == "vector":
             return float(angle_between(*self._ends()))
@@ -289,10 +289,10 @@ class TcpMotion:
 def _is_upright(motion: JointMotion | TcpMotion) -> bool:
     """Whether the tool axis is +z throughout.
 
-    The axis is a sum of n harmonics of t whose frequencies lie within `turned` of zero. Equal steps of less than
+    The axis is a sum of n harmonics of t whose frequencies lie within `rotation` of zero. Equal steps of less than
     half a period of the fastest tell all of them apart, and what vanishes at n such points vanishes.
     """
-    steps = HARMONICS ** len(motion.machine.rotary) * (1 + math.ceil(motion.turned / np.pi))
+    steps = HARMONICS ** len(motion.machine.rotary) * (1 + math.ceil(motion.rotation / np.pi))
     return bool(np.abs(motion.axis(np.linspace(0.0, 1.0, steps + 1)) - (0, 0, 1)).max() < UPRIGHT_EPS)
 
 

@@ -198,7 +198,7 @@ class Turn:
         return float(np.linalg.norm(self.velocity(middle), axis=1).mean())
 
     @property
-    def turned(self) -> float:
+    def rotation(self) -> float:
         """rad that the axis sweeps along its path, an upper bound (exact on a great circle)."""
         series = self.axis_series
         moving = series.frequencies > 0.0

@@ -22,7 +22,7 @@ from typing import Any, TypeVar, cast
 
 from vmachining.errors import EngineError, SweepError
 
-__all__ = ["Gone", "Late", "WorkerProcess", "isolated", "obey_driver"]
+__all__ = ["Late", "WorkerLost", "WorkerProcess", "isolated", "obey_driver"]
 
 T = TypeVar("T")
 
@@ -38,11 +38,11 @@ PR_SET_PDEATHSIG = 1
 """Of <sys/prctl.h>: the signal that a process gets when the thread that made it ends."""
 
 
-class Gone(Exception):  # noqa: N818 - not an error of ours
+class WorkerLost(Exception):  # noqa: N818 - not an error of ours
     """The process does not answer any more; says why."""
 
 
-class Late(Gone):
+class Late(WorkerLost):
     """It takes too long."""
 
 
@@ -86,17 +86,17 @@ def _processor_seconds(pid: int) -> float | None:
 class WorkerProcess:
     """One process with its pipes.
 
-    hello : first message, answered by "ready" or why not. module : run as `python -m`.
+    setup : first message, answered by "ready" or why not. module : run as `python -m`.
 
     Raises
     ------
-    Gone
+    WorkerLost
         It ended before it was ready.
     EngineError
         What it said instead of "ready".
     """
 
-    def __init__(self, hello: bytes, module: str = WORKER) -> None:
+    def __init__(self, setup: bytes, module: str = WORKER) -> None:
         self._process = subprocess.Popen(
             [sys.executable, "-m", module],
             stdin=subprocess.PIPE,
@@ -112,11 +112,11 @@ class WorkerProcess:
         late = threading.Timer(START_SECONDS, self._process.kill)
         late.start()
         try:
-            self._write(hello)
+            self._write(setup)
             greeting = self.receive(START_SECONDS)
             if greeting != "ready":
                 raise EngineError(str(greeting), engine="brep")
-        except (Gone, EngineError):
+        except (WorkerLost, EngineError):
             self.close()
             raise
         finally:
@@ -132,7 +132,7 @@ class WorkerProcess:
         return self.receive(seconds)
 
     def send(self, message: object) -> None:
-        """Raises `Gone` if nobody reads."""
+        """Raises `WorkerLost` if nobody reads."""
         self._write(pickle.dumps(message))
 
     def _write(self, message: bytes) -> None:
@@ -141,14 +141,14 @@ class WorkerProcess:
             self._process.stdin.write(message)
             self._process.stdin.flush()
         except OSError as exc:
-            raise Gone(self._end()) from exc
+            raise WorkerLost(self._end()) from exc
 
     def receive(self, seconds: float) -> Any:
         """The next answer.
 
         Raises
         ------
-        Late, Gone
+        Late, WorkerLost
             None within so many seconds of its processor; or it ended.
         """
         watch = self.watch()
@@ -161,7 +161,7 @@ class WorkerProcess:
                     raise Late(f"no answer within {max(seconds, 0.0):.3g} s of a processor") from None
                 continue
             if not good:
-                raise Gone(self._end())
+                raise WorkerLost(self._end())
             return answer
 
     def kill(self) -> None:
@@ -215,7 +215,7 @@ def isolated(function: Callable[..., T], *arguments: Any, seconds: float) -> T:
     try:
         worker = WorkerProcess(pickle.dumps((None, [], None, None)))
         kind, answer = worker.call(("call", function, arguments), seconds)
-    except (Gone, OSError) as exc:
+    except (WorkerLost, OSError) as exc:
         raise EngineError(str(exc), engine="brep") from exc
     finally:
         if worker is not None:

@@ -180,13 +180,13 @@ def visited(seg, ends, limits, waves, x, y, z, until, depth, patience, cells, p)
 
 
 @kernel
-def again(
-    faces, beta, seg, ends, limits, waves, times, shares, which, steps, depth, patience, out, doubt
+def reentry(
+    faces, beta, seg, ends, limits, waves, times, shares, which, steps, depth, patience, out, unsettled
 ) -> None:  # fmt: skip
     """Flux of re-entry per time and share of a face; point i lies on face which[i].
 
     Around each circle the front arc is cut where a point changes from new to visited: `steps` samples, then
-    bisection; f has a closed integral in between. doubt: flux of the stretches next to a point whose search was
+    bisection; f has a closed integral in between. unsettled: flux of the stretches next to a point whose search was
     given up, counted as new.
     """
     p, q, c, cells = np.zeros(12), np.zeros(12), np.zeros(5), np.zeros((160, 7))
@@ -208,7 +208,7 @@ def again(
             a, b = a + w * x[m], b + w * y[m]
         level = c[3] * lift
         r = np.sqrt(a * a + b * b)
-        out[i] = doubt[i] = 0.0
+        out[i] = unsettled[i] = 0.0
         if level <= -r or (r == 0.0 and level == 0.0):
             continue
         half = np.pi if level >= r else np.arccos(-level / r)
@@ -241,14 +241,14 @@ def again(
                     total += arc(a, b, level, start, hi)
                 start, on, known = hi, now, now
             if open_:
-                doubt[i] += arc(a, b, level, u_known, u)
+                unsettled[i] += arc(a, b, level, u_known, u)
             u_known = u
         if lost:
-            doubt[i] += arc(a, b, level, u_known, heading + half)
+            unsettled[i] += arc(a, b, level, u_known, heading + half)
         if on:
             total += arc(a, b, level, start, heading + half)
         out[i] = total * c[4] * c[0]
-        doubt[i] *= c[4] * c[0]
+        unsettled[i] *= c[4] * c[0]
 
 
 @leaf

@@ -104,13 +104,15 @@ def _again(
     def integrals(which: Ints, low: Floats, size: Floats, steps: int) -> tuple[Floats, Floats]:
         """W per rectangle, and what of the flux there was counted as new because a search was given up."""
         where = low[:, None] + size[:, None] * pair
-        out, doubt = np.empty((2, where.shape[0] * where.shape[1]))
-        _kernels.again(
+        out, unsettled = np.empty((2, where.shape[0] * where.shape[1]))
+        _kernels.reentry(
             faces, beta, packed.seg, packed.ends, packed.limits, packed.waves,
             where[..., 0].ravel(), where[..., 1].ravel(), np.repeat(which, len(pair)), steps, DEPTH, patience,
-            out, doubt,
+            out, unsettled,
         )  # fmt: skip
-        total, unsure = (size.prod(axis=1) * (v.reshape(len(which), -1) @ pair_weights) for v in (out, doubt))
+        total, unsure = (
+            size.prod(axis=1) * (v.reshape(len(which), -1) @ pair_weights) for v in (out, unsettled)
+        )
         return np.asarray(total), np.asarray(unsure)
 
     which, cell, low, size = _first(faces, beta, terms, packed.waves)

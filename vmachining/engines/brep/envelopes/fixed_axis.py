@@ -111,7 +111,7 @@ class FixedAxis(NamedTuple):
         line, sides = lines[0], S / rate[:, None]
         across = [v - (v @ line) * line for v in (A[0], A[-1])]
         angle = float(np.arctan2(np.cross(*across) @ line, across[0] @ across[1]))
-        if path.turned >= WIDEST * float(np.linalg.norm(across[0])):
+        if path.rotation >= WIDEST * float(np.linalg.norm(across[0])):
             return None
         return cls(pivot, k, line, (A[0], A[-1]), (sides[0], sides[-1]), angle, off)
 

@@ -13,7 +13,7 @@ from vmachining.engines.brep.occt.booleans import box_of
 from vmachining.engines.brep.removal.attempts import ATTEMPTS, Attempt, Task, shapes
 from vmachining.engines.brep.removal.gate import Status, Value, Verdict, error_of
 from vmachining.engines.brep.removal.store import NOTHING_KEPT, Store
-from vmachining.engines.judges import Judge, intersection, told
+from vmachining.engines.judges import Judge, in_words, intersection
 from vmachining.errors import EngineError, SweepError
 from vmachining.sweep import Sweep
 from vmachining.sweep.near import SweepIndex
@@ -91,7 +91,7 @@ class BlockChecker:
         verdict = partial(Verdict, judges=tuple(judges))
         truth = intersection(judges)
         if truth is None:
-            return verdict(Status.DISPUTED, reason=f"{told(judges)}: one of both is wrong")
+            return verdict(Status.DISPUTED, reason=f"{in_words(judges)}: one of both is wrong")
         tell(SOLIDS)
         try:
             tasks = self._tasks(block)

@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from vmachining.engines.brep.blank import Blank
-from vmachining.engines.brep.process import START_SECONDS, Gone, Late, WorkerProcess
+from vmachining.engines.brep.process import START_SECONDS, Late, WorkerLost, WorkerProcess
 from vmachining.engines.brep.removal.attempts import ATTEMPTS
 from vmachining.engines.brep.removal.check import JUDGES, SOLIDS, Witness
 from vmachining.engines.brep.removal.gate import ATTEMPT_SHARE, Status, Verdict
@@ -63,7 +63,7 @@ class _Block:
                 doing = answer
                 if doing in self.attempts:
                     self.attempts = self.attempts[self.attempts.index(doing) + 1 :]
-        except Gone as exc:
+        except WorkerLost as exc:
             self.is_lost = True
             self._used += watch.used()
             self._reasons.append(f"{doing}: {exc}")
@@ -118,7 +118,7 @@ def check_blocks(
     # a block needs what came before it, no worker needs what comes after the last one asked for
     last = max(asked, default=-1)
     folder = tempfile.TemporaryDirectory(prefix="vmachining-", ignore_cleanup_errors=True)
-    hello = pickle.dumps((stock, [list(block) for block in blocks[: last + 1]], Path(folder.name), witness))
+    setup = pickle.dumps((stock, [list(block) for block in blocks[: last + 1]], Path(folder.name), witness))
     items = [(number, _judges(said)) for number, said in sorted(asked.items())]
     run = max(1, min(RUN, len(items) // (8 * max(1, workers))))
     waiting: queue.SimpleQueue[list[tuple[int, Sequence[Judge]]]] = queue.SimpleQueue()
@@ -128,8 +128,8 @@ def check_blocks(
     ended = threading.Event()
     running: set[WorkerProcess] = set()
 
-    def hire() -> WorkerProcess:
-        worker = WorkerProcess(hello)
+    def started_worker() -> WorkerProcess:
+        worker = WorkerProcess(setup)
         running.add(worker)
         return worker
 
@@ -155,7 +155,7 @@ def check_blocks(
                 work, verdict, cost = _Block(number, judges, seconds, attempts), None, False
                 while verdict is None:
                     if worker is None:
-                        worker, done = hire(), 0
+                        worker, done = started_worker(), 0
                     if ended.is_set():
                         return
                     verdict = work.ask(worker, cost)
@@ -164,7 +164,7 @@ def check_blocks(
                         worker, cost = None, True
                 done += 1
                 answers.put((number, verdict))
-        except (Gone, OSError) as exc:
+        except (WorkerLost, OSError) as exc:
             answers.put(EngineError(f"no worker process: {exc}", engine="brep"))
         except EngineError as exc:
             answers.put(exc)
@@ -228,12 +228,12 @@ def step_file(
     EngineError
         Refused: the text says which block and why; no file is left. Or the worker died or took too long.
     """
-    hello = pickle.dumps((stock, [list(block) for block in blocks], None, None))
+    setup = pickle.dumps((stock, [list(block) for block in blocks], None, None))
     worker: WorkerProcess | None = None
     try:
-        worker = WorkerProcess(hello)
+        worker = WorkerProcess(setup)
         answer = worker.call(("write", path, list(brackets), list(labels)), seconds)
-    except (Gone, OSError) as exc:
+    except (WorkerLost, OSError) as exc:
         answer = str(exc)
     finally:
         if worker is not None:

@@ -14,7 +14,7 @@ from types import TracebackType
 
 from vmachining.arrays import Floats
 from vmachining.engines.brep.blank import Blank
-from vmachining.engines.brep.process import Gone, WorkerProcess
+from vmachining.engines.brep.process import WorkerLost, WorkerProcess
 from vmachining.errors import EngineError, SweepError
 from vmachining.sweep import Stance, Sweep
 from vmachining.tool import Edge, EdgeParts
@@ -46,10 +46,10 @@ class BrepWorkpiece:
     _worker: WorkerProcess | None = field(default=None, repr=False)
 
     def __enter__(self) -> BrepWorkpiece:
-        hello = pickle.dumps((self.stock, list(self.past), self.stock_code))
+        setup = pickle.dumps((self.stock, list(self.past), self.stock_code))
         try:
-            self._worker = WorkerProcess(hello, WORKER)
-        except (Gone, OSError) as exc:
+            self._worker = WorkerProcess(setup, WORKER)
+        except (WorkerLost, OSError) as exc:
             raise EngineError(f"no worker process: {exc}", engine="brep") from exc
         try:
             self._ask("build")
@@ -78,7 +78,7 @@ class BrepWorkpiece:
             raise EngineError("the process of the solids is not running", engine="brep")
         try:
             answer = self._worker.call(question, self.seconds)
-        except Gone as exc:
+        except WorkerLost as exc:
             raise EngineError(str(exc), engine="brep") from exc
         if isinstance(answer, SweepError):
             raise SweepError(answer.message, remedy="take method dexel")

@@ -3,7 +3,7 @@
 # Legend
 #   pose (m, 17)   per instant: tip, X, Y, A (3 each, frame carried along with A), tip velocity along X, Y, A,
 #                  dA/dt along X and Y
-#   row (n, 4)     h, r, n_r, n_z of a circle            skin (n, 2)   h, r of facets at rest
+#   row (n, 4)     h, r, n_r, n_z of a circle            resting (n, 2)   h, r of facets at rest
 #   group (n,)     rows of one circle share a number     between (n - 1, 6)  see `rows.Rows`
 #   cos, sin (q,)  columns
 #   j, i, k        instant, row, column; f normal velocity of the surface point; a node is in where f > tol
@@ -97,7 +97,7 @@ def _shy(s):
 
 
 @kernel
-def skin_of(pose, row, skin, group, between, cos, sin, tol, first, last, whole):
+def advancing_mesh(pose, row, resting, group, between, cos, sin, tol, first, last, whole):
     """Closed mesh of the volume that the advancing part of the surface sweeps between two instants.
 
     At its start it is closed by the cone from a point of the axis over the grazing curve, or with `whole` by
@@ -126,7 +126,7 @@ def skin_of(pose, row, skin, group, between, cos, sin, tol, first, last, whole):
     ring = np.full((m, rings, q), -1, np.int32)
     rest = np.full((2, rings, q), -1, np.int32)
     count = 0 if whole else 1
-    same = bool((skin == row[:, :2]).all())
+    same = bool((resting == row[:, :2]).all())
     for j in range(m):
         p = pose[first + j]
         for i in range(n):
@@ -242,14 +242,14 @@ def skin_of(pose, row, skin, group, between, cos, sin, tol, first, last, whole):
                 if j == 0 and whole:
                     count, total = _cap(
                         points, triangles, count, total, FACES[0], corner, onward, edge, rest, ring, pose, row,
-                        skin, group, cos, sin, first, 0, 0, i, k, True, same,
+                        resting, group, cos, sin, first, 0, 0, i, k, True, same,
                     )  # fmt: skip
                 elif j == 0 and some and not every:
                     total = _cone(triangles, total, FACES[0], corner, onward, edge, i, k, then, apex)
                 if j == m - 2:
                     count, total = _cap(
                         points, triangles, count, total, FACES[1], corner, onward, edge, rest, ring, pose, row,
-                        skin, group, cos, sin, first, j, m - 1, i, k, False, same,
+                        resting, group, cos, sin, first, j, m - 1, i, k, False, same,
                     )  # fmt: skip
     return points[:count].copy(), triangles[:total].copy(), area, wrong
 
@@ -340,7 +340,7 @@ def _facing(triangles, begin, end, points, pose, row, cos, sin, j, i, k):
 
 @kernel
 def _cap(
-    points, triangles, count, total, face, corner, onward, edge, rest, ring, pose, row, skin, group, cos, sin,
+    points, triangles, count, total, face, corner, onward, edge, rest, ring, pose, row, resting, group, cos, sin,
     first, cell, level, i, k, outside, same,
 ):  # fmt: skip
     """Part of one cell's face at the first or the last instant: where it is in, or `outside`, where it is not.
@@ -356,7 +356,7 @@ def _cap(
             a, b = face[s], face[(s + 1) % 4]
             if not corner[a]:
                 count, loop[size] = _rest(
-                    points, count, rest, ring, pose, row, skin, group, cos, sin, first, level, which, i, k, then,
+                    points, count, rest, ring, pose, row, resting, group, cos, sin, first, level, which, i, k, then,
                     a, same,
                 )  # fmt: skip
                 size += 1
@@ -376,7 +376,7 @@ def _cap(
             loop[0], size = _crossing(edge, onward[a, b], cell, i, k, then), 1
         while corner[face[t % 4]] and t <= s + 4:
             count, loop[size] = _rest(
-                points, count, rest, ring, pose, row, skin, group, cos, sin, first, level, which, i, k, then,
+                points, count, rest, ring, pose, row, resting, group, cos, sin, first, level, which, i, k, then,
                 face[t % 4], same,
             )  # fmt: skip
             size += 1
@@ -408,7 +408,24 @@ def _cone(triangles, total, face, corner, onward, edge, i, k, then, apex):
 
 @leaf
 def _rest(
-    points, count, rest, ring, pose, row, skin, group, cos, sin, first, level, which, i, k, then, corner, same
+    points,
+    count,
+    rest,
+    ring,
+    pose,
+    row,
+    resting,
+    group,
+    cos,
+    sin,
+    first,
+    level,
+    which,
+    i,
+    k,
+    then,
+    corner,
+    same,
 ):
     """Number of the facet corner of the body at rest, made if it has none."""
     r, c = i + ((corner >> 1) & 1), then if corner & 1 else k
@@ -419,25 +436,25 @@ def _rest(
         count = _ring(points, ring, count, pose, row, group, cos, sin, first, level, r, c)
         return count, ring[level, g, c]
     if rest[which, g, c] < 0:
-        _place(points, count, pose, first + level, skin[r, 0], skin[r, 1], cos[c], sin[c])
+        _place(points, count, pose, first + level, resting[r, 0], resting[r, 1], cos[c], sin[c])
         rest[which, g, c] = count
         count += 1
     return count, rest[which, g, c]
 
 
 @kernel
-def at_rest(pose, j, skin, group, cos, sin):
+def at_rest(pose, j, resting, group, cos, sin):
     """Closed mesh (points, triangles) of the whole body at one instant."""
-    n, q = skin.shape[0], cos.shape[0]
+    n, q = resting.shape[0], cos.shape[0]
     rings = group[n - 1] + 1
     points = np.empty(((rings - 2) * q + 2, 3))
     for i in range(n):
         g = group[i]
         if g == 0 or g == rings - 1:
-            _place(points, 0 if g == 0 else 1, pose, j, skin[i, 0], 0.0, 1.0, 0.0)
+            _place(points, 0 if g == 0 else 1, pose, j, resting[i, 0], 0.0, 1.0, 0.0)
             continue
         for k in range(q):
-            _place(points, 2 + (g - 1) * q + k, pose, j, skin[i, 0], skin[i, 1], cos[k], sin[k])
+            _place(points, 2 + (g - 1) * q + k, pose, j, resting[i, 0], resting[i, 1], cos[k], sin[k])
     triangles = np.empty((2 * q * (rings - 1), 3), np.int64)
     loop = np.empty(4, np.int64)
     total = 0

@@ -135,9 +135,9 @@ def _part(
         apart = APART * chord * {Side.INNER: -share, Side.FAIR: share - 0.5, Side.OUTER: share}[side]
         return rows_of(part, plan.sag, offset + apart, plan.spacing, plan.columns, side)
 
-    def skin(rows: Rows, first: int, last: int, whole: bool) -> tuple[Floats, Ints, float, float]:
-        result: tuple[Floats, Ints, float, float] = _kernels.skin_of(  # type: ignore[no-untyped-call]
-            pose, rows.circles, rows.skin, rows.group, rows.between, cos, sin, still, first, last, whole
+    def resting(rows: Rows, first: int, last: int, whole: bool) -> tuple[Floats, Ints, float, float]:
+        result: tuple[Floats, Ints, float, float] = _kernels.advancing_mesh(  # type: ignore[no-untyped-call]
+            pose, rows.circles, rows.resting, rows.group, rows.between, cos, sin, still, first, last, whole
         )
         return result
 
@@ -145,7 +145,7 @@ def _part(
     if known is None:
         return
     if _winding(turn, pose) <= LARGEST_TURN:
-        points, triangles, area, wrong = skin(known, 0, plan.steps, not chained)
+        points, triangles, area, wrong = resting(known, 0, plan.steps, not chained)
         if wrong <= WRONG * area:
             if len(triangles) and not _apart(points, box):
                 yield points, triangles
@@ -153,14 +153,14 @@ def _part(
     parts = max(1, int(np.ceil(float(speed.max()) / (part.max_radius / 2.0))))
     ends = np.unique(np.round(np.linspace(0, plan.steps, parts + 1)).astype(int)).tolist()
     if not chained:
-        points, triangles = _kernels.at_rest(pose, 0, known.skin, known.group, cos, sin)  # type: ignore[no-untyped-call]
+        points, triangles = _kernels.at_rest(pose, 0, known.resting, known.group, cos, sin)  # type: ignore[no-untyped-call]
         if not _apart(points, box):
             yield points, triangles
     for number, (first, last) in enumerate(pairwise(ends), start=1):
         rows = body(number)
         if rows is None:
             continue
-        points, triangles, _area, _wrong = skin(rows, first, last, False)
+        points, triangles, _area, _wrong = resting(rows, first, last, False)
         if len(triangles) and not _apart(points, box):
             yield points, triangles
 
@@ -208,10 +208,10 @@ def _poses(turn: Turn, steps: int) -> Floats:
 def _winding(turn: Turn, pose: Floats) -> float:
     """rad by which the axis and the way of the tip turn, together."""
     if turn.is_straight:
-        return turn.turned
+        return turn.rotation
     way = np.einsum("ja,jab->jb", pose[:, 12:15], pose[:, 3:12].reshape(-1, 3, 3))
     size = np.linalg.norm(way, axis=1)
     if size.min() <= STILL * size.max():
-        return np.inf if size.max() > 0.0 else turn.turned
+        return np.inf if size.max() > 0.0 else turn.rotation
     way /= size[:, None]
-    return turn.turned + float(np.arccos(np.clip((way[1:] * way[:-1]).sum(axis=1), -1.0, 1.0)).sum())
+    return turn.rotation + float(np.arccos(np.clip((way[1:] * way[:-1]).sum(axis=1), -1.0, 1.0)).sum())

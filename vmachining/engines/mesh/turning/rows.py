@@ -30,14 +30,14 @@ TANGENT = 1e-9
 class Rows:
     """n circles of a body.
 
-    circles (n, 4): h, r, n_r, n_z, of the body that moves; skin (n, 2): h, r of facets at rest, which are wider
+    circles (n, 4): h, r, n_r, n_z, of the body that moves; resting (n, 2): h, r of facets at rest, which are wider
     where facets shall be unbiased; group (n,): rows of one circle share a
     number; between (n - 1, 6): LINE, ROUND or RIM, and for arcs centre (r, z), radius, normal angles of both
     rows, rad.
     """
 
     circles: Floats
-    skin: Floats
+    resting: Floats
     group: Ints
     between: Floats
     columns: int
@@ -171,7 +171,7 @@ def _joint(below: _Piece, above: _Piece, offset: float) -> Floats | None:
 
 def _rows(pieces: list[_Piece], sag: float, spacing: float, columns: int, side: Side) -> Rows:
     circles: list[tuple[float, float, float, float]] = []
-    skin: list[tuple[float, float]] = []
+    resting: list[tuple[float, float]] = []
     between: list[tuple[float, ...]] = []
     group: list[int] = []
     still = (0.0,) * 5
@@ -180,7 +180,7 @@ def _rows(pieces: list[_Piece], sag: float, spacing: float, columns: int, side: 
 
     def row(at: Floats, normal: Floats, facet: Floats, number: int) -> None:
         circles.append((float(at[1]), max(float(at[0]), 0.0), float(normal[0]), float(normal[1])))
-        skin.append((float(facet[1]), max(float(facet[0]), 0.0) * wide))
+        resting.append((float(facet[1]), max(float(facet[0]), 0.0) * wide))
         group.append(number)
 
     for index, piece in enumerate(pieces):
@@ -212,7 +212,7 @@ def _rows(pieces: list[_Piece], sag: float, spacing: float, columns: int, side: 
             row(at, normal, facet, group[-1] + 1)
     table = np.array(circles)
     table[[0, -1], 1] = 0.0
-    faces = np.array(skin)
+    faces = np.array(resting)
     faces[[0, -1], 1] = 0.0
     return Rows(table, faces, np.array(group, dtype=np.int64), np.array(between), columns)
 
