@@ -14,7 +14,7 @@ import numpy as np
 import polars as pl
 
 from vmachining.arrays import Floats
-from vmachining.engines import ENGINES
+from vmachining.engines import ENGINES, entry_of
 from vmachining.engines.protocol import NOTHING, Batched, Engine, Removal, Request
 from vmachining.errors import InputError, VMachiningError
 from vmachining.htmltable import facts_html
@@ -176,10 +176,8 @@ def engine_names(text: str) -> tuple[str, ...]:
     """
     names = tuple(part.strip().lower() for part in text.split(",") if part.strip())
     for name in names:
-        if name not in (*ENGINES, entry_of, BREP):
-            raise InputError(
-                f"unknown engine {name!r}", remedy=f"take {', '.join((*ENGINES, entry_of, BREP))}"
-            )
+        if name not in (*ENGINES, BREP):
+            raise InputError(f"unknown engine {name!r}", remedy=f"take {', '.join((*ENGINES, BREP))}")
     if len(set(names)) != len(names) or len(names) < 2:
         raise InputError(f"--engines {text!r}: two or more different ones are wanted")
     return names
