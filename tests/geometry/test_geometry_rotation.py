@@ -6,16 +6,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from strategies import angles, directions
 
 from vmachining.geometry import angle_between, great_circle, rotation, unit
 
-numbers = st.floats(-1, 1)
-vectors = st.tuples(numbers, numbers, numbers).filter(lambda v: np.linalg.norm(v) > 1e-3).map(unit)
-angles = st.floats(-20, 20)
 ROUNDING = 1e-14
 
 
-@given(vectors, angles, angles)
+@given(directions(), angles(), angles())
 @settings(deadline=None, max_examples=100)
 def test_rotations_about_one_axis_add_up(w, a, b):
     turn = rotation(w, a)
@@ -42,7 +40,7 @@ def test_angles_keep_their_digits(angle):
     assert angle_between((5, 0, 0), np.multiply(u, 7.0)) == pytest.approx(angle, rel=1e-12, abs=1e-300)
 
 
-@given(vectors, vectors, st.floats(0, 1))
+@given(directions(), directions(), st.floats(0, 1))
 @settings(deadline=None, max_examples=200)
 def test_great_circles_turn_evenly(u, v, t):
     whole = float(angle_between(u, v))

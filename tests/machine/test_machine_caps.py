@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from strategies import coordinates
 
 from vmachining.errors import KinematicsError
 from vmachining.geometry import Arc, Line
 from vmachining.machine import MachineLimits, arc_peaks, axis_caps, line_peaks, path_peaks, travel_caps
-
-finite = st.floats(-50, 50).map(lambda v: round(v, 3))
-point = st.tuples(finite, finite, finite)
 
 
 def test_rotary_axis_caps_the_feed():
@@ -23,7 +21,7 @@ def test_blocks_without_length_or_travel_have_no_cap():
     assert travel_caps([0.0, 5.0], [[0.0, 10.0], [0.0, 0.0]], [100.0, 3600.0]).tolist() == [np.inf, np.inf]
 
 
-@given(start=point, end=point)
+@given(start=coordinates(50), end=coordinates(50))
 def test_a_line_shares_its_feed_by_direction(start, end):
     limits = MachineLimits(axis_feed_mm_min=(1000.0, 2000.0, 300.0), max_feed_mm_min=5000.0)
     travel = np.subtract(end, start)
@@ -36,11 +34,11 @@ def test_a_line_shares_its_feed_by_direction(start, end):
 
 @settings(max_examples=200, deadline=None)
 @given(
-    start=point,
-    center=point,
+    start=coordinates(50),
+    center=coordinates(50),
     axis=st.integers(0, 2),
     angle=st.floats(-15, 15),
-    rise=finite,
+    rise=st.floats(-50, 50),
     t=st.floats(0, 1),
 )
 def test_peaks_of_an_arc_bound_every_point_and_are_reached(start, center, axis, angle, rise, t):

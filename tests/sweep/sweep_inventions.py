@@ -1,11 +1,10 @@
-"""Tools, motions and points for the sweep tests, and truths that do not use the package's kernels."""
+"""Named tools and motions, and points, for the sweep tests, and truths that do not use the package's kernels."""
 
 from __future__ import annotations
 
 from math import pi
 
 import numpy as np
-from hypothesis import strategies as st
 
 from vmachining.geometry import Arc, Line
 from vmachining.sweep import Sweep
@@ -78,38 +77,3 @@ def lengths_volume(sweep: Sweep, axis: int, n: int) -> float:
     direction = np.zeros(3)
     direction[axis] = 1
     return float(sweep.ray_intervals(origins, direction).lengths.sum() * step[a] * step[b])
-
-
-@st.composite
-def tools(draw: st.DrawFn) -> Profile:
-    """Any kind of cutter, 1 to 30 mm wide."""
-    diameter, length = draw(st.floats(1, 30)), draw(st.floats(31, 60))
-    kind = draw(st.sampled_from(["flat", "ball", "bull", "taper", "stepped"]))
-    share = draw(st.floats(0.05, 0.95))
-    if kind == "flat":
-        return FlatEnd(diameter=diameter, length=length).profile
-    if kind == "ball":
-        return BallNose(diameter=diameter, length=length).profile
-    if kind == "bull":
-        return BullNose(diameter=diameter, corner_radius=share * diameter / 2, length=length).profile
-    if kind == "taper":
-        corner = share * diameter / 2
-        return Taper(diameter=diameter, corner_radius=corner, taper_deg=20 * share, length=length).profile
-    r = diameter / 2
-    return Profile([(r, 0), (r, 10), ((1 + share) * r, 10), (share * r, 20), (r, length)])
-
-
-def coordinates(size: float = 60) -> st.SearchStrategy[tuple[float, float, float]]:
-    number = st.floats(-size, size).map(lambda v: round(v, 3))
-    return st.tuples(number, number, number)
-
-
-@st.composite
-def paths(draw: st.DrawFn) -> Line | Arc:
-    """Lines in any direction, arcs and helices about every axis."""
-    if draw(st.booleans()):
-        return Line(draw(coordinates()), draw(coordinates()))
-    start, centre = draw(coordinates(30)), draw(coordinates(30))
-    axis = draw(st.sampled_from([0, 1, 2]))
-    rise = draw(st.one_of(st.just(0.0), st.floats(-15, 15)))
-    return Arc(start, centre, axis, angle=draw(st.floats(-8, 8)), rise=rise)

@@ -5,7 +5,8 @@ from math import pi
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from sweep_inventions import PATHS, TOOLS, around, coordinates, holds, paths, sphere, tools
+from strategies import coordinates, paths, tools
+from sweep_inventions import PATHS, TOOLS, around, holds, sphere
 
 from vmachining.geometry import Arc, Line
 from vmachining.sweep import Sweep

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from strategies import coordinates
 from test_sweep_turning import TURNS, UP, tilted
 
 from vmachining.geometry import Arc
@@ -183,7 +184,7 @@ def test_volume_does_not_depend_on_scale_frame_or_direction(tool):
 
 @settings(deadline=None, max_examples=15)
 @given(
-    end=st.tuples(*[st.floats(-30, 30).map(lambda v: round(v, 2))] * 3),
+    end=coordinates(30),
     angles=st.tuples(*[st.floats(-1, 1).map(lambda v: round(v, 3))] * 4),
     tool=st.sampled_from(sorted(CUTTERS)),
 )

@@ -6,6 +6,7 @@ from math import asin, pi, sqrt
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from strategies import paths, tools
 from sweep_inventions import (
     BALL,
     BULL,
@@ -15,10 +16,8 @@ from sweep_inventions import (
     TOOLS,
     lengths_volume,
     lines,
-    paths,
     smooth_rule,
     sphere,
-    tools,
 )
 
 from vmachining.errors import SweepError

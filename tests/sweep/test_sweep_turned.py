@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sweep_inventions import BALL, FLAT, TOOLS, around, coordinates, lines, sphere, tools
+from strategies import coordinates, tools, turns
+from sweep_inventions import BALL, FLAT, TOOLS, around, lines, sphere
 from test_sweep_turning import TURNS, UP, tilted
 
 from vmachining.geometry import Line
@@ -75,23 +76,6 @@ def check(sweep: Sweep, origins: np.ndarray, directions: np.ndarray) -> None:
     for i, a, b in zip(ray, found.enter, found.leave, strict=True):
         inside[i] |= (s[i] >= a) & (s[i] <= b)
     assert (inside == (d < 0))[np.abs(d) > ON_SURFACE].all()
-
-
-@st.composite
-def turns(draw: st.DrawFn) -> Turn:
-    """Great circles and rotary chains, tiny to huge, with any control point."""
-    size = draw(st.sampled_from([0.1, 1.0, 60.0]))
-    a, b = np.array(draw(coordinates(size))), np.array(draw(coordinates(size)))
-    angle = st.floats(-3, 3).map(lambda v: round(v, 4))
-    first = np.array(draw(st.tuples(angle, angle)))
-    last = first + draw(st.sampled_from([0.0, 1e-6, 0.02, 1.0])) * np.array(draw(st.tuples(angle, angle))) / 3
-    height = draw(st.sampled_from([0.0, 5.0, 25.0, 80.0]))
-    chain = draw(st.sampled_from(["ac", "bc", "ab", "axis"]))
-    if chain == "axis":
-        first, last = tilted(*np.degrees(first)), tilted(*np.degrees(last))
-        if first @ last < -0.999:
-            last = first
-    return Turn.through(a, b, chain, first, last, control_height=height)
 
 
 @settings(deadline=None, max_examples=60)

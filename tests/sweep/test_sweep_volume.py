@@ -6,19 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from sweep_inventions import (
-    BALL,
-    BULL,
-    CONE,
-    DRILL,
-    FLAT,
-    STEPPED,
-    coordinates,
-    lengths_volume,
-    paths,
-    sphere,
-    tools,
-)
+from strategies import coordinates, paths, tools
+from sweep_inventions import BALL, BULL, CONE, DRILL, FLAT, STEPPED, lengths_volume, sphere
 
 from vmachining.geometry import Arc, Line
 from vmachining.sweep import Sweep, shadow
