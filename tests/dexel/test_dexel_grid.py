@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import log, pi
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from scipy.stats import binom
 
 from vmachining import BallNose, BullNose, FlatEnd, Sweep
 from vmachining.engines.dexel import CONFIDENCE, DexelEngine
-from vmachining.engines.protocol import NOTHING, Options, Removal
+from vmachining.engines.protocol import NOTHING, Options, Removal, Request
 from vmachining.errors import EngineError, InputError
 from vmachining.geometry import Line
 from vmachining.stock import BoxStock, CylinderStock
@@ -229,3 +230,53 @@ def test_vertices_come_nearer_with_the_spacing() -> None:
         own = found.vertices[np.unique(found.triangles[found.block == 0])]
         off.append(float(np.sqrt(np.mean(sweep.signed_distance(own[own[:, 2] < -1.0]) ** 2))))
     assert off[0] < 0.1 and off[1] < off[0] / 4.0
+
+
+@pytest.mark.parametrize("directions", [1, 3])
+def test_many_blocks_at_once_are_the_same_blocks(directions: int) -> None:
+    """Ball, flat and bull nose, ramps, plunges, air and retraces, asked one by one and all together."""
+    rng = np.random.default_rng(5)
+    tools = (
+        BallNose(diameter=9, length=60),
+        FlatEnd(diameter=7, length=60),
+        BullNose(diameter=8, corner_radius=2, length=60),
+    )
+    requests = []
+    for tool in tools:
+        tips = np.column_stack([rng.uniform(-20, 20, (12, 2)), rng.uniform(-6, 2, 12)])
+        tips[3, :2], tips[6] = tips[2, :2], tips[4]
+        requests += [Request(Sweep(tool, a, b), len(requests) + k) for k, (a, b) in enumerate(pairwise(tips))]
+        requests.append(Request(requests[-1].sweep, cuts=False))
+    small = BoxStock((-20, -20, -10), (20, 20, 0))
+    one, other = engine_of(0.5, directions, small), engine_of(0.5, directions, small)
+    apart = [one.cut(r.sweep, r.block) if r.cuts else one.touch(r.sweep) for r in requests]
+    for found, wanted in zip(other.answer(requests), apart, strict=True):
+        # threads leave out differences between their rows, which are in the weights of three directions
+        assert found.estimate == pytest.approx(
+            wanted.estimate, rel=1e-9 if directions == 1 else 1e-3, abs=1e-12
+        )
+        assert found.lo <= wanted.estimate <= found.hi
+    for grid, same in zip(one.grids, other.grids, strict=True):
+        assert np.abs(grid.lengths - same.lengths).max() < 1e-9
+        (points, blocks, _), (_, owners, _) = one.ends(), other.ends()
+        assert (
+            len(points) == len(owners) and (blocks == owners).mean() > 0.97
+        )  # where two blocks share a surface
+    assert other.volume.estimate == pytest.approx(one.volume.estimate, rel=1e-4)
+
+
+def test_a_polyline_in_one_call() -> None:
+    """Passes across the whole stock, links outside: the volume is that of the scallops' profile, in closed form."""
+    r, pitch, depth, size = 5.0, 2.5, 1.0, 30.0
+    x = np.arange(-6.0, 37.0, 1.0)
+    tips = np.concatenate([
+        np.column_stack([x if k % 2 else x[::-1], np.full(len(x), k * pitch), np.full(len(x), -depth)]) for k in range(13)
+    ])  # fmt: skip
+    engine = engine_of(0.1, 1, BoxStock((0, 0, -8), (size, size, 0)))
+    found = engine.cut_path(BallNose(diameter=2 * r, length=60), tips)
+    y = np.linspace(0.0, pitch / 2.0, 20_001)
+    profile = depth - r + np.sqrt(r * r - y * y)
+    truth = size * size * float(np.trapezoid(profile, y)) / (pitch / 2.0)
+    total = sum(each.estimate for each in found)
+    assert len(found) == len(tips) - 1 and total == pytest.approx(truth, rel=2e-4)
+    assert engine.volume.lo <= size * size * 8.0 - truth <= engine.volume.hi

@@ -67,6 +67,7 @@ ENGINES = {
     "dexel": Entry(
         "vmachining.engines.dexel:DexelEngine",
         "any stock, tool and motion, by a grid of rays; intervals are stated, not proven",
+        batched=True,
     ),
     "rays": Entry(
         "vmachining.engines.dexel:RayEngine",

@@ -4,23 +4,28 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from functools import reduce
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from vmachining.arrays import Floats, Ints
+from vmachining.arrays import Floats, Ints, rows
 from vmachining.engines.dexel.around import stadium
+from vmachining.engines.dexel.batch import cut_lines, looks_of, round_end, takes_line
 from vmachining.engines.dexel.budget import default_spacing, refuse_too_fine
 from vmachining.engines.dexel.grid import Look, RayGrid
 from vmachining.engines.dexel.lattice import Lattice, Lists
 from vmachining.engines.dexel.surface import triangles
-from vmachining.engines.protocol import NOTHING, Options, Removal, StockSurface
+from vmachining.engines.protocol import NOTHING, Options, Removal, Request, StockSurface
 from vmachining.errors import EngineError, InputError
 from vmachining.geometry import Bracket
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 from vmachining.sweep.reach import meets, reaching
+from vmachining.tool import Cutter, Profile
 
 __all__ = ["CONFIDENCE", "DexelEngine", "agreed"]
 
@@ -92,6 +97,69 @@ class DexelEngine:
         around = stadium(short, 1.5 * self.spacing)
         return agreed([grid.removed(short, around, block, cut=cut) for grid in self.grids])
 
+    def answer(self, requests: Sequence[Request]) -> list[Removal]:
+        """See `Batched`: directions one after the other; upright rays take straight blocks of common cutters all at once."""
+        shorts = [reaching(request.sweep, self._box) for request in requests]
+        live = [k for k, short in enumerate(shorts) if meets(short, self._box)]
+        looks: dict[int, list[Look]] = {k: [] for k in live}
+        around = {k: stadium(shorts[k], 1.5 * self.spacing) for k in live}
+        for grid in self.grids:
+            at = 0
+            while at < len(live):
+                found = self._together(grid, [requests[k] for k in live[at:]])
+                if not found:
+                    request, short = requests[live[at]], shorts[live[at]]
+                    block = -1 if request.block is None else request.block
+                    found = [grid.removed(short, around[live[at]], block, cut=request.cuts)]
+                for k, each in zip(live[at:], found, strict=False):
+                    looks[k].append(each)
+                at += len(found)
+        out = [agreed(looks[k]) if k in looks else NOTHING for k in range(len(requests))]
+        for request, removal in zip(requests, out, strict=True):
+            if request.cuts:
+                self._removed = self._removed.plus(removal)
+        return out
+
+    def _together(self, grid: RayGrid, requests: Sequence[Request]) -> list[Look]:
+        """The first of some requests, as many as one kernel call takes; none where the first is not for it."""
+        if grid.lattice.axis != 2:
+            return []
+        top, shape, count = float(self._box[1, 2]), None, 0
+        for request in requests:
+            found = takes_line(request.sweep, top) if request.cuts else None
+            if found is None or (shape is not None and found != shape):
+                break
+            shape, count = found, count + 1
+        if shape is None:
+            return []
+        ends = np.array([[r.sweep.path.start, r.sweep.path.end] for r in requests[:count]])
+        blocks = np.array([-1 if r.block is None else r.block for r in requests[:count]])
+        start, end = np.ascontiguousarray(ends[:, 0]), np.ascontiguousarray(ends[:, 1])
+        sums = cut_lines(grid, shape, start, end, blocks)
+        return [] if sums is None else looks_of(grid, shape, start, end, sums)
+
+    def cut_path(self, tool: Cutter | Profile, points: ArrayLike, first: int = 0) -> list[Removal]:
+        """Cut a polyline, points (n + 1, 3) mm of the tip, as n blocks with numbers from `first`; see `answer`.
+
+        Fastest with one direction of rays, a tall ball, flat or bull nose cutter, and a stock without undercuts.
+        """
+        tips = rows(points, -1, 3, name="points")
+        profile = tool.profile if isinstance(tool, Cutter) else tool
+        shape = round_end(profile)
+        if len(self.grids) == 1 and shape is not None and len(tips) > 1:
+            start, end = tips[:-1].copy(), tips[1:].copy()
+            ramps = (start[:, 2] != end[:, 2]) & (start[:, :2] != end[:, :2]).any(axis=1)
+            tall = float(tips[:, 2].min()) + shape.top >= self._box[1, 2]
+            if tall and not (shape.r1 > 0.0 < shape.rc and ramps.any()):
+                blocks = first + np.arange(len(start))
+                sums = cut_lines(self.grids[0], shape, start, end, blocks)
+                if sums is not None:
+                    out = [agreed([each]) for each in looks_of(self.grids[0], shape, start, end, sums)]
+                    self._removed = reduce(Removal.plus, out, self._removed)
+                    return out
+        orders = [Request(Sweep(profile, a, b), first + k) for k, (a, b) in enumerate(pairwise(tips))]
+        return self.answer(orders)
+
     @property
     def volume(self) -> Bracket:
         """mm^3: the estimate is the sum over all blocks, the interval that of all of them as one block."""
@@ -162,7 +230,7 @@ def agreed(looks: Sequence[Look]) -> Removal:
 
     The estimate is their mean by their weights, or the end of the interval that it lies beyond.
     """
-    lo = max(0.0, *(each.volume - each.half for each in looks))
+    lo = max(0.0, max(each.volume - each.half for each in looks))
     hi = min(each.volume + each.half for each in looks)
     if lo > hi:
         lo = max(0.0, min(each.volume - each.half for each in looks))
