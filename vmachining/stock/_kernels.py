@@ -63,43 +63,51 @@ def distance(p, x, y, z):
     return np.sqrt((p[0] - x) ** 2 + (p[1] - y) ** 2 + (p[2] - z) ** 2)
 
 
+@leaf
+def mesh_distance(p, a, b, c, normals, boxes, stack, square, first):
+    """Signed distance of a point, negative inside, and the triangle that is nearest; `first` is looked at first.
+
+    stack, square (128,): work space.
+    """
+    leaves = (len(boxes) + 1) // 2
+    triangle = first
+    x, y, z, feature = nearest_on(p, a[triangle], b[triangle], c[triangle])
+    best = distance(p, x, y, z)
+    stack[0], square[0] = 0, box_square(p, boxes[0])
+    top = 1
+    while top > 0:
+        top -= 1
+        node = stack[top]
+        if square[top] > best * best:
+            continue
+        if node < leaves - 1:
+            near, far = 2 * node + 1, 2 * node + 2
+            to_near, to_far = box_square(p, boxes[near]), box_square(p, boxes[far])
+            if to_far < to_near:
+                near, far, to_near, to_far = far, near, to_far, to_near
+            stack[top], square[top] = far, to_far
+            stack[top + 1], square[top + 1] = near, to_near
+            top += 2
+            continue
+        start = (node - leaves + 1) * LEAF
+        for j in range(start, min(start + LEAF, len(a))):
+            u, v, w, what = nearest_on(p, a[j], b[j], c[j])
+            d = distance(p, u, v, w)
+            if d < best:
+                best, triangle, feature = d, j, what
+                x, y, z = u, v, w
+    n = normals[triangle, feature]
+    side = (p[0] - x) * n[0] + (p[1] - y) * n[1] + (p[2] - z) * n[2]
+    return (best if side >= 0.0 else -best), triangle
+
+
 @kernel
 def mesh_distances(points, a, b, c, normals, boxes, out) -> None:
     """Signed distance of every point, negative inside."""
     stack, square = np.empty(128, dtype=np.int64), np.empty(128)
-    leaves = (len(boxes) + 1) // 2
     triangle = 0
-    for i in range(len(points)):
-        p = points[i]
-        # the nearest triangle of the last point first
-        x, y, z, feature = nearest_on(p, a[triangle], b[triangle], c[triangle])
-        best = distance(p, x, y, z)
-        stack[0], square[0] = 0, box_square(p, boxes[0])
-        top = 1
-        while top > 0:
-            top -= 1
-            node = stack[top]
-            if square[top] > best * best:
-                continue
-            if node < leaves - 1:
-                near, far = 2 * node + 1, 2 * node + 2
-                to_near, to_far = box_square(p, boxes[near]), box_square(p, boxes[far])
-                if to_far < to_near:
-                    near, far, to_near, to_far = far, near, to_far, to_near
-                stack[top], square[top] = far, to_far
-                stack[top + 1], square[top + 1] = near, to_near
-                top += 2
-                continue
-            first = (node - leaves + 1) * LEAF
-            for j in range(first, min(first + LEAF, len(a))):
-                u, v, w, what = nearest_on(p, a[j], b[j], c[j])
-                d = distance(p, u, v, w)
-                if d < best:
-                    best, triangle, feature = d, j, what
-                    x, y, z = u, v, w
-        n = normals[triangle, feature]
-        side = (p[0] - x) * n[0] + (p[1] - y) * n[1] + (p[2] - z) * n[2]
-        out[i] = best if side >= 0.0 else -best
+    for i in range(len(points)):  # the nearest triangle of the last point first
+        out[i], triangle = mesh_distance(points[i], a, b, c, normals, boxes, stack, square, triangle)
 
 
 @kernel

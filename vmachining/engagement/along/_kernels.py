@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vmachining.jit import kernel, leaf
-from vmachining.stock._kernels import LEAF, box_square, distance, nearest_on
+from vmachining.stock._kernels import mesh_distance
 from vmachining.sweep._kernels import meridian, nearest, planar_gap
 from vmachining.sweep.turned._kernels import _narrowed
 from vmachining.sweep.turned.pose._kernels import near, state
@@ -79,35 +79,11 @@ class Room(NamedTuple):
 @leaf
 def mesh_gap(world, x, y, z, room):
     """Signed distance to the triangles."""
-    stack, square, p = room.stack, room.square, room.p
+    p = room.p
     p[0], p[1], p[2] = x, y, z
-    leaves = (len(world.boxes) + 1) // 2
-    best, triangle, feature, u, v, w = np.inf, 0, 0, x, y, z
-    stack[0], square[0] = 0, box_square(p, world.boxes[0])
-    top = 1
-    while top > 0:
-        top -= 1
-        node = stack[top]
-        if square[top] > best * best:
-            continue
-        if node < leaves - 1:
-            close, far = 2 * node + 1, 2 * node + 2
-            to_close, to_far = box_square(p, world.boxes[close]), box_square(p, world.boxes[far])
-            if to_far < to_close:
-                close, far, to_close, to_far = far, close, to_far, to_close
-            stack[top], square[top] = far, to_far
-            stack[top + 1], square[top + 1] = close, to_close
-            top += 2
-            continue
-        first = (node - leaves + 1) * LEAF
-        for j in range(first, min(first + LEAF, len(world.a))):
-            e, f, g, what = nearest_on(p, world.a[j], world.b[j], world.c[j])
-            d = distance(p, e, f, g)
-            if d < best:
-                best, triangle, feature, u, v, w = d, j, what, e, f, g
-    n = world.normals[triangle, feature]
-    side = (x - u) * n[0] + (y - v) * n[1] + (z - w) * n[2]
-    return best if side >= 0.0 else -best
+    return mesh_distance(
+        p, world.a, world.b, world.c, world.normals, world.boxes, room.stack, room.square, 0
+    )[0]
 
 
 @leaf
