@@ -12,7 +12,7 @@ from vmachining.errors import InputError
 from vmachining.job import Job, Stopped, check_formats
 from vmachining.job.batch import safe_name
 from vmachining.job.brep import parse_brep
-from vmachining.job.run import stop_flag
+from vmachining.job.stopping import stop_flag
 from vmachining.oracle import (
     Comparison,
     EngagementComparison,

@@ -21,7 +21,7 @@ or visibly absent.
 | `table.py`, `files.py` | `COLUMNS`, partial tables; atomic files, hashes, manifest |
 | `schedule.py` | plan, rewrite, verify |
 | `brep.py`, `verdicts.py` | `--brep`: which blocks, and what the B-rep engine says of them |
-| `run.py`, `result.py` | `run`, `RunResult` |
+| `run.py`, `stopping.py`, `notes.py`, `result.py` | `run`; signals; warnings beside numbers; `RunResult` |
 | `batch/` | many jobs over processes or a cluster, and the data set of all of them |
 | `reading.py` | the program of a job |
 | `starter.py` | `draft_job`: a job file from a program |

@@ -4,23 +4,19 @@ from __future__ import annotations
 
 import os
 import resource
-import signal
 import sys
-import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from types import FrameType
 from typing import Any
 
 from vmachining.engines import RAYS, engine_class
 from vmachining.engines.protocol import Engine
 from vmachining.errors import InputError, NCError, StockError
 from vmachining.job.audit import MOST, audited
-from vmachining.job.blocks import program_lines
 from vmachining.job.brep import JUDGED, Asked, blank, brep_columns, parse_brep, refuse_beyond
 from vmachining.job.contact import Contacts, ToolParts
 from vmachining.job.cost import APART_SAVES, APART_SECONDS, refuse_costly, refuse_fine
@@ -38,11 +34,13 @@ from vmachining.job.files import (
 )
 from vmachining.job.folder import RUN, WORKING, FolderLock, ResultFolder, now, program_words, refuse_other_run
 from vmachining.job.jobfile import Job
+from vmachining.job.notes import job_notes, quiet_findings, slack_of
 from vmachining.job.reading import read_job_program, refuse_unknown_tools
 from vmachining.job.result import RunResult
 from vmachining.job.schedule import compare, sample_count
 from vmachining.job.simulate import CHECKPOINT_SECONDS, Progress, Stage
 from vmachining.job.stock import raw_stock
+from vmachining.job.stopping import stop_flag
 from vmachining.job.strategies import plan
 from vmachining.job.table import RowFile, drop_torn_row, finish, read_partial
 from vmachining.job.timing import MoveTimes, machine_limits, move_times
@@ -55,7 +53,7 @@ from vmachining.stock import StepStock, Stock
 from vmachining.sweep import Sweep
 from vmachining.tolerance import BREP_SECONDS
 
-__all__ = ["run", "stop_flag"]
+__all__ = ["run"]
 
 WORKERS_FROM = 300
 """Blocks from which on other processes are started: that takes about as long as cutting a hundred blocks."""
@@ -155,35 +153,6 @@ def run(
 def _peak_mb() -> float:
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return peak / (1024.0 * 1024.0 if sys.platform == "darwin" else 1024.0)
-
-
-@contextmanager
-def stop_flag(given: Callable[[], bool] | None = None) -> Iterator[Callable[[], bool]]:
-    """Turns the first SIGINT or SIGTERM into a flag; the second one acts as usual. Main thread only.
-
-    given : a flag of somebody who decides about signals himself.
-    """
-    if given is not None:
-        yield given
-        return
-    asked = threading.Event()
-    if threading.current_thread() is not threading.main_thread():
-        yield asked.is_set
-        return
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-
-    def handler(number: int, frame: FrameType | None) -> None:
-        asked.set()
-        for known, old in before.items():
-            signal.signal(known, old)
-
-    for number in before:
-        signal.signal(number, handler)
-    try:
-        yield asked.is_set
-    finally:
-        for number, old in before.items():
-            signal.signal(number, old)
 
 
 @dataclass(slots=True, eq=False)
@@ -301,7 +270,7 @@ class _Run:
             folder=self.folder,
             place=self.place,
             lock=self.lock,
-            findings=_quiet_findings(toolpath),
+            findings=quiet_findings(toolpath),
         )
         result.summary = self._summary(result, stock, times, after)
         if (deviation := deviation_tables(job, engine, self.place)) is not None:
@@ -379,7 +348,7 @@ class _Run:
         hands = executor(engine, workers, apart=apart)
         stage = Stage(
             name=name, toolpath=toolpath, move_time_s=times.seconds.tolist(), tools=tools,
-            notes=_notes(toolpath.program) if check else {}, executor=hands,
+            notes=notes_of(toolpath.program) if check else {}, executor=hands,
             contacts=Contacts(hands, stock.bounds) if check else None, sample_counts=counts,
             save_every=APART_SAVES if apart else CHECKPOINT_SECONDS,
         )  # fmt: skip
@@ -473,7 +442,7 @@ class _Run:
         """The keys of summary.json."""
         rows = result.blocks.select("removed_mm3", "removed_lo_mm3", "removed_hi_mm3", "warning")
         before, final = result.stock.stock_volume, result.stock.volume
-        slack = _slack(stock)
+        slack = slack_of(stock)
         removed = float(rows["removed_mm3"].sum())
         # two brackets of one number: the sum over the blocks, and stock before minus stock after
         lo = max(float(rows["removed_lo_mm3"].sum()), before.lo - final.hi)
@@ -497,7 +466,7 @@ class _Run:
             "seconds": 0.0,
             "peak_mb": 0.0,
         }
-        summary["notes"] = _job_notes(stock, self.options["chord_mm"])
+        summary["notes"] = job_notes(stock, self.options["chord_mm"])
         if isinstance(stock, StepStock):
             summary |= {"stock_step_mm3": stock.exact_mm3, "stock_slack_mm3": slack}
         if (report := result.schedule) is not None:
@@ -513,39 +482,3 @@ class _Run:
         if self.job.machine is not None:
             summary["machine"] = described(self.job.machine)
         return summary
-
-
-def _slack(stock: Stock) -> float:
-    """mm^3 between a STEP stock and its triangles; 0 for the others."""
-    return stock.slack_mm3 if isinstance(stock, StepStock) else 0.0
-
-
-def _job_notes(stock: Stock, chord: float) -> list[str]:
-    """What must be known of all numbers at once."""
-    if (slack := _slack(stock)) <= 0.0:
-        return []
-    return [
-        f"curved faces of the STEP stock are triangulated within {chord:g} mm: any removed volume can be off by up "
-        f"to {slack:.3g} mm3; the totals include that, the brackets of single blocks do not"
-    ]
-
-
-def _notes(program: Program) -> dict[int, str]:
-    """Warnings of the program by line."""
-    notes: dict[int, str] = {}
-    for finding in program.findings:
-        if finding.severity == "W":
-            text = f"{finding.code} {finding.message}".strip()
-            notes[finding.line] = f"{notes[finding.line]}; {text}" if finding.line in notes else text
-    return notes
-
-
-def _quiet_findings(toolpath: Toolpath) -> list[tuple[int, str, str]]:
-    """Warnings on lines that have no row."""
-    moving = {block.line for block in toolpath.blocks}
-    lines = program_lines(toolpath.program)
-    return [
-        (line, lines[line - 1].strip() if line <= len(lines) else "", text)
-        for line, text in sorted(_notes(toolpath.program).items())
-        if line not in moving
-    ]

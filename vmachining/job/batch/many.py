@@ -20,7 +20,7 @@ from vmachining.job.batch.pool import Ended, Pool
 from vmachining.job.files import atomic_path, make_folder, versions
 from vmachining.job.folder import FolderLock, ResultFolder, now, program_words
 from vmachining.job.jobfile import Job
-from vmachining.job.run import stop_flag
+from vmachining.job.stopping import stop_flag
 
 __all__ = ["Watcher", "folders_of", "run_many", "safe_name"]
 
