@@ -34,7 +34,7 @@ from vmachining.job.files import (
 )
 from vmachining.job.folder import RUN, WORKING, FolderLock, ResultFolder, now, program_words, refuse_other_run
 from vmachining.job.jobfile import Job
-from vmachining.job.notes import job_notes, quiet_findings, slack_of
+from vmachining.job.notes import job_notes, notes_of, quiet_findings, slack_of
 from vmachining.job.reading import read_job_program, refuse_unknown_tools
 from vmachining.job.result import RunResult
 from vmachining.job.schedule import compare, sample_count
