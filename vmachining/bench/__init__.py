@@ -8,6 +8,9 @@
 | `brep-workers` | two B-rep workers against one: times, start-up, processors used, memory of the largest |
 | `brep-chains` | random chains through the gate: agreed, retried, refused, disputed, silently wrong; plain booleans beside |
 | `columns` | certified columns: time of 1 mm blocks by cutter and width, finishing and deep |
+| `dexel-grid` | dexel grids: blocks a second, errors, widths, five-axis blocks, share of the memory's bandwidth |
+| `dexel-grid-long` | 500,000 blocks over 100 x 60 x 20 mm at 0.5 mm: whether time a block stays flat |
+| `dexel-rate` | 10,000 random blocks with closed forms: how often the stated interval holds them |
 | `drop` | drop cutter on 100,352 triangles: drops a second of each cutter, OpenCAMLib beside it |
 | `engage` | what the cutting edge touches: distances against B-rep solids on curved stock, time of both |
 | `engagement-columns` | contact columns of shipped programs against B-rep solids at the same places |
@@ -48,6 +51,9 @@ CASES = {
     "brep-chains": "brep_chains",
     "brep-workers": "brep",
     "columns": "columns",
+    "dexel-grid": "dexel_grid",
+    "dexel-grid-long": "dexel_grid",
+    "dexel-rate": "dexel_grid",
     "drop": "drop",
     "engage": "engage",
     "engagement-columns": "force",
@@ -81,6 +87,9 @@ TAKES = {
     "brep": "minutes",
     "brep-chains": "hours",
     "brep-workers": "minutes",
+    "dexel-grid": "15 s",
+    "dexel-grid-long": "30 s",
+    "dexel-rate": "2 min",
     "drop": "30 s",
     "engage": "minutes",
     "half_cylinder": "minutes",
