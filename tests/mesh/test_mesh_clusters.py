@@ -6,6 +6,7 @@ from manifold3d import Manifold, OpType
 from somecutters import TOOLS
 
 from vmachining.engines.mesh import _kernels
+from vmachining.engines.mesh._kernels import Cutter, View, Way
 from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.solids import manifold
 from vmachining.engines.mesh.straight import facets
@@ -64,7 +65,11 @@ def test_what_clusters_leave_out_cannot_be_seen(tool):
         apex = start + [0.0, 0.0, body.height[0] + 0.999 * (body.height[1] - body.height[0])]
         meshes = [
             _kernels.swept_facets(
-                *shape, first, around, cos, sin, start, step, lo, hi, apex, lo, heights, cell, True, np.inf
+                Cutter(*shape, first, around),
+                Way(cos, sin, start, step),
+                View(lo, hi, apex, lo, heights, cell),
+                True,
+                np.inf,
             )
             for around in (boxes, everywhere)
         ]
@@ -83,9 +88,10 @@ def test_facets_left_out_take_nothing_below_the_roof(tool):
     left_out = taken = 0
     for cos, sin, start, step, lo, hi, heights, cell in _views(body, rng):
         apex = start + [0.0, 0.0, body.height[0] + 0.999 * (body.height[1] - body.height[0])]
-        view = cos, sin, start, step, lo, hi, apex, lo, heights, cell
+        view = Way(cos, sin, start, step), View(lo, hi, apex, lo, heights, cell)
         some, whole = (
-            _kernels.swept_facets(*shape, *body.clusters, *view, cull, np.inf) for cull in (True, False)
+            _kernels.swept_facets(Cutter(*shape, *body.clusters), *view, cull, np.inf)
+            for cull in (True, False)
         )
         columns = [
             Manifold.cube((cell, cell, heights[i, j] - lo[2])).translate(

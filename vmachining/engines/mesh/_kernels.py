@@ -1,15 +1,12 @@
 """Facets of a convex cutter moved along a straight line, as many as one tile can see.
 
-Legend
-    points (n, 3), triangles (m, 3), normals (m, 3), edges (k, 4)   the cutter, see `facets.Polyhedron`
-    cos, sin      turn of the cutter about its axis, to the heading
-    p (3,)        start of the tip                  d (3,)        displacement, zero for a cutter at rest
-    first (h + 1, 3), boxes (h, 2, 3)   clusters of the facets, see `clusters/`
-    lo, hi (3,)   box of the material               apex (3,)     a point inside the swept solid, above the box
-    a facet faces forward if its normal . d > 0 (`ALONG`): it goes with the end copy (vertex v + n), else it stays (v)
+A facet faces forward if its normal . d > 0 (`ALONG`): it goes with the end copy (vertex v + n), else it stays (v)
 """
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from vmachining.engines.mesh.clusters._kernels import extent, put, toward
 from vmachining.jit import kernel, leaf
@@ -19,9 +16,49 @@ ALONG = 1e-12
 decide, neighbours would part, and the mesh would fold over itself."""
 
 
+class Cutter(NamedTuple):
+    """points (n, 3), triangles (m, 3), normals (m, 3), edges (k, 4): see `facets.Polyhedron`.
+
+    first (h + 1, 2), boxes (h, 2, 3): groups of the facets, see `clusters/`.
+    """
+
+    points: NDArray[np.float64]
+    triangles: NDArray[np.int64]
+    normals: NDArray[np.float64]
+    edges: NDArray[np.int64]
+    first: NDArray[np.int64]
+    boxes: NDArray[np.float64]
+
+
+class Way(NamedTuple):
+    """cos, sin : turn of the cutter about its axis, to the heading. p, d (3,) : start of the tip, and displacement, zero for
+    a cutter at rest."""
+
+    cos: float
+    sin: float
+    p: NDArray[np.float64]
+    d: NDArray[np.float64]
+
+
+class View(NamedTuple):
+    """What a tile sees.
+
+    lo, hi (3,) : box of the material. apex (3,) : a point inside the swept solid, above the box. heights : of the material over
+    cells of a grid, with its corner (3,) and cell, see `roof`.
+    """
+
+    lo: NDArray[np.float64]
+    hi: NDArray[np.float64]
+    apex: NDArray[np.float64]
+    corner: NDArray[np.float64]
+    heights: NDArray[np.float64]
+    cell: float
+
+
 @leaf
-def _beside(q, lo, hi, apex):
+def _beside(q, view):
     """Sides of the box that a point is beyond, as bits, with all of the way from there to the apex below its top."""
+    lo, hi, apex = view.lo, view.hi, view.apex
     if q[2] > hi[2]:
         return 16
     t = (hi[2] - q[2]) / (apex[2] - q[2])
@@ -39,8 +76,9 @@ def _beside(q, lo, hi, apex):
 
 
 @leaf
-def _seen(quad, points, lo, hi, apex, corner, heights, cell):
+def _seen(quad, points, view):
     """Whether the cone from the apex over the facet can meet the solid below the grid of heights."""
+    lo, hi, apex, corner, heights, cell = view.lo, view.hi, view.apex, view.corner, view.heights, view.cell
     z_min = np.inf
     x0, x1, y0, y1 = np.inf, -np.inf, np.inf, -np.inf
     for k in range(4):
@@ -81,8 +119,10 @@ def _seen(quad, points, lo, hi, apex, corner, heights, cell):
 
 
 @leaf
-def _hidden(box, cos, sin, p, d, lo, hi, apex):
+def _hidden(box, way, view):
     """Whether all facets in a box (2, 3) of the cutter, and what they sweep, are beside or above, see `_beside`."""
+    cos, sin, p, d = way.cos, way.sin, way.p, way.d
+    lo, hi, apex = view.lo, view.hi, view.apex
     z0, z1 = extent(box, 2, cos, sin, p, d)
     if z0 > hi[2]:
         return True
@@ -91,29 +131,29 @@ def _hidden(box, cos, sin, p, d, lo, hi, apex):
     for i in range(2):
         first, last = extent(box, i, cos, sin, p, d)
         # where the ways to the apex leave the top of the box; they begin at x first or last, at height z0 or z1
-        way = apex[i] - last
-        if last < lo[i] and last + t0 * way < lo[i] and last + t1 * way < lo[i]:
+        rest = apex[i] - last
+        if last < lo[i] and last + t0 * rest < lo[i] and last + t1 * rest < lo[i]:
             return True
-        way = apex[i] - first
-        if first > hi[i] and first + t0 * way > hi[i] and first + t1 * way > hi[i]:
+        rest = apex[i] - first
+        if first > hi[i] and first + t0 * rest > hi[i] and first + t1 * rest > hi[i]:
             return True
     return False
 
 
 @leaf
-def _gathered(
-    points, triangles, normals, edges, first, boxes, cos, sin, p, d, lo, hi, apex, corner, heights, cell,
-    cull, rear, at, beside, placed, out, quad,
-):  # fmt: skip
+def _gathered(cutter, way, view, cull, rear, at, beside, placed, out, quad):
     """How many triangles of `swept_facets` are seen; they are in `out`, the corners in `at`.
 
     0 if the plane of a facet that is seen separates the box from the solid.
     """
+    points, triangles, normals, edges = cutter.points, cutter.triangles, cutter.normals, cutter.edges
+    first, boxes, cos, sin, p, d = cutter.first, cutter.boxes, way.cos, way.sin, way.p, way.d
+    lo, hi = view.lo, view.hi
     n = points.shape[0]
     along = ALONG * np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
     count = 0
     for c in range(boxes.shape[0]):
-        if cull and _hidden(boxes[c], cos, sin, p, d, lo, hi, apex):
+        if cull and _hidden(boxes[c], way, view):
             continue
         for t in range(first[c, 0], first[c + 1, 0]):
             for v in triangles[t]:
@@ -124,8 +164,8 @@ def _gathered(
                 for i in range(3):
                     at[n + v, i] = at[v, i] + d[i]
                 if cull:
-                    beside[v] = _beside(at[v], lo, hi, apex)
-                    beside[n + v] = _beside(at[n + v], lo, hi, apex)
+                    beside[v] = _beside(at[v], view)
+                    beside[n + v] = _beside(at[n + v], view)
             nx = cos * normals[t, 0] - sin * normals[t, 1]
             ny = sin * normals[t, 0] + cos * normals[t, 1]
             nz = normals[t, 2]
@@ -148,7 +188,7 @@ def _gathered(
                 return 0
             if cull and beside[quad[0]] & beside[quad[1]] & beside[quad[2]]:
                 continue
-            if not cull or _seen(quad, at, lo, hi, apex, corner, heights, cell):
+            if not cull or _seen(quad, at, view):
                 out[count, 0], out[count, 1], out[count, 2] = quad[0], quad[1], quad[2]
                 count += 1
         for e in range(first[c, 1], first[c + 1, 1]):
@@ -161,7 +201,7 @@ def _gathered(
             quad[0], quad[1], quad[2], quad[3] = v, u, u + n, v + n
             if cull and beside[v] & beside[u] & beside[u + n] & beside[v + n]:
                 continue
-            if not cull or _seen(quad, at, lo, hi, apex, corner, heights, cell):
+            if not cull or _seen(quad, at, view):
                 out[count, 0], out[count, 1], out[count, 2] = v, u, u + n
                 out[count + 1, 0], out[count + 1, 1], out[count + 1, 2] = v, u + n, v + n
                 count += 2
@@ -169,13 +209,11 @@ def _gathered(
 
 
 @kernel
-def swept_facets(
-    points, triangles, normals, edges, first, boxes, cos, sin, p, d, lo, hi, apex, corner, heights, cell, cull, rear
-):  # fmt: skip
+def swept_facets(cutter, way, view, cull, rear):
     """Triangles of conv(K + p, K + p + d), K the cutter.
 
     Left out are, with `cull`, facets whose cone from `apex` passes above everything that the box and the grid of
-    `heights` (its `corner` (3,) and `cell`, see `roof`) hold, and facets of the start copy with
+    heights hold, and facets of the start copy with
     normal . d < -rear (rear = inf: none) that lie wholly behind the tool axis. Holes are closed by the cone from
     the apex over their rim. The solid is star-shaped about the apex, so what is lost are the cones over the
     facets left out.
@@ -183,16 +221,13 @@ def swept_facets(
     Returns (points, triangles, sound); empty if the plane of a facet that is seen separates the box from the solid.
     `sound` is False where an edge does not have two triangles, one each way: then the whole solid has to be taken.
     """
-    n, m = points.shape[0], triangles.shape[0]
+    n, m = cutter.points.shape[0], cutter.triangles.shape[0]
     at = np.empty((2 * n + 1, 3))
     for i in range(3):
-        at[2 * n, i] = apex[i]
-    out = np.empty((m + 2 * edges.shape[0], 3), np.int64)
+        at[2 * n, i] = view.apex[i]
+    out = np.empty((m + 2 * cutter.edges.shape[0], 3), np.int64)
     marks = np.zeros(2 * n, np.uint8), np.zeros(n, np.bool_)
-    count = _gathered(
-        points, triangles, normals, edges, first, boxes, cos, sin, p, d, lo, hi, apex, corner, heights, cell,
-        cull, rear, at, *marks, out, np.empty(4, np.int64),
-    )  # fmt: skip
+    count = _gathered(cutter, way, view, cull, rear, at, *marks, out, np.empty(4, np.int64))
     if count == 0:
         return np.empty((0, 3)), out[:0], True
     kept = out[:count].copy()

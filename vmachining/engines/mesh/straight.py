@@ -13,6 +13,7 @@ import numpy as np
 
 from vmachining.arrays import Floats, Ints
 from vmachining.engines.mesh import _kernels
+from vmachining.engines.mesh._kernels import Cutter, View, Way
 from vmachining.engines.mesh.facets import (
     FACET_SHARE,
     Polyhedron,
@@ -137,14 +138,10 @@ def straight(
     rear = np.inf
     if chained and d.any():
         rear = float(np.sin(min(np.arcsin(cutter.turn) + bend, np.pi / 2)) * np.linalg.norm(d))
-    body = cutter.points, cutter.triangles, cutter.normals, cutter.edges
-    view = lo, hi, apex, corner, heights, cell
-    points, triangles, sound = _kernels.swept_facets(  # type: ignore[no-untyped-call]
-        *body, *cutter.clusters, cos, sin, start, d, *view, cull, rear
-    )
+    body = Cutter(cutter.points, cutter.triangles, cutter.normals, cutter.edges, *cutter.clusters)
+    way, view = Way(cos, sin, start, d), View(lo, hi, apex, corner, heights, cell)
+    points, triangles, sound = _kernels.swept_facets(body, way, view, cull, rear)  # type: ignore[no-untyped-call]
     if not sound:
-        points, triangles, _ = _kernels.swept_facets(  # type: ignore[no-untyped-call]
-            *body, *cutter.clusters, cos, sin, start, d, *view, False, np.inf
-        )
+        points, triangles, _ = _kernels.swept_facets(body, way, view, False, np.inf)  # type: ignore[no-untyped-call]
     if len(triangles):
         yield Piece(points, triangles)

@@ -10,7 +10,10 @@
 # The nodes are a grid in (u, x, t), u round the axis, x up the meridian; (u, x, t) is right-handed, and the
 # point P(u, x, t) turns that sense round nowhere where f > 0. Corner of a cell: u + 2 x + 4 t.
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from vmachining.jit import kernel, leaf
 from vmachining.sweep.grazing._kernels import normal_speed
@@ -19,6 +22,34 @@ FACES = np.array([[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4,
 # corners of each face, counter-clockwise from outside; the first two are t = 0 and t = 1
 
 SHY = 1e-3  # crossings keep this share of an edge away from its ends: no needles
+
+
+class Body(NamedTuple):
+    """The body and its instants, see the legend. first : instant of j = 0. same : `resting` are the circles themselves."""
+
+    pose: NDArray[np.float64]
+    row: NDArray[np.float64]
+    resting: NDArray[np.float64]
+    group: NDArray[np.int64]
+    cos: NDArray[np.float64]
+    sin: NDArray[np.float64]
+    first: int
+    same: bool
+
+
+class Grid(NamedTuple):
+    """Numbers of points, -1 where there is none yet.
+
+    edge (3, m, n, q): crossings along u, x, t. ring (m, rings, q): nodes of circles. rest (2, rings, q): facet corners of
+    the body at rest at the first and the last instant. corner (8,): which corners of the cell at hand are in. onward (8, 8):
+    see `_edge_number`.
+    """
+
+    edge: NDArray[np.int32]
+    ring: NDArray[np.int32]
+    rest: NDArray[np.int32]
+    corner: NDArray[np.bool_]
+    onward: NDArray[np.int64]
 
 
 @kernel
@@ -125,8 +156,14 @@ def advancing_mesh(pose, row, resting, group, between, cos, sin, tol, first, las
     edge = np.full((3, m, n, q), -1, np.int32)
     ring = np.full((m, rings, q), -1, np.int32)
     rest = np.full((2, rings, q), -1, np.int32)
+    corner = np.empty(8, np.bool_)
+    onward = np.empty((8, 8), np.int64)
+    for x in range(8):
+        for y in range(8):
+            onward[x, y] = _edge_number(x, y)
     count = 0 if whole else 1
-    same = bool((resting == row[:, :2]).all())
+    body = Body(pose, row, resting, group, cos, sin, first, bool((resting == row[:, :2]).all()))
+    grid = Grid(edge, ring, rest, corner, onward)
     for j in range(m):
         p = pose[first + j]
         for i in range(n):
@@ -137,7 +174,7 @@ def advancing_mesh(pose, row, resting, group, between, cos, sin, tol, first, las
                 kk = 0 if tip else k
                 if inside[j, i, k] != inside[j, i, then]:
                     if tip:
-                        count = _ring(points, ring, count, pose, row, group, cos, sin, first, j, i, 0)
+                        count = _ring(points, count, grid, body, j, i, 0)
                         edge[0, j, i, k] = ring[j, group[i], 0]
                     else:
                         width = 2.0 * np.pi / q
@@ -155,7 +192,7 @@ def advancing_mesh(pose, row, resting, group, between, cos, sin, tol, first, las
                         count += 1
                 if i + 1 < n and inside[j, i, k] != inside[j, i + 1, k]:
                     if group[i] == group[i + 1]:
-                        count = _ring(points, ring, count, pose, row, group, cos, sin, first, j, i, kk)
+                        count = _ring(points, count, grid, body, j, i, kk)
                         edge[1, j, i, k] = ring[j, group[i], kk]
                     else:
                         ahead = f[j, i + 1, k] - tol
@@ -181,7 +218,7 @@ def advancing_mesh(pose, row, resting, group, between, cos, sin, tol, first, las
                     s = _shy(here / (here - ahead))
                     if tip and row[i, 2] != 0.0:  # a cone's tip: no surface, any point of its path will do
                         near = j if s < 0.5 else j + 1
-                        count = _ring(points, ring, count, pose, row, group, cos, sin, first, near, i, 0)
+                        count = _ring(points, count, grid, body, near, i, 0)
                         edge[2, j, i, k] = ring[near, group[i], 0]
                     elif tip and k > 0 and edge[2, j, i, 0] >= 0:
                         edge[2, j, i, k] = edge[2, j, i, 0]
@@ -197,14 +234,9 @@ def advancing_mesh(pose, row, resting, group, between, cos, sin, tol, first, las
     # --- facets ----------------------------------------------------------------------------------------
     triangles = np.empty((4 * crossings + 8 * n * q, 3), np.int64)
     total = 0
-    corner = np.empty(8, np.bool_)
-    onward = np.empty((8, 8), np.int64)
     after = np.empty(12, np.int64)
     loop = np.empty(24, np.int64)
     area, wrong = 0.0, 0.0
-    for x in range(8):
-        for y in range(8):
-            onward[x, y] = _edge_number(x, y)
     for j in range(m - 1):
         for i in range(n - 1):
             for k in range(q):
@@ -241,25 +273,25 @@ def advancing_mesh(pose, row, resting, group, between, cos, sin, tol, first, las
                         wrong += bad
                 if j == 0 and whole:
                     count, total = _cap(
-                        points, triangles, count, total, FACES[0], corner, onward, edge, rest, ring, pose, row,
-                        resting, group, cos, sin, first, 0, 0, i, k, True, same,
-                    )  # fmt: skip
+                        points, triangles, count, total, FACES[0], grid, body, 0, 0, i, k, True
+                    )
                 elif j == 0 and some and not every:
                     total = _cone(triangles, total, FACES[0], corner, onward, edge, i, k, then, apex)
                 if j == m - 2:
                     count, total = _cap(
-                        points, triangles, count, total, FACES[1], corner, onward, edge, rest, ring, pose, row,
-                        resting, group, cos, sin, first, j, m - 1, i, k, False, same,
-                    )  # fmt: skip
+                        points, triangles, count, total, FACES[1], grid, body, j, m - 1, i, k, False
+                    )
     return points[:count].copy(), triangles[:total].copy(), area, wrong
 
 
 @leaf
-def _ring(points, ring, count, pose, row, group, cos, sin, first, j, i, k):
+def _ring(points, count, grid, body, j, i, k):
     """Makes sure that the point of the body at rest in row i, column k has a number."""
-    if ring[j, group[i], k] < 0:
-        _place(points, count, pose, first + j, row[i, 0], row[i, 1], cos[k], sin[k])
-        ring[j, group[i], k] = count
+    ring = body.group[i]
+    if grid.ring[j, ring, k] < 0:
+        h, r = body.row[i, 0], body.row[i, 1]
+        _place(points, count, body.pose, body.first + j, h, r, body.cos[k], body.sin[k])
+        grid.ring[j, ring, k] = count
         count += 1
     return count
 
@@ -339,26 +371,20 @@ def _facing(triangles, begin, end, points, pose, row, cos, sin, j, i, k):
 
 
 @kernel
-def _cap(
-    points, triangles, count, total, face, corner, onward, edge, rest, ring, pose, row, resting, group, cos, sin,
-    first, cell, level, i, k, outside, same,
-):  # fmt: skip
+def _cap(points, triangles, count, total, face, grid, body, cell, level, i, k, outside):
     """Part of one cell's face at the first or the last instant: where it is in, or `outside`, where it is not.
 
     The rest of the body faces outward there, against the sense of the face at the first instant.
     """
-    then = (k + 1) % cos.shape[0]
+    then = (k + 1) % body.cos.shape[0]
+    edge, corner, onward = grid.edge, grid.corner, grid.onward
     loop = np.empty(12, np.int64)
     size = 0
-    which = 1 if level > 0 else 0
     if outside:  # what is out is in one piece: corners that are out, and all crossings
         for s in range(4):
             a, b = face[s], face[(s + 1) % 4]
             if not corner[a]:
-                count, loop[size] = _rest(
-                    points, count, rest, ring, pose, row, resting, group, cos, sin, first, level, which, i, k, then,
-                    a, same,
-                )  # fmt: skip
+                count, loop[size] = _rest(points, count, grid, body, level, i, k, then, a)
                 size += 1
             if corner[a] != corner[b]:
                 loop[size] = _crossing(edge, onward[a, b], cell, i, k, then)
@@ -375,10 +401,7 @@ def _cap(
         if not every:
             loop[0], size = _crossing(edge, onward[a, b], cell, i, k, then), 1
         while corner[face[t % 4]] and t <= s + 4:
-            count, loop[size] = _rest(
-                points, count, rest, ring, pose, row, resting, group, cos, sin, first, level, which, i, k, then,
-                face[t % 4], same,
-            )  # fmt: skip
+            count, loop[size] = _rest(points, count, grid, body, level, i, k, then, face[t % 4])
             size += 1
             t += 1
         if not every:
@@ -407,39 +430,22 @@ def _cone(triangles, total, face, corner, onward, edge, i, k, then, apex):
 
 
 @leaf
-def _rest(
-    points,
-    count,
-    rest,
-    ring,
-    pose,
-    row,
-    resting,
-    group,
-    cos,
-    sin,
-    first,
-    level,
-    which,
-    i,
-    k,
-    then,
-    corner,
-    same,
-):
+def _rest(points, count, grid, body, level, i, k, then, corner):
     """Number of the facet corner of the body at rest, made if it has none."""
     r, c = i + ((corner >> 1) & 1), then if corner & 1 else k
-    g = group[r]
-    if row[r, 1] == 0.0:
+    ring = body.group[r]
+    if body.row[r, 1] == 0.0:
         c = 0
-    if same:
-        count = _ring(points, ring, count, pose, row, group, cos, sin, first, level, r, c)
-        return count, ring[level, g, c]
-    if rest[which, g, c] < 0:
-        _place(points, count, pose, first + level, resting[r, 0], resting[r, 1], cos[c], sin[c])
-        rest[which, g, c] = count
+    if body.same:
+        count = _ring(points, count, grid, body, level, r, c)
+        return count, grid.ring[level, ring, c]
+    end = 1 if level > 0 else 0
+    if grid.rest[end, ring, c] < 0:
+        h, radius = body.resting[r, 0], body.resting[r, 1]
+        _place(points, count, body.pose, body.first + level, h, radius, body.cos[c], body.sin[c])
+        grid.rest[end, ring, c] = count
         count += 1
-    return count, rest[which, g, c]
+    return count, grid.rest[end, ring, c]
 
 
 @kernel

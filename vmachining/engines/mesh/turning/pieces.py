@@ -135,7 +135,7 @@ def _part(
         apart = APART * chord * {Side.INNER: -share, Side.FAIR: share - 0.5, Side.OUTER: share}[side]
         return rows_of(part, plan.sag, offset + apart, plan.spacing, plan.columns, side)
 
-    def resting(rows: Rows, first: int, last: int, whole: bool) -> tuple[Floats, Ints, float, float]:
+    def advancing(rows: Rows, first: int, last: int, whole: bool) -> tuple[Floats, Ints, float, float]:
         result: tuple[Floats, Ints, float, float] = _kernels.advancing_mesh(  # type: ignore[no-untyped-call]
             pose, rows.circles, rows.resting, rows.group, rows.between, cos, sin, still, first, last, whole
         )
@@ -145,7 +145,7 @@ def _part(
     if known is None:
         return
     if _winding(turn, pose) <= LARGEST_TURN:
-        points, triangles, area, wrong = resting(known, 0, plan.steps, not chained)
+        points, triangles, area, wrong = advancing(known, 0, plan.steps, not chained)
         if wrong <= WRONG * area:
             if len(triangles) and not _apart(points, box):
                 yield points, triangles
@@ -160,7 +160,7 @@ def _part(
         rows = body(number)
         if rows is None:
             continue
-        points, triangles, _area, _wrong = resting(rows, first, last, False)
+        points, triangles, _area, _wrong = advancing(rows, first, last, False)
         if len(triangles) and not _apart(points, box):
             yield points, triangles
 
