@@ -231,7 +231,7 @@ def test_many_blocks_at_once_are_blocks_one_after_the_other(whole: tuple[Path, v
     file, result = whole
     job = Job.load(file)
     one = VectorEngine(
-        raw_stock(job).shape,
+        raw_stock(job),
         Options(design=design_mesh(job), vectors=vector_settings(job), chord=job.keys.accuracy.chord_mm),
     )
     cut = [m for m in read_job_program(job).moves if m.motion not in (Motion.RAPID, Motion.DWELL) and m.tool]

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import io
-import pickle
 from collections.abc import Sequence
 from itertools import groupby
 from math import cos, degrees, radians
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
 from vmachining.arrays import Bools
+from vmachining.engines.pickled import load_values, save_values
 from vmachining.engines.protocol import NOTHING, Options, Removal, Request, StockSurface
 from vmachining.engines.settings import VectorSettings
 from vmachining.engines.vectors.accuracy import wall_angle
@@ -41,16 +40,11 @@ OVERLAP, UNIT_SHARE = 0.5, 0.1
 """Part of the design's box that must lie in that of the stock, and size of a design, relative to its stock, below which
 one of them is taken for a file in another unit."""
 
-GEOMETRY = (
-    "vmachining.stock",
-    "vmachining.sweep",
-    "vmachining.geometry",
-    "vmachining.tool",
-    "vmachining.numerics",
-)
-OWN = ("vmachining.engines.settings", "vmachining.engines.protocol", "vmachining.engines.vectors")
-ARRAYS = ("_array_reconstructor", "array")
-NUMPY = ("_reconstruct", "ndarray", "dtype", "scalar", "_frombuffer")
+OWN = (
+    "vmachining.engines.settings", "vmachining.engines.protocol", "vmachining.engines.vectors",
+    "array._array_reconstructor", "array.array",
+)  # fmt: skip
+"""What a checkpoint holds beside geometry."""
 
 
 class VectorEngine:
@@ -173,7 +167,7 @@ class VectorEngine:
 
     def save(self, path: Path) -> None:
         """See `Engine`."""
-        path.write_bytes(pickle.dumps(self.__dict__))
+        save_values(path, self.__dict__)
 
     @classmethod
     def load(cls, path: Path) -> Self:
@@ -186,23 +180,12 @@ class VectorEngine:
         """
         engine = object.__new__(cls)
         try:
-            engine.__dict__.update(_Geometry(io.BytesIO(path.read_bytes())).load())
+            engine.__dict__.update(load_values(path, cls.name, OWN))
         except EngineError:
             raise
         except Exception as exc:  # bytes that are no checkpoint can raise anything
             raise EngineError(f"cannot read the checkpoint {path} ({exc})", engine=cls.name) from exc
         return engine
-
-
-class _Geometry(pickle.Unpickler):
-    """Reads pickles of our own values and of arrays, and nothing that could run."""
-
-    def find_class(self, module: str, name: str) -> Any:
-        ours = module.startswith(GEOMETRY) or module.startswith(OWN)
-        plain = module == "array" and name in ARRAYS
-        if not ours and not plain and not (module.split(".")[0] == "numpy" and name in NUMPY):
-            raise EngineError(f"the checkpoint holds {module}.{name}", engine="vectors")
-        return super().find_class(module, name)
 
 
 def _densities(settings: VectorSettings, part: DesignPart) -> tuple[float, float, float]:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import io
-import pickle
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.engines.dexel.rays.estimate import CONFIDENCE, MOST, Take, estimated
 from vmachining.engines.dexel.rays.surface import staircase
+from vmachining.engines.pickled import load_values, save_values
 from vmachining.engines.protocol import NOTHING, Options, Removal, StockSurface
 from vmachining.errors import EngineError
 from vmachining.geometry import Bracket
@@ -28,16 +27,6 @@ WANT_REL = 0.01
 
 GRID = 64
 """Cells of the grid of sweeps along the stock."""
-
-GEOMETRY = (
-    "vmachining.stock",
-    "vmachining.sweep",
-    "vmachining.geometry",
-    "vmachining.tool",
-    "vmachining.numerics",
-)
-NUMPY = ("_reconstruct", "ndarray", "dtype", "scalar", "_frombuffer")
-"""What a checkpoint may hold: our own values, and arrays."""
 
 
 class RayEngine:
@@ -136,7 +125,7 @@ class RayEngine:
             self._blocks,
             self._removed,
         )
-        path.write_bytes(pickle.dumps(state))
+        save_values(path, state)
 
     @classmethod
     def load(cls, path: Path) -> Self:
@@ -148,9 +137,9 @@ class RayEngine:
             The file cannot be read, is damaged, or holds anything but geometry.
         """
         try:
-            stock, chord, want, most, sweeps, blocks, removed = _Geometry(
-                io.BytesIO(path.read_bytes())
-            ).load()
+            stock, chord, want, most, sweeps, blocks, removed = load_values(
+                path, cls.name, ("vmachining.engines.protocol.Removal",)
+            )
             engine = cls(stock, Options(chord=chord), want_rel=want, most=most)
             for sweep in sweeps:
                 engine._index.add(sweep)
@@ -160,13 +149,3 @@ class RayEngine:
         except Exception as exc:  # bytes that are no checkpoint can raise anything
             raise EngineError(f"cannot read the checkpoint {path} ({exc})", engine=cls.name) from exc
         return engine
-
-
-class _Geometry(pickle.Unpickler):
-    """Reads pickles of our own values and of arrays, and nothing that could run."""
-
-    def find_class(self, module: str, name: str) -> Any:
-        ours = module.startswith(GEOMETRY) or (module, name) == ("vmachining.engines.protocol", "Removal")
-        if not ours and not (module.split(".")[0] == "numpy" and name in NUMPY):
-            raise EngineError(f"the checkpoint holds {module}.{name}", engine="rays")
-        return super().find_class(module, name)
