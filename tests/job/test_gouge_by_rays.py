@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -32,3 +33,21 @@ def test_gouge_and_excess_have_their_depth_and_their_block(tmp_path: Path) -> No
         assert np.allclose(over[name], value)
     farther = 4.0 * 9.4  # mm^2 of the floor that is not nearer to the sides of the design than to its top
     assert over.height * 0.2**2 == pytest.approx(farther, rel=0.02)
+    result.write(tmp_path / "out", stock=("3mf", "stl"))
+    page = (tmp_path / "out" / "deviation.html").read_text()
+    assert "Deviation of tiny from its design" in page and "ray along z" in page
+
+
+def test_files_of_the_workpiece_are_coloured_by_block(tmp_path: Path) -> None:
+    """Two blocks of triangles and the raw stock: three colours of the 3MF, and three attributes of the STL."""
+    mesh = BoxStock((0, 0, 0), (3, 2, 1)).mesh(0.1)[0]
+    block = np.array([-1, -1, 5, 5, 5, 5, 7, 7, 7, 7, 7, 7])
+    for name in ("part.stl", "part.3mf"):
+        assert write_stock(mesh, tmp_path / name, block) == pytest.approx(6.0)
+    facets = np.frombuffer(
+        (tmp_path / "part.stl").read_bytes()[84:], dtype=[("f", "<f4", 12), ("color", "<u2")]
+    )
+    assert sorted(np.unique(facets["color"], return_counts=True)[1].tolist()) == [2, 4, 6]
+    with zipfile.ZipFile(tmp_path / "part.3mf") as package:
+        model = package.read("3D/3dmodel.model").decode()
+    assert model.count("<m:color ") == 3 and model.count('p1="1"') == 4 and 'color="#B8B8B8"' in model

@@ -153,10 +153,10 @@ class RunResult:
                     shutil.copyfile(self.folder / name, folder / name)
             held: dict[str, float] = {}
             if meshes:
-                vertices, triangles, _ = self.surface
+                vertices, triangles, block = self.surface
                 self.summary["stock_mesh_mm3"] = volume_of(Triangles(vertices, triangles))
             for name in meshes:
-                held[name] = write_stock(Triangles(vertices, triangles), folder / name)
+                held[name] = write_stock(Triangles(vertices, triangles), folder / name, block)
             if held:
                 self.summary["stock_files_mm3"] = held
             refused = []

@@ -11,7 +11,7 @@ from vmachining.arrays import Floats, Ints
 from vmachining.errors import InputError, StockError
 from vmachining.job.files import atomic_path
 from vmachining.job.jobfile import Job
-from vmachining.job.twofold import twofold
+from vmachining.job.twofold import twofold_from
 from vmachining.stock import (
     BoxStock,
     CylinderStock,
@@ -49,8 +49,9 @@ RELATIONSHIPS = (
 )
 MODEL = (
     XML + '<model unit="millimeter" xml:lang="en" '
-    'xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02">'
-    '<resources><object id="1" type="model"><mesh>'
+    'xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02" '
+    'xmlns:m="http://schemas.microsoft.com/3dmanufacturing/material/2015/02">'
+    '<resources>{colors}<object id="1" type="model"><mesh>'
     "<vertices>\n{vertices}</vertices><triangles>\n{triangles}</triangles></mesh></object></resources>"
     '<build><item objectid="1"/></build></model>'
 )
@@ -170,20 +171,31 @@ def check_formats(text: str) -> tuple[str, ...]:
     return formats
 
 
-def write_stock(mesh: Triangles, path: Path) -> float:
+def write_stock(mesh: Triangles, path: Path, block: Ints | None = None) -> float:
     """Write triangles (mm) as one closed solid, by suffix: .stl (binary, 32-bit) or .3mf (to 1e-7 mm).
 
     Every edge of a closed surface has two triangles in the file, see `twofold`. Returns the volume (mm^3) inside the
     triangles as they are written: 32 bits hold 1e4 mm to a thousandth, and a large face moves with its corners.
+
+    block : (m,) that cut each triangle, -1 of the raw stock: its colour in the file, see `block_colors`; None: no colours.
     """
     rounded, ulp = (_single, 2.0**-24) if path.suffix == ".stl" else (_decimal, 0.0)
-    vertices, triangles = twofold(*mesh, rounded, ulp)
+    vertices, triangles, source = twofold_from(*mesh, rounded, ulp)
+    owner = None if block is None else block[source]
     with atomic_path(path) as temporary:
         if path.suffix == ".stl":
-            temporary.write_bytes(_stl(vertices, triangles))
+            temporary.write_bytes(_stl(vertices, triangles, owner))
         else:
-            _write_3mf(temporary, vertices, triangles)
+            _write_3mf(temporary, vertices, triangles, owner)
     return volume_of(Triangles(vertices, triangles))
+
+
+def block_colors(block: Ints) -> Ints:
+    """(m, 3) red, green, blue, 0 to 255: raw stock grey, blocks by turns of the golden section around the hues."""
+    hue = np.mod(block * 0.6180339887498949, 1.0)
+    tint = np.clip(np.abs(np.mod(hue[:, None] * 6.0 + [0.0, 4.0, 2.0], 6.0) - 3.0) - 1.0, 0.0, 1.0)
+    rgb = np.where(block[:, None] < 0, 0.72, 0.35 + 0.55 * tint)
+    return np.rint(255.0 * rgb).astype(np.int64)
 
 
 def volume_of(mesh: Triangles) -> float:
@@ -201,8 +213,8 @@ def _decimal(points: Floats) -> Floats:
     return np.round(points, DECIMALS)
 
 
-def _stl(vertices: Floats, triangles: Ints) -> bytes:
-    """Binary STL: 80 bytes of header, a count, and 50 bytes per facet."""
+def _stl(vertices: Floats, triangles: Ints, block: Ints | None = None) -> bytes:
+    """Binary STL: 80 bytes of header, a count, and 50 bytes per facet; colours of 15 bits as VisCAM and MeshLab read them."""
     corners = vertices[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     size = np.linalg.norm(normal, axis=1, keepdims=True)
@@ -211,17 +223,31 @@ def _stl(vertices: Floats, triangles: Ints) -> bytes:
     )
     facets["normal"] = np.divide(normal, size, out=np.zeros_like(normal), where=size > 0)
     facets["corner"] = corners
+    if block is not None:
+        red, green, blue = (block_colors(block) >> 3).T
+        facets["attribute"] = 0x8000 | red << 10 | green << 5 | blue
     return b"vmachining, mm".ljust(80) + len(triangles).to_bytes(4, "little") + facets.tobytes()
 
 
-def _write_3mf(path: Path, vertices: Floats, triangles: Ints) -> None:
-    """A 3MF package with one object. The same workpiece gives the same bytes."""
+def _write_3mf(path: Path, vertices: Floats, triangles: Ints, block: Ints | None = None) -> None:
+    """A 3MF package with one object, its triangles coloured by block. The same workpiece gives the same bytes."""
     points = "".join(f'<vertex x="{x:.15g}" y="{y:.15g}" z="{z:.15g}"/>\n' for x, y, z in vertices.tolist())
-    faces = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>\n' for a, b, c in triangles.tolist())
+    colors, paint = "", [""] * len(triangles)
+    if block is not None:
+        blocks, which = np.unique(block, return_inverse=True)
+        rows = "".join(
+            f'<m:color color="#{r:02X}{g:02X}{b:02X}"/>\n' for r, g, b in block_colors(blocks).tolist()
+        )
+        colors = f'<m:colorgroup id="2">\n{rows}</m:colorgroup>'
+        paint = [f' pid="2" p1="{k}"' for k in which.reshape(-1).tolist()]
+    faces = "".join(
+        f'<triangle v1="{a}" v2="{b}" v3="{c}"{color}/>\n'
+        for (a, b, c), color in zip(triangles.tolist(), paint, strict=True)
+    )
     parts = {
         "[Content_Types].xml": CONTENT_TYPES,
         "_rels/.rels": RELATIONSHIPS,
-        "3D/3dmodel.model": MODEL.format(vertices=points, triangles=faces),
+        "3D/3dmodel.model": MODEL.format(vertices=points, triangles=faces, colors=colors),
     }
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as package:
         for name, text in parts.items():

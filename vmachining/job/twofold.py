@@ -21,7 +21,7 @@ import numpy as np
 
 from vmachining.arrays import Floats, Ints
 
-__all__ = ["twofold"]
+__all__ = ["twofold", "twofold_from"]
 
 Edge: TypeAlias = tuple[int, int]
 
@@ -39,7 +39,14 @@ def twofold(
 
     rounded : coordinates as the file will hold them. ulp : mm, relative unit of the last place there.
     """
-    points, triangles = _joined(rounded(points), triangles)
+    return twofold_from(points, triangles, rounded, ulp)[:2]
+
+
+def twofold_from(
+    points: Floats, triangles: Ints, rounded: Callable[[Floats], Floats], ulp: float
+) -> tuple[Floats, Ints, Ints]:
+    """The same, and (m,) which of the triangles given each is, or is a piece of."""
+    points, triangles, source = _joined(rounded(points), triangles)
     edges = defaultdict(list)
     a, b, c = triangles.T
     ends = np.concatenate([np.stack(pair, 1) for pair in ((a, b), (b, c), (c, a))])
@@ -48,7 +55,7 @@ def twofold(
     for k in np.flatnonzero(counts[where] > 2).tolist():
         edges[int(low[k]), int(high[k])].append(k % len(triangles))
     if not edges:
-        return points, triangles
+        return points, triangles, source
     taken = {tuple(point) for point in points.tolist()}
     added: list[list[float]] = []
     inserted: dict[int, dict[Edge, int]] = defaultdict(dict)
@@ -62,21 +69,27 @@ def twofold(
     keep = np.ones(len(triangles), dtype=bool)
     keep[list(inserted)] = False
     pieces = [
-        piece
+        (face, piece)
         for face, spots in sorted(inserted.items())
         for piece in _divided(triangles[face].tolist(), spots)
     ]
-    divided = np.array(pieces, dtype=np.int64).reshape(-1, 3)
+    divided = np.array([piece for _, piece in pieces], dtype=np.int64).reshape(-1, 3)
+    whose = source[np.array([face for face, _ in pieces], dtype=np.int64)]
     new = np.array(added, dtype=np.float64).reshape(-1, 3)
-    return np.concatenate([points, new]), np.concatenate([triangles[keep], divided])
+    return (
+        np.concatenate([points, new]),
+        np.concatenate([triangles[keep], divided]),
+        np.concatenate([source[keep], whose]),
+    )
 
 
-def _joined(points: Floats, triangles: Ints) -> tuple[Floats, Ints]:
-    """Equal points are one; without triangles that collapse, and pairs of them that face each other."""
+def _joined(points: Floats, triangles: Ints) -> tuple[Floats, Ints, Ints]:
+    """Equal points are one; without triangles that collapse, and pairs of them that face each other. Which are left."""
     points, where = np.unique(points + 0.0, axis=0, return_inverse=True)
     triangles = where.reshape(-1)[triangles].astype(np.int64)
     a, b, c = triangles.T
-    triangles = triangles[(a != b) & (b != c) & (c != a)]
+    real = (a != b) & (b != c) & (c != a)
+    triangles = triangles[real]
     first = triangles.argmin(axis=1)  # turned so that the smallest index comes first, which keeps the sense
     turned = np.take_along_axis(triangles, (first[:, None] + np.arange(3)) % 3, axis=1)
     up = turned[:, 1] < turned[:, 2]
@@ -92,7 +105,7 @@ def _joined(points: Floats, triangles: Ints) -> tuple[Floats, Ints]:
                 if left[group[k]] > 0:
                     left[group[k]] -= 1
                     keep[k] = False
-    return points, turned[keep]
+    return points, turned[keep], np.flatnonzero(real)[keep]
 
 
 def _wedges(points: Floats, triangles: Ints, edge: Edge, members: list[int]) -> list[tuple[int, int]]:

@@ -7,12 +7,16 @@ from pathlib import Path
 import numpy as np
 import plotly.graph_objects as go
 
+from vmachining.engines.dexel import DexelEngine
 from vmachining.engines.vectors import KINDS, VectorEngine
 from vmachining.errors import InputError
 from vmachining.job import RunResult
 from vmachining.job.files import write_atomic
+from vmachining.job.gouge import ends_against
+from vmachining.job.stock import design_mesh
 from vmachining.report.figures import BAR, FONT
 from vmachining.report.thin import thin_mesh
+from vmachining.stock import MeshStock
 
 __all__ = ["deviation_figure", "write_deviation"]
 
@@ -27,7 +31,7 @@ DRAWN_MM = 0.1
 
 
 def write_deviation(result: RunResult, path: Path) -> None:
-    """Write the page of a result of the vectors engine.
+    """Write the page of a result of the vectors or the dexel engine.
 
     Raises
     ------
@@ -35,25 +39,54 @@ def write_deviation(result: RunResult, path: Path) -> None:
         Another engine made the result.
     """
     engine, keys = result.stock, result.job.keys.design
-    if not isinstance(engine, VectorEngine) or keys is None:
-        raise InputError("only the vectors engine measures a deviation")
-    figure = deviation_figure(engine, keys.tolerance_mm)
+    if keys is not None and isinstance(engine, DexelEngine):
+        figure = ends_figure(result, engine, keys.tolerance_mm)
+    elif keys is not None and isinstance(engine, VectorEngine):
+        figure = deviation_figure(engine, keys.tolerance_mm)
+    else:
+        raise InputError("only the engines vectors and dexel measure a deviation")
     figure.update_layout(title={"text": f"Deviation of {result.job.name} from its design", "x": 0.02})
     write_atomic(path, figure.to_html(include_plotlyjs=True, full_html=True))
 
 
-def deviation_figure(engine: VectorEngine, tolerance: float) -> go.Figure:
-    """The part in grey; feet of vectors coloured by deviation; vectors outside of the tolerance as lines."""
-    figure = go.Figure()
-    part = engine.part
-    thin = thin_mesh(
-        part.mesh.vertices, part.mesh.triangles, np.zeros(len(part.mesh.triangles), dtype=np.int64)
+def ends_figure(result: RunResult, engine: DexelEngine, tolerance: float) -> go.Figure:
+    """The part in grey, and the ends of rays outside of the tolerance at their feet, coloured by deviation."""
+    part = design_mesh(result.job)
+    assert part is not None
+    columns, told = ends_against(engine, part, tolerance)
+    figure = go.Figure(_part(part))
+    deviation = np.asarray(columns["deviation_mm"])[:MOST_POINTS]
+    reach = max(3.0 * tolerance, 0.2 * max(told["max_overcut_mm"], told["max_undercut_mm"]))
+    block = [np.nan if k is None else k for k in columns["block"][:MOST_POINTS]]
+    x, y, z = (columns[name][:MOST_POINTS] for name in ("x_mm", "y_mm", "z_mm"))
+    figure.add_trace(
+        go.Scatter3d(
+            x=x, y=y, z=z, mode="markers", name="outside of the tolerance", text=columns["kind"][:MOST_POINTS],
+            customdata=np.column_stack([deviation, block]),
+            marker={"size": 2.5, "color": deviation, "cmin": -reach, "cmax": reach, "colorscale": SCALE, "showscale": True,
+                    "colorbar": {"title": {"text": "mm"}, **BAR}},
+            hovertemplate="%{text}<br>x %{x:.3f} y %{y:.3f} z %{z:.3f}<br>deviation %{customdata[0]:.4g} mm<br>"
+            "block %{customdata[1]}<extra></extra>",
+        )
+    )  # fmt: skip
+    return figure.update_layout(
+        font=FONT, scene={"aspectmode": "data"}, margin={"l": 0, "r": 0, "b": 0, "t": 40}
     )
+
+
+def _part(mesh: MeshStock) -> go.Mesh3d:
+    thin = thin_mesh(mesh.vertices, mesh.triangles, np.zeros(len(mesh.triangles), dtype=np.int64))
     x, y, z = thin.vertices.T
     i, j, k = thin.triangles.T
-    figure.add_trace(
-        go.Mesh3d(x=x, y=y, z=z, i=i, j=j, k=k, color="#c9d0d9", opacity=0.35, name="design", showlegend=True, hoverinfo="skip")
+    return go.Mesh3d(
+        x=x, y=y, z=z, i=i, j=j, k=k, color="#c9d0d9", opacity=0.35, name="design", showlegend=True, hoverinfo="skip"
     )  # fmt: skip
+
+
+def deviation_figure(engine: VectorEngine, tolerance: float) -> go.Figure:
+    """The part in grey; feet of vectors coloured by deviation; vectors outside of the tolerance as lines."""
+    part = engine.part
+    figure = go.Figure(_part(part.mesh))
     shown = engine.deviation(tolerance, outside_only=False, most=MOST_POINTS // 2)
     outside = engine.deviation(tolerance, most=MOST_POINTS // 2)
     largest = float(np.abs(outside.deviation).max(initial=0.0))
