@@ -153,16 +153,16 @@ class RunResult:
                     shutil.copyfile(self.folder / name, folder / name)
             held: dict[str, float] = {}
             if meshes:
-                vertices, triangles, block = self.surface
+                vertices, triangles, owner = self.surface
                 self.summary["stock_mesh_mm3"] = volume_of(Triangles(vertices, triangles))
             for name in meshes:
-                held[name] = write_stock(Triangles(vertices, triangles), folder / name, block)
+                held[name] = write_stock(Triangles(vertices, triangles), folder / name, owner)
             if held:
                 self.summary["stock_files_mm3"] = held
             refused = []
             for name, block in steps.items():
                 try:
-                    write_step(self, folder / name, block)
+                    write_step(self, folder / name, owner)
                 except EngineError as exc:  # every other file is right without it
                     refused.append(exc.message)
             if refused:
