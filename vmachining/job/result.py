@@ -162,7 +162,7 @@ class RunResult:
             refused = []
             for name, block in steps.items():
                 try:
-                    write_step(self, folder / name, owner)
+                    write_step(self, folder / name, block)
                 except EngineError as exc:  # every other file is right without it
                     refused.append(exc.message)
             if refused:
