@@ -19,7 +19,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from vmachining.arrays import Floats, rows
 from vmachining.errors import InputError
@@ -94,7 +94,7 @@ class Identification:
 
     @property
     def _factor(self) -> float:
-        return float(student.ppf(0.5 + 0.5 * self.confidence, self.freedom)) if self.freedom else float("nan")
+        return float(stdtrit(self.freedom, 0.5 + 0.5 * self.confidence)) if self.freedom else float("nan")
 
     @property
     def power_half_width(self) -> Floats:

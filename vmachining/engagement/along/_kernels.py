@@ -1,249 +1,69 @@
-# The engaged stretches of a meridian at many rotation angles, against stock and sweeps nearby.
-#
-# Legend: s arc length along the meridian, mm; m (margin) of a point, mm: negative where it cuts. A point cuts if its
-#   surface moves into what lies before it (N.V > 0), if it is in the stock, and if no sweep covers it; the margin is
-#   the largest of three functions that change by at most `stretch` per mm of s, so |m| / stretch is a step without a
-#   root.
-# World: kind 0 box (lo, hi), 1 upright cylinder (x, y, R, z0, z1), 2 triangles (a to boxes, see
-#   engagement/_kernels.py). Columns of the sweeps, one row each: box lo and hi; form: first and last + 1 piece, 1 if
-#   the axis turns, row of frames or -1; start; path (see sweep/_kernels.py); tol: of the distance, and depth up to
-#   which a point counts as on the surface. Rows of pieces: first and last + 1 segment, first and last + 1 wave; limits
-#   and waves as in sweep/turned.
-# Tool: rows r0 z0 r1 z1 cr cz R beta0 beta1 of the meridian, joints (s of their ends), twist rad/mm of height.
-# now (22,): tip, axis, velocity, rate of the axis, right, ahead (3 each), speed, idle speed, highest z, steepness added.
-# hit rows: piece, s0, s1.
-
-from typing import NamedTuple
+# The engaged stretches of a meridian at many rotation angles. Legend: margin/_kernels.py.
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vmachining.engagement.along.margin._kernels import (
+    FAR,
+    Room,
+    box_gap,
+    edge_point,
+    into,
+    margin,
+    stock_gap,
+    sweep_gap,
+)
 from vmachining.jit import kernel, leaf
-from vmachining.stock._kernels import mesh_distance
-from vmachining.sweep._kernels import meridian, nearest, planar_gap
-from vmachining.sweep.turned._kernels import _narrowed
-from vmachining.sweep.turned.pose._kernels import near, state
 
 ROOT = 1e-8  # mm: width of the bracket of an end
 ZERO = 1e-10  # mm: margin that counts as none
-FAR = 1e9
-LEVEL = -0.25  # mm: deeper than this in a turning sweep needs no digits
 TOUCH_RAD = 1e-4  # arcs narrower than this are a line along which tool and wall touch
 HALVINGS = 12  # of a step of the grid, for ends of arcs and jumps: 2e-5 rad of 5 degrees
 LEAST, CELLS = 0.02, 16.0  # mm, and of a piece: steps along walls that the edge all but touches
 JUMP, JUMP_MM = 1.1, 0.02  # a change of length is a jump if it exceeds those beside it by this
 
 
-class World(NamedTuple):
-    """Stock and earlier sweeps, see the legend."""
-
-    kind: int
-    stock: NDArray[np.float64]
-    box: NDArray[np.float64]
-    form: NDArray[np.int64]
-    start: NDArray[np.float64]
-    path: NDArray[np.float64]
-    tol: NDArray[np.float64]
-    frames: NDArray[np.float64]
-    pieces: NDArray[np.int64]
-    seg: NDArray[np.float64]
-    limits: NDArray[np.float64]
-    waves: NDArray[np.float64]
-    a: NDArray[np.float64]
-    b: NDArray[np.float64]
-    c: NDArray[np.float64]
-    normals: NDArray[np.float64]
-    boxes: NDArray[np.float64]
-
-
-class Blade(NamedTuple):
-    """The meridian, see the legend."""
-
-    rows: NDArray[np.float64]
-    joints: NDArray[np.float64]
-    twist: float
-    stretch: float
-
-
-class Room(NamedTuple):
-    """Work space of the kernels."""
-
-    cells: NDArray[np.float64]
-    p: NDArray[np.float64]
-    poses: NDArray[np.float64]
-    hit: NDArray[np.float64]
-    stack: NDArray[np.int64]
-    square: NDArray[np.float64]
-
-
-@leaf
-def mesh_gap(world, x, y, z, room):
-    """Signed distance to the triangles."""
-    p = room.p
-    p[0], p[1], p[2] = x, y, z
-    return mesh_distance(
-        p, world.a, world.b, world.c, world.normals, world.boxes, room.stack, room.square, 0
-    )[0]
-
-
-@leaf
-def stock_gap(world, x, y, z, room):
-    """Signed distance to the stock."""
-    q = world.stock
-    if world.kind == 2:
-        away = box_gap(q, x, y, z)
-        return away if away > 1.0 else mesh_gap(world, x, y, z, room)
-    if world.kind == 0:
-        a = max(q[0] - x, x - q[3])
-        b = max(q[1] - y, y - q[4])
-        c = max(q[2] - z, z - q[5])
-        out = np.sqrt(max(a, 0.0) ** 2 + max(b, 0.0) ** 2 + max(c, 0.0) ** 2)
-        return out + min(max(a, max(b, c)), 0.0)
-    a = np.sqrt((x - q[0]) ** 2 + (y - q[1]) ** 2) - q[2]
-    c = max(q[3] - z, z - q[4])
-    return np.sqrt(max(a, 0.0) ** 2 + max(c, 0.0) ** 2) + min(max(a, c), 0.0)
-
-
-@leaf
-def box_gap(box, x, y, z):
-    """Distance to a box, 0 inside."""
-    a = max(max(box[0] - x, x - box[3]), 0.0)
-    b = max(max(box[1] - y, y - box[4]), 0.0)
-    c = max(max(box[2] - z, z - box[5]), 0.0)
-    return np.sqrt(a * a + b * b + c * c)
-
-
-@leaf
-def sweep_gap(world, k, x, y, z, best, room):
-    """The smaller of `best` and the signed distance to sweep k; below LEVEL only that it is."""
-    first, last, turns, frame = world.form[k, 0], world.form[k, 1], world.form[k, 2], world.form[k, 3]
-    if frame >= 0:
-        f = world.frames[frame]
-        x, y, z = (
-            f[0, 0] * x + f[0, 1] * y + f[0, 2] * z,
-            f[1, 0] * x + f[1, 1] * y + f[1, 2] * z,
-            f[2, 0] * x + f[2, 1] * y + f[2, 2] * z,
-        )
-    x, y, z = x - world.start[k, 0], y - world.start[k, 1], z - world.start[k, 2]
-    seg, tol = world.seg, world.tol[k, 0]
-    if turns == 0:
-        path = world.path[k]
-        if path[9] == 0.0:
-            for j in range(first, last):
-                best = min(
-                    best, nearest(seg, world.pieces[j, 0], world.pieces[j, 1], path[6:9], x, y, z, tol)[0]
-                )
-        else:
-            gap = planar_gap(path, x, y)
-            for j in range(first, last):
-                best = min(best, meridian(seg, world.pieces[j, 0], world.pieces[j, 1], gap, z)[0])
-        return best
-    cells, poses = room.cells, room.poses
-    waves = world.waves[world.pieces[first, 2] : world.pieces[first, 3]]
-    state(waves, 0.0, poses[0])
-    state(waves, 1.0, poses[1])
-    for j in range(first, last):
-        i0, i1 = world.pieces[j, 0], world.pieces[j, 1]
-        cells[0, 0], cells[0, 1], cells[0, 2] = 0.0, 1.0, 0.0
-        for e in range(2):
-            d, _x, _y, _z, f = near(seg, i0, i1, poses[e], x, y, z)
-            cells[0, 3 + 2 * e], cells[0, 4 + 2 * e] = d, f
-            best = min(best, d)
-        best = _narrowed(
-            seg, i0, i1, world.limits[j], waves, x, y, z, best, LEVEL, cells, room.p, 0, 0, max(tol, 1e-8)
-        )[0]
-    return best
-
-
-@leaf
-def edge_point(blade, piece, s):
-    """r, z, n_r, n_z of the meridian."""
-    q = blade.rows[piece]
-    t = s - blade.joints[piece]
-    if q[6] > 0.0:
-        beta = min(q[7] + t / q[6], q[8])
-        c, n = np.cos(beta), np.sin(beta)
-        return max(q[4] + q[6] * c, 0.0), q[5] + q[6] * n, c, n
-    size = blade.joints[piece + 1] - blade.joints[piece]
-    share = min(max(t / size, 0.0), 1.0)
-    return q[0] + share * (q[2] - q[0]), q[1] + share * (q[3] - q[1]), np.cos(q[7]), np.sin(q[7])
-
-
-@leaf
-def into(now, phi, r, z, n_r, n_z):
-    """N . V of a point of the edge at phi, per unit of the block."""
-    sp, cp = np.sin(phi), np.cos(phi)
-    m_v = sp * (now[12] * now[6] + now[13] * now[7] + now[14] * now[8]) + cp * (
-        now[15] * now[6] + now[16] * now[7] + now[17] * now[8]
-    )
-    m_w = sp * (now[12] * now[9] + now[13] * now[10] + now[14] * now[11]) + cp * (
-        now[15] * now[9] + now[16] * now[10] + now[17] * now[11]
-    )
-    a_v = now[3] * now[6] + now[4] * now[7] + now[5] * now[8]
-    return n_r * m_v + n_z * a_v + (z * n_r - r * n_z) * m_w
-
-
-@leaf
-def material(world, kept, count, x, y, z, room):
-    """Signed distance to the workpiece from outside: positive where there is none, bounded by 5 mm inside."""
-    gap = -FAR
-    if world.kind != 2:
-        gap = stock_gap(world, x, y, z, room)
-        if gap > 0.5:
-            return gap
-    best = 5.0
-    for i in range(count):
-        k = kept[i]
-        touch = world.tol[k, 1]
-        if box_gap(world.box[k], x, y, z) < best:
-            best = min(best, sweep_gap(world, k, x, y, z, best - touch, room) + touch)
-            if best < LEVEL:
-                return -best
-    if world.kind == 2:  # triangles are asked last, they are slow
-        gap = stock_gap(world, x, y, z, room)
-    return max(gap - 1e-9, -best)
-
-
-@leaf
-def margin(world, kept, count, blade, now, piece, s, phi, bend, room):
-    """Negative where the edge cuts; with a negative bend only the material is asked."""
-    r, z, n_r, n_z = edge_point(blade, piece, s)
-    turned = phi - z * blade.twist
-    back = -FAR
-    if bend >= 0.0:
-        back = (now[19] - into(now, turned, r, z, n_r, n_z)) / (bend * now[18] + now[21])
-        if back > 0.5:
-            return back
-    sp, cp = np.sin(turned), np.cos(turned)
-    x = now[0] + z * now[3] + r * (sp * now[12] + cp * now[15])
-    y = now[1] + z * now[4] + r * (sp * now[13] + cp * now[16])
-    w = now[2] + z * now[5] + r * (sp * now[14] + cp * now[17])
-    return max(back, material(world, kept, count, x, y, w, room))
-
-
 @leaf
 def end_between(world, kept, count, blade, now, piece, phi, bend, room, a, b, f_a, f_b):
-    """Where the margin changes its sign: regula falsi (Illinois), every third time the middle."""
+    """Where the margin changes its sign, within ROOT: Brent's method, whose last step crosses the root by ROOT / 2."""
     if abs(f_b) <= ZERO:  # steps as long as the margin land on what they measure
         return b
     if abs(f_a) <= ZERO:
         return a
-    for step in range(80):
-        if b - a <= ROOT:
+    # b is the best so far, the root is between b and c, a was best before
+    c, f_c = a, f_a
+    step = before = b - a
+    for _ in range(80):
+        if abs(f_c) < abs(f_b):
+            a, f_a = b, f_b
+            b, f_b = c, f_c
+            c, f_c = a, f_a
+        half = 0.5 * (c - b)
+        if abs(half) <= 0.5 * ROOT or abs(f_b) <= ZERO:
             break
-        s = a + (b - a) * f_a / (f_a - f_b)
-        if step % 3 == 2 or not a < s < b:
-            s = 0.5 * (a + b)
-        if not a < s < b:
-            break
-        f = margin(world, kept, count, blade, now, piece, s, phi, bend, room)
-        if abs(f) <= ZERO:
-            return s
-        if (f < 0.0) == (f_a < 0.0):
-            a, f_a, f_b = s, f, 0.5 * f_b
-        else:
-            b, f_b, f_a = s, f, 0.5 * f_a
-    return 0.5 * (a + b)
+        found = False
+        if abs(before) >= 0.5 * ROOT and abs(f_a) > abs(f_b):
+            ratio = f_b / f_a
+            if a == c:
+                p, q = 2.0 * half * ratio, 1.0 - ratio
+            else:
+                u, v = f_a / f_c, f_b / f_c
+                p = ratio * (2.0 * half * u * (u - v) - (b - a) * (v - 1.0))
+                q = (u - 1.0) * (v - 1.0) * (ratio - 1.0)
+            if p > 0.0:
+                q = -q
+            p = abs(p)
+            if 2.0 * p < min(3.0 * half * q - abs(0.5 * ROOT * q), abs(before * q)):
+                before, step = step, p / q
+                found = True
+        if not found:
+            step = before = half
+        a, f_a = b, f_b
+        b += step if abs(step) > 0.5 * ROOT else (0.5 * ROOT if half > 0.0 else -0.5 * ROOT)
+        f_b = margin(world, kept, count, blade, now, piece, b, phi, bend, room)
+        if (f_b < 0.0) == (f_c < 0.0):
+            c, f_c = a, f_a
+            step = before = b - a
+    return b
 
 
 @leaf
@@ -357,6 +177,7 @@ def reduce(world, near_by, blade, nows, angles, pitch, slack, kept) -> int:
         np.zeros((1, 3)),
         np.zeros(128, np.int64),
         np.zeros(128),
+        np.zeros(1, np.int64),
     )
     n = 0
     for place in range(len(nows)):
@@ -431,6 +252,7 @@ def contact(world, kept, count, blade, now, grid, more, phi, hits) -> tuple[int,
         np.zeros((32, 3)),
         np.zeros(128, np.int64),
         np.zeros(128),
+        np.zeros(1, np.int64),
     )
     # the ring of angles that is searched: grid and more in order
     ring = np.concatenate((grid, more))
@@ -500,6 +322,7 @@ def contact_at(world, kept, count, blade, now, phi, first, hits, used) -> int:
         np.zeros((32, 3)),
         np.zeros(128, np.int64),
         np.zeros(128),
+        np.zeros(1, np.int64),
     )
     for i in range(first, len(phi)):
         used = put(hits, used, room, cut_at(world, kept, count, blade, now, phi[i], room), i)
@@ -545,65 +368,6 @@ def jumps(world, kept, count, blade, now, phi, hits, order, length, room, used, 
             used = put(hits, used, room, cut_at(world, kept, count, blade, now, phi[top], room), top)
             top += 1
     return used, top
-
-
-@kernel
-def enter(head, nodes, used, origin, cell, box, ends, radius, k) -> int:
-    """Put sweep k into every cell of the plan that its box meets; nodes rows: sweep, next. -1: no room.
-
-    ends (4,): x, y of a straight path, whose cells are tested by their distance to it; NaN for others.
-    """
-    nx, ny = head.shape
-    i0 = min(max(int(np.floor((box[0] - origin[0]) / cell)), 0), nx)
-    i1 = max(min(int(np.floor((box[3] - origin[0]) / cell)), nx - 1), -1)
-    j0 = min(max(int(np.floor((box[1] - origin[1]) / cell)), 0), ny)
-    j1 = max(min(int(np.floor((box[4] - origin[1]) / cell)), ny - 1), -1)
-    straight = not np.isnan(ends[0])
-    dx, dy = ends[2] - ends[0], ends[3] - ends[1]
-    size = dx * dx + dy * dy
-    for i in range(i0, i1 + 1):
-        for j in range(j0, j1 + 1):
-            if straight:
-                x, y = origin[0] + (i + 0.5) * cell - ends[0], origin[1] + (j + 0.5) * cell - ends[1]
-                t = 0.0
-                if size > 0.0:
-                    t = min(max((x * dx + y * dy) / size, 0.0), 1.0)
-                if np.sqrt((x - t * dx) ** 2 + (y - t * dy) ** 2) > radius + 0.70711 * cell:
-                    continue
-            if used >= len(nodes):
-                return -1
-            nodes[used, 0], nodes[used, 1] = k, head[i, j]
-            head[i, j] = used
-            used += 1
-    return used
-
-
-@kernel
-def gather(head, nodes, origin, cell, box, region, stamp, mark, out) -> int:
-    """Sweeps whose box meets a region (6,), into `out`; how many. stamp (n,) remembers who was seen."""
-    nx, ny = head.shape
-    i0 = min(max(int(np.floor((region[0] - origin[0]) / cell)), 0), nx)
-    i1 = max(min(int(np.floor((region[3] - origin[0]) / cell)), nx - 1), -1)
-    j0 = min(max(int(np.floor((region[1] - origin[1]) / cell)), 0), ny)
-    j1 = max(min(int(np.floor((region[4] - origin[1]) / cell)), ny - 1), -1)
-    n = 0
-    for i in range(i0, i1 + 1):
-        for j in range(j0, j1 + 1):
-            at = head[i, j]
-            while at >= 0:
-                k = nodes[at, 0]
-                at = nodes[at, 1]
-                if stamp[k] == mark:
-                    continue
-                stamp[k] = mark
-                b = box[k]
-                if (
-                    b[0] <= region[3] and b[3] >= region[0] and b[1] <= region[4] and b[4] >= region[1]
-                    and b[2] <= region[5] and b[5] >= region[2]
-                ):  # fmt: skip
-                    out[n] = k
-                    n += 1
-    return n
 
 
 @kernel

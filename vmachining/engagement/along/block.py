@@ -9,7 +9,7 @@ import numpy as np
 
 from vmachining.arrays import Floats, Ints
 from vmachining.engagement.along import _kernels
-from vmachining.engagement.along._kernels import Blade, World
+from vmachining.engagement.along.margin._kernels import Blade, World
 from vmachining.engagement.along.sweeps import Sweeps
 from vmachining.geometry import Line
 from vmachining.sweep import Motion, Stance, Sweep, Turn

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from vmachining.arrays import Floats, Ints
-from vmachining.engagement.along import _kernels
-from vmachining.engagement.along._kernels import World
+from vmachining.engagement.along.margin._kernels import World
+from vmachining.engagement.along.plan import _kernels
 from vmachining.engagement.workpiece import Past
 from vmachining.errors import StockError
 from vmachining.stock import BoxStock, CylinderStock, MeshStock, Stock

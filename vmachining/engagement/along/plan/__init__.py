@@ -1,0 +1,1 @@
+"""A plan of cells that finds the sweeps near a place."""
