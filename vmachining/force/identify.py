@@ -19,7 +19,6 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import stdtrit
 
 from vmachining.arrays import Floats, rows
 from vmachining.errors import InputError
@@ -94,6 +93,8 @@ class Identification:
 
     @property
     def _factor(self) -> float:
+        from scipy.special import stdtrit  # slow to load, and only the fit wants it
+
         return float(stdtrit(self.freedom, 0.5 + 0.5 * self.confidence)) if self.freedom else float("nan")
 
     @property

@@ -17,7 +17,6 @@ from itertools import pairwise
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
 
 from vmachining.arrays import Floats
 from vmachining.geometry import Arc, Line
@@ -231,6 +230,11 @@ def _roots(g: Function, path: Arc | Line | Turn, grid: Floats, known: Forms) -> 
         between = g(_forms(path, middle)).value
         lo, hi = np.concatenate([lo, middle]), np.concatenate([middle, hi])
         at_lo, at_hi = np.concatenate([at_lo, between]), np.concatenate([between, at_hi])
+
+    from scipy.optimize import (  # half of what a command takes to start, for turning tools only
+        brentq,
+        minimize_scalar,
+    )
 
     def value(t: float) -> float:
         return float(g(_forms(path, np.array([t]))).value[0])

@@ -24,7 +24,6 @@ from enum import StrEnum
 from typing import Final
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.engines.mesh.clusters import Clusters, clustered
@@ -204,6 +203,8 @@ def _hull(cloud: Floats) -> tuple[Floats, Ints, Ints]:
 
     (The hull of manifold3d splits plane facets as its threads happen to meet them.)
     """
+    from scipy.spatial import ConvexHull  # slow to load: commands that cut no mesh start sooner
+
     hull = ConvexHull(cloud, qhull_options="Qt")
     used, corner = np.unique(hull.simplices, return_inverse=True)
     triangles = corner.reshape(-1, 3)
