@@ -110,9 +110,9 @@ def vectors_run() -> Iterator[dict[str, Any]]:
     requests = [Request(Sweep.along(tool, Line(a, b)), k) for k, (a, b) in enumerate(pairwise(tips))]
     design, raw = half_cylinder(FACETS), BoxStock((0.0, -55.0, 0.0), (SIDE, 55.0, RADIUS + BALL))
     delta, coarse = spacing_for(ERROR, BALL, RADIUS), simulation_spacing(COARSE_ERROR, BALL)
-    runs: tuple[tuple[Literal["dvv", "dnv", "hybrid"], float, float], ...] = (
+    runs: tuple[tuple[Literal["dvv", "dnv", "hybrid"], float | None, float], ...] = (
         ("dvv", 0.1, delta), ("dvv", 0.05, delta), ("dvv", 0.025, delta), ("hybrid", 0.1, delta), ("hybrid", 0.05, delta),
-        ("dnv", 1.0, coarse),
+        ("dnv", None, coarse),
     )  # fmt: skip
     VectorEngine(raw, Options(design=design, vectors=VectorSettings(pitch=1.0, spacing=2.0))).answer(
         requests[:50]
