@@ -121,7 +121,8 @@ def test_a_density_beyond_the_memory_is_refused_with_one_that_fits(tmp_path: Pat
     file.write_text(text.replace("pitch_mm = 0.1", "pitch_mm = 1e-5"))
     with pytest.raises(InputError, match=r"upright vectors at a pitch of 1e-05 mm .* GB") as refused:
         vm.run(file, engine="vectors")
-    assert "take pitch_mm = " in str(refused.value.remedy)
+    assert "take pitch_mm = " in str(refused.value.remedy) and "spacing" not in str(refused.value.remedy)
+    assert refused.value.file == str(file) and refused.value.line
 
 
 def test_a_run_goes_on_from_a_checkpoint(tmp_path: Path) -> None:

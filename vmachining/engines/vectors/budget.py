@@ -52,10 +52,20 @@ def refuse_too_many(engine: VectorEngine, patches: Patches) -> None:
     if need <= have:
         return
     room = max(have - fixed, 1.0)
-    finer = sqrt((UPRIGHT_BYTES * upright + NORMAL_BYTES * along) / room)
-    pitch, spacing = (float(f"{1.05 * finer * v:.2g}") for v in (engine.pitch, engine.spacing))
+    grid, normals = UPRIGHT_BYTES * upright, NORMAL_BYTES * along
+    if normals < 0.5 * room:  # the grid alone is too dense
+        pitch, spacing = grid / (room - normals), 1.0
+    elif grid < 0.5 * room:
+        pitch, spacing = 1.0, normals / (room - grid)
+    else:
+        pitch = spacing = (grid + normals) / room
+    fits = [
+        f"{name}_mm = {float(f'{1.05 * sqrt(coarser) * value:.2g}'):g}"
+        for name, coarser, value in (("pitch", pitch, engine.pitch), ("spacing", spacing, engine.spacing))
+        if coarser > 1.0
+    ]
     raise InputError(
         f"{nx * ny:,} upright vectors at a pitch of {engine.pitch:.3g} mm and about {along:,.0f} along normals at a spacing of "
         f"{engine.spacing:.3g} mm want {need / 1e9:.3g} GB, and {have / 1e9:.3g} GB can be had",
-        remedy=f"take pitch_mm = {pitch:g} and spacing_mm = {spacing:g}, or more",
+        remedy=f"take {' and '.join(fits)}, or more",
     )
