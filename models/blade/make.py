@@ -1,7 +1,6 @@
 """Writes blade.csv and stock.stl: one side of a twisted blade, finished in five axes by a bull nose that leans forward.
 
-python models/blade/make.py             writes both beside this file
-python models/blade/make.py --table     prints the bounds of the volume
+See `vmachining.job.modelfiles` for how to call it.
 
 The stock is the faceted blade, raised by the allowance: the volume between them is the area in plan times the
 allowance, exactly. The finished part lies between the design less the chord tolerance and the design with scallops and what
@@ -10,17 +9,13 @@ chords leave.
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 
-from vmachining.job.stock import write_stock
-from vmachining.stock import Triangles
+from vmachining.job.modelfiles import write_model
 from vmachining.toolpath.clpath import CLPath, pose_table
 from vmachining.toolpath.facets import FacetMesh, Surface, five_axis_raster, height_field
 
-LONG, HALF, BOTTOM = 30.0, 8.0, -8.0  # mm
+LONG, HALF, BOTTOM = 16.0, 5.0, -8.0  # mm
 CELL = 1.0  # mm, of the facets
 CAMBER, TWIST = 1.0 / 25.0, 0.008  # 1/mm: curvature across, turn of the section along the blade
 RADIUS, CORNER, LEAD = 4.0, 1.0, 8.0  # mm, degrees
@@ -64,16 +59,10 @@ def volume_bounds() -> tuple[float, float]:
     )
 
 
-def main() -> None:
-    """Write program and stock, or print the bounds."""
-    folder = Path(__file__).parent
-    if "--table" in sys.argv[1:]:
-        print("between {:.3f} and {:.3f} mm^3".format(*volume_bounds()))
-    else:
-        (folder / "blade.csv").write_text(program(), encoding="ascii")
-        solid = stock()
-        write_stock(Triangles(solid.vertices, solid.triangles), folder / "stock.stl")
+def table() -> str:
+    """The known truths."""
+    return "between {:.3f} and {:.3f} mm^3".format(*volume_bounds())
 
 
 if __name__ == "__main__":
-    main()
+    write_model(__file__, lambda: {"blade.csv": program(), "stock.stl": stock()}, table)

@@ -1,7 +1,6 @@
 """Writes finishing.nc and stock.stl: a sculptured surface with an allowance, finished by a ball in parallel passes.
 
-python models/finishing/make.py             writes both beside this file
-python models/finishing/make.py --table     prints the bounds of the volume
+See `vmachining.job.modelfiles` for how to call it.
 
 The stock is the faceted design, raised by the allowance: the volume between them is the area in plan times the
 allowance, exactly. The finished part lies between the design less the chord tolerance and the design with scallops and what
@@ -10,17 +9,13 @@ chords leave.
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 
-from vmachining.job.stock import write_stock
-from vmachining.stock import Triangles
+from vmachining.job.modelfiles import write_model
 from vmachining.toolpath.clpath import CLPath, iso_program
 from vmachining.toolpath.facets import FacetMesh, Surface, height_field, raster
 
-WIDE, LONG, BOTTOM = 36.0, 24.0, -12.0  # mm
+WIDE, LONG, BOTTOM = 18.0, 12.0, -12.0  # mm
 CELL = 0.75  # mm, of the facets
 BALL, SCALLOP, CHORD, ALLOWANCE = 3.0, 0.02, 0.01, 0.4  # mm; the allowance along z
 
@@ -59,16 +54,10 @@ def volume_bounds() -> tuple[float, float]:
     )
 
 
-def main() -> None:
-    """Write program and stock, or print the bounds."""
-    folder = Path(__file__).parent
-    if "--table" in sys.argv[1:]:
-        print("between {:.3f} and {:.3f} mm^3".format(*volume_bounds()))
-    else:
-        (folder / "finishing.nc").write_text(program(), encoding="ascii")
-        solid = stock()
-        write_stock(Triangles(solid.vertices, solid.triangles), folder / "stock.stl")
+def table() -> str:
+    """The known truths."""
+    return "between {:.3f} and {:.3f} mm^3".format(*volume_bounds())
 
 
 if __name__ == "__main__":
-    main()
+    write_model(__file__, lambda: {"finishing.nc": program(), "stock.stl": stock()}, table)

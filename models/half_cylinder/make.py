@@ -24,6 +24,8 @@ from math import asin, cos, pi, sin, sqrt, tan
 from pathlib import Path
 from typing import NamedTuple
 
+from vmachining.job.modelfiles import word
+
 DESIGN = 50.0  # mm, radius of the half cylinder
 LENGTH = 100.0  # mm along X
 BALL = 5.0  # mm, radius of the cutter
@@ -99,11 +101,6 @@ def sagitta() -> float:
 def cusp(case: Case) -> float:
     """Height of the ridge midway between two passes above the design, mm; spacing below the diameter."""
     return DESIGN + BALL - sqrt(BALL**2 - (case.spacing / 2) ** 2) - DESIGN
-
-
-def word(letter: str, value: float) -> str:
-    """An NC word with at most five decimals, no trailing zeros and no negative zero."""
-    return f"{letter}{round(value, 5) + 0.0:.5f}".rstrip("0").rstrip(".")
 
 
 def program(case: Case) -> str:

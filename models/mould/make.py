@@ -11,9 +11,9 @@ does, and so does the straight sweep between two such discs.
 
 from __future__ import annotations
 
-import sys
 from math import ceil, cos, pi, sin, sqrt
-from pathlib import Path
+
+from vmachining.job.modelfiles import number, write_model
 
 DEPTH, HALF = 12.0, 25.0  # mm, D and a
 BALL, FLAT = 4.0, 4.0  # mm, radii of the finishing and of the roughing cutter
@@ -26,6 +26,11 @@ ROUGH_FEED, RAMP_FEED, FINISH_FEED = 900.0, 300.0, 1200.0  # mm/min
 WAVE = pi / (2 * HALF)
 
 Point = tuple[float, float, float]
+
+
+def word(letter: str, value: float) -> str:
+    """An NC word with at most four decimals."""
+    return letter + number(value, 4)
 
 
 def surface(x: float, y: float) -> float:
@@ -104,11 +109,6 @@ def finishing() -> list[Point]:
     return points
 
 
-def word(letter: str, value: float) -> str:
-    """An NC word with at most four decimals, no trailing zeros and no negative zero."""
-    return f"{letter}{round(value, 4) + 0.0:.4f}".rstrip("0").rstrip(".")
-
-
 def program() -> str:
     """The text of mould.nc."""
     lines = [
@@ -169,15 +169,14 @@ def volume_bounds() -> tuple[float, float]:
     return bowl_volume() - excess * (2 * HALF) ** 2, bowl_volume() + gouge * (2 * HALF + 1) ** 2
 
 
-def main() -> None:
-    """Write the program, or print the bounds."""
-    if "--table" in sys.argv[1:]:
-        low, high = volume_bounds()
-        print(f"bowl {bowl_volume():.6f} mm^3, removed {low:.3f} to {high:.3f} mm^3")
-        print("reach of the levels", [reach(0.0, level) for level in LEVELS])
-    else:
-        (Path(__file__).parent / "mould.nc").write_text(program(), encoding="ascii")
+def table() -> str:
+    """The known truths."""
+    low, high = volume_bounds()
+    return (
+        f"bowl {bowl_volume():.6f} mm^3, removed {low:.3f} to {high:.3f} mm^3\n"
+        f"reach of the levels {[reach(0.0, level) for level in LEVELS]}"
+    )
 
 
 if __name__ == "__main__":
-    main()
+    write_model(__file__, lambda: {"mould.nc": program()}, table)

@@ -13,10 +13,10 @@ and its perimeter P
 
 from __future__ import annotations
 
-import sys
 from math import pi
-from pathlib import Path
 from typing import NamedTuple
+
+from vmachining.job.modelfiles import word, write_model
 
 RADIUS, CORNER = 6.0, 3.0  # mm, of the cutter
 STEP = 4.0  # mm between neighbouring passes
@@ -111,11 +111,6 @@ def written_moves() -> list[Corner]:
     return moves
 
 
-def word(letter: str, value: float) -> str:
-    """An NC word with at most five decimals, no trailing zeros and no negative zero."""
-    return f"{letter}{round(value, 5) + 0.0:.5f}".rstrip("0").rstrip(".")
-
-
 def program() -> str:
     """The text of pocket.nc."""
     above = [f"G0 X0 {word('Y', -HELIX)}", "G0 Z2"]
@@ -148,17 +143,16 @@ def program() -> str:
     return "\n".join(lines) + "\n"
 
 
-def main() -> None:
-    """Write the program, or print the closed forms."""
-    if "--table" in sys.argv[1:]:
-        for depth in (-z for z in LEVELS):
-            print(f"pocket {depth:g} mm deep {pocket_volume(depth):.6f} mm^3")
-        print(f"helix and level turn {entry_volume():.6f} mm^3")
-        for level in (0, 1):
-            print(f"middle blocks, level {level + 1}", [middle_volume(k, level) for k in range(1, 4)])
-    else:
-        (Path(__file__).parent / "pocket.nc").write_text(program(), encoding="ascii")
+def table() -> str:
+    """The known truths."""
+    rows = [f"pocket {-z:g} mm deep {pocket_volume(-z):.6f} mm^3" for z in LEVELS]
+    rows.append(f"helix and level turn {entry_volume():.6f} mm^3")
+    rows += [
+        f"middle blocks, level {level + 1} {[middle_volume(k, level) for k in range(1, 4)]}"
+        for level in (0, 1)
+    ]
+    return "\n".join(rows)
 
 
 if __name__ == "__main__":
-    main()
+    write_model(__file__, lambda: {"pocket.nc": program()}, table)

@@ -13,10 +13,10 @@ a block of plan length L whose depth runs from d0 to d1 in fresh material
 
 from __future__ import annotations
 
-import sys
 from math import acos, asin, cos, pi, radians, sin, sqrt
-from pathlib import Path
 from typing import NamedTuple
+
+from vmachining.job.modelfiles import word, write_model
 
 RADIUS = 5.0  # mm
 FEED = 96.0  # mm/min, constant
@@ -110,11 +110,6 @@ def path() -> list[Block]:
     ]
 
 
-def word(letter: str, value: float) -> str:
-    """An NC word with at most five decimals, no trailing zeros and no negative zero."""
-    return f"{letter}{round(value, 5) + 0.0:.5f}".rstrip("0").rstrip(".")
-
-
 def program() -> str:
     """The text of slot.nc."""
     head = [
@@ -148,15 +143,11 @@ def program() -> str:
     return "\n".join(head + [f"N{10 * k} {text}" for k, text in enumerate(lines, 1)]) + "\n"
 
 
-def main() -> None:
-    """Write the program, or print the table."""
-    if "--table" in sys.argv[1:]:
-        for k, block in enumerate(path()):
-            print(f"{k:4d} {block.x:10.4f} {block.y:10.4f} {block.z:8.4f} {block.volume:14.6f}")
-        print(f"total {sum(block.volume for block in path()):.6f} mm^3")
-    else:
-        (Path(__file__).parent / "slot.nc").write_text(program(), encoding="ascii")
+def table() -> str:
+    """The known truths."""
+    rows = [f"{k:4d} {b.x:10.4f} {b.y:10.4f} {b.z:8.4f} {b.volume:14.6f}" for k, b in enumerate(path())]
+    return "\n".join([*rows, f"total {sum(block.volume for block in path()):.6f} mm^3"])
 
 
 if __name__ == "__main__":
-    main()
+    write_model(__file__, lambda: {"slot.nc": program()}, table)

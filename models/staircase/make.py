@@ -9,13 +9,12 @@ of the bar and the outline of the cutter; sections are functions of y, and a pas
 
 from __future__ import annotations
 
-import sys
 from itertools import pairwise
 from math import ceil, floor
-from pathlib import Path
 
 import numpy as np
 
+from vmachining.job.modelfiles import write_model
 from vmachining.toolpath.clpath import CLPath, iso_program
 from vmachining.toolpath.facets import Surface, height_field, raster
 
@@ -89,16 +88,12 @@ def volume_bounds() -> tuple[float, float]:
     return floor(full - slack * (SCALLOP + 2 * CHORD)), ceil(full + slack * CHORD)
 
 
-def main() -> None:
-    """Write the program, or print the table."""
-    if "--table" in sys.argv[1:]:
-        found = passes()
-        for tool, y, z, volume in found:
-            print(f"T{tool}  Y {y:9.4f}  Z {z:9.4f}  {volume:12.4f}")
-        print(f"total {sum(row[3] for row in found):.3f} mm^3, between {volume_bounds()}")
-    else:
-        (Path(__file__).parent / "staircase.nc").write_text(program(), encoding="ascii")
+def table() -> str:
+    """The known truths."""
+    found = passes()
+    rows = [f"T{tool}  Y {y:9.4f}  Z {z:9.4f}  {volume:12.4f}" for tool, y, z, volume in found]
+    return "\n".join([*rows, f"total {sum(row[3] for row in found):.3f} mm^3, between {volume_bounds()}"])
 
 
 if __name__ == "__main__":
-    main()
+    write_model(__file__, lambda: {"staircase.nc": program()}, table)

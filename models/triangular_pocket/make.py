@@ -9,10 +9,9 @@ is that triangle and all that lies within R of it, so its area follows from Stei
 
 from __future__ import annotations
 
-import sys
 from math import pi, sqrt
-from pathlib import Path
 
+from vmachining.job.modelfiles import write_model
 from vmachining.toolpath import Triangle, advice
 from vmachining.toolpath.program import level_program
 
@@ -43,14 +42,13 @@ def program() -> str:
     )
 
 
-def main() -> None:
-    """Write the program, or print the volumes."""
-    if "--table" in sys.argv[1:]:
-        print(f"area {pocket_area():.6f} mm^2, volume {pocket_volume():.6f} mm^3")
-        print(f"corner of the triangle at {Triangle.of(*SIDES, RADIUS).corners[0].tolist()}")
-    else:
-        (Path(__file__).parent / "triangular_pocket.nc").write_text(program(), encoding="ascii")
+def table() -> str:
+    """The known truths."""
+    return (
+        f"area {pocket_area():.6f} mm^2, volume {pocket_volume():.6f} mm^3\n"
+        f"corner of the triangle at {Triangle.of(*SIDES, RADIUS).corners[0].tolist()}"
+    )
 
 
 if __name__ == "__main__":
-    main()
+    write_model(__file__, lambda: {"triangular_pocket.nc": program()}, table)

@@ -121,7 +121,7 @@ def test_pocket(tmp_path: Path) -> None:
 def test_half_cylinder(tmp_path: Path, passes: int, spacing: float) -> None:
     make = generator("half_cylinder")
     case = make.Case(passes=passes, spacing=spacing)
-    job = reduced("half_cylinder", tmp_path, chord=0.05, program=make.program(case))
+    job = reduced("half_cylinder", tmp_path, chord=0.15, program=make.program(case))
     result = vm.run(vm.Job.load(job))
     check_total(result, make.removed_volume(case))
     assert result.summary["stock_mm3"] == pytest.approx(

@@ -16,7 +16,7 @@ from tests.models.shipped import MODELS
 from vmachining.cli.main import run
 from vmachining.errors import InputError
 
-PACK = MODELS / "reference_pack"
+PACK = MODELS / "reference_pack" / "slot"
 SLOT = 2
 
 
@@ -218,11 +218,11 @@ def test_packs_carry_engagement(tmp_path: Path) -> None:
 def test_the_shipped_pack_says_what_a_slot_is() -> None:
     """Flat end mill R5 in a ramping slot: engaged over the front half, from the rim to the top of the stock."""
     table = pl.read_parquet(PACK / "engagement.parquet")
-    assert len(table["block"].unique()) == 10
+    assert len(table["block"].unique()) == 8
     cut = table.drop_nulls("lower_mm").filter(pl.col("lower_by") == "edge", pl.col("upper_by") == "stock")
     assert len(cut) > 100
     assert np.allclose(cut["ue_z_mm"], 0.0, atol=1e-6)
     assert np.allclose(cut["length_mm"], -cut["le_z_mm"], atol=1e-6)
     assert ((cut["phi_feed_deg"] > 0) & (cut["phi_feed_deg"] < 180)).all()
     found = vm.compare_engagement(PACK / "engagement.csv", PACK)
-    assert found.agrees and found.worst_mm == 0.0
+    assert found.agrees and found.worst_mm <= 1e-9  # a CSV table has twelve digits

@@ -20,7 +20,7 @@ from vmachining.errors import InputError, JobError
 from vmachining.job.folder import FolderLock
 from vmachining.oracle.pack import KIND
 
-PACK = MODELS / "reference_pack"
+PACK = MODELS / "reference_pack" / "slot"
 STRAIGHT = "\n".join([*PROGRAM.splitlines()[:8], "N130 M30", "%", ""])
 """The slot of the tiny program alone."""
 
@@ -45,7 +45,7 @@ def test_the_shipped_pack_is_small_and_whole() -> None:
     assert (PACK / "slot.nc").read_bytes() == (MODELS / "slot" / "slot.nc").read_bytes()
     assert "CC0-1.0" in (PACK / "LICENCE.md").read_text(encoding="utf-8")
     assert manifest["options"]["licence"] == "cc0"
-    command = "vmachining pack job.toml --out . --stock 3mf --brep none --licence cc0 --engagement 10\n"
+    command = "vmachining pack job.toml --out . --stock '' --engine columns --brep none --licence cc0 --engagement 8\n"
     assert command in (PACK / "README.md").read_text(encoding="utf-8")
 
 
@@ -53,7 +53,9 @@ def test_the_shipped_pack_is_small_and_whole() -> None:
 def test_regenerating_the_shipped_pack_gives_its_numbers(tmp_path: Path) -> None:
     copy = tmp_path / "pack"
     shutil.copytree(PACK, copy)
-    vm.write_pack(copy / "job.toml", copy, stock=("3mf",), licence="cc0")  # over itself
+    vm.write_pack(
+        copy / "job.toml", copy, stock=(), engine="columns", licence="cc0", engagement=8
+    )  # over itself
     new, old = (pl.read_parquet(folder / "blocks.parquet") for folder in (copy, PACK))
     assert {path.name for path in copy.iterdir()} == {path.name for path in PACK.iterdir()}
     text = ["block", "line", "text", "motion"]

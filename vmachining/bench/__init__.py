@@ -18,6 +18,7 @@
 | `half_cylinder` | time per block of a ball finishing a half cylinder, against one global solid cut block by block |
 | `half_cylinder_long` | the same over 20,000 blocks: whether time and memory stay flat |
 | `machine` | inverse kinematics, deviation of joint-linear blocks and pulse trains: rates and errors |
+| `methods` | a height map, voxels, one global mesh and plain OCCT booleans, judged by the reference set |
 | `nc` | lines per second of the NC reader, memory of a million lines |
 | `nc_fuzz` | damaged programs: only declared errors, no hang, no word skipped in silence |
 | `rays` | microseconds per ray of exact sweeps, three and five axes; the tilting capsule against its closed form |
@@ -61,6 +62,7 @@ CASES = {
     "half_cylinder": "half_cylinder",
     "half_cylinder_long": "half_cylinder",
     "machine": "machine",
+    "methods": "methods",
     "nc": "nc",
     "nc_fuzz": "nc",
     "rays": "rays",
@@ -95,6 +97,7 @@ TAKES = {
     "half_cylinder": "minutes",
     "half_cylinder_long": "minutes",
     "machine": "20 s",
+    "methods": "minutes",
     "nc": "1 min",
     "nc_fuzz": "35 s",
     "rays": "minutes",

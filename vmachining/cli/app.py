@@ -295,7 +295,8 @@ def engage(
 
 @app.command(
     epilog=examples(
-        "compare results.csv models/reference_pack",
+        "compare results.csv models/reference_pack/slot",
+        "compare results/ models/reference_pack --json",
         "compare models/slot/job.toml --engines columns,mesh,dexel --out out/slot-engines",
     )
 )
@@ -303,11 +304,13 @@ def compare(
     results: Annotated[
         Path,
         typer.Argument(
-            metavar="RESULTS.csv|JOB.toml", help="block or line, removed_mm3; or engaged intervals; or a job."
+            metavar="RESULTS.csv|JOB.toml",
+            help="block or line, removed_mm3; or engaged intervals; or a job. With a set: directory of CASE.csv, or column case.",
         ),
     ],
     reference: Annotated[
-        Path | None, typer.Argument(metavar="REFERENCE_DIR", help="Result directory of run, or of pack.")
+        Path | None,
+        typer.Argument(metavar="REFERENCE_DIR", help="Result directory of run, of pack, or of a set."),
     ] = None,
     engines: Annotated[
         str | None,
@@ -346,9 +349,16 @@ def compare(
     )  # fmt: skip
 
 
-@app.command(epilog=examples("pack models/slot/job.toml --out out/slot-pack --stock stl,step"))
+@app.command(
+    epilog=examples(
+        "pack models/slot/job.toml --out out/slot-pack --stock stl,step",
+        "pack models/reference_pack --out out/set",
+    )
+)
 def pack(
-    job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="Job file.")],
+    job: Annotated[
+        Path, typer.Argument(metavar="JOB.toml|DIR", help="Job file; or a directory with set.toml, of many.")
+    ],
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIR", help="New directory; default out/NAME-pack.")
     ] = None,
@@ -362,6 +372,9 @@ def pack(
     engagement: Annotated[
         int, typer.Option("--engagement", metavar="N", help="Blocks with a table of engaged intervals.")
     ] = 10,
+    engine: Annotated[
+        str, typer.Option("--engine", metavar="NAME", help="Who computes the volumes: mesh or columns.")
+    ] = "mesh",
     workers: Annotated[
         int, typer.Option("--workers", min=1, help="Processes; more than one changes last digits.")
     ] = 1,
@@ -372,8 +385,8 @@ def pack(
     from vmachining.cli import oracle
 
     return oracle.pack(
-        job, out=out, stock=stock, brep=brep, licence=licence, engagement=engagement, workers=workers,
-        quiet=quiet, as_json=as_json,
+        job, out=out, stock=stock, brep=brep, licence=licence, engagement=engagement, engine=engine,
+        workers=workers, quiet=quiet, as_json=as_json,
     )  # fmt: skip
 
 

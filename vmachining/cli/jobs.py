@@ -26,6 +26,9 @@ from vmachining.tolerance import BREP_SECONDS
 
 __all__ = ["default_engine", "demo_job", "demo_models", "list_demos", "run_demo", "run_job", "told_disputes"]
 
+ENGINES_OF_DEMOS = {"mould_cover": "columns"}
+"""Programs of many straight blocks on a box: the mesh engine would take minutes."""
+
 FEW = 10
 """Disputed blocks on the terminal; the table has them all."""
 
@@ -139,8 +142,8 @@ def _cut_short(watch: Watch, folder: Path, again: Sequence[str]) -> str:
 def run_demo(name: str = "slot", *, out: Path | None, stock: str, quiet: bool, as_json: bool) -> int:
     """`vmachining demo`."""
     return run_job(
-        demo_job(name), out=out, engine="mesh", certify=False, brep="none", workers=None, stock=stock, resume=False,
-        quiet=quiet, as_json=as_json,
+        demo_job(name), out=out, engine=ENGINES_OF_DEMOS.get(name, "mesh"), certify=False, brep="none",
+        workers=None, stock=stock, resume=False, quiet=quiet, as_json=as_json,
     )  # fmt: skip
 
 
@@ -167,9 +170,10 @@ def demo_models() -> dict[str, Path]:
     """Job of each shipped model by its name: inside an installed package, or beside it in a source tree."""
     package = Path(str(files("vmachining")))
     for root in (package / "models", package.parent / "models"):
-        # a model has the script that made it; the reference pack, which is results, has none
-        if found := {path.parent.name: path.parent / "job.toml" for path in sorted(root.glob("*/make.py"))}:
-            return found
+        # the reference set has a script and no job of its own
+        scripts = [path for path in sorted(root.glob("*/make.py")) if (path.parent / "job.toml").is_file()]
+        if scripts:
+            return {path.parent.name: path.parent / "job.toml" for path in scripts}
     raise InputError("no models are installed with this package")
 
 

@@ -17,10 +17,14 @@ from vmachining.oracle import (
     Comparison,
     EngagementComparison,
     EngineComparison,
+    SetComparison,
     compare_engagement,
+    compare_set,
     engine_names,
     is_engagement_table,
+    is_set,
     write_pack,
+    write_set,
 )
 from vmachining.oracle import compare as judged
 from vmachining.oracle import compare_engines as run_engines
@@ -40,12 +44,24 @@ def compare(
     tolerance_mm: float | None,
     as_json: bool,
 ) -> int:
-    """`vmachining compare`: of volumes, or of engaged intervals where the table has them."""
+    """`vmachining compare`: of volumes, or of engaged intervals where the table has them; of many cases with a set."""
     if reference is None:
         raise InputError(
             "compare wants a reference",
             remedy="give a result directory; or a job and --engines to compare our engines with each other",
         )
+    if is_set(reference):
+        if tolerance_mm is not None:
+            raise InputError(
+                "tables of engagement are compared case by case",
+                remedy="name one case of the set as reference",
+            )
+        all_ = compare_set(results, reference, tolerance_rel=tolerance_rel, tolerance_mm3=tolerance_mm3)
+        if as_json:
+            emit(all_.to_dict())
+        else:
+            _show_set(all_)
+        return Code.DONE if all_.agrees else Code.FINDINGS
     if is_engagement_table(results):
         if tolerance_rel or tolerance_mm3:
             raise InputError("a table of engagement is compared in mm", remedy="take --tolerance-mm")
@@ -157,6 +173,28 @@ def _show(found: Comparison) -> None:
     console.print(Text(f"verdict    {found.verdict}", style=style), soft_wrap=True)
 
 
+def _show_set(found: SetComparison) -> None:
+    """A row per case, the verdict."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    console = Console(highlight=False)
+    table = Table(title=f"{len(found.cases)} cases of {found.reference}", title_justify="left")
+    columns = found.table()
+    for name in columns.columns:
+        table.add_column(name.replace("_", " "), justify="left" if name == "case" else "right")
+    for row in columns.iter_rows():
+        cells = [
+            "" if v is None else ("yes" if v else "no") if isinstance(v, bool) else f"{v:.3g}" if isinstance(v, float) else str(v)
+            for v in row
+        ]  # fmt: skip
+        table.add_row(*cells, style=None if row[-1] else "red")
+    console.print(table)
+    style = "green" if found.agrees else "red"
+    console.print(Text(f"verdict    {found.verdict}", style=style), soft_wrap=True)
+
+
 def _show_edges(found: EngagementComparison) -> None:
     """The worst angles, the verdict."""
     from rich.console import Console
@@ -187,11 +225,14 @@ def pack(
     brep: str,
     licence: str,
     engagement: int,
+    engine: str,
     workers: int,
     quiet: bool,
     as_json: bool,
 ) -> int:
-    """`vmachining pack`."""
+    """`vmachining pack`: of one job, or of all cases of a set."""
+    if file.is_dir():
+        return _pack_set(file, out=out, quiet=quiet, as_json=as_json)
     parse_brep(brep)
     formats = check_formats(stock)
     job = Job.load(file)
@@ -205,8 +246,8 @@ def pack(
     ):
         try:
             result = write_pack(
-                job, folder, stock=formats, brep=brep, licence=licence, engagement=engagement, workers=workers,
-                progress=progress,
+                job, folder, stock=formats, brep=brep, licence=licence, engagement=engagement, engine=engine,
+                workers=workers, progress=progress,
             )  # fmt: skip
         except Stopped as exc:
             note(f"vmachining: {exc}; no pack was written")
@@ -230,3 +271,29 @@ def pack(
         or {"stock_step_refused", "engagement_refused"} & summary.keys()
     )
     return Code.FINDINGS if refused else Code.DONE
+
+
+def _pack_set(folder: Path, *, out: Path | None, quiet: bool, as_json: bool) -> int:
+    """All packs of a set; those that are made already stay."""
+    silent = quiet or as_json
+    begun: list[str] = []
+
+    def said(name: str, done: int, total: int) -> None:
+        begun.append(name)
+        note(f"{done + 1} of {total}: {name}", quiet=silent)
+
+    with (
+        progress_bar(quiet=silent) as bar,
+        watched(bar, lambda _: f"ended within {begun[-1]}; the same command goes on with it") as progress,
+    ):
+        try:
+            summaries = write_set(folder, out, begun=said, progress=progress)
+        except Stopped as exc:
+            note(f"vmachining: {exc}; the same command goes on with {begun[-1]}")
+            return Code.INTERRUPTED
+    if as_json:
+        emit({"set": str(out or folder), "cases": summaries})
+    else:
+        blocks, size = (sum(s[key] for s in summaries.values()) for key in ("blocks", "bytes"))
+        note(f"{len(summaries)} packs, {blocks} blocks, {size / 1e6:.1f} MB: {out or folder}", quiet=quiet)
+    return Code.DONE

@@ -13,8 +13,10 @@ from vmachining.cli.screen import emit, note
 from vmachining.errors import InputError
 from vmachining.job.files import write_atomic
 from vmachining.job.part import read_part
+from vmachining.machine import load
 from vmachining.toolpath.clpath import WRITERS, CLPath, Mark, cutter, path_job
 from vmachining.toolpath.facets import FacetMesh, Surface, radii
+from vmachining.toolpath.rotary import rotary_program
 
 __all__ = ["drop", "surface"]
 
@@ -107,14 +109,21 @@ def surface(
     spindle: float,
     scale: float,
     one_way: bool,
+    machine: str | None,
+    joint_linear: bool,
     out: Path | None,
     as_json: bool,
 ) -> int:
     """`vmachining toolpath surface`."""
     end = cutter(tool)
     radius, corner = radii(end)
+    chain = None if machine is None else load(machine)
     if out is not None:
         _check_out(out)
+    if chain is not None and (out is None or WRITERS[out.suffix.lower()][0] != "iso"):
+        raise InputError("--machine writes an NC program", remedy="give --out FILE.nc")
+    if joint_linear and chain is None:
+        raise InputError("--joint-linear is a way of a machine", remedy="name it by --machine")
     mesh = read_part(part, chord_mm=0.5 * chord, scale=scale)
     low, high = mesh.bounds
     end = cutter(tool, length_mm=float(max(4.0 * radius, high[2] - low[2] + 2.0 * radius)))
@@ -127,12 +136,30 @@ def surface(
     files: list[Path] = []
     if out is not None:
         dialect, writer = WRITERS[out.suffix.lower()]
-        text = writer(path, feed_mm_min=feed, spindle_rev_min=spindle, title=f"SURFACE {tool.upper()}")
+        title = f"SURFACE {tool.upper()}"
+        if chain is None:
+            text = writer(path, feed_mm_min=feed, spindle_rev_min=spindle, title=title)
+        else:
+            text, told = rotary_program(
+                path, chain, feed_mm_min=feed, spindle_rev_min=spindle, title=title, tcp=not joint_linear,
+                tolerance_mm=0.5 * chord,
+            )  # fmt: skip
+            warnings += told
         job = out.with_suffix(".toml")
         write_atomic(out, text)
         write_atomic(
             job,
-            path_job(path, out.name, dialect, end, low=low, high=high, name=part.stem, chord_mm=chord),
+            path_job(
+                path,
+                out.name,
+                dialect,
+                end,
+                low=low,
+                high=high,
+                name=part.stem,
+                chord_mm=chord,
+                machine=machine,
+            ),
         )
         files = [out, job]
     marks = {mark.name.lower(): int((path.marks == mark).sum()) for mark in Mark}

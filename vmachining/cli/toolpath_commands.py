@@ -99,6 +99,7 @@ def toolpath_drop(
     epilog=examples(
         "toolpath surface part.stl --tool ball:8 --scallop 0.01 --out part.nc",
         "toolpath surface part.step --tool bull:10:1 --step 1 --lead 5 --out part.csv",
+        "toolpath surface part.step --tool bull:10:1 --step 1 --lead 5 --machine ac-table --out part.nc",
         "toolpath surface part.stl --tool flat:6 --levels 2 --out part.nc",
     ),
 )
@@ -145,6 +146,15 @@ def toolpath_surface(
     spindle: Annotated[float, typer.Option("--spindle", metavar="REV/MIN", help="Written to it.")] = 6000.0,
     scale: Scale = 1.0,
     one_way: Annotated[bool, typer.Option("--one-way", help="All passes in one direction.")] = False,
+    machine: Annotated[
+        str | None,
+        typer.Option(
+            "--machine", metavar="NAME|FILE", help="Five axes as .nc: rotary words of this machine."
+        ),
+    ] = None,
+    joint_linear: Annotated[
+        bool, typer.Option("--joint-linear", help="With --machine: no tool centre point control (M128).")
+    ] = False,
     out: Annotated[
         Path | None,
         typer.Option("--out", metavar="FILE", help=".nc (iso), .csv (poses) or .cls (apt); a job beside it."),
@@ -157,5 +167,5 @@ def toolpath_surface(
     return room.surface(
         part, tool=tool, scallop=scallop, step=step, chord=chord, lead=lead, tilt=tilt, tilt_limit=tilt_limit, normals=normals,
         direction=direction, waterline=waterline, levels=levels, floor=floor, feed=feed, spindle=spindle, scale=scale,
-        one_way=one_way, out=out, as_json=as_json,
+        one_way=one_way, machine=machine, joint_linear=joint_linear, out=out, as_json=as_json,
     )  # fmt: skip

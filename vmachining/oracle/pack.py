@@ -32,7 +32,7 @@ from vmachining.job.files import (
     write_atomic,
     write_json,
 )
-from vmachining.job.folder import FolderLock, ResultFolder
+from vmachining.job.folder import LOCK_FILE, FolderLock, ResultFolder
 from vmachining.job.reading import read_job_program
 from vmachining.job.simulate import Progress
 from vmachining.job.stock import STOCK_FORMATS, raw_stock, write_stock
@@ -55,6 +55,9 @@ LEFT_OUT = ("seconds", "peak_mb", "time_s", "scheduled_time_s", "ideal_time_s", 
 
 STATIONS, MOST_STATIONS, ANGLES = 10, 10_000, 36
 """Tables of engagement: how many blocks, how many at most, rotation angles of each."""
+
+PROVEN = ("mesh", "columns")
+"""Engines whose intervals are bounds."""
 
 WORDS = {"none": NO_LICENCE, "cc0": CC0}
 """Licences that have a name."""
@@ -85,8 +88,10 @@ def write_pack(
     brep: str = "none",
     licence: str = "none",
     engagement: int = STATIONS,
+    engine: str = "mesh",
     workers: int | None = 1,
     progress: Progress | None = None,
+    among_inputs: bool = False,
 ) -> RunResult:
     """Run a job and lay everything down that somebody needs who wants to check an engine against it.
 
@@ -102,7 +107,9 @@ def write_pack(
     engagement : how many blocks, spread evenly over those that remove something, get a table of what the cutting
         edge touches in their middle; 0 for none. A STEP stock is met by its faces; what OCCT refuses is left out
         and told in `summary["engagement_refused"]`.
+    engine : who computes the volumes, a name of `vmachining.engines.ENGINES`; its bounds have to be proven.
     workers : processes that cut; more than one changes last digits.
+    among_inputs : the directory may also hold the job and its inputs, and nothing else, without being a pack yet.
 
     Raises
     ------
@@ -114,19 +121,24 @@ def write_pack(
     folder, formats = Path(folder), tuple(stock)
     if not 0 <= engagement <= MOST_STATIONS:
         raise InputError(f"engagement of {engagement} blocks: want 0 to {MOST_STATIONS}")
+    if engine not in PROVEN:
+        raise InputError(
+            f"engine {engine!r}: a pack wants bounds that are proven", remedy=f"take {', '.join(PROVEN)}"
+        )
     if unknown := [name for name in formats if name not in STOCK_FORMATS]:
         raise InputError(f"unknown stock format {unknown[0]!r}", remedy=f"take {', '.join(STOCK_FORMATS)}")
     terms = _licence(licence)
     # a file of terms is known by its name in the pack, so that the pack tells nothing of where it was made
     term = licence if licence in WORDS else "LICENCE.md"
-    _refuse_other_files(folder)
     if "step" in formats:
         blank(job)
     inputs, told = _inputs(job)
     given = {**inputs, "LICENCE.md": terms.encode()}
+    ours = set(inputs) if among_inputs else set()
+    _refuse_other_files(folder, ours)
     place = ResultFolder(folder, kind=KIND, names=(*OWN, *given), pattern=None)
     place.refuse_foreign(job.inputs, same=_same(folder, given))
-    result = run(_without_feed(job), brep=brep, workers=workers, progress=progress)
+    result = run(_without_feed(job), engine=engine, brep=brep, workers=workers, progress=progress)
     with TemporaryDirectory(prefix="vmachining-pack-") as scratch:
         # everything is made before the first byte of an earlier pack goes: it may hold our own inputs
         made = Path(scratch)
@@ -140,12 +152,16 @@ def write_pack(
             "summary.json": "totals with their bounds", "LICENCE.md": "who may do what with this",
             MANIFEST: "SHA-256 of every file, options, versions",
         }  # fmt: skip
-        chord = job.keys.accuracy.chord_mm
+        accuracy = job.keys.accuracy
+        exact = {"width": accuracy.width, "width_mm3": accuracy.width_mm3} if engine == "columns" else {}
         options: dict[str, Any] = {
-            "engine": result.stock.name, "chord_mm": chord, "brep": brep, "stock": list(formats), "licence": term,
+            "engine": engine, "chord_mm": accuracy.chord_mm, **exact, "brep": brep, "stock": list(formats), "licence": term,
             "engagement": engagement,
         }  # fmt: skip
-        write_atomic(made / "README.md", readme(job.name, summary, chord, told, _command(options)))
+        asked = f"chord {accuracy.chord_mm:g} mm"
+        if exact:
+            asked = f"asked of each block: {100.0 * accuracy.width:g} % or {accuracy.width_mm3:g} mm^3"
+        write_atomic(made / "README.md", readme(job.name, summary, asked, told, _command(options)))
         names = sorted(path.name for path in made.iterdir())
         manifest = {
             "kind": KIND, "format": 1, "job": job.name, "complete": True,
@@ -156,7 +172,7 @@ def write_pack(
         make_folder(folder)
         with FolderLock(folder) as lock:
             lock.acquire()
-            _refuse_other_files(folder)
+            _refuse_other_files(folder, ours)
             same = _same(folder, {name: (made / name).read_bytes() for name in names})
             place.refuse_foreign(job.inputs, same=same)
             place.forget(keep=same)
@@ -178,7 +194,7 @@ def _command(options: Mapping[str, Any]) -> str:
     """What makes a pack again in its own folder; every option is named, for defaults may change."""
     stock = ",".join(options["stock"])
     words = ["vmachining", "pack", "job.toml", "--out", ".", "--stock", stock]
-    for name in ("brep", "licence", "engagement"):
+    for name in ("engine", "brep", "licence", "engagement"):
         words += [f"--{name}", str(options[name])]
     return shlex.join(words)
 
@@ -237,12 +253,12 @@ def _same(folder: Path, new: Mapping[str, bytes]) -> set[str]:
     }
 
 
-def _refuse_other_files(folder: Path) -> None:
-    """Refuse a directory that is not empty and holds no pack, and what is none."""
+def _refuse_other_files(folder: Path, ours: set[str]) -> None:
+    """Refuse a directory that holds more than `ours` and is no pack, and what is no directory."""
     there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
     if not there.is_dir():
         raise InputError("is a file, not a directory", file=str(there), remedy="choose another --out")
-    if not folder.is_dir() or not any(folder.iterdir()):
+    if not folder.is_dir() or not {path.name for path in folder.iterdir()} - ours - {LOCK_FILE}:
         return
     manifest = read_manifest(folder)
     if manifest is None or manifest.get("kind") != KIND:

@@ -65,10 +65,8 @@ ENGAGEMENT_MEAN: dict[str, str] = {
 """Columns of a pack's `engagement`."""
 
 
-def readme(
-    name: str, summary: Mapping[str, Any], chord_mm: float, files: Mapping[str, str], command: str
-) -> str:
-    """README.md of a pack; `files` tells what each file is, `command` makes the pack again."""
+def readme(name: str, summary: Mapping[str, Any], asked: str, files: Mapping[str, str], command: str) -> str:
+    """README.md of a pack; `asked` says how exact it was to be, `files` what each file is, `command` makes the pack again."""
     removed = [summary[f"removed_{side}mm3"] for side in ("lo_", "", "hi_")]
     width = removed[2] - removed[0]
     listed = "\n".join(f"| `{file}` | {text} |" for file, text in files.items())
@@ -82,7 +80,7 @@ What every block of an NC program removes from the stock, each volume between tw
 milling simulations: compute the volumes with your engine and compare. Nothing has to be installed for that.
 
 {summary["blocks"]} blocks remove {removed[1]:.6f} mm^3, between {removed[0]:.6f} and {removed[2]:.6f}
-(width {width:.3g} mm^3, chord {chord_mm:g} mm), from a stock of {summary["stock_mm3"]:.6f} mm^3.
+(width {width:.3g} mm^3, {asked}), from a stock of {summary["stock_mm3"]:.6f} mm^3.
 {notes}
 | file | holds |
 |---|---|
@@ -107,8 +105,8 @@ With vmachining, where results.csv has the columns `block` or `line`, and `remov
 
     vmachining compare results.csv .
 
-`job.toml` is a job of vmachining: `vmachining run job.toml` computes the volumes again, and a smaller `chord_mm`
-gives narrower brackets. Cutters are described there: diameters, corner radius, lengths in the units of the job;
+`job.toml` is a job of vmachining: `vmachining run job.toml` computes the volumes again, and a smaller `chord_mm` (mesh) or
+`width` (columns) gives narrower brackets. Cutters are described there: diameters, corner radius, lengths in the units of the job;
 only the flutes' body of revolution cuts. This makes the folder again:
 
     {command}

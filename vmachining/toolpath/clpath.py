@@ -13,7 +13,18 @@ from vmachining.arrays import Bools, Floats, Ints, rows
 from vmachining.errors import InputError
 from vmachining.tool import BallNose, BullNose, FlatEnd
 
-__all__ = ["WRITERS", "CLPath", "Mark", "apt_file", "cutter", "iso_program", "path_job", "pose_table"]
+__all__ = [
+    "WRITERS",
+    "CLPath",
+    "Mark",
+    "apt_file",
+    "checked_feed",
+    "cutter",
+    "iso_program",
+    "path_job",
+    "pose_table",
+    "words_of",
+]
 
 DECIMALS = 5
 """Of millimetres: a point moves by at most 9e-6 mm."""
@@ -23,7 +34,7 @@ UPRIGHT = 1e-9
 
 TILTED = (
     "a program of dialect iso holds no tool axis: it would need the angles of one machine",
-    "write .csv (dialect poses) or .cls (dialect apt)",
+    "name one (--machine ac-table), or write .csv (dialect poses) or .cls (dialect apt)",
 )
 
 
@@ -129,7 +140,8 @@ def cutter(text: str, length_mm: float = 60.0) -> FlatEnd | BallNose | BullNose:
     raise InputError(f"{text!r} is no cutter", remedy="flat:D, ball:D or bull:D:CORNER, mm")
 
 
-def _words(letters: str, values: Iterable[float]) -> list[str]:
+def words_of(letters: str, values: Iterable[float]) -> list[str]:
+    """NC words, one per letter."""
     return [f"{c}{_number(v)}" for c, v in zip(letters, values, strict=True)]
 
 
@@ -152,7 +164,7 @@ def iso_program(
     InputError
         A tilted tool, or a feed that is not positive.
     """
-    _check_feed(feed_mm_min)
+    checked_feed(feed_mm_min)
     if not path.is_upright:
         raise InputError(TILTED[0], remedy=TILTED[1])
     lines = [f"({title})"] if title else []
@@ -160,7 +172,7 @@ def iso_program(
     last: list[str] = ["", "", ""]
     mode, feed = "", ""
     for k, tip in enumerate(path.tips):
-        words = _words("XYZ", tip)
+        words = words_of("XYZ", tip)
         new = "G0" if path.rapid[k] else "G1"
         if not mode:  # sideways first, high above
             lines += [f"{new} {words[0]} {words[1]}", words[2]]
@@ -179,7 +191,7 @@ def iso_program(
 
 def pose_table(path: CLPath, *, feed_mm_min: float, tool: int = 1, **_: object) -> str:
     """Table of dialect `poses`: tip, axis, feed, rapid, tool."""
-    _check_feed(feed_mm_min)
+    checked_feed(feed_mm_min)
     lines = ["x_mm,y_mm,z_mm,i,j,k,feed_mm_min,rapid,tool"]
     for tip, axis, rapid in zip(path.tips, path.axes, path.rapid, strict=True):
         cells = [_number(v) for v in tip] + [_number(v, 9) for v in axis]
@@ -196,7 +208,7 @@ def apt_file(
     title: str = "",
 ) -> str:
     """CL file of dialect `apt`: GOTO records with the axis where the tool is tilted (MULTAX)."""
-    _check_feed(feed_mm_min)
+    checked_feed(feed_mm_min)
     tilted = not path.is_upright
     lines = [f"PARTNO {title or 'VMACHINING'}", "UNITS/MM", *(["MULTAX"] if tilted else [])]
     lines += [f"LOADTL/{tool}", f"SPINDL/{spindle_rev_min:g},CLW", f"FEDRAT/{feed_mm_min:g},MMPM"]
@@ -206,7 +218,8 @@ def apt_file(
     return "\n".join([*lines, "FINI"]) + "\n"
 
 
-def _check_feed(feed: float) -> None:
+def checked_feed(feed: float) -> None:
+    """Raises InputError for a feed that is not positive."""
     if not (np.isfinite(feed) and feed > 0.0):
         raise InputError(f"feed {feed:g}: want a positive number of mm/min")
 
@@ -230,19 +243,22 @@ def path_job(
     high: ArrayLike,
     name: str,
     chord_mm: float = 0.01,
+    machine: str | None = None,
 ) -> str:
-    """Text of a job file that cuts a path from the block between two corners, mm."""
+    """Text of a job file that cuts a path from the block between two corners, mm; `machine` names a chain or its file."""
     kind = {FlatEnd: "flat", BallNose: "ball", BullNose: "bull"}[type(tool)]
     corner = f"corner_radius_mm = {tool.corner_radius:g}\n" if isinstance(tool, BullNose) else ""
     box = [", ".join(_number(v) for v in np.asarray(p, dtype=np.float64)) for p in (low, high)]
     home = ", ".join(_number(v) for v in path.tips[0] + [0.0, 0.0, 1.0])
+    key = "file" if machine is not None and machine.endswith(".toml") else "chain"
+    chain = "" if machine is None else f'\n[machine]\n{key} = "{machine}"\n'
     return f"""name = "{name}"
 
 [program]
 file = "{program}"
 dialect = "{dialect}"
 home = [{home}]
-
+{chain}
 [[tools]]
 number = 1
 type = "{kind}"
