@@ -14,7 +14,7 @@ block, and a closed surface in the end.
    neighbouring rays; the second part stands for what lies between rays that all of them miss.
 5. Directions are three judges of one number: the interval of a block is what they share, its estimate their mean with the
    inverse squares of their widths for weights. Where they share nothing the interval is what any of them says.
-6. The surface is a dual contour: signs of nodes by the upright rays, vertices as means of ends of rays (`contour`).
+6. The surface is a dual contour: signs of nodes by the upright rays, vertices on the planes through ends of rays (`contour`).
 
 | file | holds |
 |---|---|
@@ -29,11 +29,11 @@ block, and a closed surface in the end.
 | `rays/` | `RayEngine`: rays without a workpiece, the second judge of a run |
 
 Source: dexels after Van Hook (SIGGRAPH 1986); three directions after Benouamer and Michelucci (1997). Dual contouring after
-Ju, Losasso, Schaefer, Warren (SIGGRAPH 2002), here with means of ends in place of normals.
+Ju, Losasso, Schaefer, Warren (SIGGRAPH 2002), here with normals from neighbouring ends.
 Departures: shifted rays, exact sweeps in place of poses or facets, an interval in place of a resolution.
 
 Known limits: the interval is stated, not proven. What is thinner than the spacing in all directions can be missed; what is
-thinner in one is seen by the others. The surface shows no feature below the spacing and has chamfers of half of it.
+thinner in one is seen by the others. The surface shows no feature below the spacing.
 """
 
 from vmachining.engines.dexel.engine import CONFIDENCE, DexelEngine

@@ -37,15 +37,12 @@ def triangles(grids: Sequence[RayGrid], box: Floats, most: int = MOST_QUADS) -> 
         if count <= most:
             break
         step += 1
-    total, weight = np.empty((4 * count + 8, 3)), np.empty(4 * count + 8)
-    quads, blocks, used = (
-        np.empty((count, 4), dtype=np.int64),
-        np.empty(count, dtype=np.int64),
-        np.zeros(1, np.int64),
-    )
-    _kernels.contour(tuple(lats), tuple(lists), step, box, size, n, total, weight, quads, blocks, used)
-    points = total[: used[0]] / weight[: used[0], None]
-    points = np.clip(points, box[0], box[1])
+    sums, cells = np.empty((4 * count + 8, 13)), np.empty((4 * count + 8, 3), dtype=np.int64)
+    quads, blocks = np.empty((count, 4), dtype=np.int64), np.empty(count, dtype=np.int64)
+    used = np.zeros(1, dtype=np.int64)
+    _kernels.contour(tuple(lats), tuple(lists), step, box, size, n, sums, cells, quads, blocks, used)
+    points = np.empty((int(used[0]), 3))
+    _kernels.settle(sums, cells, box, size, points)
     a, b, c, d = quads.T
     short = np.linalg.norm(points[a] - points[c], axis=1) <= np.linalg.norm(points[b] - points[d], axis=1)
     one = np.where(short[:, None], np.stack([a, b, c], 1), np.stack([a, b, d], 1))
