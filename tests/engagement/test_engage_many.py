@@ -8,7 +8,7 @@ import numpy as np
 import polars as pl
 import pytest
 import trimesh
-from tinyjob import write_job
+from tinyjob import JOB, write_job
 
 import vmachining as vm
 from vmachining.cli.main import run
@@ -105,3 +105,36 @@ def test_distances_to_a_torus_of_triangles_and_to_all_its_triangles():
         for p in points[:60]
     ]
     assert np.abs(found[:60]) == pytest.approx(np.array(near), abs=1e-10)
+
+
+def test_chips_over_time_of_a_slot(tmp_path, capsys):
+    write_job(tmp_path, job=JOB.replace("length_mm = 20", "length_mm = 20\nflutes = 2"))
+    words = [
+        "engage",
+        str(tmp_path / "job.toml"),
+        "--block",
+        str(SLOT),
+        "--every",
+        "1",
+        "--angles",
+        "36",
+        "--phase",
+        "0.5",
+    ]
+    assert run([*words, "--chips", "--out", str(tmp_path / "chips"), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert {"chips.csv", "chips.html", "chips.png"} <= set(told["files"])
+    table = pl.read_parquet(tmp_path / "chips" / "chips.parquet")
+    feed = 600 / (2 * 8000)  # mm per tooth, F600 S8000 of the program
+    assert len(table) == 18 * 36 and table["feed_per_tooth_mm"].unique().to_list() == [feed]
+    inside = table.filter(
+        pl.col("at").is_between(0.4, 0.6)
+    )  # a slot 1 mm deep: A = f sin(phi) a, h = f sin(phi)
+    truth = feed * np.maximum(np.sin(np.radians(inside["phi_feed_deg"].to_numpy())), 0.0)
+    np.testing.assert_allclose(inside["area_mm2"], truth, atol=1e-8)
+    np.testing.assert_allclose(inside["thickness_mm"], truth, atol=1e-8)
+    # 1 mm of the path takes 60 / 600 s
+    steps = table.group_by("position", maintain_order=True).agg(pl.col("time_s").first())["time_s"].diff()
+    np.testing.assert_allclose(steps[1:], 0.1, rtol=1e-9)
+    assert run([*words[:5], "0.001", "--chips"]) == 2
+    assert "2000 at most" in capsys.readouterr().err

@@ -250,7 +250,12 @@ def sweep(
     return single.sweep(file, chord=chord, step=step, brep=not no_brep, plot=plot, as_json=as_json)
 
 
-@app.command(epilog=examples("engage models/slot/job.toml --block 20 --at 0.5 --out out/block20"))
+@app.command(
+    epilog=examples(
+        "engage models/slot/job.toml --block 20 --at 0.5 --out out/block20",
+        "engage models/slot/job.toml --block 18-40 --every 1 --method analytic --chips --out out/chips",
+    )
+)
 def engage(
     job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="Job file.")],
     block: Annotated[
@@ -282,6 +287,9 @@ def engage(
         Path | None, typer.Option("--out", metavar="DIR", help="Write table, map and picture there.")
     ] = None,
     workers: Annotated[int, typer.Option("--workers", min=1, help="Processes, of many positions.")] = 1,
+    chips: Annotated[
+        bool, typer.Option("--chips", help="Shapes of chips, cut length and chip area over the time.")
+    ] = False,
     as_json: Json = False,
 ) -> int:
     """What the cutting edge touches at one instant of a block, or at many, for every rotation angle."""
@@ -289,7 +297,7 @@ def engage(
 
     return room.engage(
         job, block=block, at=at, every=every, method=method, angles=angles, phase=phase, edge=edge, bottom=bottom,
-        seconds=seconds, pitch=pitch, out=out, workers=workers, as_json=as_json,
+        seconds=seconds, pitch=pitch, out=out, workers=workers, chips=chips, as_json=as_json,
     )  # fmt: skip
 
 

@@ -7,12 +7,15 @@ from typing import Any
 
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note, progress_bar
-from vmachining.errors import EngineError, SweepError
+from vmachining.errors import EngineError, InputError, SweepError
 from vmachining.job import Job
 from vmachining.job import engage as engaged
 from vmachining.job.folder import engagement_files, engagement_folder
 
 __all__ = ["engage"]
+
+MOST_CHIPS = 2000
+"""Positions whose chips are drawn in one picture."""
 
 
 def engage(
@@ -30,6 +33,7 @@ def engage(
     pitch: float,
     out: Path | None,
     workers: int,
+    chips: bool,
     as_json: bool,
 ) -> int:
     """`vmachining engage`."""
@@ -38,9 +42,17 @@ def engage(
         "method": method, "angles": angles, "phase": phase, "edge": edge, "bottom": bottom, "seconds": seconds,
         "pitch": pitch,
     }  # fmt: skip
-    if every is not None or not block.strip().isdecimal():
+    if every is not None or chips or not block.strip().isdecimal():
         return _many(
-            job, block, at, every, options, out or Path("out") / f"{job.name}-engagement", workers, as_json
+            job,
+            block,
+            at,
+            every,
+            options,
+            out or Path("out") / f"{job.name}-engagement",
+            workers,
+            chips,
+            as_json,
         )
     if out is not None:
         engagement_folder(out).refuse_foreign(job.inputs)
@@ -87,6 +99,21 @@ def engage(
     return Code.DONE
 
 
+def _chips(out: Path) -> list[Path]:
+    """Pictures of the chips over the time of the program."""
+    import polars as pl
+
+    from vmachining.report import write_chips
+
+    table = pl.read_parquet(out / "chips.parquet")
+    time = table.group_by("position", maintain_order=True).agg(pl.col("time_s").first())["time_s"]
+    if table["feed_per_tooth_mm"].null_count():
+        note(
+            "areas and thicknesses are per mm of feed per tooth: the job lacks flutes, a spindle speed or a feed"
+        )
+    return write_chips(table, out, time=time.to_numpy())
+
+
 def _many(
     job: Job,
     blocks: str,
@@ -95,6 +122,7 @@ def _many(
     options: dict[str, Any],
     out: Path,
     workers: int,
+    chips: bool,
     as_json: bool,
 ) -> int:
     """`--block all|7,10-20`, `--every MM`: tables on disk, a summary on the screen."""
@@ -102,10 +130,18 @@ def _many(
     from vmachining.job.engage_many import engage_many, positions
 
     asked = positions(Scene.of(job), blocks, at=at, every_mm=every)
-    with engagement_files(out, job.inputs), progress_bar(quiet=as_json) as progress:
-        table = engage_many(job, asked, out, workers=workers, progress=progress, **options)
-    unanswered = int(table["tip_x_mm"].null_count())
-    files = ["engagement.parquet", "positions.parquet", "positions.csv"]
+    if chips and len(asked) > MOST_CHIPS:
+        raise InputError(
+            f"--chips of {len(asked)} positions, {MOST_CHIPS} at most",
+            remedy="take fewer blocks, or a longer --every",
+        )
+    with engagement_files(out, job.inputs):
+        with progress_bar(quiet=as_json) as progress:
+            table = engage_many(job, asked, out, workers=workers, progress=progress, chips=chips, **options)
+        files = ["engagement.parquet", "positions.parquet", "positions.csv"]
+        unanswered = int(table["tip_x_mm"].null_count())
+        if chips and unanswered < len(asked):
+            files += ["chips.parquet", *(path.name for path in _chips(out))]
     if as_json:
         emit({"positions": len(table), "unanswered": unanswered, "out": str(out), "files": files})
     else:

@@ -16,12 +16,14 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
-from vmachining.engagement import Engagement
+from vmachining.engagement import Engagement, chip_table
 from vmachining.errors import EngineError, InputError, SweepError
 from vmachining.job.brep import parse_blocks, refuse_beyond
+from vmachining.job.clock import Clock
 from vmachining.job.engage import Scene
 from vmachining.job.files import atomic_path
 from vmachining.job.jobfile import Job
+from vmachining.job.toolpath import Toolpath
 from vmachining.tolerance import LENGTH_EPS_MM
 
 __all__ = ["POSITION_COLUMNS", "Position", "engage_many", "positions"]
@@ -97,6 +99,7 @@ def engage_many(
     *,
     workers: int = 1,
     progress: Callable[[str, int, int], None] | None = None,
+    chips: bool = False,
     **options: Any,
 ) -> pl.DataFrame:
     """What the edge touches at many positions.
@@ -108,6 +111,8 @@ def engage_many(
     ----------
     options : of `Scene.engage`: method, angles, phase, edge, bottom, seconds.
     workers : processes.
+    chips : write `chips.parquet`, too: `chip_table` of all positions, with block, at, time_s and feed_per_tooth_mm; where
+        that feed is not known, areas and thicknesses are per mm of it.
 
     Returns
     -------
@@ -117,7 +122,7 @@ def engage_many(
     rows: list[list[dict[str, Any]]] = [[] for _ in errands]
     with TemporaryDirectory(dir=folder, prefix=".engagement-") as parts:
         done = 0
-        for number, found in _answers(job, errands, Path(parts), workers, options):
+        for number, found in _answers(job, errands, Path(parts), workers, options, chips):
             rows[number] = found
             done += len(found)
             if progress is not None:
@@ -126,6 +131,13 @@ def engage_many(
         table = pl.DataFrame([row for found in rows for row in found], schema=POSITION_COLUMNS)
         with atomic_path(folder / "engagement.parquet") as temporary:
             pl.scan_parquet(files).sink_parquet(temporary)
+        if chips:
+            with atomic_path(folder / "chips.parquet") as temporary:
+                pl.scan_parquet(
+                    [file.with_name(file.name.replace("intervals", "chips")) for file in files]
+                ).with_columns(
+                    pl.struct("block", "at").rle_id().cast(pl.Int64).alias("position")
+                ).sink_parquet(temporary)
     with atomic_path(folder / "positions.parquet") as temporary:
         table.write_parquet(temporary)
     with atomic_path(folder / "positions.csv") as temporary:
@@ -133,21 +145,28 @@ def engage_many(
     return table
 
 
-def _part(folder: Path, number: int) -> Path:
-    return folder / f"{number:06d}.parquet"
+def _part(folder: Path, number: int, kind: str = "intervals") -> Path:
+    return folder / f"{kind}-{number:06d}.parquet"
 
 
 def _answers(
-    job: Job, errands: Sequence[Sequence[Position]], folder: Path, workers: int, options: dict[str, Any]
+    job: Job,
+    errands: Sequence[Sequence[Position]],
+    folder: Path,
+    workers: int,
+    options: dict[str, Any],
+    chips: bool,
 ) -> Iterator[tuple[int, list[dict[str, Any]]]]:
     """(number of the errand, its rows), as they come."""
     if workers <= 1 or len(errands) < 2:
-        desk = _Desk(Scene.of(job), folder, options)
+        desk = _Desk.open(job, folder, options, chips)
         for number, errand in enumerate(errands):
             yield number, desk.answer(number, errand)
         return
     # fresh interpreters: a fork would copy kernels that run threads of their own
-    with ProcessPoolExecutor(workers, get_context("spawn"), _open_desk, (job, folder, options)) as pool:
+    with ProcessPoolExecutor(
+        workers, get_context("spawn"), _open_desk, (job, folder, options, chips)
+    ) as pool:
         waiting = {pool.submit(_answer, k, errand): k for k, errand in enumerate(errands)}
         try:
             for future in as_completed(waiting):
@@ -164,9 +183,16 @@ class _Desk:
     scene: Scene
     folder: Path
     options: dict[str, Any]
+    clock: Clock | None
+
+    @classmethod
+    def open(cls, job: Job, folder: Path, options: dict[str, Any], chips: bool) -> _Desk:
+        scene = Scene.of(job)
+        clock = Clock.of(job, Toolpath.of(scene.program, job.machine)) if chips else None
+        return cls(scene, folder, options, clock)
 
     def answer(self, number: int, errand: Sequence[Position]) -> list[dict[str, Any]]:
-        tables, rows = [], []
+        tables, rows, chips = [], [], []
         for position in errand:
             try:
                 found = self.scene.engage(position.block, at=position.at, **self.options)
@@ -176,6 +202,10 @@ class _Desk:
                 continue
             tables.append(found.table())
             rows.append(_row(found))
+            if self.clock is not None:
+                chips.append(_chips(found, position, self.clock))
+        if chips:
+            pl.concat(chips).write_parquet(_part(self.folder, number, "chips"))
         if tables:
             pl.concat(tables).write_parquet(_part(self.folder, number))
         return rows
@@ -184,14 +214,28 @@ class _Desk:
 _desk: _Desk
 
 
-def _open_desk(job: Job, folder: Path, options: dict[str, Any]) -> None:
+def _open_desk(job: Job, folder: Path, options: dict[str, Any], chips: bool) -> None:
     """Begin of a worker's life: the job is read once."""
     global _desk
-    _desk = _Desk(Scene.of(job), folder, options)
+    _desk = _Desk.open(job, folder, options, chips)
 
 
 def _answer(number: int, errand: Sequence[Position]) -> list[dict[str, Any]]:
     return _desk.answer(number, errand)
+
+
+def _chips(found: Engagement, position: Position, clock: Clock) -> pl.DataFrame:
+    """The chip of one position at the programmed feed."""
+    feed = float(clock.feed_per_tooth[position.block])
+    head = {
+        "block": position.block, "at": position.at, "time_s": clock.at(*position),
+        "feed_per_tooth_mm": feed if feed == feed else None,
+    }  # fmt: skip
+    table = chip_table(found, feed_per_tooth=feed if feed == feed else 1.0)
+    kinds = {"block": pl.Int64, "at": pl.Float64, "time_s": pl.Float64, "feed_per_tooth_mm": pl.Float64}
+    return table.select(
+        *(pl.lit(value, dtype=kinds[name]).alias(name) for name, value in head.items()), pl.all()
+    )
 
 
 def _row(found: Engagement) -> dict[str, Any]:

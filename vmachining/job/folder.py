@@ -66,7 +66,7 @@ LOCK_FILE = ".vmachining.lock"
 ENGAGEMENT = (
     "engagement.csv", "engagement.parquet", "engagement.html", "engagement.png", "engagement_map.csv",
     "engagement_chips.csv",
-    "positions.csv", "positions.parquet",
+    "positions.csv", "positions.parquet", "chips.csv", "chips.parquet", "chips.html", "chips.png",
 )  # fmt: skip
 """Files of `vmachining engage`."""
 

@@ -36,6 +36,11 @@ class Drawn(NamedTuple):
     axis: str
     unit: str
 
+    def named(self, k: int) -> str:
+        """Position k in words: "time 4.2 s"."""
+        word, _, unit = self.unit.partition(", ")
+        return f"{word} {self.time[k]:.4g} {unit}".rstrip()
+
 
 def drawn(table: pl.DataFrame, time: ArrayLike | None = None) -> Drawn:
     """The numbers of the pictures.
@@ -94,7 +99,7 @@ def chip_figure(table: pl.DataFrame, time: ArrayLike | None = None) -> go.Figure
         colour = f"rgb({int(20 + 200 * share)},{int(110 - 60 * share)},{int(190 - 130 * share)})"
         figure.add_trace(
             go.Scatter(
-                x=d.angle, y=d.length[k], mode="lines", name=f"{d.unit.split(',')[0]} {d.time[k]:.4g}",
+                x=d.angle, y=d.length[k], mode="lines", name=d.named(k),
                 line={"color": colour, "width": 2},
                 hovertemplate="%{x:.1f}°: %{y:.4f} mm<extra></extra>",
             ),
@@ -175,7 +180,7 @@ def write_chips_png(table: pl.DataFrame, path: Path, *, time: ArrayLike | None =
     for n, k in enumerate(picked):
         share = n / max(len(picked) - 1, 1)
         colour = (0.08 + 0.78 * share, 0.43 - 0.23 * share, 0.75 - 0.5 * share)
-        shapes.plot(d.angle, d.length[k], color=colour, label=f"{d.unit.split(',')[0]} {d.time[k]:.4g}")
+        shapes.plot(d.angle, d.length[k], color=colour, label=d.named(k))
     shapes.set(xlabel=f"{d.axis}, degrees", ylabel="cut length, mm", xlim=(0, 360), xticks=range(0, 361, 30))
     shapes.set_ylim(bottom=0.0)
     shapes.legend(loc="best", framealpha=0.85, edgecolor="none", fontsize=8)
