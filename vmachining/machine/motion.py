@@ -4,6 +4,10 @@ J  `JointMotion`: every joint linear. The tip leaves the straight line.
 R  `TcpMotion(..., orientation="rotary")`: tip straight, rotary joints linear (tool-centre-point control).
 V  `TcpMotion(..., orientation="vector")`: tip straight, tool axis on the great circle at constant rate.
 
+Beside `vmachining.sweep.Turn`, which a sweep is made of, these stay for what lies below the sweeps and needs the joints at
+every time: how far a control leaves the straight line (`deviation.py`) and what its joints allow (`joint_limits.py`);
+`tests/machine/test_machine_sweeps.py` holds both to one another.
+
 All have position, axis and their derivatives, so that a sweep needs no machine: `position`, `axis`, `velocity`,
 `axis_rate`, `acceleration`, `axis_acceleration`, `start`, `end`, `length`, `split`, `tip_bounds`, `rotation`,
 `is_upright`.
