@@ -140,4 +140,6 @@ def _turns() -> None:
     for name in ENGINES:
         kind = engine_class(name)
         if kind.takes(turn):
-            kind.of(box, Options(chord=0.1, design=mesh)).cut(turn, 0)
+            engine = kind.of(box, Options(chord=0.1, design=mesh))
+            engine.cut(turn, 0)
+            engine.surface()
