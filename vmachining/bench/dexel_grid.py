@@ -34,7 +34,7 @@ PEERS = {"camotics_s": 6.0, "freecad_s": 0.47, "freecad_error": -5.1e-3}
 
 def dexel_grid() -> Iterator[dict[str, Any]]:
     """One record per workload."""
-    _passes(BallNose(diameter=2 * R, length=60), 1.6, 0.5, blocks=50)  # compiled, apart
+    _passes(BallNose(diameter=2 * R, length=60), 1.6, 0.5, blocks=50, directions=3)  # compiled, apart
     copied = _copy_bytes_a_second()
     ball = BallNose(diameter=2 * R, length=60)
     yield _passes(ball, 1.6, 0.1, blocks=2043, copied=copied) | PEERS
@@ -47,9 +47,9 @@ def dexel_grid() -> Iterator[dict[str, Any]]:
 
 def dexel_grid_long(blocks: int = 500_000) -> Iterator[dict[str, Any]]:
     """500,000 blocks over 100 x 60 x 20 mm at 0.5 mm, level and on ramps: whether time a block stays flat."""
-    _passes(BallNose(diameter=2 * R, length=60), 1.6, 0.5, blocks=50)
-    for slope in (0.0, 0.2):
-        engine = DexelEngine(BoxStock((0, 0, -20), (100, 60, 0)), Options(spacing=0.5, directions=1))
+    _passes(BallNose(diameter=2 * R, length=60), 1.6, 0.5, blocks=50, directions=3)
+    for slope, directions in ((0.0, 1), (0.2, 1), (0.0, 3), (0.2, 3)):
+        engine = DexelEngine(BoxStock((0, 0, -20), (100, 60, 0)), Options(spacing=0.5, directions=directions))
         tips = _zigzag(blocks, 100.0, 60.0, 0.25, -1.0, slope, layers=20)
         seconds = []
         begin, wall = process_time(), perf_counter()
@@ -58,7 +58,7 @@ def dexel_grid_long(blocks: int = 500_000) -> Iterator[dict[str, Any]]:
             engine.cut_path(BallNose(diameter=2 * R, length=60), tips[first : first + 50_001], first)
             seconds.append(process_time() - start)
         yield {
-            "case": "dexel-grid-long", "slope": slope, "blocks": blocks, "spacing_mm": 0.5,
+            "case": "dexel-grid-long", "slope": slope, "directions": directions, "blocks": blocks, "spacing_mm": 0.5,
             "seconds": process_time() - begin, "wall_s": perf_counter() - wall,
             "first_tenth_s": seconds[0], "last_tenth_s": seconds[-1], "peer_s": 43.0 if slope == 0.0 else 103.0,
         }  # fmt: skip

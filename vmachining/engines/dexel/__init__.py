@@ -23,7 +23,7 @@ block, and a closed surface in the end.
 | `lattice.py` | `Lattice`, `Lists`: where rays stand, what is left of them |
 | `around.py` | `stadium`: a prism around a sweep |
 | `budget.py` | spacings: the default, and what memory allows |
-| `batch/` | many straight blocks in one kernel call, over upright rays |
+| `batch/` | many straight blocks in one kernel call: upright rays as a map of heights, level ones by sections |
 | `surface.py`, `contour/` | closed triangles |
 | `_kernels.py` | loops over rays, in numba |
 | `rays/` | `RayEngine`: rays without a workpiece, the second judge of a run |

@@ -12,48 +12,58 @@ import numpy as np
 
 from vmachining.jit import kernel, leaf
 
-EMPTY, REACHED, MATERIAL = 0, 1, 2  # states of a ray: outside the prism; in it without material there; with
+SAME = 1e-9  # mm, LENGTH_EPS_MM: a ray that loses less loses nothing that means anything
 
 
 @leaf
-def cross_stadium(st, o, u):
-    """Part (p, q) of a line inside the prism; empty is p > q. The stadium is the union of a rectangle and two discs."""
-    x, y, z, ux, uy, uz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for k in range(3):
-        w = o[k] - st[k]
-        x, y, z = x + w * st[3 + k], y + w * st[6 + k], z + w * st[9 + k]
-        ux, uy, uz = ux + u[k] * st[3 + k], uy + u[k] * st[6 + k], uz + u[k] * st[9 + k]
-    length, r = st[12], st[13]
-    p, q = np.inf, -np.inf
+def through_stadium(x, y, ux, uy, length, r):
+    """Part (p, q) of a line in the plane within r of the segment from 0 to (length, 0); empty is p > q.
+
+    The stadium is convex, and the union of a rectangle and two discs.
+    """
     uu = ux * ux + uy * uy
     if uu < 1e-24:
         s = min(max(x, 0.0), length)
         if (x - s) ** 2 + y * y > r * r:
             return 1.0, 0.0
-        p, q = -np.inf, np.inf
-    else:
-        for k in range(2):
-            w = x - k * length
-            h = w * ux + y * uy
-            gap = h * h - uu * (w * w + y * y - r * r)
-            if gap > 0.0:
-                root = np.sqrt(gap)
-                p, q = min(p, (-h - root) / uu), max(q, (-h + root) / uu)
-        a, b = -np.inf, np.inf
-        if uy != 0.0:
-            a, b = (-r - y) / uy, (r - y) / uy
-            a, b = min(a, b), max(a, b)
-        elif abs(y) > r:
-            a, b = 1.0, 0.0
-        if ux != 0.0:
-            c, d = -x / ux, (length - x) / ux
-            a, b = max(a, min(c, d)), min(b, max(c, d))
-        elif x < 0.0 or x > length:
-            a, b = 1.0, 0.0
-        if a <= b:
-            p, q = min(p, a), max(q, b)
-        if p > q:
-            return 1.0, 0.0
+        return -np.inf, np.inf
+    p, q = np.inf, -np.inf
+    for k in range(2):
+        w = x - k * length
+        h = w * ux + y * uy
+        gap = h * h - uu * (w * w + y * y - r * r)
+        if gap > 0.0:
+            root = np.sqrt(gap)
+            p, q = min(p, (-h - root) / uu), max(q, (-h + root) / uu)
+    a, b = -np.inf, np.inf
+    if uy != 0.0:
+        a, b = (-r - y) / uy, (r - y) / uy
+        a, b = min(a, b), max(a, b)
+    elif abs(y) > r:
+        a, b = 1.0, 0.0
+    if ux != 0.0:
+        c, d = -x / ux, (length - x) / ux
+        a, b = max(a, min(c, d)), min(b, max(c, d))
+    elif x < 0.0 or x > length:
+        a, b = 1.0, 0.0
+    if a <= b:
+        p, q = min(p, a), max(q, b)
+    if p > q:
+        return 1.0, 0.0
+    return p, q
+
+
+@leaf
+def cross_stadium(st, o, u):
+    """Part (p, q) of a line inside the prism; empty is p > q."""
+    x, y, z, ux, uy, uz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(3):
+        w = o[k] - st[k]
+        x, y, z = x + w * st[3 + k], y + w * st[6 + k], z + w * st[9 + k]
+        ux, uy, uz = ux + u[k] * st[3 + k], uy + u[k] * st[6 + k], uz + u[k] * st[9 + k]
+    p, q = through_stadium(x, y, ux, uy, st[12], st[13])
+    if p > q:
+        return 1.0, 0.0
     if uz != 0.0:
         c, d = (st[14] - z) / uz, (st[15] - z) / uz
         return max(p, min(c, d)), min(q, max(c, d))
@@ -224,7 +234,7 @@ def tell(lat, lists, i0, i1, j0, j1, rays, ends, enter, leave, length, cut, out)
         gone[i, j], number[i, j] = length[m], m
         out[0] += length[m]
         out[3] = max(out[3], length[m])
-        out[4] += length[m] > 0.0
+        out[4] += length[m] > SAME
     for i in range(ni):
         for j in range(nj):
             if i + 1 < ni:

@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike
 
 from vmachining.arrays import Floats, Ints, rows
 from vmachining.engines.dexel.around import stadium
-from vmachining.engines.dexel.batch import cut_lines, looks_of, round_end, takes_line
+from vmachining.engines.dexel.batch import RoundEnd, cut_lines, looks_of, round_end, takes_line
+from vmachining.engines.dexel.batch.level import cut_sides, takes_side
 from vmachining.engines.dexel.budget import default_spacing, refuse_too_fine
 from vmachining.engines.dexel.grid import Look, RayGrid
 from vmachining.engines.dexel.lattice import Lattice, Lists
@@ -24,6 +25,7 @@ from vmachining.errors import EngineError, InputError
 from vmachining.geometry import Bracket
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep
+from vmachining.sweep.ball import ball_block
 from vmachining.sweep.reach import meets, reaching
 from vmachining.tool import Cutter, Profile
 
@@ -122,43 +124,56 @@ class DexelEngine:
 
     def _together(self, grid: RayGrid, requests: Sequence[Request]) -> list[Look]:
         """The first of some requests, as many as one kernel call takes; none where the first is not for it."""
-        if grid.lattice.axis != 2:
-            return []
         top, shape, count = float(self._box[1, 2]), None, 0
+        upright = grid.lattice.axis == 2
         for request in requests:
-            found = takes_line(request.sweep, top) if request.cuts else None
-            if found is None or (shape is not None and found != shape):
+            if not request.cuts or (count and request.sweep.profile is not requests[0].sweep.profile):
+                break
+            found = takes_line(request.sweep, top) if upright else takes_side(request.sweep)
+            if not found:
                 break
             shape, count = found, count + 1
-        if shape is None:
+        if not count:
             return []
         ends = np.array([[r.sweep.path.start, r.sweep.path.end] for r in requests[:count]])
         blocks = np.array([-1 if r.block is None else r.block for r in requests[:count]])
         start, end = np.ascontiguousarray(ends[:, 0]), np.ascontiguousarray(ends[:, 1])
+        if not isinstance(shape, RoundEnd):
+            return cut_sides(grid, requests[0].sweep, start, end, blocks)
         sums = cut_lines(grid, shape, start, end, blocks)
         return [] if sums is None else looks_of(grid, shape, start, end, sums)
 
     def cut_path(self, tool: Cutter | Profile, points: ArrayLike, first: int = 0) -> list[Removal]:
         """Cut a polyline, points (n + 1, 3) mm of the tip, as n blocks with numbers from `first`; see `answer`.
 
-        Fastest with one direction of rays, a tall ball, flat or bull nose cutter, and a stock without undercuts.
+        One kernel call a direction for tall ball, flat and bull nose cutters in a stock without undercuts, on level lines or,
+        of a ball, on any.
         """
         tips = rows(points, -1, 3, name="points")
         profile = tool.profile if isinstance(tool, Cutter) else tool
-        shape = round_end(profile)
-        if len(self.grids) == 1 and shape is not None and len(tips) > 1:
-            start, end = tips[:-1].copy(), tips[1:].copy()
-            ramps = (start[:, 2] != end[:, 2]) & (start[:, :2] != end[:, :2]).any(axis=1)
-            tall = float(tips[:, 2].min()) + shape.top >= self._box[1, 2]
-            if tall and not (shape.r1 > 0.0 < shape.rc and ramps.any()):
-                blocks = first + np.arange(len(start))
-                sums = cut_lines(self.grids[0], shape, start, end, blocks)
-                if sums is not None:
-                    out = [agreed([each]) for each in looks_of(self.grids[0], shape, start, end, sums)]
-                    self._removed = reduce(Removal.plus, out, self._removed)
-                    return out
-        orders = [Request(Sweep(profile, a, b), first + k) for k, (a, b) in enumerate(pairwise(tips))]
-        return self.answer(orders)
+        if len(tips) < 2:
+            return []
+        start, end = tips[:-1].copy(), tips[1:].copy()
+        ramps = (start[:, 2] != end[:, 2]) & (start[:, :2] != end[:, :2]).any(axis=1)
+        level = bool((start[:, 2] == end[:, 2]).all()) and bool(
+            (start[:, :2] != end[:, :2]).any(axis=1).all()
+        )
+        shape, probe = round_end(profile), Sweep(profile, start[0], end[0])
+        upright = shape is not None and float(tips[:, 2].min()) + shape.top >= self._box[1, 2]
+        upright = upright and not (shape is not None and shape.r1 > 0.0 < shape.rc and ramps.any())
+        sides = len(self.grids) == 1 or level or ball_block(probe) is not None
+        blocks = first + np.arange(len(start))
+        if shape is not None and upright and sides:
+            sums = cut_lines(self.grids[0], shape, start, end, blocks)
+            if sums is not None:
+                looks = [looks_of(self.grids[0], shape, start, end, sums)]
+                looks += [cut_sides(grid, probe, start, end, blocks) for grid in self.grids[1:]]
+                out = [agreed(each) for each in zip(*looks, strict=True)]
+                self._removed = reduce(Removal.plus, out, self._removed)
+                return out
+        return self.answer(
+            [Request(Sweep(profile, a, b), first + k) for k, (a, b) in enumerate(pairwise(tips))]
+        )
 
     @property
     def volume(self) -> Bracket:

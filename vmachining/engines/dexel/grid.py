@@ -101,19 +101,21 @@ class RayGrid:
         points[0::2, self.lattice.axis], points[1::2, self.lattice.axis] = lists.low[rows], lists.high[rows]
         return points, np.column_stack([lists.below[rows], lists.above[rows]]).reshape(-1).astype(np.int64)
 
+    def windows(self, low: Floats, high: Floats) -> Ints:
+        """(n, 4) rows i0 to i1 and columns j0 to j1 of the rays that meet boxes low, high (n, 3), and one more on every side."""
+        lat, out = self.lattice, np.empty((len(low), 4), dtype=np.int64)
+        for k, (c, corner, size, count) in enumerate(
+            (((lat.axis + 1) % 3, lat.a0, lat.ha, lat.na), ((lat.axis + 2) % 3, lat.b0, lat.hb, lat.nb))
+        ):
+            first = np.clip(np.floor((low[:, c] - corner) / size) - 1, 0, count)
+            last = np.clip(np.floor((high[:, c] - corner) / size) + 2, 0, count)
+            out[:, 2 * k], out[:, 2 * k + 1] = first, np.maximum(first, last)
+        return out
+
     def window(self, box: Floats) -> Window:
-        """Rows i0 to i1 and columns j0 to j1 of the rays that meet a box (2, 3), and one more on every side."""
-        lat = self.lattice
-        a, b = (lat.axis + 1) % 3, (lat.axis + 2) % 3
-        i0, i1 = ((box[k, a] - lat.a0) / lat.ha for k in (0, 1))
-        j0, j1 = ((box[k, b] - lat.b0) / lat.hb for k in (0, 1))
-        i0, j0 = (max(0, int(np.floor(v)) - 1) for v in (i0, j0))
-        return (
-            i0,
-            max(i0, min(lat.na, int(np.floor(i1)) + 2)),
-            j0,
-            max(j0, min(lat.nb, int(np.floor(j1)) + 2)),
-        )
+        """The same of one box (2, 3)."""
+        i0, i1, j0, j1 = self.windows(box[:1], box[1:])[0].tolist()
+        return i0, i1, j0, j1
 
     def removed(self, sweep: Sweep, around: Floats, block: int, *, cut: bool) -> Look:
         """What a sweep takes off; off the workpiece too if `cut`. around: see `stadium`."""

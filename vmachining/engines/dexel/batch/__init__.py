@@ -1,10 +1,12 @@
-"""Many straight blocks of ball, flat and bull nose cutters in one kernel call, for upright rays of one interval each.
+"""Many straight blocks in one kernel call: here of ball, flat and bull nose cutters for upright rays of one interval each.
 
 1. Rays of a window around all blocks become a map of heights; a ray with several intervals, or a cutter whose top comes below
    the stock, sends the blocks the general way (`RayGrid.removed`).
 2. Blocks are taken off row by row of the map, in order, in loops that several rays share (SIMD); two threads take half of the
    rows each.
 3. Sums for volume and interval are those of the general way.
+
+`level.py` and `side/` do so for rays along x and y, any cutter on level lines and balls on any line, with any intervals.
 """
 
 from __future__ import annotations

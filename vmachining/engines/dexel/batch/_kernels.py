@@ -10,9 +10,8 @@
 
 import numpy as np
 
+from vmachining.engines.dexel._kernels import SAME
 from vmachining.jit import kernel, leaf
-
-SAME = 1e-9  # mm: heights closer than this are one, LENGTH_EPS_MM
 
 
 @leaf
