@@ -27,6 +27,17 @@ def shortened(t_in, t_out, lam, length):
     return length, 0
 
 
+@leaf
+def across(x, px, py, qx, qy, slack, low, high):
+    """Range of y widened by where an edge from p to q is at x; by all of it where it is upright."""
+    if x < min(px, qx) - slack or x > max(px, qx) + slack:
+        return low, high
+    if abs(qx - px) <= 2.0 * slack:
+        return min(low, py, qy), max(high, py, qy)
+    y = py + min(max((x - px) / (qx - px), 0.0), 1.0) * (qy - py)
+    return min(low, y), max(high, y)
+
+
 @kernel
 def raster(corners, which, x0, y0, pitch, below, sense, height, facet) -> None:
     """Highest triangle over every cell's middle among those that face up (sense 1) or down (-1) and lie under `below`.
@@ -47,10 +58,13 @@ def raster(corners, which, x0, y0, pitch, below, sense, height, facet) -> None:
         slack = 1e-9 * (right - left + back - front)
         i0 = max(0, int(np.ceil((ax + left - slack - x0) / pitch)))
         i1 = min(n - 1, int(np.floor((ax + right + slack - x0) / pitch)))
-        j0 = max(0, int(np.ceil((ay + front - slack - y0) / pitch)))
-        j1 = min(m - 1, int(np.floor((ay + back + slack - y0) / pitch)))
         for i in range(i0, i1 + 1):
             x = x0 + i * pitch - ax
+            low, high = across(x, 0.0, 0.0, ux, uy, slack, np.inf, -np.inf)
+            low, high = across(x, ux, uy, vx, vy, slack, low, high)
+            low, high = across(x, vx, vy, 0.0, 0.0, slack, low, high)
+            j0 = max(0, int(np.ceil((ay + max(low, front) - slack - y0) / pitch)))
+            j1 = min(m - 1, int(np.floor((ay + min(high, back) + slack - y0) / pitch)))
             for j in range(j0, j1 + 1):
                 y = y0 + j * pitch - ay
                 s, t = (x * vy - vx * y) / area, (ux * y - x * uy) / area

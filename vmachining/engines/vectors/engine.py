@@ -89,19 +89,12 @@ class VectorEngine:
         self._cuts = Cuts()
         self._removed = NOTHING
         if settings.casting is not None:
-            whole = self._material()
+            whole = self.upright.material
             self.stock_volume = Bracket(whole, whole, whole)
         else:
             outer, inner = (mesh.volume for mesh in stock.mesh(self.chord))
             # twice the inscribed and once the circumscribed polygon: Huygens' rule for circles
             self.stock_volume = Bracket(inner, (outer + 2.0 * inner) / 3.0, outer)
-
-    def _material(self) -> float:
-        """mm^3 under the upright vectors."""
-        total = 0.0
-        for base, lengths, _, _, has in self.upright.tiles():
-            total += float((base.start[has] + lengths[has] - base.bottom[has]).sum())
-        return total * self.pitch**2
 
     @classmethod
     def of(cls, stock: Stock, options: Options) -> Self:

@@ -49,7 +49,7 @@ class UprightVectors:
     """Lengths of the upright vectors over a part and its stock.
 
     lengths : (a, b, T, T) float32 mm by tile; NaN where there is no vector. behind : how often vectors were entered from
-        behind. low : (2,) mm corner of the grid. shape : cells along x and y.
+        behind. low : (2,) mm corner of the grid. shape : cells along x and y. material : mm^3 under them before the first cut.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class UprightVectors:
         self.low = self.low - 0.5 * (
             np.array(self.shape) * pitch - (high - self.low)
         )  # the rest at both sides
-        self.behind = 0
+        self.behind, self.material = 0, 0.0
         self.lengths: NDArray[np.float32] = np.empty((-(-nx // TILE), -(-ny // TILE), TILE, TILE), np.float32)
         self._forget()
         for a, b in np.ndindex(self.lengths.shape[:2]):
@@ -80,6 +80,7 @@ class UprightVectors:
             if casting is not None:
                 full[base.facet < 0] = np.nan
             self.lengths[a, b] = full
+            self.material += float(np.nansum(base.start + self.lengths[a, b] - base.bottom)) * pitch**2
 
     def _forget(self) -> None:
         """No tile has a base."""
