@@ -274,27 +274,35 @@ class Sweep:
             easy = (directions[:, 0] == 0.0) & (directions[:, 1] == 0.0)
         capacity = 8
         while True:
-            lo, hi = np.full((2, len(origins), capacity), np.nan)
+            lo, hi = np.empty((2, len(origins), capacity))
             counts = np.zeros(len(origins), dtype=np.int64)
             for near, who in ((True, easy), (False, ~easy)):
-                if not who.any():
-                    continue
-                o, u = origins[who], directions[who]
-                count, first, last = counts[who], lo[who], hi[who]
-                if near:
-                    assert p is not None
-                    _kernels.rays(p.seg, p.first, p.size, p.path, o, u, p.tol, count, first, last)
-                else:
-                    assert q is not None
-                    turned.rays(
-                        q.seg, q.planes, q.arcs, q.ends, q.limits, q.waves, o, u, q.tol, count, first, last
-                    )  # fmt: skip
-                counts[who], lo[who], hi[who] = count, first, last
+                if who.all():  # of one kind, as mostly: nothing is copied
+                    self._intervals(near, origins, directions, counts, lo, hi)
+                elif who.any():
+                    count, first, last = counts[who], lo[who], hi[who]
+                    self._intervals(near, origins[who], directions[who], count, first, last)
+                    counts[who], lo[who], hi[who] = count, first, last
             if (counts >= 0).all():
                 break
             capacity *= 4
-        kept = (np.arange(capacity) < counts[:, None]) & (hi - lo > _kernels.MERGE)
+        with np.errstate(invalid="ignore"):  # where nothing was written
+            kept = (np.arange(capacity) < counts[:, None]) & (hi - lo > _kernels.MERGE)
         return RayIntervals(kept.sum(axis=1), lo[kept], hi[kept])
+
+    def _intervals(
+        self, near: bool, origins: Floats, directions: Floats, counts: Ints, lo: Floats, hi: Floats
+    ) -> None:
+        """Ends of the intervals of lines into rows of `lo` and `hi`, their numbers (-1: no room) into `counts`."""
+        p, q = self._near, self._turned
+        if near:
+            assert p is not None
+            _kernels.rays(p.seg, p.first, p.size, p.path, origins, directions, p.tol, counts, lo, hi)
+        else:
+            assert q is not None
+            turned.rays(
+                q.seg, q.planes, q.arcs, q.ends, q.limits, q.waves, origins, directions, q.tol, counts, lo, hi
+            )
 
 
 class _Packed(NamedTuple):
