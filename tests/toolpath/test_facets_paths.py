@@ -9,7 +9,7 @@ import trimesh
 import vmachining as vm
 from vmachining.errors import InputError
 from vmachining.job.heights import height_map
-from vmachining.tool import BallNose
+from vmachining.tool import BallNose, BullNose, FlatEnd
 from vmachining.toolpath.clpath import CLPath, Mark, apt_file, iso_program, path_job, pose_table
 from vmachining.toolpath.facets import (
     FacetMesh,
@@ -49,21 +49,97 @@ def box_surface(*boxes):
     return Surface(FacetMesh.of(np.concatenate([solid.triangles for solid in solids])))
 
 
+def left_on_cylinder(path, tool, part, sign, folder):
+    """y (n,) mm across, and what an engine leaves above the true cylinder, along the normal."""
+    low, high = part.mesh.bounds
+    upright = path.is_upright
+    name, dialect = ("part.nc", "iso") if upright else ("part.csv", "poses")
+    writer = iso_program if upright else pose_table
+    (folder / name).write_text(writer(path, feed_mm_min=1000.0))
+    job = path_job(path, name, dialect, tool, low=low - [0, 0, 5], high=high, name="part")
+    (folder / "job.toml").write_text(job)
+    stock = height_map(vm.Job.load(folder / "job.toml"), pitch=0.01, region=[[3.0, -7.0], [3.03, 7.0]])
+    y, z = cells(stock)
+    true = sign * (np.sqrt(20.0**2 - y**2) - 20.0)
+    return y, (z - true) * np.sqrt(1.0 - (y / 20.0) ** 2)
+
+
 @pytest.mark.parametrize("sign", [1, -1], ids=["convex", "hollow"])
 def test_an_engine_finds_the_scallops_that_were_asked_for_and_no_gouge(tmp_path, sign):
     part, asked, ball = cylinder(20.0, 8.0, sign), 0.04, 3.0
-    found = raster(part, ball, ball, chord=0.002, scallop=asked)
-    low, high = part.mesh.bounds
-    (tmp_path / "part.nc").write_text(iso_program(found.path, feed_mm_min=1000.0))
-    tool = BallNose(diameter=2 * ball, length=40.0)
-    job = path_job(found.path, "part.nc", "iso", tool, low=low - [0, 0, 5], high=high, name="part")
-    (tmp_path / "job.toml").write_text(job)
-    stock = height_map(vm.Job.load(tmp_path / "job.toml"), pitch=0.01, region=[[3.0, -7.0], [3.03, 7.0]])
-    y, z = cells(stock)
-    true = sign * (np.sqrt(20.0**2 - y**2) - 20.0)
-    left = (z - true) * np.sqrt(1.0 - (y / 20.0) ** 2)  # along the normal
+    path = raster(part, ball, ball, chord=0.002, scallop=asked).path
+    _, left = left_on_cylinder(path, BallNose(diameter=2 * ball, length=40.0), part, sign, tmp_path)
     assert left.min() >= -0.002 - 1e-4  # chord tolerance and sagitta
     assert left.max() == pytest.approx(asked, rel=0.05)
+
+
+def test_scallops_of_a_flat_end_on_slopes_in_three_axes(tmp_path):
+    part, asked = cylinder(20.0, 8.0, 1), 0.04
+    path = raster(part, 3.0, 0.0, chord=0.002, scallop=asked).path
+    y, left = left_on_cylinder(path, FlatEnd(diameter=6.0, length=40.0), part, 1, tmp_path)
+    assert left.min() >= -0.002 - 1e-4
+    slope = (np.abs(y) > 2.0) & (
+        np.abs(y) < 5.0
+    )  # beside the crown, and as far from the border as the tool reaches
+    assert left[slope].max() == pytest.approx(asked, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("sign", "corner", "lead", "tilt"),
+    [
+        (1, 3.0, 10.0, 5.0),
+        (1, 1.0, 15.0, 5.0),
+        (1, 0.0, 10.0, 0.0),
+        (-1, 1.0, 15.0, 5.0),
+        (-1, 0.0, 25.0, 0.0),
+    ],
+    ids=["ball", "bull", "flat", "bull hollow", "flat hollow"],
+)
+def test_an_engine_finds_the_scallops_of_leaning_tools(tmp_path, sign, corner, lead, tilt):
+    part, asked, radius = cylinder(20.0, 8.0, sign), 0.04, 3.0
+    tool = {
+        3.0: BallNose(diameter=6.0, length=40.0),
+        1.0: BullNose(diameter=6.0, corner_radius=1.0, length=40.0),
+        0.0: FlatEnd(diameter=6.0, length=40.0),
+    }[corner]
+    path = five_axis_raster(part, radius, corner, chord=0.002, scallop=asked, lead_deg=lead, tilt_deg=tilt)
+    assert not path.notes
+    _, left = left_on_cylinder(path, tool, part, sign, tmp_path)
+    assert left.min() >= -0.002 - 1e-4
+    assert left.max() == pytest.approx(asked, rel=0.05)
+
+
+@pytest.mark.parametrize(("radius", "corner"), [(3.0, 3.0), (3.0, 1.0), (3.0, 0.0)])
+def test_waterlines_of_opencamlib_lie_on_ours(radius, corner):
+    ocl = pytest.importorskip("opencamlib.ocl", reason="opencamlib is not installed")
+    one = trimesh.creation.icosphere(subdivisions=3, radius=8.0)
+    one.apply_transform(trimesh.transformations.rotation_matrix(0.3, [1, 2, 3]))
+    two = trimesh.creation.icosphere(subdivisions=3, radius=6.0).apply_translation([11, 3, -1.0])
+    part, z, chord = Surface(FacetMesh.of(np.concatenate([one.triangles, two.triangles]))), 1.0, 0.002
+    surface, theirs = ocl.STLSurf(), ocl.Waterline()
+    for corners in part.mesh.corners.tolist():
+        surface.addTriangle(ocl.Triangle(*(ocl.Point(*p) for p in corners)))
+    kinds = {
+        3.0: ocl.BallCutter(6.0, 20.0),
+        1.0: ocl.BullCutter(6.0, 1.0, 20.0),
+        0.0: ocl.CylCutter(6.0, 20.0),
+    }
+    theirs.setSTL(surface)
+    theirs.setCutter(kinds[corner])
+    theirs.setZ(z)
+    theirs.setSampling(0.4)
+    theirs.run()
+    points = np.array([[p.x, p.y] for loop in theirs.getLoops() for p in loop])
+    far = np.full(len(points), np.inf)
+    for loop in waterline(part, z, radius, corner, chord=chord):
+        a, way = loop[:-1, :2], np.diff(loop[:, :2], axis=0)
+        share = np.clip(((points[:, None] - a) * way).sum(axis=2) / (way**2).sum(axis=1), 0.0, 1.0)
+        far = np.minimum(
+            far, np.linalg.norm(points[:, None] - a - share[..., None] * way, axis=2).min(axis=1)
+        )
+    assert len(points) > 200
+    # theirs has single points where loops turn at the crease between the spheres
+    assert np.sort(far)[:-3].max() <= chord + 1e-6
 
 
 def cells(stock):

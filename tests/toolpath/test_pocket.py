@@ -149,7 +149,7 @@ def test_an_engine_cuts_area_times_depth(tmp_path, strategy, capsys):
     assert run(["toolpath", "pocket", *words, "--out", str(tmp_path / "pocket.nc"), "--json"]) == 0
     record = json.loads(capsys.readouterr().out)
     assert record["chosen"] == strategy and record["shortest"] == "cpi"
-    result = vm.run(vm.Job.load(tmp_path / "pocket.toml"), workers=1)
+    result = vm.run(vm.Job.load(tmp_path / "pocket.toml").with_chord(0.1), workers=1)
     truth = 4.0 * Triangle.of(*TWO).area
     slack = 4.0 * 7.1e-5 * 2.0 * Triangle.of(*TWO).perimeter  # four decimals in the program
     assert result.summary["removed_lo_mm3"] - slack <= truth <= result.summary["removed_hi_mm3"] + slack

@@ -16,6 +16,7 @@ Source: spec D.5, D.6, D.10.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -29,7 +30,7 @@ from vmachining.toolpath.facets.drop import Surface
 from vmachining.toolpath.facets.mesh import FacetMesh
 from vmachining.toolpath.facets.passes import checked_sizes, overhang_notes, widest_step
 
-__all__ = ["NormalKind", "five_axis_raster", "normals_at", "outline_radius"]
+__all__ = ["NormalKind", "five_axis_raster", "normals_at", "ridges"]
 
 NormalKind = Literal["facet", "resultant", "area", "angle"]
 TILT_STEP_DEG = 2.5
@@ -38,6 +39,13 @@ LEAST = 0.05
 """Shortest chord, as a share of the chord tolerance."""
 
 ROUNDS = 14
+
+OUTLINE, OUTLINE_NORMALS = np.radians(85.0), 171
+"""Normals of an outline that are looked at, to both sides of the part's, a degree apart: between them it is a chord, which lies
+above it by 4e-5 of its radius."""
+
+RIDGE_PLACES = 33
+"""Between two passes."""
 
 
 def normals_at(mesh: FacetMesh, points: Floats, triangles: Ints, kind: NormalKind = "angle") -> Floats:
@@ -66,18 +74,52 @@ def normals_at(mesh: FacetMesh, points: Floats, triangles: Ints, kind: NormalKin
     return np.asarray(mixed / size[:, None])
 
 
-def outline_radius(
-    radius: float, corner_radius: float, normals: Floats, axes: Floats, feeds: Floats
+def ridges(
+    one: Floats,
+    middle: Floats,
+    two: Floats,
+    normals: Floats,
+    feeds: Floats,
+    passes: Sequence[tuple[Floats, Floats]],
+    radius: float,
+    corner_radius: float,
 ) -> Floats:
-    """(n,) mm: radius of the cutter's outline along the feed where it touches: r + a sin^2 psi / sin theta, see `scallops`."""
-    f = feeds - (feeds * normals).sum(axis=1)[:, None] * normals
-    c = np.cross(f / np.linalg.norm(f, axis=1)[:, None], normals)
-    cosine = np.clip((normals * axes).sum(axis=1), -1.0, 1.0)
-    meridian = axes - cosine[:, None] * normals
-    sine = np.linalg.norm(meridian, axis=1)
-    meridian = meridian / np.maximum(sine, 1e-12)[:, None]
-    across = np.maximum(1.0 - (c * meridian).sum(axis=1) ** 2, 0.0)
-    return np.asarray(corner_radius + (radius - corner_radius) * across / np.maximum(sine, 1e-9))
+    """(n,) mm: what two neighbouring passes leave above the part between them, at most.
+
+    Along the feed a pass leaves the outline of the cutter: that of the circle of radius a about its axis, an ellipse, grown by
+    the corner radius r. Where its normal is m, square to the feed, it goes through tip + r T - a w / |w| - r m with
+    w = m - (m . T) T. In the plane across the feed both outlines are compared with the parabola through the part's points on both
+    passes and halfway.
+
+    Parameters
+    ----------
+    one, middle, two : (n, 3) mm, of the part. normals, feeds : (n, 3), at the middle. passes : tips and axes (n, 3) on both.
+    """
+    f = feeds / np.linalg.norm(feeds, axis=1)[:, None]
+    side = two - one
+    side = side - (side * f).sum(axis=1)[:, None] * f
+    width = np.linalg.norm(side, axis=1)
+    c = side / np.maximum(width, 1e-300)[:, None]
+    up = np.cross(f, c)
+    up *= np.where((up * normals).sum(axis=1) < 0.0, -1.0, 1.0)[:, None]
+    chord = 0.5 * (one + two)
+    bulge = ((middle - chord) * up).sum(axis=1)
+    share = np.linspace(-0.5, 0.5, RIDGE_PLACES)
+    across = width[:, None] * share
+    part = bulge[:, None] * (1.0 - 4.0 * share**2)
+    turn = np.linspace(-OUTLINE, OUTLINE, OUTLINE_NORMALS)
+    m = np.cos(turn)[None, :, None] * up[:, None] + np.sin(turn)[None, :, None] * c[:, None]
+    left = np.full(across.shape, np.inf)
+    for tips, axes in passes:
+        t = axes[:, None]
+        w = m - (m * t).sum(axis=2, keepdims=True) * t
+        size = np.linalg.norm(w, axis=2, keepdims=True)
+        w = np.divide(w, size, out=np.zeros_like(w), where=size > 1e-12)
+        at = (tips - chord)[:, None] + corner_radius * (t - m) - (radius - corner_radius) * w
+        u, h = (at * c[:, None]).sum(axis=2)[:, ::-1], (at * up[:, None]).sum(axis=2)[:, ::-1]
+        for k in range(len(u)):
+            left[k] = np.minimum(left[k], np.interp(across[k], u[k], h[k], left=np.inf, right=np.inf))
+    return np.asarray(np.minimum((left - part).max(axis=1), 0.5 * width))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -158,7 +200,7 @@ def five_axis_raster(
         pieces += _line(tool, v, (u0, u1) if sign > 0 else (u1, u0))
         if v >= v1 - 2.0 * inset:
             break
-        gap = fixed if fixed is not None else _gap(tool, v, (u0, u1), scallop or 0.0)
+        gap = fixed if fixed is not None else _gap(tool, v, (u0, u1), sign, scallop or 0.0)
         v, sign = min(v + gap, v1 - inset), -sign
     if not pieces:
         raise InputError("no line of the raster meets the part")
@@ -302,8 +344,8 @@ def _linked(tool: _Ways, pieces: list[CLPath]) -> list[CLPath]:
     return out
 
 
-def _gap(tool: _Ways, v: float, ends: tuple[float, float], scallop: float) -> float:
-    """Step over in plan whose highest scallop has the asked height; curvature across from three points on the facets."""
+def _gap(tool: _Ways, v: float, ends: tuple[float, float], sign: float, scallop: float) -> float:
+    """Step over in plan whose highest scallop has the asked height; the next pass goes the other way, and leans the other way."""
     stations = np.linspace(*ends, int(np.clip(abs(ends[1] - ends[0]) / (tool.radius / 4.0), 16, 2000)) + 2)[
         1:-1
     ]
@@ -319,27 +361,21 @@ def _gap(tool: _Ways, v: float, ends: tuple[float, float], scallop: float) -> fl
         on = np.all([which >= 0 for _, which in found], axis=0)
         if not on.any():
             return 0.0
-        (one, _), (middle, which), (two, _) = ((p[on], w[on]) for p, w in found)
-        n = normals_at(tool.surface.mesh, middle, which, tool.kind)
-        n[n[:, 2] < 0.0] *= -1.0
-        feed = np.tile([*tool.along, 0.0], (len(n), 1))
-        feed[:, 2] = -(feed * n).sum(axis=1) / np.maximum(n[:, 2], 1e-6)
-        _, axes = cl_points(middle, n, feed, tool.radius, tool.corner, lead_deg=tool.lead, tilt_deg=tool.tilt)
-        f = feed / np.linalg.norm(feed, axis=1)[:, None]
-        side = two - one
-        side -= (side * f).sum(axis=1)[:, None] * f
-        width = np.linalg.norm(side, axis=1)
-        bulge = ((middle - 0.5 * (one + two)) * n).sum(axis=1)
-        outline = outline_radius(tool.radius, tool.corner, n, axes, feed)
-        # the passes touch the part a width apart: D between the circles, more than that on a convex part
-        spread = width * np.maximum(1.0 + 8.0 * bulge * outline / np.maximum(width, 1e-12) ** 2, 0.0)
-        inside = outline**2 - 0.25 * spread**2
-        circle = np.where(inside > 0.0, outline - np.sqrt(np.maximum(inside, 0.0)), np.inf)
-        offset = (
-            spread**2
-            * (bulge / np.maximum(width, 1e-12) ** 2)
-            / np.maximum(1.0 + 8.0 * bulge * outline / np.maximum(width, 1e-12) ** 2, 1e-12)
-        )
-        return float(np.minimum(circle - offset, 0.5 * width).max())
+        (one, w1), (middle, wm), (two, w2) = ((p[on], w[on]) for p, w in found)
+        frames = []
+        for points, which, way in ((one, w1, sign), (middle, wm, sign), (two, w2, -sign)):
+            n = normals_at(tool.surface.mesh, points, which, tool.kind)
+            n[n[:, 2] < 0.0] *= -1.0
+            f = np.tile([*(way * tool.along), 0.0], (len(points), 1))
+            f[:, 2] = -(f * n).sum(axis=1) / np.maximum(n[:, 2], 1e-6)
+            frames.append((n, f))
+        (n, f), passes = frames[1], []
+        for points, (normal, ahead) in ((one, frames[0]), (two, frames[2])):
+            passes.append(
+                cl_points(
+                    points, normal, ahead, tool.radius, tool.corner, lead_deg=tool.lead, tilt_deg=tool.tilt
+                )
+            )
+        return float(ridges(one, middle, two, n, f, passes, tool.radius, tool.corner).max())
 
     return widest_step(highest, scallop, start=base, least=0.02 * base, most=4.0 * tool.radius) or 0.02 * base
