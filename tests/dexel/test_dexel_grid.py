@@ -241,7 +241,7 @@ def test_vertices_come_nearer_with_the_spacing() -> None:
 
 @pytest.mark.parametrize("directions", [1, 3])
 def test_many_blocks_at_once_are_the_same_blocks(directions: int) -> None:
-    """Ball, flat and bull nose, ramps, plunges, air and retraces, asked one by one and all together."""
+    """Ball, flat and bull nose, ramps, plunges, air and retraces, an undercut, asked one by one and all together."""
     rng = np.random.default_rng(5)
     tools = (
         BallNose(diameter=9, length=60),
@@ -254,6 +254,9 @@ def test_many_blocks_at_once_are_the_same_blocks(directions: int) -> None:
         tips[3, :2], tips[6] = tips[2, :2], tips[4]
         requests += [Request(Sweep(tool, a, b), len(requests) + k) for k, (a, b) in enumerate(pairwise(tips))]
         requests.append(Request(requests[-1].sweep, cuts=False))
+    wide = Profile([(0, 0), (6, 0), (6, 3), (2, 3), (2, 30)])  # an undercut, on level lines
+    tips = np.column_stack([rng.uniform(-20, 20, (8, 2)), np.full(8, -9.0)])
+    requests += [Request(Sweep(wide, a, b), len(requests) + k) for k, (a, b) in enumerate(pairwise(tips))]
     small = BoxStock((-20, -20, -10), (20, 20, 0))
     one, other = engine_of(0.5, directions, small), engine_of(0.5, directions, small)
     apart = [one.cut(r.sweep, r.block) if r.cuts else one.touch(r.sweep) for r in requests]

@@ -88,7 +88,7 @@ def asked(lat, lists, i0, i1, j0, j1, st, low, high, out) -> int:
     low, high : ends of the sweep's box along the rays.
     """
     ni, nj = i1 - i0, j1 - j0
-    state = np.zeros((ni, nj), dtype=np.uint8)
+    state = np.zeros((ni, nj), dtype=np.uint8)  # 1 in the prism, 2 with material there
     o, u = np.zeros(3), np.zeros(3)
     u[lat.axis] = 1.0
     for i in range(ni):
