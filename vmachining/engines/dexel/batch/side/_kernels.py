@@ -81,6 +81,18 @@ def has_room(lat, lists, i0, i1, j0, j1):
     return lists.used[0] + need <= len(lists.low)
 
 
+@leaf
+def is_bare(lat, lists, i, j):
+    """Whether the four rays beside one have no material."""
+    ray = i * lat.nb + j
+    return not (
+        (i > 0 and lists.parts[ray - lat.nb] > 0)
+        or (i + 1 < lat.na and lists.parts[ray + lat.nb] > 0)
+        or (j > 0 and lists.parts[ray - 1] > 0)
+        or (j + 1 < lat.nb and lists.parts[ray + 1] > 0)
+    )
+
+
 @kernel
 def side_lines(
     lat, lists, windows, start, travel, seg, radius, lift, shank, blocks, low, high, work, out, begin
@@ -101,6 +113,8 @@ def side_lines(
             for j in range(j0, j1):
                 ray, m = i * lat.nb + j, (i - i0) * n + j - j0
                 work[0, m], work[1, m], work[2, m] = np.nan, np.nan, 0.0
+                if lists.parts[ray] == 0 and is_bare(lat, lists, i, j):
+                    continue
                 stands(lat, ray, o)
                 for c in range(3):
                     o[c] -= start[k, c]
