@@ -17,6 +17,7 @@ from vmachining.jit import kernel, leaf
 ROOT = 1e-8  # mm: width of the bracket of an end
 ZERO = 1e-10  # mm: margin that counts as none
 TOUCH_RAD = 1e-4  # arcs narrower than this are a line along which tool and wall touch
+SURE = 1e-6  # mm: where the edge is deeper, the stretch around it is long enough to be kept
 HALVINGS = 12  # of a step of the grid, for ends of arcs and jumps: 2e-5 rad of 5 degrees
 LEAST, CELLS = 0.02, 16.0  # mm, and of a piece: steps along walls that the edge all but touches
 JUMP, JUMP_MM = 1.1, 0.02  # a change of length is a jump if it exceeds those beside it by this
@@ -101,8 +102,8 @@ def facing(blade, now, piece, phi):
 
 
 @leaf
-def cut_at(world, kept, count, blade, now, phi, room):
-    """Engaged stretches at one angle into room.hit; how many."""
+def cut_at(world, kept, count, blade, now, phi, room, brief):
+    """Engaged stretches at one angle into room.hit; how many. brief : only whether there are any, the rows are not made."""
     n = 0
     for piece in range(len(blade.rows)):
         q = blade.rows[piece]
@@ -127,6 +128,8 @@ def cut_at(world, kept, count, blade, now, phi, room):
         s, f = a, margin(world, kept, count, blade, now, piece, a, phi, bend, room)
         begin = a
         while s < b:
+            if brief and f < -SURE and b - a > SURE:
+                return 1
             t = min(s + max(abs(f) / blade.stretch, least), b)
             g = margin(world, kept, count, blade, now, piece, t, phi, bend, room)
             if (f < 0.0) != (g < 0.0):
@@ -264,7 +267,7 @@ def contact(world, kept, count, blade, now, grid, more, phi, hits) -> tuple[int,
         return -1, 0, 0.0, False
     phi[:size] = ring
     for i in range(size):
-        hit = cut_at(world, kept, count, blade, now, phi[i], room)
+        hit = cut_at(world, kept, count, blade, now, phi[i], room, False)
         length[i] = hit_length(room, hit)
         used = put(hits, used, room, hit, i)
         if used < 0:
@@ -291,7 +294,7 @@ def contact(world, kept, count, blade, now, grid, more, phi, hits) -> tuple[int,
         low, high = 0.0, 1.0
         for _ in range(HALVINGS):
             share = 0.5 * (low + high)
-            if cut_at(world, kept, count, blade, now, good + share * way, room) > 0:
+            if cut_at(world, kept, count, blade, now, good + share * way, room, True) > 0:
                 low = share
             else:
                 high = share
@@ -301,7 +304,7 @@ def contact(world, kept, count, blade, now, grid, more, phi, hits) -> tuple[int,
         if top >= len(phi):
             return -1, 0, 0.0, False
         phi[top] = good + low * way
-        hit = cut_at(world, kept, count, blade, now, phi[top], room)
+        hit = cut_at(world, kept, count, blade, now, phi[top], room, False)
         used = put(hits, used, room, hit, top)
         top += 1
         if used < 0:
@@ -325,7 +328,7 @@ def contact_at(world, kept, count, blade, now, phi, first, hits, used) -> int:
         np.zeros(1, np.int64),
     )
     for i in range(first, len(phi)):
-        used = put(hits, used, room, cut_at(world, kept, count, blade, now, phi[i], room), i)
+        used = put(hits, used, room, cut_at(world, kept, count, blade, now, phi[i], room, False), i)
         if used < 0:
             return -1
     return used
@@ -358,14 +361,14 @@ def jumps(world, kept, count, blade, now, phi, hits, order, length, room, used, 
         low, high, f, g = 0.0, 1.0, length[i], length[j]
         for _ in range(HALVINGS):
             share = 0.5 * (low + high)
-            e = hit_length(room, cut_at(world, kept, count, blade, now, a + share * wide, room))
+            e = hit_length(room, cut_at(world, kept, count, blade, now, a + share * wide, room, False))
             if abs(e - f) >= abs(g - e):
                 high, g = share, e
             else:
                 low, f = share, e
         for share in (low, high):
             phi[top] = a + share * wide
-            used = put(hits, used, room, cut_at(world, kept, count, blade, now, phi[top], room), top)
+            used = put(hits, used, room, cut_at(world, kept, count, blade, now, phi[top], room, False), top)
             top += 1
     return used, top
 
