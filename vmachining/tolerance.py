@@ -34,8 +34,9 @@ BREP_SECONDS: Final = 120.0
 """Of a processor: limit of a B-rep check, solids of the block and of all that it needs included. Lines and level arcs need a
 second or so, sharp turns of five axes more than they get."""
 
-WIDTH: Final = 0.01
-"""Default width of a block's bracket relative to its volume: what forces and feeds are known to at best."""
+WIDTH: Final = 0.003
+"""Default width of a block's bracket relative to its volume: as narrow as two meshes make it at the default chord where
+they are at their best (slots of a flat end), and a third of what forces and feeds are known to."""
 
 WIDTH_MM3: Final = 1e-3
 """Default width at which a block of hardly any volume is done: a layer of a micrometre on a square millimetre."""

@@ -40,7 +40,7 @@ def run_job(
     file: Path,
     *,
     out: Path | None,
-    engine: str,
+    engine: str | None,
     certify: bool,
     brep: str,
     workers: int | None,
@@ -79,7 +79,7 @@ def run_job(
         return Code.DONE
     with FolderLock(folder) as lock:
         again = ["vmachining", "run", str(file), "--out", str(folder), "--resume", "--brep", brep]
-        again += ["--stock", stock, *(["--engine", engine] if engine != "mesh" else [])]
+        again += ["--stock", stock, *(["--engine", engine] if engine is not None else [])]
         again += ["--stock-at", stock_at] if stock_at is not None else []
         again += ["--brep-seconds", f"{brep_seconds:g}"] if brep_seconds is not None else []
         again += ["--chord", f"{chord:g}"] if chord is not None else []
@@ -142,7 +142,7 @@ def _cut_short(watch: Watch, folder: Path, again: Sequence[str]) -> str:
 def run_demo(name: str = "slot", *, out: Path | None, stock: str, quiet: bool, as_json: bool) -> int:
     """`vmachining demo`."""
     return run_job(
-        demo_job(name), out=out, engine=ENGINES_OF_DEMOS.get(name, "mesh"), certify=False, brep="none",
+        demo_job(name), out=out, engine=ENGINES_OF_DEMOS.get(name), certify=False, brep="none",
         workers=None, stock=stock, resume=False, quiet=quiet, as_json=as_json,
     )  # fmt: skip
 

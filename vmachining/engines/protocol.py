@@ -38,6 +38,7 @@ class Removal(NamedTuple):
     proven : True: `lo` and `hi` are bounds. False: an interval of stated confidence, which is never called a
         bracket; the room of the engine says which confidence.
     engine : who answered, where an engine hands blocks on to another one; None: the engine itself.
+    note : why the interval is wider than was asked for; None: it is not.
     """
 
     lo: float
@@ -45,6 +46,7 @@ class Removal(NamedTuple):
     hi: float
     proven: bool = True
     engine: str | None = None
+    note: str | None = None
 
     @property
     def bracket(self) -> Bracket:
@@ -64,6 +66,7 @@ class Removal(NamedTuple):
             self.hi + other.hi,
             self.proven and other.proven,
             "+".join(sorted({*_names(self), *_names(other)})) or None,
+            self.note or other.note,
         )
 
 

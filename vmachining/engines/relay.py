@@ -1,24 +1,30 @@
-"""`--engine columns`: the columns engine, and the mesh engine for the blocks that columns do not take.
+"""Who cuts a job where nobody says it, and `--engine columns`: the columns engine, and the mesh engine for the rest.
+
+The rule (`best_engine`): columns, where they take the stock and at least half of the feed motions; else mesh, which
+cuts in several processes.
 
 1. A block that columns take is cut by columns alone; its sweep is noted for the mesh engine.
-2. The first block that they do not take (a tool that turns, leans or is not convex, a sweep whose top dips below
-   what is left of the stock) makes the mesh engine cut all noted sweeps, and then this block.
+2. A block that they do not take (a tool that turns, leans or is not convex, a sweep whose top dips below the top of the
+   stock) goes to the mesh engine, after those noted sweeps whose boxes meet it: others change nothing there, and the
+   order of cuts is of no matter.
 3. From then on columns do not know the workpiece below and above that sweep: blocks whose box overlaps it in plan go to
    the mesh engine, too; all others stay with columns. The column `engine` says block by block who answered.
+4. A check of shank or holder that columns cannot answer is asked of the mesh engine in the same way.
 
-The mesh engine is not asked at all where columns take everything, for the surface neither if the stock is a box.
+The mesh engine is not asked at all where columns take everything, for the surface neither.
 """
 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Self
 
 import numpy as np
 
-from vmachining.arrays import Floats
+from vmachining.arrays import Bools, Floats
 from vmachining.engines.columns import ColumnsEngine
 from vmachining.engines.columns.store import packed_paths, packed_profiles, paths_of, profiles_of
 from vmachining.engines.mesh import MeshEngine
@@ -28,7 +34,25 @@ from vmachining.geometry import Bracket
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep, Turn
 
-__all__ = ["ColumnsFirst"]
+__all__ = ["ColumnsFirst", "best_engine", "handed_on"]
+
+ENOUGH = 0.5
+"""Share of the feed motions that columns take from which on they pay: the mesh engine then runs in this process alone."""
+
+
+def handed_on(stock: Stock) -> Callable[[Sweep], bool]:
+    """Whether columns would hand a sweep on to the mesh engine; every one where they do not take the stock."""
+    try:
+        columns = ColumnsEngine.of(stock, Options())
+    except StockError:
+        return lambda sweep: True
+    return lambda sweep: not columns.accepts(sweep)
+
+
+def best_engine(handed: Sequence[bool]) -> str:
+    """Name of the engine for a job that asks for none, from what `handed_on` says of its sweeps."""
+    taken = len(handed) - sum(handed)
+    return ColumnsFirst.name if handed and taken >= ENOUGH * len(handed) else MeshEngine.name
 
 
 class ColumnsFirst:
@@ -48,7 +72,7 @@ class ColumnsFirst:
         except StockError as error:
             self.why = error.message
         self._noted: list[tuple[Sweep, int | None]] = []
-        self._foreign: list[Floats] = []
+        self._boxes, self._foreign = Boxes(), Boxes()
         self._gone = NOTHING
         self.stock_volume = (self._columns or self._meshed()).stock_volume
 
@@ -66,10 +90,10 @@ class ColumnsFirst:
         """See `Engine`; the removal names who answered."""
         removed = self._by_columns(sweep, block)
         if removed is None:
-            removed = self._meshed().cut(sweep, block)._replace(engine=MeshEngine.name)
-            self._foreign.append(np.array(sweep.bounds)[:, :2])
+            removed = self._meshed(sweep).cut(sweep, block)._replace(engine=MeshEngine.name)
+            self._foreign.add(sweep.bounds)
         else:
-            self._noted.append((sweep, block))
+            self._note(sweep, block)
         self._gone = self._gone.plus(removed)
         return removed
 
@@ -81,12 +105,13 @@ class ColumnsFirst:
         except EngineError:
             return None
 
+    def _note(self, sweep: Sweep, block: int | None) -> None:
+        self._noted.append((sweep, block))
+        self._boxes.add(sweep.bounds)
+
     def _knows(self, sweep: Sweep) -> bool:
         """Whether no sweep of the mesh engine overlaps this one in plan."""
-        if not self._foreign:
-            return True
-        lo, hi = np.array(sweep.bounds)[:, :2]
-        return not any((lo <= box[1]).all() and (hi >= box[0]).all() for box in self._foreign)
+        return not self._foreign.meeting(sweep.bounds, 2).any()
 
     def touch(self, sweep: Sweep, within: float | None = None) -> Removal:
         """See `Engine`; a body that is not convex as the union of its convex pieces."""
@@ -98,18 +123,22 @@ class ColumnsFirst:
                     for p in pieces
                 ]
             except EngineError:
-                return self._meshed().touch(sweep, within)
+                return self._meshed(sweep).touch(sweep, within)
             lo, hi = max(r.lo for r in found), sum(r.hi for r in found)
             return Removal(lo, max(lo, min(sum(r.estimate for r in found), hi)), hi)
-        return self._meshed().touch(sweep, within)
+        return self._meshed(sweep).touch(sweep, within)
 
-    def _meshed(self) -> MeshEngine:
-        """The mesh engine after all sweeps so far."""
+    def _meshed(self, near: Sweep | None = None) -> MeshEngine:
+        """The mesh engine after all sweeps so far, or after those that meet the box of one."""
         if self._mesh is None:
             self._mesh = MeshEngine.of(self._stock, self._options)
-        for sweep, block in self._noted:
-            self._mesh.cut(sweep, block)
-        self._noted.clear()
+        count = len(self._noted)
+        wanted = np.ones(count, dtype=np.bool_) if near is None else self._boxes.meeting(near.bounds, 3)
+        if wanted.any():
+            for k in np.flatnonzero(wanted).tolist():
+                self._mesh.cut(*self._noted[k])
+            self._noted = [self._noted[k] for k in np.flatnonzero(~wanted).tolist()]
+            self._boxes.keep(~wanted)
         return self._mesh
 
     @property
@@ -117,7 +146,7 @@ class ColumnsFirst:
         """Who proves."""
         if self._columns is None:
             return f"{self._meshed().proof} (mesh engine: {self.why})"
-        if self._foreign:
+        if len(self._foreign):
             assert self._mesh is not None
             return f"{self._columns.proof}; {len(self._foreign)} blocks: {self._mesh.proof}"
         return self._columns.proof
@@ -125,6 +154,8 @@ class ColumnsFirst:
     @property
     def volume(self) -> Bracket:
         """Of the workpiece, mm^3."""
+        if self._columns is not None and not len(self._foreign):
+            return self._columns.volume
         lo, estimate, hi = self.stock_volume
         gone = self._gone
         return Bracket(max(lo - gone.hi, 0.0), max(estimate - gone.estimate, 0.0), hi - gone.lo)
@@ -132,7 +163,7 @@ class ColumnsFirst:
     def surface(self) -> StockSurface:
         """Heights over a grid of the tiles where columns know everything and the stock is a box, else facets of the
         mesh engine, which then cuts all blocks first."""
-        if self._columns is not None and not self._foreign and not self._columns.stock.radius:
+        if self._columns is not None and not len(self._foreign) and not self._columns.stock.radius:
             return self._columns.surface()
         return self._meshed().surface()
 
@@ -142,7 +173,7 @@ class ColumnsFirst:
         """Both workpieces and the sweeps that only columns know yet: the mesh engine cuts them first."""
         engines: dict[str, Any] = {}
         with TemporaryDirectory() as folder:
-            if self._foreign or self._columns is None:
+            if self._columns is None:
                 self._meshed()
             for name, engine in (("columns", self._columns), ("mesh", self._mesh)):
                 if engine is not None:
@@ -156,7 +187,7 @@ class ColumnsFirst:
         number = {key: k for k, key in enumerate(profiles)}
         with path.open("wb") as file:
             np.savez(
-                file, state=np.array(json.dumps(state)), foreign=np.array(self._foreign).reshape(-1, 2, 2),
+                file, state=np.array(json.dumps(state)), foreign=self._foreign.rows,
                 paths=packed_paths([sweep.path for sweep, _ in self._noted if not isinstance(sweep.path, Turn)]),
                 tools=np.array([number[id(sweep.profile)] for sweep, _ in self._noted], dtype=np.int64),
                 **engines, **packed_profiles(list(profiles.values())),
@@ -175,7 +206,7 @@ class ColumnsFirst:
         chord, width, width_mm3 = state["options"]
         self._options, self.why = Options(chord=chord, width=width, width_mm3=width_mm3), state["why"]
         self.chord, self.stock_volume = self._options.chord, Bracket(*state["stock"])
-        self._gone, self._foreign = Removal(*state["gone"]), list(found["foreign"])
+        self._gone, self._boxes, self._foreign = Removal(*state["gone"]), Boxes(), Boxes(found["foreign"])
         with TemporaryDirectory() as folder:
             part = Path(folder) / "part.npz"
             self._columns = self._mesh = None
@@ -186,11 +217,46 @@ class ColumnsFirst:
             if "mesh" in found:
                 part.write_bytes(found["mesh"].tobytes())
                 self._mesh = MeshEngine.load(part)
-        profiles = profiles_of(found)
-        self._noted = [
-            (Sweep.along(profiles[k], way), block)
-            for k, way, block in zip(
-                found["tools"].tolist(), paths_of(found["paths"]), state["blocks"], strict=True
-            )
-        ]
+        profiles, self._noted = profiles_of(found), []
+        for k, way, block in zip(
+            found["tools"].tolist(), paths_of(found["paths"]), state["blocks"], strict=True
+        ):
+            self._note(Sweep.along(profiles[k], way), block)
         return self
+
+
+class Boxes:
+    """Boxes of sweeps in the order that they came in, in an array that grows.
+
+    rows : (n, 2, 3) mm.
+    """
+
+    def __init__(self, rows: Floats | None = None) -> None:
+        self._rows = np.zeros((64, 2, 3)) if rows is None else rows
+        self._count = 0 if rows is None else len(rows)
+
+    def __len__(self) -> int:
+        return self._count
+
+    @property
+    def rows(self) -> Floats:
+        """See the class."""
+        return self._rows[: self._count]
+
+    def add(self, box: Floats | Sequence[Floats]) -> None:
+        """One more."""
+        if self._count == len(self._rows):
+            self._rows = np.concatenate([self._rows, np.zeros((max(64, self._count), 2, 3))])
+        self._rows[self._count] = box
+        self._count += 1
+
+    def keep(self, which: Bools) -> None:
+        """Only these."""
+        self._rows = self.rows[which].copy()
+        self._count = len(self._rows)
+
+    def meeting(self, box: Floats | Sequence[Floats], axes: int) -> Bools:
+        """(n,) which of them overlap a box in the first so many axes."""
+        lo, hi = np.array(box)[:, :axes]
+        rows = self.rows[:, :, :axes]
+        return np.asarray(((lo <= rows[:, 1]) & (hi >= rows[:, 0])).all(axis=1))

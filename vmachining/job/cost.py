@@ -27,9 +27,10 @@ from vmachining.errors import JobError
 from vmachining.geometry import Arc
 from vmachining.job.contact import ToolParts
 from vmachining.job.jobfile import Job
+from vmachining.job.paths import CutterPath
 from vmachining.job.toolpath import Toolpath
 from vmachining.nc import Motion
-from vmachining.sweep import Turn
+from vmachining.sweep import Sweep, Turn
 from vmachining.tool import Profile
 
 __all__ = [
@@ -38,6 +39,7 @@ __all__ = [
     "Cost",
     "cutter_facets",
     "estimate",
+    "feed_motions",
     "refuse_costly",
     "refuse_fine",
 ]
@@ -96,18 +98,34 @@ def cutter_facets(profile: Profile, chord: float) -> float:
     return total
 
 
-def estimate(toolpath: Toolpath, tools: Mapping[int, ToolParts], chord: float) -> Cost:
-    """The cost of the feed motions of a program."""
-    facets = {number: cutter_facets(parts.cutter, chord) for number, parts in tools.items()}
+def feed_motions(
+    toolpath: Toolpath, tools: Mapping[int, ToolParts]
+) -> tuple[list[tuple[int, CutterPath]], float]:
+    """(tool and path of some feed motions, spread over the program; how many each of them stands for)."""
     moves = [
         (m.tool, path)
         for m, path in zip(toolpath.moves, toolpath.paths, strict=True)
         if m.motion not in (Motion.RAPID, Motion.DWELL) and m.tool in tools
     ]
     chosen = moves[:: max(1, len(moves) // SAMPLE)]
-    seconds = [_seconds(path, tools[tool].cutter, facets[tool], chord) for tool, path in chosen]
-    share = len(moves) / max(1, len(chosen))
-    return Cost(facets, share * sum(seconds), max(seconds, default=0.0))
+    return chosen, len(moves) / max(1, len(chosen))
+
+
+def estimate(
+    toolpath: Toolpath,
+    tools: Mapping[int, ToolParts],
+    chord: float,
+    only: Callable[[Sweep], bool] | None = None,
+) -> Cost:
+    """The cost of the feed motions of a program; `only`: of those of whose sweep it says so."""
+    facets = {number: cutter_facets(parts.cutter, chord) for number, parts in tools.items()}
+    chosen, each = feed_motions(toolpath, tools)
+    seconds = [
+        _seconds(path, tools[tool].cutter, facets[tool], chord)
+        for tool, path in chosen
+        if only is None or only(Sweep.along(tools[tool].cutter, path))
+    ]
+    return Cost(facets, each * sum(seconds), max(seconds, default=0.0))
 
 
 def _seconds(path: object, cutter: Profile, facets: float, chord: float) -> float:
@@ -142,11 +160,12 @@ def refuse_fine(job: Job, tools: Mapping[int, ToolParts], chord: float) -> None:
 
 
 def refuse_costly(
-    job: Job, toolpath: Toolpath, tools: Mapping[int, ToolParts], bounds: Floats, chord: float
-) -> Cost:
+    job: Job, toolpath: Toolpath, tools: Mapping[int, ToolParts], bounds: Floats, chord: float, *,
+    only: Callable[[Sweep], bool] | None = None,
+) -> Cost:  # fmt: skip
     """The cost of a job that can be done.
 
-    bounds : (2, 3) mm, box of the stock.
+    bounds : (2, 3) mm, box of the stock. only : see `estimate`.
 
     Raises
     ------
@@ -154,10 +173,10 @@ def refuse_costly(
         It would take longer than `MOST_DAYS`, or coordinates of the stock have too few digits for the chord; says the
         number, and a chord with which it can be done.
     """
-    cost = estimate(toolpath, tools, chord)
+    cost = estimate(toolpath, tools, chord, only)
 
     def days(at: float) -> str | None:
-        seconds = (cost if at == chord else estimate(toolpath, tools, at)).seconds
+        seconds = (cost if at == chord else estimate(toolpath, tools, at, only)).seconds
         return (
             f"the program would take about {seconds / DAY:,.0f} days" if seconds > MOST_DAYS * DAY else None
         )

@@ -11,15 +11,16 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vmachining.engines import RAYS, engine_class
 from vmachining.engines.protocol import Engine
 from vmachining.errors import InputError, NCError, StockError
 from vmachining.job.audit import MOST, audited
 from vmachining.job.brep import JUDGED, Asked, blank, brep_columns, parse_brep, refuse_beyond
+from vmachining.job.choice import affordable
 from vmachining.job.contact import Contacts, ToolParts
-from vmachining.job.cost import APART_SAVES, APART_SECONDS, refuse_costly, refuse_fine
+from vmachining.job.cost import APART_SAVES, APART_SECONDS, refuse_fine
 from vmachining.job.deviation import deviation_tables
 from vmachining.job.engagement_columns import Stations, coefficients_of, engagement_pass, no_stations
 from vmachining.job.executor import Executor, executor
@@ -53,6 +54,9 @@ from vmachining.stock import StepStock, Stock
 from vmachining.sweep import Sweep
 from vmachining.tolerance import BREP_SECONDS
 
+if TYPE_CHECKING:
+    import polars as pl
+
 __all__ = ["run"]
 
 WORKERS_FROM = 300
@@ -72,7 +76,7 @@ NO_BREP = {"asked": 0, **dict.fromkeys(JUDGED, 0)}
 def run(
     job: Job | Path | str,
     *,
-    engine: str = "mesh",
+    engine: str | None = None,
     chord: float | None = None,
     certify: bool = False,
     out: Path | str | None = None,
@@ -90,7 +94,8 @@ def run(
     Parameters
     ----------
     job : or the file of one.
-    engine : a name of `vmachining.engines.ENGINES`. chord : mm, instead of chord_mm of the job.
+    engine : a name of `vmachining.engines.ENGINES`; None: `columns` where they take the stock and at least half of the feed
+        motions (what they do not take goes to `mesh`, block by block), else `mesh`. chord : mm, instead of chord_mm of the job.
     certify : accepted from earlier versions; `mesh` always proves its brackets by two workpieces.
     out : directory for tables while they grow; None: a temporary one, until `RunResult.write`.
     resume : go on after an interruption, from the checkpoint in `out`.
@@ -113,7 +118,8 @@ def run(
     EngineError
         A kernel failed; names the block.
     """
-    engine_class(engine)
+    if engine is not None:
+        engine_class(engine)
     job = Job.of(job)
     if chord is not None:
         job = job.with_chord(chord)
@@ -197,15 +203,16 @@ class _Run:
             )
         limits, skips = machine_limits(job), job.keys.program.block_delete
         times = move_times(toolpath, limits, block_delete=skips)
-        chord, of_meshes = self.options["chord_mm"], self.options["engine"] == "mesh"
-        if of_meshes:
+        chord, asked = self.options["chord_mm"], self.options["engine"]
+        if asked == "mesh":
             refuse_fine(job, tools, chord)
         stock = raw_stock(job)
         if self.brep != "none":
             blank(job, stock)
         self._refuse_early(toolpath, tools, stock)
-        if of_meshes:
-            self.longest_s = refuse_costly(job, toolpath, tools, stock.bounds, chord).longest_s
+        if asked in (None, "columns", "mesh"):
+            engine_name, longest = affordable(job, toolpath, tools, stock, asked, chord)
+            self.options["engine"], self.longest_s = engine_name, longest if engine_name == "mesh" else 0.0
         if not self.resume:  # what an engine refuses is refused before the first byte
             self.raw = self._raw(stock)
         refuse_beyond(self.brep, blocks[-1].number)
@@ -436,11 +443,22 @@ class _Run:
             self.manifest["ended"] = now()
             self.place.save()
 
+    def _widths(self, rows: pl.DataFrame) -> dict[str, Any]:
+        """What was asked of columns, how many blocks are wider, and how many the mesh engine cut."""
+        wide = rows["removed_hi_mm3"] - rows["removed_lo_mm3"]
+        asked, floor = self.options["width"], self.options["width_mm3"]
+        by_columns = rows["engine"] == "columns"
+        missed = by_columns & (wide > floor) & (wide > asked * (1.0 + 1e-9) * rows["removed_mm3"])
+        return {
+            "width": asked, "width_mm3": floor, "wider_blocks": int(missed.sum()),
+            "blocks_by_mesh": int((~by_columns).sum()),
+        }  # fmt: skip
+
     def _summary(
         self, result: RunResult, stock: Stock, times: MoveTimes, after: MoveTimes | None
     ) -> dict[str, Any]:
         """The keys of summary.json."""
-        rows = result.blocks.select("removed_mm3", "removed_lo_mm3", "removed_hi_mm3", "warning")
+        rows = result.blocks.select("removed_mm3", "removed_lo_mm3", "removed_hi_mm3", "warning", "engine")
         before, final = result.stock.stock_volume, result.stock.volume
         slack = slack_of(stock)
         removed = float(rows["removed_mm3"].sum())
@@ -466,6 +484,8 @@ class _Run:
             "seconds": 0.0,
             "peak_mb": 0.0,
         }
+        if result.stock.name == "columns":
+            summary |= self._widths(rows)
         summary["notes"] = job_notes(stock, self.options["chord_mm"])
         if isinstance(stock, StepStock):
             summary |= {"stock_step_mm3": stock.exact_mm3, "stock_slack_mm3": slack}

@@ -188,6 +188,8 @@ class Stage:
         for part in order.removed:
             removed = removed.plus(part())
         warnings = [text for found in order.warnings for text in found()]
+        if removed.note is not None:
+            warnings.append(removed.note)
         if (note := self.notes.get(block.line)) is not None:
             warnings.append(note)
         end = order.end

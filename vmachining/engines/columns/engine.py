@@ -12,14 +12,14 @@ import numpy as np
 
 from vmachining.arrays import Floats, Ints
 from vmachining.engines.columns import _kernels
-from vmachining.engines.columns.arcs._kernels import ARC, RUNGS
+from vmachining.engines.columns.arcs._kernels import ARC, RUNGS, STRAIGHT
 from vmachining.engines.columns.cutters import grown, lift, underside, widened
 from vmachining.engines.columns.heights import solid_of
 from vmachining.engines.columns.paths import chords, is_flat, pieces, widest
 from vmachining.engines.columns.store import packed_profiles, profiles_of
 from vmachining.engines.protocol import NOTHING, Options, Removal, StockSurface
 from vmachining.errors import EngineError, StockError
-from vmachining.geometry import Arc, Bracket
+from vmachining.geometry import Arc, Bracket, Line
 from vmachining.stock import BoxStock, CylinderStock, Stock
 from vmachining.sweep import Sweep, Turn
 from vmachining.tolerance import CHORD_MM
@@ -44,6 +44,12 @@ PARTS = 12
 
 PER_TILE, MOST_PLACES = 4, 4_000_000
 """Places of a surface along an edge of a tile, and all in all."""
+
+LEFT_WIDTH, MOST_LOOKED = 1e-4, 400_000
+"""Relative width asked of the volume that is left in the end, and tiles up to which it is looked at."""
+
+MOST_TILES = 4_000_000
+"""Of a stock: 32 MB. Larger ones have larger tiles."""
 
 CELLS, ARC_CELLS = 60_000, 2_000
 """Cells of a straight block, and of a chord of an arc: what its sagitta leaves cannot be divided away."""
@@ -129,6 +135,7 @@ class ColumnsEngine:
         self._blocks: list[int] = []
         self._tiles: _kernels.Tiles | None = None
         self._work = _kernels.work()
+        self._left: tuple[int, Removal] | None = None
         self._rim = self._round_stock()
 
     @classmethod
@@ -140,6 +147,14 @@ class ColumnsEngine:
     def takes(cls, sweep: Sweep) -> bool:
         """Whether the cutter is convex and stands upright; where its top dips below the stock is asked by `cut`."""
         return not isinstance(sweep.path, Turn) and underside(sweep.profile) is not None
+
+    def accepts(self, sweep: Sweep) -> bool:
+        """Whether `cut` answers: `takes`, and nowhere the top of the sweep dips below that of the stock."""
+        if not self.takes(sweep) or isinstance(sweep.path, Turn):
+            return False
+        low = float(sweep.path.bounds[0][2])
+        found = underside(sweep.profile)
+        return found is not None and low + found.top >= self.stock.high[2]
 
     # -- cutting -------------------------------------------------------------------------------------------
 
@@ -192,7 +207,19 @@ class ColumnsEngine:
                 self._count = first
             if done:
                 break
-        return found
+        if keep and found.width > max(wanted, self.width * found.estimate):
+            return found._replace(note=self._missed(found, wanted, off))
+        return found._replace(note=None)
+
+    def _missed(self, found: Removal, wanted: float, off: float) -> str:
+        """Why a block is wider than was asked for, in words."""
+        asked = f"{100.0 * self.width:.3g} % or {wanted:.3g} mm3"
+        if off:
+            why = f"its chords lie up to {off:.2g} mm beside the path"
+        else:
+            why = found.note or "coordinates so large have no more digits"
+        share = 100.0 * found.width / found.estimate if found.estimate > 0.0 else 100.0
+        return f"removed volume known to {share:.2g} % where {asked} is asked: {why}"
 
     def _pieces(self, first: int, before: dict[int, Ints], wanted: float, limit: int) -> Removal:
         """Of all rows from `first` on, which see each other by the tiles: a coarse look says how narrow each need be."""
@@ -224,7 +251,7 @@ class ColumnsEngine:
             if out[4] != _kernels.LONG:
                 break
             self._work = _kernels.work(2 * len(self._work.cell), 2 * len(self._work.E))
-        lo, hi, cells, longest, _ = out.tolist()
+        lo, hi, cells, longest, state = out.tolist()
         self.cells += int(cells)
         if hi <= 0.0:
             return NOTHING
@@ -234,7 +261,10 @@ class ColumnsEngine:
         # each sweep, the top and the bottom moved by the rounding of coordinates; and that of the closed integrals
         error = slack * (longest + 3.0) * (2.0 * plan + rim * height) + ROUNDING * plan * (height + R)
         lo, hi = max(lo - error, 0.0), hi + error
-        return Removal(lo, 0.5 * (lo + hi), hi)
+        note = f"{limit} cells were not enough" if state == _kernels.FULL else None
+        if row[7] != row[8] and row[5] == 0.0 and row[10] == STRAIGHT:
+            note = "so steep a ramp is held between two plunges"
+        return Removal(lo, 0.5 * (lo + hi), hi, note=note)
 
     def _add(self, profile: Profile, points: Floats, off: float, block: int | None) -> None:
         """Rows of straight pieces through points."""
@@ -355,6 +385,7 @@ class ColumnsEngine:
         if self._tiles is None:
             size = self.tile_mm or TILE_SHARE * self._head[int(self._rows[k, 7]), 1]
             (x0, y0, _), (x1, y1, _), _ = self.stock
+            size = max(size, float(np.sqrt((x1 - x0) * (y1 - y0) / MOST_TILES)))
             nx, ny = max(1, int(np.ceil((x1 - x0) / size))), max(1, int(np.ceil((y1 - y0) / size)))
             grid = np.array([x0, y0, (x1 - x0) / nx, (y1 - y0) / ny])
             none = np.zeros(0, dtype=np.int64)
@@ -397,10 +428,30 @@ class ColumnsEngine:
 
     @property
     def volume(self) -> Bracket:
-        """Of the workpiece, mm^3."""
+        """Of the workpiece, mm^3: what the sum over the blocks and one look at all that is left allow together."""
         lo, estimate, hi = self._gone.bracket
         v = self.stock.volume
-        return Bracket(max(v - hi, 0.0), v - estimate, v - lo)
+        summed = Bracket(max(v - hi, 0.0), v - estimate, v - lo)
+        if self._tiles is None or len(self._tiles.first) > MOST_LOOKED or hi - lo <= LEFT_WIDTH * v:
+            return summed
+        if self._left is None or self._left[0] != self._count:
+            self._left = self._count, self._looked()
+        _, (low, _, high, *_) = self._left
+        low, high = max(low, summed.lo), min(high, summed.hi)
+        return Bracket(low, min(max(summed.estimate, low), high), high)
+
+    def _looked(self) -> Removal:
+        """All that is left: what a plunge wider than the stock would take."""
+        (x0, y0, z0), (x1, y1, z1), _ = self.stock
+        r = hypot(x1 - x0, y1 - y0)
+        everything = Profile([(r, 0.0), (r, 2.0 * (z1 - z0))])
+        x, y = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
+        sweep = Sweep.along(everything, Line((x, y, z1), (x, y, z0)))
+        width, self.width = self.width, LEFT_WIDTH
+        try:
+            return self.touch(sweep)
+        finally:
+            self.width = width
 
     def surface(self) -> StockSurface:
         """Heights over a grid of `PER_TILE` places along each edge of a tile; exact at these, straight between them: a

@@ -76,7 +76,12 @@ def already_complete(job: Job, folder: Path) -> dict[str, Any] | None:
     manifest = read_manifest(folder)
     if manifest is None or not manifest.get("complete") or not _same_inputs(job, manifest):
         return None
-    if manifest.get("options", {}).get("chord_mm") != job.keys.accuracy.chord_mm:
+    options, accuracy = manifest.get("options", {}), job.keys.accuracy
+    if options.get("chord_mm") != accuracy.chord_mm:
+        return None
+    if options.get("engine") == "columns" and (
+        (options.get("width"), options.get("width_mm3")) != (accuracy.width, accuracy.width_mm3)
+    ):
         return None
     if not all((folder / name).is_file() for name in manifest.get("outputs", ())):
         return None

@@ -20,6 +20,7 @@ TWO_PI = 2.0 * np.pi
 MOST_FAR = 0.9 * np.pi  # angle between a point and a pose up to which slopes are compared
 STRETCH = 0.25  # what the poses of a cell are extended by, so that its own chord has no end in it
 RUNGS = 18  # pairs of cutters, each half as far from the true one as the pair before
+PARTS = 8  # of the poses of a piece that are compared with each other
 LAST = RUNGS - 1.0
 
 
@@ -41,34 +42,19 @@ def _gap(near, wide, r, u):
 
 
 @leaf
-def _rises(head, part, c, m, r, near, wide, u, begin, far):
-    """Whether poses at angles from u to `far` behind a point are all higher over it than the first of them that is there.
+def _rises(head, part, c, m, r, near, wide, u, far):
+    """Whether poses at angles from u to `far` behind a point are all higher over it, the farther the higher.
 
     slope(d) q >= m: d grows with u, and q(u) rises and then falls, so its least value is at an end; over rho q has one
-    greatest value, so that, too, is least at an end. Beyond `MOST_FAR`, where the circle comes back, heights are
-    compared: no pose there is nearer than its ends. begin : greatest u of the first pose of the piece.
+    greatest value, so that, too, is least at an end.
     """
-    R = head[c, 1]
     d, _ = _gap(near, wide, r, u)
-    if d < R:
-        end = min(far, MOST_FAR)
-        low = profile(head, part, c, d)[2]
-        q = min(_speed(near, r, u), _speed(wide, r, u))
-        q = min(q, min(_speed(near, r, end), _speed(wide, r, end)))
-        if low * q < m:
-            return False
-    if far <= MOST_FAR:
+    if d >= head[c, 1]:
         return True
-    first = max(u, begin)
-    if first >= MOST_FAR:
-        return False
-    d = min(_gap(near, wide, r, MOST_FAR)[0], _gap(near, wide, r, far)[0])
-    if d >= R:
-        return True
-    _, high = _gap(near, wide, r, first)
-    if high >= R:
-        return False
-    return profile(head, part, c, d)[1] - profile(head, part, c, high)[0] >= m * r * (far - first)
+    low = profile(head, part, c, d)[2]
+    q = min(_speed(near, r, u), _speed(wide, r, u))
+    q = min(q, min(_speed(near, r, far), _speed(wide, r, far)))
+    return low * q >= m
 
 
 @leaf
@@ -100,17 +86,18 @@ def _behind(head, part, c, m, r, rho, most):
 
 
 @leaf
-def lag(head, part, c, m, r, rho, d, beta, begin, far):
-    """(least, greatest) angle that the lowest pose over a point of the cell lies behind it."""
+def lag(head, part, c, m, r, rho, d, beta, far):
+    """(least, greatest) angle that the lowest pose over a point of the cell lies behind it; `far`, at most `MOST_FAR`, is
+    the greatest that there is."""
     near, wide = max(rho - d, 0.0), rho + d
-    guess = _behind(head, part, c, m, r, rho, min(far, MOST_FAR))
+    guess = _behind(head, part, c, m, r, rho, far)
     low, high = 0.0, far
     step = 0.25 * beta + 1e-7
     for _ in range(14):
         u = guess + step
         if u >= far:
             break
-        if _rises(head, part, c, m, r, near, wide, u, begin, far):
+        if _rises(head, part, c, m, r, near, wide, u, far):
             high = u
             break
         step *= 1.6
@@ -127,6 +114,36 @@ def lag(head, part, c, m, r, rho, d, beta, begin, far):
 
 
 @leaf
+def compare(head, part, c, m, r, cx, cy, first, way, x, y, d, a, b):
+    """(first, last) angle of the poses between angles a and b from the start that can be lowest within d of (x, y).
+
+    Of each of `PARTS` equal parts the least height over the cell against the greatest of the lowest one: distances to
+    its middle pose, less and more what poses and points lie aside.
+    """
+    R, step = head[c, 1], (b - a) / PARTS
+    best = np.inf
+    for look in range(2):
+        low, high = b, a
+        for j in range(PARTS):
+            t = a + (j + 0.5) * step
+            alpha = first + way * t
+            gap = np.sqrt((x - cx - r * np.cos(alpha)) ** 2 + (y - cy - r * np.sin(alpha)) ** 2)
+            z = m * r * t
+            if look == 0:
+                if gap + d <= R:
+                    best = min(best, z + profile(head, part, c, gap + d)[0])
+                continue
+            near = max(gap - d - 0.5 * r * step, 0.0)
+            if near > R:
+                continue
+            if z - 0.5 * abs(m) * r * step + profile(head, part, c, near)[1] <= best:
+                low, high = min(low, a + j * step), max(high, a + (j + 1.0) * step)
+    if low > high:
+        return a, a + step  # none reaches the cell
+    return low, min(high, b)
+
+
+@leaf
 def place(head, part, ladder, rows, k, x, y, d, lines, i):
     """Fill lines[i] with the straight sweep that stands for sweep k within d of (x, y)."""
     for j in range(11):
@@ -139,38 +156,32 @@ def place(head, part, ladder, rows, k, x, y, d, lines, i):
     half = 0.5 * abs(sweep)
     dx, dy = x - cx, y - cy
     rho = np.sqrt(dx * dx + dy * dy)
-    a, b = -half, half
+    a, b, known, beta = 0.0, 2.0 * half, False, np.pi
     if rho > d:
         beta = np.arcsin(d / rho)
         t = way * (np.arctan2(dy, dx) - first) - half
         t -= TWO_PI * np.round(t / TWO_PI)
-        if abs(t) + beta < np.pi:
-            # level: the pose nearest in angle. Uphill it lies behind, by no more and no less than `lag` says
+        uphill = t if m >= 0.0 else -t
+        far = max(uphill + beta + half, 0.0)
+        # level: the pose nearest in angle. Uphill it lies behind, by no more and no less than `lag` says
+        if abs(t) + beta < np.pi and (m == 0.0 or far < MOST_FAR):
             low, high = 0.0, 0.0
             if m != 0.0:
-                s = t if m > 0.0 else -t
-                low, high = lag(
-                    head,
-                    part,
-                    c,
-                    abs(m),
-                    r,
-                    rho,
-                    d,
-                    beta,
-                    max(s + beta - half, 0.0),
-                    max(s + beta + half, 0.0),
-                )
+                low, high = lag(head, part, c, abs(m), r, rho, d, beta, far)
             if m >= 0.0:
                 a, b = t - beta - high, t + beta - low
             else:
                 a, b = t - beta + low, t + beta + high
-            more = STRETCH * (b - a)
-            a, b = min(max(a - more, -half), half), min(max(b + more, -half), half)
+            a, b = min(max(a + half, 0.0), 2.0 * half), min(max(b + half, 0.0), 2.0 * half)
+            known = m == 0.0 or high < far
+    if not known:
+        for _ in range(3):
+            a, b = compare(head, part, c, m, r, cx, cy, first, way, x, y, d, a, b)
+    more = STRETCH * (b - a)
+    a, b = max(a - more, 0.0), min(b + more, 2.0 * half)
     turn = b - a
     aside = r * np.tan(0.25 * turn) ** 2
     off = aside + (r * turn * turn * turn / 36.0 if m != 0.0 else 0.0)
-    a, b = a + half, b + half
     out = r + aside
     alpha, omega = first + way * a, first + way * b
     x0, y0 = cx + out * np.cos(alpha), cy + out * np.sin(alpha)
