@@ -27,7 +27,7 @@ POSES = "x_mm,y_mm,z_mm,i,j,k,feed_mm_min\n" + "".join(
 def refusal(folder, **job):
     """The message of the refusal, and the chord it recommends."""
     with pytest.raises(JobError) as caught:
-        run(Job.load(write_job(folder, **job)), out=folder / "out")
+        run(Job.load(write_job(folder, **job)), out=folder / "out", engine="mesh")
     assert not (folder / "out").exists() and caught.value.line is not None
     return str(caught.value), float(re.search(r"take chord_mm = (\S+) or more", str(caught.value))[1])
 

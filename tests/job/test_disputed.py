@@ -39,7 +39,7 @@ def disputed(tmp_path_factory: pytest.TempPathFactory) -> tuple[int, str, Path]:
             os.kill(os.getpid(), signal.SIGINT)
 
     with pytest.raises(Stopped):
-        vm.run(vm.Job.load(file), out=out, brep="all", workers=1, progress=stop)
+        vm.run(vm.Job.load(file), out=out, engine="mesh", brep="all", workers=1, progress=stop)
     partial = out / "brep.partial.csv"
     known = VerdictFile(partial, {}, 1e9)  # with more time than any run gives
     rays = Judge("dexel", Removal(38.0, 39.0, 39.5, False))
@@ -47,7 +47,8 @@ def disputed(tmp_path_factory: pytest.TempPathFactory) -> tuple[int, str, Path]:
     known.__exit__(None, None, None)
     said = StringIO()
     with redirect_stderr(said):
-        code = command(["run", str(file), "--out", str(out), "--brep", "all", "--resume", "--workers", "1"])
+        words = ["run", str(file), "--engine", "mesh", "--brep", "all", "--resume", "--workers", "1"]
+        code = command([*words, "--out", str(out)])
     return code, said.getvalue(), out
 
 

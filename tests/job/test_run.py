@@ -23,7 +23,7 @@ ARC_MM3 = 0.5 * (8 * math.pi + math.pi * 4)
 @pytest.fixture(scope="module")
 def tiny(tmp_path_factory):
     folder = tmp_path_factory.mktemp("tiny")
-    return run(Job.load(write_job(folder)), out=folder / "out")
+    return run(Job.load(write_job(folder)), out=folder / "out", engine="mesh")
 
 
 def test_the_slot_has_its_exact_volume(tiny):

@@ -73,7 +73,7 @@ def test_two_cubes_at_an_edge_were_no_solid_before():
 @pytest.mark.parametrize("suffix", ["stl", "3mf"])
 @pytest.mark.parametrize("program", [PROGRAM, PASSES], ids=["tiny", "passes"])
 def test_a_finished_workpiece_is_watertight_and_its_volume_is_told(program, suffix, tmp_path):
-    result = run(Job.load(write_job(tmp_path, program=program)))
+    result = run(Job.load(write_job(tmp_path, program=program)), engine="mesh")
     result.write(tmp_path / "o", stock=(suffix,), report=False)
     file = tmp_path / f"o/stock.{suffix}"
     part = trimesh.load_mesh(file) if suffix == "stl" else read_3mf(file)

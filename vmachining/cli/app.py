@@ -72,11 +72,13 @@ def run_(
     job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="Job file.")],
     out: Out = None,
     engine: Annotated[
-        str,
+        str | None,
         typer.Option(
-            "--engine", metavar="NAME", help="columns, mesh, dexel, rays or vectors; see docs/dexel.md."
+            "--engine",
+            metavar="NAME",
+            help="columns, mesh, dexel, rays or vectors (default: columns where they take stock and motions, else mesh).",
         ),
-    ] = "mesh",
+    ] = None,
     width: Annotated[
         str | None,
         typer.Option(

@@ -6,7 +6,6 @@ import re
 import shlex
 from collections.abc import Sequence
 from importlib.resources import files
-from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +23,7 @@ from vmachining.job.simulate import Progress
 from vmachining.job.toolpath import Toolpath
 from vmachining.tolerance import BREP_SECONDS
 
-__all__ = ["default_engine", "demo_job", "demo_models", "list_demos", "run_demo", "run_job", "told_disputes"]
+__all__ = ["demo_job", "demo_models", "list_demos", "run_demo", "run_job", "told_disputes"]
 
 ENGINES_OF_DEMOS = {"mould_cover": "vectors"}
 """What a model shows is another engine's than that of `run`: vectors measure a part."""
@@ -110,11 +109,6 @@ def run_job(
     counts = result.summary["brep"]
     refused = counts["disputed"] or counts["refused"] or "stock_step_refused" in result.summary
     return Code.FINDINGS if refused else Code.DONE
-
-
-def default_engine() -> str:
-    """That of `run`."""
-    return str(signature(run).parameters["engine"].default)
 
 
 def _both(one: Progress | None, other: Progress | None) -> Progress | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from vmachining.cli.jobs import default_engine, run_job
+from vmachining.cli.jobs import run_job
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note
 from vmachining.errors import InputError
@@ -78,7 +78,7 @@ def strategies(target: Path, *, out: Path | None, engine: str | None, quiet: boo
         folder = out if out is not None else Path("out") / safe_name(job.name)
         code = run_job(
             target, out=folder, certify=False, brep="none", workers=None, stock="stl", resume=False,
-            quiet=quiet or as_json, as_json=False, engine=engine or default_engine(),
+            quiet=quiet or as_json, as_json=False, engine=engine,
         )  # fmt: skip
         if code != Code.DONE:
             return code

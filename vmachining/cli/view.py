@@ -6,7 +6,7 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-from vmachining.cli.jobs import default_engine, run_job
+from vmachining.cli.jobs import run_job
 from vmachining.cli.main import Code
 from vmachining.cli.screen import note
 from vmachining.errors import InputError, VMachiningError
@@ -37,7 +37,7 @@ def view(target: Path, *, out: Path | None, engine: str | None, port: int, once:
     print(f"http://{LOOPBACK}:{server.server_port}/", flush=True)
     note("Ctrl-C ends it")
     try:
-        return _wait() if target.is_dir() else _runs(target, live, engine or default_engine(), once)
+        return _wait() if target.is_dir() else _runs(target, live, engine, once)
     finally:
         server.shutdown()
 
@@ -50,7 +50,7 @@ def _wait() -> int:
         return Code.DONE
 
 
-def _runs(file: Path, live: Live, engine: str, once: bool) -> int:
+def _runs(file: Path, live: Live, engine: str | None, once: bool) -> int:
     """Run the job, then look at its files; a failure of the first run is that of the command."""
     first = True
     while True:

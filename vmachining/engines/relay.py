@@ -28,6 +28,7 @@ from vmachining.arrays import Bools, Floats
 from vmachining.engines.columns import ColumnsEngine
 from vmachining.engines.columns.store import packed_paths, packed_profiles, paths_of, profiles_of
 from vmachining.engines.mesh import MeshEngine
+from vmachining.engines.mesh.thinned import thinned
 from vmachining.engines.protocol import NOTHING, Options, Removal, StockSurface
 from vmachining.errors import EngineError, StockError
 from vmachining.geometry import Bracket
@@ -35,6 +36,9 @@ from vmachining.stock import Stock
 from vmachining.sweep import Sweep, Turn
 
 __all__ = ["ColumnsFirst", "best_engine", "handed_on"]
+
+THIN_MM = 1e-6
+"""How far a surface may move when faces are joined: coordinates of its files are coarser."""
 
 ENOUGH = 0.5
 """Share of the feed motions that columns take from which on they pay: the mesh engine then runs in this process alone."""
@@ -161,10 +165,14 @@ class ColumnsFirst:
         return Bracket(max(lo - gone.hi, 0.0), max(estimate - gone.estimate, 0.0), hi - gone.lo)
 
     def surface(self) -> StockSurface:
-        """Heights over a grid of the tiles where columns know everything and the stock is a box, else facets of the
-        mesh engine, which then cuts all blocks first."""
-        if self._columns is not None and not len(self._foreign) and not self._columns.stock.radius:
-            return self._columns.surface()
+        """Heights of the columns over a grid, with upright walls, what lies in one plane as one face; where the mesh engine
+        has cut, its facets, after it has cut all other blocks, too."""
+        columns = self._columns
+        if columns is not None and columns.is_cut and not len(self._foreign):
+            surface, is_round = columns.over_box(), columns.stock.radius > 0.0
+            thin = thinned(surface, THIN_MM, columns.stock.shape if is_round else None, self.chord)
+            if thin is not None or not is_round:
+                return thin or surface
         return self._meshed().surface()
 
     # -- checkpoints ---------------------------------------------------------------------------------------

@@ -284,6 +284,27 @@ def heights(
                     owner[j * per + b, i * per + a] = who
 
 
+@kernel
+def heights_at(
+    shapes: Shapes, tiles: Tiles, lines: NDArray[np.float64], bottom: float, top: float,
+    places: NDArray[np.float64], height: NDArray[np.float64],
+) -> None:  # fmt: skip
+    """The same at places (n, 2) of the stock."""
+    head, part, ladder, rows = shapes.head, shapes.part, shapes.ladder, shapes.rows
+    x, y, w, h = tiles.grid[0], tiles.grid[1], tiles.grid[2], tiles.grid[3]
+    for p in range(len(places)):
+        px, py = places[p, 0], places[p, 1]
+        i = min(max(int((px - x) / w), 0), tiles.size[0] - 1)
+        j = min(max(int((py - y) / h), 0), tiles.size[1] - 1)
+        e, low = tiles.first[j * tiles.size[0] + i], top
+        while e >= 0:
+            k = tiles.sweep[e]
+            place(head, part, ladder, rows, k, px, py, 0.01 * w, lines, SELF)
+            low = min(low, value(head, part, int(lines[SELF, 7]), lines, SELF, px, py))
+            e = tiles.after[e]
+        height[p] = max(low, bottom)
+
+
 def work(cells: int = 60_000, most: int = 256) -> Work:
     """Room for so many cells in a block and sweeps in a tile."""
     return Work(

@@ -46,7 +46,7 @@ PER_TILE, MOST_PLACES = 4, 4_000_000
 """Places of a surface along an edge of a tile, and all in all."""
 
 LEFT_WIDTH, MOST_LOOKED = 1e-4, 400_000
-"""Relative width asked of the volume that is left in the end, and tiles up to which it is looked at."""
+"""Width, relative to the volume that is gone, asked of what is left in the end, and tiles up to which it is looked at."""
 
 MOST_TILES = 4_000_000
 """Of a stock: 32 MB. Larger ones have larger tiles."""
@@ -432,7 +432,7 @@ class ColumnsEngine:
         lo, estimate, hi = self._gone.bracket
         v = self.stock.volume
         summed = Bracket(max(v - hi, 0.0), v - estimate, v - lo)
-        if self._tiles is None or len(self._tiles.first) > MOST_LOOKED or hi - lo <= LEFT_WIDTH * v:
+        if self._tiles is None or len(self._tiles.first) > MOST_LOOKED or hi - lo <= LEFT_WIDTH * hi:
             return summed
         if self._left is None or self._left[0] != self._count:
             self._left = self._count, self._looked()
@@ -447,23 +447,41 @@ class ColumnsEngine:
         everything = Profile([(r, 0.0), (r, 2.0 * (z1 - z0))])
         x, y = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
         sweep = Sweep.along(everything, Line((x, y, z1), (x, y, z0)))
-        width, self.width = self.width, LEFT_WIDTH
+        gone = self._gone.estimate
+        width, self.width = self.width, LEFT_WIDTH * gone / max(self.stock.volume - gone, gone)
         try:
             return self.touch(sweep)
         finally:
             self.width = width
 
+    @property
+    def is_cut(self) -> bool:
+        """Whether any block has met the stock."""
+        return self._tiles is not None
+
     def surface(self) -> StockSurface:
-        """Heights over a grid of `PER_TILE` places along each edge of a tile; exact at these, straight between them: a
-        wall leans by one step.
+        """See `over_box`.
 
         Raises
         ------
         EngineError
             The stock is no box.
         """
-        if self.stock.radius or self._tiles is None:
-            raise EngineError("only the surface of a box that was cut", engine=self.name)
+        if self.stock.radius:
+            raise EngineError("only the surface of a box", engine=self.name)
+        return self.over_box()
+
+    def over_box(self) -> StockSurface:
+        """Heights over the box of the stock, `PER_TILE` places along each edge of a tile; exact at these, straight between
+        them, and upright walls where heights jump.
+
+        Raises
+        ------
+        EngineError
+            Nothing was cut.
+        """
+        if self._tiles is None:
+            raise EngineError("only the surface of what was cut", engine=self.name)
         tiles, (nx, ny) = self._tiles, self._tiles.size.tolist()
         x, y, w, h = tiles.grid.tolist()
         per = max(1, min(PER_TILE, int(np.sqrt(MOST_PLACES / (nx * ny)))))
@@ -475,8 +493,15 @@ class ColumnsEngine:
         xs, ys = x + w / per * np.arange(nx * per + 1), y + h / per * np.arange(ny * per + 1)
         xs[-1], ys[-1] = self.stock.high[:2]
         row = owner.astype(np.int64)
-        blocks = np.array([*self._blocks, -1])
-        return solid_of(xs, ys, height, blocks[row], self.stock.low[2])
+        blocks = np.array([*self._blocks[: self._count], -1])
+
+        def at(places: Floats) -> Floats:
+            out = np.zeros(len(places))
+            low, high = self.stock.low[2], self.stock.high[2]
+            _kernels.heights_at(shapes, tiles, self._work.lines, low, high, places, out)
+            return out
+
+        return solid_of(xs, ys, height, blocks[row], self.stock.low[2], at)
 
     def save(self, path: Path) -> None:
         """Write tiles and sweeps (`.npz`)."""

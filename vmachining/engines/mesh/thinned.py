@@ -1,0 +1,56 @@
+"""A closed surface with fewer triangles: what lies in one plane is one face."""
+
+from __future__ import annotations
+
+import numpy as np
+from manifold3d import Error, Manifold, Mesh64
+
+from vmachining.engines.mesh.facets import Side
+from vmachining.engines.mesh.stock import StockMesh
+from vmachining.engines.protocol import StockSurface
+from vmachining.stock import Stock
+from vmachining.tolerance import CHORD_MM
+
+__all__ = ["thinned"]
+
+
+def thinned(
+    surface: StockSurface, tolerance: float, within: Stock | None = None, chord: float = CHORD_MM
+) -> StockSurface | None:
+    """The same surface within `tolerance` mm; every triangle keeps its block.
+
+    within : a stock that what lies outside of is cut off, with facets as the chord wants them. None: the kernel does not take
+    the triangles for a solid (two parts that touch in an edge).
+    """
+    order = np.argsort(surface.block, kind="stable")
+    block = surface.block[order]
+    starts = np.flatnonzero(np.diff(block, prepend=block[:1] - 1))
+    first = int(Manifold.reserve_ids(len(starts)))
+    ids = first + np.arange(len(starts))
+    solid = Manifold(
+        Mesh64(
+            vert_properties=np.ascontiguousarray(surface.vertices),
+            tri_verts=surface.triangles[order].astype(np.uint64),
+            run_index=np.append(3 * starts, 3 * len(order)).astype(np.uint64),
+            run_original_id=ids.astype(np.uint32),
+        )
+    )
+    if solid.status() != Error.NoError:
+        return None
+    if within is not None:
+        solid = solid ^ StockMesh.of(within, chord).solids[Side.INNER]
+    solid = solid.simplify(tolerance)
+    if solid.status() != Error.NoError or solid.is_empty():
+        return None
+    mesh = solid.to_mesh64()
+    ends = np.array(mesh.run_index, dtype=np.uint64).astype(np.int64) // 3
+    known = dict(zip(ids.tolist(), block[starts].tolist(), strict=True))
+    owner = [known.get(int(run), -1) for run in mesh.run_original_id]
+    to = np.arange(len(mesh.vert_properties))
+    to[np.array(mesh.merge_from_vert, dtype=np.int64)] = np.array(mesh.merge_to_vert, dtype=np.int64)
+    kept, triangles = np.unique(to[np.array(mesh.tri_verts, dtype=np.int64)], return_inverse=True)
+    return StockSurface(
+        np.array(mesh.vert_properties)[kept, :3],
+        triangles.reshape(-1, 3).astype(np.int64),
+        np.repeat(np.array(owner, dtype=np.int64), ends[1:] - ends[:-1]),
+    )
