@@ -102,13 +102,13 @@ def test_written_files_agree(tiny, tmp_path):
 
 
 def test_the_same_job_gives_the_same_bytes(tiny, tmp_path):
-    again = run(Job.load(write_job(tmp_path)), out=tmp_path / "out")
+    again = run(Job.load(write_job(tmp_path)), out=tmp_path / "out", engine="mesh")
     assert (again.folder / "blocks.csv").read_bytes() == (tiny.folder / "blocks.csv").read_bytes()
 
 
 def one(tmp_path, program, **swap):
     """Rows of a program by line."""
-    result = run(Job.load(write_job(tmp_path, program=program, swap=swap.get("swap"))))
+    result = run(Job.load(write_job(tmp_path, program=program, swap=swap.get("swap"))), engine="mesh")
     return {row["line"]: row for row in result.blocks.iter_rows(named=True)}, result
 
 
@@ -230,7 +230,7 @@ def test_an_open_stl_is_refused(tmp_path):
 def scheduled(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("scheduled")
     job = JOB + FEED + ("insert_blocks = true\n" if request.param else "")
-    return run(Job.load(write_job(folder, job=job)), out=folder / "out")
+    return run(Job.load(write_job(folder, job=job)), out=folder / "out", engine="mesh")
 
 
 def test_the_schedule_is_faster_at_the_same_peak(scheduled):

@@ -197,13 +197,18 @@ def _chips(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
         if summary["notes"]
         else {"kind": "ok", "text": "no warnings"}
     )
-    chips.append(
-        {"kind": "", "text": f"{result.stock.name} engine, chord {result.job.keys.accuracy.chord_mm:g} mm"}
-    )
+    chips.append({"kind": "", "text": f"{result.stock.name} engine, {_asked(result)}"})
     if result.schedule:
         chips.append({"kind": "ok", "text": "schedule simulated again"})
     second = _second_chip(summary["brep"])
     return [second, *chips] if summary["brep"]["disputed"] else [*chips, second]
+
+
+def _asked(result: RunResult) -> str:
+    """The knob of the engine."""
+    if result.stock.name == "columns":
+        return f"width {100 * result.summary['width']:.3g} %"
+    return f"chord {result.job.keys.accuracy.chord_mm:g} mm"
 
 
 def _second_chip(counts: dict[str, Any]) -> dict[str, str]:

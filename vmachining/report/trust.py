@@ -32,14 +32,21 @@ def known(result: RunResult) -> list[str]:
                 f"{result.job.keys.accuracy.chord_mm:g} mm, of the exact swept surface."
             ),
         )
+    shown = "The file and the picture show the larger of the two: what is undecided stays on the part."
+    if result.stock.name == "columns":
+        word = "bracket"
+        rests = (
+            f"It rests on {result.stock.proof}; {100 * s['width']:.3g} % or {s['width_mm3']:g} mm³ of each block were asked "
+            f"for, {s['wider_blocks']} blocks are wider; the mesh engine cut {s['blocks_by_mesh']}."
+        )
+        shown = "The file and the picture show heights of the true surface on a grid, straight between its places."
     return [
         f"Removed volume: {number(s['removed_lo_mm3'], 8)} to {number(s['removed_hi_mm3'], 8)} mm³. "
         f"The {word} is {number(width, 3)} mm³ wide{share}.",
         rests,
         "Balance: stock before minus stock after minus the sum of all blocks is "
         f"{difference(balance, s['stock_mm3'])}.",
-        f"Finished stock: {number(s['final_lo_mm3'], 8)} to {number(s['final_hi_mm3'], 8)} mm³. The file and the "
-        "picture show the larger of the two: what is undecided stays on the part.",
+        f"Finished stock: {number(s['final_lo_mm3'], 8)} to {number(s['final_hi_mm3'], 8)} mm³. {shown}",
         *_files(s),
         "A block that does not reach the stock removes exactly 0.",
         *_contact_known(result.blocks),
