@@ -36,7 +36,7 @@ __all__ = ["METHODS", "case_results", "methods", "methods_table", "shipped_set"]
 PITCH, CHORD = 0.25, 0.02
 """mm: cells of heights and voxels; facets of the global mesh."""
 
-SECONDS = 240.0
+SECONDS = 20.0
 """Of a processor, limit of one case of plain OCCT."""
 
 
