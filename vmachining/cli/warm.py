@@ -122,10 +122,11 @@ def _turns() -> None:
     from vmachining.engines.protocol import Options
     from vmachining.stock import BoxStock, MeshStock
     from vmachining.sweep import Pose, Sweep
-    from vmachining.tool import BullNose
+    from vmachining.tool import BallNose, BullNose
 
     tool = BullNose(diameter=6, corner_radius=1, length=30)
     turn = Sweep(tool, Pose((5, 5, -2)), Pose((9, 6, -2), (0.28, 0.0, 0.96)))
+    ball = Sweep(BallNose(diameter=6, length=30), (3, 3, -2), (9, 4, -3))
     points = np.array([[6.0, 5.0, 0.0], [60.0, 5.0, 0.0]])
     assert turn.volume is not None or turn.flux is not None
     for sweep in (turn, Sweep(tool, (0, 0, 0), (5, 1, 0.5))):
@@ -142,4 +143,5 @@ def _turns() -> None:
         if kind.takes(turn):
             engine = kind.of(box, Options(chord=0.1, design=mesh))
             engine.cut(turn, 0)
+            engine.cut(ball, 1)
             engine.surface()
