@@ -25,7 +25,7 @@
 | `straight.py`, `curved.py` | cutters as facets on a straight way; arcs and helices |
 | `facets.py`, `clusters/` | meridians and polyhedra of cutters; which facets are neighbours |
 | `turning/` | meshes of five-axis sweeps |
-| `stock.py` | `box_stock`, `cylinder_stock`, `stl_stock`, `mesh_stock` |
+| `stock.py` | `box_stock`, `cylinder_stock`, `mesh_stock` |
 | `checkpoint.py` | tiles on disk |
 | `_kernels.py` | facets of straight sweeps |
 
@@ -47,7 +47,6 @@ from vmachining.engines.mesh.stock import (
     box_stock,
     cylinder_stock,
     mesh_stock,
-    stl_stock,
 )
 
 __all__ = [
@@ -57,5 +56,4 @@ __all__ = [
     "cylinder_stock",
     "mesh_stock",
     "solid",
-    "stl_stock",
 ]

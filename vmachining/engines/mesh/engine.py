@@ -38,7 +38,7 @@ class MeshEngine:
     Parameters
     ----------
     stock : StockMesh
-        Closed solid, see `box_stock`, `cylinder_stock`, `stl_stock`, `mesh_stock`.
+        Closed solid, see `box_stock`, `cylinder_stock`, `mesh_stock`.
     chord : float
         mm, about the largest distance between inner and outer sweep.
     tile_mm : float or None

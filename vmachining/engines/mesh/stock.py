@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from manifold3d import Manifold
@@ -18,10 +17,10 @@ from vmachining.arrays import Floats
 from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.solids import manifold
 from vmachining.errors import StockError
-from vmachining.stock import BoxStock, CylinderStock, Stock, Triangles, closed_mesh, read_mesh
+from vmachining.stock import BoxStock, CylinderStock, Stock, Triangles, closed_mesh
 from vmachining.tolerance import CHORD_MM
 
-__all__ = ["StockMesh", "box_stock", "cylinder_stock", "mesh_stock", "stl_stock"]
+__all__ = ["StockMesh", "box_stock", "cylinder_stock", "mesh_stock"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,8 +82,3 @@ def cylinder_stock(
 def mesh_stock(vertices: ArrayLike, triangles: ArrayLike, *, source: str = "stock") -> StockMesh:
     """Closed triangle mesh, taken as the exact stock, see `vmachining.stock.closed_mesh`."""
     return StockMesh.of(closed_mesh(vertices, triangles, source=source))
-
-
-def stl_stock(path: Path, *, scale: float = 1.0) -> StockMesh:
-    """Stock from a file of triangles, see `vmachining.stock.read_mesh`."""
-    return StockMesh.of(read_mesh(path, scale=scale))
