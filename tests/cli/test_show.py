@@ -58,8 +58,10 @@ def test_what_a_directory_lacks_is_said(results, tmp_path, capsys):
     copy = tmp_path / "out"
     shutil.copytree(results, copy)
     (copy / "strategies.csv").unlink()
+    (copy / "stock.stl").unlink()
     assert command(["figure", str(copy), "--format", "svg"]) == 0
-    assert "schedule: no comparison of strategies" in capsys.readouterr().err
+    told = capsys.readouterr().err
+    assert "schedule: no comparison of strategies" in told and "stock: no stock.stl" in told
     assert command(["figure", str(copy), "--kind", "schedule"]) == 2
     assert command(["figure", str(tmp_path)]) == 2
     assert command(["figure", str(results), "--kind", "loads"]) == 2

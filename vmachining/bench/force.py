@@ -36,7 +36,7 @@ __all__ = ["engagement_columns", "force"]
 
 POSITIONS, ANGLES, SEGMENTS, TEETH = 1000, 360, 50, 4
 BLOCKS, SAMPLES = 100_000, 8
-PLACES = {"slot": 14, "pocket": 10, "mould": 10}
+PLACES = {"slot": 14, "pocket": 10, "mould": 10, "half_cylinder": 6}
 """Stations compared, by model."""
 
 SEED = 7
