@@ -198,7 +198,9 @@ def material(world, kept, count, x, y, z, room):
                 best, room.last[0] = found, i
                 if best < LEVEL:
                     return -best
-    if world.kind == 2:  # triangles are asked last, they are slow
+    if world.kind == 2:  # triangles are slow: they are asked last, and not about what is gone
+        if best < 0.0:
+            return -best
         gap = stock_gap(world, x, y, z, room)
     return max(gap - 1e-9, -best)
 
