@@ -138,25 +138,25 @@ def _from_brep(sweep: Sweep, bracket: Bracket) -> dict[str, Any]:
     from vmachining.engines import brep
 
     try:
-        told = brep.isolated(brep.described, sweep, seconds=SWEEP_SECONDS)
+        described = brep.isolated(brep.described, sweep, seconds=SWEEP_SECONDS)
     except (SweepError, EngineError) as exc:
         return {"brep_note": str(exc)}
     record = {
-        "brep_valid": all(one.valid and one.closed for one in told.solids),
-        "brep_faces": sum(one.faces for one in told.solids),
-        "brep_solids": len(told.solids),
-        "brep_fit_mm": told.fit_mm,
+        "brep_valid": all(one.valid and one.closed for one in described.solids),
+        "brep_faces": sum(one.faces for one in described.solids),
+        "brep_solids": len(described.solids),
+        "brep_fit_mm": described.fit_mm,
     }
     found: float | None
-    if len(told.solids) == 1:
-        found = told.solids[0].volume
+    if len(described.solids) == 1:
+        found = described.solids[0].volume
         if not bracket.holds(found, slack=ROUNDING * bracket.hi + BREP_REL * found):
             return record | {"brep_note": f"{found:.9g} mm3 lies outside of the bracket"}
         return record | {"brep_mm3": found}
     (x, y, z), (a, b, c) = (sweep.bounds + [[-1.0], [1.0]]).tolist()
     around = brep.Blank("box", (x, y, z), (a, b, c))
     ((_, verdict),) = brep.check_blocks(around, [[sweep]], {0: bracket}, seconds=SWEEP_SECONDS)
-    note = f"the sweep is a union of {len(told.solids)} solids"
+    note = f"the sweep is a union of {len(described.solids)} solids"
     return record | {
         "brep_mm3": verdict.removed_mm3,
         "brep_note": ": ".join(filter(None, (note, note_of(verdict)))),

@@ -27,7 +27,6 @@ from vmachining.arrays import Bools, Floats
 from vmachining.geometry import Arc, Line, Path
 from vmachining.sweep.grazing._kernels import speed
 from vmachining.sweep.turning import Turn
-from vmachining.tool import Profile
 
 __all__ = [
     "Circles",
@@ -36,7 +35,6 @@ __all__ = [
     "chord",
     "circles",
     "circles_along",
-    "discs",
     "edge_open",
     "folding",
     "front_flux",
@@ -228,10 +226,3 @@ def folding(now: Instant, h: ArrayLike, rho: ArrayLike, n_r: ArrayLike, n_z: Arr
         ring = np.where(radius[..., 0] > ON_AXIS, out[..., 0] / radius[..., 0], bend)
     sideways = (speed * tangent).sum(-1) ** 2 * np.asarray(bend) + (speed * around).sum(-1) ** 2 * ring
     return np.asarray(sideways + (normal * (2.0 * np.cross(omega, speed) - rush)).sum(-1))
-
-
-def discs(profile: Profile) -> list[tuple[float, float, float]]:
-    """(height, radius, n_z) of the flat ends of a body."""
-    (r0, z0), (r1, z1) = profile.points[0], profile.points[-1]
-    ends = [(float(z0), float(r0), -1.0), (float(z1), float(r1), 1.0)]
-    return [d for d in ends if d[1] > 0.0]
