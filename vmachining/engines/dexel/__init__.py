@@ -10,7 +10,7 @@ block, and a closed surface in the end.
 3. A block asks only rays with material in a prism around its sweep (`around.stadium`), and their neighbours. Where a ray is in
    the sweep is exact (`Sweep.ray_intervals`). What a ray loses is taken off its intervals: sums over a ray are exact.
 4. Each direction gives a volume, the sum of lengths times the area of a cell, and half of an interval (`grid.look`):
-   3 standard errors + 4 cells of what is left beside the sweep. The standard error comes from squared differences of
+   2 standard errors + 4 cells of what is left beside the sweep. The standard error comes from squared differences of
    neighbouring rays; the second part stands for what lies between rays that all of them miss.
 5. Directions are three judges of one number: the interval of a block is what they share, its estimate their mean with the
    inverse squares of their widths for weights. Where they share nothing the interval is what any of them says.

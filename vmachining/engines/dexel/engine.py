@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from vmachining.arrays import Floats, Ints, rows
 from vmachining.engines.dexel.around import stadium
-from vmachining.engines.dexel.batch import RoundEnd, cut_lines, looks_of, round_end, takes_line
+from vmachining.engines.dexel.batch import cut_lines, looks_of, round_end, takes_line
 from vmachining.engines.dexel.batch.level import cut_sides, takes_side
 from vmachining.engines.dexel.budget import default_spacing, refuse_too_fine
 from vmachining.engines.dexel.grid import Look, RayGrid
@@ -100,48 +100,61 @@ class DexelEngine:
         return agreed([grid.removed(short, around, block, cut=cut) for grid in self.grids])
 
     def answer(self, requests: Sequence[Request]) -> list[Removal]:
-        """See `Batched`: directions one after the other; upright rays take straight blocks of common cutters all at once."""
-        shorts = [reaching(request.sweep, self._box) for request in requests]
-        live = [k for k, short in enumerate(shorts) if meets(short, self._box)]
+        """See `Batched`: directions one after the other, in each as many blocks at once as one kernel call takes."""
+        live = [k for k, request in enumerate(requests) if meets(request.sweep, self._box)]
         looks: dict[int, list[Look]] = {k: [] for k in live}
-        around = {k: stadium(shorts[k], 1.5 * self.spacing) for k in live}
+        known: dict[int, tuple[Sweep, Floats]] = {}
+
+        def alone(grid: RayGrid, k: int) -> Look:
+            if k not in known:
+                short = reaching(requests[k].sweep, self._box)
+                known[k] = short, stadium(short, 1.5 * self.spacing)
+            block = requests[k].block
+            return grid.removed(*known[k], -1 if block is None else block, cut=requests[k].cuts)
+
         for grid in self.grids:
             at = 0
             while at < len(live):
-                found = self._together(grid, [requests[k] for k in live[at:]])
-                if not found:
-                    request, short = requests[live[at]], shorts[live[at]]
-                    block = -1 if request.block is None else request.block
-                    found = [grid.removed(short, around[live[at]], block, cut=request.cuts)]
-                for k, each in zip(live[at:], found, strict=False):
+                group = self._alike(grid, requests, live, at)
+                found = self._together(grid, [requests[k] for k in group])
+                if found is None:
+                    group = group or live[at : at + 1]
+                    found = [alone(grid, k) for k in group]
+                for k, each in zip(group, found, strict=True):
                     looks[k].append(each)
-                at += len(found)
+                at += len(group)
         out = [agreed(looks[k]) if k in looks else NOTHING for k in range(len(requests))]
         for request, removal in zip(requests, out, strict=True):
             if request.cuts:
                 self._removed = self._removed.plus(removal)
         return out
 
-    def _together(self, grid: RayGrid, requests: Sequence[Request]) -> list[Look]:
-        """The first of some requests, as many as one kernel call takes; none where the first is not for it."""
-        top, shape, count = float(self._box[1, 2]), None, 0
-        upright = grid.lattice.axis == 2
-        for request in requests:
-            if not request.cuts or (count and request.sweep.profile is not requests[0].sweep.profile):
+    def _alike(self, grid: RayGrid, requests: Sequence[Request], live: Sequence[int], at: int) -> list[int]:
+        """Numbers of the requests from `live[at]` on that one kernel call takes: cuts of one cutter along lines."""
+        top, upright = float(self._box[1, 2]), grid.lattice.axis == 2
+        group = list[int]()
+        for k in live[at:]:
+            sweep = requests[k].sweep
+            if not requests[k].cuts or sweep.profile is not requests[live[at]].sweep.profile:
                 break
-            found = takes_line(request.sweep, top) if upright else takes_side(request.sweep)
-            if not found:
+            if not (takes_line(sweep, top) if upright else takes_side(sweep)):
                 break
-            shape, count = found, count + 1
-        if not count:
-            return []
-        ends = np.array([[r.sweep.path.start, r.sweep.path.end] for r in requests[:count]])
-        blocks = np.array([-1 if r.block is None else r.block for r in requests[:count]])
+            group.append(k)
+        return group
+
+    def _together(self, grid: RayGrid, requests: Sequence[Request]) -> list[Look] | None:
+        """What some requests that are alike take; None where there are none, or where rays have several intervals."""
+        if not requests:
+            return None
+        ends = np.array([[r.sweep.path.start, r.sweep.path.end] for r in requests])
+        blocks = np.array([-1 if r.block is None else r.block for r in requests])
         start, end = np.ascontiguousarray(ends[:, 0]), np.ascontiguousarray(ends[:, 1])
-        if not isinstance(shape, RoundEnd):
-            return cut_sides(grid, requests[0].sweep, start, end, blocks)
+        first = requests[0].sweep
+        shape = round_end(first.profile) if grid.lattice.axis == 2 else None
+        if shape is None:
+            return cut_sides(grid, first, start, end, blocks)
         sums = cut_lines(grid, shape, start, end, blocks)
-        return [] if sums is None else looks_of(grid, shape, start, end, sums)
+        return None if sums is None else looks_of(grid, shape, start, end, sums)
 
     def cut_path(self, tool: Cutter | Profile, points: ArrayLike, first: int = 0) -> list[Removal]:
         """Cut a polyline, points (n + 1, 3) mm of the tip, as n blocks with numbers from `first`; see `answer`.
