@@ -257,9 +257,10 @@ def test_many_blocks_at_once_are_the_same_blocks(directions: int) -> None:
     wide = Profile([(0, 0), (6, 0), (6, 3), (2, 3), (2, 30)])  # an undercut, on level lines
     tips = np.column_stack([rng.uniform(-20, 20, (8, 2)), np.full(8, -9.0)])
     requests += [Request(Sweep(wide, a, b), len(requests) + k) for k, (a, b) in enumerate(pairwise(tips))]
-    requests += [
-        Request(r.sweep, len(requests) + k, r.cuts) for k, r in enumerate(requests[4:20])
-    ]  # rays of several intervals
+    tips = np.column_stack(
+        [rng.uniform(-20, 20, (8, 2)), rng.uniform(-8, -2, 8)]
+    )  # rays of several intervals
+    requests += [Request(Sweep(tools[0], a, b), len(requests) + k) for k, (a, b) in enumerate(pairwise(tips))]
     small = BoxStock((-20, -20, -10), (20, 20, 0))
     one, other = engine_of(0.5, directions, small), engine_of(0.5, directions, small)
     apart = [one.cut(r.sweep, r.block) if r.cuts else one.touch(r.sweep) for r in requests]
