@@ -11,9 +11,10 @@ from tinyjob import SLOT_MM3, write_job
 import vmachining as vm
 from vmachining.engines import ENGINES
 from vmachining.engines.protocol import Options
-from vmachining.engines.relay import ColumnsFirst
+from vmachining.engines.relay import ColumnsFirst, best_engine, handed_on
 from vmachining.geometry import Line
 from vmachining.job.jobfile import Job
+from vmachining.job.judges import columns_say
 from vmachining.stock import BoxStock
 from vmachining.sweep import Sweep
 
@@ -66,3 +67,30 @@ def test_what_columns_do_not_take_is_handed_on_and_its_neighbours_too(tmp_path):
     assert under.lo <= 30 * (low + wings) <= under.hi
     total = work.volume
     assert total.lo <= total.estimate <= total.hi
+
+
+def test_columns_judge_what_the_mesh_engine_cut(tmp_path):
+    """The intersection is a tenth as wide as the mesh bracket of a slot of a ball, and no block behind a dovetail is judged."""
+    ball, dovetail = vm.BallNose(diameter=6, length=40), vm.Taper(diameter=10, taper_deg=-20, length=9)
+    stock = BoxStock((0, 0, -10), (60, 30, 0))
+    slots = [[Sweep.along(ball, Line((10 + k, -5, -1), (10 + k, 35, -1)))] for k in range(3)]
+    under = [Sweep.along(dovetail, Line((40, -8, -8), (40, 38, -8)))]
+    said = columns_say(stock, [*slots, under, slots[0]], {0, 2, 4}, [0.0] * 5)
+    assert said.keys() == {0, 2} and said[0].name == "columns"
+    lo, _, hi, proven, *_ = said[0].removal
+    section = 9 * math.acos(2 / 3) - 2 * math.sqrt(5)
+    assert proven and lo <= 30 * section <= hi and hi - lo <= 0.0011 * hi
+
+
+def test_the_rule_of_the_default(tmp_path):
+    """Box and upright flat end: columns. A tool that undercuts in more than half of the motions: mesh."""
+    stock = BoxStock((0, 0, -10), (60, 30, 0))
+    flat, dovetail = vm.FlatEnd(diameter=6, length=40), vm.Taper(diameter=10, taper_deg=-20, length=9)
+    way = Line((10, -8, -8), (10, 38, -8))
+    hands_on = handed_on(stock)
+    one, other = (hands_on(Sweep.along(tool, way)) for tool in (flat, dovetail))
+    assert (one, other) == (False, True)
+    assert best_engine([one, other]) == "columns" and best_engine([one, other, other]) == "mesh"
+    job = Job.load(write_job(tmp_path))
+    found = vm.run(job)
+    assert set(found.blocks["engine"]) == {"columns"} and found.summary["blocks_by_mesh"] == 0

@@ -20,7 +20,7 @@ from vmachining.errors import InputError
 from vmachining.geometry import Bracket
 from vmachining.job.contact import ToolParts
 from vmachining.job.jobfile import Job
-from vmachining.job.judges import RayWitness, widened
+from vmachining.job.judges import RayWitness, columns_say, widened
 from vmachining.job.simulate import Progress, Stopped
 from vmachining.job.stock import raw_stock
 from vmachining.job.table import COLUMNS, OPINION
@@ -190,6 +190,8 @@ def brep_columns(
         k: [Judge(name, widened(removal, slacks[k])) for name, removal in each]
         for k, each in judges_of(asked_rows).items()
     }
+    for k, judge in columns_say(stock, sweeps, want.keys(), slacks).items():
+        want[k] = [*(other for other in want[k] if other.name != judge.name), judge]
     count = workers if workers is not None else os.cpu_count() or 1
     with VerdictFile(file, want, seconds) as kept:
         verdicts = kept.known

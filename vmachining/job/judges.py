@@ -1,20 +1,47 @@
-"""Second judges of a run: exact rays beside the engine that cuts."""
+"""Second judges of a run: exact rays and certified columns beside the engine that cuts."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 
+from vmachining.engines.columns import ColumnsEngine
 from vmachining.engines.dexel import RayEngine
 from vmachining.engines.judges import Judge
-from vmachining.engines.protocol import Removal
+from vmachining.engines.protocol import NOTHING, Options, Removal
+from vmachining.errors import EngineError, StockError
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 
-__all__ = ["RayWitness", "widened"]
+__all__ = ["RayWitness", "columns_say", "widened"]
 
 WANT_REL, MOST = 1.5e-3, 20_000
 """Half width asked for, and rays of a set at most; four times as many rays where a block is disputed."""
+
+JUDGED_WIDTH, PASSED_WIDTH = 1e-3, 0.5
+"""Width that columns are asked for of a block that is judged, and of those before it, which only have to be known."""
+
+
+def columns_say(
+    stock: Stock, blocks: Sequence[Sequence[Sweep]], numbers: Collection[int], slacks: Sequence[float]
+) -> dict[int, Judge]:
+    """Brackets of 0.1 % by the columns engine, of the blocks up to the first sweep that it does not take.
+
+    blocks : what every block sweeps. numbers : of the blocks that are judged. slacks : mm^3 per block, see `widened`.
+    """
+    found: dict[int, Judge] = {}
+    try:
+        engine = ColumnsEngine.of(stock, Options())
+        for number, sweeps in enumerate(blocks):
+            engine.width = JUDGED_WIDTH if number in numbers else PASSED_WIDTH
+            total = NOTHING
+            for sweep in sweeps:
+                total = total.plus(engine.cut(sweep, number))
+            if number in numbers:
+                found[number] = Judge(engine.name, widened(total, slacks[number]))
+    except (StockError, EngineError):  # from here on the workpiece is not what columns know
+        pass
+    return found
 
 
 def widened(removal: Removal, slack: float) -> Removal:
