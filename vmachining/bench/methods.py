@@ -263,7 +263,10 @@ def methods_table(records: Sequence[dict[str, Any]]) -> str:
     for program in programs:
         shown = []
         for name in names:
-            r = cell[program, name]
+            r = cell.get((program, name))
+            if r is None:
+                shown.append("not run")
+                continue
             error = f", {100.0 * r['median_error']:.2g} %" if r.get("median_error") is not None else ""
             shown.append(f"{r['inside']} of {r['judged']}{error}" + (" (ended)" if r["ended"] else ""))
         lines.append(f"| {program} | " + " | ".join(shown) + " |")
