@@ -1,8 +1,8 @@
 """Who cuts a job where nobody says it, and `--engine columns`: the columns engine, and the mesh engine for the rest.
 
 The rule (`best_engine`): columns, where they take the stock and at least half of the feed motions; else mesh, which
-cuts in several processes. Of what is proven, columns are the narrowest for the time. Grids of rays (`dexel`) are 10 to 50 times as
-fast as mesh where tools turn (docs/measured/dexel_grid.md), but their intervals are stated: they are asked for by name.
+cuts in several processes. Of what is proven, columns are the narrowest for the time. Grids of rays (`dexel`) are 10 to 50 times
+as fast as mesh where tools turn (docs/measured/dexel_grid.md), but their intervals are stated: they are asked for by name.
 
 1. A block that columns take is cut by columns alone; its sweep is noted for the mesh engine.
 2. A block that they do not take (a tool that turns, leans or is not convex, a sweep whose top dips below the top of the
