@@ -1,7 +1,7 @@
 """Blocks whose sweep lines enter in closed form: ball cutters, with their shanks, on straight lines.
 
-`ball_block` tells whether a sweep is one of them; `_kernels.py` has the entry of any line (`ball_entry`), whether a point is
-inside (`in_ball_sweep`), and both heights of upright lines over a grid (`ball_upright`).
+`ball_block` tells whether a sweep is one of them; `_kernels.py` has the entry of any line (`ball_entry`) and whether a
+point is inside (`in_ball_sweep`).
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@
 
 import numpy as np
 
-from vmachining.jit import kernel, leaf
+from vmachining.jit import leaf
 
 
 @leaf
@@ -102,39 +102,3 @@ def ball_entry(x, y, z, u, v, w, dx, dy, dz, r, height):
     if low <= qz <= high:
         return min(t, wall), True
     return t, not (qz > high and w < 0.0)
-
-
-@kernel
-def ball_upright(x0, y0, pitch, c1, d, r, height, enter, leave) -> None:
-    """Heights at which upright lines enter and leave a straight block of a ball cutter; inf, -inf where they miss.
-
-    enter, leave (n, m): lines at (x0 + i pitch, y0 + j pitch). With u along the travel and v across, h^2 = r^2 - v^2,
-    the lowest sphere over (u, v) has its centre at u - h sin(alpha), alpha the slope, or at an end.
-    """
-    run = np.sqrt(d[0] * d[0] + d[1] * d[1])
-    slope, sin = 0.0, 0.0
-    e0, e1 = 1.0, 0.0
-    if run > 0.0:
-        e0, e1 = d[0] / run, d[1] / run
-        slope = d[2] / run
-        sin = d[2] / np.sqrt(run * run + d[2] * d[2])
-    n, m = enter.shape
-    for i in range(n):
-        x = x0 + i * pitch - c1[0]
-        for j in range(m):
-            y = y0 + j * pitch - c1[1]
-            u, v = x * e0 + y * e1, y * e0 - x * e1
-            h = np.sqrt(max(r * r - v * v, 0.0))
-            center = min(max(u - h * sin, 0.0), run)
-            off = u - center
-            room = r * r - v * v - off * off
-            enter[i, j], leave[i, j] = np.inf, -np.inf
-            if room <= 0.0:  # the clamped centre is within reach if any is
-                continue
-            if run > 0.0:
-                enter[i, j] = c1[2] + center * slope - np.sqrt(room)
-                high = max(min(max(u - h, 0.0), run) * slope, min(max(u + h, 0.0), run) * slope)
-                leave[i, j] = c1[2] + high + height
-            else:
-                enter[i, j] = c1[2] + min(0.0, d[2]) - np.sqrt(room)
-                leave[i, j] = c1[2] + max(0.0, d[2]) + height
