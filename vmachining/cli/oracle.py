@@ -181,15 +181,14 @@ def _show_set(found: SetComparison) -> None:
 
     console = Console(highlight=False)
     table = Table(title=f"{len(found.cases)} cases of {found.reference}", title_justify="left")
-    columns = found.table()
-    for name in columns.columns:
-        table.add_column(name.replace("_", " "), justify="left" if name == "case" else "right")
-    for row in columns.iter_rows():
-        cells = [
-            "" if v is None else ("yes" if v else "no") if isinstance(v, bool) else f"{v:.3g}" if isinstance(v, float) else str(v)
-            for v in row
-        ]  # fmt: skip
-        table.add_row(*cells, style=None if row[-1] else "red")
+    for name in ("case", "judged", "inside", "low", "high", "missing", "extra", "sum", "agrees"):
+        table.add_column(name, justify="left" if name == "case" else "right")
+    for row in found.table().iter_rows(named=True):
+        error = row["error_of_the_sum"]
+        counts = (str(row[name]) for name in ("judged", "inside", "low", "high", "missing", "extra"))
+        agrees = "yes" if row["agrees"] else "disputed" if row["disputed"] else "no"
+        cells = [row["case"], *counts, "" if error is None else f"{100.0 * error:+.3g} %", agrees]
+        table.add_row(*cells, style=None if row["agrees"] else "red")
     console.print(table)
     style = "green" if found.agrees else "red"
     console.print(Text(f"verdict    {found.verdict}", style=style), soft_wrap=True)
