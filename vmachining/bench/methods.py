@@ -267,7 +267,14 @@ def methods_table(records: Sequence[dict[str, Any]]) -> str:
             if r is None:
                 shown.append("not run")
                 continue
-            error = f", {100.0 * r['median_error']:.2g} %" if r.get("median_error") is not None else ""
+            share = r.get("median_error")
+            error = (
+                ""
+                if share is None
+                else f", {100.0 * share:.0f} %"
+                if share >= 0.1
+                else f", {100.0 * share:.2g} %"
+            )
             shown.append(f"{r['inside']} of {r['judged']}{error}" + (" (ended)" if r["ended"] else ""))
         lines.append(f"| {program} | " + " | ".join(shown) + " |")
     total = []
