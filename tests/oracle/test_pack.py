@@ -135,7 +135,7 @@ def test_subprograms_in_files_come_along(key: str, copied: str, tmp_path: Path) 
     shutil.move(tmp_path / "made", tmp_path / "elsewhere" / "pack")
     shutil.rmtree(tmp_path / "in")
     pack = tmp_path / "elsewhere" / "pack"
-    result = vm.run(vm.Job.load(pack / "job.toml"), certify=True, workers=1)
+    result = vm.run(vm.Job.load(pack / "job.toml"), engine="mesh", certify=True, workers=1)
     assert vm.compare(pack / "blocks.csv", result).agrees
     packed, again = pl.read_parquet(pack / "blocks.parquet")["removed_mm3"], result.blocks["removed_mm3"]
     assert packed.to_list() == again.to_list() and len(packed.filter(packed > 0.0)) == 2
