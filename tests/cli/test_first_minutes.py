@@ -91,15 +91,16 @@ def test_bench_lists_its_cases_with_their_times(capsys):
 def test_run_takes_another_chord_and_knows_results_by_it(tmp_path, capsys):
     path, out = write_job(tmp_path), tmp_path / "o"
     widths = []
+    mesh = ["run", str(path), "--out", str(out), "--engine", "mesh"]
     for chord in ("0.4", "0.1"):
-        assert run(["run", str(path), "--out", str(out), "--chord", chord, "--json"]) == 0
+        assert run([*mesh, "--chord", chord, "--json"]) == 0
         summary = json.loads(capsys.readouterr().out)
         widths.append(summary["removed_hi_mm3"] - summary["removed_lo_mm3"])
         assert json.loads((out / "manifest.json").read_text())["options"]["chord_mm"] == float(chord)
     assert widths[1] < widths[0]
-    assert run(["run", str(path), "--out", str(out), "--chord", "0.1", "--resume"]) == 0
+    assert run([*mesh, "--chord", "0.1", "--resume"]) == 0
     assert "complete already" in capsys.readouterr().err
-    assert run(["run", str(path), "--out", str(out), "--chord", "0.3", "--resume"]) != 1
+    assert run([*mesh, "--chord", "0.3", "--resume"]) != 1
     assert "complete already" not in capsys.readouterr().err
     assert run(["run", str(path), "--chord", "0"]) == 2 and "above zero" in capsys.readouterr().err
 

@@ -45,6 +45,8 @@ def test_a_full_disk_leaves_what_was_done(size, lacks, tmp_path):
         str(job),
         "--out",
         str(disk / "out"),
+        "--engine",
+        "mesh",  # the sizes of disks are those of its files
         "--quiet",
         "--workers",
         "1",

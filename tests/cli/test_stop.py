@@ -54,7 +54,7 @@ def test_a_signal_to_the_whole_group_while_solids_are_checked_is_an_interruption
 def test_a_long_block_does_not_keep_a_signal_waiting(number, tmp_path):
     job, out = write_job(tmp_path, swap=LONG), tmp_path / "out"
     run = subprocess.Popen(
-        [sys.executable, "-m", "vmachining", "run", str(job), "--out", str(out), "--workers", "1"],
+        [sys.executable, "-m", "vmachining", "run", str(job), "--out", str(out), "--engine", "mesh", "--workers", "1"],
         stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     deadline = time.monotonic() + 60

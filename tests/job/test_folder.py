@@ -246,8 +246,8 @@ def test_a_checkpoint_grows_with_the_workpiece_and_not_with_the_program(tmp_path
     job, sizes = Job.load(write_job(tmp_path, program=program)), []
     for done in (2 + 2 * 14, 2 + 5 * 14):
         with pytest.raises(Stopped):
-            run(job, out=tmp_path / "out", certify=True, workers=1, progress=stop_after(done))
+            run(job, out=tmp_path / "out", engine="mesh", workers=1, progress=stop_after(done))
         sizes.append((tmp_path / "out" / f"checkpoint.program.{done}.npz").stat().st_size)
     assert sizes[1] <= 1.01 * sizes[0]
-    resumed = run(job, out=tmp_path / "out", certify=True, resume=True).summary
-    assert resumed["final_mm3"] == pytest.approx(run(job, certify=True).summary["final_mm3"], rel=1e-9)
+    resumed = run(job, out=tmp_path / "out", engine="mesh", resume=True).summary
+    assert resumed["final_mm3"] == pytest.approx(run(job, engine="mesh").summary["final_mm3"], rel=1e-9)

@@ -113,7 +113,9 @@ def test_pocket(tmp_path: Path) -> None:
     ):
         lo, hi = part["removed_lo_mm3"].sum(), part["removed_hi_mm3"].sum()
         assert lo - ROUNDING <= whole <= hi + ROUNDING
-    assert result.blocks["warning"].drop_nulls().is_empty()
+    # helices narrower than the cutter stay wider than 0.3 %, and say so
+    warnings = result.blocks["warning"].drop_nulls()
+    assert warnings.str.starts_with("removed volume known to").all() and len(warnings) <= 2 * (2 + make.TURNS)
 
 
 @pytest.mark.parametrize(("passes", "spacing"), [(2, 10.0), (3, 4.0)], ids=["apart", "overlapping"])

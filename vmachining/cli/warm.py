@@ -112,7 +112,9 @@ def _jobs() -> None:
             run(Job.load(folder / "job.toml"), engine=engine, workers=1)
         for method in ("dexel", "analytic"):
             engage(Job.load(folder / "job.toml"), 3, method=method)
-    run(Job.load(demo_job("slot")), workers=1)  # what the demo needs, whatever that is
+        run(Job.load(demo_job("slot")), workers=1).write(
+            folder / "demo"
+        )  # what the demo needs, whatever that is
 
 
 def _turns() -> None:

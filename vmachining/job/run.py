@@ -461,15 +461,16 @@ class _Run:
         rows = result.blocks.select("removed_mm3", "removed_lo_mm3", "removed_hi_mm3", "warning", "engine")
         before, final = result.stock.stock_volume, result.stock.volume
         slack = slack_of(stock)
-        removed = float(rows["removed_mm3"].sum())
-        # two brackets of one number: the sum over the blocks, and stock before minus stock after
+        # two brackets of one number: the sum over the blocks, and stock before minus stock after; they may be narrower than
+        # the sum of the blocks' estimates is exact
         lo = max(float(rows["removed_lo_mm3"].sum()), before.lo - final.hi)
         hi = min(float(rows["removed_hi_mm3"].sum()), before.hi - final.lo)
+        removed = min(max(float(rows["removed_mm3"].sum()), lo), hi)
         summary: dict[str, Any] = {
             "blocks": len(rows),
             "removed_mm3": removed,
-            "removed_lo_mm3": max(0.0, min(lo, removed) - slack),
-            "removed_hi_mm3": max(hi, removed) + slack,
+            "removed_lo_mm3": max(0.0, lo - slack),
+            "removed_hi_mm3": hi + slack,
             "stock_mm3": before.estimate,
             "final_mm3": final.estimate,
             "final_lo_mm3": max(0.0, final.lo - slack),

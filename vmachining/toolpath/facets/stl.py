@@ -130,7 +130,7 @@ def _ascii(data: bytes, path: Path, recover: bool) -> tuple[Floats, list[str]]:
         if not recover:
             raise InputError(
                 f"unexpected end of file in facet {number}", file=str(path), line=line(len(words)),
-                remedy="the file is cut off; recover=True keeps the facets that are complete",
+                remedy="the file is cut off: write it again; in Python, recover=True keeps its complete facets",
             ) from None  # fmt: skip
         if len(facet) == 12 and (not found or facet is not found[-1]):
             found.append(facet)
