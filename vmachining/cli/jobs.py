@@ -235,11 +235,10 @@ def _machine(machine: dict[str, Any] | None) -> list[str]:
 def _told(result: RunResult, folder: Path) -> str:
     """The summary for people."""
     s = result.summary
-    half = (s["removed_hi_mm3"] - s["removed_lo_mm3"]) / 2
     lines = [
         *told_disputes(result),
         f"{result.job.name}: {s['blocks']} blocks in {s['seconds']:.1f} s",
-        f"  removed   {s['removed_mm3']:.6g} mm3   +-{half:.2g}",
+        f"  removed   {s['removed_mm3']:.6g} mm3   +-{result.removed.error:.2g}",
         f"  between   {s['removed_lo_mm3']:.6g} and {s['removed_hi_mm3']:.6g} mm3",
         f"  time      {s['time_s']:.2f} s"
         + (f" -> {s['scheduled_time_s']:.2f} s scheduled" if s["scheduled_time_s"] is not None else ""),

@@ -19,6 +19,11 @@ class Bracket(NamedTuple):
         """hi - lo."""
         return self.hi - self.lo
 
+    @property
+    def error(self) -> float:
+        """How far the truth can be from the estimate."""
+        return max(self.hi - self.estimate, self.estimate - self.lo)
+
     def holds(self, value: float, slack: float = 0.0) -> bool:
         """Whether `value` lies in the bracket, widened by `slack` on both sides."""
         return self.lo - slack <= value <= self.hi + slack

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from vmachining.engines.protocol import Engine, StockSurface
 from vmachining.errors import EngineError
+from vmachining.geometry import Bracket
 from vmachining.job.brep import blank, refuse_beyond, write_step
 from vmachining.job.files import TABLES, between, make_folder, write_json
 from vmachining.job.folder import FolderLock, ResultFolder, now
@@ -68,6 +69,12 @@ class RunResult:
     def _repr_html_(self) -> str:
         """What a notebook shows: the sums, and the head of the table."""
         return result_html(self)
+
+    @property
+    def removed(self) -> Bracket:
+        """Removed volume of all blocks, mm^3."""
+        s = self.summary
+        return Bracket(s["removed_lo_mm3"], s["removed_mm3"], s["removed_hi_mm3"])
 
     @property
     def program(self) -> Program:

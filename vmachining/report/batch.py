@@ -11,6 +11,7 @@ from urllib.parse import quote
 
 import jinja2
 
+from vmachining.geometry import Bracket
 from vmachining.job.files import write_atomic
 from vmachining.report.numbers import duration, number, percent, plural, trusted
 
@@ -79,7 +80,8 @@ def _cards(good: Sequence[Mapping[str, Any]], total: int) -> list[dict[str, str]
     if not good:
         return cards
     lo, removed, hi = (summed(name) for name in ("removed_lo_mm3", "removed_mm3", "removed_hi_mm3"))
-    share = f" (±{50 * (hi - lo) / removed:.2g}\u00a0%)" if removed > 0 else ""
+    error = Bracket(lo, removed, hi).error
+    share = f" (±{100 * error / removed:.2g}\u00a0%)" if removed > 0 else ""
     cards.append(
         {"title": "Removed volume", "value": number(removed), "unit": "mm³",
          "note": f"{number(lo, 7)} … {number(hi, 7)}{share}"}

@@ -15,7 +15,7 @@ import polars as pl
 from plotly.offline import get_plotlyjs
 
 from vmachining.feed import UNITS
-from vmachining.geometry import Arc
+from vmachining.geometry import Arc, Bracket
 from vmachining.job import RunResult, ScheduleReport
 from vmachining.job.brep import disputes
 from vmachining.job.files import versions, write_atomic
@@ -110,8 +110,7 @@ def _tools(result: RunResult, blocks: pl.DataFrame) -> list[tuple[str, ...]]:
     known = {tool["number"]: tool for tool in result.job.keys.tools}
     scheduled = result.schedule is not None
     groups = [(n, blocks.filter(pl.col("tool") == n)) for n in sorted(known)]
-    s = result.summary
-    whole = (s["removed_hi_mm3"] - s["removed_lo_mm3"]) / 2  # narrower than the sum of the blocks
+    whole = result.removed.error  # narrower than the sum of the blocks
     if len(groups) == 1:
         return [(_tool_name(known[groups[0][0]]), *_sums(blocks, scheduled, whole))]
     rows = [(_tool_name(known[n]), *_sums(part, scheduled)) for n, part in groups]
@@ -125,17 +124,17 @@ def _tool_name(keys: dict[str, Any]) -> str:
     return f"T{keys['number']} {keys['type']}{size}{corner}{name}"
 
 
-def _sums(rows: pl.DataFrame, scheduled: bool, half: float | None = None) -> tuple[str, ...]:
+def _sums(rows: pl.DataFrame, scheduled: bool, error: float | None = None) -> tuple[str, ...]:
     cut = rows.filter(pl.col("removed_mm3") > 0)
-    if half is None:
-        half = float((rows["removed_hi_mm3"] - rows["removed_lo_mm3"]).sum()) / 2
+    if error is None:
+        error = Bracket(*(float(rows[f"removed_{end}mm3"].sum()) for end in ("lo_", "", "hi_"))).error
     largest = float(cut["mrr_mm3_min"].fill_null(0.0).max() or 0.0) if len(cut) else 0.0  # type: ignore[arg-type]
     times = ["time_s", "scheduled_time_s"] if scheduled else ["time_s"]
     return (
         number(len(cut)),
         f"{float(cut['length_mm'].sum()):,.1f}".replace(",", "\u202f"),
         number(float(rows["removed_mm3"].sum()), 7),
-        number(half, 2),
+        number(error, 2),
         number(largest, 5),
         *(f"{float(rows[name].sum()):,.1f}".replace(",", "\u202f") for name in times),
     )
@@ -223,8 +222,7 @@ def _second_chip(counts: dict[str, Any]) -> dict[str, str]:
 
 def _cards(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
     s = result.summary
-    half = (s["removed_hi_mm3"] - s["removed_lo_mm3"]) / 2
-    relative = 100 * half / s["removed_mm3"] if s["removed_mm3"] > 0 else 0.0
+    relative = 100 * result.removed.error / s["removed_mm3"] if s["removed_mm3"] > 0 else 0.0
     cutting = int((blocks["removed_mm3"] > 0).sum())
     value, unit = duration(s["time_s"], s["scheduled_time_s"])
     cards = [
