@@ -52,8 +52,8 @@ stl = "warm.stl"
 spacing_mm = 1.0
 [accuracy]
 chord_mm = 0.1
-width = 0.3
-width_mm3 = 1.0
+width = 0.003
+width_mm3 = 0.001
 [feed]
 strategy = "volume"
 reference = "auto"

@@ -461,20 +461,20 @@ class _Run:
         rows = result.blocks.select("removed_mm3", "removed_lo_mm3", "removed_hi_mm3", "warning", "engine")
         before, final = result.stock.stock_volume, result.stock.volume
         slack = slack_of(stock)
-        # two brackets of one number: the sum over the blocks, and stock before minus stock after; they may be narrower than
-        # the sum of the blocks' estimates is exact
+        removed = float(rows["removed_mm3"].sum())
+        left = before.estimate - removed
+        # two brackets of one number: the sum over the blocks, and stock before minus stock after; they hold its estimate, too
         lo = max(float(rows["removed_lo_mm3"].sum()), before.lo - final.hi)
         hi = min(float(rows["removed_hi_mm3"].sum()), before.hi - final.lo)
-        removed = min(max(float(rows["removed_mm3"].sum()), lo), hi)
         summary: dict[str, Any] = {
             "blocks": len(rows),
             "removed_mm3": removed,
-            "removed_lo_mm3": max(0.0, lo - slack),
-            "removed_hi_mm3": hi + slack,
+            "removed_lo_mm3": max(0.0, min(lo, removed) - slack),
+            "removed_hi_mm3": max(hi, removed) + slack,
             "stock_mm3": before.estimate,
-            "final_mm3": final.estimate,
-            "final_lo_mm3": max(0.0, final.lo - slack),
-            "final_hi_mm3": final.hi + slack,
+            "final_mm3": left,
+            "final_lo_mm3": max(0.0, min(final.lo, left) - slack),
+            "final_hi_mm3": max(final.hi, left) + slack,
             "time_s": float(times.seconds.sum()),
             "scheduled_time_s": None if after is None else float(after.seconds.sum()),
             "ideal_time_s": float(times.ideal_s.sum()),
