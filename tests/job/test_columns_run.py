@@ -10,9 +10,10 @@ from tinyjob import SLOT_MM3, write_job
 
 import vmachining as vm
 from vmachining.engines import ENGINES
+from vmachining.engines.columns import ColumnsEngine
 from vmachining.engines.protocol import Options
 from vmachining.engines.relay import ColumnsFirst, best_engine, handed_on
-from vmachining.geometry import Line
+from vmachining.geometry import Arc, Line
 from vmachining.job.jobfile import Job
 from vmachining.job.judges import columns_say
 from vmachining.stock import BoxStock
@@ -67,6 +68,30 @@ def test_what_columns_do_not_take_is_handed_on_and_its_neighbours_too(tmp_path):
     assert under.lo <= 30 * (low + wings) <= under.hi
     total = work.volume
     assert total.lo <= total.estimate <= total.hi
+
+
+def test_an_arc_in_an_upright_plane_is_cut_by_mesh_and_both_engines_agree():
+    ball, stock = vm.BallNose(diameter=6, length=40), BoxStock((0, 0, -10), (60, 30, 0))
+    dip = Arc((20, 15, -1), (25, 15, 11), axis=1, angle=-2 * math.atan2(5, 12))  # ends at (30, 15, -1)
+    assert dip.end == pytest.approx((30, 15, -1))
+    sweep, work = Sweep.along(ball, dip), engine()
+    assert handed_on(stock)(sweep)
+    by_mesh, apart = work.cut(sweep, 0), cut(work, ball, (50, -5, -2), (50, 35, -2))
+    assert (by_mesh.engine, apart.engine) == ("mesh", "columns")
+    by_columns = ColumnsEngine.of(stock, OPTIONS).cut(sweep, 0)
+    assert max(by_mesh.lo, by_columns.lo) <= min(by_mesh.hi, by_columns.hi)
+    assert by_mesh.lo > 0.0
+
+
+def test_blocks_add_up_to_what_is_gone_from_the_stock(tmp_path):
+    result = vm.run(write_job(tmp_path))
+    s = result.summary
+    assert s["removed_mm3"] == pytest.approx(result.blocks["removed_mm3"].sum(), rel=1e-12)
+    assert s["removed_mm3"] + s["final_mm3"] == pytest.approx(s["stock_mm3"], rel=1e-12)
+    assert s["final_lo_mm3"] <= s["final_mm3"] <= s["final_hi_mm3"]
+    assert result.removed.error == max(
+        s["removed_hi_mm3"] - s["removed_mm3"], s["removed_mm3"] - s["removed_lo_mm3"]
+    )
 
 
 def test_columns_judge_what_the_mesh_engine_cut(tmp_path):

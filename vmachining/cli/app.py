@@ -64,7 +64,7 @@ def root(
     "run",
     epilog=examples(
         "run part.toml",
-        "run part.toml --out out/fine --chord 0.002 --stock stl,3mf",
+        "run part.toml --out out/fine --width 0.1% --stock stl,3mf",
         "run part.toml --brep sample --resume",
     ),
 )
@@ -90,7 +90,9 @@ def run_(
     chord: Annotated[
         float | None,
         typer.Option(
-            "--chord", metavar="MM", help="Instead of chord_mm of the job: finer facets, narrower brackets."
+            "--chord",
+            metavar="MM",
+            help="Mesh: instead of chord_mm of the job, for finer facets and narrower brackets.",
         ),
     ] = None,
     spacing: Annotated[
