@@ -11,20 +11,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vmachining.engines.columns.arcs._kernels import ARC, WIDTH, place
-from vmachining.engines.columns.cells._kernels import DOWN, FIRST, SELF, SMOOTH, UP, above, bounds, hides
+from vmachining.engines.columns.cells._kernels import (
+    DOWN,
+    FIRST,
+    FORGET,
+    SELF,
+    SMOOTH,
+    UP,
+    above,
+    bounds,
+    hides,
+)
 from vmachining.engines.columns.surface._kernels import value
 from vmachining.jit import kernel, leaf
 
 
 class Shapes(NamedTuple):
     """Cutters and sweeps: head (c, 5), part (c, parts, 8), lift (c, c), ladder (c, 2), rows (n, 16); see
-    surface/_kernels.py and arcs/_kernels.py."""
+    surface/_kernels.py and arcs/_kernels.py. rules: see cells/_kernels.py."""
 
     head: NDArray[np.float64]
     part: NDArray[np.float64]
     lift: NDArray[np.float64]
     ladder: NDArray[np.float64]
     rows: NDArray[np.float64]
+    rules: int
 
 
 class Tiles(NamedTuple):
@@ -141,6 +152,7 @@ def remove(
     does not fit, nothing was done.
     """
     head, part, lift, ladder, rows = shapes.head, shapes.part, shapes.lift, shapes.ladder, shapes.rows
+    rules = shapes.rules
     cell, span, heap, ids, met = work.cell, work.span, work.heap, work.ids, work.met
     lines, E, C, P, W = work.lines, work.E, work.C, work.P, work.W
     i0, i1, j0, j1 = tile_range(shapes, tiles, k)
@@ -161,7 +173,7 @@ def remove(
             x, y = gx + (i + 0.5) * w, gy + (j + 0.5) * h
             src = used
             lo, hi, m = bounds(
-                head, part, lift, ladder, rows, k, rim, top, bottom, x, y, 0.5 * w, 0.5 * h,
+                head, part, lift, ladder, rows, rules, k, rim, top, bottom, x, y, 0.5 * w, 0.5 * h,
                 ids, src, count, src + count, slack, lines, E, C, P, W,
             )  # fmt: skip
             if hi <= 0.0:
@@ -186,9 +198,16 @@ def remove(
                 left = ZERO
                 for q in range(m):
                     s = ids[src + count + q]
-                    if hides(head, part, lift, lines, SELF, FIRST + q, x, y, 0.5 * w, 0.5 * h, slack):
+                    if rules & FORGET != 0 and hides(
+                        head, part, lift, lines, rules, SELF, FIRST + q, x, y, 0.5 * w, 0.5 * h, slack
+                    ):
                         continue
-                    known = rows[s, 9] != rows[k, 9] and E[SELF, UP + 7] == SMOOTH and E[SELF, UP] > bottom
+                    known = (
+                        rules & FORGET != 0
+                        and rows[s, 9] != rows[k, 9]
+                        and E[SELF, UP + 7] == SMOOTH
+                        and E[SELF, UP] > bottom
+                    )
                     if known and above(E, FIRST + q, DOWN, 0.5 * w, 0.5 * h, SELF, UP):
                         continue
                     ids[used + left] = s
@@ -213,7 +232,7 @@ def remove(
         for q in range(4):
             cx, cy = x + (hx if q % 2 else -hx), y + (hy if q > 1 else -hy)
             a, b, m = bounds(
-                head, part, lift, ladder, rows, k, rim, top, bottom, cx, cy, hx, hy,
+                head, part, lift, ladder, rows, rules, k, rim, top, bottom, cx, cy, hx, hy,
                 ids, src, count, used, slack, lines, E, C, P, W,
             )  # fmt: skip
             new = c if q == 0 else n

@@ -13,6 +13,7 @@ import numpy as np
 from vmachining.arrays import Floats, Ints
 from vmachining.engines.columns import _kernels
 from vmachining.engines.columns.arcs._kernels import ARC, RUNGS, STRAIGHT
+from vmachining.engines.columns.cells._kernels import ALL
 from vmachining.engines.columns.cutters import grown, lift, underside, widened
 from vmachining.engines.columns.heights import solid_of
 from vmachining.engines.columns.paths import chords, is_flat, pieces, widest
@@ -119,6 +120,8 @@ class ColumnsEngine:
     name = "columns"
     chord = CHORD_MM
     proof = "bounds of convex surfaces over columns"
+    rules = int(ALL)
+    """Bits of the rules in force, see cells/_kernels.py: with one switched off brackets are wider and hold the truth."""
 
     def __init__(
         self, stock: FlatStock, width: float = 0.01, width_mm3: float = 1e-3, *, tile_mm: float | None = None
@@ -314,7 +317,7 @@ class ColumnsEngine:
 
     @property
     def _shapes(self) -> _kernels.Shapes:
-        return _kernels.Shapes(self._head, self._part, self._lift, self._ladder, self._rows)
+        return _kernels.Shapes(self._head, self._part, self._lift, self._ladder, self._rows, self.rules)
 
     def _no_cutters(self) -> None:
         self._cutters: dict[tuple[int, float], int] = {}

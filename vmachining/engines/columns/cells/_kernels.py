@@ -9,6 +9,7 @@
 # flag: SMOOTH value, gradient and M hold; ROUGH whole in the footprint, of the lower side value and gradient of a plane
 # below f; PART the border of the footprint crosses the cell (lower side as ROUGH); OUT absent.
 # lines[i] the straight sweep that stands for surface i in the cell, see arcs/_kernels.py.
+# rules: bits of those in force. Each alone may be switched off, which widens brackets: tests do it.
 # P[q] polygons, corners (x, y); C[i] = (nx, ny, c_in, c_out) of surfaces whose border crosses the cell.
 
 import numpy as np
@@ -33,6 +34,9 @@ TOP, SELF, FIRST = (
 )  # rows: top of the stock, sweep k, first earlier sweep
 RECT, CUT, HERE, BEYOND, ROUND = np.int64(0), np.int64(1), np.int64(2), np.int64(3), np.int64(4)  # polygons
 FOUR, NONE = np.int64(4), np.int64(-1)
+CURVATURE, ABOVE, BELOW = np.int64(1), np.int64(2), np.int64(4)  # R3; R4 and R5 by planes and chords
+COVER, FORGET = np.int64(8), np.int64(16)  # R7, R8
+ALL = np.int64(31)
 THIN = 1e-4  # a gradient this much flatter along one side of the cell is taken as level there
 
 
@@ -184,7 +188,7 @@ def _inside(rows, k, R, x, y, hx, hy):
 
 
 @leaf
-def _side(head, part, rows, k, c, x, y, hx, hy, xi, eta, far, d, E, i, e):
+def _side(head, part, rows, k, c, rules, x, y, hx, hy, xi, eta, far, d, E, i, e):
     """Fill one side of E[i]: sweep k with cutter c in the cell."""
     R = head[c, 1]
     for j in range(3, 8):
@@ -192,7 +196,9 @@ def _side(head, part, rows, k, c, x, y, hx, hy, xi, eta, far, d, E, i, e):
     if far + d <= R or _inside(rows, k, R, x, y, hx, hy):
         z, tangent, gx, gy = surface(head, part, c, rows, k, x, y)
         E[i, e + 1], E[i, e + 2] = gx, gy
-        xx, xy, yy, radius = bending(head, part, c, rows, k, xi, eta, hx, hy)
+        xx, xy, yy, radius = 0.0, 0.0, 0.0, np.inf
+        if rules & CURVATURE:
+            xx, xy, yy, radius = bending(head, part, c, rows, k, xi, eta, hx, hy)
         if radius <= xx + yy or radius * d <= 1e-9:
             E[i, e + 3], E[i, e + 4], E[i, e + 5], E[i, e + 6] = xx, xy, yy, radius
             E[i, e], E[i, e + 7] = z, SMOOTH
@@ -213,7 +219,7 @@ def _side(head, part, rows, k, c, x, y, hx, hy, xi, eta, far, d, E, i, e):
 
 
 @leaf
-def look(head, part, rows, k, cin, cout, x, y, hx, hy, E, C, i):
+def look(head, part, rows, k, cin, cout, rules, x, y, hx, hy, E, C, i):
     """Fill E[i], C[i] for line k: upper side with cutter cin, lower side with cout. False if it misses the cell."""
     d = np.sqrt(hx * hx + hy * hy)
     far = distance(rows, k, x, y)
@@ -221,12 +227,12 @@ def look(head, part, rows, k, cin, cout, x, y, hx, hy, E, C, i):
         return False
     xi, eta = local(rows, k, x, y)
     C[i, 2], C[i, 3] = np.inf, np.inf
-    _side(head, part, rows, k, cin, x, y, hx, hy, xi, eta, far, d, E, i, UP)
+    _side(head, part, rows, k, cin, rules, x, y, hx, hy, xi, eta, far, d, E, i, UP)
     if cin == cout:
         for j in range(8):
             E[i, DOWN + j] = E[i, UP + j]
     else:
-        _side(head, part, rows, k, cout, x, y, hx, hy, xi, eta, far, d, E, i, DOWN)
+        _side(head, part, rows, k, cout, rules, x, y, hx, hy, xi, eta, far, d, E, i, DOWN)
     if E[i, UP + 7] == PART or E[i, DOWN + 7] == PART:
         return border(head, rows, k, cin, cout, x, y, hx, hy, C, i)
     return True
@@ -284,7 +290,7 @@ def above(E, j, b, hx, hy, i, a):
 
 
 @leaf
-def smooth(E, n, best, hx, hy):
+def smooth(E, n, best, rules, hx, hy):
     """(lo, hi) where sweep k (row 1) and surface `best` are smooth on both sides."""
     area = 4.0 * hx * hy
     # from above: one surface alone, its mean exactly, plus what lies below sweep k
@@ -308,6 +314,8 @@ def smooth(E, n, best, hx, hy):
             v + bends(E, best, DOWN, j, DOWN, hx, hy, 1.0), abs(gx) * hx, abs(gy) * hy, hx, hy, 1.0
         )
     # or the least of linear functions, which is concave, at the corners
+    if rules & BELOW == 0:
+        return max(lo, 0.0), hi
     w00, w10, w01, w11 = np.inf, np.inf, np.inf, np.inf
     for j in range(n):
         if j == 1:
@@ -331,10 +339,12 @@ def _area(P, q, u, v):
 
 
 @leaf
-def over(head, part, lines, x, y, E, n, P, q, corners, extra, W):
+def over(head, part, lines, rules, x, y, E, n, P, q, corners, extra, W):
     """Bound from above on a polygon: one surface and one plane below sweep k per triangle, the best of them."""
     if corners < 3:
         return 0.0
+    if rules & ABOVE == 0:
+        n, extra = SELF, NONE  # the top alone
     for i in range(n):
         if i == 1 or (E[i, UP + 7] < ROUGH and i != extra):
             continue
@@ -356,10 +366,10 @@ def over(head, part, lines, x, y, E, n, P, q, corners, extra, W):
 
 
 @leaf
-def under(head, part, lines, bottom, x, y, E, n, C, P, q, corners, W):
+def under(head, part, lines, rules, bottom, x, y, E, n, C, P, q, corners, W):
     """Bound from below on a polygon inside the footprint of k: least plane minus f_k at the corners is a concave
     function's, and surfaces that lie beyond their outer tangent are absent."""
-    if corners < 3:
+    if corners < 3 or rules & BELOW == 0:
         return 0.0
     for v in range(corners):
         W[1, v] = np.inf
@@ -382,7 +392,7 @@ def under(head, part, lines, bottom, x, y, E, n, C, P, q, corners, W):
 
 
 @leaf
-def cut_up(head, part, lines, bottom, x, y, hx, hy, E, n, C, P, W, rim):
+def cut_up(head, part, lines, rules, bottom, x, y, hx, hy, E, n, C, P, W, rim):
     """(lo, hi) by polygons: the cell clipped at borders of footprints, and of a round stock whose row of C is rim."""
     for v in range(4):
         P[0, v, 0] = hx if v == 0 or v == 3 else -hx
@@ -393,14 +403,14 @@ def cut_up(head, part, lines, bottom, x, y, hx, hy, E, n, C, P, W, rim):
     if rim > 0:
         corners = clip(P, q, corners, ROUND, C[rim, 0], C[rim, 1], C[rim, 3])
         q = ROUND
-    hi = over(head, part, lines, x, y, E, n, P, q, corners, NONE, W)
+    hi = over(head, part, lines, rules, x, y, E, n, P, q, corners, NONE, W)
     for j in range(2, n):
         if E[j, UP + 7] == PART and -np.inf < C[j, 2] < np.inf:
             a = clip(P, q, corners, HERE, C[j, 0], C[j, 1], C[j, 2])
             b = clip(P, q, corners, BEYOND, -C[j, 0], -C[j, 1], -C[j, 2])
-            found = over(head, part, lines, x, y, E, n, P, HERE, a, j, W)
+            found = over(head, part, lines, rules, x, y, E, n, P, HERE, a, j, W)
             if found < hi:
-                found += over(head, part, lines, x, y, E, n, P, BEYOND, b, NONE, W)
+                found += over(head, part, lines, rules, x, y, E, n, P, BEYOND, b, NONE, W)
                 hi = min(hi, found)
     q, corners = RECT, FOUR
     if E[1, UP + 7] == PART:
@@ -412,19 +422,21 @@ def cut_up(head, part, lines, bottom, x, y, hx, hy, E, n, C, P, W, rim):
             return 0.0, hi
         corners = clip(P, q, corners, ROUND, C[rim, 0], C[rim, 1], C[rim, 2])
         q = ROUND
-    lo = under(head, part, lines, bottom, x, y, E, n, C, P, q, corners, W)
+    lo = under(head, part, lines, rules, bottom, x, y, E, n, C, P, q, corners, W)
     for j in range(2, n):
         if E[j, DOWN + 7] == PART and abs(C[j, 3]) < abs(C[j, 0]) * hx + abs(C[j, 1]) * hy:
             a = clip(P, q, corners, HERE, C[j, 0], C[j, 1], C[j, 3])
             b = clip(P, q, corners, BEYOND, -C[j, 0], -C[j, 1], -C[j, 3])
-            found = under(head, part, lines, bottom, x, y, E, n, C, P, HERE, a, W)
-            lo = max(lo, found + under(head, part, lines, bottom, x, y, E, n, C, P, BEYOND, b, W))
+            found = under(head, part, lines, rules, bottom, x, y, E, n, C, P, HERE, a, W)
+            lo = max(lo, found + under(head, part, lines, rules, bottom, x, y, E, n, C, P, BEYOND, b, W))
     return lo, hi
 
 
 @leaf
-def hides(head, part, lift, lines, i, k, x, y, hx, hy, slack):
+def hides(head, part, lift, lines, rules, i, k, x, y, hx, hy, slack):
     """Whether line i covers line k in the cell, see `covers` and `same_arc`."""
+    if rules & COVER == 0:
+        return False
     if lines[i, 10] == ARC and lines[k, 10] == ARC and same_arc(lift, lines, i, k, slack):
         return True
     return covers(head, part, lift, lines, i, k, x, y, hx, hy, slack)
@@ -432,7 +444,7 @@ def hides(head, part, lift, lines, i, k, x, y, hx, hy, slack):
 
 @leaf
 def bounds(
-    head, part, lift, ladder, rows, k, rim, top, bottom, x, y, hx, hy, ids, src, count, dst, slack, lines, E, C, P, W
+    head, part, lift, ladder, rows, rules, k, rim, top, bottom, x, y, hx, hy, ids, src, count, dst, slack, lines, E, C, P, W
 ):  # fmt: skip
     """(lo, hi, number of earlier sweeps that still count, written to ids from dst) of a cell.
 
@@ -440,7 +452,7 @@ def bounds(
     """
     d = np.sqrt(hx * hx + hy * hy)
     place(head, part, ladder, rows, k, x, y, d, lines, SELF)
-    if not look(head, part, lines, SELF, int(lines[1, 7]), int(lines[1, 8]), x, y, hx, hy, E, C, SELF):
+    if not look(head, part, lines, SELF, int(lines[1, 7]), int(lines[1, 8]), rules, x, y, hx, hy, E, C, SELF):
         return 0.0, 0.0, TOP
     edge = TOP
     if rim >= 0:
@@ -464,12 +476,12 @@ def bounds(
     for q in range(count):
         j = ids[src + q]
         place(head, part, ladder, rows, j, x, y, d, lines, n)
-        if hides(head, part, lift, lines, n, SELF, x, y, hx, hy, slack):
+        if hides(head, part, lift, lines, rules, n, SELF, x, y, hx, hy, slack):
             return 0.0, 0.0, TOP
         cin, cout = int(lines[n, 7]), int(lines[n, 8])
         if rows[j, 9] == rows[k, 9]:  # pieces of one block change roles: their union is the block
             cin, cout = cout, cin
-        if not look(head, part, lines, n, cin, cout, x, y, hx, hy, E, C, n) or above(
+        if not look(head, part, lines, n, cin, cout, rules, x, y, hx, hy, E, C, n) or above(
             E, n, DOWN, hx, hy, 0, UP
         ):
             continue
@@ -480,7 +492,9 @@ def bounds(
     if above(E, SELF, DOWN, hx, hy, best, UP):
         return 0.0, 0.0, TOP
     # of pieces of one block the upper side may lie below the lower one: they drop nothing
-    firm = best == 0 or lines[best, 9] != rows[k, 9] or lines[best, 7] == lines[best, 8]
+    firm = rules & FORGET != 0 and (
+        best == 0 or lines[best, 9] != rows[k, 9] or lines[best, 7] == lines[best, 8]
+    )
     kept = FIRST
     for i in range(2, n):
         if firm and i != best and above(E, i, DOWN, hx, hy, best, UP):
@@ -502,8 +516,8 @@ def bounds(
     known = known and E[best, DOWN + 7] == SMOOTH and edge == 0
     lo, hi = 0.0, np.inf
     if known:
-        lo, hi = smooth(E, n, best, hx, hy)
+        lo, hi = smooth(E, n, best, rules, hx, hy)
     if not (known and plain):
-        a, b = cut_up(head, part, lines, bottom, x, y, hx, hy, E, n, C, P, W, edge)
+        a, b = cut_up(head, part, lines, rules, bottom, x, y, hx, hy, E, n, C, P, W, edge)
         lo, hi = max(lo, a), min(hi, b)
     return lo, max(hi, lo), n - 2
