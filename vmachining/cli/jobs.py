@@ -54,8 +54,9 @@ def run_job(
     spacing: float | None = None,
     directions: int | None = None,
     told: Progress | None = None,
+    every_strategy: bool = False,
 ) -> int:
-    """`vmachining run`. told : hears of the progress, too."""
+    """`vmachining run`, or `strategies` with `every_strategy`. told : hears of the progress, too."""
     parse_brep(brep)
     formats = check_formats(stock)
     steps = parse_blocks(stock_at, "--stock-at") if stock_at is not None else ()
@@ -77,8 +78,16 @@ def run_job(
             emit(summary)
         return Code.DONE
     with FolderLock(folder) as lock:
-        again = ["vmachining", "run", str(file), "--out", str(folder), "--resume", "--brep", brep]
-        again += ["--stock", stock, *(["--engine", engine] if engine is not None else [])]
+        again = [
+            "vmachining",
+            "strategies" if every_strategy else "run",
+            str(file),
+            "--out",
+            str(folder),
+            "--resume",
+        ]
+        again += [] if every_strategy else ["--brep", brep, "--stock", stock]
+        again += ["--engine", engine] if engine is not None else []
         again += ["--stock-at", stock_at] if stock_at is not None else []
         again += ["--brep-seconds", f"{brep_seconds:g}"] if brep_seconds is not None else []
         again += ["--chord", f"{chord:g}"] if chord is not None else []
@@ -94,6 +103,7 @@ def run_job(
                 result = run(
                     job, engine=engine, out=folder, resume=resume, workers=workers, brep=brep,
                     brep_seconds=brep_seconds or BREP_SECONDS, progress=progress, lock=lock,
+                    every_strategy=every_strategy,
                 )  # fmt: skip
             except Stopped as exc:
                 note(

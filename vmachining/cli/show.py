@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vmachining.cli.jobs import run_job
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note
 from vmachining.errors import InputError
+
+if TYPE_CHECKING:
+    from vmachining.report.paper import Results
 
 __all__ = ["figure", "strategies"]
 
@@ -61,8 +64,10 @@ def _chosen(text: str, known: tuple[str, ...], option: str, *, every: bool = Fal
     return list(dict.fromkeys(words))
 
 
-def strategies(target: Path, *, out: Path | None, engine: str | None, quiet: bool, as_json: bool) -> int:
-    """`vmachining strategies`: runs a job, then shows the comparison that a run with [feed] makes."""
+def strategies(
+    target: Path, *, out: Path | None, engine: str | None, resume: bool, quiet: bool, as_json: bool
+) -> int:
+    """`vmachining strategies`: runs a job, judges all strategies by simulation, then shows the comparison."""
     from vmachining.job import Job
     from vmachining.job.batch import safe_name
     from vmachining.report.paper import Results
@@ -77,8 +82,8 @@ def strategies(target: Path, *, out: Path | None, engine: str | None, quiet: boo
             )  # fmt: skip
         folder = out if out is not None else Path("out") / safe_name(job.name)
         code = run_job(
-            target, out=folder, certify=False, brep="none", workers=None, stock="stl", resume=False,
-            quiet=quiet or as_json, as_json=False, engine=engine,
+            target, out=folder, certify=False, brep="none", workers=None, stock="stl", resume=resume,
+            quiet=quiet or as_json, as_json=False, engine=engine, every_strategy=True,
         )  # fmt: skip
         if code != Code.DONE:
             return code
@@ -87,11 +92,25 @@ def strategies(target: Path, *, out: Path | None, engine: str | None, quiet: boo
         raise InputError(
             "no comparison of strategies", file=str(folder), remedy="run a job with a [feed] table"
         )
+    missing = _missing(results)
     if as_json:
-        emit({"name": results.name, "strategies": results.strategies.to_dicts()})
+        emit({"name": results.name, "strategies": results.strategies.to_dicts(), "not_compared": missing})
         return Code.DONE
     _table(results.name, results.strategies)
+    for name, why in missing.items():
+        note(f"not compared: {name.replace('_', ' ')}: {why}")
     return Code.DONE
+
+
+def _missing(results: Results) -> dict[str, str]:
+    """Strategies that are not in the table, and why."""
+    assert results.strategies is not None
+    told = "; ".join(text for text in results.summary.get("contact_notes", ()) if "are empty" in text)
+    gone = [name for name in ("chip_area", "force") if name not in results.strategies["strategy"].to_list()]
+    return {
+        name: told or ("the job has no [force] table" if name == "force" else "nothing is known of the chips")
+        for name in gone
+    }
 
 
 def _table(name: str, table: Any) -> None:
@@ -100,7 +119,9 @@ def _table(name: str, table: Any) -> None:
     heads = (
         "strategy",
         "reference",
+        "judged",
         "time s",
+        "machine s",
         "inserted",
         "volume mm3/min",
         "chip mm2",
@@ -115,7 +136,10 @@ def _table(name: str, table: Any) -> None:
             peak, spread = row[f"{load}_peak"], row[f"{load}_spread"]
             loads.append("-" if peak is None else f"{peak:.5g} ({100.0 * spread:.1f} %)")
         title = row["strategy"].replace("_", " ") + (" (written)" if row["asked_for"] else "")
-        lines.append((title, goal, f"{row['time_s']:.2f}", str(row["inserted"]), *loads))
+        machine = "-" if row["machine_time_s"] is None else f"{row['machine_time_s']:.2f}"
+        lines.append(
+            (title, goal, row["judged"], f"{row['time_s']:.2f}", machine, str(row["inserted"]), *loads)
+        )
     wide = [max(map(len, column)) for column in zip(*lines, strict=True)]
     print(f"{name}: peaks (standard deviation over mean, in the time that cuts)")
     for line in lines:

@@ -72,13 +72,17 @@ def strategies(
     engine: Annotated[
         str | None, typer.Option("--engine", metavar="NAME", help="Of a job; default as in run.")
     ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with an interrupted run.")] = False,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> int:
-    """All feed strategies on the same job: time, peak and spread of volume rate, chip area and force."""
+    """All feed strategies on the same job: time, peak and spread of volume rate, chip area and force.
+
+    Each strategy's program is written (scheduled_NAME.nc) and judged by simulation; inserted blocks cost one more.
+    """
     from vmachining.cli import show
 
-    return show.strategies(target, out=out, engine=engine, quiet=quiet, as_json=as_json)
+    return show.strategies(target, out=out, engine=engine, resume=resume, quiet=quiet, as_json=as_json)
 
 
 def add_to(app: typer.Typer) -> None:

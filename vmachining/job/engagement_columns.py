@@ -145,13 +145,15 @@ def engagement_pass(
     progress: Progress = lambda *_: None,
     name: str = "engagement",
     feed: Feed | None = None,
+    divided: bool | None = None,
     watch: Watch | None = None,
     only: Container[int] | None = None,
 ) -> Stations:
     """The seven columns of every block of a program, and the loads a scheduler needs.
 
     feed : the scheduler's keys, None without one: how far stations are apart if it may divide blocks, and which component
-    of the force it limits. watch : called with every motion that cuts. only : blocks to look at; the others sweep.
+    of the force it limits. divided : whether blocks may be divided; None: as `feed` says, not for volumes. watch : called
+    with every motion that cuts. only : blocks to look at; the others sweep.
 
     Raises
     ------
@@ -160,7 +162,7 @@ def engagement_pass(
     JobError
         Coefficients that are not there.
     """
-    return _Pass(job, toolpath, coefficients_of(job), feed, watch, only).run(stop, progress, name)
+    return _Pass(job, toolpath, coefficients_of(job), feed, divided, watch, only).run(stop, progress, name)
 
 
 def no_stations(blocks: int, why: str) -> Stations:
@@ -198,6 +200,7 @@ class _Pass:
         toolpath: Toolpath,
         forcing: Forcing | None,
         feed: Feed | None,
+        divided: bool | None = None,
         watch: Watch | None = None,
         only: Container[int] | None = None,
     ) -> None:
@@ -209,7 +212,8 @@ class _Pass:
         self.teeth = {number: _teeth(tool, forcing is not None) for number, tool in job.tools.items()}
         self.missing: dict[str, str] = {}
         self.out = _Collector()
-        divided = feed is not None and feed.insert_blocks and feed.strategy != "volume"
+        if divided is None:
+            divided = feed is not None and feed.insert_blocks and feed.strategy != "volume"
         self.divided = feed if divided else None
 
     def run(self, stop: Callable[[], bool], progress: Progress, name: str) -> Stations:

@@ -36,6 +36,7 @@ __all__ = [
 MANIFEST = "manifest.json"
 TABLES = (
     "blocks.csv", "blocks.parquet", "scheduled_blocks.csv", "scheduled_blocks.parquet", "scheduled.nc", "strategies.csv",
+    "scheduled_volume.nc", "scheduled_chip_area.nc", "scheduled_force.nc",
     "deviation.csv", "deviation.parquet",
 )  # fmt: skip
 OUTPUTS = (*TABLES, "summary.json", "report.html", "deviation.html", "stock.stl", "stock.3mf", "stock.step")

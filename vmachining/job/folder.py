@@ -51,8 +51,10 @@ __all__ = [
 RUN = "vmachining run"
 """Kind of the manifest of a run."""
 
-WORKING = ("blocks.partial.csv", "scheduled_blocks.partial.csv", "brep.partial.csv")
-"""Tables that grow while a run goes on."""
+WORKING = (
+    "blocks.partial.csv", "scheduled_blocks.partial.csv", "pieces.partial.csv", "brep.partial.csv", "pieces.nc",
+)  # fmt: skip
+"""Tables that grow while a run goes on, and what it reads again."""
 
 PATTERN = re.compile(r"stock_\d+\.step|checkpoint\.\w+\.\d+\.npz", re.IGNORECASE)
 """Names with a number in them: workpieces between blocks, and checkpoints."""

@@ -8,7 +8,7 @@ import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -31,7 +31,6 @@ from vmachining.job.files import (
     is_full,
     make_folder,
     versions,
-    write_atomic,
 )
 from vmachining.job.folder import RUN, WORKING, FolderLock, ResultFolder, now, program_words, refuse_other_run
 from vmachining.job.jobfile import Job
@@ -42,14 +41,14 @@ from vmachining.job.schedule import compare, sample_count
 from vmachining.job.simulate import CHECKPOINT_SECONDS, Progress, Stage
 from vmachining.job.stock import raw_stock
 from vmachining.job.stopping import stop_flag
-from vmachining.job.strategies import plan
+from vmachining.job.strategies import Planned, plan
 from vmachining.job.table import RowFile, drop_torn_row, finish, read_partial
 from vmachining.job.timing import MoveTimes, machine_limits, move_times
 from vmachining.job.toolpath import Toolpath
+from vmachining.job.verified import Written, divided_edits, verified, write_again
 from vmachining.job.workpiece import raw_engine
 from vmachining.machine import described
 from vmachining.nc import Motion, Program
-from vmachining.nc.rewrite import rewrite_feeds
 from vmachining.stock import StepStock, Stock
 from vmachining.sweep import Sweep
 from vmachining.tolerance import BREP_SECONDS
@@ -68,6 +67,9 @@ MAX_WORKERS = 8
 FAST_AUDIT = 4
 """Blocks that exact rays look at after the vectors engine, which cuts a hundred blocks in the time of one such block."""
 
+ROWS = dict(zip(("program", "scheduled", "pieces"), WORKING, strict=False))
+"""Where the rows of a pass grow."""
+
 NO_CONTACT = "contact columns are empty: --engine vectors measures the deviation; [force] or [feed] in the job asks for both"
 
 NO_BREP = {"asked": 0, **dict.fromkeys(JUDGED, 0)}
@@ -84,6 +86,7 @@ def run(
     workers: int | None = None,
     brep: str = "none",
     brep_seconds: float = BREP_SECONDS,
+    every_strategy: bool = False,
     progress: Progress | None = None,
     stop: Callable[[], bool] | None = None,
     lock: FolderLock | None = None,
@@ -103,6 +106,8 @@ def run(
         beyond rounding.
     brep : blocks whose volume the B-rep engine checks: "none", "sample", "all" or numbers such as "3,7-12".
     brep_seconds : of a processor, limit of one such block, and of the solids and every mesh of each sweep that it needs.
+    every_strategy : judge all feed strategies by simulation, also where [feed] inserts blocks: one simulation more. Without
+        inserted blocks they always are.
     progress : called with stage name, blocks done, blocks in all.
     stop : asked between blocks whether to stop; None: SIGINT and SIGTERM do.
     lock : of `out`, when the caller goes on to write there; None: `out` is locked until this returns.
@@ -137,6 +142,8 @@ def run(
         "spacing_mm": job.keys.accuracy.spacing_mm, "directions": job.keys.accuracy.directions,
         "brep_seconds": brep_seconds,
     }  # fmt: skip
+    if every_strategy:
+        options["every_strategy"] = True
     with stop_flag(stop) as stopped, FolderLock(folder) as own:
         work = _Run(
             job, folder, options, resume, workers, asked, brep_seconds, progress or (lambda *_: None),
@@ -225,34 +232,35 @@ class _Run:
         self.lock.acquire()
         self._open_manifest(program.files)
         feed = job.keys.feed
-        divided = feed is not None and feed.insert_blocks and feed.strategy == "volume"
+        every = bool(self.options.get("every_strategy"))
+        divided = feed is not None and feed.insert_blocks and (every or feed.strategy == "volume")
         counts = (lambda length: sample_count(feed, length)) if feed and divided else None
         engine = self._stage("program", toolpath, times, tools, stock, counts, check=True)
         partial = self.folder / "blocks.partial.csv"
         if not float(read_partial(partial, ["removed_hi_mm3"])["removed_hi_mm3"].sum()) > 0.0:
             raise self._never_reached(program, stock)
-        stations = self._contact(toolpath, "engagement")
+        along = feed is not None and feed.insert_blocks and (every or feed.strategy != "volume")
+        stations = self._contact(toolpath, "engagement", divided=along)
         scheduled, report, after = None, None, None
         if feed is not None:
             table = read_partial(partial, ["length_mm", "feed_mm_min", "removed_mm3", "removed_hi_mm3"])
-            planned = plan(feed, program, blocks, table, partial, times.cap_mm_min, stations)
+            planned = plan(feed, program, blocks, table, partial, times.cap_mm_min, stations, every=every)
+            mine = write_again(job, self.place, program, planned.schedule.edits(), "scheduled.nc")
+            self._stage("scheduled", mine.toolpath, mine.times, tools, stock, None, check=False)
+            after = mine.times
+            new_rows = self.folder / "scheduled_blocks.partial.csv"
+            contact = self._contact(mine.toolpath, "engagement, scheduled").columns
+            with self.place.making("scheduled_blocks.csv", "scheduled_blocks.parquet"):
+                finish(new_rows, self.folder, "scheduled_blocks", contact=contact)
+            if every or not feed.insert_blocks:
+                table = self._every(planned, mine, toolpath, times, stations, tools, stock)
+                planned = replace(planned, comparison=table)
             with (
                 self.place.making("strategies.csv"),
                 atomic_path(self.folder / "strategies.csv") as temporary,
             ):
                 planned.comparison.write_csv(temporary)
-            written = rewrite_feeds(program, planned.schedule.edits())
-            target = self.folder / "scheduled.nc"
-            with self.place.making(target.name):
-                write_atomic(target, written.data)
-            again = Toolpath.of(read_job_program(job, target), job.machine)
-            after = move_times(again, limits, block_delete=skips)
-            self._stage("scheduled", again, after, tools, stock, None, check=False)
-            new_rows = self.folder / "scheduled_blocks.partial.csv"
-            contact = self._contact(again, "engagement, scheduled").columns
-            with self.place.making("scheduled_blocks.csv", "scheduled_blocks.parquet"):
-                finish(new_rows, self.folder, "scheduled_blocks", contact=contact)
-            scheduled, report = compare(feed, planned, written, blocks, read_partial(new_rows))
+            scheduled, report = compare(feed, planned, mine.text, blocks, read_partial(new_rows))
         names = ["block", "motion", "engine", "removed_mm3", "removed_lo_mm3", "removed_hi_mm3"]
         table = read_partial(partial, names)
         opinion, counts_brep = None, NO_BREP
@@ -294,13 +302,47 @@ class _Run:
         """The raw workpiece."""
         return raw_engine(self.job, self.options["engine"], stock)
 
-    def _contact(self, toolpath: Toolpath, name: str) -> Stations:
+    def _every(
+        self,
+        planned: Planned,
+        mine: Written,
+        toolpath: Toolpath,
+        times: MoveTimes,
+        stations: Stations,
+        tools: Mapping[int, ToolParts],
+        stock: Stock,
+    ) -> pl.DataFrame:
+        """The comparison of all strategies, of written programs."""
+        feed, program = self.job.keys.feed, toolpath.program
+        assert feed is not None
+        programs = {
+            name: mine
+            if name == feed.strategy
+            else write_again(self.job, self.place, program, schedule.edits(), f"scheduled_{name}.nc")
+            for name, schedule in planned.plans.items()
+        }
+
+        def simulate() -> tuple[Written, pl.DataFrame, Stations]:
+            divided = write_again(self.job, self.place, program, divided_edits(planned.plans), "pieces.nc")
+            self._stage("pieces", divided.toolpath, divided.times, tools, stock, None, check=False)
+            rows = read_partial(self.folder / ROWS["pieces"], ["length_mm", "removed_mm3", "removed_hi_mm3"])
+            return divided, rows, self._contact(divided.toolpath, "engagement, pieces", divided=False)
+
+        return verified(feed, planned, programs, toolpath, times, stations, simulate)
+
+    def _contact(self, toolpath: Toolpath, name: str, *, divided: bool | None = None) -> Stations:
         """Contact, chips and forces along the blocks."""
         keys = self.job.keys
         if self.options["engine"] == "vectors" and keys.feed is None and keys.force is None:
             return no_stations(len(toolpath.blocks), NO_CONTACT)
         return engagement_pass(
-            self.job, toolpath, stop=self.stop, progress=self.progress, name=name, feed=self.job.keys.feed
+            self.job,
+            toolpath,
+            stop=self.stop,
+            progress=self.progress,
+            name=name,
+            feed=keys.feed,
+            divided=divided,
         )
 
     # -- program and stock ---------------------------------------------------------------------------------
@@ -346,9 +388,7 @@ class _Run:
         else:
             engine = self.raw or self._raw(stock)
             self.raw = None
-        rows_path = self.folder / (
-            "blocks.partial.csv" if name == "program" else "scheduled_blocks.partial.csv"
-        )
+        rows_path = self.folder / ROWS[name]
         workers = self._workers(len(toolpath.blocks) - first)
         self.options["workers"] = max(workers, self.options.get("workers", 1))
         apart = self.longest_s > APART_SECONDS
@@ -366,7 +406,8 @@ class _Run:
         try:
             with RowFile(rows_path, keep=first) as rows:
                 stage.run(rows, first=first, stop=self.stop, progress=self.progress, checkpoint=checkpoint)
-            later = self.brep != "none" or (self.job.keys.feed is not None and name == "program")
+            last = "pieces" if self.options.get("every_strategy") else "scheduled"
+            later = self.brep != "none" or (self.job.keys.feed is not None and name != last)
             if later and first < len(toolpath.blocks):
                 checkpoint(len(toolpath.blocks))  # what comes may be interrupted, this pass is done
             self.workers_mb = max(self.workers_mb, hands.peak_mb())

@@ -9,17 +9,16 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import groupby
 
 import numpy as np
 import polars as pl
 
 from vmachining.arrays import Floats
-from vmachining.errors import FeedError
 from vmachining.feed import Limit
 from vmachining.job.blocks import Block
 from vmachining.job.model import Feed
 from vmachining.job.strategies import Planned
+from vmachining.job.verified import owners
 from vmachining.nc import Rewritten
 
 __all__ = ["MAX_SAMPLES", "ScheduleReport", "compare", "sample_count"]
@@ -114,18 +113,16 @@ def compare(
         The written program does not run through the original blocks: a bug, never a user's fault.
     """
     schedule = planned.schedule
-    lines = [written.source_line[line - 1] for line in after["line"].to_list()]
-    groups = [(line, list(members)) for line, members in groupby(range(len(lines)), key=lines.__getitem__)]
-    if [line for line, _ in groups] != [block.line for block in blocks]:
-        raise FeedError("the written program runs through other blocks than the original")
+    owner = owners(written, after["line"].to_list(), blocks)
+    starts = np.flatnonzero(np.diff(owner, prepend=-1))
+    groups = np.split(np.arange(len(owner)), starts[1:])
     length, feeds = after["length_mm"].to_numpy(), after["feed_mm_min"].fill_null(float("nan")).to_numpy()
     times, removed = after["time_s"].to_numpy(), after["removed_mm3"].to_numpy()
-    starts = np.array([members[0] for _, members in groups], dtype=np.int64)
     seconds = np.add.reduceat(times, starts) if len(starts) else np.zeros(0)
     volume = np.add.reduceat(removed, starts) if len(starts) else np.zeros(0)
     speed = [
         float(feeds[m[0]]) if len(m) == 1 else float(length[m].sum() / (length[m] / feeds[m]).sum())
-        for _, m in groups
+        for m in groups
     ]
     rates = np.divide(60.0 * volume, seconds, out=np.full(len(seconds), np.nan), where=seconds > 0)
     hit = {

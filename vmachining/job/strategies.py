@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -32,20 +33,30 @@ from vmachining.job.model import Feed
 from vmachining.job.table import read_samples
 from vmachining.nc import Motion, Program
 
-__all__ = ["LOADS", "Planned", "plan"]
+__all__ = ["LOADS", "PROGRAMMED", "Planned", "loads_of", "plan", "row_of", "strategies"]
 
 LOADS = ("volume", "chip_area", "force")
 """Strategies, and the loads that all of them are judged by."""
 
+PROGRAMMED = "as programmed"
+"""Name of the row of the original feeds."""
+
+Loads = dict[str, tuple[float | None, float | None]]
+"""Peak and relative spread by load; None where nothing is known."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Planned:
-    """schedule : of the strategy asked for. comparison : one row per strategy, see `compared`. notes : {block: words}.
+    """Schedules of all strategies, and what they would do.
 
+    schedule : of the strategy asked for. plans : of every strategy. rows : what was scheduled. comparison : one row per
+    strategy, see `compared`. notes : {block: words}.
     infeasible : parts that exceed the reference at any feed, with the smallest reference that they could meet; or None.
     """
 
     schedule: Schedule
+    plans: dict[str, Schedule]
+    rows: FeedBlocks
     comparison: pl.DataFrame
     notes: dict[int, str]
     infeasible: str | None = None
@@ -59,14 +70,17 @@ def plan(
     partial: Path,
     caps: Floats,
     stations: Stations,
+    *,
+    every: bool = False,
 ) -> Planned:
-    """The schedule of a simulated program, and what the other strategies would do.
+    """The schedule of a simulated program, and those of the other strategies.
 
     Parameters
     ----------
     table : the rows of the first simulation; partial : their file, which also has the samples.
     caps : (moves,) mm/min, of the machine.
-    stations : of the same program.
+    stations : of the same program. every : whether all strategies may divide blocks, and not only the one asked for:
+    volumes and stations are there for each of them.
 
     Raises
     ------
@@ -89,14 +103,15 @@ def plan(
         tool=[block.tool for block in blocks],
     )
     limits = FeedLimits(min_mm_min=feed.min_mm_min, max_mm_min=feed.max_mm_min)
-    known = strategies(feed, rows, partial, stations)
+    known = strategies(feed, rows, partial, stations, every=every)
     mine = known[feed.strategy]
     schedule = plan_feeds(
         rows, mine, limits, reference=feed.reference, insert=feed.insert_blocks, tau=feed.tau,
         min_length_mm=feed.min_length_mm, rule=feed.rule,
     )  # fmt: skip
     told = _infeasible(rows, mine, schedule)
-    return Planned(schedule, compared(feed, rows, known, limits, schedule), notes, told)
+    plans = _plans(feed, rows, known, limits, schedule)
+    return Planned(schedule, plans, rows, compared(feed, rows, known, plans), notes, told)
 
 
 def _kind(program: Program, block: Block) -> Kind:
@@ -125,11 +140,16 @@ def _without_unknown(feed: Feed, kinds: np.ndarray, stations: Stations) -> tuple
     return kinds, {int(k): "feed left as programmed: its load is not known" for k in lost}
 
 
-def strategies(feed: Feed, rows: FeedBlocks, partial: Path, stations: Stations) -> dict[str, Strategy]:
-    """Those for which the job says enough; the one asked for always."""
+def strategies(
+    feed: Feed, rows: FeedBlocks, partial: Path | None, stations: Stations, *, every: bool = False
+) -> dict[str, Strategy]:
+    """Those for which the job says enough; the one asked for always.
+
+    partial : table with the volumes of parts, where blocks may be divided. every : see `plan`.
+    """
     divided = feed.insert_blocks
     found: dict[str, Strategy] = {}
-    if divided and feed.strategy == "volume":
+    if divided and partial is not None and (every or feed.strategy == "volume"):
         volumes: list[float] = []
         counts = np.zeros(len(rows), dtype=np.int64)
         for index, samples in read_samples(partial):
@@ -137,7 +157,7 @@ def strategies(feed: Feed, rows: FeedBlocks, partial: Path, stations: Stations) 
                 volumes.extend(samples)
                 counts[index] = len(samples)
         found["volume"] = sampled(rows, FeedSamples(volumes, np.concatenate([[0], np.cumsum(counts)])))
-        divided = False
+        divided = every
     else:
         found["volume"] = VolumeStrategy(Parts.whole(rows), rows.volumes(False), rows.groups)
     first, last = stations.parts(divided=divided)
@@ -198,20 +218,16 @@ def _infeasible(rows: FeedBlocks, strategy: Strategy, schedule: Schedule) -> str
     return text
 
 
-def compared(
+def _plans(
     feed: Feed, rows: FeedBlocks, known: dict[str, Strategy], limits: FeedLimits, chosen: Schedule
-) -> pl.DataFrame:
-    """Time, peak and spread of every load, as programmed and by every strategy with its automatic reference.
-
-    The strategy asked for keeps its own reference and options. Times are length over feed, without acceleration, of all
-    blocks that have a feed. The spread is the standard deviation over the cutting time divided by the mean.
-    """
+) -> dict[str, Schedule]:
+    """Of every strategy; all but the one asked for with their automatic reference."""
     plans: dict[str, Schedule] = {}
     for name, strategy in known.items():
         if name == feed.strategy:
             plans[name] = chosen
             continue
-        try:
+        with suppress(FeedError):  # a block without a feed: nothing to compare with
             plans[name] = plan_feeds(
                 rows,
                 strategy,
@@ -220,40 +236,83 @@ def compared(
                 tau=feed.tau,
                 min_length_mm=feed.min_length_mm,
             )
-        except FeedError:  # a block without a feed: nothing to compare with
-            continue
-    table: list[dict[str, object]] = []
-    for name in ("as programmed", *plans):
-        plan_ = plans.get(name)
-        row: dict[str, object] = {
-            "strategy": name,
-            "asked_for": name == feed.strategy,
-            "reference": None if plan_ is None else plan_.reference,
-            "unit": None if plan_ is None else plan_.unit,
-            "time_s": chosen.total_old_time_s if plan_ is None else plan_.total_time_s,
-            "inserted": 0 if plan_ is None else plan_.inserted,
+    return plans
+
+
+def compared(
+    feed: Feed, rows: FeedBlocks, known: dict[str, Strategy], plans: dict[str, Schedule]
+) -> pl.DataFrame:
+    """Time, peak and spread of every load, as programmed and by every strategy, as planned.
+
+    Columns strategy, asked_for, reference, unit, judged (planned or simulated), time_s, machine_time_s, inserted, and peak
+    and spread of every load. `time_s` is length over feed of all blocks that have a feed; `machine_time_s` counts
+    accelerations, limits of the machine, rapids and dwells, and is known of written programs. The spread is the standard
+    deviation over the cutting time divided by the mean.
+    """
+    some = next(iter(plans.values()))
+    table = [row_of(feed, PROGRAMMED, None, loads_of(rows, known, rows.feed_mm_min), some.total_old_time_s)]
+    for name, schedule in plans.items():
+        loads = {
+            load: _load(rows, known[load], _at_parts(schedule, known[load].parts))
+            if load in known
+            else (None, None)
+            for load in LOADS
         }
-        for load in LOADS:
-            peak, spread = (None, None) if load not in known else _load(rows, known[load], plan_)
-            row |= {f"{load}_peak": peak, f"{load}_spread": spread}
-        table.append(row)
+        table.append(row_of(feed, name, schedule, loads, schedule.total_time_s))
     return pl.DataFrame(table, infer_schema_length=None)
 
 
-def _load(
-    rows: FeedBlocks, strategy: Strategy, schedule: Schedule | None
-) -> tuple[float | None, float | None]:
-    """Peak and relative spread of a load at the feeds of a schedule, over the parts that cut."""
-    parts = strategy.parts
+def row_of(
+    feed: Feed,
+    name: str,
+    schedule: Schedule | None,
+    loads: Loads,
+    seconds: float,
+    *,
+    machine_s: float | None = None,
+    judged: str = "planned",
+) -> dict[str, object]:
+    """One row of the comparison, see `compared`."""
+    row: dict[str, object] = {
+        "strategy": name,
+        "asked_for": name == feed.strategy,
+        "reference": None if schedule is None else schedule.reference,
+        "unit": None if schedule is None else schedule.unit,
+        "judged": judged,
+        "time_s": seconds,
+        "machine_time_s": machine_s,
+        "inserted": 0 if schedule is None else schedule.inserted,
+    }
+    for load, (peak, spread) in loads.items():
+        row |= {f"{load}_peak": peak, f"{load}_spread": spread}
+    return row
+
+
+def loads_of(rows: FeedBlocks, known: dict[str, Strategy], feed_mm_min: Floats) -> Loads:
+    """All loads at (n,) feeds of whole blocks."""
+    return {
+        load: _load(rows, known[load], feed_mm_min[known[load].parts.block])
+        if load in known
+        else (None, None)
+        for load in LOADS
+    }
+
+
+def _at_parts(schedule: Schedule, parts: Parts) -> Floats:
+    """(m,) feed of a schedule at the middle of every part."""
     owner = parts.block
-    if schedule is None:
-        feed = rows.feed_mm_min[owner]
-    else:  # the feed at the middle of every part
-        start = np.where(np.diff(owner, prepend=-1) != 0, 0.0, np.concatenate([[0.0], parts.end[:-1]]))
-        middle = owner + np.minimum(0.5 * (start + parts.end), 1.0 - 1e-12)
-        borders = schedule.sub_block + np.minimum(schedule.sub_end, 1.0 - 1e-13)
-        feed = schedule.sub_feed_mm_min[np.minimum(np.searchsorted(borders, middle), len(borders) - 1)]
-    use = strategy.cuts & (rows.kind[owner] != str(Kind.RAPID)) & (feed > 0) & (parts.length > 0)
+    start = np.where(np.diff(owner, prepend=-1) != 0, 0.0, np.concatenate([[0.0], parts.end[:-1]]))
+    middle = owner + np.minimum(0.5 * (start + parts.end), 1.0 - 1e-12)
+    borders = schedule.sub_block + np.minimum(schedule.sub_end, 1.0 - 1e-13)
+    return np.asarray(
+        schedule.sub_feed_mm_min[np.minimum(np.searchsorted(borders, middle), len(borders) - 1)]
+    )
+
+
+def _load(rows: FeedBlocks, strategy: Strategy, feed: Floats) -> tuple[float | None, float | None]:
+    """Peak and relative spread of a load at (m,) feeds of its parts, over those that cut."""
+    parts = strategy.parts
+    use = strategy.cuts & (rows.kind[parts.block] != str(Kind.RAPID)) & (feed > 0) & (parts.length > 0)
     if not use.any():
         return None, None
     load = strategy.loads(np.where(use, feed, 0.0))[use]

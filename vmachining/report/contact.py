@@ -41,5 +41,6 @@ def compared(comparison: pl.DataFrame) -> list[tuple[str, ...]]:
         for name in ("volume", "chip_area", "force"):
             loads += [cell(row[f"{name}_peak"]), cell(row[f"{name}_spread"], 3)]
         title = row["strategy"].replace("_", " ") + (" (asked for)" if row["asked_for"] else "")
-        rows.append((title, goal, cell(row["time_s"]), str(row["inserted"]), *loads))
+        times = (cell(row["time_s"]), cell(row["machine_time_s"]))
+        rows.append((title, goal, row["judged"], *times, str(row["inserted"]), *loads))
     return rows
