@@ -74,7 +74,7 @@ def test_without_a_division_for_all_others_are_planned_only_where_blocks_are_ins
 
 def test_an_interrupted_comparison_goes_on(judged, tmp_path):
     """Stopped while the pieces are cut: resumed, it gives the same table."""
-    every, _, rows, insert = judged
+    _, _, rows, insert = judged
     if not insert:
         pytest.skip("no pieces are cut where nothing is divided")
     place, seen = job(tmp_path, "force", True), []
@@ -83,7 +83,13 @@ def test_an_interrupted_comparison_goes_on(judged, tmp_path):
         return seen[-1:] == ["pieces"]
 
     with pytest.raises(Stopped):
-        run(place, out=tmp_path / "out", every_strategy=True, stop=stop, progress=lambda name, *_: seen.append(name))
+        run(
+            place,
+            out=tmp_path / "out",
+            every_strategy=True,
+            stop=stop,
+            progress=lambda name, *_: seen.append(name),
+        )
     run(place, out=tmp_path / "out", every_strategy=True, resume=True)
     again = pl.read_csv(tmp_path / "out" / "strategies.csv")
     for row in again.to_dicts():
