@@ -45,7 +45,7 @@ __all__ = ["Chain", "bar_of", "brep_chains", "chain_of", "main", "recorded", "ta
 CHORD = 0.02
 """mm, of the brackets."""
 
-FEW, MANY = 3, 6
+FEW, MANY = 2, 4
 """Parts of a cell along an axis that the referee counts points in."""
 
 ROUND_MM3 = 1e-6

@@ -286,7 +286,7 @@ class Sweep:
             if (counts >= 0).all():
                 break
             capacity *= 4
-        with np.errstate(invalid="ignore"):  # where nothing was written
+        with np.errstate(invalid="ignore", over="ignore"):  # where nothing was written
             kept = (np.arange(capacity) < counts[:, None]) & (hi - lo > _kernels.MERGE)
         return RayIntervals(kept.sum(axis=1), lo[kept], hi[kept])
 

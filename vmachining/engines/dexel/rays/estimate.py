@@ -51,12 +51,24 @@ class Take(NamedTuple):
 
 
 class _Pilot(NamedTuple):
-    """Cells of one take, (n,) mm by which their rays differ, and standard deviation of the volume by one set, mm^3."""
+    """Cells of one take, and (n,) mm by which their rays differ.
+
+    paired : part of the variance of a set that is left by rays in pairs. volume : mm^3, by the pilot's own rays.
+    """
 
     cells: Cells
     differ: Floats
-    spread: float
+    paired: float
     volume: float
+
+    def half(self, across: Ints) -> float:
+        """Half width, mm^3, that is expected of `SETS` sets where cells are divided into across^2 (n,) parts.
+
+        The variance of stratified rays falls with n^(-3/2) where walls cross their cells, with n^-2 or faster elsewhere.
+        """
+        area, parts = self.cells.side.prod(axis=1), across.astype(np.float64) ** 2
+        spread = sqrt(self.paired * float(((area * self.differ) ** 2 * parts**-1.5).sum()) / SETS)
+        return STUDENT * spread + UNSEEN * float((area * self.cells.tall / parts).max()) / SETS
 
 
 def estimated(
@@ -82,11 +94,11 @@ def estimated(
     pilots = [
         _pilot(take, stock, cells, np.random.default_rng([seed, number, 0])) for number, take, cells in found
     ]
-    times = _times(pilots, want_rel, most)
+    half_asked = want_rel * sum(pilot.volume for pilot in pilots) / len(pilots)
     volume = rounding = unseen = spread = whole = 0.0
-    for (number, take, _), pilot, share in zip(found, pilots, times, strict=True):
+    for (number, take, _), pilot in zip(found, pilots, strict=True):
         first = pilot.cells
-        cells = divided(first.low, first.side[0], first.tall, _across(pilot, share))
+        cells = divided(first.low, first.side[0], first.tall, _across(pilot, half_asked, most))
         area = cells.side.prod(axis=1)
         sums = _sampled(take, stock, cells, np.random.default_rng([seed, number, 1]), SETS) @ area
         volume += float(sums.mean())
@@ -118,30 +130,29 @@ def _sampled(take: Take, stock: Stock, cells: Cells, rng: np.random.Generator, s
 def _pilot(take: Take, stock: Stock, parts: Columns, rng: np.random.Generator) -> _Pilot:
     across = max(1, round(sqrt(PILOT_COLUMNS / len(parts.low))))
     cells = divided(parts.low, parts.side, parts.tall, np.full(len(parts.low), across))
-    found = _sampled(take, stock, cells, rng, PILOT_SETS)
-    sums = found @ cells.side.prod(axis=1)
-    return _Pilot(cells, _smeared(cells, found.std(axis=0)), float(sums.std(ddof=1)), float(sums.mean()))
+    found = np.array(
+        [material(take.sweep, take.earlier, stock, places(cells, 0, rng)) for _ in range(PILOT_SETS)]
+    )
+    area = cells.side.prod(axis=1)
+    alone = float((area**2 * found.var(axis=0)).sum())
+    pairs = np.array([np.bincount(cells.pair[:, 0], area * lengths) for lengths in found])
+    paired = float(pairs.var(axis=0).sum()) / alone if alone > 0.0 else 0.0
+    return _Pilot(cells, _smeared(cells, found.std(axis=0, ddof=1)), paired, float((found @ area).mean()))
 
 
-def _times(pilots: Sequence[_Pilot], want_rel: float, most: int) -> list[int]:
-    """Rays of a set for every take: as many as are expected to give half of the width for the spread, half for what is unseen.
-
-    The error of stratified rays falls with n^(-3/4) across walls, with n^-1 or faster elsewhere.
-    """
-    half = 0.5 * want_rel * sum(pilot.volume for pilot in pilots) / len(pilots)
-    out = []
-    for pilot in pilots:
-        n = len(pilot.cells.low)
-        area = pilot.cells.side.prod(axis=1)
-        spread = STUDENT * pilot.spread / sqrt(SETS)
-        unseen = UNSEEN * float((area * pilot.cells.tall).mean()) / SETS
-        want = n * ((spread / half) ** (4.0 / 3.0) + unseen / half) if half > 0.0 else np.inf
-        out.append(int(min(max(want, n), max(most, n))))
-    return out
+def _across(pilot: _Pilot, half: float, most: int) -> Ints:
+    """(n,) parts along a side of the pilot's cells: the fewest that let expect a half width, mm^3, and `most` rays about."""
+    low, high = len(pilot.cells.low), max(most, len(pilot.cells.low))
+    if pilot.half(_shared(pilot, high)) > half:
+        return _shared(pilot, high)
+    while high - low > 0.02 * high:
+        middle = (low + high) // 2
+        low, high = (low, middle) if pilot.half(_shared(pilot, middle)) <= half else (middle, high)
+    return _shared(pilot, high)
 
 
-def _across(pilot: _Pilot, count: int) -> Ints:
-    """(n,) cells along a side of the pilot's cells: half of the rays by how much these differ, half by how tall they are."""
+def _shared(pilot: _Pilot, count: int) -> Ints:
+    """(n,) parts along a side: half of `count` rays by how much these differ, half by how tall cells are."""
     across = np.ones(len(pilot.differ))
     for share in (pilot.differ, pilot.cells.tall):
         total = max(float(share.sum()), 1e-300)

@@ -109,18 +109,25 @@ def _in_stock(stock: Stock, where: Floats) -> _Parts:
 
 def _lengths(parts: Sequence[_Parts], lo: Floats, hi: Floats) -> Floats:
     """(n,) mm between `lo` and `hi` in both of the first two parts, and in none of the others."""
-    rays, stops, steps = [], [], []
+    within, busy = [], np.zeros(len(lo), dtype=bool)
     for number, (ray, enter, leave) in enumerate(parts):
-        is_open = (lo < hi)[ray]
-        ray = ray[is_open]
-        low, high = lo[ray], hi[ray]
-        rays.append(np.tile(ray, 2))
-        stops.append(np.concatenate([np.clip(enter[is_open], low, high), np.clip(leave[is_open], low, high)]))
-        step = np.zeros((2 * len(ray), 3), dtype=np.int64)
-        step[:, min(number, 2)] = np.repeat([1, -1], len(ray))
+        low, high = np.maximum(enter, lo[ray]), np.minimum(leave, hi[ray])
+        is_open = low < high
+        ray, low, high = ray[is_open], low[is_open], high[is_open]
+        within.append(_Parts(ray, low, high))
+        # the first two are all that there is of most rays
+        busy[ray if number > 1 else ray[(low > lo[ray]) | (high < hi[ray])]] = True
+    rays, stops, steps = [], [], []
+    for number, (ray, low, high) in enumerate(within):
+        asked = busy[ray]
+        rays.append(np.tile(ray[asked], 2))
+        stops.append(np.concatenate([low[asked], high[asked]]))
+        step = np.zeros((len(rays[-1]), 3), dtype=np.int64)
+        step[:, min(number, 2)] = np.repeat([1, -1], len(rays[-1]) // 2)
         steps.append(step)
     ray, stop, step = np.concatenate(rays), np.concatenate(stops), np.concatenate(steps)
     order = np.lexsort([stop, ray])
     ray, stop, depth = ray[order], stop[order], np.cumsum(step[order], axis=0)
     counts = (ray[1:] == ray[:-1]) & (depth[:-1, 0] > 0) & (depth[:-1, 1] > 0) & (depth[:-1, 2] == 0)
-    return np.bincount(ray[:-1], np.diff(stop) * counts, minlength=len(lo)).astype(np.float64)
+    lengths = np.bincount(ray[:-1], np.diff(stop) * counts, minlength=len(lo)).astype(np.float64)
+    return np.where(busy, lengths, np.maximum(hi - lo, 0.0))
