@@ -15,6 +15,7 @@ from vmachining.sweep import Sweep
 
 RULES = {
     "R3": cells.CURVATURE, "R4": cells.ABOVE, "R5": cells.BELOW, "R7": cells.COVER, "R8": cells.FORGET,
+    "closed integrals": cells.CLOSED,
 }  # fmt: skip
 STOCK = FlatStock((-6.0, -5.0, -10.0), (7.0, 6.0, 0.0))
 POINTS = 8_000
@@ -57,7 +58,7 @@ def test_a_rule_switched_off_changes_widths_alone(make):
             assert b.lo - 4 * error <= volume <= b.hi + 4 * error, name
 
 
-@pytest.mark.parametrize("name", ["R3", "R4", "R5", "R7"])
+@pytest.mark.parametrize("name", ["R3", "R4", "R5", "R7", "closed integrals"])
 def test_a_rule_saves_cells(name):
     """Not R8: it makes lists short."""
     tool, _, _ = CUTTERS["ball"]()

@@ -24,12 +24,13 @@ Goal: a bracket that holds the truth, rounding included, as narrow as asked, at 
 | `heights.py` | the workpiece as closed triangles over a grid |
 | `store.py` | profiles and paths as arrays |
 | `surface/` | f, its tangent planes and second derivatives, the cover rule, in numba |
+| `patches/` | volume over a ball's sweep in one cell in closed form, in numba |
 | `arcs/` | the chord of an arc for one cell, in numba |
 | `cells/` | bounds in one cell, in numba |
 | `_kernels.py` | heap of cells, lists of tiles, in numba |
 
 Source: derived in `docs/columns.md`, rule by rule. Departures: second derivatives are bounded for any profile of lines
-and arcs, not for balls alone; closed integrals of balls are not used.
+and arcs, not for balls alone.
 
 Known limits: convex cutters, upright axis, boxes and upright cylinders with level top; a sweep whose own top dips below
 the top of the stock is refused, even where nothing is left there. Ramps steeper than 1e4 are bounded by plunges and stay

@@ -15,6 +15,7 @@
 import numpy as np
 
 from vmachining.engines.columns.arcs._kernels import ARC, WIDTH, place, same_arc
+from vmachining.engines.columns.patches._kernels import clip, room
 from vmachining.engines.columns.surface._kernels import (
     bending,
     covers,
@@ -35,8 +36,8 @@ TOP, SELF, FIRST = (
 RECT, CUT, HERE, BEYOND, ROUND = np.int64(0), np.int64(1), np.int64(2), np.int64(3), np.int64(4)  # polygons
 FOUR, NONE = np.int64(4), np.int64(-1)
 CURVATURE, ABOVE, BELOW = np.int64(1), np.int64(2), np.int64(4)  # R3; R4 and R5 by planes and chords
-COVER, FORGET = np.int64(8), np.int64(16)  # R7, R8
-ALL = np.int64(31)
+COVER, FORGET, CLOSED = np.int64(8), np.int64(16), np.int64(32)  # R7, R8, closed integrals of balls
+ALL = np.int64(63)
 THIN = 1e-4  # a gradient this much flatter along one side of the cell is taken as level there
 
 
@@ -81,24 +82,6 @@ def above_zero(area, u, v, w):
     if v <= 0.0:
         return area * w * w * w / (3.0 * (w - u) * (w - v))
     return area * ((u + v + w) / 3.0 - u * u * u / (3.0 * (v - u) * (w - u)))
-
-
-@leaf
-def clip(P, src, n, dst, nx, ny, c):
-    """Corners of polygon src with n.p <= c into dst; their number."""
-    m = TOP
-    for i in range(n):
-        j = i + 1 if i + 1 < n else 0
-        ax, ay, bx, by = P[src, i, 0], P[src, i, 1], P[src, j, 0], P[src, j, 1]
-        u, v = nx * ax + ny * ay - c, nx * bx + ny * by - c
-        if u <= 0.0:
-            P[dst, m, 0], P[dst, m, 1] = ax, ay
-            m += 1
-        if (u < 0.0 < v) or (v < 0.0 < u):
-            t = u / (u - v)
-            P[dst, m, 0], P[dst, m, 1] = ax + t * (bx - ax), ay + t * (by - ay)
-            m += 1
-    return m
 
 
 @leaf
@@ -290,18 +273,19 @@ def above(E, j, b, hx, hy, i, a):
 
 
 @leaf
-def smooth(E, n, best, rules, hx, hy):
-    """(lo, hi) where sweep k (row 1) and surface `best` are smooth on both sides."""
+def smooth(E, n, best, rules, hx, hy, least, most):
+    """(lo, hi) where sweep k (row 1) and surface `best` are smooth on both sides; the integral of their difference is
+    known to lie between `least` and `most`."""
     area = 4.0 * hx * hy
     # from above: one surface alone, its mean exactly, plus what lies below sweep k
     v, gx, gy = E[best, UP] - E[1, DOWN], E[best, UP + 1] - E[1, DOWN + 1], E[best, UP + 2] - E[1, DOWN + 2]
     a, b = abs(gx) * hx, abs(gy) * hy
-    hi = area * (v + mean_bend(E, best, UP, SELF, DOWN, hx, hy, 1.0))
+    hi = min(area * (v + mean_bend(E, best, UP, SELF, DOWN, hx, hy, 1.0)), most)
     hi += positive(-v - bends(E, best, UP, SELF, DOWN, hx, hy, -1.0), a, b, hx, hy, 1.0)
     hi = min(hi, positive(v + bends(E, best, UP, SELF, DOWN, hx, hy, 1.0), a, b, hx, hy, 1.0))
     # from below: its mean, less what the others take
     v = E[best, DOWN] - E[1, UP]
-    lo = area * (v + mean_bend(E, best, DOWN, SELF, UP, hx, hy, -1.0))
+    lo = max(area * (v + mean_bend(E, best, DOWN, SELF, UP, hx, hy, -1.0)), least)
     for j in range(n):
         if j == 1 or j == best:
             continue
@@ -443,6 +427,18 @@ def hides(head, part, lift, lines, rules, i, k, x, y, hx, hy, slack):
 
 
 @leaf
+def known_room(head, part, lines, E, i, top, x, y, hx, hy, P):
+    """(lo, hi) of the integral of the top less surface i over its footprint, see `room`; wide where it is not below."""
+    c = int(lines[i, 7])
+    if head[c, 2] != 1.0 or lines[i, 8] != lines[i, 7]:
+        return -np.inf, np.inf
+    rim = lines[i, 2] + max(lines[i, 6] * lines[i, 5], 0.0) + head[c, 3]
+    if rim > top and not (E[i, UP + 7] == SMOOTH and above(E, TOP, DOWN, hx, hy, i, UP)):
+        return -np.inf, np.inf
+    return room(head, part, c, lines, i, top, x, y, hx, hy, P)
+
+
+@leaf
 def bounds(
     head, part, lift, ladder, rows, rules, k, rim, top, bottom, x, y, hx, hy, ids, src, count, dst, slack, lines, E, C, P, W
 ):  # fmt: skip
@@ -515,8 +511,25 @@ def bounds(
         plain = plain and E[i, UP + 7] == SMOOTH and E[i, DOWN + 7] == SMOOTH
     known = known and E[best, DOWN + 7] == SMOOTH and edge == 0
     lo, hi = 0.0, np.inf
+    least, most = -np.inf, np.inf
+    firm = (
+        rules & CLOSED != 0
+        and edge == 0
+        and E[1, DOWN] - abs(E[1, DOWN + 1]) * hx - abs(E[1, DOWN + 2]) * hy > bottom
+    )
+    if firm and (n <= 3 or best > 0):  # in closed form, less that of one other
+        other = TOP if n == 2 else (best if best > 0 else FIRST)
+        least, most = known_room(head, part, lines, E, SELF, top, x, y, hx, hy, P)
+        if other != TOP and most < np.inf:
+            a, b = known_room(head, part, lines, E, other, top, x, y, hx, hy, P)
+            least, most = least - b, most - a
+        if n <= 3 and most < np.inf:
+            if other == TOP or hides(head, part, lift, lines, rules, SELF, other, x, y, hx, hy, slack):
+                return max(least, 0.0), max(most, 0.0), n - 2
+            lo = max(least, 0.0)
     if known:
-        lo, hi = smooth(E, n, best, rules, hx, hy)
+        a, b = smooth(E, n, best, rules, hx, hy, least, most)
+        lo, hi = max(lo, a), b
     if not (known and plain):
         a, b = cut_up(head, part, lines, rules, bottom, x, y, hx, hy, E, n, C, P, W, edge)
         lo, hi = max(lo, a), min(hi, b)

@@ -1,0 +1,1 @@
+"""Closed integrals over the patches of a ball's sweep."""
