@@ -517,7 +517,7 @@ def bounds(
         and edge == 0
         and E[1, DOWN] - abs(E[1, DOWN + 1]) * hx - abs(E[1, DOWN + 2]) * hy > bottom
     )
-    if firm and (n <= 3 or best > 0):  # in closed form, less that of one other
+    if firm and (n <= 3 or (known and best > 0)):  # in closed form, less that of one other
         other = TOP if n == 2 else (best if best > 0 else FIRST)
         least, most = known_room(head, part, lines, E, SELF, top, x, y, hx, hy, P)
         if other != TOP and most < np.inf:
@@ -527,6 +527,8 @@ def bounds(
             if other == TOP or hides(head, part, lift, lines, rules, SELF, other, x, y, hx, hy, slack):
                 return max(least, 0.0), max(most, 0.0), n - 2
             lo = max(least, 0.0)
+        if other != best:
+            least, most = -np.inf, np.inf
     if known:
         a, b = smooth(E, n, best, rules, hx, hy, least, most)
         lo, hi = max(lo, a), b
