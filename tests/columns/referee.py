@@ -1,4 +1,4 @@
-"""What columns are judged by: lower surfaces of cutters by hand, sweeps by a search along the path, counts of points."""
+"""What columns are judged by: lower surfaces of cutters by hand, sweeps by a search along the path."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from collections.abc import Callable
 import numpy as np
 
 import vmachining as vm
-from vmachining.geometry import Arc
 
 Surface = Callable[[np.ndarray], np.ndarray]
 
@@ -105,48 +104,4 @@ def program(rng: np.random.Generator, blocks: int, box: float = 8.0):
         there[2] = np.clip(there[2], -12.0, 1.0)
         way.append((here.copy(), there.copy()))
         here = there
-    return way
-
-
-def lowest_of_arc(arc: Arc, radius: float, under: Surface, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """The same of an arc or a helix: poses closely along it and the nearest one, then golden section beside the lowest."""
-    r, here, poses = arc.radius, arc.start_angle, 1 + int(np.ceil(40 * abs(arc.angle)))
-
-    def height(t: np.ndarray) -> np.ndarray:
-        px = arc.center[0] + r * np.cos(here + t * arc.angle)
-        py = arc.center[1] + r * np.sin(here + t * arc.angle)
-        d = np.hypot(x - px, y - py)
-        return np.where(d <= radius, arc.start[2] + t * arc.rise + under(np.minimum(d, radius)), np.inf)
-
-    theta = np.arctan2(y - arc.center[1], x - arc.center[0]) - here
-    tries = [np.full(x.shape, t) for t in np.linspace(0.0, 1.0, poses)]
-    tries += [np.clip((theta + 2 * np.pi * turn) / arc.angle, 0.0, 1.0) for turn in range(-2, 3)]
-    best, at = np.full(x.shape, np.inf), np.zeros(x.shape)
-    for t in tries:
-        z = height(t)
-        at[z < best] = t[z < best]
-        best = np.minimum(best, z)
-    step = 1.0 / (poses - 1)
-    lo, hi = np.maximum(at - step, 0.0), np.minimum(at + step, 1.0)
-    golden = (np.sqrt(5.0) - 1.0) / 2.0
-    for _ in range(24):
-        left, right = hi - golden * (hi - lo), lo + golden * (hi - lo)
-        lower = height(left) < height(right)
-        lo, hi = np.where(lower, lo, left), np.where(lower, right, hi)
-    return np.minimum(best, height(0.5 * (lo + hi)))
-
-
-def arcs(rng: np.random.Generator, blocks: int):
-    """Arcs and helices of small and large radius, up to a turn, level, rising and steep, some of them run back."""
-    way: list[Arc] = []
-    for _ in range(blocks):
-        if way and rng.random() < 0.15:
-            last = way[-1]
-            way.append(Arc(last.end, last.center, angle=-last.angle, rise=-last.rise))
-            continue
-        start = rng.uniform([-8.0, -8.0, -9.0], [8.0, 8.0, -0.5])
-        r, a = rng.choice([0.3, 2.0, 5.0, 14.0, 80.0]), rng.uniform(0.0, 2 * np.pi)
-        angle = rng.choice([-1.0, 1.0]) * rng.uniform(0.05, 1.0) * min(2 * np.pi, 40.0 / r)
-        rise = rng.choice([0.0, 0.0, rng.uniform(-3.0, 3.0), rng.uniform(-0.3, 0.3)])
-        way.append(Arc(start, start + [r * np.cos(a), r * np.sin(a), 0.0], angle=angle, rise=rise))
     return way

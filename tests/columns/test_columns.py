@@ -1,4 +1,4 @@
-"""Brackets of the columns engine against closed forms and against counts that share no code with any engine."""
+"""Brackets of the columns engine against closed forms; counts: `test_counts.py`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from math import acos, pi, sqrt
 
 import numpy as np
 import pytest
-from referee import CUTTERS, arcs, ball, bull, flat, lowest, lowest_of_arc, program
+from referee import CUTTERS, ball, bull, flat, lowest
 
 import vmachining as vm
 from vmachining.engines.columns import ColumnsEngine, FlatStock
@@ -109,49 +109,6 @@ def test_round_stock():
     x, y = np.meshgrid((np.arange(n) + 0.5) / n * 20 - 10, (np.arange(n) + 0.5) / n * 20 - 10)
     hit = (np.hypot(np.maximum(np.abs(x - 0.5) - 0.5, 0), y - 25) <= 25) & (np.hypot(x, y) <= 10)
     assert side.lo * (1 - 1e-3) <= 3.0 * hit.sum() * (20 / n) ** 2 <= side.hi * (1 + 1e-3)
-
-
-def judged(make, blocks, far: float = 0.0, count: int = 60_000, seed: int = 0) -> float:
-    """Largest distance of a bracket from the count of random points, in standard errors; `blocks` are sweeps with their
-    lower surface at given places."""
-    rng = np.random.default_rng(seed)
-    tool, r, under = make()
-    at = np.array([far, -far, 0.0])
-    low, high = np.array([-6.0, -5.0, -10.0]), np.array([7.0, 6.0, 0.0])
-    engine = ColumnsEngine(FlatStock(tuple(low + at), tuple(high + at)), 0.02)
-    x, y = rng.uniform(low[:2], high[:2], (count, 2)).T
-    left, area, worst = np.zeros(count), float(np.prod(high[:2] - low[:2])), 0.0
-    total = np.zeros(3)
-    for way in blocks:
-        if isinstance(way, Arc):
-            found, f = engine.cut(Sweep.along(tool, way)), lowest_of_arc(way, r, under, x, y)
-        else:
-            found, f = engine.cut(line(tool, way[0] + at, way[1] + at)), lowest(*way, r, under, x, y)
-        depth = np.maximum(left - np.maximum(f, low[2]), 0.0)
-        left -= depth
-        value = area * depth.mean()
-        # of rare hits the count knows no spread: at least that of columns as deep as the stock
-        error = max(area * depth.std(), sqrt(area * 10.0 * found.hi)) / sqrt(count)
-        assert found.lo <= found.estimate <= found.hi
-        worst = max(worst, max(found.lo - value, value - found.hi) / (error + 1e-9))
-        total += found[:3]
-    cut, spread = area * -left.mean(), 4 * area * left.std() / sqrt(count)
-    assert total[0] - spread <= cut <= total[2] + spread
-    return worst
-
-
-@pytest.mark.parametrize("make", CUTTERS.values(), ids=CUTTERS.keys())
-@pytest.mark.parametrize("seed", range(3))
-@pytest.mark.slow  # 4 s
-def test_random_programs_against_counts(make, seed):
-    blocks = program(np.random.default_rng(seed), 10)
-    assert judged(make, blocks, 1e4 if seed == 2 else 0.0) <= 4.0
-
-
-@pytest.mark.parametrize("make", CUTTERS.values(), ids=CUTTERS.keys())
-def test_random_arcs_against_counts(make):
-    """Seven arcs and helices; `bench columns-counts` goes on."""
-    assert judged(make, arcs(np.random.default_rng(3), 7), count=2500) <= 4.0
 
 
 def test_an_arc_run_again_takes_nothing():

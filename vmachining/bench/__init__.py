@@ -8,6 +8,7 @@
 | `brep-workers` | two B-rep workers against one: times, start-up, processors used, memory of the largest |
 | `brep-chains` | random chains through the gate: agreed, retried, refused, disputed, silently wrong; plain booleans beside |
 | `columns` | certified columns: time of 1 mm blocks by cutter and width, finishing and deep |
+| `columns-counts` | brackets of columns against counts: random programs, none may lie outside; by family, cutter and seed |
 | `dexel-grid` | dexel grids: blocks a second, errors, widths, five-axis blocks, share of the memory's bandwidth |
 | `dexel-grid-long` | 500,000 blocks over 100 x 60 x 20 mm at 0.5 mm: whether time a block stays flat |
 | `dexel-rate` | 10,000 random blocks with closed forms: how often the stated interval holds them |
@@ -52,6 +53,7 @@ CASES = {
     "brep-chains": "brep_chains",
     "brep-workers": "brep",
     "columns": "columns",
+    "columns-counts": "columns_counts",
     "dexel-grid": "dexel_grid",
     "dexel-grid-long": "dexel_grid",
     "dexel-rate": "dexel_grid",
@@ -79,7 +81,7 @@ CASES = {
 }
 """File of each case; a case loads only what it measures."""
 
-SEEDED = ("sweep-gauntlet",)
+SEEDED = ("columns-counts", "sweep-gauntlet")
 """Cases that take `first`, `blocks` and `journal`: they resume, and run in parts."""
 
 
@@ -89,6 +91,7 @@ TAKES = {
     "brep": "minutes",
     "brep-chains": "hours",
     "brep-workers": "minutes",
+    "columns-counts": "minutes",
     "dexel-grid": "15 s",
     "dexel-grid-long": "30 s",
     "dexel-rate": "2 min",

@@ -20,7 +20,6 @@ no answer for counts as wrong, and the run goes on.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -31,6 +30,7 @@ import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.bench.hard import HARD, hard_sweep
+from vmachining.bench.journal import journaled
 from vmachining.bench.sweep5 import SIDES, turned, unit, winding
 from vmachining.engines.mesh.solids import solid
 from vmachining.engines.mesh.turning import turning_pieces
@@ -72,14 +72,8 @@ def sweep_gauntlet(
 
     journal : file to which every row goes at once; blocks that it holds already are not done again.
     """
-    wanted = range(first, first + blocks)
-    known = {row["seed"]: row for row in _read(journal)} if journal else {}
     rows = []
-    for seed in wanted:
-        row = known.get(seed) or _row(seed)
-        if journal and seed not in known:
-            with Path(journal).open("a", encoding="utf-8") as out:
-                out.write(json.dumps(row) + "\n")
+    for row in journaled(range(first, first + blocks), journal, _row):
         rows.append(row)
         yield row
     for family in FAMILIES:
@@ -89,18 +83,6 @@ def sweep_gauntlet(
             **_sums([r for r in rows if r["family"] == family]),
         }
     yield {"case": "sweep-gauntlet", "first": first, **_sums(rows)}
-
-
-def _read(journal: str | Path) -> list[dict[str, Any]]:
-    """Rows of a journal; a last line that was cut is taken off."""
-    path = Path(journal)
-    if not path.exists():
-        return []
-    text = path.read_text(encoding="utf-8")
-    whole = text[: text.rfind("\n") + 1]
-    if whole != text:
-        path.write_text(whole, encoding="utf-8")
-    return [json.loads(line) for line in whole.splitlines()]
 
 
 def _sums(rows: list[dict[str, Any]]) -> dict[str, Any]:

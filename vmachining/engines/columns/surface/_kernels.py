@@ -23,6 +23,7 @@ ENDS, MIDDLE = (
     np.int64(0),
 )  # typed: a literal would have a version of every function compiled for it
 STEEP = 1e4  # steepest tangent plane that is used; a steeper place takes the plane of this slope below it
+NEAR = 1e-12  # of R: a point so near to a joint of two parts counts to both
 RIM = 1e-6  # of R: nearer to the border the curvature is not asked for
 
 
@@ -40,7 +41,7 @@ def profile(
         slope = rho / S
         return z - S, z - S, slope, slope
     n = int(head[c, 0])
-    near = 1e-12 * head[c, 1]
+    near = NEAR * head[c, 1]
     i = 0
     while i < n - 1 and rho > part[c, i, 2] + near:
         i += 1
@@ -201,9 +202,10 @@ def _slope(head, part, c, m, eta):
 def _range(part, c, n, m, rho0, rho1, p0, p1, cap):
     """Range of second derivatives between two touching points: radial (cap) or across the middle part, and p / rho."""
     lo, hi, lo_t, hi_t = np.inf, 0.0, np.inf, 0.0
+    near = NEAR * part[c, n - 1, 2]  # a touching point on an edge lies there up to rounding
     for i in range(n):
         kind = part[c, i, 0]
-        if part[c, i, 2] < rho0 or part[c, i, 1] > rho1:
+        if part[c, i, 2] < rho0 - near or part[c, i, 1] > rho1 + near:
             continue
         if kind == ARC:
             a, r = part[c, i, 5], part[c, i, 7]
