@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from vmachining.arrays import Floats
 from vmachining.job.modelfiles import write_model
 from vmachining.toolpath.clpath import CLPath, pose_table
 from vmachining.toolpath.facets import FacetMesh, Surface, five_axis_raster, height_field
@@ -22,14 +23,18 @@ RADIUS, CORNER, LEAD = 4.0, 1.0, 8.0  # mm, degrees
 SCALLOP, CHORD, ALLOWANCE = 0.02, 0.01, 0.4  # mm; the allowance along z
 
 
+def height(x: Floats, y: Floats) -> Floats:
+    """mm of the blade."""
+    return np.asarray(-0.5 * CAMBER * y**2 + TWIST * (x - LONG / 2.0) * y)
+
+
 def design(raised: float = 0.0, bottom: float | None = None) -> FacetMesh:
     """The side of the blade that is up, or a solid below it."""
     x, y = (
         np.linspace(0.0, LONG, round(LONG / CELL) + 1),
         np.linspace(-HALF, HALF, round(2 * HALF / CELL) + 1),
     )
-    z = -0.5 * CAMBER * y**2 + TWIST * (x[:, None] - LONG / 2.0) * y
-    return height_field(x, y, z + raised, bottom=bottom)
+    return height_field(x, y, height(x[:, None], y) + raised, bottom=bottom)
 
 
 def stock() -> FacetMesh:
@@ -47,6 +52,11 @@ def path() -> CLPath:
 def program() -> str:
     """The text of blade.csv, dialect poses."""
     return pose_table(path(), feed_mm_min=1000.0)
+
+
+def part_volume() -> float:
+    """mm^3 of part.step: twist adds nothing."""
+    return LONG * (2 * HALF * -BOTTOM - CAMBER * HALF**3 / 3)
 
 
 def volume_bounds() -> tuple[float, float]:

@@ -9,8 +9,11 @@ chords leave.
 
 from __future__ import annotations
 
+from math import cos, sin
+
 import numpy as np
 
+from vmachining.arrays import Floats
 from vmachining.job.modelfiles import write_model
 from vmachining.toolpath.clpath import CLPath, iso_program
 from vmachining.toolpath.facets import FacetMesh, Surface, height_field, raster
@@ -20,11 +23,15 @@ CELL = 0.75  # mm, of the facets
 BALL, SCALLOP, CHORD, ALLOWANCE = 3.0, 0.02, 0.01, 0.4  # mm; the allowance along z
 
 
+def height(x: Floats, y: Floats) -> Floats:
+    """mm of the design."""
+    return np.asarray(2.5 * np.sin(x / 6.0) * np.cos(y / 8.0) + 0.01 * (x - y) ** 2 / 4.0)
+
+
 def design(raised: float = 0.0, bottom: float | None = None) -> FacetMesh:
     """The surface, or a solid below it."""
     x, y = (np.linspace(0.0, side, round(side / CELL) + 1) for side in (WIDE, LONG))
-    z = 2.5 * np.outer(np.sin(x / 6.0), np.cos(y / 8.0)) + 0.01 * (x[:, None] - y) ** 2 / 4.0
-    return height_field(x, y, z + raised, bottom=bottom)
+    return height_field(x, y, height(x[:, None], y) + raised, bottom=bottom)
 
 
 def stock() -> FacetMesh:
@@ -42,6 +49,13 @@ def program() -> str:
     return iso_program(
         path(), feed_mm_min=1500.0, spindle_rev_min=12000.0, title="FINISHING, BALL D6, SCALLOP 0.02"
     )
+
+
+def part_volume() -> float:
+    """mm^3 of part.step."""
+    waves = 2.5 * 6.0 * (1 - cos(WIDE / 6.0)) * 8.0 * sin(LONG / 8.0)
+    valley = WIDE**3 * LONG / 3 - WIDE**2 * LONG**2 / 2 + WIDE * LONG**3 / 3
+    return waves + 0.0025 * valley - BOTTOM * WIDE * LONG
 
 
 def volume_bounds() -> tuple[float, float]:

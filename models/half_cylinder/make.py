@@ -42,6 +42,11 @@ class Case(NamedTuple):
     allowance: float = 1.0
 
 
+def part_volume() -> float:
+    """mm^3 of part.step."""
+    return pi * DESIGN**2 / 2 * LENGTH
+
+
 def half_width(case: Case) -> float:
     """Half the width in X of the cut of a single pass, mm."""
     reach = (DESIGN + BALL) * cos(pi / (2 * case.chords)) - DESIGN - case.allowance

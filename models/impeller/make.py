@@ -6,6 +6,7 @@ See `vmachining.job.modelfiles` for how to call it. The channel bends, rises and
 from __future__ import annotations
 
 import numpy as np
+from scipy.integrate import dblquad
 
 from vmachining.arrays import Floats
 from vmachining.job.modelfiles import write_model
@@ -40,6 +41,14 @@ def path() -> CLPath:
 def program() -> str:
     """The text of impeller.csv, dialect poses."""
     return pose_table(path(), feed_mm_min=1200.0)
+
+
+def part_volume() -> float:
+    """mm^3 of the part, by quadrature."""
+    above, _ = dblquad(
+        lambda y, x: float(height(np.float64(x), np.float64(y))), 0.0, LONG, -HALF, HALF, epsabs=1e-7
+    )
+    return float(above) - BOTTOM * LONG * 2 * HALF
 
 
 def volume_bounds() -> tuple[float, float]:

@@ -94,6 +94,13 @@ def truths() -> dict[str, float]:
     }
 
 
+def part_volume() -> float:
+    """mm^3 of part.step."""
+    found = truths()
+    gone = found["face"] + found["hexagon"] + 3 * found["one hole"] + found["bore"]
+    return pi * RADIUS**2 * LENGTH - gone
+
+
 def table() -> str:
     """The known truths."""
     return "\n".join(f"{name:12} {value:.6f} mm^3" for name, value in truths().items())

@@ -11,7 +11,7 @@ does, and so does the straight sweep between two such discs.
 
 from __future__ import annotations
 
-from math import ceil, cos, pi, sin, sqrt
+from math import ceil, cos, pi, prod, sin, sqrt
 
 from vmachining.job.modelfiles import number, write_model
 
@@ -24,6 +24,7 @@ RAMP = 0.14  # slope of the ramped entry
 SAFE = 10.0  # mm
 ROUGH_FEED, RAMP_FEED, FINISH_FEED = 900.0, 300.0, 1200.0  # mm/min
 WAVE = pi / (2 * HALF)
+STOCK = (60.0, 60.0, 25.0)  # mm, as in job.toml
 
 Point = tuple[float, float, float]
 
@@ -157,6 +158,11 @@ def feed_moves(start: Point, moves: list[tuple[Point, float]]) -> list[str]:
 def bowl_volume() -> float:
     """Volume of the design below the stock, mm^3: D a^2, since cos^2 has the mean 1/2."""
     return DEPTH * HALF**2
+
+
+def part_volume() -> float:
+    """mm^3 of part.step."""
+    return prod(STOCK) - bowl_volume()
 
 
 def volume_bounds() -> tuple[float, float]:

@@ -13,7 +13,7 @@ and its perimeter P
 
 from __future__ import annotations
 
-from math import pi
+from math import pi, prod
 from typing import NamedTuple
 
 from vmachining.job.modelfiles import word, write_model
@@ -24,6 +24,7 @@ LOOPS = [(25.0, 5.0), (33.0, 13.0), (41.0, 21.0), (49.0, 29.0)]  # mm, X and Y s
 ROUND = 2.0  # mm, corner radius of every centre path
 LEVELS = [-5.0, -10.0]  # mm, Z of the two floors
 TURNS, HELIX = 2, 2.5  # turns of the helical entry per level, its radius in mm
+STOCK = (80.0, 60.0, 20.0)  # mm, as in job.toml
 CLEAR = 0.5  # mm above the material where a helix begins
 MIDDLE = 4.0  # mm, half the length of the middle block of the +Y side
 FEED, ENTRY_FEED = 800.0, 300.0  # mm/min
@@ -55,6 +56,11 @@ def pocket_volume(depth: float) -> float:
     perimeter = 2 * (a + b) - (8 - 2 * pi) * ROUND
     first, second = section_moments(depth)
     return area * depth + perimeter * first + pi * second
+
+
+def part_volume() -> float:
+    """mm^3 of part.step."""
+    return prod(STOCK) - pocket_volume(-LEVELS[-1])
 
 
 def middle_volume(loop: int, level: int) -> float | None:

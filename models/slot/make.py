@@ -13,7 +13,7 @@ a block of plan length L whose depth runs from d0 to d1 in fresh material
 
 from __future__ import annotations
 
-from math import acos, asin, cos, pi, radians, sin, sqrt
+from math import acos, asin, cos, pi, prod, radians, sin, sqrt
 from typing import NamedTuple
 
 from vmachining.job.modelfiles import word, write_model
@@ -24,6 +24,7 @@ STEP = 2.0  # mm in plan, the usual block
 NEAR, FAR = 15.0, 45.0  # mm, Y of the two lanes
 TURN = 90.0  # mm, X of the centre of the half turn that joins them
 PARK = -8.0  # mm, X outside the stock
+STOCK = (120.0, 60.0, 20.0)  # mm, as in job.toml
 
 
 class Block(NamedTuple):
@@ -108,6 +109,11 @@ def path() -> list[Block]:
         *lane(FAR, 30, 20, 1, 3),
         *lane(FAR, 20, PARK, 3, 3),
     ]
+
+
+def part_volume() -> float:
+    """mm^3 of part.step."""
+    return prod(STOCK) - sum(block.volume for block in path())
 
 
 def program() -> str:

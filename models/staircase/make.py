@@ -10,7 +10,7 @@ of the bar and the outline of the cutter; sections are functions of y, and a pas
 from __future__ import annotations
 
 from itertools import pairwise
-from math import ceil, floor
+from math import asin, ceil, floor, sqrt
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from vmachining.toolpath.clpath import CLPath, iso_program
 from vmachining.toolpath.facets import Surface, height_field, raster
 
 CYLINDER, HALF, LONG = 40.0, 15.0, 60.0  # mm, radius of the design, half width and length of the bar
-TOP = 1.0  # mm, of the bar above the crest of the design
+TOP, LOW = 1.0, -15.0  # mm, of the bar above the crest of the design, which is z = 0; its bottom
 BEYOND = 8.0  # mm, the passes go on outside the bar
 FLAT, BALL = 3.0, 5.0  # mm, radii
 ROUGH, SEMI = 0.5, 0.2  # mm, allowance normal to the design behind roughing and semi-finish
@@ -77,6 +77,12 @@ def _samples(lanes: list[tuple[int, float, float, float]]) -> tuple[np.ndarray, 
     breaks = np.unique([-HALF, HALF, *(e for e in edges if -HALF < e < HALF)])
     ends = np.concatenate([np.linspace(a, b, CUTS + 1)[:-1] for a, b in pairwise(breaks)] + [[HALF]])
     return 0.5 * (ends[1:] + ends[:-1]), np.diff(ends)
+
+
+def part_volume() -> float:
+    """mm^3 of part.step: a circle over a chord, above the bottom of the bar."""
+    circle = HALF * sqrt(CYLINDER**2 - HALF**2) + CYLINDER**2 * asin(HALF / CYLINDER)
+    return LONG * (circle - 2 * HALF * (CYLINDER + LOW))
 
 
 def volume_bounds() -> tuple[float, float]:

@@ -9,13 +9,14 @@ is that triangle and all that lies within R of it, so its area follows from Stei
 
 from __future__ import annotations
 
-from math import pi, sqrt
+from math import pi, prod, sqrt
 
 from vmachining.job.modelfiles import write_model
 from vmachining.toolpath import Triangle, advice
 from vmachining.toolpath.program import level_program
 
 SIDES = (60.0, 50.0, 40.0)  # mm
+LOW, HIGH = (-10.0, -10.0, -12.0), (65.0, 42.0, 0.0)  # mm, corners of the stock in job.toml
 RADIUS, DEPTH, STEP = 4.0, 6.0, 3.0  # mm, cutter, pocket and one level
 
 
@@ -31,6 +32,11 @@ def pocket_area() -> float:
 def pocket_volume(depth: float = DEPTH) -> float:
     """mm^3."""
     return pocket_area() * depth
+
+
+def part_volume() -> float:
+    """mm^3 of part.step."""
+    return prod(b - a for a, b in zip(LOW, HIGH, strict=True)) - pocket_volume()
 
 
 def program() -> str:

@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
+from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
+from OCP.GeomAPI import GeomAPI_Interpolate
+from OCP.gp import gp_Pnt, gp_Vec
+from OCP.TColgp import TColgp_HArray1OfPnt
 
 from vmachining import FlatEnd, Sweep, Turn
 from vmachining.arrays import Floats
@@ -70,3 +75,28 @@ def test_edges_that_bend_sharply_lie_on_their_cylinder(wide: float) -> None:
         miss <= CONFUSION_MM
         and np.linalg.norm(surface.at(path(s)) - curve.at(s), axis=1).max() < 2.0 * CONFUSION_MM
     )
+
+
+def test_edges_over_the_seam_of_a_periodic_spline() -> None:
+    turn = np.linspace(0.0, 2.0 * np.pi, 9)[:-1]
+    corners = TColgp_HArray1OfPnt(1, len(turn))
+    for k, (x, y) in enumerate(zip(5.0 * np.cos(turn), 3.0 * np.sin(turn) + np.sin(2.0 * turn), strict=True)):
+        corners.SetValue(k + 1, gp_Pnt(float(x), float(y), 0.0))
+    through = GeomAPI_Interpolate(corners, True, 1e-9)
+    through.Perform()
+    curve = through.Curve()
+    begin, period = curve.FirstParameter(), curve.LastParameter() - curve.FirstParameter()
+
+    def prism(one: float, two: float) -> float:
+        """Between the curve and its chord, 2 mm high."""
+        a, b = (begin + share * period for share in (one, two))
+        wire = BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(curve, a, b).Edge())
+        if two - one < 1.0:
+            wire.Add(BRepBuilderAPI_MakeEdge(curve.Value(b), curve.Value(a)).Edge())
+        face = BRepBuilderAPI_MakeFace(wire.Wire()).Face()
+        return brep.volume(BRepPrimAPI_MakePrism(face, gp_Vec(0.0, 0.0, 2.0)).Shape())
+
+    whole = prism(0.0, 1.0)
+    # both sides of a chord, one of them over the seam
+    for one, two in ((0.0, 0.4), (0.25, 0.75), (0.3, 0.9)):
+        assert prism(one, two) + prism(two, one + 1.0) == pytest.approx(whole, rel=1e-12)

@@ -36,8 +36,8 @@ __all__ = ["METHODS", "case_results", "methods", "methods_table", "shipped_set"]
 PITCH, CHORD = 0.25, 0.02
 """mm: cells of heights and voxels; facets of the global mesh."""
 
-SECONDS = 20.0
-"""Of a processor, limit of one case of plain OCCT."""
+BLOCK_SECONDS, CASE_SECONDS = 60.0, 180.0
+"""Of a processor: what one block may take, and the time after which no further block of a case is begun."""
 
 
 class Workpiece(Protocol):
@@ -151,7 +151,7 @@ METHODS: dict[str, tuple[Callable[[Stock], Workpiece], str]] = {
     "height map": (HeightMap, f"cells of {PITCH:g} mm"),
     "voxels": (Voxels, f"cubes of {PITCH:g} mm"),
     "global mesh": (GlobalMesh, f"facets within {CHORD:g} mm"),
-    "plain OCCT": (PlainOcct, f"default tolerances, at most {SECONDS:g} s a case"),
+    "plain OCCT": (PlainOcct, f"default tolerances, {BLOCK_SECONDS:g} s a block, {CASE_SECONDS:g} s a case"),
 }
 """What makes the workpiece, and its settings."""
 
@@ -180,33 +180,44 @@ def _occt_volume(shape: Any) -> float:
     return float(found.Mass())
 
 
-def case_results(job_file: Path, method: str, limit: float = SECONDS) -> dict[str, Any]:
-    """block, removed_mm3 (lists), why it ended early (or None), seconds of the processor."""
+def case_cuts(job_file: Path, method: str) -> Iterator[tuple[float, float]]:
+    """(mm^3 removed, seconds of the processor since the begin) of every cut of a case, in order."""
     begin = process_time()
     job = Job.load(job_file)
-    scene = Scene.of(job)
     workpiece = METHODS[method][0](raw_stock(job))
+    for _, tool, path in Scene.of(job).cuts:
+        yield workpiece.cut(Sweep.along(job.tools[tool].cutter, path)), process_time() - begin
+
+
+def case_results(
+    job_file: Path, method: str, *, seconds: float = BLOCK_SECONDS, limit: float = CASE_SECONDS
+) -> dict[str, Any]:
+    """block, removed_mm3 (lists), why it ended early (or None), seconds of the processor.
+
+    The method runs in a process of its own, for OCCT may crash or not come back from a block.
+    """
+    from vmachining.engines.brep import isolated_steps
+
+    scene = Scene.of(Job.load(job_file))
     removed = dict.fromkeys((block.number for block in scene.blocks), 0.0)
-    ended = None
-    for block, tool, path in scene.cuts:
-        try:
-            removed[block] += workpiece.cut(Sweep.along(job.tools[tool].cutter, path))
-        except (EngineError, SweepError) as exc:
-            ended = f"block {block}: {exc.message}"
-        if ended is None and process_time() - begin > limit:
-            ended = f"block {block}: {limit:g} s are over"
-        if ended is not None:  # a solid that is wrong once is wrong for good
-            removed = {key: value for key, value in removed.items() if key < block}
-            break
-    return {
-        "block": list(removed), "removed_mm3": list(removed.values()), "ended": ended, "seconds": process_time() - begin,
-    }  # fmt: skip
+    block, ended, spent = 0, None, 0.0
+    found = isolated_steps(case_cuts, job_file, method, seconds=seconds)
+    try:
+        for block, _, _ in scene.cuts:
+            if spent > limit:
+                raise EngineError(f"{limit:g} s are over", engine=method)
+            volume, spent = next(found)
+            removed[block] += volume
+    except (EngineError, SweepError) as exc:  # a solid that is wrong once is wrong for good
+        ended = f"block {block}: {exc.message}"
+        removed = {key: value for key, value in removed.items() if key < block}
+    finally:
+        found.close()
+    return {"block": list(removed), "removed_mm3": list(removed.values()), "ended": ended, "seconds": spent}
 
 
 def methods(folder: Path | None = None, names: Sequence[str] = tuple(METHODS)) -> Iterator[dict[str, Any]]:
-    """One record per method and program, in processes of their own, for OCCT may crash; last, all of them as a table."""
-    from vmachining.engines.brep import isolated
-
+    """One record per method and program; last, all of them as a table."""
     folder = folder or shipped_set()
     records: list[dict[str, Any]] = []
     for method in names:
@@ -217,12 +228,7 @@ def methods(folder: Path | None = None, names: Sequence[str] = tuple(METHODS)) -
                 "settings": METHODS[method][1],
                 "program": case.name,
             }
-            try:
-                found = isolated(
-                    case_results, folder / case.name / "job.toml", method, seconds=2.0 * SECONDS + 60.0
-                )
-            except (EngineError, SweepError) as exc:
-                found = {"block": [], "removed_mm3": [], "ended": exc.message, "seconds": None}
+            found = case_results(folder / case.name / "job.toml", method)
             records.append(record | _judged(found, compare(_table(found), folder / case.name)))
             yield records[-1]
     yield {"case": "methods", "table": methods_table(records)}
@@ -275,7 +281,10 @@ def methods_table(records: Sequence[dict[str, Any]]) -> str:
                 if share >= 0.1
                 else f", {100.0 * share:.2g} %"
             )
-            shown.append(f"{r['inside']} of {r['judged']}{error}" + (" (ended)" if r["ended"] else ""))
+            shown.append(
+                f"{r['inside']} of {r['judged']}{error}"
+                + (f" (gave up after {r['judged'] - r['unanswered']} blocks)" if r["ended"] else "")
+            )
         lines.append(f"| {program} | " + " | ".join(shown) + " |")
     total = []
     for name in names:

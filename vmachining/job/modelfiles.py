@@ -12,11 +12,14 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from vmachining.arrays import Floats
 from vmachining.job.stock import write_stock
 from vmachining.stock import Triangles
 from vmachining.toolpath.facets import FacetMesh
 
-__all__ = ["number", "word", "write_model", "write_part"]
+__all__ = ["number", "part_below", "word", "write_model", "write_part"]
 
 
 def number(value: float, decimals: int = 5) -> str:
@@ -47,6 +50,34 @@ def write_model(
             (folder / name).write_bytes(content)
         else:
             write_stock(Triangles(content.vertices, content.triangles), folder / name)
+
+
+def part_below(
+    height: Callable[[Floats, Floats], Floats],
+    x: tuple[float, float],
+    y: tuple[float, float],
+    *,
+    bottom: float,
+    cells: tuple[int, int],
+    margin: float = 1.0,
+) -> Any:
+    """A block from `bottom` up to a spline face through heights over a grid, a build123d part.
+
+    height : mm at x (n, 1) and y (m,). x, y : mm, sides of the block. cells : of the grid, which goes `margin` mm beyond them.
+    """
+    from build123d import Box, Face, Pos, Vector, extrude
+
+    a, b = (
+        np.linspace(low - margin, high + margin, count + 1)
+        for (low, high), count in zip((x, y), cells, strict=True)
+    )
+    z = height(a[:, None], b)
+    points = [[Vector(u, v, z[i, j]) for j, v in enumerate(b)] for i, u in enumerate(a)]
+    top = float(z.max()) + 1.0
+    face = Face.make_surface_from_array_of_points(points, tol=1e-4)
+    below = extrude(face, amount=2.0 * (top - bottom), dir=(0.0, 0.0, -1.0))
+    middle = [0.5 * sum(x), 0.5 * sum(y), 0.5 * (top + bottom)]
+    return Pos(*middle) * Box(x[1] - x[0], y[1] - y[0], top - bottom) & below
 
 
 def write_part(script: str, part: Any) -> None:

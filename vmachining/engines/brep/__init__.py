@@ -59,7 +59,7 @@ if TYPE_CHECKING:
     from vmachining.engines.brep.occt.inside import held
     from vmachining.engines.brep.occt.measure import volume
     from vmachining.engines.brep.occt.validity import Inspection, inspect
-    from vmachining.engines.brep.process import isolated
+    from vmachining.engines.brep.process import isolated, isolated_steps
     from vmachining.engines.brep.removal.attempts import ATTEMPTS
     from vmachining.engines.brep.removal.check import BlockChecker
     from vmachining.engines.brep.removal.gate import Status, Verdict
@@ -83,6 +83,7 @@ __all__ = [
     "held",
     "inspect",
     "isolated",
+    "isolated_steps",
     "read_step",
     "shape_of",
     "solid",
@@ -98,7 +99,7 @@ _FILES = {
     "occt.inside": ("held",),
     "occt.measure": ("volume",),
     "occt.validity": ("Inspection", "inspect"),
-    "process": ("isolated",),
+    "process": ("isolated", "isolated_steps"),
     "removal.attempts": ("ATTEMPTS",),
     "removal.check": ("BlockChecker",),
     "removal.gate": ("Status", "Verdict"),

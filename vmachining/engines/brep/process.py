@@ -14,7 +14,7 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Generator, Iterator
 from contextlib import suppress
 from pathlib import Path
 from time import monotonic
@@ -22,7 +22,7 @@ from typing import Any, TypeVar, cast
 
 from vmachining.errors import EngineError, SweepError
 
-__all__ = ["Late", "WorkerLost", "WorkerProcess", "isolated", "obey_driver"]
+__all__ = ["Late", "WorkerLost", "WorkerProcess", "isolated", "isolated_steps", "obey_driver"]
 
 T = TypeVar("T")
 
@@ -223,3 +223,33 @@ def isolated(function: Callable[..., T], *arguments: Any, seconds: float) -> T:
     if kind == "value":
         return cast(T, answer)
     raise SweepError(answer) if kind == "SweepError" else EngineError(answer, engine="brep")
+
+
+def isolated_steps(
+    function: Callable[..., Iterator[T]], *arguments: Any, seconds: float
+) -> Generator[T, None, None]:
+    """What the iterator `function(*arguments)` yields, from a process of its own; `isolated` for answers that come one by one.
+
+    Raises
+    ------
+    SweepError, EngineError
+        What it raised, behind what it yielded before.
+    EngineError
+        It crashed, or took longer than `seconds` for one of its values.
+    """
+    worker: WorkerProcess | None = None
+    try:
+        worker = WorkerProcess(pickle.dumps((None, [], None, None)))
+        worker.send(("steps", function, arguments))
+        while True:
+            kind, answer = worker.receive(seconds)
+            if kind == "end":
+                return
+            if kind != "value":
+                raise SweepError(answer) if kind == "SweepError" else EngineError(answer, engine="brep")
+            yield cast(T, answer)
+    except (WorkerLost, OSError) as exc:
+        raise EngineError(str(exc), engine="brep") from exc
+    finally:
+        if worker is not None:
+            worker.close()

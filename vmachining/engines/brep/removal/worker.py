@@ -8,6 +8,7 @@ why not, then questions:
 | ("check", block, judges, attempts) | what is under way, all judges once they have spoken, at last a `Verdict` |
 | ("write", path, brackets, labels) | the volume of the STEP file, or the text of a refusal |
 | ("call", function, arguments) | ("value", what it returns), or (kind, text) of what it raised |
+| ("steps", function, arguments) | the same for each value of an iterator, then ("end", None) unless it raised |
 
 OCCT talks on stdout, so the answers go through a copy of it and stdout itself becomes stderr.
 """
@@ -17,7 +18,7 @@ from __future__ import annotations
 import os
 import pickle
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,10 @@ from vmachining.engines.brep.process import obey_driver
 from vmachining.errors import EngineError, VMachiningError
 
 __all__ = ["main"]
+
+
+END = object()
+"""Behind the last value of an iterator."""
 
 
 def main() -> None:
@@ -62,6 +67,9 @@ def main() -> None:
             say(_written(stock, blocks, *question))
         elif kind == "call":
             say(_called(*question))
+        elif kind == "steps":
+            for answer in _stepped(*question):
+                say(answer)
         else:
             assert checker is not None
             block, judges, attempts = question
@@ -81,6 +89,18 @@ def _called(function: Callable[..., object], arguments: tuple[object, ...]) -> t
         return type(exc).__name__, _reason(exc)
     except Exception as exc:  # OCCT raises whatever it meets
         return "EngineError", f"OCCT failed: {type(exc).__name__} {exc}"
+
+
+def _stepped(function: Callable[..., object], arguments: tuple[object, ...]) -> Iterator[tuple[str, object]]:
+    """What an iterator yields, then that it ended, or what it says."""
+    kind, values = _called(function, arguments)
+    while kind == "value":
+        kind, value = _called(next, (values, END))
+        if value is END:
+            kind, value = "end", None
+        yield kind, value
+    if kind != "end" and isinstance(values, str):  # not even begun
+        yield kind, values
 
 
 def _written(stock: Any, blocks: Any, path: Path, brackets: Any, labels: Any) -> float | str:
