@@ -102,6 +102,11 @@ def _face(face: Any) -> tuple[Floats, float, Floats]:
     knots: tuple[Floats, ...] = ()
     if kind == KIND.GeomAbs_BSplineSurface:  # where a straight edge crosses them, it is as smooth as they are
         knots = tuple(np.unique(_values(k)) for k in (surface.BSpline().UKnots(), surface.BSpline().VKnots()))
+    elif kind == KIND.GeomAbs_SurfaceOfExtrusion:
+        basis = surface.BasisCurve()
+        if basis.GetType() == GeomAbs_CurveType.GeomAbs_BSplineCurve:
+            spline = basis.BSpline()
+            knots = (_all_knots(_values(spline.Knots()), periodic=spline.IsPeriodic()),)
     place, flux = _flux(surface, kind, [(_flat_nodes(edge, face, knots), sign) for edge, sign in edges])
     return place, flux, area
 
@@ -255,10 +260,10 @@ def _nodes(stops: Floats) -> tuple[Floats, Floats]:
 
 
 def _stops(knots: Floats, first: float, last: float, least: int = 1) -> Floats:
-    """Ends and knots between them."""
+    """Ends and knots between them, and `least` equal spans where there are fewer."""
     inside = knots[(knots > first) & (knots < last)]
     if len(inside) + 1 < least:
-        return np.linspace(first, last, least + 1)
+        return np.unique(np.concatenate([np.linspace(first, last, least + 1), inside]))
     return np.concatenate([[first], np.unique(inside), [last]])
 
 
@@ -287,6 +292,12 @@ def _flat_nodes(edge: Any, face: Any, knots: Sequence[Floats] = ()) -> tuple[Flo
     return np.array(points), w[:, None] * np.array(slopes)
 
 
+def _all_knots(knots: Floats, *, periodic: bool) -> Floats:
+    """Those of the periods before and behind as well."""
+    period = knots[-1] - knots[0]
+    return np.concatenate([knots - period, knots, knots + period]) if periodic else knots
+
+
 def _curve_spline(geom: Any, poles: Callable[[Any], Floats]) -> BSpline:
     """Of a curve that is not rational; a periodic one goes on beyond its period, as edges over its seam do."""
     periodic = geom.IsPeriodic()
@@ -299,10 +310,7 @@ def _curve_spline(geom: Any, poles: Callable[[Any], Floats]) -> BSpline:
 
 def _along(spline: BSpline, first: float, last: float) -> tuple[Floats, Floats]:
     """Nodes and weighted steps of a spline between two parameters."""
-    knots = spline.t
-    if spline.extrapolate == "periodic":
-        period = knots[-1] - knots[0]
-        knots = np.concatenate([knots - period, knots, knots + period])
+    knots = _all_knots(spline.t, periodic=spline.extrapolate == "periodic")
     t, w = _nodes(_stops(knots, first, last, 4))
     return np.asarray(spline(t)), w[:, None] * np.asarray(spline(t, nu=1))
 
