@@ -72,7 +72,7 @@ def part_below(
         for (low, high), count in zip((x, y), cells, strict=True)
     )
     z = height(a[:, None], b)
-    points = [[Vector(u, v, z[i, j]) for j, v in enumerate(b)] for i, u in enumerate(a)]
+    points: list[list[Any]] = [[Vector(u, v, z[i, j]) for j, v in enumerate(b)] for i, u in enumerate(a)]
     top = float(z.max()) + 1.0
     face = Face.make_surface_from_array_of_points(points, tol=1e-4)
     below = extrude(face, amount=2.0 * (top - bottom), dir=(0.0, 0.0, -1.0))
