@@ -72,6 +72,29 @@ def test_stop_and_go_on(stage, done, job, whole, tmp_path):
     assert json.loads((tmp_path / "manifest.json").read_text())["complete"] is True
 
 
+@pytest.mark.parametrize(("stage", "done"), [("engagement", 6), ("engagement, scheduled", 7)])
+def test_contact_goes_on_where_it_stopped(stage, done, tmp_path):
+    teeth = {"length_mm = 20": "length_mm = 20\nflutes = 2"}
+    job = Job.load(write_job(tmp_path / "job", job=JOB + FEED, swap=teeth))
+    whole = run(job, out=tmp_path / "whole")
+    with pytest.raises(Stopped, match=rf"block {done} of 9 \({stage}"):
+        run(job, out=tmp_path / "out", progress=stop_after(stage, done))
+    asked = []
+    result = run(
+        job, out=tmp_path / "out", resume=True, progress=lambda name, now, _: asked.append((name, now))
+    )
+    assert [now for name, now in asked if name == stage] == list(range(done, 10))
+    assert not any(name == "program" and now < 9 for name, now in asked)
+    assert whole.blocks["chip_area_mm2"].max() > 0.0
+    polars.testing.assert_frame_equal(result.blocks, whole.blocks, rel_tol=1e-9, abs_tol=1e-9)
+
+
+def test_the_second_judge_can_be_stopped(job, tmp_path):
+    with pytest.raises(Stopped, match="second judge"):
+        run(job, out=tmp_path, progress=stop_after("second judge", 0))
+    assert run(job, out=tmp_path, resume=True).blocks["removed_dexel_mm3"].count() > 0
+
+
 def test_handlers_are_put_back(job, tmp_path):
     before = signal.getsignal(signal.SIGINT)
     with pytest.raises(Stopped):

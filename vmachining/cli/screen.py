@@ -17,7 +17,9 @@ STAGES = {
     "program": "cutting",
     "scheduled": "verifying the schedule",
     "brep": "checking by B-rep",
-    "engagement": "positions",
+    "engagement": "contact and chips",
+    "engagement, scheduled": "contact and chips, scheduled",
+    "second judge": "asking a second engine",
     "saving": "saving the workpiece",
 }
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import polars as pl
@@ -11,6 +11,7 @@ from vmachining.engines.judges import Judge, in_words, intersection
 from vmachining.job.brep import JUDGED, judges_of
 from vmachining.job.contact import ToolParts
 from vmachining.job.judges import RayWitness
+from vmachining.job.simulate import Progress, Stopped
 from vmachining.job.table import COLUMNS, OPINION
 from vmachining.job.toolpath import Toolpath
 from vmachining.stock import Stock
@@ -35,17 +36,27 @@ def audited(
     stock: Stock,
     *,
     most: int = MOST,
+    stop: Callable[[], bool] = lambda: False,
+    progress: Progress = lambda *_: None,
 ) -> tuple[pl.DataFrame, dict[str, Any]]:
     """(block, columns of `OPINION`, brep_note) of the blocks that were asked about, and the counts of the summary.
 
     rows : block, engine, removed_mm3, removed_lo_mm3, removed_hi_mm3 of the run. most : blocks that are asked about.
+
+    Raises
+    ------
+    Stopped
+        The user asked to stop.
     """
     removing = rows.filter(pl.col("removed_hi_mm3") > 0.0)
     chosen = _spread(removing["block"].to_list(), most)
     said = judges_of(removing.filter(pl.col("block").is_in(chosen)))
     sweeps = toolpath.sweeps_until(max(chosen, default=-1), tools)
     witness, found = RayWitness(stock, sweeps, want_rel=WANT_REL), list[tuple[Any, ...]]()
-    for block in chosen:
+    for done, block in enumerate(chosen):
+        progress("second judge", done, len(chosen))
+        if stop():
+            raise Stopped("second judge", done, len(chosen))
         judges = [*said[block], witness(block)]
         if intersection(judges) is None:
             judges[-1] = witness(block, again=True)

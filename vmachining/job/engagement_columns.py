@@ -7,15 +7,18 @@ those near it.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Container, Sequence
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import polars as pl
 
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.engagement.along import Sample, Sweeps, Teeth, fractions, samples_along
+from vmachining.engines.pickled import load_values, save_values
 from vmachining.errors import InputError, JobError
 from vmachining.force import Coefficients, Load, deflection_force, load_rows, power_w, shipped, turn_load
 from vmachining.job.blocks import Block
@@ -23,7 +26,7 @@ from vmachining.job.engage import plain_stock
 from vmachining.job.jobfile import Job
 from vmachining.job.model import Feed
 from vmachining.job.paths import CutterPath
-from vmachining.job.simulate import Progress, Stopped
+from vmachining.job.simulate import CHECKPOINT_SECONDS, Progress, Stopped
 from vmachining.job.table import CONTACT
 from vmachining.job.toolpath import Toolpath
 from vmachining.nc import Move
@@ -137,6 +140,15 @@ class _Collector:
     count: list[int] = field(default_factory=list)
 
 
+class Saves(Protocol):
+    """What has a state to go on from."""
+
+    def save(self, path: Path) -> None: ...
+
+
+Checkpoint = Callable[[Saves, int], None]
+
+
 def engagement_pass(
     job: Job,
     toolpath: Toolpath,
@@ -148,12 +160,15 @@ def engagement_pass(
     divided: bool | None = None,
     watch: Watch | None = None,
     only: Container[int] | None = None,
+    known: Path | None = None,
+    checkpoint: Checkpoint = lambda *_: None,
 ) -> Stations:
     """The seven columns of every block of a program, and the loads a scheduler needs.
 
     feed : the scheduler's keys, None without one: how far stations are apart if it may divide blocks, and which component
     of the force it limits. divided : whether blocks may be divided; None: as `feed` says, not for volumes. watch : called
-    with every motion that cuts. only : blocks to look at; the others sweep.
+    with every motion that cuts. only : blocks to look at; the others sweep. known : a checkpoint to go on
+    from. checkpoint : called with what can save its state, and the blocks done: now and then, when stopped, and at the end.
 
     Raises
     ------
@@ -162,7 +177,10 @@ def engagement_pass(
     JobError
         Coefficients that are not there.
     """
-    return _Pass(job, toolpath, coefficients_of(job), feed, divided, watch, only).run(stop, progress, name)
+    work = _Pass(job, toolpath, coefficients_of(job), feed, divided, watch, only)
+    if known is not None:
+        work.load(known)
+    return work.run(stop, progress, name, checkpoint)
 
 
 def no_stations(blocks: int, why: str) -> Stations:
@@ -216,19 +234,45 @@ class _Pass:
             divided = feed is not None and feed.insert_blocks and feed.strategy != "volume"
         self.divided = feed if divided else None
 
-    def run(self, stop: Callable[[], bool], progress: Progress, name: str) -> Stations:
-        total = len(self.toolpath.blocks)
-        progress(name, 0, total)
-        for block in self.toolpath.blocks:
+    def save(self, path: Path) -> None:
+        """All that is known of the blocks so far; their sweeps are made again from the program."""
+        save_values(
+            path, {"missing": self.missing, **{f.name: getattr(self.out, f.name) for f in fields(self.out)}}
+        )
+
+    def load(self, path: Path) -> None:
+        state = load_values(path, "engagement")
+        self.missing = state.pop("missing")
+        self.out = _Collector(**state)
+
+    def run(
+        self, stop: Callable[[], bool], progress: Progress, name: str, checkpoint: Checkpoint
+    ) -> Stations:
+        first, total = len(self.out.step), len(self.toolpath.blocks)
+        progress(name, first, total)
+        for block in self.toolpath.blocks[:first]:
+            for move, path in self._cutting(block):
+                self.sweeps.add(block.number, self.job.tools[move.tool].cutter, path)
+        saved = time.monotonic()
+        for block in self.toolpath.blocks[first:]:
             if stop():
+                checkpoint(self, block.number)
                 raise Stopped(name, block.number, total)
             self._block(block)
             progress(name, block.number + 1, total)
+            if time.monotonic() - saved > CHECKPOINT_SECONDS:
+                checkpoint(self, block.number + 1)
+                saved = time.monotonic()
+        if first < total:
+            checkpoint(self, total)
         return self._result()
+
+    def _cutting(self, block: Block) -> list[tuple[Move, CutterPath]]:
+        return [(move, path) for move, path in self.toolpath.cuts(block) if move.tool in self.teeth]
 
     def _block(self, block: Block) -> None:
         out = self.out
-        cutting = [(move, path) for move, path in self.toolpath.cuts(block) if move.tool in self.teeth]
+        cutting = self._cutting(block)
         out.step.append(float("nan"))
         if not cutting:
             out.values.append((float("nan"),) * len(CONTACT))

@@ -22,8 +22,8 @@ from vmachining.job.choice import affordable
 from vmachining.job.contact import Contacts, ToolParts
 from vmachining.job.cost import APART_SAVES, APART_SECONDS, refuse_fine
 from vmachining.job.deviation import deviation_tables
-from vmachining.job.engagement_columns import Stations, coefficients_of, engagement_pass, no_stations
-from vmachining.job.executor import Executor, executor
+from vmachining.job.engagement_columns import Saves, Stations, coefficients_of, engagement_pass, no_stations
+from vmachining.job.executor import executor
 from vmachining.job.files import (
     MANIFEST,
     atomic_path,
@@ -266,7 +266,9 @@ class _Run:
         opinion, counts_brep = None, NO_BREP
         if self.brep == "none" and self.options["engine"] not in RAYS:
             most = FAST_AUDIT if self.options["engine"] == "vectors" else MOST
-            opinion, counts_brep = audited(toolpath, tools, table, stock, most=most)
+            opinion, counts_brep = audited(
+                toolpath, tools, table, stock, most=most, stop=self.stop, progress=self.progress
+            )
         elif self.brep != "none":
             opinion, counts_brep = brep_columns(
                 job, toolpath, tools, table, self.brep,
@@ -335,15 +337,13 @@ class _Run:
         keys = self.job.keys
         if self.options["engine"] == "vectors" and keys.feed is None and keys.force is None:
             return no_stations(len(toolpath.blocks), NO_CONTACT)
+        point, total = name.replace(", ", "_"), len(toolpath.blocks)
+        known = self.manifest["checkpoints"].get(point)
         return engagement_pass(
-            self.job,
-            toolpath,
-            stop=self.stop,
-            progress=self.progress,
-            name=name,
-            feed=keys.feed,
-            divided=divided,
-        )
+            self.job, toolpath, stop=self.stop, progress=self.progress, name=name, feed=keys.feed, divided=divided,
+            known=None if known is None else self.folder / known["file"],
+            checkpoint=lambda state, done: self._checkpoint(point, state, done, total),
+        )  # fmt: skip
 
     # -- program and stock ---------------------------------------------------------------------------------
 
@@ -434,12 +434,12 @@ class _Run:
             return self.workers
         return min(os.cpu_count() or 1, MAX_WORKERS) if blocks >= WORKERS_FROM else 1
 
-    def _checkpoint(self, name: str, engine: Executor, done: int, total: int) -> None:
-        """Save the workpiece, then point the manifest to it, then forget the one before."""
+    def _checkpoint(self, name: str, state: Saves, done: int, total: int) -> None:
+        """Save the workpiece or what is known of contact, then point the manifest to it, then forget the one before."""
         target = self.folder / f"checkpoint.{name}.{done}.npz"
         self.progress("saving", 0, 1)
         with self.place.making(target.name), atomic_path(target) as temporary:
-            engine.save(temporary)
+            state.save(temporary)
         self.progress("saving", 1, 1)
         old = self.manifest["checkpoints"].get(name)
         self.manifest["checkpoints"][name] = {"file": target.name, "done": done, "total": total}

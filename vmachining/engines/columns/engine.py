@@ -222,7 +222,7 @@ class ColumnsEngine:
         else:
             why = found.note or "coordinates so large have no more digits"
         share = 100.0 * found.width / found.estimate if found.estimate > 0.0 else 100.0
-        return f"removed volume known to {share:.2g} % where {asked} is asked: {why}"
+        return f"removed volume known to {share:.3g} % where {asked} is asked: {why}"
 
     def _pieces(self, first: int, before: dict[int, Ints], wanted: float, limit: int) -> Removal:
         """Of all rows from `first` on, which see each other by the tiles: a coarse look says how narrow each need be."""
