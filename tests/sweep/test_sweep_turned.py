@@ -12,6 +12,7 @@ from strategies import coordinates, tools, turns
 from sweep_inventions import BALL, FLAT, TOOLS, around, lines, sphere
 from test_sweep_turning import TURNS, UP, tilted
 
+from vmachining.errors import SweepError
 from vmachining.geometry import Line
 from vmachining.sweep import Pose, Sweep, Turn
 from vmachining.sweep.turned import _kernels as turned
@@ -92,6 +93,26 @@ def test_distance_is_one_lipschitz(profile: Profile, turn: Turn):
     a, b = around(sweep, 12, 1), around(sweep, 12, 2)
     change = np.abs(sweep.signed_distance(a) - sweep.signed_distance(b))
     assert (change <= np.linalg.norm(a - b, axis=1) + 1e-9).all()
+
+
+def test_a_part_of_a_ray_is_that_part_of_the_whole_ray():
+    """Also of no length, or where the sweep is not."""
+    rng = np.random.default_rng(2)
+    sweep = Sweep.along(TOOLS["bull"], SHORT)
+    for way in np.eye(3):
+        origins = rng.uniform(-8.0, 8.0, (300, 3)) * (1.0 - way)
+        between = np.sort(rng.uniform(-12.0, 25.0, (300, 2)), axis=1)
+        between[:20, 1] = between[:20, 0]
+        whole, part = sweep.ray_intervals(origins, way), sweep.ray_intervals(origins, way, between=between)
+        long, short = np.zeros((2, 300))
+        ray = np.repeat(np.arange(300), whole.counts)
+        seen = np.minimum(whole.leave, between[ray, 1]) - np.maximum(whole.enter, between[ray, 0])
+        np.add.at(long, ray, np.maximum(seen, 0.0))
+        np.add.at(short, np.repeat(np.arange(300), part.counts), part.leave - part.enter)
+        assert (long > 0.0).sum() > 50
+        np.testing.assert_allclose(short, long, atol=ON_SURFACE)
+    with pytest.raises(SweepError, match="between: want 300 rows"):
+        sweep.ray_intervals(origins, way, between=between[:, ::-1])
 
 
 @settings(deadline=None, max_examples=30)

@@ -12,6 +12,7 @@
 | `dexel-grid` | dexel grids: blocks a second, errors, widths, five-axis blocks, share of the memory's bandwidth |
 | `dexel-grid-long` | 500,000 blocks over 100 x 60 x 20 mm at 0.5 mm: whether time a block stays flat |
 | `dexel-rate` | 10,000 random blocks with closed forms: how often the stated interval holds them |
+| `dexel-shipped` | dexel grids against proven brackets in all programs that come with vmachining: holds, misses, errors, widths |
 | `drop` | drop cutter on 100,352 triangles: drops a second of each cutter, OpenCAMLib beside it |
 | `engage` | what the cutting edge touches: distances against B-rep solids on curved stock, time of both |
 | `engagement-columns` | contact columns of shipped programs against B-rep solids at the same places |
@@ -57,6 +58,7 @@ CASES = {
     "dexel-grid": "dexel_grid",
     "dexel-grid-long": "dexel_grid",
     "dexel-rate": "dexel_grid",
+    "dexel-shipped": "dexel_shipped",
     "drop": "drop",
     "engage": "engage",
     "engagement-columns": "force",
@@ -95,6 +97,7 @@ TAKES = {
     "dexel-grid": "15 s",
     "dexel-grid-long": "30 s",
     "dexel-rate": "2 min",
+    "dexel-shipped": "minutes",
     "drop": "30 s",
     "engage": "minutes",
     "half_cylinder": "minutes",

@@ -310,6 +310,7 @@ def engage(
         "compare results.csv models/reference_pack/slot",
         "compare results/ models/reference_pack --json",
         "compare models/slot/job.toml --engines columns,mesh,dexel --out out/slot-engines",
+        "compare models/mould/job.toml --engines columns,dexel --blocks 100",
     )
 )
 def compare(
@@ -336,6 +337,12 @@ def compare(
             "--out", metavar="DIR", help="With --engines: table and page; default out/NAME-engines."
         ),
     ] = None,
+    blocks: Annotated[
+        int | None,
+        typer.Option(
+            "--blocks", metavar="N", min=1, help="With --engines: only the first N blocks that cut."
+        ),
+    ] = None,
     tolerance_rel: Annotated[
         float, typer.Option("--tolerance-rel", metavar="X", help="Widen brackets by X times the volume.")
     ] = 0.0,
@@ -354,7 +361,9 @@ def compare(
     from vmachining.cli import oracle
 
     if engines is not None:
-        return oracle.compare_engines(results, engines, reference=reference, out=out, as_json=as_json)
+        return oracle.compare_engines(
+            results, engines, reference=reference, out=out, blocks=blocks, as_json=as_json
+        )
     return oracle.compare(
         results, reference, tolerance_rel=tolerance_rel, tolerance_mm3=tolerance_mm3, tolerance_mm=tolerance_mm,
         as_json=as_json,

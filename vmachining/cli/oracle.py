@@ -85,7 +85,7 @@ def compare(
 
 
 def compare_engines(
-    file: Path, engines: str, *, reference: Path | None, out: Path | None, as_json: bool
+    file: Path, engines: str, *, reference: Path | None, out: Path | None, blocks: int | None, as_json: bool
 ) -> int:
     """`vmachining compare JOB.toml --engines ...`."""
     from vmachining.report.engines import write_engines
@@ -101,7 +101,7 @@ def compare_engines(
         stop_flag() as stop,
     ):
         try:
-            found = run_engines(job, names, progress=progress, stop=stop)
+            found = run_engines(job, names, blocks=blocks, progress=progress, stop=stop)
         except Stopped as exc:
             note(f"vmachining: {exc}; nothing was written")
             return Code.INTERRUPTED

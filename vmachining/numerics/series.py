@@ -10,7 +10,6 @@ Symbols: w frequency, rad per unit of t; Z = P - iQ complex amplitude, value = R
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import hypot, sqrt
 from typing import TypeAlias
 
 import numpy as np
@@ -18,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vmachining.arrays import Floats
 
-__all__ = ["Series", "rotation"]
+__all__ = ["Amplitudes", "Series", "bounds", "rotation"]
 
 Amplitudes: TypeAlias = NDArray[np.complex128]
 
@@ -96,13 +95,15 @@ class Series:
 
     def bound(self, derivative: int) -> float:
         """Upper bound of the Euclidean length of a derivative for t in [0, 1]; vectors only."""
-        total = 0.0
-        for w, (z0, z1) in zip(self.frequencies, self.terms, strict=True):
-            if w == 0.0 and derivative > 1:
-                continue
-            below = derivative * w ** (derivative - 1) if derivative else 0.0
-            total += w**derivative * (_reach(z0, w) + _reach(z1, w)) + below * _reach(z1, w)
-        return total
+        return float(bounds(self.frequencies, self.terms, derivative))
+
+
+def bounds(frequencies: Floats, terms: Amplitudes, derivative: int) -> Floats:
+    """(...,) the same of many series with the same frequencies (m,), terms (..., m, 2, k)."""
+    far, more = (_reaches(terms[..., k, :], frequencies) for k in (0, 1))
+    below = derivative * frequencies ** (derivative - 1) if derivative else 0.0
+    total: Floats = (frequencies**derivative * (far + more) + below * more).sum(axis=-1)
+    return total
 
 
 def rotation(axis: Floats, start: float, rate: float) -> Series:
@@ -120,14 +121,13 @@ def rotation(axis: Floats, start: float, rate: float) -> Series:
     return _collect(np.array([0.0, rate]), np.stack([fixed, turning]))
 
 
-def _reach(z: Amplitudes, w: float) -> float:
-    """Largest length of Re(z exp(iwt)) over all t: half the long axis of an ellipse."""
-    p, q = z.real.ravel(), z.imag.ravel()
-    a = float(p @ p)
-    if w == 0.0:
-        return sqrt(a)
-    b, c = float(p @ q), float(q @ q)
-    return sqrt(0.5 * (a + c) + hypot(0.5 * (a - c), b))  # of the Gram matrix of both half axes
+def _reaches(z: Amplitudes, w: Floats) -> Floats:
+    """(..., m) largest length of Re(z exp(iwt)) over all t, z (..., m, k): half the long axis of an ellipse."""
+    p, q = z.real, z.imag
+    a, b, c = (p * p).sum(axis=-1), (p * q).sum(axis=-1), (q * q).sum(axis=-1)
+    # of the Gram matrix of both half axes
+    squared: Floats = np.where(w == 0.0, a, 0.5 * (a + c) + np.hypot(0.5 * (a - c), b))
+    return np.sqrt(squared)
 
 
 def _collect(frequencies: Floats, terms: Amplitudes) -> Series:

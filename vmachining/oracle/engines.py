@@ -187,11 +187,14 @@ def compare_engines(
     job: Job | Path | str,
     engines: Sequence[str],
     *,
+    blocks: int | None = None,
     brep_seconds: float = BREP_SECONDS,
     progress: Callable[[str, int, int], None] | None = None,
     stop: Callable[[], bool] = lambda: False,
 ) -> EngineComparison:
     """Cut one job with several engines, one after the other in this process.
+
+    blocks : only so many of the blocks that cut, from the first one on; None: all.
 
     Kernels are compiled before the clock runs. An engine that refuses the job, or fails at a block, is told with its reason and
     keeps what it has said; the others go on.
@@ -211,11 +214,16 @@ def compare_engines(
     work = [(block, sweeps) for block in toolpath.blocks if (sweeps := toolpath.sweeps(block, tools))]
     if not work:
         raise InputError("no block of the program cuts", remedy="is it the right file?")
+    if blocks is not None:
+        if blocks < 1:
+            raise InputError(f"{blocks} blocks are none", remedy="1 or more")
+        work = work[:blocks]
     stock = raw_stock(job)
     said = []
     for name in names:
         if name == BREP:
-            said.append(_by_brep(job, [block.number for block, _ in work], brep_seconds, told, stop))
+            numbers = [block.number for block, _ in work]
+            said.append(_by_brep(job, numbers, blocks is None, brep_seconds, told, stop))
             continue
         out = _nothing(name, len(work))
         try:
@@ -278,11 +286,15 @@ def _warmed(engine: Engine, blocks: Sequence[Sequence[Sweep]]) -> None:
 def _by_brep(
     job: Job,
     numbers: Sequence[int],
+    whole: bool,
     seconds: float,
     progress: Callable[[str, int, int], None],
     stop: Callable[[], bool],
 ) -> Said:
-    """Values of the B-rep engine where they are agreed, with their errors; its time is that of its own processes."""
+    """Values of the B-rep engine where they are agreed, with their errors; its time is that of its own processes.
+
+    whole : whether `numbers` are all blocks of the job that cut.
+    """
     out = _nothing(BREP, len(numbers))
     try:
         with TemporaryDirectory(prefix="vmachining-") as folder:
@@ -290,7 +302,7 @@ def _by_brep(
                 job,
                 engine="columns",
                 out=folder,
-                brep="all",
+                brep="all" if whole else ",".join(map(str, numbers)),
                 brep_seconds=seconds,
                 progress=progress,
                 stop=stop,

@@ -8,7 +8,7 @@ from vmachining.arrays import Floats
 from vmachining.sweep.turning import Turn
 from vmachining.tool import Profile
 
-__all__ = ["body_bounds", "reach"]
+__all__ = ["body_bounds", "reach", "reaches"]
 
 CELLS = 256
 """Stretches of the block; the slack falls with the square of this."""
@@ -55,8 +55,15 @@ def support(profile: Profile, along: Floats) -> Floats:
 
 def reach(profile: Profile, height: float = 0.0) -> float:
     """mm: largest distance of a point of the body from the point of the axis at a height."""
-    far = float(np.hypot(profile.points[:, 0], profile.points[:, 1] - height).max())
-    for s in profile.segments:
-        if s.is_arc:  # the farthest point of the whole circle, which holds the arc
-            far = max(far, float(np.hypot(s.cr, s.cz - height)) + s.radius)
+    return float(reaches(profile, np.array([height]))[0])
+
+
+def reaches(profile: Profile, heights: Floats) -> Floats:
+    """(n,) mm, the same from points of the axis at heights (n,)."""
+    r, z = profile.points.T
+    far: Floats = np.hypot(r, z - heights[:, None]).max(axis=1)
+    arcs = profile.radii > 0.0
+    if arcs.any():  # the farthest point of the whole circle, which holds the arc
+        (cr, cz), radius = profile.centers[arcs].T, profile.radii[arcs]
+        far = np.maximum(far, (np.hypot(cr, cz - heights[:, None]) + radius).max(axis=1))
     return far

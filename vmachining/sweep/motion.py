@@ -33,6 +33,8 @@ ULPS = 16
 CHUNK = 16384
 """Rays worked on at once; bounds the memory of the interval buffers."""
 
+BEYOND = 1e3
+"""mm past the end of a part of a line that are taken as covered: the proofs of `turned` only ask whether there is enough."""
 
 Body: TypeAlias = Cutter | Profile
 Place: TypeAlias = ArrayLike | Pose
@@ -224,13 +226,18 @@ class Sweep:
             turned.distances(q.seg, q.ends, q.limits, q.waves, where, q.tol, level, out)
         return out
 
-    def ray_intervals(self, origins: ArrayLike, directions: ArrayLike) -> RayIntervals:
-        """Where whole lines are inside the sweep.
+    def ray_intervals(
+        self, origins: ArrayLike, directions: ArrayLike, *, between: ArrayLike | None = None
+    ) -> RayIntervals:
+        """Where whole lines are inside the sweep, or parts of them.
 
         Parameters
         ----------
         origins, directions : (n, 3) float
             mm; one direction (3,) serves all origins. Directions are normalised.
+        between : (n, 2) float, optional
+            mm along each line: only this part of it is asked about. Where the tool turns that is faster, as it need not be
+            proved what lies beyond.
 
         Returns
         -------
@@ -252,42 +259,53 @@ class Sweep:
         """
         where = _points(origins, "origins")
         heading = _points(directions, "directions", single=True)
-        if len(heading) == 1:
-            heading = np.broadcast_to(heading, where.shape)
-        if heading.shape != where.shape:
+        if len(heading) not in (1, len(where)):
             raise SweepError(f"directions: want one or {len(where)} rows, got {len(heading)}")
         size = np.linalg.norm(heading, axis=1)
         if not (size > 0).all():
             raise SweepError(f"directions: row {int(np.argmin(size))} has length zero")
         unit = heading / size[:, None]
         unit = np.where(np.abs(unit) < 1e-300, 0.0, unit)
+        if len(unit) < len(where):
+            unit = np.tile(unit, (len(where), 1))
+        part = np.tile([-np.inf, np.inf], (len(where), 1)) if between is None else _parts(between, len(where))
         found = [
-            self._rays(where[k : k + CHUNK] - self.path.start, unit[k : k + CHUNK])
+            self._rays(where[k : k + CHUNK] - self.path.start, unit[k : k + CHUNK], part[k : k + CHUNK])
             for k in range(0, len(where), CHUNK)
         ] or [RayIntervals(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0))]
         return RayIntervals(*(np.concatenate(column) for column in zip(*found, strict=True)))
 
-    def _rays(self, origins: Floats, directions: Floats) -> RayIntervals:
+    def _rays(self, origins: Floats, directions: Floats, between: Floats) -> RayIntervals:
         p, q = self._near, self._turned
         easy = np.full(len(origins), q is None)
         if p is not None and q is not None:  # level circle
             easy = (directions[:, 0] == 0.0) & (directions[:, 1] == 0.0)
-        capacity = 8
+        capacity, (first, last) = 8, between.T[:, :, None]
+        bounded = q is not None and bool(np.isfinite(between).all())
         while True:
             lo, hi = np.empty((2, len(origins), capacity))
             counts = np.zeros(len(origins), dtype=np.int64)
+            if bounded:  # what lies beyond is covered
+                lo[:, :1], hi[:, :1], lo[:, 1:2], hi[:, 1:2] = first - BEYOND, first, last, last + BEYOND
+                whole = (last - first)[:, 0] <= 2.0 * _kernels.MERGE
+                hi[whole, 0] = last[whole, 0] + BEYOND
+                counts[~easy] = np.where(whole, 1, 2)[~easy]
             for near, who in ((True, easy), (False, ~easy)):
                 if who.all():  # of one kind, as mostly: nothing is copied
                     self._intervals(near, origins, directions, counts, lo, hi)
                 elif who.any():
-                    count, first, last = counts[who], lo[who], hi[who]
-                    self._intervals(near, origins[who], directions[who], count, first, last)
-                    counts[who], lo[who], hi[who] = count, first, last
+                    count, low, high = counts[who], lo[who], hi[who]
+                    self._intervals(near, origins[who], directions[who], count, low, high)
+                    counts[who], lo[who], hi[who] = count, low, high
             if (counts >= 0).all():
                 break
             capacity *= 4
+        most = int(counts.max(initial=0))
+        lo, hi = lo[:, :most], hi[:, :most]
         with np.errstate(invalid="ignore", over="ignore"):  # where nothing was written
-            kept = (np.arange(capacity) < counts[:, None]) & (hi - lo > _kernels.MERGE)
+            if bounded:
+                lo, hi = np.maximum(lo, first), np.minimum(hi, last)
+            kept = (np.arange(most) < counts[:, None]) & (hi - lo > _kernels.MERGE)
         return RayIntervals(kept.sum(axis=1), lo[kept], hi[kept])
 
     def _intervals(
@@ -303,6 +321,14 @@ class Sweep:
             turned.rays(
                 q.seg, q.planes, q.arcs, q.ends, q.limits, q.waves, origins, directions, q.tol, counts, lo, hi
             )
+
+
+def _parts(between: ArrayLike, n: int) -> Floats:
+    """(n, 2) mm, checked parts of lines."""
+    part = rows(between, -1, 2, name="between")
+    if len(part) != n or (part[:, 0] > part[:, 1]).any():
+        raise SweepError(f"between: want {n} rows of two that rise")
+    return part
 
 
 class _Packed(NamedTuple):

@@ -123,6 +123,22 @@ def asked(lat, lists, i0, i1, j0, j1, st, low, high, out) -> int:
 
 
 @kernel
+def worth(lat, lists, rays, low, high, out) -> None:
+    """(n, 2) parts of rays, low to high at most, outside of which neither they nor the four beside them have material."""
+    for m in range(len(rays)):
+        i, j = rays[m] // lat.nb, rays[m] % lat.nb
+        p, q = high, low
+        for x, y in ((i, j), (i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)):
+            if x < 0 or y < 0 or x >= lat.na or y >= lat.nb:
+                continue
+            f, n = lists.first[x * lat.nb + y], lists.parts[x * lat.nb + y]
+            if n > 0:
+                p, q = min(p, lists.low[f]), max(q, lists.high[f + n - 1])
+        p, q = max(p, low), min(q, high)
+        out[m, 0], out[m, 1] = min(p, q), q
+
+
+@kernel
 def origins(lat, rays, out) -> None:
     """(n, 3) places of rays."""
     for k in range(len(rays)):

@@ -256,6 +256,8 @@ class DexelEngine:
 def agreed(looks: Sequence[Look]) -> Removal:
     """One interval of those of all directions: what they share, and where they share nothing all that they say.
 
+    Rays of each direction stand at places of their own, so errors of directions are independent and none of them leans to a
+    side: the mean with weights 1 / half^2 is known to (sum of 1 / half^2)^(-1/2), and what is shared is cut to that.
     The estimate is their mean by their weights, or the end of the interval that it lies beyond.
     """
     lo = max(0.0, max(each.volume - each.half for each in looks))
@@ -263,6 +265,11 @@ def agreed(looks: Sequence[Look]) -> Removal:
     if lo > hi:
         lo = max(0.0, min(each.volume - each.half for each in looks))
         hi = max(each.volume + each.half for each in looks)
+    elif all(each.half > 0.0 for each in looks):
+        known = sum(each.half**-2 for each in looks)
+        middle, half = sum(each.volume * each.half**-2 for each in looks) / known, known**-0.5
+        if max(lo, middle - half) <= min(hi, middle + half):
+            lo, hi = max(lo, middle - half), min(hi, middle + half)
     whole = sum(each.weight for each in looks)
     mean = sum(each.weight * each.volume for each in looks) / whole if whole > 0.0 else 0.0
     return Removal(lo, min(max(mean, lo), hi), hi, proven=False)

@@ -19,11 +19,13 @@ from vmachining.sweep import Sweep
 
 __all__ = ["CHANCES", "SIGMAS", "Look", "RayGrid", "look"]
 
-SIGMAS = 2.0
-"""Half width of an interval in standard errors, see the model in the docstring of the room."""
+SIGMAS = 1.5
+"""Half width of an interval in standard errors of rays at random places of their cells: 2.6, of 99 %, times 0.59, the most
+that the places of a `Lattice` leave of it on long walls at any angle (docs/measured/dexel_grid.md)."""
 
-CHANCES = 4.0
-"""Cells of material beside the sweep that all rays may have missed."""
+CHANCES = 3.0
+"""Cells of material beside the sweep that all rays may have missed: one in twenty areas of that size, which is more than all of
+the rare blocks that have one."""
 
 ROUND_MM = 1e-9
 """Ends of rays: what the cells of a block may be off by together, in mm of height."""
@@ -126,7 +128,7 @@ class RayGrid:
         rays = rays[: _kernels.asked(lat, self.lists, *window, around, low, high, rays)]
         if not len(rays):
             return Look(0.0, 0.0)
-        inside = self.crossed(sweep, rays)
+        inside = self.crossed(sweep, rays, low, high)
         ends = np.concatenate([[0], np.cumsum(inside.counts)])
         if not ends[-1]:
             return self.unseen(box)
@@ -147,17 +149,24 @@ class RayGrid:
         most = float((high - low)[self.lattice.axis])
         return look(self.lattice.cell, 0.0, 0.0, max(beside, most), 0.0, 0.0)
 
-    def crossed(self, sweep: Sweep, rays: Ints) -> RayIntervals:
-        """Where rays are in a sweep."""
+    def crossed(self, sweep: Sweep, rays: Ints, low: float, high: float) -> RayIntervals:
+        """Where rays are in a sweep, between low and high; of a curved motion only where they or rays beside have material."""
         where, way = np.empty((len(rays), 3)), np.zeros(3)
         _kernels.origins(self.lattice, rays, where)
         way[self.lattice.axis] = 1.0
-        threads = min(os.cpu_count() or 1, len(rays) // THREADED)
-        if threads < 2 or isinstance(sweep.path, Line):
+        if isinstance(sweep.path, Line):
             return sweep.ray_intervals(where, way)
+        part = np.empty((len(rays), 2))
+        _kernels.worth(self.lattice, self.lists, rays, low, high, part)
+        threads = min(os.cpu_count() or 1, len(rays) // THREADED)
+        if threads < 2:
+            return sweep.ray_intervals(where, way, between=part)
         with ThreadPoolExecutor(threads) as pool:
             parts = list(
-                pool.map(lambda some: sweep.ray_intervals(some, way), np.array_split(where, threads))
+                pool.map(
+                    lambda some: sweep.ray_intervals(where[some], way, between=part[some]),
+                    np.array_split(np.arange(len(rays)), threads),
+                )
             )
         return RayIntervals(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 

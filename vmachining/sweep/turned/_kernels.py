@@ -280,7 +280,10 @@ def ray_piece(seg, planes, arcs, ends, piece, limit, waves, o, u, tol, cells, sh
 
 @kernel
 def rays(seg, planes, arcs, ends, limits, waves, origins, directions, tol, counts, lo, hi) -> None:
-    """Intervals of every ray; counts[i] = -1 where lo, hi (n, capacity) are full. Origins from the start."""
+    """Intervals of every ray; counts[i] = -1 where lo, hi (n, capacity) are full. Origins from the start.
+
+    The first counts[i] intervals of a ray are taken as covered: what the sweep adds to them is found.
+    """
     cells, shots, p, o = np.zeros((160, 29)), np.zeros((3, 13)), np.zeros(12), np.empty(3)
     poses = np.zeros((3, 12))  # at the start, half way and at the end: the same for all rays
     for k in range(3):
@@ -290,7 +293,10 @@ def rays(seg, planes, arcs, ends, limits, waves, origins, directions, tol, count
         shift = -(origins[i, 0] * u[0] + origins[i, 1] * u[1] + origins[i, 2] * u[2])
         for k in range(3):  # foot of the ray near the start: no long lever
             o[k] = origins[i, k] + shift * u[k]
-        n = 0
+        n = counts[i]
+        for j in range(n):
+            lo[i, j] -= shift
+            hi[i, j] -= shift
         for piece in range(len(ends) - 1):
             n = ray_piece(
                 seg, planes, arcs, ends, piece, limits[piece], waves, o, u, tol, cells, shots, poses, p, lo[i],

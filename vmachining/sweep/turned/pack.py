@@ -9,8 +9,8 @@ import numpy as np
 
 from vmachining.arrays import Floats, Ints
 from vmachining.geometry import Arc
-from vmachining.numerics.series import Series
-from vmachining.sweep.bounds import reach
+from vmachining.numerics.series import Amplitudes, Series, bounds
+from vmachining.sweep.bounds import reaches
 from vmachining.tool import Profile
 
 __all__ = ["Packed", "arc_series", "meridian_rows", "pack"]
@@ -124,15 +124,25 @@ def _limits(piece: Profile, tip: Series, axis: Series) -> tuple[float, ...]:
     if turn == 0.0:  # the only acceleration along a steady axis
         along = axis.at(0.0)
         rise = Series(tip.frequencies, (tip.terms @ along)[..., None]).bound(2)
-    best: tuple[float, ...] = ()
-    least = np.inf
-    for height in np.linspace(piece.z_min, piece.z_max, 9):
-        point = tip + axis.scaled(float(height))
-        far, speed, rush = reach(piece, float(height)), _bound(point, 1), point.bound(2)
-        total = rush + 2.0 * turn * speed + (bend + turn**2) * far
-        if total < least:
-            least, best = total, (float(height), far, speed, rush, turn, bend, rise)
-    return best
+    heights = np.linspace(piece.z_min, piece.z_max, 9)
+    frequencies, at, of = _together(tip, axis)
+    terms = at + heights[:, None, None, None] * of
+    far, rush = reaches(piece, heights), bounds(frequencies, terms, 2)
+    middle = (np.arange(CELLS) + 0.5) / CELLS
+    moves = tip.at(middle, 1) + heights[:, None, None] * axis.at(middle, 1)
+    seen = np.linalg.norm(moves, axis=2).max(axis=1)
+    speed = np.minimum(seen + rush / (2.0 * CELLS), bounds(frequencies, terms, 1))
+    k = int(np.argmin(rush + 2.0 * turn * speed + (bend + turn**2) * far))
+    return float(heights[k]), float(far[k]), float(speed[k]), float(rush[k]), turn, bend, rise
+
+
+def _together(tip: Series, axis: Series) -> tuple[Floats, Amplitudes, Amplitudes]:
+    """Common frequencies (m,), and terms (m, 2, 3) of both."""
+    frequencies = np.union1d(tip.frequencies, axis.frequencies)
+    out = np.zeros((2, len(frequencies), 2, 3), dtype=complex)
+    for k, series in enumerate((tip, axis)):
+        out[k, np.searchsorted(frequencies, series.frequencies)] = series.terms
+    return frequencies, out[0], out[1]
 
 
 def _bound(series: Series, derivative: int) -> float:
