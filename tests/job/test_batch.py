@@ -197,3 +197,30 @@ def test_no_job_has_a_directory_with_a_name_of_the_batch(tmp_path):
     files = [tmp_path / f"{stem}.toml" for stem in ("dataset", "index.html", "batch.csv", "batch.json", "a")]
     names = [folder.name for folder in folders_of(files, tmp_path)]
     assert names == ["dataset-2", "index.html-2", "batch.csv-2", "batch.json-2", "a"]
+
+
+@pytest.mark.slow  # 4 s: two interpreters start
+def test_two_processes_begin_with_the_longest_program(tmp_path):
+    """The shortest waits for somebody to be through; rows stay in the order of the files."""
+    again = "G1 X0 F600\nG1 X14 F600\n"
+    jobs = [
+        write_job(
+            tmp_path / name,
+            swap={'name = "tiny"': f'name = "{name}"'},
+            program=ONLY_SLOT.replace("G0 Z5\nM30\n", again * repeats + "G0 Z5\nM30\n"),
+        )
+        for name, repeats in (("middle", 4), ("short", 0), ("long", 8))
+    ]
+    told = []
+
+    class Events(Notes):
+        def at(self, index, *place):
+            told.append(("at", index))
+
+        def ended(self, index, *row):
+            told.append(("ended", index))
+
+    rows = run_many(jobs, tmp_path / "out", workers=2, formats=(), watcher=Events())
+    assert [row["name"] for row in rows] == ["middle", "short", "long"]
+    before = told[: [what for what, _ in told].index("ended")]
+    assert ("at", 1) not in before and ("at", 1) in told

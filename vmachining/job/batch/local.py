@@ -68,13 +68,16 @@ def serve(descriptor: int) -> None:
 
 
 class LocalPool:
-    """Up to so many processes of this machine; each does one job after the other."""
+    """Up to so many processes of this machine; each does one job after the other.
+
+    They start at once, for so many jobs, and import what they need while the job files are read.
+    """
 
     lost = ""
 
-    def __init__(self, workers: int, progress: JobProgress) -> None:
+    def __init__(self, workers: int, progress: JobProgress, jobs: int) -> None:
         self._workers, self._progress = workers, progress
-        self._idle: list[Child] = []
+        self._idle = [start_child() for _ in range(min(workers, jobs))]
         self._running: dict[Connection, tuple[int, subprocess.Popen[bytes]]] = {}
 
     @property

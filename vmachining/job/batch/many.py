@@ -119,8 +119,11 @@ def run_many(
         lock.acquire()
         place.refuse_foreign({f"job {k}": file for k, file in enumerate(files, 1)})
         dataset.refuse_foreign()
-        batch = _Batch(files, out, place, dataset, watcher or _Nobody())
-        with _pool(batch, workers, scheduler) as pool:
+        watching = watcher or _Nobody()
+        with _pool(out, watching, workers, scheduler, len(files)) as pool:
+            batch = _Batch(files, out, place, dataset, watching)
+            if pool.room > 1:
+                batch.waiting = _longest_first(files)
             dataset.clear()
             place.forget()
             place.manifest = {
@@ -140,16 +143,33 @@ def run_many(
     return batch.rows
 
 
+def _longest_first(files: Sequence[Path]) -> list[int]:
+    """Numbers of the jobs, the largest program first: a long job that begins last ends when all others are through.
+
+    No more than 4/3 of the shortest possible time (Graham 1969) where time goes with the size of the program.
+    """
+
+    def size(index: int) -> int:
+        try:
+            return Job.load(files[index]).inputs["program"].stat().st_size
+        except (VMachiningError, OSError):
+            return 0
+
+    return sorted(range(len(files)), key=size, reverse=True)
+
+
 @contextmanager
-def _pool(batch: _Batch, workers: int, scheduler: str | None) -> Iterator[Pool]:
+def _pool(
+    out: Path, watcher: Watcher, workers: int, scheduler: str | None, jobs: int
+) -> Iterator[Pool]:
     """Who does the jobs; sent home at the end."""
     pool: Pool
     if scheduler is None:
-        pool = LocalPool(workers, batch.watcher.at)
+        pool = LocalPool(workers, watcher.at, jobs)
     else:
         from vmachining.job.batch.cluster import ClusterPool
 
-        pool = ClusterPool(scheduler, batch.out, batch.watcher.at, batch.watcher.note)
+        pool = ClusterPool(scheduler, out, watcher.at, watcher.note)
     try:
         yield pool
     finally:
