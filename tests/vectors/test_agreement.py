@@ -74,8 +74,8 @@ def test_tips_lie_on_the_workpiece_of_the_mesh_engine() -> None:
         v.length[measured] < again - 1e-6
     )  # those that end at the part itself say nothing of the workpiece
     assert open_.sum() > 100 and off[open_].max() <= 2 * CHORD
-    for base, lengths, x, y, has in ours.upright.tiles():
-        on = has & (base.facet >= 0) & (lengths > (base.low - base.start) + 1e-3)
+    for base, lengths, x, y in ours.upright.tiles():
+        on = (base.facet >= 0) & (lengths > (base.low - base.start) + 1e-3)
         i, j = np.nonzero(on)
         tips = np.column_stack([x[i], y[j], base.start[on] + lengths[on]])
         hanging = x[i] > 30.0  # material above the tool: not for upright vectors

@@ -76,6 +76,58 @@ def raster(corners, which, x0, y0, pitch, below, sense, height, facet) -> None:
                     facet[i, j] = k
 
 
+@kernel
+def vector_ends(corners, which, x0, y0, pitch, n, m, casting, bottom, start, low, facet) -> None:
+    """Where the upright vectors of n x m cells of a tile (T, T) start and end below, see `upright.Base`.
+
+    bottom (T, T): of the stock, NaN where there is none; with `casting` that of the part. start, low: written, NaN without
+    part and stock. facet: -1 in, the facet of the part at `start` out.
+    """
+    shape = bottom.shape
+    height, exit_ = np.full(shape, -np.inf), np.full(shape, -np.inf)
+    below, under = np.full(shape, np.inf), np.full(shape, -1)
+    raster(corners, which, x0, y0, pitch, below, 1.0, height, facet)
+    raster(corners, which, x0, y0, pitch, height - 1e-9, -1.0, exit_, under)
+    for i in range(shape[0]):
+        for j in range(shape[1]):
+            if i >= n or j >= m:
+                facet[i, j] = -1
+                start[i, j], low[i, j], bottom[i, j] = np.nan, np.nan, np.nan
+            elif facet[i, j] < 0:
+                start[i, j], low[i, j] = bottom[i, j], bottom[i, j]
+            else:
+                start[i, j] = height[i, j]
+                low[i, j] = exit_[i, j] if under[i, j] >= 0 else height[i, j]
+                if casting:
+                    bottom[i, j] = low[i, j]
+                elif np.isnan(bottom[i, j]):
+                    bottom[i, j] = start[i, j]
+
+
+@kernel
+def deviations(start, low, facet, length, cosine, hidden, at, deviation, ended):
+    """Upright vectors of a tile (T, T) that are reported, and cells over the part without a vector: how many of each.
+
+    cosine, hidden (f,): of the slope of a facet, and whether it is left to vectors along normals. at (T * T,): their cells;
+    deviation (mm) and whether a vector ended at lambda, both in the order of `at`.
+    """
+    count, bare = 0, 0
+    for i in range(start.shape[0]):
+        for j in range(start.shape[1]):
+            k = facet[i, j]
+            if k < 0 or hidden[k]:
+                continue
+            size = length[i, j]
+            if np.isnan(size):
+                bare += 1
+                continue
+            at[count] = i * start.shape[1] + j
+            deviation[count] = np.float64(size) * cosine[k]
+            ended[count] = size <= np.float32(low[i, j] - start[i, j])
+            count += 1
+    return count, bare
+
+
 @leaf
 def box_entry(o, u, box, most):
     """First t >= 0 of a ray in a box; inf where it misses or comes later than `most`."""

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from vmachining.arrays import Bools, Floats, Ints
+from vmachining.engines.vectors import _kernels
 from vmachining.engines.vectors.along import NormalVectors, Piece
 from vmachining.engines.vectors.cuts import Cuts
 from vmachining.engines.vectors.part import DesignPart
-from vmachining.engines.vectors.upright import UprightVectors
+from vmachining.engines.vectors.upright import TILE, Base, UprightVectors
 
 __all__ = ["COLUMNS", "KINDS", "Deviation", "measured"]
 
@@ -105,30 +106,39 @@ class _Found:
         )
         self.over = self.under = 0.0
         self._parts: list[_Rows] = []
-        self._waiting = 0
+        self._waiting, self._least = 0, 0.0
 
-    def add(self, rows: _Rows) -> None:
-        """Count vectors, keep those that are reported."""
-        deviation, own = rows.deviation, ~rows.beneath
-        over, under = (deviation < -self.tolerance) & own, deviation > self.tolerance
+    def add(
+        self, deviation: Floats, consumed: Bools, beneath: Bools | None, rows: Callable[[Ints], _Rows]
+    ) -> None:
+        """Count vectors, keep those that are reported. beneath : None where no vector is; rows : of some of them."""
+        over, under = deviation < -self.tolerance, deviation > self.tolerance
+        own = deviation
+        if beneath is not None:
+            over, own = over & ~beneath, deviation[~beneath]
+            self.counts["beneath"] += int(beneath.sum())
         begin = self.counts["vectors"]
         for name, value in (
-            ("vectors", len(deviation)), ("over", int(over.sum())), ("under", int(under.sum())),
-            ("consumed", int(rows.consumed.sum())), ("beneath", int(rows.beneath.sum())),
+            ("vectors", len(deviation)), ("over", int(np.count_nonzero(over))), ("under", int(np.count_nonzero(under))),
+            ("consumed", int(np.count_nonzero(consumed))),
         ):  # fmt: skip
             self.counts[name] += value
-        self.over = max(self.over, float((-deviation[own]).max(initial=0.0)))
+        self.over = max(self.over, -float(own.min(initial=0.0)))
         self.under = max(self.under, float(deviation.max(initial=0.0)))
         if self.step is None:
-            kept = np.flatnonzero(over | under | rows.consumed | rows.beneath)
+            told = over | under | consumed
+            kept = np.flatnonzero(told if beneath is None else told | beneath)
+            if self._least > 0.0:  # `most` of those before deviate as much
+                kept = kept[np.abs(deviation[kept]) > self._least]
         else:
             kept = np.arange(-begin % self.step, len(deviation), self.step)
         if len(kept):
-            self._parts.append(rows.at(kept))
+            self._parts.append(rows(kept))
             self._waiting += len(kept)
         if self.step is None and self._waiting > 2 * self.most:
             self._parts = [self._joined().worst(self.most)]
             self._waiting = self.most
+            self._least = float(np.abs(self._parts[0].deviation[-1:]).max(initial=0.0))
 
     def _joined(self) -> _Rows:
         return _Rows(*(np.concatenate(column) for column in zip(*self._parts, strict=True)))
@@ -164,20 +174,17 @@ def measured(
     found = _Found(tolerance, most, None if outside_only else max(1, -(-total // most)))
     counts = found.counts
     if upright is not None:
-        for bare, rows in _upright(part, upright, covered):
-            counts["bare"] += bare
-            found.add(rows)
+        counts["bare"] = _add_upright(found, part, upright, covered)
         counts["behind"] += upright.behind
         counts["upright"] = counts["vectors"]
     for laid in along.pieces():
         beneath = _beneath(laid, tolerance, cuts)
         counts["behind"] += int(laid.behind.sum())
         ended = (laid.length <= laid.low) & ~beneath
-        found.add(
-            _Rows(
-                laid.kind, laid.point, laid.normal, laid.length, laid.length, ended, laid.behind | beneath, laid.facet, beneath
-            )
+        rows = _Rows(
+            laid.kind, laid.point, laid.normal, laid.length, laid.length, ended, laid.behind | beneath, laid.facet, beneath
         )  # fmt: skip
+        found.add(laid.length, ended, beneath, rows.at)
     total = counts["vectors"]
     kept = found.rows() or _nothing()
     block = cuts.owners(kept.point + kept.length[:, None] * kept.normal, kept.length)
@@ -200,24 +207,28 @@ def measured(
     return Deviation(*kept[:7], block, kept.facet, summary)
 
 
-def _upright(part: DesignPart, upright: UprightVectors, covered: Bools) -> Iterator[tuple[int, _Rows]]:
-    """Cells over the part without a vector, and the vectors that are reported, tile by tile."""
-    cosine = np.append(np.cos(part.slopes), 1.0)
-    hidden = np.append(covered, True)  # no part below: only for volumes
-    for base, lengths, x, y, has in upright.tiles():
-        on = (base.facet >= 0) & ~hidden[base.facet]
-        bare = int((on & ~has).sum())
-        i, j = np.nonzero(on & has)
-        size = lengths[i, j].astype(np.float64)
-        start, facet = base.start[i, j], base.facet[i, j]
-        ended = size <= (base.low[i, j] - start).astype(np.float32)
-        none = np.zeros(len(i), dtype=np.bool_)
-        place = np.column_stack([x[i], y[j], start])
-        up = np.broadcast_to([0.0, 0.0, 1.0], place.shape)
-        yield (
-            bare,
-            _Rows(np.zeros(len(i), int), place, up, size, size * cosine[facet], ended, none, facet, none),
+def _add_upright(found: _Found, part: DesignPart, upright: UprightVectors, covered: Bools) -> int:
+    """Add the upright vectors that are reported, tile by tile; cells over the part without a vector."""
+    cosine, bare = np.cos(part.slopes), 0
+    cells, deviation, ended = np.empty(TILE**2, np.int64), np.empty(TILE**2), np.empty(TILE**2, np.bool_)
+    for base, lengths, x, y in upright.tiles():
+        count, without = _kernels.deviations(
+            base.start, base.low, base.facet, lengths, cosine, covered, cells, deviation, ended
         )
+        bare += without
+
+        def rows(
+            kept: Ints, base: Base = base, lengths: Floats = lengths, x: Floats = x, y: Floats = y
+        ) -> _Rows:
+            i, j = np.divmod(cells[kept], TILE)
+            none = np.zeros(len(kept), dtype=np.bool_)
+            place, up = np.column_stack([x[i], y[j], base.start[i, j]]), np.zeros((len(kept), 3))
+            up[:, 2] = 1.0
+            size, kind = lengths[i, j].astype(np.float64), np.zeros(len(kept), int)
+            return _Rows(kind, place, up, size, deviation[kept], ended[kept], none, base.facet[i, j], none)
+
+        found.add(deviation[:count], ended[:count], None, rows)
+    return bare
 
 
 def _nothing() -> _Rows:

@@ -83,14 +83,23 @@ class DesignPart:
         """mm, diagonal of its box."""
         return float(np.linalg.norm(np.ptp(self.bounds, axis=0)))
 
-    def near(self, low: Floats, high: Floats) -> Ints:
-        """Facets whose boxes seen from above meet a rectangle (2,), (2,)."""
-        first, last = self._extent
-        return np.flatnonzero(((first <= high) & (last >= low)).all(axis=1))
+    def by_tile(self, low: Floats, size: float, tiles: tuple[int, int]) -> tuple[Ints, Ints]:
+        """Facets whose boxes seen from above meet a tile, for all tiles (a, b) of some size (mm) from `low` (2,) on.
 
-    @cached_property
-    def _extent(self) -> tuple[Floats, Floats]:
-        return self.corners[:, :, :2].min(axis=1), self.corners[:, :, :2].max(axis=1)
+        Those of tile (a, b) are facets[first[a * tiles[1] + b] : first[a * tiles[1] + b + 1]], rising.
+        """
+        seen = self.corners[:, :, :2]
+        ends = (np.floor((v - low) / size).astype(np.int64) for v in (seen.min(axis=1), seen.max(axis=1)))
+        begin, last = (np.clip(v, 0, np.array(tiles) - 1) for v in ends)
+        wide = last - begin + 1
+        many = wide.prod(axis=1)
+        facet = np.repeat(np.arange(len(many)), many)
+        k = np.arange(len(facet)) - np.repeat(np.cumsum(many) - many, many)
+        step, across = np.divmod(k, wide[facet, 1])
+        tile = (begin[facet, 0] + step) * tiles[1] + begin[facet, 1] + across
+        order = np.argsort(tile, kind="stable")
+        first = np.concatenate([[0], np.cumsum(np.bincount(tile, minlength=tiles[0] * tiles[1]))])
+        return facet[order], first
 
     def leave(self, origins: Floats, directions: Floats, most: float) -> Floats:
         """(n,) mm on the way out of the part; inf where it is more than `most`."""

@@ -23,14 +23,14 @@ def prisms(upright: UprightVectors, cuts: Cuts) -> StockSurface:
     """One prism for every so many cells, as high as its middle one."""
     step = max(1, -(-max(upright.shape) // ACROSS))
     x, y, low, high = list[Floats](), list[Floats](), list[Floats](), list[Floats]()
-    for base, lengths, xs, ys, has in upright.tiles():
+    for base, lengths, xs, ys in upright.tiles():
         # every step-th cell of the whole grid, counted from its corner
         i0, j0 = (round((v[0] - c) / upright.pitch - 0.5) for v, c in zip((xs, ys), upright.low, strict=True))
         i = np.arange((step // 2 - i0) % step, TILE, step)
         j = np.arange((step // 2 - j0) % step, TILE, step)
         cells = np.ix_(i, j)
         top = np.maximum(base.start[cells] + lengths[cells], base.bottom[cells])
-        full = has[cells] & (top > base.bottom[cells] + THIN_MM)
+        full = top > base.bottom[cells] + THIN_MM  # NaN: no vector
         at_x, at_y = np.broadcast_arrays(xs[i][:, None], ys[j])
         x.append(at_x[full])
         y.append(at_y[full])

@@ -76,14 +76,15 @@ class UprightVectors:
         self._forget()
         for a, b in np.ndindex(self.lengths.shape[:2]):
             base = self.base(a, b)
-            full = np.full_like(base.start, casting) if casting is not None else base.top - base.start
-            if casting is not None:
-                full[base.facet < 0] = np.nan
-            self.lengths[a, b] = full
+            if casting is None:
+                self.lengths[a, b] = base.top - base.start
+            else:
+                self.lengths[a, b] = np.where(base.facet < 0, np.nan, casting)
             self.material += float(np.nansum(base.start + self.lengths[a, b] - base.bottom)) * pitch**2
 
     def _forget(self) -> None:
         """No tile has a base."""
+        self._by_tile: tuple[Ints, Ints] | None = None
         tiles = self.lengths.shape[:2]
         self._slot = np.full(tiles, -1, dtype=np.int64)
         self._stamp = np.zeros(tiles, dtype=np.int64)
@@ -97,7 +98,7 @@ class UprightVectors:
 
     def __getstate__(self) -> dict[str, object]:
         kept = {"_slot", "_stamp", "_now", "_owner", "_start", "_low", "_rest", "_high", "_depth", "_span"}
-        return {name: value for name, value in self.__dict__.items() if name not in kept}
+        return {name: v for name, v in self.__dict__.items() if name not in kept | {"_by_tile"}}
 
     def __setstate__(self, state: dict[str, object]) -> None:
         self.__dict__.update(state)
@@ -113,34 +114,34 @@ class UprightVectors:
         """Where the vectors of a tile start and end, computed from part and stock."""
         nx, ny = self.shape
         x, y = self.centres(a * TILE, min(nx, (a + 1) * TILE), b * TILE, min(ny, (b + 1) * TILE))
-        size = (len(x), len(y))
-        which = self.part.near(np.array([x[0], y[0]]), np.array([x[-1], y[-1]]))
-        height, exit_ = np.full(size, -np.inf), np.full(size, -np.inf)
-        facet, under = np.full(size, -1), np.full(size, -1)
-        where = (float(x[0]), float(y[0]), self.pitch)
-        corners = self.part.corners
-        _kernels.raster(corners, which, *where, np.full(size, np.inf), 1.0, height, facet)
-        _kernels.raster(corners, which, *where, height - 1e-9, -1.0, exit_, under)
+        bottom, top, start, low = np.full((4, TILE, TILE), np.nan)
+        if self.casting is None:
+            self._stock_ends(x, y, bottom, top)
+        facets, first = self._facets
+        tile = a * self.lengths.shape[1] + b
+        facet = np.full((TILE, TILE), -1)
+        _kernels.vector_ends(
+            self.part.corners, facets[first[tile] : first[tile + 1]], float(x[0]), float(y[0]), self.pitch, len(x), len(y),
+            self.casting is not None, bottom, start, low, facet,
+        )  # fmt: skip
+        return Base(start, low, bottom, top, facet)
+
+    def _stock_ends(self, x: Floats, y: Floats, bottom: Floats, top: Floats) -> None:
+        """Write the lowest and the highest place of the stock over x (n,), y (m,) into the first n, m cells of a tile."""
         places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
         rays = self.stock.crossings(places)
-        bottom, top = np.full(len(places), np.nan), np.full(len(places), np.nan)
-        has = rays.counts > 0
+        has = (rays.counts > 0).reshape(len(x), len(y))
         ends = np.cumsum(rays.counts)
-        bottom[has], top[has] = rays.enter[(ends - rays.counts)[has]], rays.leave[ends[has] - 1]
-        bottom, top = bottom.reshape(size), top.reshape(size)
-        on = facet >= 0
-        start = np.where(on, height, bottom)
-        low = np.where(on, np.where(under >= 0, exit_, start), bottom)
-        if self.casting is not None:
-            bottom = np.where(on, low, np.nan)
-        whole = [np.full((TILE, TILE), np.nan) for _ in range(4)]
-        for target, value in zip(
-            whole, (start, low, np.where(np.isnan(bottom), start, bottom), top), strict=True
-        ):
-            target[: size[0], : size[1]] = value
-        faces = np.full((TILE, TILE), -1)
-        faces[: size[0], : size[1]] = facet
-        return Base(whole[0], whole[1], whole[2], whole[3], faces)
+        bottom[: len(x), : len(y)][has] = rays.enter[(ends - rays.counts)[has.reshape(-1)]]
+        top[: len(x), : len(y)][has] = rays.leave[ends[has.reshape(-1)] - 1]
+
+    @property
+    def _facets(self) -> tuple[Ints, Ints]:
+        """Facets of the part by tile, see `DesignPart.by_tile`."""
+        if self._by_tile is None:
+            a, b = self.lengths.shape[:2]
+            self._by_tile = self.part.by_tile(self.low, TILE * self.pitch, (a, b))
+        return self._by_tile
 
     # -- tiles ---------------------------------------------------------------------------------------------
 
@@ -274,11 +275,11 @@ class UprightVectors:
             low[has], high[has] = rays.enter[first[has] + k], rays.leave[first[has] + k]
             yield low.reshape(len(x), len(y)), high.reshape(len(x), len(y))
 
-    def tiles(self) -> Iterator[tuple[Base, NDArray[np.float32], Floats, Floats, Bools]]:
-        """Base, lengths, x, y (T,) and which cells (T, T) have a vector, tile by tile."""
+    def tiles(self) -> Iterator[tuple[Base, NDArray[np.float32], Floats, Floats]]:
+        """Base, lengths (NaN: no vector), x, y (T,), tile by tile."""
         for a, b in np.ndindex(self.lengths.shape[:2]):
             x, y = self.centres(a * TILE, (a + 1) * TILE, b * TILE, (b + 1) * TILE)
-            yield self.base(a, b), self.lengths[a, b], x, y, ~np.isnan(self.lengths[a, b])
+            yield self.base(a, b), self.lengths[a, b], x, y
 
 
 def grid_shape(size: Floats, pitch: float) -> tuple[int, int]:

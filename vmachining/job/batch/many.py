@@ -159,9 +159,7 @@ def _longest_first(files: Sequence[Path]) -> list[int]:
 
 
 @contextmanager
-def _pool(
-    out: Path, watcher: Watcher, workers: int, scheduler: str | None, jobs: int
-) -> Iterator[Pool]:
+def _pool(out: Path, watcher: Watcher, workers: int, scheduler: str | None, jobs: int) -> Iterator[Pool]:
     """Who does the jobs; sent home at the end."""
     pool: Pool
     if scheduler is None:
