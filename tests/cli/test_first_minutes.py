@@ -105,6 +105,19 @@ def test_run_takes_another_chord_and_knows_results_by_it(tmp_path, capsys):
     assert run(["run", str(path), "--chord", "0"]) == 2 and "above zero" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [(["--chord", "0.2"], True), ([], False), (["--chord", "0.2", "--engine", "mesh"], False)],
+)
+def test_a_chord_that_changes_nothing_is_said(more, said, tmp_path, capsys):
+    """Columns cut boxes without facets."""
+    out = tmp_path / "o"
+    assert run(["run", str(write_job(tmp_path)), "--out", str(out), "--stock", "", *more]) == 0
+    notes = json.loads((out / "summary.json").read_text())["notes"]
+    assert any(text.startswith("--chord changed no volume") for text in notes) == said
+    assert ("--chord changed no volume" in capsys.readouterr().err) == said
+
+
 def test_a_sweep_without_occt_and_its_picture(tmp_path, capsys):
     file, picture = tmp_path / "sweep.json", tmp_path / "sweep.html"
     file.write_text(json.dumps(SWEEP))

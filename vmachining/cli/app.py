@@ -92,7 +92,7 @@ def run_(
         typer.Option(
             "--chord",
             metavar="MM",
-            help="Mesh: instead of chord_mm of the job, for finer facets and narrower brackets.",
+            help="Mesh: instead of chord_mm of the job, for finer facets and brackets; a note says where it changes nothing.",
         ),
     ] = None,
     spacing: Annotated[

@@ -101,7 +101,7 @@ def run_job(
         ):
             try:
                 result = run(
-                    job, engine=engine, out=folder, resume=resume, workers=workers, brep=brep,
+                    job, engine=engine, chord=chord, out=folder, resume=resume, workers=workers, brep=brep,
                     brep_seconds=brep_seconds or BREP_SECONDS, progress=progress, lock=lock,
                     every_strategy=every_strategy,
                 )  # fmt: skip

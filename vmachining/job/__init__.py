@@ -21,7 +21,8 @@ or visibly absent.
 | `table.py`, `files.py` | `COLUMNS`, partial tables; atomic files, hashes, manifest |
 | `schedule.py` | plan, rewrite, verify |
 | `brep.py`, `verdicts.py` | `--brep`: which blocks, and what the B-rep engine says of them |
-| `run.py`, `stopping.py`, `notes.py`, `result.py` | `run`; signals; warnings beside numbers; `RunResult` |
+| `run.py`, `stopping.py`, `notes.py` | `run`; signals; warnings beside numbers |
+| `result.py`, `summary.py` | `RunResult`; what summary.json says |
 | `batch/` | many jobs over processes or a cluster, and the data set of all of them |
 | `reading.py` | the program of a job |
 | `starter.py` | `draft_job`: a job file from a program |

@@ -17,7 +17,7 @@ from vmachining.engines import RAYS, engine_class
 from vmachining.engines.protocol import Engine
 from vmachining.errors import InputError, NCError, StockError
 from vmachining.job.audit import MOST, audited
-from vmachining.job.brep import JUDGED, Asked, blank, brep_columns, parse_brep, refuse_beyond
+from vmachining.job.brep import Asked, blank, brep_columns, parse_brep, refuse_beyond
 from vmachining.job.choice import affordable
 from vmachining.job.contact import Contacts, ToolParts
 from vmachining.job.cost import APART_SAVES, APART_SECONDS, refuse_fine
@@ -34,7 +34,7 @@ from vmachining.job.files import (
 )
 from vmachining.job.folder import RUN, WORKING, FolderLock, ResultFolder, now, program_words, refuse_other_run
 from vmachining.job.jobfile import Job
-from vmachining.job.notes import job_notes, notes_of, quiet_findings, slack_of
+from vmachining.job.notes import notes_of, quiet_findings
 from vmachining.job.reading import read_job_program, refuse_unknown_tools
 from vmachining.job.result import RunResult
 from vmachining.job.schedule import compare, sample_count
@@ -42,6 +42,7 @@ from vmachining.job.simulate import CHECKPOINT_SECONDS, Progress, Stage
 from vmachining.job.stock import raw_stock
 from vmachining.job.stopping import stop_flag
 from vmachining.job.strategies import Planned, plan
+from vmachining.job.summary import NO_BREP, run_summary
 from vmachining.job.table import RowFile, drop_torn_row, finish, read_partial
 from vmachining.job.timing import MoveTimes, machine_limits, move_times
 from vmachining.job.toolpath import Toolpath
@@ -49,7 +50,7 @@ from vmachining.job.verified import Written, divided_edits, verified, write_agai
 from vmachining.job.workpiece import raw_engine
 from vmachining.machine import described
 from vmachining.nc import Motion, Program
-from vmachining.stock import StepStock, Stock
+from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 from vmachining.tolerance import BREP_SECONDS
 
@@ -71,8 +72,6 @@ ROWS = dict(zip(("program", "scheduled", "pieces"), WORKING, strict=False))
 """Where the rows of a pass grow."""
 
 NO_CONTACT = "contact columns are empty: --engine vectors measures the deviation; [force] or [feed] in the job asks for both"
-
-NO_BREP = {"asked": 0, **dict.fromkeys(JUDGED, 0)}
 
 
 def run(
@@ -98,7 +97,8 @@ def run(
     ----------
     job : or the file of one.
     engine : a name of `vmachining.engines.ENGINES`; None: `columns` where they take the stock and at least half of the feed
-        motions (what they do not take goes to `mesh`, block by block), else `mesh`. chord : mm, instead of chord_mm of the job.
+        motions (what they do not take goes to `mesh`, block by block), else `mesh`. chord : mm, instead of chord_mm of the job;
+        a note of the summary says so where it changed nothing.
     certify : accepted from earlier versions; `mesh` always proves its brackets by two workpieces.
     out : directory for tables while they grow; None: a temporary one, until `RunResult.write`.
     resume : go on after an interruption, from the checkpoint in `out`.
@@ -148,7 +148,7 @@ def run(
         work = _Run(
             job, folder, options, resume, workers, asked, brep_seconds, progress or (lambda *_: None),
             stopped, lock or own,
-            [*(program_words() if command is None else command)],
+            [*(program_words() if command is None else command)], chord_given=chord is not None,
         )  # fmt: skip
         try:
             result = work.go()
@@ -183,6 +183,7 @@ class _Run:
     stop: Callable[[], bool]
     lock: FolderLock
     command: list[str]
+    chord_given: bool = False
     place: ResultFolder = field(init=False)
     raw: Engine | None = None
     earlier_seconds: float = 0.0
@@ -289,7 +290,7 @@ class _Run:
             lock=self.lock,
             findings=quiet_findings(toolpath),
         )
-        result.summary = self._summary(result, stock, times, after)
+        result.summary = run_summary(result, stock, times, after, self.options, chord_given=self.chord_given)
         if (deviation := deviation_tables(job, engine, self.place)) is not None:
             result.summary |= deviation
         elif job.keys.design is not None:
@@ -483,64 +484,3 @@ class _Run:
             self.manifest["seconds"] = self.earlier_seconds + time.perf_counter() - self.started
             self.manifest["ended"] = now()
             self.place.save()
-
-    def _widths(self, rows: pl.DataFrame) -> dict[str, Any]:
-        """What was asked of columns, how many blocks are wider, and how many the mesh engine cut."""
-        wide = rows["removed_hi_mm3"] - rows["removed_lo_mm3"]
-        asked, floor = self.options["width"], self.options["width_mm3"]
-        by_columns = rows["engine"] == "columns"
-        missed = by_columns & (wide > floor) & (wide > asked * (1.0 + 1e-9) * rows["removed_mm3"])
-        return {
-            "width": asked, "width_mm3": floor, "wider_blocks": int(missed.sum()),
-            "blocks_by_mesh": int((~by_columns).sum()),
-        }  # fmt: skip
-
-    def _summary(
-        self, result: RunResult, stock: Stock, times: MoveTimes, after: MoveTimes | None
-    ) -> dict[str, Any]:
-        """The keys of summary.json."""
-        rows = result.blocks.select("removed_mm3", "removed_lo_mm3", "removed_hi_mm3", "warning", "engine")
-        before, final = result.stock.stock_volume, result.stock.volume
-        slack = slack_of(stock)
-        removed = float(rows["removed_mm3"].sum())
-        left = before.estimate - removed
-        # two brackets of one number: the sum over the blocks, and stock before minus stock after; they hold its estimate, too
-        lo = max(float(rows["removed_lo_mm3"].sum()), before.lo - final.hi)
-        hi = min(float(rows["removed_hi_mm3"].sum()), before.hi - final.lo)
-        summary: dict[str, Any] = {
-            "blocks": len(rows),
-            "removed_mm3": removed,
-            "removed_lo_mm3": max(0.0, min(lo, removed) - slack),
-            "removed_hi_mm3": max(hi, removed) + slack,
-            "stock_mm3": before.estimate,
-            "final_mm3": left,
-            "final_lo_mm3": max(0.0, min(final.lo, left) - slack),
-            "final_hi_mm3": max(final.hi, left) + slack,
-            "time_s": float(times.seconds.sum()),
-            "scheduled_time_s": None if after is None else float(after.seconds.sum()),
-            "ideal_time_s": float(times.ideal_s.sum()),
-            "scheduled_ideal_time_s": None if after is None else float(after.ideal_s.sum()),
-            "brackets": result.stock.proof,
-            "brep": dict(NO_BREP),
-            "warnings": int(rows["warning"].count()) + len(result.findings),
-            "seconds": 0.0,
-            "peak_mb": 0.0,
-        }
-        if result.stock.name == "columns":
-            summary |= self._widths(rows)
-        summary["notes"] = job_notes(stock, self.options["chord_mm"])
-        if isinstance(stock, StepStock):
-            summary |= {"stock_step_mm3": stock.exact_mm3, "stock_slack_mm3": slack}
-        if (report := result.schedule) is not None:
-            summary |= {"unsplit_lines": list(report.unsplit), "untouched_lines": list(report.untouched)}
-            summary["schedule"] = {
-                "strategy": report.strategy, "reference": report.reference, "unit": report.unit,
-                "reference_from": report.reference_from, "largest_block_mm3_min": report.largest_block_mm3_min,
-            }  # fmt: skip
-            if report.note is not None:
-                summary["schedule"]["note"] = report.note
-            if report.strategy == "volume":
-                summary["schedule"]["reference_mm3_min"] = report.reference
-        if self.job.machine is not None:
-            summary["machine"] = described(self.job.machine)
-        return summary

@@ -105,7 +105,7 @@ def vector_ends(corners, which, x0, y0, pitch, n, m, casting, bottom, start, low
 
 
 @kernel
-def deviations(start, low, facet, length, cosine, hidden, at, deviation, ended):
+def deviations(start, low, facet, length, cosine, hidden, at, deviation, ended) -> tuple[int, int]:
     """Upright vectors of a tile (T, T) that are reported, and cells over the part without a vector: how many of each.
 
     cosine, hidden (f,): of the slope of a facet, and whether it is left to vectors along normals. at (T * T,): their cells;

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.engines.vectors import _kernels
@@ -218,7 +219,11 @@ def _add_upright(found: _Found, part: DesignPart, upright: UprightVectors, cover
         bare += without
 
         def rows(
-            kept: Ints, base: Base = base, lengths: Floats = lengths, x: Floats = x, y: Floats = y
+            kept: Ints,
+            base: Base = base,
+            lengths: NDArray[np.float32] = lengths,
+            x: Floats = x,
+            y: Floats = y,
         ) -> _Rows:
             i, j = np.divmod(cells[kept], TILE)
             none = np.zeros(len(kept), dtype=np.bool_)

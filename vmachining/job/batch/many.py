@@ -193,6 +193,7 @@ class _Batch:
         self.through = 0
         self.before: dict[int, str | None] = {}
         self.asked = False
+        self._refused: set[str] = set()
         self._table_due = 0.0
         self._page_due = time.monotonic() + PAGE_SECONDS
 
@@ -218,10 +219,9 @@ class _Batch:
                 self._take(ended)
                 fresh = True
             if fresh and time.monotonic() >= self._table_due:
-                self.write_table()
-                fresh = False
+                fresh = not self._written(self.write_table)
             if time.monotonic() >= self._page_due:
-                self._write_page()
+                self._written(self._write_page)
         if pool.lost:
             for index in self.waiting:
                 self.rows[index]["message"] = f"not started: {pool.lost}"
@@ -247,6 +247,18 @@ class _Batch:
                 row |= {"exit_code": 2, "message": f"not in the data set: {exc}"}
         self.through += 1
         self.watcher.ended(index, row, self.through, len(self.rows))
+
+    def _written(self, write: Callable[[], None]) -> bool:
+        """Whether a file could be written on the way. A full disk stops no job for that: at the end it is tried again."""
+        try:
+            write()
+        except InputError as exc:
+            self._table_due = self._page_due = time.monotonic() + PAGE_SECONDS
+            if str(exc) not in self._refused:
+                self.watcher.note(f"{exc}; it is tried again while jobs go on")
+            self._refused.add(str(exc))
+            return False
+        return True
 
     def write_table(self) -> None:
         """batch.csv as things are."""
