@@ -1,7 +1,7 @@
 """`NormalVectors`: vectors along the normals of features (DNV), on lattices over facets and edges.
 
 Only lengths are kept, 4 bytes a vector and a bit; where a vector stands is computed again from its facet, and lambda is kept
-once for a group of some 64 where it is the same for all. A group takes about 64 bytes, a facet with vectors 113.
+once for a group of some 64 where it is the same for all. A group takes about 42 bytes, a facet with vectors 113.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from vmachining.arrays import Bools, Floats, Ints
 from vmachining.engines.vectors import _kernels
 from vmachining.engines.vectors.facets import envelope
 from vmachining.engines.vectors.lattice import _kernels as lattices
+from vmachining.engines.vectors.lattice.balls import _kernels as ball_kernels
 from vmachining.engines.vectors.part import DesignPart, Features, Points, first_hits
 from vmachining.errors import InputError
 from vmachining.geometry.boxtree import box_tree, curve_order
@@ -25,8 +26,11 @@ from vmachining.sweep.ball import ball_block
 
 __all__ = ["GROUP_BYTES", "PATCH_BYTES", "NormalVectors", "Patches", "Piece"]
 
-GROUP_BYTES, PATCH_BYTES = 64, 113
+GROUP_BYTES, PATCH_BYTES = 42, 113
 """What a group and a patch take beside the vectors."""
+
+MOST = 2**31 - 1
+"""Vectors along normals: their numbers have 32 bits."""
 
 PIECE = 1 << 18
 """Vectors whose feet are laid out at a time."""
@@ -104,24 +108,27 @@ class NormalVectors:
         lattices.count_groups(corner, spacing, at)
         at = np.cumsum(at)
         groups = int(at[-1])
-        patch, band, part, parts = (np.zeros(groups, dtype=np.int32) for _ in range(4))
-        first = np.zeros(groups + 1, dtype=np.int64)
+        patch, place = (np.zeros(groups, dtype=np.int32) for _ in range(2))
+        first = np.zeros(groups + 1, dtype=np.int32)
         middle, half = np.zeros((groups, 3), dtype=np.float32), np.zeros(groups, dtype=np.float32)
-        lattices.lay_groups(corner, spacing, at, patch, band, part, parts, first, middle, half)
+        lattices.lay_groups(corner, spacing, at, patch, place, first, middle, half)
         full = first[1:] > 0  # towards the corner of a facet some shares of rows have no vector
-        patch, band, part, parts = patch[full], band[full], part[full], parts[full]
+        patch, place = patch[full], place[full]
         middle, half, many = middle[full], half[full], first[1:][full]
         if len(middle):  # neighbours lie together
             order = curve_order(middle.astype(np.float64))
-            patch, band, part, parts = patch[order], band[order], part[order], parts[order]
+            patch, place = patch[order], place[order]
             middle, half, many = middle[order], half[order], many[order]
-        groups = len(patch)
-        first = np.concatenate([[0], np.cumsum(many)])
-        count = int(first[-1])
+        groups, count = len(patch), int(many.sum())
+        if count > MOST:
+            raise InputError(
+                f"{count:,} vectors along normals, more than {MOST:,}", remedy="take a larger spacing_mm"
+            )
+        first = np.concatenate([[0], np.cumsum(many)]).astype(np.int32)
         none = np.zeros(0, dtype=np.float32)
         self.lattice = lattices.Lattice(
-            corner, patches.normal, float(spacing), patch, band, part, parts, first, middle, half,
-            np.zeros(groups, dtype=np.float32), np.zeros(groups + 1, dtype=np.int64), none,
+            corner, patches.normal, float(spacing), patch, place, first, middle, half,
+            np.zeros(groups, dtype=np.float32), np.zeros(groups + 1, dtype=np.int32), none,
             np.zeros(count, dtype=np.float32), np.zeros(-(-count // 8), dtype=np.uint8), np.empty((0, 6)),
         )  # fmt: skip
 
@@ -157,7 +164,7 @@ class NormalVectors:
         first = self.lattice.first
         least, most = _over(np.minimum, low, first, np.float32), _over(np.maximum, low, first, np.float32)
         kept = np.where(least == most, 1, np.diff(first))
-        low_first = np.concatenate([[0], np.cumsum(kept)])
+        low_first = np.concatenate([[0], np.cumsum(kept)]).astype(np.int32)
         which = np.repeat(least == most, np.diff(first))
         lows = np.empty(int(low_first[-1]), dtype=np.float32)
         one = np.zeros(len(lows), dtype=np.bool_)
@@ -189,7 +196,7 @@ class NormalVectors:
         """All vectors, in their order, some at a time."""
         first, start = self.lattice.first, 0
         while start < len(first) - 1:
-            stop = int(np.searchsorted(first, first[start] + PIECE, side="right")) - 1
+            stop = int(np.searchsorted(first, int(first[start]) + PIECE, side="right")) - 1
             stop = max(stop, start + 1)
             yield self.piece(np.arange(start, stop))
             start = stop
@@ -260,7 +267,7 @@ class NormalVectors:
         if not len(self) or not len(balls):
             return
         unsure = np.empty(len(self.lattice.patch), dtype=np.int64)
-        left = unsure[: lattices.cut_balls(self.lattice, balls, unsure)]
+        left = unsure[: ball_kernels.cut_balls(self.lattice, balls, unsure)]
         if len(left):
             for sweep in sweeps:
                 near = self.near(sweep)
