@@ -184,11 +184,8 @@ class NormalVectors:
     @property
     def bytes_each(self) -> float:
         """Memory of everything that belongs to the vectors, bytes for each."""
-        arrays = [v for v in self.lattice if isinstance(v, np.ndarray)] + [
-            self.patches.facet,
-            self.patches.kind,
-        ]
-        return sum(v.nbytes for v in arrays) / max(len(self), 1)
+        arrays = (*self.lattice, self.patches.facet, self.patches.kind)
+        return sum(v.nbytes for v in arrays if isinstance(v, np.ndarray)) / max(len(self), 1)
 
     # -- laid out ------------------------------------------------------------------------------------------
 
@@ -338,7 +335,7 @@ def _stock_lengths(part: DesignPart, stock: Stock, body: MeshStock, laid: Piece,
 
 
 def _over(
-    ufunc: np.ufunc, values: Floats | NDArray[np.float32], first: Ints, kind: type[np.float32]
+    ufunc: np.ufunc, values: Floats | NDArray[np.float32], first: NDArray[np.int32], kind: type[np.float32]
 ) -> NDArray[np.float32]:
     """Least or largest value of every group, none of which is empty; float32."""
     if len(first) == 1:
