@@ -150,17 +150,6 @@ def test_sum_of_a_program_is_the_volume_of_its_union():
     assert engine.volume.holds(7200.0 - union, 5e-4 * union)
 
 
-def test_a_ramp_at_once_and_in_pieces():
-    tool, _, _ = bull()
-    whole, parts = ColumnsEngine(BOX, 1e-3, 0.0), ColumnsEngine(BOX, 1e-3, 0.0)
-    a, b = np.array([0.0, 0.0, 1.0]), np.array([18.0, 3.0, -11.0])
-    at_once = whole.cut(line(tool, a, b))
-    points = [a + t * (b - a) for t in (0.0, 0.3, 0.31, 0.7, 1.0)]
-    pieces = [parts.cut(line(tool, p, q)) for p, q in pairwise(points)]
-    lo, hi = sum(p.lo for p in pieces), sum(p.hi for p in pieces)
-    assert max(lo, at_once.lo) <= min(hi, at_once.hi)
-
-
 def test_touch_changes_nothing_and_a_checkpoint_goes_on_alike(tmp_path):
     tool, _, _ = ball()
     engine = ColumnsEngine(BOX, 0.01)

@@ -17,7 +17,7 @@ FIRST = len(FAMILIES) * CUTTERS.index("cone")
 
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + len(FAMILIES)), ids=FAMILIES)
 def test_a_program_of_each_family(seed):
-    """A cone: its edge was passed over by the rule of second derivatives, and seed 44 found it."""
+    """A cone: its edge was passed over by the rule of second derivatives, and the family `far` found it."""
     row = program_row(seed)
     assert row["outside"] == 0, row
 

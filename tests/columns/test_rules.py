@@ -31,7 +31,7 @@ def cut(tool, way, rules: int):
 
 def counted(way, radius, under) -> list[tuple[float, float]]:
     """Volume of each block and its standard error, by random columns."""
-    (x0, y0, z0), (x1, y1, _), _ = STOCK
+    (x0, y0, z0), (x1, y1, _) = STOCK[:2]
     x, y = np.random.default_rng(1).uniform((x0, y0), (x1, y1), (POINTS, 2)).T
     left, area, out = np.zeros(POINTS), (x1 - x0) * (y1 - y0), []
     for a, b in way:

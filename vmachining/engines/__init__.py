@@ -61,7 +61,7 @@ class Entry:
 ENGINES = {
     "columns": Entry(
         "vmachining.engines.relay:ColumnsFirst",
-        "upright convex tools on boxes and upright cylinders, proven to a width; hands the rest on to mesh, block by block",
+        "upright convex tools on stocks with level bottom, proven to a width; hands the rest on to mesh, block by block",
     ),
     "mesh": Entry("vmachining.engines.mesh:MeshEngine", "any stock, tool and motion", divisible=True),
     "dexel": Entry(

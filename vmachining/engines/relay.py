@@ -177,9 +177,9 @@ class ColumnsFirst:
         has cut, its facets, after it has cut all other blocks, too."""
         columns = self._columns
         if columns is not None and columns.is_cut and not len(self._foreign):
-            surface, is_round = columns.over_box(), columns.stock.radius > 0.0
-            thin = thinned(surface, THIN_MM, columns.stock.shape if is_round else None, self.chord)
-            if thin is not None or not is_round:
+            surface, is_box = columns.over_box(), columns.stock.is_box
+            thin = thinned(surface, THIN_MM, None if is_box else columns.stock.shape, self.chord)
+            if thin is not None or is_box:
                 return thin or surface
         return self._meshed().surface()
 

@@ -127,8 +127,7 @@ def counted(
     for s in range(sets):
         places = low + (corner + rng.random(corner.shape)) / SIDE * (high - low)
         _kernels.taken(
-            program.cutters, program.moves, program.box, k, program.walls, program.round, bottom, top, places,
-            depth,
+            program.cutters, program.moves, program.box, k, bottom, places, program.top(places), depth,
         )  # fmt: skip
         means[s] = area * depth.mean()
         hits += int((depth > 0.0).sum())

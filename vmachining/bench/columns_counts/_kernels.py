@@ -5,7 +5,6 @@
 # the corner ends, slope of the flank, largest radius): the tip is at the origin.
 # moves[k] = (kind, start x, y, z, end or centre x, y, z, angle, rise, cutter), box[k] = (x0, y0, x1, y1) of its footprint.
 # kind LINE, or 0, 1, 2: an arc about x, y, z.
-# walls[w] = (nx, ny, c): the stock is where n.p <= c for all; round = (x, y, r), r = 0: no cylinder.
 
 import numpy as np
 
@@ -118,35 +117,25 @@ def lowest(cutters, moves, k, x, y):
     return best
 
 
-@leaf
-def inside(walls, round_, x, y):
-    """Whether a place lies in the outline of the stock."""
-    for w in range(len(walls)):
-        if walls[w, 0] * x + walls[w, 1] * y > walls[w, 2]:
-            return False
-    return round_[2] == 0.0 or (x - round_[0]) ** 2 + (y - round_[1]) ** 2 <= round_[2] ** 2
-
-
 @kernel
 def taken(
-    cutters: np.ndarray, moves: np.ndarray, box: np.ndarray, k: int, walls: np.ndarray, round_: np.ndarray,
-    bottom: float, top: float, places: np.ndarray, depth: np.ndarray,
+    cutters: np.ndarray, moves: np.ndarray, box: np.ndarray, k: int, bottom: float, places: np.ndarray,
+    top: np.ndarray, depth: np.ndarray,
 ) -> None:  # fmt: skip
-    """Length that move k takes of the column over each place (n, 2); k = the number of moves: what all take together."""
+    """Length that move k takes of the column over each place (n, 2), where the stock is as high as `top`; k = the number of
+    moves: what all take together."""
     everything = k == len(moves)
     for i in range(len(places)):
         x, y = places[i, 0], places[i, 1]
         depth[i] = 0.0
-        if not inside(walls, round_, x, y):
-            continue
         f = bottom if everything else max(lowest(cutters, moves, k, x, y), bottom)
-        if f >= top:
+        if f >= top[i]:
             continue
-        left = top
+        left = top[i]
         for j in range(k):
             if x < box[j, 0] or y < box[j, 1] or x > box[j, 2] or y > box[j, 3]:
                 continue
             left = min(left, lowest(cutters, moves, j, x, y))
             if left <= f:
                 break
-        depth[i] = top - max(left, bottom) if everything else max(left - f, 0.0)
+        depth[i] = top[i] - max(left, bottom) if everything else max(left - f, 0.0)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 import vmachining as vm
 from vmachining.arrays import Floats
+from vmachining.bench.columns_counts.stocks import drawn_stock
 from vmachining.engines.columns import FlatStock
 from vmachining.geometry import Arc, Line
 from vmachining.sweep import Sweep
@@ -16,7 +18,7 @@ __all__ = ["CUTTERS", "FAMILIES", "Program", "drawn"]
 
 FAMILIES = (
     "anywhere", "finishing", "plunges", "retraces", "tiny", "far", "half outside", "steep", "two cutters",
-    "round stock", "level arcs", "helices", "arcs of all planes",
+    "round stock", "level arcs", "helices", "arcs of all planes", "prism", "steps", "facets",
 )  # fmt: skip
 CUTTERS = ("ball", "flat", "bull", "cone", "tapered ball", "rounded cone", "drill")
 
@@ -29,17 +31,17 @@ LONG_MM = 60.0
 
 
 class Program(NamedTuple):
-    """cutters, moves, box, walls, round : see `_kernels.py`. low, high : of the stock. sweeps, stock : for the engine."""
+    """cutters, moves, box : see `_kernels.py`. low, high : of the stock. top : its height over places (n, 2), the bottom
+    where it is not. sweeps, stock : for the engine."""
 
     family: str
     cutter: str
     cutters: Floats
     moves: Floats
     box: Floats
-    walls: Floats
-    round: Floats
     low: Floats
     high: Floats
+    top: Callable[[Floats], Floats]
     sweeps: list[Sweep]
     stock: FlatStock
 
@@ -149,7 +151,7 @@ def _arcs(rng: np.random.Generator, family: str, low: Floats, high: Floats) -> l
 
 
 def drawn(seed: int) -> Program:
-    """The program of a seed: family seed mod 13, cutter seed // 13 mod 7."""
+    """The program of a seed: family seed mod 16, cutter seed // 16 mod 7."""
     rng = np.random.default_rng([seed, 34])
     family = FAMILIES[seed % len(FAMILIES)]
     first = seed // len(FAMILIES) % len(CUTTERS)
@@ -170,16 +172,10 @@ def drawn(seed: int) -> Program:
             paths.append(Line(way[:3] + at, way[3:] + at))
     moves, cutters = np.array(rows), np.array([numbers for numbers, _ in made])
     sweeps = [Sweep.along(made[int(row[9])][1], path) for row, path in zip(rows, paths, strict=True)]
-    (x0, y0, _), (x1, y1, _) = low, high
-    walls = np.array([[-1.0, 0.0, -x0], [0.0, -1.0, -y0], [1.0, 0.0, x1], [0.0, 1.0, y1]])
-    circle = np.array([0.0, 0.0, 0.0])
-    if family == "round stock":
-        circle = np.array([0.5, 0.5, 5.5])
-        low, high = np.array([-5.0, -5.0, -10.0]), np.array([6.0, 6.0, 0.0])
-    stock = FlatStock(tuple(low + at), tuple(high + at), float(circle[2]))
+    stock, top, low, high = drawn_stock(rng, family, low, high, at)
     box = _boxes(moves, cutters)
     name = "+".join(CUTTERS[k] for k in kinds)
-    return Program(family, name, cutters, moves, box, walls, circle, low, high, sweeps, stock)
+    return Program(family, name, cutters, moves, box, low, high, top, sweeps, stock)
 
 
 def _boxes(moves: Floats, cutters: Floats) -> Floats:

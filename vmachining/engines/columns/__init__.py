@@ -22,6 +22,7 @@ Goal: a bracket that holds the truth, rounding included, as narrow as asked, at 
 | `cutters.py` | lower surfaces of profiles, grown and shrunk cutters, which cutter lies in which |
 | `paths.py` | `chords` and `pieces` of arcs |
 | `heights.py` | the workpiece as closed triangles over a grid |
+| `roof/` | facets of the top and edges of the outline of a stock, by tiles |
 | `store.py` | profiles and paths as arrays |
 | `surface/` | f, its tangent planes and second derivatives, the cover rule, in numba |
 | `patches/` | volume over a ball's sweep in one cell in closed form, in numba |
@@ -32,9 +33,11 @@ Goal: a bracket that holds the truth, rounding included, as narrow as asked, at 
 Source: derived in `docs/columns.md`, rule by rule. Departures: second derivatives are bounded for any profile of lines
 and arcs, not for balls alone.
 
-Known limits: convex cutters, upright axis, boxes and upright cylinders with level top; a sweep whose own top dips below
+Known limits: convex cutters, upright axis, stocks with level bottom on which nothing hangs
+over; a sweep whose own top dips below
 the top of the stock is refused, even where nothing is left there. Ramps steeper than 1e4 are bounded by plunges and stay
-as wide as that makes them. The surface of a round stock is left to the mesh engine.
+as wide as that makes them. Over a seam between facets, and over an outline that turns
+in a cell, bounds are of first order. The surface of a stock that is no box is left to the mesh engine.
 """
 
 from vmachining.engines.columns.engine import ColumnsEngine, FlatStock

@@ -22,6 +22,7 @@ from vmachining.engines.columns.cells._kernels import (
     bounds,
     hides,
 )
+from vmachining.engines.columns.roof._kernels import Roof
 from vmachining.engines.columns.surface._kernels import value
 from vmachining.jit import kernel, leaf
 
@@ -142,7 +143,7 @@ ZERO = np.int64(0)  # typed, see surface/_kernels.py
 
 @kernel
 def remove(
-    shapes: Shapes, tiles: Tiles, work: Work, k: int, rim: int, top: float, bottom: float, relative: float,
+    shapes: Shapes, tiles: Tiles, roof: Roof, work: Work, k: int, rim: int, top: float, bottom: float, relative: float,
     absolute: float, slack: float, limit: int, keep: bool, out: NDArray[np.float64],
 ) -> None:  # fmt: skip
     """Bracket of what sweep k removes, into out = (lo, hi, cells, most sweeps in a tile, state).
@@ -173,7 +174,7 @@ def remove(
             x, y = gx + (i + 0.5) * w, gy + (j + 0.5) * h
             src = used
             lo, hi, m = bounds(
-                head, part, lift, ladder, rows, rules, k, rim, top, bottom, x, y, 0.5 * w, 0.5 * h,
+                head, part, lift, ladder, rows, rules, roof, k, rim, top, bottom, x, y, 0.5 * w, 0.5 * h,
                 ids, src, count, src + count, slack, lines, E, C, P, W,
             )  # fmt: skip
             if hi <= 0.0:
@@ -232,7 +233,7 @@ def remove(
         for q in range(4):
             cx, cy = x + (hx if q % 2 else -hx), y + (hy if q > 1 else -hy)
             a, b, m = bounds(
-                head, part, lift, ladder, rows, rules, k, rim, top, bottom, cx, cy, hx, hy,
+                head, part, lift, ladder, rows, rules, roof, k, rim, top, bottom, cx, cy, hx, hy,
                 ids, src, count, used, slack, lines, E, C, P, W,
             )  # fmt: skip
             new = c if q == 0 else n

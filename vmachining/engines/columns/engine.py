@@ -17,11 +17,12 @@ from vmachining.engines.columns.cells._kernels import ALL
 from vmachining.engines.columns.cutters import grown, lift, underside, widened
 from vmachining.engines.columns.heights import solid_of
 from vmachining.engines.columns.paths import chords, is_flat, pieces, widest
+from vmachining.engines.columns.roof import facets_of, roof_of, seams
 from vmachining.engines.columns.store import packed_profiles, profiles_of
 from vmachining.engines.protocol import NOTHING, Options, Removal, StockSurface
 from vmachining.errors import EngineError, StockError
 from vmachining.geometry import Arc, Bracket, Line
-from vmachining.stock import BoxStock, CylinderStock, Stock
+from vmachining.stock import BoxStock, CylinderStock, MeshStock, StepStock, Stock
 from vmachining.sweep import Sweep, Turn
 from vmachining.tolerance import CHORD_MM
 from vmachining.tool import Profile
@@ -55,6 +56,9 @@ MOST_TILES = 4_000_000
 CELLS, ARC_CELLS = 60_000, 2_000
 """Cells of a straight block, and of a chord of an arc: what its sagitta leaves cannot be divided away."""
 
+ADDED = 1e-3
+"""What is added for rounding may exceed the width asked for by as much of it, without a note."""
+
 COARSE = 0.25
 """Relative width of the first look at the pieces of a block."""
 
@@ -63,14 +67,16 @@ SAGS = (2.0**-11, 2.0**-14)
 
 
 class FlatStock(NamedTuple):
-    """Stock with upright walls and level top.
+    """Stock with level bottom and upright walls.
 
-    low, high : corners of its box, mm. radius : 0 for a box, else that of a round bar in the middle of it.
+    low, high : corners of its box, mm. radius : 0 for a box, else that of a round bar in the middle of it. mesh : a height
+    field of facets over any outline; None: the top is level.
     """
 
     low: tuple[float, float, float]
     high: tuple[float, float, float]
     radius: float = 0.0
+    mesh: MeshStock | None = None
 
     @classmethod
     def of(cls, stock: Stock) -> FlatStock:
@@ -79,18 +85,28 @@ class FlatStock(NamedTuple):
         Raises
         ------
         StockError
-            Neither a box nor an upright cylinder.
+            Its bottom is not level, something hangs over, or its faces are curved.
         """
-        if not isinstance(stock, (BoxStock, CylinderStock)):
-            raise StockError(
-                "columns want a box or an upright cylinder as stock", remedy="take --engine mesh"
-            )
         low, high = (tuple(corner) for corner in stock.bounds.tolist())
+        if isinstance(stock, StepStock) and len(stock.curved):
+            raise StockError("columns want a stock with plane faces", remedy="take --engine mesh")
+        if isinstance(stock, MeshStock):
+            facets_of(stock)
+            return cls(low, high, 0.0, MeshStock(stock.vertices, stock.triangles))
+        if not isinstance(stock, (BoxStock, CylinderStock)):
+            raise StockError("columns do not know this stock", remedy="take --engine mesh")
         return cls(low, high, stock.radius if isinstance(stock, CylinderStock) else 0.0)
+
+    @property
+    def is_box(self) -> bool:
+        """Whether walls and top are those of its box."""
+        return not self.radius and self.mesh is None
 
     @property
     def shape(self) -> Stock:
         """The same as the stock of a job."""
+        if self.mesh is not None:
+            return self.mesh
         if self.radius:
             x, y = (0.5 * (a + b) for a, b in zip(self.low[:2], self.high[:2], strict=True))
             return CylinderStock((x, y), self.radius, (self.low[2], self.high[2]))
@@ -99,6 +115,8 @@ class FlatStock(NamedTuple):
     @property
     def volume(self) -> float:
         """mm^3."""
+        if self.mesh is not None:
+            return self.mesh.mesh(0.0)[0].volume
         dx, dy, dz = np.subtract(self.high, self.low).tolist()
         return float((np.pi * self.radius**2 if self.radius else dx * dy) * dz)
 
@@ -137,6 +155,8 @@ class ColumnsEngine:
         self._rows, self._count = np.zeros((64, 16)), 0
         self._blocks: list[int] = []
         self._tiles: _kernels.Tiles | None = None
+        self._facets = None if stock.mesh is None else facets_of(stock.mesh)
+        self._roof, self._seams = roof_of(None, np.zeros(4), np.zeros(2, dtype=np.int64)), np.zeros((0, 0))
         self._work = _kernels.work()
         self._left: tuple[int, Removal] | None = None
         self._rim = self._round_stock()
@@ -210,7 +230,7 @@ class ColumnsEngine:
                 self._count = first
             if done:
                 break
-        if keep and found.width > max(wanted, self.width * found.estimate):
+        if keep and found.width > (1.0 + ADDED) * max(wanted, self.width * found.estimate):
             return found._replace(note=self._missed(found, wanted, off))
         return found._replace(note=None)
 
@@ -248,7 +268,7 @@ class ColumnsEngine:
         slack = ULPS * float(np.finfo(float).eps) * scale
         while True:
             _kernels.remove(
-                shapes, tiles, self._work, k, self._rim, top, bottom, relative, absolute, slack,
+                shapes, tiles, self._roof, self._work, k, self._rim, top, bottom, relative, absolute, slack,
                 min(limit, len(self._work.cell)), keep, out,
             )  # fmt: skip
             if out[4] != _kernels.LONG:
@@ -263,6 +283,9 @@ class ColumnsEngine:
         height = top - max(bottom, row[2] + min(row[6] * L, 0.0))
         # each sweep, the top and the bottom moved by the rounding of coordinates; and that of the closed integrals
         error = slack * (longest + 3.0) * (2.0 * plan + rim * height) + ROUNDING * plan * (height + R)
+        if self._facets is not None:  # strips as narrow along edges of facets are passed over
+            i0, i1, j0, j1 = self._reached(k)
+            error += 2.0 * slack * float(self._seams[j0:j1, i0:i1].sum()) * height
         lo, hi = max(lo - error, 0.0), hi + error
         note = f"{limit} cells were not enough" if state == _kernels.FULL else None
         if row[7] != row[8] and row[5] == 0.0 and row[10] == STRAIGHT:
@@ -371,7 +394,7 @@ class ColumnsEngine:
 
     def _round_stock(self) -> int:
         """Row of a plunge whose footprint is that of a round stock; -1 for a box."""
-        low, high, radius = self.stock
+        low, high, radius, _ = self.stock
         if not radius:
             return -1
         disc = Profile([(radius, 0.0), (radius, 1.0)])
@@ -387,7 +410,7 @@ class ColumnsEngine:
         """The tiles, with free entries for everything that sweep k can add: one in each tile that it reaches."""
         if self._tiles is None:
             size = self.tile_mm or TILE_SHARE * self._head[int(self._rows[k, 7]), 1]
-            (x0, y0, _), (x1, y1, _), _ = self.stock
+            (x0, y0, _), (x1, y1, _) = self.stock[:2]
             size = max(size, float(np.sqrt((x1 - x0) * (y1 - y0) / MOST_TILES)))
             nx, ny = max(1, int(np.ceil((x1 - x0) / size))), max(1, int(np.ceil((y1 - y0) / size)))
             grid = np.array([x0, y0, (x1 - x0) / nx, (y1 - y0) / ny])
@@ -395,11 +418,19 @@ class ColumnsEngine:
             self._tiles = _kernels.Tiles(
                 grid, np.array([nx, ny]), np.full(nx * ny, -1), none, none, np.array([-1, 0])
             )
+            self._cover()
         i0, i1, j0, j1 = self._reached(k)
         wanted = max(i1 - i0, 0) * max(j1 - j0, 0)
         if self._tiles.free[1] < wanted:
             self._tiles = _more(self._tiles, wanted)
         return self._tiles
+
+    def _cover(self) -> None:
+        """Facets of the top by tiles, and how long their edges are in each at most."""
+        assert self._tiles is not None
+        if self._facets is not None:
+            self._roof = roof_of(self._facets, self._tiles.grid, self._tiles.size)
+            self._seams = seams(self._roof, self._facets.length)
 
     def _reached(self, k: int) -> tuple[int, int, int, int]:
         """Tiles (first, last + 1) along x and y."""
@@ -445,7 +476,7 @@ class ColumnsEngine:
 
     def _looked(self) -> Removal:
         """All that is left: what a plunge wider than the stock would take."""
-        (x0, y0, z0), (x1, y1, z1), _ = self.stock
+        (x0, y0, z0), (x1, y1, z1) = self.stock[:2]
         r = hypot(x1 - x0, y1 - y0)
         everything = Profile([(r, 0.0), (r, 2.0 * (z1 - z0))])
         x, y = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
@@ -470,7 +501,7 @@ class ColumnsEngine:
         EngineError
             The stock is no box.
         """
-        if self.stock.radius:
+        if not self.stock.is_box:
             raise EngineError("only the surface of a box", engine=self.name)
         return self.over_box()
 
@@ -509,7 +540,7 @@ class ColumnsEngine:
     def save(self, path: Path) -> None:
         """Write tiles and sweeps (`.npz`)."""
         state = {
-            "stock": list(self.stock), "width": self.width, "width_mm3": self.width_mm3, "tile_mm": self.tile_mm,
+            "stock": list(self.stock[:3]), "width": self.width, "width_mm3": self.width_mm3, "tile_mm": self.tile_mm,
             "blocks": self._blocks[: self._count], "gone": list(self._gone[:4]), "groups": self._groups, "count": self._count,
         }  # fmt: skip
         profiles = {id(p): p for p, _ in self._known}
@@ -519,6 +550,8 @@ class ColumnsEngine:
             [(number[id(p)], by, rung) for (p, by), rung in zip(self._known, self._rung, strict=True)]
         ).reshape(-1, 3)
         arrays["ladder"] = self._ladder
+        if self.stock.mesh is not None:
+            arrays |= {"vertices": self.stock.mesh.vertices, "triangles": self.stock.mesh.triangles}
         tiles = {} if self._tiles is None else {f"tiles_{n}": v for n, v in self._tiles._asdict().items()}
         with path.open("wb") as file:
             np.savez(
@@ -533,8 +566,9 @@ class ColumnsEngine:
                 found = {name: data[name] for name in data.files}
             state = json.loads(str(found["state"]))
             low, high, radius = state["stock"]
+            mesh = MeshStock(found["vertices"], found["triangles"]) if "vertices" in found else None
             engine = cls(
-                FlatStock(tuple(low), tuple(high), radius), state["width"], state["width_mm3"],
+                FlatStock(tuple(low), tuple(high), radius, mesh), state["width"], state["width_mm3"],
                 tile_mm=state["tile_mm"],
             )  # fmt: skip
             profiles = profiles_of(found)
@@ -549,6 +583,7 @@ class ColumnsEngine:
             engine._gone, engine._groups = Removal(*state["gone"]), int(state["groups"])
             if "tiles_grid" in found:
                 engine._tiles = _kernels.Tiles(*(found[f"tiles_{n}"] for n in _kernels.Tiles._fields))
+                engine._cover()
         except (OSError, KeyError, ValueError) as error:
             raise EngineError(f"checkpoint {path} cannot be read ({error})", engine=cls.name) from error
         return engine

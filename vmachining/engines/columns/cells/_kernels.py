@@ -5,7 +5,8 @@
 # Legend. (x, y) centre, hx, hy half sizes of the cell; points of planes are relative to the centre.
 # E[i] what is known of surface i in the cell, i = 0 the top of the stock, 1 ... n earlier sweeps, n + 1 sweep k. Columns
 # 0-7 the upper side (of the cutter that the sweep holds), 8-15 the lower side (of the cutter that holds it):
-#   value, gx, gy, Mxx, Mxy, Myy, radius, flag; radius bounds |f'' - M|
+#   value, gx, gy, Mxx, Mxy, Myy, radius, flag; radius bounds |f'' - M|. Of the top of a stock of facets: planes above
+#   and below it.
 # flag: SMOOTH value, gradient and M hold; ROUGH whole in the footprint, of the lower side value and gradient of a plane
 # below f; PART the border of the footprint crosses the cell (lower side as ROUGH); OUT absent.
 # lines[i] the straight sweep that stands for surface i in the cell, see arcs/_kernels.py.
@@ -16,6 +17,7 @@ import numpy as np
 
 from vmachining.engines.columns.arcs._kernels import ARC, WIDTH, place, same_arc
 from vmachining.engines.columns.patches._kernels import clip, room
+from vmachining.engines.columns.roof._kernels import OUTSIDE, WHOLE, over_cell
 from vmachining.engines.columns.surface._kernels import (
     bending,
     covers,
@@ -334,7 +336,7 @@ def over(head, part, lines, rules, x, y, E, n, P, q, corners, extra, W):
             continue
         for v in range(corners):
             px, py = P[q, v, 0], P[q, v, 1]
-            f = E[0, UP]
+            f = E[0, UP] + E[0, UP + 1] * px + E[0, UP + 2] * py
             if i > 0:
                 side = 8 if lines[i, 9] == lines[SELF, 9] else 7
                 f = value(head, part, int(lines[i, side]), lines, i, x + px, y + py)
@@ -440,11 +442,13 @@ def known_room(head, part, lines, E, i, top, x, y, hx, hy, P):
 
 @leaf
 def bounds(
-    head, part, lift, ladder, rows, rules, k, rim, top, bottom, x, y, hx, hy, ids, src, count, dst, slack, lines, E, C, P, W
+    head, part, lift, ladder, rows, rules, roof, k, rim, top, bottom, x, y, hx, hy, ids, src, count, dst, slack,
+    lines, E, C, P, W,
 ):  # fmt: skip
     """(lo, hi, number of earlier sweeps that still count, written to ids from dst) of a cell.
 
     rim : row of a plunge whose footprint is that of a round stock, -1 where the walls of the stock are those of the tiles.
+    roof : top and outline of a stock of facets; empty: the top is level.
     """
     d = np.sqrt(hx * hx + hy * hy)
     place(head, part, ladder, rows, k, x, y, d, lines, SELF)
@@ -464,7 +468,27 @@ def bounds(
                 edge = TOP
     for j in range(16):
         E[0, j] = 0.0
-    E[0, UP], E[0, DOWN], E[0, UP + 7], E[0, DOWN + 7] = top, top, SMOOTH, SMOOTH
+    level = True
+    if len(roof.start) > 0:
+        state, up, down, gx, gy, wall = over_cell(roof, x, y, hx, hy, slack)
+        if state == OUTSIDE:
+            return 0.0, 0.0, TOP
+        level = state == WHOLE and gx == 0.0 and gy == 0.0 and up == down
+        top = up
+        E[0, UP], E[0, UP + 1], E[0, UP + 2] = up, gx, gy
+        E[0, DOWN], E[0, DOWN + 1], E[0, DOWN + 2] = down, gx, gy
+        if wall >= 0:
+            edge = np.int64(len(C) - 1)
+            ux, uy = roof.wall[wall, 2] - roof.wall[wall, 0], roof.wall[wall, 3] - roof.wall[wall, 1]
+            size = np.sqrt(ux * ux + uy * uy)
+            nx, ny = uy / size, -ux / size
+            c = nx * (roof.wall[wall, 0] - x) + ny * (roof.wall[wall, 1] - y)
+            C[edge, 0], C[edge, 1], C[edge, 2], C[edge, 3] = nx, ny, c - slack, c + slack
+        elif state != WHOLE:  # nothing is there for sure
+            E[0, DOWN], E[0, DOWN + 1], E[0, DOWN + 2] = bottom, 0.0, 0.0
+    else:
+        E[0, UP], E[0, DOWN] = top, top
+    E[0, UP + 7], E[0, DOWN + 7] = SMOOTH, SMOOTH
     if above(E, SELF, DOWN, hx, hy, TOP, UP):
         return 0.0, 0.0, TOP
     floor_of(E, SELF, bottom, hx, hy)
@@ -514,6 +538,7 @@ def bounds(
     least, most = -np.inf, np.inf
     firm = (
         rules & CLOSED != 0
+        and level
         and edge == 0
         and E[1, DOWN] - abs(E[1, DOWN + 1]) * hx - abs(E[1, DOWN + 2]) * hy > bottom
     )
