@@ -8,6 +8,7 @@
 | `drop.py`, `_kernels.py` | `Surface`: heights, drop cutter |
 | `contact.py` | `cl_points`: CC point to CL point with lead and tilt; `scallop_step` |
 | `passes.py` | `raster`: parallel passes in three axes, by scallop or step, within a chord tolerance |
+| `ridges.py` | what two passes leave between them, and so the step over of a scallop height |
 | `fiveaxis.py` | `five_axis_raster`: passes with lead and tilt, free of interference; `normals_at` |
 | `levels.py` | `push_cutter`, `waterline`, `waterline_path`: closed loops at a height |
 
@@ -22,7 +23,8 @@ from vmachining.toolpath.facets.fields import height_field
 from vmachining.toolpath.facets.fiveaxis import five_axis_raster, normals_at
 from vmachining.toolpath.facets.levels import Fibres, push_cutter, waterline, waterline_path
 from vmachining.toolpath.facets.mesh import FacetMesh, Weights, edge_normal
-from vmachining.toolpath.facets.passes import Raster, raster, scallops
+from vmachining.toolpath.facets.passes import Raster, raster
+from vmachining.toolpath.facets.ridges import leaning_ridges, upright_ridges
 from vmachining.toolpath.facets.stl import Facets, read_stl
 
 __all__ = [
@@ -39,13 +41,14 @@ __all__ = [
     "edge_normal",
     "five_axis_raster",
     "height_field",
+    "leaning_ridges",
     "normals_at",
     "push_cutter",
     "radii",
     "raster",
     "read_stl",
     "scallop_step",
-    "scallops",
+    "upright_ridges",
     "waterline",
     "waterline_path",
 ]

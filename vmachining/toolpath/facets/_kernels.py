@@ -11,6 +11,7 @@ from vmachining.jit import kernel, leaf
 
 LEAF = 4
 NONE, VERTEX, EDGE, FACET = 0, 1, 2, 3
+PLACES = 64
 
 
 @leaf
@@ -187,6 +188,66 @@ def drop(points, corners, planes, boxes, R, r, floor, z, which, kind) -> None:
         z[i], which[i], kind[i] = best, triangle, what
         if triangle >= 0:
             last = triangle
+
+
+@leaf
+def outline(y, m, R, r, a):
+    """Height over a pass of what it leaves at the distance y across: the lowest m s + f over the line y; inf beside it."""
+    y = abs(y)
+    if y > R:
+        return np.inf
+    s = best_along(abs(m), y, 0.0, np.sqrt(R * R - y * y), r, a)
+    return height(np.sqrt(y * y + s * s), r, a) - abs(m) * s
+
+
+@leaf
+def over_passes(y, i, first, last, z, slopes, offsets, R, r, a):
+    """Lowest of some passes over a place."""
+    lowest = np.inf
+    for k in range(first, last):
+        lowest = min(lowest, z[k, i] + outline(y - offsets[k], slopes[k, i], R, r, a))
+    return lowest
+
+
+@kernel
+def between_passes(z, slopes, offsets, R, r, left) -> None:
+    """How far, at each station, the first and the last pass stay above those between them; see `upright_ridges`.
+
+    z, slopes (k, n); offsets (k,). Looked at are places spread over all that a pass reaches, the one where both outlines cross,
+    and the end of each pass that lies towards the other, without itself: there the other stands over a step.
+    """
+    a, last = R - r, len(offsets) - 1
+    low, step = offsets[0] - R, (offsets[last] - offsets[0] + 2.0 * R) / PLACES
+    for i in range(z.shape[1]):
+        most, before = 0.0, np.nan
+        for j in range(PLACES + 1):
+            y = low + j * step
+            one = over_passes(y, i, 0, 1, z, slopes, offsets, R, r, a)
+            two = over_passes(y, i, last, last + 1, z, slopes, offsets, R, r, a)
+            lowest = over_passes(y, i, 1, last, z, slopes, offsets, R, r, a)
+            if lowest < min(one, two):
+                most = max(most, min(one, two) - lowest)
+            if before * (one - two) < 0.0:
+                p, q = y - step, y
+                for _ in range(30):
+                    y = 0.5 * (p + q)
+                    one = over_passes(y, i, 0, 1, z, slopes, offsets, R, r, a)
+                    gap = one - over_passes(y, i, last, last + 1, z, slopes, offsets, R, r, a)
+                    if before * gap > 0.0:
+                        p = y
+                    else:
+                        q = y
+                most = max(most, one - over_passes(y, i, 1, last, z, slopes, offsets, R, r, a))
+                before = -before
+            elif one < np.inf and two < np.inf:
+                before = one - two
+        for k, other, y in ((0, last, offsets[0] + R), (last, 0, offsets[last] - R)):
+            lowest = min(
+                over_passes(y, i, 1, last, z, slopes, offsets, R, r, a),
+                z[k, i] + outline(R, slopes[k, i], R, r, a),
+            )
+            most = max(most, over_passes(y, i, other, other + 1, z, slopes, offsets, R, r, a) - lowest)
+        left[i] = most
 
 
 @kernel

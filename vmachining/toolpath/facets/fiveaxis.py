@@ -16,7 +16,6 @@ Source: spec D.5, D.6, D.10.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -28,9 +27,10 @@ from vmachining.toolpath.clpath import CLPath, Mark
 from vmachining.toolpath.facets.contact import cl_points, scallop_step
 from vmachining.toolpath.facets.drop import Surface
 from vmachining.toolpath.facets.mesh import FacetMesh
-from vmachining.toolpath.facets.passes import checked_sizes, overhang_notes, widest_step
+from vmachining.toolpath.facets.passes import checked_sizes, overhang_notes
+from vmachining.toolpath.facets.ridges import leaning_ridges, widest_step
 
-__all__ = ["NormalKind", "five_axis_raster", "normals_at", "ridges"]
+__all__ = ["NormalKind", "five_axis_raster", "normals_at"]
 
 NormalKind = Literal["facet", "resultant", "area", "angle"]
 TILT_STEP_DEG = 2.5
@@ -39,10 +39,6 @@ LEAST = 0.05
 """Shortest chord, as a share of the chord tolerance."""
 
 ROUNDS = 14
-
-OUTLINE, OUTLINE_NORMALS = np.radians(85.0), 171
-"""Normals of an outline that are looked at, to both sides of the part's, a degree apart: between them it is a chord, which lies
-above it by 4e-5 of its radius."""
 
 RIDGE_PLACES = 33
 """Between two passes."""
@@ -72,54 +68,6 @@ def normals_at(mesh: FacetMesh, points: Floats, triangles: Ints, kind: NormalKin
     if (size < 1e-12).any():
         raise InputError(f"the normals cancel at point {int(np.argmin(size))}", remedy="take facet normals")
     return np.asarray(mixed / size[:, None])
-
-
-def ridges(
-    one: Floats,
-    middle: Floats,
-    two: Floats,
-    normals: Floats,
-    feeds: Floats,
-    passes: Sequence[tuple[Floats, Floats]],
-    radius: float,
-    corner_radius: float,
-) -> Floats:
-    """(n,) mm: what two neighbouring passes leave above the part between them, at most.
-
-    Along the feed a pass leaves the outline of the cutter: that of the circle of radius a about its axis, an ellipse, grown by
-    the corner radius r. Where its normal is m, square to the feed, it goes through tip + r T - a w / |w| - r m with
-    w = m - (m . T) T. In the plane across the feed both outlines are compared with the parabola through the part's points on both
-    passes and halfway.
-
-    Parameters
-    ----------
-    one, middle, two : (n, 3) mm, of the part. normals, feeds : (n, 3), at the middle. passes : tips and axes (n, 3) on both.
-    """
-    f = feeds / np.linalg.norm(feeds, axis=1)[:, None]
-    side = two - one
-    side = side - (side * f).sum(axis=1)[:, None] * f
-    width = np.linalg.norm(side, axis=1)
-    c = side / np.maximum(width, 1e-300)[:, None]
-    up = np.cross(f, c)
-    up *= np.where((up * normals).sum(axis=1) < 0.0, -1.0, 1.0)[:, None]
-    chord = 0.5 * (one + two)
-    bulge = ((middle - chord) * up).sum(axis=1)
-    share = np.linspace(-0.5, 0.5, RIDGE_PLACES)
-    across = width[:, None] * share
-    part = bulge[:, None] * (1.0 - 4.0 * share**2)
-    turn = np.linspace(-OUTLINE, OUTLINE, OUTLINE_NORMALS)
-    m = np.cos(turn)[None, :, None] * up[:, None] + np.sin(turn)[None, :, None] * c[:, None]
-    left = np.full(across.shape, np.inf)
-    for tips, axes in passes:
-        t = axes[:, None]
-        w = m - (m * t).sum(axis=2, keepdims=True) * t
-        size = np.linalg.norm(w, axis=2, keepdims=True)
-        w = np.divide(w, size, out=np.zeros_like(w), where=size > 1e-12)
-        at = (tips - chord)[:, None] + corner_radius * (t - m) - (radius - corner_radius) * w
-        u, h = (at * c[:, None]).sum(axis=2)[:, ::-1], (at * up[:, None]).sum(axis=2)[:, ::-1]
-        for k in range(len(u)):
-            left[k] = np.minimum(left[k], np.interp(across[k], u[k], h[k], left=np.inf, right=np.inf))
-    return np.asarray(np.minimum((left - part).max(axis=1), 0.5 * width))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -353,29 +301,23 @@ def _gap(tool: _Ways, v: float, ends: tuple[float, float], sign: float, scallop:
     base = float(scallop_step(scallop, ball)) if scallop < ball else 2.0 * scallop
 
     def highest(s: float) -> float:
-        found = []
-        for shift in (0.0, 0.5 * s, s):
-            xy = stations[:, None] * tool.along + (v + shift) * tool.across
-            z, which = tool.surface.heights(xy)
-            found.append((np.column_stack([xy, z]), which))
-        on = np.all([which >= 0 for _, which in found], axis=0)
+        shares = np.linspace(0.0, 1.0, RIDGE_PLACES)
+        xy = stations[:, None, None] * tool.along + (v + s * shares[:, None]) * tool.across
+        z, which = (a.reshape(xy.shape[:2]) for a in tool.surface.heights(xy.reshape(-1, 2)))
+        on = (which >= 0).all(axis=1)
         if not on.any():
             return 0.0
-        (one, w1), (middle, wm), (two, w2) = ((p[on], w[on]) for p, w in found)
+        part, which = np.concatenate([xy, z[:, :, None]], axis=2)[on], which[on]
         frames = []
-        for points, which, way in ((one, w1, sign), (middle, wm, sign), (two, w2, -sign)):
-            n = normals_at(tool.surface.mesh, points, which, tool.kind)
+        for k, way in ((0, sign), (RIDGE_PLACES // 2, sign), (-1, -sign)):
+            points = part[:, k]
+            n = normals_at(tool.surface.mesh, points, which[:, k], tool.kind)
             n[n[:, 2] < 0.0] *= -1.0
             f = np.tile([*(way * tool.along), 0.0], (len(points), 1))
             f[:, 2] = -(f * n).sum(axis=1) / np.maximum(n[:, 2], 1e-6)
-            frames.append((n, f))
-        (n, f), passes = frames[1], []
-        for points, (normal, ahead) in ((one, frames[0]), (two, frames[2])):
-            passes.append(
-                cl_points(
-                    points, normal, ahead, tool.radius, tool.corner, lead_deg=tool.lead, tilt_deg=tool.tilt
-                )
-            )
-        return float(ridges(one, middle, two, n, f, passes, tool.radius, tool.corner).max())
+            at = cl_points(points, n, f, tool.radius, tool.corner, lead_deg=tool.lead, tilt_deg=tool.tilt)
+            frames.append((n, f, at))
+        (_, _, one), (n, f, _), (_, _, two) = frames
+        return float(leaning_ridges(part, n, f, (one, two), tool.radius, tool.corner).max())
 
     return widest_step(highest, scallop, start=base, least=0.02 * base, most=4.0 * tool.radius) or 0.02 * base

@@ -13,7 +13,6 @@ flat end it is an upper bound. Faces steeper than `STEEP_DEG` do not choose the 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -25,6 +24,7 @@ from vmachining.toolpath.clpath import CLPath, Mark
 from vmachining.toolpath.facets.contact import scallop_step
 from vmachining.toolpath.facets.drop import Surface
 from vmachining.toolpath.facets.mesh import FacetMesh
+from vmachining.toolpath.facets.ridges import upright_ridges, widest_step
 
 __all__ = [
     "Chords",
@@ -33,8 +33,6 @@ __all__ = [
     "on_part",
     "overhang_notes",
     "raster",
-    "scallops",
-    "widest_step",
 ]
 
 INNER = np.array([0.25, 0.5, 0.75])
@@ -44,6 +42,9 @@ LEAST_STEP = 0.05
 
 STRAIGHT = 1e-12
 """Sine of the turn between chords that are one."""
+
+BETWEEN = np.arange(1, 6) / 6.0
+"""Passes between two of them that tell what these leave, as shares of the step over."""
 
 ROUNDS = 40
 MOST_POINTS = 5_000_000
@@ -256,38 +257,6 @@ def _thinned(found: Chords) -> Chords:
     return Chords(way[keep], found.xy[keep], found.z[keep], touches[keep])
 
 
-def scallops(
-    one: Floats, middle: Floats, two: Floats, feed: Floats, radius: float, corner_radius: float
-) -> tuple[Floats, Floats]:
-    """Height of the ridge between two passes, and z of the normal there, from tips (n, 3) on both and halfway between.
-
-    D is the distance of the passes square to the feed, b how far the tool halfway stands above the middle of both, and E the
-    radius of the cutter's outline along the feed: a ridge of E - sqrt(E^2 - D^2 / 4) - b stays. For a torus whose contact lies at
-    the angle theta from the bottom, E = r + a sin^2 psi / sin theta, psi between the direction across the feed and the
-    meridian (the radii of a convex body add up like this in projection). A cutter with a flat bottom leaves no more than
-    a corner would: D sin alpha cos alpha on a slope alpha across.
-    """
-    flat = radius - corner_radius
-    f = feed / np.linalg.norm(feed, axis=1)[:, None]
-    side = two - one
-    side = side - (side * f).sum(axis=1)[:, None] * f
-    width = np.linalg.norm(side, axis=1)
-    c = side / width[:, None]
-    n = np.cross(f, c)
-    n *= np.where(n[:, 2:] < 0.0, -1.0, 1.0)
-    bulge = ((middle - 0.5 * (one + two)) * n).sum(axis=1)
-    sine = np.maximum(np.linalg.norm(n[:, :2], axis=1), 1e-9)
-    meridian = np.array([0.0, 0.0, 1.0]) - n[:, 2:] * n
-    meridian /= np.maximum(np.linalg.norm(meridian, axis=1), 1e-12)[:, None]
-    outline = corner_radius + flat * np.maximum(1.0 - (c * meridian).sum(axis=1) ** 2, 0.0) / sine
-    inside = outline**2 - 0.25 * width**2
-    height = np.where(inside > 0.0, outline - np.sqrt(np.maximum(inside, 0.0)), np.inf)
-    if flat > 0.0:
-        up = np.abs(c[:, 2])
-        height = np.minimum(height, width * up * np.sqrt(np.maximum(1.0 - up**2, 0.0)))
-    return np.asarray(height - bulge), np.asarray(n[:, 2])
-
-
 def _offsets(
     surface: Surface,
     radius: float,
@@ -315,13 +284,15 @@ def _offsets(
     def tips(v: float) -> tuple[Floats, Bools]:
         xy = stations[:, None] * along + v * across
         found = surface.drop(xy, radius, corner_radius, floor=floor)
-        return np.column_stack([xy, found.z]), found.touches
+        return found.z, found.touches
 
     def highest(last: tuple[Floats, Bools], v: float, s: float) -> tuple[float, int, int]:
-        (one, t1), (middle, tm), (two, t2) = last, tips(v + 0.5 * s), tips(v + s)
-        feed = np.gradient(middle, axis=0)
-        heights, up = scallops(one, middle, two, feed, radius, corner_radius)
-        on = t1 & tm & t2
+        found = [last, *(tips(v + share * s) for share in BETWEEN), tips(v + s)]
+        z = np.array([height for height, _ in found])
+        places = s * np.array([0.0, *BETWEEN, 1.0])
+        slopes = np.gradient(z, stations, axis=1)
+        heights, up = upright_ridges(z, slopes, places, radius, corner_radius)
+        on = np.all([touches for _, touches in found], axis=0)
         level = on & (up >= limit)
         return float(heights[level].max(initial=0.0)), int((on & ~level).sum()), int(on.sum())
 
@@ -351,29 +322,3 @@ def _offsets(
     if bound:
         told.append(f"some lines stand {least:.3g} mm apart, the smallest step, and leave higher scallops")
     return np.array(offsets), told
-
-
-def widest_step(
-    highest: Callable[[float], float], scallop: float, *, start: float, least: float, most: float
-) -> float:
-    """Largest step, within a percent, whose highest scallop is not above the asked one; 0 if none is known down to `least`.
-
-    Scallops grow with the square of the step, which gives the next trial; where that does not help, halves do.
-    """
-    good, bad, s = 0.0, np.inf, start
-    for _ in range(24):
-        s = min(max(s, least), most)
-        height = highest(s)
-        if height <= scallop:
-            good = max(good, s)
-            if height >= 0.98 * scallop or s >= most:
-                break
-        else:
-            bad = min(bad, s)
-            if s <= least:
-                break
-        new = s * float(np.sqrt(0.99 * scallop / max(height, 0.05 * scallop)))
-        s = new if good < new < bad else (0.5 * (good + bad) if np.isfinite(bad) else 2.0 * s)
-        if bad - good < 1e-3 * start:
-            break
-    return good
