@@ -227,20 +227,20 @@ def between_passes(z, slopes, offsets, R, r, left) -> None:
             lowest = over_passes(y, i, 1, last, z, slopes, offsets, R, r, a)
             if lowest < min(one, two):
                 most = max(most, min(one, two) - lowest)
-            if before * (one - two) < 0.0:
+            if not (one < np.inf and two < np.inf):
+                continue
+            gap = one - two
+            if before * gap < 0.0:
                 p, q = y - step, y
                 for _ in range(30):
                     y = 0.5 * (p + q)
                     one = over_passes(y, i, 0, 1, z, slopes, offsets, R, r, a)
-                    gap = one - over_passes(y, i, last, last + 1, z, slopes, offsets, R, r, a)
-                    if before * gap > 0.0:
+                    if before * (one - over_passes(y, i, last, last + 1, z, slopes, offsets, R, r, a)) > 0.0:
                         p = y
                     else:
                         q = y
                 most = max(most, one - over_passes(y, i, 1, last, z, slopes, offsets, R, r, a))
-                before = -before
-            elif one < np.inf and two < np.inf:
-                before = one - two
+            before = gap
         for k, other, y in ((0, last, offsets[0] + R), (last, 0, offsets[last] - R)):
             lowest = min(
                 over_passes(y, i, 1, last, z, slopes, offsets, R, r, a),
