@@ -303,7 +303,8 @@ def _gap(tool: _Ways, v: float, ends: tuple[float, float], sign: float, scallop:
     def highest(s: float) -> float:
         shares = np.linspace(0.0, 1.0, RIDGE_PLACES)
         xy = stations[:, None, None] * tool.along + (v + s * shares[:, None]) * tool.across
-        z, which = (a.reshape(xy.shape[:2]) for a in tool.surface.heights(xy.reshape(-1, 2)))
+        z, which = tool.surface.heights(xy.reshape(-1, 2))
+        z, which = z.reshape(xy.shape[:2]), which.reshape(xy.shape[:2])
         on = (which >= 0).all(axis=1)
         if not on.any():
             return 0.0

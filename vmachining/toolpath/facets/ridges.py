@@ -30,12 +30,8 @@ def upright_ridges(
     leave a strip between them.
     """
     left = np.empty(heights.shape[1])
-    _kernels.between_passes(
-        *(np.ascontiguousarray(v) for v in (heights, slopes, offsets)),
-        float(radius),
-        float(corner_radius),
-        left,
-    )
+    z, along, places = (np.ascontiguousarray(v) for v in (heights, slopes, offsets))
+    _kernels.between_passes(z, along, places, float(radius), float(corner_radius), left)
     middle = slopes[len(slopes) // 2]
     across = (heights[-1] - heights[0]) / (offsets[-1] - offsets[0])
     up = 1.0 / np.sqrt(1.0 + middle**2 + across**2)
