@@ -56,6 +56,11 @@ def test_without_teeth_chips_are_empty_and_that_is_said(tmp_path):
     assert "no flutes" in found.summary["contact_notes"][0]
 
 
+def test_teeth_that_do_not_fit_are_told(tmp_path):
+    found = run(job(tmp_path, JOB.replace("length_mm = 20", "length_mm = 20\nflutes = 1000")))
+    assert "1000 flutes of tool 1 stand 0.013 mm apart" in found.summary["contact_notes"][0]
+
+
 @pytest.mark.parametrize("insert", [False, True])
 @pytest.mark.parametrize("strategy", ["chip_area", "force"])
 def test_the_written_program_keeps_the_load(strategy, insert, tmp_path):
@@ -100,7 +105,7 @@ def test_a_limit_on_any_component(component, reference, tmp_path):
 
 
 BAD = {
-    "edge forces": ('reference = 5', FORCE, FeedError, ["below what edge forces alone need", "least"]),
+    "edge forces": ('reference = 5', FORCE, FeedError, ["tiny.nc:", "below what edge forces alone need", "least"]),
     "no teeth": ('reference = 50', FORCE, FeedError, ["no block has a known load", "no flutes"]),
     "no set": ('reference = 50', FORCE.replace("aluminium", "adamant"), JobError, ["adamant", "neither a file"]),
     "no table": ('reference = 50', "", JobError, ["wants a [force] table"]),

@@ -7,6 +7,7 @@ import pytest
 from tinyjob import FEED, JOB, write_job
 
 from vmachining.job import Job, run
+from vmachining.report.figures import contact_along
 
 FORCE = '\n[force]\ncoefficients = "aluminium_like_constant"\n'
 CUTTER = JOB.replace("length_mm = 20", "length_mm = 20\nflutes = 2")
@@ -48,3 +49,14 @@ def test_a_reference_below_edge_forces_is_told_with_what_can_be_met(tmp_path):
     result.write(tmp_path / "out", stock=())
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "elow what edge forces alone need" in page
+
+
+def test_contact_can_be_drawn_over_time(folder):
+    blocks = pl.read_parquet(folder / "blocks.parquet")
+    seconds = contact_along(blocks).layout.meta["time"]
+    assert len(seconds) == 2 * len(blocks) and seconds[0] == 0.0
+    assert seconds[-1] == pytest.approx(blocks["time_s"].sum(), abs=1e-6)
+    assert seconds[1::2][:-1] == pytest.approx(
+        seconds[2::2], abs=1e-9
+    )  # a block begins where the one before it ends
+    assert 'data-along="time"' in (folder / "report.html").read_text(encoding="utf-8")

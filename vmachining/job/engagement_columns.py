@@ -48,6 +48,10 @@ MAX_PARTS = 64
 """Stations of one block at most, less one, where blocks are to be divided."""
 
 
+LEAST_PITCH_MM = 0.05
+"""Teeth closer to each other than this leave no room for a chip: the smallest end mills (0.1 mm, two flutes) have 0.16 mm."""
+
+
 class Forcing(NamedTuple):
     """How forces are computed. coefficients; rev_min : where the program gives none; extrapolate : beyond their heights."""
 
@@ -411,11 +415,23 @@ class _Pass:
 
     def _notes(self) -> tuple[str, ...]:
         notes = [f"chip, force and power columns are empty where {text}" for text in self.missing.values()]
+        notes += [
+            text for number, tool in self.job.tools.items() if (text := _crowded(number, tool)) is not None
+        ]
         if self.forcing is not None:
             low, high = self.forcing.coefficients.height_mm
             tall = max(float(tool.cutter.z_max) for tool in self.job.tools.values())
             notes += self.forcing.coefficients.negative(low, min(high, tall))
         return tuple(notes)
+
+
+def _crowded(number: int, tool: Tool) -> str | None:
+    """Words for more teeth than fit on the circle of a tool, None if they do."""
+    round_ = 2.0 * np.pi * tool.cutter.max_radius
+    if tool.flutes is None or round_ >= LEAST_PITCH_MM * tool.flutes:
+        return None
+    apart = round_ / tool.flutes
+    return f"{tool.flutes} flutes of tool {number} stand {apart:.2g} mm apart: is their number right?"
 
 
 def _teeth(tool: Tool, forces: bool) -> Teeth:

@@ -105,11 +105,14 @@ def plan(
     limits = FeedLimits(min_mm_min=feed.min_mm_min, max_mm_min=feed.max_mm_min)
     known = strategies(feed, rows, partial, stations, every=every)
     mine = known[feed.strategy]
-    schedule = plan_feeds(
-        rows, mine, limits, reference=feed.reference, insert=feed.insert_blocks, tau=feed.tau,
-        min_length_mm=feed.min_length_mm, rule=feed.rule,
-    )  # fmt: skip
-    told = _infeasible(rows, mine, schedule)
+    try:
+        schedule = plan_feeds(
+            rows, mine, limits, reference=feed.reference, insert=feed.insert_blocks, tau=feed.tau,
+            min_length_mm=feed.min_length_mm, rule=feed.rule,
+        )  # fmt: skip
+        told = _infeasible(rows, mine, schedule)
+    except FeedError as exc:
+        raise FeedError(exc.message, file=program.name, line=exc.line, remedy=exc.remedy) from exc
     plans = _plans(feed, rows, known, limits, schedule)
     return Planned(schedule, plans, rows, compared(feed, rows, known, plans), notes, told)
 

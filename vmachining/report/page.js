@@ -4,6 +4,15 @@
   const config = {responsive: true, displaylogo: false,
                   modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"]};
   const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer;
+  const toggle = function (name, act) {
+    const buttons = Array.from(document.querySelectorAll("[data-" + name + "]"));
+    for (const button of buttons) {
+      button.addEventListener("click", function () {
+        for (const other of buttons) other.setAttribute("aria-pressed", String(other === button));
+        act(button.dataset[name]);
+      });
+    }
+  };
   const view = document.getElementById("view");
   const plots = document.getElementById("plots");
   if (plots.clientWidth < 560) {
@@ -19,7 +28,15 @@
     const same = data.contact.layout.meta;
     const told = same.labels.flatMap((label) => Array(same.each).fill(label));
     for (const trace of data.contact.data) trace.text = told;
+    const blocks = data.contact.data.map((trace) => trace.x);
     Plotly.newPlot(contact, data.contact.data, data.contact.layout, config);
+    const last = Math.max(...Object.keys(data.contact.layout).filter((key) => key.startsWith("xaxis"))
+      .map((key) => Number(key.slice(5) || 1)));
+    toggle("along", function (what) {
+      const x = what === "time" ? blocks.map(() => same.time) : blocks;
+      const title = what === "time" ? "time as programmed, s" : "block";
+      Plotly.update(contact, {x}, {["xaxis" + (last > 1 ? last : "") + ".title.text"]: title});
+    });
   }
 
   view.textContent = "";
@@ -46,11 +63,5 @@
   const colours = (what) => what === "block"
     ? coloured(Array.from(face), "block", "Viridis", span)
     : coloured(Array.from(face, (b) => rates[what][b]), "mm³/min", heat, [0, top]);
-  const buttons = Array.from(document.querySelectorAll("[data-colour]"));
-  for (const button of buttons) {
-    button.addEventListener("click", function () {
-      for (const other of buttons) other.setAttribute("aria-pressed", String(other === button));
-      Plotly.restyle(view, colours(button.dataset.colour), [data.cut_trace]);
-    });
-  }
+  toggle("colour", (what) => Plotly.restyle(view, colours(what), [data.cut_trace]));
 })();
