@@ -6,11 +6,13 @@ import json
 
 import numpy as np
 import pytest
+import trimesh
 from tinyjob import JOB, write_job
 
 import vmachining as vm
 from vmachining.cli.main import run
 from vmachining.engagement.analytic import Corner, engaged, heights_of
+from vmachining.engagement.analytic.heights import tops
 from vmachining.engines.mesh import cylinder_stock
 from vmachining.engines.mesh.facets import Side
 from vmachining.errors import InputError, ToolError
@@ -100,6 +102,27 @@ def test_heights_of_stocks_of_three_kinds():
     one, two = (heights_of(s, [], 0.5, np.array([[-3.0, -2, -9], [5, 6, 9]])) for s in (bar, facets))
     assert (np.isfinite(one.top) == np.isfinite(two.top)).all() and one.top[8, 8] == two.top[8, 8] == 4.0
     assert heights_of(BoxStock((0, 0, 0), (1, 1, 1)), [], 0.5, np.array([[5.0, 5, 5], [6, 6, 6]])) is None
+
+
+def test_heights_of_triangles_are_where_upright_rays_leave_them():
+    """A ball of triangles: crossings of rays are another code, and the sphere lies at most a sagitta above its facets."""
+    mesh = trimesh.creation.icosphere(subdivisions=3, radius=5.0)
+    stock = MeshStock(mesh.vertices, mesh.faces)
+    x, y = np.linspace(-6.01, 5.87, 61), np.linspace(-5.93, 6.02, 57)
+    places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    rays = stock.crossings(places)
+    want = np.full(len(places), -np.inf)
+    np.maximum.at(want, np.repeat(np.arange(len(places)), rays.counts), rays.leave)
+    found = tops(stock, x, y).ravel()
+    hit = np.isfinite(want)
+    assert (hit == np.isfinite(found)).all() and hit.sum() > 1000
+    np.testing.assert_allclose(found[hit], want[hit], atol=1e-13)
+    aside = np.hypot(*places[hit].T)
+    well = aside < 4.5
+    edge = mesh.edges_unique_length.max()
+    below = np.sqrt(25.0 - aside[well] ** 2) - found[hit][well]
+    # a facet of sides e lies within e^2 / (6 R) of the sphere along its normal, whose z is above 0.4 here
+    assert (below >= -1e-12).all() and below.max() <= edge**2 / (6 * 5.0) / 0.4
 
 
 def test_tiny_job_is_what_the_numbers_assume():

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vmachining.arrays import Floats, Ints
+from vmachining.engagement.analytic.raster._kernels import highest
 from vmachining.engagement.analytic.stairs import HeightStock
 from vmachining.engagement.workpiece import Past
 from vmachining.errors import StockError
@@ -88,21 +89,8 @@ def tops(stock: Stock, x: Floats, y: Floats) -> Floats:
     if not isinstance(stock, MeshStock):
         raise StockError(f"no heights of a {type(stock).__name__}")
     out = np.full((len(x), len(y)), -np.inf)
-    for a, b, c in stock.corners:
-        if (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) <= 0.0:
-            continue  # seen from below, or a wall
-        i, k = np.searchsorted(x, (min(a[0], b[0], c[0]), max(a[0], b[0], c[0])))
-        j, m = np.searchsorted(y, (min(a[1], b[1], c[1]), max(a[1], b[1], c[1])))
-        k, m = min(k + 1, len(x)), min(m + 1, len(y))
-        if i >= k or j >= m:
-            continue
-        edges = np.array([b[:2] - a[:2], c[:2] - a[:2]])
-        (p, q), (r, s) = np.linalg.inv(edges)
-        dx, dy = x[i:k, None] - a[0], y[j:m] - a[1]
-        u, v = dx * p + dy * r, dx * q + dy * s
-        held = (u >= -LENGTH_EPS_MM) & (v >= -LENGTH_EPS_MM) & (u + v <= 1.0 + LENGTH_EPS_MM)
-        z = np.where(held, a[2] + u * (b[2] - a[2]) + v * (c[2] - a[2]), -np.inf)
-        out[i:k, j:m] = np.maximum(out[i:k, j:m], z)
+    if out.size:
+        highest(stock.corners, x, y, LENGTH_EPS_MM, out)
     return out
 
 

@@ -1,0 +1,1 @@
+"""Highest points of triangles over a grid of upright lines."""
