@@ -120,12 +120,14 @@ def _show_engines(found: EngineComparison) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    from vmachining.report.numbers import share
+
     console = Console(highlight=False)
     table = Table(title=f"{found.job}: {len(found.block)} blocks that cut", title_justify="left")
     for name in ("engine", "blocks", "removed mm3", "ms/block", "width", "off", "proven", "apart"):
         table.add_column(name, justify="left" if name == "engine" else "right")
     for row in found.summary():
-        width, off = ("" if row[k] is None else f"{100.0 * row[k]:.3g} %" for k in ("width", "off"))
+        width, off = (share(row[k]) for k in ("width", "off"))
         table.add_row(
             row["engine"], str(row["blocks"]), f"{row['removed_mm3']:.6g}", f"{row['ms_per_block']:.3g}", width, off,
             str(row["proven"]), str(row["disagrees"]),

@@ -35,6 +35,9 @@ BREP = "brep"
 TOGETHER = 64
 """Blocks that an engine which is faster with many gets at once; their time is shared evenly."""
 
+AIR = 50
+"""Sweeps that remove nothing, of one tool and kind of path, after which nobody waits for one that does before the clock runs."""
+
 NEAR = 1e-9
 """mm^3 and relative: intervals that miss each other by less are rounding."""
 
@@ -271,16 +274,18 @@ def _cut(engine: Engine, work: Sequence[tuple[Any, Sequence[Sweep]]]) -> Iterato
 
 
 def _warmed(engine: Engine, blocks: Sequence[Sequence[Sweep]]) -> None:
-    """Compile what the job needs: one sweep of every tool and kind of path, on a workpiece that nobody asks again."""
-    kinds: dict[tuple[int, str], Sweep] = {}
-    for sweeps in blocks:
-        for sweep in sweeps:
-            kinds.setdefault((id(sweep.profile), type(sweep.path).__name__), sweep)
-    for sweep in kinds.values():
-        if entry_of(engine.name).batched:
-            cast("Batched", engine).answer([Request(sweep, 0)])
-        else:
-            engine.cut(sweep, 0)
+    """Compile what the job needs, on a workpiece that nobody asks again.
+
+    Of every tool and kind of path the sweeps up to the first one that removes something, or `AIR` of them.
+    """
+    many = entry_of(engine.name).batched
+    known: dict[tuple[int, str], int] = {}
+    for sweep in (sweep for sweeps in blocks for sweep in sweeps):
+        kind = id(sweep.profile), type(sweep.path).__name__
+        if known.setdefault(kind, 0) >= AIR:
+            continue
+        found = cast("Batched", engine).answer([Request(sweep, 0)])[0] if many else engine.cut(sweep, 0)
+        known[kind] = AIR if found.hi > 0.0 else known[kind] + 1
 
 
 def _by_brep(

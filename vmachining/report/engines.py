@@ -14,7 +14,7 @@ import polars as pl
 
 from vmachining.job.files import atomic_path, write_atomic
 from vmachining.report.figures import FONT
-from vmachining.report.numbers import number, plural, trusted
+from vmachining.report.numbers import number, plural, share, trusted
 
 __all__ = ["engine_figure", "write_engines"]
 
@@ -51,21 +51,24 @@ def write_engines(told: Mapping[str, Any], folder: Path) -> None:
 def engine_figure(rows: Sequence[Mapping[str, Any]]) -> go.Figure:
     """Median width of the intervals over the time of a block, both logarithmic; filled: proven."""
     figure = go.Figure()
-    for row in rows:
-        if not row["width"] or not row["ms_per_block"]:
-            continue
+    shown = [row for row in rows if row["width"] and row["ms_per_block"]]
+    for k, row in enumerate(sorted(shown, key=lambda row: float(row["ms_per_block"]))):
+        beside = ("top center", "bottom center")[k % 2]  # neighbours in time do not write over each other
         symbol = "circle" if row["proven"] == row["blocks"] else "circle-open"
         figure.add_trace(
             go.Scatter(
                 x=[row["ms_per_block"]], y=[100.0 * row["width"]], mode="markers+text", text=[row["engine"]],
-                textposition="top center", marker={"size": 13, "symbol": symbol, "line": {"width": 2}}, name=row["engine"],
+                textposition=beside, marker={"size": 13, "symbol": symbol, "line": {"width": 2}}, name=row["engine"],
                 showlegend=False,
             )
         )  # fmt: skip
     figure.update_layout(
         font=FONT, height=420, margin={"l": 60, "r": 20, "t": 20, "b": 50},
-        xaxis={"type": "log", "title": {"text": "ms of a processor per block"}},
-        yaxis={"type": "log", "title": {"text": "median width of the interval, % (filled: proven)"}},
+        xaxis={"type": "log", "dtick": 1, "exponentformat": "power", "title": {"text": "ms of a processor per block"}},
+        yaxis={
+            "type": "log", "dtick": 1, "exponentformat": "power",
+            "title": {"text": "median width of the interval, % (filled: proven)"},
+        },
     )  # fmt: skip
     return figure
 
@@ -84,7 +87,7 @@ def _chips(told: Mapping[str, Any]) -> list[dict[str, str]]:
 
 
 def _cells(row: Mapping[str, Any]) -> list[str]:
-    width, off = ("–" if row[name] is None else f"{100.0 * row[name]:.3g} %" for name in ("width", "off"))
+    width, off = (share(row[name]) for name in ("width", "off"))
     return [
         number(row["blocks"]), number(row["removed_mm3"]), number(row["ms_per_block"], 3), width, off,
         number(row["proven"]), number(row["disagrees"]),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = ["difference", "duration", "number", "percent", "plural", "trusted"]
+__all__ = ["difference", "duration", "number", "percent", "plural", "share", "trusted"]
 
 ROUNDING_REL = 1e-9
 """Two sums over meshes differ by less than this part of the stock for no other reason than rounding."""
@@ -51,6 +51,13 @@ def duration(seconds: float | None, beside: float | None = None) -> tuple[str, s
 def percent(before: float, after: float) -> str:
     """A change in percent of what was before."""
     return f"{100 * (after - before) / before:+.1f} %" if before > 0 else "–"
+
+
+def share(part: float | None) -> str:
+    """A part of a whole in percent; what is below a thousandth of one is called so."""
+    if part is None:
+        return "–"
+    return "< 0.001 %" if 0.0 < part < 1e-5 else f"{100.0 * part:.3g} %"
 
 
 def plural(count: int, word: str) -> str:

@@ -93,6 +93,31 @@ def is_bare(lat, lists, i, j):
     )
 
 
+@leaf
+def bare(lists, nb, i0, i1, j0, j1):
+    """Whether no ray of a rectangle has material."""
+    for i in range(i0, i1):
+        for j in range(j0, j1):
+            if lists.parts[i * nb + j] > 0:
+                return False
+    return True
+
+
+@leaf
+def alive(lists, nb, i0, i1, j0, j1):
+    """The part of a rectangle that holds all its rays with material, and those beside them."""
+    a0, a1, b0, b1 = i0, i1, j0, j1
+    while a0 < a1 and bare(lists, nb, a0, a0 + 1, b0, b1):
+        a0 += 1
+    while a0 < a1 and bare(lists, nb, a1 - 1, a1, b0, b1):
+        a1 -= 1
+    while b0 < b1 and bare(lists, nb, a0, a1, b0, b0 + 1):
+        b0 += 1
+    while b0 < b1 and bare(lists, nb, a0, a1, b1 - 1, b1):
+        b1 -= 1
+    return max(i0, a0 - 1), min(i1, a1 + 1), max(j0, b0 - 1), min(j1, b1 + 1)
+
+
 @kernel
 def side_lines(
     lat, lists, windows, start, travel, seg, radius, lift, shank, blocks, low, high, work, out, begin
@@ -104,7 +129,7 @@ def side_lines(
     o, u = np.zeros(3), np.zeros(3)
     u[lat.axis] = 1.0
     for k in range(begin, len(blocks)):
-        i0, i1, j0, j1 = windows[k, 0], windows[k, 1], windows[k, 2], windows[k, 3]
+        i0, i1, j0, j1 = alive(lists, lat.nb, windows[k, 0], windows[k, 1], windows[k, 2], windows[k, 3])
         if not has_room(lat, lists, i0, i1, j0, j1):
             return k
         dx, dy, dz = travel[k, 0], travel[k, 1], travel[k, 2]
