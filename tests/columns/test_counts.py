@@ -8,18 +8,37 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import vmachining as vm
 from vmachining.bench.columns_counts import BAR, columns_counts, counted, program_row
 from vmachining.bench.columns_counts.programs import CUTTERS, FAMILIES, drawn
-from vmachining.engines.columns import ColumnsEngine
+from vmachining.engines.columns import ColumnsEngine, FlatStock
+from vmachining.geometry import Line
+from vmachining.sweep import Sweep
 
-FIRST = len(FAMILIES) * CUTTERS.index("cone")
+TAKEN = {"cone": FAMILIES, "drill": ("anywhere", "finishing")}
+"""Cutters with edges: the rule of second derivatives passed over the edge of the one and over the tip of the other."""
 
 
-@pytest.mark.parametrize("seed", range(FIRST, FIRST + len(FAMILIES)), ids=FAMILIES)
-def test_a_program_of_each_family(seed):
-    """A cone: its edge was passed over by the rule of second derivatives, and the family `far` found it."""
-    row = program_row(seed)
+@pytest.mark.parametrize(
+    ("cutter", "family"), [(cutter, family) for cutter in TAKEN for family in TAKEN[cutter]]
+)
+def test_a_program_of_each_family(cutter, family):
+    row = program_row(len(FAMILIES) * CUTTERS.index(cutter) + FAMILIES.index(family))
     assert row["outside"] == 0, row
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7])
+def test_the_tip_of_a_drill_leaves_a_crease(angle):
+    """A cone of slope 0.8, 4 mm deep, moved level by 10 mm: a triangle times the way, and a cone."""
+    tool = vm.AptTool(
+        d=20, r=0, e=0, f=0, alpha_deg=float(np.degrees(np.arctan(0.8))), beta_deg=0, h=9, length=60
+    )
+    engine = ColumnsEngine(FlatStock((-8.03, -8.01, -20.0), (18.0, 18.0, 0.0)), 1e-4, 0.0)
+    there = (10.0 * np.cos(angle), 10.0 * np.sin(angle), -4.0)
+    found = engine.cut(Sweep.along(tool, Line((0, 0, -4), there)))
+    exact = 10.0 * 4.0 * 5.0 + np.pi * 5.0**2 * 4.0 / 3.0
+    assert found.lo <= exact <= found.hi
+    assert found.width <= 1.01e-4 * exact
 
 
 @pytest.mark.parametrize("first", range(0, len(FAMILIES) * len(CUTTERS), len(FAMILIES)), ids=CUTTERS)

@@ -41,6 +41,10 @@ FEW = 100
 """Columns that are met, below which their spread says nothing: the error is then at least that of columns as deep as the
 stock that make up the upper bound."""
 
+SHORT_MM, SEEN = 0.05, 4.0
+"""A block as short takes a crescent that may be deep and narrower than columns stand apart: what comes in so many columns as
+deep as the stock for each standard error may not have been met."""
+
 SEARCH_MM3 = 1e-8
 """Where the search along the path ends at rounding."""
 
@@ -108,6 +112,12 @@ def program_row(seed: int) -> dict[str, Any]:
 def _beside(program: Program, k: int, removal: Removal, sets: int, rng: np.random.Generator) -> float:
     """Standard errors by which a bracket lies beside the count; 0: it does not."""
     volume, error = counted(program, k, removal.hi, sets, rng)
+    if k < len(program.moves) and np.linalg.norm(program.moves[k, 4:7] - program.moves[k, 1:4]) < SHORT_MM:
+        low, high = program.low, program.high
+        area = float(
+            np.prod(np.minimum(high[:2], program.box[k, 2:]) - np.maximum(low[:2], program.box[k, :2]))
+        )
+        error += SEEN * max(area, 0.0) * float(high[2] - low[2]) / (sets * SIDE * SIDE)
     return max(removal.lo - volume, volume - removal.hi, 0.0) / error
 
 

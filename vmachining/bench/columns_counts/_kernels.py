@@ -66,6 +66,29 @@ def least(cutters, moves, k, x, y, lo, hi):
 
 
 @leaf
+def _rim(cutters, moves, k, x, y, over, beside):
+    """Where between two shares of the way, at one of which the cutter is over a place, it is so no more."""
+    for _ in range(HALVINGS):
+        t = 0.5 * (over + beside)
+        if height(cutters, moves, k, x, y, t) < np.inf:
+            over = t
+        else:
+            beside = t
+    return over
+
+
+@leaf
+def _around(cutters, moves, k, x, y, t, lo, hi):
+    """Least height near a share t of the way at which the cutter is over the place."""
+    if height(cutters, moves, k, x, y, lo) == np.inf:
+        lo = _rim(cutters, moves, k, x, y, t, lo)
+    if height(cutters, moves, k, x, y, hi) == np.inf:
+        hi = _rim(cutters, moves, k, x, y, t, hi)
+    ends = min(height(cutters, moves, k, x, y, lo), height(cutters, moves, k, x, y, hi))
+    return min(ends, least(cutters, moves, k, x, y, lo, hi))
+
+
+@leaf
 def lowest(cutters, moves, k, x, y):
     """Lower surface of a sweep over a place."""
     R = cutters[int(moves[k, 9]), 8]
@@ -97,7 +120,8 @@ def lowest(cutters, moves, k, x, y):
         after = height(cutters, moves, k, x, y, (i + 1.0) / n) if i < n else np.inf
         best = min(best, here)
         if here < np.inf and here <= before and here <= after:
-            best = min(best, least(cutters, moves, k, x, y, max(i - 1.0, 0.0) / n, min(i + 1.0, n) / n))
+            lo, hi = max(i - 1.0, 0.0) / n, min(i + 1.0, n) / n
+            best = min(best, _around(cutters, moves, k, x, y, i / n, lo, hi))
         before, here = here, after
     # poses right above and below the place, or nearest to it: the only ones where the tool is narrow
     way = 1.0 if moves[k, 7] > 0.0 else -1.0
@@ -111,9 +135,9 @@ def lowest(cutters, moves, k, x, y):
             a = np.arccos(min(max((y - moves[k, 5]) / r, -1.0), 1.0))
             a = (a if side == 0 else -a) - np.arctan2(az, ay)
         t = (way * a) % (2.0 * np.pi) / angle
-        if t <= 1.0:
-            best = min(best, least(cutters, moves, k, x, y, max(t - 1.0 / n, 0.0), min(t + 1.0 / n, 1.0)))
-            best = min(best, height(cutters, moves, k, x, y, t))
+        if t <= 1.0 and height(cutters, moves, k, x, y, t) < np.inf:
+            lo, hi = max(t - 1.0 / n, 0.0), min(t + 1.0 / n, 1.0)
+            best = min(best, _around(cutters, moves, k, x, y, t, lo, hi))
     return best
 
 

@@ -189,12 +189,14 @@ def stretch(head, part, c, rows, k, xi, eta, dxi, deta):
 
 @leaf
 def _slope(head, part, c, m, eta):
-    """(rho, slope) of the touching point of the middle part of a sweep."""
+    """(rho, slope) of the touching point of the middle part of a sweep; the least slope if there are several."""
     u = lean(head, part, c, m, eta)
     rho = min(np.sqrt(u * u + eta * eta), head[c, 1])
     _, _, low, high = profile(head, part, c, rho)
     if high > low:
-        return rho, min(max(m * rho / u, low), high) if u > 0.0 else high
+        if u > 0.0:
+            return rho, min(max(m * rho / u, low), high)
+        return rho, high if eta > 0.0 else max(m, low)  # the tip of a cone touches with all slopes from m on
     return rho, low
 
 
