@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.job.modelfiles import write_model
+from vmachining.job.modelfiles import finishing_bounds, write_model
 from vmachining.toolpath.clpath import CLPath, pose_table
 from vmachining.toolpath.facets import FacetMesh, Surface, five_axis_raster, height_field
 
@@ -61,12 +61,8 @@ def part_volume() -> float:
 
 def volume_bounds() -> tuple[float, float]:
     """mm^3 removed."""
-    area = LONG * 2 * HALF
-    flattest = float(design().normals[:, 2].min())  # heights along the normal are longer along z
-    return (
-        area * (ALLOWANCE - (SCALLOP + 2 * CHORD) / flattest),
-        area * (ALLOWANCE + CHORD / flattest),
-    )
+    flattest = float(design().normals[:, 2].min())
+    return finishing_bounds(LONG * 2 * HALF, flattest, allowance=ALLOWANCE, scallop=SCALLOP, chord=CHORD)
 
 
 def table() -> str:

@@ -14,7 +14,7 @@ from math import cos, sin
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.job.modelfiles import write_model
+from vmachining.job.modelfiles import finishing_bounds, write_model
 from vmachining.toolpath.clpath import CLPath, iso_program
 from vmachining.toolpath.facets import FacetMesh, Surface, height_field, raster
 
@@ -60,12 +60,8 @@ def part_volume() -> float:
 
 def volume_bounds() -> tuple[float, float]:
     """mm^3 removed."""
-    area = WIDE * LONG
-    flattest = float(design().normals[:, 2].min())  # heights along the normal are longer along z
-    return (
-        area * (ALLOWANCE - (SCALLOP + 2 * CHORD) / flattest),
-        area * (ALLOWANCE + CHORD / flattest),
-    )
+    flattest = float(design().normals[:, 2].min())
+    return finishing_bounds(WIDE * LONG, flattest, allowance=ALLOWANCE, scallop=SCALLOP, chord=CHORD)
 
 
 def table() -> str:

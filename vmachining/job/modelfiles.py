@@ -19,7 +19,7 @@ from vmachining.job.stock import write_stock
 from vmachining.stock import Triangles
 from vmachining.toolpath.facets import FacetMesh
 
-__all__ = ["number", "part_below", "word", "write_model", "write_part"]
+__all__ = ["finishing_bounds", "number", "part_below", "word", "write_model", "write_part"]
 
 
 def number(value: float, decimals: int = 5) -> str:
@@ -50,6 +50,17 @@ def write_model(
             (folder / name).write_bytes(content)
         else:
             write_stock(Triangles(content.vertices, content.triangles), folder / name)
+
+
+def finishing_bounds(
+    area: float, flattest: float, *, allowance: float, scallop: float, chord: float
+) -> tuple[float, float]:
+    """mm^3 removed where a faceted design raised by an allowance along z is finished.
+
+    The finished part lies between the design less the chord and the design with scallops and what chords leave; heights along
+    a normal are longer along z, by its least n_z. area: mm^2 in plan. flattest: least n_z of the design. Lengths in mm.
+    """
+    return area * (allowance - (scallop + 2 * chord) / flattest), area * (allowance + chord / flattest)
 
 
 def part_below(

@@ -21,6 +21,7 @@ from vmachining.engines.dexel.grid import Look, RayGrid
 from vmachining.engines.dexel.lattice import Lattice, Lists
 from vmachining.engines.dexel.surface import triangles
 from vmachining.engines.protocol import NOTHING, Options, Removal, Request, StockSurface
+from vmachining.engines.summed import Summed, meshed_volume
 from vmachining.errors import EngineError, InputError
 from vmachining.geometry import Bracket
 from vmachining.stock import Stock
@@ -38,7 +39,7 @@ AXES = {1: (2,), 3: (2, 0, 1)}
 """Directions of rays by their number."""
 
 
-class DexelEngine:
+class DexelEngine(Summed):
     """Workpiece of one job as rays in one direction (along z) or three.
 
     Parameters
@@ -60,9 +61,7 @@ class DexelEngine:
         self.chord = options.chord
         self.grids = [RayGrid.of(stock, axis, self.spacing) for axis in axes]
         self._removed = NOTHING
-        outer, inner = (mesh.volume for mesh in stock.mesh(self.chord))
-        # twice the inscribed and once the circumscribed polygon: Huygens' rule for circles
-        self.stock_volume = Bracket(inner, (outer + 2.0 * inner) / 3.0, outer)
+        self.stock_volume = meshed_volume(stock, self.chord)
 
     @property
     def proof(self) -> str:
@@ -71,16 +70,6 @@ class DexelEngine:
             f"rays in {len(self.grids)} direction{'s' * (len(self.grids) > 1)} at {self.spacing:.3g} mm: intervals of "
             f"confidence {CONFIDENCE:g} per block, not proven"
         )
-
-    @classmethod
-    def of(cls, stock: Stock, options: Options) -> Self:
-        """See `Engine`."""
-        return cls(stock, options)
-
-    @classmethod
-    def takes(cls, sweep: Sweep) -> bool:
-        """See `Engine`: all of them."""
-        return True
 
     def cut(self, sweep: Sweep, block: int | None = None) -> Removal:
         """See `Engine`."""

@@ -14,6 +14,7 @@ from vmachining.arrays import Bools
 from vmachining.engines.pickled import load_values, save_values
 from vmachining.engines.protocol import NOTHING, Options, Removal, Request, StockSurface
 from vmachining.engines.settings import VectorSettings
+from vmachining.engines.summed import Summed, meshed_volume
 from vmachining.engines.vectors.accuracy import wall_angle
 from vmachining.engines.vectors.along import NormalVectors, Patches
 from vmachining.engines.vectors.budget import refuse_too_many
@@ -47,7 +48,7 @@ OWN = (
 """What a checkpoint holds beside geometry."""
 
 
-class VectorEngine:
+class VectorEngine(Summed):
     """Discrete vectors between a part and its workpiece.
 
     Parameters
@@ -92,19 +93,7 @@ class VectorEngine:
             whole = self.upright.material
             self.stock_volume = Bracket(whole, whole, whole)
         else:
-            outer, inner = (mesh.volume for mesh in stock.mesh(self.chord))
-            # twice the inscribed and once the circumscribed polygon: Huygens' rule for circles
-            self.stock_volume = Bracket(inner, (outer + 2.0 * inner) / 3.0, outer)
-
-    @classmethod
-    def of(cls, stock: Stock, options: Options) -> Self:
-        """See `Engine`."""
-        return cls(stock, options)
-
-    @classmethod
-    def takes(cls, sweep: Sweep) -> bool:
-        """See `Engine`: all of them."""
-        return True
+            self.stock_volume = meshed_volume(stock, self.chord)
 
     def cut(self, sweep: Sweep, block: int | None = None) -> Removal:
         """See `Engine`."""
@@ -135,12 +124,6 @@ class VectorEngine:
                 self._cuts.add(r.sweep, ball, r.block)
                 self._removed = self._removed.plus(removed)
         return found
-
-    @property
-    def volume(self) -> Bracket:
-        """mm^3; the sum of intervals of all blocks."""
-        whole, gone = self.stock_volume, self._removed
-        return Bracket(max(0.0, whole.lo - gone.hi), whole.estimate - gone.estimate, whole.hi - gone.lo)
 
     @property
     def theta_v_deg(self) -> float:

@@ -13,8 +13,8 @@ from vmachining.engines.dexel.rays.estimate import CONFIDENCE, MOST, Take, estim
 from vmachining.engines.dexel.rays.surface import staircase
 from vmachining.engines.pickled import load_values, save_values
 from vmachining.engines.protocol import NOTHING, Options, Removal, StockSurface
+from vmachining.engines.summed import Summed, meshed_volume
 from vmachining.errors import EngineError
-from vmachining.geometry import Bracket
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 from vmachining.sweep.near import SweepIndex
@@ -29,7 +29,7 @@ GRID = 64
 """Cells of the grid of sweeps along the stock."""
 
 
-class RayEngine:
+class RayEngine(Summed):
     """Workpiece of one job: raw stock and the sweeps that left it.
 
     Parameters
@@ -51,19 +51,7 @@ class RayEngine:
         self._index = SweepIndex((), pitch=float(np.ptp(self._box, axis=0).max()) / GRID, clip=self._box)
         self._blocks = list[int]()
         self._removed = NOTHING
-        outer, inner = (mesh.volume for mesh in stock.mesh(self.chord))
-        # twice the inscribed and once the circumscribed polygon: Huygens' rule for circles
-        self.stock_volume = Bracket(inner, (outer + 2.0 * inner) / 3.0, outer)
-
-    @classmethod
-    def of(cls, stock: Stock, options: Options) -> Self:
-        """See `Engine`."""
-        return cls(stock, options)
-
-    @classmethod
-    def takes(cls, sweep: Sweep) -> bool:
-        """See `Engine`: all of them."""
-        return True
+        self.stock_volume = meshed_volume(stock, self.chord)
 
     def cut(self, sweep: Sweep, block: int | None = None) -> Removal:
         """See `Engine`."""
@@ -103,12 +91,6 @@ class RayEngine:
         return estimated(
             takes, self._stock, seed=seed, want_rel=want_rel or self._want, most=most or self._most
         )
-
-    @property
-    def volume(self) -> Bracket:
-        """mm^3; the sum of intervals of all blocks."""
-        whole, gone = self.stock_volume, self._removed
-        return Bracket(max(0.0, whole.lo - gone.hi), whole.estimate - gone.estimate, whole.hi - gone.lo)
 
     def surface(self) -> StockSurface:
         """See `Engine`: a staircase for pictures, whose volume is that of no interval."""
