@@ -146,7 +146,7 @@ def _refuse_overlap(stock: MeshStock, path: Path) -> None:
         height = (u[hit] * a[hit, 2] + v[hit] * b[hit, 2] + w[hit] * c[hit, 2]) / area
         order = np.argsort(height, kind="stable")
         inside = np.cumsum(-np.sign(area[order]))  # a face that looks down is an entry
-        # solids that touch swap exit and entry at one height: only stretches of a length count
+        # solids that touch swap exit and entry at one height: only intervals of a length count
         real = inside[:-1][np.diff(height[order]) > LENGTH_EPS_MM]
         if len(real) and (real.max() > 1 or real.min() < 0):
             raise StockError(

@@ -59,7 +59,7 @@ class Series:
         return out
 
     def part(self, a: float, b: float) -> Series:
-        """The stretch from t = a to t = b, with t running from 0 to 1 again."""
+        """The part from t = a to t = b, with t running from 0 to 1 again."""
         spin = np.exp(1j * self.frequencies * a).reshape(-1, *(1 for _ in self.terms.shape[2:]))
         z0 = (self.terms[:, 0] + a * self.terms[:, 1]) * spin
         z1 = (b - a) * self.terms[:, 1] * spin

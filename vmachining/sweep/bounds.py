@@ -11,7 +11,7 @@ from vmachining.tool import Profile
 __all__ = ["body_bounds", "reach", "reaches"]
 
 CELLS = 256
-"""Stretches of the block; the slack falls with the square of this."""
+"""Time intervals of the block; the slack falls with the square of this."""
 
 
 def body_bounds(profile: Profile, path: Turn) -> Floats:
@@ -20,7 +20,7 @@ def body_bounds(profile: Profile, path: Turn) -> Floats:
     Notes
     -----
     The support of the body along a direction d is the largest d . p(t) over its points. A point of the body
-    stays within |p''| w^2 / 8 of its chord over a stretch w of the time, hence the support is at most the
+    stays within |p''| w^2 / 8 of its chord over a time interval w, hence the support is at most the
     larger of the supports at both ends plus that. |p''| <= |c''| + (|A''| + |A'|^2) R without spin, R the
     distance of the farthest point from the tip.
     """

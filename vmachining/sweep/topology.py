@@ -6,7 +6,7 @@ grazing condition is a quadratic whose coefficients are linear in vv, vs, ss and
 A change happens where that form is zero at an end of a face (the curve reaches a joint, a chord of a disc is born
 or dies), where its discriminant is zero (a loop appears, two arcs merge), where A.V is zero (front and rear of
 the poles and discs swap), or where both normals of an edge graze at one point. Between two such instants every
-face keeps the number of its grazing stretches.
+face keeps the number of its grazing intervals.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ GRID, LEVELS = 128, 7
 """First division of the block and halvings after it: what is left, 1e-4 of it, has a root, a touch or neither."""
 
 NEAR = 1e-4
-"""A function that stays above this share of its size over a stretch of 1e-4 is not looked at for a touch."""
+"""A function that stays above this share of its size over an interval of 1e-4 is not looked at for a touch."""
 
 TOUCH = 1e-10
 """A function that comes this near to zero, relative to its size, touches it."""
@@ -95,7 +95,7 @@ def changes(sweep: Sweep) -> list[Change]:
     Notes
     -----
     Every function of time is made of scalar products whose sizes and slopes are bounded over the block. A
-    stretch where |g(a)| + |g(b)| exceeds the slope times its length has no root; the others are halved. A
+    interval where |g(a)| + |g(b)| exceeds the slope times its length has no root; the others are halved. A
     sign change is then solved, a touch is kept if it is a zero to 1e-10 of the function's size. Two roots less
     than 1e-4 of the block apart may be taken for a touch that is none.
     """
@@ -257,7 +257,7 @@ def _roots(g: Function, path: Arc | Line | Turn, grid: Floats, known: Forms) -> 
 
 
 def _runs(lo: Floats, hi: Floats) -> list[tuple[float, float]]:
-    """Adjacent stretches joined."""
+    """Adjacent intervals joined."""
     out: list[tuple[float, float]] = []
     for a, b in zip(lo.tolist(), hi.tolist(), strict=True):
         if out and a <= out[-1][1]:

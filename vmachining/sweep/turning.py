@@ -39,7 +39,7 @@ STILL = 1e-14
 """Amplitude of the axis below which it does not turn: some ulp of a unit vector."""
 
 CELLS = 256
-"""Stretches of the block over which bounds are taken; their slack falls with the square of this."""
+"""Time intervals of the block over which bounds are taken; their slack falls with the square of this."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

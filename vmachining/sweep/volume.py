@@ -19,7 +19,7 @@ from vmachining.tool import Profile, Segment
 __all__ = ["arc_volume", "helix_volume", "line_volume", "shadow", "swept_volume"]
 
 NODES = 48
-"""Gauss points per smooth stretch; 24 already give 1e-13 on the cases of tests/reference."""
+"""Gauss points per smooth piece; 24 already give 1e-13 on the cases of tests/reference."""
 
 
 def swept_volume(profile: Profile, path: Path) -> float | None:
@@ -198,7 +198,7 @@ def _rule() -> tuple[Floats, Floats]:
 
 
 def _gauss(f: Callable[[Floats], Floats], breaks: Sequence[float]) -> float:
-    """Integral from the first to the last of `breaks`, in stretches between those that lie inside."""
+    """Integral from the first to the last of `breaks`, piece by piece between those that lie inside."""
     lo, hi = breaks[0], breaks[-1]
     inside = sorted({lo, hi, *(b for b in breaks[1:-1] if lo < b < hi)})
     x, w = _rule()

@@ -144,7 +144,7 @@ def torus_profile(
 def torus_arcs(
     *, axis: ArrayLike, velocity: ArrayLike, rate: ArrayLike, R1: float
 ) -> list[tuple[float, float]]:
-    """Stretches (lo, hi) of u, rad, in which `torus_profile` is defined; hi may exceed pi.
+    """Intervals (lo, hi) of u, rad, in which `torus_profile` is defined; hi may exceed pi.
 
     Notes
     -----

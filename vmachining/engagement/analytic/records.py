@@ -112,7 +112,10 @@ class Records:
             with np.errstate(divide="ignore", invalid="ignore"):
                 rate = feed / 60.0 / self.lengths
             if not np.isfinite(rate[i]).all():
-                raise InputError("a stretch where the tip rests has no feed", remedy="leave out feed_mm_min")
+                raise InputError(
+                    "the tip rests between two records, which then have no feed",
+                    remedy="leave out feed_mm_min",
+                )
         place = [v[i] + p * (v[i + 1] - v[i]) for v in (self.theta_a, self.theta_b)]
         turn = [(v[i + 1] - v[i]) * rate[i] for v in (self.theta_a, self.theta_b)]
         travel = self.tip[i + 1] - self.tip[i]

@@ -186,8 +186,8 @@ def _refuse_elsewhere(design: MeshStock, stock: Stock) -> None:
     """
     (a, b), (lo, hi) = design.bounds, stock.bounds
     size, room = b - a, hi - lo
-    told = [f"from {p.round(3).tolist()} to {q.round(3).tolist()} mm" for p, q in ((a, b), (lo, hi))]
-    shown = f"the design lies {told[0]}, the stock {told[1]}"
+    places = [f"from {p.round(3).tolist()} to {q.round(3).tolist()} mm" for p, q in ((a, b), (lo, hi))]
+    shown = f"the design lies {places[0]}, the stock {places[1]}"
     ratio = float(size.max() / room.max())
     if not UNIT_SHARE <= ratio <= 1.0 / UNIT_SHARE:
         raise StockError(

@@ -19,7 +19,7 @@ from vmachining.tool import Profile
 __all__ = ["FluxVolume", "flux_volume"]
 
 NODES = 24
-"""Gauss points per smooth stretch of the meridian; half-integer powers at its ends are mapped away."""
+"""Gauss points per smooth piece of the meridian; half-integer powers at its ends are mapped away."""
 
 DEPTH = 1e-7
 """mm: a point that was less deep inside before counts as new; f is that small where the difference lies."""
@@ -40,7 +40,7 @@ ROUNDING = 1e-10
 """Relative noise of the sums."""
 
 ROUNDS = 40
-"""Most rounds of halving the stretches of time; each gains three digits or more at a kink."""
+"""Most rounds of halving the time intervals; each gains three digits or more at a kink."""
 
 
 class FluxVolume(NamedTuple):
@@ -69,7 +69,7 @@ def flux_volume(
     ----------
     packed : columns of a motion and of convex pieces whose union is the body.
     wanted : relative error of the volume at which the search for W stops.
-    patience : stretches of time after which the search for one visit is given up.
+    patience : time intervals after which the search for one visit is given up.
 
     Notes
     -----
@@ -211,7 +211,7 @@ GAUSS_WEIGHTS = np.array([
 
 
 def _adaptive(f: Callable[[Floats], Floats], tolerance: float) -> tuple[float, float]:
-    """Integral of f over [0, 1] and its error estimate, by halving the stretches that are not yet good."""
+    """Integral of f over [0, 1] and its error estimate, by halving the intervals that are not yet good."""
     x = np.concatenate([-KRONROD, KRONROD[-2::-1]])
     wk = np.concatenate([KRONROD_WEIGHTS, KRONROD_WEIGHTS[-2::-1]])
     wg = np.zeros(15)

@@ -76,7 +76,7 @@ def terms_of(s: Segment) -> Floats:
 
 
 def grazing_stretches(segment: Segment, now: Instant) -> list[tuple[float, float]]:
-    """Stretches of a meridian segment whose circles have two grazing angles, as (lo, hi) parameters.
+    """Intervals of a meridian segment whose circles have two grazing angles, as (lo, hi) parameters.
 
     The parameter is the height (mm) on a line, the normal angle beta (rad) on an arc; a horizontal line is
     taken by its radius (mm). Ends are inside the segment.
