@@ -154,3 +154,12 @@ def test_bodies_that_cannot_exist(points, centers, radii, word):
 def test_clip_outside():
     with pytest.raises(ToolError, match="nothing between"):
         sphere(1).clip(5, 6)
+
+
+def test_what_lies_on_the_axis_up_to_rounding_is_no_part_of_the_body():
+    """A corner of APT about the axis began 2e-16 mm above the tip: a first piece without a radius, and no convex body."""
+    nan = float("nan")
+    points = [(0.0, 0.0), (0.0, 2e-16), (1.0, 1.0), (1.0, 5.0)]
+    profile = Profile(points, [(nan, nan), (0.0, 1.0), (nan, nan)], [0.0, 1.0, 0.0])
+    assert profile.is_convex
+    assert len(profile.segments) == 2

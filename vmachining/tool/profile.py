@@ -347,6 +347,10 @@ def _tidy(segments: list[Segment]) -> list[Segment]:
         raise ToolError("profile: the body has no height", remedy="give at least two heights")
     if not any(s.is_arc or s.r0 > 0.0 or s.r1 > 0.0 for s in out):
         raise ToolError("profile: the body has no volume", remedy="give at least one radius above zero")
+    while (
+        out[0].r0 == out[0].r1 == 0.0 and not out[0].is_arc
+    ):  # along the axis: a corner ends there up to rounding
+        out.pop(0)
     return out
 
 

@@ -119,7 +119,7 @@ def lowest(cutters, moves, k, x, y):
     for i in range(n + 1):  # every pose that is no higher than its neighbours
         after = height(cutters, moves, k, x, y, (i + 1.0) / n) if i < n else np.inf
         best = min(best, here)
-        if here < np.inf and here <= before and here <= after:
+        if here < before and here <= after:
             lo, hi = max(i - 1.0, 0.0) / n, min(i + 1.0, n) / n
             best = min(best, _around(cutters, moves, k, x, y, i / n, lo, hi))
         before, here = here, after
