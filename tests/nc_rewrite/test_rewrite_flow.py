@@ -89,11 +89,42 @@ def test_nothing_is_cut_under_rotated_coordinates():
     assert written.unsplit == (5,)
 
 
-def test_tables_and_cutter_location_files_are_not_rewritten():
-    data = "x_mm,y_mm,z_mm,feed_mm_min\n0,0,0,5\n1,0,0,5\n"
+def test_a_table_of_poses_gets_new_cells_and_keeps_every_other_byte():
+    data = "# by hand\r\nx_mm, y_mm,z_mm, feed_mm_min,rapid\r\n0,0,0,5,1\r\n1,0,0, 50 ,0\n2,0,0,,0\n\n3,0,0,,0\n4,0,0,7,0"
+    written = rewrite_feeds(read(data, dialect="poses"), {4: BlockEdit(4, (20.55, 30.0), (0.5, 1.0))})
+    want = data.replace(" 50 ", " 20.5 ").replace("2,0,0,,0", "2,0,0,50,0")
+    assert written.data == want.encode() and written.unsplit == (4,) and len(written.source_line) == 8
+
+
+def test_a_table_of_poses_without_feeds_or_with_quotes_is_left_alone():
+    data = 'x_mm,y_mm,z_mm,feed_mm_min\n0,0,0,5\n1,0,0,"5"\n'
     program = read(data, dialect="poses")
     written = rewrite_feeds(program, {3: BlockEdit(3, (2.0,), (1.0,))})
     assert written.data == program.data and written.untouched == (3,) and len(written.source_line) == 3
+
+
+CELLS = st.tuples(st.sampled_from(["", "120", "75.5", " 60"]), st.booleans())
+
+
+@given(rows=st.lists(CELLS, min_size=2, max_size=9), data=st.data())
+@settings(max_examples=100, deadline=None)
+def test_any_table_of_poses_reads_back(rows, data):
+    lines = ["x_mm,y_mm,z_mm,feed_mm_min,rapid", "0,0,0,100,1"]
+    lines += [f"{k},0,0,{feed},{int(rapid)}" for k, (feed, rapid) in enumerate(rows, 1)]
+    program = read("\n".join(lines) + "\n", dialect="poses")
+    lined = {m.line: m.feed_mm_min for m in program.moves if m.feed_mm_min is not None}
+    chosen = data.draw(st.lists(st.sampled_from(sorted(lined)), unique=True)) if lined else []
+    edits = {k: BlockEdit(k, (data.draw(st.integers(50, 3000)) / 10.0,), (1.0,)) for k in chosen}
+    written = rewrite_feeds(program, edits)
+    again = read(written.data.decode(), dialect="poses")
+    wanted = lined | {k: edit.feeds_mm_min[0] for k, edit in edits.items()}
+    assert {m.line: m.feed_mm_min for m in again.moves if m.feed_mm_min is not None} == pytest.approx(wanted)
+    assert [m._replace(feed_mm_min=None) for m in again.moves] == [
+        m._replace(feed_mm_min=None) for m in program.moves
+    ]
+    assert rewrite_feeds(again, edits).data == written.data and not written.untouched
+    if not edits:
+        assert written.data == program.data
 
 
 PIECES = st.sampled_from(

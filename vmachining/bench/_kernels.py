@@ -92,3 +92,56 @@ def zmap_intervals(
             for k in range(many[row], lower.shape[1]):
                 lower[row, k] = np.nan
                 upper[row, k] = np.nan
+
+
+@kernel
+def zmap_lowered(tip, frame, rm, r, x0, y0, pitch, heights) -> None:
+    """Lower a Z-map under the tool at every position, as its owner must before it can be asked about the next pass.
+
+    Every cell in the box around the tool is looked at. The upright line through its middle enters the tool where its
+    distance to the rod with a round bottom, which is convex along the line, is zero: Newton's method from the plane of the
+    bottom disc stays below that height, so it ends as soon as it is above the cell.
+    """
+    a_cells, b_cells = heights.shape
+    highest = heights.max()
+    big = rm + r
+    for i in range(len(tip)):
+        kx, ky, kz = frame[i, 2, 0], frame[i, 2, 1], frame[i, 2, 2]
+        wx, wy = frame[i, 0, 2], frame[i, 1, 2]
+        pad = big + max(highest - tip[i, 2], 0.0) * np.sqrt(wx * wx + wy * wy) / kz
+        a0, a1 = int((tip[i, 0] - pad - x0) / pitch), int((tip[i, 0] + pad - x0) / pitch) + 1
+        b0, b1 = int((tip[i, 1] - pad - y0) / pitch), int((tip[i, 1] + pad - y0) / pitch) + 1
+        for a in range(max(a0, 0), min(a1, a_cells)):
+            dx = x0 + (a + 0.5) * pitch - tip[i, 0]
+            for b in range(max(b0, 0), min(b1, b_cells)):
+                dy = y0 + (b + 0.5) * pitch - tip[i, 1]
+                h0 = dx * wx + dy * wy
+                top = heights[a, b] - tip[i, 2]
+                z = -h0 / kz
+                if z >= top:
+                    continue
+                px = dx * frame[i, 0, 0] + dy * frame[i, 1, 0]
+                py = dx * frame[i, 0, 1] + dy * frame[i, 1, 1]
+                for _ in range(30):
+                    qx, qy, h = px + z * kx, py + z * ky, h0 + z * kz
+                    rho = np.sqrt(qx * qx + qy * qy)
+                    if rho <= rm and h <= 1e-9:
+                        break
+                    rise = (qx * kx + qy * ky) / max(rho, 1e-300)
+                    out, below = rho - rm, r - h
+                    if below <= 0.0:
+                        gap, slope = rho - big, rise
+                    else:
+                        aside = max(out, 0.0)
+                        away = np.sqrt(aside * aside + below * below)
+                        gap, slope = away - r, (aside * rise - below * kz) / max(away, 1e-300)
+                    if gap <= 1e-9:
+                        break
+                    if slope >= 0.0:
+                        z = top
+                        break
+                    z -= gap / slope
+                    if z >= top:
+                        break
+                if z < top:
+                    heights[a, b] = tip[i, 2] + z

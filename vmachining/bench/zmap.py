@@ -2,7 +2,9 @@
 
 The part is a staircase of ten steps in x as a rough pass leaves it, 60 x 40 mm, walls off the grids. A flat and a bull nose
 cutter finish it with lead and tilt; 400 positions and 360 rotation angles. Both give the engaged intervals, know the facing
-condition and look at nothing above the stock; neither updates the stock. The Z-map reads cells and elements of its pitch.
+condition and look at nothing above the stock. The Z-map reads cells and elements of its pitch. What it costs to keep it, which
+is to lower every cell under the tool at every position before the next pass can be asked about, is timed beside it
+(`kept_times`); the analytic method asks the staircase and keeps nothing.
 Processor time of one core, best of three, compile time excluded. The literature states that its analytic method is 25 times
 faster than its Z-map, and does not say at which resolution.
 """
@@ -25,8 +27,8 @@ __all__ = ["zmap"]
 
 PITCHES = (0.2, 0.1, 0.05, 0.02)
 POSITIONS, ANGLES = 400, 360
-STEPS = ((1.0, 4.0), (3.0, 12.0))
-"""mm, lowest and highest step: what shallow and deep roughing leaves."""
+STEPS = ((1.0, 1.2), (1.0, 4.0), (3.0, 12.0))
+"""mm, lowest and highest step: what is left for finishing, and by shallow and deep roughing."""
 
 PUBLISHED = 25.0
 ROOM = 6
@@ -89,8 +91,20 @@ def _compared(
         yield {
             "method": "zmap", "pitch_mm": pitch, "ms_per_position": 1e3 * cost / len(tip),
             "million_per_s": rows / cost / 1e6, "rms_mm": float(np.sqrt((error**2).mean())),
-            "worst_mm": float(np.abs(error).max()), "times": cost / seconds, "published_times": PUBLISHED,
+            "worst_mm": float(np.abs(error).max()), "times": cost / seconds,
+            "kept_times": (cost + _lowering(corner, tip, frame, x0, y0, pitch, heights)) / seconds, "published_times": PUBLISHED,
         }  # fmt: skip
+
+
+def _lowering(
+    corner: Corner, tip: Floats, frame: Floats, x0: float, y0: float, pitch: float, heights: Floats
+) -> float:
+    """s to lower a Z-map along a path, once: the second time there is nothing left to lower."""
+    _kernels.zmap_lowered(tip[:1], frame[:1], corner.rm, corner.r, x0, y0, pitch, heights.copy())
+    left = heights.copy()
+    begin = process_time()
+    _kernels.zmap_lowered(tip, frame, corner.rm, corner.r, x0, y0, pitch, left)
+    return process_time() - begin
 
 
 def _grid(stock: HeightStock, pitch: float) -> tuple[Floats, float, float]:

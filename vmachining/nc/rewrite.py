@@ -11,7 +11,8 @@
    There the written points round the length of a piece, so its feed can be above by a share of 1e-5.
 5. Left alone: canned cycles, rigid taps, G53 blocks, feed per revolution with the spindle stopped, degrees per minute,
    everything that does not run once in the order of the file (`rewrite_regions.py`), and dialects other than
-   iso and mts (`Rewritten.untouched`). Not cut, and given their smallest feed: `Rewritten.unsplit`.
+   iso, mts and poses (`Rewritten.untouched`). Not cut, and given their smallest feed: `Rewritten.unsplit`.
+6. In tables of poses cells of feeds change, and no row is cut (`rewrite_poses.py`).
 
 An F word that stands in one block with G20 or G21 is in the units before the block, as `read_program` has it.
 """
@@ -30,6 +31,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from vmachining.errors import FeedError, NCError
 from vmachining.nc.lexer import MAX_LINE, LexedLine, Word, lex_line
 from vmachining.nc.rewrite_pieces import LineEdit, Modes, Pieces, move_path, number_text, split_block
+from vmachining.nc.rewrite_poses import rewrite_pose_feeds
 from vmachining.nc.rewrite_regions import find_regions
 from vmachining.nc.run import SLOWEST_MM_MIN
 from vmachining.tolerance import LENGTH_EPS_MM
@@ -92,12 +94,31 @@ def rewrite_feeds(program: Program, edits: Mapping[int, BlockEdit]) -> Rewritten
         A feed that is not positive, or ends that do not rise to 1.
     """
     program.require_clean(allow={"E401"})
+    for line, edit in edits.items():
+        _check(edit, line)
+    if program.dialect == "poses":
+        return _poses(program, edits)
     if program.dialect not in ("iso", "mts"):
         count = sum(1 for m in LINES.finditer(_decode(program.data)[2]) if m[0])
         return Rewritten(program.data, tuple(range(1, count + 1)), (), tuple(sorted(edits)))
-    for line, edit in edits.items():
-        _check(edit, line)
     return _Rewriter(program, edits).run()
+
+
+def _poses(program: Program, edits: Mapping[int, BlockEdit]) -> Rewritten:
+    """A table of poses: rows that were to be divided get their smallest feed."""
+    mark, codec, text = _decode(program.data)
+    lines = [(m[1], m[2]) for m in LINES.finditer(text) if m[0]]
+    was = {move.line: move.feed_mm_min for move in program.moves}
+    feeds = {}
+    for line, edit in edits.items():
+        feed, old = min(edit.feeds_mm_min), was.get(line)
+        same = old is not None and abs(feed - old) <= SLACK * feed
+        feeds[line] = old if same and old is not None else math.floor(feed * 10.0 * (1 + SLACK)) / 10.0
+    made = rewrite_pose_feeds(lines, feeds)
+    unsplit = tuple(sorted(line for line, edit in edits.items() if len(set(edit.feeds_mm_min)) > 1))
+    return Rewritten(
+        mark + "".join(made.lines).encode(codec), tuple(range(1, len(lines) + 1)), unsplit, made.untouched
+    )
 
 
 def _check(edit: BlockEdit, line: int) -> None:
