@@ -267,7 +267,7 @@ def test_demos_are_listed_and_named(capsys):
     assert run(["demo", "--list", "--json"]) == 0
     rows = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert {"slot", "mould"} <= {row["name"] for row in rows}
-    assert all(row["about"] for row in rows)
+    assert all(row["about"] and row["processor_s"] > 0 for row in rows)
     assert run(["demo", "nothing"]) == 2
     assert "slot" in capsys.readouterr().err
 

@@ -152,13 +152,14 @@ def run_demo(name: str = "slot", *, out: Path | None, stock: str, quiet: bool, a
 
 
 def list_demos(*, as_json: bool) -> int:
-    """`vmachining demo --list`."""
+    """`vmachining demo --list`: seconds are of a processor, kernels compiled."""
     for name, job in demo_models().items():
-        about = _about(job.parent / "README.md")
+        page = job.parent / "README.md"
+        about, seconds = _about(page), _takes(page)
         if as_json:
-            emit({"name": name, "about": about, "job": str(job)})
+            emit({"name": name, "about": about, "job": str(job), "processor_s": seconds})
         else:
-            print(f"{name:<20}  {about}")
+            print(f"{name:<20}  {'' if seconds is None else f'{seconds:g} s':>6}  {about}")
     return Code.DONE
 
 
@@ -168,6 +169,13 @@ def _about(readme: Path) -> str:
     parts = [part for part in text.split("\n\n") if part.strip() and not part.startswith("#")]
     words = " ".join(parts[0].split()) if parts else ""
     return re.split(r"(?<=[.:;])\s", words, maxsplit=1)[0].rstrip(".:;")
+
+
+def _takes(readme: Path) -> float | None:
+    """Seconds of a processor that a model's page states."""
+    text = readme.read_text(encoding="utf-8") if readme.is_file() else ""
+    found = re.search(r"^Processor time of `vmachining demo \w+`: ([\d.]+) s", text, flags=re.MULTILINE)
+    return float(found[1]) if found else None
 
 
 def demo_models() -> dict[str, Path]:
