@@ -1,8 +1,9 @@
 # Drop cutter: the highest position of a tool of revolution, axis +z, at which it touches a set of triangles.
 #
 # Legend: tool R largest radius, r corner radius, a = R - r. f(rho) height of its surface above the tip at radius rho.
-# corners (m, 9): p, q, s of every triangle. planes (m, 7): z = g x + h y + k of its plane and 1, or 0 where it is upright; then
-# for its three edges 1 where a valley lies, which no tool from above touches before it touches one of the sides.
+# corners (m, 9): p, q, s of every triangle. planes (m, 11): z = g x + h y + k of its plane and 1, or 0 where it is upright; slope
+# |(g, h)|, sqrt(1 + slope^2) and the direction in which it rises; then for its three edges 1 where a valley lies, which no tool
+# from above touches before it touches one of the sides, or where the neighbour asks.
 # boxes: tree over the triangles (see vmachining.geometry.boxtree), LEAF in a leaf. Source: spec D.4.
 
 import numpy as np
@@ -65,6 +66,24 @@ def best_along(m, d, low, high, r, a):
 
 
 @leaf
+def most_along(m, d, low, high, r, a):
+    """Upper bound of m s - f(sqrt(d^2 + s^2)) in [low, high], which is concave: its tangent where a plane would touch."""
+    sine = abs(m) / np.sqrt(1.0 + m * m)
+    guess = np.sqrt(max((a + r * sine) ** 2 - d * d, 0.0))
+    s = min(max(guess if m > 0.0 else -guess, low), high)
+    rho = np.sqrt(d * d + s * s)
+    over = rho - a
+    if over <= 0.0:
+        value, rate = m * s, m
+    elif over >= r:
+        return np.inf
+    else:
+        root = np.sqrt(r * r - over * over)
+        value, rate = m * s - r + root, m - over / root * s / rho
+    return value + (rate * (high - s) if rate > 0.0 else rate * (low - s))
+
+
+@leaf
 def over_vertex(x, y, px, py, pz, R, r, a):
     """Tip height at which the tool touches a point; -inf if it cannot."""
     square = (px - x) ** 2 + (py - y) ** 2
@@ -77,14 +96,15 @@ def over_vertex(x, y, px, py, pz, R, r, a):
 def over_edge(x, y, px, py, pz, qx, qy, qz, best, R, r, a):
     """Tip height at which the tool touches a segment; -inf if that is not above `best`."""
     ex, ey = qx - px, qy - py
-    length = np.sqrt(ex * ex + ey * ey)
-    if length <= 0.0:
+    square = ex * ex + ey * ey
+    if square <= 0.0:
         return max(over_vertex(x, y, px, py, pz, R, r, a), over_vertex(x, y, qx, qy, qz, R, r, a))
-    ex, ey = ex / length, ey / length
-    s0 = (x - px) * ex + (y - py) * ey
-    d = abs((x - px) * ey - (y - py) * ex)
-    if d > R:
+    beside = (x - px) * ey - (y - py) * ex
+    if beside * beside > R * R * square:
         return -np.inf
+    length = np.sqrt(square)
+    s0 = ((x - px) * ex + (y - py) * ey) / length
+    d = min(abs(beside) / length, R)
     w = np.sqrt(R * R - d * d)
     low, high = max(-w, -s0), min(w, length - s0)
     if low > high:
@@ -94,6 +114,8 @@ def over_edge(x, y, px, py, pz, qx, qy, qz, best, R, r, a):
         return -np.inf
     # straight under the axis an edge lifts the tool most
     if pz + m * s0 + a * abs(m) + r * (np.sqrt(1.0 + m * m) - 1.0) <= best:
+        return -np.inf
+    if a > 0.0 and r > 0.0 and pz + m * s0 + most_along(m, d, low, high, r, a) <= best:
         return -np.inf
     s = best_along(m, d, low, high, r, a)
     return pz + m * (s0 + s) - height(np.sqrt(d * d + s * s), r, a)
@@ -109,24 +131,29 @@ def in_triangle(x, y, c):
 
 
 @leaf
+def incline(plane) -> None:
+    """Slope, stretch and direction of a plane from its g and h."""
+    slope = np.sqrt(plane[0] * plane[0] + plane[1] * plane[1])
+    plane[4], plane[5] = slope, np.sqrt(1.0 + slope * slope)
+    plane[6], plane[7] = (plane[0] / slope, plane[1] / slope) if slope > 0.0 else (0.0, 0.0)
+
+
+@leaf
 def over_triangle(x, y, c, plane, best, R, r, a):
     """(tip height, kind of contact) over one triangle; (-inf, NONE) where it is not above `best`."""
     if plane[3] > 0.0:
-        g, h = plane[0], plane[1]
-        slope = np.sqrt(g * g + h * h)
-        stretch = np.sqrt(1.0 + slope * slope)
-        z = g * x + h * y + plane[2] + a * slope + r * (stretch - 1.0)
+        slope, stretch = plane[4], plane[5]
+        z = plane[0] * x + plane[1] * y + plane[2] + a * slope + r * (stretch - 1.0)
         if z <= best:  # no point of the plane lifts the tool higher
             return -np.inf, NONE
         # the normal is (-g, -h, 1) / stretch: the contact lies on the rising side
-        ux, uy = (g / slope, h / slope) if slope > 0.0 else (0.0, 0.0)
         aside = a + r * slope / stretch
-        if in_triangle(x + aside * ux, y + aside * uy, c):
+        if in_triangle(x + aside * plane[6], y + aside * plane[7], c):
             return z, FACET
     found, kind = best, NONE
     for k in range(3):
         i, j = 3 * k, 3 * ((k + 1) % 3)
-        if plane[4 + k] > 0.0 or max(c[i + 2], c[j + 2]) <= found:
+        if plane[8 + k] > 0.0 or max(c[i + 2], c[j + 2]) <= found:
             continue
         z = over_edge(x, y, c[i], c[i + 1], c[i + 2], c[j], c[j + 1], c[j + 2], found, R, r, a)
         if z > found:
@@ -370,7 +397,7 @@ def lift_along(tips, axes, corners, boxes, R, r, lift, which) -> None:
     leaves = (len(boxes) + 1) // 2
     a = R - r
     e = np.empty((3, 3))
-    c, plane = np.empty(9), np.zeros(7)
+    c, plane = np.empty(9), np.zeros(11)
     for i in range(len(tips)):
         e[2] = axes[i]
         least = 0
@@ -422,6 +449,7 @@ def lift_along(tips, axes, corners, boxes, R, r, lift, which) -> None:
                 if abs(nz) > 1e-9 * np.sqrt(nx * nx + ny * ny + nz * nz):
                     plane[0], plane[1], plane[3] = -nx / nz, -ny / nz, 1.0
                     plane[2] = c[2] - plane[0] * c[0] - plane[1] * c[1]
+                    incline(plane)
                 value, how = over_triangle(0.0, 0.0, c, plane, best, R, r, a)
                 if how != NONE:
                     best, triangle = value, j

@@ -78,6 +78,7 @@ class Surface:
     _order: Ints
     _corners: Floats
     _planes: Floats
+    _once: Floats
     _boxes: Floats
 
     def __init__(self, mesh: FacetMesh) -> None:
@@ -85,22 +86,27 @@ class Surface:
         order = curve_order(np.ascontiguousarray(corners.mean(axis=1)[:, :2]))
         corners = np.ascontiguousarray(corners[order])
         normals = mesh.normals[order]
-        planes = np.zeros((len(order), 7))
+        planes = np.zeros((len(order), 11))
         level = np.abs(normals[:, 2]) >= UPRIGHT
         slope = -normals[level, :2] / normals[level, 2:]
         planes[level, :2] = slope
         planes[level, 2] = corners[level, 0, 2] - (slope * corners[level, 0, :2]).sum(axis=1)
         planes[level, 3] = 1.0
-        planes[:, 4:] = _valleys(mesh)[order]
-        values = (mesh, order, corners.reshape(-1, 9), planes)
-        for name, value in zip(("mesh", "_order", "_corners", "_planes"), values, strict=True):
+        planes[level, 4] = np.linalg.norm(slope, axis=1)
+        planes[:, 5] = np.sqrt(1.0 + planes[:, 4] ** 2)
+        planes[level, 6:8] = slope / np.maximum(planes[level, 4], 1e-300)[:, None]
+        planes[:, 8:] = _valleys(mesh)[order]
+        once = planes.copy()
+        once[:, 8:] = np.maximum(planes[:, 8:], _asked_before(mesh, order))
+        values = (mesh, order, corners.reshape(-1, 9), planes, once)
+        for name, value in zip(("mesh", "_order", "_corners", "_planes", "_once"), values, strict=True):
             object.__setattr__(self, name, value)
         boxes = box_tree(corners.min(axis=1), corners.max(axis=1), _kernels.LEAF)
         object.__setattr__(self, "_boxes", boxes)
 
     @property
     def sorted(self) -> tuple[Floats, Floats, Floats]:
-        """What kernels read: corners (m, 9), planes (m, 4), boxes of the tree over them."""
+        """What kernels read: corners (m, 9), planes (m, 11), boxes of the tree over them."""
         return self._corners, self._planes, self._boxes
 
     def heights(self, points: ArrayLike) -> tuple[Floats, Ints]:
@@ -135,7 +141,7 @@ class Surface:
         _kernels.drop(
             where,
             self._corners,
-            self._planes,
+            self._once,
             self._boxes,
             float(radius),
             float(corner_radius),
@@ -204,6 +210,19 @@ def _valleys(mesh: FacetMesh) -> Bools:
         apart = np.minimum(np.abs(one), np.abs(two)) > VALLEY * scale**2 * 1e-3
         out[:, k] = (back.sum(axis=1) == 1) & level & level[other] & (one * two < 0.0) & apart & above
     return out
+
+
+def _asked_before(mesh: FacetMesh, order: Ints) -> Bools:
+    """(m, 3), in an order: edges that the neighbour, which comes earlier, asks; the first of two is the one that does."""
+    place = np.empty(len(order), dtype=np.int64)
+    place[order] = np.arange(len(order))
+    mine = np.arange(len(order))
+    out = np.zeros((len(order), 3), dtype=np.bool_)
+    for k in range(3):
+        other = mesh.neighbours[:, (k + 2) % 3]
+        shared = (mesh.neighbours[other] == mine[:, None]).sum(axis=1) == 1
+        out[:, k] = (other >= 0) & shared & (place[other] < place)
+    return out[order]
 
 
 def _side(p: Floats, q: Floats, v: Floats) -> Floats:

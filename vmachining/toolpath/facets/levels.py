@@ -46,10 +46,10 @@ def push_cutter(
     """Where a cutter with its tip at height z cuts into the part, along fibres at y = places (or x, along "y")."""
     corners, planes, boxes = surface.sorted
     planes = planes.copy()
-    planes[:, 4:] = 0.0  # triangles count one by one here, with all of their edges
+    planes[:, 8:] = 0.0  # triangles count one by one here, with all of their edges
     if along == "y":
         corners = np.ascontiguousarray(corners[:, [1, 0, 2, 4, 3, 5, 7, 6, 8]])
-        planes = np.ascontiguousarray(planes[:, [1, 0, 2, 3, 4, 5, 6]])
+        planes = np.ascontiguousarray(planes[:, [1, 0, 2, 3, 4, 5, 7, 6, 8, 9, 10]])
         boxes = np.ascontiguousarray(boxes[:, [1, 0, 2, 4, 3, 5]])
     elif along != "x":
         raise InputError(f"along {along!r}: want 'x' or 'y'")
