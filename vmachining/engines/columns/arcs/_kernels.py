@@ -11,16 +11,17 @@
 
 import numpy as np
 
-from vmachining.engines.columns.surface._kernels import profile
+from vmachining.engines.columns.surface._kernels import STEEP, profile
 from vmachining.jit import leaf
 
 STRAIGHT, ARC = 0.0, 1.0
 WIDTH = 21  # columns of lines
 TWO_PI = 2.0 * np.pi
-MOST_FAR = 0.9 * np.pi  # angle between a point and a pose up to which slopes are compared
 STRETCH = 0.25  # what the poses of a cell are extended by, so that its own chord has no end in it
 RUNGS = 18  # pairs of cutters, each half as far from the true one as the pair before
-PARTS = 8  # of the poses of a piece that are compared with each other
+PARTS = 8  # of the poses of a piece that are compared with each other, again and again
+ROUNDS = 8
+RISING, FALLING, OPEN, ABSENT = 1.0, 2.0, 3.0, 4.0  # of the height over a cell, as poses lie farther behind
 LAST = RUNGS - 1.0
 
 
@@ -32,115 +33,103 @@ def _speed(rho, r, u):
 
 
 @leaf
-def _gap(near, wide, r, u):
-    """(least, greatest) d(u) for polar radii from near to wide: least at r cos u, greatest at an end."""
-    cos = np.cos(u)
-    rho = min(max(r * cos, near), wide)
-    low = rho * rho + r * r - 2.0 * rho * r * cos
-    high = max(near * near - 2.0 * near * r * cos, wide * wide - 2.0 * wide * r * cos) + r * r
-    return np.sqrt(max(low, 0.0)), np.sqrt(max(high, 0.0))
-
-
-@leaf
-def _rises(head, part, c, m, r, near, wide, u, far):
-    """Whether poses at angles from u to `far` behind a point are all higher over it, the farther the higher.
-
-    slope(d) q >= m: d grows with u, and q(u) rises and then falls, so its least value is at an end; over rho q has one
-    greatest value, so that, too, is least at an end.
-    """
-    d, _ = _gap(near, wide, r, u)
-    if d >= head[c, 1]:
-        return True
-    low = profile(head, part, c, d)[2]
-    q = min(_speed(near, r, u), _speed(wide, r, u))
-    q = min(q, min(_speed(near, r, far), _speed(wide, r, far)))
-    return low * q >= m
-
-
-@leaf
-def _falls(head, part, c, m, r, near, wide, u):
-    """Whether of the poses from 0 to u behind a point the last one is the lowest over it: slope(d) q <= m for all."""
-    _, d = _gap(near, wide, r, u)
-    if d >= head[c, 1]:
-        return False
-    cos = np.cos(u)
-    high = profile(head, part, c, d)[3]
-    q = min(1.0, wide / r)
-    if near * cos > r or wide < r * cos:
-        q = max(_speed(near, r, u), _speed(wide, r, u))
-    return high * q <= m
-
-
-@leaf
-def _behind(head, part, c, m, r, rho, most):
-    """By how much the lowest pose over a point at rho lies behind it, about; `most` where it is farther."""
-    low, high = 0.0, most
-    for _ in range(14):
-        u = 0.5 * (low + high)
-        d, _ = _gap(rho, rho, r, u)
-        if d < head[c, 1] and profile(head, part, c, d)[2] * _speed(rho, r, u) < m:
-            low = u
-        else:
-            high = u
-    return high
-
-
-@leaf
-def lag(head, part, c, m, r, rho, d, beta, far):
-    """(least, greatest) angle that the lowest pose over a point of the cell lies behind it; `far`, at most `MOST_FAR`, is
-    the greatest that there is."""
-    near, wide = max(rho - d, 0.0), rho + d
-    guess = _behind(head, part, c, m, r, rho, far)
-    low, high = 0.0, far
-    step = 0.25 * beta + 1e-7
-    for _ in range(14):
-        u = guess + step
-        if u >= far:
-            break
-        if _rises(head, part, c, m, r, near, wide, u, far):
-            high = u
-            break
-        step *= 1.6
-    step = 0.25 * beta + 1e-7
-    for _ in range(14):
-        u = guess - step
-        if u <= 0.0:
-            break
-        if _falls(head, part, c, m, r, near, wide, u):
-            low = u
-            break
-        step *= 1.6
+def _cosines(u, v):
+    """(least, greatest) cosine between two angles."""
+    a, b = np.cos(u), np.cos(v)
+    low, high = min(a, b), max(a, b)
+    if np.floor(v / TWO_PI) > np.floor(u / TWO_PI) or v - u >= TWO_PI:
+        high = 1.0
+    if np.floor((v - np.pi) / TWO_PI) > np.floor((u - np.pi) / TWO_PI):
+        low = -1.0
     return low, high
 
 
 @leaf
-def compare(head, part, c, m, r, cx, cy, first, way, x, y, d, a, b):
-    """(first, last) angle of the poses between angles a and b from the start that can be lowest within d of (x, y).
+def _gaps(near, wide, r, u, v):
+    """(least, greatest) d for polar radii from near to wide and angles from u to v."""
+    low, high = _cosines(u, v)
+    rho = min(max(r * high, near), wide)
+    a = rho * rho + r * r - 2.0 * rho * r * high
+    b = max(near * near - 2.0 * near * r * low, wide * wide - 2.0 * wide * r * low) + r * r
+    return np.sqrt(max(a, 0.0)), np.sqrt(max(b, 0.0))
 
-    Of each of `PARTS` equal parts the least height over the cell against the greatest of the lowest one: distances to
-    its middle pose, less and more what poses and points lie aside.
+
+@leaf
+def _trend(head, part, c, m, r, near, wide, u, v):
+    """How the height over all points of a cell changes with the angle that the pose lies behind, from u to v.
+
+    slope(d) q - m: slope grows with d. Over u in [0, pi], and over rho, q has one greatest value, so its least is at a
+    corner; its greatest as well where the ridge cos u = min(rho / r, r / rho), on which it is min(1, rho / r), passes by.
+    Elsewhere q < 0 and d falls: the farther the lower, and what an earlier pose reaches a later one does.
     """
-    R, step = head[c, 1], (b - a) / PARTS
-    best = np.inf
-    for look in range(2):
-        low, high = b, a
-        for j in range(PARTS):
-            t = a + (j + 0.5) * step
-            alpha = first + way * t
-            gap = np.sqrt((x - cx - r * np.cos(alpha)) ** 2 + (y - cy - r * np.sin(alpha)) ** 2)
-            z = m * r * t
-            if look == 0:
-                if gap + d <= R:
-                    best = min(best, z + profile(head, part, c, gap + d)[0])
-                continue
-            near = max(gap - d - 0.5 * r * step, 0.0)
-            if near > R:
-                continue
-            if z - 0.5 * abs(m) * r * step + profile(head, part, c, near)[1] <= best:
-                low, high = min(low, a + j * step), max(high, a + (j + 1.0) * step)
-    if low > high:
-        return a, a + step  # none reaches the cell
-    return low, min(high, b)
+    if (u >= np.pi and v <= TWO_PI) or (v <= 0.0 and u >= -np.pi):
+        return FALLING
+    least, most = _gaps(near, wide, r, u, v)
+    R = head[c, 1]
+    if least > R:
+        return ABSENT
+    fast = min(1.0, wide / r)
+    if u > -np.pi and v < TWO_PI and v - u < np.pi:
+        first, last = max(u, 0.0), min(v, np.pi)  # beyond these q < 0
+        a, b = _speed(near, r, first), _speed(wide, r, first)
+        e, f = _speed(near, r, last), _speed(wide, r, last)
+        x, y = near / r if near < r else r / near, wide / r if wide < r else r / wide
+        top = 1.0 if near <= r <= wide else max(x, y)
+        if np.cos(first) < min(x, y) or np.cos(last) > top:
+            fast = min(fast, max(max(a, b), max(e, f)))
+        slow = min(min(a, b), min(e, f))
+        if first == u and last == v and slow >= 0.0 and profile(head, part, c, least)[2] * slow >= m:
+            return RISING
+    if most < R:
+        steep = profile(head, part, c, most)[3]
+        if steep < STEEP and steep * fast <= m:
+            return FALLING
+    return OPEN
+
+
+@leaf
+def lowest(head, part, c, m, r, rho, d, t, beta, a, b):
+    """(first, last) of the poses between angles a and b that can be lowest over a point within d of a place at polar
+    radius rho and angle t, known to beta; poses rise by m >= 0 with their angle.
+
+    Each of `PARTS` equal parts by its trend: where that is known, no pose inside is the lowest one, but one of its ends
+    may be. What may be is compared in height, over the cell, with the best; then the same with the part that is left.
+    """
+    R, near, wide = head[c, 1], max(rho - d, 0.0), rho + d
+    trend = _trend(head, part, c, m, r, near, wide, t - b - beta, t - a + beta)
+    if trend != OPEN:
+        return (b, b) if trend == RISING else (a, a)
+    for _ in range(ROUNDS):
+        step = (b - a) / PARTS
+        best = np.inf
+        for j in range(PARTS + 1):
+            s = a + j * step
+            gap = np.sqrt(max(rho * rho + r * r - 2.0 * rho * r * np.cos(t - s), 0.0)) + d
+            if gap <= R:
+                best = min(best, m * r * s + profile(head, part, c, gap)[0])
+        low, high, before = np.inf, -np.inf, ABSENT
+        for j in range(PARTS + 1):
+            s = a + j * step
+            after = ABSENT
+            if j < PARTS:
+                after = _trend(head, part, c, m, r, near, wide, t - s - step - beta, t - s + beta)
+            met = before in (RISING, ABSENT) and after in (FALLING, ABSENT)
+            for look in range(2):  # the pose s, and the part that follows
+                far = step if look == 1 else 0.0
+                if not (met if look == 0 else after == OPEN):
+                    continue
+                least = _gaps(near, wide, r, t - s - far - beta, t - s + beta)[0]
+                if least > R or m * r * s + profile(head, part, c, least)[1] > best:
+                    continue
+                low, high = min(low, s), max(high, s + far)
+            before = after
+        if low > high:
+            return a, a  # none reaches the cell
+        done = high - low > 0.8 * (b - a) or high - low <= 0.1 * beta
+        a, b = low, min(high, b)
+        if done:
+            break
+    return a, b
 
 
 @leaf
@@ -156,27 +145,20 @@ def place(head, part, ladder, rows, k, x, y, d, lines, i):
     half = 0.5 * abs(sweep)
     dx, dy = x - cx, y - cy
     rho = np.sqrt(dx * dx + dy * dy)
-    a, b, known, beta = 0.0, 2.0 * half, False, np.pi
+    beta, t = np.pi, 0.0
     if rho > d:
         beta = np.arcsin(d / rho)
         t = way * (np.arctan2(dy, dx) - first) - half
         t -= TWO_PI * np.round(t / TWO_PI)
-        uphill = t if m >= 0.0 else -t
-        far = max(uphill + beta + half, 0.0)
-        # level: the pose nearest in angle. Uphill it lies behind, by no more and no less than `lag` says
-        if abs(t) + beta < np.pi and (m == 0.0 or far < MOST_FAR):
-            low, high = 0.0, 0.0
-            if m != 0.0:
-                low, high = lag(head, part, c, abs(m), r, rho, d, beta, far)
-            if m >= 0.0:
-                a, b = t - beta - high, t + beta - low
-            else:
-                a, b = t - beta + low, t + beta + high
-            a, b = min(max(a + half, 0.0), 2.0 * half), min(max(b + half, 0.0), 2.0 * half)
-            known = m == 0.0 or high < far
-    if not known:
-        for _ in range(3):
-            a, b = compare(head, part, c, m, r, cx, cy, first, way, x, y, d, a, b)
+    if m == 0.0 and abs(t) + beta < np.pi:  # level: the pose nearest in angle
+        a, b = min(max(t - beta + half, 0.0), 2.0 * half), min(max(t + beta + half, 0.0), 2.0 * half)
+    else:
+        up = 1.0 if m >= 0.0 else -1.0
+        t *= up
+        if t - half - beta < -np.pi:
+            t += TWO_PI
+        a, b = lowest(head, part, c, abs(m), r, rho, d, t, beta, -half, half)
+        a, b = (half + a, half + b) if up > 0.0 else (half - b, half - a)
     more = STRETCH * (b - a)
     a, b = max(a - more, 0.0), min(b + more, 2.0 * half)
     turn = b - a
