@@ -82,23 +82,25 @@ def lean(head, part, c, m, eta):
             return np.sqrt(max(rho * rho - eta * eta, 0.0))
         if part[c, i, 0] == LINE:
             return eta * m / np.sqrt(p * p - m * m)
-        # eta(q) = q (a / p + r / sqrt(1 + p^2)), p^2 = q^2 + m^2, grows and is concave: Newton from the left
+        # sigma = q / sqrt(1 + p^2), p^2 = q^2 + m^2: eta = sigma (r + a w / sqrt(m^2 + sigma^2)) grows and is concave on
+        # [0, 1]: Newton from the left; near 1 by tau = 1 - sigma, of which eta(1) - eta is known to all digits
         a, r = part[c, i, 5], part[c, i, 7]
-        w = np.sqrt(1.0 + m * m)
-        b = r + a * w / m
-        q = eta * w / np.sqrt(b * b - eta * eta) if eta < b else 0.0
-        share = min((eta - a) / r, 1.0 - 1e-12)
-        if share > 0.0:
-            q = max(q, share * w / np.sqrt(1.0 - share * share))
+        w2 = 1.0 + m * m
+        w = np.sqrt(w2)
+        sigma = min(max(eta / (r + a * w / m), (eta - a) / r), 1.0)
         for _ in range(40):
-            p = np.sqrt(q * q + m * m)
-            v = np.sqrt(1.0 + p * p)
-            step = (eta - q * (a / p + r / v)) / (a * m * m / p**3 + r * w * w / v**3)
-            q += step
-            if step <= 1e-14 * q:
+            square = m * m + sigma * sigma
+            S = np.sqrt(square)
+            step = (eta - sigma * (r + a * w / S)) / (r + a * w * m * m / (square * S))
+            sigma = min(sigma + step, 1.0)
+            if step <= 1e-8 * sigma:
                 break
-        p = np.sqrt(q * q + m * m)
-        return a * m / p + r * m / np.sqrt(1.0 + p * p)
+        square = m * m + sigma * sigma
+        S, tau = np.sqrt(square), 1.0 - sigma
+        short = tau * (r + a * m * m * (2.0 - tau) / (S * (S + sigma * w))) - (a + r - eta)
+        tau = min(max(tau - short / (r + a * w * m * m / (square * S)), 0.0), 1.0)
+        sigma = 1.0 - tau
+        return m * np.sqrt(tau * (2.0 - tau)) * (r / w + a / np.sqrt(m * m + sigma * sigma))
     return 0.0
 
 
