@@ -33,3 +33,12 @@ def test_engines_lie_in_each_others_intervals(tmp_path: Path) -> None:
     for ours, theirs in zip(mesh.iter_rows(named=True), dexel.iter_rows(named=True), strict=True):
         assert ours["removed_lo_mm3"] <= theirs["removed_hi_mm3"]
         assert theirs["removed_lo_mm3"] <= ours["removed_hi_mm3"]
+
+
+def test_a_spacing_that_no_engine_takes_is_told(tmp_path: Path) -> None:
+    job = vm.Job.load(write_job(tmp_path)).with_spacing(0.5, None)
+    told = {engine: vm.run(job, engine=engine).summary["notes"] for engine in ("columns", "dexel")}
+    assert [any("--spacing" in note for note in told[engine]) for engine in ("columns", "dexel")] == [
+        True,
+        False,
+    ]

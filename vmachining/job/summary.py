@@ -24,6 +24,10 @@ CHORD_UNUSED = (
     "--engine mesh for facets"
 )
 
+SPACING_UNUSED = (
+    "spacing_mm (--spacing) changed nothing: it is of the dexel engine, which --engine dexel asks for"
+)
+
 
 def run_summary(
     result: RunResult,
@@ -69,6 +73,8 @@ def run_summary(
         "peak_mb": 0.0,
     }
     summary["notes"] = job_notes(stock, options["chord_mm"])
+    if result.stock.name != "dexel" and options.get("spacing_mm") is not None:
+        summary["notes"].append(SPACING_UNUSED)
     if result.stock.name == "columns":
         summary |= _widths(rows, options)
         if chord_given and summary["blocks_by_mesh"] == 0 and isinstance(stock, BoxStock):
