@@ -28,6 +28,7 @@ from vmachining.geometry import Line
 from vmachining.stock import BoxStock, MeshStock
 from vmachining.sweep import Pose, Sweep
 from vmachining.tool import BallNose, BullNose, FlatEnd, Profile
+from vmachining.toolpath.facets import height_field
 
 R = 5.0
 BALL = BallNose(diameter=2 * R, length=60.0).cutter
@@ -200,6 +201,38 @@ def test_volumes_of_blocks_add_up_and_a_second_cut_takes_nothing() -> None:
     assert touched == first and not first.proven
     assert first.lo <= 20 * 4 * 2 <= first.hi and again.hi == 0.0
     assert engine.volume.estimate + first.estimate == pytest.approx(engine.stock_volume.estimate, rel=1e-12)
+
+
+def test_no_facet_is_missed_at_the_border_of_a_tile() -> None:
+    """A plane of 1,200 facets under eight tiles, and beyond the part the stock."""
+    x, y = np.linspace(0.0, 20.0, 31), np.linspace(0.0, 10.0, 21)
+    mesh = height_field(x, y, 0.1 * x[:, None] + 0.05 * y, bottom=-5.0)
+    engine = VectorEngine(
+        BoxStock((-3, 0, -6), (20, 10, 3)),
+        Options(
+            design=MeshStock(mesh.vertices, mesh.triangles), vectors=VectorSettings(mode="dvv", pitch=0.1)
+        ),
+    )
+    seen = 0
+    for base, lengths, x, y in engine.upright.tiles():
+        has = ~np.isnan(lengths)
+        plane = np.broadcast_to(0.1 * x[:, None] + 0.05 * y, has.shape)
+        on = has & (x > 0.0)[:, None]
+        assert np.abs(base.start[on] - plane[on]).max(initial=0.0) < 1e-12 and (base.facet[on] >= 0).all()
+        assert np.abs(base.low[on] + 5.0).max(initial=0.0) < 1e-12
+        off = has & ~on
+        assert (base.facet[off] < 0).all() and (base.start[off] == -6.0).all()
+        seen += int(has.sum())
+    assert seen == 230 * 100
+
+
+def test_rows_are_those_that_deviate_most_however_few_are_kept() -> None:
+    engine = plate(mode="dvv", pitch=0.1, spacing=1.0)
+    engine.cut(block([-4, 2, 6], [24, 8, 4]), 0)
+    every, few = engine.deviation(0.01, most=10**6), engine.deviation(0.01, most=150)
+    assert len(every.kind) > 10_000 and len(few.kind) == 150
+    assert (np.abs(few.deviation) == np.abs(every.deviation[:150])).all()
+    assert every.summary | {"rows": 150} == few.summary
 
 
 def test_spacings_of_the_sources() -> None:
