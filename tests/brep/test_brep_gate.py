@@ -82,6 +82,11 @@ def test_a_bar_turns_round_and_a_second_pass_finds_nothing() -> None:
     assert work.check(0, near(truth)).removed_mm3 == pytest.approx(truth, rel=1e-9)
     again = work.check(1, [says(0.0, 0.0)])
     assert (again.status, again.removed_mm3, again.error_mm3) == (Status.AGREED, 0.0, 0.0)
+    hardly = work.check(
+        1, [says(0.0, 1e-7)]
+    )  # less than a boolean may be off; else it would be a chip of unknown size
+    assert (hardly.status, hardly.removed_mm3, hardly.error_mm3) == (Status.AGREED, 0.0, 1e-7)
+    assert work.check(1, [says(0.0, 1e-5)], ["plain"]).status is Status.REFUSED
 
 
 @pytest.mark.parametrize("tool", [FLAT, BallNose(diameter=10, length=40)], ids=["flat", "ball"])

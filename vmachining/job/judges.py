@@ -12,6 +12,7 @@ from vmachining.engines.protocol import NOTHING, Options, Removal
 from vmachining.errors import EngineError, StockError
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep
+from vmachining.tolerance import WIDTH_MM3
 
 __all__ = ["RayWitness", "columns_say", "widened"]
 
@@ -20,6 +21,9 @@ WANT_REL, MOST = 1.5e-3, 20_000
 
 JUDGED_WIDTH, PASSED_WIDTH = 1e-3, 0.5
 """Width that columns are asked for of a block that is judged, and of those before it, which only have to be known."""
+
+JUDGED_MM3 = 1e-6
+"""mm^3 of width at which a judged block is done if that is sooner: what a boolean itself may be off, see `gate.py`."""
 
 
 def columns_say(
@@ -33,11 +37,13 @@ def columns_say(
     try:
         engine = ColumnsEngine.of(stock, Options())
         for number, sweeps in enumerate(blocks):
-            engine.width = JUDGED_WIDTH if number in numbers else PASSED_WIDTH
+            is_judged = number in numbers
+            engine.width = JUDGED_WIDTH if is_judged else PASSED_WIDTH
+            engine.width_mm3 = JUDGED_MM3 if is_judged else WIDTH_MM3
             total = NOTHING
             for sweep in sweeps:
                 total = total.plus(engine.cut(sweep, number))
-            if number in numbers:
+            if is_judged:
                 found[number] = Judge(engine.name, widened(total, slacks[number]))
     except (StockError, EngineError):  # from here on the workpiece is not what columns know
         pass

@@ -6,7 +6,7 @@
     none in T                    -> refused with the reasons; T stands
 
 The error of a value that stands is its distance to the farther end of T, and what the boolean itself may be off. It must be
-below the value, or nothing was learnt of it.
+below the value, or nothing was learnt of it. A block that is known to remove less than any boolean may be off removes nothing.
 """
 
 from __future__ import annotations
@@ -73,8 +73,8 @@ def error_of(value: Value, truth: Removal) -> float | str:
     volume, own = value.volume, value.own + OWN_MM3 + OWN_REL * abs(value.volume)
     if not truth.lo - own <= volume <= truth.hi + own:
         return f"{volume:.6g} mm3 is outside {truth.lo:.6g} to {truth.hi:.6g}"
-    if truth.hi == 0.0:  # nothing is removed: that is known better than any boolean says
-        return 0.0
+    if truth.hi <= OWN_MM3:  # nothing is removed: that is known better than any boolean says
+        return max(truth.hi - max(volume, 0.0), volume - truth.lo)
     error = own + max(truth.hi - volume, volume - truth.lo, 0.0)
     if error >= max(volume, 0.0):
         return f"{volume:.6g} mm3 is within {truth.lo:.6g} to {truth.hi:.6g}, which is too little to tell a value from"
