@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +12,15 @@ import pytest
 from vmachining import BullNose, Sweep, Turn
 from vmachining.bench import gauntlet
 from vmachining.engines import brep
+from vmachining.engines.brep.envelopes.grazing_curve import GrazingCurve
 from vmachining.engines.brep.envelopes.pieces import turn_pieces
-from vmachining.engines.brep.envelopes.segments import ArcTurn
+from vmachining.engines.brep.envelopes.segments import ArcTurn, Moving
+from vmachining.engines.brep.envelopes.sheets import enveloped
 from vmachining.engines.brep.occt import inside
+from vmachining.engines.brep.occt.booleans import box_of
 from vmachining.engines.brep.occt.step_out import difference
 from vmachining.engines.brep.occt.tolerances import STEP_REL
+from vmachining.engines.brep.translations.caps import Tool
 from vmachining.errors import EngineError, SweepError
 from vmachining.tool import Profile
 
@@ -92,54 +97,66 @@ def test_a_file_that_differs_is_described_in_few_words(
     assert difference(back, wanted) == said
 
 
-def test_points_are_told_beside_a_face_that_no_line_can_meet() -> None:
-    """Seed 977: OCCT has no answer for any line on a sliver of a torus, 4e-3 x 7e-5 mm wide."""
+@pytest.fixture(scope="module")
+def slivered() -> tuple[Sweep, list[Any], list[Any]]:
+    """Seed 977: a sweep, its solids, and those of their faces for which OCCT has no answer for any line: a sliver of a torus,
+    4e-3 x 7e-5 mm wide."""
     from OCP.gp import gp_Dir, gp_Lin, gp_Pnt
     from OCP.IntCurvesFace import IntCurvesFace_Intersector
 
     sweep = gauntlet.gauntlet_block(977)
-    shapes = [part.shape for part in brep.solids(sweep)]
-    line = gp_Lin(gp_Pnt(0.0, 0.0, 0.0), gp_Dir(1.0, 2.0, 3.0))
-    done = []
+    shapes, silent = [part.shape for part in brep.solids(sweep)], []
     for face in [face for shape in shapes for face in faces_of(shape)]:
         meet = IntCurvesFace_Intersector(face, 1e-7)
-        meet.Perform(line, 0.0, 1e6)
-        done.append(meet.IsDone())
-    assert not all(done)
+        meet.Perform(gp_Lin(gp_Pnt(0.0, 0.0, 0.0), gp_Dir(1.0, 2.0, 3.0)), 0.0, 1e6)
+        if not meet.IsDone():
+            silent.append(face)
+    return sweep, shapes, silent
+
+
+def test_points_are_told_beside_a_face_that_no_line_can_meet(
+    slivered: tuple[Sweep, list[Any], list[Any]],
+) -> None:
+    sweep, shapes, silent = slivered
+    assert silent
     points = gauntlet._near(sweep)
     gap = sweep.signed_distance(points)
     clear = np.abs(gap) > gauntlet.NEAR_MM
     assert (brep.held(shapes, points[clear]) == (gap[clear] < 0.0)).all()
 
 
-def test_a_point_without_an_answer_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(inside._Faces, "odd", lambda *_: None)
-    with pytest.raises(EngineError, match=r"lines through \[1\. 2\. 3\.\] mm"):
-        brep.held([solid_of([])], np.array([[1.0, 2.0, 3.0]]))
+def test_a_point_without_an_answer_is_named_and_the_gauntlet_goes_on(
+    slivered: tuple[Sweep, list[Any], list[Any]],
+) -> None:
+    """The sliver alone, and a point in its box."""
+    silent = slivered[2]
+    alone, point = solid_of(silent[:1]), box_of(silent[0]).mean(axis=0, keepdims=True)
+    with pytest.raises(EngineError, match=r"OCCT cannot tell where lines through \[.*\] mm meet a solid"):
+        brep.held([alone], point)
+    said = gauntlet.strange_points([alone], point, np.array([0.5]))
+    assert said.startswith("points of the solids: brep engine: OCCT cannot tell")
 
 
-def test_the_gauntlet_goes_on_where_its_referee_has_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
-    def silent(*_: Any) -> Any:
-        raise EngineError("OCCT cannot tell", engine="brep")
+class BreaksOff(ArcTurn):
+    """A segment that has no points on its far half."""
 
-    monkeypatch.setattr(brep, "held", silent)
-    row = gauntlet._row(9)
-    assert row["brep"] == "wrong" and row["failed"] == [f"B-rep: {row['reason']}"]
-    assert row["reason"] == "points of the solids: brep engine: OCCT cannot tell"
-
-
-def test_a_curve_that_breaks_off_between_its_nodes_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nodes are refined in time: the curve may end at a moment at which nobody had looked before."""
-    exact = ArcTurn.points
-
-    def broken(self: ArcTurn, grazing: Any, st: Any, s: Any) -> Any:
-        found = exact(self, grazing, st, s)
+    def points(self, of: Any, st: Any, s: Any) -> Any:
+        found = super().points(of, st, s)
         found[len(found) // 2 :, 0] = np.nan
         return found
 
-    monkeypatch.setattr(ArcTurn, "points", broken)
+
+def test_a_curve_that_breaks_off_between_its_nodes_is_refused() -> None:
+    """Nodes are refined in time: the curve may end at a moment at which nobody had looked before."""
+    tool = Tool.of(BullNose(diameter=10, corner_radius=2, length=30).profile)
+    grazing = GrazingCurve(tool, Moving(TILT))
+    enveloped(grazing, 1e-6)
+    turns = [k for k, segment in enumerate(grazing.segments) if isinstance(segment, ArcTurn)]
+    for k in turns:
+        whole = grazing.segments[k]
+        grazing.segments[k] = BreaksOff(**{field.name: getattr(whole, field.name) for field in fields(whole)})
     with pytest.raises(SweepError, match="ends on its way over a face"):
-        brep.solid(Sweep.along(BullNose(diameter=10, corner_radius=2, length=30), TILT))
+        enveloped(grazing, 1e-6)
 
 
 def test_a_point_close_to_a_spline_face_is_told_by_whole_lines():

@@ -20,7 +20,7 @@ no answer for counts as wrong, and the run goes on.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import process_time
@@ -38,7 +38,7 @@ from vmachining.errors import VMachiningError
 from vmachining.sweep import Pose, Sweep, Turn
 from vmachining.tool import BallNose, BullNose, Cutter, FlatEnd, Taper
 
-__all__ = ["FAMILIES", "MACHINES", "gauntlet_block", "sweep_gauntlet"]
+__all__ = ["FAMILIES", "MACHINES", "gauntlet_block", "strange_points", "sweep_gauntlet"]
 
 FAMILIES = (
     "finishing", "free", "pivot", "in plane", "along the axis", "rotary", "hardly turning", "joints", "tilting",
@@ -139,21 +139,34 @@ def _brep(sweep: Sweep, bracket: tuple[float, float] | None) -> tuple[str, str, 
         if not bracket[0] * (1 - 1e-6) <= found <= bracket[1] * (1 + 1e-6):
             return "wrong", f"{found:.9g} mm3 outside [{bracket[0]:.9g}, {bracket[1]:.9g}]", count, spent
     points = _near(sweep)
-    gap = sweep.signed_distance(points)
-    clear = np.abs(gap) > NEAR_MM
-    try:
-        strange = brep.held([part.shape for part in parts], points[clear]) != (gap[clear] < 0.0)
-    except VMachiningError as error:  # a referee without an answer is no pass
-        return "wrong", f"points of the solids: {error}", count, spent
-    if strange.any():
-        far = float(np.abs(gap[clear][strange]).max())
-        return "wrong", f"{strange.sum()} points on the wrong side, up to {far:.2g} mm", count, spent
+    strange = strange_points([part.shape for part in parts], points, sweep.signed_distance(points))
+    if strange:
+        return "wrong", strange, count, spent
     with TemporaryDirectory() as folder:
         try:
             brep.write_solids(Path(folder) / "sweep.step", [part.shape for part in parts])
         except VMachiningError as error:
             return "wrong", str(error), count, spent
     return ("solid" if count == 1 else "solids"), "", count, spent
+
+
+def strange_points(shapes: Sequence[Any], points: Floats, gap: Floats) -> str:
+    """What is wrong with solids where points (n, 3) mm have the distances (n,) mm from the sweep, negative inside; "" nothing.
+
+    A referee without an answer is no pass.
+    """
+    from vmachining.engines import brep
+
+    clear = np.abs(gap) > NEAR_MM
+    try:
+        strange = brep.held(shapes, points[clear]) != (gap[clear] < 0.0)
+    except VMachiningError as error:
+        return f"points of the solids: {error}"
+    if not strange.any():
+        return ""
+    return (
+        f"{strange.sum()} points on the wrong side, up to {float(np.abs(gap[clear][strange]).max()):.2g} mm"
+    )
 
 
 def _near(sweep: Sweep) -> Floats:

@@ -74,7 +74,7 @@ def error_of(value: Value, truth: Removal) -> float | str:
     if not truth.lo - own <= volume <= truth.hi + own:
         return f"{volume:.6g} mm3 is outside {truth.lo:.6g} to {truth.hi:.6g}"
     if truth.hi <= OWN_MM3:  # nothing is removed: that is known better than any boolean says
-        return max(truth.hi - max(volume, 0.0), volume - truth.lo)
+        return float(max(truth.hi - max(volume, 0.0), volume - truth.lo))
     error = own + max(truth.hi - volume, volume - truth.lo, 0.0)
     if error >= max(volume, 0.0):
         return f"{volume:.6g} mm3 is within {truth.lo:.6g} to {truth.hi:.6g}, which is too little to tell a value from"
