@@ -125,11 +125,11 @@ def test_every_attempt_gives_the_same_value(name: str) -> None:
 
 
 def test_a_value_that_no_judge_allows_is_refused_and_says_what_was_tried() -> None:
-    verdict = one(FLAT, ACROSS).check(0, [says(310.0, 320.0)], ["plain", "joint"])
+    verdict = one(FLAT, ACROSS).check(0, [says(310.0, 320.0)], ["plain", "rotated"])
     assert verdict.status is Status.REFUSED and verdict.removed_mm3 is None and verdict.error_mm3 is None
-    assert [name for name, _ in verdict.tried] == ["plain", "joint"]
+    assert [name for name, _ in verdict.tried] == ["plain", "rotated"]
     assert all(value == pytest.approx(300.0) for _, value in verdict.tried)
-    assert verdict.reason == "plain, joint: 300 mm3 is outside 310 to 320"
+    assert verdict.reason == "plain, rotated: 300 mm3 is outside 310 to 320"
 
 
 def test_judges_that_exclude_each_other_are_disputed_whatever_occt_says() -> None:

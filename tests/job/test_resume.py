@@ -202,7 +202,7 @@ def test_a_verdict_reads_back_as_it_was_written(tmp_path):
     """Values and errors come from numpy, too, which writes its numbers in words of its own."""
     rays = Judge("dexel", Removal(1.2, 1.45, 1.7, proven=False))
     verdict = Verdict(
-        Status.RETRIED, np.float64(1.5), np.float64(0.25), "joint", 7, "", 2.5, 3, judges=(rays,)
+        Status.RETRIED, np.float64(1.5), np.float64(0.25), "rotated", 5, "", 2.5, 3, judges=(rays,)
     )
     path = tmp_path / "verdicts.csv"
     wide, narrow = ([Judge("mesh", Removal(lo, lo, hi))] for lo, hi in ((1.0, 2.0), (1.8, 2.0)))

@@ -25,12 +25,11 @@ __all__ = ["ATTEMPTS", "Attempt", "Task", "shapes"]
 class Task(NamedTuple):
     """A motion of a block.
 
-    stock : TopoDS_Shape. sweep, parts : what it sweeps, and the solids whose union that is.
+    stock : TopoDS_Shape. parts : solids whose union is what it sweeps.
     earlier, cut : the sweeps that reach it, those that take most first, and the solids of each.
     """
 
     stock: Any
-    sweep: Sweep
     parts: Sequence[Any]
     earlier: Sequence[Sweep]
     cut: Sequence[Sequence[Any]]
@@ -49,25 +48,10 @@ def one_by_one(task: Task, fuzzy: float = 0.0) -> Value:
     return Value(_cut(task.stock, task.parts, task.tools, fuzzy))
 
 
-def in_reverse(task: Task) -> Value:
-    """Earlier solids in the opposite order."""
-    return Value(_cut(task.stock, task.parts, task.tools[::-1]))
-
-
 def rotated(task: Task) -> Value:
     """Everything turned by an odd angle first, so that no face is aligned with an axis."""
     parts, tools = ([oddly_turned(shape) for shape in shapes] for shapes in (task.parts, task.tools))
     return Value(_cut(oddly_turned(task.stock), parts, tools))
-
-
-def joint(task: Task) -> Value:
-    """All earlier solids in one operation."""
-    total = 0.0
-    for number, part in enumerate(task.parts):
-        rest = common(part, task.stock, 0.0)
-        others = [other for other in (*task.tools, *task.parts[:number]) if not apart(rest, other)]
-        total += volume(minus(rest, others, 0.0) if others and not is_empty(rest) else rest)
-    return Value(total)
 
 
 def stock_last(task: Task) -> Value:
@@ -77,12 +61,6 @@ def stock_last(task: Task) -> Value:
         rest = _without(part, [*task.tools, *task.parts[:number]], 0.0)
         total += volume(rest if is_empty(rest) else common(rest, task.stock, 0.0))
     return Value(total)
-
-
-def halves(task: Task) -> Value:
-    """The motion in two halves, the second after the first."""
-    first, second = (shapes(half) for half in task.sweep.split([0.5]))
-    return Value(_cut(task.stock, first, task.tools) + _cut(task.stock, second, [*first, *task.tools]))
 
 
 def grown(task: Task) -> Value:
@@ -98,10 +76,7 @@ ATTEMPTS: Mapping[str, Attempt] = {
     "fuzzy 1e-04": partial(one_by_one, fuzzy=1e-4),
     "fuzzy 1e-03": partial(one_by_one, fuzzy=1e-3),
     "rotated": rotated,
-    "reversed": in_reverse,
-    "joint": joint,
     "stock last": stock_last,
-    "halves": halves,
     "grown": grown,
 }
 """By name, in the order they are made; blocks that each has won: `docs/measured/gate.md`."""
