@@ -225,9 +225,9 @@ def test_solids_that_cannot_be_built_are_told_once() -> None:
     with pytest.raises((SweepError, EngineError)) as why:
         brep.solids(reaching(sweep, box_of(brep.shape_of(BOX))))
     work = BlockChecker(BOX, [[sweep], [Sweep.along(stepped, Line((0, 0, -1), (30, 0, -1)))]])
-    heard = list[object]()
-    verdict: Verdict = work.check(1, [says(0.0, 1e6)], tell=heard.append)
+    *heard, verdict = work.steps(1, [says(0.0, 1e6)], ["plain"])
     assert [what for what in heard if isinstance(what, str)] == ["judges", "solids"]
+    assert isinstance(verdict, Verdict)
     assert verdict.status is Status.REFUSED and verdict.reason == str(why.value)
 
 

@@ -9,12 +9,11 @@ import pytest
 
 from vmachining.engagement import By, CylinderStock, Past, RayWorkpiece, contact, facing_parts
 from vmachining.engines.brep import Blank, BrepWorkpiece
-from vmachining.engines.brep.workpiece import edgeworker
-from vmachining.engines.brep.workpiece.edgeworker import Members
-from vmachining.errors import EngineError, SweepError
+from vmachining.engines.brep.workpiece.members import Members
+from vmachining.errors import EngineError
 from vmachining.geometry import Arc, Line
 from vmachining.sweep import Pose, Stance, Sweep, Turn
-from vmachining.tool import BallNose, BullNose, Edge, FlatEnd, Taper
+from vmachining.tool import BallNose, BullNose, Edge, FlatEnd, ProfileTool, Taper
 
 AGREE_MM = 1e-4
 """The promise; the largest difference seen here is some 1e-7 mm, OCCT's confusion of points."""
@@ -102,10 +101,8 @@ def test_a_process_of_its_own_gives_arcs_and_keeps_its_time():
     assert work._worker is None  # the process is gone
 
 
-def test_a_sweep_without_a_solid_is_refused_by_name(monkeypatch):
-    def none(sweep):
-        raise SweepError("the B-rep engine has no solid for this")
-
-    monkeypatch.setattr(edgeworker, "solids", none)
-    with pytest.raises(SweepError, match="block 7: the B-rep engine has no solid for this"):
-        Members(BAR, [(7, before(TOOLS["ball"])[0])], By.STOCK)
+def test_a_sweep_without_a_solid_is_refused_by_name():
+    stepped = ProfileTool(points=[[0, 0], [1, 0.2], [1, 1], [2, 2], [2, 20]])
+    bottom = Sweep.along(stepped, Arc((10, 0, -2), (10, 0, 0), 1, angle=1.0))
+    with pytest.raises(EngineError, match="block 7: OCCT says the swept solid is not valid"):
+        Members(BAR, [(7, bottom)], By.STOCK)

@@ -249,7 +249,7 @@ def _members(make: Callable[[Any], list[Any]]) -> Any:
     import cadquery as cq
 
     from vmachining.engines.brep import Blank
-    from vmachining.engines.brep.workpiece.edgeworker import Members
+    from vmachining.engines.brep.workpiece.members import Members
 
     with TemporaryDirectory() as folder:
         file = Path(folder) / "part.step"

@@ -38,7 +38,7 @@ RADIUS, BOTTOM = 20.0, -30.0
 def engage() -> Iterator[dict[str, Any]]:
     """One record per case, and the sum of them."""
     from vmachining.engines.brep import Blank
-    from vmachining.engines.brep.workpiece.edgeworker import Members
+    from vmachining.engines.brep.workpiece.members import Members
 
     bar = Blank("cylinder", (0.0, 0.0, BOTTOM), (0.0, 0.0, 0.0), center=(0.0, 0.0), radius=RADIUS)
     stock = CylinderStock((0.0, 0.0), RADIUS, (BOTTOM, 0.0))

@@ -18,11 +18,11 @@ from collections.abc import Callable, Generator, Iterator
 from contextlib import suppress
 from pathlib import Path
 from time import monotonic
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
 from vmachining.errors import EngineError, SweepError
 
-__all__ = ["Late", "WorkerLost", "WorkerProcess", "isolated", "isolated_steps", "obey_driver"]
+__all__ = ["END", "Late", "WorkerLost", "WorkerProcess", "isolated", "isolated_steps", "obey_driver"]
 
 T = TypeVar("T")
 
@@ -32,7 +32,7 @@ PATIENCE = 8.0
 START_SECONDS = 300.0
 """An interpreter that loads OCCT and compiles kernels on a busy machine."""
 
-WORKER = "vmachining.engines.brep.removal.worker"
+WORKER = "vmachining.engines.brep.worker"
 
 PR_SET_PDEATHSIG = 1
 """Of <sys/prctl.h>: the signal that a process gets when the thread that made it ends."""
@@ -83,22 +83,27 @@ def _processor_seconds(pid: int) -> float | None:
         return None
 
 
+END = object()
+"""There is no further answer to a question."""
+
+
 class WorkerProcess:
     """One process with its pipes.
 
-    setup : first message, answered by "ready" or why not. module : run as `python -m`.
+    make, arguments : what `make(*arguments)` returns there is called with every question, and gives an iterator of answers.
+    seconds : of a processor for that, beside those of a start.
 
     Raises
     ------
     WorkerLost
-        It ended before it was ready.
-    EngineError
-        What it said instead of "ready".
+        It ended before it was ready, or was late.
+    SweepError, EngineError
+        What `make` raised.
     """
 
-    def __init__(self, setup: bytes, module: str = WORKER) -> None:
+    def __init__(self, make: Callable[..., Any], *arguments: Any, seconds: float = 0.0) -> None:
         self._process = subprocess.Popen(
-            [sys.executable, "-m", module],
+            [sys.executable, "-m", WORKER],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
@@ -112,11 +117,10 @@ class WorkerProcess:
         late = threading.Timer(START_SECONDS, self._process.kill)
         late.start()
         try:
-            self._write(setup)
-            greeting = self.receive(START_SECONDS)
-            if greeting != "ready":
-                raise EngineError(str(greeting), engine="brep")
-        except (WorkerLost, EngineError):
+            self.send(make, arguments)
+            late.cancel()
+            self.receive(START_SECONDS + seconds)
+        except (WorkerLost, SweepError, EngineError):
             self.close()
             raise
         finally:
@@ -126,30 +130,36 @@ class WorkerProcess:
         """What it takes from now on."""
         return Watch(self._process.pid)
 
-    def call(self, question: object, seconds: float) -> Any:
-        """Any question, and its answer."""
-        self.send(question)
-        return self.receive(seconds)
+    def __enter__(self) -> WorkerProcess:
+        return self
 
-    def send(self, message: object) -> None:
-        """Raises `WorkerLost` if nobody reads."""
-        self._write(pickle.dumps(message))
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
-    def _write(self, message: bytes) -> None:
+    def ask(self, *question: Any, seconds: float) -> Iterator[Any]:
+        """Answers to a question as they come, each within so many seconds; raises what `receive` does."""
+        self.send(*question)
+        while (answer := self.receive(seconds)) is not END:
+            yield answer
+
+    def send(self, *question: Any) -> None:
+        """Ask; answers are to be received. Raises `WorkerLost` if nobody reads."""
         assert self._process.stdin is not None
         try:
-            self._process.stdin.write(message)
+            self._process.stdin.write(pickle.dumps(question))
             self._process.stdin.flush()
         except OSError as exc:
             raise WorkerLost(self._end()) from exc
 
     def receive(self, seconds: float) -> Any:
-        """The next answer.
+        """The next answer, or `END`.
 
         Raises
         ------
         Late, WorkerLost
             None within so many seconds of its processor; or it ended.
+        SweepError, EngineError
+            What was raised there instead of an answer.
         """
         watch = self.watch()
         while True:
@@ -162,7 +172,12 @@ class WorkerProcess:
                 continue
             if not good:
                 raise WorkerLost(self._end())
-            return answer
+            kind, what, *block = answer
+            if kind in ("value", "end"):
+                return what if kind == "value" else END
+            raise (
+                SweepError(what) if kind == "SweepError" else EngineError(what, engine="brep", block=block[0])
+            )
 
     def kill(self) -> None:
         """End the process from any thread; whoever waits for it hears that it is gone."""
@@ -211,18 +226,8 @@ def isolated(function: Callable[..., T], *arguments: Any, seconds: float) -> T:
     EngineError
         It crashed, or took longer than `seconds`.
     """
-    worker: WorkerProcess | None = None
-    try:
-        worker = WorkerProcess(pickle.dumps((None, [], None, None)))
-        kind, answer = worker.call(("call", function, arguments), seconds)
-    except (WorkerLost, OSError) as exc:
-        raise EngineError(str(exc), engine="brep") from exc
-    finally:
-        if worker is not None:
-            worker.close()
-    if kind == "value":
-        return cast(T, answer)
-    raise SweepError(answer) if kind == "SweepError" else EngineError(answer, engine="brep")
+    answer: T = next(isolated_steps(_once, function, *arguments, seconds=seconds))
+    return answer
 
 
 def isolated_steps(
@@ -237,19 +242,16 @@ def isolated_steps(
     EngineError
         It crashed, or took longer than `seconds` for one of its values.
     """
-    worker: WorkerProcess | None = None
     try:
-        worker = WorkerProcess(pickle.dumps((None, [], None, None)))
-        worker.send(("steps", function, arguments))
-        while True:
-            kind, answer = worker.receive(seconds)
-            if kind == "end":
-                return
-            if kind != "value":
-                raise SweepError(answer) if kind == "SweepError" else EngineError(answer, engine="brep")
-            yield cast(T, answer)
+        with WorkerProcess(_caller) as worker:
+            yield from worker.ask(function, *arguments, seconds=seconds)
     except (WorkerLost, OSError) as exc:
         raise EngineError(str(exc), engine="brep") from exc
-    finally:
-        if worker is not None:
-            worker.close()
+
+
+def _caller() -> Callable[..., Any]:
+    return lambda function, *arguments: function(*arguments)
+
+
+def _once(function: Callable[..., T], *arguments: Any) -> Iterator[T]:
+    yield function(*arguments)

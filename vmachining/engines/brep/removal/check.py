@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from functools import partial
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -19,7 +20,7 @@ from vmachining.sweep import Sweep
 from vmachining.sweep.near import SweepIndex
 from vmachining.sweep.reach import meets, reaching
 
-__all__ = ["JUDGES", "SOLIDS", "BlockChecker", "Witness"]
+__all__ = ["JUDGES", "SOLIDS", "BlockChecker", "Witness", "checker"]
 
 JUDGES, SOLIDS = "judges", "solids"
 """What is under way before any attempt."""
@@ -74,25 +75,34 @@ class BlockChecker:
             sweep.ray_intervals(sweep.bounds.mean(axis=0, keepdims=True), (0.0, 0.0, 1.0))
 
     def check(
-        self,
-        block: int,
-        judges: Sequence[Judge] = (),
-        attempts: Sequence[str] = tuple(ATTEMPTS),
-        tell: Callable[[str | tuple[Judge, ...]], None] = lambda what: None,
+        self, block: int, judges: Sequence[Judge] = (), attempts: Sequence[str] = tuple(ATTEMPTS)
     ) -> Verdict:
         """The verdict on a block.
 
-        judges : who has judged already. attempts : names, in order. tell : hears what is under way: `JUDGES`, all of them
-        once they have spoken, `SOLIDS`, and every attempt before it is made.
+        judges : who has judged already. attempts : names, in order.
         """
-        tell(JUDGES)
+        *_, verdict = self.steps(block, judges, attempts)
+        assert isinstance(verdict, Verdict)
+        return verdict
+
+    def steps(
+        self, block: int, judges: Sequence[Judge], attempts: Sequence[str]
+    ) -> Iterator[str | tuple[Judge, ...] | Verdict]:
+        """What is under way: `JUDGES`, all of them once they have spoken, `SOLIDS`, and every attempt before it is made; at
+        last the verdict."""
+        yield (yield from self._judged(block, judges, attempts))
+
+    def _judged(
+        self, block: int, judges: Sequence[Judge], attempts: Sequence[str]
+    ) -> Generator[str | tuple[Judge, ...], None, Verdict]:
+        yield JUDGES
         judges = self._all_judges(block, judges)
-        tell(tuple(judges))
+        yield tuple(judges)
         verdict = partial(Verdict, judges=tuple(judges))
         truth = intersection(judges)
         if truth is None:
             return verdict(Status.DISPUTED, reason=f"{in_words(judges)}: one of both is wrong")
-        tell(SOLIDS)
+        yield SOLIDS
         try:
             tasks = self._tasks(block)
         except (SweepError, EngineError) as exc:
@@ -100,7 +110,7 @@ class BlockChecker:
         used = sum(len(task.earlier) for task in tasks)
         reasons, tried = list[str](), list[tuple[str, float | None]]()
         for name in attempts:
-            tell(name)
+            yield name
             try:
                 value = _attempted(ATTEMPTS[name], tasks)
             except (SweepError, EngineError) as exc:
@@ -158,6 +168,15 @@ class BlockChecker:
         if isinstance(found, (SweepError, EngineError)):
             raise found
         return found
+
+
+def checker(
+    stock: Blank, blocks: Sequence[Sequence[Sweep]], folder: Path, witness: Witness | None
+) -> Callable[..., Iterator[object]]:
+    """`BlockChecker.steps` for a process of its own, warm; solids are kept in a folder."""
+    work = BlockChecker(stock, blocks, Store(folder), witness)
+    work.warm()
+    return work.steps
 
 
 def _attempted(attempt: Attempt, tasks: Sequence[Task]) -> Value:

@@ -8,7 +8,6 @@ number of blocks, because OCCT does not give all memory back.
 
 from __future__ import annotations
 
-import pickle
 import queue
 import tempfile
 import threading
@@ -17,12 +16,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from vmachining.engines.brep.blank import Blank
-from vmachining.engines.brep.process import START_SECONDS, Late, WorkerLost, WorkerProcess
+from vmachining.engines.brep.process import START_SECONDS, Late, WorkerLost, WorkerProcess, isolated
 from vmachining.engines.brep.removal.attempts import ATTEMPTS
-from vmachining.engines.brep.removal.check import JUDGES, SOLIDS, Witness
+from vmachining.engines.brep.removal.check import JUDGES, SOLIDS, Witness, checker
 from vmachining.engines.brep.removal.gate import ATTEMPT_SHARE, Status, Verdict
 from vmachining.engines.judges import Judge
-from vmachining.errors import EngineError
+from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Bracket
 from vmachining.sweep import Sweep
 from vmachining.tolerance import BREP_SECONDS
@@ -32,6 +31,12 @@ __all__ = ["check_blocks", "step_file"]
 RUN = 16
 """Blocks in a row for one worker: neighbours need the same earlier solids."""
 
+RECYCLE = 200
+"""Blocks after which a process is replaced."""
+
+STEP_S = 3600.0
+"""s of a processor, a workpiece as STEP."""
+
 GRACE_S = 0.5
 """After which a signal that ended a worker has reached us, too."""
 
@@ -39,8 +44,8 @@ GRACE_S = 0.5
 class _Block:
     """One block on its way to a verdict, through one worker or several."""
 
-    def __init__(self, number: int, judges: Sequence[Judge], seconds: float, attempts: Sequence[str]) -> None:
-        self.number, self.judges, self.attempts = number, tuple(judges), list(attempts)
+    def __init__(self, number: int, judges: Sequence[Judge], seconds: float) -> None:
+        self.number, self.judges, self.attempts = number, tuple(judges), list(ATTEMPTS)
         self._seconds, self._used = seconds, 0.0
         self._reasons, self._tried = list[str](), list[tuple[str, float | None]]()
         self.is_lost = False
@@ -50,12 +55,13 @@ class _Block:
         watch = worker.begun if is_new else worker.watch()
         doing, self.is_lost = JUDGES, False
         try:
-            worker.send(("check", self.number, self.judges, tuple(self.attempts)))
+            worker.send(self.number, self.judges, tuple(self.attempts))
             while True:
                 left = self._seconds - self._used - watch.used()
                 shared = doing in (JUDGES, SOLIDS)
                 answer = worker.receive(left if shared else min(ATTEMPT_SHARE * self._seconds, left))
                 if isinstance(answer, Verdict):
+                    worker.receive(left)  # the end
                     return self._ended(answer, watch.used())
                 if isinstance(answer, tuple):
                     self.judges = answer
@@ -63,6 +69,8 @@ class _Block:
                 doing = answer
                 if doing in self.attempts:
                     self.attempts = self.attempts[self.attempts.index(doing) + 1 :]
+        except (SweepError, EngineError) as exc:  # of a judge
+            return self._ended(Verdict(Status.REFUSED, reason=str(exc), judges=self.judges), watch.used())
         except WorkerLost as exc:
             self.is_lost = True
             self._used += watch.used()
@@ -93,8 +101,6 @@ def check_blocks(
     witness: Witness | None = None,
     workers: int = 1,
     seconds: float = BREP_SECONDS,
-    recycle: int = 200,
-    attempts: Sequence[str] = tuple(ATTEMPTS),
     stop: Callable[[], bool] = lambda: False,
 ) -> Iterator[tuple[int, Verdict]]:
     """Verdicts on some blocks, as they come.
@@ -107,7 +113,6 @@ def check_blocks(
     witness : a judge that is asked in the worker.
     workers : processes.
     seconds : limit of one block, of processor time where the system tells it.
-    recycle : blocks after which a process is replaced.
     stop : asked between blocks; what is under way is dropped.
 
     Raises
@@ -118,7 +123,7 @@ def check_blocks(
     # a block needs what came before it, no worker needs what comes after the last one asked for
     last = max(asked, default=-1)
     folder = tempfile.TemporaryDirectory(prefix="vmachining-", ignore_cleanup_errors=True)
-    setup = pickle.dumps((stock, [list(block) for block in blocks[: last + 1]], Path(folder.name), witness))
+    setup = (stock, [list(block) for block in blocks[: last + 1]], Path(folder.name), witness)
     items = [(number, _judges(said)) for number, said in sorted(asked.items())]
     run = max(1, min(RUN, len(items) // (8 * max(1, workers))))
     waiting: queue.SimpleQueue[list[tuple[int, Sequence[Judge]]]] = queue.SimpleQueue()
@@ -129,7 +134,7 @@ def check_blocks(
     running: set[WorkerProcess] = set()
 
     def started_worker() -> WorkerProcess:
-        worker = WorkerProcess(setup)
+        worker = WorkerProcess(checker, *setup)
         running.add(worker)
         return worker
 
@@ -149,10 +154,10 @@ def check_blocks(
                 except queue.Empty:
                     return
                 number, judges = mine.pop(0)
-                if worker is not None and done >= recycle:
+                if worker is not None and done >= RECYCLE:
                     drop(worker)
                     worker = None
-                work, verdict, cost = _Block(number, judges, seconds, attempts), None, False
+                work, verdict, cost = _Block(number, judges, seconds), None, False
                 while verdict is None:
                     if worker is None:
                         worker, done = started_worker(), 0
@@ -216,8 +221,6 @@ def step_file(
     blocks: Sequence[Sequence[Sweep]],
     brackets: Sequence[Bracket],
     labels: Sequence[str],
-    *,
-    seconds: float = 3600.0,
 ) -> float:
     """Write the workpiece after all blocks as STEP, in a worker process; returns its volume, mm^3.
 
@@ -228,17 +231,14 @@ def step_file(
     EngineError
         Refused: the text says which block and why; no file is left. Or the worker died or took too long.
     """
-    setup = pickle.dumps((stock, [list(block) for block in blocks], None, None))
-    worker: WorkerProcess | None = None
+    from vmachining.engines.brep.workpiece.cut import write_step
+
+    setup = (path, stock, [list(block) for block in blocks], list(brackets), list(labels))
     try:
-        worker = WorkerProcess(setup)
-        answer = worker.call(("write", path, list(brackets), list(labels)), seconds)
-    except (WorkerLost, OSError) as exc:
-        answer = str(exc)
-    finally:
-        if worker is not None:
-            worker.close()
-    if isinstance(answer, float):
-        return answer
+        return isolated(write_step, *setup, seconds=STEP_S)
+    except SweepError as exc:
+        why = str(exc)
+    except EngineError as exc:
+        why = exc.reason if exc.block is None else f"block {exc.block}: {exc.reason}"
     path.unlink(missing_ok=True)
-    raise EngineError(f"no {path.name}: {answer}", engine="brep")
+    raise EngineError(f"no {path.name}: {why}", engine="brep")

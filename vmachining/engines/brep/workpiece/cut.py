@@ -42,7 +42,7 @@ from vmachining.sweep import Sweep
 from vmachining.sweep.near import SweepIndex
 from vmachining.sweep.reach import meets, reaching
 
-__all__ = ["owners", "workpiece", "write_step"]
+__all__ = ["block_solids", "owners", "workpiece", "write_step"]
 
 FUZZY = (0.0, 1e-5, 1e-4, 1e-3)
 
@@ -69,7 +69,7 @@ def workpiece(stock: Blank, blocks: Sequence[Sequence[Sweep]], brackets: Sequenc
     while found is None or len(trail) < len(numbers):
         if found is not None:
             number = numbers[len(trail)]
-            trail.append(_Ways(*found, _tools(blocks[number], box, number), brackets[number]))
+            trail.append(_Ways(*found, block_solids(blocks[number], box, number), brackets[number]))
         found = trail[-1].next()
         if found is None:
             ways = trail.pop()
@@ -116,8 +116,8 @@ def _near(sweeps: Sequence[Sweep], box: Floats) -> list[Sweep]:
     return [sweep for sweep in sweeps if meets(sweep, box)]
 
 
-def _tools(sweeps: Sequence[Sweep], box: Floats, number: int) -> list[Any]:
-    """Solids of a block."""
+def block_solids(sweeps: Sequence[Sweep], box: Floats, number: int) -> list[Any]:
+    """TopoDS_Solids of what a block sweeps near a box (2, 3); errors name the block."""
     try:
         return [part.shape for sweep in _near(sweeps, box) for part in solids(reaching(sweep, box))]
     except SweepError as exc:

@@ -7,10 +7,10 @@ intervals whose difference is the answer. No boolean of solids is asked, so none
 
 from __future__ import annotations
 
-import pickle
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from types import TracebackType
+from typing import Any
 
 from vmachining.arrays import Floats
 from vmachining.engines.brep.blank import Blank
@@ -20,8 +20,6 @@ from vmachining.sweep import Stance, Sweep
 from vmachining.tool import Edge, EdgeParts
 
 __all__ = ["BrepWorkpiece"]
-
-WORKER = "vmachining.engines.brep.workpiece.edgeworker"
 
 
 @dataclass(slots=True, eq=False)
@@ -46,16 +44,14 @@ class BrepWorkpiece:
     _worker: WorkerProcess | None = field(default=None, repr=False)
 
     def __enter__(self) -> BrepWorkpiece:
-        setup = pickle.dumps((self.stock, list(self.past), self.stock_code))
         try:
-            self._worker = WorkerProcess(setup, WORKER)
+            self._worker = WorkerProcess(
+                members, self.stock, list(self.past), self.stock_code, seconds=self.seconds
+            )
+        except SweepError as exc:
+            raise SweepError(exc.message, remedy="take method dexel") from exc
         except (WorkerLost, OSError) as exc:
             raise EngineError(f"no worker process: {exc}", engine="brep") from exc
-        try:
-            self._ask("build")
-        except BaseException:
-            self.__exit__(None, None, None)
-            raise
         return self
 
     def __exit__(
@@ -69,19 +65,19 @@ class BrepWorkpiece:
         """The parts inside the workpiece; row r of `parts` stands at phi[r]."""
         if not len(parts.row):
             return parts
-        answer = self._ask((edge, stance, phi, parts))
-        assert isinstance(answer, EdgeParts)
-        return answer
-
-    def _ask(self, question: object) -> object:
         if self._worker is None:
             raise EngineError("the process of the solids is not running", engine="brep")
         try:
-            answer = self._worker.call(question, self.seconds)
+            (answer,) = self._worker.ask(edge, stance, phi, parts, seconds=self.seconds)
         except WorkerLost as exc:
             raise EngineError(str(exc), engine="brep") from exc
-        if isinstance(answer, SweepError):
-            raise SweepError(answer.message, remedy="take method dexel")
-        if isinstance(answer, str):
-            raise EngineError(answer, engine="brep")
+        assert isinstance(answer, EdgeParts)
         return answer
+
+
+def members(stock: Blank, past: Sequence[tuple[int, Sweep]], stock_code: int) -> Callable[..., Any]:
+    """What answers there."""
+    from vmachining.engines.brep.workpiece.members import Members  # OCCT takes seconds to load
+
+    known = Members(stock, past, stock_code)
+    return lambda *question: [known.holds(*question)]

@@ -1,7 +1,4 @@
-"""The process behind `edges.py`: `python -m vmachining.engines.brep.workpiece.edgeworker`.
-
-Pickled messages over stdin and stdout: first (stock, past, code of the stock), answered by "ready"; then "build",
-and questions (edge, stance, phi, parts), answered by parts, or by what was refused.
+"""`Members`: the solids of which a workpiece consists, and which parts of a cutting edge lie in it.
 
 1. A part of an edge becomes a line, a circle or a quintic spline within `EDGE_CURVE_FIT_MM` of the wound edge.
 2. Its intersections with the faces of a solid cut it, and so do `PIECES` even cuts. The middle of every piece is
@@ -12,9 +9,6 @@ and questions (edge, stance, phi, parts), answered by parts, or by what was refu
 
 from __future__ import annotations
 
-import os
-import pickle
-import sys
 from collections.abc import Sequence
 from typing import Any
 
@@ -22,7 +16,7 @@ import numpy as np
 
 from vmachining.arrays import Bools, Floats
 from vmachining.engines.brep.blank import Blank, shape_of
-from vmachining.engines.brep.occt.booleans import box_of, quiet
+from vmachining.engines.brep.occt.booleans import box_of
 from vmachining.engines.brep.occt.parts import solids_of
 from vmachining.engines.brep.occt.probe import Probe
 from vmachining.engines.brep.occt.shapes import Circle, Curve, Frame, Straight, interpolated
@@ -31,14 +25,11 @@ from vmachining.engines.brep.occt.tolerances import (
     ON_FACE_MM,
     SLIVER_MM,
 )
-from vmachining.engines.brep.process import obey_driver
-from vmachining.engines.brep.swept import solids
-from vmachining.errors import SweepError, VMachiningError
+from vmachining.engines.brep.workpiece.cut import block_solids
 from vmachining.sweep import Stance, Sweep
-from vmachining.sweep.reach import meets, reaching
 from vmachining.tool import Edge, EdgeParts
 
-__all__ = ["Members", "edge_curve", "main"]
+__all__ = ["Members", "edge_curve"]
 
 PIECES = 8
 """Even cuts of a part beside its intersections: a feature longer than an eighth of a part is not lost."""
@@ -71,15 +62,9 @@ class Members:
         box = box_of(shape)
         self._stock = [Probe(solid) for solid in solids_of(shape)]
         self._stock_code = stock_code
-        self._past: list[tuple[int, list[Probe]]] = []
-        for code, sweep in past:
-            if not meets(sweep, box):
-                continue
-            try:
-                parts = solids(reaching(sweep, box))
-            except SweepError as exc:
-                raise SweepError(f"block {code}: {exc.message}") from exc
-            self._past.append((code, [Probe(part.shape) for part in parts]))
+        self._past = [
+            (code, [Probe(solid) for solid in block_solids([sweep], box, code)]) for code, sweep in past
+        ]
 
     def holds(self, edge: Edge, stance: Stance, phi: Floats, parts: EdgeParts) -> EdgeParts:
         """See `BrepWorkpiece.holds`."""
@@ -165,38 +150,3 @@ def _end(sides: Any, good: float, bad: float, inside: bool) -> float:
         else:
             bad = middle
     return good
-
-
-def main() -> None:
-    """Answer until stdin ends."""
-    obey_driver()
-    answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # OCCT talks on stdout
-    questions = sys.stdin.buffer
-    quiet()
-    stock, past, code = pickle.load(questions)
-    pickle.dump("ready", answers)
-    answers.flush()
-    members: Members | None = None
-    while True:
-        try:
-            question = pickle.load(questions)
-        except EOFError:
-            return
-        answer: object
-        try:
-            if members is None:
-                members = Members(stock, past, code)
-            answer = None if question == "build" else members.holds(*question)
-        except SweepError as exc:
-            answer = exc
-        except VMachiningError as exc:
-            answer = str(exc)
-        except Exception as exc:  # OCCT raises whatever it meets
-            answer = f"OCCT failed: {type(exc).__name__} {exc}"
-        pickle.dump(answer, answers)
-        answers.flush()
-
-
-if __name__ == "__main__":
-    main()
