@@ -148,7 +148,7 @@ class ColumnsEngine:
             raise EngineError(f"width {width:g} and {width_mm3:g} mm3 cannot be reached", engine=self.name)
         self.stock, self.width, self.width_mm3, self.tile_mm = stock, width, width_mm3, tile_mm
         self.stock_volume = Bracket(stock.volume, stock.volume, stock.volume)
-        self.cells = 0
+        self.cells = self._looked_at = 0
         self._gone = NOTHING
         self._groups = 0
         self._no_cutters()
@@ -275,7 +275,7 @@ class ColumnsEngine:
                 break
             self._work = _kernels.work(2 * len(self._work.cell), 2 * len(self._work.E))
         lo, hi, cells, longest, state = out.tolist()
-        self.cells += int(cells)
+        self.cells, self._looked_at = self.cells + int(cells), int(cells)
         if hi <= 0.0:
             return NOTHING
         R, L = float(self._head[int(row[8]), 1]), row[5]
@@ -487,6 +487,12 @@ class ColumnsEngine:
             return self.touch(sweep)
         finally:
             self.width = width
+
+    @property
+    def last_cells(self) -> Floats:
+        """(n, 6) centre and half sizes (mm), lower and upper bound (mm^3) of the cells that the last straight piece was
+        divided into; those that became exact on the way are not among them."""
+        return self._work.cell[: self._looked_at].copy()
 
     @property
     def is_cut(self) -> bool:
