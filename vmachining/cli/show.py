@@ -99,6 +99,10 @@ def strategies(
     _table(results.name, results.strategies)
     for name, why in missing.items():
         note(f"not compared: {name.replace('_', ' ')}: {why}")
+    if still := results.summary.get("untouched_lines"):
+        note(
+            f"{len(still)} lines keep their feed in every program: they cannot take another (from line {still[0]} on)"
+        )
     return Code.DONE
 
 
