@@ -96,3 +96,25 @@ def test_an_interrupted_comparison_goes_on(judged, tmp_path):
         for key, value in rows[row["strategy"]].items():
             assert row[key] == (pytest.approx(value, rel=1e-9) if isinstance(value, float) else value)
     assert np.isfinite(again["force_peak"].to_numpy()).all()
+
+
+def test_a_table_of_poses_is_scheduled(tmp_path):
+    """A slot of 1 mm and one of 0.5 mm: the second may be fed twice as fast, and the table that says so is cut again."""
+    table = (
+        "x_mm,y_mm,z_mm,i,j,k,feed_mm_min,rapid\n-4,4,5,0,0,1,600,1\n-4,4,-1,0,0,1,,1\n14,4,-1,0,0,1,,0\n14,4,5,0,0,1,,1\n"
+        "14,12,5,0,0,1,,1\n14,12,-0.5,0,0,1,,1\n-4,12,-0.5,0,0,1,,0\n"
+    )
+    text = TEXT.replace('file = "tiny.nc"', 'file = "tiny.nc"\ndialect = "poses"') + FEED + FORCE
+    text = text.replace("[force]\n", "[force]\nspindle_rev_min = 8000\n")
+    found = run(Job.load(write_job(tmp_path, job=text, program=table)), out=tmp_path / "out")
+    lines = (found.folder / "scheduled.nc").read_text(encoding="utf-8").splitlines()
+    feed = float(lines[-1].split(",")[6])
+    assert feed == pytest.approx(1200.0, rel=1e-2)  # estimates are middles of brackets
+    assert lines == [*table.splitlines()[:-1], f"-4,12,-0.5,0,0,1,{feed},0"]
+    cuts = found.blocks.filter(pl.col("removed_mm3") > 0)
+    assert cuts["removed_mm3"].to_list() == pytest.approx([40.0, 20.0], rel=1e-2)
+    assert cuts["scheduled_feed_mm_min"].to_list() == [600.0, feed]
+    rates = found.scheduled_blocks.filter(pl.col("removed_mm3") > 0)
+    rates = rates["removed_mm3"] * rates["feed_mm_min"] / rates["length_mm"]
+    assert rates.to_list() == pytest.approx([40.0 * 600 / 18] * 2, rel=1e-2)
+    assert set(found.schedule.comparison["judged"]) == {"simulated"}
