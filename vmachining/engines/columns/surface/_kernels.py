@@ -340,8 +340,14 @@ def covers(head, part, lift, rows, i, k, x, y, hx, hy, slack):
     b, c = int(rows[i, 7]), int(rows[k, 8])
     if lift[b, c] == np.inf:
         return False
-    xi, eta = local(rows, k, x, y)
     ux, uy, L = rows[k, 3], rows[k, 4], rows[k, 5]
+    begin = local(rows, i, rows[k, 0], rows[k, 1])[1]
+    end = begin + L * (uy * rows[i, 3] - ux * rows[i, 4])
+    if (
+        min(begin, end) > 2.0 * slack or max(begin, end) < -2.0 * slack
+    ):  # all of path k lies on one side of line i
+        return False
+    xi, eta = local(rows, k, x, y)
     dxi, deta = abs(ux) * hx + abs(uy) * hy, abs(uy) * hx + abs(ux) * hy
     first, last = stretch(head, part, c, rows, k, xi, eta, dxi, deta)
     for j in range(2):
