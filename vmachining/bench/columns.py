@@ -73,8 +73,8 @@ def _timed(engine: ColumnsEngine | MeshEngine, sweeps: list[Sweep]) -> tuple[lis
 
 
 def _width(found: list[Removal]) -> float:
-    """Median of the relative widths above the floor."""
-    wide = [r.width / r.estimate for r in found if r.width > FLOOR_MM3]
+    """Median of the relative widths above the floor, 0 where all stop there."""
+    wide = [r.width / r.estimate for r in found if r.width > 1.01 * FLOOR_MM3]
     return float(np.median(wide)) if wide else 0.0
 
 
