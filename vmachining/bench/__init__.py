@@ -12,6 +12,7 @@
 | `columns-counts` | brackets of columns against counts: random programs, none may lie outside; by family, cutter and seed |
 | `dexel-grid` | dexel grids: blocks a second, errors, widths, five-axis blocks, share of the memory's bandwidth |
 | `dexel-grid-long` | 500,000 blocks over 100 x 60 x 20 mm at 0.5 mm: whether time a block stays flat |
+| `dexel-order` | dexel grids, three directions: how errors against closed forms fall with the spacing |
 | `dexel-rate` | 10,000 random blocks with closed forms: how often the stated interval holds them |
 | `dexel-shipped` | dexel grids against proven brackets in all programs that come with vmachining: holds, misses, errors, widths |
 | `drop` | drop cutter on 100,352 triangles: drops a second of each cutter, OpenCAMLib beside it |
@@ -59,6 +60,7 @@ CASES = {
     "columns-solid": "columns",
     "dexel-grid": "dexel_grid",
     "dexel-grid-long": "dexel_grid",
+    "dexel-order": "dexel_order",
     "dexel-rate": "dexel_grid",
     "dexel-shipped": "dexel_shipped",
     "drop": "drop",
@@ -100,7 +102,8 @@ TAKES = {
     "columns-solid": "1 min",
     "dexel-grid": "15 s",
     "dexel-grid-long": "30 s",
-    "dexel-rate": "2 min",
+    "dexel-order": "10 s",
+    "dexel-rate": "1 min",
     "dexel-shipped": "minutes",
     "drop": "30 s",
     "engage": "minutes",
