@@ -4,7 +4,8 @@
    the stock, sends the blocks the general way (`RayGrid.removed`).
 2. Blocks are taken off row by row of the map, in order, in loops that several rays share (SIMD); two threads take half of the
    rows each.
-3. Sums for volume and interval are those of the general way.
+3. A block that goes on where the one before it ended, and not down, asks no rays behind its beginning.
+4. Sums for volume and interval are those of the general way.
 
 `level.py` and `side/` do so for rays along x and y, any cutter on level lines and balls on any line, with any intervals.
 """

@@ -13,6 +13,8 @@ import numpy as np
 from vmachining.engines.dexel._kernels import SAME
 from vmachining.jit import kernel, leaf
 
+JOINED = 1e-12  # mm: rounding of the end of a block, as its start and its way
+
 
 @leaf
 def ball_row(lat, i, j0, a, b, px, py, pz, dx, dy, dz, r, z) -> None:
@@ -125,6 +127,41 @@ def above(top, low, i, a, b, z, acc) -> None:
         acc[2, j + 1] = gap if gap > acc[2, j + 1] else acc[2, j + 1]
 
 
+@leaf
+def goes_on(start, travel, k):
+    """Whether a block begins where the one before it ended, and does not go down.
+
+    Then rays behind its beginning meet it there first and lowest, as they met the end of the one before: they lose nothing.
+    """
+    if k == 0 or travel[k, 2] < 0.0 or travel[k, 0] ** 2 + travel[k, 1] ** 2 == 0.0:
+        return False
+    off = 0.0
+    for c in range(3):
+        off = max(off, abs(start[k - 1, c] + travel[k - 1, c] - start[k, c]))
+    return off <= JOINED
+
+
+@leaf
+def reach(p, run, along, across, r, ahead):
+    """Least and greatest coordinate of a stadium, or of the part of it that is ahead of its beginning p.
+
+    along, across : of the way, of length 1, in this coordinate and in the other one. The back of the disc at the end is ahead
+        of the beginning only where the way is long enough.
+    """
+    q = p + run * along
+    low, high = min(p, q) - r, max(p, q) + r
+    if ahead:
+        if along >= 0.0:
+            low = p - r * abs(across)
+            if run >= r * along:
+                low = min(low, q - r)
+        if along <= 0.0:
+            high = p + r * abs(across)
+            if run >= -r * along:
+                high = max(high, q + r)
+    return low, high
+
+
 @kernel
 def lines(lat, i0, j0, first, last, top, low, own, start, travel, blocks, r1, rc, out) -> None:
     """Take straight blocks, one after the other, off the rows `first` to `last` of the window."""
@@ -135,8 +172,11 @@ def lines(lat, i0, j0, first, last, top, low, own, start, travel, blocks, r1, rc
     for k in range(len(start)):
         px, py, pz = start[k, 0], start[k, 1], start[k, 2]
         dx, dy, dz = travel[k, 0], travel[k, 1], travel[k, 2]
-        left, right = px + min(0.0, dx) - r, px + max(0.0, dx) + r
-        front, back = py + min(0.0, dy) - r, py + max(0.0, dy) + r
+        run = np.sqrt(dx * dx + dy * dy)
+        e0, e1 = (dx / run, dy / run) if run > 0.0 else (1.0, 0.0)
+        ahead = goes_on(start, travel, k)
+        left, right = reach(px, run, e0, e1, r, ahead)
+        front, back = reach(py, run, e1, e0, r, ahead)
         n0 = max(first, int(np.floor((left - lat.a0) / lat.ha)) - 1 - i0)
         n1 = min(last, int(np.floor((right - lat.a0) / lat.ha)) + 2 - i0)
         a = max(0, int(np.floor((front - lat.b0) / lat.hb)) - 1 - j0)
