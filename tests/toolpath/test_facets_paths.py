@@ -348,6 +348,14 @@ def test_a_tilted_tool_is_no_iso_program():
         iso_program(CLPath(tips, axes, rapid, np.zeros(5, dtype=np.int64)), feed_mm_min=800.0)
 
 
+def test_steep_faces_are_told():
+    cone = Surface(FacetMesh.of(trimesh.creation.cone(3.0, 30.0).triangles))
+    area = np.pi * 3.0 * np.hypot(3.0, 30.0)
+    (note,) = raster(cone, 2.0, 2.0, chord=0.1, step=3.0).path.notes
+    told = float(note.split("(")[1].split(" mm2")[0])
+    assert "steep" in note and told == pytest.approx(area, rel=0.01)  # 32 sides
+
+
 def test_overhangs_and_sizes_are_told():
     part = box_surface(((10, 10, 2), (0, 0, 0)), ((4, 4, 2), (8, 0, 5)))
     assert any("overhang" in text for text in raster(part, 1.0, 1.0, chord=0.1, step=3.0).path.notes)

@@ -171,3 +171,12 @@ def test_page_of_paths(tmp_path, capsys):
     page = tmp_path / "pocket.html"
     assert run(["toolpath", "pocket", "100", "80", "60", "--radius", "5", "--plot", str(page)]) == 0
     assert "shortest strategy" in page.read_text(encoding="utf-8")
+
+
+def test_the_wall_that_is_drawn_encloses_the_pocket():
+    for sides, r in (((60.0, 50.0, 40.0), 4.0), ((100.0, 80.0, 60.0), 5.0), ((150.0, 130.0, 40.0), 4.0)):
+        triangle = Triangle.of(*sides, r)
+        x, y = triangle.wall(2000).T
+        area = 0.5 * float((x[:-1] * y[1:] - x[1:] * y[:-1]).sum())
+        assert area == pytest.approx(triangle.area, rel=1e-6)
+        assert y.min() == pytest.approx(0.0, abs=1e-9)

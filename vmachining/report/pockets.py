@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import pi, radians, sin
+from math import radians, sin
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +19,10 @@ from vmachining.toolpath import STRATEGIES, Pocket, Triangle, needs_centre, path
 __all__ = ["shortest_over_shapes", "write_pocket_page"]
 
 COLOURS = dict(zip(STRATEGIES, (BEFORE, FEED, HIT, AFTER), strict=True))
+LABELS = {
+    "dp": "direction parallel", "dpi": "direction parallel, improved",
+    "cp": "contour parallel", "cpi": "contour parallel, improved",
+}  # fmt: skip
 STEP_DEG = 2.0
 
 
@@ -62,12 +66,12 @@ def write_pocket_page(triangle: Triangle, pockets: Sequence[Pocket], path: Path)
     if path.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"--plot {path}: want a name that ends in .html")
     share = triangle.r / triangle.inradius
-    titles = [f"{p.strategy}: {p.length:.3f} mm" for p in pockets]
+    titles = [f"{p.strategy}, {LABELS[p.strategy]}: {p.length:.3f} mm" for p in pockets]
     figure = make_subplots(
         rows=3, cols=2, subplot_titles=[*titles, f"shortest strategy, r = {share:.2f} of the inradius"],
         specs=[[{}, {}], [{}, {}], [{"colspan": 2}, None]], vertical_spacing=0.07, row_heights=[0.3, 0.3, 0.4],
     )  # fmt: skip
-    wall = _outline(triangle)
+    wall = triangle.wall()
     for k, pocket in enumerate(pockets):
         place = {"row": k // 2 + 1, "col": k % 2 + 1}
         figure.add_trace(
@@ -84,7 +88,8 @@ def write_pocket_page(triangle: Triangle, pockets: Sequence[Pocket], path: Path)
             **place,
         )  # fmt: skip
         axis = "" if k == 0 else str(k + 1)
-        figure.update_yaxes(scaleanchor=f"x{axis}", scaleratio=1, **place)
+        figure.update_yaxes(title={"text": "y, mm"}, scaleanchor=f"x{axis}", scaleratio=1, **place)
+        figure.update_xaxes(title={"text": "x, mm"}, **place)
     angles, names = shortest_over_shapes(share)
     order = list(STRATEGIES)
     z = [[order.index(name) if name else None for name in row] for row in names]
@@ -107,19 +112,3 @@ def write_pocket_page(triangle: Triangle, pockets: Sequence[Pocket], path: Path)
     )  # fmt: skip
     with atomic_path(path) as temporary:
         figure.write_html(temporary, include_plotlyjs=True)
-
-
-def _outline(t: Triangle) -> Floats:
-    """(n, 2) mm: the wall of the pocket, its corners round."""
-    points = []
-    before = (-pi / 2.0, pi - t.beta + pi / 2.0)
-    for corner, start, turn in zip(
-        t.corners,
-        (before[1], -pi / 2.0, pi / 2.0 - t.gamma),
-        (pi - t.beta, pi - t.gamma, pi - t.alpha),
-        strict=True,
-    ):
-        angle = start + np.linspace(0.0, turn, 24)
-        points.append(corner + t.r * np.column_stack([np.cos(angle), np.sin(angle)]))
-    ring = np.concatenate(points)
-    return np.asarray(np.concatenate([ring, ring[:1]]))

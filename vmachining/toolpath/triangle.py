@@ -139,3 +139,14 @@ class Triangle:
         a, b, c = self.corners
         ab, bc, ac = self.sides
         return np.asarray((bc * a + ac * b + ab * c) / (ab + bc + ac))
+
+    def wall(self, places: int = 24) -> Floats:
+        """(n, 2) mm: the wall of the pocket, counter-clockwise and closed; so many places on each round corner."""
+        starts = (self.beta + pi / 2.0, -pi / 2.0, pi / 2.0 - self.gamma)
+        points = []
+        for corner, start, angle in zip(
+            self.corners, starts, (self.beta, self.gamma, self.alpha), strict=True
+        ):
+            turn = start + np.linspace(0.0, pi - angle, places)
+            points.append(corner + self.r * np.column_stack([np.cos(turn), np.sin(turn)]))
+        return np.concatenate([*points, points[0][:1]])

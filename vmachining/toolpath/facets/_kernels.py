@@ -10,7 +10,7 @@ import numpy as np
 
 from vmachining.jit import kernel, leaf
 
-LEAF = 4
+LEAF = 2
 NONE, VERTEX, EDGE, FACET = 0, 1, 2, 3
 PLACES = 64
 

@@ -77,17 +77,24 @@ def checked_sizes(chord: float, scallop: float | None, step: float | None) -> No
 
 
 def overhang_notes(mesh: FacetMesh) -> list[str]:
-    """What a tool from above does not see: facets that look down over others, and how much of them."""
-    down = mesh.normals[:, 2] < -1e-6
+    """What a tool from above does not see, or hardly: facets that look down over others, steep ones, and how much of them."""
+    up = mesh.normals[:, 2]
+    down = up < -1e-6
     low, high = mesh.bounds[:, 2]
     inner = down & (mesh.corners[:, :, 2].min(axis=1) > low + 1e-6 * max(high - low, 1e-9))
-    if not inner.any():
-        return []
-    area = float(mesh.areas[inner].sum())
-    return [
-        f"overhangs: {int(inner.sum())} facets ({area:.4g} mm2) look down above the bottom, the tool comes from above "
-        "and does not reach them"
-    ]
+    steep = (up > 1e-6) & (up < np.cos(np.radians(STEEP_DEG)))
+    told = []
+    if inner.any():
+        told.append(
+            f"overhangs: {int(inner.sum())} facets ({float(mesh.areas[inner].sum()):.4g} mm2) look down above the bottom, "
+            "the tool comes from above and does not reach them"
+        )
+    if steep.any():
+        told.append(
+            f"steep: {int(steep.sum())} facets ({float(mesh.areas[steep].sum()):.4g} mm2) are steeper than "
+            f"{STEEP_DEG:g} degrees, passes from above lie far apart on them; waterlines reach them better"
+        )
+    return told
 
 
 def raster(
