@@ -107,6 +107,7 @@ TAKES = {
     "dexel-shipped": "minutes",
     "drop": "30 s",
     "engage": "minutes",
+    "engagement-columns": "3 min",
     "force": "15 s",
     "half_cylinder": "minutes",
     "half_cylinder_long": "minutes",
