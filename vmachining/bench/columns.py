@@ -78,27 +78,35 @@ def _width(found: list[Removal]) -> float:
     return float(np.median(wide)) if wide else 0.0
 
 
-def _rows(case: dict[str, Any], stock: FlatStock, sweeps: list[Sweep], skip: int) -> Iterator[dict[str, Any]]:
-    """One row for each width, the last one beside the mesh engine; what columns take is compiled before."""
+def _rows(
+    case: dict[str, Any], stock: FlatStock, sweeps: list[Sweep], skip: int, *, meshed: bool = True
+) -> Iterator[dict[str, Any]]:
+    """One row for each width, beside the mesh engine if `meshed`; what columns take is compiled before."""
     ColumnsEngine(stock, 0.5).cut(sweeps[0])
-    mesh = MeshEngine.of(stock.shape, Options(chord=CHORD_MM))
-    mesh.cut(sweeps[0])
-    beside, coarse = _timed(mesh, sweeps[1 : 1 + BESIDE])
+    beside: list[float] = []
+    if meshed:
+        mesh = MeshEngine.of(stock.shape, Options(chord=CHORD_MM))
+        mesh.cut(sweeps[0])
+        beside, coarse = _timed(mesh, sweeps[1 : 1 + BESIDE])
     for width in WIDTHS:
         engine = ColumnsEngine(stock, width, FLOOR_MM3)
         seconds, found = _timed(engine, sweeps)
-        same = sum(seconds[1 : 1 + BESIDE])
-        yield {
+        row = {
             "case": "columns", **case, "blocks": len(sweeps), "width": width,
             "ms_per_block": 1e3 * float(np.mean(seconds[skip:])), "median_width": _width(found[skip:]),
             "cells_per_block": engine.cells / len(sweeps), "removed_mm3": sum(r.estimate for r in found),
-            "mesh_ms_per_block": 1e3 * float(np.mean(beside)), "mesh_median_width": _width(coarse),
-            "times_faster_than_mesh": sum(beside) / same,
         }  # fmt: skip
+        if meshed:
+            row["mesh_ms_per_block"], row["mesh_median_width"] = 1e3 * float(np.mean(beside)), _width(coarse)
+            row["times_faster_than_mesh"] = sum(beside) / sum(seconds[1 : 1 + BESIDE])
+        yield row
 
 
 def columns(blocks: int = 240) -> Iterator[dict[str, Any]]:
-    """One row for each cutter, program and width, and for arcs; the first quarter of the blocks is not counted."""
+    """One row for each cutter, program and width, and for turns of a circle; the first quarter of the blocks is not counted.
+
+    Turns are not given to the mesh engine, which takes 1 to 18 s for one.
+    """
     for name, tool in TOOLS.items():
         for program, make in (("finishing", _finishing), ("deep", _deep)):
             points, stock = make(blocks)
