@@ -329,7 +329,7 @@ class _Run:
             divided = write_again(self.job, self.place, program, divided_edits(planned.plans), "pieces.nc")
             self._stage("pieces", divided.toolpath, divided.times, tools, stock, None, check=False)
             rows = read_partial(self.folder / ROWS["pieces"], ["length_mm", "removed_mm3", "removed_hi_mm3"])
-            return divided, rows, self._contact(divided.toolpath, "engagement, pieces", divided=False)
+            return divided, rows, self._contact(divided.toolpath, "engagement, pieces", divided=True)
 
         return verified(feed, planned, programs, toolpath, times, stations, simulate)
 
