@@ -31,6 +31,15 @@ def test_every_engine_knows_the_slot_and_says_how_well(found: EngineComparison) 
     assert found.narrowest()[slot] == pytest.approx(SLOT_MM3, rel=1e-3)
 
 
+def test_the_first_blocks_are_enough(tmp_path: Path, found: EngineComparison) -> None:
+    part = compare_engines(write_job(tmp_path), ("columns", "dexel"), blocks=2)
+    assert list(part.block) == list(found.block)[:2]
+    for each, whole in zip(part.said, (found.said[0], found.said[2]), strict=True):
+        np.testing.assert_allclose(each.estimate, whole.estimate[:2], rtol=1e-12)
+    with pytest.raises(InputError, match="0 blocks are none"):
+        compare_engines(write_job(tmp_path), ("columns", "dexel"), blocks=0)
+
+
 def test_an_engine_that_refuses_is_told_and_the_others_go_on(found: EngineComparison) -> None:
     rows = {row["engine"]: row for row in found.summary()}
     assert "has none; add [design]" in rows["vectors"]["refused"] and rows["vectors"]["blocks"] == 0
