@@ -25,11 +25,12 @@ __all__ = ["ATTEMPTS", "Attempt", "Task", "shapes"]
 class Task(NamedTuple):
     """A motion of a block.
 
-    stock : TopoDS_Shape. parts : solids whose union is what it sweeps.
+    stock : TopoDS_Shape. sweep, parts : what it sweeps, and the solids whose union that is.
     earlier, cut : the sweeps that reach it, those that take most first, and the solids of each.
     """
 
     stock: Any
+    sweep: Sweep
     parts: Sequence[Any]
     earlier: Sequence[Sweep]
     cut: Sequence[Sequence[Any]]
@@ -63,6 +64,12 @@ def stock_last(task: Task) -> Value:
     return Value(total)
 
 
+def halves(task: Task) -> Value:
+    """The motion in two halves, the second after the first."""
+    first, second = (shapes(half) for half in task.sweep.split([0.5]))
+    return Value(_cut(task.stock, first, task.tools) + _cut(task.stock, second, [*first, *task.tools]))
+
+
 def grown(task: Task) -> Value:
     """Earlier sweeps of cutters that are larger by `GROWTH_MM`: tangent faces are apart then."""
     tools = [part for sweep in task.earlier for part in shapes(_larger(sweep))]
@@ -77,6 +84,7 @@ ATTEMPTS: Mapping[str, Attempt] = {
     "fuzzy 1e-03": partial(one_by_one, fuzzy=1e-3),
     "rotated": rotated,
     "stock last": stock_last,
+    "halves": halves,
     "grown": grown,
 }
 """By name, in the order they are made; blocks that each has won: `docs/measured/gate.md`."""

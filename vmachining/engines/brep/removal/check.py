@@ -152,7 +152,9 @@ class BlockChecker:
                 continue
             near = self._index.needed(k, self._box)
             cut = [self._solids(j) for j in near]
-            out.append(Task(self._stock, self._solids(k), [self._sweeps[j] for j in near], cut))
+            out.append(
+                Task(self._stock, self._sweeps[k], self._solids(k), [self._sweeps[j] for j in near], cut)
+            )
         return out
 
     def _solids(self, k: int) -> list[Any]:
