@@ -23,7 +23,7 @@
 | `window/` | what a tile lets a mesh see |
 | `solids.py` | `solid`, `pieces`, `cutters`, `balance`: meshes of sweeps |
 | `straight.py`, `curved.py` | cutters as facets on a straight way; arcs and helices |
-| `facets.py`, `clusters/` | meridians and polyhedra of cutters; which facets are neighbours |
+| `facets.py` | meridians and polyhedra of cutters |
 | `turning/` | meshes of five-axis sweeps |
 | `stock.py` | `box_stock`, `cylinder_stock`, `mesh_stock` |
 | `checkpoint.py` | tiles on disk |

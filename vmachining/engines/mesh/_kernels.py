@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vmachining.engines.mesh.clusters._kernels import extent, put, toward
 from vmachining.jit import kernel, leaf
 
 ALONG = 1e-12
@@ -17,17 +16,12 @@ decide, neighbours would part, and the mesh would fold over itself."""
 
 
 class Cutter(NamedTuple):
-    """points (n, 3), triangles (m, 3), normals (m, 3), edges (k, 4): see `facets.Polyhedron`.
-
-    first (h + 1, 2), boxes (h, 2, 3): groups of the facets, see `clusters/`.
-    """
+    """points (n, 3), triangles (m, 3), normals (m, 3), edges (k, 4): see `facets.Polyhedron`."""
 
     points: NDArray[np.float64]
     triangles: NDArray[np.int64]
     normals: NDArray[np.float64]
     edges: NDArray[np.int64]
-    first: NDArray[np.int64]
-    boxes: NDArray[np.float64]
 
 
 class Way(NamedTuple):
@@ -119,92 +113,70 @@ def _seen(quad, points, view):
 
 
 @leaf
-def _hidden(box, way, view):
-    """Whether all facets in a box (2, 3) of the cutter, and what they sweep, are beside or above, see `_beside`."""
-    cos, sin, p, d = way.cos, way.sin, way.p, way.d
-    lo, hi, apex = view.lo, view.hi, view.apex
-    z0, z1 = extent(box, 2, cos, sin, p, d)
-    if z0 > hi[2]:
-        return True
-    z1 = min(z1, hi[2])  # no facet is seen above
-    t0, t1 = (hi[2] - z0) / (apex[2] - z0), (hi[2] - z1) / (apex[2] - z1)
-    for i in range(2):
-        first, last = extent(box, i, cos, sin, p, d)
-        # where the ways to the apex leave the top of the box; they begin at x first or last, at height z0 or z1
-        rest = apex[i] - last
-        if last < lo[i] and last + t0 * rest < lo[i] and last + t1 * rest < lo[i]:
-            return True
-        rest = apex[i] - first
-        if first > hi[i] and first + t0 * rest > hi[i] and first + t1 * rest > hi[i]:
-            return True
-    return False
+def _placed(cutter, way, view, cull, at, beside):
+    """Corners of the cutter at its start, and n further on at its end, into `at` (2 n + 1, 3); with `cull`, `_beside` of each."""
+    points, cos, sin, p, d = cutter.points, way.cos, way.sin, way.p, way.d
+    n = points.shape[0]
+    for v in range(n):
+        at[v, 0] = p[0] + cos * points[v, 0] - sin * points[v, 1]
+        at[v, 1] = p[1] + sin * points[v, 0] + cos * points[v, 1]
+        at[v, 2] = p[2] + points[v, 2]
+        for i in range(3):
+            at[n + v, i] = at[v, i] + d[i]
+        if cull:
+            beside[v] = _beside(at[v], view)
+            beside[n + v] = _beside(at[n + v], view)
 
 
 @leaf
-def _gathered(cutter, way, view, cull, rear, at, beside, placed, out, quad):
-    """How many triangles of `swept_facets` are seen; they are in `out`, the corners in `at`.
+def _gathered(cutter, way, view, cull, rear, at, beside, ahead, out, quad):
+    """How many triangles of `swept_facets` are seen; they are in `out`. `ahead` (m,): whether a facet goes with the end copy.
 
     0 if the plane of a facet that is seen separates the box from the solid.
     """
-    points, triangles, normals, edges = cutter.points, cutter.triangles, cutter.normals, cutter.edges
-    first, boxes, cos, sin, p, d = cutter.first, cutter.boxes, way.cos, way.sin, way.p, way.d
-    lo, hi = view.lo, view.hi
-    n = points.shape[0]
+    triangles, normals, edges = cutter.triangles, cutter.normals, cutter.edges
+    cos, sin, p, d, lo, hi = way.cos, way.sin, way.p, way.d, view.lo, view.hi
+    n = cutter.points.shape[0]
     along = ALONG * np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
     count = 0
-    for c in range(boxes.shape[0]):
-        if cull and _hidden(boxes[c], way, view):
-            continue
-        for t in range(first[c, 0], first[c + 1, 0]):
-            for v in triangles[t]:
-                if placed[v]:
-                    continue
-                placed[v] = True
-                put(points[v], cos, sin, p, at[v])
-                for i in range(3):
-                    at[n + v, i] = at[v, i] + d[i]
-                if cull:
-                    beside[v] = _beside(at[v], view)
-                    beside[n + v] = _beside(at[n + v], view)
-            nx = cos * normals[t, 0] - sin * normals[t, 1]
-            ny = sin * normals[t, 0] + cos * normals[t, 1]
-            nz = normals[t, 2]
-            ahead = nx * d[0] + ny * d[1] + nz * d[2]
-            if ahead < -rear:
-                behind = True
-                for k in range(3):
-                    q = at[triangles[t, k]]
-                    behind = behind and (q[0] - p[0]) * d[0] + (q[1] - p[1]) * d[1] < 0.0
-                if behind:
-                    continue
-            shift = n if ahead > along else 0
+    for t in range(triangles.shape[0]):
+        nx = cos * normals[t, 0] - sin * normals[t, 1]
+        ny = sin * normals[t, 0] + cos * normals[t, 1]
+        nz = normals[t, 2]
+        speed = nx * d[0] + ny * d[1] + nz * d[2]
+        ahead[t] = speed > along
+        if speed < -rear:
+            behind = True
             for k in range(3):
-                quad[k] = triangles[t, k] + shift
-            quad[3] = quad[2]
-            q = at[quad[0]]
-            near = nx * (lo[0] if nx > 0 else hi[0]) + ny * (lo[1] if ny > 0 else hi[1])
-            near += nz * (lo[2] if nz > 0 else hi[2])
-            if near >= nx * q[0] + ny * q[1] + nz * q[2]:
-                return 0
-            if cull and beside[quad[0]] & beside[quad[1]] & beside[quad[2]]:
+                q = at[triangles[t, k]]
+                behind = behind and (q[0] - p[0]) * d[0] + (q[1] - p[1]) * d[1] < 0.0
+            if behind:
                 continue
-            if not cull or _seen(quad, at, view):
-                out[count, 0], out[count, 1], out[count, 2] = quad[0], quad[1], quad[2]
-                count += 1
-        for e in range(first[c, 1], first[c + 1, 1]):
-            left = toward(normals[edges[e, 2]], cos, sin, d) > along
-            right = toward(normals[edges[e, 3]], cos, sin, d) > along
-            if left == right:
-                continue
-            # the facet that stays behind runs u -> v along this edge; the silhouette runs v, u, u + d, v + d
-            u, v = (edges[e, 0], edges[e, 1]) if right else (edges[e, 1], edges[e, 0])
-            quad[0], quad[1], quad[2], quad[3] = v, u, u + n, v + n
-            if cull and beside[v] & beside[u] & beside[u + n] & beside[v + n]:
-                continue
-            if not cull or _seen(quad, at, view):
-                out[count, 0], out[count, 1], out[count, 2] = v, u, u + n
-                out[count + 1, 0], out[count + 1, 1], out[count + 1, 2] = v, u + n, v + n
-                count += 2
+        shift = n if ahead[t] else 0
+        for k in range(3):
+            quad[k] = triangles[t, k] + shift
+        quad[3] = quad[2]
+        q = at[quad[0]]
+        near = nx * (lo[0] if nx > 0 else hi[0]) + ny * (lo[1] if ny > 0 else hi[1])
+        near += nz * (lo[2] if nz > 0 else hi[2])
+        if near >= nx * q[0] + ny * q[1] + nz * q[2]:
+            return 0
+        if cull and (beside[quad[0]] & beside[quad[1]] & beside[quad[2]] or not _seen(quad, at, view)):
+            continue
+        out[count, 0], out[count, 1], out[count, 2] = quad[0], quad[1], quad[2]
+        count += 1
+    for e in range(edges.shape[0]):
+        right = ahead[edges[e, 3]]
+        if ahead[edges[e, 2]] == right:
+            continue
+        # the facet that stays behind runs u -> v along this edge; the silhouette runs v, u, u + d, v + d
+        u, v = (edges[e, 0], edges[e, 1]) if right else (edges[e, 1], edges[e, 0])
+        quad[0], quad[1], quad[2], quad[3] = v, u, u + n, v + n
+        if cull and (beside[v] & beside[u] & beside[u + n] & beside[v + n] or not _seen(quad, at, view)):
+            continue
+        out[count, 0], out[count, 1], out[count, 2] = v, u, u + n
+        out[count + 1, 0], out[count + 1, 1], out[count + 1, 2] = v, u + n, v + n
+        count += 2
     return count
 
 
@@ -226,8 +198,9 @@ def swept_facets(cutter, way, view, cull, rear):
     for i in range(3):
         at[2 * n, i] = view.apex[i]
     out = np.empty((m + 2 * cutter.edges.shape[0], 3), np.int64)
-    marks = np.zeros(2 * n, np.uint8), np.zeros(n, np.bool_)
-    count = _gathered(cutter, way, view, cull, rear, at, *marks, out, np.empty(4, np.int64))
+    beside, ahead = np.zeros(2 * n, np.uint8), np.empty(m, np.bool_)
+    _placed(cutter, way, view, cull, at, beside)
+    count = _gathered(cutter, way, view, cull, rear, at, beside, ahead, out, np.empty(4, np.int64))
     if count == 0:
         return np.empty((0, 3)), out[:0], True
     kept = out[:count].copy()

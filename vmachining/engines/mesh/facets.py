@@ -26,7 +26,6 @@ from typing import Final
 import numpy as np
 
 from vmachining.arrays import Bools, Floats, Ints
-from vmachining.engines.mesh.clusters import Clusters, clustered
 from vmachining.errors import EngineError
 from vmachining.tool import Profile
 
@@ -123,8 +122,8 @@ class Polyhedron:
     """Convex part of a cutter, tool frame, heading along +x.
 
     points (n, 3); triangles (m, 3), outward; normals (m, 3), unit; edges (k, 4): two points and the triangles
-    on the left and on the right of the way from the first to the second; clusters of all of them; height: lowest
-    and highest z; reach: largest radius; areas (m,) mm^2;
+    on the left and on the right of the way from the first to the second; height: lowest and highest
+    z; reach: largest radius; areas (m,) mm^2;
     turn: sine of half as much again as the largest angle between neighbouring facets of a round surface.
     """
 
@@ -136,7 +135,6 @@ class Polyhedron:
     reach: float
     turn: float
     areas: Floats
-    clusters: Clusters
 
     def shadow(self, level: float, rise: float) -> float:
         """mm^2 of the projection along the unit direction (level, 0, rise), without the upper rim's share.
@@ -183,15 +181,12 @@ def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
     normals = _alike(_support_normals(points, triangles, left), planes, areas)
     bends = np.arccos(np.clip(np.einsum("ij,ij->i", normals[edges[:, 2]], normals[edges[:, 3]]), -1.0, 1.0))
     bend = float(bends[bends < SHARP].max(initial=0.0))
-    clusters, order, edges = clustered(points, triangles, edges)
-    normals = normals[order]
     return Polyhedron(
         points,
-        triangles[order],
+        triangles,
         normals,
         edges,
-        areas=areas[order],
-        clusters=clusters,
+        areas=areas,
         height=(float(line[0, 1]), float(line[-1, 1])),
         reach=float(np.hypot(points[:, 0], points[:, 1]).max()),
         turn=float(np.sin(min(1.5 * bend, np.pi / 2))),

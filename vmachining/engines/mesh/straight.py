@@ -138,7 +138,7 @@ def straight(
     rear = np.inf
     if chained and d.any():
         rear = float(np.sin(min(np.arcsin(cutter.turn) + bend, np.pi / 2)) * np.linalg.norm(d))
-    body = Cutter(cutter.points, cutter.triangles, cutter.normals, cutter.edges, *cutter.clusters)
+    body = Cutter(cutter.points, cutter.triangles, cutter.normals, cutter.edges)
     way, view = Way(cos, sin, start, d), View(lo, hi, apex, corner, heights, cell)
     points, triangles, sound = _kernels.swept_facets(body, way, view, cull, rear)  # type: ignore[no-untyped-call]
     if not sound:
