@@ -71,7 +71,7 @@ def test_the_workpiece_of_one_job_is_the_stock_of_the_next():
     first.cut(line(tool, (20, -5, -12), (20, 8, -12)))
     surface = first.surface()
     left = MeshStock(surface.vertices, surface.triangles)
-    columns, mesh = ColumnsEngine(FlatStock.of(left), 0.01), MeshEngine.of(left, Options(chord=0.01))
+    columns, mesh = ColumnsEngine(FlatStock.of(left), 0.01), MeshEngine.of(left, Options(chord=0.1))
     for a, b in (((0, 4, -2), (30, 16, -4)), ((15, 10, 1), (15, 10, -6)), ((2, 2, -5), (28, 2, -5))):
         sweep = line(ball(4.0)[0], a, b)
         one, other = columns.cut(sweep), mesh.cut(sweep)
