@@ -1,10 +1,11 @@
 """Brackets of the columns engine against counts, by family and seed: random programs of three-axis blocks.
 
-A block is judged by `SETS` sets of columns over its box, stratified, each column with the exact length that the block
+A block is judged by sets of columns over its box, stratified, each column with the exact length that the block
 takes of it: a golden section along the path of this and of every earlier block. The referee shares no code with any
 engine; it knows cutters as numbers of APT and paths as points, centres and angles. Standard errors come from the spread
-of the sets. A block whose bracket lies more than `BAR` of them beside the mean is counted again, with `AGAIN` times as
-many sets of other columns; if it does so again, it is `outside`. So is a program whose sum of brackets lies beside the
+of the sets. A block whose bracket lies more than `BAR` of them beside the mean is counted again, with eight times as
+many sets of other columns, twice if need be: a deep sliver that few columns meet has a spread that few columns show. If it
+does so each time, it is `outside`. So is a program whose sum of brackets lies beside the
 volume that all of its blocks take together.
 
 `journal`, a file of one row per program, makes a run that was cut resume where it was. What was counted:
@@ -31,8 +32,8 @@ from vmachining.engines.protocol import Removal
 
 __all__ = ["columns_counts", "counted", "program_row"]
 
-SETS, SIDE, AGAIN = 24, 32, 8
-"""Sets of columns, columns along each side of one, and how many times as many sets are counted to be sure."""
+SETS, SIDE = (24, 192, 1536), 32
+"""Sets of columns, of a first count and of those that follow a doubt, and columns along each side of one."""
 
 BAR = 4.0
 """Standard errors."""
@@ -93,12 +94,13 @@ def program_row(seed: int) -> dict[str, Any]:
     total = Removal(*np.sum([r[:3] for r in found], axis=0).tolist())
     for k, removal in enumerate([*found, total]):
         assert removal.lo <= removal.estimate <= removal.hi
-        errors = _beside(program, k, removal, SETS, rng)
+        for sets in SETS:
+            errors = _beside(program, k, removal, sets, rng)
+            if errors <= BAR:
+                break
+        again += sets > SETS[0]
         if errors > BAR:
-            again += 1
-            errors = _beside(program, k, removal, AGAIN * SETS, rng)
-            if errors > BAR:
-                outside.append(k)
+            outside.append(k)
         worst = max(worst, errors)
     known = [r.width / r.estimate for r in found if r.estimate > 0.0]
     return {
