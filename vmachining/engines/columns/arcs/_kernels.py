@@ -26,17 +26,16 @@ LAST = RUNGS - 1.0
 
 
 @leaf
-def _speed(rho, r, u):
-    """q(u)."""
-    d2 = rho * rho + r * r - 2.0 * rho * r * np.cos(u)
-    return rho * np.sin(u) / np.sqrt(d2) if d2 > 0.0 else 1.0
+def _speed(rho, r, cos, sin):
+    """q(u) from cosine and sine of u."""
+    d2 = rho * rho + r * r - 2.0 * rho * r * cos
+    return rho * sin / np.sqrt(d2) if d2 > 0.0 else 1.0
 
 
 @leaf
-def _cosines(u, v):
-    """(least, greatest) cosine between two angles."""
-    a, b = np.cos(u), np.cos(v)
-    low, high = min(a, b), max(a, b)
+def _cosines(u, v, cu, cv):
+    """(least, greatest) cosine between two angles, from those of both."""
+    low, high = min(cu, cv), max(cu, cv)
     if np.floor(v / TWO_PI) > np.floor(u / TWO_PI) or v - u >= TWO_PI:
         high = 1.0
     if np.floor((v - np.pi) / TWO_PI) > np.floor((u - np.pi) / TWO_PI):
@@ -45,9 +44,9 @@ def _cosines(u, v):
 
 
 @leaf
-def _gaps(near, wide, r, u, v):
-    """(least, greatest) d for polar radii from near to wide and angles from u to v."""
-    low, high = _cosines(u, v)
+def _gaps(near, wide, r, u, v, cu, cv):
+    """(least, greatest) d for polar radii from near to wide and angles from u to v, with their cosines."""
+    low, high = _cosines(u, v, cu, cv)
     rho = min(max(r * high, near), wide)
     a = rho * rho + r * r - 2.0 * rho * r * high
     b = max(near * near - 2.0 * near * r * low, wide * wide - 2.0 * wide * r * low) + r * r
@@ -55,8 +54,9 @@ def _gaps(near, wide, r, u, v):
 
 
 @leaf
-def _trend(head, part, c, m, r, near, wide, u, v):
-    """How the height over all points of a cell changes with the angle that the pose lies behind, from u to v.
+def _trend(head, part, c, m, r, near, wide, u, v, cu, su, cv, sv):
+    """How the height over all points of a cell changes with the angle that the pose lies behind, from u to v, with their
+    cosines and sines.
 
     slope(d) q - m: slope grows with d. Over u in [0, pi], and over rho, q has one greatest value, so its least is at a
     corner; its greatest as well where the ridge cos u = min(rho / r, r / rho), on which it is min(1, rho / r), passes by.
@@ -64,21 +64,25 @@ def _trend(head, part, c, m, r, near, wide, u, v):
     """
     if (u >= np.pi and v <= TWO_PI) or (v <= 0.0 and u >= -np.pi):
         return FALLING
-    least, most = _gaps(near, wide, r, u, v)
+    least, most = _gaps(near, wide, r, u, v, cu, cv)
     R = head[c, 1]
     if least > R:
         return ABSENT
     fast = min(1.0, wide / r)
     if u > -np.pi and v < TWO_PI and v - u < np.pi:
-        first, last = max(u, 0.0), min(v, np.pi)  # beyond these q < 0
-        a, b = _speed(near, r, first), _speed(wide, r, first)
-        e, f = _speed(near, r, last), _speed(wide, r, last)
+        inside = u >= 0.0 and v <= np.pi  # beyond these q < 0
+        if u < 0.0:
+            cu, su = 1.0, 0.0
+        if v > np.pi:
+            cv, sv = -1.0, 0.0
+        a, b = _speed(near, r, cu, su), _speed(wide, r, cu, su)
+        e, f = _speed(near, r, cv, sv), _speed(wide, r, cv, sv)
         x, y = near / r if near < r else r / near, wide / r if wide < r else r / wide
         top = 1.0 if near <= r <= wide else max(x, y)
-        if np.cos(first) < min(x, y) or np.cos(last) > top:
+        if cu < min(x, y) or cv > top:
             fast = min(fast, max(max(a, b), max(e, f)))
         slow = min(min(a, b), min(e, f))
-        if first == u and last == v and slow >= 0.0 and profile(head, part, c, least)[2] * slow >= m:
+        if inside and slow >= 0.0 and profile(head, part, c, least)[2] * slow >= m:
             return RISING
     if most < R:
         steep = profile(head, part, c, most)[3]
@@ -96,7 +100,8 @@ def lowest(head, part, c, m, r, rho, d, t, beta, a, b):
     may be. What may be is compared in height, over the cell, with the best; then the same with the part that is left.
     """
     R, near, wide = head[c, 1], max(rho - d, 0.0), rho + d
-    trend = _trend(head, part, c, m, r, near, wide, t - b - beta, t - a + beta)
+    u, v = t - b - beta, t - a + beta
+    trend = _trend(head, part, c, m, r, near, wide, u, v, np.cos(u), np.sin(u), np.cos(v), np.sin(v))
     if trend != OPEN:
         return (b, b) if trend == RISING else (a, a)
     for _ in range(ROUNDS):
@@ -108,21 +113,25 @@ def lowest(head, part, c, m, r, rho, d, t, beta, a, b):
             if gap <= R:
                 best = min(best, m * r * s + profile(head, part, c, gap)[0])
         low, high, before = np.inf, -np.inf, ABSENT
+        w = t - a - beta  # points of the cell lie behind pose s by w to v, and behind the next one by u at least
+        cw = np.cos(w)
         for j in range(PARTS + 1):
             s = a + j * step
-            after = ABSENT
+            u, v = t - s - step - beta, t - s + beta
+            cu, cv, after = np.cos(u), np.cos(v), ABSENT
             if j < PARTS:
-                after = _trend(head, part, c, m, r, near, wide, t - s - step - beta, t - s + beta)
+                after = _trend(head, part, c, m, r, near, wide, u, v, cu, np.sin(u), cv, np.sin(v))
             met = before in (RISING, ABSENT) and after in (FALLING, ABSENT)
             for look in range(2):  # the pose s, and the part that follows
                 far = step if look == 1 else 0.0
                 if not (met if look == 0 else after == OPEN):
                     continue
-                least = _gaps(near, wide, r, t - s - far - beta, t - s + beta)[0]
+                back, cos = (w, cw) if look == 0 else (u, cu)
+                least = _gaps(near, wide, r, back, v, cos, cv)[0]
                 if least > R or m * r * s + profile(head, part, c, least)[1] > best:
                     continue
                 low, high = min(low, s), max(high, s + far)
-            before = after
+            before, w, cw = after, u, cu
         if low > high:
             return a, a  # none reaches the cell
         done = high - low > 0.8 * (b - a) or high - low <= 0.1 * beta
