@@ -45,11 +45,16 @@ def on_a_small_disk(size, disk, copy, *words):
 
 @pytest.mark.parametrize(
     ("size", "lacks"),
-    [("24k", r"of 121 blocks are in blocks\.partial\.csv"), ("36k", "blocks"), ("400k", "report")],
+    [
+        ("24k", r"of 121 blocks are in blocks\.partial\.csv"),
+        ("44k", "checkpoint"),
+        ("60k", "blocks"),
+        ("400k", "report"),
+    ],
 )
 @pytest.mark.slow  # 21 s
 def test_a_full_disk_leaves_what_was_done(size, lacks, tmp_path):
-    """Full while rows come, while the tables are made, while the page is."""
+    """Full while rows come, while contact is saved, while the tables are made, while the page is."""
     job = write_job(tmp_path / "job", program=LONG)
     copy = tmp_path / "copy"
     err, codes = on_a_small_disk(

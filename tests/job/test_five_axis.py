@@ -93,7 +93,10 @@ def test_rotary_axes_at_zero_change_nothing(tmp_path):
     one = vm.run(job(tmp_path, three, "three.nc", "iso")).blocks
     other = vm.run(job(tmp_path, five, "five.nc", "iso", "xyzac-trt")).blocks
     assert other["removed_mm3"].to_list() == one["removed_mm3"].to_list()
-    assert one["removed_mm3"].sum() == pytest.approx(SEGMENT * LENGTH, rel=1e-3)
+    low, high = one["removed_lo_mm3"].sum(), one["removed_hi_mm3"].sum()
+    assert (
+        low <= SEGMENT * LENGTH <= high and high - low < 3.1e-3 * high
+    )  # the width of brackets by default, and rounding
 
 
 def test_a_table_that_turns_carries_the_stock_past_a_tool_at_rest(tmp_path):

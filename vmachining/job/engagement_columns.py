@@ -240,14 +240,19 @@ class _Pass:
 
     def save(self, path: Path) -> None:
         """All that is known of the blocks so far; their sweeps are made again from the program."""
-        save_values(
-            path, {"missing": self.missing, **{f.name: getattr(self.out, f.name) for f in fields(self.out)}}
-        )
+        out = self.out
+        lists = {
+            f.name: np.array(getattr(out, f.name)) for f in fields(out) if f.name not in ("notes", "rows")
+        }
+        rows = np.concatenate(out.rows) if out.rows else np.empty((0, 3))
+        save_values(path, {"missing": self.missing, "notes": out.notes, "rows": rows, **lists})
 
     def load(self, path: Path) -> None:
         state = load_values(path, "engagement")
-        self.missing = state.pop("missing")
-        self.out = _Collector(**state)
+        self.missing, notes, rows = state.pop("missing"), state.pop("notes"), state.pop("rows")
+        lists = {name: values.tolist() for name, values in state.items()}
+        cuts = np.split(rows, np.cumsum(lists["count"]).astype(int))[:-1]
+        self.out = _Collector(notes=notes, rows=cuts, **lists)
 
     def run(
         self, stop: Callable[[], bool], progress: Progress, name: str, checkpoint: Checkpoint

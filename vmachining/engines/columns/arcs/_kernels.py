@@ -113,7 +113,9 @@ def lowest(head, part, c, m, r, rho, d, t, beta, a, b):
             if gap <= R:
                 best = min(best, m * r * s + profile(head, part, c, gap)[0])
         low, high, before = np.inf, -np.inf, ABSENT
-        w = t - a - beta  # points of the cell lie behind pose s by w to v, and behind the next one by u at least
+        w = (
+            t - a - beta
+        )  # points of the cell lie behind pose s by w to v, and behind the next one by u at least
         cw = np.cos(w)
         for j in range(PARTS + 1):
             s = a + j * step
