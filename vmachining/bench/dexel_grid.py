@@ -64,13 +64,13 @@ def dexel_grid_long(blocks: int = 500_000) -> Iterator[dict[str, Any]]:
         }  # fmt: skip
 
 
-def dexel_rate(blocks: int = 10_000, spacing: float = 0.8) -> Iterator[dict[str, Any]]:
+def dexel_rate(blocks: int = 10_000, spacing: float = 0.8, first: int = 0) -> Iterator[dict[str, Any]]:
     """How often intervals hold their closed forms: slots at any angle beside earlier ones, balls, plunges, deeper slots."""
     stock = BoxStock((-30, -30, -12), (30, 30, 0))
     for directions in (1, 3):
         misses, off, wide = 0, [], []
         begin = process_time()
-        for seed in range(blocks):
+        for seed in range(first, first + blocks):
             engine = DexelEngine(stock, Options(spacing=spacing, directions=directions))
             found, truth = _random_block(engine, np.random.default_rng(seed))
             misses += not found.lo <= truth <= found.hi
