@@ -119,11 +119,12 @@ def test_scallops_of_flat_bottoms_in_three_axes(tmp_path, sign, corner):
         (1, 3.0, 10.0, 5.0),
         (1, 1.0, 15.0, 5.0),
         (1, 0.0, 10.0, 0.0),
+        (-1, 1.0, 15.0, 5.0),
         (-1, 1.0, 10.0, 0.0),
         (-1, 0.0, 10.0, 0.0),
         (-1, 0.0, 25.0, 0.0),
     ],
-    ids=["ball", "bull", "flat", "bull hollow", "flat hollow", "flat hollow, steep"],
+    ids=["ball", "bull", "flat", "bull hollow, tilted", "bull hollow", "flat hollow", "flat hollow, steep"],
 )
 def test_an_engine_finds_the_scallops_of_leaning_tools(tmp_path, sign, corner, lead, tilt):
     part, asked, radius = cylinder(20.0, 8.0, sign), 0.04, 3.0
