@@ -18,7 +18,8 @@ Goal: a bracket that holds the truth, rounding included, as narrow as asked, at 
 
 | file | holds |
 |---|---|
-| `engine.py` | `ColumnsEngine`: cut, touch, surface, checkpoints; `FlatStock` |
+| `engine.py` | `ColumnsEngine`: cut, touch, surface, checkpoints |
+| `flat_stock.py` | `FlatStock`: stocks that columns know |
 | `cutters.py` | lower surfaces of profiles, grown and shrunk cutters, which cutter lies in which |
 | `paths.py` | `chords` and `pieces` of arcs |
 | `heights.py` | the workpiece as closed triangles over a grid |
@@ -40,6 +41,7 @@ as wide as that makes them. Over a seam between facets, and over an outline that
 in a cell, bounds are of first order. The surface of a stock that is no box is left to the mesh engine.
 """
 
-from vmachining.engines.columns.engine import ColumnsEngine, FlatStock
+from vmachining.engines.columns.engine import ColumnsEngine
+from vmachining.engines.columns.flat_stock import FlatStock
 
 __all__ = ["ColumnsEngine", "FlatStock"]

@@ -6,7 +6,7 @@ import json
 from itertools import pairwise
 from math import hypot
 from pathlib import Path
-from typing import NamedTuple, Self
+from typing import Self
 
 import numpy as np
 
@@ -15,19 +15,20 @@ from vmachining.engines.columns import _kernels
 from vmachining.engines.columns.arcs._kernels import ARC, RUNGS, STRAIGHT
 from vmachining.engines.columns.cells._kernels import ALL
 from vmachining.engines.columns.cutters import grown, lift, underside, widened
+from vmachining.engines.columns.flat_stock import FlatStock
 from vmachining.engines.columns.heights import solid_of
 from vmachining.engines.columns.paths import chords, is_flat, pieces, widest
 from vmachining.engines.columns.roof import facets_of, roof_of, seams
 from vmachining.engines.columns.store import packed_profiles, profiles_of
 from vmachining.engines.protocol import NOTHING, Options, Removal, StockSurface
-from vmachining.errors import EngineError, StockError
+from vmachining.errors import EngineError
 from vmachining.geometry import Arc, Bracket, Line
-from vmachining.stock import BoxStock, CylinderStock, MeshStock, StepStock, Stock
+from vmachining.stock import MeshStock, Stock
 from vmachining.sweep import Sweep, Turn
 from vmachining.tolerance import CHORD_MM
 from vmachining.tool import Profile
 
-__all__ = ["ColumnsEngine", "FlatStock"]
+__all__ = ["ColumnsEngine"]
 
 UPRIGHT = 1e4
 """Slope from which a ramp is bounded by two plunges: STEEP of the kernels, the steepest tangent plane they use."""
@@ -57,68 +58,13 @@ CELLS, ARC_CELLS = 60_000, 2_000
 """Cells of a straight block, and of a chord of an arc: what its sagitta leaves cannot be divided away."""
 
 ADDED = 1e-3
-"""What is added for rounding may exceed the width asked for by as much of it, without a note."""
+"""Share of the width asked for that kernels leave to the rounding that is added to what they find."""
 
 COARSE = 0.25
 """Relative width of the first look at the pieces of a block."""
 
 SAGS = (2.0**-11, 2.0**-14)
 """mm by which chords may lie off an arc, tried in this order until the block is as narrow as asked."""
-
-
-class FlatStock(NamedTuple):
-    """Stock with level bottom and upright walls.
-
-    low, high : corners of its box, mm. radius : 0 for a box, else that of a round bar in the middle of it. mesh : a height
-    field of facets over any outline; None: the top is level.
-    """
-
-    low: tuple[float, float, float]
-    high: tuple[float, float, float]
-    radius: float = 0.0
-    mesh: MeshStock | None = None
-
-    @classmethod
-    def of(cls, stock: Stock) -> FlatStock:
-        """That of a job.
-
-        Raises
-        ------
-        StockError
-            Its bottom is not level, something hangs over, or its faces are curved.
-        """
-        low, high = (tuple(corner) for corner in stock.bounds.tolist())
-        if isinstance(stock, StepStock) and len(stock.curved):
-            raise StockError("columns want a stock with plane faces", remedy="take --engine mesh")
-        if isinstance(stock, MeshStock):
-            facets_of(stock)
-            return cls(low, high, 0.0, MeshStock(stock.vertices, stock.triangles))
-        if not isinstance(stock, (BoxStock, CylinderStock)):
-            raise StockError("columns do not know this stock", remedy="take --engine mesh")
-        return cls(low, high, stock.radius if isinstance(stock, CylinderStock) else 0.0)
-
-    @property
-    def is_box(self) -> bool:
-        """Whether walls and top are those of its box."""
-        return not self.radius and self.mesh is None
-
-    @property
-    def shape(self) -> Stock:
-        """The same as the stock of a job."""
-        if self.mesh is not None:
-            return self.mesh
-        if self.radius:
-            x, y = (0.5 * (a + b) for a, b in zip(self.low[:2], self.high[:2], strict=True))
-            return CylinderStock((x, y), self.radius, (self.low[2], self.high[2]))
-        return BoxStock(self.low, self.high)
-
-    @property
-    def volume(self) -> float:
-        """mm^3."""
-        if self.mesh is not None:
-            return self.mesh.mesh(0.0)[0].volume
-        dx, dy, dz = np.subtract(self.high, self.low).tolist()
-        return float((np.pi * self.radius**2 if self.radius else dx * dy) * dz)
 
 
 class ColumnsEngine:
@@ -230,7 +176,7 @@ class ColumnsEngine:
                 self._count = first
             if done:
                 break
-        if keep and found.width > (1.0 + ADDED) * max(wanted, self.width * found.estimate):
+        if keep and found.width > max(wanted, self.width * found.estimate):
             return found._replace(note=self._missed(found, wanted, off))
         return found._replace(note=None)
 
@@ -268,7 +214,8 @@ class ColumnsEngine:
         slack = ULPS * float(np.finfo(float).eps) * scale
         while True:
             _kernels.remove(
-                shapes, tiles, self._roof, self._work, k, self._rim, top, bottom, relative, absolute, slack,
+                shapes, tiles, self._roof, self._work, k, self._rim, top, bottom,
+                (1.0 - ADDED) * relative, (1.0 - ADDED) * absolute, slack,
                 min(limit, len(self._work.cell)), keep, out,
             )  # fmt: skip
             if out[4] != _kernels.LONG:
