@@ -182,3 +182,17 @@ def test_a_line_that_grows_too_long_is_refused():
     program = read(HEAD + "G1 X10 F5 (" + "c" * 240 + ")\nX5\n")
     with pytest.raises(NCError, match="characters"):
         rewrite_feeds(program, {4: BlockEdit(4, (1234.5,), (1.0,))})
+
+
+@pytest.mark.parametrize("mode", ["G90", "G91"])
+def test_inverse_time_is_that_of_the_piece_as_written(mode):
+    """0.062 of 1.898 mm end at 0.117676, written 0.11768: 3e-5 longer, and driven no faster than asked."""
+    program = parse_program(f"G21 G1 G94 F500 X0 Y0 Z0\nG93 {mode}\nY1.898 F2\nM2\n".encode(), "test.nc")
+    written = rewrite_feeds(program, {3: BlockEdit(3, (3.796, 3.796), (0.062, 1.0))})
+    again = parse_program(written.data, "test.nc")
+    first, second = (move for move in again.moves if move.end[1] > 0)
+    assert first.end[1] == pytest.approx(0.11768, abs=1e-9) and second.end[1] == pytest.approx(
+        1.898, abs=1e-9
+    )
+    for move in (first, second):
+        assert 3.796 * (1.0 - 1e-6) <= move.feed_mm_min <= 3.796 * (1.0 + 1e-9)

@@ -198,6 +198,11 @@ def split_block(lexed: LexedLine, move: Move, modes: Modes, ends: Sequence[float
     decimals = (ARC_DECIMALS if isinstance(path, Arc) else LINE_DECIMALS) + (modes.unit != 1.0)
     moved = set(PLANE[move.plane]) if isinstance(path, Arc) else set()
     axes = [a for a in range(3) if AXES[a] in words or a in moved]
+    if isinstance(path, Line):  # inverse time is that of the piece as it is written
+        base = np.zeros(3) if modes.absolute else start
+        inner = points.copy()
+        inner[1:-1, axes] = (np.round((points - base) / modes.unit, decimals) * modes.unit + base)[1:-1, axes]
+        lengths = tuple(np.linalg.norm(np.diff(inner, axis=0), axis=1).tolist())
     targets = [
         _absolute(points[:, a] / modes.unit, words.get(AXES[a]), decimals)
         if modes.absolute
