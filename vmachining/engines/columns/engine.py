@@ -12,14 +12,14 @@ import numpy as np
 
 from vmachining.arrays import Floats, Ints
 from vmachining.engines.columns import _kernels
-from vmachining.engines.columns.arcs._kernels import ARC, RUNGS, STRAIGHT
+from vmachining.engines.columns.arcs._kernels import ARC, STRAIGHT
 from vmachining.engines.columns.cells._kernels import ALL
-from vmachining.engines.columns.cutters import grown, lift, underside, widened
+from vmachining.engines.columns.cutters import underside
 from vmachining.engines.columns.flat_stock import FlatStock
 from vmachining.engines.columns.heights import solid_of
-from vmachining.engines.columns.paths import chords, is_flat, pieces, widest
-from vmachining.engines.columns.roof import facets_of, roof_of, seams
-from vmachining.engines.columns.store import packed_profiles, profiles_of
+from vmachining.engines.columns.paths import chords, is_flat, pieces
+from vmachining.engines.columns.table import CutterTable
+from vmachining.engines.columns.tiles import Tiling
 from vmachining.engines.protocol import NOTHING, Options, Removal, StockSurface
 from vmachining.errors import EngineError
 from vmachining.geometry import Arc, Bracket, Line
@@ -42,17 +42,11 @@ ROUNDING = 1e-11
 TILE_SHARE = 0.2
 """Edge of a tile by the radius of the first cutter. Measured best between 1/6 and 1/4."""
 
-PARTS = 12
-"""Parts of a cutter's lower surface that the kernels have room for."""
-
 PER_TILE, MOST_PLACES = 4, 4_000_000
 """Places of a surface along an edge of a tile, and all in all."""
 
 LEFT_WIDTH, MOST_LOOKED = 1e-4, 400_000
 """Width, relative to the volume that is gone, asked of what is left in the end, and tiles up to which it is looked at."""
-
-MOST_TILES = 4_000_000
-"""Of a stock: 32 MB. Larger ones have larger tiles."""
 
 CELLS, ARC_CELLS = 60_000, 2_000
 """Cells of a straight block, and of a chord of an arc: what its sagitta leaves cannot be divided away."""
@@ -97,12 +91,10 @@ class ColumnsEngine:
         self.cells = self._looked_at = 0
         self._gone = NOTHING
         self._groups = 0
-        self._no_cutters()
+        self._cutters = CutterTable()
         self._rows, self._count = np.zeros((64, 16)), 0
         self._blocks: list[int] = []
-        self._tiles: _kernels.Tiles | None = None
-        self._facets = None if stock.mesh is None else facets_of(stock.mesh)
-        self._roof, self._seams = roof_of(None, np.zeros(4), np.zeros(2, dtype=np.int64)), np.zeros((0, 0))
+        self._tiles: Tiling | None = None
         self._work = _kernels.work()
         self._left: tuple[int, Removal] | None = None
         self._rim = self._round_stock()
@@ -167,12 +159,12 @@ class ColumnsEngine:
                 found = self._one(first, self.width, wanted, CELLS, keep)
                 before: dict[int, Ints] = {}
             else:
-                before = self._lists(first)
+                before = self._ready(first).lists(self._shapes, first, self._count)
                 found = self._pieces(first, before, wanted, ARC_CELLS if off else CELLS)
             done = off == 0.0 or found.width <= max(wanted, self.width * found.estimate)
             if not keep or (not done and sag != SAGS[-1]):
                 if before:
-                    self._restore(before)
+                    self._ready(first).restore(before)
                 self._count = first
             if done:
                 break
@@ -198,7 +190,7 @@ class ColumnsEngine:
         asked = max(wanted, self.width * found.lo)
         if found.width <= asked:
             return found
-        self._restore(before)
+        self._ready(first).restore(before)
         found = NOTHING
         for k in range(first, self._count):
             found = found.plus(self._one(k, 0.0, asked / pieces, limit, True))
@@ -214,7 +206,7 @@ class ColumnsEngine:
         slack = ULPS * float(np.finfo(float).eps) * scale
         while True:
             _kernels.remove(
-                shapes, tiles, self._roof, self._work, k, self._rim, top, bottom,
+                shapes, tiles.arrays, tiles.roof, self._work, k, self._rim, top, bottom,
                 (1.0 - ADDED) * relative, (1.0 - ADDED) * absolute, slack,
                 min(limit, len(self._work.cell)), keep, out,
             )  # fmt: skip
@@ -225,14 +217,13 @@ class ColumnsEngine:
         self.cells, self._looked_at = self.cells + int(cells), int(cells)
         if hi <= 0.0:
             return NOTHING
-        R, L = float(self._head[int(row[8]), 1]), row[5]
+        R, L = float(self._cutters.head[int(row[8]), 1]), row[5]
         plan, rim = 2.0 * R * (2.0 * R + L), 2.0 * (4.0 * R + L)
         height = top - max(bottom, row[2] + min(row[6] * L, 0.0))
         # each sweep, the top and the bottom moved by the rounding of coordinates; and that of the closed integrals
         error = slack * (longest + 3.0) * (2.0 * plan + rim * height) + ROUNDING * plan * (height + R)
-        if self._facets is not None:  # strips as narrow along edges of facets are passed over
-            i0, i1, j0, j1 = self._reached(k)
-            error += 2.0 * slack * float(self._seams[j0:j1, i0:i1].sum()) * height
+        # strips as narrow along edges of facets are passed over
+        error += 2.0 * slack * tiles.seam_length(tiles.reached(shapes, k)) * height
         lo, hi = max(lo - error, 0.0), hi + error
         note = f"{limit} cells were not enough" if state == _kernels.FULL else None
         if row[7] != row[8] and row[5] == 0.0 and row[10] == STRAIGHT:
@@ -241,8 +232,8 @@ class ColumnsEngine:
 
     def _add(self, profile: Profile, points: Floats, off: float, block: int | None) -> None:
         """Rows of straight pieces through points."""
-        inner, outer = self._cutter(profile, -_power(off)), self._cutter(profile, _power(off))
-        if float(points[:, 2].min()) + self._tops[inner] < self.stock.high[2]:
+        inner, outer = self._cutters.number(profile, -_power(off)), self._cutters.number(profile, _power(off))
+        if float(points[:, 2].min()) + self._cutters.tops[inner] < self.stock.high[2]:
             raise EngineError("the top of the tool dips below the stock", engine=self.name, block=block)
         group, self._groups = self._groups, self._groups + 1
         flat = points.tolist()
@@ -251,7 +242,7 @@ class ColumnsEngine:
             held, holds = inner, outer
             if abs(z1 - z0) >= UPRIGHT * L:  # the lowest pose lies in it, and what is L wider there holds it
                 if L > 0.0:
-                    holds = self._cutter(profile, _power(off + L))
+                    holds = self._cutters.number(profile, _power(off + L))
                 row = [x0, y0, z0] if z0 <= z1 else [x1, y1, z1]
                 row += [1.0, 0.0, 0.0, 0.0]
             else:
@@ -260,12 +251,12 @@ class ColumnsEngine:
 
     def _add_arc(self, profile: Profile, path: Arc, block: int | None) -> None:
         """Rows of the pieces of an arc, whose chords the kernels choose cell by cell."""
-        c = self._cutter(profile, 0.0)
-        if min(path.start[2], path.end[2]) + self._tops[c] < self.stock.high[2]:
+        c = self._cutters.number(profile, 0.0)
+        if min(path.start[2], path.end[2]) + self._cutters.tops[c] < self.stock.high[2]:
             raise EngineError("the top of the tool dips below the stock", engine=self.name, block=block)
-        if self._ladder[c, 1] == 0.0:
-            self._climb(profile, c)
-        n, way = pieces(path, float(self._head[c, 1])), float(np.sign(path.angle))
+        if self._cutters.ladder[c, 1] == 0.0:
+            self._cutters.climb(profile, c)
+        n, way = pieces(path, float(self._cutters.head[c, 1])), float(np.sign(path.angle))
         turn, r = path.angle / n, path.radius
         arm = path.start - path.center
         begin = float(np.arctan2(arm[1], arm[0]))
@@ -287,57 +278,8 @@ class ColumnsEngine:
 
     @property
     def _shapes(self) -> _kernels.Shapes:
-        return _kernels.Shapes(self._head, self._part, self._lift, self._ladder, self._rows, self.rules)
-
-    def _no_cutters(self) -> None:
-        self._cutters: dict[tuple[int, float], int] = {}
-        self._known: list[tuple[Profile, float]] = []
-        self._tops: list[float] = []
-        self._rung: list[bool] = []
-        self._head, self._part, self._lift = np.zeros((0, 5)), np.zeros((0, PARTS, 8)), np.zeros((0, 0))
-        self._ladder = np.zeros((0, 2))
-
-    def _climb(self, profile: Profile, c: int) -> None:
-        """Make the shrunk and grown cutters between which arcs of cutter c are held."""
-        off = widest(float(self._head[c, 1]))
-        first = len(self._head)
-        for rung in range(RUNGS):
-            for sign in (-1.0, 1.0):
-                self._cutter(profile, sign * off / 2.0**rung, rung=True)
-        self._ladder[c] = first, off
-
-    def _cutter(self, profile: Profile, by: float, *, rung: bool = False) -> int:
-        """Number of a cutter grown by some mm, told to the kernels once.
-
-        rung : one that arcs alone use; the cover rule is not asked about it.
-        """
-        known = None if rung else self._cutters.get((id(profile), by))
-        if known is not None:
-            return known
-        found = underside((widened if rung else grown)(profile, by))
-        if found is None or len(found.part) > PARTS:
-            raise EngineError("the tool is not convex or has too many parts", engine=self.name)
-        part = np.zeros((1, PARTS, 8))
-        part[0, : len(found.part)] = found.part
-        n = len(self._head)
-        self._head = np.concatenate([self._head, found.head[None]])
-        self._part = np.concatenate([self._part, part])
-        self._ladder = np.concatenate([self._ladder, np.zeros((1, 2))])
-        wider = np.full((n + 1, n + 1), np.inf)
-        wider[:n, :n], wider[n, n] = self._lift, 0.0
-        if not rung:
-            for j in range(n):
-                if not self._rung[j]:
-                    wider[n, j], wider[j, n] = (
-                        lift(self._head, self._part, b, c) for b, c in ((n, j), (j, n))
-                    )
-        self._lift = wider
-        self._rung.append(rung)
-        self._tops.append(found.top)
-        self._known.append((profile, by))
-        if not rung:
-            self._cutters[id(profile), by] = n
-        return n
+        c = self._cutters
+        return _kernels.Shapes(c.head, c.part, c.lift, c.ladder, self._rows, self.rules)
 
     def _round_stock(self) -> int:
         """Row of a plunge whose footprint is that of a round stock; -1 for a box."""
@@ -345,65 +287,19 @@ class ColumnsEngine:
         if not radius:
             return -1
         disc = Profile([(radius, 0.0), (radius, 1.0)])
-        c = self._cutter(disc, 0.0)
+        c = self._cutters.number(disc, 0.0)
         x, y = (0.5 * (a + b) for a, b in zip(low[:2], high[:2], strict=True))
         self._rows[0, :10] = [x, y, low[2], 1.0, 0.0, 0.0, 0.0, c, c, -1.0]
         self._blocks, self._count = [-1], 1
         return 0
 
-    # -- tiles ---------------------------------------------------------------------------------------------
-
-    def _ready(self, k: int) -> _kernels.Tiles:
-        """The tiles, with free entries for everything that sweep k can add: one in each tile that it reaches."""
+    def _ready(self, k: int) -> Tiling:
+        """The tiles, with room for everything that sweep k can add."""
         if self._tiles is None:
-            size = self.tile_mm or TILE_SHARE * self._head[int(self._rows[k, 7]), 1]
-            (x0, y0, _), (x1, y1, _) = self.stock[:2]
-            size = max(size, float(np.sqrt((x1 - x0) * (y1 - y0) / MOST_TILES)))
-            nx, ny = max(1, int(np.ceil((x1 - x0) / size))), max(1, int(np.ceil((y1 - y0) / size)))
-            grid = np.array([x0, y0, (x1 - x0) / nx, (y1 - y0) / ny])
-            none = np.zeros(0, dtype=np.int64)
-            self._tiles = _kernels.Tiles(
-                grid, np.array([nx, ny]), np.full(nx * ny, -1), none, none, np.array([-1, 0])
-            )
-            self._cover()
-        i0, i1, j0, j1 = self._reached(k)
-        wanted = max(i1 - i0, 0) * max(j1 - j0, 0)
-        if self._tiles.free[1] < wanted:
-            self._tiles = _more(self._tiles, wanted)
+            size = self.tile_mm or TILE_SHARE * float(self._cutters.head[int(self._rows[k, 7]), 1])
+            self._tiles = Tiling.over(self.stock, size)
+        self._tiles.make_room(self._shapes, k)
         return self._tiles
-
-    def _cover(self) -> None:
-        """Facets of the top by tiles, and how long their edges are in each at most."""
-        assert self._tiles is not None
-        if self._facets is not None:
-            self._roof = roof_of(self._facets, self._tiles.grid, self._tiles.size)
-            self._seams = seams(self._roof, self._facets.length)
-
-    def _reached(self, k: int) -> tuple[int, int, int, int]:
-        """Tiles (first, last + 1) along x and y."""
-        assert self._tiles is not None
-        shapes = self._shapes
-        i0, i1, j0, j1 = _kernels.tile_range(shapes, self._tiles, k)
-        return i0, i1, j0, j1
-
-    def _lists(self, first: int) -> dict[int, Ints]:
-        """Lists of all tiles that rows from `first` on may reach."""
-        found: dict[int, Ints] = {}
-        for k in range(first, self._count):
-            tiles = self._ready(k)
-            i0, i1, j0, j1 = self._reached(k)
-            for t in (np.arange(i0, i1) + tiles.size[0] * np.arange(j0, j1)[:, None]).ravel().tolist():
-                if t not in found:
-                    found[t] = _kernels.listed(tiles, t)
-        return found
-
-    def _restore(self, lists: dict[int, Ints]) -> None:
-        """Give tiles the lists that they had."""
-        assert self._tiles is not None
-        for t, ids in lists.items():
-            if self._tiles.free[1] < len(ids):
-                self._tiles = _more(self._tiles, len(ids))
-            _kernels.assign(self._tiles, t, ids)
 
     # -- workpiece -----------------------------------------------------------------------------------------
 
@@ -413,7 +309,7 @@ class ColumnsEngine:
         lo, estimate, hi = self._gone.bracket
         v = self.stock.volume
         summed = Bracket(max(v - hi, 0.0), v - estimate, v - lo)
-        if self._tiles is None or len(self._tiles.first) > MOST_LOOKED or hi - lo <= LEFT_WIDTH * hi:
+        if self._tiles is None or len(self._tiles) > MOST_LOOKED or hi - lo <= LEFT_WIDTH * hi:
             return summed
         if self._left is None or self._left[0] != self._count:
             self._left = self._count, self._looked()
@@ -469,7 +365,8 @@ class ColumnsEngine:
         """
         if self._tiles is None:
             raise EngineError("only the surface of what was cut", engine=self.name)
-        tiles, (nx, ny) = self._tiles, self._tiles.size.tolist()
+        tiles = self._tiles.arrays
+        nx, ny = tiles.size.tolist()
         x, y, w, h = tiles.grid.tolist()
         per = max(1, min(PER_TILE, int(np.sqrt(MOST_PLACES / (nx * ny)))))
         height, owner = np.zeros((2, ny * per + 1, nx * per + 1))
@@ -496,16 +393,10 @@ class ColumnsEngine:
             "stock": list(self.stock[:3]), "width": self.width, "width_mm3": self.width_mm3, "tile_mm": self.tile_mm,
             "blocks": self._blocks[: self._count], "gone": list(self._gone[:4]), "groups": self._groups, "count": self._count,
         }  # fmt: skip
-        profiles = {id(p): p for p, _ in self._known}
-        number = {key: k for k, key in enumerate(profiles)}
-        arrays = packed_profiles(list(profiles.values()))
-        arrays["cutters"] = np.array(
-            [(number[id(p)], by, rung) for (p, by), rung in zip(self._known, self._rung, strict=True)]
-        ).reshape(-1, 3)
-        arrays["ladder"] = self._ladder
+        arrays = self._cutters.packed()
         if self.stock.mesh is not None:
             arrays |= {"vertices": self.stock.mesh.vertices, "triangles": self.stock.mesh.triangles}
-        tiles = {} if self._tiles is None else {f"tiles_{n}": v for n, v in self._tiles._asdict().items()}
+        tiles = {} if self._tiles is None else self._tiles.packed()
         with path.open("wb") as file:
             np.savez(
                 file, state=np.array(json.dumps(state)), rows=self._rows[: self._count], **arrays, **tiles
@@ -524,19 +415,14 @@ class ColumnsEngine:
                 FlatStock(tuple(low), tuple(high), radius, mesh), state["width"], state["width_mm3"],
                 tile_mm=state["tile_mm"],
             )  # fmt: skip
-            profiles = profiles_of(found)
-            engine._no_cutters()
-            for k, by, rung in found["cutters"].tolist():
-                engine._cutter(profiles[int(k)], by, rung=bool(rung))
-            engine._ladder = found["ladder"]
+            engine._cutters = CutterTable.unpacked(found)
             engine._count = int(state["count"])
             engine._rows = np.zeros((max(64, 2 * engine._count), 16))
             engine._rows[: engine._count] = found["rows"]
             engine._blocks = state["blocks"]
             engine._gone, engine._groups = Removal(*state["gone"]), int(state["groups"])
             if "tiles_grid" in found:
-                engine._tiles = _kernels.Tiles(*(found[f"tiles_{n}"] for n in _kernels.Tiles._fields))
-                engine._cover()
+                engine._tiles = Tiling.unpacked(engine.stock, found)
         except (OSError, KeyError, ValueError) as error:
             raise EngineError(f"checkpoint {path} cannot be read ({error})", engine=cls.name) from error
         return engine
@@ -545,13 +431,3 @@ class ColumnsEngine:
 def _power(off: float) -> float:
     """The power of two at or above a length, so that few cutters occur; 0 stays 0."""
     return float(2.0 ** np.ceil(np.log2(off))) if off > 0.0 else 0.0
-
-
-def _more(tiles: _kernels.Tiles, wanted: int) -> _kernels.Tiles:
-    """The same tiles with at least twice the entries."""
-    old = len(tiles.sweep)
-    new = max(old, wanted, 1024)
-    after = np.concatenate([tiles.after, np.arange(old + 1, old + new + 1)])
-    after[-1] = tiles.free[0]
-    sweep = np.concatenate([tiles.sweep, np.zeros(new, dtype=np.int64)])
-    return tiles._replace(sweep=sweep, after=after, free=np.array([old, tiles.free[1] + new]))
