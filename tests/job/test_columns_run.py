@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import closing
 
 import pytest
 import trimesh
@@ -14,6 +15,7 @@ from vmachining.engines.columns import ColumnsEngine
 from vmachining.engines.protocol import Options
 from vmachining.engines.relay import ColumnsFirst, best_engine, handed_on
 from vmachining.geometry import Arc, Line
+from vmachining.job.executor import executor
 from vmachining.job.jobfile import Job
 from vmachining.job.judges import columns_say
 from vmachining.stock import BoxStock
@@ -68,6 +70,40 @@ def test_what_columns_do_not_take_is_handed_on_and_its_neighbours_too(tmp_path):
     assert under.lo <= 30 * (low + wings) <= under.hi
     total = work.volume
     assert total.lo <= total.estimate <= total.hi
+
+
+def test_two_processes_cut_what_one_cuts(tmp_path):
+    """Slots, a dovetail that only the mesh engine takes, what crosses it, and a checkpoint on the way."""
+    flat, ball = vm.FlatEnd(diameter=6, length=40).cutter, vm.BallNose(diameter=6, length=40).cutter
+    dovetail = vm.Taper(diameter=10, taper_deg=-20, length=9).cutter
+    orders = [
+        (flat, Line((10, -5, -4), (10, 35, -4))), (dovetail, Line((10, -8, -8), (10, 38, -8))),
+        (flat, Line((0, 15, -9), (20, 15, -9))), (ball, Line((40, -5, -4), (40, 35, -4))),
+        (ball, Line((43, 35, -4), (37, -5, -3))),
+    ]  # fmt: skip
+    found, volumes = {}, {}
+    for workers in (1, 2):
+        work = engine()
+        answers = []
+        for some in (orders[:3], orders[3:]):
+            with closing(executor(work, workers)) as hands:
+                later = [hands.cut(tool, path, len(answers) + k) for k, (tool, path) in enumerate(some)]
+                answers += [answer() for answer in later]
+                hands.save(tmp_path / "state.npz")
+                volumes[workers] = hands.finish().volume
+            work = ColumnsFirst.load(tmp_path / "state.npz")
+            assert work.volume == volumes[workers]
+        found[workers] = answers
+    assert [r.engine for r in found[2]] == ["columns", "mesh", "mesh", "columns", "columns"]
+    for one, two in zip(found[1], found[2], strict=True):
+        assert one.engine == two.engine and one.note is two.note is None
+        assert max(one.lo, two.lo) <= min(one.hi, two.hi)
+        if two.engine == "columns":
+            assert two.width <= OPTIONS.width * two.estimate
+        else:  # tiles of the mesh engine are the same
+            assert two.bracket == pytest.approx(one.bracket, rel=1e-9)
+    assert found[2][0].lo <= 6 * 4 * 30 <= found[2][0].hi
+    assert max(v.lo for v in volumes.values()) <= min(v.hi for v in volumes.values())
 
 
 def test_an_arc_in_an_upright_plane_is_cut_by_mesh_and_both_engines_agree():

@@ -49,12 +49,14 @@ class Entry:
     place : "module:class" of the `Engine`; loaded, with its kernel, when somebody asks for it.
     takes : stocks, tools and motions, in words, for --help.
     divisible : whether it is `Divisible`, so that several processes can cut one workpiece.
+    divided_from : blocks from which on starting them pays, where nobody says how many are wanted.
     batched : whether it is `Batched`, so that it gets many blocks at once.
     """
 
     place: str
     takes: str
     divisible: bool = False
+    divided_from: int = 300
     batched: bool = False
 
 
@@ -62,6 +64,8 @@ ENGINES = {
     "columns": Entry(
         "vmachining.engines.relay:ColumnsFirst",
         "upright convex tools on stocks with level bottom, proven to a width; hands the rest on to mesh, block by block",
+        divisible=True,
+        divided_from=4000,
     ),
     "mesh": Entry("vmachining.engines.mesh:MeshEngine", "any stock, tool and motion", divisible=True),
     "dexel": Entry(

@@ -210,8 +210,12 @@ class Batched(Engine, Protocol):
 class Divisible(Engine, Protocol):
     """An engine whose workpiece several processes can cut, each by all sweeps, each its own part of it.
 
-    Removals and volumes are the sums over the parts.
+    Volumes are the sums over the parts, and so are removals, see `summed`.
     """
+
+    def summed(self, parts: Sequence[Removal]) -> Removal:
+        """What all parts together remove, from what each has answered to one order."""
+        ...
 
     @classmethod
     def load(cls, path: Path, *, share: Share = WHOLE) -> Self:

@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from functools import reduce
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Self
@@ -32,7 +33,7 @@ from vmachining.engines.columns.paths import is_flat
 from vmachining.engines.columns.store import packed_paths, packed_profiles, paths_of, profiles_of
 from vmachining.engines.mesh import MeshEngine
 from vmachining.engines.mesh.thinned import thinned
-from vmachining.engines.protocol import NOTHING, Options, Removal, StockSurface
+from vmachining.engines.protocol import NOTHING, WHOLE, Options, Removal, Share, StockSurface
 from vmachining.errors import EngineError, StockError
 from vmachining.geometry import Arc, Bracket
 from vmachining.stock import Stock
@@ -86,6 +87,7 @@ class ColumnsFirst:
         self._noted: list[tuple[Sweep, int | None]] = []
         self._boxes, self._foreign = Boxes(), Boxes()
         self._gone = NOTHING
+        self._share = WHOLE
         self.stock_volume = (self._columns or self._meshed()).stock_volume
 
     @classmethod
@@ -123,7 +125,7 @@ class ColumnsFirst:
 
     def _knows(self, sweep: Sweep) -> bool:
         """Whether no sweep of the mesh engine overlaps this one in plan."""
-        return not self._foreign.meeting(sweep.bounds, 2).any()
+        return len(self._foreign) == 0 or not self._foreign.meeting(sweep.bounds, 2).any()
 
     def touch(self, sweep: Sweep, within: float | None = None) -> Removal:
         """See `Engine`; a body that is not convex as the union of its convex pieces."""
@@ -144,6 +146,7 @@ class ColumnsFirst:
         """The mesh engine after all sweeps so far, or after those that meet the box of one."""
         if self._mesh is None:
             self._mesh = MeshEngine.of(self._stock, self._options)
+            self._mesh.take(self._share)
         count = len(self._noted)
         wanted = np.ones(count, dtype=np.bool_) if near is None else self._boxes.meeting(near.bounds, 3)
         if wanted.any():
@@ -210,8 +213,8 @@ class ColumnsFirst:
             )  # fmt: skip
 
     @classmethod
-    def load(cls, path: Path) -> Self:
-        """See `Engine`."""
+    def load(cls, path: Path, *, share: Share = WHOLE) -> Self:
+        """See `Divisible`. Columns and the mesh engine have a division of their own each: a block is the sum over either."""
         try:
             with np.load(path) as data:
                 found = {name: data[name] for name in data.files}
@@ -222,23 +225,41 @@ class ColumnsFirst:
         chord, width, width_mm3 = state["options"]
         self._options, self.why = Options(chord=chord, width=width, width_mm3=width_mm3), state["why"]
         self.chord, self.stock_volume = self._options.chord, Bracket(*state["stock"])
-        self._gone, self._boxes, self._foreign = Removal(*state["gone"]), Boxes(), Boxes(found["foreign"])
+        self._gone = Removal(*state["gone"]) if share.part == 0 else NOTHING
+        self._share, self._boxes, self._foreign = share, Boxes(), Boxes(found["foreign"])
         with TemporaryDirectory() as folder:
             part = Path(folder) / "part.npz"
             self._columns = self._mesh = None
             if "columns" in found:
                 part.write_bytes(found["columns"].tobytes())
-                self._columns = ColumnsEngine.load(part)
+                self._columns = ColumnsEngine.load(part, share=share)
                 self._stock = self._columns.stock.shape
             if "mesh" in found:
                 part.write_bytes(found["mesh"].tobytes())
-                self._mesh = MeshEngine.load(part)
+                self._mesh = MeshEngine.load(part, share=share)
         profiles, self._noted = profiles_of(found), []
         for k, way, block in zip(
             found["tools"].tolist(), paths_of(found["paths"]), state["blocks"], strict=True
         ):
             self._note(Sweep.along(profiles[k], way), block)
         return self
+
+    @classmethod
+    def join(cls, engines: Sequence[Self]) -> Self:
+        """See `Divisible`. All parts had all orders, so that they know the same sweeps by the same engines."""
+        whole = engines[0]
+        whole._share, whole._gone = WHOLE, reduce(Removal.plus, (e._gone for e in engines))
+        if whole._columns is not None:
+            whole._columns = ColumnsEngine.join([e._columns for e in engines if e._columns is not None])
+        if whole._mesh is not None:
+            whole._mesh = MeshEngine.join([e._mesh for e in engines if e._mesh is not None])
+        return whole
+
+    def summed(self, parts: Sequence[Removal]) -> Removal:
+        """See `Divisible`."""
+        if self._columns is not None and parts[0].engine == ColumnsEngine.name:
+            return self._columns.summed(parts)
+        return reduce(Removal.plus, parts)
 
 
 class Boxes:

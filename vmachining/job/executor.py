@@ -1,8 +1,9 @@
 """Which processes cut the workpiece of a job: this one, or several that each have all sweeps and cut their own part.
 
 Nobody waits: orders are sent ahead, answers are collected when they are asked for, and the volumes of a block
-are the sums over the parts. The numbers do not depend on how many processes there are, up to the rounding of
-these sums. Any engine can be cut in this process; `WorkerPool` wants one that is `Divisible`.
+are the sums over the parts. The numbers of the mesh engine do not depend on how many processes there are, up to the
+rounding of these sums; brackets of columns are proven and as narrow as asked with any number, and not the same.
+Any engine can be cut in this process; `WorkerPool` wants one that is `Divisible`.
 
 Workers are fresh interpreters (threads would queue for one interpreter lock, forks would copy kernels that
 run threads of their own). They ignore Ctrl-C, which is for this process to decide about, and end with it.
@@ -20,7 +21,6 @@ import time
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
-from functools import reduce
 from multiprocessing.connection import Connection
 from multiprocessing.reduction import ForkingPickler
 from pathlib import Path
@@ -223,7 +223,7 @@ class WorkerPool:
 
     def __init__(self, engine: Divisible, workers: int) -> None:
         self.engine, self.chord = engine.name, engine.chord
-        self._class = type(engine)
+        self._class, self._whole = type(engine), engine.summed
         self._profiles: dict[int, tuple[int, Profile]] = {}
         self._waiting: list[tuple[Any, ...]] = []
         self._sent, self._told, self._first = 0, 0, 0
@@ -321,7 +321,7 @@ class WorkerPool:
         while self._first < stop:
             self._gather()
             parts = [answers.popleft() for answers in self._answers]
-            self._sums[self._first] = reduce(Removal.plus, parts)
+            self._sums[self._first] = self._whole(parts)
             self._first += 1
 
     def _gather(self) -> None:

@@ -13,7 +13,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-from vmachining.engines import RAYS, engine_class
+from vmachining.engines import RAYS, engine_class, entry_of
 from vmachining.engines.protocol import Engine
 from vmachining.errors import InputError, NCError, StockError
 from vmachining.job.audit import MOST, audited
@@ -59,9 +59,6 @@ if TYPE_CHECKING:
 
 __all__ = ["run"]
 
-WORKERS_FROM = 300
-"""Blocks from which on other processes are started: that takes about as long as cutting a hundred blocks."""
-
 MAX_WORKERS = 8
 """Neighbouring tiles have few colours, so more processes would wait for each other."""
 
@@ -102,8 +99,8 @@ def run(
     certify : accepted from earlier versions; `mesh` always proves its brackets by two workpieces.
     out : directory for tables while they grow; None: a temporary one, until `RunResult.write`.
     resume : go on after an interruption, from the checkpoint in `out`.
-    workers : processes that cut; None: one per core where the program is long enough. Changes no number
-        beyond rounding.
+    workers : processes that cut; None: one per core where the program is long enough. Of `mesh` it changes no
+        number beyond rounding, of `columns` none beyond the width that is asked for.
     brep : blocks whose volume the B-rep engine checks: "none", "sample", "all" or numbers such as "3,7-12".
     brep_seconds : of a processor, limit of one such block, and of the solids and every mesh of each sweep that it needs.
     every_strategy : judge all feed strategies by simulation, also where [feed] inserts blocks: one simulation more. Without
@@ -433,7 +430,8 @@ class _Run:
         """Processes that cut: as asked for; else all cores, where starting them is worth it."""
         if self.workers is not None:
             return self.workers
-        return min(os.cpu_count() or 1, MAX_WORKERS) if blocks >= WORKERS_FROM else 1
+        entry = entry_of(self.options["engine"])
+        return min(os.cpu_count() or 1, MAX_WORKERS) if blocks >= entry.divided_from else 1
 
     def _checkpoint(self, name: str, state: Saves, done: int, total: int) -> None:
         """Save the workpiece or what is known of contact, then point the manifest to it, then forget the one before."""

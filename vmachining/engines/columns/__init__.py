@@ -24,6 +24,7 @@ Goal: a bracket that holds the truth, rounding included, as narrow as asked, at 
 | `table.py` | `CutterTable`: the cutters of a job by number |
 | `tiles.py` | `Tiling`: lists of sweeps and facets by tiles |
 | `paths.py` | `chords` and `pieces` of arcs |
+| `goal.py` | how narrow a bracket is wanted, of a block and of a share of it |
 | `heights.py` | the workpiece as closed triangles over a grid |
 | `roof/` | facets of the top and edges of the outline of a stock, by tiles |
 | `store.py` | profiles and paths as arrays |

@@ -2,7 +2,7 @@
 #
 # Legend. Shapes and rows: see surface/_kernels.py. Tiles: grid = (x, y, width, depth of a tile), size = (tiles along x,
 # y), first[tile] its first entry or -1, entries e: sweep[e], after[e] the next one or -1; free = (first
-# free entry, number of them).
+# free entry, number of them); own[tile]: 1 where sweeps are cut, 0 where somebody else cuts them or nobody asks.
 # Work: cell[c] = (x, y, hx, hy, lo, hi), span[c] = (first id, ids), heap of cells by width, ids, and what cells need.
 
 from typing import NamedTuple
@@ -40,7 +40,7 @@ class Shapes(NamedTuple):
 
 
 class Tiles(NamedTuple):
-    """grid (4,) mm, size (2,), first (tiles,), sweep, after (entries,), free (2,)."""
+    """grid (4,) mm, size (2,), first (tiles,), sweep, after (entries,), free (2,), own (tiles,)."""
 
     grid: NDArray[np.float64]
     size: NDArray[np.int64]
@@ -48,6 +48,7 @@ class Tiles(NamedTuple):
     sweep: NDArray[np.int64]
     after: NDArray[np.int64]
     free: NDArray[np.int64]
+    own: NDArray[np.uint8]
 
 
 class Work(NamedTuple):
@@ -63,6 +64,15 @@ class Work(NamedTuple):
     C: NDArray[np.float64]
     P: NDArray[np.float64]
     W: NDArray[np.float64]
+
+
+class Goal(NamedTuple):
+    """Width asked for: max(relative * volume - less, weight * relative * volume + floor), see `engines/columns/goal.py`."""
+
+    relative: float
+    less: float
+    weight: float
+    floor: float
 
 
 @leaf
@@ -94,16 +104,17 @@ def _sift_down(heap, cell, n):
 
 
 @kernel
-def tile_range(shapes: Shapes, tiles: Tiles, k: int) -> tuple[int, int, int, int]:
-    """(first, last + 1) tile along x and y that sweep k may reach."""
-    rows, grid, size = shapes.rows, tiles.grid, tiles.size
-    R, L = shapes.head[int(rows[k, 8]), 1], rows[k, 5]
-    x0, x1 = rows[k, 0], rows[k, 0] + L * rows[k, 3]
-    y0, y1 = rows[k, 1], rows[k, 1] + L * rows[k, 4]
-    if rows[k, 10] == ARC:  # its end, and how far it bulges between
-        r, angle = rows[k, 13], rows[k, 14] + rows[k, 15]
-        x1, y1 = rows[k, 11] + r * np.cos(angle), rows[k, 12] + r * np.sin(angle)
-        R += r * (1.0 - np.cos(0.5 * rows[k, 15]))
+def tile_range(
+    row: NDArray[np.float64], R: float, grid: NDArray[np.float64], size: NDArray[np.int64]
+) -> tuple[int, int, int, int]:
+    """(first, last + 1) tile along x and y that a sweep, of a cutter with radius R, may reach."""
+    L = row[5]
+    x0, x1 = row[0], row[0] + L * row[3]
+    y0, y1 = row[1], row[1] + L * row[4]
+    if row[10] == ARC:  # its end, and how far it bulges between
+        r, angle = row[13], row[14] + row[15]
+        x1, y1 = row[11] + r * np.cos(angle), row[12] + r * np.sin(angle)
+        R += r * (1.0 - np.cos(0.5 * row[15]))
     i0 = int(np.floor((min(x0, x1) - R - grid[0]) / grid[2]))
     i1 = int(np.floor((max(x0, x1) + R - grid[0]) / grid[2])) + 1
     j0 = int(np.floor((min(y0, y1) - R - grid[1]) / grid[3]))
@@ -137,17 +148,25 @@ def _replace(tiles, t, ids, at, count):
         free[1] += 1
 
 
+@leaf
+def wanted(goal: Goal, volume: float) -> float:
+    """mm^3 of width at which a removed volume is known well enough."""
+    wide = goal.relative * volume
+    return max(wide - goal.less, goal.weight * wide + goal.floor)
+
+
 FINE, FULL, LONG = 0.0, 1.0, 2.0
 ZERO = np.int64(0)  # typed, see surface/_kernels.py
 
 
 @kernel
 def remove(
-    shapes: Shapes, tiles: Tiles, roof: Roof, work: Work, k: int, rim: int, top: float, bottom: float, relative: float,
-    absolute: float, slack: float, limit: int, keep: bool, out: NDArray[np.float64],
+    shapes: Shapes, tiles: Tiles, roof: Roof, work: Work, k: int, rim: int, top: float, bottom: float, goal: Goal,
+    slack: float, limit: int, keep: bool, out: NDArray[np.float64],
 ) -> None:  # fmt: skip
-    """Bracket of what sweep k removes, into out = (lo, hi, cells, most sweeps in a tile, state).
+    """Bracket of what sweep k removes in our tiles, into out = (lo, hi, cells, most sweeps in a tile, state).
 
+    goal: width at which it is done, see `wanted`.
     limit: cells at most, no more than there is room for. keep: whether the tiles are to know the sweep afterwards.
     state FULL: the cells were used up before the width asked for was reached (the bracket holds); LONG: a list of sweeps
     does not fit, nothing was done.
@@ -156,13 +175,15 @@ def remove(
     rules = shapes.rules
     cell, span, heap, ids, met = work.cell, work.span, work.heap, work.ids, work.met
     lines, E, C, P, W = work.lines, work.E, work.C, work.P, work.W
-    i0, i1, j0, j1 = tile_range(shapes, tiles, k)
+    i0, i1, j0, j1 = tile_range(rows[k], head[int(rows[k, 8]), 1], tiles.grid, tiles.size)
     gx, gy, w, h = tiles.grid[0], tiles.grid[1], tiles.grid[2], tiles.grid[3]
     n, used, fresh, most = ZERO, ZERO, ZERO, ZERO
     out[4] = FINE
     for j in range(j0, j1):
         for i in range(i0, i1):
             t = j * tiles.size[0] + i
+            if tiles.own[t] == 0:
+                continue
             count, e = ZERO, tiles.first[t]
             while e >= 0:
                 if count + 3 >= len(E) or used + 2 * count + 8 >= len(ids) or n + 8 >= len(cell):
@@ -222,7 +243,7 @@ def remove(
         lo += cell[c, 4]
         hi += cell[c, 5]
         _sift_up(heap, cell, c)
-    while n > 0 and hi - lo > max(relative * 0.5 * (lo + hi), absolute):
+    while n > 0 and hi - lo > wanted(goal, 0.5 * (lo + hi)):
         c = heap[0]
         x, y, hx, hy = cell[c, 0], cell[c, 1], 0.5 * cell[c, 2], 0.5 * cell[c, 3]
         src, count = span[c, 0], span[c, 1]

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
+from functools import reduce
 from itertools import pairwise
 from math import hypot
 from pathlib import Path
@@ -16,11 +18,12 @@ from vmachining.engines.columns.arcs._kernels import ARC, STRAIGHT
 from vmachining.engines.columns.cells._kernels import ALL
 from vmachining.engines.columns.cutters import underside
 from vmachining.engines.columns.flat_stock import FlatStock
+from vmachining.engines.columns.goal import goal_of
 from vmachining.engines.columns.heights import solid_of
 from vmachining.engines.columns.paths import chords, is_flat, pieces
 from vmachining.engines.columns.table import CutterTable
 from vmachining.engines.columns.tiles import Tiling
-from vmachining.engines.protocol import NOTHING, Options, Removal, StockSurface
+from vmachining.engines.protocol import NOTHING, WHOLE, Options, Removal, Share, StockSurface
 from vmachining.errors import EngineError
 from vmachining.geometry import Arc, Bracket, Line
 from vmachining.stock import MeshStock, Stock
@@ -61,6 +64,12 @@ SAGS = (2.0**-11, 2.0**-14)
 """mm by which chords may lie off an arc, tried in this order until the block is as narrow as asked."""
 
 
+NO_DIGITS = "coordinates so large have no more digits"
+
+GROUP = 9
+"""Column of rows: sweeps of one block, or of one piece of an arc, have the same number there."""
+
+
 class ColumnsEngine:
     """Workpiece of one job, cut block by block.
 
@@ -96,7 +105,8 @@ class ColumnsEngine:
         self._blocks: list[int] = []
         self._tiles: Tiling | None = None
         self._work = _kernels.work()
-        self._left: tuple[int, Removal] | None = None
+        self._left: Removal | None = None
+        self._share = WHOLE
         self._rim = self._round_stock()
 
     @classmethod
@@ -128,7 +138,7 @@ class ColumnsEngine:
             The sweep turns, its cutter is not convex, or its top dips below the top of the stock.
         """
         found = self._asked(sweep, block, keep=True)
-        self._gone = self._gone.plus(found)
+        self._gone, self._left = self._gone.plus(found), None
         return found
 
     def touch(self, sweep: Sweep, within: float | None = None) -> Removal:
@@ -156,47 +166,66 @@ class ColumnsEngine:
                 off = way.off
                 self._add(sweep.profile, way.points, off, block)
             if self._count - first == 1:
-                found = self._one(first, self.width, wanted, CELLS, keep)
+                found = self._one(first, self._goal(first, wanted), CELLS, keep)
                 before: dict[int, Ints] = {}
             else:
                 before = self._ready(first).lists(self._shapes, first, self._count)
                 found = self._pieces(first, before, wanted, ARC_CELLS if off else CELLS)
-            done = off == 0.0 or found.width <= max(wanted, self.width * found.estimate)
+            done = off == 0.0 or self._share.parts > 1 or not self._is_wider(found, wanted)
             if not keep or (not done and sag != SAGS[-1]):
                 if before:
                     self._ready(first).restore(before)
                 self._count = first
             if done:
                 break
-        if keep and found.width > max(wanted, self.width * found.estimate):
-            return found._replace(note=self._missed(found, wanted, off))
-        return found._replace(note=None)
-
-    def _missed(self, found: Removal, wanted: float, off: float) -> str:
-        """Why a block is wider than was asked for, in words."""
-        asked = f"{100.0 * self.width:.3g} % or {wanted:.3g} mm3"
         if off:
-            why = f"its chords lie up to {off:.2g} mm beside the path"
-        else:
-            why = found.note or "coordinates so large have no more digits"
+            found = found._replace(note=f"its chords lie up to {off:.2g} mm beside the path")
+        if not keep:
+            return found._replace(note=None)
+        found = found._replace(note=found.note or NO_DIGITS)
+        return found if self._share.parts > 1 else self._judged(found)
+
+    def summed(self, parts: Sequence[Removal]) -> Removal:
+        """See `Divisible`: whether a block is wider than asked is seen by the sum; parts say why it would be."""
+        found = reduce(Removal.plus, parts)
+        return found if found.note is None else self._judged(found)
+
+    def _is_wider(self, found: Removal, wanted: float) -> bool:
+        return found.width > max(wanted, self.width * found.estimate)
+
+    def _judged(self, found: Removal) -> Removal:
+        """A block as it is reported: its note says that it is wider than was asked for and why, or nothing."""
+        wanted = self.width_mm3
+        if not self._is_wider(found, wanted):
+            return found._replace(note=None)
+        asked = f"{100.0 * self.width:.3g} % or {wanted:.3g} mm3"
         share = 100.0 * found.width / found.estimate if found.estimate > 0.0 else 100.0
-        return f"removed volume known to {share:.3g} % where {asked} is asked: {why}"
+        return found._replace(
+            note=f"removed volume known to {share:.3g} % where {asked} is asked: {found.note}"
+        )
+
+    def _goal(self, first: int, wanted: float) -> _kernels.Goal:
+        """Of the block with rows from `first` on: as it was asked for, without what rounding adds."""
+        share = 1.0
+        if self._share.parts > 1:
+            share = self._ready(first).share_of(self._shapes, first, self._count)
+        return goal_of((1.0 - ADDED) * self.width, (1.0 - ADDED) * wanted, share)
 
     def _pieces(self, first: int, before: dict[int, Ints], wanted: float, limit: int) -> Removal:
         """Of all rows from `first` on, which see each other by the tiles: a coarse look says how narrow each need be."""
         found, pieces = NOTHING, self._count - first
         for k in range(first, self._count):
-            found = found.plus(self._one(k, COARSE, wanted / pieces, limit, True))
-        asked = max(wanted, self.width * found.lo)
+            found = found.plus(self._one(k, goal_of(COARSE, wanted / pieces), limit, True))
+        asked = _kernels.wanted(self._goal(first, wanted), found.lo)
         if found.width <= asked:
             return found
         self._ready(first).restore(before)
         found = NOTHING
         for k in range(first, self._count):
-            found = found.plus(self._one(k, 0.0, asked / pieces, limit, True))
+            found = found.plus(self._one(k, goal_of(0.0, asked / pieces), limit, True))
         return found
 
-    def _one(self, k: int, relative: float, absolute: float, limit: int, keep: bool) -> Removal:
+    def _one(self, k: int, goal: _kernels.Goal, limit: int, keep: bool) -> Removal:
         """Of one straight piece."""
         tiles = self._ready(k)
         shapes = self._shapes
@@ -207,8 +236,7 @@ class ColumnsEngine:
         while True:
             _kernels.remove(
                 shapes, tiles.arrays, tiles.roof, self._work, k, self._rim, top, bottom,
-                (1.0 - ADDED) * relative, (1.0 - ADDED) * absolute, slack,
-                min(limit, len(self._work.cell)), keep, out,
+                goal, slack, min(limit, len(self._work.cell)), keep, out,
             )  # fmt: skip
             if out[4] != _kernels.LONG:
                 break
@@ -222,8 +250,8 @@ class ColumnsEngine:
         height = top - max(bottom, row[2] + min(row[6] * L, 0.0))
         # each sweep, the top and the bottom moved by the rounding of coordinates; and that of the closed integrals
         error = slack * (longest + 3.0) * (2.0 * plan + rim * height) + ROUNDING * plan * (height + R)
-        # strips as narrow along edges of facets are passed over
-        error += 2.0 * slack * tiles.seam_length(tiles.reached(shapes, k)) * height
+        if tiles.seams is not None:  # strips as narrow along edges of facets are passed over
+            error += 2.0 * slack * tiles.seam_length(tiles.reached(shapes, k)) * height
         lo, hi = max(lo - error, 0.0), hi + error
         note = f"{limit} cells were not enough" if state == _kernels.FULL else None
         if row[7] != row[8] and row[5] == 0.0 and row[10] == STRAIGHT:
@@ -298,6 +326,8 @@ class ColumnsEngine:
         if self._tiles is None:
             size = self.tile_mm or TILE_SHARE * float(self._cutters.head[int(self._rows[k, 7]), 1])
             self._tiles = Tiling.over(self.stock, size)
+            if self._share.parts > 1:
+                self._tiles.divide(self._share)
         self._tiles.make_room(self._shapes, k)
         return self._tiles
 
@@ -311,9 +341,9 @@ class ColumnsEngine:
         summed = Bracket(max(v - hi, 0.0), v - estimate, v - lo)
         if self._tiles is None or len(self._tiles) > MOST_LOOKED or hi - lo <= LEFT_WIDTH * hi:
             return summed
-        if self._left is None or self._left[0] != self._count:
-            self._left = self._count, self._looked()
-        _, (low, _, high, *_) = self._left
+        if self._left is None:
+            self._left = self._looked()
+        low, _, high, *_ = self._left
         low, high = max(low, summed.lo), min(high, summed.hi)
         return Bracket(low, min(max(summed.estimate, low), high), high)
 
@@ -403,8 +433,8 @@ class ColumnsEngine:
             )
 
     @classmethod
-    def load(cls, path: Path) -> Self:
-        """The workpiece that `save` wrote."""
+    def load(cls, path: Path, *, share: Share = WHOLE) -> Self:
+        """The workpiece that `save` wrote; with a `share` it cuts that part of the tiles only."""
         try:
             with np.load(path) as data:
                 found = {name: data[name] for name in data.files}
@@ -420,12 +450,36 @@ class ColumnsEngine:
             engine._rows = np.zeros((max(64, 2 * engine._count), 16))
             engine._rows[: engine._count] = found["rows"]
             engine._blocks = state["blocks"]
-            engine._gone, engine._groups = Removal(*state["gone"]), int(state["groups"])
+            engine._gone = Removal(*state["gone"]) if share.part == 0 else NOTHING
+            engine._groups, engine._share = int(state["groups"]), share
             if "tiles_grid" in found:
                 engine._tiles = Tiling.unpacked(engine.stock, found)
+                if share.parts > 1:
+                    engine._tiles.divide(share)
         except (OSError, KeyError, ValueError) as error:
             raise EngineError(f"checkpoint {path} cannot be read ({error})", engine=cls.name) from error
         return engine
+
+    @classmethod
+    def join(cls, engines: Sequence[Self]) -> Self:
+        """One engine of those that cut all shares of one workpiece, in the order of their shares."""
+        whole, tilings = engines[0], [e._tiles for e in engines if e._tiles is not None]
+        whole._share = WHOLE
+        whole._gone = reduce(Removal.plus, (e._gone for e in engines))
+        rows = np.concatenate([e._rows[: e._count] for e in engines])
+        blocks = np.concatenate([np.array(e._blocks[: e._count], dtype=np.int64) for e in engines])
+        kept, at, of = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+        order = np.argsort(kept[:, GROUP], kind="stable")
+        number = np.empty_like(order)
+        number[order] = np.arange(len(order))
+        whole._count = len(order)
+        whole._rows = np.zeros((max(64, 2 * len(order)), 16))
+        whole._rows[: len(order)] = kept[order]
+        whole._blocks = blocks[at[order]].tolist()
+        if tilings:
+            begin = np.cumsum([0, *(e._count for e in engines)]).tolist()
+            whole._tiles = Tiling.join(whole.stock, tilings, [number[of.ravel()[b:]] for b in begin[:-1]])
+        return whole
 
 
 def _power(off: float) -> float:

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
-from vmachining.arrays import Ints
+from vmachining.arrays import Floats, Ints
 from vmachining.engines.columns import _kernels
 from vmachining.engines.columns.flat_stock import FlatStock
 from vmachining.engines.columns.roof import facets_of, roof_of, seams
+from vmachining.engines.protocol import Share
 
 __all__ = ["Tiling"]
+
+FIELD = 4
+"""Edge of the squares that are dealt to parts, in tiles, see docs/measured/columns.md."""
 
 MOST_TILES = 4_000_000
 """Of a stock: 32 MB. Larger ones have larger tiles."""
@@ -24,8 +30,11 @@ class Tiling:
     seams : (ny, nx) mm, how long the edges of facets are in a tile at most; None without facets.
     """
 
-    def __init__(self, stock: FlatStock, arrays: _kernels.Tiles) -> None:
-        self.arrays = arrays
+    def __init__(self, stock: FlatStock, grid: Floats, size: Ints) -> None:
+        tiles, none = int(size[0] * size[1]), np.zeros(0, dtype=np.int64)
+        self.arrays = arrays = _kernels.Tiles(
+            grid, size, np.full(tiles, -1), none, none, np.array([-1, 0]), np.ones(tiles, dtype=np.uint8)
+        )
         facets = None if stock.mesh is None else facets_of(stock.mesh)
         self.roof = roof_of(facets, arrays.grid, arrays.size)
         self.seams = None if facets is None else seams(self.roof, facets.length)
@@ -36,19 +45,15 @@ class Tiling:
         (x0, y0, _), (x1, y1, _) = stock[:2]
         edge = max(edge, float(np.sqrt((x1 - x0) * (y1 - y0) / MOST_TILES)))
         nx, ny = max(1, int(np.ceil((x1 - x0) / edge))), max(1, int(np.ceil((y1 - y0) / edge)))
-        grid = np.array([x0, y0, (x1 - x0) / nx, (y1 - y0) / ny])
-        none = np.zeros(0, dtype=np.int64)
-        return cls(
-            stock,
-            _kernels.Tiles(grid, np.array([nx, ny]), np.full(nx * ny, -1), none, none, np.array([-1, 0])),
-        )
+        return cls(stock, np.array([x0, y0, (x1 - x0) / nx, (y1 - y0) / ny]), np.array([nx, ny]))
 
     def __len__(self) -> int:
         return len(self.arrays.first)
 
     def reached(self, shapes: _kernels.Shapes, k: int) -> tuple[int, int, int, int]:
         """Tiles (first, last + 1) along x and y that sweep k may reach."""
-        i0, i1, j0, j1 = _kernels.tile_range(shapes, self.arrays, k)
+        row, tiles = shapes.rows[k], self.arrays
+        i0, i1, j0, j1 = _kernels.tile_range(row, float(shapes.head[int(row[8]), 1]), tiles.grid, tiles.size)
         return i0, i1, j0, j1
 
     def make_room(self, shapes: _kernels.Shapes, k: int) -> None:
@@ -89,11 +94,90 @@ class Tiling:
         i0, i1, j0, j1 = reach
         return 0.0 if self.seams is None else float(self.seams[j0:j1, i0:i1].sum())
 
+    # -- who cuts where ------------------------------------------------------------------------------------
+
+    def divide(self, share: Share) -> None:
+        """From now on only the fields of one of several parts are ours, and what is known of the others is forgotten.
+
+        Fields are squares of at most `FIELD` tiles, dealt to the parts in turn along x; each row of them begins half a field
+        beside the one before, so that lines along x, along y and at 45 degrees go through all parts.
+        """
+        nx, ny = self.arrays.size.tolist()
+        edge = max(1, min(FIELD, max(nx, ny) // (2 * share.parts)))
+        row = np.arange(ny)[:, None] // edge
+        part = (np.arange(nx) + row * (edge // 2)) // edge % share.parts
+        self.arrays.own[:] = (part == share.part).ravel()
+        tile, sweep = self.entries()
+        mine = self.arrays.own[tile] != 0
+        self.fill(tile[mine], sweep[mine])
+
+    def ask_only(self, shapes: _kernels.Shapes, first: int, stop: int) -> None:
+        """From now on only the tiles that sweeps `first` to `stop - 1` may reach are ours."""
+        own = self._own
+        own[:] = 0
+        for k in range(first, stop):
+            i0, i1, j0, j1 = self.reached(shapes, k)
+            own[j0:j1, i0:i1] = 1
+
+    @property
+    def _own(self) -> NDArray[np.uint8]:
+        return self.arrays.own.reshape(self.arrays.size[::-1].tolist())
+
+    def share_of(self, shapes: _kernels.Shapes, first: int, stop: int) -> float:
+        """Which part of the tiles that sweeps `first` to `stop - 1` may reach is ours; 0 where they reach none."""
+        mine = tiles = 0
+        for k in range(first, stop):
+            i0, i1, j0, j1 = self.reached(shapes, k)
+            own = self._own[j0:j1, i0:i1]
+            mine, tiles = mine + int(np.count_nonzero(own)), tiles + own.size
+        return mine / max(tiles, 1)
+
+    # -- lists as arrays -----------------------------------------------------------------------------------
+
+    def entries(self) -> tuple[Ints, Ints]:
+        """(m,) tile and (m,) sweep of all entries; tiles rise, sweeps of one tile in their order."""
+        tiles = self.arrays
+        at = np.flatnonzero(tiles.first >= 0)
+        e = tiles.first[at]
+        found = [(at, tiles.sweep[e])]
+        while len(at):
+            e = tiles.after[e]
+            at, e = at[e >= 0], e[e >= 0]
+            found.append((at, tiles.sweep[e]))
+        tile, sweep = (np.concatenate(column) for column in zip(*found, strict=True))
+        order = np.argsort(tile, kind="stable")
+        return tile[order], sweep[order]
+
+    def fill(self, tile: Ints, sweep: Ints) -> None:
+        """Forget all lists and take these, see `entries`."""
+        m, first = len(tile), np.full(len(self), -1)
+        begins, ends = np.ones(m, dtype=np.bool_), np.ones(m, dtype=np.bool_)
+        begins[1:] = ends[:-1] = tile[1:] != tile[:-1]
+        first[tile[begins]] = np.flatnonzero(begins)
+        after = np.where(ends, -1, np.arange(1, m + 1))
+        self.arrays = self.arrays._replace(first=first, sweep=sweep, after=after, free=np.array([-1, 0]))
+
     def packed(self) -> dict[str, Any]:
         """Arrays by name, see `unpacked`."""
-        return {f"tiles_{name}": array for name, array in self.arrays._asdict().items()}
+        tile, sweep = self.entries()
+        found = {"grid": self.arrays.grid, "size": self.arrays.size, "tile": tile, "sweep": sweep}
+        return {f"tiles_{name}": array for name, array in found.items()}
 
     @classmethod
     def unpacked(cls, stock: FlatStock, arrays: dict[str, Any]) -> Self:
         """What `packed` wrote."""
-        return cls(stock, _kernels.Tiles(*(arrays[f"tiles_{name}"] for name in _kernels.Tiles._fields)))
+        self = cls(stock, arrays["tiles_grid"], arrays["tiles_size"])
+        self.fill(arrays["tiles_tile"], arrays["tiles_sweep"])
+        return self
+
+    @classmethod
+    def join(cls, stock: FlatStock, parts: Sequence[Self], numbers: Sequence[Ints]) -> Self:
+        """Tiles of a workpiece that several parts cut, each its own; numbers : of their sweeps in the whole."""
+        self = cls(stock, parts[0].arrays.grid, parts[0].arrays.size)
+        found = [
+            (tile, of[sweep]) for (tile, sweep), of in zip((p.entries() for p in parts), numbers, strict=True)
+        ]
+        tile, sweep = (np.concatenate(column) for column in zip(*found, strict=True))
+        order = np.argsort(tile, kind="stable")
+        self.fill(tile[order], sweep[order])
+        return self

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import reduce
 from pathlib import Path
 from typing import NamedTuple
 
@@ -190,18 +191,28 @@ class MeshEngine:
             The file cannot be read or is damaged.
         """
         engine = cls.__new__(cls)
-        engine._share = share
-        if share.parts > 1:
-            use_one_thread()
         try:
             engine._root, engine._blocks, state = read_tiles(path)
             engine.chord, engine.tile_mm = state["chord"], state["tile_mm"]
             engine.stock_volume = Bracket(*state["stock"])
-            engine._gone = state["gone"] if engine._share.part == 0 else 0.0
+            engine._gone = state["gone"]
             engine._stand = Stand(*state["stand"]) if state["stand"] is not None else None
         except KeyError as error:
             raise EngineError(f"checkpoint {path} lacks {error}", engine=cls.name) from error
+        engine.take(share)
         return engine
+
+    def take(self, share: Share) -> None:
+        """From now on cut that part of the tiles only."""
+        self._share = share
+        if share.parts > 1:
+            use_one_thread()
+        if share.part > 0:
+            self._gone = 0.0
+
+    def summed(self, parts: Sequence[Removal]) -> Removal:
+        """See `Divisible`."""
+        return reduce(Removal.plus, parts)
 
     @classmethod
     def join(cls, engines: Sequence[MeshEngine]) -> MeshEngine:
