@@ -307,6 +307,30 @@ def engage(
 
 @app.command(
     epilog=examples(
+        "block models/slot/job.toml 12",
+        "block models/mould/job.toml 700,20-24 3 --width 0.01% --json",
+    )
+)
+def block(
+    job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="Job file.")],
+    blocks: Annotated[
+        list[str],
+        typer.Argument(metavar="BLOCKS...", help="Numbers as in blocks.csv, in any order: 7,10-12 3."),
+    ],
+    width: Annotated[
+        str | None,
+        typer.Option("--width", metavar="W", help="Of a bracket: 0.01% or 1e-4; default: the job's."),
+    ] = None,
+    as_json: Json = False,
+) -> int:
+    """What single blocks remove, to any width, without a run: bracket, engine, seconds."""
+    from vmachining.cli import block as room
+
+    return room.block(job, blocks, width=width, as_json=as_json)
+
+
+@app.command(
+    epilog=examples(
         "compare results.csv models/reference_pack/slot",
         "compare results/ models/reference_pack --json",
         "compare models/slot/job.toml --engines columns,mesh,dexel --out out/slot-engines",

@@ -28,6 +28,7 @@ or visibly absent.
 | `starter.py` | `draft_job`: a job file from a program |
 | `engage.py` | `engage`: what the tool touches at a fraction of a block; `Scene` for several questions |
 | `heights.py` | `height_map`: the workpiece as heights over cells, for the analytic engagement |
+| `alone.py` | `blocks_alone`: single blocks to any width, without a run |
 | `single.py` | `swept_volume` of one sweep |
 
 Conventions
@@ -51,6 +52,7 @@ single blocks do not, and a note says so. Lines of several feed motions keep the
 `feed_mm_min` is the one that takes the same time. Feeds that could not be written are warnings of their block.
 """
 
+from vmachining.job.alone import SingleBlock, blocks_alone
 from vmachining.job.blocks import Block, group_blocks
 from vmachining.job.engage import Scene, engage
 from vmachining.job.heights import height_map
@@ -73,7 +75,9 @@ __all__ = [
     "RunResult",
     "Scene",
     "ScheduleReport",
+    "SingleBlock",
     "Stopped",
+    "blocks_alone",
     "check_formats",
     "draft_job",
     "engage",

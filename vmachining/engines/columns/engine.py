@@ -141,6 +141,25 @@ class ColumnsEngine:
         self._gone, self._left = self._gone.plus(found), None
         return found
 
+    def look_at(self, box: Floats, radius: float) -> None:
+        """Forget all that was cut; from now on sweeps are entered and cut only in tiles that a box (2, 3), mm, reaches.
+
+        radius : mm, of the cutter by which tiles are made, if there are none yet.
+        """
+        self._count = self._rim + 1
+        self._gone, self._left = NOTHING, None
+        if self._tiles is None:
+            self._tiles = Tiling.over(self.stock, self.tile_mm or TILE_SHARE * radius)
+        self._tiles.look_at(box)
+
+    def enter(self, sweep: Sweep, block: int | None = None) -> None:
+        """Take a sweep out without finding out what it removes: `cut` with a width that every bracket has."""
+        asked, self.width_mm3 = self.width_mm3, float("inf")
+        try:
+            self.cut(sweep, block)
+        finally:
+            self.width_mm3 = asked
+
     def touch(self, sweep: Sweep, within: float | None = None) -> Removal:
         """What the sweep would take, as narrow as `cut` or as a layer of `within` mm on half a ball of the cutter."""
         floor = 0.0 if within is None else within * 2.0 * np.pi * sweep.profile.max_radius**2

@@ -111,13 +111,16 @@ class Tiling:
         mine = self.arrays.own[tile] != 0
         self.fill(tile[mine], sweep[mine])
 
-    def ask_only(self, shapes: _kernels.Shapes, first: int, stop: int) -> None:
-        """From now on only the tiles that sweeps `first` to `stop - 1` may reach are ours."""
-        own = self._own
-        own[:] = 0
-        for k in range(first, stop):
-            i0, i1, j0, j1 = self.reached(shapes, k)
-            own[j0:j1, i0:i1] = 1
+    def look_at(self, box: Floats) -> None:
+        """Forget all lists; from now on only the tiles that a box (2, 3), mm, reaches are ours."""
+        x, y, w, h = self.arrays.grid.tolist()
+        (x0, y0, _), (x1, y1, _) = box.tolist()
+        nx, ny = self.arrays.size.tolist()
+        i0, i1 = (int(np.clip(np.floor((v - x) / w), -1, nx)) for v in (x0, x1))
+        j0, j1 = (int(np.clip(np.floor((v - y) / h), -1, ny)) for v in (y0, y1))
+        self._own[:] = 0
+        self._own[max(j0 - 1, 0) : j1 + 2, max(i0 - 1, 0) : i1 + 2] = 1  # one more for the rounding of edges
+        self.fill(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
 
     @property
     def _own(self) -> NDArray[np.uint8]:

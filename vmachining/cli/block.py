@@ -1,0 +1,37 @@
+"""block."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from vmachining.cli.main import Code
+from vmachining.cli.screen import emit
+from vmachining.job import Job, blocks_alone
+from vmachining.job.brep import parse_blocks
+
+__all__ = ["block"]
+
+
+def block(file: Path, asked: Sequence[str], *, width: str | None, as_json: bool) -> int:
+    """`vmachining block`. Exit code 1: a block is wider than was asked for."""
+    numbers = [k for text in asked for part in parse_blocks(text, "BLOCKS") for k in part]
+    job, share = Job.load(file), None
+    if width is not None:
+        share = job.with_width(width).keys.accuracy.width
+    code = Code.DONE
+    for found in blocks_alone(job, numbers, width=share):
+        lo, estimate, hi = found.bracket
+        if found.is_wider:
+            code = Code.FINDINGS
+        if as_json:
+            emit(found.to_dict())
+            continue
+        relative = f"{100.0 * (hi - lo) / estimate:.3g} %" if estimate > 0.0 else "exact" if hi == lo else "-"
+        print(
+            f"block {found.block} (line {found.line}): {estimate:.9g} mm3   [{lo:.9g}, {hi:.9g}]   {relative}   "
+            f"{found.engine}, {found.earlier} earlier sweeps, {found.seconds:.3g} s"
+        )
+        if found.warning is not None:
+            print(f"  {found.warning}")
+    return code
