@@ -23,6 +23,7 @@ from vmachining.engines.columns.surface._kernels import (
     covers,
     distance,
     local,
+    profile,
     surface,
     value,
 )
@@ -429,15 +430,14 @@ def hides(head, part, lift, lines, rules, i, k, x, y, hx, hy, slack):
 
 
 @leaf
-def known_room(head, part, lines, E, i, top, x, y, hx, hy, P):
-    """(lo, hi) of the integral of the top less surface i over its footprint, see `room`; wide where it is not below."""
+def known_room(head, part, lines, E, i, top, x, y, hx, hy, P, W):
+    """(lo, hi) of the integral of what surface i lies below the top over its footprint, see `room`."""
     c = int(lines[i, 7])
-    if head[c, 2] != 1.0 or lines[i, 8] != lines[i, 7]:
+    if lines[i, 8] != lines[i, 7]:
         return -np.inf, np.inf
-    rim = lines[i, 2] + max(lines[i, 6] * lines[i, 5], 0.0) + head[c, 3]
-    if rim > top and not (E[i, UP + 7] == SMOOTH and above(E, TOP, DOWN, hx, hy, i, UP)):
-        return -np.inf, np.inf
-    return room(head, part, c, lines, i, top, x, y, hx, hy, P)
+    rim = lines[i, 2] + max(lines[i, 6] * lines[i, 5], 0.0) + profile(head, part, c, head[c, 1])[0]
+    below = rim <= top or (E[i, UP + 7] == SMOOTH and above(E, TOP, DOWN, hx, hy, i, UP))
+    return room(head, part, c, lines, i, top, x, y, hx, hy, below, P, W)
 
 
 @leaf
@@ -544,9 +544,9 @@ def bounds(
     )
     if firm and (n <= 3 or (known and best > 0)):  # in closed form, less that of one other
         other = TOP if n == 2 else (best if best > 0 else FIRST)
-        least, most = known_room(head, part, lines, E, SELF, top, x, y, hx, hy, P)
+        least, most = known_room(head, part, lines, E, SELF, top, x, y, hx, hy, P, W)
         if other != TOP and most < np.inf:
-            a, b = known_room(head, part, lines, E, other, top, x, y, hx, hy, P)
+            a, b = known_room(head, part, lines, E, other, top, x, y, hx, hy, P, W)
             least, most = least - b, most - a
         if n <= 3 and most < np.inf:
             if other == TOP or hides(head, part, lift, lines, rules, SELF, other, x, y, hx, hy, slack):

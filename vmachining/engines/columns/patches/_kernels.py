@@ -7,7 +7,19 @@
 
 import numpy as np
 
-from vmachining.engines.columns.surface._kernels import local, stretch
+from vmachining.engines.columns.moments._kernels import around, beside, chi, edges
+from vmachining.engines.columns.surface._kernels import (
+    ENDS,
+    LINE,
+    RIM,
+    STEEP,
+    VERTEX,
+    lean,
+    local,
+    profile,
+    spread,
+    stretch,
+)
 from vmachining.jit import leaf
 
 ULPS = 64.0 * 2.220446049250313e-16  # rounding of one integral by its largest term: some forty operations
@@ -120,9 +132,73 @@ def cylinder(P, q, n, R, ux, uy, eta):
 
 
 @leaf
-def room(head, part, c, rows, k, top, x, y, hx, hy, P):
-    """(lo, hi) of the integral of top - f over the part of a cell in the footprint of a ball's sweep; infinitely wide
-    where that is not known.
+def _facing(head, part, c, m, eta):
+    """Part of the profile on which the middle of a sweep that rises by m touches, see `lean`."""
+    n = int(head[c, 0])
+    for i in range(n):
+        p = part[c, i, 4]
+        if p > m and (i == n - 1 or eta <= part[c, i, 2] * np.sqrt(1.0 - (m / p) ** 2)):
+            return i
+    return n - 1
+
+
+@leaf
+def seam(head, part, c, m, near, far):
+    """(alpha, g, wrong): a line xi = alpha + g eta for the curve xi = lean(eta), where an end and the middle of a sweep
+    that rises by m > 0 meet, and the integral of what the one may lie over the other on the wrong side; near < far.
+
+    On arcs the slope of the curve is -m q T, q = chi' and T = (A + B) / (m^2 A + w^2 B), A = a / (m^2 + q^2)^1.5,
+    B = r / (w^2 + q^2)^1.5; T falls with q. A curve with slopes between two, and the chord through both of its ends, are no
+    farther from each other than a quarter of their difference times the width.
+    """
+    R = head[c, 1]
+    wide = far - near
+    low, high = (0.0 if near < 0.0 < far else min(abs(near), abs(far))), max(abs(near), abs(far))
+    i = _facing(head, part, c, m, high)
+    if i != _facing(head, part, c, m, low):
+        return 0.0, 0.0, np.inf
+    _, q, u, rho = chi(head, part, c, m, low)
+    _, p, v, reach = chi(head, part, c, m, high)
+    kind = part[c, i, 0]
+    if kind == LINE:
+        steep = m / np.sqrt(part[c, i, 4] ** 2 - m * m)
+        flat = -steep if low == 0.0 and near < 0.0 else steep
+    else:
+        a, r, w2 = part[c, i, 5], part[c, i, 7], 1.0 + m * m
+        if kind == VERTEX:
+            a, r = part[c, i, 2], 0.0
+        if a < 0.0 or not p < STEEP:
+            return 0.0, 0.0, np.inf
+        A, B = a / (m * m + q * q) ** 1.5, r / (w2 + q * q) ** 1.5
+        steep = m * p * (A + B) / (m * m * A + w2 * B)
+        A, B = a / (m * m + p * p) ** 1.5, r / (w2 + p * p) ** 1.5
+        flat = -steep if low == 0.0 and near < 0.0 else m * q * (A + B) / (m * m * A + w2 * B)
+    sag = 0.25 * (steep - flat) * wide + ULPS * R
+    if low == 0.0 and near < 0.0:
+        other = lean(head, part, c, m, -near if far == high else far)
+        x0, x1 = (other, v) if far == high else (v, other)
+    else:
+        x0, x1 = (u, v) if far == high else (v, u)
+    g = (x1 - x0) / wide
+    alpha = x0 - g * near
+    best, shift = np.inf, 0.0
+    if reach + sag < R * (1.0 - RIM):
+        p0, p1 = profile(head, part, c, max(rho - sag, 0.0))[2], profile(head, part, c, reach + sag)[3]
+        _, bend, _, turn = spread(
+            part, c, int(head[c, 0]), 0.0, max(rho - sag, 0.0), reach + sag, p0, p1, ENDS
+        )
+        best = max(bend, turn) * sag * sag * sag / 6.0
+    if (
+        min(x0, x1) > 2.0 * sag and 2.0 * m * sag * sag < best
+    ):  # all on the side of the end, whose slope is below m
+        best, shift = 2.0 * m * sag * sag, sag
+    return alpha - shift, g, wide * best
+
+
+@leaf
+def room(head, part, c, rows, k, top, x, y, hx, hy, below, P, W):
+    """(lo, hi) of the integral of max(0, top - f) over the part of a cell in the footprint of a sweep; infinitely wide
+    where that is not known. below: f is known to lie nowhere above the top.
 
     Patches are divided along a chord of the curve where they meet, no farther from it than
     `sag`: on the wrong side of it their difference, which vanishes with its slope at the curve, is as if a second
@@ -133,34 +209,29 @@ def room(head, part, c, rows, k, top, x, y, hx, hy, P):
     R = head[c, 1]
     dxi, deta = abs(ux) * hx + abs(uy) * hy, abs(uy) * hx + abs(ux) * hy
     first, last = stretch(head, part, c, rows, k, xi, eta, dxi, deta)
+    ball = head[c, 2] == 1.0 and below
     for v in range(4):
         P[RECT, v, 0] = hx if v == 0 or v == 3 else -hx
         P[RECT, v, 1] = hy if v < 2 else -hy
     if L == 0.0 or last <= 0.0 or first >= L:
         s = L if last > 0.0 and L > 0.0 else 0.0
-        gap = top - (rows[k, 2] + m * s + head[c, 3])
-        volume, area = half_ball(P, RECT, FOUR, R, x - rows[k, 0] - s * ux, y - rows[k, 1] - s * uy)
-        total, error = volume + gap * area, ULPS * R * R * (R + abs(gap))
-        return total - error, total + error
+        return _end_room(head, part, c, rows, k, s, top, x, y, ball, P, RECT, FOUR, W)
     near, far = max(eta - deta, -R), min(eta + deta, R)
     if near >= far:
         return 0.0, 0.0
+    mixed = first < 0.0 or last > L
+    if m != 0.0 and not below:
+        return -np.inf, np.inf
     w = np.sqrt(1.0 + m * m)
-    total, error, q, n = 0.0, 0.0, RECT, FOUR
-    if first < 0.0 or last > L:
+    low, high, q, n = 0.0, 0.0, RECT, FOUR
+    if mixed:
         nx, ny, offset, wrong = ux, uy, -xi, 0.0
         if m != 0.0:
-            most = max(-near, far)
-            kappa, least = abs(m) / w, np.sqrt(max(R * R - most * most, 0.0))
-            a, b = np.sqrt(max(R * R - near * near, 0.0)), np.sqrt(max(R * R - far * far, 0.0))
-            g = (b - a) / (far - near)
-            alpha = a - g * near
-            sag = kappa * max(R * np.sqrt(1.0 + g * g) - alpha, 0.0) + ULPS * R
-            if not least * (1.0 - kappa) > 2.0 * sag:
+            alpha, g, wrong = seam(head, part, c, abs(m), near, far)
+            if not wrong < np.inf:
                 return -np.inf, np.inf
-            bend = least * least / (least * least - (kappa * least + sag) ** 2) ** 1.5
-            wrong = 0.5 * bend * sag * sag * min(4.0 * hx * hy, 2.0 * sag * (far - near))
-            g, alpha = g * m / w, alpha * m / w
+            if m < 0.0:
+                alpha, g = -alpha, -g
             nx, ny, offset = ux + g * uy, uy - g * ux, alpha - xi + g * eta
         for end in range(2):
             if (first >= 0.0) if end == 0 else (last <= L):
@@ -168,12 +239,29 @@ def room(head, part, c, rows, k, top, x, y, hx, hy, P):
             way, s, rest = (1.0, 0.0, HERE) if end == 0 else (-1.0, L, REST)
             corners = clip(P, q, n, BEYOND, way * nx, way * ny, way * (s + offset))
             n, q = clip(P, q, n, rest, -way * nx, -way * ny, -way * (s + offset)), rest
-            gap = top - (rows[k, 2] + m * s + head[c, 3])
-            volume, area = half_ball(P, BEYOND, corners, R, x - rows[k, 0] - s * ux, y - rows[k, 1] - s * uy)
-            total += volume + gap * area
-            error += wrong + ULPS * R * R * (R + abs(gap))
-    volume, area, along, off = cylinder(P, q, n, R, ux, uy, eta)
-    gap = top - (rows[k, 2] + m * xi + head[c, 3])
-    total += w * volume + gap * area - m * along
-    error += w * off + ULPS * R * (R + hx + hy) * (abs(gap) + abs(m) * (hx + hy))
-    return total - error, total + error
+            a, b = _end_room(head, part, c, rows, k, s, top, x, y, ball, P, BEYOND, corners, W)
+            low, high = low + a - wrong, high + b + wrong
+    gap = top - (rows[k, 2] + m * xi)
+    if ball:
+        gap -= head[c, 3]
+        volume, area, along, off = cylinder(P, q, n, R, ux, uy, eta)
+        total = w * volume + gap * area - m * along
+        off = w * off + ULPS * R * (R + hx + hy) * (abs(gap) + abs(m) * (hx + hy))
+        return low + total - off, high + total + off
+    side = max(abs(eta) - deta, 0.0)
+    a, b = beside(head, part, c, m, P, q, n, ux, uy, eta, side, abs(eta) + deta, hx + hy, gap)
+    return low + a, high + b
+
+
+@leaf
+def _end_room(head, part, c, rows, k, s, top, x, y, ball, P, q, n, W):
+    """The same of the end at s of the path, over a polygon."""
+    px, py = x - rows[k, 0] - s * rows[k, 3], y - rows[k, 1] - s * rows[k, 4]
+    gap, R = top - (rows[k, 2] + rows[k, 6] * s), head[c, 1]
+    if ball:
+        gap -= head[c, 3]
+        volume, area = half_ball(P, q, n, R, px, py)
+        off = ULPS * R * R * (R + abs(gap))
+        return volume + gap * area - off, volume + gap * area + off
+    m, near, far = edges(P, q, n, px, py, W)
+    return around(head, part, c, W, m, near, far, gap)

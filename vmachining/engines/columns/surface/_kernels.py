@@ -203,7 +203,7 @@ def _slope(head, part, c, m, eta):
 
 
 @leaf
-def _range(part, c, n, m, rho0, rho1, p0, p1, cap):
+def spread(part, c, n, m, rho0, rho1, p0, p1, cap):
     """Range of second derivatives between two touching points: radial (cap) or across the middle part, and p / rho."""
     lo, hi, lo_t, hi_t = np.inf, 0.0, np.inf, 0.0
     near = NEAR * part[c, n - 1, 2]  # a touching point on an edge lies there up to rounding
@@ -261,7 +261,7 @@ def _end(head, part, c, ux, uy, t, eta, d):
         lo, hi, lo_t, hi_t = R * R / s0**3, R * R / s1**3, 1.0 / s0, 1.0 / s1
     else:
         p0, p1 = profile(head, part, c, near)[2], profile(head, part, c, far)[3]
-        lo, hi, lo_t, hi_t = _range(part, c, int(head[c, 0]), 0.0, near, far, p0, p1, ENDS)
+        lo, hi, lo_t, hi_t = spread(part, c, int(head[c, 0]), 0.0, near, far, p0, p1, ENDS)
         if not hi < np.inf or not hi_t < np.inf:
             return 0.0, 0.0, 0.0, np.inf
     across, radial = 0.5 * (lo_t + hi_t), 0.5 * (lo + hi)
@@ -286,7 +286,7 @@ def _middle(head, part, c, m, ux, uy, eta, deta):
         m = abs(m)
         rho0, p0 = _slope(head, part, c, m, near)
         rho1, p1 = _slope(head, part, c, m, far)
-        lo, hi, _, _ = _range(part, c, int(head[c, 0]), m, rho0, rho1, p0, p1, MIDDLE)
+        lo, hi, _, _ = spread(part, c, int(head[c, 0]), m, rho0, rho1, p0, p1, MIDDLE)
         if not hi < np.inf:
             return 0.0, 0.0, 0.0, np.inf
     mean = 0.5 * (lo + hi)
