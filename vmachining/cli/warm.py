@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 
 from vmachining.cli.screen import note
 
-__all__ = ["part", "warm"]
+__all__ = ["demonstrated", "part", "warm"]
 
 PROGRAM = """\
 G21 G17 G90 G94 T1 M6 S5000 M3
@@ -97,7 +97,6 @@ def part(k: int) -> None:
 
 
 def _jobs() -> None:
-    from vmachining.cli.jobs import demo_job
     from vmachining.engines import ENGINES
     from vmachining.job import Job, engage, run
     from vmachining.job.stock import write_stock
@@ -112,9 +111,16 @@ def _jobs() -> None:
             run(Job.load(folder / "job.toml"), engine=engine, workers=1)
         for method in ("dexel", "analytic"):
             engage(Job.load(folder / "job.toml"), 3, method=method)
-        run(Job.load(demo_job("slot")), workers=1).write(
-            folder / "demo"
-        )  # what the demo needs, whatever that is
+    demonstrated()
+
+
+def demonstrated() -> None:
+    """What `vmachining demo` needs, whatever that is."""
+    from vmachining.cli.jobs import demo_job
+    from vmachining.job import Job, run
+
+    with TemporaryDirectory(prefix="vmachining-warm-") as name:
+        run(Job.load(demo_job("slot")), workers=1).write(Path(name) / "demo")
 
 
 def _turns() -> None:
