@@ -34,20 +34,17 @@ def view(target: Path, *, out: Path | None, engine: str | None, port: int, once:
         job = Job.load(target)
         live = Live(out if out is not None else Path("out") / safe_name(job.name), job.name)
     server = serve(live, port)
-    print(f"http://{LOOPBACK}:{server.server_port}/", flush=True)
-    note("Ctrl-C ends it")
     try:
-        return _wait() if target.is_dir() else _runs(target, live, engine, once)
-    finally:
-        server.shutdown()
-
-
-def _wait() -> int:
-    try:
+        print(f"http://{LOOPBACK}:{server.server_port}/", flush=True)
+        note("Ctrl-C ends it")
+        if not target.is_dir():
+            return _runs(target, live, engine, once)
         while True:
             time.sleep(3600.0)
     except KeyboardInterrupt:
         return Code.DONE
+    finally:
+        server.shutdown()
 
 
 def _runs(file: Path, live: Live, engine: str | None, once: bool) -> int:
@@ -70,11 +67,8 @@ def _runs(file: Path, live: Live, engine: str | None, once: bool) -> int:
             live.ended(str(exc))
             note(f"vmachining: {exc}")
         first = False
-        try:
-            while once or _times(file) == seen:
-                time.sleep(LOOK_SECONDS)
-        except KeyboardInterrupt:
-            return Code.DONE
+        while once or _times(file) == seen:
+            time.sleep(LOOK_SECONDS)
         note("files have changed: running again")
 
 
