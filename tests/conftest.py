@@ -33,7 +33,9 @@ def pytest_configure(config: pytest.Config) -> None:
     config.stash[LEFT_OUT] = Counter()
 
 
+@pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out, and begin with the files that have most slow tests: the last ones of two processes are then short."""
     kept, left = [], []
     for item in items:
         why = next((m for m in LEAVES_OUT[config.getoption("--lane")] if item.get_closest_marker(m)), None)
@@ -44,7 +46,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             config.stash[LEFT_OUT][why] += 1
     if left:
         config.hook.pytest_deselected(items=left)
-        items[:] = kept
+    slow = Counter(item.path for item in kept if item.get_closest_marker("slow"))
+    items[:] = sorted(kept, key=lambda item: -slow[item.path])
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
