@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from tinyjob import write_job
 
-STEPS = "".join(f"G1 X{1 + k % 9} Y{1 + k % 13} Z{-0.01 * k:.2f}\n" for k in range(120))
+STEPS = "".join(f"G1 X{1 + k % 9} Y{1 + k % 13} Z{-0.01 * k:.2f}\n" for k in range(60))
 LONG = f"T1 M6\nS1000 M3\nG0 X1 Y1 Z1\nG1 Z0 F500\n{STEPS}M30\n"
 
 SCRIPT = """
@@ -46,13 +46,13 @@ def on_a_small_disk(size, disk, copy, *words):
 @pytest.mark.parametrize(
     ("size", "lacks"),
     [
-        ("24k", r"of 121 blocks are in blocks\.partial\.csv"),
-        ("44k", "checkpoint"),
-        ("60k", "blocks"),
+        ("12k", r"of 61 blocks are in blocks\.partial\.csv"),
+        ("28k", "checkpoint"),
+        ("44k", "blocks"),
         ("400k", "report"),
     ],
 )
-@pytest.mark.slow  # 21 s
+@pytest.mark.slow  # 12 s
 def test_a_full_disk_leaves_what_was_done(size, lacks, tmp_path):
     """Full while rows come, while contact is saved, while the tables are made, while the page is."""
     job = write_job(tmp_path / "job", program=LONG)
@@ -71,8 +71,8 @@ def test_a_full_disk_leaves_what_was_done(size, lacks, tmp_path):
     assert (copy / "left").read_text().split() == whole
 
 
-@pytest.mark.parametrize(("size", "lacks"), [("8k", "one/manifest.json"), ("24k", "one/blocks.partial.csv")])
-@pytest.mark.slow  # 20 s: two batches each, an interpreter for every one and for its jobs
+@pytest.mark.parametrize(("size", "lacks"), [("8k", "one/manifest.json"), ("16k", "one/blocks.partial.csv")])
+@pytest.mark.slow  # 12 s: two batches each, an interpreter for every one and for its jobs
 def test_a_full_disk_stops_no_batch_in_mid_job(size, lacks, tmp_path):
     """Full while the first job begins, and while its rows come: every job is tried, and the table is not what ends them."""
     names = ("one", "two", "three")
