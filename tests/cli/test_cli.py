@@ -283,7 +283,7 @@ def test_demo_runs_the_shipped_model(tmp_path):
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.slow  # 17 s
 def test_an_interrupted_run_exits_130_and_goes_on(number, tmp_path):
-    steps = "".join(f"G1 X{1 + k % 9} Y{1 + k % 13} Z{-0.01 * k:.2f}\n" for k in range(120))
+    steps = "".join(f"G1 X{1 + k % 9} Y{1 + k % 13} Z{-0.01 * k:.2f}\n" for k in range(60))
     program = f"T1 M6\nS1000 M3\nG0 X1 Y1 Z1\nG1 Z0 F500\n{steps}M30\n"
     job = write_job(tmp_path, program=program, job=JOB + FEED)
     argv = [

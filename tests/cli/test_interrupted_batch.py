@@ -19,7 +19,7 @@ from vmachining.job.folder import FolderLock
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="looks for processes in /proc")
 
-STEPS = "".join(f"G1 X{1 + k % 9} Y{1 + k % 13} Z{-0.03 * k:.2f}\n" for k in range(100))
+STEPS = "".join(f"G1 X{1 + k % 9} Y{1 + k % 13} Z{-0.03 * k:.2f}\n" for k in range(60))
 LONG = f"T1 M6\nS1000 M3\nG0 X1 Y1 Z1\nG1 Z0 F500\n{STEPS}M30\n"
 
 
