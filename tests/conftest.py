@@ -4,7 +4,9 @@
 plain pytest) what is marked `long`, `--lane full` (`./run tests --full`) nothing. The closing lines say what was
 left out.
 
-VMACHINING_EXPLORE=1 invents new cases: what it finds becomes a case of its own.
+VMACHINING_EXPLORE=1 invents new cases: what it finds becomes a case of its own. A case that fails is shown as it
+was invented; `--lane full` and VMACHINING_EXPLORE=1 look for a smaller one, which may take minutes where an example
+cuts metal.
 """
 
 from __future__ import annotations
@@ -13,10 +15,13 @@ import os
 from collections import Counter
 
 import pytest
-from hypothesis import settings
+from hypothesis import Phase, settings
 
-settings.register_profile("repeatable", derandomize="VMACHINING_EXPLORE" not in os.environ, deadline=None)
-settings.load_profile("repeatable")
+EXPLORE = "VMACHINING_EXPLORE" in os.environ
+settings.register_profile("smallest", derandomize=not EXPLORE, deadline=None)
+settings.register_profile(
+    "as invented", settings.get_profile("smallest"), phases=(Phase.explicit, Phase.reuse, Phase.generate)
+)
 
 LEAVES_OUT = {"quick": ("slow", "long"), "check": ("long",), "full": ()}
 WAY_IN = {"slow": "./run check", "long": "./run tests --full"}
@@ -31,6 +36,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     config.stash[LEFT_OUT] = Counter()
+    settings.load_profile("smallest" if EXPLORE or config.getoption("--lane") == "full" else "as invented")
 
 
 @pytest.hookimpl(trylast=True)

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from vmachining.errors import NCError
 from vmachining.nc import CATALOGUE, Motion, lex_line, move_record, parse_program
 
-settings.register_profile("nc", parent=settings.get_profile("repeatable"), max_examples=150)
-settings.load_profile("nc")
+more = settings(max_examples=150)
 
 NUMBERS = st.decimals(-999, 999, places=3).map(str)
 AXES = st.dictionaries(st.sampled_from("XYZ"), NUMBERS, min_size=1)
@@ -39,6 +38,7 @@ BLOCKS = st.one_of(
 )
 
 
+@more
 @given(blocks=st.lists(BLOCKS, max_size=8), data=st.data())
 def test_order_case_and_blanks_mean_nothing(blocks, data):
     plain = HEAD + "\n".join("".join(words) for words in blocks)
@@ -51,6 +51,7 @@ def test_order_case_and_blanks_mean_nothing(blocks, data):
     assert sorted((f.line, f.code) for f in a.findings) == sorted((f.line, f.code) for f in b.findings)
 
 
+@more
 @given(blocks=st.lists(BLOCKS, max_size=10))
 def test_short_cut_and_long_way_agree(blocks):
     text = HEAD + "\n".join(" ".join(words) for words in blocks)
@@ -58,6 +59,7 @@ def test_short_cut_and_long_way_agree(blocks):
     assert parse_program(text.encode(), "a").moves == parse_program(slow.encode(), "b").moves
 
 
+@more
 @given(blocks=st.lists(BLOCKS, max_size=10))
 def test_path_is_continuous_and_arcs_are_round(blocks):
     moves = parse_program((HEAD + "\n".join(" ".join(b) for b in blocks)).encode(), "a").moves
@@ -72,6 +74,7 @@ def test_path_is_continuous_and_arcs_are_round(blocks):
         assert move_record(move)["end_mm"] == list(move.end_machine)
 
 
+@more
 @given(points=st.lists(st.tuples(NUMBERS, NUMBERS), min_size=1, max_size=6))
 def test_inches_and_millimetres(points):
     inch = "G20\n" + "\n".join(f"G0 X{x} Y{y}" for x, y in points)
