@@ -8,6 +8,7 @@
 | `brep-workers` | two B-rep workers against one: times, start-up, processors used, memory of the largest |
 | `brep-chains` | random chains through the gate: agreed, retried, refused, disputed, silently wrong; plain booleans beside |
 | `columns` | certified columns: time of 1 mm blocks by cutter and width, finishing, deep and arcs, beside the mesh engine |
+| `columns-long` | passes over the same part again and again: time a block, memory, checkpoint; `--blocks 1000000` |
 | `columns-solid` | 2,000 deep blocks of a ball: columns against one manifold3d solid cut block by block |
 | `columns-counts` | brackets of columns against counts: random programs, none may lie outside; by family, cutter and seed |
 | `dexel-grid` | dexel grids: blocks a second, errors, widths, five-axis blocks, share of the memory's bandwidth |
@@ -47,7 +48,7 @@ from collections.abc import Callable, Iterator
 from importlib import import_module
 from typing import Any
 
-__all__ = ["CASES", "SEEDED", "case", "described"]
+__all__ = ["CASES", "SEEDED", "SIZED", "case", "described"]
 
 CASES = {
     "abs": "abs",
@@ -57,6 +58,7 @@ CASES = {
     "brep-workers": "brep",
     "columns": "columns",
     "columns-counts": "columns_counts",
+    "columns-long": "columns_long",
     "columns-solid": "columns",
     "dexel-grid": "dexel_grid",
     "dexel-grid-long": "dexel_grid",
@@ -87,6 +89,9 @@ CASES = {
 }
 """File of each case; a case loads only what it measures."""
 
+SIZED = ("columns-long", "columns", "columns-solid")
+"""Cases that take `blocks`."""
+
 SEEDED = ("columns-counts", "sweep-gauntlet")
 """Cases that take `first`, `blocks` and `journal`: they resume, and run in parts."""
 
@@ -99,6 +104,7 @@ TAKES = {
     "brep-workers": "minutes",
     "columns": "2 min",
     "columns-counts": "minutes",
+    "columns-long": "1 min",
     "columns-solid": "1 min",
     "dexel-grid": "15 s",
     "dexel-grid-long": "30 s",

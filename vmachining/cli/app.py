@@ -489,6 +489,9 @@ def bench(
         str | None,
         typer.Option(metavar="FIRST:LAST", help="Of a case that goes by seeds: those before LAST."),
     ] = None,
+    blocks: Annotated[
+        int | None, typer.Option(metavar="N", min=1, help="Of a case that has a length: so many blocks.")
+    ] = None,
     journal: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Keeps what is done; the next run goes on from there.")
     ] = None,
@@ -497,7 +500,9 @@ def bench(
     """Run benchmarks; one JSON object per line."""
     from vmachining.cli import single
 
-    return single.bench(cases or [], listed=listed, seeds=seeds, journal=journal, as_json=as_json)
+    return single.bench(
+        cases or [], listed=listed, blocks=blocks, seeds=seeds, journal=journal, as_json=as_json
+    )
 
 
 def command() -> Any:

@@ -60,9 +60,17 @@ def sweep(name: str, *, chord: float, step: Path | None, brep: bool, plot: Path 
     return code
 
 
-def bench(names: list[str], *, listed: bool, seeds: str | None, journal: Path | None, as_json: bool) -> int:
+def bench(
+    names: list[str],
+    *,
+    listed: bool,
+    blocks: int | None,
+    seeds: str | None,
+    journal: Path | None,
+    as_json: bool,
+) -> int:
     """`vmachining bench`."""
-    from vmachining.bench import CASES, SEEDED, case, described
+    from vmachining.bench import CASES, SEEDED, SIZED, case, described
 
     for name in names:
         if name not in CASES:
@@ -78,6 +86,10 @@ def bench(names: list[str], *, listed: bool, seeds: str | None, journal: Path | 
     options = _seeded(seeds, journal)
     if options and not (names and set(names) <= set(SEEDED)):
         raise InputError("--seeds and --journal belong to one case", remedy=f"name {', '.join(SEEDED)}")
+    if blocks is not None:
+        if options or not (names and set(names) <= set(SIZED)):
+            raise InputError("--blocks belongs to some cases", remedy=f"name {', '.join(SIZED)}")
+        options["blocks"] = blocks
     for name in names or sorted(CASES):
         for record in case(name)(**options):
             emit(record)

@@ -217,6 +217,14 @@ class Divisible(Engine, Protocol):
         """What all parts together remove, from what each has answered to one order."""
         ...
 
+    def in_use(self) -> Ints | None:
+        """Numbers of the blocks whose sweeps a whole workpiece still has a use for; None: it keeps no sweeps."""
+        ...
+
+    def forget_others(self, blocks: Ints) -> None:
+        """Told to a part: of which blocks the whole has a use, see `in_use`."""
+        ...
+
     @classmethod
     def load(cls, path: Path, *, share: Share = WHOLE) -> Self:
         """See `Engine`; cuts that part only."""

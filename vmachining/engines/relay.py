@@ -4,7 +4,8 @@ The rule (`best_engine`): columns, where they take the stock and at least half o
 cuts in several processes. Of what is proven, columns are the narrowest for the time. Grids of rays (`dexel`) are 10 to 50 times
 as fast as mesh where tools turn (docs/measured/dexel_grid.md), but their intervals are stated: they are asked for by name.
 
-1. A block that columns take is cut by columns alone; its sweep is noted for the mesh engine.
+1. A block that columns take is cut by columns alone; its sweep is noted for the mesh engine, as long as it is lowest
+   somewhere: the union of all sweeps is that of those which the tiles still know, up to rounding, which is added.
 2. A block that they do not take (a tool that turns, leans or is not convex, a sweep whose top dips below the top of the
    stock), or that mesh bounds more narrowly in a tenth of the time (an arc in an upright plane, of which columns know
    chords only), goes to the mesh engine, after those noted sweeps whose boxes meet it: others change nothing there, and
@@ -27,22 +28,25 @@ from typing import Any, Self
 
 import numpy as np
 
-from vmachining.arrays import Bools, Floats
+from vmachining.arrays import Ints
 from vmachining.engines.columns import ColumnsEngine
 from vmachining.engines.columns.paths import is_flat
-from vmachining.engines.columns.store import packed_paths, packed_profiles, paths_of, profiles_of
 from vmachining.engines.mesh import MeshEngine
 from vmachining.engines.mesh.thinned import thinned
+from vmachining.engines.noted import Boxes, Noted
 from vmachining.engines.protocol import NOTHING, WHOLE, Options, Removal, Share, StockSurface
 from vmachining.errors import EngineError, StockError
 from vmachining.geometry import Arc, Bracket
 from vmachining.stock import Stock
-from vmachining.sweep import Sweep, Turn
+from vmachining.sweep import Sweep
 
 __all__ = ["ColumnsFirst", "best_engine", "handed_on"]
 
 THIN_MM = 1e-6
 """How far a surface may move when faces are joined: coordinates of its files are coarser."""
+
+TIDY = 4096
+"""Noted sweeps from which on it is asked, whenever they are twice as many as before, which are still of use."""
 
 ENOUGH = 0.5
 """Share of the feed motions that columns take from which on they pay: the mesh engine then runs in this process alone."""
@@ -84,8 +88,8 @@ class ColumnsFirst:
             self._columns = ColumnsEngine.of(stock, options)
         except StockError as error:
             self.why = error.message
-        self._noted: list[tuple[Sweep, int | None]] = []
-        self._boxes, self._foreign = Boxes(), Boxes()
+        self._noted, self._foreign = Noted(), Boxes()
+        self._tidy_from, self._forgot = TIDY, False
         self._gone = NOTHING
         self._share = WHOLE
         self.stock_volume = (self._columns or self._meshed()).stock_volume
@@ -104,10 +108,14 @@ class ColumnsFirst:
         """See `Engine`; the removal names who answered."""
         removed = self._by_columns(sweep, block)
         if removed is None:
-            removed = self._meshed(sweep).cut(sweep, block)._replace(engine=MeshEngine.name)
+            removed = self._rounded(self._meshed(sweep).cut(sweep, block), sweep)._replace(
+                engine=MeshEngine.name
+            )
             self._foreign.add(sweep.bounds)
-        else:
-            self._note(sweep, block)
+        elif self._columns is not None and self._columns.meets(sweep):
+            self._noted.add(sweep, block)
+            if len(self._noted) >= self._tidy_from and self._share.parts == 1:
+                self.forget_others(self.in_use())
         self._gone = self._gone.plus(removed)
         return removed
 
@@ -119,9 +127,28 @@ class ColumnsFirst:
         except EngineError:
             return None
 
-    def _note(self, sweep: Sweep, block: int | None) -> None:
-        self._noted.append((sweep, block))
-        self._boxes.add(sweep.bounds)
+    def in_use(self) -> Ints:
+        """See `Divisible`: numbers of the blocks that columns still know in some tile."""
+        return np.zeros(0, dtype=np.int64) if self._columns is None else self._columns.in_use()
+
+    def forget_others(self, blocks: Ints) -> None:
+        """See `Divisible`: what is lowest nowhere takes nothing that others do not take, so mesh need not cut it."""
+        needed = np.isin(self._noted.blocks, blocks)
+        self._forgot = self._forgot or not needed.all()
+        self._noted.keep(needed)
+        self._tidy_from = max(TIDY, 2 * len(self._noted))
+
+    def _rounded(self, removed: Removal, sweep: Sweep) -> Removal:
+        """What mesh says of a sweep, wider by what forgotten sweeps may reach beyond those that hide them."""
+        if not self._forgot or self._columns is None:
+            return removed
+        a, b = (
+            np.maximum(sweep.bounds[0], self._columns.stock.low),
+            np.minimum(sweep.bounds[1], self._columns.stock.high),
+        )
+        x, y, z = np.maximum(b - a, 0.0).tolist()
+        error = self._columns.rounding(sweep) * 2.0 * (x * y + y * z + z * x)
+        return removed._replace(lo=max(removed.lo - error, 0.0), hi=removed.hi + error)
 
     def _knows(self, sweep: Sweep) -> bool:
         """Whether no sweep of the mesh engine overlaps this one in plan."""
@@ -137,24 +164,29 @@ class ColumnsFirst:
                     for p in pieces
                 ]
             except EngineError:
-                return self._meshed(sweep).touch(sweep, within)
+                return self._rounded(self._meshed(sweep).touch(sweep, within), sweep)
             lo, hi = max(r.lo for r in found), sum(r.hi for r in found)
             return Removal(lo, max(lo, min(sum(r.estimate for r in found), hi)), hi)
-        return self._meshed(sweep).touch(sweep, within)
+        return self._rounded(self._meshed(sweep).touch(sweep, within), sweep)
 
     def _meshed(self, near: Sweep | None = None) -> MeshEngine:
         """The mesh engine after all sweeps so far, or after those that meet the box of one."""
         if self._mesh is None:
             self._mesh = MeshEngine.of(self._stock, self._options)
             self._mesh.take(self._share)
-        count = len(self._noted)
-        wanted = np.ones(count, dtype=np.bool_) if near is None else self._boxes.meeting(near.bounds, 3)
+        wanted = np.ones(len(self._noted), dtype=np.bool_)
+        if near is not None:
+            wanted = self._noted.boxes.meeting(near.bounds, 3)
         if wanted.any():
-            for k in np.flatnonzero(wanted).tolist():
-                self._mesh.cut(*self._noted[k])
-            self._noted = [self._noted[k] for k in np.flatnonzero(~wanted).tolist()]
-            self._boxes.keep(~wanted)
+            for sweep, block in self._noted.sweeps(wanted):
+                self._mesh.cut(sweep, block)
+            self._noted.keep(~wanted)
         return self._mesh
+
+    @property
+    def kept(self) -> int:
+        """Sweeps that are kept, by columns and for the mesh engine."""
+        return len(self._noted) + (self._columns.kept if self._columns is not None else 0)
 
     @property
     def proof(self) -> str:
@@ -200,17 +232,16 @@ class ColumnsFirst:
                     engines[name] = np.frombuffer((Path(folder) / "part.npz").read_bytes(), dtype=np.uint8)
         state = {
             "gone": list(self._gone[:4]), "why": self.why, "stock": list(self.stock_volume),
-            "options": [self.chord, self._options.width, self._options.width_mm3], "blocks": [block for _, block in self._noted],
+            "options": [self.chord, self._options.width, self._options.width_mm3], "forgot": self._forgot,
         }  # fmt: skip
-        profiles = {id(sweep.profile): sweep.profile for sweep, _ in self._noted}
-        number = {key: k for k, key in enumerate(profiles)}
         with path.open("wb") as file:
             np.savez(
-                file, state=np.array(json.dumps(state)), foreign=self._foreign.rows,
-                paths=packed_paths([sweep.path for sweep, _ in self._noted if not isinstance(sweep.path, Turn)]),
-                tools=np.array([number[id(sweep.profile)] for sweep, _ in self._noted], dtype=np.int64),
-                **engines, **packed_profiles(list(profiles.values())),
-            )  # fmt: skip
+                file,
+                state=np.array(json.dumps(state)),
+                foreign=self._foreign.rows,
+                **engines,
+                **self._noted.packed(),
+            )
 
     @classmethod
     def load(cls, path: Path, *, share: Share = WHOLE) -> Self:
@@ -226,7 +257,8 @@ class ColumnsFirst:
         self._options, self.why = Options(chord=chord, width=width, width_mm3=width_mm3), state["why"]
         self.chord, self.stock_volume = self._options.chord, Bracket(*state["stock"])
         self._gone = Removal(*state["gone"]) if share.part == 0 else NOTHING
-        self._share, self._boxes, self._foreign = share, Boxes(), Boxes(found["foreign"])
+        self._share, self._noted, self._foreign = share, Noted.unpacked(found), Boxes(found["foreign"])
+        self._tidy_from, self._forgot = max(TIDY, 2 * len(self._noted)), state["forgot"]
         with TemporaryDirectory() as folder:
             part = Path(folder) / "part.npz"
             self._columns = self._mesh = None
@@ -237,11 +269,6 @@ class ColumnsFirst:
             if "mesh" in found:
                 part.write_bytes(found["mesh"].tobytes())
                 self._mesh = MeshEngine.load(part, share=share)
-        profiles, self._noted = profiles_of(found), []
-        for k, way, block in zip(
-            found["tools"].tolist(), paths_of(found["paths"]), state["blocks"], strict=True
-        ):
-            self._note(Sweep.along(profiles[k], way), block)
         return self
 
     @classmethod
@@ -260,40 +287,3 @@ class ColumnsFirst:
         if self._columns is not None and parts[0].engine == ColumnsEngine.name:
             return self._columns.summed(parts)
         return reduce(Removal.plus, parts)
-
-
-class Boxes:
-    """Boxes of sweeps in the order that they came in, in an array that grows.
-
-    rows : (n, 2, 3) mm.
-    """
-
-    def __init__(self, rows: Floats | None = None) -> None:
-        self._rows = np.zeros((64, 2, 3)) if rows is None else rows
-        self._count = 0 if rows is None else len(rows)
-
-    def __len__(self) -> int:
-        return self._count
-
-    @property
-    def rows(self) -> Floats:
-        """See the class."""
-        return self._rows[: self._count]
-
-    def add(self, box: Floats | Sequence[Floats]) -> None:
-        """One more."""
-        if self._count == len(self._rows):
-            self._rows = np.concatenate([self._rows, np.zeros((max(64, self._count), 2, 3))])
-        self._rows[self._count] = box
-        self._count += 1
-
-    def keep(self, which: Bools) -> None:
-        """Only these."""
-        self._rows = self.rows[which].copy()
-        self._count = len(self._rows)
-
-    def meeting(self, box: Floats | Sequence[Floats], axes: int) -> Bools:
-        """(n,) which of them overlap a box in the first so many axes."""
-        lo, hi = np.array(box)[:, :axes]
-        rows = self.rows[:, :, :axes]
-        return np.asarray(((lo <= rows[:, 1]) & (hi >= rows[:, 0])).all(axis=1))

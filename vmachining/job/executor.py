@@ -262,7 +262,12 @@ class WorkerPool:
 
     def save(self, path: Path) -> None:
         """See `Executor`."""
-        self._collected().save(path)
+        engine = self._collected()
+        blocks = engine.in_use()
+        if blocks is not None:  # a part knows its own tiles, and not what is of use to the others
+            engine.forget_others(blocks)
+            self._all("forget others", blocks)
+        engine.save(path)
 
     def finish(self) -> Engine:
         """See `Executor`."""
@@ -429,6 +434,9 @@ def _done(engine: Engine, profiles: dict[int, Profile], order: tuple[Any, ...], 
             return engine.touch(Sweep.along(profiles[profile], path), within)
         case ("save", folder):
             engine.save(Path(folder) / f"{part}.npz")
+            return NOTHING
+        case ("forget others", blocks):
+            cast("Divisible", engine).forget_others(blocks)
             return NOTHING
         case ("peak",):
             peak = _peak_mb()

@@ -64,6 +64,9 @@ SAGS = (2.0**-11, 2.0**-14)
 """mm by which chords may lie off an arc, tried in this order until the block is as narrow as asked."""
 
 
+TIDY = 4096
+"""Rows from which on it is asked, whenever they are twice as many as before, which of them are still of use."""
+
 NO_DIGITS = "coordinates so large have no more digits"
 
 GROUP = 9
@@ -101,7 +104,7 @@ class ColumnsEngine:
         self._gone = NOTHING
         self._groups = 0
         self._cutters = CutterTable()
-        self._rows, self._count = np.zeros((64, 16)), 0
+        self._rows, self._count, self._tidy_from = np.zeros((64, 16)), 0, TIDY
         self._blocks: list[int] = []
         self._tiles: Tiling | None = None
         self._work = _kernels.work()
@@ -139,7 +142,46 @@ class ColumnsEngine:
         """
         found = self._asked(sweep, block, keep=True)
         self._gone, self._left = self._gone.plus(found), None
+        if self._count >= self._tidy_from:
+            self.tidy()
         return found
+
+    def rounding(self, sweep: Sweep) -> float:
+        """mm by which a surface that was computed may lie beside the true one (R10)."""
+        box = sweep.bounds
+        scale = np.abs([*box, self.stock.low, self.stock.high]).max() + np.ptp(box, axis=0).max()
+        return float(ULPS * np.finfo(float).eps * scale)
+
+    def meets(self, sweep: Sweep) -> bool:
+        """Whether the box of a sweep meets that of the stock."""
+        lo, hi = sweep.bounds
+        return bool((lo < self.stock.high).all() and (hi > self.stock.low).all())
+
+    def tidy(self) -> None:
+        """Forget the rows of sweeps that no tile knows any more: they are lowest nowhere (R8 of docs/columns.md)."""
+        if self._tiles is None:
+            return
+        tile, sweep = self._tiles.entries()
+        needed = np.union1d(sweep, np.arange(self._rim + 1))
+        self._tiles.fill(tile, np.searchsorted(needed, sweep))
+        self._blocks = [self._blocks[k] for k in needed.tolist()]
+        self._take_rows(self._rows[needed])
+
+    def _take_rows(self, rows: Floats) -> None:
+        self._count = len(rows)
+        self._rows = np.zeros((max(64, 2 * len(rows)), rows.shape[1]))
+        self._rows[: len(rows)] = rows
+        self._tidy_from = max(TIDY, 2 * len(rows))
+
+    @property
+    def kept(self) -> int:
+        """Rows of sweeps that are kept."""
+        return self._count
+
+    def in_use(self) -> Ints:
+        """Numbers of the blocks that some tile knows."""
+        self.tidy()
+        return np.unique(np.array(self._blocks[: self._count], dtype=np.int64))
 
     def look_at(self, box: Floats, radius: float) -> None:
         """Forget all that was cut; from now on sweeps are entered and cut only in tiles that a box (2, 3), mm, reaches.
@@ -168,8 +210,7 @@ class ColumnsEngine:
     def _asked(self, sweep: Sweep, block: int | None, *, keep: bool, floor: float = 0.0) -> Removal:
         if not self.takes(sweep):
             raise EngineError("the tool turns or is not convex", engine=self.name, block=block)
-        lo, hi = sweep.bounds
-        if (lo >= self.stock.high).any() or (hi <= self.stock.low).any():
+        if not self.meets(sweep):
             return NOTHING
         if isinstance(sweep.path, Turn):  # never: for the type checker
             raise AssertionError
@@ -440,7 +481,7 @@ class ColumnsEngine:
         """Write tiles and sweeps (`.npz`)."""
         state = {
             "stock": list(self.stock[:3]), "width": self.width, "width_mm3": self.width_mm3, "tile_mm": self.tile_mm,
-            "blocks": self._blocks[: self._count], "gone": list(self._gone[:4]), "groups": self._groups, "count": self._count,
+            "blocks": self._blocks[: self._count], "gone": list(self._gone[:4]), "groups": self._groups,
         }  # fmt: skip
         arrays = self._cutters.packed()
         if self.stock.mesh is not None:
@@ -465,9 +506,7 @@ class ColumnsEngine:
                 tile_mm=state["tile_mm"],
             )  # fmt: skip
             engine._cutters = CutterTable.unpacked(found)
-            engine._count = int(state["count"])
-            engine._rows = np.zeros((max(64, 2 * engine._count), 16))
-            engine._rows[: engine._count] = found["rows"]
+            engine._take_rows(found["rows"])
             engine._blocks = state["blocks"]
             engine._gone = Removal(*state["gone"]) if share.part == 0 else NOTHING
             engine._groups, engine._share = int(state["groups"]), share
@@ -491,9 +530,7 @@ class ColumnsEngine:
         order = np.argsort(kept[:, GROUP], kind="stable")
         number = np.empty_like(order)
         number[order] = np.arange(len(order))
-        whole._count = len(order)
-        whole._rows = np.zeros((max(64, 2 * len(order)), 16))
-        whole._rows[: len(order)] = kept[order]
+        whole._take_rows(kept[order])
         whole._blocks = blocks[at[order]].tolist()
         if tilings:
             begin = np.cumsum([0, *(e._count for e in engines)]).tolist()

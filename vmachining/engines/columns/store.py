@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from vmachining.arrays import Floats
 from vmachining.geometry import Arc, Line, Path
 from vmachining.tool import Profile
 
-__all__ = ["packed_paths", "packed_profiles", "paths_of", "profiles_of"]
+__all__ = ["PATH", "packed_path", "packed_profiles", "path_of", "profiles_of"]
+
+PATH = 10
+"""Numbers that say a path."""
 
 
 def packed_profiles(profiles: Sequence[Profile]) -> dict[str, Any]:
@@ -31,23 +32,17 @@ def profiles_of(arrays: Mapping[str, Floats]) -> list[Profile]:
     return found
 
 
-def packed_paths(paths: Sequence[Path]) -> Floats:
-    """(n, 10): start, end or centre, axis (-1 for a line), angle, rise, 0."""
-    out = np.zeros((len(paths), 10))
-    for row, path in zip(out, paths, strict=True):
-        row[:3] = path.start
-        if isinstance(path, Line):
-            row[3:6], row[6] = path.end, -1.0
-        else:
-            row[3:6], row[6:9] = path.center, (path.axis, path.angle, path.rise)
-    return out
+def packed_path(path: Path, row: Floats) -> None:
+    """A path into a row (PATH,): start, end or centre, axis (-1 for a line), angle, rise, 0."""
+    row[:3] = path.start
+    if isinstance(path, Line):
+        row[3:6], row[6:10] = path.end, (-1.0, 0.0, 0.0, 0.0)
+    else:
+        row[3:6], row[6:10] = path.center, (path.axis, path.angle, path.rise, 0.0)
 
 
-def paths_of(rows: Floats) -> list[Path]:
-    """What `packed_paths` was given."""
-    return [
-        Line(r[:3], r[3:6])
-        if r[6] < 0.0
-        else Arc(r[:3], r[3:6], int(r[6]), angle=float(r[7]), rise=float(r[8]))
-        for r in rows
-    ]
+def path_of(row: Floats) -> Path:
+    """What `packed_path` was given."""
+    if row[6] < 0.0:
+        return Line(row[:3], row[3:6])
+    return Arc(row[:3], row[3:6], int(row[6]), angle=float(row[7]), rise=float(row[8]))

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from manifold3d import Manifold, OpType
 
-from vmachining.arrays import Floats
+from vmachining.arrays import Floats, Ints
 from vmachining.engines.mesh.checkpoint import read_tiles, write_tiles
 from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.removal import Cut, cut, touch
@@ -209,6 +209,12 @@ class MeshEngine:
             use_one_thread()
         if share.part > 0:
             self._gone = 0.0
+
+    def in_use(self) -> None:
+        """See `Divisible`: sweeps are not kept."""
+
+    def forget_others(self, blocks: Ints) -> None:
+        """See `Divisible`."""
 
     def summed(self, parts: Sequence[Removal]) -> Removal:
         """See `Divisible`."""
