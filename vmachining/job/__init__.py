@@ -1,55 +1,36 @@
 """A job from file to result: the room that wires all the others.
 
-Goal: one job file in, one table out, in which every number of every NC block is either there with its error
-or visibly absent.
-
-1. `Job.load` reads and checks the job file (`jobfile.py`, keys in `model.py`, places of keys in `keys.py`,
-   wording of refusals in `words.py`).
-2. The program is read, its motions grouped to blocks (`blocks.py`) and timed by the machine (`timing.py`).
-3. `Stage` (`simulate.py`) sweeps and cuts block by block; rapids, shank and holder are checked, not cut
-   (`contact.py`). Rows stream to disk (`table.py`).
-4. With `[feed]` a schedule is planned, written, read back and simulated again (`schedule.py`).
-5. `RunResult.write` lays the files down, the manifest last (`result.py`, `files.py`, `stock.py`).
+1. `Job.load` reads and checks the job file.
+2. The program is read, its motions are grouped to blocks and timed by the machine.
+3. Blocks are swept and cut one by one; rapids, shank and holder are checked, not cut. Rows stream to disk.
+4. Contact, chips and forces are computed along the blocks.
+5. With `[feed]` a schedule is planned, written, read back and simulated again.
+6. `RunResult.write` lays the files down, the manifest last.
 
 | file | holds |
 |---|---|
-| `model.py`, `keys.py`, `words.py`, `jobfile.py` | the job file: `Job`, units, refusals with line and suggestion |
-| `paths.py`, `blocks.py` | `move_path`: lines, arcs, five-axis turns; `Block`, `group_blocks` |
-| `toolpath.py` | `Toolpath`: moves, their paths and blocks, made once and handed down |
-| `timing.py` | `move_times` |
-| `contact.py`, `simulate.py` | contact checks, the loop |
-| `table.py`, `files.py` | `COLUMNS`, partial tables; atomic files, hashes, manifest |
-| `schedule.py` | plan, rewrite, verify |
-| `brep.py`, `verdicts.py` | `--brep`: which blocks, and what the B-rep engine says of them |
-| `run.py`, `stopping.py`, `notes.py` | `run`; signals; warnings beside numbers |
-| `result.py`, `summary.py` | `RunResult`; what summary.json says |
-| `batch/` | many jobs over processes or a cluster, and the data set of all of them |
-| `reading.py` | the program of a job |
-| `starter.py` | `draft_job`: a job file from a program |
-| `engage.py` | `engage`: what the tool touches at a fraction of a block; `Scene` for several questions |
-| `heights.py` | `height_map`: the workpiece as heights over cells, for the analytic engagement |
-| `alone.py` | `blocks_alone`: single blocks to any width, without a run |
-| `single.py` | `swept_volume` of one sweep |
+| `jobfile.py`, `model.py`, `keys.py`, `words.py` | `Job`: the job file, units, refusals with line and suggestion |
+| `reading.py`, `paths.py`, `blocks.py`, `toolpath.py`, `timing.py` | the program of a job: paths, blocks, times |
+| `run.py`, `simulate.py`, `executor.py`, `stopping.py` | `run`, its stages, processes and signals |
+| `contact.py`, `engage.py`, `engagement_columns.py` | rapids, shank and holder; what the cutting edges touch |
+| `brep.py`, `judges.py`, `audit.py`, `verdicts.py` | `--brep`: which blocks, and what other engines say of them |
+| `schedule.py`, `strategies.py`, `verified.py` | feeds: plan, rewrite, verify |
+| `table.py`, `files.py`, `folder.py`, `result.py`, `summary.py` | `COLUMNS`, the files of a result, their manifest |
+| `alone.py`, `single.py` | `blocks_alone`: single blocks to any width, without a run; `swept_volume` of one sweep |
+| `batch/` | many jobs over processes or a cluster |
+| `starter.py`, `heights.py` | a job file from a program; the workpiece as heights over cells |
 
-Conventions
------------
-Stock, home and all columns live in work coordinates. Rapids remove 0 by definition; a rapid that meets
-material warns with the volume it would have removed. A block's time holds its dwells. `removed_lo_mm3` and
-`removed_hi_mm3` of the summary are the narrower of two rigorous brackets: the sum over the blocks, and stock
-before minus stock after.
+Conventions: stock, home and all columns are in work coordinates. Rapids remove 0 by definition; one that meets
+material warns with the volume. A block's time holds its dwells. `removed_lo_mm3` and `removed_hi_mm3` of the summary
+are the narrower of two proven brackets: the sum over the blocks, and stock before minus stock after.
 
-Interruption: SIGINT or SIGTERM finish the block in hand, then leave `blocks.partial.csv`, a checkpoint of the
-workpiece and a manifest with `complete: false`. A run that goes on makes the same rows as one that was never
-stopped. Verdicts of the B-rep engine are in `brep.partial.csv` as they come and are not asked for again; refused
-ones are if they had less time.
+A run that is interrupted leaves its rows, a checkpoint and a manifest with `complete: false`; one that goes on from
+there makes the same rows as one that was never stopped. A run that is refused leaves the result directory as it was;
+one that starts removes the files of an earlier result first.
 
-A run that is refused (bad job, program, tools, stock) leaves the result directory as it was. One that starts
-removes the files of an earlier result first, so that no old file passes for a new one.
-
-Known limits: a STEP stock with curved faces is triangulated within the chord:
-`stock_slack_mm3` of the summary bounds what that can do to any volume; the totals include it, the brackets of
-single blocks do not, and a note says so. Lines of several feed motions keep their feed in a schedule; their
-`feed_mm_min` is the one that takes the same time. Feeds that could not be written are warnings of their block.
+Known limits: a STEP stock with curved faces is triangulated within the chord; the totals include what that can do to
+a volume (`stock_slack_mm3`), brackets of single blocks do not, and a note says so. Lines of several feed motions keep
+their feed in a schedule. Feeds that could not be written are warnings of their block.
 """
 
 from vmachining.job.alone import SingleBlock, blocks_alone

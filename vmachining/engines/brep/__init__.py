@@ -1,25 +1,18 @@
 """OCCT: swept volumes as valid solids, removed volume per block that is never silently wrong, STEP.
 
-Goal: a B-rep answer beside the mesh bracket. Every value is either inside the bracket or refused with a reason.
+A value of this room stands only where judges of other kinds (mesh, columns, rays) allow it; otherwise the block is
+refused with a reason, or disputed where the judges exclude each other. `docs/gate.md` explains the gate.
 
-1. `solid(sweep)` builds the sweep of a block vertex by vertex: caps trimmed at the grazing curve, the sheet the
-   curve draws, discs. No boolean, no sewing; planes, cylinders, cones, spheres, tori wherever these are exact.
+1. `solid(sweep)` builds the sweep of a block vertex by vertex: caps trimmed at the grazing curve, the sheet that the
+   curve draws, discs; planes, cylinders, cones, spheres and tori wherever these are exact.
 2. `volume(shape)` integrates along edges in closed form per kind of face.
-3. `removal` is the gate: a boolean is one of several ways of asking OCCT, and its value stands only where all judges (engines of
-   other kinds) allow it. The judges exclude each other: the block is disputed.
-4. `check_blocks` does that for many blocks in worker processes with a time limit: a crash or a hang costs an attempt, at worst
-   one block. `isolated` runs any function like that.
-5. `step_file` writes the workpiece: cut block by block, each cut gated, valid and closed at the end.
-6. `read_step` is the door for STEP stock.
+3. `check_blocks` asks OCCT for what each block removes, in several ways, in processes with a time limit: a crash or a
+   hang costs an attempt, at worst one block. `isolated` runs any function like that.
+4. `step_file` writes the workpiece, cut block by block with every cut gated; `read_step` reads STEP stock.
 
 | room or file | holds |
 |---|---|
-| `occt/shapes.py`, `topology.py` | curves and surfaces with their numpy formula; `Builder`: shells vertex by vertex |
-| `occt/primitives.py`, `polyhedron.py`, `parts.py` | boxes, revolved bodies; triangles as plane faces; parts of a shape |
-| `occt/measure.py`, `validity.py` | exact volume; what OCCT says of a solid |
-| `occt/inside.py`, `probe.py` | which points, and which parts of a curve, lie in solids |
-| `occt/booleans.py`, `step.py`, `step_out.py` | booleans that are asked whether they worked; STEP in and out |
-| `occt/tolerances.py` | every tolerance of a solid, and where it comes from |
+| `occt/` | curves, surfaces, shells, exact volume, membership, booleans, STEP, every tolerance |
 | `translations/` | upright tools: level lines and arcs, plunges, ramps, helices |
 | `envelopes/` | tools that lean or turn: grazing curves, sheets, lenses, parts in time, turns about a line, covers |
 | `swept.py`, `write.py` | `solid`, `solids` of any sweep; STEP of them |
@@ -27,24 +20,13 @@ Goal: a B-rep answer beside the mesh bracket. Every value is either inside the b
 | `workpiece/` | the stock after all blocks as a valid solid; which parts of a cutting edge lie in it |
 | `blank.py`, `process.py` | raw stock as a solid; a process that may crash or hang |
 
-Envelopes: a spline sheet and its neighbours share nodes, so borders agree to rounding. Flat faces that tilt re-enter nearly
-always; valleys and lenses cut that off in closed form, and the volume is V(K) + Phi - W of the flux identity. Where the
-envelope folds, parts of the tool and of the block and some poses cover the sweep; rotations about a fixed line through the
-axis are two or four solids of analytic faces.
+Source: Weinert, Du, Damm, Stautner (2004) for the grazing curve of toroidal cutters (`vmachining.sweep.weinert`); the
+rest is derived in the docstrings. Departure: no sewing, no lofts, no `BRepGProp`.
 
-Source: Weinert, Du, Damm, Stautner (2004) for the grazing curve of toroidal cutters (`vmachining.sweep.weinert`); the rest is
-derived in the docstrings. Departure: no sewing, no lofts, no `BRepGProp`.
-
-Measured: which attempt won how many blocks of random chains `docs/measured/gate.md`; single sweeps `docs/measured/brep.md`.
-
-Known limits: a block whose solid cannot be built is refused by name, and so are blocks that need it as a
-neighbour: cones that meet a steep slope on arcs in upright planes, steps of a cutter there, and what `envelopes/pieces.py`
-says of tools that turn. A cutter that is not convex on a ramp, and arcs or helices that come
-back to themselves, are several solids whose union is the sweep: a helical entry is the cutter at its lowest, and
-what its front passes per half turn. A cone's apex brings one edge without length, which OCCT wants there.
-Brackets of the mesh engine are those of the triangles of a curved STEP; jobs widen them by what the triangles
-can change (`stock_slack_mm3` of the summary), so a gate on such a stock is that much weaker.
-A workpiece as STEP is cut block by block in one process: minutes for a hundred blocks, not for thousands.
+Known limits: a block whose solid cannot be built is refused, and so are blocks that need it as a neighbour (cones that
+meet a steep slope on arcs in upright planes, steps of a cutter there, what `envelopes/pieces.py` says of tools that
+turn). A curved STEP stock is judged by triangles, within `stock_slack_mm3` of the summary. A workpiece as STEP takes
+minutes for a hundred blocks. Measured: `docs/measured/gate.md`, `docs/measured/brep.md`.
 """
 
 from __future__ import annotations
