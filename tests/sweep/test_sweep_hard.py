@@ -14,7 +14,7 @@ from test_sweep_turning import TURNS, UP, tilted
 from vmachining.geometry import Arc
 from vmachining.sweep import Pose, Sweep, Turn, breaks
 from vmachining.sweep.flux import _kernels as flux_kernels
-from vmachining.sweep.turned._kernels import PATIENCE
+from vmachining.sweep.rotating._kernels import PATIENCE
 from vmachining.tool import BallNose, BullNose, Cutter, FlatEnd, Profile, Taper
 
 F20 = FlatEnd(diameter=20, length=50)

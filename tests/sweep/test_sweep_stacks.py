@@ -12,8 +12,8 @@ from test_sweep_turning import TURNS
 from vmachining.sweep import Pose, Sweep, Turn
 from vmachining.sweep.flux import _kernels as flux
 from vmachining.sweep.flux import flux_volume
-from vmachining.sweep.turned import _kernels as turned
-from vmachining.sweep.turned.pose import _kernels as pose
+from vmachining.sweep.rotating import _kernels as rotating
+from vmachining.sweep.rotating.pose import _kernels as pose
 from vmachining.tool import Profile
 
 FULL = 1
@@ -35,7 +35,7 @@ def intervals(q, poses, rows: int, origins, directions) -> list[list[float]]:
         o = o - (o @ u) * u
         lo, hi, n = np.full(64, np.nan), np.full(64, np.nan), 0
         for piece in range(len(q.ends) - 1):
-            n = turned.ray_piece(
+            n = rotating.ray_piece(
                 q.seg, q.planes, q.arcs, q.ends, piece, q.limits[piece], q.waves, o, u, q.tol, np.zeros((rows, 29)),
                 np.zeros((3, 13)), poses, np.zeros(12), lo, hi, n,
             )  # fmt: skip
@@ -62,7 +62,7 @@ def test_a_full_stack_grows_and_changes_nothing(name, tool):
                 i0, i1 = q.ends[piece, 2], q.ends[piece + 1, 2]
                 for k in range(2):
                     best = min(best, pose.near(q.seg, i0, i1, poses[2 * k], x, y, z)[0])
-                best = turned.distance_piece(
+                best = rotating.distance_piece(
                     q.seg, i0, i1, q.limits[piece], q.waves, x, y, z, poses[::2].copy(), best, q.tol, -np.inf,
                     np.zeros((rows, 7)), np.zeros(12),
                 )  # fmt: skip

@@ -1,5 +1,5 @@
 # Distances and ray intervals of a body of revolution that translates in a straight line, and where only the
-# nearest pose counts: points and upright rays of a level circle. Other motions: turned/_kernels.py.
+# nearest pose counts: points and upright rays of a level circle. Other motions: rotating/_kernels.py.
 #
 # Legend: seg rows (r0, z0, r1, z1, cr, cz, R, n_r, n_z, length), discs included, one closed convex meridian
 #   per piece, pieces are seg[first[k]:first[k+1]]; R = 0 is a line. phi signed distance to a piece, n its

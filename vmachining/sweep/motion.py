@@ -18,8 +18,8 @@ from vmachining.sweep import _kernels
 from vmachining.sweep.bounds import body_bounds
 from vmachining.sweep.flux import FluxVolume, flux_volume
 from vmachining.sweep.pose import Pose, tip, tool_frame, unit_axis
-from vmachining.sweep.turned import Packed, arc_series, meridian_rows, pack
-from vmachining.sweep.turned import _kernels as turned
+from vmachining.sweep.rotating import Packed, arc_series, meridian_rows, pack
+from vmachining.sweep.rotating import _kernels as rotating
 from vmachining.sweep.turning import Turn
 from vmachining.sweep.volume import swept_volume
 from vmachining.tolerance import ANGLE_EPS
@@ -126,7 +126,7 @@ class Sweep:
 
     @property
     def packed(self) -> tuple[_Packed | None, Packed | None]:
-        """Rows of the kernels, of `_kernels.py` where distances are those to the nearest pose, and of `turned/`."""
+        """Rows of the kernels, of `_kernels.py` where distances are those to the nearest pose, and of `rotating/`."""
         return self._near, self._turned
 
     @property
@@ -223,7 +223,7 @@ class Sweep:
         else:
             assert self._turned is not None
             q = self._turned
-            turned.distances(q.seg, q.ends, q.limits, q.waves, where, q.tol, level, out)
+            rotating.distances(q.seg, q.ends, q.limits, q.waves, where, q.tol, level, out)
         return out
 
     def ray_intervals(
@@ -253,7 +253,7 @@ class Sweep:
         Notes
         -----
         Straight motions: one interval per convex piece, by Newton's method on a convex function, nothing can
-        be missed. Others: planes that move with the tool prove what is covered, see `vmachining.sweep.turned`;
+        be missed. Others: planes that move with the tool prove what is covered, see `vmachining.sweep.rotating`;
         a chord or a gap that is less than 1e-11 mm deep at a tangent point, that is shorter than sqrt(8e-11 r)
         (0.03 micrometre for r = 12 mm), may be bridged or missed.
         """
@@ -318,7 +318,7 @@ class Sweep:
             _kernels.rays(p.seg, p.first, p.size, p.path, origins, directions, p.tol, counts, lo, hi)
         else:
             assert q is not None
-            turned.rays(
+            rotating.rays(
                 q.seg, q.planes, q.arcs, q.ends, q.limits, q.waves, origins, directions, q.tol, counts, lo, hi
             )
 

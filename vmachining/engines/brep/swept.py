@@ -25,7 +25,7 @@ from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Arc, Line
 from vmachining.numerics.series import Series
 from vmachining.sweep import Sweep, Turn, swept_volume
-from vmachining.sweep.turned import arc_series
+from vmachining.sweep.rotating import arc_series
 from vmachining.tool import Profile, convex_cover
 
 __all__ = ["Swept", "solid", "solids"]

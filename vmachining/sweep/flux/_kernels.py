@@ -10,8 +10,8 @@ import numpy as np
 
 from vmachining.jit import kernel, leaf
 from vmachining.sweep.grazing._kernels import normal_speed
-from vmachining.sweep.turned._kernels import span, split_at
-from vmachining.sweep.turned.pose._kernels import bending, near, state
+from vmachining.sweep.rotating._kernels import span, split_at
+from vmachining.sweep.rotating.pose._kernels import bending, near, state
 
 
 @leaf

@@ -11,9 +11,9 @@ import numpy as np
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.sweep.flux import _kernels
 from vmachining.sweep.grazing import terms_of, whole_meridian
-from vmachining.sweep.turned import Packed
-from vmachining.sweep.turned._kernels import PATIENCE
-from vmachining.sweep.turned.pose import _kernels as pose
+from vmachining.sweep.rotating import Packed
+from vmachining.sweep.rotating._kernels import PATIENCE
+from vmachining.sweep.rotating.pose import _kernels as pose
 from vmachining.tool import Profile
 
 __all__ = ["FluxVolume", "flux_volume"]

@@ -8,7 +8,7 @@
 #   engagement/_kernels.py). Columns of the sweeps, one row each: box lo and hi; form: first and last + 1 piece, 1 if
 #   the axis turns, row of frames or -1; start; path (see sweep/_kernels.py); tol: of the distance, and depth up to
 #   which a point counts as on the surface. Rows of pieces: first and last + 1 segment, first and last + 1 wave; limits
-#   and waves as in sweep/turned.
+#   and waves as in sweep/rotating.
 # Tool: rows r0 z0 r1 z1 cr cz R beta0 beta1 of the meridian, joints (s of their ends), twist rad/mm of height.
 # now (22,): tip, axis, velocity, rate of the axis, right, ahead (3 each), speed, idle speed, highest z, steepness added.
 # hit rows: piece, s0, s1.
@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from vmachining.jit import leaf
 from vmachining.stock._kernels import mesh_distance
 from vmachining.sweep._kernels import meridian, nearest, planar_gap
-from vmachining.sweep.turned._kernels import _narrowed
-from vmachining.sweep.turned.pose._kernels import near, state
+from vmachining.sweep.rotating._kernels import narrowed
+from vmachining.sweep.rotating.pose._kernels import near, state
 
 FAR = 1e9
 LEVEL = -0.25  # mm: deeper than this in a turning sweep needs no digits
@@ -144,7 +144,7 @@ def sweep_gap(world, k, x, y, z, best, room):
             d, _x, _y, _z, f = near(seg, i0, i1, poses[e], x, y, z)
             cells[0, 3 + 2 * e], cells[0, 4 + 2 * e] = d, f
             best = min(best, d)
-        best = _narrowed(
+        best = narrowed(
             seg, i0, i1, world.limits[j], waves, x, y, z, best, LEVEL, cells, room.p, 0, 0, max(tol, 1e-8)
         )[0]
     return best

@@ -10,7 +10,7 @@ from vmachining.engines.dexel.grid import Look, RayGrid, look
 from vmachining.geometry import Line
 from vmachining.sweep import Sweep
 from vmachining.sweep.ball import ball_block
-from vmachining.sweep.turned import meridian_rows
+from vmachining.sweep.rotating import meridian_rows
 
 __all__ = ["cut_sides", "takes_side"]
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from vmachining.jit import kernel, leaf
 from vmachining.numerics._kernels import insert
-from vmachining.sweep.turned.pose._kernels import aim, bending, near, state
+from vmachining.sweep.rotating.pose._kernels import aim, bending, near, state
 
 STOP = 1e-11  # mm: what a stretch of time could add when it is given up
 MERGE = 1e-10  # mm: intervals closer than this are one
@@ -311,7 +311,7 @@ def rays(seg, planes, arcs, ends, limits, waves, origins, directions, tol, count
 
 
 @leaf
-def _narrowed(seg, i0, i1, limit, waves, x, y, z, best, level, cells, p, top, seen, slack):
+def narrowed(seg, i0, i1, limit, waves, x, y, z, best, level, cells, p, top, seen, slack):
     """Settle the stretches on the stack, or as many as there is room for; (best, top, seen, slack) to go on with."""
     while top >= 0:
         if top + 2 > len(cells):
@@ -358,7 +358,7 @@ def distance_piece(seg, i0, i1, limit, waves, x, y, z, poses, best, tol, level, 
         cells[0, 3 + 2 * k], cells[0, 4 + 2 * k] = d, f
     top, seen, slack = 0, 0, tol
     while top >= 0:
-        best, top, seen, slack = _narrowed(
+        best, top, seen, slack = narrowed(
             seg, i0, i1, limit, waves, x, y, z, best, level, cells, p, top, seen, slack
         )
         if top >= 0:

@@ -15,8 +15,8 @@ from test_sweep_turning import TURNS, UP, tilted
 from vmachining.errors import SweepError
 from vmachining.geometry import Line
 from vmachining.sweep import Pose, Sweep, Turn
-from vmachining.sweep.turned import _kernels as turned
-from vmachining.sweep.turned.pose import _kernels as pose
+from vmachining.sweep.rotating import _kernels as rotating
+from vmachining.sweep.rotating.pose import _kernels as pose
 from vmachining.tool import Profile
 
 ON_SURFACE = 1e-10
@@ -201,7 +201,7 @@ def test_the_search_asks_for_more_room_rather_than_drop_a_stretch(name):
         for i, (o, u) in enumerate(zip(origins, directions, strict=True)):
             cells, shots = np.zeros((rows, 29)), np.zeros((3, 13))
             counts.append(
-                turned.ray_piece(
+                rotating.ray_piece(
                     q.seg, q.planes, q.arcs, q.ends, 0, q.limits[0], q.waves, o, u, q.tol, cells, shots, poses,
                     np.zeros(12), lo[i], hi[i], 0,
                 )
