@@ -18,8 +18,9 @@ from vmachining.sweep import Sweep
 
 __all__ = ["columns_long"]
 
-LENGTH, WIDTH, ROW, FALL = 60, 30, 0.5, 0.05
-"""mm: of the part along x and y, between rows, from one pass over it to the next. Blocks are 1 mm long."""
+LENGTH, WIDTH, ROW, DEPTH, FALL = 60, 30, 0.5, 6.0, 0.05
+"""mm: of the part along x and y, between rows, of the first pass, from one pass to the next. Blocks are 1 mm long. The first
+pass is deeper than the radius of the ball, so that all later ones meet as many tiles."""
 
 
 def columns_long(blocks: int = 100_000) -> Iterator[dict[str, Any]]:
@@ -27,7 +28,9 @@ def columns_long(blocks: int = 100_000) -> Iterator[dict[str, Any]]:
     with the processor time of its last 5,000 blocks; memory is that of this process now, not its peak."""
     tool = vm.BallNose(diameter=10.0, length=400.0).cutter
     passes = blocks // (LENGTH * int(WIDTH / ROW)) + 1
-    engine = ColumnsFirst.of(BoxStock((0, 0, -FALL * passes - 6.0), (LENGTH, WIDTH, 0)), Options(width=0.01))
+    engine = ColumnsFirst.of(
+        BoxStock((0, 0, -DEPTH - FALL * passes - 6.0), (LENGTH, WIDTH, 0)), Options(width=0.01)
+    )
     stops = [n for n in (10**k for k in range(4, 10)) if n < blocks] + [blocks]
     gone, wide, begin = NOTHING, 0, process_time()
     for k, path in enumerate(_passes(blocks), 1):
@@ -51,7 +54,7 @@ def columns_long(blocks: int = 100_000) -> Iterator[dict[str, Any]]:
 
 def _passes(blocks: int) -> Iterator[Line]:
     """Lines of 1 mm, rows to and fro."""
-    x, y, z, way, row = 0, 0.0, -FALL, 1, 1.0
+    x, y, z, way, row = 0, 0.0, -DEPTH, 1, 1.0
     for _ in range(blocks):
         if 0 <= x + way <= LENGTH:
             yield Line((x, y, z), (x + way, y, z))

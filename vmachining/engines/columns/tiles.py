@@ -16,7 +16,7 @@ from vmachining.engines.protocol import Share
 
 __all__ = ["Tiling"]
 
-FIELD = 4
+FIELD = 6
 """Edge of the squares that are dealt to parts, in tiles, see docs/measured/columns.md."""
 
 MOST_TILES = 4_000_000
