@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import vmachining as vm
-from vmachining.bench.columns_long import columns_long
+from vmachining.bench import columns_long as long
 from vmachining.engines import relay
 from vmachining.engines.columns import ColumnsEngine, FlatStock
 from vmachining.engines.columns import engine as room
@@ -23,23 +23,23 @@ STOCK = BoxStock((0, 0, -20), (60, 30, 0))
 FLAT = vm.FlatEnd(diameter=6, length=60).cutter
 
 
-def test_what_is_kept_does_not_grow_with_the_program():
-    """Three passes of 3,720 blocks each, and a bit; one pass is what the surface shows."""
-    rows = list(columns_long(12_000))
-    assert [row["blocks"] for row in rows] == [10_000, 12_000]
-    assert rows[-1]["kept"] <= 2 * 2 * 4_096 + 10
-    assert rows[-1]["checkpoint_mb"] < 1.3 * rows[0]["checkpoint_mb"]
-    # three passes are whole, the last at 6.1 mm: rows every 0.5 mm of a ball of 5 mm leave scallops of 0.5^2 / 8 / 5 mm
-    least, most = 60 * 30 * (6.1 - 0.25 / 40), 60 * 30 * 6.15
-    half = 0.5 * rows[-1]["width_of_the_sum"] * rows[-1]["removed_mm3"]
-    assert rows[-1]["removed_mm3"] + half >= least and rows[-1]["removed_mm3"] - half <= most
-
-
 @pytest.fixture
 def soon(monkeypatch):
     """Tidied whenever there are twice eight sweeps."""
     monkeypatch.setattr(room, "TIDY", 16)
     monkeypatch.setattr(relay, "TIDY", 16)
+
+
+def test_what_is_kept_does_not_grow_with_the_program(soon, monkeypatch):
+    """Passes of 169 blocks over 12 x 6 mm: one pass is what the surface shows, so that is kept, twice and at most doubled."""
+    monkeypatch.setattr(long, "LENGTH", 12)
+    monkeypatch.setattr(long, "WIDTH", 6)
+    (short,), (much,) = (list(long.columns_long(passes * 169)) for passes in (2, 14))
+    assert much["kept"] <= 2 * 2 * 169 and much["checkpoint_mb"] < 1.2 * short["checkpoint_mb"]
+    # 14 passes are whole, the last at 6.65 mm: rows every 0.5 mm of a ball of 5 mm leave scallops of 0.5^2 / 8 / 5 mm
+    half = 0.5 * much["width_of_the_sum"] * much["removed_mm3"]
+    assert much["removed_mm3"] + half >= 12 * 6 * (6.65 - 0.25 / 40)
+    assert much["removed_mm3"] - half <= 12 * 6 * 6.65
 
 
 def slots(depths):
