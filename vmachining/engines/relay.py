@@ -1,8 +1,8 @@
 """Who cuts a job where nobody says it, and `--engine columns`: the columns engine, and the mesh engine for the rest.
 
-The rule (`best_engine`): columns, where they take the stock and at least half of the feed motions; else mesh, which
-cuts in several processes. Of what is proven, columns are the narrowest for the time. Grids of rays (`dexel`) are 10 to 50 times
-as fast as mesh where tools turn (docs/measured/dexel_grid.md), but their intervals are stated: they are asked for by name.
+The rule (`best_engine`): columns, where they take the stock and at least half of the feed motions; else mesh.
+Of what is proven, columns are the narrowest for the time. Grids of rays (`dexel`) are 10 to 50 times as fast as mesh where
+tools turn (docs/measured/dexel_grid.md), but their intervals are stated: they are asked for by name.
 
 1. A block that columns take is cut by columns alone; its sweep is noted for the mesh engine, as long as it is lowest
    somewhere: the union of all sweeps is that of those which the tiles still know, up to rounding, which is added.
@@ -49,7 +49,7 @@ TIDY = 4096
 """Noted sweeps from which on it is asked, whenever they are twice as many as before, which are still of use."""
 
 ENOUGH = 0.5
-"""Share of the feed motions that columns take from which on they pay: the mesh engine then runs in this process alone."""
+"""Share of the feed motions that columns take from which on they pay."""
 
 
 def handed_on(stock: Stock) -> Callable[[Sweep], bool]:
@@ -250,6 +250,7 @@ class ColumnsFirst:
             with np.load(path) as data:
                 found = {name: data[name] for name in data.files}
             state = json.loads(str(found["state"]))
+            noted, forgot = Noted.unpacked(found), bool(state["forgot"])
         except (OSError, KeyError, ValueError) as error:
             raise EngineError(f"checkpoint {path} cannot be read ({error})", engine=cls.name) from error
         self = cls.__new__(cls)
@@ -257,8 +258,8 @@ class ColumnsFirst:
         self._options, self.why = Options(chord=chord, width=width, width_mm3=width_mm3), state["why"]
         self.chord, self.stock_volume = self._options.chord, Bracket(*state["stock"])
         self._gone = Removal(*state["gone"]) if share.part == 0 else NOTHING
-        self._share, self._noted, self._foreign = share, Noted.unpacked(found), Boxes(found["foreign"])
-        self._tidy_from, self._forgot = max(TIDY, 2 * len(self._noted)), state["forgot"]
+        self._share, self._noted, self._foreign = share, noted, Boxes(found["foreign"])
+        self._tidy_from, self._forgot = max(TIDY, 2 * len(noted)), forgot
         with TemporaryDirectory() as folder:
             part = Path(folder) / "part.npz"
             self._columns = self._mesh = None
