@@ -158,7 +158,7 @@ class ColumnsEngine:
             sweep.bounds.tolist()
         )  # plain numbers: ten times as fast as arrays of three
         (a0, b0, c0), (a1, b1, c1) = self.stock[:2]
-        return x0 < a1 and y0 < b1 and z0 < c1 and x1 > a0 and y1 > b0 and z1 > c0
+        return bool(x0 < a1 and y0 < b1 and z0 < c1 and x1 > a0 and y1 > b0 and z1 > c0)
 
     def tidy(self) -> None:
         """Forget the rows of sweeps that no tile knows any more: they are lowest nowhere (R8 of docs/columns.md)."""
