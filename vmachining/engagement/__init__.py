@@ -37,7 +37,7 @@ never where a convex cutter goes straight, because the tangent plane at the poin
 poses. Elsewhere the sweep of the block's first part is asked, and covers what lies deeper in it than `Past.touch`.
 The same slack counts for earlier sweeps (at p = 0 the tool stands on the end pose of the block before) and for the
 stock, whose surface belongs to it. It moves ends by 1e-9 mm (2e-7 mm at sweeps that turn) over the sine of the
-angle between edge and surface. Stretches shorter than 0.02 mm that go no deeper than the slack are a touch of two
+angle between edge and surface. Intervals shorter than 0.02 mm that go no deeper than the slack are a touch of two
 round surfaces and are left out.
 
 Conventions: phi from the second direction of the tool frame (+y of an upright tool) towards the first (+x),

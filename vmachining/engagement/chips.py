@@ -38,7 +38,7 @@ CHIP_COLUMNS = (
 """Columns of `chip_table`."""
 
 ALONG = 17
-"""Points of every stretch at which the chip thickness of a general edge is asked: a wave is missed by 1e-3 of its height."""
+"""Points of every interval at which the chip thickness of a general edge is asked: a wave is missed by 1e-3 of its height."""
 
 
 def chip_table(

@@ -1,4 +1,4 @@
-"""From a tool at one instant and a workpiece to the engaged stretches of its edge, angle by angle."""
+"""From a tool at one instant and a workpiece to the engaged intervals of its edge, angle by angle."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Contact(NamedTuple):
 
     phi : (n,) rad, the grid first, then the ends of the arcs, inside of each, and both sides of every jump of the
     engaged length within an arc. grid : how many are grid.
-    parts : engaged stretches; `row` counts in phi. arcs : (k, 2) rad, rising, engaged without a gap; an arc over
+    parts : engaged intervals; `row` counts in phi. arcs : (k, 2) rad, rising, engaged without a gap; an arc over
     the end of the grid ends beyond 2 pi.
     """
 
@@ -74,7 +74,7 @@ def engaged_parts(
     *,
     facing: bool = True,
 ) -> EdgeParts:
-    """Engaged stretches of the edge at phi (n,), see `contact`."""
+    """Engaged intervals of the edge at phi (n,), see `contact`."""
     parts = facing_parts(edge, stance, phi) if facing else edge.whole(len(phi), By.EDGE)
     parts = workpiece.holds(edge, stance, phi, parts)
     for one in own:

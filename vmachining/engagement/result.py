@@ -18,16 +18,16 @@ from vmachining.tool import Edge, EdgeParts
 if TYPE_CHECKING:
     import polars as pl
 
-__all__ = ["COLUMNS", "Engagement", "EngagementMap", "told_by"]
+__all__ = ["COLUMNS", "Engagement", "EngagementMap", "end_name"]
 
 JOINT_MM = 1e-9
-"""Stretches on both sides of a joint of the meridian that come closer than this are one interval."""
+"""Intervals on both sides of a joint of the meridian that come closer than this are one interval."""
 
 SAME_RAD = 1e-12
 """Two angles closer than this are one; the sides of a jump are 1e-9 apart."""
 
 GAUSS = 8
-"""Nodes per stretch of integrals along the edge; exact to rounding for arcs up to a quarter turn."""
+"""Nodes per interval of integrals along the edge; exact to rounding for arcs up to a quarter turn."""
 
 FULL_TURN = 360.0
 
@@ -51,7 +51,7 @@ class Engagement:
     """Cutter-workpiece engagement at fraction `at` of a block. Lengths in mm, work coordinates, angles in rad.
 
     edge, stance : the cutting edge; where the tool is, how it moves, its frame.
-    contact : stretches by rotation angle, as extracted.
+    contact : intervals by rotation angle, as extracted.
     method : "dexel", "brep" or "analytic". block, line : of the program, where there is one.
     notes : what a reader must know: what is not in the numbers, how well the stock is known.
 
@@ -87,14 +87,14 @@ class Engagement:
             return [("engaged", "nowhere: air")]
         arcs = s["arcs_feed_deg"] if s["arcs_feed_deg"] is not None else s["arcs_deg"]
         of = "from the feed" if s["arcs_feed_deg"] is not None else "of the tool"
-        told = (
+        engaged = (
             "all round"
             if self.is_round
             else "; ".join(f"{a:.6g} to {b:.6g}" for a, b in arcs) + f" degrees {of}"
         )
         deep = [("radial", f"{s['ae_mm']:.6g} mm")] if s["ae_mm"] is not None else []
         return [
-            ("engaged", told), ("axial", f"{s['ap_mm']:.6g} mm"), *deep, ("surface", f"{s['area_mm2']:.6g} mm2"),
+            ("engaged", engaged), ("axial", f"{s['ap_mm']:.6g} mm"), *deep, ("surface", f"{s['area_mm2']:.6g} mm2"),
         ]  # fmt: skip
 
     @property
@@ -217,8 +217,8 @@ class Engagement:
             "phi_feed_deg": None if turn is None else np.round((degrees + np.degrees(turn)) % FULL_TURN, 12),
             "lower_mm": lower, "upper_mm": upper, "length_mm": np.concatenate([length, np.zeros(len(free))]),
             **dict(zip(COLUMNS[8:14], ends, strict=True)),
-            "lower_by": [*map(told_by, parts.lower_by), *blank],
-            "upper_by": [*map(told_by, parts.upper_by), *blank],
+            "lower_by": [*map(end_name, parts.lower_by), *blank],
+            "upper_by": [*map(end_name, parts.upper_by), *blank],
         }  # fmt: skip
         types: dict[str, type[pl.DataType]] = {
             "block": pl.Int64, "line": pl.Int64, "lower_by": pl.String, "upper_by": pl.String
@@ -252,7 +252,7 @@ class Engagement:
     # -- integrals -----------------------------------------------------------------------------------------
 
     def _sum(self, values: Floats) -> Floats:
-        """(angles,) sums of values of the stretches."""
+        """(angles,) sums of values of the intervals."""
         out = np.zeros(len(self.contact.phi))
         np.add.at(out, self.contact.parts.row, values)
         return out
@@ -269,7 +269,7 @@ class Engagement:
         """(n,) mm of the edge in space; more than the difference of s where the edge is wound."""
         if self.edge.twist == 0.0:
             return np.asarray(parts.upper - parts.lower)
-        # an interval may go over joints: each stretch is measured, and given to the interval that holds it
+        # an interval may go over joints: each of its parts is measured, and given to it
         pieces = self.contact.parts
         _, piece, s, weight = self._nodes(pieces)
         p = self.edge.at(piece, s)
@@ -321,13 +321,13 @@ class Engagement:
         return points @ self.stance.axis, points @ (sideways / size if size > 0.0 else sideways)
 
 
-def told_by(code: int) -> str:
-    """The word of the table for what ends an interval."""
+def end_name(code: int) -> str:
+    """Name, in the table, of what ends an interval."""
     return f"block {code}" if code >= 0 else By(int(code)).name.lower()
 
 
 def _joined(parts: EdgeParts) -> EdgeParts:
-    """Stretches that meet at a joint of the meridian made one; ordered by row and s."""
+    """Intervals that meet at a joint of the meridian made one; ordered by row and s."""
     order = np.lexsort((parts.lower, parts.row))
     p = parts.take(order)
     if not len(p.row):

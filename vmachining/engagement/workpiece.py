@@ -23,11 +23,11 @@ SLIDING_MM = 2e-7
 """Twice what distances to sweeps promise where a surface of a curved motion slides along itself."""
 
 SLIVER_MM = 0.02
-"""Stretches shorter than this may be the place where two round surfaces touch: sqrt(8 r 2e-7 mm), r = 200 mm."""
+"""Intervals shorter than this may be the place where two round surfaces touch: sqrt(8 r 2e-7 mm), r = 200 mm."""
 
 
 class By(IntEnum):
-    """What ends a stretch of the edge; numbers from 0 on are blocks of the program."""
+    """What ends an interval of the edge; numbers from 0 on are blocks of the program."""
 
     STOCK = -1
     FACING = -2
@@ -100,7 +100,7 @@ class RayWorkpiece:
         return left.take(self._real(edge, stance, phi, left))
 
     def _real(self, edge: Edge, stance: Stance, phi: Floats, parts: EdgeParts) -> Bools:
-        """False for short stretches that do not go deeper into the material than a contact could."""
+        """False for short intervals that do not go deeper into the material than a contact could."""
         real = np.asarray(parts.upper - parts.lower > SLIVER_MM)
         short = np.flatnonzero(~real)
         if len(short):
@@ -118,7 +118,7 @@ def without(
 ) -> EdgeParts:
     """What a sweep leaves of the parts. What only touches its surface stays.
 
-    `own`: the sweep has the tool on its boundary, so only short stretches that it cut off itself can be a mere
+    `own`: the sweep has the tool on its boundary, so only short intervals that it cut off itself can be a mere
     touch elsewhere.
     """
 

@@ -1,4 +1,4 @@
-# The engaged stretches of a meridian at many rotation angles. Legend: margin/_kernels.py.
+# The engaged intervals of a meridian at many rotation angles. Legend: margin/_kernels.py.
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from vmachining.jit import kernel, leaf
 ROOT = 1e-8  # mm: width of the bracket of an end
 ZERO = 1e-10  # mm: margin that counts as none
 TOUCH_RAD = 1e-4  # arcs narrower than this are a line along which tool and wall touch
-SURE = 1e-6  # mm: where the edge is deeper, the stretch around it is long enough to be kept
+SURE = 1e-6  # mm: where the edge is deeper, the interval around it is long enough to be kept
 HALVINGS = 12  # of a step of the grid, for ends of arcs and jumps: 2e-5 rad of 5 degrees
 LEAST, CELLS = 0.02, 16.0  # mm, and of a piece: steps along walls that the edge all but touches
 JUMP, JUMP_MM = 1.1, 0.02  # a change of length is a jump if it exceeds those beside it by this
@@ -71,7 +71,7 @@ def end_between(world, kept, count, blade, now, piece, phi, bend, room, a, b, f_
 def facing(blade, now, piece, phi):
     """s between which a straight piece moves into what lies before it; empty if it does nowhere.
 
-    N . V is linear along a line, and cos(beta) P + sin(beta) Q along an arc of normals beta: positive on one stretch.
+    N . V is linear along a line, and cos(beta) P + sin(beta) Q along an arc of normals beta: positive on one interval.
     """
     q = blade.rows[piece]
     a, b = blade.joints[piece], blade.joints[piece + 1]
@@ -103,7 +103,7 @@ def facing(blade, now, piece, phi):
 
 @leaf
 def cut_at(world, kept, count, blade, now, phi, room, brief):
-    """Engaged stretches at one angle into room.hit; how many. brief : only whether there are any, the rows are not made."""
+    """Engaged intervals at one angle into room.hit; how many. brief : only whether there are any, the rows are not made."""
     n = 0
     for piece in range(len(blade.rows)):
         q = blade.rows[piece]
@@ -135,17 +135,17 @@ def cut_at(world, kept, count, blade, now, phi, room, brief):
             if (f < 0.0) != (g < 0.0):
                 e = end_between(world, kept, count, blade, now, piece, phi, bend, room, s, t, f, g)
                 if f < 0.0:
-                    n = kept_stretch(world, kept, count, blade, now, piece, phi, bend, room, n, begin, e)
+                    n = kept_interval(world, kept, count, blade, now, piece, phi, bend, room, n, begin, e)
                 begin = e
             s, f = t, g
         if f < 0.0:
-            n = kept_stretch(world, kept, count, blade, now, piece, phi, bend, room, n, begin, s)
+            n = kept_interval(world, kept, count, blade, now, piece, phi, bend, room, n, begin, s)
     return n
 
 
 @leaf
-def kept_stretch(world, kept, count, blade, now, piece, phi, bend, room, n, a, b):
-    """Append a stretch, unless it is a mere touch: shorter than 0.02 mm and no deeper than rounding."""
+def kept_interval(world, kept, count, blade, now, piece, phi, bend, room, n, a, b):
+    """Append an interval, unless it is a mere touch: shorter than 0.02 mm and no deeper than rounding."""
     if b - a <= 1e-7 or n >= len(room.hit):
         return n
     if b - a < 0.02 and margin(world, kept, count, blade, now, piece, 0.5 * (a + b), phi, bend, room) > -1e-8:
@@ -156,7 +156,7 @@ def kept_stretch(world, kept, count, blade, now, piece, phi, bend, room, n, a, b
 
 @leaf
 def hit_length(room, n):
-    """mm of the stretches in room.hit."""
+    """mm of the intervals in room.hit."""
     out = 0.0
     for i in range(n):
         out += room.hit[i, 2] - room.hit[i, 1]
@@ -244,8 +244,8 @@ def contact(world, kept, count, blade, now, grid, more, phi, hits) -> tuple[int,
     """What the edge cuts at one place of the tool.
 
     grid : (n,) rad rising within one turn, evenly spaced; more : angles of special interest, (j,).
-    phi, hits : room for angles, and for stretches (angle, piece, s0, s1).
-    Returns (angles, stretches, engaged rad, engaged all round); angles or stretches -1: no room. The grid comes first,
+    phi, hits : room for angles, and for intervals (angle, piece, s0, s1).
+    Returns (angles, intervals, engaged rad, engaged all round); angles or intervals -1: no room. The grid comes first,
     then `more`, the ends of arcs and both sides of jumps.
     """
     room = Room(
@@ -317,7 +317,7 @@ def contact(world, kept, count, blade, now, grid, more, phi, hits) -> tuple[int,
 
 @kernel
 def contact_at(world, kept, count, blade, now, phi, first, hits, used) -> int:
-    """Append what the edge cuts at phi[first:]; the stretches used, -1 without room."""
+    """Append what the edge cuts at phi[first:]; the intervals used, -1 without room."""
     room = Room(
         np.zeros((512, 7)),
         np.zeros(12),
@@ -336,7 +336,7 @@ def contact_at(world, kept, count, blade, now, phi, first, hits, used) -> int:
 
 @leaf
 def put(hits, used, room, hit, angle):
-    """Append the stretches found at an angle; -1 without room."""
+    """Append the intervals found at an angle; -1 without room."""
     if used + hit > len(hits):
         return -1
     for k in range(hit):

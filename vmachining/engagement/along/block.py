@@ -51,7 +51,7 @@ class Teeth(NamedTuple):
 
 
 class Cutting(NamedTuple):
-    """Engaged stretches at rotation angles.
+    """Engaged intervals at rotation angles.
 
     phi : (n,) rad. The first `grid` are evenly spaced over a turn; those up to `ring` lie beside the feed; those up to
         `own` are ends of arcs and sides of jumps; the rest is where the other teeth stand then, tooth after tooth.
@@ -170,7 +170,7 @@ def samples_along(sweeps: Sweeps, block: int, path: Motion, teeth: Teeth, at: Fl
 def _contact(
     world: World, kept: Ints, shape: Blade, row: Floats, turn: float | None, angles: int, teeth: int = 1
 ) -> Cutting | None:
-    """Engaged stretches, None in air; with `teeth`, too, where the others stand when one is at an end of an arc."""
+    """Engaged intervals, None in air; with `teeth`, too, where the others stand when one is at an end of an arc."""
     ahead = 0.5 * np.pi - (0.0 if turn is None else turn)
     grid = (ahead + 2.0 * np.pi * np.arange(angles) / angles) % (2.0 * np.pi)
     more = np.empty(0)

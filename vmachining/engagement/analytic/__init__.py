@@ -1,12 +1,12 @@
 """Analytical boundary simulation (ABS): engaged intervals of the cutting edge in closed form, for many positions at once.
 
 Goal: chip geometry of flat, bull and ball cutters over every rotation angle of a whole pass, fast enough for feeds and
-forces, and exact for the workpiece it is told.
+forces, and exact for the workpiece as it is given.
 
 1. `frames` and `chip` (room above) hold the coordinates: tool frame, lead and tilt, edge points, facing condition, chips.
 2. Semi-finish: the workpiece is a `HeightStock`, heights over cells: blocks of a staircase, vertical vectors, or a job that
    has run (`vmachining.job.height_map`). `engaged` collects where the edge crosses walls, tops and floor, sorts, and tests
-   the middle of every stretch. No table of cases decides.
+   the middle of every interval. No table of cases decides.
 3. Finish: a surface known by its normals is modelled by circular or straight profiles (`Patch`), `finished` follows the edge
    to it at every angle. The published stages (`staged_length`, `station_ends`) are kept for comparison.
 4. `Pass` is the outcome: intervals [position, angle, interval], cut length, depths, chip thickness and area, LE and UE.

@@ -184,7 +184,7 @@ def blank(found, row):
 
 @leaf
 def levels(curve, floor, t0, s0, c0, t1, s1, c1, top, roots, n, found, row, start):
-    """Keep what lies between floor and top of a stretch over one cell; roots from n on are free for use."""
+    """Keep what lies between floor and top of an interval over one cell; roots from n on are free for use."""
     p, d, e = curve.pz, curve.dz, curve.ez
     if curve.round:
         a, b = p + d * s0 - e * c0, p + d * s1 - e * c1
@@ -197,7 +197,7 @@ def levels(curve, floor, t0, s0, c0, t1, s1, c1, top, roots, n, found, row, star
         low, high = span(1, p, d, e, t0, s0, c0, t1, s1, c1)
     if low > top + TOUCH or high < floor - TOUCH:
         return
-    first, known = n, -1  # known: which stretch between crossings is inside, where one is
+    first, known = n, -1  # known: which interval between crossings is inside, where one is
     if high <= top and low >= floor:
         known = 0
     else:
@@ -225,7 +225,7 @@ def levels(curve, floor, t0, s0, c0, t1, s1, c1, top, roots, n, found, row, star
 
 @leaf
 def inside(curve, stairs, t0, s0, c0, t1, s1, c1, roots, found, row, start):
-    """The stretches of a piece between t0 and t1 that are in the material, to the intervals of a row; s, c: sin and cos of
+    """Append to the intervals of a row those of a piece between t0 and t1 that are in the material; s, c: sin and cos of
     the ends of a round piece."""
     if not curve.round and curve.dz > 0.0:  # no need to look at walls above everything
         t1 = min(t1, (stairs.highest + 1.0 - curve.pz) / curve.dz)

@@ -400,7 +400,7 @@ def finished(
         steps = int(np.ceil((high - low) / size * STEPS_PER_RADIUS))
         who = np.arange(len(angle), dtype=np.int64)
         a, b = np.full(len(who), low), np.full(len(who), high)
-        if facing:  # one stretch per piece: N . V has at most one root there
+        if facing:  # one interval per piece: N . V has at most one root there
             who, a, b = _facing(behind, a, b, who, bend)
         step = max(CHUNK // (steps + 1), 1)
         found += [
@@ -424,7 +424,7 @@ def finished(
 def _facing(
     behind: Callable[[Floats, Ints], Floats], a: Floats, b: Floats, who: Ints, bend: float
 ) -> tuple[Ints, Floats, Floats]:
-    """The stretch of each piece that faces; joints are asked just inside of the piece."""
+    """The interval of each piece that faces; joints are asked just inside of the piece."""
     inner = [np.nextafter(a, b), np.nextafter(b, a)]
     first, last = behind(inner[0], who) < 0.0, behind(inner[1], who) < 0.0
     mixed = first != last
@@ -440,7 +440,7 @@ def _facing(
 def _below(
     outside: Callable[[Floats, Ints], Floats], a: Floats, b: Floats, who: Ints, steps: int
 ) -> tuple[Ints, Floats, Floats]:
-    """Stretches where outside <= 0, by samples and roots between them; (row, lower, upper)."""
+    """Intervals where outside <= 0, by samples and roots between them; (row, lower, upper)."""
     if not len(who):
         return who, a, b
     share = np.linspace(0.0, 1.0, steps + 1)

@@ -94,11 +94,11 @@ class Records:
     def at(self, where: ArrayLike, *, feed_mm_min: ArrayLike | None = None) -> Poses:
         """The tool at places (k,): i + p is the fraction p of the way from record i to the next.
 
-        At a record the motion is that of the stretch that begins there, at the last one that which ends there.
+        At a record the motion is that of the interval that begins there, at the last one that which ends there.
 
         Parameters
         ----------
-        feed_mm_min : of the tip, one or (n - 1,) for every stretch. None: every stretch takes 1 s.
+        feed_mm_min : of the tip, one or (n - 1,) for every interval. None: every interval takes 1 s.
         """
         u = np.array(where, dtype=np.float64, ndmin=1)
         n = len(self.tip)
