@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from vmachining.sweep import Turn
+from vmachining.sweep.flux._kernels import front
 from vmachining.sweep.grazing import (
     across,
     chord,
     circles,
     edge_open,
     folding,
-    front_flux,
     grazing_angles,
     grazing_stretches,
     instant,
@@ -172,7 +172,7 @@ def test_circles_flux_and_partition():
         assert f[123] == pytest.approx(body_speed(now, h, rho, np.cos(beta), np.sin(beta), u[123]), abs=1e-11)
         # a sum over a period misses a kink by h^2 / 8 times the slope
         slope = 2 * (2 * pi / 4000) ** 2 * float(of.reach)
-        assert front_flux(of.reach, of.c) == pytest.approx(
+        assert front(float(of.reach), float(of.c)) == pytest.approx(
             np.maximum(f, 0).mean() * 2 * pi, abs=slope + 1e-12
         )
         lo, hi = grazing_angles(of)

@@ -32,7 +32,7 @@ def circle(face, beta, x, out) -> None:
 
 @leaf
 def front(r, c):
-    """Integral of max(f, 0) over the circle, in closed form."""
+    """Integral of max(f, 0) over the circle: 2 (r sin w + c w), w = acos(-c / r) half the egress arc."""
     if r > abs(c):
         return 2.0 * (np.sqrt((r - c) * (r + c)) + c * np.arccos(-c / r))
     return 2.0 * np.pi * max(c, 0.0)

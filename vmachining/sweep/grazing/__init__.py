@@ -10,7 +10,7 @@ Goal: engines, envelopes, fluxes and quadratures name the same functions, so tha
 
 | file | holds |
 |---|---|
-| `condition.py` | `circles`, `circles_along`, `grazing_angles`, `front_flux`, `chord`, `folding` |
+| `condition.py` | `circles`, `circles_along`, `grazing_angles`, `chord`, `folding` |
 | `faces.py` | `line_terms`, `arc_terms`, `circle_terms`: the quadratic; `grazing_stretches` |
 | `_kernels.py` | f, for numba and numpy |
 
@@ -27,7 +27,6 @@ from vmachining.sweep.grazing.condition import (
     circles_along,
     edge_open,
     folding,
-    front_flux,
     grazing_angles,
     instant,
     normal_speed,
@@ -53,7 +52,6 @@ __all__ = [
     "circles_along",
     "edge_open",
     "folding",
-    "front_flux",
     "grazing_angles",
     "grazing_stretches",
     "instant",

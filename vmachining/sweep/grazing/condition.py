@@ -37,7 +37,6 @@ __all__ = [
     "circles_along",
     "edge_open",
     "folding",
-    "front_flux",
     "grazing_angles",
     "instant",
     "normal_speed",
@@ -156,15 +155,6 @@ def grazing_angles(of: Circles) -> Floats:
     """
     half = np.where(of.reach >= np.abs(of.c), of.half, np.nan)
     return np.stack([of.heading - half, of.heading + half], axis=-1)
-
-
-def front_flux(reach: ArrayLike, c: ArrayLike) -> Floats:
-    """Integral of max(f, 0) over u in [0, 2 pi]: 2 (r sin w + c w), w = acos(-c / r) half the egress arc."""
-    r, offset = np.asarray(reach, dtype=np.float64), np.asarray(c, dtype=np.float64)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        half = np.arccos(np.clip(-offset / r, -1.0, 1.0))
-    two_sided = 2.0 * (np.sqrt(np.maximum(r * r - offset * offset, 0.0)) + offset * half)
-    return np.asarray(np.where(r > np.abs(offset), two_sided, 2.0 * np.pi * np.maximum(offset, 0.0)))
 
 
 def chord(now: Instant, height: float) -> tuple[float, Floats]:
