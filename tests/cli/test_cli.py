@@ -6,6 +6,7 @@ import csv
 import json
 import os
 import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -277,6 +278,16 @@ def test_demo_runs_the_shipped_model(tmp_path):
     from vmachining.job import Job
 
     assert Job.load(demo_job()).name
+
+
+def test_the_line_that_goes_on_names_what_was_asked_for():
+    from vmachining.cli.jobs import RunOptions
+
+    assert RunOptions().words() == []
+    asked = RunOptions(chord=0.02, brep="3,7-9", stock_at="4", directions=3, brep_seconds=30.0)
+    assert (
+        shlex.join(asked.words()) == "--chord 0.02 --directions 3 --brep 3,7-9 --brep-seconds 30 --stock-at 4"
+    )
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals")

@@ -135,11 +135,11 @@ def run_(
     """Simulate one job: tables, summary, report, finished stock, and the rewritten program with [feed]."""
     from vmachining.cli import jobs
 
-    return jobs.run_job(
-        job, out=out, engine=engine, width=width, chord=chord, spacing=spacing, directions=directions,
-        certify=certify, brep=brep, brep_seconds=brep_seconds, workers=workers,
-        stock=stock, stock_at=stock_at, resume=resume, quiet=quiet, as_json=as_json,
+    options = jobs.RunOptions(
+        engine=engine, width=width, chord=chord, spacing=spacing, directions=directions, brep=brep,
+        brep_seconds=brep_seconds, workers=workers, stock=stock, stock_at=stock_at,
     )  # fmt: skip
+    return jobs.run_job(job, options, out=out, resume=resume, quiet=quiet, as_json=as_json)
 
 
 @app.command("init", epilog=examples("init part.nc", "init part.nc --out jobs/part.toml --force"))

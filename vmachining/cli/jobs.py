@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ from vmachining.job.simulate import Progress
 from vmachining.job.toolpath import Toolpath
 from vmachining.tolerance import BREP_SECONDS
 
-__all__ = ["demo_job", "demo_models", "list_demos", "run_demo", "run_job", "told_disputes"]
+__all__ = ["RunOptions", "demo_job", "demo_models", "list_demos", "run_demo", "run_job", "told_disputes"]
 
 ENGINES_OF_DEMOS = {"mould_cover": "vectors"}
 """What a model shows is another engine's than that of `run`: vectors measure a part."""
@@ -35,37 +36,53 @@ SHOWN = 5
 """Warnings on the terminal."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunOptions:
+    """Options of `vmachining run` that change what is computed or written, as they were given."""
+
+    engine: str | None = None
+    width: str | None = None
+    chord: float | None = None
+    spacing: float | None = None
+    directions: int | None = None
+    brep: str = "none"
+    brep_seconds: float | None = None
+    workers: int | None = None
+    stock: str = "stl"
+    stock_at: str | None = None
+
+    def words(self) -> list[str]:
+        """Those that are not as by default, on a command line."""
+        found: list[str] = []
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if value != field.default:
+                word = f"{value:g}" if isinstance(value, float) else str(value)
+                found += [f"--{field.name.replace('_', '-')}", word]
+        return found
+
+
 def run_job(
     file: Path,
+    options: RunOptions,
     *,
-    out: Path | None,
-    engine: str | None,
-    certify: bool,
-    brep: str,
-    workers: int | None,
-    stock: str,
-    resume: bool,
-    quiet: bool,
-    as_json: bool,
-    brep_seconds: float | None = None,
-    stock_at: str | None = None,
-    chord: float | None = None,
-    width: str | None = None,
-    spacing: float | None = None,
-    directions: int | None = None,
+    out: Path | None = None,
+    resume: bool = False,
+    quiet: bool = False,
+    as_json: bool = False,
     told: Progress | None = None,
     every_strategy: bool = False,
 ) -> int:
     """`vmachining run`, or `strategies` with `every_strategy`. told : hears of the progress, too."""
-    parse_brep(brep)
-    formats = check_formats(stock)
-    steps = parse_blocks(stock_at, "--stock-at") if stock_at is not None else ()
+    parse_brep(options.brep)
+    formats = check_formats(options.stock)
+    steps = parse_blocks(options.stock_at, "--stock-at") if options.stock_at is not None else ()
     job = Job.load(file)
-    if chord is not None:
-        job = job.with_chord(chord)
-    if width is not None:
-        job = job.with_width(width)
-    job = job.with_spacing(spacing, directions)
+    if options.chord is not None:
+        job = job.with_chord(options.chord)
+    if options.width is not None:
+        job = job.with_width(options.width)
+    job = job.with_spacing(options.spacing, options.directions)
     if steps or "step" in formats:  # said before hours of cutting
         blank(job)
     if steps:
@@ -78,31 +95,16 @@ def run_job(
             emit(summary)
         return Code.DONE
     with FolderLock(folder) as lock:
-        again = [
-            "vmachining",
-            "strategies" if every_strategy else "run",
-            str(file),
-            "--out",
-            str(folder),
-            "--resume",
-        ]
-        again += [] if every_strategy else ["--brep", brep, "--stock", stock]
-        again += ["--engine", engine] if engine is not None else []
-        again += ["--stock-at", stock_at] if stock_at is not None else []
-        again += ["--brep-seconds", f"{brep_seconds:g}"] if brep_seconds is not None else []
-        again += ["--chord", f"{chord:g}"] if chord is not None else []
-        again += ["--width", width] if width is not None else []
-        again += ["--spacing", f"{spacing:g}"] if spacing is not None else []
-        again += ["--directions", str(directions)] if directions is not None else []
-        again += ["--workers", str(workers)] if workers is not None else []
+        command = "strategies" if every_strategy else "run"
+        again = ["vmachining", command, str(file), "--out", str(folder), "--resume", *options.words()]
         with (
             progress_bar(quiet=silent) as bar,
             watched(_both(bar, told), lambda watch: _cut_short(watch, folder, again)) as progress,
         ):
             try:
                 result = run(
-                    job, engine=engine, chord=chord, out=folder, resume=resume, workers=workers, brep=brep,
-                    brep_seconds=brep_seconds or BREP_SECONDS, progress=progress, lock=lock,
+                    job, engine=options.engine, chord=options.chord, out=folder, resume=resume, workers=options.workers,
+                    brep=options.brep, brep_seconds=options.brep_seconds or BREP_SECONDS, progress=progress, lock=lock,
                     every_strategy=every_strategy,
                 )  # fmt: skip
             except Stopped as exc:
@@ -145,10 +147,8 @@ def _cut_short(watch: Watch, folder: Path, again: Sequence[str]) -> str:
 
 def run_demo(name: str = "slot", *, out: Path | None, stock: str, quiet: bool, as_json: bool) -> int:
     """`vmachining demo`."""
-    return run_job(
-        demo_job(name), out=out, engine=ENGINES_OF_DEMOS.get(name), certify=False, brep="none",
-        workers=None, stock=stock, resume=False, quiet=quiet, as_json=as_json,
-    )  # fmt: skip
+    options = RunOptions(engine=ENGINES_OF_DEMOS.get(name), stock=stock)
+    return run_job(demo_job(name), options, out=out, quiet=quiet, as_json=as_json)
 
 
 def list_demos(*, as_json: bool) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vmachining.cli.jobs import run_job
+from vmachining.cli.jobs import RunOptions, run_job
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note
 from vmachining.errors import InputError
@@ -82,8 +82,7 @@ def strategies(
             )  # fmt: skip
         folder = out if out is not None else Path("out") / safe_name(job.name)
         code = run_job(
-            target, out=folder, certify=False, brep="none", workers=None, stock="stl", resume=resume,
-            quiet=quiet or as_json, as_json=False, engine=engine, every_strategy=True,
+            target, RunOptions(engine=engine), out=folder, resume=resume, quiet=quiet or as_json, every_strategy=True
         )  # fmt: skip
         if code != Code.DONE:
             return code

@@ -6,7 +6,7 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-from vmachining.cli.jobs import run_job
+from vmachining.cli.jobs import RunOptions, run_job
 from vmachining.cli.main import Code
 from vmachining.cli.screen import note
 from vmachining.errors import InputError, VMachiningError
@@ -54,10 +54,7 @@ def _runs(file: Path, live: Live, engine: str | None, once: bool) -> int:
         seen = _times(file)
         live.progress("program", 0, 1)
         try:
-            code = run_job(
-                file, out=live.folder, engine=engine, certify=False, brep="none", workers=None, stock="stl", resume=False,
-                quiet=False, as_json=False, told=live.progress,
-            )  # fmt: skip
+            code = run_job(file, RunOptions(engine=engine), out=live.folder, told=live.progress)
             if code == Code.INTERRUPTED:
                 return code
             live.ended()
