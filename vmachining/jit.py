@@ -32,7 +32,7 @@ from numba.core import event, types
 
 from vmachining.notice import notice
 
-__all__ = ["forget_sources", "imported", "kernel", "leaf"]
+__all__ = ["forget_sources", "imported", "inner", "kernel", "leaf"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -47,6 +47,12 @@ def kernel(function: F) -> F:
 def leaf(function: F) -> F:
     """Compile a function that makes no arrays, and calls none that does; one that did would not compile."""
     return cast(F, _compiled(function, _nrt=False))
+
+
+def inner(function: F) -> F:
+    """A `leaf` whose code is put where it is called: for steps of an inner loop with so many numbers that handing them over
+    costs as much as the step."""
+    return cast(F, _compiled(function, _nrt=False, forceinline=True))
 
 
 class _Compiling(event.Listener):

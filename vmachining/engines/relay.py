@@ -7,9 +7,8 @@ tools turn (docs/measured/dexel_grid.md), but their intervals are stated: they a
 1. A block that columns take is cut by columns alone; its sweep is noted for the mesh engine, as long as it is lowest
    somewhere: the union of all sweeps is that of those which the tiles still know, up to rounding, which is added.
 2. A block that they do not take (a tool that turns, leans or is not convex, a sweep whose top dips below the top of the
-   stock), or that mesh bounds more narrowly in a tenth of the time (an arc in an upright plane, of which columns know
-   chords only), goes to the mesh engine, after those noted sweeps whose boxes meet it: others change nothing there, and
-   the order of cuts is of no matter.
+   stock) goes to the mesh engine, after those noted sweeps whose boxes meet it: others change nothing there, and the order
+   of cuts is of no matter.
 3. From then on columns do not know the workpiece below and above that sweep: blocks whose box overlaps it in plan go to
    the mesh engine, too; all others stay with columns. The column `engine` says block by block who answered.
 4. A check of shank or holder that columns cannot answer is asked of the mesh engine in the same way.
@@ -30,13 +29,12 @@ import numpy as np
 
 from vmachining.arrays import Ints
 from vmachining.engines.columns import ColumnsEngine
-from vmachining.engines.columns.paths import is_flat
 from vmachining.engines.mesh import MeshEngine
 from vmachining.engines.mesh.thinned import thinned
 from vmachining.engines.noted import Boxes, Noted
 from vmachining.engines.protocol import NOTHING, WHOLE, Options, Removal, Share, StockSurface
 from vmachining.errors import EngineError, StockError
-from vmachining.geometry import Arc, Bracket
+from vmachining.geometry import Bracket
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 
@@ -58,12 +56,7 @@ def handed_on(stock: Stock) -> Callable[[Sweep], bool]:
         columns = ColumnsEngine.of(stock, Options())
     except StockError:
         return lambda sweep: True
-    return lambda sweep: not (_suits(sweep) and columns.accepts(sweep))
-
-
-def _suits(sweep: Sweep) -> bool:
-    """Whether columns have rules for cells along this path: of other arcs they know chords (docs/measured/columns.md)."""
-    return not isinstance(sweep.path, Arc) or is_flat(sweep.path)
+    return lambda sweep: not columns.accepts(sweep)
 
 
 def best_engine(handed: Sequence[bool]) -> str:
@@ -120,7 +113,7 @@ class ColumnsFirst:
         return removed
 
     def _by_columns(self, sweep: Sweep, block: int | None) -> Removal | None:
-        if self._columns is None or not (self._knows(sweep) and _suits(sweep) and self._columns.takes(sweep)):
+        if self._columns is None or not (self._knows(sweep) and self._columns.takes(sweep)):
             return None
         try:
             return self._columns.cut(sweep, block)._replace(engine=ColumnsEngine.name)

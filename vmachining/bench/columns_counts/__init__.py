@@ -85,8 +85,6 @@ def program_row(seed: int) -> dict[str, Any]:
     rng = np.random.default_rng([seed, 1])
     program = drawn(seed)
     width, floor = rng.choice([0.05, 0.02, 0.01, 0.003]), rng.choice([1e-3, 1e-4])
-    if program.family == "arcs of all planes":  # chords alone: what they leave cannot be divided away
-        width, floor = 0.05, 1e-2
     engine = ColumnsEngine(program.stock, float(width), float(floor))
     found = [engine.cut(sweep, k) for k, sweep in enumerate(program.sweeps)]
     spent = process_time() - begin

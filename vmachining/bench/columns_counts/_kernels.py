@@ -114,7 +114,7 @@ def lowest(cutters, moves, k, x, y):
         r = np.sqrt(ax * ax + az * az)
     else:
         r = np.sqrt(ay * ay + az * az)
-    n = 2 + int(angle / min(STEP, 0.25 * R / r))
+    n = 2 + int(angle / min(STEP, 0.25 * R / np.sqrt(r * r + (moves[k, 8] / angle) ** 2)))
     best, before, here = np.inf, np.inf, height(cutters, moves, k, x, y, 0.0)
     for i in range(n + 1):  # every pose that is no higher than its neighbours
         after = height(cutters, moves, k, x, y, (i + 1.0) / n) if i < n else np.inf

@@ -22,7 +22,7 @@ FAMILIES = (
 )  # fmt: skip
 CUTTERS = ("ball", "flat", "bull", "cone", "tapered ball", "rounded cone", "drill")
 
-BLOCKS = {"arcs of all planes": 2, "helices": 6, "level arcs": 6, "finishing": 20}
+BLOCKS = {"arcs of all planes": 6, "helices": 6, "level arcs": 6, "finishing": 20}
 """Of a program; others have 10."""
 
 FAR_MM = 1e4

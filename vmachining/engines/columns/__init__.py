@@ -13,8 +13,8 @@ Goal: a bracket that holds the truth, rounding included, as narrow as asked, at 
    borders of footprints are cut off along chords and outer tangents (`cells/`).
 4. The rectangle whose bracket is widest is divided into four, until the block is as narrow as asked (`_kernels.py`).
 5. Tiles keep the sweeps that may still be lowest in them (`tiles.py`): time and memory do not grow with the program.
-6. Arcs and helices are chords that a shrunk and a grown cutter follow: one for each cell about an upright axis (`arcs/`), a
-   polygon in other planes (`paths.py`, `cutters.py`).
+6. Arcs and helices about any coordinate direction are chords that a shrunk and a grown cutter follow, one for each cell
+   (`arcs/`, `paths.py`, `cutters.py`).
 
 | file | holds |
 |---|---|
@@ -23,7 +23,7 @@ Goal: a bracket that holds the truth, rounding included, as narrow as asked, at 
 | `cutters.py` | lower surfaces of profiles, grown and shrunk cutters, which cutter lies in which |
 | `table.py` | `CutterTable`: the cutters of a job by number |
 | `tiles.py` | `Tiling`: lists of sweeps and facets by tiles |
-| `paths.py` | `chords` and `pieces` of arcs |
+| `paths.py` | `pieces` of arcs |
 | `goal.py` | how narrow a bracket is wanted, of a block and of a share of it |
 | `heights.py` | the workpiece as closed triangles over a grid |
 | `roof/` | facets of the top and edges of the outline of a stock, by tiles |

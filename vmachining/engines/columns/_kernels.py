@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vmachining.engines.columns.arcs._kernels import ARC, WIDTH, place
+from vmachining.engines.columns.arcs._kernels import STRAIGHT, WIDTH, at, place
 from vmachining.engines.columns.cells._kernels import (
     DOWN,
     FIRST,
@@ -28,7 +28,7 @@ from vmachining.jit import kernel, leaf
 
 
 class Shapes(NamedTuple):
-    """Cutters and sweeps: head (c, 5), part (c, parts, 8), lift (c, c), ladder (c, 2), rows (n, 16); see
+    """Cutters and sweeps: head (c, 5), part (c, parts, 8), lift (c, c), ladder (c, 3), rows (n, 13); see
     surface/_kernels.py and arcs/_kernels.py. rules: see cells/_kernels.py."""
 
     head: NDArray[np.float64]
@@ -105,16 +105,17 @@ def _sift_down(heap, cell, n):
 
 @kernel
 def tile_range(
-    row: NDArray[np.float64], R: float, grid: NDArray[np.float64], size: NDArray[np.int64]
+    rows: NDArray[np.float64], k: int, R: float, grid: NDArray[np.float64], size: NDArray[np.int64]
 ) -> tuple[int, int, int, int]:
-    """(first, last + 1) tile along x and y that a sweep, of a cutter with radius R, may reach."""
-    L = row[5]
-    x0, x1 = row[0], row[0] + L * row[3]
-    y0, y1 = row[1], row[1] + L * row[4]
-    if row[10] == ARC:  # its end, and how far it bulges between
-        r, angle = row[13], row[14] + row[15]
-        x1, y1 = row[11] + r * np.cos(angle), row[12] + r * np.sin(angle)
-        R += r * (1.0 - np.cos(0.5 * row[15]))
+    """(first, last + 1) tile along x and y that sweep k, of a cutter with radius R, may reach."""
+    L = rows[k, 5]
+    x0, x1 = rows[k, 0], rows[k, 0] + L * rows[k, 3]
+    y0, y1 = rows[k, 1], rows[k, 1] + L * rows[k, 4]
+    if rows[k, 10] != STRAIGHT:  # its ends, and how far it bulges between
+        r = rows[k, 3]
+        x0, y0, _, _, _, _ = at(rows, k, r, 0.0)
+        x1, y1, _, _, _, _ = at(rows, k, r, abs(rows[k, 11]))
+        R += r * (1.0 - np.cos(0.5 * rows[k, 11]))
     i0 = int(np.floor((min(x0, x1) - R - grid[0]) / grid[2]))
     i1 = int(np.floor((max(x0, x1) + R - grid[0]) / grid[2])) + 1
     j0 = int(np.floor((min(y0, y1) - R - grid[1]) / grid[3]))
@@ -175,7 +176,7 @@ def remove(
     rules = shapes.rules
     cell, span, heap, ids, met = work.cell, work.span, work.heap, work.ids, work.met
     lines, E, C, P, W = work.lines, work.E, work.C, work.P, work.W
-    i0, i1, j0, j1 = tile_range(rows[k], head[int(rows[k, 8]), 1], tiles.grid, tiles.size)
+    i0, i1, j0, j1 = tile_range(rows, k, head[int(rows[k, 8]), 1], tiles.grid, tiles.size)
     gx, gy, w, h = tiles.grid[0], tiles.grid[1], tiles.grid[2], tiles.grid[3]
     n, used, fresh, most = ZERO, ZERO, ZERO, ZERO
     out[4] = FINE
@@ -221,15 +222,10 @@ def remove(
                 for q in range(m):
                     s = ids[src + count + q]
                     if rules & FORGET != 0 and hides(
-                        head, part, lift, lines, rules, SELF, FIRST + q, x, y, 0.5 * w, 0.5 * h, slack
+                        head, part, lift, rows, lines, rules, SELF, FIRST + q, x, y, 0.5 * w, 0.5 * h, slack
                     ):
                         continue
-                    known = (
-                        rules & FORGET != 0
-                        and rows[s, 9] != rows[k, 9]
-                        and E[SELF, UP + 7] == SMOOTH
-                        and E[SELF, UP] > bottom
-                    )
+                    known = rules & FORGET != 0 and E[SELF, UP + 7] == SMOOTH and E[SELF, UP] > bottom
                     if known and above(E, FIRST + q, DOWN, 0.5 * w, 0.5 * h, SELF, UP):
                         continue
                     ids[used + left] = s
@@ -316,7 +312,7 @@ def heights(
                     while e >= 0:
                         k = tiles.sweep[e]
                         px, py = x + (i + a / per) * w, y + (j + b / per) * h
-                        place(head, part, ladder, rows, k, px, py, 0.01 * w, lines, SELF)
+                        place(head, part, ladder, rows, k, px, py, 0.01 * w, 0.01 * w, lines, SELF)
                         f = value(head, part, int(lines[SELF, 7]), lines, SELF, px, py)
                         if f < low:
                             low, who = f, k
@@ -340,7 +336,7 @@ def heights_at(
         e, low = tiles.first[j * tiles.size[0] + i], top
         while e >= 0:
             k = tiles.sweep[e]
-            place(head, part, ladder, rows, k, px, py, 0.01 * w, lines, SELF)
+            place(head, part, ladder, rows, k, px, py, 0.01 * w, 0.01 * w, lines, SELF)
             low = min(low, value(head, part, int(lines[SELF, 7]), lines, SELF, px, py))
             e = tiles.after[e]
         height[p] = max(low, bottom)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from functools import reduce
-from itertools import pairwise
 from math import hypot
 from pathlib import Path
 from typing import Self
@@ -14,14 +13,14 @@ import numpy as np
 
 from vmachining.arrays import Floats, Ints
 from vmachining.engines.columns import _kernels
-from vmachining.engines.columns.arcs._kernels import ARC, STRAIGHT
+from vmachining.engines.columns.arcs._kernels import ABOUT_X, STRAIGHT
 from vmachining.engines.columns.cells._kernels import ALL
 from vmachining.engines.columns.cutters import underside
 from vmachining.engines.columns.flat_stock import FlatStock
 from vmachining.engines.columns.goal import goal_of
 from vmachining.engines.columns.heights import solid_of
-from vmachining.engines.columns.paths import chords, is_flat, pieces
-from vmachining.engines.columns.table import CutterTable
+from vmachining.engines.columns.paths import pieces
+from vmachining.engines.columns.table import ANYWHERE, ASIDE, CutterTable
 from vmachining.engines.columns.tiles import Tiling
 from vmachining.engines.protocol import NOTHING, WHOLE, Options, Removal, Share, StockSurface
 from vmachining.errors import EngineError
@@ -33,7 +32,10 @@ from vmachining.tool import Profile
 
 __all__ = ["ColumnsEngine"]
 
-UPRIGHT = 1e4
+UPRIGHT = 2
+"""Axis of arcs whose plane is level."""
+
+STEEPEST = 1e4
 """Slope from which a ramp is bounded by two plunges: STEEP of the kernels, the steepest tangent plane they use."""
 
 ULPS = 64
@@ -51,8 +53,8 @@ PER_TILE, MOST_PLACES = 4, 4_000_000
 LEFT_WIDTH, MOST_LOOKED = 1e-4, 400_000
 """Width, relative to the volume that is gone, asked of what is left in the end, and tiles up to which it is looked at."""
 
-CELLS, ARC_CELLS = 60_000, 2_000
-"""Cells of a straight block, and of a chord of an arc: what its sagitta leaves cannot be divided away."""
+CELLS = 60_000
+"""Of a line, or of a piece of an arc."""
 
 ADDED = 1e-3
 """Share of the width asked for that kernels leave to the rounding that is added to what they find."""
@@ -60,17 +62,14 @@ ADDED = 1e-3
 COARSE = 0.25
 """Relative width of the first look at the pieces of a block."""
 
-SAGS = (2.0**-11, 2.0**-14)
-"""mm by which chords may lie off an arc, tried in this order until the block is as narrow as asked."""
-
 
 TIDY = 4096
 """Rows from which on it is asked, whenever they are twice as many as before, which of them are still of use."""
 
 NO_DIGITS = "coordinates so large have no more digits"
 
-GROUP = 9
-"""Column of rows: sweeps of one block, or of one piece of an arc, have the same number there."""
+NUMBER = 12
+"""Column of rows: their order."""
 
 
 class ColumnsEngine:
@@ -102,9 +101,8 @@ class ColumnsEngine:
         self.stock_volume = Bracket(stock.volume, stock.volume, stock.volume)
         self.cells = self._looked_at = 0
         self._gone = NOTHING
-        self._groups = 0
         self._cutters = CutterTable()
-        self._rows, self._count, self._tidy_from = np.zeros((64, 16)), 0, TIDY
+        self._rows, self._count, self._made, self._tidy_from = np.zeros((64, 13)), 0, 0, TIDY
         self._blocks: list[int] = []
         self._tiles: Tiling | None = None
         self._work = _kernels.work()
@@ -218,32 +216,18 @@ class ColumnsEngine:
         if isinstance(sweep.path, Turn):  # never: for the type checker
             raise AssertionError
         wanted = max(self.width_mm3, floor)
-        first, path = self._count, sweep.path
-        for sag in SAGS:
-            off = 0.0
-            if is_flat(path):
-                assert isinstance(path, Arc)
-                self._add_arc(sweep.profile, path, block)
-            else:
-                way = chords(path, sag)
-                off = way.off
-                self._add(sweep.profile, way.points, off, block)
-            if self._count - first == 1:
-                found = self._one(first, self._goal(first, wanted), CELLS, keep)
-                before: dict[int, Ints] = {}
-            else:
-                before = self._ready(first).lists(self._shapes, first, self._count)
-                found = self._pieces(first, before, wanted, ARC_CELLS if off else CELLS)
-            done = off == 0.0 or self._share.parts > 1 or not self._is_wider(found, wanted)
-            if not keep or (not done and sag != SAGS[-1]):
-                if before:
-                    self._ready(first).restore(before)
-                self._count = first
-            if done:
-                break
-        if off:
-            found = found._replace(note=f"its chords lie up to {off:.2g} mm beside the path")
+        first = self._count
+        self._add(sweep.profile, sweep.path, block)
+        if self._count - first == 1:
+            found = self._one(first, self._goal(first, wanted), keep)
+        else:
+            before = self._ready(first).lists(self._shapes, first, self._count)
+            found = self._pieces(first, before, wanted)
+            if not keep:
+                self._ready(first).restore(before)
         if not keep:
+            self._made -= self._count - first
+            self._count = first
             return found._replace(note=None)
         found = found._replace(note=found.note or NO_DIGITS)
         return found if self._share.parts > 1 else self._judged(found)
@@ -274,32 +258,32 @@ class ColumnsEngine:
             share = self._ready(first).share_of(self._shapes, first, self._count)
         return goal_of((1.0 - ADDED) * self.width, (1.0 - ADDED) * wanted, share)
 
-    def _pieces(self, first: int, before: dict[int, Ints], wanted: float, limit: int) -> Removal:
+    def _pieces(self, first: int, before: dict[int, Ints], wanted: float) -> Removal:
         """Of all rows from `first` on, which see each other by the tiles: a coarse look says how narrow each need be."""
         found, pieces = NOTHING, self._count - first
         for k in range(first, self._count):
-            found = found.plus(self._one(k, goal_of(COARSE, wanted / pieces), limit, True))
+            found = found.plus(self._one(k, goal_of(COARSE, wanted / pieces), True))
         asked = _kernels.wanted(self._goal(first, wanted), found.lo)
         if found.width <= asked:
             return found
         self._ready(first).restore(before)
         found = NOTHING
         for k in range(first, self._count):
-            found = found.plus(self._one(k, goal_of(0.0, asked / pieces), limit, True))
+            found = found.plus(self._one(k, goal_of(0.0, asked / pieces), True))
         return found
 
-    def _one(self, k: int, goal: _kernels.Goal, limit: int, keep: bool) -> Removal:
-        """Of one straight piece."""
+    def _one(self, k: int, goal: _kernels.Goal, keep: bool) -> Removal:
+        """Of one row."""
         tiles = self._ready(k)
         shapes = self._shapes
         bottom, top = self.stock.low[2], self.stock.high[2]
         row, out = self._rows[k].tolist(), np.zeros(5)
-        scale = max(map(abs, (*self.stock.low, *self.stock.high, *row[:3], *row[11:14]))) + row[5]
+        scale = max(map(abs, (*self.stock.low, *self.stock.high, *row[:3]))) + max(row[3], 0.0) + row[5]
         slack = ULPS * float(np.finfo(float).eps) * scale
         while True:
             _kernels.remove(
                 shapes, tiles.arrays, tiles.roof, self._work, k, self._rim, top, bottom,
-                goal, slack, min(limit, len(self._work.cell)), keep, out,
+                goal, slack, min(CELLS, len(self._work.cell)), keep, out,
             )  # fmt: skip
             if out[4] != _kernels.LONG:
                 break
@@ -310,60 +294,48 @@ class ColumnsEngine:
             return NOTHING
         R, L = float(self._cutters.head[int(row[8]), 1]), row[5]
         plan, rim = 2.0 * R * (2.0 * R + L), 2.0 * (4.0 * R + L)
-        height = top - max(bottom, row[2] + min(row[6] * L, 0.0))
+        height = top - max(bottom, row[9])
         # each sweep, the top and the bottom moved by the rounding of coordinates; and that of the closed integrals
         error = slack * (longest + 3.0) * (2.0 * plan + rim * height) + ROUNDING * plan * (height + R)
         if tiles.seams is not None:  # strips as narrow along edges of facets are passed over
             error += 2.0 * slack * tiles.seam_length(tiles.reached(shapes, k)) * height
         lo, hi = max(lo - error, 0.0), hi + error
-        note = f"{limit} cells were not enough" if state == _kernels.FULL else None
-        if row[7] != row[8] and row[5] == 0.0 and row[10] == STRAIGHT:
+        note = f"{CELLS} cells were not enough" if state == _kernels.FULL else None
+        if row[7] != row[8]:
             note = "so steep a ramp is held between two plunges"
         return Removal(lo, 0.5 * (lo + hi), hi, note=note)
 
-    def _add(self, profile: Profile, points: Floats, off: float, block: int | None) -> None:
-        """Rows of straight pieces through points."""
-        inner, outer = self._cutters.number(profile, -_power(off)), self._cutters.number(profile, _power(off))
-        if float(points[:, 2].min()) + self._cutters.tops[inner] < self.stock.high[2]:
-            raise EngineError("the top of the tool dips below the stock", engine=self.name, block=block)
-        group, self._groups = self._groups, self._groups + 1
-        flat = points.tolist()
-        for (x0, y0, z0), (x1, y1, z1) in pairwise(flat):
-            L = hypot(x1 - x0, y1 - y0)
-            held, holds = inner, outer
-            if abs(z1 - z0) >= UPRIGHT * L:  # the lowest pose lies in it, and what is L wider there holds it
-                if L > 0.0:
-                    holds = self._cutters.number(profile, _power(off + L))
-                row = [x0, y0, z0] if z0 <= z1 else [x1, y1, z1]
-                row += [1.0, 0.0, 0.0, 0.0]
-            else:
-                row = [x0, y0, z0, (x1 - x0) / L, (y1 - y0) / L, L, (z1 - z0) / L]
-            self._row([*row, held, holds, group], block)
-
-    def _add_arc(self, profile: Profile, path: Arc, block: int | None) -> None:
-        """Rows of the pieces of an arc, whose chords the kernels choose cell by cell."""
+    def _add(self, profile: Profile, path: Line | Arc, block: int | None) -> None:
+        """Rows of a line, or of the pieces of an arc, whose chords the kernels choose cell by cell."""
         c = self._cutters.number(profile, 0.0)
-        if min(path.start[2], path.end[2]) + self._cutters.tops[c] < self.stock.high[2]:
+        if float(path.bounds[0, 2]) + self._cutters.tops[c] < self.stock.high[2]:
             raise EngineError("the top of the tool dips below the stock", engine=self.name, block=block)
-        if self._cutters.ladder[c, 1] == 0.0:
-            self._cutters.climb(profile, c)
-        n, way = pieces(path, float(self._cutters.head[c, 1])), float(np.sign(path.angle))
-        turn, r = path.angle / n, path.radius
-        arm = path.start - path.center
-        begin = float(np.arctan2(arm[1], arm[0]))
-        m = path.rise / (r * abs(path.angle))
-        for k in range(n):
-            x, y, z = path.position(k / n).tolist()
-            angle = begin + k * turn
-            group, self._groups = self._groups, self._groups + 1
-            row = [x, y, z, -way * np.sin(angle), way * np.cos(angle), r * abs(turn), m, c, c, group]
-            self._row([*row, ARC, *path.center[:2], r, angle, turn], block)
+        if isinstance(path, Line) or path.angle == 0.0 or path.radius == 0.0:
+            self._row(self._straight(profile, c, *path.position([0.0, 1.0]).tolist()), block)
+            return
+        self._cutters.climb(profile, c, ASIDE if path.axis == UPRIGHT else ANYWHERE)
+        for piece in pieces(path, float(self._cutters.head[c, 1])):
+            h, length = piece.rise / abs(piece.angle), piece.radius * abs(piece.angle) + abs(piece.rise)
+            row = [*piece.center, piece.radius, piece.start_angle, length, h, c, c, piece.bounds[0, 2]]
+            self._row([*row, ABOUT_X + piece.axis, piece.angle], block)
+
+    def _straight(self, profile: Profile, c: int, a: Sequence[float], b: Sequence[float]) -> list[float]:
+        """Row of a line from a to b."""
+        (x0, y0, z0), (x1, y1, z1) = a, b
+        L = hypot(x1 - x0, y1 - y0)
+        if abs(z1 - z0) < STEEPEST * L:
+            way = [x0, y0, z0, (x1 - x0) / L, (y1 - y0) / L, L, (z1 - z0) / L]
+            return [*way, c, c, min(z0, z1), STRAIGHT]
+        # the lowest pose lies in it, and what is L wider there holds it
+        holds = self._cutters.number(profile, _power(L)) if L > 0.0 else c
+        return [*(a if z0 <= z1 else b), 1.0, 0.0, 0.0, 0.0, c, holds, min(z0, z1), STRAIGHT]
 
     def _row(self, values: list[float], block: int | None) -> None:
         if self._count == len(self._rows):
             self._rows = np.concatenate([self._rows, np.zeros_like(self._rows)])
         self._rows[self._count, : len(values)] = values
         self._rows[self._count, len(values) :] = 0.0
+        self._rows[self._count, NUMBER], self._made = self._made, self._made + 1
         self._blocks[self._count :] = [-1 if block is None else block]
         self._count += 1
 
@@ -380,7 +352,7 @@ class ColumnsEngine:
         disc = Profile([(radius, 0.0), (radius, 1.0)])
         c = self._cutters.number(disc, 0.0)
         x, y = (0.5 * (a + b) for a, b in zip(low[:2], high[:2], strict=True))
-        self._rows[0, :10] = [x, y, low[2], 1.0, 0.0, 0.0, 0.0, c, c, -1.0]
+        self._rows[0, :10] = [x, y, low[2], 1.0, 0.0, 0.0, 0.0, c, c, low[2]]
         self._blocks, self._count = [-1], 1
         return 0
 
@@ -484,7 +456,7 @@ class ColumnsEngine:
         """Write tiles and sweeps (`.npz`)."""
         state = {
             "stock": list(self.stock[:3]), "width": self.width, "width_mm3": self.width_mm3, "tile_mm": self.tile_mm,
-            "blocks": self._blocks[: self._count], "gone": list(self._gone[:4]), "groups": self._groups,
+            "blocks": self._blocks[: self._count], "gone": list(self._gone[:4]), "made": self._made,
         }  # fmt: skip
         arrays = self._cutters.packed()
         if self.stock.mesh is not None:
@@ -512,7 +484,7 @@ class ColumnsEngine:
             engine._take_rows(found["rows"])
             engine._blocks = state["blocks"]
             engine._gone = Removal(*state["gone"]) if share.part == 0 else NOTHING
-            engine._groups, engine._share = int(state["groups"]), share
+            engine._made, engine._share = int(state["made"]), share
             if "tiles_grid" in found:
                 engine._tiles = Tiling.unpacked(engine.stock, found)
                 if share.parts > 1:
@@ -530,7 +502,7 @@ class ColumnsEngine:
         rows = np.concatenate([e._rows[: e._count] for e in engines])
         blocks = np.concatenate([np.array(e._blocks[: e._count], dtype=np.int64) for e in engines])
         kept, at, of = np.unique(rows, axis=0, return_index=True, return_inverse=True)
-        order = np.argsort(kept[:, GROUP], kind="stable")
+        order = np.argsort(kept[:, NUMBER], kind="stable")
         number = np.empty_like(order)
         number[order] = np.arange(len(order))
         whole._take_rows(kept[order])

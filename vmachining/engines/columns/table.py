@@ -15,6 +15,9 @@ from vmachining.tool import Profile
 
 __all__ = ["CutterTable"]
 
+ASIDE, ANYWHERE = 1, 2
+"""Columns of the ladder: cutters for points at the same height, and for any."""
+
 PARTS = 12
 """Parts of a cutter's lower surface that the kernels have room for."""
 
@@ -22,22 +25,21 @@ PARTS = 12
 class CutterTable:
     """Cutters, and the same grown and shrunk, by number.
 
-    head : (c, 5), part : (c, PARTS, 8), lift : (c, c), ladder : (c, 2), see surface/_kernels.py and arcs/_kernels.py.
+    head : (c, 5), part : (c, PARTS, 8), lift : (c, c), ladder : (c, 3), see surface/_kernels.py and arcs/_kernels.py.
     tops : (c) mm above the tip, up to which everything over the lower surface is cutter.
     """
 
     def __init__(self) -> None:
         self.head, self.part, self.lift = np.zeros((0, 5)), np.zeros((0, PARTS, 8)), np.zeros((0, 0))
-        self.ladder = np.zeros((0, 2))
+        self.ladder = np.zeros((0, 3))
         self.tops: list[float] = []
         self._numbers: dict[tuple[int, float], int] = {}
-        self._known: list[tuple[Profile, float]] = []
-        self._rung: list[bool] = []
+        self._known: list[tuple[Profile, float, int]] = []
 
-    def number(self, profile: Profile, by: float, *, rung: bool = False) -> int:
+    def number(self, profile: Profile, by: float, rung: int = 0) -> int:
         """Number of a cutter grown by some mm, told to the kernels once.
 
-        rung : one that arcs alone use; the cover rule is not asked about it.
+        rung : ASIDE or ANYWHERE for one that arcs alone use; the cover rule is not asked about it.
 
         Raises
         ------
@@ -47,7 +49,7 @@ class CutterTable:
         known = None if rung else self._numbers.get((id(profile), by))
         if known is not None:
             return known
-        found = underside((widened if rung else grown)(profile, by))
+        found = underside((widened if rung == ASIDE else grown)(profile, by))
         if found is None or len(found.part) > PARTS:
             raise EngineError("the tool is not convex or has too many parts", engine="columns")
         part = np.zeros((1, PARTS, 8))
@@ -55,38 +57,42 @@ class CutterTable:
         n = len(self.head)
         self.head = np.concatenate([self.head, found.head[None]])
         self.part = np.concatenate([self.part, part])
-        self.ladder = np.concatenate([self.ladder, np.zeros((1, 2))])
+        self.ladder = np.concatenate([self.ladder, np.zeros((1, 3))])
         wider = np.full((n + 1, n + 1), np.inf)
         wider[:n, :n], wider[n, n] = self.lift, 0.0
         if not rung:
             for j in range(n):
-                if not self._rung[j]:
+                if not self._known[j][2]:
                     wider[n, j], wider[j, n] = (lift(self.head, self.part, b, c) for b, c in ((n, j), (j, n)))
         self.lift = wider
-        self._rung.append(rung)
         self.tops.append(found.top)
-        self._known.append((profile, by))
+        self._known.append((profile, by, rung))
         if not rung:
             self._numbers[id(profile), by] = n
         return n
 
-    def climb(self, profile: Profile, c: int) -> None:
-        """Make the shrunk and grown cutters between which arcs of cutter c are held."""
+    def climb(self, profile: Profile, c: int, rung: int) -> None:
+        """Make the shrunk and grown cutters between which arcs of cutter c are held, if they are not there.
+
+        rung : ASIDE where arc and chord lie at the same height, ANYWHERE where they do not.
+        """
+        if self.ladder[c, rung]:
+            return
         off = widest(float(self.head[c, 1]))
         first = len(self.head)
-        for rung in range(RUNGS):
+        for k in range(RUNGS):
             for sign in (-1.0, 1.0):
-                self.number(profile, sign * off / 2.0**rung, rung=True)
-        self.ladder[c] = first, off
+                self.number(profile, sign * off / 2.0**k, rung)
+        self.ladder[c, 0], self.ladder[c, rung] = off, first
 
     def packed(self) -> dict[str, Any]:
         """Arrays by name, see `unpacked`."""
-        profiles = {id(p): p for p, _ in self._known}
+        profiles = {id(p): p for p, _, _ in self._known}
         number = {key: k for k, key in enumerate(profiles)}
         arrays = packed_profiles(list(profiles.values()))
-        arrays["cutters"] = np.array(
-            [(number[id(p)], by, rung) for (p, by), rung in zip(self._known, self._rung, strict=True)]
-        ).reshape(-1, 3)
+        arrays["cutters"] = np.array([(number[id(p)], by, rung) for p, by, rung in self._known]).reshape(
+            -1, 3
+        )
         arrays["ladder"] = self.ladder
         return arrays
 
@@ -95,6 +101,6 @@ class CutterTable:
         """What `packed` wrote."""
         self, profiles = cls(), profiles_of(arrays)
         for k, by, rung in arrays["cutters"].tolist():
-            self.number(profiles[int(k)], by, rung=bool(rung))
+            self.number(profiles[int(k)], by, int(rung))
         self.ladder = arrays["ladder"]
         return self

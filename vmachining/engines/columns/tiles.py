@@ -52,8 +52,8 @@ class Tiling:
 
     def reached(self, shapes: _kernels.Shapes, k: int) -> tuple[int, int, int, int]:
         """Tiles (first, last + 1) along x and y that sweep k may reach."""
-        row, tiles = shapes.rows[k], self.arrays
-        i0, i1, j0, j1 = _kernels.tile_range(row, float(shapes.head[int(row[8]), 1]), tiles.grid, tiles.size)
+        tiles, R = self.arrays, float(shapes.head[int(shapes.rows[k, 8]), 1])
+        i0, i1, j0, j1 = _kernels.tile_range(shapes.rows, k, R, tiles.grid, tiles.size)
         return i0, i1, j0, j1
 
     def make_room(self, shapes: _kernels.Shapes, k: int) -> None:

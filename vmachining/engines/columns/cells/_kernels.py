@@ -15,7 +15,7 @@
 
 import numpy as np
 
-from vmachining.engines.columns.arcs._kernels import ARC, WIDTH, place, same_arc
+from vmachining.engines.columns.arcs._kernels import WIDTH, place, same_arc
 from vmachining.engines.columns.patches._kernels import clip, room
 from vmachining.engines.columns.roof._kernels import OUTSIDE, WHOLE, over_cell
 from vmachining.engines.columns.surface._kernels import (
@@ -339,8 +339,7 @@ def over(head, part, lines, rules, x, y, E, n, P, q, corners, extra, W):
             px, py = P[q, v, 0], P[q, v, 1]
             f = E[0, UP] + E[0, UP + 1] * px + E[0, UP + 2] * py
             if i > 0:
-                side = 8 if lines[i, 9] == lines[SELF, 9] else 7
-                f = value(head, part, int(lines[i, side]), lines, i, x + px, y + py)
+                f = value(head, part, int(lines[i, 7]), lines, i, x + px, y + py)
             W[i, v] = f - E[1, DOWN] - E[1, DOWN + 1] * px - E[1, DOWN + 2] * py
     total = 0.0
     for v in range(1, corners - 1):
@@ -420,11 +419,11 @@ def cut_up(head, part, lines, rules, bottom, x, y, hx, hy, E, n, C, P, W, rim):
 
 
 @leaf
-def hides(head, part, lift, lines, rules, i, k, x, y, hx, hy, slack):
+def hides(head, part, lift, rows, lines, rules, i, k, x, y, hx, hy, slack):
     """Whether line i covers line k in the cell, see `covers` and `same_arc`."""
     if rules & COVER == 0:
         return False
-    if lines[i, 10] == ARC and lines[k, 10] == ARC and same_arc(lift, lines, i, k, slack):
+    if same_arc(lift, rows, lines, i, k, slack):
         return True
     return covers(head, part, lift, lines, i, k, x, y, hx, hy, slack)
 
@@ -450,14 +449,13 @@ def bounds(
     rim : row of a plunge whose footprint is that of a round stock, -1 where the walls of the stock are those of the tiles.
     roof : top and outline of a stock of facets; empty: the top is level.
     """
-    d = np.sqrt(hx * hx + hy * hy)
-    place(head, part, ladder, rows, k, x, y, d, lines, SELF)
+    place(head, part, ladder, rows, k, x, y, hx, hy, lines, SELF)
     if not look(head, part, lines, SELF, int(lines[1, 7]), int(lines[1, 8]), rules, x, y, hx, hy, E, C, SELF):
         return 0.0, 0.0, TOP
     edge = TOP
     if rim >= 0:
         c = int(rows[rim, 7])
-        far = distance(rows, rim, x, y)
+        d, far = np.sqrt(hx * hx + hy * hy), distance(rows, rim, x, y)
         if far - d >= head[c, 1]:
             return 0.0, 0.0, TOP
         if far + d > head[c, 1]:
@@ -495,15 +493,12 @@ def bounds(
     n, best = FIRST, TOP
     for q in range(count):
         j = ids[src + q]
-        place(head, part, ladder, rows, j, x, y, d, lines, n)
-        if hides(head, part, lift, lines, rules, n, SELF, x, y, hx, hy, slack):
+        place(head, part, ladder, rows, j, x, y, hx, hy, lines, n)
+        if hides(head, part, lift, rows, lines, rules, n, SELF, x, y, hx, hy, slack):
             return 0.0, 0.0, TOP
-        cin, cout = int(lines[n, 7]), int(lines[n, 8])
-        if rows[j, 9] == rows[k, 9]:  # pieces of one block change roles: their union is the block
-            cin, cout = cout, cin
-        if not look(head, part, lines, n, cin, cout, rules, x, y, hx, hy, E, C, n) or above(
-            E, n, DOWN, hx, hy, 0, UP
-        ):
+        if not look(
+            head, part, lines, n, int(lines[n, 7]), int(lines[n, 8]), rules, x, y, hx, hy, E, C, n
+        ) or above(E, n, DOWN, hx, hy, 0, UP):
             continue
         ids[dst + n - 2] = j
         if E[n, UP + 7] == SMOOTH and E[n, UP] < E[best, UP]:
@@ -511,13 +506,9 @@ def bounds(
         n += 1
     if above(E, SELF, DOWN, hx, hy, best, UP):
         return 0.0, 0.0, TOP
-    # of pieces of one block the upper side may lie below the lower one: they drop nothing
-    firm = rules & FORGET != 0 and (
-        best == 0 or lines[best, 9] != rows[k, 9] or lines[best, 7] == lines[best, 8]
-    )
     kept = FIRST
     for i in range(2, n):
-        if firm and i != best and above(E, i, DOWN, hx, hy, best, UP):
+        if rules & FORGET != 0 and i != best and above(E, i, DOWN, hx, hy, best, UP):
             continue
         if i == best:
             best = kept
@@ -526,7 +517,7 @@ def bounds(
                 E[kept, j] = E[i, j]
             for j in range(4):
                 C[kept, j] = C[i, j]
-            for j in range(WIDTH if lines[i, 10] == ARC else 11):
+            for j in range(WIDTH):
                 lines[kept, j] = lines[i, j]
             ids[dst + kept - 2] = ids[dst + i - 2]
         kept += 1
@@ -549,7 +540,7 @@ def bounds(
             a, b = known_room(head, part, lines, E, other, top, x, y, hx, hy, P, W)
             least, most = least - b, most - a
         if n <= 3 and most < np.inf:
-            if other == TOP or hides(head, part, lift, lines, rules, SELF, other, x, y, hx, hy, slack):
+            if other == TOP or hides(head, part, lift, rows, lines, rules, SELF, other, x, y, hx, hy, slack):
                 return max(least, 0.0), max(most, 0.0), n - 2
             lo = max(least, 0.0)
         if other != best:

@@ -5,7 +5,7 @@
 # part[c, i] = (kind, rho_a, rho_b, slope_a, slope_b, a, z, r), from the axis outward, slopes rising:
 #   LINE    z + slope (rho - rho_a); ARC    z - sqrt(r^2 - (rho - a)^2); VERTEX a point whose slopes span [slope_a, slope_b]
 # rows[k] = (x, y, z of the tip at the start, ux, uy unit motion in plan, L length in plan, m = dz/ds, cutter that the
-# sweep holds, cutter that holds the sweep, group, kind); more columns of arcs: arcs/_kernels.py. xi, eta: along and
+# sweep holds, cutter that holds the sweep, lowest z of the tip, kind, 0); of arcs: arcs/_kernels.py. xi, eta: along and
 # across the motion, from the start.
 #
 #     f(xi, eta) = min over s in [0, L] of  z + m s + phi(sqrt((xi - s)^2 + eta^2))
