@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import csv
+import gc
 import json
 import math
+import warnings
 
 import numpy as np
 import polars as pl
@@ -36,6 +38,17 @@ def test_the_slot_has_its_exact_volume(tiny):
     assert (slot["motion"], slot["feed_mm_min"], slot["tool"], slot["engine"]) == ("linear", 600, 1, "mesh")
     assert (slot["x_mm"], slot["y_mm"], slot["z_mm"], slot["k"]) == (14, 4, -1, 1)
     assert slot["text"].strip() == "N60 G1 X14 F600"
+
+
+def test_a_run_without_a_place_has_one_until_its_result_goes(tmp_path):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        result = run(Job.load(write_job(tmp_path)), engine="columns")
+        folder = result.folder
+        assert (folder / "blocks.partial.csv").is_file()
+        del result
+        gc.collect()
+    assert not folder.exists()
 
 
 def test_plunge_and_arc_hold_the_closed_form(tiny):

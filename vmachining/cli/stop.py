@@ -23,6 +23,7 @@ from tempfile import TemporaryDirectory
 from typing import NoReturn
 
 from vmachining.cli.main import Code
+from vmachining.job.files import Scratch
 
 __all__ = ["Watch", "descendants", "watched"]
 
@@ -103,7 +104,7 @@ def _end(message: str) -> NoReturn:
         with suppress(OSError):
             os.kill(process, signal.SIGKILL)
     for thing in gc.get_objects():
-        if type(thing) is TemporaryDirectory:
+        if type(thing) in (TemporaryDirectory, Scratch):
             with suppress(Exception):
                 thing.cleanup()
     os._exit(Code.INTERRUPTED)

@@ -8,6 +8,9 @@ import importlib.metadata
 import json
 import os
 import platform
+import shutil
+import tempfile
+import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -19,6 +22,7 @@ __all__ = [
     "MANIFEST",
     "OUTPUTS",
     "TABLES",
+    "Scratch",
     "atomic_path",
     "between",
     "fingerprints",
@@ -43,6 +47,17 @@ OUTPUTS = (*TABLES, "summary.json", "report.html", "deviation.html", "stock.stl"
 """Every result file there can be, the manifest apart, and workpieces between blocks (`between`)."""
 
 PACKAGES = ("vmachining", "numpy", "numba", "manifold3d", "trimesh", "polars", "cadquery")
+
+
+class Scratch:
+    """A temporary directory that goes with whoever keeps it last, or with the process.
+
+    `TemporaryDirectory` does so, too, but warns that nobody closed it; a result without `out` has no end to close it at.
+    """
+
+    def __init__(self) -> None:
+        self.name = tempfile.mkdtemp(prefix="vmachining-")
+        self.cleanup = weakref.finalize(self, shutil.rmtree, self.name, ignore_errors=True)
 
 
 @contextmanager

@@ -8,14 +8,13 @@ import shutil
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from vmachining.engines.protocol import Engine, StockSurface
 from vmachining.errors import EngineError
 from vmachining.geometry import Bracket
 from vmachining.job.brep import blank, refuse_beyond, write_step
-from vmachining.job.files import TABLES, between, make_folder, write_json
+from vmachining.job.files import TABLES, Scratch, between, make_folder, write_json
 from vmachining.job.folder import FolderLock, ResultFolder, now
 from vmachining.job.jobfile import Job
 from vmachining.job.schedule import ScheduleReport
@@ -57,7 +56,7 @@ class RunResult:
     lock: FolderLock
     findings: list[tuple[int, str, str]] = field(default_factory=list)
     """(line, text, message) of program warnings on lines that do not move."""
-    _keep: TemporaryDirectory[str] | None = field(default=None, repr=False)
+    _keep: Scratch | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
         s = self.summary

@@ -10,7 +10,6 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from vmachining.engines import RAYS, engine_class, entry_of
@@ -26,6 +25,7 @@ from vmachining.job.engagement_columns import Saves, Stations, coefficients_of, 
 from vmachining.job.executor import executor
 from vmachining.job.files import (
     MANIFEST,
+    Scratch,
     atomic_path,
     fingerprints,
     is_full,
@@ -131,7 +131,7 @@ def run(
     begin = time.perf_counter()
     if resume and out is None:
         raise InputError("resume wants the directory of the interrupted run")
-    keep = TemporaryDirectory(prefix="vmachining-") if out is None else None
+    keep = Scratch() if out is None else None
     folder = Path(keep.name if keep else str(out))
     options = {
         "engine": engine, "chord_mm": job.keys.accuracy.chord_mm, "brep": brep,
