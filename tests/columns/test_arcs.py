@@ -117,9 +117,7 @@ def test_a_full_circle_takes_what_its_lower_half_takes_and_its_upper_half_nothin
 
 def test_a_valley_into_the_bottom():
     tool, R, _ = ball()
-    found = ColumnsEngine(box(0.0, -4.0), WIDTH).cut(
-        Sweep.along(tool, half_circle(6.0, -R, 1, hill=False))
-    )
+    found = ColumnsEngine(box(0.0, -4.0), WIDTH).cut(Sweep.along(tool, half_circle(6.0, -R, 1, hill=False)))
     check(found, over_slices(R, lambda w: ring(6.0 + w, 4.0)))
 
 
