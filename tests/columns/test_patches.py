@@ -8,6 +8,7 @@ from referee import CUTTERS, lowest
 
 from vmachining.engines.columns.cutters import underside
 from vmachining.engines.columns.patches._kernels import room
+from vmachining.engines.columns.surface._kernels import COLUMNS, OF
 
 GRID = 80
 STEP = (2.0 * np.arange(GRID) + 1.0) / GRID - 1.0
@@ -37,7 +38,8 @@ def test_room_under_the_top_over_one_cell(make):
         a, d = rng.uniform(-2, 2, 3), motion(rng)
         top = a[2] + rng.choice([9.0, rng.uniform(0.1, 3.0)])
         length = np.hypot(d[0], d[1])
-        row = np.array([[*a, d[0] / length, d[1] / length, length, d[2] / length, 0.0, 0.0, 0.0]])
+        row = np.zeros((1, COLUMNS))
+        row[0, :7], row[0, OF] = [*a, d[0] / length, d[1] / length, length, d[2] / length], -1.0
         (x, y), (hx, hy) = rng.uniform(-6, 6, 2), rng.uniform(0.01, 0.7, 2)
         f = lowest(a, a + d, r, under, *np.meshgrid(x + hx * STEP, y + hy * STEP))
         inside = np.isfinite(f)

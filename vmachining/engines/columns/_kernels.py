@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vmachining.engines.columns.arcs._kernels import STRAIGHT, WIDTH, at, place
+from vmachining.engines.columns.arcs._kernels import STRAIGHT, at, place
 from vmachining.engines.columns.cells._kernels import (
     DOWN,
     FIRST,
@@ -23,7 +23,7 @@ from vmachining.engines.columns.cells._kernels import (
     hides,
 )
 from vmachining.engines.columns.roof._kernels import Roof
-from vmachining.engines.columns.surface._kernels import value
+from vmachining.engines.columns.surface._kernels import COLUMNS, value
 from vmachining.jit import kernel, leaf
 
 
@@ -156,6 +156,8 @@ def wanted(goal: Goal, volume: float) -> float:
     return max(wide - goal.less, goal.weight * wide + goal.floor)
 
 
+MANY = 256.0  # at first, cells as wide as the width asked for divided by this are as good as known
+PROGRESS = 0.0625  # then, those of this share of the width of the cell whose part they are
 FINE, FULL, LONG = 0.0, 1.0, 2.0
 ZERO = np.int64(0)  # typed, see surface/_kernels.py
 
@@ -179,7 +181,7 @@ def remove(
     i0, i1, j0, j1 = tile_range(rows, k, head[int(rows[k, 8]), 1], tiles.grid, tiles.size)
     gx, gy, w, h = tiles.grid[0], tiles.grid[1], tiles.grid[2], tiles.grid[3]
     n, used, fresh, most = ZERO, ZERO, ZERO, ZERO
-    out[4] = FINE
+    out[4], least = FINE, 0.0
     for j in range(j0, j1):
         for i in range(i0, i1):
             t = j * tiles.size[0] + i
@@ -197,10 +199,11 @@ def remove(
             src = used
             lo, hi, m = bounds(
                 head, part, lift, ladder, rows, rules, roof, k, rim, top, bottom, x, y, 0.5 * w, 0.5 * h,
-                ids, src, count, src + count, slack, lines, E, C, P, W,
+                ids, src, count, src + count, slack, min(wanted(goal, least) / MANY, 1e30), lines, E, C, P, W,
             )  # fmt: skip
             if hi <= 0.0:
                 continue
+            least += lo
             most = max(most, m)
             used += count + m
             cell[n, 0], cell[n, 1], cell[n, 2], cell[n, 3], cell[n, 4], cell[n, 5] = (
@@ -246,12 +249,13 @@ def remove(
         if n + 4 > limit or used + 4 * count > len(ids):
             out[4] = FULL
             break
+        enough = PROGRESS * _width(cell, c)
         lo, hi = lo - cell[c, 4], hi - cell[c, 5]
         for q in range(4):
             cx, cy = x + (hx if q % 2 else -hx), y + (hy if q > 1 else -hy)
             a, b, m = bounds(
                 head, part, lift, ladder, rows, rules, roof, k, rim, top, bottom, cx, cy, hx, hy,
-                ids, src, count, used, slack, lines, E, C, P, W,
+                ids, src, count, used, slack, enough, lines, E, C, P, W,
             )  # fmt: skip
             new = c if q == 0 else n
             cell[new, 0], cell[new, 1], cell[new, 2], cell[new, 3] = cx, cy, hx, hy
@@ -350,7 +354,7 @@ def work(cells: int = 60_000, most: int = 256) -> Work:
         np.zeros(cells, dtype=np.int64),
         np.zeros(25 * cells, dtype=np.int64),
         np.zeros((cells, 3), dtype=np.int64),
-        np.zeros((most, WIDTH)),
+        np.zeros((most, COLUMNS)),
         np.zeros((most, 16)),
         np.zeros((most, 4)),
         np.zeros((5, 16, 2)),

@@ -14,11 +14,10 @@
 
 import numpy as np
 
-from vmachining.engines.columns.surface._kernels import STEEP, profile
+from vmachining.engines.columns.surface._kernels import OF, STEEP, profile
 from vmachining.jit import inner, leaf
 
 STRAIGHT, ABOUT_X, ABOUT_Y, ABOUT_Z = 0.0, 1.0, 2.0, 3.0
-WIDTH = 12  # columns of lines
 TWO_PI = 2.0 * np.pi
 STRETCH = 0.25  # what the poses of a cell are extended by, so that its own chord has no end in it
 RUNGS = 18  # pairs of cutters, each half as far from the true one as the pair before
@@ -235,7 +234,7 @@ def place(head, part, ladder, rows, k, x, y, hx, hy, lines, i):
     """Fill lines[i] with the straight sweep that stands for sweep k in the cell."""
     for j in range(9):
         lines[i, j] = rows[k, j]
-    lines[i, 9] = k
+    lines[i, 9], lines[i, OF] = k, -1.0
     kind = rows[k, 10]
     if kind == STRAIGHT:
         return

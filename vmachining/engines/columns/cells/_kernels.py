@@ -15,17 +15,24 @@
 
 import numpy as np
 
-from vmachining.engines.columns.arcs._kernels import WIDTH, place, same_arc
+from vmachining.engines.columns.arcs._kernels import place, same_arc
 from vmachining.engines.columns.patches._kernels import clip, room
 from vmachining.engines.columns.roof._kernels import OUTSIDE, WHOLE, over_cell
 from vmachining.engines.columns.surface._kernels import (
+    COLUMNS,
+    FROM,
+    OF,
+    TO,
     bending,
     covers,
     distance,
+    height,
+    lean,
+    lean_at,
     local,
+    poses,
     profile,
     surface,
-    value,
 )
 from vmachining.jit import leaf
 
@@ -180,7 +187,8 @@ def _side(head, part, rows, k, c, rules, x, y, hx, hy, xi, eta, far, d, E, i, e)
     for j in range(3, 8):
         E[i, e + j] = 0.0
     if far + d <= R or _inside(rows, k, R, x, y, hx, hy):
-        z, tangent, gx, gy = surface(head, part, c, rows, k, x, y)
+        poses(head, part, c, rows, k, x, y, hx, hy)
+        z, tangent, gx, gy = surface(head, part, c, rows, k, x, y, lean_at(head, part, c, rows, k, xi, eta))
         E[i, e + 1], E[i, e + 2] = gx, gy
         xx, xy, yy, radius = 0.0, 0.0, 0.0, np.inf
         if rules & CURVATURE:
@@ -199,7 +207,8 @@ def _side(head, part, rows, k, c, rules, x, y, hx, hy, xi, eta, far, d, E, i, e)
         want = min(far, 0.5 * (R + max(far - d, 0.0)), R * (1.0 - 1e-9)) / far
         qx = rows[k, 0] + (s + want * t) * rows[k, 3] - want * eta * rows[k, 4]
         qy = rows[k, 1] + (s + want * t) * rows[k, 4] + want * eta * rows[k, 3]
-    _, tangent, gx, gy = surface(head, part, c, rows, k, qx, qy)
+    u = lean(head, part, c, abs(rows[k, 6]), min(abs(local(rows, k, qx, qy)[1]), R))
+    _, tangent, gx, gy = surface(head, part, c, rows, k, qx, qy, u)
     E[i, e] = tangent + gx * (x - qx) + gy * (y - qy)
     E[i, e + 1], E[i, e + 2], E[i, e + 7] = gx, gy, PART
 
@@ -283,9 +292,28 @@ def smooth(E, n, best, rules, hx, hy, least, most):
     # from above: one surface alone, its mean exactly, plus what lies below sweep k
     v, gx, gy = E[best, UP] - E[1, DOWN], E[best, UP + 1] - E[1, DOWN + 1], E[best, UP + 2] - E[1, DOWN + 2]
     a, b = abs(gx) * hx, abs(gy) * hy
-    hi = min(area * (v + mean_bend(E, best, UP, SELF, DOWN, hx, hy, 1.0)), most)
-    hi += positive(-v - bends(E, best, UP, SELF, DOWN, hx, hy, -1.0), a, b, hx, hy, 1.0)
-    hi = min(hi, positive(v + bends(E, best, UP, SELF, DOWN, hx, hy, 1.0), a, b, hx, hy, 1.0))
+    hi = area * (v + mean_bend(E, best, UP, SELF, DOWN, hx, hy, 1.0))
+    beyond = positive(-v - bends(E, best, UP, SELF, DOWN, hx, hy, -1.0), a, b, hx, hy, 1.0)
+    if beyond > 0.0:
+        hi = min(
+            min(hi, most) + beyond,
+            positive(v + bends(E, best, UP, SELF, DOWN, hx, hy, 1.0), a, b, hx, hy, 1.0),
+        )
+    else:  # k lies below it: what another one that k lies below takes of it is not there to be removed
+        gain, over_top = 0.0, 0.0
+        for j in range(n):
+            if j != 1 and j != best and E[j, UP + 7] == SMOOTH and above(E, j, UP, hx, hy, SELF, DOWN):
+                w = E[best, UP] - E[j, UP] + bends(E, best, UP, j, UP, hx, hy, -1.0)
+                a = abs(E[best, UP + 1] - E[j, UP + 1]) * hx
+                b = abs(E[best, UP + 2] - E[j, UP + 2]) * hy
+                w = positive(w, a, b, hx, hy, -1.0)
+                if j == TOP:
+                    over_top = w
+                else:
+                    gain = max(gain, w)
+        hi -= max(gain, over_top)
+        if most < np.inf:  # the top is seen to in the closed integral, and is taken once
+            hi = min(hi, most - gain if above(E, TOP, DOWN, hx, hy, best, UP) else most)
     # from below: its mean, less what the others take
     v = E[best, DOWN] - E[1, UP]
     lo = max(area * (v + mean_bend(E, best, DOWN, SELF, UP, hx, hy, -1.0)), least)
@@ -326,7 +354,7 @@ def _area(P, q, u, v):
 
 
 @leaf
-def over(head, part, lines, rules, x, y, E, n, P, q, corners, extra, W):
+def over(head, part, lines, rules, x, y, hx, hy, E, n, P, q, corners, extra, W):
     """Bound from above on a polygon: one surface and one plane below sweep k per triangle, the best of them."""
     if corners < 3:
         return 0.0
@@ -339,7 +367,9 @@ def over(head, part, lines, rules, x, y, E, n, P, q, corners, extra, W):
             px, py = P[q, v, 0], P[q, v, 1]
             f = E[0, UP] + E[0, UP + 1] * px + E[0, UP + 2] * py
             if i > 0:
-                f = value(head, part, int(lines[i, 7]), lines, i, x + px, y + py)
+                c = int(lines[i, 7])
+                poses(head, part, c, lines, i, x, y, hx, hy)
+                f = height(head, part, c, lines, i, x + px, y + py)
             W[i, v] = f - E[1, DOWN] - E[1, DOWN + 1] * px - E[1, DOWN + 2] * py
     total = 0.0
     for v in range(1, corners - 1):
@@ -352,7 +382,7 @@ def over(head, part, lines, rules, x, y, E, n, P, q, corners, extra, W):
 
 
 @leaf
-def under(head, part, lines, rules, bottom, x, y, E, n, C, P, q, corners, W):
+def under(head, part, lines, rules, bottom, x, y, hx, hy, E, n, C, P, q, corners, W):
     """Bound from below on a polygon inside the footprint of k: least plane minus f_k at the corners is a concave
     function's, and surfaces that lie beyond their outer tangent are absent."""
     if corners < 3 or rules & BELOW == 0:
@@ -368,8 +398,10 @@ def under(head, part, lines, rules, bottom, x, y, E, n, C, P, q, corners, W):
         if not beyond:
             for v in range(corners):
                 W[1, v] = min(W[1, v], E[i, DOWN] + E[i, DOWN + 1] * P[q, v, 0] + E[i, DOWN + 2] * P[q, v, 1])
+    c = int(lines[SELF, 7])
+    poses(head, part, c, lines, SELF, x, y, hx, hy)
     for v in range(corners):
-        f = value(head, part, int(lines[SELF, 7]), lines, SELF, x + P[q, v, 0], y + P[q, v, 1])
+        f = height(head, part, c, lines, SELF, x + P[q, v, 0], y + P[q, v, 1])
         W[1, v] -= max(f, bottom)
     total = 0.0
     for v in range(1, corners - 1):
@@ -389,14 +421,14 @@ def cut_up(head, part, lines, rules, bottom, x, y, hx, hy, E, n, C, P, W, rim):
     if rim > 0:
         corners = clip(P, q, corners, ROUND, C[rim, 0], C[rim, 1], C[rim, 3])
         q = ROUND
-    hi = over(head, part, lines, rules, x, y, E, n, P, q, corners, NONE, W)
+    hi = over(head, part, lines, rules, x, y, hx, hy, E, n, P, q, corners, NONE, W)
     for j in range(2, n):
         if E[j, UP + 7] == PART and -np.inf < C[j, 2] < np.inf:
             a = clip(P, q, corners, HERE, C[j, 0], C[j, 1], C[j, 2])
             b = clip(P, q, corners, BEYOND, -C[j, 0], -C[j, 1], -C[j, 2])
-            found = over(head, part, lines, rules, x, y, E, n, P, HERE, a, j, W)
+            found = over(head, part, lines, rules, x, y, hx, hy, E, n, P, HERE, a, j, W)
             if found < hi:
-                found += over(head, part, lines, rules, x, y, E, n, P, BEYOND, b, NONE, W)
+                found += over(head, part, lines, rules, x, y, hx, hy, E, n, P, BEYOND, b, NONE, W)
                 hi = min(hi, found)
     q, corners = RECT, FOUR
     if E[1, UP + 7] == PART:
@@ -408,13 +440,15 @@ def cut_up(head, part, lines, rules, bottom, x, y, hx, hy, E, n, C, P, W, rim):
             return 0.0, hi
         corners = clip(P, q, corners, ROUND, C[rim, 0], C[rim, 1], C[rim, 2])
         q = ROUND
-    lo = under(head, part, lines, rules, bottom, x, y, E, n, C, P, q, corners, W)
+    lo = under(head, part, lines, rules, bottom, x, y, hx, hy, E, n, C, P, q, corners, W)
     for j in range(2, n):
         if E[j, DOWN + 7] == PART and abs(C[j, 3]) < abs(C[j, 0]) * hx + abs(C[j, 1]) * hy:
             a = clip(P, q, corners, HERE, C[j, 0], C[j, 1], C[j, 3])
             b = clip(P, q, corners, BEYOND, -C[j, 0], -C[j, 1], -C[j, 3])
-            found = under(head, part, lines, rules, bottom, x, y, E, n, C, P, HERE, a, W)
-            lo = max(lo, found + under(head, part, lines, rules, bottom, x, y, E, n, C, P, BEYOND, b, W))
+            found = under(head, part, lines, rules, bottom, x, y, hx, hy, E, n, C, P, HERE, a, W)
+            lo = max(
+                lo, found + under(head, part, lines, rules, bottom, x, y, hx, hy, E, n, C, P, BEYOND, b, W)
+            )
     return lo, hi
 
 
@@ -440,14 +474,115 @@ def known_room(head, part, lines, E, i, top, x, y, hx, hy, P, W):
 
 
 @leaf
+def starts_on(lines, i, k, slack):
+    """Whether sweep k begins on the path of sweep i, or above it, of one cutter."""
+    c = lines[k, 7]
+    if lines[k, 8] != c or lines[i, 7] != c or lines[i, 8] != c:
+        return False
+    along, aside = local(lines, i, lines[k, 0], lines[k, 1])
+    if abs(aside) > slack or along < -slack or along > lines[i, 5] + slack:
+        return False
+    return lines[k, 2] >= lines[i, 2] + lines[i, 6] * min(max(along, 0.0), lines[i, 5]) - slack
+
+
+@leaf
+def both_lower(head, part, lines, i, k, x, y, hx, hy, slack):
+    """Bound of the integral of what sweeps i and k both lie below the pose where i ends and k begins; infinite if unknown.
+
+    With the gradient g of that pose, k is lower where g u_k > m_k only, by (g u_k - m_k) times the way to its touching
+    pose at most, and i where g u_i < m_i only.
+    """
+    c = int(lines[k, 7])
+    ex, ey = (
+        lines[i, 0] + lines[i, 5] * lines[i, 3] - lines[k, 0],
+        lines[i, 1] + lines[i, 5] * lines[i, 4] - lines[k, 1],
+    )
+    if (
+        abs(ex) > slack
+        or abs(ey) > slack
+        or abs(lines[i, 2] + lines[i, 6] * lines[i, 5] - lines[k, 2]) > slack
+    ):
+        return np.inf
+    drop = lines[i, 6] - lines[k, 6]
+    along, aside = local(lines, k, lines[i, 0], lines[i, 1])
+    if abs(aside) > slack or along > slack:
+        dx, dy = x - lines[k, 0], y - lines[k, 1]
+        far = np.sqrt(dx * dx + dy * dy) + np.sqrt(hx * hx + hy * hy)
+        if far >= head[c, 1]:
+            return np.inf
+        dx, dy = lines[k, 3] - lines[i, 3], lines[k, 4] - lines[i, 4]
+        drop += profile(head, part, c, far)[3] * np.sqrt(dx * dx + dy * dy)
+    if drop <= 0.0:
+        return 0.0
+    poses(head, part, c, lines, i, x, y, hx, hy)
+    poses(head, part, c, lines, k, x, y, hx, hy)
+    way = min(min(lines[k, TO], lines[k, 5]), min(lines[i, 5] - lines[i, FROM], lines[i, 5]))
+    return 4.0 * hx * hy * drop * max(way, 0.0)
+
+
+@leaf
+def less(head, part, lift, rows, lines, rules, E, n, best, known, top, x, y, hx, hy, slack, enough, P, W):
+    """(lo, hi, least, most, exact): what sweep k removes by its closed integral less that of one other; what is known of
+    it less that of `best`; whether nothing else need be asked.
+
+    Nothing is left above a pose of k that lies in an earlier sweep: k removes no more than what it lies below that pose.
+    """
+    alone, begun = n <= 3, NONE
+    if rules & COVER != 0 and lines[SELF, 5] > 0.0:
+        for i in range(2, n):
+            if lines[i, 5] > 0.0 and starts_on(lines, i, SELF, slack):
+                begun = np.int64(i)
+                break
+    other = FIRST if alone else best
+    if not (alone or (known and best > 0) or begun > 0):
+        return 0.0, np.inf, -np.inf, np.inf, False
+    gap, room_k = known_room(head, part, lines, E, SELF, top, x, y, hx, hy, P, W)
+    if n == 2 or not room_k < np.inf:
+        return max(gap, 0.0), max(room_k, 0.0), -np.inf, np.inf, n == 2 and room_k < np.inf
+    lo, hi, least, most = 0.0, max(room_k, 0.0), -np.inf, np.inf
+    hidden = (
+        other > 0
+        and (alone or known)
+        and hides(head, part, lift, rows, lines, rules, SELF, other, x, y, hx, hy, slack)
+    )
+    if begun > 0 and not hidden:
+        pose = np.int64(len(lines) - 1)
+        for j in range(9):
+            lines[pose, j] = lines[SELF, j]
+        lines[pose, 5], lines[pose, 6], lines[pose, OF] = 0.0, 0.0, -1.0
+        E[pose, UP + 7] = OUT
+        a, b = known_room(head, part, lines, E, pose, top, x, y, hx, hy, P, W)
+        hi = min(hi, max(room_k - a, 0.0))
+        if alone or begun == best:
+            least = gap - b - both_lower(head, part, lines, begun, SELF, x, y, hx, hy, slack)
+            if alone:
+                lo = max(least, 0.0)
+                if hi - lo <= enough:
+                    return lo, hi, least, most, True
+    if other > 0 and (alone or known):
+        a, b = known_room(head, part, lines, E, other, top, x, y, hx, hy, P, W)
+        if b < np.inf:
+            a, b = gap - b, room_k - a
+            if alone:
+                lo = max(lo, a)
+            if hidden:
+                hi = min(hi, max(b, 0.0))
+                if alone:
+                    return lo, hi, a, b, True
+            if other == best:
+                least, most = max(least, a), b
+    return lo, hi, least, most, False
+
+
+@leaf
 def bounds(
     head, part, lift, ladder, rows, rules, roof, k, rim, top, bottom, x, y, hx, hy, ids, src, count, dst, slack,
-    lines, E, C, P, W,
+    enough, lines, E, C, P, W,
 ):  # fmt: skip
     """(lo, hi, number of earlier sweeps that still count, written to ids from dst) of a cell.
 
     rim : row of a plunge whose footprint is that of a round stock, -1 where the walls of the stock are those of the tiles.
-    roof : top and outline of a stock of facets; empty: the top is level.
+    roof : top and outline of a stock of facets; empty: the top is level. enough : a width of no consequence, mm^3.
     """
     place(head, part, ladder, rows, k, x, y, hx, hy, lines, SELF)
     if not look(head, part, lines, SELF, int(lines[1, 7]), int(lines[1, 8]), rules, x, y, hx, hy, E, C, SELF):
@@ -517,7 +652,7 @@ def bounds(
                 E[kept, j] = E[i, j]
             for j in range(4):
                 C[kept, j] = C[i, j]
-            for j in range(WIDTH):
+            for j in range(COLUMNS):
                 lines[kept, j] = lines[i, j]
             ids[dst + kept - 2] = ids[dst + i - 2]
         kept += 1
@@ -533,22 +668,16 @@ def bounds(
         and edge == 0
         and E[1, DOWN] - abs(E[1, DOWN + 1]) * hx - abs(E[1, DOWN + 2]) * hy > bottom
     )
-    if firm and (n <= 3 or (known and best > 0)):  # in closed form, less that of one other
-        other = TOP if n == 2 else (best if best > 0 else FIRST)
-        least, most = known_room(head, part, lines, E, SELF, top, x, y, hx, hy, P, W)
-        if other != TOP and most < np.inf:
-            a, b = known_room(head, part, lines, E, other, top, x, y, hx, hy, P, W)
-            least, most = least - b, most - a
-        if n <= 3 and most < np.inf:
-            if other == TOP or hides(head, part, lift, rows, lines, rules, SELF, other, x, y, hx, hy, slack):
-                return max(least, 0.0), max(most, 0.0), n - 2
-            lo = max(least, 0.0)
-        if other != best:
-            least, most = -np.inf, np.inf
-    if known:
+    if firm:
+        lo, hi, least, most, exact = less(
+            head, part, lift, rows, lines, rules, E, n, best, known, top, x, y, hx, hy, slack, enough, P, W
+        )
+        if exact:
+            return lo, max(hi, lo), n - 2
+    if known and hi - lo > enough:
         a, b = smooth(E, n, best, rules, hx, hy, least, most)
-        lo, hi = max(lo, a), b
-    if not (known and plain):
+        lo, hi = max(lo, a), min(hi, b)
+    if not (known and plain) and hi - lo > enough:
         a, b = cut_up(head, part, lines, rules, bottom, x, y, hx, hy, E, n, C, P, W, edge)
         lo, hi = max(lo, a), min(hi, b)
     return lo, max(hi, lo), n - 2

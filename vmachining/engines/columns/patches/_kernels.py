@@ -10,15 +10,17 @@ import numpy as np
 from vmachining.engines.columns.moments._kernels import around, beside, chi, edges
 from vmachining.engines.columns.surface._kernels import (
     ENDS,
+    FROM,
     LINE,
     RIM,
     STEEP,
+    TO,
     VERTEX,
     lean,
     local,
+    poses,
     profile,
     spread,
-    stretch,
 )
 from vmachining.jit import leaf
 
@@ -26,6 +28,7 @@ ULPS = 64.0 * 2.220446049250313e-16  # rounding of one integral by its largest t
 FLAT = 1e-3  # an edge that is this nearly along the motion is bounded, see `cylinder`
 RECT, HERE, BEYOND, REST = np.int64(0), np.int64(2), np.int64(3), np.int64(4)  # polygons
 FOUR, NONE = np.int64(4), np.int64(0)
+STEPS = 4  # parts of a seam whose slopes are bounded each
 
 
 @leaf
@@ -143,6 +146,14 @@ def _facing(head, part, c, m, eta):
 
 
 @leaf
+def _bend(a, r, m, q):
+    """T of `seam`."""
+    u, v = m * m + q * q, 1.0 + m * m + q * q
+    A, B = a / (u * np.sqrt(u)), r / (v * np.sqrt(v))
+    return (A + B) / (m * m * A + (1.0 + m * m) * B)
+
+
+@leaf
 def seam(head, part, c, m, near, far):
     """(alpha, g, wrong): a line xi = alpha + g eta for the curve xi = lean(eta), where an end and the middle of a sweep
     that rises by m > 0 meet, and the integral of what the one may lie over the other on the wrong side; near < far.
@@ -164,15 +175,21 @@ def seam(head, part, c, m, near, far):
         steep = m / np.sqrt(part[c, i, 4] ** 2 - m * m)
         flat = -steep if low == 0.0 and near < 0.0 else steep
     else:
-        a, r, w2 = part[c, i, 5], part[c, i, 7], 1.0 + m * m
+        a, r = part[c, i, 5], part[c, i, 7]
         if kind == VERTEX:
             a, r = part[c, i, 2], 0.0
         if a < 0.0 or not p < STEEP:
             return 0.0, 0.0, np.inf
-        A, B = a / (m * m + q * q) ** 1.5, r / (w2 + q * q) ** 1.5
-        steep = m * p * (A + B) / (m * m * A + w2 * B)
-        A, B = a / (m * m + p * p) ** 1.5, r / (w2 + p * p) ** 1.5
-        flat = -steep if low == 0.0 and near < 0.0 else m * q * (A + B) / (m * m * A + w2 * B)
+        steep, flat = 0.0, (0.0 if low == 0.0 and near < 0.0 else np.inf)
+        q0, T = q, _bend(a, r, m, q)
+        for j in range(STEPS):
+            share = (j + 1.0) / STEPS
+            q1 = q + (p - q) * share * share
+            T1 = _bend(a, r, m, q1)
+            steep, flat = max(steep, m * q1 * T), min(flat, m * q0 * T1)
+            q0, T = q1, T1
+        if low == 0.0 and near < 0.0:
+            flat = -steep
     sag = 0.25 * (steep - flat) * wide + ULPS * R
     if low == 0.0 and near < 0.0:
         other = lean(head, part, c, m, -near if far == high else far)
@@ -196,7 +213,7 @@ def seam(head, part, c, m, near, far):
 
 
 @leaf
-def room(head, part, c, rows, k, top, x, y, hx, hy, below, P, W):
+def room(head, part, c, lines, i, top, x, y, hx, hy, below, P, W):
     """(lo, hi) of the integral of max(0, top - f) over the part of a cell in the footprint of a sweep; infinitely wide
     where that is not known. below: f is known to lie nowhere above the top.
 
@@ -204,18 +221,19 @@ def room(head, part, c, rows, k, top, x, y, hx, hy, below, P, W):
     `sag`: on the wrong side of it their difference, which vanishes with its slope at the curve, is as if a second
     derivative of an end along the motion had added up.
     """
-    xi, eta = local(rows, k, x, y)
-    ux, uy, L, m = rows[k, 3], rows[k, 4], rows[k, 5], rows[k, 6]
+    xi, eta = local(lines, i, x, y)
+    ux, uy, L, m = lines[i, 3], lines[i, 4], lines[i, 5], lines[i, 6]
     R = head[c, 1]
-    dxi, deta = abs(ux) * hx + abs(uy) * hy, abs(uy) * hx + abs(ux) * hy
-    first, last = stretch(head, part, c, rows, k, xi, eta, dxi, deta)
+    deta = abs(uy) * hx + abs(ux) * hy
+    poses(head, part, c, lines, i, x, y, hx, hy)
+    first, last = lines[i, FROM], lines[i, TO]
     ball = head[c, 2] == 1.0 and below
     for v in range(4):
         P[RECT, v, 0] = hx if v == 0 or v == 3 else -hx
         P[RECT, v, 1] = hy if v < 2 else -hy
     if L == 0.0 or last <= 0.0 or first >= L:
         s = L if last > 0.0 and L > 0.0 else 0.0
-        return _end_room(head, part, c, rows, k, s, top, x, y, ball, P, RECT, FOUR, W)
+        return _end_room(head, part, c, lines, i, s, top, x, y, ball, P, RECT, FOUR, W)
     near, far = max(eta - deta, -R), min(eta + deta, R)
     if near >= far:
         return 0.0, 0.0
@@ -239,9 +257,9 @@ def room(head, part, c, rows, k, top, x, y, hx, hy, below, P, W):
             way, s, rest = (1.0, 0.0, HERE) if end == 0 else (-1.0, L, REST)
             corners = clip(P, q, n, BEYOND, way * nx, way * ny, way * (s + offset))
             n, q = clip(P, q, n, rest, -way * nx, -way * ny, -way * (s + offset)), rest
-            a, b = _end_room(head, part, c, rows, k, s, top, x, y, ball, P, BEYOND, corners, W)
+            a, b = _end_room(head, part, c, lines, i, s, top, x, y, ball, P, BEYOND, corners, W)
             low, high = low + a - wrong, high + b + wrong
-    gap = top - (rows[k, 2] + m * xi)
+    gap = top - (lines[i, 2] + m * xi)
     if ball:
         gap -= head[c, 3]
         volume, area, along, off = cylinder(P, q, n, R, ux, uy, eta)
@@ -254,10 +272,10 @@ def room(head, part, c, rows, k, top, x, y, hx, hy, below, P, W):
 
 
 @leaf
-def _end_room(head, part, c, rows, k, s, top, x, y, ball, P, q, n, W):
+def _end_room(head, part, c, lines, i, s, top, x, y, ball, P, q, n, W):
     """The same of the end at s of the path, over a polygon."""
-    px, py = x - rows[k, 0] - s * rows[k, 3], y - rows[k, 1] - s * rows[k, 4]
-    gap, R = top - (rows[k, 2] + rows[k, 6] * s), head[c, 1]
+    px, py = x - lines[i, 0] - s * lines[i, 3], y - lines[i, 1] - s * lines[i, 4]
+    gap, R = top - (lines[i, 2] + lines[i, 6] * s), head[c, 1]
     if ball:
         gap -= head[c, 3]
         volume, area = half_ball(P, q, n, R, px, py)

@@ -10,6 +10,8 @@
 #
 #     f(xi, eta) = min over s in [0, L] of  z + m s + phi(sqrt((xi - s)^2 + eta^2))
 #
+# lines[i, FROM:]: what `poses` finds out about the touching poses in the cell at hand.
+#
 # The minimum is taken at s = xi - lean, lean(eta) >= 0 uphill, cut off at 0 and L: in between f = z + m xi + chi(eta).
 
 import numpy as np
@@ -23,6 +25,13 @@ ENDS, MIDDLE = (
     np.int64(0),
 )  # typed: a literal would have a version of every function compiled for it
 STEEP = 1e4  # steepest tangent plane that is used; a steeper place takes the plane of this slope below it
+FROM, TO = np.int64(12), np.int64(13)  # least and greatest s of the touching poses of the cell, not cut off
+ASIDE, LEAN, GAIN = (
+    np.int64(14),
+    np.int64(15),
+    np.int64(16),
+)  # least |eta|, lean there, slope of its chord to the greatest
+OF, COLUMNS = np.int64(17), 18  # cutter that they hold for, -1: none
 NEAR = 1e-12  # of R: a point so near to a joint of two parts counts to both
 RIM = 1e-6  # of R: nearer to the border the curvature is not asked for
 
@@ -120,8 +129,8 @@ def distance(rows, k, x, y):
 
 
 @leaf
-def surface(head, part, c, rows, k, x, y):
-    """(f, value of a tangent plane at the point, its gradient x, y); f infinite outside the footprint.
+def surface(head, part, c, rows, k, x, y, u):
+    """(f, value of a tangent plane at the point, its gradient x, y), u its lean; f infinite outside the footprint.
 
     The plane touches the cutter in the pose s that was found, whatever its rounding; along the path the other poses
     rise over it at the rate m - g_xi, and where that is negative the plane is lowered by as much.
@@ -131,7 +140,6 @@ def surface(head, part, c, rows, k, x, y):
     t = xi - min(max(xi, 0.0), L)
     if t * t + eta * eta > R * R:
         return np.inf, -np.inf, 0.0, 0.0
-    u = lean(head, part, c, abs(m), abs(eta))
     s = min(max(xi - u if m >= 0.0 else xi + u, 0.0), L)
     t = xi - s
     rho = min(np.sqrt(t * t + eta * eta), R)
@@ -167,32 +175,71 @@ def value(head, part, c, rows, k, x, y):
 
 
 @leaf
-def stretch(head, part, c, rows, k, xi, eta, dxi, deta):
-    """(least, greatest) s of the touching poses of a cell, not cut off: +-dxi, +-deta around (xi, eta)."""
-    m, R = rows[k, 6], head[c, 1]
-    if m == 0.0:
-        return xi - dxi, xi + dxi
+def poses(head, part, c, lines, i, x, y, hx, hy):
+    """Fill lines[i, FROM:] for cutter c and a cell."""
+    if lines[i, OF] == c:
+        return
+    lines[i, OF] = c
+    xi, eta = local(lines, i, x, y)
+    ux, uy, m, R = lines[i, 3], lines[i, 4], lines[i, 6], head[c, 1]
+    dxi, deta = abs(ux) * hx + abs(uy) * hy, abs(uy) * hx + abs(ux) * hy
     near, far = min(max(abs(eta) - deta, 0.0), R), min(abs(eta) + deta, R)
+    lines[i, FROM], lines[i, TO], lines[i, ASIDE] = xi - dxi, xi + dxi, near
+    lines[i, LEAN], lines[i, GAIN] = 0.0, 0.0
+    behind, L = xi + dxi <= 0.0, lines[i, 5]
+    if m == 0.0 or (behind if m > 0.0 else xi - dxi >= L):
+        return  # level, or the same end whatever the lean is
+    if behind if m < 0.0 else xi - dxi >= L:  # perhaps an end: by the greatest lean
+        most = R if head[c, 4] == 1.0 else lean(head, part, c, abs(m), 0.0)
+        if xi + dxi + most <= 0.0 if m < 0.0 else xi - dxi - most >= L:
+            return
     u, v = lean(head, part, c, abs(m), near), lean(head, part, c, abs(m), far)
+    lines[i, LEAN], lines[i, GAIN] = u, ((v - u) / (far - near) if far > near else 0.0)
     low, high = min(u, v), max(u, v)
     if head[c, 4] == 1.0:  # on cones lean grows with eta, elsewhere it falls
-        for i in range(int(head[c, 0])):
-            p = part[c, i, 4]
-            if part[c, i, 0] == LINE and p > abs(m):
-                for j in range(1, 3):
-                    rho = part[c, i, j]
+        for j in range(int(head[c, 0])):
+            p = part[c, j, 4]
+            if part[c, j, 0] == LINE and p > abs(m):
+                for end in range(1, 3):
+                    rho = part[c, j, end]
                     e = rho * np.sqrt(1.0 - (m / p) ** 2)
                     if near < e < far:
                         low, high = min(low, rho * abs(m) / p), max(high, rho * abs(m) / p)
     if m > 0.0:
-        return xi - dxi - high, xi + dxi - low
-    return xi - dxi + low, xi + dxi + high
+        low, high = -high, -low
+    lines[i, FROM] += low
+    lines[i, TO] += high
 
 
 @leaf
-def _slope(head, part, c, m, eta):
-    """(rho, slope) of the touching point of the middle part of a sweep; the least slope if there are several."""
-    u = lean(head, part, c, m, eta)
+def lean_at(head, part, c, lines, i, xi, eta):
+    """Lean at a place of the cell; where an end of the path is the touching pose, no more than that."""
+    if lines[i, TO] <= 0.0 or lines[i, FROM] >= lines[i, 5]:
+        return lines[i, LEAN] + lines[i, GAIN] * (min(abs(eta), head[c, 1]) - lines[i, ASIDE])
+    return lean(head, part, c, abs(lines[i, 6]), abs(eta))
+
+
+@leaf
+def height(head, part, c, lines, i, x, y):
+    """f from above at a place of the cell: the height of a pose near the touching one, whose lean the chord says."""
+    xi, eta = local(lines, i, x, y)
+    L, m, R = lines[i, 5], lines[i, 6], head[c, 1]
+    t = xi - min(max(xi, 0.0), L)
+    if t * t + eta * eta > R * R * (1.0 + 1e-9):
+        return 1e30
+    u = lines[i, LEAN] + lines[i, GAIN] * (min(abs(eta), R) - lines[i, ASIDE])
+    s = min(max(xi - u if m >= 0.0 else xi + u, 0.0), L)
+    d = (xi - s) * (xi - s) + eta * eta
+    if d > R * R and m != 0.0:
+        u = lean(head, part, c, abs(m), min(abs(eta), R))
+        s = min(max(xi - u if m >= 0.0 else xi + u, 0.0), L)
+        d = (xi - s) * (xi - s) + eta * eta
+    return lines[i, 2] + m * s + profile(head, part, c, min(np.sqrt(d), R))[0]
+
+
+@leaf
+def _slope(head, part, c, m, eta, u):
+    """(rho, slope) of the touching point of the middle part of a sweep, u its lean; the least slope if there are several."""
     rho = min(np.sqrt(u * u + eta * eta), head[c, 1])
     _, _, low, high = profile(head, part, c, rho)
     if high > low:
@@ -273,8 +320,8 @@ def _end(head, part, c, ux, uy, t, eta, d):
 
 
 @leaf
-def _middle(head, part, c, m, ux, uy, eta, deta):
-    """The same of the middle part, across the motion."""
+def _middle(head, part, c, m, ux, uy, eta, deta, u, gain):
+    """The same of the middle part, across the motion; lean where |eta| is least and slope of its chord."""
     R = head[c, 1]
     near, far = max(abs(eta) - deta, 0.0), abs(eta) + deta
     if far >= R * (1.0 - RIM):
@@ -284,8 +331,8 @@ def _middle(head, part, c, m, ux, uy, eta, deta):
         lo, hi = w / (R * R - near * near) ** 1.5, w / (R * R - far * far) ** 1.5
     else:
         m = abs(m)
-        rho0, p0 = _slope(head, part, c, m, near)
-        rho1, p1 = _slope(head, part, c, m, far)
+        rho0, p0 = _slope(head, part, c, m, near, u)
+        rho1, p1 = _slope(head, part, c, m, far, max(u + gain * (far - near), 0.0))
         lo, hi, _, _ = spread(part, c, int(head[c, 0]), m, rho0, rho1, p0, p1, MIDDLE)
         if not hi < np.inf:
             return 0.0, 0.0, 0.0, np.inf
@@ -300,18 +347,19 @@ def _norm(xx, xy, yy):
 
 
 @leaf
-def bending(head, part, c, rows, k, xi, eta, hx, hy):
-    """(Mxx, Mxy, Myy, radius): everywhere in the cell |f'' - M| <= radius; infinite where nothing is known."""
-    ux, uy, L, m = rows[k, 3], rows[k, 4], rows[k, 5], rows[k, 6]
-    dxi, deta = abs(ux) * hx + abs(uy) * hy, abs(uy) * hx + abs(ux) * hy
+def bending(head, part, c, lines, i, xi, eta, hx, hy):
+    """(Mxx, Mxy, Myy, radius): everywhere in the cell |f'' - M| <= radius; infinite where nothing is known. Asks for
+    `poses`."""
+    ux, uy, L, m = lines[i, 3], lines[i, 4], lines[i, 5], lines[i, 6]
+    deta = abs(uy) * hx + abs(ux) * hy
     d = np.sqrt(hx * hx + hy * hy)
-    first, last = stretch(head, part, c, rows, k, xi, eta, dxi, deta)
+    first, last = lines[i, FROM], lines[i, TO]
     xx, xy, yy, radius, some = 0.0, 0.0, 0.0, 0.0, False
     for place in range(3):
         if place == 0:
             if not (L > 0.0 and first < L and last > 0.0):
                 continue
-            a, b, e, r = _middle(head, part, c, m, ux, uy, eta, deta)
+            a, b, e, r = _middle(head, part, c, m, ux, uy, eta, deta, lines[i, LEAN], lines[i, GAIN])
         elif place == 1:
             if first >= 0.0 and L > 0.0:
                 continue
@@ -331,31 +379,28 @@ def bending(head, part, c, rows, k, xi, eta, hx, hy):
 
 
 @leaf
-def covers(head, part, lift, rows, i, k, x, y, hx, hy, slack):
+def covers(head, part, lift, lines, i, k, x, y, hx, hy, slack):
     """Whether f_i <= f_k and the footprint of i holds that of k in the cell: the cover rule.
 
     lift[b, c]: by how much higher cutter c must stand than cutter b so that it lies in b and what is above b. The poses
     of k that touch in the cell lie between two points; where these lie so much above the path of i, all do.
     """
-    b, c = int(rows[i, 7]), int(rows[k, 8])
-    if lift[b, c] == np.inf:
+    b, c = int(lines[i, 7]), int(lines[k, 8])
+    above = lift[b, c]
+    if above == np.inf:
         return False
-    ux, uy, L = rows[k, 3], rows[k, 4], rows[k, 5]
-    begin = local(rows, i, rows[k, 0], rows[k, 1])[1]
-    end = begin + L * (uy * rows[i, 3] - ux * rows[i, 4])
-    if (
-        min(begin, end) > 2.0 * slack or max(begin, end) < -2.0 * slack
-    ):  # all of path k lies on one side of line i
+    ux, uy, L = lines[k, 3], lines[k, 4], lines[k, 5]
+    begin = local(lines, i, lines[k, 0], lines[k, 1])[1]
+    end = begin + L * (uy * lines[i, 3] - ux * lines[i, 4])
+    if min(begin, end) > 2.0 * slack or max(begin, end) < -2.0 * slack:  # path k lies on one side of line i
         return False
-    xi, eta = local(rows, k, x, y)
-    dxi, deta = abs(ux) * hx + abs(uy) * hy, abs(uy) * hx + abs(ux) * hy
-    first, last = stretch(head, part, c, rows, k, xi, eta, dxi, deta)
+    poses(head, part, c, lines, k, x, y, hx, hy)
     for j in range(2):
-        s = min(max(first if j == 0 else last, 0.0), L)
-        px, py, pz = rows[k, 0] + s * ux, rows[k, 1] + s * uy, rows[k, 2] + s * rows[k, 6]
-        a, b = local(rows, i, px, py)
-        if abs(b) > slack or a < -slack or a > rows[i, 5] + slack:
+        s = min(max(lines[k, FROM] if j == 0 else lines[k, TO], 0.0), L)
+        px, py, pz = lines[k, 0] + s * ux, lines[k, 1] + s * uy, lines[k, 2] + s * lines[k, 6]
+        along, aside = local(lines, i, px, py)
+        if abs(aside) > slack or along < -slack or along > lines[i, 5] + slack:
             return False
-        if pz - lift[int(rows[i, 7]), c] < rows[i, 2] + rows[i, 6] * min(max(a, 0.0), rows[i, 5]) - slack:
+        if pz - above < lines[i, 2] + lines[i, 6] * min(max(along, 0.0), lines[i, 5]) - slack:
             return False
     return True
