@@ -136,7 +136,7 @@ def test_an_arc_run_again_or_higher_takes_nothing():
 @pytest.mark.parametrize("rise", [0.0, 7.0])
 def test_a_helix_at_once_and_in_pieces(make, rise):
     tool, _, _ = make()
-    way = Arc((-5.0, -3.0, -2.0), (0.0, 0.0, -4.0), 1, angle=-5.0, rise=rise)
+    way = Arc((-5.0, -3.0, -2.0), (0.0, 0.0, -4.0), 1, angle=-3.5, rise=rise)
     whole = ColumnsEngine(box(4.0), WIDTH).cut(Sweep.along(tool, way))
     parts = ColumnsEngine(box(4.0), WIDTH)
     found = [parts.cut(Sweep.along(tool, piece)) for piece in way.split([0.13, 0.4, 0.41, 0.8])]
