@@ -138,3 +138,19 @@ def test_a_block_that_cannot_be_as_narrow_says_so_once_it_is_summed(tmp_path):
     found = work.cut(Sweep.along(tool, Line((-10, -3, -2), (10, 5, -6))))
     assert found.note is not None and "1e-07 % or 0 mm3 is asked" in found.note
     assert f"{100 * found.width / found.estimate:.3g} %" in found.note
+
+
+def test_parts_that_keep_different_sweeps_are_joined(tmp_path):
+    """Plunges here and there: a part forgets those that lie in squares of others, and the whole knows them all."""
+    tool, _, _ = ball(2.0)
+    work = Parts(ColumnsEngine(BOX, 0.01, tile_mm=1.0), 3, tmp_path)
+    places = [(x, y) for x in (-15.0, 0.0, 11.0, 33.0) for y in (-15.0, 1.0, 14.0)]
+    plunges = [Sweep.along(tool, Line((x, y, 1), (x, y, -3))) for x, y in places]
+    for block, sweep in enumerate(plunges):
+        assert work.cut(sweep, block).lo > 0.0
+    for part in work.parts:
+        part.tidy()
+    assert len({part.kept for part in work.parts}) > 1
+    joined = work.joined(tmp_path)
+    assert joined.in_use().tolist() == list(range(len(plunges)))
+    assert all(joined.cut(sweep).hi <= 1e-6 for sweep in plunges)

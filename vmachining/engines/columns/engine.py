@@ -500,6 +500,7 @@ class ColumnsEngine:
         whole._share = WHOLE
         whole._gone = reduce(Removal.plus, (e._gone for e in engines))
         rows = np.concatenate([e._rows[: e._count] for e in engines])
+        begins = np.cumsum([0, *(e._count for e in engines[:-1])]).tolist()
         blocks = np.concatenate([np.array(e._blocks[: e._count], dtype=np.int64) for e in engines])
         kept, at, of = np.unique(rows, axis=0, return_index=True, return_inverse=True)
         order = np.argsort(kept[:, NUMBER], kind="stable")
@@ -508,8 +509,8 @@ class ColumnsEngine:
         whole._take_rows(kept[order])
         whole._blocks = blocks[at[order]].tolist()
         if tilings:
-            begin = np.cumsum([0, *(e._count for e in engines)]).tolist()
-            whole._tiles = Tiling.join(whole.stock, tilings, [number[of.ravel()[b:]] for b in begin[:-1]])
+            numbers = [number[of.ravel()[begin:]] for begin in begins]
+            whole._tiles = Tiling.join(whole.stock, tilings, numbers)
         return whole
 
 
