@@ -33,7 +33,7 @@ class CutterTable:
         self.head, self.part, self.lift = np.zeros((0, 5)), np.zeros((0, PARTS, 8)), np.zeros((0, 0))
         self.ladder = np.zeros((0, 3))
         self.tops: list[float] = []
-        self._numbers: dict[tuple[int, float], int] = {}
+        self._numbers: dict[tuple[bytes, float], int] = {}
         self._known: list[tuple[Profile, float, int]] = []
 
     def number(self, profile: Profile, by: float, rung: int = 0) -> int:
@@ -46,7 +46,9 @@ class CutterTable:
         EngineError
             The cutter is not convex, or has more parts than there is room for.
         """
-        known = None if rung else self._numbers.get((id(profile), by))
+        # by shape: behind a checkpoint the cutter of a job is another object, and still the one that lies in itself
+        key = b"|".join(a.tobytes() for a in (profile.points, profile.centers, profile.radii)), by
+        known = None if rung else self._numbers.get(key)
         if known is not None:
             return known
         found = underside((widened if rung == ASIDE else grown)(profile, by))
@@ -68,7 +70,7 @@ class CutterTable:
         self.tops.append(found.top)
         self._known.append((profile, by, rung))
         if not rung:
-            self._numbers[id(profile), by] = n
+            self._numbers[key] = n
         return n
 
     def climb(self, profile: Profile, c: int, rung: int) -> None:
