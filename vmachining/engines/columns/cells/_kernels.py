@@ -46,7 +46,7 @@ TOP, SELF, FIRST = (
 RECT, CUT, HERE, BEYOND, ROUND = np.int64(0), np.int64(1), np.int64(2), np.int64(3), np.int64(4)  # polygons
 FOUR, NONE = np.int64(4), np.int64(-1)
 CURVATURE, ABOVE, BELOW = np.int64(1), np.int64(2), np.int64(4)  # R3; R4 and R5 by planes and chords
-COVER, FORGET, CLOSED = np.int64(8), np.int64(16), np.int64(32)  # R7, R8, closed integrals of balls
+COVER, FORGET, CLOSED = np.int64(8), np.int64(16), np.int64(32)  # R7, R8, closed integrals
 ALL = np.int64(63)
 THIN = 1e-4  # a gradient this much flatter along one side of the cell is taken as level there
 

@@ -1,1 +1,1 @@
-"""Closed integrals over the patches of a ball's sweep."""
+"""Integrals of sweeps over cells: ends, middles and the curves where they meet."""

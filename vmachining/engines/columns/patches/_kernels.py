@@ -1,9 +1,9 @@
-# Volume between the top of the stock and the sweep of a ball over one cell, in closed form.
+# Volume between the top of the stock and a sweep over one cell: ends, middle, and the curves where they meet.
 #
-# Legend. A ball of radius R that moves straight sweeps two half balls (its ends) and a cylinder between them; they meet
-# along xi = kappa sqrt(R^2 - eta^2) and the same moved by the length L. S is the height of a patch over the rim: the root
-# of R^2 - distance^2 for an end, of R^2 - eta^2 for the cylinder, 0 outside the footprint. Polygons P[q]: corners from the
-# middle of the cell, against the clock; xi, eta: along and across the motion.
+# Legend. A straight sweep has two ends, of revolution, and a middle that depends on eta but for m xi; see
+# moments/_kernels.py for the integrals of both. Of a ball they are closed: S is the height of a patch over the rim, the
+# root of R^2 - distance^2 for an end, of R^2 - eta^2 for the middle, 0 outside the footprint. Polygons P[q]: corners from
+# the middle of the cell, against the clock; xi, eta: along and across the motion. W: scratch, a row for each edge.
 
 import numpy as np
 
