@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 from referee import CUTTERS, lowest, program
 
-from vmachining.engines.columns import ColumnsEngine, FlatStock
-from vmachining.engines.columns.cells import _kernels as cells
+from vmachining.engines.columns import ColumnsEngine, FlatStock, sides
 from vmachining.geometry import Line
 from vmachining.sweep import Sweep
 
 RULES = {
-    "R3": cells.CURVATURE, "R4": cells.ABOVE, "R5": cells.BELOW, "R7": cells.COVER, "R8": cells.FORGET,
-    "closed integrals": cells.CLOSED,
+    "R3": sides.CURVATURE, "R4": sides.ABOVE, "R5": sides.BELOW, "R7": sides.COVER, "R8": sides.FORGET,
+    "closed integrals": sides.CLOSED,
 }  # fmt: skip
 STOCK = FlatStock((-6.0, -5.0, -10.0), (7.0, 6.0, 0.0))
 POINTS = 8_000
@@ -45,10 +44,10 @@ def counted(way, radius, under) -> list[tuple[float, float]]:
 def test_a_rule_switched_off_changes_widths_alone(make):
     tool, radius, under = make()
     way = program(np.random.default_rng(11), 10)
-    on, _ = cut(tool, way, int(cells.ALL))
+    on, _ = cut(tool, way, int(sides.ALL))
     truth = counted(way, radius, under)
     for name, bit in RULES.items():
-        off, _ = cut(tool, way, int(cells.ALL & ~bit))
+        off, _ = cut(tool, way, int(sides.ALL & ~bit))
         for a, b, (volume, error) in zip(on, off, truth, strict=True):
             assert max(a.lo, b.lo) <= min(a.hi, b.hi), name
             # of rare hits the count knows no spread: at least that of columns as deep as the stock
@@ -63,6 +62,6 @@ def test_a_rule_saves_cells(name):
     """Not R8: it makes lists short."""
     tool, _, _ = CUTTERS["ball"]()
     way = program(np.random.default_rng(11), 10)
-    _, cells_on = cut(tool, way, int(cells.ALL))
-    _, cells_off = cut(tool, way, int(cells.ALL & ~RULES[name]))
+    _, cells_on = cut(tool, way, int(sides.ALL))
+    _, cells_off = cut(tool, way, int(sides.ALL & ~RULES[name]))
     assert cells_off > 1.05 * cells_on

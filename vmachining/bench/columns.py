@@ -82,7 +82,9 @@ def _rows(
     case: dict[str, Any], stock: FlatStock, sweeps: list[Sweep], skip: int, *, meshed: bool = True
 ) -> Iterator[dict[str, Any]]:
     """One row for each width, beside the mesh engine if `meshed`; what columns take is compiled before."""
-    ColumnsEngine(stock, 0.5).cut(sweeps[0])
+    first = ColumnsEngine(stock, 0.5)
+    for sweep in sweeps[:2]:
+        first.cut(sweep)
     beside: list[float] = []
     if meshed:
         mesh = MeshEngine.of(stock.shape, Options(chord=CHORD_MM))
@@ -132,7 +134,9 @@ def columns_solid(blocks: int = 2000) -> Iterator[dict[str, Any]]:
     tool = TOOLS["ball"]
     points, stock = _deep(blocks)
     sweeps = [Sweep.along(tool, Line(a, b)) for a, b in pairwise(points)]
-    ColumnsEngine(stock, 0.5).cut(sweeps[0])
+    first = ColumnsEngine(stock, 0.5)
+    for sweep in sweeps[:2]:
+        first.cut(sweep)
     seconds, found = _timed(ColumnsEngine(stock, 0.01, FLOOR_MM3), sweeps)
     low, high = np.array(stock.low), np.array(stock.high)
     body = facets(sweeps[0].profile, CHORD_MM, Side.FAIR).parts[0].body

@@ -29,8 +29,10 @@ Goal: a bracket that holds the truth, rounding included, as narrow as asked, at 
 | `roof/` | facets of the top and edges of the outline of a stock, by tiles |
 | `store.py` | profiles and paths as arrays |
 | `surface/` | f, its tangent planes and second derivatives, the cover rule, in numba |
-| `patches/` | volume over a ball's sweep in one cell in closed form, in numba |
+| `patches/`, `moments/` | volume over a sweep in one cell in closed form, in numba |
 | `arcs/` | the chord of an arc for one cell, in numba |
+| `sides.py` | what is known of surfaces in a cell, rules in force |
+| `smooth/`, `polygons/`, `closed/` | bounds of smooth surfaces, of planes and chords, by closed integrals, in numba |
 | `cells/` | bounds in one cell, in numba |
 | `_kernels.py` | heap of cells, lists of tiles, in numba |
 

@@ -11,25 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vmachining.engines.columns.arcs._kernels import STRAIGHT, at, place
-from vmachining.engines.columns.cells._kernels import (
-    DOWN,
-    FIRST,
-    FORGET,
-    SELF,
-    SMOOTH,
-    UP,
-    above,
-    bounds,
-    hides,
-)
+from vmachining.engines.columns.cells._kernels import bounds
+from vmachining.engines.columns.closed._kernels import hides
 from vmachining.engines.columns.roof._kernels import Roof
+from vmachining.engines.columns.sides import DOWN, FIRST, FORGET, SELF, SMOOTH, UP
+from vmachining.engines.columns.smooth._kernels import above
 from vmachining.engines.columns.surface._kernels import COLUMNS, value
 from vmachining.jit import kernel, leaf
 
 
 class Shapes(NamedTuple):
     """Cutters and sweeps: head (c, 5), part (c, parts, 8), lift (c, c), ladder (c, 3), rows (n, 13); see
-    surface/_kernels.py and arcs/_kernels.py. rules: see cells/_kernels.py."""
+    surface/_kernels.py and arcs/_kernels.py. rules: see sides.py."""
 
     head: NDArray[np.float64]
     part: NDArray[np.float64]

@@ -14,12 +14,12 @@ import numpy as np
 from vmachining.arrays import Floats, Ints
 from vmachining.engines.columns import _kernels
 from vmachining.engines.columns.arcs._kernels import ABOUT_X, STRAIGHT
-from vmachining.engines.columns.cells._kernels import ALL
 from vmachining.engines.columns.cutters import underside
 from vmachining.engines.columns.flat_stock import FlatStock
 from vmachining.engines.columns.goal import goal_of
 from vmachining.engines.columns.heights import solid_of
 from vmachining.engines.columns.paths import pieces
+from vmachining.engines.columns.sides import ALL
 from vmachining.engines.columns.table import ANYWHERE, ASIDE, CutterTable
 from vmachining.engines.columns.tiles import Tiling
 from vmachining.engines.protocol import NOTHING, WHOLE, Options, Removal, Share, StockSurface
@@ -90,7 +90,7 @@ class ColumnsEngine:
     chord = CHORD_MM
     proof = "bounds of convex surfaces over columns"
     rules = int(ALL)
-    """Bits of the rules in force, see cells/_kernels.py: with one switched off brackets are wider and hold the truth."""
+    """Bits of the rules in force, see sides.py: with one switched off brackets are wider and hold the truth."""
 
     def __init__(
         self, stock: FlatStock, width: float = 0.01, width_mm3: float = 1e-3, *, tile_mm: float | None = None

@@ -1,0 +1,1 @@
+"""What sweep k removes in a cell by closed integrals."""

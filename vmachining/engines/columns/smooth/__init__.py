@@ -1,0 +1,1 @@
+"""Bounds where surfaces are smooth, and which of two surfaces lies above the other."""
