@@ -115,7 +115,8 @@ def iso(name: str, nc: Nc, stock: str, tools: list[str], **more: float | str) ->
 def shipped(name: str) -> Files:
     """Program and job of a model, without what a pack is not about."""
     folder = HERE.parent / name
-    text = (folder / "job.toml").read_text(encoding="utf-8").split("[feed]")[0].rstrip() + "\nwidth = 0.002\n"
+    lines = (folder / "job.toml").read_text(encoding="utf-8").split("[feed]")[0].rstrip().splitlines()
+    text = "\n".join([line for line in lines if not line.startswith("width = ")] + ["width = 0.002", ""])
     return {f"{name}.nc": (folder / f"{name}.nc").read_text(encoding="ascii"), "job.toml": text}
 
 

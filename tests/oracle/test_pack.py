@@ -60,7 +60,8 @@ def test_regenerating_the_shipped_pack_gives_its_numbers(tmp_path: Path) -> None
     assert {path.name for path in copy.iterdir()} == {path.name for path in PACK.iterdir()}
     text = ["block", "line", "text", "motion"]
     assert new.select(text).equals(old.select(text))
-    assert vm.compare(new, PACK).agrees
+    # 0 may be the middle of what rounding leaves, some 1e-8 mm3; 1e-6 is what the gate takes for nothing
+    assert vm.compare(new, PACK, tolerance_mm3=1e-6).agrees
     # the brackets of a later version may be too narrow for the estimates of an earlier one, but they hold the same truth
     for one, other in ((new, old), (old, new)):
         assert (one["removed_lo_mm3"] <= other["removed_hi_mm3"]).all()
