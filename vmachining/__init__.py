@@ -3,6 +3,8 @@
     import vmachining as vm
     result = vm.run("models/slot/job.toml")
     vm.swept_volume(vm.Sweep(vm.BallNose(diameter=10, length=40), (0, 0, 0), (30, 0, 0)))
+    workpiece = vm.Workpiece(vm.Box((0, 0, -20), (100, 60, 0)))
+    workpiece.cut(vm.Sweep(vm.FlatEnd(diameter=10, length=40), (-10, 30, -5), (110, 30, -5)))
 
 | Question | Place |
 |---|---|
@@ -37,8 +39,9 @@ if TYPE_CHECKING:
         ToolError,
         VMachiningError,
     )  # fmt: skip
-    from vmachining.geometry import Arc, Bracket, Line
-    from vmachining.job import Job, RunResult, engage, run, swept_volume
+    from vmachining.geometry import Arc, Line
+    from vmachining.interval import Bracket, Interval
+    from vmachining.job import Feed, Force, Job, RunResult, engage, run, swept_volume
     from vmachining.machine import MachineLimits
     from vmachining.nc import parse_program, read_program
     from vmachining.oracle import Comparison, compare, compare_engagement, write_pack
@@ -54,6 +57,7 @@ if TYPE_CHECKING:
         Taper,
         tool_from_mapping,
     )  # fmt: skip
+    from vmachining.workpiece import Box, Cylinder, Mesh, Step, Workpiece
 
 _ROOMS = {
     "engagement": ("Engagement",),
@@ -70,8 +74,9 @@ _ROOMS = {
         "ToolError",
         "VMachiningError",
     ),
-    "geometry": ("Arc", "Bracket", "Line"),
-    "job": ("Job", "RunResult", "engage", "run", "swept_volume"),
+    "geometry": ("Arc", "Line"),
+    "interval": ("Bracket", "Interval"),
+    "job": ("Feed", "Force", "Job", "RunResult", "engage", "run", "swept_volume"),
     "machine": ("MachineLimits",),
     "nc": ("parse_program", "read_program"),
     "oracle": ("Comparison", "compare", "compare_engagement", "write_pack"),
@@ -87,6 +92,7 @@ _ROOMS = {
         "Taper",
         "tool_from_mapping",
     ),
+    "workpiece": ("Box", "Cylinder", "Mesh", "Step", "Workpiece"),
 }
 _HOME = {name: room for room, names in _ROOMS.items() for name in names}
 _PACKAGES = {"engagement": (), "engines": ("mesh", "brep"), "nc": ()}
@@ -96,24 +102,31 @@ __all__ = [
     "AptTool",
     "Arc",
     "BallNose",
+    "Box",
     "Bracket",
     "BullNose",
     "Comparison",
+    "Cylinder",
     "Engagement",
     "EngineError",
+    "Feed",
     "FeedError",
     "FlatEnd",
+    "Force",
     "InputError",
+    "Interval",
     "Job",
     "JobError",
     "KinematicsError",
     "Line",
     "MachineLimits",
+    "Mesh",
     "NCError",
     "Pose",
     "Profile",
     "ProfileTool",
     "RunResult",
+    "Step",
     "StockError",
     "Sweep",
     "SweepError",
@@ -121,6 +134,7 @@ __all__ = [
     "ToolError",
     "Turn",
     "VMachiningError",
+    "Workpiece",
     "compare",
     "compare_engagement",
     "engage",

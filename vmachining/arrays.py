@@ -17,24 +17,16 @@ Bools: TypeAlias = NDArray[np.bool_]
 def rows(values: ArrayLike, *shape: int, name: str) -> Floats:
     """A finite, read-only float array of the wanted shape.
 
-    Parameters
-    ----------
     values : array_like
-    shape : int
-        Wanted shape, -1 for any length.
-    name : str
-        Used in the message.
-
-    Raises
-    ------
-    ValueError
-        Wrong shape, or a value that is not finite.
+    shape : int, wanted shape, -1 for any length.
+    name : str, used in the message.
+    Raises ValueError: Wrong shape, or a value that is not finite.
     """
     array = np.array(values, dtype=np.float64)
     if array.ndim != len(shape) or any(
         want not in (-1, have) for want, have in zip(shape, array.shape, strict=True)
     ):
-        raise ValueError(f"{name}: want shape {shape}, got {array.shape}")
+        raise ValueError(f"{name}: expected shape {shape}, got {array.shape}")
     if not np.isfinite(array).all():
         raise ValueError(f"{name}: every value must be finite")
     array.setflags(write=False)

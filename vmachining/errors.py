@@ -1,13 +1,13 @@
 """Everything the package refuses, and how it says so.
 
 VMachiningError                 base: message, and where known file, line, column, word, remedy
-├── InputError                  what the user gave cannot be used: exit code 2
+├── InputError                  what the user gave cannot be used: exit code 2; also a ValueError
 │   ├── NCError                 the program
 │   ├── JobError                the job file
 │   ├── ToolError               a tool
 │   ├── StockError              a stock solid
 │   └── KinematicsError         machine, axis values
-├── SweepError                  a motion and tool that sweep nothing meaningful
+├── SweepError                  a motion and tool that sweep nothing meaningful; also a ValueError
 ├── EngineError                 a kernel failed or lied; names engine and block
 └── FeedError                   a schedule that cannot exist
 
@@ -61,7 +61,7 @@ class VMachiningError(Exception):
         return f"{place + ': ' if place else ''}{self.message}{word}{remedy}"
 
 
-class InputError(VMachiningError):
+class InputError(VMachiningError, ValueError):
     """What the user gave cannot be used."""
 
 
@@ -85,7 +85,7 @@ class KinematicsError(InputError):
     """Axis values or a chain that no machine can have."""
 
 
-class SweepError(VMachiningError):
+class SweepError(VMachiningError, ValueError):
     """A motion that sweeps nothing meaningful."""
 
 
@@ -96,10 +96,7 @@ class FeedError(VMachiningError):
 class EngineError(VMachiningError):
     """A kernel failed, or its answer failed a check.
 
-    Parameters
-    ----------
-    engine : str
-        Name of the engine, e.g. "mesh".
+    engine : str, name of the engine, e.g. "mesh".
     block : int or None
         Block it worked on.
     """

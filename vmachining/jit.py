@@ -36,7 +36,7 @@ __all__ = ["forget_sources", "imported", "inner", "kernel", "leaf"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-IMPORT = re.compile(r"^from (vmachining[\w.]*) import ", re.MULTILINE)
+IMPORT = re.compile(r"^from ((?:vmachining|benchmarks)[\w.]*) import ", re.MULTILINE)
 
 
 def kernel(function: F) -> F:

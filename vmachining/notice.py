@@ -1,4 +1,4 @@
-"""What a command wants to be told of while it works. Light, so that commands without kernels load none."""
+"""What a command reports while it works. Light, so that commands without kernels load none."""
 
 from __future__ import annotations
 

@@ -22,10 +22,7 @@ def start(
 
     The function is found by name, so that nothing of this process is copied. SIGINT is ignored there.
 
-    Raises
-    ------
-    OSError
-        It cannot be started.
+    Raises OSError: It cannot be started.
     """
     here, there = socket.socketpair()
     try:

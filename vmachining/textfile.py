@@ -2,11 +2,42 @@
 
 from __future__ import annotations
 
+import json
+import re
+import tomllib
+from itertools import groupby
 from pathlib import Path
+from typing import Any
 
 from vmachining.errors import InputError
 
-__all__ = ["read_text"]
+__all__ = ["MAX_TEXT", "parse_json", "parse_toml", "read_bytes", "read_text"]
+
+MAX_TEXT = 64 << 20
+"""Bytes of a job, machine, tool or CSV file: a million rows of a table fit in."""
+
+MAX_DEPTH = 64
+"""Tables in tables. Job files have four levels; parsers recurse, and tomllib takes memory with the square of it."""
+
+
+def read_bytes(path: Path, what: str, error: type[InputError], *, missing: str | None = None) -> bytes:
+    """All bytes of a file of at most `MAX_TEXT`; a device that never ends is refused there, too.
+
+    what : names the file in the message. missing : remedy if it cannot be read.
+
+    Raises error: It cannot be read, or is larger.
+    """
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(MAX_TEXT + 1)
+    except (OSError, ValueError) as exc:  # ValueError: a zero byte in its name
+        reason = getattr(exc, "strerror", None) or exc
+        raise error(f"cannot read the {what}: {reason}", file=str(path), remedy=missing) from exc
+    if len(data) > MAX_TEXT:
+        raise error(
+            f"larger than {MAX_TEXT >> 20} MB: not a {what}", file=str(path), remedy="is it the right file?"
+        )
+    return data
 
 
 def read_text(
@@ -16,14 +47,70 @@ def read_text(
 
     what : names the file in the message. missing, wrong : remedies if it cannot be read, or is no such text.
 
-    Raises
-    ------
-    error
-        It cannot be read, or is not UTF-8.
+    Raises error: It cannot be read, is larger than `MAX_TEXT`, or is not UTF-8.
     """
     try:
-        return path.read_bytes().decode("utf-8-sig")
-    except OSError as exc:
-        raise error(f"cannot read the {what}: {exc.strerror or exc}", file=str(path), remedy=missing) from exc
+        return read_bytes(path, what, error, missing=missing).decode("utf-8-sig")
     except UnicodeDecodeError as exc:
         raise error(f"not a UTF-8 text (byte {exc.start})", file=str(path), remedy=wrong) from exc
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """`tomllib.loads`, which also refuses what exhausts the parser: endless nesting, numbers of thousands of digits.
+
+    Raises tomllib.TOMLDecodeError: Not TOML, or nested deeper than `MAX_DEPTH`.
+    """
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.count(".") > MAX_DEPTH and _longest_key(line) > MAX_DEPTH:
+            raise tomllib.TOMLDecodeError(
+                f"A key of more than {MAX_DEPTH} parts (at line {number}, column 1)"
+            )
+    try:
+        data = tomllib.loads(text)
+    except RecursionError as exc:
+        raise tomllib.TOMLDecodeError(f"Nested deeper than {MAX_DEPTH} levels") from exc
+    except tomllib.TOMLDecodeError:
+        raise
+    except ValueError as exc:  # int() and date() refuse more than the grammar does
+        raise tomllib.TOMLDecodeError(_digits(exc)) from exc
+    if _depth(data) > MAX_DEPTH:
+        raise tomllib.TOMLDecodeError(f"Nested deeper than {MAX_DEPTH} levels")
+    return data
+
+
+def parse_json(text: str) -> Any:
+    """`json.loads`, where everything refused is a ValueError: nesting and numbers of thousands of digits, too."""
+    try:
+        return json.loads(text)
+    except RecursionError as exc:
+        raise json.JSONDecodeError("nested too deep", text[:1], 0) from exc
+    except json.JSONDecodeError:
+        raise
+    except ValueError as exc:
+        raise json.JSONDecodeError(_digits(exc), text[:1], 0) from exc
+
+
+def _digits(exc: ValueError) -> str:
+    return "A number of thousands of digits" if "digits" in str(exc) else str(exc)
+
+
+def _longest_key(line: str) -> int:
+    """Parts of the longest dotted key that the line may hold."""
+    runs = (run.split(".") for run in re.split(r"[^\w.\s\"'-]+", line))
+    words = (
+        (word, list(same)) for run in runs for word, same in groupby(run, lambda part: bool(part.strip()))
+    )
+    return max((len(same) for word, same in words if word), default=0)
+
+
+def _depth(data: Any) -> int:
+    """Levels of tables and arrays, without recursion."""
+    depth, level = 0, [data]
+    while level := [
+        inner
+        for outer in level
+        if isinstance(outer, dict | list)
+        for inner in (outer.values() if isinstance(outer, dict) else outer)
+    ]:
+        depth += 1
+    return depth

@@ -17,7 +17,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
-from vmachining.bench.vectors import ALLOWANCE, BALL, RADIUS, SIDE, blocks, half_cylinder
+from benchmarks.vectors import ALLOWANCE, BALL, RADIUS, SIDE, blocks, half_cylinder
 from vmachining.engines.protocol import Options, Request
 from vmachining.engines.vectors import VectorEngine, VectorSettings
 from vmachining.geometry import Line

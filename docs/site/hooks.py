@@ -153,9 +153,11 @@ in the name; lengths are in millimetres, coordinates are work coordinates of the
 SUMMARY = """
 ## summary.json
 
-`blocks`, `removed_mm3` with `removed_lo_mm3` and `removed_hi_mm3`, `stock_mm3`, `final_mm3` with its bounds, `time_s`,
-`scheduled_time_s`, `brep` (blocks asked, agreed, retried, refused, disputed), `warnings`, `notes` (what must be known of all
-numbers at once), `seconds`, `peak_mb`.
+`blocks`, `removed_mm3` with `removed_lo_mm3` and `removed_hi_mm3`, `proven` (whether these are bounds), `stated_blocks`
+(blocks whose intervals are not proven), `stock_mm3`, `final_mm3` with its bounds, `time_s`,
+`scheduled_time_s`, `brep` (blocks asked, agreed, retried, refused, disputed), `second_judge` (blocks that a second
+engine judged, and the total of all), `warnings`, `notes` (what must be known of all
+numbers at once), `seconds` and `stage_seconds` (of the whole run, and of each stage), `peak_mb`, both after the report.
 
 ## manifest.json
 

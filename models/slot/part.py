@@ -40,7 +40,7 @@ def line(one: Place, two: Place) -> Part:
 
 
 def straights() -> list[tuple[Place, Place]]:
-    """Straight blocks, those that go on in the same direction as one."""
+    """Straight blocks, those that continue in the same direction as one."""
     places = [(PARK, NEAR, -2.0), *((block.x, block.y, block.z) for block in path())]
     out = []
     for k, (a, b) in enumerate(pairwise(places)):

@@ -20,7 +20,7 @@ from vmachining.toolpath.facets import Surface, height_field, raster
 
 CYLINDER, HALF, LONG = 40.0, 15.0, 60.0  # mm, radius of the design, half width and length of the bar
 TOP, LOW = 1.0, -15.0  # mm, of the bar above the crest of the design, which is z = 0; its bottom
-BEYOND = 8.0  # mm, the passes go on outside the bar
+BEYOND = 8.0  # mm, the passes continue outside the bar
 FLAT, BALL = 3.0, 5.0  # mm, radii
 ROUGH, SEMI = 0.5, 0.2  # mm, allowance normal to the design behind roughing and semi-finish
 STEP, SCALLOP, CHORD = 3.0, 0.05, 0.002  # mm

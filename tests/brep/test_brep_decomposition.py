@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.gauntlet import gauntlet_block
 from vmachining import BallNose
-from vmachining.bench.gauntlet import gauntlet_block
 from vmachining.engines.brep import held, solids
 from vmachining.engines.brep.envelopes.decomposition import Budget, _Work
 from vmachining.engines.brep.occt.booleans import quiet

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.brep_chains import bar_of, chain_of
 from vmachining import BallNose, BullNose, FlatEnd, ProfileTool, Sweep
-from vmachining.bench.brep_chains import bar_of, chain_of
 from vmachining.engines import brep
 from vmachining.engines.brep import (
     ATTEMPTS,

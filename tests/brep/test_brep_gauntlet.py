@@ -1,4 +1,4 @@
-"""The gauntlet of single sweeps: passes on cheap seeds, keeps a journal, goes on from it."""
+"""The gauntlet of single sweeps: passes on cheap seeds, keeps a journal, continues from it."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from vmachining.bench.gauntlet import FAMILIES, sweep_gauntlet
-from vmachining.bench.hard import HARD
+from benchmarks.gauntlet import FAMILIES, sweep_gauntlet
+from benchmarks.hard import HARD
 from vmachining.cli.main import main
 
 

@@ -106,7 +106,7 @@ def test_a_refusal_is_told_and_ends_with_code_1(tmp_path: Path) -> None:
 @pytest.mark.parametrize("group", [False, True], ids=["the command", "its whole group"])
 @pytest.mark.slow  # 5 s
 def test_a_polite_end_is_an_interruption(group: bool, tmp_path: Path) -> None:
-    """SIGTERM while OCCT is at work: 130, what is complete is told, and --resume goes on."""
+    """SIGTERM while OCCT is at work: 130, what is complete is told, and --resume continues."""
     file, out = write_job(tmp_path), tmp_path / "out"
     words = [
         sys.executable,

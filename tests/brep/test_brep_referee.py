@@ -7,7 +7,7 @@ from math import sqrt
 import numpy as np
 import pytest
 
-from vmachining.bench.referee import referee
+from benchmarks.referee import referee
 from vmachining.geometry import Line
 from vmachining.sweep import Sweep
 from vmachining.tool import FlatEnd

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks import gauntlet
 from vmachining import BullNose, Sweep, Turn
-from vmachining.bench import gauntlet
 from vmachining.engines import brep
 from vmachining.engines.brep.envelopes.grazing_curve import GrazingCurve
 from vmachining.engines.brep.envelopes.pieces import turn_pieces

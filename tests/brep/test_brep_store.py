@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from vmachining import BallNose, Bracket, FlatEnd, Sweep
+from vmachining import BallNose, FlatEnd, Interval, Sweep
 from vmachining.engines.brep import Blank, Status, check_blocks, inspect, solids
 from vmachining.engines.brep.removal import store
 from vmachining.engines.brep.removal.store import Store
@@ -58,7 +58,7 @@ def test_a_run_leaves_no_folder_behind(tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     sweep = Sweep.along(FlatEnd(diameter=10, length=40), Line((-10, 0, -1), (40, 0, -1)))
     box = Blank("box", (0, -20, -20), (30, 20, 0))
-    asked = {0: Bracket(299.9, 300.0, 300.1)}
+    asked = {0: Interval(299.9, 300.0, 300.1)}
     seen = []
     for _, verdict in check_blocks(box, [[sweep]], asked):
         seen = list(tmp_path.iterdir())

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.gauntlet import gauntlet_block
+from benchmarks.sweep5 import VOLUMES, block, reference
 from vmachining import BallNose, BullNose, FlatEnd, ProfileTool, Sweep, Taper, Turn
-from vmachining.bench.gauntlet import gauntlet_block
-from vmachining.bench.sweep5 import VOLUMES, block, reference
 from vmachining.engines import brep
 from vmachining.engines.brep.envelopes.decomposition import _flattened
 from vmachining.engines.judges import Judge
@@ -211,7 +211,7 @@ def test_parts_of_a_reference_row_share_the_cutter_between_them(motion: str, too
 
 
 def test_a_lens_of_a_tilting_face_needs_no_cut() -> None:
-    """The top of this cutter begins to rise behind its rim on the way: one solid all the same."""
+    """The top of this cutter begins to rise behind its rim on the way: one solid anyway."""
     sweep = block(14)
     (part,) = brep.solids(sweep)
     assert brep.inspect(part.shape).volume == pytest.approx(sweep.flux().volume, rel=1e-6)

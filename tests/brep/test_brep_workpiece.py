@@ -12,7 +12,7 @@ import polars as pl
 import pytest
 from tinyjob import PROGRAM, SLOT_MM3, write_job
 
-from vmachining import Bracket, FlatEnd, Job, ProfileTool, Sweep, run
+from vmachining import FlatEnd, Interval, Job, ProfileTool, Sweep, run
 from vmachining.cli.main import run as command
 from vmachining.engines import brep
 from vmachining.engines.brep import Blank
@@ -24,7 +24,7 @@ from vmachining.engines.brep.occt.step_out import volumes_in, write_plain
 from vmachining.engines.brep.occt.tolerances import CRUMB_MM3
 from vmachining.engines.brep.occt.validity import refuse_unsound
 from vmachining.engines.brep.workpiece.cut import owners, workpiece, write_step
-from vmachining.errors import EngineError
+from vmachining.errors import EngineError, StockError
 from vmachining.geometry import Arc, Line
 
 BOX = Blank("box", (0, -20, -20), (30, 20, 0))
@@ -33,8 +33,8 @@ ACROSS = Sweep.along(TOOL, Line((-10, 0, -1), (40, 0, -1)))
 """10 mm wide, 1 mm deep and 30 mm long in that box."""
 
 
-def near(value: float, rel: float = 1e-6) -> Bracket:
-    return Bracket(value * (1 - rel), value, value * (1 + rel))
+def near(value: float, rel: float = 1e-6) -> Interval:
+    return Interval(value * (1 - rel), value, value * (1 + rel))
 
 
 @pytest.mark.slow  # 6 s
@@ -60,7 +60,7 @@ def test_a_stock_of_triangles_is_a_solid_of_plane_faces(tmp_path: Path) -> None:
         polyhedron(points[fans].reshape(-1, 9).tolist())
     open_skin = Blank("triangles", triangles=tuple(map(tuple, points[fans].reshape(-1, 9).tolist())))
     with pytest.raises(EngineError, match="triangles of the stock"):
-        list(brep.check_blocks(open_skin, [[ACROSS]], {0: Bracket(0.0, 0.0, 1e9)}))
+        list(brep.check_blocks(open_skin, [[ACROSS]], {0: Interval(0.0, 0.0, 1e9)}))
 
 
 def test_the_finished_workpiece_is_a_valid_step_with_named_faces(tmp_path: Path) -> None:
@@ -196,7 +196,7 @@ def test_a_cut_that_leaves_its_bracket_is_done_again_with_a_fuzzy_value() -> Non
     """Two slots with a wall of half a micrometre between them. A plain cut takes 300 mm3, which this bracket excludes; with
     1e-3 mm its faces may move by that: those of wall and floor have 330 mm2."""
     beside = Sweep.along(TOOL, Line((-10, 10.0005, -1), (40, 10.0005, -1)))
-    fuzzy = Bracket(300.0 + 1e-3, 300.1, 300.0 + 1e-3 * 330.0)
+    fuzzy = Interval(300.0 + 1e-3, 300.1, 300.0 + 1e-3 * 330.0)
     shape = workpiece(BOX, [[ACROSS], [beside]], [near(300.0), fuzzy])
     assert fuzzy.holds(30 * 40 * 20 - 300 - brep.volume(shape))
 
@@ -205,7 +205,7 @@ def test_a_block_without_a_solid_is_named() -> None:
     stepped = ProfileTool(points=[[0, 0], [1, 0.2], [1, 1], [2, 2], [2, 20]])
     bottom = Sweep.along(stepped, Arc((10, 0, -2), (10, 0, 0), 1, angle=1.0))
     with pytest.raises(EngineError, match=r"block 1: OCCT says the swept solid is not valid"):
-        workpiece(BOX, [[ACROSS], [bottom]], [near(300.0), Bracket(0.0, 0.0, 1e9)])
+        workpiece(BOX, [[ACROSS], [bottom]], [near(300.0), Interval(0.0, 0.0, 1e9)])
 
 
 def test_a_workpiece_that_leaves_its_brackets_is_refused(tmp_path: Path) -> None:
@@ -220,7 +220,7 @@ def test_faces_of_the_stock_keep_no_name_of_blocks_that_only_touch_them() -> Non
     places = [(0.0, 0.0), (-25.0, -10.0), (0.0, -1.0), (15.0, -20.0)]
     blocks = [[Sweep.along(tool, Line((-20, y, z), (50, y, z)))] for y, z in places]
     removed = (0.0, 0.0, 300.0, 6000.0)
-    brackets = [Bracket(v, v, v) for v in removed]
+    brackets = [Interval(v, v, v) for v in removed]
     quiet()
     found = owners(workpiece(BOX, blocks, brackets), BOX, blocks, brackets)
     names = {
@@ -232,3 +232,29 @@ def test_faces_of_the_stock_keep_no_name_of_blocks_that_only_touch_them() -> Non
     assert names[30.0, 0.0, 20.0, -10.0] in (-1, 3)  # sides of the stock and walls of the last pass
     assert {block for size, block in names.items() if size[2] == 0.0 and size[3] in (0.0, -20.0)} == {-1}
     assert {block for _, block in found} == {-1, 2, 3}
+
+
+def test_a_small_step_file_of_a_thousand_copies_of_copies_is_refused(tmp_path):
+    """Assemblies of ten assemblies of ten ...: 40 kB, 10,000 solids, and each pair would be looked at."""
+    from OCP.BRep import BRep_Builder
+    from OCP.gp import gp_Trsf, gp_Vec
+    from OCP.Interface import Interface_Static
+    from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
+    from OCP.TopLoc import TopLoc_Location
+    from OCP.TopoDS import TopoDS_Compound
+
+    shape = cq.Workplane().box(1, 1, 1).val().wrapped
+    for level in range(4):
+        whole, builder = TopoDS_Compound(), BRep_Builder()
+        builder.MakeCompound(whole)
+        for k in range(10):
+            move = gp_Trsf()
+            move.SetTranslation(gp_Vec(2.0 * k * 10**level, 0.0, 0.0))
+            builder.Add(whole, shape.Moved(TopLoc_Location(move)))
+        shape = whole
+    writer = STEPControl_Writer()
+    Interface_Static.SetCVal_s("write.step.assembly", "1")
+    writer.Transfer(shape, STEPControl_AsIs)
+    writer.Write(str(tmp_path / "many.step"))
+    with pytest.raises(StockError, match="holds 10000 solids; at most 1000 are read"):
+        read_step(tmp_path / "many.step")

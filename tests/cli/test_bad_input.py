@@ -136,9 +136,9 @@ def garbage(kind):
 def test_ten_megabytes_of_garbage_are_answered_in_seconds(kind, tmp_path, capsys):
     job = write_job(tmp_path)
     (tmp_path / "tiny.nc").write_bytes(garbage(kind))
-    begin = time.perf_counter()
+    begin = time.process_time()
     refused(capsys, ["run", job, "--out", tmp_path / "out"], "tiny.nc:")
-    assert time.perf_counter() - begin < 10.0
+    assert time.process_time() - begin < 10.0
     assert not (tmp_path / "out").exists()
 
 
@@ -209,7 +209,11 @@ def test_a_refused_run_leaves_an_earlier_result_and_a_new_one_replaces_all_of_it
     job = write_job(tmp_path)  # no schedule any more, and no stock file asked for
     assert run(["run", str(job), "--out", str(out), "--stock", "", "--quiet"]) == 0
     manifest = json.loads((out / "manifest.json").read_text())
-    assert manifest["complete"] and {p.name for p in out.iterdir()} == {*manifest["outputs"], "manifest.json"}
+    assert manifest["complete"] and {p.name for p in out.iterdir()} == {
+        *manifest["outputs"],
+        "manifest.json",
+        "stages.zip",
+    }
     assert "scheduled.nc" not in manifest["outputs"] and "stock.stl" not in manifest["outputs"]
 
 
@@ -223,3 +227,34 @@ def test_names_with_blanks_and_marks_and_a_program_that_is_html(tmp_path, capsys
     page = (folder / "o ü" / "report.html").read_text(encoding="utf-8")
     assert "<script>alert" not in page and "</script><script>alert" not in page and "<b>x" not in page
     assert page.count("</script>") == page.count("<script")
+
+
+NONSENSE = (
+    "nc check {nc} --tools-units nonsense",
+    "nc moves {nc} --tools-units nonsense",
+    "dda {nc} --tools-units nonsense",
+    "nc check {nc} --subroutines nonsense",
+    "nc plot {nc} --subroutines nonsense",
+    "nc check {nc} --home nan,0,0",
+    "toolpath surface {stl} --tool ball:6 --scallop 1 --normals nonsense",
+    "force identify nonsense.csv --corner-radius 0 --teeth 2 --layer-ref nonsense",
+    "force identify nonsense.csv --corner-radius 0 --teeth 2 --method layers --weights nonsense",
+)
+UNREAD = (
+    ("nc check {nc} --tools-units inch", "--tools-units"),
+    ("nc check {nc} --from-line 9999", "9999"),
+    ("compare {nc} {dir} --blocks 3", "--blocks"),
+    ("compare {nc} {dir} --out o", "--out"),
+    ("compare {job} --engines mesh,rays --tolerance-rel 1", "--tolerance-rel"),
+    ("engage {job} --block 1 --every 2 --at 0.3", "--at"),
+    ("view {dir} --engine mesh", "--engine"),
+    ("strategies {dir} --engine mesh", "--engine"),
+)
+
+
+@pytest.mark.parametrize(("line", "word"), [*((line, "") for line in NONSENSE), *UNREAD])
+def test_no_option_is_passed_over_because_another_one_is_missing(line, word, tmp_path, capsys):
+    job = write_job(tmp_path)
+    block().export(tmp_path / "part.stl")
+    words = {"nc": job.parent / "tiny.nc", "stl": tmp_path / "part.stl", "dir": tmp_path, "job": job}
+    refused(capsys, line.format(**words).split(), word or ("nonsense" if "nonsense" in line else "nan"))

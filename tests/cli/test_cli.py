@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 import os
 import re
 import shlex
@@ -21,7 +22,7 @@ COMMANDS = ([], ["run"], ["batch"], ["demo"], ["sweep"], ["bench"], ["nc"], ["nc
 
 
 def shell(*argv, **options):
-    """`python -m vmachining ...` in a process of its own."""
+    """`python -m vmachining ...` in a separate process."""
     return subprocess.run(
         [sys.executable, "-m", "vmachining", *map(str, argv)],
         capture_output=True,
@@ -40,7 +41,7 @@ def test_help_has_an_example(command, capsys):
 def test_help_is_quick_and_loads_no_kernel():
     code = (
         "import sys, time; t = time.perf_counter(); from vmachining.cli.main import run; run(['--help']);"
-        "heavy = {'numpy', 'numba', 'manifold3d', 'polars', 'plotly', 'OCP', 'pydantic'} & set(sys.modules);"
+        "heavy = {'numpy', 'numba', 'manifold3d', 'polars', 'matplotlib', 'OCP', 'pydantic'} & set(sys.modules);"
         "print(heavy, file=sys.stderr); sys.exit(bool(heavy))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=20)
@@ -101,13 +102,16 @@ BAD = {
         ["nc", "moves", "tiny.nc", "--machine", "m.toml"],
         ["cannot read the machine file", "m.toml"],
     ),
-    "dialect": (["nc", "check", "tiny.nc", "--dialect", "klingon"], ["klingon", "one of iso"]),
+    "dialect": (
+        ["nc", "check", "tiny.nc", "--dialect", "klingon"],
+        ["klingon", "is not supported", "iso, haas"],
+    ),
     "home": (["nc", "check", "tiny.nc", "--home", "1,2"], ["--home 1,2", "three numbers"]),
     "no such code": (["nc", "check", "--explain", "E999"], ["E999", "--explain all"]),
     "no command": (["frobnicate"], ["frobnicate", "--help"]),
     "no option": (["run", "job.toml", "--fast"], ["--fast", "vmachining run --help"]),
     "no argument": (["run"], ["JOB.toml"]),
-    "stock format": (["run", "job.toml", "--stock", "obj"], ["obj", "take stl, 3mf, step"]),
+    "stock format": (["run", "job.toml", "--stock", "obj"], ["obj", "take stl, 3mf, glb, step"]),
     "no program": (["nc", "check", "none.nc"], ["none.nc"]),
     "directory": (["nc", "check", "."], ["directory"]),
     "coordinates": (["nc", "moves", "tiny.nc", "--coordinates", "polar"], ["polar"]),
@@ -121,7 +125,7 @@ BAD = {
 @pytest.mark.parametrize("case", BAD)
 def test_bad_usage_is_one_message_and_exit_2(case, tmp_path, capsys, monkeypatch):
     if case == "case":
-        pytest.importorskip("vmachining.bench")
+        pytest.importorskip("benchmarks")
     monkeypatch.chdir(tmp_path)
     write_job(tmp_path)
     argv, words = BAD[case]
@@ -200,6 +204,23 @@ def test_nc_check_and_moves(tmp_path, capsys, monkeypatch):
 def test_programs_from_standard_input():
     done = shell("nc", "moves", "-", "--json", input="G0 X1\nM30\n")
     assert done.returncode == 0 and json.loads(done.stdout)["end_mm"][0] == 1
+
+
+@pytest.mark.slow  # 5 s: OCCT loads in a separate process
+def test_the_bracket_of_a_sweep_is_printed_before_occt_is_late(tmp_path, capsys):
+    tool = {"type": "ball", "diameter_mm": 10, "length_mm": 40}
+    file = tmp_path / "s.json"
+    ends = {"start": {"cl_mm": [0, 0, 0]}, "end": {"cl_mm": [30, 0, 0]}}
+    for end in ends.values():
+        end["axis"] = [0, 0, 1]
+    file.write_text(json.dumps({"tool": tool, **ends}))
+    assert run(["sweep", str(file), "--seconds", "1e-9", "--chord", "0.1"]) == 0
+    first, second = capsys.readouterr().out.splitlines()
+    # a ball end of radius 5 and length 40 moved by 30: its volume, and 30 times its meridian
+    exact = math.pi * (2 / 3 * 125 + 25 * 35) + 30 * (math.pi * 25 / 2 + 10 * 35)
+    assert float(first.split()[0]) == pytest.approx(exact, rel=1e-8)
+    assert "no answer within 1e-09 s" in second and "--seconds" in second
+    assert run(["sweep", str(file), "--seconds", "nan"]) == 2
 
 
 @pytest.mark.slow  # 4 s
@@ -281,7 +302,7 @@ def test_demo_runs_the_shipped_model(tmp_path):
 
 
 def test_the_line_that_goes_on_names_what_was_asked_for():
-    from vmachining.cli.jobs import RunOptions
+    from vmachining.cli.job_commands import RunOptions
 
     assert RunOptions().words() == []
     asked = RunOptions(chord=0.02, brep="3,7-9", stock_at="4", directions=3, brep_seconds=30.0)

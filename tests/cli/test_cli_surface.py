@@ -31,6 +31,18 @@ def test_drop_tells_what_is_touched(block, capsys):
     assert rows[1]["contact"] == "edge" and rows[2]["z_mm"] is None and rows[2]["contact"] == "none"
 
 
+@pytest.mark.parametrize("tool", [[], ["--tool", "none"]])
+def test_drop_without_a_tool_is_heights(block, capsys, tool):
+    call = ["toolpath", "drop", str(block), "--points", "5,5;40,5", *tool]
+    assert run([*call, "--json"]) == 0
+    assert [row["z_mm"] for row in json.loads(capsys.readouterr().out)["points"]] == [
+        pytest.approx(6.0),
+        None,
+    ]
+    assert run([*call, "--floor", "0"]) == 2
+    assert "--floor stops a tool" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("suffix", [".nc", ".csv", ".cls"])
 def test_a_surface_becomes_a_job_that_runs(block, tmp_path, capsys, suffix):
     out = tmp_path / f"path{suffix}"
@@ -57,7 +69,9 @@ def test_five_axes_and_levels(block, tmp_path, capsys):
     ("change", "word"),
     [
         (["--tool", "drill:6"], "no cutter"),
-        (["--scallop", "-1"], "positive"),
+        (["--lead", "5", "--sharp", "nan"], "'--sharp': nan"),
+        (["--lead", "5", "--sharp", "-1"], "from 0 to 180"),
+        (["--scallop", "-1"], "a number above 0"),
         (["--step", "1", "--scallop", "0.1"], "one of them"),
         (["--step", "1", "--out", "path.txt"], ".nc"),
         (["--waterline", "99"], "no waterline"),

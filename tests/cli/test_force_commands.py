@@ -45,9 +45,9 @@ def test_identify_writes_a_coefficient_file(slots, method, tmp_path, capsys):
 
 BAD = {
     "no file": (["none.csv"], ["none.csv"]),
-    "method": (["SLOTS", "--method", "magic"], ["magic", "joint or layers"]),
+    "method": (["SLOTS", "--method", "magic"], ["magic", "'joint', 'layers'"]),
     "weights": (["SLOTS", "--weights", "heavy"], ["heavy"]),
-    "side": (["SLOTS", "--on", "table"], ["table", "tool or workpiece"]),
+    "side": (["SLOTS", "--on", "table"], ["table", "'tool', 'workpiece'"]),
     "degree": (["SLOTS", "--degree", "7"], ["5 depths", "degree 7"]),
 }
 

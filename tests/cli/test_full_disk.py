@@ -1,4 +1,4 @@
-"""A disk that is full in the middle of a run or a batch: what was done is there, a line says so, with more room it goes on."""
+"""A disk that is full in the middle of a run or a batch: what was done is there, a line says so, with more room it continues."""
 
 from __future__ import annotations
 
@@ -67,7 +67,15 @@ def test_a_full_disk_leaves_what_was_done(size, lacks, tmp_path):
     assert json.loads((copy / "manifest.json").read_text())["complete"] is False
     rows = (copy / "blocks.partial.csv").read_text()
     assert rows.count("\n") > 20 and rows.endswith("\n")
-    whole = ["blocks.csv", "blocks.parquet", "manifest.json", "report.html", "stock.stl", "summary.json"]
+    whole = [
+        "blocks.csv",
+        "blocks.parquet",
+        "manifest.json",
+        "report.html",
+        "stages.zip",
+        "stock.stl",
+        "summary.json",
+    ]
     assert (copy / "left").read_text().split() == whole
 
 

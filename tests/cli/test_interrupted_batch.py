@@ -50,7 +50,7 @@ def rows(out: Path) -> list[dict[str, str]]:
 )
 @pytest.mark.slow  # 15 s
 def test_a_stopped_batch_leaves_nobody_behind_and_goes_on(number, whom, tmp_path):
-    """A terminal sends Ctrl-C to the whole group, `kill` a signal to one process: all the same."""
+    """A terminal sends Ctrl-C to the whole group, `kill` a signal to one process: anyway."""
     short = write_job(tmp_path / "a")
     long = write_job(
         tmp_path / "b",

@@ -19,6 +19,7 @@ from tinyjob import FEED, JOB, write_job
 
 from vmachining.cli.main import run as command
 from vmachining.job import Job, run
+from vmachining.report.backplot import live_page
 from vmachining.report.live import Live, serve
 from vmachining.report.paper import KINDS
 from vmachining.report.paper.depth import nearest_faces
@@ -35,6 +36,8 @@ SVG = "{http://www.w3.org/2000/svg}"
 def results(tmp_path_factory):
     folder = tmp_path_factory.mktemp("show")
     run(Job.load(write_job(folder, job=TEXT)), engine="columns").write(folder / "out")
+    (folder / "run.csv").write_text("time,line\n" + "".join(f"{k},{k}\n" for k in range(4, 14)))
+    assert command(["times", "join", str(folder / "run.csv"), "--results", str(folder / "out")]) == 0
     return folder / "out"
 
 
@@ -66,7 +69,7 @@ def test_what_a_directory_lacks_is_said(results, tmp_path, capsys):
     assert command(["figure", str(tmp_path)]) == 2
     assert command(["figure", str(results), "--kind", "loads"]) == 2
     told = capsys.readouterr().err
-    assert "[feed]" in told and "no result directory" in told and "want load, bracket" in told
+    assert "[feed]" in told and "no result directory" in told and "expected load, bracket" in told
 
 
 def test_the_nearest_face_of_a_pyramid_is_its_closed_form():
@@ -114,6 +117,27 @@ def test_the_server_hands_out_results_and_nothing_else(results):
         live.progress("program", 3, 7)
         state = json.loads(ask(port, "state.json")[1])
         assert (state["done"], state["total"]) == (3, 7) and state["version"] != "0"
+    finally:
+        server.shutdown()
+        server.server_close()
+
+
+def test_a_run_in_hand_shows_its_path_and_the_rows_it_has_made(results, tmp_path):
+    """The rows of the table, a torn last one left out; nothing of it where no run is in hand."""
+    lines = (results / "blocks.csv").read_text(encoding="utf-8").splitlines()
+    (tmp_path / "blocks.partial.csv").write_text("\n".join(lines[:4]) + "\n" + lines[4][:9], encoding="utf-8")
+    live = Live(tmp_path, "tiny", page=live_page(Job.load(results.parent / "job.toml")))
+    server = serve(live)
+    port = server.server_port
+    try:
+        assert b"connect-src 'self'" in ask(port, "run.html")[1]
+        rows = json.loads(ask(port, "rows.json?from=1")[1])["rows"]
+        table = pl.read_csv(results / "blocks.csv", infer_schema_length=None)[1:3]
+        names = ("block", "removed_mm3", "removed_lo_mm3", "removed_hi_mm3", "mrr_mm3_min")
+        assert [tuple(row) for row in rows] == table.select(names).rows()
+        assert json.loads(ask(port, "rows.json?from=-1;drop")[1])["rows"][0][0] == 0
+        live.page = ""
+        assert ask(port, "run.html")[0] == 404
     finally:
         server.shutdown()
         server.server_close()

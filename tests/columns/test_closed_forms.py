@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from referee import CUTTERS
 
-from vmachining.bench.columns_counts import _kernels
-from vmachining.bench.columns_counts.programs import drawn
+from benchmarks.columns_counts import _kernels
+from benchmarks.columns_counts.programs import drawn
 from vmachining.engines.columns import ColumnsEngine, FlatStock
 from vmachining.engines.protocol import NOTHING
 from vmachining.geometry import Line

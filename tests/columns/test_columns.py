@@ -24,7 +24,7 @@ def line(tool, a, b) -> Sweep:
 
 
 def segment(r: float, depth: float) -> float:
-    """Area of a disc of radius r below a chord `depth` above its lowest point; deeper it goes on as a strip."""
+    """Area of a disc of radius r below a chord `depth` above its lowest point; deeper it continues as a strip."""
     d = min(depth, r)
     return r * r * acos((r - d) / r) - (r - d) * sqrt(2 * r * d - d * d) + 2 * r * (depth - d)
 

@@ -1,6 +1,6 @@
 """Random programs of every family and cutter against counts that share no code with any engine.
 
-`vmachining bench columns-counts` goes on; what it found: docs/measured/columns.md.
+`vmachining bench columns-counts` continues; what it found: docs/measured/columns.md.
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import vmachining as vm
-from vmachining.bench.columns_counts import BAR, columns_counts, counted, program_row
-from vmachining.bench.columns_counts.programs import CUTTERS, FAMILIES, drawn
+from benchmarks.columns_counts import BAR, columns_counts, counted, program_row
+from benchmarks.columns_counts.programs import CUTTERS, FAMILIES, drawn
 from vmachining.engines.columns import ColumnsEngine, FlatStock
 from vmachining.geometry import Line
 from vmachining.sweep import Sweep

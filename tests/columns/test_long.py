@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import vmachining as vm
-from vmachining.bench import columns_long as long
+from benchmarks import columns_long as long
 from vmachining.engines import relay
 from vmachining.engines.columns import ColumnsEngine, FlatStock
 from vmachining.engines.columns import engine as room

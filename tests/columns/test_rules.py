@@ -1,4 +1,4 @@
-"""Each rule of docs/columns.md can be switched off: brackets become wider, and hold the truth all the same."""
+"""Each rule of docs/columns.md can be switched off: brackets become wider, and hold the truth anyway."""
 
 from __future__ import annotations
 

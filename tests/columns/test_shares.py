@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from referee import ball, bull, flat
 
-from vmachining.bench.columns_counts import BAR, counted
-from vmachining.bench.columns_counts.programs import drawn
+from benchmarks.columns_counts import BAR, counted
+from benchmarks.columns_counts.programs import drawn
 from vmachining.engines.columns import ColumnsEngine, FlatStock
 from vmachining.engines.columns.goal import goal_of
 from vmachining.engines.protocol import Removal, Share

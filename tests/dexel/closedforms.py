@@ -1,4 +1,5 @@
-"""Random blocks whose removed volume has a closed form: slots and plunges in a box, turned to the raster at any angle."""
+"""Random blocks whose removed volume has a closed form: slots and plunges in a box, turned to the raster at any angle, with
+tools that widen below a neck, in stocks that hang over, and back on their own way."""
 
 from __future__ import annotations
 
@@ -7,21 +8,24 @@ from math import pi
 from typing import NamedTuple
 
 import numpy as np
+from manifold3d import Manifold
 
 from vmachining import BallNose, FlatEnd, Sweep
 from vmachining.engines.dexel import RayEngine
 from vmachining.geometry import Arc, Line
-from vmachining.stock import BoxStock
+from vmachining.stock import BoxStock, Stock, closed_mesh
 from vmachining.sweep import Pose, Turn
+from vmachining.tool import Profile
 
 
 class Case(NamedTuple):
-    """A block, the blocks before it, and what it removes, mm^3."""
+    """A block, the blocks before it, what it removes, mm^3, and of which stock; None: the box from `LO` to `HI`."""
 
     name: str
     earlier: list[Sweep]
     block: list[Sweep]
     truth: float
+    stock: Stock | None = None
 
 
 def lune(radius: float, shift: float) -> float:
@@ -125,8 +129,52 @@ def air(rng: np.random.Generator) -> Case:
     return Case("air", case.block, case.block, 0.0)
 
 
+def waist(rng: np.random.Generator) -> Case:
+    """A tool that narrows to a neck and widens above it, back on its way: every upright line has lost two pieces before."""
+    heights = np.cumsum(rng.uniform(0.3, 4.0, 4))
+    radii = np.array([rng.uniform(2.0, 5.0), rng.uniform(0.5, 1.5), rng.uniform(1.6, 3.0), 3.2])
+    tool = Profile([(0.0, 0.0), *zip(radii.tolist(), heights.tolist(), strict=True)])
+    start, end, _ = path(rng, rng.uniform(0.2, 20.0), -rng.uniform(0.2, 12.0))
+    return Case("waist", [Sweep.along(tool, Line(start, end))], [Sweep.along(tool, Line(end, start))], 0.0)
+
+
+def undercut(rng: np.random.Generator) -> Case:
+    """A T-slot cutter beside its own slot: a strip and a lune by each of its two radii."""
+    head, neck = rng.uniform(3.0, 6.0), rng.uniform(1.0, 2.5)
+    thick, depth, length = rng.uniform(0.2, 3.0), rng.uniform(3.0, 15.0), rng.uniform(0.2, 20.0)
+    wide = neck * 10.0 ** rng.uniform(-2.5, 0.2)
+    tool = Profile([(0.0, 0.0), (head, 0.0), (head, thick), (neck, thick), (neck, 30.0)])
+    start, end, left = path(rng, length, -depth)
+    first, second = (Sweep.along(tool, Line(start + by, end + by)) for by in (0.0 * left, wide * left))
+    strips = ((thick, head), (depth - thick, neck))
+    return Case("undercut", [first], [second], sum(h * (wide * length + lune(r, wide)) for h, r in strips))
+
+
+def overhang(rng: np.random.Generator) -> Case:
+    """A slot through a ledge and into what lies below it, and perhaps a shallower one before: the gap between is air."""
+    r, length = rng.uniform(1.0, 6.0), rng.uniform(0.2, 20.0)
+    ledge, gap, deep = rng.uniform(0.1, 4.0), rng.uniform(0.1, 6.0), rng.uniform(0.1, 4.0)
+    slit = Manifold.cube((79.0, 80.0, gap)).translate((LO[0], LO[1], -ledge - gap))
+    mesh = (Manifold.cube(HI - LO).translate(LO) - slit).to_mesh64()
+    stock = closed_mesh(np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts), source="a ledge")
+    start, end, _ = path(rng, length, -ledge - gap - deep)
+    tool, area = FlatEnd(diameter=2 * r, length=40), 2 * r * length + pi * r**2
+    cut = Sweep.along(tool, Line(start, end))
+    head, high = deep + rng.uniform(0.1, 0.4) * gap, deep + rng.uniform(0.6, 0.9) * gap
+    below = Profile([(0.0, 0.0), (r, 0.0), (r, head), (0.3, head), (0.3, 40.0)])
+    above = Line(start + [0, 0, high], end + [0, 0, high])
+    before, truth = [
+        ([], ledge + deep),
+        ([cut], 0.0),
+        ([Sweep.along(tool, Line(start + [0, 0, deep], end + [0, 0, deep]))], deep),
+        ([Sweep.along(tool, Line(start + [0, 0, 0.5 * deep], end + [0, 0, 0.5 * deep]))], 0.5 * deep),
+        ([Sweep.along(tool, above), Sweep.along(below, Line(start, end))], 0.0),  # each takes one piece
+    ][int(rng.integers(5))]
+    return Case("overhang", before, [cut], truth * area, stock)
+
+
 FAMILIES: tuple[Callable[[np.random.Generator], Case], ...] = (
-    slot, beside, groove, deeper, plunges, ring, air,
+    slot, beside, groove, deeper, plunges, ring, air, waist, undercut, overhang,
 )  # fmt: skip
 
 LO, HI = np.array([-40.0, -40.0, -20.0]), np.array([40.0, 40.0, 0.0])
@@ -140,7 +188,7 @@ def case_of(seed: int) -> Case:
 
 def engine_for(case: Case, **options: float) -> tuple[RayEngine, list[int]]:
     """An engine that has all sweeps of a case, and the numbers of those of its block."""
-    engine = RayEngine(BoxStock(LO, HI), **options)
+    engine = RayEngine(case.stock or BoxStock(LO, HI), **options)
     for sweep in case.earlier:
         engine.add(sweep)
     return engine, [engine.add(sweep) for sweep in case.block]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 from collections import Counter
 from pathlib import Path
 
@@ -14,7 +13,6 @@ from scipy.stats import binom
 from vmachining import Sweep
 from vmachining.engines.dexel.rays import CONFIDENCE, RayEngine
 from vmachining.engines.protocol import Removal
-from vmachining.errors import EngineError
 
 RISK = 1e-4
 """Of a test that fails though the statement is true."""
@@ -97,18 +95,12 @@ def test_an_interrupted_engine_goes_on_as_if_nothing_happened(tmp_path: Path) ->
     assert again.cut(case.block[0], 1) == engine.cut(case.block[0], 1)
 
 
-def test_a_checkpoint_runs_nothing(tmp_path: Path) -> None:
-    (tmp_path / "bad").write_bytes(pickle.dumps(print))
-    with pytest.raises(EngineError, match=r"holds builtins\.print"):
-        RayEngine.load(tmp_path / "bad")
-
-
-def test_the_staircase_has_about_the_volume_that_is_left() -> None:
-    """As good as its steps: half a cell of the slot's border, at both ends of every dexel."""
+def test_the_surface_has_about_the_volume_that_is_left() -> None:
+    """As good as its cells: a part of one at the border of the slot, and at the edges of the stock."""
     case = slot(np.random.default_rng(3))
     engine, _ = engine_for(case)
     surface = engine.surface()
     a, b, c = surface.vertices[surface.triangles].transpose(1, 0, 2)
     volume = float((a * np.cross(b, c)).sum() / 6.0)
     whole = float((HI - LO).prod())
-    assert whole - volume == pytest.approx(case.truth, rel=0.1)
+    assert whole - volume == pytest.approx(case.truth, rel=0.01)  # 0.3 % off

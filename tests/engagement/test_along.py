@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import manifold3d
 import numpy as np
 import pytest
 
 from vmachining.engagement import Engagement, Past, RayWorkpiece, contact
-from vmachining.engagement.along import Sweeps, Teeth, fractions, samples_along
+from vmachining.engagement.along import Sweeps, Teeth, contact_along, fractions
+from vmachining.engagement.along.block import _Walk
+from vmachining.engagement.along.kernels.tile_kernels import gather
 from vmachining.force import Coefficients, load_rows, power_w, turn_load
 from vmachining.geometry import Arc, Line
 from vmachining.stock import BoxStock, CylinderStock, MeshStock
 from vmachining.sweep import Pose, Stance, Sweep, Turn
-from vmachining.tool import BallNose, BullNose, Edge, FlatEnd, Taper
+from vmachining.tool import BallNose, BullNose, Edge, FlatEnd, ProfileTool, Taper
 
 K0 = Coefficients.constant(700, 250, 120, 25, 18, 4)
 PLATE = BoxStock([0, 0, -20], [100, 60, 0])
@@ -21,12 +24,13 @@ FLAT = FlatEnd(diameter=10, length=60, flute_length=40)
 def sample(tool, stock, path, earlier=(), at=0.5, teeth=2, helix=None):
     """One station of a block."""
     edge = Edge(tool, bottom=True)
-    sweeps = Sweeps(stock, 5.0)
-    for k, one in enumerate(earlier):
-        sweeps.add(k, tool.cutter, one)
+    sweeps = Sweeps(stock)
+    for one in (*earlier, path):
+        sweeps.add(tool.cutter, one)
     helical = None if helix is None else Edge(tool, helix_deg=helix, bottom=True)
     known = Teeth(edge, helical, teeth)
-    return samples_along(sweeps, len(earlier), path, known, np.array([at]))[0], known
+    seen = contact_along(sweeps, [(len(earlier), np.array([at]))], [edge], keep=True)
+    return seen.sample(0, known), known
 
 
 @pytest.mark.parametrize(
@@ -85,7 +89,7 @@ def test_a_plunge_of_a_flat_end_has_no_axial_depth_but_a_chip():
 
 def test_air_is_zero():
     seen, teeth = sample(FLAT, PLATE, Line([0, 30, 5], [50, 30, 5]))
-    assert seen.chips == (0.0, 0.0, 0.0, 0.0, 0.0) and turn_load(seen, teeth, K0) is None
+    assert seen.chips == (0.0, 0.0, 0.0, 0.0, 0.0, 0.0) and turn_load(seen, teeth, K0) is None
     up, _ = sample(FLAT, PLATE, Line([50, 30, 5], [50, 30, 9]))
     assert np.isnan(up.chips.ae) and up.chips.ap == 0.0
 
@@ -178,3 +182,55 @@ def test_envelopes_hold_the_peak_at_every_feed():
 def test_stations():
     assert fractions(0.3, 5.0).tolist() == [0, 1]
     assert len(fractions(10.0, 5.0)) == 9 and len(fractions(1e3, 5.0)) == 17
+
+
+@pytest.mark.parametrize(("fins", "thick"), [(4, 2.0), (6, 2.5), (12, 1.0), (20, 1.0)])
+def test_fins_above_each_other_are_all_cut(fins, thick):
+    """Triangles with gaps as wide as the fins: the chip of a slot is one feed times what stands, ap reaches from fin to fin."""
+    stack = [
+        manifold3d.Manifold.cube((100, 50, thick)).translate((0, -45, 2 * thick * k)) for k in range(fins)
+    ]
+    solid = sum(stack, manifold3d.Manifold.cube((100, 10, 2 * thick * fins))).to_mesh()
+    comb = MeshStock(np.array(solid.vert_properties)[:, :3], np.array(solid.tri_verts, dtype=np.int64))
+    tool = FlatEnd(diameter=10, length=2 * thick * fins + 15, flute_length=2 * thick * fins + 5)
+    path = Line([10, -20, -1], [90, -20, -1])
+    seen, _ = sample(tool, comb, path)
+    assert seen.chips.area_rate / path.length == pytest.approx(fins * thick, rel=1e-7)
+    assert seen.chips.ap == pytest.approx((2 * fins - 1) * thick, abs=1e-6)
+
+
+@pytest.mark.parametrize(("fins", "thick"), [(4, 2.0), (12, 1.0), (40, 0.3)])
+def test_fins_between_grooves_of_a_disc_cutter_are_all_cut(fins, thick):
+    """The same of earlier sweeps that undercut: grooves from one side, as high as the fins that they leave."""
+    high = 2 * thick * fins
+    disc = ProfileTool(points=[(0, 0), (10, 0), (10, thick), (3, thick), (3, high + 20)])
+    sweeps = Sweeps(BoxStock([0, -30, 0], [100, 30, high]))
+    for k in range(fins):
+        sweeps.add(disc.cutter, Line([-20, -34, (2 * k + 1) * thick], [120, -34, (2 * k + 1) * thick]))
+    tool = FlatEnd(diameter=10, length=high + 15, flute_length=high + 5)
+    path = Line([10, -29, -1], [90, -29, -1])
+    sweeps.add(tool.cutter, path)
+    edge = Edge(tool, bottom=True)
+    chips = (
+        contact_along(sweeps, [(fins, np.array([0.5]))], [edge], keep=True)
+        .sample(0, Teeth(edge, None, 2))
+        .chips
+    )
+    assert chips.area_rate / path.length == pytest.approx(fins * thick, rel=1e-6)
+    assert chips.ap == pytest.approx(high - thick, abs=1e-6)
+
+
+def test_a_sweep_that_a_station_cannot_reach_has_no_place_in_its_list():
+    """It was marked as seen there, with the place that an earlier station had given it, or none: what stood in memory."""
+    sweeps = Sweeps(PLATE)
+    for y in (30, 37.3):  # the second begins in a tile under the tool, 0.3 mm beside it
+        sweeps.add(BallNose(diameter=4, length=50).cutter, Line([10, y, -2], [90, y, -2]))
+    path = Line([10, 30, -3], [90, 30, -3])
+    sweeps.add(FLAT.cutter, path)
+    reach = np.array([[45.0, 25.0, -3.0, 55.0, 35.0, 0.0]])
+    walk = _Walk(sweeps, np.concatenate([reach, reach + [0, 9, 0, 0, 9, 0]]), 2, 5.0)  # a later station does
+    now, near = np.zeros(22), np.full(8, -1)
+    now[:3], now[5], now[6] = (50, 30, -3), 1.0, 80.0
+    n, _ = gather(walk.tiles, walk.rows, now, 5.0, False, reach[0], 7, near)
+    assert n == 1
+    assert sorted(np.flatnonzero(walk.tiles.stamp == 7)) == sorted(near[:n])

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vmachining.bench import abs as verification
-from vmachining.bench.abs import SURFACES, finish_errors, semi_finish_errors
+from benchmarks import abs as verification
+from benchmarks.abs import SURFACES, finish_errors, semi_finish_errors
 
 ENOUGH = 1e-6
 """Percent of the cut length: OCCT is good to 1e-9 mm where edge and face cross at a fair angle."""

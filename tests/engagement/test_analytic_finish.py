@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from oracles.abs_chains import circle_chain, corner_circle_chain, ray_length
 from scipy.optimize import brentq
 
 from vmachining.engagement import chip, frames
@@ -19,16 +20,13 @@ from vmachining.engagement.analytic import (
     Patch,
     Section,
     Shape,
-    circle_chain,
     circle_length,
     corner_circle,
-    corner_circle_chain,
     corner_line,
     end_place,
     engaged,
     finished,
     interpolated_heights,
-    ray_length,
     section,
     section_radius,
     slope_length,
@@ -101,15 +99,6 @@ def test_a_grid_of_normals_finds_the_patch():
     patch = grid.patch(0.3, -0.2)
     assert (patch.along_x.radius, patch.along_y.radius) == (near(100, 1e-7), near(100, 1e-7))
     assert grid.patch(10.9, 0).along_x.at == 10.0  # at a border the neighbour inside
-    rows = [
-        (x, y, grid.z[i, j], grid.mu_x[i, j], grid.mu_y[i, j])
-        for i, x in enumerate(grid.x)
-        for j, y in enumerate(grid.y)
-    ]
-    again = NormalGrid.of_rows(rows[::-1]).patch(0.3, -0.2)
-    assert again == patch
-    with pytest.raises(InputError, match="do not fill a grid"):
-        NormalGrid.of_rows(rows[1:])
 
 
 # -- published stages put right ------------------------------------------------------------------------------------

@@ -6,18 +6,17 @@ from math import acos, atan, atan2, cos, degrees, hypot, inf, nan, pi, sin
 
 import numpy as np
 import pytest
+from oracles import chips
+from oracles.abs_tables import table_5_1, table_5_2
 
 from vmachining.engagement import chip, frames
 from vmachining.engagement.analytic import (
     Corner,
     HeightStock,
     Records,
-    corner_plane,
-    cylinder_plane,
     engaged,
-    table_5_1,
-    table_5_2,
 )
+from vmachining.engagement.analytic.planes import corner_plane, cylinder_plane
 from vmachining.errors import InputError
 from vmachining.sweep import Stance, Turn
 
@@ -75,11 +74,10 @@ def test_a_path_is_interpolated_between_records():
 
 
 def test_contacts_become_tips():
-    path = Records.of_contacts([(0, 0, 0), (20, 0, 0)], [(0, 0, 1)] * 2, 0.0, rad(10), 5, 5)
-    assert path.tip[0] == near([-5.7922796533957, 0, 0.94420212327361])
-    level = Records.of_contacts([(0, 0, 0), (20, 0, 0)], [(0, 0, 1)] * 2, 0.0, 0.0, 10, 0)
-    assert level.tip[:, 0] == near([-10, 10])
-    cl = Records.of_axes(path.tip, frames.axis_of(0.0, rad(10)))
+    w = frames.axis_of(0.0, rad(10))
+    tip = frames.tip_of_contact([(0, 0, 0), (20, 0, 0)], (0, 0, 1), w, 5, 5)
+    assert tip[0] == near([-5.7922796533957, 0, 0.94420212327361])
+    cl = Records.of_axes(tip, w)
     assert cl.theta_b == near(rad([10, 10])) and cl.lengths == near([20])
 
 
@@ -181,7 +179,7 @@ def test_printed_normal_of_the_corner_is_not_normal():
     around = np.array([cos(phi), -sin(phi), 0])
     printed = np.array([sin(lam) * cos(phi), sin(lam) * sin(phi), -cos(lam)])
     assert printed @ around == pytest.approx(0.321, abs=5e-4)
-    assert abs(chip.edge_normals(np.eye(3), phi, 5 * lam, 5) @ around) < 1e-15
+    assert abs(chips.edge_normals(np.eye(3), phi, 5 * lam, 5) @ around) < 1e-15
 
 
 def test_printed_crossing_of_the_corner_takes_the_wrong_branch():
@@ -217,7 +215,9 @@ def test_printed_depth_and_area_of_a_corner():
     m = frames.rotation(0, rad(10))
     tip = frames.tip_of_contact(ORIGIN, Z, m[:, 2], 5, 5)
     found = engaged(Corner(5, 5), HeightStock.staircase((-99, 99), (2,)), tip, m, [pi / 2], (1, 0, 0))
-    assert found.book_depth(rad(10)) == near(2.6237329074372) and found.depth() == near(2.0)
+    assert chips.book_depth(found.lower, found.upper, 5, rad(10)) == near(
+        2.6237329074372
+    ) and found.depth() == near(2.0)
     area = found.chip_area(), found.chip_area(model="book", lead=rad(10))
     assert area[0] == near(2.0) and area[1] == near(4.5660376000957)
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from oracles import chips
 from scipy.integrate import quad
 
 from vmachining.engagement import chip, frames
@@ -49,16 +50,16 @@ def test_lead_and_tilt_about_a_level_and_a_sloping_surface():
     w = frames.axis_of_lean(al, be, t, n)
     assert w == near([0.28851733358756, -0.18874553774290, 0.93868677960311])
     assert np.degrees(frames.angles_of(w)) == near([11.369091035920, 16.769211752554])
-    assert np.degrees(frames.lean_of(w, t, n)) == near([10, 5])
+    assert np.degrees(chips.lean_of(w, t, n)) == near([10, 5])
     m = frames.frame_of(w)
     assert m.T @ t == near([0.88182664896193, 0.43843821865062, 0.17364817766693])
     eps = frames.feed_angle(t, m)
     assert np.degrees(eps) == near(26.436252825162)
     assert np.degrees(np.arctan(t[1] / t[0])) == pytest.approx(26.565, abs=1e-3)  # 5-6 as printed
-    u = frames.feed_frame(w, t)
+    u = chips.feed_frame(w, t)
     turned = m @ [[cos(eps), -sin(eps), 0], [sin(eps), cos(eps), 0], [0, 0, 1]]
     assert u == near(turned)
-    assert frames.world(m.T @ w, m, (1, 2, 3)) == near(w + [1, 2, 3])
+    assert chips.world(m.T @ w, m, (1, 2, 3)) == near(w + [1, 2, 3])
 
 
 @given(st.floats(-1.4, 1.4), st.floats(-1.4, 1.4), st.floats(-3, 3))
@@ -74,7 +75,7 @@ def test_a_tool_placed_at_a_contact_touches_there(lead, tilt, phi):
         if abs(sin(lam)) > 1e-6 and lam < pi / 2:
             s, phi_c = chip.arc_length(lam, r), pi / 2 - at
             assert chip.edge_points(tip, m, phi_c, s, rm, r) == pytest.approx([1, 2, 3], abs=1e-7)
-            assert chip.edge_normals(m, phi_c, s, r) == pytest.approx(-n, abs=1e-7)
+            assert chips.edge_normals(m, phi_c, s, r) == pytest.approx(-n, abs=1e-7)
 
 
 def test_a_level_contact_of_a_corner_needs_a_direction():
@@ -99,7 +100,7 @@ def test_points_of_a_bull_nose():
     )
     assert (q[0, 2], q[1, 0], q[2, 1]) == near((2.5, 9.0, 2.0))
     assert q[3] == near([10.261120530269, 2.3958659874891, 3.7375435292826])
-    normal = chip.edge_normals(m, rad(30), rad(40) * 5, 5)
+    normal = chips.edge_normals(m, rad(30), rad(40) * 5, 5)
     along = chip.edge_points((0, 0, 0), m, rad(30), rad(40) * 5 + np.array([1e-6, -1e-6]), 5, 5)
     assert normal @ (along[0] - along[1]) == pytest.approx(0, abs=1e-14)
 
@@ -115,7 +116,7 @@ def test_the_lower_engagement_point(lead, phi, lam):
     m = frames.rotation(0, rad(lead))
     speeds = chip.edge_speeds((1, 0, 0), m, rad(phi))
     a, b = chip.corner_speeds(speeds, 5, 5)
-    assert np.degrees(chip.limit_angle(a, b)) == near(lam)
+    assert np.degrees(chips.limit_angle(a, b)) == near(lam)
     lower, upper = chip.facing_range(a, b)
     assert np.degrees((lower, upper)) == near((lam, 90) if lam > 0 else (0, -lam))
 
@@ -123,12 +124,12 @@ def test_the_lower_engagement_point(lead, phi, lam):
 def test_the_lower_engagement_point_of_a_tool_that_turns():
     m = frames.rotation(0, rad(10))
     speeds = chip.edge_speeds((50, 0, 0), m, rad(60), omega=(0, 0.8, 0))
-    assert np.degrees(chip.limit_angle(*chip.corner_speeds(speeds, 5, 5))) == near(6.4570828331217)
+    assert np.degrees(chips.limit_angle(*chip.corner_speeds(speeds, 5, 5))) == near(6.4570828331217)
     # the condition is that of every point, V + omega x (Q - T)
     s = np.array([-4.0, -1.0, 2.0, 5.0, 12.0])
     q = chip.edge_points((0, 0, 0), m, rad(60), s, 5, 5)
     v = np.array([50.0, 0, 0]) + np.cross([0, 0.8, 0], q)
-    n = chip.edge_normals(m, rad(60), s, 5)
+    n = chips.edge_normals(m, rad(60), s, 5)
     assert chip.normal_speed(s, speeds, 5, 5) == pytest.approx((v * n).sum(axis=1), abs=1e-12)
 
 
@@ -153,7 +154,7 @@ def test_chip_of_a_bull_nose_in_a_slab(phi, le, ue, q, book, deep, area):
     assert chip.exact_depth(lower, upper, tip, m, rad(phi), 5, 5) == near(deep, **coarse)
     assert chip.chip_area(lower, upper, speeds, 5, 5, scale) == near(area, **coarse)
     if book is not None:
-        assert chip.book_depth(lower, upper, 5, rad(10)) == near(book, **coarse)
+        assert chips.book_depth(lower, upper, 5, rad(10)) == near(book, **coarse)
         assert chip.book_chip_area(lower, upper, 1.0, rad(10), rad(90)) == near(4.5660376000957, **coarse)
     h = chip.chip_thickness(5 * rad([le, ue]), speeds, 5, 5, scale)
     assert h[0] == pytest.approx(0, abs=1e-12) and h[1] > 0
@@ -174,7 +175,7 @@ def test_integrals_along_the_edge_are_those_of_the_normal_speed():
     rm, r, phi = 6.0, 4.0, 0.7
     speeds = chip.edge_speeds((3.0, -1.0, -2.0), m, phi, axis_rate=np.cross((0.1, 0.2, -0.3), m[:, 2]))
     for lower, upper in ((-5.0, -0.5), (0.3, 5.9), (4 * pi / 2 + 1, 11.0)):
-        for around, found in ((False, chip.chip_area), (True, chip.removal_density)):
+        for around, found in ((False, chip.chip_area), (True, chips.removal_density)):
 
             def f(s, around=around):
                 return float(chip.normal_speed(s, speeds, rm, r) * (chip.radius(s, rm, r) if around else 1.0))
@@ -193,7 +194,7 @@ def test_empty_intervals_hold_nothing():
     assert (chip.cut_length(none, none) == zero).all() and (chip.axial_depth(none, none, 4.0) == zero).all()
     assert (chip.chip_area(none, none, speeds, 6, 4, 1.0) == zero).all()
     assert (chip.exact_depth(none, none, (0, 0, 0), np.eye(3), np.zeros(2), 6, 4) == zero).all()
-    assert chip.spindle_scale(2, 3000) == near(
+    assert chips.spindle_scale(2, 3000) == near(
         chip.feed_scale(0.1, chip.edge_speeds((10, 0, 0), np.eye(3), 0))
     )
 
@@ -202,7 +203,7 @@ def test_section_i_slot_of_a_bull_nose():
     """D32 r4, ap 3, F800, 2 teeth at 2000 / min: chip area 0.6, thickness 0.193649 at the top of the slot."""
     speeds = chip.edge_speeds((800 / 60, 0, 0), np.eye(3), pi / 2)
     top = [4 * acos(1 - 3 / 4)]
-    scale = chip.spindle_scale(2, 2000)
+    scale = chips.spindle_scale(2, 2000)
     assert chip.chip_area([0.0], top, speeds, 12, 4, scale) == near(0.6)
     assert chip.chip_thickness(top, speeds, 12, 4, scale) == pytest.approx(0.2 * sqrt(15) / 4)
     assert chip.axial_depth([0.0], top, 4) == near(3.0) and radians(90) == chip.QUARTER

@@ -14,7 +14,7 @@ import vmachining as vm
 from vmachining.cli.main import run
 from vmachining.engagement import MeshStock
 from vmachining.errors import InputError
-from vmachining.job import Scene
+from vmachining.job import Scene, Stopped
 from vmachining.job.engage_many import engage_many, positions
 
 SLOT, RAPID = 2, 0  # tiny program: block 2 is the slot X-4..14 at z -1 in a stock from X0 to X10, 18 mm long
@@ -51,6 +51,22 @@ def test_a_slot_by_its_closed_form_and_as_one_at_a_time(tmp_path):
     single = vm.engage(job, SLOT, at=asked[7].at, angles=72).table()
     assert rows.filter(pl.col("at") == asked[7].at).equals(single)
     assert pl.read_parquet(tmp_path / "positions.parquet").equals(table)
+
+
+def test_what_was_asked_before_a_stop_is_kept(tmp_path):
+    """Ctrl-C lost all positions."""
+    job = load(tmp_path)
+    asked = positions(Scene.of(job), str(SLOT), every_mm=0.2)
+
+    def stop(stage, done, total):
+        raise KeyboardInterrupt
+
+    with pytest.raises(Stopped, match=r"stopped after position \d+ of 90 \(engagement\)"):
+        engage_many(job, asked, tmp_path, angles=24, progress=stop)
+    kept = pl.read_parquet(tmp_path / "positions.parquet")
+    assert 0 < len(kept) < len(asked)
+    rows = pl.read_parquet(tmp_path / "engagement.parquet")
+    assert rows["at"].unique().sort().equals(kept["at"].unique().sort())
 
 
 @pytest.mark.slow  # starts two interpreters
@@ -123,7 +139,7 @@ def test_chips_over_time_of_a_slot(tmp_path, capsys):
     ]
     assert run([*words, "--chips", "--out", str(tmp_path / "chips"), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert {"chips.csv", "chips.html", "chips.png"} <= set(told["files"])
+    assert {"chips.csv", "chip_points.parquet", "figure_chips.png"} <= set(told["files"])
     table = pl.read_parquet(tmp_path / "chips" / "chips.parquet")
     feed = 600 / (2 * 8000)  # mm per tooth, F600 S8000 of the program
     assert len(table) == 18 * 36 and table["feed_per_tooth_mm"].unique().to_list() == [feed]

@@ -311,7 +311,7 @@ def test_a_jump_of_the_length_is_found_at_its_angle():
     edge, now = Edge(tool), stance((0, -6, -2))
     found = Engagement(edge, now, contact(edge, now, RayWorkpiece(slab(0.0), [shallow])), "dexel")
     assert found.arcs == pytest.approx(np.array([[0.0, pi]]), abs=1e-7)
-    sides = found.contact.phi[found.contact.grid + 2 :]
+    sides = found.contact.phi[found.contact.grid + 2 : found.contact.grid + 4]
     assert sides == pytest.approx(np.full(2, acos(0.2)), abs=2e-9) and sides[0] < sides[1]
     # 4 mm of width 1 mm deep, 6 mm 2 mm deep; trapezia of a sine over 1 degree
     assert found.removal_per_mm == pytest.approx(4.0 + 12.0, rel=5e-5)
@@ -319,7 +319,7 @@ def test_a_jump_of_the_length_is_found_at_its_angle():
 
 
 def test_the_end_of_the_block_before_is_no_air():
-    """At p = 0 the tool stands on the end pose of the block before; the front cuts all the same."""
+    """At p = 0 the tool stands on the end pose of the block before; the front cuts anyway."""
     for tool in (FlatEnd(diameter=10, length=30), BallNose(diameter=10, length=30)):
         before = Past(0, Sweep(tool, (-9, 0, -3), (0, 0, -3)))
         edge, now = Edge(tool), Stance.on(Line((0, 0, -3), (9, 0, -3)), 0.0)

@@ -156,11 +156,11 @@ REFUSED = {
         "'analytic' takes the straight edge; take dexel or brep",
     ),
     "pitch": ({"method": "analytic", "pitch": 0.0}, "pitch of 0 mm"),
-    "angles": ({"angles": 2}, "2 angles: want 4 to"),
+    "angles": ({"angles": 2}, "2 angles: expected 4 to"),
     "edge": ({"edge": "wavy"}, "unknown edge 'wavy'; one of straight, helix"),
     "helix": ({"edge": "helix"}, "tool 1 has no helix angle; give helix_deg"),
     "phase": ({"phase": 1.0}, "phase 1 of the angles"),
-    "seconds": ({"seconds": 0.0}, "want a positive number"),
+    "seconds": ({"seconds": 0.0}, "expected a positive number"),
 }
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vmachining.bench._kernels import zmap_lowered
-from vmachining.bench.zmap import PITCHES, STEPS, zmap
+from benchmarks._kernels import zmap_lowered
+from benchmarks.zmap import PITCHES, STEPS, zmap
 from vmachining.engagement import frames
 
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from volume_schedules import schedule_volume, schedule_volume_inserting
 
 from vmachining.feed import (
     FeedBlocks,
     FeedLimits,
     FeedSamples,
     Limit,
-    schedule_volume,
-    schedule_volume_inserting,
 )
 
 LIMITS = FeedLimits(min_mm_min=100, max_mm_min=3000)

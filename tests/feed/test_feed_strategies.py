@@ -45,6 +45,47 @@ def test_chip_areas_of_the_specification():
     assert found.reference == pytest.approx(2.0) and found.unit == "mm²"
 
 
+@pytest.mark.parametrize("shared", [{"every_blocks": 6}, {"every_mm": 3.0}])
+def test_six_blocks_share_a_feed(shared):
+    """The same areas with a block for every segment: shared ends belong to both, each block has its larger one."""
+    area = np.array([0.9, 2.0, 1.1, 0.8, 0.6, 0.5, 0.9, 1.6, 1.2, 0.4, 0.2, 0.1, 0.3])
+    rows = blocks([0.5] * 12, [3000] * 12)
+    strategy = ChipAreaStrategy(Parts.whole(rows), np.maximum(area[:-1], area[1:]) / 3000, rows.groups)
+    found = plan_feeds(rows, strategy, WIDE, **shared)
+    np.testing.assert_allclose(found.exact_mm_min, [3000] * 6 + [3750] * 6, rtol=1e-14)
+    assert found.total_time_s == pytest.approx(0.108)
+
+
+def test_what_ends_a_run_of_blocks_that_share_a_feed():
+    """A rapid, another tool and a line that is run twice; the rest is counted anew after each."""
+    kind = ["cut"] * 3 + ["rapid"] + ["cut"] * 7
+    line = [1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 10]
+    tool = [1] * 6 + [2] * 5
+    load = np.array([1, 2, 4, 0, 2, 1, 4, 1, 4, 2, 1]) / 100.0
+    rows = FeedBlocks(line, kind, [1.0] * 11, [100.0] * 11, [1.0] * 11, tool=tool)
+    strategy = ChipAreaStrategy(Parts.whole(rows), load, np.zeros(11, dtype=int))
+    found = plan_feeds(rows, strategy, WIDE, every_blocks=2)
+    np.testing.assert_allclose(found.feed_mm_min, [200, 200, 100, 100, 200, 200, 100, 100, 100, 100, 400])
+    with pytest.raises(FeedError, match="not both"):
+        plan_feeds(rows, strategy, WIDE, every_blocks=2, insert=True)
+
+
+def test_a_plunge_does_not_hold_the_pass_that_follows():
+    """Its limit is its programmed feed; the two blocks of the pass, a quarter of its load, get four times as much."""
+    load, caps = np.array([4, 1, 1]) / 100.0, [100.0, np.inf, np.inf]
+    rows = FeedBlocks(
+        [1, 2, 3],
+        ["cut"] * 3,
+        [1.0] * 3,
+        [100.0] * 3,
+        [1.0] * 3,
+        cap_mm_min=caps,
+        plunge=[True, False, False],
+    )
+    strategy = ChipAreaStrategy(Parts.whole(rows), load, np.zeros(3, dtype=int))
+    np.testing.assert_allclose(plan_feeds(rows, strategy, WIDE, every_blocks=3).feed_mm_min, [100, 400, 400])
+
+
 def test_force_limited_feed_of_the_specification():
     """Flat slot a = 5, constant coefficients, |F_xy| <= 3000 N, one tooth: f = 0.76730652255858."""
     # at phi: F_xy^2 = (Ft^2 + Fr^2) with Ft = (700 f sin + 25) 5, Fr = (250 f sin + 18) 5; largest at 90 degrees

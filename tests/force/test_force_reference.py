@@ -4,6 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from oracles.force_closed import shoulder_means, slot_means, tooth_force
+from oracles.force_segments import (
+    direction_matrix,
+    edge_segments,
+    elemental_forces,
+    force_on,
+    printed_direction_matrix,
+)
 
 from vmachining.engagement.frames import rotation
 from vmachining.errors import InputError
@@ -12,17 +20,9 @@ from vmachining.force import (
     bull_edge,
     cantilever_mm,
     deflection_force,
-    direction_matrix,
     edge_forces,
-    edge_segments,
-    elemental_forces,
-    force_on,
     layer_integrals,
-    printed_direction_matrix,
     shipped,
-    shoulder_means,
-    slot_means,
-    tooth_force,
 )
 
 K0 = Coefficients.constant(700, 250, 120, 25, 18, 4)

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from oracles.force_closed import slot_means
 
 from vmachining.errors import InputError
 from vmachining.force import (
@@ -17,7 +18,6 @@ from vmachining.force import (
     layer_integrals,
     read_tests,
     shipped,
-    slot_means,
     smoothed,
 )
 

@@ -10,8 +10,8 @@ import pytest
 from tinyjob import SLOT_MM3, write_job
 
 import vmachining as vm
-from vmachining.bench.columns_counts import BAR, counted
-from vmachining.bench.columns_counts.programs import FAMILIES, drawn
+from benchmarks.columns_counts import BAR, counted
+from benchmarks.columns_counts.programs import FAMILIES, drawn
 from vmachining.cli.main import run
 from vmachining.engines.alone import Alone
 from vmachining.engines.columns import ColumnsEngine

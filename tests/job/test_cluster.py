@@ -1,4 +1,4 @@
-"""A batch on a small Dask cluster of this machine: a worker is killed, its job goes on behind the checkpoint elsewhere.
+"""A batch on a small Dask cluster of this machine: a worker is killed, its job continues after the checkpoint elsewhere.
 
 Everything else about clusters, with the commands of the docs, is in tests/cli/test_batch_cluster.py, which takes minutes.
 """
@@ -31,7 +31,7 @@ BEGUN = 8
 
 
 class Killer:
-    """Kills the worker that has the job, once it goes on; keeps what it is told.
+    """Kills the worker that has the job, once it continues; keeps what it is told.
 
     blocks : numbers of blocks that were through, as told.
     """

@@ -56,7 +56,7 @@ def test_a_chord_far_too_fine_is_refused_with_one_that_is_not(chord, tmp_path):
 
 
 def test_a_ball_of_a_micrometre_chord_is_refused(tmp_path):
-    """Its facets grow as 1 / chord: 4 mm want some 15 million of them."""
+    """Its facets grow as 1 / chord: 4 mm need some 15 million of them."""
     text, feasible = refusal(tmp_path, swap={"chord_mm = 0.05": "chord_mm = 1e-6", **BALL})
     assert int(re.search(r"would have ([\d,]+) facets", text)[1].replace(",", "")) > 5e6
     accepted(tmp_path / "b", feasible, swap=BALL)

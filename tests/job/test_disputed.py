@@ -27,7 +27,7 @@ from vmachining.sweep import Sweep
 
 @pytest.fixture(scope="module")
 def disputed(tmp_path_factory: pytest.TempPathFactory) -> tuple[int, str, Path]:
-    """A run that was stopped after the first verdict, a slot of 40 mm3, which is changed by hand to a dispute; then it goes on.
+    """A run that was stopped after the first verdict, a slot of 40 mm3, which is changed by hand to a dispute; then it continues.
 
     Exit code, what the terminal said, folder.
     """
@@ -95,18 +95,52 @@ class Liar(MeshEngine):
 def test_a_wrong_engine_is_found_out_by_the_second_judge(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """In a run that asks for no B-rep: rays audit some blocks of every run."""
-    monkeypatch.setitem(ENGINES, "liar", Entry(f"{__name__}:Liar", "anything"))
+    """In a run that asks for no B-rep: at least eight blocks of every run are audited, here all four, and their total."""
+    monkeypatch.setitem(ENGINES.own, "liar", Entry(f"{__name__}:Liar", "anything"))
     result = vm.run(vm.Job.load(write_job(tmp_path)), engine="liar")
     rows = result.blocks.filter(pl.col("brep_status") == "disputed")
-    assert result.summary["brep"]["disputed"] == len(rows) == 1
-    assert "DISPUTED" in rows["warning"].item()
-    assert rows["removed_hi_mm3"].item() < rows["removed_dexel_lo_mm3"].item()
+    assert result.summary["brep"]["disputed"] == len(rows) == 4
+    assert all("DISPUTED" in text for text in rows["warning"])
+    assert (rows["removed_hi_mm3"] < rows["removed_dexel_lo_mm3"]).all()
+    told = result.summary["second_judge"]
+    assert told["total_agrees"] is False and told["total_lo_mm3"] > result.blocks["removed_hi_mm3"].sum()
 
 
 def test_an_honest_engine_is_not(tmp_path: Path) -> None:
     result = vm.run(vm.Job.load(write_job(tmp_path)))
     rows = result.blocks.filter(pl.col("removed_dexel_mm3").is_not_null())
-    assert len(rows) == 1 and rows["brep_status"].null_count() == 1
+    assert len(rows) == 4 and rows["brep_status"].null_count() == 4
+    assert result.summary["second_judge"]["total_agrees"] is True
     assert (rows["removed_dexel_lo_mm3"] <= rows["removed_hi_mm3"]).all()
     assert (rows["removed_dexel_hi_mm3"] >= rows["removed_lo_mm3"]).all()
+
+
+THERE_AND_BACK = """\
+N10 G21 G17 G90 G94
+N20 T1 M6
+N30 S8000 M3
+N40 G0 X10 Y9 Z5
+N50 G1 Z-7 F300
+N60 G1 X28 F600
+N70 G1 X10
+N80 G1 X28 Y9.5
+N90 M30
+"""
+
+
+def test_a_tool_that_widens_above_its_waist_is_judged_rightly_on_its_way_back(tmp_path: Path) -> None:
+    """Every upright line has lost two pieces to the way there; between them is air."""
+    shape = 'type = "profile"\nprofile = [[0, 0], [3.6, 1.5], [1.1, 6], [2, 6.3], [2.47, 41]]'
+    swap = {
+        'type = "flat"\ndiameter_mm = 4\nlength_mm = 20': shape,
+        "[0, 0, -4], max = [10, 18, 0]": "[0, 0, -12], max = [36, 18, 0]",
+    }
+    for program in (
+        THERE_AND_BACK,
+        THERE_AND_BACK.replace("N80 G1 X28 Y9.5\n", ""),
+    ):  # the last block is judged
+        result = vm.run(vm.Job.load(write_job(tmp_path, program=program, swap=swap)))
+        assert result.summary["brep"]["disputed"] == 0
+        judged = result.blocks.filter(pl.col("removed_dexel_mm3").is_not_null())
+        assert len(judged) == 1
+    assert judged["text"].item() == "N70 G1 X10" and judged["removed_dexel_mm3"].item() < 1e-9

@@ -1,12 +1,17 @@
 """Several processes on one workpiece give the numbers of one."""
 
+from contextlib import closing
+
 import numpy as np
 import pytest
 
 from vmachining.engines.mesh import MeshEngine, box_stock
+from vmachining.engines.protocol import Options
+from vmachining.engines.relay import ColumnsFirst
 from vmachining.errors import EngineError
 from vmachining.geometry import Arc, Line
 from vmachining.job.executor import InProcess, WorkerPool, executor
+from vmachining.stock import BoxStock
 from vmachining.tool import BallNose, FlatEnd
 
 BALL = BallNose(diameter=6, length=30).cutter
@@ -83,3 +88,28 @@ def test_a_failure_in_a_worker_comes_back_whole():
         answer = hands._order("dance")
         with pytest.raises(EngineError, match="mesh engine: unknown order 'dance'"):
             answer()
+
+
+@pytest.mark.slow  # 8 s: five interpreters start
+def test_with_fixed_shares_every_number_of_workers_gives_the_same_digits(tmp_path):
+    box = BoxStock((0, 0, -10), (60, 60, 0))
+    lines = [Line((3 * k, -5, -1 - 0.1 * k), (57 - 2 * k, 65, -2)) for k in range(12)]
+    found = {}
+    for workers in (1, 2, 3):
+        engine, answers = ColumnsFirst.of(box, Options(width=0.01)), []
+        with closing(executor(engine, workers, shares=4)) as hands:
+            for half in (lines[:6], lines[6:]):
+                later = [hands.cut(BALL, path, len(answers) + k) for k, path in enumerate(half)]
+                later.append(hands.touch(FLAT, Line((0, 30, -2), (60, 30, -2)), None))
+                answers += [answer() for answer in later]
+                hands.save(tmp_path / "state.npz")
+            found[workers] = (*answers, hands.finish().volume)
+    assert found[1] == found[2] == found[3]
+    assert 0.0 < found[1][0].lo < found[1][0].hi  # something was cut
+    # and a checkpoint continues with the same digits
+    engine, saved = ColumnsFirst.of(box, Options(width=0.01)), tmp_path / "half.npz"
+    first = InProcess(engine, 4)
+    [first.cut(BALL, path, k) for k, path in enumerate(lines[:6])]
+    first.save(saved)
+    resumed = InProcess(ColumnsFirst.load(saved), 4)
+    assert [resumed.cut(BALL, path, 7 + k)() for k, path in enumerate(lines[6:])] == list(found[1][7:13])

@@ -5,6 +5,7 @@ import pytest
 
 import vmachining as vm
 from vmachining.errors import InputError
+from vmachining.job.paths import end_axis, move_path
 
 R, DEPTH, LENGTH = 5.0, 1.0, 20.0
 SEGMENT = R**2 * np.arccos(1 - DEPTH / R) - (R - DEPTH) * np.sqrt(DEPTH * (2 * R - DEPTH))
@@ -139,7 +140,43 @@ def test_words_of_the_old_kind_are_refused_behind_a_switch(tmp_path, words):
         vm.run(job(tmp_path, TCP.format(f"M428\n{words}\nG1 X9 F600"), "tcp.nc", "iso", "ac-table"))
 
 
-def test_an_arc_on_a_turned_table_is_refused(tmp_path):
-    """The tool is upright, but the circle lies elsewhere in the part."""
-    with pytest.raises(InputError, match=r"turned table cannot be simulated.*short lines"):
-        vm.run(job(tmp_path, TCP.format("G2 X16 Y0 I-1 J0 F600"), "arc.nc", "iso", "ac-table"))
+@pytest.mark.parametrize("angles", ["A0 C30", "A-90 C0", "A40 C110"])
+@pytest.mark.parametrize(
+    "words", ["G2 X16 Y0 I-1 J0", "G3 X18 Y0 I-3 J4 Z-2", "G18 G2 X14 Z-4 I-4 K0", "G2 X18 Y0 I-1 J0 P3"]
+)
+def test_an_arc_on_a_turned_table_that_stands_still(tmp_path, angles, words):
+    """The circle in slide coordinates by its closed form, each place of it carried into the part by the machine's chain."""
+    program = vm.nc.parse_program(
+        f"G21 G90\nT1 M6\nG0 X18 Y0 Z0 {angles}\n{words} F600\nM2\n".encode(),
+        "arc.nc",
+        dialect="iso",
+        rotary="ABC",
+    )
+    move, chain = program.moves[-1], vm.machine.load("ac-table")
+    path = move_path(move, chain)
+    assert path.length > 0.0
+    start, centre = np.array(move.start), np.array(move.start)
+    a, b, normal = {"xy": (0, 1, 2), "zx": (2, 0, 1)}[move.plane]
+    centre[[a, b]] = move.center
+    arm = (start - centre)[[a, b]]
+    closed = np.linalg.norm((np.array(move.end) - start)[[a, b]]) < 1e-9
+    far = (np.array(move.end) - centre)[[a, b]]
+    ccw = 1.0 if move.motion.value == "arc_ccw" else -1.0
+    turn = (ccw * (np.arctan2(far[1], far[0]) - np.arctan2(arm[1], arm[0]))) % (2 * np.pi)
+    turn = 2 * np.pi if closed else turn
+    turn = ccw * (turn + 2 * np.pi * (move.turns - 1))
+    rotary = dict(move.rotary_deg)
+    for t in (0.0, 0.3, 0.5, 1.0):
+        c, s = np.cos(turn * t), np.sin(turn * t)
+        place = centre.copy()
+        place[a], place[b] = centre[a] + c * arm[0] - s * arm[1], centre[b] + s * arm[0] + c * arm[1]
+        place[normal] = start[normal] + t * (move.end[normal] - start[normal])
+        x, y, z = place
+        pose = chain.forward(chain.joints(degrees=True, x=x, y=y, z=z, **rotary))
+        assert path.position(t) == pytest.approx(pose.tip, abs=1e-9)
+        assert end_axis(path) == pytest.approx(pose.axis, abs=1e-12)
+
+
+def test_an_arc_while_the_table_turns_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"while the tool axis turns.*short lines"):
+        vm.run(job(tmp_path, TCP.format("G2 X16 Y0 I-1 J0 A20 F600"), "arc.nc", "iso", "ac-table"))

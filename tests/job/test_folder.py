@@ -118,7 +118,7 @@ def test_files_that_come_while_a_run_goes_on_stay(tmp_path):
     (out / "report.html").unlink()
     result.write(out, stock=("stl",))
     assert {path.name for path in out.iterdir()} == {
-        "blocks.csv", "blocks.parquet", "summary.json", "report.html", "stock.stl", "manifest.json"
+        "blocks.csv", "blocks.parquet", "summary.json", "report.html", "stock.stl", "manifest.json", "stages.zip",
     }  # fmt: skip
 
 
@@ -170,7 +170,7 @@ def test_a_manifest_says_what_made_the_files(tmp_path):
     assert begin <= started <= ended <= datetime.now(UTC)
     found = tree(out)
     del found["manifest.json"]
-    assert manifest["files"] == found and sorted(manifest["outputs"]) == sorted(found)
+    assert manifest["files"] == found and sorted([*manifest["outputs"], "stages.zip"]) == sorted(found)
 
 
 def test_a_second_run_is_refused_while_the_first_one_lives(tmp_path, capsys):

@@ -10,6 +10,7 @@ import polars as pl
 import pytest
 
 import vmachining as vm
+from tests.report.pagedata import unpacked
 from tests.tinyjob import JOB, PROGRAM
 from vmachining.job.stock import write_stock
 from vmachining.stock import BoxStock
@@ -35,7 +36,10 @@ def test_gouge_and_excess_have_their_depth_and_their_block(tmp_path: Path) -> No
     assert over.height * 0.2**2 == pytest.approx(farther, rel=0.02)
     result.write(tmp_path / "out", stock=("3mf", "stl"))
     page = (tmp_path / "out" / "deviation.html").read_text()
-    assert "Deviation of tiny from its design" in page and "ray along z" in page
+    head, arrays = unpacked(page)
+    assert "deviation from the design" in page and head["scene"][1]["kind"] == "points"
+    # told where it is measured: 0.3 mm too much on the floor of the slot
+    assert np.isclose(arrays["values_1"], -0.3, atol=1e-6).sum() >= over.height and slot in arrays["blocks_1"]
 
 
 def test_files_of_the_workpiece_are_coloured_by_block(tmp_path: Path) -> None:

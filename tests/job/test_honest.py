@@ -8,7 +8,7 @@ import pytest
 from tinyjob import FEED, JOB, write_job
 
 import vmachining as vm
-from vmachining.job.blocks import halts
+from vmachining.job.pace import Pace
 from vmachining.job.timing import machine_limits, move_times
 from vmachining.job.toolpath import Toolpath
 
@@ -20,7 +20,7 @@ HEAD = "T1 M6\nS1000 M3\nF600\n"
 def times(tmp_path, program):
     job = vm.Job.load(write_job(tmp_path, swap=ACCELERATION, program=HEAD + program))
     read = vm.read_program(job.program_path)
-    return move_times(Toolpath.of(read), machine_limits(job)).seconds.sum(), halts(read)
+    return move_times(Toolpath.of(read), machine_limits(job)).seconds.sum(), Pace.of(read).halt
 
 
 def test_a_program_stop_and_a_tool_change_stop_the_axes(tmp_path):
@@ -43,13 +43,13 @@ def test_a_program_stop_and_a_tool_change_stop_the_axes(tmp_path):
 def test_a_deleted_stop_does_not_stop(tmp_path):
     job = vm.Job.load(write_job(tmp_path, program=HEAD + "G1 X10\n/M0\nG1 X20\nM30\n"))
     read = vm.read_program(job.program_path, block_delete=True)
-    assert halts(read).tolist() == [True, True]
-    assert halts(read, block_delete=True).tolist() == [False, True]
+    assert Pace.of(read).halt.tolist() == [True, True]
+    assert Pace.of(read, block_delete=True).halt.tolist() == [False, True]
 
 
 def test_a_feed_that_cannot_be_changed_is_reported(tmp_path):
     # G53 blocks keep their feed: the rewriter leaves them alone
-    program = "T1 M6\nS1000 M3\nG0 X-4 Y4 Z-1\nG53 G1 X14 F600\nG0 Z5\nM30\n"
+    program = "G21 T1 M6\nS1000 M3\nG0 X-4 Y4 Z-1\nG53 G1 X14 F600\nG0 Z5\nM30\n"
     result = vm.run(vm.Job.load(write_job(tmp_path, program=program, job=JOB + FEED)))
     assert result.summary["untouched_lines"] == [4] and result.summary["unsplit_lines"] == []
     row = result.blocks.filter(pl.col("line") == 4)

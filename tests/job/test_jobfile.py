@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from tinyjob import FEED, JOB, write_job
 
 from vmachining.errors import JobError, NCError
+from vmachining.force import shipped
 from vmachining.job import Job
 from vmachining.job.keys import key_positions, nearest
 from vmachining.job.reading import read_job_program
@@ -135,7 +138,7 @@ def test_a_bad_job_file_is_refused_with_its_line(case, tmp_path):
 
 BAD_FEED = {
     "min above max": ({"min_mm_min = 60": "min_mm_min = 6000"}, ["above"]),
-    "strategy": ({'"volume"': '"force"'}, ["wants a [force] table"]),
+    "strategy": ({'"volume"': '"force"'}, ["needs a [force] table"]),
     "reference": ({"min_mm_min = 60": "reference = -3"}, ["reference"]),
     "reference word": ({"min_mm_min = 60": 'reference = "best"'}, ["reference"]),
     "nan": ({"min_mm_min = 60": "min_mm_min = nan"}, ["finite"]),
@@ -229,3 +232,13 @@ def test_angles_of_poses_without_a_machine_are_told_with_their_file(tmp_path):
     (tmp_path / "tiny.csv").write_text("x_mm,y_mm,z_mm,b_deg,c_deg,feed_mm_min\n0,0,0,0,0,9\n5,0,-1,10,5,9\n")
     with pytest.raises(NCError, match=r"tiny.csv:3.*turns B and C.*xyzbc-trt"):
         read_job_program(Job.load(path))
+
+
+def test_a_force_table_without_coefficients_names_the_shipped_sets(tmp_path):
+    path = write_job(tmp_path, job=JOB + "\n[force]\nspindle_rev_min = 1000\n")
+    with pytest.raises(JobError, match=r"force\.coefficients is missing") as caught:
+        Job.load(path)
+    names = shipped()
+    assert names and all(f'"{name}"' in str(caught.value) for name in names)
+    page = Path(__file__).parents[2] / "docs" / "forces.md"
+    assert all(f'`"{name}"`' in page.read_text(encoding="utf-8") for name in names)

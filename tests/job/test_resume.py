@@ -1,4 +1,4 @@
-"""A run that was stopped and goes on makes the table of one that was never stopped."""
+"""A run that was stopped and continues makes the table of one that was never stopped."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vmachining.engines.brep import Status, Verdict
 from vmachining.engines.judges import Judge
 from vmachining.engines.protocol import Removal
 from vmachining.errors import InputError, JobError
-from vmachining.job import Job, Stopped, run
+from vmachining.job import Job, Stopped, engagement_columns, run
 from vmachining.job.verdicts import VerdictFile
 
 
@@ -72,18 +72,20 @@ def test_stop_and_go_on(stage, done, job, whole, tmp_path):
     assert json.loads((tmp_path / "manifest.json").read_text())["complete"] is True
 
 
-@pytest.mark.parametrize(("stage", "done"), [("engagement", 6), ("engagement, scheduled", 7)])
-def test_contact_goes_on_where_it_stopped(stage, done, tmp_path):
+@pytest.mark.parametrize(("stage", "done"), [("engagement", 3), ("engagement, scheduled", 6)])
+def test_contact_goes_on_where_it_stopped(stage, done, tmp_path, monkeypatch):
+    """Contact stops between chunks; chunks of three blocks give the numbers of one of nine."""
     teeth = {"length_mm = 20": "length_mm = 20\nflutes = 2"}
     job = Job.load(write_job(tmp_path / "job", job=JOB + FEED, swap=teeth))
     whole = run(job, out=tmp_path / "whole")
+    monkeypatch.setattr(engagement_columns, "CHUNK", 3)
     with pytest.raises(Stopped, match=rf"block {done} of 9 \({stage}"):
         run(job, out=tmp_path / "out", progress=stop_after(stage, done))
     asked = []
     result = run(
         job, out=tmp_path / "out", resume=True, progress=lambda name, now, _: asked.append((name, now))
     )
-    assert [now for name, now in asked if name == stage] == list(range(done, 10))
+    assert [now for name, now in asked if name == stage] == list(range(done, 10, 3))
     assert not any(name == "program" and now < 9 for name, now in asked)
     assert whole.blocks["chip_area_mm2"].max() > 0.0
     polars.testing.assert_frame_equal(result.blocks, whole.blocks, rel_tol=1e-9, abs_tol=1e-9)
@@ -126,6 +128,24 @@ def test_rows_behind_the_checkpoint_are_made_again(tmp_path):
     assert result.blocks["removed_mm3"].sum() == pytest.approx(result.summary["removed_mm3"])
 
 
+def test_rows_of_a_version_with_other_columns_are_not_continued(tmp_path):
+    """Rows of this version went under a header of another one, and the end of the run was an internal failure."""
+    job = Job.load(write_job(tmp_path / "job"))
+    with pytest.raises(Stopped):
+        run(job, out=tmp_path / "out", progress=stop_after("program", 3), engine="mesh")
+    rows = tmp_path / "out" / "blocks.partial.csv"
+    before = pl.read_csv(rows, infer_schema_length=0).drop("spindle_rpm", "coolant").write_csv()
+    rows.write_text(before)
+    manifest = json.loads((tmp_path / "out" / "manifest.json").read_text())
+    manifest["files"][rows.name] = None
+    (tmp_path / "out" / "manifest.json").write_text(json.dumps(manifest))
+    with pytest.raises(
+        JobError, match="another version of vmachining, with other columns; run again without"
+    ):
+        run(job, out=tmp_path / "out", resume=True, engine="mesh")
+    assert rows.read_text() == before
+
+
 def test_resume_without_a_run_starts_one_and_wants_a_directory(tmp_path):
     job = Job.load(write_job(tmp_path))
     with pytest.raises(InputError, match="directory"):
@@ -137,7 +157,7 @@ def test_the_partial_table_reads_back_bit_for_bit(tmp_path):
     from vmachining.job.table import COLUMNS, RowFile, read_partial, read_samples
 
     row = {
-        name: 0.1 + 0.2 if kind is pl.Float64 else 7 if kind is pl.Int64 else 'a "quoted", text'
+        name: {pl.Float64: 0.1 + 0.2, pl.Int64: 7, pl.Boolean: False, pl.String: 'a "quoted", text'}[kind]
         for name, kind in COLUMNS.items()
     }
     row["warning"] = None
@@ -159,7 +179,7 @@ def test_verdicts_are_not_asked_for_again(tmp_path):
     file = tmp_path / "out" / "brep.partial.csv"
     kept = pl.read_csv(file)
     assert kept.height == 2 and kept["status"].to_list() == ["agreed", "agreed"]
-    # one is told apart by a change that its bracket allows; the other leaves its bracket, so it does not count;
+    # one is distinguished by a change that its bracket allows; the other leaves its bracket, so it does not count;
     # and a third was being written when the power went
     one, other = kept["removed_brep_mm3"][0] * (1.0 + 1e-7), kept["removed_brep_mm3"][1] * 2.0
     spoilt = kept.with_columns(pl.Series("removed_brep_mm3", [one, other])).write_csv()

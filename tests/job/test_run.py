@@ -92,6 +92,7 @@ def test_written_files_agree(tiny, tmp_path):
         "blocks.csv",
         "blocks.parquet",
         "summary.json",
+        "stages.zip",
         "report.html",
         "stock.stl",
         "stock.3mf",
@@ -126,7 +127,7 @@ def one(tmp_path, program, **swap):
 
 
 def test_a_rapid_through_material_warns_with_its_volume(tmp_path):
-    rows, result = one(tmp_path, "T1 M6\nS1000 M3\nG0 X5 Y7 Z2\nG0 Z-1\nG1 Z-2 F100\nG0 Z5\nM30\n")
+    rows, result = one(tmp_path, "G21 T1 M6\nS1000 M3\nG0 X5 Y7 Z2\nG0 Z-1\nG1 Z-2 F100\nG0 Z5\nM30\n")
     plunge = rows[4]
     assert plunge["removed_mm3"] == 0 and plunge["warning"].startswith(
         "rapid through material: tool would remove 12."
@@ -210,6 +211,11 @@ REFUSED = {
     "arc": ("T1 M6\nS1 M3\nG0 X0 Y0 Z-1\nG2 X10 Y0 I4 J0 F100\nM30\n", NCError, ":4:.*radi"),
     "far": ("T1 M6\nS1 M3\nG1 X500 Y0 Z20 F100\nM30\n", StockError, "reaches the stock"),
     "above": ("T1 M6\nS1 M3\nG0 X5 Y5 Z3\nG1 Z0 F100\nM30\n", StockError, "reaches the stock"),
+    "rapid": (
+        "T1 M6\nS1 M3\nG0 X5 Y5 Z3\nG0 Z-2\nG0 X8\nG0 Z9\nG1 X500 F100\nM30\n",
+        StockError,
+        "no feed move.*the rapid in line 4 goes into its box, but rapids cut nothing; program cuts with G1",
+    ),
     "beside": ("T1 M6\nS1 M3\nG0 X-2 Y-2 Z3\nG1 Z-1 F100\nM30\n", StockError, "reaches the stock"),
 }
 

@@ -53,7 +53,7 @@ def test_without_teeth_chips_are_empty_and_that_is_said(tmp_path):
     found = run(job(tmp_path, JOB))
     assert found.blocks["chip_area_mm2"].null_count() == len(found.blocks)
     assert found.blocks["ap_mm"].max() == pytest.approx(1.0, abs=1e-6)
-    assert "no flutes" in found.summary["contact_notes"][0]
+    assert "write `flutes = N`" in found.summary["contact_notes"][0]
 
 
 def test_teeth_that_do_not_fit_are_told(tmp_path):
@@ -106,9 +106,9 @@ def test_a_limit_on_any_component(component, reference, tmp_path):
 
 BAD = {
     "edge forces": ('reference = 5', FORCE, FeedError, ["tiny.nc:", "below what edge forces alone need", "least"]),
-    "no teeth": ('reference = 50', FORCE, FeedError, ["no block has a known load", "no flutes"]),
+    "no teeth": ('reference = 50', FORCE, FeedError, ["no block has a known load", "write `flutes = N`"]),
     "no set": ('reference = 50', FORCE.replace("aluminium", "adamant"), JobError, ["adamant", "neither a file"]),
-    "no table": ('reference = 50', "", JobError, ["wants a [force] table"]),
+    "no table": ('reference = 50', "", JobError, ["needs a [force] table"]),
     "mean": ('reference = "mean"', FORCE, JobError, ["limits a peak"]),
     "heights": ('reference = 50', '\n[force]\ncoefficients = "flat.toml"\n', FeedError, ["no block has a known load"]),
     "stick out": ('component = "deflection"', FORCE, JobError, ["stick_out_mm"]),
@@ -150,4 +150,13 @@ def test_heights_beyond_the_calibration_are_said(tmp_path):
     row = found.blocks.row(2, named=True)
     assert row["force_n"] is None and "calibrated for heights from 0 to 0.5 mm" in row["warning"]
     again = run(job(tmp_path, text + "extrapolate = true\n", program=PROGRAM)).blocks.row(2, named=True)
-    assert again["force_n"] > 0 and "taken all the same" in again["warning"]
+    assert again["force_n"] > 0 and "taken anyway" in again["warning"]
+
+
+def test_tools_without_teeth_are_told_once(tmp_path):
+    """It was said once for every tool."""
+    second = '[[tools]]\nnumber = 2\ntype = "flat"\ndiameter_mm = 4\nlength_mm = 20\n\n[stock]'
+    program = PROGRAM.replace("N80 G0 X3 Y12", "N75 T2 M6\nN80 G0 X3 Y12")
+    result = run(Job.load(write_job(tmp_path, program=program, swap={"[stock]": second})))
+    told = [text for text in result.summary["contact_notes"] if "columns are empty" in text]
+    assert len(told) == 1 and "tools 1, 2 cut" in told[0] and "write `flutes = N`" in told[0]

@@ -11,6 +11,7 @@ import pytest
 from vmachining.cli.main import run as command
 from vmachining.errors import JobError, NCError
 from vmachining.job import Job, draft_job, run
+from vmachining.job.notes import guesses
 
 ROOT = Path(__file__).parents[2]
 PART = """\
@@ -125,7 +126,7 @@ def test_turning_axes_get_a_machine(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("L X+10 FMAX\n", "Heidenhain"),
+        ("L X+10 FMAX\n", "no BEGIN PGM"),
         ("G0 X1\nM2\n", "nothing is cut"),
         ("G1 X1,5 F9\nM2\n", "decimal comma"),
     ],
@@ -165,6 +166,38 @@ def test_the_command_writes_and_never_overwrites(tmp_path, capsys):
     assert command(["init", str(program), "--out", str(folder / "a.toml")]) == 0
     assert Job.load(folder / "a.toml").program_path.resolve() == program.resolve()
     capsys.readouterr()
-    assert command(["init", str(program), "--out", "-"]) == 0 and "[stock]" in capsys.readouterr().out
+    assert command(["init", str(program), "--out", "-"]) == 0
+    printed = capsys.readouterr()
+    assert "[stock]" in printed.out and "written" not in printed.err and "run -" not in printed.err
+    name = f"{program.stem}.toml"
+    assert (
+        f"save the text as {name} in this directory" in printed.err
+        and f"vmachining run {name}" in printed.err
+    )
     program.write_text("G21 T1 M6 S1 M3\nG1 Z-1 F10\nM2\n")
     assert command(["init", str(program), "--force"]) == 1 and "MUST BE GIVEN" in job.read_text()
+
+
+def test_the_job_of_another_program_beside_it_is_not_run(tmp_path, capsys):
+    """part.nc has the job that lies beside part.h, and was run in its place."""
+    (tmp_path / "part.nc").write_text(PART)
+    (tmp_path / "part.h").write_text(
+        "0 BEGIN PGM P MM\n1 TOOL CALL 1 Z S1000\n2 L X+9 F100\n3 END PGM P MM\n"
+    )
+    out = ["--out", str(tmp_path / "out"), "--stages", "cut", "--quiet"]
+    assert command(["run", str(tmp_path / "part.nc"), *out]) == 0
+    assert command(["run", str(tmp_path / "part.nc"), *out, "--resume"]) == 0
+    capsys.readouterr()
+    assert command(["run", str(tmp_path / "part.h"), *out]) == 2
+    assert "part.toml is the job of another program" in capsys.readouterr().err
+
+
+def test_a_guess_that_is_commented_out_is_no_guess_of_the_job(tmp_path):
+    (tmp_path / "part.nc").write_text(PART)
+    text = draft_job(tmp_path / "part.nc", tmp_path).text
+    (tmp_path / "job.toml").write_text(text)
+    before = guesses(Job.load(tmp_path / "job.toml"))
+    (home,) = (line for line in text.splitlines() if line.startswith("home = "))
+    (tmp_path / "job.toml").write_text(text.replace(home, f"# {home}\nhome = [0, 0, 80]"))
+    after = guesses(Job.load(tmp_path / "job.toml"))
+    assert len(before) > 1 and after == [text for text in before if not text.startswith("home")]

@@ -1,4 +1,4 @@
-"""A job whose program calls a subprogram in a file of its own: one row per motion, its file watched by resumes."""
+"""A job whose program calls a subprogram in a separate file: one row per motion, its file watched by resumes."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ def test_the_schedule_leaves_the_feed_of_the_file_alone(job, tmp_path):
 
 
 def test_a_changed_file_is_another_program(job, tmp_path):
-    from vmachining.job.batch import already_complete
+    from vmachining.job.store import finished
 
     loaded = vm.Job.load(job)
     vm.run(loaded, out=tmp_path / "out").write(tmp_path / "out")
-    assert already_complete(loaded, tmp_path / "out") is not None
+    assert finished(loaded, tmp_path / "out") is not None
     (tmp_path / "subs" / "slot.ngc").write_text(SLOT.replace("600", "500"))
-    assert already_complete(loaded, tmp_path / "out") is None
+    assert finished(loaded, tmp_path / "out") is None

@@ -1,5 +1,6 @@
 """Files of workpieces: every edge has two triangles for who joins equal corners, and nothing else has changed."""
 
+import json
 import zipfile
 from xml.etree import ElementTree
 
@@ -34,7 +35,7 @@ def as_a_reader_has_it(points, triangles):
 
 
 def read_3mf(path):
-    """Its one object; trimesh itself wants another package for the format."""
+    """Its one object; trimesh itself needs another package for the format."""
     with zipfile.ZipFile(path) as package:
         mesh = ElementTree.fromstring(package.read("3D/3dmodel.model"))
     points, faces = (
@@ -70,13 +71,20 @@ def test_two_cubes_at_an_edge_were_no_solid_before():
     assert as_a_reader_has_it(points, triangles).is_watertight and len(triangles) == len(both[1]) + 2
 
 
-@pytest.mark.parametrize("suffix", ["stl", "3mf"])
+@pytest.mark.parametrize("suffix", ["stl", "3mf", "glb"])
 @pytest.mark.parametrize("program", [PROGRAM, PASSES], ids=["tiny", "passes"])
 def test_a_finished_workpiece_is_watertight_and_its_volume_is_told(program, suffix, tmp_path):
     result = run(Job.load(write_job(tmp_path, program=program)), engine="mesh")
     result.write(tmp_path / "o", stock=(suffix,), report=False)
     file = tmp_path / f"o/stock.{suffix}"
-    part = trimesh.load_mesh(file) if suffix == "stl" else read_3mf(file)
+    part = read_3mf(file) if suffix == "3mf" else trimesh.load_mesh(file)
+    if suffix == "glb":  # the reader applies the node: metres, y upright; a corner of every face is its own
+        head = json.loads(file.read_bytes()[20:].split(b"BIN\0")[0][:-4])
+        assert [a["count"] for a in head["accessors"]] == [3 * len(part.faces)] * 2
+        part.merge_vertices(merge_tex=True, merge_norm=True, digits_vertex=9)
+        part.apply_scale(1e3)
+        # as in the job: 10 wide, 18 deep, 4 high, its top at z = 0
+        assert np.allclose(part.bounds, [[0, -4, -18], [10, 0, 0]], atol=1e-5)
     assert part.is_watertight
     told = result.summary["stock_files_mm3"][f"stock.{suffix}"]
     assert told == pytest.approx(part.volume, rel=1e-6)
@@ -84,7 +92,7 @@ def test_a_finished_workpiece_is_watertight_and_its_volume_is_told(program, suff
 
 
 def test_what_a_round_bar_and_far_coordinates_do_to_the_file_is_told(tmp_path):
-    """The polygon around the bar has more than the bar; at 1e4 mm its 32 bits lose or add some."""
+    """The polygon in the bar has less than the bar; at 1e4 mm its 32 bits lose or add some."""
     far = PROGRAM.replace("X-4 Y4", "X9996 Y4").replace("X14", "X10014").replace("X3 Y12", "X10003 Y12")
     far = far.replace("X7 Y12", "X10007 Y12")
     box = "box = { min = [0, 0, -4], max = [10, 18, 0] }"
@@ -94,9 +102,26 @@ def test_what_a_round_bar_and_far_coordinates_do_to_the_file_is_told(tmp_path):
     s = result.summary
     held, page = s["stock_files_mm3"], (tmp_path / "o/report.html").read_text(encoding="utf-8")
     exact = np.pi * 81 * 4
-    assert exact - held["stock.3mf"] < s["removed_lo_mm3"]  # the trap
+    cell = (
+        np.sqrt(2.0) * 4.0 / 2 / 20
+    )  # a twentieth of the radius, its diagonal: walls are chords of it, at the bar and in the cut
+    sag = cell**2 / 8 * 4 * (2 * np.pi + 2 * np.pi)
+    assert s["removed_lo_mm3"] - sag <= exact - held["stock.3mf"] <= s["removed_hi_mm3"] + sag
     assert held["stock.3mf"] == pytest.approx(s["stock_mesh_mm3"], abs=1e-4)
-    assert abs(held["stock.stl"] - s["stock_mesh_mm3"]) > 1e-3
+    # what is told of the STL is what is in it: its corners, added in double precision about the middle of the bar
+    facets = np.fromfile(
+        tmp_path / "o/stock.stl", dtype=[("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")], offset=84
+    )
+    a, b, c = (facets["c"].astype(np.float64) - [10005.0, 9.0, -2.0]).transpose(1, 0, 2)
+    in_file = np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0
+    # both sums round each triangle's share, of a box of 18 x 18 x 4 at most, to 2^-53
+    rounding = len(facets) * 18 * 18 * 4 * 2.0**-53
+    assert abs(held["stock.stl"] - in_file) <= rounding
+    # and that is not the volume of the mesh, for x is rounded to 2^-10 mm: the difference is no rounding of the sums
+    assert abs(held["stock.stl"] - s["stock_mesh_mm3"]) > 100 * rounding
+    normal = np.cross(b - a, c - a)
+    size = np.linalg.norm(normal, axis=1, keepdims=True)
+    assert np.abs(facets["n"] - normal / np.maximum(size, 1e-300)).max() <= 2.0**-22
     assert "stock.stl holds" in page and "rounding of its coordinates" in page
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+import math
+
 import numpy as np
 import pytest
 
@@ -38,8 +41,9 @@ def test_the_short_way_through_the_singularity():
     np.testing.assert_allclose(degrees(path, AC, "C"), [90, 100], atol=1e-9)
     np.testing.assert_allclose(degrees(path, AC, "A"), [1, -1], atol=1e-9)
     assert path.jumps == () and path.branch[0] != path.branch[1]
-    naive = follow(AC, np.array([[0, 0, 0], [10, 0, 0]]), u, switch=False)
-    np.testing.assert_allclose(np.diff(degrees(naive, AC, "C")), -170, atol=1e-9)
+    one_side = limited("ac-table", A=np.radians([0, 90]))
+    naive = follow(one_side, np.array([[0, 0, 0], [10, 0, 0]]), u)
+    np.testing.assert_allclose(np.diff(degrees(naive, one_side, "C")), -170, atol=1e-9)
     (jump,) = naive.jumps
     assert (jump.pose, jump.name, jump.kind) == (1, "C", "singular")
     assert np.degrees(jump.tool) == pytest.approx(
@@ -116,20 +120,84 @@ def test_a_singular_pose_keeps_the_free_axis():
     np.testing.assert_allclose(pose.axis, u, atol=1e-9)
 
 
-def test_every_choice_is_no_longer_than_the_other():
-    """Against a plain search over both branches and seven turns."""
-    m = preset("bc-table")
-    rng = np.random.default_rng(11)
-    u = tilted(rng.uniform(1, 100, 300), rng.uniform(-180, 180, 300))
-    path = follow(m, np.zeros((300, 3)), u)
-    found = m.inverse(np.zeros((300, 3)), u).joints[..., :2]
-    turns = 2 * np.pi * np.arange(-4, 5)
-    for k in range(1, 300):
-        before = path.joints[k - 1, :2]
-        base = before + np.mod(found[k] - before + np.pi, 2 * np.pi) - np.pi
-        options = (base[:, :, None] + turns)[..., None]
-        cost = np.abs(options - before[None, :, None, None]).min(axis=2).max(axis=1)
-        assert np.abs(path.joints[k, :2] - before).max() == pytest.approx(float(cost.min()), abs=1e-12)
+def costs(q, tool):
+    """Jumps and turning of rotary angles (n, r); tool (n - 1,) rad."""
+    step = np.abs(np.diff(q, axis=0))
+    most = step.max(axis=1)
+    return int(((most > np.radians(30.0)) & (most > 5.0 * tool)).sum()), most.sum()
+
+
+@pytest.mark.parametrize("begin", ["given", "free"])
+@pytest.mark.parametrize("travel", [None, 200.0, 400.0])
+def test_no_choice_has_fewer_jumps_or_turns_less(begin, travel):
+    """Against every choice of branches and turns, by brute force, on paths near the pole."""
+    m = preset("ac-table") if travel is None else limited("ac-table", C=np.radians([-travel, travel]))
+    rng = np.random.default_rng(7)
+    reach = np.pi if travel is None else np.radians(travel)
+    for _ in range(6):
+        n = 4
+        u = tilted(rng.uniform(0.5, 25.0, n), rng.uniform(-180, 180, n))
+        start = m.joints(c=0.0, a=0.0) if begin == "given" else None
+        path = follow(m, np.zeros((n, 3)), u, start=start, prefer=0)
+        axis = u if start is None else np.concatenate([[[0.0, 0.0, 1.0]], u])
+        tool = np.arccos(np.clip((axis[1:] * axis[:-1]).sum(axis=1), -1.0, 1.0))
+        mine = path.joints[:, :2] if start is None else np.concatenate([start[None, :2], path.joints[:, :2]])
+        found = m.inverse(np.zeros((n, 3)), u).joints[..., :2]
+        most = 4 if travel is None else 2
+        options = [
+            [(c + 2 * np.pi * k, a) for c, a in found[i] for k in range(-most, most + 1)
+             if travel is None or abs(c + 2 * np.pi * k) <= reach + 1e-9]
+            for i in range(n)
+        ]  # fmt: skip
+        best = (99, np.inf)
+        for choice in itertools.product(*options):
+            q = np.array(choice if start is None else [start[:2], *choice])
+            jumped, turned = costs(q, tool)
+            if (jumped, turned) < (best[0], best[1] - 1e-9):
+                best = (jumped, turned)
+        assert costs(mine, tool)[0] == best[0]
+        assert costs(mine, tool)[1] == pytest.approx(
+            best[1], abs=1e-4
+        )  # ties by the sum weigh 1e-6 of a turn
+
+
+@pytest.mark.parametrize(("end", "turns"), [(720.0, 27), (630.0, 24), (360.0, 9), (540.0, 3)])
+def test_a_spiral_rewinds_as_rarely_as_the_travel_permits(end, turns):
+    """A rewind goes back by whole turns, at most as many as fit into the travel, and the path may begin at its lowest turn.
+
+    Turning back only as far as the end of the travel demands takes a rewind for every further turn instead: 25, 23, 8, 2.
+    """
+    m = limited("cb-head", C=np.radians([-end, end]), B=np.radians([0, 120]))
+    azimuth = np.arange(0.0, 360.0 * turns + 1.0, 10.0)
+    path = follow(m, np.zeros((len(azimuth), 3)), tilted(30.0, azimuth))
+    begin = -360.0 * (end // 360.0)
+    whole = 360.0 * (2.0 * end // 360.0)
+    assert len(path.jumps) == max(math.ceil((360.0 * turns - (end - begin)) / whole), 0)
+    assert {jump.kind for jump in path.jumps} <= {"rewind"}
+    np.testing.assert_allclose(m.forward(path.joints).axis, tilted(30.0, azimuth), atol=1e-12)
+
+
+def test_rewinds_wait_for_a_rapid():
+    """Three and a half turns on an axis of four, from its middle on: the tool rewinds where it is in the air."""
+    m = limited("cb-head", C=np.radians([-720, 720]), B=np.radians([0, 120]))
+    azimuth = np.arange(0.0, 360.0 * 3.5 + 1.0, 10.0)
+    easy = np.zeros(len(azimuth), dtype=bool)
+    easy[40] = True
+    start = m.joints(c=0.0, b=30.0)
+    (jump,) = follow(m, np.zeros((len(azimuth), 3)), tilted(30.0, azimuth), start=start, easy=easy).jumps
+    assert (jump.pose, jump.kind) == (40, "rewind")
+    (jump,) = follow(m, np.zeros((len(azimuth), 3)), tilted(30.0, azimuth), start=start).jumps
+    assert jump.pose != 40
+
+
+def test_a_path_that_begins_at_the_pole_begins_with_the_angle_that_it_needs():
+    u = np.concatenate([[[0, 0, 1], [0, 0, 1]], tilted([5, 20], 50.0)])
+    path = follow(AC, np.zeros((4, 3)), u)
+    np.testing.assert_allclose(degrees(path, AC, "C"), 40.0, atol=1e-9)
+    np.testing.assert_allclose(degrees(path, AC, "A"), [0, 0, 5, 20], atol=1e-9)
+    assert path.singular.tolist() == [True, True, False, False]
+    upright = follow(AC, np.zeros((2, 3)), u[:2], start=AC.joints(c=77.0))
+    np.testing.assert_allclose(degrees(upright, AC, "C"), 77.0, atol=1e-12)
 
 
 def test_refusals():

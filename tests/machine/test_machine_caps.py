@@ -1,4 +1,4 @@
-"""Caps of the slides: closed forms, and no point of a path ever asks more of a slide than its peak."""
+"""Shares of the slides: closed forms, and no point of a path ever asks more of a slide than its peak."""
 
 from __future__ import annotations
 
@@ -10,26 +10,7 @@ from strategies import coordinates
 
 from vmachining.errors import KinematicsError
 from vmachining.geometry import Arc, Line
-from vmachining.machine import MachineLimits, arc_peaks, axis_caps, line_peaks, path_peaks, travel_caps
-
-
-def test_rotary_axis_caps_the_feed():
-    assert travel_caps([1.0], [[1.0, 10.0]], [np.inf, 3600.0]).tolist() == [360.0]
-
-
-def test_blocks_without_length_or_travel_have_no_cap():
-    assert travel_caps([0.0, 5.0], [[0.0, 10.0], [0.0, 0.0]], [100.0, 3600.0]).tolist() == [np.inf, np.inf]
-
-
-@given(start=coordinates(50), end=coordinates(50))
-def test_a_line_shares_its_feed_by_direction(start, end):
-    limits = MachineLimits(axis_feed_mm_min=(1000.0, 2000.0, 300.0), max_feed_mm_min=5000.0)
-    travel = np.subtract(end, start)
-    length = np.linalg.norm(travel)
-    cap = axis_caps(line_peaks([start], [end]), limits)[0]
-    # the same thing through the travel of the axes
-    other = travel_caps([length], [travel], [1000.0, 2000.0, 300.0])[0]
-    assert cap == pytest.approx(min(5000.0, other), rel=1e-12)
+from vmachining.machine import MachineLimits, arc_peaks, path_peaks
 
 
 @settings(max_examples=200, deadline=None)
@@ -61,14 +42,8 @@ def test_quarter_between_the_quadrant_points():
 
 def test_mixed_paths_keep_their_order():
     paths = [Line([0, 0, 0], [3, 4, 0]), Arc([1, 0, 0], [0, 0, 0], angle=7.0), Line([0, 0, 0], [0, 0, 2])]
-    caps = axis_caps(path_peaks(paths), MachineLimits(axis_feed_mm_min=(600.0, None, 50.0)))
-    np.testing.assert_allclose(caps, [1000.0, 600.0, 50.0])
+    np.testing.assert_allclose(path_peaks(paths), [[0.6, 0.8, 0], [1, 1, 0], [0, 0, 1]])
     assert path_peaks([]).shape == (0, 3)
-
-
-def test_without_limits_nothing_binds():
-    assert axis_caps(line_peaks([[0, 0, 0]], [[1, 1, 1]]), MachineLimits()).tolist() == [np.inf]
-    assert not MachineLimits().has_axis_limits
 
 
 @pytest.mark.parametrize(
@@ -89,7 +64,3 @@ def test_impossible_machines_are_refused(bad):
 def test_bad_columns_are_refused():
     with pytest.raises(KinematicsError, match="axis of an arc"):
         arc_peaks([[1, 0, 0]], [[0, 0, 0]], [3], [1.0], [0.0])
-    with pytest.raises(KinematicsError, match="travel"):
-        travel_caps([1.0], [[1.0]], [1.0, 2.0])
-    with pytest.raises(KinematicsError, match="positive"):
-        travel_caps([1.0], [[1.0]], [0.0])

@@ -206,7 +206,7 @@ def test_names_and_units():
         (lambda: Machine("m", [Axis("X", "linear", (1, 0, 0))], tool=(0, 0, 0)), "no direction"),
         (lambda: preset("ac-table").inverse([(0, 0, 0)], [(0, 0, 0)]), "axis 0 has no direction"),
         (lambda: preset("ac-table").inverse([(0, 0, 0)] * 2, [(0, 0, 1)]), "2 tips and 1 axes"),
-        (lambda: preset("ac-table").forward([1, 2, 3]), "want 5 columns"),
+        (lambda: preset("ac-table").forward([1, 2, 3]), "expected 5 columns"),
         (lambda: Machine("m", [Axis("X", "linear", (1, 0, 0))]).inverse([(0, 0, 0)], [(0, 0, 1)]), "three slides"),
         (lambda: preset("ac-table").with_tool(np.inf), "tool length"),
     ],

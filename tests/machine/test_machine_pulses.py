@@ -11,17 +11,18 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from tests.report.pagedata import unpacked
 from vmachining.cli.main import run
 from vmachining.errors import KinematicsError
 from vmachining.geometry import Arc, Line
 from vmachining.machine import (
     Interpolator,
     feed_rate_number,
-    plot_pulses,
     source_clock_hz,
     write_csv,
     write_npz,
 )
+from vmachining.report.pulses import write_pulses
 
 PROGRAM = """\
 N10 G21 G90 G17
@@ -144,7 +145,7 @@ def test_the_engraver_keeps_its_errors():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Interpolator(mode="bresenham"), "want dda or s1"),
+        (lambda: Interpolator(mode="bresenham"), "expected dda or s1"),
         (lambda: Interpolator(blu_mm=0.0), "blu_mm is 0"),
         (lambda: Interpolator(register=0), "register 0"),
         (lambda: Interpolator(max_pulse_hz=math.nan), "max_pulse_hz"),
@@ -185,7 +186,11 @@ def test_the_command_writes_what_it_says(program, tmp_path, capsys):
     assert stored["steps"].sum(axis=0).tolist() == np.sum([r["pulses"] for r in records], axis=0).tolist()
     assert np.bincount(stored["block"]).tolist() == [len(r["tick"]) for r in records]
     page = names["html"].read_text()
-    assert "scatter3d" in page and "plotly" in page.lower()
+    head, arrays = unpacked(page)
+    drawn = arrays[head["scene"][1]["points"]].reshape(-1, 3)
+    drawn = drawn[~np.isnan(drawn[:, 0])]
+    # every block is drawn from its start on: one place more than it has ticks
+    assert len(drawn) == summary["pulsing_ticks"] + summary["blocks"] and np.ptp(drawn[:, 2]) > 0
     assert not re.search(r"<script[^>]+src=", page)  # one offline file
 
     assert run(["dda", str(program), "--out", str(names["csv"])]) == 0
@@ -202,17 +207,17 @@ def test_the_command_writes_what_it_says(program, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("options", "text", "message"),
     [
-        (["--mode", "s2"], PROGRAM, "want dda or s1"),
+        (["--mode", "s2"], PROGRAM, "expected dda or s1"),
         (["--mode", "s1"], PROGRAM, "part.nc:6: mode s1 draws whole quadrants"),
         (["--blu", "0"], PROGRAM, "blu_mm is 0"),
         (["--blu", "1e-12", "--split"], PROGRAM, "part.nc:2: 99000000000000 pulses in one block"),
-        (["--register", "9999999999"], PROGRAM, "want a whole number"),
+        (["--register", "9999999999"], PROGRAM, "expected a whole number"),
         (["--register", "100"], PROGRAM, "part.nc:2: register overflow"),
         (["--out", "pulses.txt"], PROGRAM, "ends in .csv or .npz"),
         (["--plot", "pulses.png"], PROGRAM, "ends in .html"),
         (["--max-rate", "10"], PROGRAM, "part.nc:2: feed too high"),
         ([], "G1 X10 F100\nG2 X20 Y0 I2\nM30\n", "part.nc:2"),
-        ([], "G1 X10 Q9 F100\nM30\n", "part.nc:1"),
+        ([], "G1 X F100\nM30\n", "part.nc:1"),
     ],
 )
 def test_bad_input_is_named(program, capsys, options, text, message):
@@ -235,12 +240,16 @@ def test_turning_axes_are_refused(tmp_path, capsys):
 def test_a_flat_program_is_plotted_flat(tmp_path):
     path = Line((0, 0, 0), (1, 0.5, 0))
     blocks = Interpolator().blocks(path, 100.0)
-    plot_pulses(tmp_path / "flat.html", blocks, [path], 0.02)
-    assert '"type":"scatter"' in (tmp_path / "flat.html").read_text()[-20000:]
+    write_pulses(tmp_path / "flat.html", blocks, [path], 0.02)
+    head, arrays = unpacked((tmp_path / "flat.html").read_text())
+    asked, made = (arrays[layer["points"]].reshape(-1, 3)[:-1] for layer in head["scene"])
+    assert np.ptp(made[:, 2]) == 0.0 and asked.tolist() == [[0.0, 0.0, 0.0], [1.0, 0.5, 0.0]]
+    # no pulse is further than one unit of length from the line
+    assert np.abs(made[:, 1] - 0.5 * made[:, 0]).max() <= 0.02 * 1.5
 
 
 def test_nothing_to_do(tmp_path):
     write_csv(tmp_path / "none.csv", [])
     write_npz(tmp_path / "none.npz", [], Interpolator())
-    plot_pulses(tmp_path / "none.html", [], [], 0.02)
+    write_pulses(tmp_path / "none.html", [], [], 0.02)
     assert np.load(tmp_path / "none.npz")["steps"].shape == (0, 3)

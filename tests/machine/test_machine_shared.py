@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vmachining.machine import follow, load, straighten, tip_deviation, travel_overruns
+from vmachining.machine import follow, load, tip_deviation
 
 PROGRAMS = Path(__file__).parents[3] / "shared" / "data" / "linuxcnc" / "programs"
 pytestmark = pytest.mark.skipif(not PROGRAMS.is_dir(), reason=f"no shared data: {PROGRAMS} is absent")
@@ -74,7 +74,8 @@ def test_following_the_path_stays_in_the_travels_of_the_table(path):
     pose = m.forward(q)
     np.testing.assert_allclose(pose.tip, r[:, :3], atol=1e-9)
     np.testing.assert_allclose(pose.axis, axis, atol=1e-8)
-    assert travel_overruns(m, q) == ()
+    for axis, values in zip(m.axes, q.T, strict=True):
+        assert axis.lower <= values.min() and values.max() <= axis.upper
     # no turn of C larger than the one the programmer took, up to the choice of turn
     asked, taken = np.diff(r[:, 4]), np.diff(q[:, 0])
     assert np.abs(taken).max() <= np.abs(asked).max() + 1e-9
@@ -90,7 +91,3 @@ def test_tip_deviation_of_joint_linear_blocks(path):
     assert (found.parametric <= found.bound + 1e-9).all()
     turning = np.abs(np.diff(q[:, :2], axis=0)).max(axis=1) > 0
     assert found.bound[~turning].max(initial=0.0) < 1e-9
-    # the worst block, cut until its tip is straight within a hundredth
-    k = int(found.parametric.argmax())
-    pieces = straighten(m, q[k], q[k + 1], 0.01)
-    assert tip_deviation(m, pieces[:-1], pieces[1:]).parametric.max() <= 0.01

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from machines import FIVE_AXIS, joints, machine
+from oracles.machine_motions import JointMotion, TcpMotion
 
-from vmachining.machine import JointMotion, TcpMotion, preset
+from vmachining.machine import preset
 from vmachining.sweep.turning import Turn
 
 T = np.linspace(0.0, 1.0, 33)

@@ -10,6 +10,7 @@ import pytest
 from vmachining.engines.mesh import MeshEngine, box_stock, cylinder_stock, mesh_stock, solid
 from vmachining.errors import StockError
 from vmachining.geometry import Arc, Line
+from vmachining.interval import Interval
 from vmachining.sweep import Sweep
 from vmachining.tool import BallNose, BullNose, FlatEnd, Taper
 
@@ -84,7 +85,9 @@ def test_volume_is_conserved_and_a_second_cut_removes_nothing() -> None:
     assert (removed[:, 0] <= removed[:, 1]).all() and (removed[:, 1] <= removed[:, 2]).all()
     again = chain(engine, ZIGZAG, tool)
     assert again[:, 1].sum() <= 1e-9 * lost
-    assert engine.cut(Sweep.along(tool.profile, Line((0, 0, 5), (20, 15, 5)))).bracket == (0.0, 0.0, 0.0)
+    assert engine.cut(Sweep.along(tool.profile, Line((0, 0, 5), (20, 15, 5)))).bracket == Interval(
+        0.0, 0.0, 0.0
+    )
 
 
 def test_tiles_and_splitting_change_no_volume_beyond_the_bracket() -> None:

@@ -1,6 +1,6 @@
 """Meshes of sweeps with a turning axis: closed, inside, around, unbiased, and of second order.
 
-Reference volumes and where they come from: `vmachining.bench.sweep5`.
+Reference volumes and where they come from: `benchmarks.sweep5`.
 """
 
 from __future__ import annotations
@@ -8,12 +8,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vmachining.bench.sweep5 import SIDES, TOOLS, VOLUMES, block, reference, united, winding
+from benchmarks.sweep5 import SIDES, TOOLS, VOLUMES, block, reference, united, winding
 from vmachining.engines.mesh import MeshEngine, box_stock
 from vmachining.engines.mesh.solids import manifold
 from vmachining.engines.mesh.turning import turning_pieces
 from vmachining.errors import EngineError
 from vmachining.geometry import Line
+from vmachining.interval import Interval
 from vmachining.sweep import Pose, Sweep, Turn
 from vmachining.tool import ProfileTool, Taper
 
@@ -176,7 +177,7 @@ def test_the_engine_removes_what_a_turning_cutter_sweeps() -> None:
     assert removed.estimate == pytest.approx(engine.stock_volume.estimate - engine.volume.estimate, rel=1e-9)
     assert engine.cut(sweep).estimate < 1e-6 * removed.estimate
     away = Pose((0, 0, 200), (0, 0.1, 1)), Pose((1, 0, 200), (0.1, 0, 1))
-    assert engine.cut(Sweep(TOOLS["B10"], *away)).bracket == (0.0, 0.0, 0.0)
+    assert engine.cut(Sweep(TOOLS["B10"], *away)).bracket == Interval(0.0, 0.0, 0.0)
 
 
 def test_chained_blocks_fill_the_bracket_of_the_whole() -> None:

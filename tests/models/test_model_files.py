@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
+import tomllib
 
 import pytest
 
 import vmachining as vm
-from tests.models.shipped import MODELS, NAMES, generator
+from tests.models.shipped import MODELS, NAMES, ROOT, generator
 from vmachining.nc import Motion
 
 
@@ -83,3 +84,10 @@ def test_readme_states_the_numbers_of_the_generator(name: str) -> None:
     text = re.sub(r"\s+", " ", (MODELS / name / "README.md").read_text(encoding="utf-8"))
     for number in numbers(name):
         assert number in text
+
+
+def test_the_wheel_carries_every_model_that_runs_and_no_reference_pack():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    carried = project["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
+    runs = {f"models/{job.parent.name}" for job in MODELS.glob("*/job.toml")}
+    assert carried == {name: f"vmachining/{name}" for name in runs}

@@ -110,14 +110,14 @@ REST = [(3, -0.375), (3.375, 0, 3, 0, 1), (4.625, 0, 4, 0, -1), (5, -0.375, 5, 0
 
 def test_entry_against_the_first_cut_goes_round_and_says_so():
     program = read(CONTOUR, crc_entry="prev")
-    assert [(f.code, f.line) for f in program.findings] == [("W353", 7), ("E401", 10)]
+    assert [(f.code, f.line) for f in program.findings] == [("W353", 7), ("W401", 10)]
     start = [(-0.75, 0.375), (-0.75, 0.375), (-0.75, -0.375, -0.75, 0, 1)]
     assert near(drawn(program, INCH), start + REST)
 
 
 def test_the_other_entry_goes_straight_to_the_offset_path():
     program = read(CONTOUR, crc_entry="next")
-    assert [f.code for f in program.findings] == ["E401"]
+    assert [f.code for f in program.findings] == ["W401"]
     assert near(drawn(program, INCH), [(-0.75, -0.375), (-0.75, -0.375), *REST])
 
 

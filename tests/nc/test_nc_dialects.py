@@ -17,7 +17,7 @@ def read(text: str, dialect: str, **options: object) -> Program:
         dialect=dialect,
         **{"home": (0.0, 0.0, 0.0), **options},  # type: ignore[arg-type]
     )
-    assert not [f for f in program.errors if f.code != "E401"], program.errors
+    assert not [f for f in program.errors if f.code != "W401"], program.errors
     return program
 
 
@@ -65,7 +65,7 @@ N35 G79
 
 def test_pattern_on_a_line():
     program = read(LINE, "mts", stock_top_mm=-10.0)
-    assert [f.code for f in program.findings] == ["E401"]
+    assert [f.code for f in program.findings] == ["W401"]
     holes = [(100 + 100 * k, -75) for k in range(3)]
     wanted = [(kind, (x, y, z)) for x, y in holes for kind, z in ((R, 100), (F, 85), (R, 100))]
     assert [(m.motion, tuple(round(v, 9) for v in m.end_program)) for m in program.moves] == wanted

@@ -1,4 +1,4 @@
-"""Subprograms in files of their own, and modes and tools that a program writes."""
+"""Subprograms in separate files, and modes and tools that a program writes."""
 
 from __future__ import annotations
 

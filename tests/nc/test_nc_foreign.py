@@ -1,4 +1,4 @@
-"""What is no program of the dialect is named: other controls, other files, numbers as people write them."""
+"""What is not a program of the dialect is named: other controls, other files, numbers as people write them."""
 
 from __future__ import annotations
 
@@ -30,6 +30,10 @@ OTHERS = [  # text, dialect it is read in, line, words of the message
     ('name = "a"\n[program]\nfile = "a.nc"\n', "iso", 2, "job file"),
     ("ISO-10303-21;\nHEADER;\n", "iso", 1, "STEP"),
     ("solid part\nfacet normal 0 0 1\n", "iso", 1, "STL"),
+    ('CGTECH_MACRO "SubroutineSequence" "CGT_CYCL_DEF204"\nL ZQ200+Q203 FMAX\n', "heidenhain", 1, "VERICUT"),
+    (";VERICUT SAMPLE CONTROL MCD SUBROUTINE FILE: sin840d.sub\n%SPF6\nG17\nM6\nM17\n", "sinumerik", 1, "VERICUT"),
+    ("%MPF 90\n( SINUMERIK 850 )\nR11=384.5\nN1 @371 R52 K2 K0\nN40 G0 X-5\n", "sinumerik", 4, "SINUMERIK 8xx"),
+    ('MACHINE mill\nEVENT part_takeover\n{\n   UI_LABEL "Takeover"\n}\n', "iso", 2, "CDL"),
     ("<!DOCTYPE html>\n<html>\n", "iso", 1, "web page"),
 ]  # fmt: skip
 

@@ -23,7 +23,7 @@ def path(move: Move):
 def read(text: str | bytes, **options) -> Program:
     data = text.encode() if isinstance(text, str) else text
     program = parse_program(data, "test.nc", **options)
-    program.require_clean(allow={"E401"})
+    program.require_clean(allow={"W401"})
     return program
 
 

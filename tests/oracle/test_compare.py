@@ -202,7 +202,7 @@ def test_bad_references_are_refused(tmp_path: Path) -> None:
             vm.compare(table, tmp_path)
     with pytest.raises(InputError, match="tolerance_rel -1"):
         vm.compare(table, PACK, tolerance_rel=-1.0)
-    with pytest.raises(InputError, match=r"tolerance_mm3 1e\+308: want a number from 0 to 1e\+30"):
+    with pytest.raises(InputError, match=r"tolerance_mm3 1e\+308: expected a number from 0 to 1e\+30"):
         vm.compare(table, PACK, tolerance_mm3=1e308)
     with pytest.raises(InputError, match="tolerance_mm3 nan"):
         vm.compare(table, PACK, tolerance_mm3=math.nan)

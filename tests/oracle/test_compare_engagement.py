@@ -87,7 +87,7 @@ def test_an_engagement_is_its_own_reference(folder, tmp_path):
 
 
 BAD = {
-    "columns": ({"block": [2], "phi_deg": [10.0], "lower_mm": [0.0]}, "no column upper_mm.*want the columns"),
+    "columns": ({"block": [2], "phi_deg": [10.0], "lower_mm": [0.0]}, "no column upper_mm.*give the columns"),
     "half": (slot() | {"upper_mm": [None] * 17}, "row 1: an angle or one end of an interval is empty"),
     "order": (slot(-1.0), "lower_mm 0 lies above upper_mm -1"),
     "word": (slot() | {"phi_deg": ["ten"] * 17}, "phi_deg 'ten' is no finite number; write a number"),
@@ -119,7 +119,7 @@ BAD_FILES = {
     "order": (f"{HEADER}\n2,10,1,0\n", ["t.csv:4: lower_mm 1 lies above upper_mm 0", "lowest point"]),
     "half": (f"{HEADER}\n2,10,,1\n", ["t.csv:4: an angle or one end of an interval is empty"]),
     "column twice": (f"{HEADER},upper_mm\n2,10,0,1,1\n", ["t.csv:3: column upper_mm twice"]),
-    "decimal comma": (f"{HEADER}\n2,10,0,1,5\n", ["t.csv:4: 5 cells", "a decimal comma wants ;"]),
+    "decimal comma": (f"{HEADER}\n2,10,0,1,5\n", ["t.csv:4: 5 cells", "a decimal comma needs ;"]),
     "header only": (f"{HEADER}\n", ["t.csv: a header and no results"]),
 }
 
@@ -163,7 +163,7 @@ def test_references_that_cannot_be_used(folder, tmp_path):
         vm.compare_engagement(slot(), tmp_path / "none")
     with pytest.raises(InputError, match="no table of engagement in it"):
         vm.compare_engagement(slot(), tmp_path)
-    with pytest.raises(InputError, match="want a number from 0"):
+    with pytest.raises(InputError, match="expected a number from 0"):
         vm.compare_engagement(slot(), folder, tolerance_mm=-1.0)
     (tmp_path / "manifest.json").write_text('{"files": {}}')
     (tmp_path / "engagement.csv").write_bytes((folder / "engagement.csv").read_bytes())
@@ -211,7 +211,7 @@ def test_packs_carry_engagement(tmp_path: Path) -> None:
     vm.write_pack(job, tmp_path / "none", engagement=0)
     assert not (tmp_path / "none" / "engagement.csv").exists()
     assert "Columns of `engagement`" not in (tmp_path / "none" / "README.md").read_text()
-    with pytest.raises(InputError, match="want 0 to"):
+    with pytest.raises(InputError, match="expected 0 to"):
         vm.write_pack(job, tmp_path / "bad", engagement=-1)
 
 

@@ -36,7 +36,7 @@ def test_the_first_blocks_are_enough(tmp_path: Path, found: EngineComparison) ->
     assert list(part.block) == list(found.block)[:2]
     for each, whole in zip(part.said, (found.said[0], found.said[2]), strict=True):
         np.testing.assert_allclose(each.estimate, whole.estimate[:2], rtol=1e-12)
-    with pytest.raises(InputError, match="0 blocks are none"):
+    with pytest.raises(InputError, match="0 blocks: expected one or more"):
         compare_engines(write_job(tmp_path), ("columns", "dexel"), blocks=0)
 
 
@@ -104,4 +104,4 @@ def test_names_that_do_not_do(tmp_path: Path, engines: str, message: str) -> Non
 def test_a_table_without_a_reference_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "results.csv").write_text("block,removed_mm3\n1,2\n")
     assert command(["compare", str(tmp_path / "results.csv")]) == 2
-    assert "compare wants a reference" in capsys.readouterr().err
+    assert "compare needs a reference" in capsys.readouterr().err

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from benchmarks.methods import METHODS, case_cuts, case_results, methods_table
 from tests.models.shipped import MODELS
-from vmachining.bench.methods import METHODS, case_cuts, case_results, methods_table
 from vmachining.oracle import read_reference
 
 CASE = MODELS / "reference_pack" / "plunges"

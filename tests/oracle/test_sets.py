@@ -11,12 +11,12 @@ import pytest
 from tinyjob import PROGRAM, SLOT_MM3, write_job
 
 import vmachining as vm
+from benchmarks.sets import CaseSet, write_set
 from tests.models.shipped import MODELS, generator
 from vmachining.cli.main import run
 from vmachining.errors import InputError
 from vmachining.job.files import sha256
-from vmachining.oracle import compare_set, read_reference, write_set
-from vmachining.oracle.sets import CaseSet
+from vmachining.oracle import compare_set, read_reference
 
 SET = MODELS / "reference_pack"
 CASES = [case.name for case in CaseSet.load(SET).cases]
@@ -132,7 +132,11 @@ def test_refusals(two: Path, tmp_path: Path) -> None:
     shutil.rmtree(two / "two")
     with pytest.raises(InputError, match=r"a case 'two' without two/job\.toml"):
         write_set(two)
-    for text, what in (("", "want"), ("nonsense = 1", "key"), ('[[cases]]\nname = "one"\n', "a case 'one'")):
+    for text, what in (
+        ("", "expected"),
+        ("nonsense = 1", "key"),
+        ('[[cases]]\nname = "one"\n', "a case 'one'"),
+    ):
         (two / "set.toml").write_text((HEAD if "cases" in text else "") + text)
         with pytest.raises(InputError, match=what):
             write_set(two)

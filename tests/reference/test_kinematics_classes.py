@@ -4,16 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from oracles.head_models import ca_acceleration, ca_axis, ca_omega, ca_rate, hexapod_matrix, hexapod_omega
 
 from vmachining.geometry import rotation
 from vmachining.machine import (
     FrameMachine,
-    ca_acceleration,
-    ca_axis,
-    ca_omega,
-    ca_rate,
-    hexapod_matrix,
-    hexapod_omega,
     preset,
 )
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from oracles.machine_motions import JointMotion
 
-from vmachining.machine import JointMotion, Machine, axis_deviation, follow, preset, tip_deviation
+from vmachining.machine import Machine, axis_deviation, follow, preset, tip_deviation
 
 MACHINES = {
     "AC": preset("ac-table", second_point=(0, 0, -50)),

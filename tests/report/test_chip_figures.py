@@ -1,4 +1,4 @@
-"""Pictures of the chips of a pass hold the numbers of the table."""
+"""Pictures of the chips of a pass hold the numbers of the tables."""
 
 from __future__ import annotations
 
@@ -6,55 +6,85 @@ import numpy as np
 import polars as pl
 import pytest
 
-from vmachining.engagement import chip_table, frames
-from vmachining.engagement.analytic import Corner, HeightStock, Records, engaged
+import vmachining as vm
+from vmachining.engagement import chip_points, chip_table
 from vmachining.errors import InputError
-from vmachining.report import chip_figure, write_chips
+from vmachining.report.paper import ChipTable, draw_chips
+
+FEED = 0.1
 
 
-def a_pass(positions=8):
-    stock = HeightStock.staircase((0, 20, 40), (3, 5), y=(-30, 30), floor=-10)
-    path = Records(np.array([[-9, 0, 0.5], [40, 3, 0.5]]), 0.0, np.radians([8.0, 10.0]))
-    where = np.linspace(0, 1, positions)
-    poses = path.at(where, feed_mm_min=600)
-    phi = np.radians(np.arange(2.5, 360, 5))
-    found = engaged(
-        Corner(5, 5), stock, poses.tip, poses.frame, phi, poses.velocity, axis_rate=poses.axis_rate
+@pytest.fixture(scope="module")
+def slot():
+    """A flat cutter D10 in a full slot 3 mm deep: h = f sin(phi) over its whole depth."""
+    data = {
+        "name": "slot",
+        "program": {"file": "slot.csv", "dialect": "poses"},
+        "tools": [{"number": 1, "type": "flat", "diameter_mm": 10, "length_mm": 30, "flutes": 2}],
+        "stock": {"box": {"min": [0, -20, -20], "max": [80, 20, 3]}},
+    }
+    return data
+
+
+@pytest.fixture(scope="module")
+def tables(slot, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("slot")
+    rows = ["x_mm,y_mm,z_mm,i,j,k,feed_mm_min,rapid,tool", "-10,0,0,0,0,1,600,1,1", "60,0,0,0,0,1,600,0,1"]
+    (folder / "slot.csv").write_text("\n".join(rows) + "\n", encoding="ascii")
+    job = vm.Job.from_mapping(slot, folder)
+    found, points = [], []
+    for k, at in enumerate((0.05, 0.5, 0.8)):  # the first is in air
+        one = next(e for b in (1, 0) if (e := _engage(job, b, at)) is not None)
+        found.append(one)
+        points.append(chip_points(one, feed_per_tooth=FEED).select(pl.lit(k).alias("position"), pl.all()))
+    table = chip_table(found, feed_per_tooth=FEED).with_columns(
+        time_s=pl.col("position") * 1.5, feed_per_tooth_mm=pl.lit(FEED)
     )
-    return chip_table(found, feed_per_tooth=0.1), where * path.lengths[0] / 10
+    return table, pl.concat(points)
 
 
-def test_the_figure_holds_the_numbers():
-    table, time = a_pass()
-    figure = chip_figure(table, time)
-    shapes, chart, length, area = (figure.data[k] for k in (0, -3, -2, -1))
+def _engage(job, block, at):
+    try:
+        return vm.engage(job, block, at=at)
+    except InputError:
+        return None
+
+
+def test_points_are_those_of_a_slot(tables):
+    """On the wall: radius 5 about the axis, z from 0 to 3, normal radial, thickness f times its part along the feed."""
+    points = tables[1].filter(pl.col("position") == 1)
+    x, y, z, nx, ny, nz, h = (
+        points[n].to_numpy() for n in ("x_mm", "y_mm", "z_mm", "nx", "ny", "nz", "thickness_mm")
+    )
+    assert np.hypot(x - 25.0, y) == pytest.approx(5.0, abs=1e-5)  # -10 + 0.5 * 70 mm
+    assert (z.min(), z.max()) == pytest.approx((0.0, 3.0), abs=1e-5)
+    np.testing.assert_allclose(np.column_stack([nx, ny]), np.column_stack([x - 25.0, y]) / 5.0, atol=1e-5)
+    assert np.abs(nz).max() < 1e-6
+    np.testing.assert_allclose(h, FEED * nx, atol=1e-6)
+
+
+def test_the_surface_that_is_drawn_is_half_a_cylinder(tables):
+    d = ChipTable.of(*tables)
+    corners, normal, h = d.patches(1)
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]
+    area = np.linalg.norm(np.cross(a, b), axis=1).sum()
+    assert area == pytest.approx(np.pi * 5.0 * 3.0, rel=0.05)  # chords, and an angle at either end
+    assert normal.shape == corners.shape and h.max() == pytest.approx(FEED, rel=1e-3)
+    assert d.among(6) == [1, 2]  # the first position is in air
+    assert not len(d.patches(0)[0])
+
+
+def test_the_figure_holds_the_numbers(tables):
+    table, points = tables
+    figure = draw_chips(ChipTable.of(table, points))
+    lines = [line for axes in figure.axes for line in axes.lines if len(line.get_xdata()) == 3]
     by = table.group_by("position", maintain_order=True).max()
-    assert length.y == pytest.approx(by["length_mm"].to_numpy(), rel=0.02)  # drawn at the angles of the first
-    assert area.y == pytest.approx(by["area_mm2"].to_numpy(), rel=0.02)
-    assert tuple(length.x) == tuple(time) and np.shape(chart.z) == (72, 8)
-    first = table.filter(pl.col("position") == 0).sort("phi_feed_deg")
-    assert shapes.y == pytest.approx(first["length_mm"].to_numpy())
+    assert lines[0].get_ydata() == pytest.approx(by["length_mm"].to_numpy(), rel=1e-3)
+    assert lines[1].get_ydata() == pytest.approx(by["area_mm2"].to_numpy(), rel=1e-3)
 
 
-def test_files_are_written_and_open_offline(tmp_path):
-    table, time = a_pass()
-    paths = write_chips(table, tmp_path, time=time, name="pass")
-    assert [path.name for path in paths][:2] == ["pass.csv", "pass.html"]
-    assert pl.read_csv(paths[0]).height == len(table)
-    assert 'src="http' not in paths[1].read_text(encoding="utf-8")
-    if len(paths) == 3:
-        from PIL import Image
-
-        assert min(Image.open(paths[2]).size) > 500
-    axial = frames.rotation(0.0, 0.0)
-    slab = HeightStock.staircase((-50, 50), (3,))
-    plunge = chip_table(engaged(Corner(5, 0), slab, (0, 0, 0), axial, np.radians([0.0, 90, 180]), (0, 0, -1)))
-    assert "time" not in str(chip_figure(plunge).layout.xaxis3.title.text)
-
-
-def test_bad_tables_are_refused():
-    table, time = a_pass()
+def test_bad_tables_are_refused(tables, tmp_path):
     with pytest.raises(InputError, match="as many angles"):
-        chip_figure(table.head(0))
-    with pytest.raises(InputError, match="8 positions want as many times"):
-        chip_figure(table, time[:3])
+        ChipTable.of(tables[0].head(0), tables[1])
+    with pytest.raises(InputError, match="no chips"):
+        ChipTable.load(tmp_path)

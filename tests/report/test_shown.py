@@ -5,12 +5,16 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from io import BytesIO
 
+import numpy as np
 import pytest
+from PIL import Image
 from tinyjob import FEED, JOB, write_job
 
 import vmachining as vm
 from vmachining.errors import ToolError
+from vmachining.report.paper.depth import png, viewed
 
 TOOL = vm.BullNose(diameter=20, corner_radius=5, length=60)
 
@@ -40,7 +44,7 @@ def test_run_takes_the_file_of_a_job(result):
             lambda: vm.BullNose(diameter=20, corner=5, length=60),
             "has no corner [corner]; did you mean corner_radius?",
         ),
-        (lambda: vm.FlatEnd(diameter="10", length=5), "diameter = '10' is no number"),
+        (lambda: vm.FlatEnd(diameter="10", length=5), "diameter = '10' is not a number"),
         (lambda: vm.ProfileTool(), "lacks points"),
         (lambda: vm.AptTool(20), "AptTool(d=20, r=..., e=..., f=..., alpha_deg=..., beta_deg=..., h=...)"),
     ],
@@ -118,3 +122,30 @@ def test_names_of_the_package_are_clean():
     fresh = "import vmachining as vm; print(sorted(n for n in dir(vm) if n[0] != '_') == sorted(vm.__all__))"
     done = subprocess.run([sys.executable, "-c", fresh], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "True"
+
+
+def test_the_picture_is_a_png_of_what_is_seen():
+    """Decoded by Pillow; a pyramid whose four slopes have four shades."""
+    points = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [1, 1, 1.0]])
+    triangles = np.array([[0, 2, 1], [0, 3, 2], [0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
+    with Image.open(BytesIO(png(points, triangles))) as picture:
+        picture.load()
+    assert picture.format == "PNG" and picture.mode == "RGBA"
+    seen = viewed(points, triangles)[0][::-1]
+    assert np.abs(np.asarray(picture) / 255.0 - seen).max() <= 0.5 / 255.0 + 1e-12
+    opaque = np.unique(np.asarray(picture)[seen[..., 3] == 1.0], axis=0)
+    assert len(opaque) >= 2  # at least the two slopes in front
+
+
+def test_a_run_that_leaves_nothing_of_the_stock(tmp_path):
+    """A cutter wider and deeper than the block: page, files and pictures show nothing instead of failing."""
+    box = {"box = { min = [0, 0, -4], max = [10, 18, 0] }": "box = { min = [0, -3, -4], max = [10, 3, 0] }"}
+    program = "G21 G90\nT1 M6\nS1000 M3\nG0 X-30 Y0 Z-4\nG1 X30 F500\nM30\n"
+    swap = {"diameter_mm = 4": "diameter_mm = 40", **box}
+    result = vm.run(write_job(tmp_path, program=program, swap=swap))
+    result.write(tmp_path / "out", stock=("stl", "3mf", "glb"))
+    assert result.removed.estimate == pytest.approx(240.0, rel=1e-6) and len(result.surface.triangles) == 0
+    assert "240" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert result.surface.plot() is not None
+    with pytest.raises(vm.InputError, match="nothing is left of the stock"):
+        result.plot("stock")

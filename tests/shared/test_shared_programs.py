@@ -97,11 +97,11 @@ def test_chips_beginning() -> None:
     assert program.ended and not program.errors
     engine = vm.engines.mesh.MeshEngine(vm.engines.mesh.box_stock((-50, -50, -50), (50, 50, 0)), chord=0.1)
     moves = [move for move in program.moves if move.motion != "dwell"][:470]
-    total = vm.Bracket(0.0, 0.0, 0.0)
+    total = vm.Interval(0.0, 0.0, 0.0)
     for move in moves:
         if move.motion == "rapid":
             continue
-        total = total.plus(engine.cut(vm.Sweep(job.tools[1], move.start, move.end)).bracket)
+        total += engine.cut(vm.Sweep(job.tools[1], move.start, move.end)).bracket
     truth = chips_truth(tuple(moves))
     slack = 1e-3 * truth  # of the height map; the cells at the walls of the ball's slot
     assert total.holds(truth, slack=slack)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import vmachining as vm
-from vmachining.bench.rays import capsule
+from benchmarks.rays import capsule
 from vmachining.engines.mesh import MeshEngine, StockMesh, box_stock
 
 TABLE = Path(__file__).parents[3] / "shared" / "data" / "volumes.csv"

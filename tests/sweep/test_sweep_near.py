@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.brep_chains import bar_of, chain_of
 from vmachining import BallNose, FlatEnd, Sweep
-from vmachining.bench.brep_chains import bar_of, chain_of
 from vmachining.engines.dexel.rays.lengths import material
 from vmachining.engines.mesh import MeshEngine
 from vmachining.engines.protocol import Options

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import pi, radians
+from time import process_time
 
 import numpy as np
 import pytest
@@ -13,11 +14,11 @@ from sweep_inventions import BALL, FLAT, TOOLS, around, lines, sphere
 from test_sweep_turning import TURNS, UP, tilted
 
 from vmachining.errors import SweepError
-from vmachining.geometry import Line
+from vmachining.geometry import Arc, Line
 from vmachining.sweep import Pose, Sweep, Turn
 from vmachining.sweep.rotating import _kernels as rotating
 from vmachining.sweep.rotating.pose import _kernels as pose
-from vmachining.tool import Profile
+from vmachining.tool import BullNose, FlatEnd, Profile
 
 ON_SURFACE = 1e-10
 """mm: 1e-11 is proven in depth, and rounding of coordinates of 100 mm; surfaces that slide along themselves for
@@ -111,7 +112,7 @@ def test_a_part_of_a_ray_is_that_part_of_the_whole_ray():
         np.add.at(short, np.repeat(np.arange(300), part.counts), part.leave - part.enter)
         assert (long > 0.0).sum() > 50
         np.testing.assert_allclose(short, long, atol=ON_SURFACE)
-    with pytest.raises(SweepError, match="between: want 300 rows"):
+    with pytest.raises(SweepError, match="between: expected 300 rows"):
         sweep.ray_intervals(origins, way, between=between[:, ::-1])
 
 
@@ -210,3 +211,22 @@ def test_the_search_asks_for_more_room_rather_than_drop_a_stretch(name):
     (counts, lo, hi), (same, low, high) = found
     assert counts == same and max(counts) > 0
     assert np.array_equal(lo, low) and np.array_equal(hi, high)
+
+
+@pytest.mark.parametrize(
+    "tool", [FlatEnd(diameter=12, length=40), BullNose(diameter=12, corner_radius=2, length=40)]
+)
+def test_points_on_the_axis_of_a_helix_as_wide_as_the_tool_are_quick(tool):
+    """Every pose is as near as any other there: 2,000 points took 10 s. rho = a all along, g(a, z - z_tip) is closed."""
+    pitch, turns = 1.0, 3
+    sweep = Sweep.along(tool.cutter, Arc([6, 0, 0], [0, 0, 0], angle=2 * np.pi * turns, rise=-pitch * turns))
+    z = np.linspace(-5.0, 39.0, 2000)
+    r = tool.corner_radius if isinstance(tool, BullNose) else 0.0
+    w = z[:, None] + np.linspace(0.0, pitch * turns, 301)  # height above the tip, which is lowest at the end
+    u, v = r, np.maximum(r - w, 0.0)  # rho - rc = r
+    wall = np.where(w <= r, np.hypot(u, v) - r, np.maximum(0.0, w - 40.0))
+    sweep.signed_distance([[1.0, 0.0, 0.0]])  # compiles
+    begin = process_time()
+    found = sweep.signed_distance(np.column_stack([0 * z, 0 * z, z]))
+    assert process_time() - begin < 1.0
+    np.testing.assert_allclose(found, wall.min(axis=1), atol=2e-5)  # heights 0.01 mm apart

@@ -221,7 +221,7 @@ NAN, INF = float("nan"), float("inf")
         (lambda: Turn.great_circle(Pose((0, 0, 0)), Pose((1, 0, 0), (0, 0, -1))), "opposite"),
         (lambda: Sweep(BALL, Pose((0, 0, 0)), Pose((1, 0, 0), (0, 0, -1))), "opposite"),
         (lambda: Turn.rotary((0, 0, 0), (1, 0, 0), "ca", (0, 0), (1, 1)), "chain 'ca'"),
-        (lambda: Turn.rotary((0, 0, 0), (1, 0, 0), "ac", {"a": 0, "b": 0}, (1, 1)), "want a and c"),
+        (lambda: Turn.rotary((0, 0, 0), (1, 0, 0), "ac", {"a": 0, "b": 0}, (1, 1)), "give a and c"),
         (lambda: Turn.rotary((0, 0, 0), (1, 0, 0), "ac", (0, 0, 0), (1, 1)), "start angles"),
         (lambda: Turn.rotary((0, 0, 0), (1, 0, 0), "ac", (0, 0), (1, INF)), "end angles"),
         (lambda: Turn.through((0, 0, 0), (1, 0, 0), "ac", (0, 0), (1, 1), control_height=NAN), "control"),

@@ -53,6 +53,12 @@ def test_shadow_seen_from_above_and_from_the_side(tool):
     assert shadow(tool.profile, 1.0, 0.0) == pytest.approx(tool.profile.meridian_area, rel=1e-12)
 
 
+@pytest.mark.parametrize("level", [5e-324, 1e-309, 1e-160])
+@pytest.mark.parametrize("tool", CONVEX)
+def test_shadow_seen_from_next_to_above(tool, level):
+    assert shadow(tool.profile, level, 1.0) == pytest.approx(pi * tool.profile.max_radius**2, rel=1e-12)
+
+
 @given(angle=st.floats(0, pi / 2))
 def test_shadow_of_a_sphere_is_a_disc(angle):
     assert shadow(sphere(3), np.cos(angle), np.sin(angle)) == pytest.approx(9 * pi, rel=1e-12)
@@ -75,6 +81,17 @@ def test_a_tiny_ramp_is_almost_level(tool, dz):
     assert abs(ramp.volume - level.volume) <= bound + 1e-8
     points = np.random.default_rng(0).uniform((-20, -20, -10), (120, 20, 60), (200, 3))
     assert ramp.signed_distance(points) == pytest.approx(level.signed_distance(points), abs=abs(dz) + 1e-11)
+
+
+@pytest.mark.parametrize("tool", CONVEX)
+@pytest.mark.parametrize("angle", [5e-324, 2e-305, -1e-160, 1e-30, 1e-9])
+def test_a_helix_of_next_to_no_angle_is_a_plunge(tool, angle):
+    """It lies in the plunge drawn out by radius times angle, which adds that times the shadow seen from the side."""
+    plunge = Sweep(tool, (12, 0, 0), (12, 0, -3)).volume
+    helix = Sweep.along(tool, Arc(**RING, angle=angle, rise=-3.0)).volume
+    if helix is not None:
+        shade = tool.profile.meridian_area + 3 * 2 * tool.profile.max_radius
+        assert plunge * (1 - 1e-12) <= helix <= plunge * (1 + 1e-12) + 12 * abs(angle) * shade
 
 
 @pytest.mark.parametrize("tool", [*CONVEX, STEPPED])

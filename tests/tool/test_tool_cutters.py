@@ -213,3 +213,11 @@ def test_refusals_name_the_field(make, word):
     with pytest.raises(ToolError) as caught:
         make()
     assert caught.value.word == word
+
+
+@pytest.mark.parametrize(
+    ("length", "want"), [(np.inf, "finite"), (-np.inf, "above zero"), (np.nan, "above zero")]
+)
+def test_a_length_without_end_is_said_so(length, want):
+    with pytest.raises(ToolError, match=f"length {length} mm must be {want}"):
+        FlatEnd(diameter=10, length=length)

@@ -143,7 +143,7 @@ def test_shift_and_scale():
         ([(0, 0), (3, 3)], [(0, 2.9)], [3], "misses its circle"),
         ([(3, 0), (0, 3)], [(3, 3)], [3], "hollow"),
         ([(1, 0), (1, 2)], [(0, 1)], [-1], "arc radius -1"),
-        ([(1, 0), (1, 2)], None, [1, 1], "1 segments want"),
+        ([(1, 0), (1, 2)], None, [1, 1], "1 segments need"),
     ],
 )
 def test_bodies_that_cannot_exist(points, centers, radii, word):

@@ -57,7 +57,7 @@ FLAT = {"number": 7, "type": "flat", "diameter_mm": 10, "length_mm": 50}
     ("table", "word", "text"),
     [
         ({"number": 7}, "type", "type is missing"),
-        ({"number": 7, "type": "drill"}, "type", "one of flat, ball"),
+        ({"number": 7, "type": "reamer"}, "type", "one of flat, ball"),
         ({"number": 7, "type": "flat", "length_mm": 5}, "diameter_mm", "missing"),
         ({"number": 7, "type": "flat", "diameter_mm": 5}, "length_mm", "missing"),
         (FLAT | {"corner_radius_mm": 1}, "corner_radius_mm", "does not belong to type 'flat'"),

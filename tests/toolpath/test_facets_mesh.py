@@ -82,9 +82,9 @@ def test_binary_is_known_by_its_size(tmp_path):
 @pytest.mark.parametrize(
     ("change", "words", "line"),
     [
-        (("vertex", "vertx"), "'vertex' is wanted", 4),
-        (("36.763299", "36.7632x9"), "no number", 19),
-        (("endloop", "endlop"), "'endloop' is wanted", 7),
+        (("vertex", "vertx"), "expected 'vertex'", 4),
+        (("36.763299", "36.7632x9"), "not a number", 19),
+        (("endloop", "endlop"), "expected 'endloop'", 7),
     ],
 )
 def test_text_that_is_wrong(tmp_path, change, words, line):
@@ -108,7 +108,7 @@ def test_closed_shapes_and_what_is_wrong_with_others():
     torus = FacetMesh.of(trimesh.creation.torus(5, 2).triangles)
     assert torus.is_closed and torus.euler == 0
     assert "2 facets without area" in FacetMesh.of([*box, box[0][[0, 0, 1]], box[0][[0, 1, 1]]]).notes[0]
-    assert "twice" in FacetMesh.of([*box, box[3]]).notes[0]
+    assert "1 duplicate facets" in FacetMesh.of([*box, box[3]]).notes[0]
     assert "open: 3 edges" in FacetMesh.of(box[1:]).notes[0]
     turned = box.copy()
     turned[4] = turned[4][::-1]

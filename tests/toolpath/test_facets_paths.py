@@ -298,6 +298,46 @@ def test_a_tool_that_would_gouge_is_turned_or_lifted_and_says_so():
         assert in_tool(near, path.tips[k], path.axes[k], radius, corner).max() <= chord
 
 
+def lying_cylinder(facets, radius=20.0, length=60.0):
+    """The upper part of a cylinder along x, z from 10 mm, of facets as long as it; with its ends and bottom."""
+    rod = trimesh.creation.cylinder(radius=radius, height=length, sections=facets)
+    rod.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, (0, 1, 0)))
+    return FacetMesh.of(trimesh.intersections.slice_mesh_plane(rod, [0, 0, 1], [0, 0, 10.001]).triangles)
+
+
+def test_corner_normals_of_a_cylinder_of_long_facets_are_upright_to_its_axis():
+    mesh = lying_cylinder(96)
+    shell = np.abs(mesh.normals[:, 0]) < 1e-9
+    corners, normals = mesh.corners[shell], mesh.corner_normals(sharp_deg=30.0)[shell]
+    true = corners * [0, 1, 1]
+    true /= np.linalg.norm(true, axis=2, keepdims=True)
+    inner = corners[:, :, 2] > 11.5  # at the border half of the facets are missing
+    # a corner between facets of one width, one of which may have its diagonal there: within half of their angle
+    turn = np.degrees(np.arccos(np.clip((normals * true).sum(axis=2)[inner], -1, 1)))
+    assert np.abs(normals[:, :, 0]).max() < 1e-12 and turn.max() <= 360 / 96 / 2
+    assert (mesh.corner_normals(sharp_deg=30.0)[~shell] == mesh.normals[~shell][:, None]).all()
+    every = mesh.corner_normals(sharp_deg=180.0)
+    assert every == pytest.approx(mesh.vertex_normals()[mesh.triangles], abs=1e-12)
+    assert np.abs(every[shell][:, :, 0]).max() > 0.3  # what the ends did to them
+    assert mesh.corner_normals(sharp_deg=0.0) == pytest.approx(
+        np.repeat(mesh.normals[:, None], 3, 1), abs=1e-6
+    )
+
+
+@pytest.mark.parametrize("direction", [0, 90])
+@pytest.mark.parametrize("corner", [3.0, 1.0])
+def test_no_point_on_a_cylinder_of_long_facets_is_tilted_or_lifted(corner, direction):
+    mesh = lying_cylinder(96)
+    path = five_axis_raster(
+        Surface(mesh), 3.0, corner, chord=0.01, step=4.0, lead_deg=5.0, direction_deg=direction
+    )
+    assert not np.isin(path.marks, [Mark.TURNED, Mark.RAISED]).any() and not path.notes
+    if corner == 3.0:  # a ball: its centre is 3 mm outside of facets whose sagitta is 20 (1 - cos(180 / 96))
+        middle = (path.tips + 3.0 * path.axes)[path.marks == Mark.CONTACT]
+        away = np.hypot(middle[:, 1], middle[:, 2])
+        assert 23.0 - 20.0 * (1 - np.cos(np.pi / 96)) - 0.01 <= away.min() and away.max() <= 23.0 + 0.01
+
+
 def test_normals_of_the_specification():
     corner = FacetMesh.of(
         np.array(

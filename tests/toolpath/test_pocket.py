@@ -170,7 +170,7 @@ def test_command_shows_published_and_true_lengths(capsys, tmp_path):
 def test_page_of_paths(tmp_path, capsys):
     page = tmp_path / "pocket.html"
     assert run(["toolpath", "pocket", "100", "80", "60", "--radius", "5", "--plot", str(page)]) == 0
-    assert "shortest strategy" in page.read_text(encoding="utf-8")
+    assert "Which strategy is shortest" in page.read_text(encoding="utf-8")
 
 
 def test_the_wall_that_is_drawn_encloses_the_pocket():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vmachining.bench.mould import BALL, HEIGHT, SLOT_DEPTH, TOP, blocks, body, vectors_mould_small
+from benchmarks.mould import BALL, HEIGHT, SLOT_DEPTH, TOP, blocks, body, vectors_mould_small
 
 
 def test_the_body_and_the_path() -> None:

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from vmachining.cli.job_commands import BatchOptions
 from vmachining.cli.main import Code
 from vmachining.cli.screen import STAGES, emit, note
 from vmachining.errors import InputError
@@ -19,36 +20,26 @@ __all__ = ["run_batch"]
 GOOD = ("done", "skipped")
 
 
-def run_batch(
-    jobs: Sequence[Path],
-    *,
-    out: Path,
-    workers: int | None,
-    scheduler: str | None,
-    stock: str,
-    resume: bool,
-    quiet: bool,
-    as_json: bool,
-) -> int:
+def run_batch(jobs: Sequence[Path], o: BatchOptions) -> int:
     """`vmachining batch`."""
-    if scheduler is not None and workers is not None:
+    if o.scheduler is not None and o.workers is not None:
         raise InputError(
             "--workers counts processes of this machine, --scheduler names a cluster",
             remedy="give one of them",
         )
-    formats = check_formats(stock)
-    silent = quiet or as_json
+    formats = check_formats(o.stock)
+    silent = o.quiet or o.as_json
     with _watching(jobs, silent=silent) as watcher:
         rows = run_many(
-            jobs, out, workers=workers or 1, scheduler=scheduler, formats=formats, resume=resume, watcher=watcher
+            jobs, o.out, workers=o.workers or 1, scheduler=o.scheduler, formats=formats, resume=o.resume, watcher=watcher
         )  # fmt: skip
     for row in rows:
-        if as_json:
+        if o.as_json:
             emit({name: row[name] for name in BATCH_COLUMNS})
-        elif row["message"] and (quiet or row["message"].startswith("not started")):
+        elif row["message"] and (o.quiet or row["message"].startswith("not started")):
             note(f"vmachining: {row['job']}: {row['status']}: {row['message']}")
     done = sum(row["status"] in GOOD for row in rows)
-    note(f"{done} of {len(rows)} jobs complete; {out / 'index.html'}, {out / 'batch.csv'}", quiet=silent)
+    note(f"{done} of {len(rows)} jobs complete; {o.out / 'index.html'}, {o.out / 'batch.csv'}", quiet=silent)
     return max((int(row["exit_code"]) for row in rows), default=int(Code.DONE))
 
 

@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 
 from vmachining.cli.main import Code
-from vmachining.cli.nc import Reading
+from vmachining.cli.nc import note_findings, read
+from vmachining.cli.nc_commands import Checking, DdaOptions
 from vmachining.cli.screen import emit, note
 from vmachining.errors import InputError, KinematicsError
 from vmachining.geometry import Arc, Line, arc_between
 from vmachining.job.files import atomic_path
 from vmachining.job.folder import refuse_target
-from vmachining.machine import Interpolator, PulseBlock, plot_pulses, write_csv, write_npz
+from vmachining.machine import Interpolator, PulseBlock, write_csv, write_npz
 from vmachining.nc import Motion, Move, Program
 
 __all__ = ["dda"]
@@ -27,42 +28,33 @@ CSV_HEADER, NPZ_MEMBER, GENERATOR = b"block,line,tick,time_s,x,y,z\n", b"steps.n
 NORMAL = {"yz": 0, "zx": 1, "xy": 2}
 
 
-def dda(
-    name: str,
-    *,
-    blu: float,
-    register: int,
-    mode: str,
-    split: bool,
-    max_rate: float | None,
-    dialect: str,
-    tools: Path | None,
-    tools_units: str,
-    travel: str | None,
-    home: str,
-    out: Path | None,
-    plot: Path | None,
-    as_json: bool,
-) -> int:
+def dda(name: str, o: DdaOptions) -> int:
     """`vmachining dda`."""
+    out, plot, blu, as_json = o.out, o.plot, o.blu, o.as_json
     if out is not None and out.suffix.lower() not in (".csv", ".npz"):
-        raise InputError(f"--out {out}: want a name that ends in .csv or .npz")
+        raise InputError(f"--out {out}: expected a name that ends in .csv or .npz")
     if plot is not None and plot.suffix.lower() not in (".html", ".htm"):
-        raise InputError(f"--plot {plot}: want a name that ends in .html")
+        raise InputError(f"--plot {plot}: expected a name that ends in .html")
     inputs = {} if name == "-" else {"program": Path(name)}
     if out is not None:
         refuse_target(out, inputs, CSV_HEADER if out.suffix.lower() == ".csv" else NPZ_MEMBER)
     if plot is not None:
         refuse_target(plot, inputs, GENERATOR)
-    interpolator = Interpolator(blu_mm=blu, register=register, mode=mode, split=split, max_pulse_hz=max_rate)
-    reading = Reading(
-        dialect=dialect, tools=tools, tools_units=tools_units, home=home, travel=travel, blu=blu
+    interpolator = Interpolator(
+        blu_mm=blu, register=o.register, mode=o.mode, split=o.split, max_pulse_hz=o.max_rate
     )
-    program = reading.program(name)
-    program.require_clean(allow={"E401"})
-    for finding in program.findings:
-        if finding.code == "I374":
-            note(f"{program.name}:{finding.line}: {finding.code} {finding.message}")
+    reading = Checking(
+        dialect=o.dialect,
+        tools=o.tools,
+        tools_units=o.tools_units,
+        home=o.home,
+        travel=o.travel,
+        blu=blu,
+        machine=o.machine,
+    )
+    program = read(name, reading)
+    program.require_clean(allow={"W401"})
+    note_findings(program)
     paths, blocks = _interpolated(program, interpolator)
     for block in blocks:
         if as_json:
@@ -76,8 +68,9 @@ def dda(
             else:
                 write_npz(temporary, blocks, interpolator)
     if plot is not None:
-        with atomic_path(plot) as temporary:
-            plot_pulses(temporary, blocks, paths, blu)
+        from vmachining.report.pulses import write_pulses
+
+        write_pulses(plot, blocks, paths, blu, name=program.name)
     summary = _summary(blocks, interpolator)
     if as_json:
         emit({"summary": summary})

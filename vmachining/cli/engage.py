@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from vmachining.cli.judge_commands import EngageOptions
 from vmachining.cli.main import Code
+from vmachining.cli.options import belong
 from vmachining.cli.screen import emit, note, progress_bar
 from vmachining.errors import EngineError, InputError, SweepError
 from vmachining.job import Job
@@ -18,48 +20,19 @@ MOST_CHIPS = 2000
 """Positions whose chips are drawn in one picture."""
 
 
-def engage(
-    file: Path,
-    *,
-    block: str,
-    at: float,
-    every: float | None,
-    method: str,
-    angles: int,
-    phase: float,
-    edge: str,
-    bottom: bool,
-    seconds: float,
-    pitch: float,
-    out: Path | None,
-    workers: int,
-    chips: bool,
-    as_json: bool,
-) -> int:
+def engage(file: Path, o: EngageOptions) -> int:
     """`vmachining engage`."""
-    job = Job.load(file)
-    options: dict[str, Any] = {
-        "method": method, "angles": angles, "phase": phase, "edge": edge, "bottom": bottom, "seconds": seconds,
-        "pitch": pitch,
-    }  # fmt: skip
-    if every is not None or chips or not block.strip().isdecimal():
-        return _many(
-            job,
-            block,
-            at,
-            every,
-            options,
-            out or Path("out") / f"{job.name}-engagement",
-            workers,
-            chips,
-            as_json,
-        )
+    job, block, at, out, as_json = Job.load(file), o.block, o.at, o.out, o.as_json
+    names = ("method", "angles", "phase", "edge", "bottom", "seconds", "pitch")
+    options: dict[str, Any] = {name: getattr(o, name) for name in names}
+    if o.every is not None or o.chips or not block.strip().isdecimal():
+        return _many(job, o, options, out or Path("out") / f"{job.name}-engagement")
     if out is not None:
         engagement_folder(out).refuse_foreign(job.inputs)
     try:
         found = engaged(job, int(block), at=at, **options)
     except (EngineError, SweepError) as exc:
-        if method != "brep":
+        if o.method != "brep":
             raise
         # not a bug of ours: no solid, or OCCT gave up; the other method has an answer
         note(f"vmachining: {exc}{'' if exc.remedy else '; take --method dexel, or more --seconds'}")
@@ -69,8 +42,6 @@ def engage(
 
         paths = write_engagement(found, out, name=job.name)
         note(f"wrote {', '.join(path.name for path in paths)} to {out}", quiet=as_json)
-        if not any(path.suffix == ".png" for path in paths):
-            note("no PNG: matplotlib is not installed (pip install 'vmachining[notebooks]')", quiet=as_json)
     if as_json:
         emit(found.to_dict())
         return Code.DONE
@@ -80,7 +51,7 @@ def engage(
         "from the feed (90 degrees is straight ahead)" if s["arcs_feed_deg"] is not None else "of the tool"
     )
     tip, axis = (", ".join(f"{v:.6g}" for v in s[key]) for key in ("tip_mm", "axis"))
-    print(f"{job.name}: block {block}, line {s['line']}, at {at:g}, method {method}")
+    print(f"{job.name}: block {block}, line {s['line']}, at {at:g}, method {o.method}")
     print(f"  tool      tip ({tip}) mm, axis ({axis})")
     if found.is_air:
         print("  engaged   nowhere: air")
@@ -100,49 +71,43 @@ def engage(
 
 
 def _chips(out: Path) -> list[Path]:
-    """Pictures of the chips over the time of the program."""
+    """The table as text, and a picture of the chips."""
     import polars as pl
 
-    from vmachining.report import write_chips
+    from vmachining.report.paper import ChipTable, draw_chips, write_figures
 
-    table = pl.read_parquet(out / "chips.parquet")
-    time = table.group_by("position", maintain_order=True).agg(pl.col("time_s").first())["time_s"]
-    if table["feed_per_tooth_mm"].null_count():
+    pl.read_parquet(out / "chips.parquet").write_csv(out / "chips.csv")
+    found = ChipTable.load(out)
+    if not found.scaled:
         note(
             "areas and thicknesses are per mm of feed per tooth: the job lacks flutes, a spindle speed or a feed"
         )
-    return write_chips(table, out, time=time.to_numpy())
+    return [out / "chips.csv", *write_figures({"chips": draw_chips(found)}, out, ["png"])]
 
 
-def _many(
-    job: Job,
-    blocks: str,
-    at: float,
-    every: float | None,
-    options: dict[str, Any],
-    out: Path,
-    workers: int,
-    chips: bool,
-    as_json: bool,
-) -> int:
+def _many(job: Job, o: EngageOptions, options: dict[str, Any], out: Path) -> int:
     """`--block all|7,10-20`, `--every MM`: tables on disk, a summary on the screen."""
     from vmachining.job.engage import Scene
     from vmachining.job.engage_many import engage_many, positions
 
-    asked = positions(Scene.of(job), blocks, at=at, every_mm=every)
-    if chips and len(asked) > MOST_CHIPS:
+    if o.every is not None:
+        belong(o, ("at",), "is one place of a block, and --every has many")
+    asked = positions(Scene.of(job), o.block, at=o.at, every_mm=o.every)
+    if o.chips and len(asked) > MOST_CHIPS:
         raise InputError(
             f"--chips of {len(asked)} positions, {MOST_CHIPS} at most",
             remedy="take fewer blocks, or a longer --every",
         )
     with engagement_files(out, job.inputs):
-        with progress_bar(quiet=as_json) as progress:
-            table = engage_many(job, asked, out, workers=workers, progress=progress, chips=chips, **options)
+        with progress_bar(quiet=o.as_json) as progress:
+            table = engage_many(
+                job, asked, out, workers=o.workers, progress=progress, chips=o.chips, **options
+            )
         files = ["engagement.parquet", "positions.parquet", "positions.csv"]
         unanswered = int(table["tip_x_mm"].null_count())
-        if chips and unanswered < len(asked):
-            files += ["chips.parquet", *(path.name for path in _chips(out))]
-    if as_json:
+        if o.chips and unanswered < len(asked):
+            files += ["chips.parquet", "chip_points.parquet", *(path.name for path in _chips(out))]
+    if o.as_json:
         emit({"positions": len(table), "unanswered": unanswered, "out": str(out), "files": files})
     else:
         air = int((table["arcs"] == 0).sum())

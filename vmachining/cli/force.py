@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
+from vmachining.cli.force_commands import IdentifyOptions
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note, progress_bar
-from vmachining.errors import InputError
 from vmachining.force import NAMES, identify, layer_coefficients, read_tests, smoothed
 from vmachining.job import Job
 from vmachining.job.brep import parse_blocks
@@ -18,50 +17,21 @@ from vmachining.job.files import write_atomic
 __all__ = ["identify_", "predict_"]
 
 
-def identify_(
-    file: Path,
-    *,
-    corner_radius: float,
-    teeth: int,
-    degree: int,
-    method: str,
-    weights: str,
-    layer_ref: str,
-    on: str,
-    confidence: float,
-    name: str | None,
-    out: Path | None,
-    as_json: bool,
-) -> int:
+def identify_(file: Path, o: IdentifyOptions) -> int:
     """`vmachining force identify`."""
-    if method not in ("joint", "layers"):
-        raise InputError(f"unknown method {method!r}", remedy="joint or layers")
-    sides: dict[str, Literal["tool", "workpiece"]] = {"tool": "tool", "workpiece": "workpiece"}
-    if on not in sides:
-        raise InputError(f"--on {on}: want tool or workpiece")
-    tests = read_tests(file, on=sides[on])
-    title = name or file.stem
-    if method == "layers":
-        if layer_ref not in ("mid", "top"):
-            raise InputError(f"--layer-ref {layer_ref}: want mid or top")
-        fit = layer_coefficients(tests, corner_radius, teeth)
-        found = smoothed(fit, degree=degree, ref="top" if layer_ref == "top" else "mid", name=title)
+    tests = read_tests(file, on=o.on)
+    title = o.name or file.stem
+    if o.method == "layers":
+        fit = layer_coefficients(tests, o.corner_radius, o.teeth)
+        found = smoothed(fit, degree=o.degree, ref=o.layer_ref, name=title)
         more = ["", "[layers]", f"low_mm = {fit.low.tolist()}", f"high_mm = {fit.high.tolist()}"]
         more += [f"{key} = {fit.values[:, k].tolist()}" for k, key in enumerate(NAMES)]
         text, summary = found.to_toml(more), {"method": "layers", "tests": len(tests), "layers": len(fit.low)}
     else:
-        if weights not in ("relative", "resultant", "equal"):
-            raise InputError(f"--weights {weights}: want relative, resultant or equal")
-        kind = next(w for w in ("relative", "resultant", "equal") if w == weights)
         result = identify(
-            tests,
-            corner_radius,
-            teeth,
-            degree=degree,
-            weights=kind,
-            confidence=confidence,
-            name=title,
-        )
+            tests, o.corner_radius, o.teeth, degree=o.degree, weights=o.weights,
+            confidence=o.confidence, name=title,
+        )  # fmt: skip
         found, text = result.coefficients, result.to_toml()
         summary = {
             "method": "joint", "tests": len(tests), "degrees_of_freedom": result.freedom, "sigma": result.sigma,
@@ -69,16 +39,16 @@ def identify_(
         }  # fmt: skip
     warnings = found.negative(*found.height_mm)
     for words in warnings:
-        note(f"vmachining: {words}", quiet=as_json)
-    if out is not None:
-        write_atomic(out, text)
-        note(f"wrote {out}", quiet=as_json)
-    if as_json:
+        note(f"vmachining: {words}", quiet=o.as_json)
+    if o.out is not None:
+        write_atomic(o.out, text)
+        note(f"wrote {o.out}", quiet=o.as_json)
+    if o.as_json:
         emit({
             "name": found.name, "height_mm": list(found.height_mm),
             "powers": {key: found.powers[k].tolist() for k, key in enumerate(NAMES)}, **summary, "warnings": warnings,
         })  # fmt: skip
-    elif out is None:
+    elif o.out is None:
         print(text, end="")
     return Code.DONE
 

@@ -2,76 +2,70 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
-from vmachining.cli.options import Json, Quiet, examples
+from vmachining.cli.options import Json, Quiet, arg, command, examples, opt
 
-__all__ = ["force"]
+__all__ = ["IdentifyOptions", "force"]
+
+EXAMPLE = "force identify slots.csv --corner-radius 4 --teeth 2 --out coefficients.toml"
 
 force = typer.Typer(
-    help="Cutting forces: coefficients from slot tests, forces of a job over time.",
-    epilog=examples("force identify slots.csv --corner-radius 4 --teeth 2 --out coefficients.toml"),
+    help="Cutting forces: coefficients from slot tests, forces of a job over time.", epilog=examples(EXAMPLE),
     no_args_is_help=True, rich_markup_mode=None,
 )  # fmt: skip
 
 
-@force.command(
-    epilog=examples("force identify slots.csv --corner-radius 4 --teeth 2 --out coefficients.toml")
-)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IdentifyOptions:
+    """Options of `vmachining force identify`."""
+
+    corner_radius: Annotated[float, opt("MM", "0: flat end.")]
+    teeth: Annotated[int, opt(None, "Teeth of the tool.", min=1)]
+    degree: Annotated[int, opt(None, "Of the polynomials in the height.", min=0)] = 3
+    method: Annotated[
+        Literal["joint", "layers"], opt("joint|layers", "One fit with intervals, or layer by layer.")
+    ] = "joint"
+    weights: Annotated[
+        Literal["relative", "resultant", "equal"],
+        opt("relative|resultant|equal", "Noise in proportion to what, or of one size."),
+    ] = "relative"
+    layer_ref: Annotated[Literal["mid", "top"], opt("mid|top", "Height a layer's values are given to.")] = (
+        "mid"
+    )
+    on: Annotated[Literal["tool", "workpiece"], opt("tool|workpiece", "What the measured forces act on.")] = (
+        "tool"
+    )
+    confidence: Annotated[float, opt(None, "Of the intervals.")] = 0.95
+    name: Annotated[str | None, opt(None, "Of the set; default: that of the file.")] = None
+    out: Annotated[Path | None, opt("FILE.toml", "Coefficient file; default: stdout.")] = None
+    as_json: Json = False
+
+
+@command(force, shown=(EXAMPLE,))
 def identify(
     data: Annotated[
-        Path,
-        typer.Argument(
-            metavar="DATA.csv", help="Slot tests: depth_mm, feed_mm_per_tooth, fx_n, fy_n, fz_n (means)."
-        ),
+        Path, arg("DATA.csv", "Slot tests: depth_mm, feed_mm_per_tooth, fx_n, fy_n, fz_n (means).")
     ],
-    corner_radius: Annotated[float, typer.Option("--corner-radius", metavar="MM", help="0: flat end.")],
-    teeth: Annotated[int, typer.Option("--teeth", min=1, help="Teeth of the tool.")],
-    degree: Annotated[int, typer.Option("--degree", min=0, help="Of the polynomials in the height.")] = 3,
-    method: Annotated[
-        str,
-        typer.Option("--method", metavar="joint|layers", help="One fit with intervals, or layer by layer."),
-    ] = "joint",
-    weights: Annotated[
-        str,
-        typer.Option(
-            "--weights",
-            metavar="relative|resultant|equal",
-            help="Noise in proportion to what, or of one size.",
-        ),
-    ] = "relative",
-    layer_ref: Annotated[
-        str, typer.Option("--layer-ref", metavar="mid|top", help="Height a layer's values are given to.")
-    ] = "mid",
-    on: Annotated[
-        str, typer.Option("--on", metavar="tool|workpiece", help="What the measured forces act on.")
-    ] = "tool",
-    confidence: Annotated[float, typer.Option("--confidence", help="Of the intervals.")] = 0.95,
-    name: Annotated[str | None, typer.Option("--name", help="Of the set; default: that of the file.")] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", metavar="FILE.toml", help="Coefficient file; default: stdout.")
-    ] = None,
-    as_json: Json = False,
+    *,
+    options: IdentifyOptions,
 ) -> int:
     """Cutting and edge coefficients over the height, with residuals and intervals, as a coefficient file."""
     from vmachining.cli import force as room
 
-    return room.identify_(
-        data, corner_radius=corner_radius, teeth=teeth, degree=degree, method=method, weights=weights,
-        layer_ref=layer_ref, on=on, confidence=confidence, name=name, out=out, as_json=as_json,
-    )  # fmt: skip
+    return room.identify_(data, options)
 
 
-@force.command(epilog=examples("force predict models/slot/job.toml --block 20-30 --out out/forces"))
+@command(force, shown=("force predict models/slot/job.toml --block 20-30 --out out/forces",))
 def predict(
-    job: Annotated[Path, typer.Argument(metavar="JOB.toml", help="Job file with a [force] table.")],
-    block: Annotated[
-        str, typer.Option("--block", metavar="all|3,7-12", help="Blocks as in blocks.csv of a run.")
-    ] = "all",
-    out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Default out/NAME.")] = None,
+    job: Annotated[Path, arg("JOB.toml", "Job file with a [force] table.")],
+    *,
+    block: Annotated[str, opt("all|3,7-12", "Blocks as in blocks.csv of a run.")] = "all",
+    out: Annotated[Path | None, opt("DIR", "Default out/NAME.")] = None,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> int:

@@ -13,7 +13,10 @@ from vmachining.job.starter import draft_job
 __all__ = ["init"]
 
 
-def init(program: Path, *, out: Path | None, dialect: str | None, force: bool, as_json: bool) -> int:
+def init(
+    program: Path, *, out: Path | None, dialect: str | None, force: bool, as_json: bool, units: str = "",
+    tools: Path | None = None,
+) -> int:  # fmt: skip
     """`vmachining init`. Exit code 0: the job runs as it is, 1: values have to be given first."""
     target = out if out is not None else program.with_suffix(".toml")
     if str(target) != "-":
@@ -23,7 +26,9 @@ def init(program: Path, *, out: Path | None, dialect: str | None, force: bool, a
             raise InputError(f"{target} exists already", remedy="--out another name, or --force")
         if not target.parent.is_dir():
             raise InputError(f"--out {target}: there is no directory {target.parent}")
-    draft = draft_job(program, target.parent if str(target) != "-" else Path(), dialect)
+    draft = draft_job(
+        program, target.parent if str(target) != "-" else Path(), dialect, units=units, library=tools
+    )
     if target.exists() and target.samefile(program):
         raise InputError(f"--out {target}: that is the program itself")
     if str(target) != "-":
@@ -37,13 +42,17 @@ def init(program: Path, *, out: Path | None, dialect: str | None, force: bool, a
     elif str(target) == "-":
         print(draft.text, end="")
     if not as_json:
-        _told(target, draft.guesses, draft.open, draft.errors)
+        _told(target, program, draft.guesses, draft.open, draft.errors)
     return Code.FINDINGS if draft.open or draft.errors else Code.DONE
 
 
-def _told(target: Path, guesses: tuple[str, ...], missing: tuple[str, ...], errors: tuple[str, ...]) -> None:
+def _told(
+    target: Path, program: Path, guesses: tuple[str, ...], missing: tuple[str, ...], errors: tuple[str, ...]
+) -> None:
     """What was written, what is guessed, what is missing, what comes next."""
-    note(f"{target}: written")
+    printed = str(target) == "-"
+    if not printed:
+        note(f"{target}: written")
     for text in guesses:
         note(f"  guess     {text}")
     for text in missing:
@@ -52,7 +61,11 @@ def _told(target: Path, guesses: tuple[str, ...], missing: tuple[str, ...], erro
         note(f"  program   {text}")
     if errors[3:]:
         note(f"  program   and {len(errors) - 3} more: vmachining nc check tells all")
+    file = program.with_suffix(".toml").name if printed else str(target)
+    begin = f"save the text as {file} in this directory, " if printed else ""
     if missing:
-        note(f"  next      give what is missing (lines with MUST BE GIVEN), then: vmachining run {target}")
+        note(
+            f"  next      {begin}give what is missing (lines with MUST BE GIVEN), then: vmachining run {file}"
+        )
     elif not errors:
-        note(f"  next      look at the guesses, then: vmachining run {target}")
+        note(f"  next      {begin}look at the guesses, then: vmachining run {file}")

@@ -4,27 +4,43 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from vmachining.cli.job_commands import RunOptions
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note, progress_bar
 from vmachining.cli.stop import Watch, watched
 from vmachining.errors import InputError
-from vmachining.job import Job, RunResult, Stopped, check_formats, run
-from vmachining.job.batch import already_complete, safe_name
+from vmachining.job import Job, RunResult, Stopped, check_formats, draft_job, run
+from vmachining.job.batch import safe_name
+from vmachining.job.batch.one import ACCURACY, with_accuracy
 from vmachining.job.brep import JUDGED, blank, disputes, parse_blocks, parse_brep, refuse_beyond
-from vmachining.job.files import read_manifest
-from vmachining.job.folder import FolderLock
+from vmachining.job.files import read_manifest, write_atomic
+from vmachining.job.folder import RUN, FolderLock
+from vmachining.job.parts import Parts, parse_part, read_parts
 from vmachining.job.reading import read_job_program
+from vmachining.job.run import run_part
+from vmachining.job.shown import how_sure
 from vmachining.job.simulate import Progress
+from vmachining.job.spent import in_words
+from vmachining.job.store import PARTS, finished, same_inputs
 from vmachining.job.toolpath import Toolpath
 from vmachining.tolerance import BREP_SECONDS
 
-__all__ = ["RunOptions", "demo_job", "demo_models", "list_demos", "run_demo", "run_job", "told_disputes"]
+__all__ = [
+    "demo_job",
+    "demo_models",
+    "job_of",
+    "list_demos",
+    "merge_parts",
+    "run_demo",
+    "run_job",
+    "told_disputes",
+]
 
 ENGINES_OF_DEMOS = {"mould_cover": "vectors"}
 """What a model shows is another engine's than that of `run`: vectors measure a part."""
@@ -36,30 +52,65 @@ SHOWN = 5
 """Warnings on the terminal."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RunOptions:
-    """Options of `vmachining run` that change what is computed or written, as they were given."""
+def _wanted(o: RunOptions, *, every_strategy: bool) -> dict[str, Any]:
+    """Options that are given and that a result is asked by, with their names and values in its manifest."""
+    asked = ("engine", "directions", "brep", "brep_seconds")
+    found = {name: value for name, value in o.given().items() if name in asked}
+    if o.spacing is not None:
+        found["spacing_mm"] = o.spacing
+    if o.stock != "stl":
+        found["stock"] = check_formats(o.stock)
+    if o.stock_at is not None:
+        found["stock_at"] = [block for part in parse_blocks(o.stock_at, "--stock-at") for block in part]
+    found |= {"contact": o.contact, "stages": _parts(o)}
+    return found | ({"every_strategy": True} if every_strategy else {})
 
-    engine: str | None = None
-    width: str | None = None
-    chord: float | None = None
-    spacing: float | None = None
-    directions: int | None = None
-    brep: str = "none"
-    brep_seconds: float | None = None
-    workers: int | None = None
-    stock: str = "stl"
-    stock_at: str | None = None
 
-    def words(self) -> list[str]:
-        """Those that are not as by default, on a command line."""
-        found: list[str] = []
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if value != field.default:
-                word = f"{value:g}" if isinstance(value, float) else str(value)
-                found += [f"--{field.name.replace('_', '-')}", word]
-        return found
+def _parts(o: RunOptions) -> list[str]:
+    """Stages of the run that are asked for."""
+    return list(PARTS) if o.stages is None else [part.strip() for part in o.stages.split(",")]
+
+
+def job_of(file: Path, *, tools: Path | None, units: str, quiet: bool) -> Path:
+    """The job file that is meant: itself, or of a program the one beside it, which is drafted where none exists.
+
+    Raises
+    ------
+    InputError
+        Values that the draft leaves open, or options of a draft beside a job file.
+    """
+    if file.suffix.lower() == ".toml" or not file.is_file() or _says_job(file):
+        if tools is not None or units:
+            raise InputError("--tools and --units belong to a program", remedy="write them into the job file")
+        return file
+    target = file.with_suffix(".toml")
+    if target.exists():
+        if tools is not None or units:
+            raise InputError(f"{target} exists already", remedy=f"vmachining run {target}, or remove it")
+        program = Job.load(target).program_path
+        if not (program.exists() and program.samefile(file)):
+            raise InputError(
+                f"{target} is the job of another program, {program}",
+                remedy=f"vmachining init {file} --out JOB.toml, then vmachining run JOB.toml",
+            )
+        note(f"{target} is the job of {file.name}: it is run", quiet=quiet)
+        return target
+    draft = draft_job(file, target.parent, units=units, library=tools)
+    write_atomic(target, draft.text)
+    for text in draft.guesses:
+        note(f"  guess     {text}", quiet=quiet)
+    if draft.open:
+        raise InputError(
+            f"{target} is written, and some of it must be given first: {'; '.join(draft.open)}",
+            remedy=f"fill in the lines with MUST BE GIVEN, or name a library: --tools; then vmachining run {target}",
+        )
+    return target
+
+
+def _says_job(file: Path) -> bool:
+    """Whether a file with another suffix holds a job anyway."""
+    with file.open("rb") as lines:
+        return any(line.lstrip().startswith((b"[program]", b"[[tools]]")) for line in islice(lines, 60))
 
 
 def run_job(
@@ -72,24 +123,26 @@ def run_job(
     as_json: bool = False,
     told: Progress | None = None,
     every_strategy: bool = False,
+    force: bool = False,
+    parts: Parts | None = None,
 ) -> int:
-    """`vmachining run`, or `strategies` with `every_strategy`. told : hears of the progress, too."""
+    """`vmachining run`, or `strategies` with `every_strategy`. told : hears of the progress, too. parts : that are merged."""
     parse_brep(options.brep)
     formats = check_formats(options.stock)
     steps = parse_blocks(options.stock_at, "--stock-at") if options.stock_at is not None else ()
-    job = Job.load(file)
-    if options.chord is not None:
-        job = job.with_chord(options.chord)
-    if options.width is not None:
-        job = job.with_width(options.width)
-    job = job.with_spacing(options.spacing, options.directions)
+    accuracy = {name: getattr(options, name) for name in ACCURACY}
+    job = with_accuracy(Job.load(file), **accuracy)
     if steps or "step" in formats:  # said before hours of cutting
         blank(job)
     if steps:
         refuse_beyond(steps, len(Toolpath.of(read_job_program(job), job.machine).blocks) - 1, "--stock-at")
-    folder = out if out is not None else Path("out") / safe_name(job.name)
-    silent = quiet or as_json
-    if resume and (summary := already_complete(job, folder)) is not None:
+    silent, part = quiet or as_json, None if options.part is None else parse_part(options.part)
+    name = safe_name(job.name) + ("" if part is None else f".part-{part.number}-of-{part.of}")
+    folder = out if out is not None else Path("out") / name
+    if (
+        resume
+        and (summary := finished(job, folder, _wanted(options, every_strategy=every_strategy))) is not None
+    ):
         note(f"{folder} is complete already", quiet=silent)
         if as_json:
             emit(summary)
@@ -102,17 +155,49 @@ def run_job(
             watched(_both(bar, told), lambda watch: _cut_short(watch, folder, again)) as progress,
         ):
             try:
+                given: dict[str, Any] = {
+                    "engine": options.engine, "chord": options.chord, "brep": options.brep,
+                    "brep_seconds": options.brep_seconds or BREP_SECONDS, "contact": options.contact, "stages": _parts(options),
+                }  # fmt: skip
+                here: dict[str, Any] = {"resume": resume, "progress": progress, "lock": lock, "force": force}
+                if part is not None:
+                    run_part(job, part, out=folder, workers=options.workers, **given, **here)
+                    note(f"part {part} is complete in {folder}", quiet=silent)
+                    if as_json:
+                        emit({"part": str(part), "out": str(folder)})
+                    return Code.DONE
+                if options.scheduler is not None:
+                    from vmachining.job.batch.divided import on_cluster
+
+                    parts = on_cluster(
+                        job, folder, options.scheduler, given | accuracy,
+                        note=lambda text: note(text, quiet=silent), **here,
+                    )  # fmt: skip
                 result = run(
-                    job, engine=options.engine, chord=options.chord, out=folder, resume=resume, workers=options.workers,
-                    brep=options.brep, brep_seconds=options.brep_seconds or BREP_SECONDS, progress=progress, lock=lock,
+                    job,
+                    out=folder,
+                    workers=options.workers,
                     every_strategy=every_strategy,
-                )  # fmt: skip
+                    parts=parts,
+                    **given,
+                    **here,
+                )
             except Stopped as exc:
                 note(
                     f"vmachining: {exc}; the rows so far are in {folder}, nothing is lost: {shlex.join(again)}"
                 )
                 return Code.INTERRUPTED
-        result.write(folder, stock=formats, stock_at=[block for part in steps for block in part])
+        shows = "show" in _parts(options)
+        if told is not None:
+            told("files", 0, 1)
+        blocks = [block for part in steps for block in part]
+        result.write(
+            folder, stock=formats if shows or options.stock != "stl" else (), stock_at=blocks, report=shows
+        )
+        if options.scheduler is not None:
+            from vmachining.job.batch.divided import forget_parts
+
+            forget_parts(folder)
     if as_json:
         emit(result.summary)
     else:
@@ -123,8 +208,69 @@ def run_job(
     return Code.FINDINGS if refused else Code.DONE
 
 
+def merge_parts(
+    folders: Sequence[Path], *, out: Path | None, force: bool, stock: str, quiet: bool, as_json: bool
+) -> int:
+    """`vmachining merge`: the result of a run whose parts are complete."""
+    parts = read_parts(folders)
+    before = parts.manifest["options"]
+    asked = {"stock": stock, "brep": before["brep"], "brep_seconds": before["brep_seconds"]}
+    file, options = _as_before(folders[0], parts.manifest, asked)
+    return run_job(file, options, out=out, quiet=quiet, as_json=as_json, force=force, parts=parts)
+
+
+def add_to_result(folder: Path, asked: Mapping[str, Any], *, quiet: bool, as_json: bool) -> int:
+    """`vmachining check` and `contact`: one more stage of a complete result, with the options that it has."""
+    manifest = read_manifest(folder)
+    if manifest is None or manifest.get("kind") != RUN:
+        raise InputError(
+            "is no result of a run", file=str(folder), remedy="give the directory that `run` wrote"
+        )
+    file, options = _as_before(folder, manifest, asked)
+    return run_job(file, options, out=folder, resume=True, quiet=quiet, as_json=as_json)
+
+
+def _as_before(
+    folder: Path, manifest: Mapping[str, Any], asked: Mapping[str, Any]
+) -> tuple[Path, RunOptions]:
+    """Job file and options of what lies in a directory, with what is asked in addition.
+
+    Raises
+    ------
+    InputError
+        The job is not there any more, or it or its inputs changed.
+    """
+    before = manifest["options"]
+    file = Path(manifest.get("inputs", {}).get("job", {}).get("file", "")).absolute()
+    if not file.is_file():
+        raise InputError(
+            f"the job of this result is not at {file} any more", file=str(folder),
+            remedy="vmachining run JOB.toml --resume --out of this directory, with the same options",
+        )  # fmt: skip
+    job = Job.load(file)
+    if not same_inputs(job, manifest):
+        raise InputError(
+            "job, program or stock changed since this result was made", file=str(folder),
+            remedy="run the job again; what is here stays valid for the files that it names",
+        )  # fmt: skip
+    stages = [name for name in PARTS if name in before.get("stages", PARTS)]
+    wants_contact = asked.get("contact", before.get("contact", "all"))
+    if "contact" in asked:
+        stages = [name for name in PARTS if name in {*stages, "contact"}]
+    accuracy, given = job.keys.accuracy, {name: value for name, value in asked.items() if value is not None}
+    options = RunOptions(
+        engine=before["engine"], stages=",".join(stages),
+        chord=None if before["chord_mm"] == accuracy.chord_mm else before["chord_mm"],
+        width=None if before["width"] == accuracy.width else f"{before['width']!r}",
+        spacing=None if before["spacing_mm"] == accuracy.spacing_mm else before["spacing_mm"],
+        directions=None if before["directions"] == accuracy.directions else before["directions"],
+        **{**given, "contact": wants_contact},
+    )  # fmt: skip
+    return file, options
+
+
 def _both(one: Progress | None, other: Progress | None) -> Progress | None:
-    """Whoever wants to hear of the progress."""
+    """Whoever follows the progress."""
     if one is None or other is None:
         return one or other
 
@@ -164,7 +310,7 @@ def list_demos(*, as_json: bool) -> int:
 
 
 def _about(readme: Path) -> str:
-    """First sentence of a model's page, behind its heading."""
+    """First sentence of a model's page, after its heading."""
     text = readme.read_text(encoding="utf-8") if readme.is_file() else ""
     parts = [part for part in text.split("\n\n") if part.strip() and not part.startswith("#")]
     words = " ".join(parts[0].split()) if parts else ""
@@ -222,6 +368,11 @@ def told_disputes(result: RunResult) -> list[str]:
     found = disputes(result.blocks)
     lines = [f"  block {block} (line {line}): {one}, {other}" for block, line, _, one, other in found[:FEW]]
     more = [f"  and {len(found) - FEW} more, see blocks.csv"] if len(found) > FEW else []
+    judge = result.summary.get("second_judge") or {}
+    if judge.get("total_agrees") is False:
+        more.append(
+            f"  all blocks together: {judge['total_lo_mm3']:.9g} to {judge['total_hi_mm3']:.9g} mm3 by a second engine"
+        )
     head = "DISPUTED: two of our engines exclude each other, one of them is wrong; please report it"
     return [head, *lines, *more]
 
@@ -257,21 +408,27 @@ def _told(result: RunResult, folder: Path) -> str:
         *told_disputes(result),
         f"{result.job.name}: {s['blocks']} blocks in {s['seconds']:.1f} s",
         f"  removed   {s['removed_mm3']:.6g} mm3   +-{result.removed.error:.2g}",
-        f"  between   {s['removed_lo_mm3']:.6g} and {s['removed_hi_mm3']:.6g} mm3",
+        f"  between   {s['removed_lo_mm3']:.6g} and {s['removed_hi_mm3']:.6g} mm3, {how_sure(s)}",
         f"  time      {s['time_s']:.2f} s"
         + (f" -> {s['scheduled_time_s']:.2f} s scheduled" if s["scheduled_time_s"] is not None else ""),
+        f"  took      {in_words(s['stage_seconds'])}; at most {s['peak_mb']:.0f} MB",
         f"  warnings  {s['warnings']}",
         *_first_warnings(result),
         *_machine(s.get("machine")),
         *_second(s["brep"]),
         *_files(s),
         *_no_step(s),
+        *(
+            [f"  guesses   {len(s['guesses'])} lines of the job are guesses: report.html lists them"]
+            if s["guesses"]
+            else []
+        ),
         *(f"  note      {text}" for text in s["notes"]),
         *(f"  contact   {text}" for text in s.get("contact_notes", ())),
     ]
     if (schedule := result.schedule) is not None and schedule.note:
         lines.append(f"  schedule  {schedule.note}")
     if left := len(s.get("unsplit_lines", ())) + len(s.get("untouched_lines", ())):
-        lines.append(f"  schedule  {left} lines could not take the feed they want, see the warnings")
+        lines.append(f"  schedule  {left} lines could not take the feed that was planned, see the warnings")
     lines.append(f"  files     {folder}")
     return "\n".join(lines)

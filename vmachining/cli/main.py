@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 import tempfile
 import traceback
@@ -10,6 +11,7 @@ import warnings
 from collections.abc import Sequence
 from enum import IntEnum
 from pathlib import Path
+from types import FrameType
 
 from vmachining.errors import EngineError, VMachiningError
 from vmachining.notice import notice
@@ -31,7 +33,29 @@ class Code(IntEnum):
 
 def main(argv: Sequence[str] | None = None) -> None:
     """Entry point of the `vmachining` command."""
-    sys.exit(run(list(sys.argv[1:] if argv is None else argv)))
+    try:
+        for number in (
+            signal.SIGINT,
+            signal.SIGTERM,
+        ):  # in every phase; a run listens by itself, see `job/stopping.py`
+            if (
+                signal.getsignal(number) is not signal.SIG_IGN
+            ):  # as `nohup` and background jobs of a shell have it
+                signal.signal(number, _interrupted)
+        code = run(list(sys.argv[1:] if argv is None else argv))
+    except KeyboardInterrupt:  # before `run` listens, or while it says its last words
+        code = _say("interrupted", Code.INTERRUPTED)
+    sys.exit(code)
+
+
+def _interrupted(number: int, frame: FrameType | None) -> None:
+    """An interruption is raised, but not into the import of a module: whoever imports there might swallow it."""
+    while frame is not None:
+        if frame.f_code.co_filename.startswith("<frozen importlib"):
+            os.write(2, b"vmachining: interrupted while it was starting\n")
+            os._exit(Code.INTERRUPTED)
+        frame = frame.f_back
+    raise KeyboardInterrupt
 
 
 def _compiling() -> None:
@@ -77,7 +101,12 @@ def run(argv: list[str]) -> int:
 
 def _usage(exc: Exception) -> str:
     """A usage error in one line, with where to look."""
-    words = str(getattr(exc, "format_message", lambda: exc)()).strip().replace("\n", " ")
+    words = (
+        str(getattr(exc, "format_message", lambda: exc)())
+        .strip()
+        .replace("\n", " ")
+        .replace("Value error, ", "")
+    )
     context = getattr(exc, "ctx", None)
     path = context.command_path if context is not None else "vmachining"
     return f"{words[:1].lower()}{words[1:].rstrip('.')}; see {path} --help"

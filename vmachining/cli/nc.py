@@ -1,15 +1,18 @@
-"""nc check and nc moves."""
+"""nc check, nc moves and nc plot."""
 
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from vmachining.cli.main import Code
+from vmachining.cli.nc_commands import Checking, Reading
+from vmachining.cli.options import belong
 from vmachining.cli.screen import emit, note
 from vmachining.errors import InputError
+from vmachining.job.mill import Mill
 from vmachining.nc import (
     CATALOGUE,
     MAX_BYTES,
@@ -25,69 +28,69 @@ from vmachining.nc import (
     read_tool_table,
 )
 
-__all__ = ["Reading", "check", "explain_code", "moves", "travel_box"]
+__all__ = ["check", "explain_code", "moves", "note_findings", "plot", "read", "travel_box"]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Reading:
-    """How to read the program; home : "X,Y,Z" in mm, stock_top : mm or None."""
+def read(name: str, reading: Reading) -> Program:
+    """Read a program; "-" is standard input. With a machine, what is beyond its ranges is a finding."""
+    if reading.tools is None:
+        belong(reading, ("tools_units",), "is the unit of a table, which --tools names")
+    options: dict[str, Any] = {
+        "dialect": reading.dialect, "units": reading.units, "rotary": reading.rotary.upper(), "home": _point(reading.home),
+        "tools": None if reading.tools is None else read_tool_table(reading.tools, reading.tools_units),
+        "crc_entry": reading.crc_entry, "crc_corner": reading.crc_corner, "taps": reading.taps, "dwell": reading.dwell,
+        "max_steps": reading.max_steps, "subroutines": tuple(reading.subroutines or ()),
+        "control": dict(_pair(text) for text in reading.control or ()), "block_delete": reading.block_delete,
+        "start_line": reading.from_line,
+    }  # fmt: skip
+    if isinstance(reading, Checking):
+        travel = None if reading.travel is None else travel_box(reading.travel)
+        options |= {"stock_top_mm": reading.stock_top, "travel_mm": travel, "blu_mm": reading.blu}
+        if reading.machine is not None:
+            return _ranged(name, options, Mill.load(reading.machine))
+    return _read(name, options)
 
-    dialect: str = "iso"
-    tools: Path | None = None
-    tools_units: str = "mm"
-    rotary: str = "ABC"
-    home: str = "0,0,0"
-    crc_entry: str = "prev"
-    crc_corner: str = "arc"
-    taps: str = "reference"
-    dwell: str = "s"
-    max_steps: int = 1_000_000
-    subroutines: tuple[Path, ...] = ()
-    block_delete: bool = False
-    from_line: int = 1
-    stock_top: float | None = None
-    travel: str | None = None
-    blu: float | None = None
 
-    def program(self, name: str) -> Program:
-        """Read it; "-" is standard input."""
-        options: dict[str, Any] = {
-            "dialect": self.dialect,
-            "tools": read_tool_table(self.tools, self.tools_units) if self.tools is not None else None,
-            "rotary": self.rotary.upper(),
-            "home": _point(self.home),
-            "crc_entry": self.crc_entry,
-            "crc_corner": self.crc_corner,
-            "taps": self.taps,
-            "dwell": self.dwell,
-            "max_steps": self.max_steps,
-            "subroutines": self.subroutines,
-            "block_delete": self.block_delete,
-            "start_line": self.from_line,
-            "stock_top_mm": self.stock_top,
-            "travel_mm": None if self.travel is None else travel_box(self.travel),
-            "blu_mm": self.blu,
-        }
-        if name == "-":
-            return parse_program(sys.stdin.buffer.read(MAX_BYTES + 1), "<stdin>", **options)
-        return read_program(name, **options)
+def _ranged(name: str, options: dict[str, Any], mill: Mill) -> Program:
+    from vmachining.job.ranges import range_findings, unchecked
+
+    program = _read(name, {**options, "rotary": rotary_letters(mill)})
+    if words := unchecked(mill):
+        note(words)
+    found = sorted([*program.findings, *range_findings(program, mill)], key=lambda f: (f.line, f.col, f.code))
+    return replace(program, findings=tuple(found))
+
+
+def rotary_letters(mill: Mill) -> str:
+    """Letters of the rotary axes of a machine."""
+    return "" if mill.chain is None else "".join(letter for letter in "ABC" if letter in mill.chain.names)
+
+
+def _read(name: str, options: dict[str, Any]) -> Program:
+    if name == "-":
+        return parse_program(sys.stdin.buffer.read(MAX_BYTES + 1), "<stdin>", **options)
+    return read_program(name, **options)
+
+
+def _pair(text: str) -> tuple[str, str]:
+    key, mark, value = text.partition("=")
+    if not mark:
+        raise InputError(f"--control {text}: it must be KEY=VALUE", remedy="such as compensation=wear")
+    return key.strip(), value.strip()
 
 
 def _point(text: str) -> Point:
     try:
         x, y, z = (float(part) for part in text.split(","))
     except ValueError:
-        raise InputError(f"--home {text}: three numbers are wanted, X,Y,Z in mm") from None
+        raise InputError(f"--home {text}: three numbers are expected, X,Y,Z in mm") from None
     return x, y, z
 
 
 def travel_box(text: str) -> tuple[Point, Point]:
     """Corners of the travel from "X0,Y0,Z0,X1,Y1,Z1", mm in machine coordinates.
 
-    Raises
-    ------
-    InputError
-        Not six numbers, or an axis without any travel.
+    Raises InputError: Not six numbers, or an axis without any travel.
     """
     remedy = "six numbers, X0,Y0,Z0,X1,Y1,Z1 in mm"
     try:
@@ -97,6 +100,18 @@ def travel_box(text: str) -> tuple[Point, Point]:
     if not (x0 < x1 and y0 < y1 and z0 < z1):
         raise InputError(f"--travel {text}: an axis has no way to go", remedy=remedy)
     return (x0, y0, z0), (x1, y1, z1)
+
+
+ASSUMED = ("I212", "I213", "I374")
+"""Findings that say how a program was understood: its dialect, what its control assumes, where pulses begin."""
+
+
+def note_findings(program: Program) -> int:
+    """Say on stderr what may be wrong with a path, and what was assumed; the exit code."""
+    for finding in program.findings:
+        if finding.severity != "I" or finding.code in ASSUMED:
+            note(_line(program, finding))
+    return Code.FINDINGS if program.errors else Code.DONE
 
 
 def _line(program: Program, finding: Finding) -> str:
@@ -130,9 +145,9 @@ def explain_code(code: str, *, as_json: bool) -> int:
     return Code.DONE
 
 
-def check(name: str, reading: Reading, *, as_json: bool) -> int:
+def check(name: str, reading: Checking, *, as_json: bool) -> int:
     """`vmachining nc check`."""
-    program = reading.program(name)
+    program = read(name, reading)
     for finding in program.findings:
         if as_json:
             emit(finding_record(finding))
@@ -145,19 +160,16 @@ def check(name: str, reading: Reading, *, as_json: bool) -> int:
     return Code.FINDINGS if errors else Code.DONE
 
 
-def rotary_axes(machine: str) -> str:
-    """Letters of the rotary axes of a preset or a machine file."""
-    from vmachining.machine import load
+def _on(reading: Reading, machine: str | None) -> Reading:
+    """With the rotary axes of a preset or a machine file."""
+    if machine is None:
+        return reading
+    return replace(reading, rotary=rotary_letters(Mill.load(machine)))
 
-    names = load(machine).names
-    return "".join(letter for letter in "ABC" if letter in names)
 
-
-def moves(name: str, reading: Reading, *, coordinates: str, as_json: bool) -> int:
+def moves(name: str, reading: Reading, *, machine: str | None, coordinates: str, as_json: bool) -> int:
     """`vmachining nc moves`."""
-    if coordinates not in ("machine", "program"):
-        raise InputError(f"--coordinates {coordinates}: machine or program is wanted")
-    program = reading.program(name)
+    program = read(name, _on(reading, machine))
     for move in program.moves:
         record = move_record(move, coordinates)
         if as_json:
@@ -168,6 +180,22 @@ def moves(name: str, reading: Reading, *, coordinates: str, as_json: bool) -> in
         feed = f" F{move.feed_mm_min:g}" if move.feed_mm_min is not None else ""
         dwell = f" {move.dwell_s:g} s" if move.motion is Motion.DWELL else ""
         print(f"{move.line:>7}  {move.motion.value:<7}  {end}{turned}{feed}{dwell}  T{move.tool}")
-    for finding in program.errors:
-        note(_line(program, finding))
-    return Code.FINDINGS if program.errors else Code.DONE
+    return note_findings(program)
+
+
+def plot(name: str, reading: Reading, *, machine: str | None, out: Path | None) -> int:
+    """`vmachining nc plot`."""
+    from vmachining.job.toolpath import Toolpath
+    from vmachining.report.backplot import write_backplot
+
+    program = read(name, _on(reading, machine))
+    toolpath = Toolpath.of(program, None if machine is None else Mill.load(machine).chain)
+    if not toolpath.blocks:
+        found = f": {program.errors[0].message}" if program.errors else ""
+        raise InputError(
+            f"the program moves nothing{found}", file=name, remedy="nc check names what is wrong"
+        )
+    page = out if out is not None else Path(f"{'program' if name == '-' else Path(name).stem}.html")
+    write_backplot(toolpath, page)
+    print(page)
+    return note_findings(program)

@@ -1,13 +1,16 @@
-"""The `nc` commands of the tree."""
+"""The commands that read programs and write them: post, dda, and those under `nc`."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
 
 import typer
 
 from vmachining.cli.options import (
     BlockDelete,
+    ControlKeys,
     CrcCorner,
     CrcEntry,
     Dialect,
@@ -16,6 +19,7 @@ from vmachining.cli.options import (
     Home,
     Json,
     MaxSteps,
+    OfMachine,
     ProgramArg,
     Rotary,
     Subroutines,
@@ -23,122 +27,175 @@ from vmachining.cli.options import (
     Tools,
     ToolUnits,
     Travel,
+    Units,
+    above_zero,
+    arg,
+    command,
     examples,
+    finite,
+    flag,
+    opt,
 )
 
-__all__ = ["nc"]
+__all__ = ["Checking", "DdaOptions", "PostOptions", "Reading", "nc", "programs"]
 
+programs = typer.Typer()
 nc = typer.Typer(
     help="Read NC programs: test them, list their motions.", epilog=examples("nc check part.nc"),
     no_args_is_help=True, rich_markup_mode=None,
 )  # fmt: skip
 
 
-@nc.command(
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PostOptions:
+    """Options of `vmachining post`."""
+
+    out: Annotated[Path, opt("PROGRAM", "The file to write; - prints it.")]
+    dialect: Annotated[str, opt(None, "iso, fanuc, sinumerik or heidenhain.")] = "iso"
+    machine: Annotated[str | None, opt("NAME|FILE", "Its angles for a leaning tool (iso, fanuc).")] = None
+    source_dialect: Annotated[str, opt(None, "Dialect of the source; default: recognised.")] = "auto"
+    decimals: Annotated[int, opt(None, "Of mm, degrees and tool axes.", min=0, max=15)] = 9
+    angle: Annotated[float, opt("DEG", "How far the axis may leave its great circle.", above_zero)] = 0.05
+    start: Annotated[str | None, opt("A0,C90", "Angles before the program; default: fewest rewinds.")] = None
+    plot: Annotated[Path | None, opt("HTML", "Page of the rotary angles and their rewinds.")] = None
+    force: Annotated[bool, flag("--force", "Overwrite the file.")] = False
+    as_json: Json = False
+
+
+@command(
+    programs,
+    shown=(
+        "post part.cls --machine ac-table --dialect fanuc --out part.nc",
+        "post poses.csv --dialect sinumerik --out part.mpf",
+    ),
+)
+def post(
+    source: Annotated[Path, arg("POSES|CL", "Table of poses, CL file or NC program.")],
+    *,
+    options: PostOptions,
+) -> int:
+    """Write a path as a program for a control: iso, fanuc, sinumerik or heidenhain."""
+    from vmachining.cli import post as room
+
+    return room.post(source, options)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DdaOptions:
+    """Options of `vmachining dda`."""
+
+    blu: Annotated[float, opt("MM", "Length of one pulse.")] = 0.02
+    register: Annotated[int, opt("N", "Register capacity.")] = 20_000
+    mode: Annotated[str, opt("dda|s1", "s1: the historical engraver, errors included.")] = "dda"
+    split: Annotated[
+        bool, flag("--split", "Cut lines that overflow the register instead of refusing them.")
+    ] = False
+    max_rate: Annotated[float | None, opt("HZ", "Pulse rate the drives can follow.")] = None
+    tools: Tools = None
+    tools_units: ToolUnits = "mm"
+    dialect: Dialect = "auto"
+    travel: Travel = None
+    machine: OfMachine = None
+    home: Home = "0,0,100"
+    out: Annotated[Path | None, opt("FILE", "Pulse trains as .csv or .npz.")] = None
+    plot: Annotated[Path | None, opt("FILE", "Pulses and programmed path as .html.")] = None
+    as_json: Json = False
+
+
+@command(
+    programs,
+    shown=("dda part.nc --blu 0.01 --out pulses.csv", "dda part.nc --tools job.toml --plot pulses.html"),
+)
+def dda(program: ProgramArg, *, options: DdaOptions) -> int:
+    """Pulse trains for stepping motors, feed rate numbers, clocks and deviations of every motion."""
+    from vmachining.cli import dda as room
+
+    return room.dda(program, options)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading:
+    """How to read a program, in the words of a command line."""
+
+    dialect: Dialect = "auto"
+    units: Units = ""
+    tools: Tools = None
+    tools_units: ToolUnits = "mm"
+    rotary: Rotary = "ABC"
+    home: Home = "0,0,0"
+    crc_entry: CrcEntry = "prev"
+    crc_corner: CrcCorner = "arc"
+    taps: Taps = "reference"
+    dwell: Dwell = "s"
+    max_steps: MaxSteps = 1_000_000
+    subroutines: Subroutines = None
+    control: ControlKeys = None
+    block_delete: BlockDelete = False
+    from_line: FromLine = 1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Checking(Reading):
+    """The same, and limits that its path is held against."""
+
+    stock_top: Annotated[float | None, opt("Z", "mm; warns if no feed motion goes below.", finite)] = None
+    travel: Travel = None
+    machine: OfMachine = None
+    blu: Annotated[float | None, opt("MM", "Smallest step; says what lies between steps.", above_zero)] = None
+
+
+@command(
+    nc,
     "check",
-    epilog=examples(
-        "nc check part.nc --tools job.toml", "nc check - --json < part.nc", "nc check --explain E302"
+    shown=(
+        "nc check part.nc --tools job.toml",
+        "nc check part.nc --machine mill.toml",
+        "nc check --explain E302",
     ),
 )
 def nc_check(
-    program: Annotated[
-        str | None, typer.Argument(metavar="[PROGRAM]", help="NC program; - reads standard input.")
-    ] = None,
-    dialect: Dialect = "iso",
-    tools: Tools = None,
-    tools_units: ToolUnits = "mm",
-    rotary: Rotary = "ABC",
-    home: Home = "0,0,0",
-    crc_entry: CrcEntry = "prev",
-    crc_corner: CrcCorner = "arc",
-    taps: Taps = "reference",
-    dwell: Dwell = "s",
-    max_steps: MaxSteps = 1_000_000,
-    subroutines: Subroutines = None,
-    block_delete: BlockDelete = False,
-    from_line: FromLine = 1,
-    stock_top: Annotated[
-        float | None, typer.Option("--stock-top", metavar="Z", help="mm; warns if no feed motion goes below.")
-    ] = None,
-    travel: Travel = None,
-    blu: Annotated[
-        float | None, typer.Option("--blu", metavar="MM", help="Smallest step; says what lies between steps.")
-    ] = None,
-    code: Annotated[
-        str | None,
-        typer.Option("--explain", metavar="CODE", help="What a code such as E302 means; all: every code."),
-    ] = None,
+    program: Annotated[str | None, arg("[PROGRAM]", "NC program; - reads standard input.")] = None,
+    *,
+    reading: Checking,
+    explain: Annotated[str | None, opt("CODE", "What a code such as E302 means; all: every code.")] = None,
     as_json: Json = False,
 ) -> int:
     """Test a program. Exit code 0: clean, 1: it has findings of severity E."""
     from vmachining.cli import nc as room
 
-    if code is not None:
-        return room.explain_code(code, as_json=as_json)
+    if explain is not None:
+        return room.explain_code(explain, as_json=as_json)
     if program is None:
-        raise typer.BadParameter("a program, or --explain CODE, is wanted")
-    reading = room.Reading(
-        dialect=dialect,
-        tools=tools,
-        tools_units=tools_units,
-        rotary=rotary,
-        home=home,
-        crc_entry=crc_entry,
-        crc_corner=crc_corner,
-        taps=taps,
-        dwell=dwell,
-        max_steps=max_steps,
-        subroutines=tuple(subroutines or ()),
-        block_delete=block_delete,
-        from_line=from_line,
-        stock_top=stock_top,
-        travel=travel,
-        blu=blu,
-    )
+        raise typer.BadParameter("a program, or --explain CODE, is expected")
     return room.check(program, reading, as_json=as_json)
 
 
-@nc.command("moves", epilog=examples("nc moves part.nc --coordinates program --json"))
+@command(nc, "moves", shown=("nc moves part.nc --coordinates program --json",))
 def nc_moves(
     program: ProgramArg,
-    dialect: Dialect = "iso",
-    machine: Annotated[
-        str | None,
-        typer.Option("--machine", metavar="FILE", help="Its rotary axes are allowed; a preset will do."),
-    ] = None,
-    tools: Tools = None,
-    tools_units: ToolUnits = "mm",
+    *,
+    machine: Annotated[str | None, opt("FILE", "Its rotary axes are allowed; a preset will do.")] = None,
     coordinates: Annotated[
-        str, typer.Option("--coordinates", metavar="machine|program", help="Which coordinates end_mm has.")
+        Literal["machine", "program"], opt("machine|program", "Which coordinates end_mm has.")
     ] = "machine",
-    rotary: Rotary = "ABC",
-    home: Home = "0,0,0",
-    crc_entry: CrcEntry = "prev",
-    crc_corner: CrcCorner = "arc",
-    taps: Taps = "reference",
-    dwell: Dwell = "s",
-    max_steps: MaxSteps = 1_000_000,
-    subroutines: Subroutines = None,
-    block_delete: BlockDelete = False,
-    from_line: FromLine = 1,
+    reading: Reading,
     as_json: Json = False,
 ) -> int:
     """List the canonical motions of a program, one per line."""
     from vmachining.cli import nc as room
 
-    reading = room.Reading(
-        dialect=dialect,
-        tools=tools,
-        tools_units=tools_units,
-        rotary=rotary if machine is None else room.rotary_axes(machine),
-        home=home,
-        crc_entry=crc_entry,
-        crc_corner=crc_corner,
-        taps=taps,
-        dwell=dwell,
-        max_steps=max_steps,
-        subroutines=tuple(subroutines or ()),
-        block_delete=block_delete,
-        from_line=from_line,
-    )
-    return room.moves(program, reading, coordinates=coordinates, as_json=as_json)
+    return room.moves(program, reading, machine=machine, coordinates=coordinates, as_json=as_json)
+
+
+@command(nc, "plot", shown=("nc plot part.nc", "nc plot part.h --out part.html"))
+def nc_plot(
+    program: ProgramArg,
+    *,
+    out: Annotated[Path | None, opt("FILE", "Page to write; default: PROGRAM.html here.")] = None,
+    machine: Annotated[str | None, opt("FILE", "Machine of a program with rotary words.")] = None,
+    reading: Reading,
+) -> int:
+    """Backplot a program without a job: one page with path, program and feeds."""
+    from vmachining.cli import nc as room
+
+    return room.plot(program, reading, machine=machine, out=out)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Container, Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from vmachining.cli.jobs import told_disputes
+from vmachining.cli.judge_commands import CompareOptions, PackOptions
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note, progress_bar
+from vmachining.cli.single import from_clone
 from vmachining.cli.stop import watched
 from vmachining.errors import InputError
 from vmachining.job import Job, Stopped, check_formats
@@ -24,90 +28,94 @@ from vmachining.oracle import (
     is_engagement_table,
     is_set,
     write_pack,
-    write_set,
 )
 from vmachining.oracle import compare as judged
 from vmachining.oracle import compare_engines as run_engines
 from vmachining.oracle.compare import FINDINGS
 
-__all__ = ["compare", "compare_engines", "pack"]
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+__all__ = ["compare", "compare_engines", "compare_pages", "pack"]
 
 WORST = 10
 
 
-def compare(
-    results: Path,
-    reference: Path | None,
-    *,
-    tolerance_rel: float,
-    tolerance_mm3: float,
-    tolerance_mm: float | None,
-    as_json: bool,
-) -> int:
+def compare(results: Path, reference: Path | None, o: CompareOptions) -> int:
     """`vmachining compare`: of volumes, or of engaged intervals where the table has them; of many cases with a set."""
     if reference is None:
         raise InputError(
-            "compare wants a reference",
+            "compare needs a reference",
             remedy="give a result directory; or a job and --engines to compare our engines with each other",
         )
+    more = {"tolerance_rel": o.tolerance_rel, "tolerance_mm3": o.tolerance_mm3}
     if is_set(reference):
-        if tolerance_mm is not None:
+        if o.tolerance_mm is not None:
             raise InputError(
                 "tables of engagement are compared case by case",
                 remedy="name one case of the set as reference",
             )
-        all_ = compare_set(results, reference, tolerance_rel=tolerance_rel, tolerance_mm3=tolerance_mm3)
-        if as_json:
-            emit(all_.to_dict())
-        else:
-            _show_set(all_)
-        return Code.DONE if all_.agrees else Code.FINDINGS
+        return _answer(compare_set(results, reference, **more), _show_set, o)
     if is_engagement_table(results):
-        if tolerance_rel or tolerance_mm3:
+        if o.tolerance_rel or o.tolerance_mm3:
             raise InputError("a table of engagement is compared in mm", remedy="take --tolerance-mm")
-        given = {} if tolerance_mm is None else {"tolerance_mm": tolerance_mm}
-        edges = compare_engagement(results, reference, **given)
-        if as_json:
-            emit(edges.to_dict())
-        else:
-            _show_edges(edges)
-        return Code.DONE if edges.agrees else Code.FINDINGS
-    if tolerance_mm is not None:
+        given = {} if o.tolerance_mm is None else {"tolerance_mm": o.tolerance_mm}
+        return _answer(compare_engagement(results, reference, **given), _show_edges, o)
+    if o.tolerance_mm is not None:
         raise InputError(
             "--tolerance-mm is for tables of engagement", remedy="take --tolerance-mm3 for volumes"
         )
-    found = judged(results, reference, tolerance_rel=tolerance_rel, tolerance_mm3=tolerance_mm3)
-    if as_json:
+    return _answer(judged(results, reference, **more), _show, o)
+
+
+def _answer(found: Any, show: Callable[[Console, Any], None], o: CompareOptions) -> int:
+    """A comparison as JSON, or shown with its verdict; the exit code."""
+    from rich.console import Console
+    from rich.text import Text
+
+    if o.as_json:
         emit(found.to_dict())
     else:
-        _show(found)
+        console = Console(highlight=False)
+        show(console, found)
+        style = "green" if found.agrees else "red"
+        console.print(Text(f"verdict    {found.verdict}", style=style), soft_wrap=True)
     return Code.DONE if found.agrees else Code.FINDINGS
 
 
-def compare_engines(
-    file: Path, engines: str, *, reference: Path | None, out: Path | None, blocks: int | None, as_json: bool
-) -> int:
+def _table(title: str, heads: Iterable[str], words: Container[str]) -> Table:
+    """Columns of numbers to the right, of words to the left."""
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left")
+    for name in heads:
+        table.add_column(name, justify="left" if name in words else "right")
+    return table
+
+
+def compare_engines(file: Path, reference: Path | None, o: CompareOptions) -> int:
     """`vmachining compare JOB.toml --engines ...`."""
     from vmachining.report.engines import write_engines
 
-    names = engine_names(engines)
+    names = engine_names(o.engines or "")
     if reference is not None:
         raise InputError("--engines compares our engines on a job", remedy=f"leave out {reference}")
     job = Job.load(file)
-    folder = out if out is not None else Path("out") / f"{safe_name(job.name)}-engines"
+    folder = o.out if o.out is not None else Path("out") / f"{safe_name(job.name)}-engines"
     with (
-        progress_bar(quiet=as_json) as bar,
+        progress_bar(quiet=o.as_json) as bar,
         watched(bar, lambda _: "ended within a block, which took too long to finish") as progress,
         stop_flag() as stop,
     ):
         try:
-            found = run_engines(job, names, blocks=blocks, progress=progress, stop=stop)
+            found = run_engines(job, names, blocks=o.blocks, progress=progress, stop=stop)
         except Stopped as exc:
             note(f"vmachining: {exc}; nothing was written")
             return Code.INTERRUPTED
     told = found.to_dict()
     write_engines(told, folder)
-    if as_json:
+    if o.as_json:
         emit(told)
     else:
         _show_engines(found)
@@ -115,17 +123,43 @@ def compare_engines(
     return Code.DONE if found.agrees else Code.FINDINGS
 
 
+def compare_pages(one: Path, other: Path | None, page: Path, *, as_json: bool) -> int:
+    """`vmachining compare A [B] --html PAGE`: two results on one page; 1 where intervals of a piece exclude each other."""
+    from vmachining.report.comparison import Side, compare_results, write_comparison
+    from vmachining.report.figures import html_name
+
+    html_name(page, "--html")
+    names: tuple[str | None, str | None] = (None, None)
+    if other is None:
+        other, names = one / "scheduled_blocks.parquet", ("as programmed", "scheduled")
+        if not other.is_file():
+            raise InputError(
+                "the result has no schedule to stand beside it", file=str(one),
+                remedy="name a second result, or run the job with [feed]",
+            )  # fmt: skip
+    elif one.name == other.name:
+        names = ("A", "B")
+    found = compare_results(Side.of(one, names[0]), Side.of(other, names[1]))
+    write_comparison(found, page)
+    told = found.to_dict()
+    if as_json:
+        emit(told)
+    else:
+        differ, proven = told["pieces_that_differ"], told["pieces_that_differ_proven"]
+        stated = "" if differ == proven else f", {differ - proven} of them by intervals that are stated"
+        note(f"{differ} of {told['pieces']} pieces differ{stated}; wrote {page}")
+    return Code.FINDINGS if told["pieces_that_differ"] else Code.DONE
+
+
 def _show_engines(found: EngineComparison) -> None:
     """A row per engine, the pairs that exclude each other, the verdict."""
     from rich.console import Console
-    from rich.table import Table
 
     from vmachining.report.numbers import share
 
     console = Console(highlight=False)
-    table = Table(title=f"{found.job}: {len(found.block)} blocks that cut", title_justify="left")
-    for name in ("engine", "blocks", "removed mm3", "ms/block", "width", "off", "proven", "apart"):
-        table.add_column(name, justify="left" if name == "engine" else "right")
+    heads = ("engine", "blocks", "removed mm3", "ms/block", "width", "off", "proven", "apart")
+    table = _table(f"{found.job}: {len(found.block)} blocks that cut", heads, ("engine",))
     for row in found.summary():
         width, off = (share(row[k]) for k in ("width", "off"))
         table.add_row(
@@ -146,22 +180,18 @@ def _show_engines(found: EngineComparison) -> None:
     console.print("verdict    " + ("they agree" if found.agrees else "they disagree"), soft_wrap=True)
 
 
-def _show(found: Comparison) -> None:
-    """Totals, the worst blocks, the verdict."""
-    from rich.console import Console
-    from rich.table import Table
+def _show(console: Console, found: Comparison) -> None:
+    """Totals, and the worst blocks."""
     from rich.text import Text
 
-    console = Console(highlight=False)
     lo, estimate, hi = found.total
     error = found.removed_mm3 - estimate
     total = {True: "inside", False: "outside", None: "blocks are missing"}[found.total_inside]
     worst = found.worst(WORST)
     if len(worst):
         findings = sum(found.counts[name] for name in FINDINGS)
-        table = Table(title=f"worst {len(worst)} of {findings} findings", title_justify="left")
-        for name in (found.key, "text", "status", "theirs", "lo", "hi", "error", "relative", "outside"):
-            table.add_column(name, justify="left" if name in ("text", "status") else "right")
+        heads = (found.key, "text", "status", "theirs", "lo", "hi", "error", "relative", "outside")
+        table = _table(f"worst {len(worst)} of {findings} findings", heads, ("text", "status"))
         for row in worst.iter_rows(named=True):
             columns = ("removed_mm3", "lo_mm3", "hi_mm3", "error_mm3", "relative_error", "outside_mm3")
             cells = ["" if row[name] is None else f"{row[name]:.6g}" for name in columns]
@@ -171,20 +201,12 @@ def _show(found: Comparison) -> None:
     console.print(f"theirs     {found.removed_mm3:.6f} mm3 in all", soft_wrap=True)
     console.print(f"reference  {estimate:.6f} mm3, between {lo:.6f} and {hi:.6f}", soft_wrap=True)
     console.print(f"error      {error:+.6g} mm3{relative}; total {total}", soft_wrap=True)
-    style = "green" if found.agrees else "red"
-    console.print(Text(f"verdict    {found.verdict}", style=style), soft_wrap=True)
 
 
-def _show_set(found: SetComparison) -> None:
-    """A row per case, the verdict."""
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    console = Console(highlight=False)
-    table = Table(title=f"{len(found.cases)} cases of {found.reference}", title_justify="left")
-    for name in ("case", "judged", "inside", "low", "high", "missing", "extra", "sum", "agrees"):
-        table.add_column(name, justify="left" if name == "case" else "right")
+def _show_set(console: Console, found: SetComparison) -> None:
+    """A row per case."""
+    heads = ("case", "judged", "inside", "low", "high", "missing", "extra", "sum", "agrees")
+    table = _table(f"{len(found.cases)} cases of {found.reference}", heads, ("case",))
     for row in found.table().iter_rows(named=True):
         error = row["error_of_the_sum"]
         counts = (str(row[name]) for name in ("judged", "inside", "low", "high", "missing", "extra"))
@@ -192,53 +214,31 @@ def _show_set(found: SetComparison) -> None:
         cells = [row["case"], *counts, "" if error is None else f"{100.0 * error:+.3g} %", agrees]
         table.add_row(*cells, style=None if row["agrees"] else "red")
     console.print(table)
-    style = "green" if found.agrees else "red"
-    console.print(Text(f"verdict    {found.verdict}", style=style), soft_wrap=True)
 
 
-def _show_edges(found: EngagementComparison) -> None:
-    """The worst angles, the verdict."""
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    console = Console(highlight=False)
+def _show_edges(console: Console, found: EngagementComparison) -> None:
+    """The worst angles."""
     worst = found.worst(WORST)
     if len(worst):
-        table = Table(title=f"worst {len(worst)} angles", title_justify="left")
-        for name in ("block", "at", "phi_deg", "status", "error mm", "theirs mm", "reference mm"):
-            table.add_column(name, justify="left" if name == "status" else "right")
+        heads = ("block", "at", "phi_deg", "status", "error mm", "theirs mm", "reference mm")
+        table = _table(f"worst {len(worst)} angles", heads, ("status",))
         for block, at, phi, status, *numbers in worst.iter_rows():
             cells = ["" if v is None else f"{v:.6g}" for v in numbers]
             table.add_row(str(block), f"{at:g}", f"{phi:g}", status, *cells)
         console.print(table)
     if found.ignored:
         console.print(f"ignored    {found.ignored} angles that the reference does not have", soft_wrap=True)
-    style = "green" if found.agrees else "red"
-    console.print(Text(f"verdict    {found.verdict}", style=style), soft_wrap=True)
 
 
-def pack(
-    file: Path,
-    *,
-    out: Path | None,
-    stock: str,
-    brep: str,
-    licence: str,
-    engagement: int,
-    engine: str,
-    workers: int,
-    quiet: bool,
-    as_json: bool,
-) -> int:
+def pack(file: Path, o: PackOptions) -> int:
     """`vmachining pack`: of one job, or of all cases of a set."""
     if file.is_dir():
-        return _pack_set(file, out=out, quiet=quiet, as_json=as_json)
-    parse_brep(brep)
-    formats = check_formats(stock)
+        return _pack_set(file, o)
+    parse_brep(o.brep)
+    formats = check_formats(o.stock)
     job = Job.load(file)
-    folder = out if out is not None else Path("out") / f"{safe_name(job.name)}-pack"
-    silent = quiet or as_json
+    folder = o.out if o.out is not None else Path("out") / f"{safe_name(job.name)}-pack"
+    silent = o.quiet or o.as_json
     with (
         progress_bar(quiet=silent) as bar,
         watched(
@@ -247,24 +247,26 @@ def pack(
     ):
         try:
             result = write_pack(
-                job, folder, stock=formats, brep=brep, licence=licence, engagement=engagement, engine=engine,
-                workers=workers, progress=progress,
+                job, folder, stock=formats, brep=o.brep, licence=o.licence, engagement=o.engagement, engine=o.engine,
+                workers=o.workers, progress=progress,
             )  # fmt: skip
         except Stopped as exc:
             note(f"vmachining: {exc}; no pack was written")
             return Code.INTERRUPTED
     summary = result.summary
-    if as_json:
+    if o.as_json:
         emit(summary)
     else:
         lo, hi = summary["removed_lo_mm3"], summary["removed_hi_mm3"]
         if told := told_disputes(result):
             note("\n".join(told))
-        note(f"{job.name}: {summary['blocks']} blocks remove {lo:.6g} to {hi:.6g} mm3: {folder}", quiet=quiet)
+        note(
+            f"{job.name}: {summary['blocks']} blocks remove {lo:.6g} to {hi:.6g} mm3: {folder}", quiet=o.quiet
+        )
         if "stock_step_refused" in summary:
-            note(f"no STEP of the workpiece: {summary['stock_step_refused']}", quiet=quiet)
+            note(f"no STEP of the workpiece: {summary['stock_step_refused']}", quiet=o.quiet)
         for text in summary.get("engagement_refused", ()):
-            note(f"no engagement of {text}", quiet=quiet)
+            note(f"no engagement of {text}", quiet=o.quiet)
     counts = summary["brep"]
     refused = (
         counts["disputed"]
@@ -274,27 +276,30 @@ def pack(
     return Code.FINDINGS if refused else Code.DONE
 
 
-def _pack_set(folder: Path, *, out: Path | None, quiet: bool, as_json: bool) -> int:
+def _pack_set(folder: Path, o: PackOptions) -> int:
     """All packs of a set; those that are made already stay."""
-    silent = quiet or as_json
+    silent = o.quiet or o.as_json
     begun: list[str] = []
 
     def said(name: str, done: int, total: int) -> None:
         begun.append(name)
         note(f"{done + 1} of {total}: {name}", quiet=silent)
 
+    write_set = from_clone("benchmarks.sets").write_set
     with (
         progress_bar(quiet=silent) as bar,
-        watched(bar, lambda _: f"ended within {begun[-1]}; the same command goes on with it") as progress,
+        watched(bar, lambda _: f"ended within {begun[-1]}; the same command continues with it") as progress,
     ):
         try:
-            summaries = write_set(folder, out, begun=said, progress=progress)
+            summaries = write_set(folder, o.out, begun=said, progress=progress)
         except Stopped as exc:
-            note(f"vmachining: {exc}; the same command goes on with {begun[-1]}")
+            note(f"vmachining: {exc}; the same command continues with {begun[-1]}")
             return Code.INTERRUPTED
-    if as_json:
-        emit({"set": str(out or folder), "cases": summaries})
+    if o.as_json:
+        emit({"set": str(o.out or folder), "cases": summaries})
     else:
         blocks, size = (sum(s[key] for s in summaries.values()) for key in ("blocks", "bytes"))
-        note(f"{len(summaries)} packs, {blocks} blocks, {size / 1e6:.1f} MB: {out or folder}", quiet=quiet)
+        note(
+            f"{len(summaries)} packs, {blocks} blocks, {size / 1e6:.1f} MB: {o.out or folder}", quiet=o.quiet
+        )
     return Code.DONE

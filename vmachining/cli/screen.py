@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -13,12 +14,19 @@ __all__ = ["emit", "note", "progress_bar", "status_line"]
 FIRST_BLOCKS, FIRST_SHARE = 5, 0.05
 """Blocks, and part of all of them, before which nothing is said of the time left."""
 
+FIRST_LINE_SECONDS, LINE_SECONDS = 10.0, 30.0
+"""Off a terminal: when a stage is first told, and how often after that."""
+
 STAGES = {
     "program": "cutting",
     "scheduled": "verifying the schedule",
     "brep": "checking by B-rep",
     "engagement": "contact and chips",
+    "engagement, sample": "contact and chips, sample",
     "engagement, scheduled": "contact and chips, scheduled",
+    "engagement, lowered": "contact and chips, lowered feeds",
+    "engagement, pieces": "contact and chips, pieces",
+    "pieces": "cutting in pieces",
     "second judge": "asking a second engine",
     "saving": "saving the workpiece",
 }
@@ -55,17 +63,44 @@ def status_line() -> Iterator[Callable[[str], None]]:
         yield update
 
 
+def _lines() -> Callable[[str, int, int], None]:
+    """Progress for a log: a line after ten seconds of a stage, then every half minute, with the time left."""
+    begun: dict[str, tuple[float, int]] = {}
+    due = 0.0
+
+    def update(stage: str, done: int, total: int) -> None:
+        nonlocal due
+        now = time.monotonic()
+        if stage not in begun:
+            begun[stage] = now, done
+            due = now + FIRST_LINE_SECONDS
+        start, first = begun[stage]
+        if now < due or done >= total:
+            return
+        due = now + LINE_SECONDS
+        left = ""
+        if done > first:
+            left = f", about {(now - start) / (done - first) * (total - done):,.0f} s left"
+        note(f"{STAGES.get(stage, stage)}: {done} of {total}{left}")
+
+    return update
+
+
 @contextmanager
 def progress_bar(*, quiet: bool) -> Iterator[Callable[[str, int, int], None] | None]:
-    """A callback that draws a bar on stderr; None when nobody watches."""
-    if quiet or not sys.stderr.isatty():
+    """A callback that draws a bar on stderr, or off a terminal writes a line now and then; None if `quiet`."""
+    if quiet:
         yield None
+        return
+    if not sys.stderr.isatty():
+        yield _lines()
         return
     from rich.console import Console
     from rich.progress import (
         BarColumn,
         MofNCompleteColumn,
         Progress,
+        ProgressColumn,
         Task,
         TextColumn,
         TimeElapsedColumn,
@@ -80,10 +115,18 @@ def progress_bar(*, quiet: bool) -> Iterator[Callable[[str, int, int], None] | N
             begun = task.completed >= max(FIRST_BLOCKS, FIRST_SHARE * (task.total or 0.0))
             return super().render(task) if begun else Text("")
 
+    class _Rate(ProgressColumn):
+        """Blocks per second, of those that this process has done."""
+
+        def render(self, task: Task) -> Text:
+            speed = task.finished_speed or task.speed
+            return Text("" if speed is None else f"{speed:,.0f}/s" if speed >= 10.0 else f"{speed:.2g}/s")
+
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
         MofNCompleteColumn(),
+        _Rate(),
         TimeElapsedColumn(),
         _TimeLeft(elapsed_when_finished=False),
     )
@@ -92,7 +135,8 @@ def progress_bar(*, quiet: bool) -> Iterator[Callable[[str, int, int], None] | N
 
         def update(stage: str, done: int, total: int) -> None:
             if stage not in tasks:
-                tasks[stage] = bar.add_task(STAGES.get(stage, stage), total=total)
+                # what an earlier process has done counts for no rate
+                tasks[stage] = bar.add_task(STAGES.get(stage, stage), total=total, completed=done)
             bar.update(tasks[stage], completed=done)
 
         yield update

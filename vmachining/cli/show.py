@@ -5,9 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vmachining.cli.jobs import RunOptions, run_job
+from vmachining.cli.job_commands import RunOptions
+from vmachining.cli.jobs import run_job
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note
+from vmachining.cli.show_commands import FigureOptions
 from vmachining.errors import InputError
 
 if TYPE_CHECKING:
@@ -16,34 +18,43 @@ if TYPE_CHECKING:
 __all__ = ["figure", "strategies"]
 
 
-def figure(
-    folder: Path,
-    *,
-    kind: str,
-    formats: str,
-    over: str | None,
-    width: float,
-    out: Path | None,
-    as_json: bool,
-) -> int:
+def figure(folder: Path, o: FigureOptions) -> int:
     """`vmachining figure`."""
-    from vmachining.report.paper import FORMATS, KINDS, OVER, Results, draw, write_figures
+    from vmachining.report.paper import (
+        FORMATS,
+        KINDS,
+        OVER,
+        ChipTable,
+        Results,
+        draw,
+        draw_chips,
+        write_figures,
+    )
 
-    kinds = _chosen(kind, tuple(KINDS), "--kind", every=True)
-    suffixes = _chosen(formats, FORMATS, "--format")
-    if over is not None and over not in OVER:
-        raise InputError(f"--over {over!r}: want {' or '.join(OVER)}")
-    results = Results.load(folder)
+    chips = (folder / "chips.parquet").is_file()
+    kinds = _chosen(o.kind, ("chips",) if chips else (*KINDS, "chips"), "--kind", every=True)
+    suffixes = _chosen(o.formats, FORMATS, "--format")
+    if o.over is not None and o.over not in OVER:
+        raise InputError(f"--over {o.over!r}: expected {' or '.join(OVER)}")
     drawn, missing = {}, []
-    for name in kinds or KINDS:
+    if chips or "chips" in kinds:
+        drawn["chips"] = draw_chips(ChipTable.load(folder), width_mm=o.width)
+    others = (
+        ()
+        if chips
+        else kinds or tuple(k for k in KINDS if k != "logged" or (folder / "logged.parquet").is_file())
+    )
+    results = Results.load(folder) if others else None
+    for name in others:
+        assert results is not None
         try:
-            drawn[name] = draw(results, name, over=over, width_mm=width)
+            drawn[name] = draw(results, name, over=o.over, width_mm=o.width)
         except InputError as exc:
             if kinds or "matplotlib" in str(exc):
                 raise
             missing.append(f"{name}: {exc.message}")
-    paths = write_figures(drawn, out if out is not None else folder, suffixes)
-    if as_json:
+    paths = write_figures(drawn, o.out if o.out is not None else folder, suffixes)
+    if o.as_json:
         emit({"files": [str(path) for path in paths], "missing": missing})
     else:
         for path in paths:
@@ -60,7 +71,7 @@ def _chosen(text: str, known: tuple[str, ...], option: str, *, every: bool = Fal
     words = [word.strip().lower() for word in text.split(",") if word.strip()]
     if not words or not set(words) <= set(known):
         wrong = next((word for word in words if word not in known), "")
-        raise InputError(f"{option} {wrong!r}: want {', '.join(known)}{', or all' * every}")
+        raise InputError(f"{option} {wrong!r}: expected {', '.join(known)}{', or all' * every}")
     return list(dict.fromkeys(words))
 
 
@@ -73,6 +84,10 @@ def strategies(
     from vmachining.report.paper import Results
 
     folder = target
+    if target.is_dir() and engine is not None:
+        raise InputError(
+            f"--engine {engine}: {target} is a result, and nothing is cut", remedy="give the job"
+        )
     if not target.is_dir():
         job = Job.load(target)
         if job.keys.feed is None:

@@ -2,61 +2,72 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from vmachining.cli.options import Json, Out, Quiet, examples
+from vmachining.cli.options import Engine, Json, Out, Quiet, arg, command, flag, opt
 
-__all__ = ["add_to"]
+__all__ = ["FigureOptions", "shows"]
+
+shows = typer.Typer()
+
+KINDS = "load, bracket, feed, engagement, stock, schedule, logged, or chips (comma list); all: what the directory has."
 
 
-def figure(
-    results: Annotated[Path, typer.Argument(metavar="DIR", help="Result directory of run.")],
-    kind: Annotated[
-        str,
-        typer.Option(
-            "--kind",
-            metavar="LIST",
-            help="load, bracket, feed, engagement, stock, schedule (comma list); all: what the directory has.",
-        ),
-    ] = "all",
-    formats: Annotated[
-        str, typer.Option("--format", metavar="LIST", help="svg, pdf, png (comma list).")
-    ] = "pdf",
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FigureOptions:
+    """Options of `vmachining figure`."""
+
+    kind: Annotated[str, opt("LIST", KINDS)] = "all"
+    formats: Annotated[str, typer.Option("--format", metavar="LIST", help="svg, pdf, png (comma list).")] = (
+        "pdf"
+    )
     over: Annotated[
-        str | None,
-        typer.Option(
-            "--over", metavar="time|block", help="Along the x axis; default: time, and block for bracket."
-        ),
-    ] = None,
-    width: Annotated[
-        float, typer.Option("--width", metavar="MM", min=50.0, max=1000.0, help="Of the figure.")
-    ] = 174.0,
-    out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="Where files go; default: beside the results.")
-    ] = None,
-    as_json: Json = False,
+        str | None, opt("time|block", "Along the x axis; default: time, and block for bracket.")
+    ] = None
+    width: Annotated[float, opt("MM", "Of the figure.", min=50.0, max=1000.0)] = 174.0
+    out: Annotated[Path | None, opt("DIR", "Where files go; default: beside the results.")] = None
+    as_json: Json = False
+
+
+@command(shows, shown=("figure out/slot --kind load,stock --format svg,pdf",))
+def figure(
+    results: Annotated[Path, arg("DIR", "Result directory of run, or of engage --chips.")],
+    *,
+    options: FigureOptions,
 ) -> int:
     """Figures for papers from a result directory: vector graphics, fonts embedded, axes with units."""
     from vmachining.cli import show
 
-    return show.figure(results, kind=kind, formats=formats, over=over, width=width, out=out, as_json=as_json)
+    return show.figure(results, options)
 
 
-def view(
-    target: Annotated[Path, typer.Argument(metavar="JOB.toml|DIR", help="Job file, or result directory.")],
-    out: Out = None,
-    engine: Annotated[
-        str | None, typer.Option("--engine", metavar="NAME", help="Of a job; default as in run.")
+@command(shows, shown=("machine", "machine xyzac-trt --out trunnion.html", "machine mill.toml --json"))
+def machine(
+    name: Annotated[
+        str | None, arg("[NAME|FILE]", "Preset, machine file or job; without it: all presets.")
     ] = None,
-    port: Annotated[
-        int, typer.Option("--port", min=0, max=65535, help="On this machine; 0: any that is free.")
-    ] = 0,
-    once: Annotated[
-        bool, typer.Option("--once", help="Do not run the job again when its files change.")
-    ] = False,
+    *,
+    out: Annotated[Path | None, opt("HTML", "The page; default: NAME.html here.")] = None,
+    as_json: Json = False,
+) -> int:
+    """What a machine is and can do: chain, class, axes, limits, options, legs; as text and as a page with pictures."""
+    from vmachining.cli import machine as room
+
+    return room.machine(name, out=out, as_json=as_json)
+
+
+@command(shows, shown=("view out/slot", "view models/slot/job.toml --port 8000"))
+def view(
+    target: Annotated[Path, arg("JOB.toml|DIR", "Job file, or result directory.")],
+    *,
+    out: Out = None,
+    engine: Engine = None,
+    port: Annotated[int, opt(None, "On this machine; 0: any that is free.", min=0, max=65535)] = 0,
+    once: Annotated[bool, flag("--once", "Do not run the job again when its files change.")] = False,
 ) -> int:
     """The report in a browser, on loopback only: of a job while it runs and whenever its files change. Ends with Ctrl-C."""
     from vmachining.cli import view as room
@@ -64,15 +75,13 @@ def view(
     return room.view(target, out=out, engine=engine, port=port, once=once)
 
 
+@command(shows, shown=("strategies models/slot/job.toml", "strategies out/slot --json"))
 def strategies(
-    target: Annotated[
-        Path, typer.Argument(metavar="JOB.toml|DIR", help="Job with [feed], or result directory of one.")
-    ],
+    target: Annotated[Path, arg("JOB.toml|DIR", "Job with [feed], or result directory of one.")],
+    *,
     out: Out = None,
-    engine: Annotated[
-        str | None, typer.Option("--engine", metavar="NAME", help="Of a job; default as in run.")
-    ] = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with an interrupted run.")] = False,
+    engine: Engine = None,
+    resume: Annotated[bool, flag("--resume", "Continue an interrupted run.")] = False,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> int:
@@ -83,10 +92,3 @@ def strategies(
     from vmachining.cli import show
 
     return show.strategies(target, out=out, engine=engine, resume=resume, quiet=quiet, as_json=as_json)
-
-
-def add_to(app: typer.Typer) -> None:
-    """Hang the commands into the tree."""
-    app.command(epilog=examples("figure out/slot --kind load,stock --format svg,pdf"))(figure)
-    app.command(epilog=examples("view out/slot", "view models/slot/job.toml --port 8000"))(view)
-    app.command(epilog=examples("strategies models/slot/job.toml", "strategies out/slot --json"))(strategies)

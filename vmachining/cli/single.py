@@ -2,31 +2,31 @@
 
 from __future__ import annotations
 
-import math
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from vmachining.cli.judge_commands import SweepOptions
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note, status_line
 from vmachining.errors import InputError
 
-__all__ = ["bench", "sweep"]
+__all__ = ["bench", "from_clone", "sweep"]
 
 STEP_MARK, PLOT_MARK = b"'vmachining'", b"vmachining sweep"
 """What tells files of this command from others: the system a STEP file comes from, the generator of a page."""
 
 
-def sweep(name: str, *, chord: float, step: Path | None, brep: bool, plot: Path | None, as_json: bool) -> int:
+def sweep(name: str, o: SweepOptions) -> int:
     """`vmachining sweep`."""
-    if not (math.isfinite(chord) and chord > 0):
-        raise InputError(f"--chord {chord}: want a positive number")
+    step, plot, brep = o.step, o.plot, not o.no_brep
     if step is not None and not brep:
         raise InputError(
             "--step writes the B-rep solid, which --no-brep leaves out", remedy="drop one of them"
         )
     if plot is not None and plot.suffix.lower() not in (".html", ".htm"):
-        raise InputError(f"--plot {plot}: want a name that ends in .html")
+        raise InputError(f"--plot {plot}: expected a name that ends in .html")
     from vmachining.job.folder import refuse_target
     from vmachining.job.sweepfile import read_sweep
 
@@ -35,29 +35,50 @@ def sweep(name: str, *, chord: float, step: Path | None, brep: bool, plot: Path 
     if plot is not None:
         refuse_target(plot, {"sweep": Path(name)}, PLOT_MARK)
     found = read_sweep(name)
+    from vmachining.interval import Interval
     from vmachining.job.single import sweep_record
 
+    def tell(bracket: Interval) -> None:
+        if not o.as_json:
+            print(f"{bracket.estimate:.9g} mm3   [{bracket.lo:.9g}, {bracket.hi:.9g}]", flush=True)
+
     with status_line() as said:
-        record = sweep_record(found, chord, step, said, brep=brep)
+        record = sweep_record(found, o.chord, step, said, brep=brep, seconds=o.seconds, known=tell)
         if plot is not None:
             said(f"writing {plot.name}")
             from vmachining.report.sweep import plot_sweep
 
-            plot_sweep(plot, found, chord)
+            plot_sweep(plot, found, o.chord)
     refused = record.get("step_refused")
     code = Code.FINDINGS if refused else Code.DONE
     if refused:
         note(f"vmachining: {step} was not written: {refused}")
-    if as_json:
+    if o.as_json:
         emit(record)
         return code
-    print(f"{record['volume_mm3']:.9g} mm3   [{record['lo_mm3']:.9g}, {record['hi_mm3']:.9g}]")
     if record["brep_mm3"] is not None:
         fit = f", splines within {record['brep_fit_mm']:.1g} mm" if record["brep_fit_mm"] else ""
         print(f"{record['brep_mm3']:.9g} mm3   B-rep, {record['brep_faces']} faces{fit}")
     elif brep:
-        print(f"no B-rep value: {record['brep_note']}")
+        late = "; --seconds gives it more time" if "no answer within" in str(record["brep_note"]) else ""
+        print(f"no B-rep value: {record['brep_note']}{late}")
     return code
+
+
+def from_clone(module: str) -> Any:
+    """A module of the benchmarks, which are no part of the wheel.
+
+    Raises InputError: There is no clone around.
+    """
+    try:
+        return import_module(module)
+    except ModuleNotFoundError as exc:
+        if exc.name != "benchmarks":
+            raise
+        raise InputError(
+            "benchmarks and the making of reference sets are not installed with the package",
+            remedy="clone the source: the same command works there",
+        ) from exc
 
 
 def bench(
@@ -70,28 +91,28 @@ def bench(
     as_json: bool,
 ) -> int:
     """`vmachining bench`."""
-    from vmachining.bench import CASES, SEEDED, SIZED, case, described
-
+    clone = from_clone("benchmarks")
+    known, seeded, sized = clone.CASES, clone.SEEDED, clone.SIZED
     for name in names:
-        if name not in CASES:
-            raise InputError(f"unknown case {name!r}", remedy=f"known: {', '.join(sorted(CASES))}")
+        if name not in known:
+            raise InputError(f"unknown case {name!r}", remedy=f"known: {', '.join(sorted(known))}")
     if listed:
-        for name in names or sorted(CASES):
-            about, takes = described(name)
+        for name in names or sorted(known):
+            about, takes = clone.described(name)
             if as_json:
                 emit({"case": name, "about": about, "takes": takes})
             else:
                 print(f"{name:<19}  {takes:<14}  {about}")
         return Code.DONE
     options = _seeded(seeds, journal)
-    if options and not (names and set(names) <= set(SEEDED)):
-        raise InputError("--seeds and --journal belong to one case", remedy=f"name {', '.join(SEEDED)}")
+    if options and not (names and set(names) <= set(seeded)):
+        raise InputError("--seeds and --journal belong to one case", remedy=f"name {', '.join(seeded)}")
     if blocks is not None:
-        if options or not (names and set(names) <= set(SIZED)):
-            raise InputError("--blocks belongs to some cases", remedy=f"name {', '.join(SIZED)}")
+        if options or not (names and set(names) <= set(sized)):
+            raise InputError("--blocks belongs to some cases", remedy=f"name {', '.join(sized)}")
         options["blocks"] = blocks
-    for name in names or sorted(CASES):
-        for record in case(name)(**options):
+    for name in names or sorted(known):
+        for record in clone.case(name)(**options):
             emit(record)
             sys.stdout.flush()
     return Code.DONE
@@ -104,6 +125,6 @@ def _seeded(seeds: str | None, journal: Path | None) -> dict[str, Any]:
         try:
             first, last = (int(word) for word in seeds.split(":"))
         except ValueError as exc:
-            raise InputError(f"--seeds {seeds!r} is no range", remedy="want FIRST:LAST, like 0:200") from exc
+            raise InputError(f"--seeds {seeds!r} is no range", remedy="give FIRST:LAST, like 0:200") from exc
         options |= {"first": first, "blocks": last - first}
     return options

@@ -7,31 +7,20 @@ from typing import Any
 
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note
+from vmachining.cli.toolpath_commands import PocketOptions
 from vmachining.errors import InputError
 from vmachining.job.files import write_atomic
 
 __all__ = ["pocket"]
 
 
-def pocket(
-    sides: tuple[float, float, float],
-    radius: float,
-    *,
-    strategy: str | None,
-    angles: str | None,
-    depth: float,
-    step: float | None,
-    feed: float,
-    plunge: float | None,
-    out: Path | None,
-    plot: Path | None,
-    as_json: bool,
-) -> int:
+def pocket(sides: tuple[float, float, float], o: PocketOptions) -> int:
     """`vmachining toolpath pocket`."""
     from vmachining.toolpath import MODES, STRATEGIES, Triangle, advice, pocket_lengths
     from vmachining.toolpath.program import level_program, pocket_job
 
-    given = None if angles is None else _angles(angles)
+    radius, out, plot = o.radius, o.out, o.plot
+    given = None if o.angles is None else _angles(o.angles)
     best = advice(*sides, radius)
     rows: list[dict[str, Any]] = []
     for name in STRATEGIES:
@@ -46,31 +35,31 @@ def pocket(
                 "passes": true.passes, "uncovered_mm2": true.uncovered_area, "gouge_mm2": true.gouge_area,
             }
         )  # fmt: skip
-    chosen = best[0] if strategy is None else next((p for p in best if p.strategy == strategy), None)
+    chosen = best[0] if o.strategy is None else next((p for p in best if p.strategy == o.strategy), None)
     if chosen is None:
-        raise InputError(f"unknown strategy {strategy!r}", remedy=f"one of {', '.join(STRATEGIES)}")
+        raise InputError(f"unknown strategy {o.strategy!r}", remedy=f"one of {', '.join(STRATEGIES)}")
     warnings = [text for text in (Triangle.of(*sides, radius, angles=given).misfit,) if text]
     files: list[Path] = []
     if out is not None:
-        if out.suffix == ".toml":
-            raise InputError(f"--out {out} names the program, for instance pocket.nc")
+        if not out.name or out.suffix == ".toml":
+            raise InputError(f"--out {str(out)!r} names the program, for instance pocket.nc")
         job = out.with_suffix(".toml")
         if taken := [str(path) for path in (out, job) if path.exists()]:
             raise InputError(f"{', '.join(taken)} exists", remedy="give another --out; nothing is replaced")
         title = f"TRIANGULAR POCKET {' '.join(f'{v:g}' for v in sides)} R{radius:g} {chosen.strategy.upper()}"
         text = level_program(
-            chosen.path, depth_mm=depth, step_mm=step or depth, feed_mm_min=feed,
-            plunge_mm_min=plunge or feed / 3.0, title=title,
+            chosen.path, depth_mm=o.depth, step_mm=o.step or o.depth, feed_mm_min=o.feed,
+            plunge_mm_min=o.plunge or o.feed / 3.0, title=title,
         )  # fmt: skip
         write_atomic(out, text)
-        write_atomic(job, pocket_job(Triangle.of(*sides, radius), out.name, depth_mm=depth))
+        write_atomic(job, pocket_job(Triangle.of(*sides, radius), out.name, depth_mm=o.depth))
         files = [out, job]
     if plot is not None:
         from vmachining.report.pockets import write_pocket_page
 
         write_pocket_page(Triangle.of(*sides, radius), best, plot)
         files.append(plot)
-    if as_json:
+    if o.as_json:
         emit(
             {
                 "strategies": rows, "shortest": best[0].strategy, "chosen": chosen.strategy, "path_mm": chosen.path.tolist(),
@@ -96,5 +85,5 @@ def _angles(text: str) -> tuple[float, float, float]:
     try:
         alpha, beta, gamma = (float(part) for part in text.split(","))
     except ValueError as exc:
-        raise InputError(f"--angles {text!r}: want three degrees such as 90,53,37") from exc
+        raise InputError(f"--angles {text!r}: expected three degrees such as 90,53,37") from exc
     return alpha, beta, gamma

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
-from vmachining.cli.options import Json, examples
+from vmachining.cli.options import Json, above_zero, arg, command, examples, finite, flag, opt, within
 
-__all__ = ["toolpath"]
+__all__ = ["DropOptions", "PocketOptions", "SurfaceOptions", "toolpath"]
 
 toolpath = typer.Typer(
     help="Generate tool paths: triangular pockets, surfaces of facets.",
@@ -18,154 +19,114 @@ toolpath = typer.Typer(
 )  # fmt: skip
 
 
-@toolpath.command(
-    "pocket",
-    epilog=examples("toolpath pocket 100 80 60 --radius 5 --out pocket.nc --plot pocket.html"),
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PocketOptions:
+    """Options of `vmachining toolpath pocket`."""
+
+    radius: Annotated[float, opt("MM", "Of cutter and corners.", above_zero)]
+    strategy: Annotated[str | None, opt(None, "dp, dpi, cp or cpi; default: the shortest.")] = None
+    angles: Annotated[str | None, opt("A,B,C", "Degrees, for the published formulas.")] = None
+    depth: Annotated[float, opt("MM", "Of the pocket.", above_zero)] = 5.0
+    step: Annotated[float | None, opt("MM", "Largest depth of a pass.", above_zero)] = None
+    feed: Annotated[float, opt("MM/MIN", "Along the path.", above_zero)] = 600.0
+    plunge: Annotated[float | None, opt("MM/MIN", "Feed of plunges; default: a third.", above_zero)] = None
+    out: Annotated[Path | None, opt("FILE.nc", "Write the program, and a job beside it.")] = None
+    plot: Annotated[Path | None, opt("FILE.html", "Paths, and the shortest over all shapes.")] = None
+    as_json: Json = False
+
+
+@command(
+    toolpath, "pocket", shown=("toolpath pocket 100 80 60 --radius 5 --out pocket.nc --plot pocket.html",)
 )
 def toolpath_pocket(
-    sides: Annotated[
-        tuple[float, float, float], typer.Argument(metavar="A B C", help="mm, sides; the longest first.")
-    ],
-    radius: Annotated[float, typer.Option("--radius", metavar="MM", help="Of cutter and corners.")],
-    strategy: Annotated[
-        str | None, typer.Option("--strategy", help="dp, dpi, cp or cpi; default: the shortest.")
-    ] = None,
-    angles: Annotated[
-        str | None, typer.Option("--angles", metavar="A,B,C", help="Degrees, for the published formulas.")
-    ] = None,
-    depth: Annotated[float, typer.Option("--depth", metavar="MM", help="Of the pocket.")] = 5.0,
-    step: Annotated[
-        float | None, typer.Option("--step", metavar="MM", help="Largest depth of a pass.")
-    ] = None,
-    feed: Annotated[float, typer.Option("--feed", metavar="MM/MIN", help="Along the path.")] = 600.0,
-    plunge: Annotated[
-        float | None, typer.Option("--plunge", metavar="MM/MIN", help="Feed of plunges; default: a third.")
-    ] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", metavar="FILE.nc", help="Write the program, and a job beside it.")
-    ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option("--plot", metavar="FILE.html", help="Paths, and the shortest over all shapes."),
-    ] = None,
-    as_json: Json = False,
+    sides: Annotated[tuple[float, float, float], arg("A B C", "mm, sides; the longest first.")],
+    *,
+    options: PocketOptions,
 ) -> int:
     """Triangular pocket: four strategies, their true and published lengths, the shortest as a program."""
     from vmachining.cli import toolpath as room
 
-    return room.pocket(
-        sides, radius, strategy=strategy, angles=angles, depth=depth, step=step, feed=feed, plunge=plunge, out=out,
-        plot=plot, as_json=as_json,
-    )  # fmt: skip
+    return room.pocket(sides, options)
 
 
-Part = Annotated[
-    Path, typer.Argument(metavar="PART.stl|.step", help="Facets, or a solid that is triangulated.")
-]
-Scale = Annotated[
-    float, typer.Option("--scale", metavar="MM", help="mm per unit of an STL; 25.4 for inches.")
-]
+Part = Annotated[Path, arg("PART.stl|.step", "Facets, or a solid that is triangulated.")]
+Scale = Annotated[float, opt("MM", "mm per unit of an STL; 25.4 for inches.", above_zero)]
 
 
-@toolpath.command(
-    "drop", epilog=examples("toolpath drop part.stl --points '0,0;5,2.5' --tool ball:10 --json")
-)
-def toolpath_drop(
-    part: Part,
-    points: Annotated[
-        str, typer.Option("--points", metavar="WHERE", help="x,y;x,y or grid:MM or a file of lines x,y.")
-    ],
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DropOptions:
+    """Options of `vmachining toolpath drop`."""
+
+    points: Annotated[str, opt("WHERE", "x,y;x,y or grid:MM or a file of lines x,y.")]
     tool: Annotated[
-        str | None,
-        typer.Option("--tool", metavar="KIND:D[:R]", help="flat:10, ball:10, bull:10:1; none: heights."),
-    ] = None,
-    chord: Annotated[
-        float, typer.Option("--chord", metavar="MM", help="Of the facets of a STEP file.")
-    ] = 0.01,
-    floor: Annotated[
-        float | None, typer.Option("--floor", metavar="Z", help="The tip goes no lower.")
-    ] = None,
-    scale: Scale = 1.0,
-    as_json: Json = False,
-) -> int:
+        str | None, opt("KIND:D[:R]", "flat:10, ball:10, bull:10:1; none (default): heights of the part.")
+    ] = None
+    chord: Annotated[float, opt("MM", "Of the facets of a STEP file.", above_zero)] = 0.01
+    floor: Annotated[float | None, opt("Z", "The tip goes no lower.", finite)] = None
+    scale: Scale = 1.0
+    as_json: Json = False
+
+
+@command(toolpath, "drop", shown=("toolpath drop part.stl --points '0,0;5,2.5' --tool ball:10 --json",))
+def toolpath_drop(part: Part, *, options: DropOptions) -> int:
     """Heights of a part, or of a tool that comes down on it: a table of x, y, z and what is touched."""
     from vmachining.cli import surface as room
 
-    return room.drop(part, points=points, tool=tool, chord=chord, floor=floor, scale=scale, as_json=as_json)
+    return room.drop(part, options)
 
 
-@toolpath.command(
+WEIGHTS = "Five axes: of the facet, or of those around a corner, weighted so."
+FACETS = "Facets that meet at more keep their own normals."
+LOOPS = "Loops at this height; may stand several times."
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SurfaceOptions:
+    """Options of `vmachining toolpath surface`."""
+
+    tool: Annotated[str, opt("KIND:D[:R]", "flat:10, ball:10 or bull:10:1, mm.")]
+    scallop: Annotated[float | None, opt("MM", "Height of the ridges that stay.", above_zero)] = None
+    step: Annotated[float | None, opt("MM", "Distance of passes in plan.", above_zero)] = None
+    chord: Annotated[float, opt("MM", "Largest distance of the path from the exact one.", above_zero)] = 0.01
+    lead: Annotated[
+        float | None, opt("DEG", "Five axes: the tool leans along the feed.", within(-89, 89))
+    ] = None
+    tilt: Annotated[float | None, opt("DEG", "Five axes: it leans across the feed.", within(-89, 89))] = None
+    tilt_limit: Annotated[float, opt("DEG", "How far the tilt may leave the asked one.", within(0, 180))] = (
+        30.0
+    )
+    normals: Annotated[
+        Literal["facet", "resultant", "area", "angle"], opt("facet|resultant|area|angle", WEIGHTS)
+    ] = "angle"
+    sharp: Annotated[float, opt("DEG", FACETS, within(0, 180))] = 30.0
+    direction: Annotated[float, opt("DEG", "Of the passes, from +x.", within(-360, 360))] = 0.0
+    waterline: Annotated[list[float] | None, opt("Z", LOOPS, finite)] = None
+    levels: Annotated[float | None, opt("MM", "Loops at heights so far apart.", above_zero)] = None
+    floor: Annotated[float | None, opt("Z", "The tip goes no lower; default: the bottom.", finite)] = None
+    feed: Annotated[float, opt("MM/MIN", "Along the path.", above_zero)] = 1000.0
+    spindle: Annotated[float, opt("REV/MIN", "Written to it.", above_zero)] = 6000.0
+    scale: Scale = 1.0
+    one_way: Annotated[bool, flag("--one-way", "All passes in one direction.")] = False
+    machine: Annotated[str | None, opt("NAME|FILE", "Five axes as .nc: rotary words of this machine.")] = None
+    joint_linear: Annotated[
+        bool, flag("--joint-linear", "With --machine: no tool centre point control (M128).")
+    ] = False
+    out: Annotated[Path | None, opt("FILE", ".nc (iso), .csv (poses) or .cls (apt); a job beside it.")] = None
+    as_json: Json = False
+
+
+@command(
+    toolpath,
     "surface",
-    epilog=examples(
+    shown=(
         "toolpath surface part.stl --tool ball:8 --scallop 0.01 --out part.nc",
         "toolpath surface part.step --tool bull:10:1 --step 1 --lead 5 --out part.csv",
         "toolpath surface part.step --tool bull:10:1 --step 1 --lead 5 --machine ac-table --out part.nc",
         "toolpath surface part.stl --tool flat:6 --levels 2 --out part.nc",
     ),
 )
-def toolpath_surface(
-    part: Part,
-    tool: Annotated[
-        str, typer.Option("--tool", metavar="KIND:D[:R]", help="flat:10, ball:10 or bull:10:1, mm.")
-    ],
-    scallop: Annotated[
-        float | None, typer.Option("--scallop", metavar="MM", help="Height of the ridges that stay.")
-    ] = None,
-    step: Annotated[
-        float | None, typer.Option("--step", metavar="MM", help="Distance of passes in plan.")
-    ] = None,
-    chord: Annotated[
-        float, typer.Option("--chord", metavar="MM", help="Largest distance of the path from the exact one.")
-    ] = 0.01,
-    lead: Annotated[
-        float | None, typer.Option("--lead", metavar="DEG", help="Five axes: the tool leans along the feed.")
-    ] = None,
-    tilt: Annotated[
-        float | None, typer.Option("--tilt", metavar="DEG", help="Five axes: it leans across the feed.")
-    ] = None,
-    tilt_limit: Annotated[
-        float, typer.Option("--tilt-limit", metavar="DEG", help="How far the tilt may leave the asked one.")
-    ] = 30.0,
-    normals: Annotated[
-        str, typer.Option("--normals", help="Five axes: facet, resultant, area or angle weighted.")
-    ] = "angle",
-    direction: Annotated[
-        float, typer.Option("--direction", metavar="DEG", help="Of the passes, from +x.")
-    ] = 0.0,
-    waterline: Annotated[
-        list[float] | None,
-        typer.Option("--waterline", metavar="Z", help="Loops at this height; may stand several times."),
-    ] = None,
-    levels: Annotated[
-        float | None, typer.Option("--levels", metavar="MM", help="Loops at heights so far apart.")
-    ] = None,
-    floor: Annotated[
-        float | None, typer.Option("--floor", metavar="Z", help="The tip goes no lower; default: the bottom.")
-    ] = None,
-    feed: Annotated[float, typer.Option("--feed", metavar="MM/MIN", help="Along the path.")] = 1000.0,
-    spindle: Annotated[float, typer.Option("--spindle", metavar="REV/MIN", help="Written to it.")] = 6000.0,
-    scale: Scale = 1.0,
-    one_way: Annotated[bool, typer.Option("--one-way", help="All passes in one direction.")] = False,
-    machine: Annotated[
-        str | None,
-        typer.Option(
-            "--machine", metavar="NAME|FILE", help="Five axes as .nc: rotary words of this machine."
-        ),
-    ] = None,
-    joint_linear: Annotated[
-        bool, typer.Option("--joint-linear", help="With --machine: no tool centre point control (M128).")
-    ] = False,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", metavar="FILE", help=".nc (iso), .csv (poses) or .cls (apt); a job beside it."),
-    ] = None,
-    as_json: Json = False,
-) -> int:
+def toolpath_surface(part: Part, *, options: SurfaceOptions) -> int:
     """Passes over a surface in three or five axes, or waterlines, that do not cut into the part."""
     from vmachining.cli import surface as room
 
-    return room.surface(
-        part, tool=tool, scallop=scallop, step=step, chord=chord, lead=lead, tilt=tilt, tilt_limit=tilt_limit, normals=normals,
-        direction=direction, waterline=waterline, levels=levels, floor=floor, feed=feed, spindle=spindle, scale=scale,
-        one_way=one_way, machine=machine, joint_linear=joint_linear, out=out, as_json=as_json,
-    )  # fmt: skip
+    return room.surface(part, options)

@@ -6,13 +6,15 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
-from vmachining.cli.jobs import RunOptions, run_job
+from vmachining.cli.job_commands import RunOptions
+from vmachining.cli.jobs import run_job
 from vmachining.cli.main import Code
 from vmachining.cli.screen import note
 from vmachining.errors import InputError, VMachiningError
 from vmachining.job import Job
 from vmachining.job.batch import safe_name
 from vmachining.job.files import read_manifest
+from vmachining.report.backplot import live_page
 from vmachining.report.live import LOOPBACK, REPORT, Live, serve
 
 __all__ = ["view"]
@@ -24,6 +26,10 @@ LOOK_SECONDS = 0.5
 def view(target: Path, *, out: Path | None, engine: str | None, port: int, once: bool) -> int:
     """`vmachining view`: serves until Ctrl-C; of a job, runs it first and whenever its files change."""
     if target.is_dir():
+        if engine is not None:
+            raise InputError(
+                f"--engine {engine}: {target} is a result, and nothing is cut", remedy="give the job"
+            )
         manifest = read_manifest(target)
         if manifest is None or REPORT not in manifest.get("outputs", ()):
             raise InputError(
@@ -54,6 +60,7 @@ def _runs(file: Path, live: Live, engine: str | None, once: bool) -> int:
         seen = _times(file)
         live.progress("program", 0, 1)
         try:
+            live.page = live_page(Job.load(file))
             code = run_job(file, RunOptions(engine=engine), out=live.folder, told=live.progress)
             if code == Code.INTERRUPTED:
                 return code

@@ -42,7 +42,7 @@ round surfaces and are left out.
 
 Conventions: phi from the second direction of the tool frame (+y of an upright tool) towards the first (+x),
 clockwise seen from the spindle; phi + feed_angle = 90 degrees straight ahead. s from the lowest point of the
-meridian off the bottom disc; with `bottom` the edge goes on to the axis, s < 0. Only the part that cuts
+meridian off the bottom disc; with `bottom` the edge continues to the axis, s < 0. Only the part that cuts
 (`flute_length`) has an edge. Source of angle, edge parameter and facing condition: the staircase and patch models
 of analytical boundary simulation (Hendriko, five-axis milling, chapters 5 and 6), rederived; depth and chip area
 are the exact ones, not the printed ones.
@@ -56,7 +56,7 @@ was missing.
 """
 
 from vmachining.engagement import chip, frames
-from vmachining.engagement.chips import CHIP_COLUMNS, chip_table, depths
+from vmachining.engagement.chips import CHIP_COLUMNS, chip_points, chip_table, depths
 from vmachining.engagement.divide import RESOLUTION_MM
 from vmachining.engagement.extract import Contact, contact, engaged_parts, facing_parts
 from vmachining.engagement.result import COLUMNS, Engagement, EngagementMap
@@ -79,6 +79,7 @@ __all__ = [
     "Stock",
     "Workpiece",
     "chip",
+    "chip_points",
     "chip_table",
     "contact",
     "depths",

@@ -13,7 +13,7 @@ rm is the radius of the centre circle of the corner, r that of the corner: r = 0
 phi is the rotation angle in the tool frame, from +y to +x (clockwise seen from the spindle); phi + eps = 90 degrees
 is straight ahead.
 
-**Intervals** are arrays `lower`, `upper` of s, (..., k), NaN where there is none; each lies in one piece. In results of
+**Intervals** are arrays `lower`, `upper` of s, (..., k), NaN where none exists; each lies in one piece. In results of
 a path the dimensions are [position, rotation angle, interval]. Every function broadcasts, so one interval of one
 angle is as welcome.
 
@@ -42,12 +42,10 @@ __all__ = [
     "arc_length",
     "axial_depth",
     "book_chip_area",
-    "book_depth",
     "chip_area",
     "chip_thickness",
     "corner_speeds",
     "cut_length",
-    "edge_normals",
     "edge_points",
     "edge_speeds",
     "elevation",
@@ -55,14 +53,10 @@ __all__ = [
     "facing_range",
     "feed_scale",
     "height",
-    "limit_angle",
     "normal_speed",
     "pieces",
     "radial",
     "radius",
-    "removal_density",
-    "spindle_scale",
-    "tangential",
 ]
 
 QUARTER = 0.5 * np.pi
@@ -88,7 +82,7 @@ class Speeds(NamedTuple):
 
 
 class FacingRange(NamedTuple):
-    """Facing set of the corner: lower, upper (...,) rad of lam, equal where there is none."""
+    """Facing set of the corner: lower, upper (...,) rad of lam, equal where none exists."""
 
     lower: Floats
     upper: Floats
@@ -101,12 +95,6 @@ def radial(frame: ArrayLike, phi: ArrayLike) -> Floats:
     """(..., 3) e_r = M (sin phi, cos phi, 0) of frames (..., 3, 3) at phi (...,) rad."""
     m, at = np.asarray(frame, dtype=np.float64), np.asarray(phi, dtype=np.float64)[..., None]
     return np.asarray(np.sin(at) * m[..., :, 0] + np.cos(at) * m[..., :, 1])
-
-
-def tangential(frame: ArrayLike, phi: ArrayLike) -> Floats:
-    """(..., 3) e_t = M (cos phi, -sin phi, 0), the direction of the cutting velocity under M3."""
-    m, at = np.asarray(frame, dtype=np.float64), np.asarray(phi, dtype=np.float64)[..., None]
-    return np.asarray(np.cos(at) * m[..., :, 0] - np.sin(at) * m[..., :, 1])
 
 
 def elevation(s: ArrayLike, r: float) -> Floats:
@@ -156,12 +144,6 @@ def edge_points(
     )
 
 
-def edge_normals(frame: ArrayLike, phi: ArrayLike, s: ArrayLike, r: float) -> Floats:
-    """(..., 3) outward unit normals N = sin lam e_r - cos lam w at s (5-11, 5-12 put right)."""
-    m, lam = np.asarray(frame, dtype=np.float64), elevation(s, r)[..., None]
-    return np.asarray(np.sin(lam) * radial(m, phi) - np.cos(lam) * m[..., :, 2])
-
-
 # -- motion --------------------------------------------------------------------------------------------------
 
 
@@ -196,17 +178,6 @@ def corner_speeds(speeds: Speeds, rm: float, r: float) -> tuple[Floats, Floats]:
     return np.asarray(speeds.radial + r * speeds.swing), np.asarray(speeds.axial - rm * speeds.swing)
 
 
-def limit_angle(a: ArrayLike, b: ArrayLike) -> Floats:
-    """(...,) rad, lam of the LE point where N . V = 0: atan2(b, a), negative behind (5-15 put right).
-
-    tan lam = tan(lead) / sin(phi + eps) for a tool that does not turn. Behind (a <= 0, b < 0) the corner cuts *below*
-    atan2(-b, -a), and the source plots the negative of it.
-    """
-    x, y = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
-    behind = (x <= 0.0) & (y < 0.0)
-    return np.asarray(np.where(behind, -np.arctan2(-y, -x), np.arctan2(y, x)))
-
-
 def facing_range(a: ArrayLike, b: ArrayLike) -> FacingRange:
     """Stretch of the corner that moves into the material, N . V > 0; the table of the source with all its rows."""
     x, y = np.broadcast_arrays(np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64))
@@ -231,11 +202,6 @@ def feed_scale(feed_per_tooth: ArrayLike, speeds: Speeds) -> Floats:
         return np.asarray(np.asarray(feed_per_tooth) / np.where(speeds.tip > 0.0, speeds.tip, np.nan))
 
 
-def spindle_scale(teeth: int, rev_min: ArrayLike) -> Floats:
-    """(...,) s between two teeth, 60 / (m n_s): the same as `feed_scale`, and defined where the tip rests."""
-    return np.asarray(60.0 / (teeth * np.asarray(rev_min, dtype=np.float64)))
-
-
 # -- chips ---------------------------------------------------------------------------------------------------
 
 
@@ -255,11 +221,6 @@ def cut_length(lower: ArrayLike, upper: ArrayLike) -> Floats:
 def axial_depth(lower: ArrayLike, upper: ArrayLike, r: float) -> Floats:
     """(...,) mm, d_ax: engaged length along the tool axis, gaps left out."""
     return np.asarray(np.nansum(height(upper, r) - height(lower, r), axis=-1))
-
-
-def book_depth(lower: ArrayLike, upper: ArrayLike, r: float, lead: ArrayLike) -> Floats:
-    """(...,) mm, depth of cut as published, d_ax cos(lead) (5-28): exact for a flat cutter only."""
-    return np.asarray(axial_depth(lower, upper, r) * np.cos(np.asarray(lead, dtype=np.float64)))
 
 
 def exact_depth(
@@ -294,47 +255,22 @@ def chip_area(
     speeds, scale : of the leading dimensions. Intervals must lie in the facing set, as those of the engines do;
     elsewhere N . V counts with its sign. Bottom included where the intervals have it.
     """
-    return np.asarray(np.nansum(_integrals(lower, upper, speeds, rm, r)[0], axis=-1) * np.asarray(scale))
+    return np.asarray(np.nansum(_integrals(lower, upper, speeds, rm, r), axis=-1) * np.asarray(scale))
 
 
-def removal_density(lower: ArrayLike, upper: ArrayLike, speeds: Speeds, rm: float, r: float) -> Floats:
-    """(...,) mm^3/s per rad of phi: integral of N . V times the radius along the intervals, in closed form.
-
-    Over a turn it gives the rate of removal; over the speed of the feed, the frontal area of the engaged part.
-    """
-    return np.asarray(np.nansum(_integrals(lower, upper, speeds, rm, r)[1], axis=-1))
-
-
-def _integrals(
-    lower: ArrayLike, upper: ArrayLike, speeds: Speeds, rm: float, r: float
-) -> tuple[Floats, Floats]:
-    """Integrals of N . V ds and of N . V rho ds over every interval."""
+def _integrals(lower: ArrayLike, upper: ArrayLike, speeds: Speeds, rm: float, r: float) -> Floats:
+    """Integrals of N . V ds over every interval."""
     low, high = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
     piece = pieces(low, high, r)
     v_r, v_w, g = (np.asarray(x, dtype=np.float64)[..., None] for x in speeds[:3])
-    # bottom
     p1, p2 = rm + low, rm + high
     disc = -v_w * (p2 - p1) + 0.5 * g * (p2**2 - p1**2)
-    disc_rho = -0.5 * v_w * (p2**2 - p1**2) + g * (p2**3 - p1**3) / 3.0
-    # corner
-    a, b = v_r + r * g, v_w - rm * g
     x, y = elevation(low, r), elevation(high, r)
-    rise, run = np.cos(x) - np.cos(y), np.sin(y) - np.sin(x)
-    corner = r * (a * rise - b * run)
-    square = 0.5 * ((y - x) - (np.sin(y) * np.cos(y) - np.sin(x) * np.cos(x)))
-    corner_rho = r * (
-        rm * (a * rise - b * run) + r * (a * square - 0.5 * b * (np.sin(y) ** 2 - np.sin(x) ** 2))
-    )
+    corner = r * ((v_r + r * g) * (np.cos(x) - np.cos(y)) - (v_w - rm * g) * (np.sin(y) - np.sin(x)))
     # cylinder: N . V is linear in the height
     rod = (v_r + (r + 0.5 * (low + high) - r * QUARTER) * g) * (high - low)
-    chosen = [piece == k for k in (EdgePiece.BOTTOM, EdgePiece.CORNER, EdgePiece.CYLINDER)]
-    shape = np.broadcast_shapes(low.shape, v_r.shape)
-    chosen = [np.broadcast_to(c, shape) for c in chosen]
-    ds = np.select(chosen, [np.broadcast_to(v, shape) for v in (disc, corner, rod)], np.nan)
-    rho = np.select(
-        chosen, [np.broadcast_to(v, shape) for v in (disc_rho, corner_rho, (rm + r) * rod)], np.nan
-    )
-    return ds, rho
+    kinds = (EdgePiece.BOTTOM, EdgePiece.CORNER, EdgePiece.CYLINDER)
+    return np.select([piece == k for k in kinds], [disc, corner, rod], np.nan)
 
 
 def book_chip_area(

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from vmachining.engagement.analytic import Pass
 
-__all__ = ["CHIP_COLUMNS", "chip_table", "depths"]
+__all__ = ["CHIP_COLUMNS", "chip_points", "chip_table", "depths"]
 
 CHIP_COLUMNS = (
     "position", "phi_deg", "phi_feed_deg", "length_mm", "axial_mm", "depth_mm", "thickness_mm", "area_mm2",
@@ -68,6 +68,43 @@ def chip_table(
             _add(columns, number, tuple(None if v is None else v[number] for v in values))
     schema = {name: pl.Int64 if name == "position" else pl.Float64 for name in CHIP_COLUMNS}
     return pl.DataFrame(columns, schema=schema)
+
+
+def chip_points(
+    found: Engagement, *, feed_per_tooth: float = 1.0, angles: int = 120, points: int = 9
+) -> pl.DataFrame:
+    """The engaged surface of an instant as points of its edge: what a picture of the chip as a body needs.
+
+    Columns phi_deg, interval (number of it at its angle), share (of it), x_mm, y_mm, z_mm, normal nx, ny, nz, thickness_mm.
+
+    angles : at most about so many of the grid. points : of every interval, both ends included.
+    """
+    import polars as pl
+
+    every = max(1, round(found.contact.grid / angles))
+    parts = found.contact.parts
+    parts = parts.take((parts.row < found.contact.grid) & (parts.row % every == 0))
+    parts = parts.take(np.lexsort((parts.lower, parts.row)))
+    number = np.arange(len(parts.row)) - np.searchsorted(parts.row, parts.row)
+    share = np.linspace(0.0, 1.0, points)
+    s = (parts.lower[:, None] + (parts.upper - parts.lower)[:, None] * share).ravel()
+    row, piece = (np.repeat(v, points) for v in (parts.row, parts.piece))
+    phi = found.contact.phi[row]
+    where = found.stance.points(found.edge, phi, piece, s)
+    tip = float(np.linalg.norm(found.stance.velocity)) or 1.0
+    thick = feed_per_tooth * np.maximum(found.stance.normal_speed(found.edge, phi, piece, s), 0.0) / tip
+    at = found.edge.at(piece, s)
+    normal = at.n_r[:, None] * found.stance.radial(phi - at.lag) + at.n_z[:, None] * found.stance.axis
+    columns = (
+        np.degrees(phi),
+        np.repeat(number, points),
+        np.tile(share, len(number)),
+        *where.T,
+        *normal.T,
+        thick,
+    )
+    names = ("phi_deg", "interval", "share", "x_mm", "y_mm", "z_mm", "nx", "ny", "nz", "thickness_mm")
+    return pl.DataFrame({name: np.asarray(v, np.float32) for name, v in zip(names, columns, strict=True)})
 
 
 def depths(found: Engagement, normal: ArrayLike) -> Floats:

@@ -24,20 +24,16 @@ from vmachining.arrays import Floats
 from vmachining.errors import InputError
 
 __all__ = [
-    "Lean",
     "Tilts",
     "angles_of",
     "axis_of",
     "axis_of_lean",
     "feed_angle",
     "feed_direction",
-    "feed_frame",
     "frame_of",
-    "lean_of",
     "rotation",
     "tip_of_contact",
     "unit",
-    "world",
 ]
 
 LEVEL = 1e-12
@@ -49,13 +45,6 @@ class Tilts(NamedTuple):
 
     theta_a: Floats
     theta_b: Floats
-
-
-class Lean(NamedTuple):
-    """lead, tilt : (...,) rad, of the tool axis about the contact frame; lead > 0 leans forward."""
-
-    lead: Floats
-    tilt: Floats
 
 
 def unit(vector: ArrayLike) -> Floats:
@@ -91,14 +80,6 @@ def frame_of(axis: ArrayLike) -> Floats:
     return rotation(*angles_of(axis))
 
 
-def world(points: ArrayLike, frame: ArrayLike, tip: ArrayLike) -> Floats:
-    """(..., 3) tool coordinates of points to the workpiece, Q = M q + T (5-1); directions take no tip."""
-    return np.asarray(
-        np.einsum("...ij,...j->...i", np.asarray(frame), np.asarray(points, dtype=np.float64))
-        + np.asarray(tip)
-    )
-
-
 def feed_direction(velocity: ArrayLike, normal: ArrayLike) -> Floats:
     """(..., 3) t: the velocity of the tip projected on the tangent plane of a unit normal, unit (5-4 put right)."""
     v, n = np.asarray(velocity, dtype=np.float64), np.asarray(normal, dtype=np.float64)
@@ -116,14 +97,6 @@ def axis_of_lean(lead: ArrayLike, tilt: ArrayLike, feed: ArrayLike, normal: Arra
     return np.asarray(np.sin(al) * t - np.sin(be) * np.cos(al) * b + np.cos(be) * np.cos(al) * n)
 
 
-def lean_of(axis: ArrayLike, feed: ArrayLike, normal: ArrayLike) -> Lean:
-    """Lead and tilt of a unit axis, the inverse of `axis_of_lean`."""
-    w, t, n = (np.asarray(v, dtype=np.float64) for v in (axis, feed, normal))
-    b = np.cross(n, t)
-    along, aside, up = ((w * e).sum(axis=-1) for e in (t, b, n))
-    return Lean(np.asarray(np.arctan2(along, np.hypot(aside, up))), np.asarray(np.arctan2(-aside, up)))
-
-
 def feed_angle(velocity: ArrayLike, frame: ArrayLike) -> Floats:
     """(...,) rad, eps: phi + eps is 90 degrees straight ahead (5-6 in the plane of the tool, all quadrants).
 
@@ -131,15 +104,6 @@ def feed_angle(velocity: ArrayLike, frame: ArrayLike) -> Floats:
     """
     v, m = np.asarray(velocity, dtype=np.float64), np.asarray(frame, dtype=np.float64)
     return np.asarray(np.arctan2((v * m[..., :, 1]).sum(axis=-1), (v * m[..., :, 0]).sum(axis=-1)))
-
-
-def feed_frame(axis: ArrayLike, velocity: ArrayLike) -> Floats:
-    """(..., 3, 3) columns u, v, w: v = unit(w x V), u = v x w; NaN where the feed is along the axis (5-3)."""
-    w = np.broadcast_to(
-        np.asarray(axis, dtype=np.float64), np.broadcast_shapes(np.shape(axis), np.shape(velocity))
-    )
-    v = unit(np.cross(w, np.asarray(velocity, dtype=np.float64)))
-    return np.stack([np.cross(v, w), v, w], axis=-1)
 
 
 def tip_of_contact(

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vmachining.arrays import Floats, Ints
-from vmachining.engagement.extract import Contact
+from vmachining.arrays import Bools, Floats
+from vmachining.engagement.extract import BESIDE_TOUCH, GAUSS, GRAZING, Contact, entering, nodes
 from vmachining.engagement.workpiece import By
 from vmachining.htmltable import facts_html
 from vmachining.sweep import Stance
@@ -25,9 +24,6 @@ JOINT_MM = 1e-9
 
 SAME_RAD = 1e-12
 """Two angles closer than this are one; the sides of a jump are 1e-9 apart."""
-
-GAUSS = 8
-"""Nodes per interval of integrals along the edge; exact to rounding for arcs up to a quarter turn."""
 
 FULL_TURN = 360.0
 
@@ -53,6 +49,7 @@ class Engagement:
     edge, stance : the cutting edge; where the tool is, how it moves, its frame.
     contact : intervals by rotation angle, as extracted.
     method : "dexel", "brep" or "analytic". block, line : of the program, where there is one.
+    wall_mm : how far off the walls of the workpiece may be, as the method knows them.
     notes : what a reader must know: what is not in the numbers, how well the stock is known.
 
     The rotation angle phi is that of the tip of the edge in the tool frame, from its second direction (+y of an
@@ -69,6 +66,7 @@ class Engagement:
     block: int | None = None
     line: int | None = None
     notes: tuple[str, ...] = ()
+    wall_mm: float = 0.0
 
     def __repr__(self) -> str:
         where = f"block {self.block} at {self.at:g}" if self.block is not None else f"at {self.at:g}"
@@ -169,12 +167,12 @@ class Engagement:
 
     @property
     def ap(self) -> float:
-        """mm: axial depth, extent of the contact along the tool axis; 0 in air."""
+        """mm: axial depth, extent along the tool axis of the contact that cuts (see `GRAZING`); 0 in air."""
         return float(np.ptp(self._extremes()[0])) if not self.is_air else 0.0
 
     @property
     def ae(self) -> float:
-        """mm: radial depth, extent of the contact across feed and axis; NaN where the feed is axial, 0 in air."""
+        """mm: radial depth, extent across feed and axis of the contact that cuts; NaN where the feed is axial, 0 in air."""
         if self.is_air:
             return 0.0
         if self.feed_angle is None:
@@ -257,21 +255,13 @@ class Engagement:
         np.add.at(out, self.contact.parts.row, values)
         return out
 
-    def _nodes(self, parts: EdgeParts) -> tuple[Ints, Ints, Floats, Floats]:
-        """row, piece, s and weight of Gauss nodes, (n * GAUSS,)."""
-        x, w = _gauss()
-        half = 0.5 * (parts.upper - parts.lower)
-        s = (parts.lower + half)[:, None] + half[:, None] * x
-        row, piece = (np.repeat(column, GAUSS) for column in (parts.row, parts.piece))
-        return row, piece, s.ravel(), (half[:, None] * w).ravel()
-
     def _edge_lengths(self, parts: EdgeParts) -> Floats:
         """(n,) mm of the edge in space; more than the difference of s where the edge is wound."""
         if self.edge.twist == 0.0:
             return np.asarray(parts.upper - parts.lower)
         # an interval may go over joints: each of its parts is measured, and given to it
         pieces = self.contact.parts
-        _, piece, s, weight = self._nodes(pieces)
+        _, piece, s, weight = nodes(pieces)
         p = self.edge.at(piece, s)
         rise = np.abs(p.n_r)  # dz/ds of a meridian is the radial part of its normal
         around = np.hypot(1.0, p.r * self.edge.twist * rise)
@@ -290,7 +280,7 @@ class Engagement:
         tip = float(np.linalg.norm(self.stance.velocity))
         if tip == 0.0:
             return np.full(len(parts.row), np.nan)
-        row, piece, s, weight = self._nodes(parts)
+        row, piece, s, weight = nodes(parts)
         value = self.stance.normal_speed(self.edge, self.contact.phi[row], piece, s) / tip
         if around:
             value *= self.edge.at(piece, s).r
@@ -310,15 +300,59 @@ class Engagement:
 
     def _extremes(self) -> tuple[Floats, Floats]:
         """Heights along the axis and distances across the feed of the ends and of the widest points between."""
-        parts = self.contact.parts
-        rows_, pieces, nodes, _ = self._nodes(parts)  # a wound edge may be widest anywhere
+        parts = self._cutting(self.contact.parts)
+        if not len(parts.row):
+            return np.zeros(1), np.zeros(1)
+        rows_, pieces, inner, _ = nodes(parts)  # a wound edge may be widest anywhere
         row = np.concatenate([parts.row, parts.row, parts.row, rows_])
         piece = np.concatenate([parts.piece, parts.piece, parts.piece, pieces])
-        s = np.concatenate([parts.lower, parts.upper, self.edge.widest(parts), nodes])
+        s = np.concatenate([parts.lower, parts.upper, self.edge.widest(parts), inner])
         points = self.stance.points(self.edge, self.contact.phi[row], piece, s) - self.stance.tip
         sideways = np.cross(self.stance.axis, self.stance.velocity)
         size = float(np.linalg.norm(sideways))
         return points @ self.stance.axis, points @ (sideways / size if size > 0.0 else sideways)
+
+    def _cutting(self, parts: EdgeParts) -> EdgeParts:
+        """Parts that enter material. Of one that slides along a wall it is the limit of what cuts beside it; see `GRAZING`."""
+        phi = self.contact.phi
+        least = max(GRAZING, np.sqrt(2.0 * self.wall_mm / self.edge.profile.max_radius))
+        cuts = entering(self.edge, self.stance, phi, parts, least)
+        real, touch = parts.take(cuts), parts.take(~cuts)
+        if not len(real.row) or not len(touch.row):
+            return real
+        away = (phi[real.row] - phi[touch.row][:, None] + np.pi) % (2.0 * np.pi) - np.pi
+        same = touch.piece[:, None] == real.piece
+        lower, upper, owner = [real.lower], [real.upper], []
+        for t in range(len(touch.row)):
+            for ends in _limits(away[t], same[t], real):
+                low, high = max(ends[0], touch.lower[t]), min(ends[1], touch.upper[t])
+                if high > low:
+                    owner.append(t)
+                    lower.append(np.array([low]))
+                    upper.append(np.array([high]))
+        both = EdgeParts._make(
+            np.concatenate(pair)
+            for pair in zip(real, touch.take(np.array(owner, dtype=np.int64)), strict=True)
+        )
+        return both._replace(lower=np.concatenate(lower), upper=np.concatenate(upper))
+
+
+def _limits(away: Floats, same: Bools, real: EdgeParts) -> list[Floats]:
+    """(k, 2) s: what parts of the same piece that cut tend to at an angle, `away` rad from theirs.
+
+    Three angles on one side, asked for this, each with one part of the piece: by a parabola, off by the cube of 3e-3 rad. Else
+    what cuts at the nearest angle.
+    """
+    out = []
+    for side in (BESIDE_TOUCH[3:], -BESIDE_TOUCH[3:]):
+        at = [np.flatnonzero(same & (np.abs(away - a) <= SAME_RAD)) for a in side]
+        if all(len(one) == 1 for one in at):
+            s = np.array([[real.lower[k], real.upper[k]] for (k,) in at])
+            out.append(3.0 * s[0] - 3.0 * s[1] + s[2])
+    if not out:
+        near = np.abs(away) <= np.abs(away).min() + SAME_RAD
+        out = [np.array([real.lower[k], real.upper[k]]) for k in np.flatnonzero(near & same)]
+    return out
 
 
 def end_name(code: int) -> str:
@@ -355,9 +389,3 @@ def _unit(vector: Floats) -> list[float] | None:
 
 def _number(value: float) -> float | None:
     return value if np.isfinite(value) else None
-
-
-@lru_cache(maxsize=1)
-def _gauss() -> tuple[Floats, Floats]:
-    x, w = np.polynomial.legendre.leggauss(GAUSS)
-    return x, w

@@ -81,7 +81,7 @@ class RayWorkpiece:
     """Stock and earlier sweeps by their exact distances.
 
     stock : Stock. past : in program order. One sweep after the other, the latest first, takes its part of the
-    edge away; what is left goes on to the next.
+    edge away; what is left continues to the next.
     """
 
     stock: Stock

@@ -10,8 +10,8 @@
 | `brep` | solids with faces; judges blocks, see `--brep` | OCCT |
 
 Engines never import each other. Every engine answers `protocol.Engine`, and everybody else knows them by that alone.
-`ENGINES` below lists those that can cut a job: adding one is a room beside this file and one line here, see
-`docs/add_an_engine.md`.
+`ENGINES` below lists those that can cut a job. Another package adds one by the entry-point group `vmachining.engines`,
+see `docs/add_an_engine.md`.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from types import ModuleType
 
 from vmachining.engines.protocol import Engine
 from vmachining.errors import InputError
+from vmachining.installed import Installed
 
 __all__ = [
     "ENGINES",
     "RAYS",
-    "STATED",
     "Entry",
     "brep",
     "columns",
@@ -49,7 +49,7 @@ class Entry:
     place : "module:class" of the `Engine`; loaded, with its kernel, when somebody asks for it.
     takes : stocks, tools and motions, in words, for --help.
     divisible : whether it is `Divisible`, so that several processes can cut one workpiece.
-    divided_from : blocks from which on starting them pays, where nobody says how many are wanted.
+    divided_from : number of blocks above which starting them pays, where no number of processes is given.
     batched : whether it is `Batched`, so that it gets many blocks at once.
     """
 
@@ -60,7 +60,7 @@ class Entry:
     batched: bool = False
 
 
-ENGINES = {
+_OWN = {
     "columns": Entry(
         "vmachining.engines.relay:ColumnsFirst",
         "upright convex tools on stocks with level bottom, proven to a width; hands the rest on to mesh, block by block",
@@ -84,12 +84,11 @@ ENGINES = {
     ),
 }
 
+ENGINES = Installed("vmachining.engines", Entry, _OWN)
+"""Ours, and those of installed packages."""
 
 RAYS = ("dexel", "rays")
 """Engines of rays, which need no audit by rays."""
-
-STATED = (*RAYS, "vectors")
-"""Engines whose intervals are stated, not proven."""
 
 
 def entry_of(name: str) -> Entry:
@@ -100,10 +99,7 @@ def entry_of(name: str) -> Entry:
 def engine_class(name: str) -> type[Engine]:
     """The class behind `--engine NAME`.
 
-    Raises
-    ------
-    InputError
-        No such engine, or none that can cut a job.
+    Raises InputError: No such engine, or none that can cut a job.
     """
     if name in ENGINES:
         found: type[Engine] = resolve_name(ENGINES[name].place)

@@ -2,7 +2,8 @@
 
 What block N removes is its sweep without those before it, so only those whose boxes meet its own are of interest, and
 only where it goes: columns enter them into the tiles that N reaches, without looking how much each takes, and then
-cut N there. Where N or one of these is nothing for columns, the mesh engine cuts them all, which takes as long as that takes.
+cut N there. Where N or one of these leans or turns, columns in any direction answer, which need no more than the list of them.
+Where N or one of these is nothing for columns, the mesh engine cuts them all, which takes as long as that takes.
 """
 
 from __future__ import annotations
@@ -14,9 +15,11 @@ import numpy as np
 
 from vmachining.arrays import Bools
 from vmachining.engines.columns import ColumnsEngine
+from vmachining.engines.columns.goal import judged
+from vmachining.engines.columns.turning import Rows, rows_of
 from vmachining.engines.mesh import MeshEngine
 from vmachining.engines.protocol import NOTHING, Options, Removal
-from vmachining.engines.relay import handed_on
+from vmachining.engines.relay import takers
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 
@@ -26,13 +29,9 @@ __all__ = ["Alone"]
 class Alone:
     """The blocks of one program.
 
-    Parameters
-    ----------
-    stock : Stock
-        Raw.
+    stock : Stock, raw.
     blocks : what each sweeps, in the order that they run.
-    options : Options
-        Width asked for; chord of the mesh engine.
+    options : Options, width asked for; chord of the mesh engine.
     """
 
     def __init__(self, stock: Stock, blocks: Sequence[Sequence[Sweep]], options: Options) -> None:
@@ -41,7 +40,7 @@ class Alone:
         self._sweeps = [sweep for sweeps in blocks for sweep in sweeps]
         boxes = np.array([sweep.bounds for sweep in self._sweeps]).reshape(-1, 2, 3)
         self._low, self._high = boxes[:, 0], boxes[:, 1]
-        self._hands_on = handed_on(stock)
+        self._upright, self._anyway = takers(stock, options)
         self._columns: dict[float, ColumnsEngine] = {}
 
     def meeting(self, block: int) -> list[int]:
@@ -57,19 +56,26 @@ class Alone:
     def removed(self, block: int) -> Removal:
         """Bracket of what one block removes; its engine is named, and the note says why it is mesh or why it is wide.
 
-        Raises
-        ------
-        EngineError
-            The kernel of the mesh engine failed.
+        Raises EngineError: The kernel of the mesh engine failed.
         """
         own, before = self.blocks[block], self.meeting(block)
-        handed = [k for k in before if self._hands_on(self._sweeps[k])]
         earlier = [(self._sweeps[k], int(self._block[k])) for k in before]
-        if any(map(self._hands_on, own)):
-            return self._by_mesh(earlier, block, "columns do not take this block")
-        if handed:
-            name = int(self._block[handed[0]])
-            return self._by_mesh(earlier, block, f"columns do not take block {name}, which it meets")
+        upright = self._upright
+        if upright is None or not all(
+            upright.accepts(sweep) for sweep in (*own, *(sweep for sweep, _ in earlier))
+        ):
+            anyway = self._anyway
+            if anyway is None or not all(map(anyway.takes, own)):
+                return self._by_mesh(earlier, block, "columns do not take this block")
+            foreign = [number for sweep, number in earlier if not anyway.takes(sweep)]
+            if foreign:
+                return self._by_mesh(
+                    earlier, block, f"columns do not take block {foreign[0]}, which it meets"
+                )
+            parts = [rows_of(sweep) for sweep in own]
+            rows = [rows_of(sweep) for sweep, _ in earlier]
+            found = anyway.cut(Rows.join(parts), Rows.join(rows) if rows else None) if parts else NOTHING
+            return judged(found, anyway.width, anyway.width_mm3)._replace(engine=ColumnsEngine.name)
         found = NOTHING
         edge = min((sweep.profile.max_radius for sweep in own), default=1.0)
         engine = self._columns.get(edge)

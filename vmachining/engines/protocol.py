@@ -9,14 +9,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, Protocol, Self
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self, cast
+
+import numpy as np
 
 from vmachining.arrays import Floats, Ints
 from vmachining.engines.settings import VectorSettings
-from vmachining.geometry import Bracket
+from vmachining.errors import InputError
+from vmachining.interval import Interval
 from vmachining.stock import MeshStock, Stock
 from vmachining.sweep import Sweep
 from vmachining.tolerance import CHORD_MM, WIDTH, WIDTH_MM3
+
+if TYPE_CHECKING:
+    import pyvista
+    import trimesh
+    from matplotlib.figure import Figure
 
 __all__ = [
     "NOTHING",
@@ -36,7 +45,7 @@ class Removal(NamedTuple):
     """Removed volume of one block, mm^3.
 
     proven : True: `lo` and `hi` are bounds. False: an interval of stated confidence, which is never called a
-        bracket; the room of the engine says which confidence.
+        bracket, or an interval of which a step is not proven; the room of the engine says which.
     engine : who answered, where an engine hands blocks on to another one; None: the engine itself.
     note : why the interval is wider than was asked for; None: it is not.
     """
@@ -49,9 +58,9 @@ class Removal(NamedTuple):
     note: str | None = None
 
     @property
-    def bracket(self) -> Bracket:
-        """The three numbers alone."""
-        return Bracket(self.lo, self.estimate, self.hi)
+    def bracket(self) -> Interval:
+        """The three numbers, and whether they are proven."""
+        return Interval(self.lo, self.estimate, self.hi, self.proven)
 
     @property
     def width(self) -> float:
@@ -88,13 +97,46 @@ class StockSurface(NamedTuple):
     triangles: Ints
     block: Ints
 
+    def to_trimesh(self) -> trimesh.Trimesh:
+        """As `trimesh.Trimesh`, with `face_attributes["block"]`."""
+        import trimesh
+
+        mesh = trimesh.Trimesh(self.vertices, self.triangles, process=False)
+        mesh.face_attributes["block"] = self.block
+        return mesh
+
+    def to_pyvista(self) -> pyvista.PolyData:
+        """As `pyvista.PolyData`, with the block of each triangle in `cell_data["block"]`.
+
+        Raises InputError: pyvista is not installed.
+        """
+        try:
+            import pyvista
+        except ImportError as exc:
+            raise InputError("to_pyvista needs pyvista", remedy="pip install pyvista") from exc
+        faces: Any = self.triangles
+        mesh: Any = pyvista.PolyData.from_regular_faces(self.vertices, faces)
+        mesh.cell_data["block"] = self.block
+        return cast("pyvista.PolyData", mesh)
+
+    def plot(self) -> Figure:
+        """A shaded view as a matplotlib figure; a notebook shows it."""
+        return resolve_name("vmachining.report.paper:draw_surface")(self)  # type: ignore[no-any-return]
+
+    def export(self, path: Path | str) -> None:
+        """Write it in a format of trimesh, by suffix: .stl, .obj, .ply, .3mf in mm, .glb in m with y upright, as glTF has it."""
+        mesh = self.to_trimesh()
+        if Path(path).suffix.lower() in (".glb", ".gltf"):
+            mesh.apply_transform(np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1e3]]) / 1e3)
+        mesh.export(str(path))
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Options:
     """What a job asks of its engine.
 
     chord : mm, how far surfaces may lie apart that stand for each other.
-    design : the part that is wanted, for engines that measure against it.
+    design : the part as designed, for engines that measure against it.
     vectors : how dense discrete vectors stand.
     width, width_mm3 : of a block's bracket, relative and in mm^3; the block is done when it is as narrow as either.
     spacing : mm, of rays; None: what the engine takes by itself. directions : of rays, 1 (along z) or 3.
@@ -133,21 +175,18 @@ class Engine(Protocol):
     name : as in the column `engine` and behind `--engine`.
     chord : mm, see `Options`; checks of shank and holder are as coarse as this.
     proof : what the bounds rest on, in a few words, for the summary.
-    stock_volume, volume : of the raw and of the present workpiece, mm^3.
+    stock_volume, volume : of the raw and of the present workpiece, mm^3; stated where they are no bounds.
     """
 
     name: str
     chord: float
-    stock_volume: Bracket
+    stock_volume: Interval
 
     @classmethod
     def of(cls, stock: Stock, options: Options) -> Self:
         """The raw workpiece.
 
-        Raises
-        ------
-        StockError
-            The engine does not take this stock.
+        Raises StockError: The engine does not take this stock.
         """
         ...
 
@@ -155,10 +194,7 @@ class Engine(Protocol):
     def load(cls, path: Path) -> Self:
         """The workpiece that `save` wrote.
 
-        Raises
-        ------
-        EngineError
-            The file cannot be read or is damaged.
+        Raises EngineError: The file cannot be read or is damaged.
         """
         ...
 
@@ -170,10 +206,8 @@ class Engine(Protocol):
     def cut(self, sweep: Sweep, block: int | None = None) -> Removal:
         """Take the sweep out of the workpiece; exactly 0 in air.
 
-        Raises
-        ------
-        EngineError
-            The kernel failed, or the engine does not take this sweep; names the block. The workpiece is as before.
+        Raises EngineError: The kernel failed, or the engine does not take this sweep; names the block. The workpiece is
+            as before.
         """
         ...
 
@@ -188,14 +222,14 @@ class Engine(Protocol):
     def proof(self) -> str: ...
 
     @property
-    def volume(self) -> Bracket: ...
+    def volume(self) -> Interval: ...
 
     def surface(self) -> StockSurface:
         """The workpiece as closed triangles, for STL, 3MF and pictures."""
         ...
 
     def save(self, path: Path) -> None:
-        """Write what is needed to go on with the next block, see `load`."""
+        """Write what is needed to continue with the next block, see `load`."""
         ...
 
 

@@ -6,35 +6,43 @@ tools turn (docs/measured/dexel_grid.md), but their intervals are stated: they a
 
 1. A block that columns take is cut by columns alone; its sweep is noted for the mesh engine, as long as it is lowest
    somewhere: the union of all sweeps is that of those which the tiles still know, up to rounding, which is added.
-2. A block that they do not take (a tool that turns, leans or is not convex, a sweep whose top dips below the top of the
-   stock) goes to the mesh engine, after those noted sweeps whose boxes meet it: others change nothing there, and the order
-   of cuts is of no matter.
-3. From then on columns do not know the workpiece below and above that sweep: blocks whose box overlaps it in plan go to
-   the mesh engine, too; all others stay with columns. The column `engine` says block by block who answered.
-4. A check of shank or holder that columns cannot answer is asked of the mesh engine in the same way.
+2. A block that turns, leans, or whose top dips below the top of the stock is cut by columns in any direction
+   (`columns/turning`), after those noted sweeps whose boxes meet it. From then on upright columns do not know the workpiece
+   below and above that sweep: blocks whose box overlaps it in plan are cut by columns in any direction, too.
+3. What neither takes (a tool that undercuts or has a conical bottom, a stock with curved faces), and what meets the box of
+   such a sweep, goes to the mesh engine, after those noted sweeps that it has not cut yet: others change nothing
+   there, and the order of cuts is of no matter. The column `engine` says block by block who answered.
+4. Where columns in any direction leave a short block wider than `WIDE`, the mesh engine is asked as well: the bracket is
+   what both allow where both are proven, and else that of the columns, with the mesh engine's estimate. Brackets
+   that do not meet are a dispute, and no proof.
+5. A check of shank or holder is asked in the same order.
 
-The mesh engine is not asked at all where columns take everything, for the surface neither.
+The mesh engine is not asked at all where columns take everything, but for the surface of what was not only cut upright.
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import reduce
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, Self
 
 import numpy as np
 
 from vmachining.arrays import Ints
+from vmachining.checkpoint import Saved, opened
+from vmachining.engines.boxes import Boxes
 from vmachining.engines.columns import ColumnsEngine
+from vmachining.engines.columns.goal import judged
+from vmachining.engines.columns.turning import AnyDirection, Rows, rows_of
 from vmachining.engines.mesh import MeshEngine
 from vmachining.engines.mesh.thinned import thinned
-from vmachining.engines.noted import Boxes, Noted
+from vmachining.engines.noted import Noted
+from vmachining.engines.packed import bracket_of, packed_bracket, packed_stock, stock_of
 from vmachining.engines.protocol import NOTHING, WHOLE, Options, Removal, Share, StockSurface
 from vmachining.errors import EngineError, StockError
-from vmachining.geometry import Bracket
+from vmachining.interval import Interval
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 
@@ -43,20 +51,42 @@ __all__ = ["ColumnsFirst", "best_engine", "handed_on"]
 THIN_MM = 1e-6
 """How far a surface may move when faces are joined: coordinates of its files are coarser."""
 
+CHECKPOINT = "columns and mesh"
+"""Kind of its checkpoints."""
+
 TIDY = 4096
-"""Noted sweeps from which on it is asked, whenever they are twice as many as before, which are still of use."""
+"""Noted sweeps above which it is asked, whenever they are twice as many as before, which are still of use."""
 
 ENOUGH = 0.5
-"""Share of the feed motions that columns take from which on they pay."""
+"""Share of the feed motions that columns take above which they pay."""
+
+
+WIDE, WIDE_MM3 = 0.1, 0.01
+"""Width, relative and in mm^3, above which a block of columns in any direction is shown to the mesh engine."""
+
+SHORT = 5
+"""Rows of columns (a degree of turn each) up to which it is: facets of wide turns take minutes (docs/measured/gate.md)."""
+
+ROWS_KEPT = 20_000
+"""Sweeps whose rows are not computed again."""
 
 
 def handed_on(stock: Stock) -> Callable[[Sweep], bool]:
     """Whether columns would hand a sweep on to the mesh engine; every one where they do not take the stock."""
-    try:
-        columns = ColumnsEngine.of(stock, Options())
-    except StockError:
-        return lambda sweep: True
-    return lambda sweep: not columns.accepts(sweep)
+    upright, anyway = takers(stock, Options())
+    return lambda sweep: (
+        not ((upright is not None and upright.accepts(sweep)) or (anyway is not None and anyway.takes(sweep)))
+    )
+
+
+def takers(stock: Stock, options: Options) -> tuple[ColumnsEngine | None, AnyDirection | None]:
+    """Upright columns and columns in any direction for a stock; None where they do not take it."""
+    upright, anyway = None, None
+    with suppress(StockError):
+        upright = ColumnsEngine.of(stock, options)
+    with suppress(StockError):
+        anyway = AnyDirection.of(stock, options)
+    return upright, anyway
 
 
 def best_engine(handed: Sequence[bool]) -> str:
@@ -81,11 +111,18 @@ class ColumnsFirst:
             self._columns = ColumnsEngine.of(stock, options)
         except StockError as error:
             self.why = error.message
-        self._noted, self._foreign = Noted(), Boxes()
+        self._begin()
         self._tidy_from, self._forgot = TIDY, False
         self._gone = NOTHING
         self._share = WHOLE
         self.stock_volume = (self._columns or self._meshed()).stock_volume
+
+    def _begin(self) -> None:
+        """What no checkpoint holds, and what is empty at first."""
+        self._noted, self._foreign, self._unknown = Noted(), Boxes(), Boxes()
+        self._anyway = takers(self._stock, self._options)[1]
+        self._rows: dict[int, Rows] = {}
+        self._turns = 0
 
     @classmethod
     def of(cls, stock: Stock, options: Options) -> Self:
@@ -101,16 +138,55 @@ class ColumnsFirst:
         """See `Engine`; the removal names who answered."""
         removed = self._by_columns(sweep, block)
         if removed is None:
-            removed = self._rounded(self._meshed(sweep).cut(sweep, block), sweep)._replace(
-                engine=MeshEngine.name
-            )
+            removed, by_mesh = self._in_any_direction(sweep), False
+            if removed is None:
+                removed, by_mesh = self._by_mesh(sweep, block), True
+            elif removed.width > max(WIDE * removed.estimate, WIDE_MM3) and self._short(sweep):
+                with suppress(EngineError):  # columns have answered
+                    removed, by_mesh = _both(removed, self._by_mesh(sweep, block)), True
+            elif removed.engine is None:  # not in the stock
+                return removed._replace(engine=ColumnsEngine.name)
             self._foreign.add(sweep.bounds)
+            if self._anyway is not None and self._anyway.takes(sweep):
+                self._noted.add(sweep, block, lasts=True, cut=by_mesh)
+            else:
+                self._unknown.add(sweep.bounds)
         elif self._columns is not None and self._columns.meets(sweep):
             self._noted.add(sweep, block)
             if len(self._noted) >= self._tidy_from and self._share.parts == 1:
                 self.forget_others(self.in_use())
         self._gone = self._gone.plus(removed)
         return removed
+
+    def _by_mesh(self, sweep: Sweep, block: int | None) -> Removal:
+        return self._rounded(self._meshed(sweep).cut(sweep, block), sweep)._replace(engine=MeshEngine.name)
+
+    def _short(self, sweep: Sweep) -> bool:
+        """Whether the mesh engine surely has an answer in good time."""
+        return self._share.parts == 1 and len(rows_of(sweep)) <= SHORT
+
+    def _in_any_direction(self, sweep: Sweep, floor: float = 0.0) -> Removal | None:
+        """What columns in any direction say, one part of a divided workpiece after the other by turns; None: nothing."""
+        anyway = self._anyway
+        if anyway is None or not anyway.takes(sweep) or self._unknown.meeting(sweep.bounds, 3).any():
+            return None
+        if not anyway.meets(sweep):
+            return NOTHING
+        self._turns += 1
+        if self._turns % self._share.parts != self._share.part:
+            return NOTHING._replace(engine=ColumnsEngine.name)
+        near = self._noted.boxes.meeting(sweep.bounds, 3)
+        numbers = self._noted.numbers(near)
+        if any(number not in self._rows for number in numbers):
+            for number, (earlier, _) in zip(numbers, self._noted.sweeps(near), strict=True):
+                if number not in self._rows:
+                    self._rows[number] = rows_of(earlier)
+        before = [self._rows[number] for number in numbers]
+        while len(self._rows) > ROWS_KEPT:
+            del self._rows[next(iter(self._rows))]
+        found = anyway.cut(rows_of(sweep), Rows.join(before) if before else None, floor)
+        found = self._rounded(found, sweep)._replace(engine=ColumnsEngine.name)
+        return found if self._share.parts > 1 or floor else judged(found, anyway.width, anyway.width_mm3)
 
     def _by_columns(self, sweep: Sweep, block: int | None) -> Removal | None:
         if self._columns is None or not (self._knows(sweep) and self._columns.takes(sweep)):
@@ -126,13 +202,13 @@ class ColumnsFirst:
 
     def forget_others(self, blocks: Ints) -> None:
         """See `Divisible`: what is lowest nowhere takes nothing that others do not take, so mesh need not cut it."""
-        needed = np.isin(self._noted.blocks, blocks)
+        needed = np.isin(self._noted.blocks, blocks) | self._noted.lasting
         self._forgot = self._forgot or not needed.all()
         self._noted.keep(needed)
         self._tidy_from = max(TIDY, 2 * len(self._noted))
 
     def _rounded(self, removed: Removal, sweep: Sweep) -> Removal:
-        """What mesh says of a sweep, wider by what forgotten sweeps may reach beyond those that hide them."""
+        """What others than upright columns say, wider by what forgotten sweeps may reach beyond those that hide them."""
         if not self._forgot or self._columns is None:
             return removed
         a, b = (
@@ -144,11 +220,11 @@ class ColumnsFirst:
         return removed._replace(lo=max(removed.lo - error, 0.0), hi=removed.hi + error)
 
     def _knows(self, sweep: Sweep) -> bool:
-        """Whether no sweep of the mesh engine overlaps this one in plan."""
+        """Whether no sweep that upright columns have not cut overlaps this one in plan."""
         return len(self._foreign) == 0 or not self._foreign.meeting(sweep.bounds, 2).any()
 
     def touch(self, sweep: Sweep, within: float | None = None) -> Removal:
-        """See `Engine`; a body that is not convex as the union of its convex pieces."""
+        """See `Engine`; upright columns know a body that is not convex as the union of its convex pieces."""
         if self._columns is not None and self._knows(sweep):
             try:
                 pieces = sweep.profile.convex_pieces()
@@ -157,23 +233,30 @@ class ColumnsFirst:
                     for p in pieces
                 ]
             except EngineError:
-                return self._rounded(self._meshed(sweep).touch(sweep, within), sweep)
-            lo, hi = max(r.lo for r in found), sum(r.hi for r in found)
-            return Removal(lo, max(lo, min(sum(r.estimate for r in found), hi)), hi)
-        return self._rounded(self._meshed(sweep).touch(sweep, within), sweep)
+                found = []
+            if found:
+                lo, hi = max(r.lo for r in found), sum(r.hi for r in found)
+                estimate = max(lo, min(sum(r.estimate for r in found), hi))
+                return Removal(lo, estimate, hi, all(r.proven for r in found))
+        said = self._in_any_direction(
+            sweep, (within or self.chord) * 2.0 * np.pi * sweep.profile.max_radius**2
+        )
+        return self._rounded(self._meshed(sweep).touch(sweep, within), sweep) if said is None else said
 
     def _meshed(self, near: Sweep | None = None) -> MeshEngine:
         """The mesh engine after all sweeps so far, or after those that meet the box of one."""
         if self._mesh is None:
             self._mesh = MeshEngine.of(self._stock, self._options)
             self._mesh.take(self._share)
-        wanted = np.ones(len(self._noted), dtype=np.bool_)
+        wanted = self._noted.uncut
         if near is not None:
-            wanted = self._noted.boxes.meeting(near.bounds, 3)
+            wanted &= self._noted.boxes.meeting(near.bounds, 3)
         if wanted.any():
             for sweep, block in self._noted.sweeps(wanted):
                 self._mesh.cut(sweep, block)
-            self._noted.keep(~wanted)
+            self._noted.mark(wanted)
+            if self._anyway is None:
+                self._noted.keep(self._noted.uncut)
         return self._mesh
 
     @property
@@ -184,85 +267,82 @@ class ColumnsFirst:
     @property
     def proof(self) -> str:
         """Who proves."""
-        if self._columns is None:
-            return f"{self._meshed().proof} (mesh engine: {self.why})"
-        if len(self._foreign):
-            assert self._mesh is not None
-            return f"{self._columns.proof}; {len(self._foreign)} blocks: {self._mesh.proof}"
-        return self._columns.proof
+        said = [] if self._columns is None else [self._columns.proof]
+        if self._turns:
+            said.append("columns in any direction where the axis leans or turns")
+        if self._mesh is not None and (len(self._unknown) or not said):
+            why = f" (mesh engine: {self.why})" if self.why else ""
+            said.append(f"{len(self._unknown)} blocks: {self._mesh.proof}{why}")
+        return "; ".join(said)
 
     @property
-    def volume(self) -> Bracket:
+    def volume(self) -> Interval:
         """Of the workpiece, mm^3."""
         if self._columns is not None and not len(self._foreign):
             return self._columns.volume
-        lo, estimate, hi = self.stock_volume
-        gone = self._gone
-        return Bracket(max(lo - gone.hi, 0.0), max(estimate - gone.estimate, 0.0), hi - gone.lo)
+        return (self.stock_volume - self._gone.bracket).at_least(0.0)
 
     def surface(self) -> StockSurface:
         """Heights of the columns over a grid, with upright walls, what lies in one plane as one face; where the mesh engine
         has cut, its facets, after it has cut all other blocks, too."""
         columns = self._columns
         if columns is not None and columns.is_cut and not len(self._foreign):
-            surface, is_box = columns.over_box(), columns.stock.is_box
-            thin = thinned(surface, THIN_MM, None if is_box else columns.stock.shape, self.chord)
-            if thin is not None or is_box:
-                return thin or surface
+            surface = columns.over_box()
+            if columns.stock.mesh is None:
+                return surface
+            thin = thinned(surface, THIN_MM, columns.stock.shape, self.chord)
+            if thin is not None:
+                return thin
         return self._meshed().surface()
 
     # -- checkpoints ---------------------------------------------------------------------------------------
 
     def save(self, path: Path) -> None:
-        """Both workpieces and the sweeps that only columns know yet: the mesh engine cuts them first."""
-        engines: dict[str, Any] = {}
-        with TemporaryDirectory() as folder:
-            if self._columns is None:
-                self._meshed()
-            for name, engine in (("columns", self._columns), ("mesh", self._mesh)):
-                if engine is not None:
-                    engine.save(Path(folder) / "part.npz")
-                    engines[name] = np.frombuffer((Path(folder) / "part.npz").read_bytes(), dtype=np.uint8)
-        state = {
-            "gone": list(self._gone[:4]), "why": self.why, "stock": list(self.stock_volume),
+        """Both workpieces, the stock, and the sweeps that are noted."""
+        parts = {e.name: e.packed() for e in (self._columns, self._mesh) if e is not None}
+        state: dict[str, Any] = {name: part.state for name, part in parts.items()}
+        state |= {
+            "gone": list(self._gone[:4]), "why": self.why, "stock": packed_bracket(self.stock_volume),
             "options": [self.chord, self._options.width, self._options.width_mm3], "forgot": self._forgot,
+            "share": list(self._share),
         }  # fmt: skip
-        with path.open("wb") as file:
-            np.savez(
-                file,
-                state=np.array(json.dumps(state)),
-                foreign=self._foreign.rows,
-                **engines,
-                **self._noted.packed(),
-            )
+        state["raw"], stock = packed_stock(self._stock)
+        state["turns"] = self._turns
+        arrays = {"foreign": self._foreign.rows, "unknown": self._unknown.rows, **self._noted.packed()}
+        arrays |= Saved("stock", {}, stock).nested("raw")
+        for name, part in parts.items():
+            arrays |= part.nested(name)
+        Saved(CHECKPOINT, state, arrays, deflated=self._mesh is not None).write(path)
 
     @classmethod
     def load(cls, path: Path, *, share: Share = WHOLE) -> Self:
         """See `Divisible`. Columns and the mesh engine have a division of their own each: a block is the sum over either."""
-        try:
-            with np.load(path) as data:
-                found = {name: data[name] for name in data.files}
-            state = json.loads(str(found["state"]))
-            noted, forgot = Noted.unpacked(found), bool(state["forgot"])
-        except (OSError, KeyError, ValueError) as error:
-            raise EngineError(f"checkpoint {path} cannot be read ({error})", engine=cls.name) from error
-        self = cls.__new__(cls)
+        with opened(path, CHECKPOINT) as saved:
+            return cls._unpacked(saved, share)
+
+    @classmethod
+    def _unpacked(cls, saved: Saved, share: Share) -> Self:
+        self, state, found = cls.__new__(cls), saved.state, saved.arrays
+        if "turns" not in state:
+            raise ValueError(
+                "an earlier version of vmachining wrote it, which knew no columns in any direction: run the job anew"
+            )
+        noted, forgot = Noted.unpacked(found), bool(state["forgot"])
         chord, width, width_mm3 = state["options"]
         self._options, self.why = Options(chord=chord, width=width, width_mm3=width_mm3), state["why"]
-        self.chord, self.stock_volume = self._options.chord, Bracket(*state["stock"])
-        self._gone = Removal(*state["gone"]) if share.part == 0 else NOTHING
-        self._share, self._noted, self._foreign = share, noted, Boxes(found["foreign"])
+        self.chord, self.stock_volume = self._options.chord, bracket_of(state["stock"])
+        mine = share.part == 0 or state.get("share") == list(share)  # of a whole, the first share has it
+        self._gone = Removal(*state["gone"]) if mine else NOTHING
+        self._stock, self._share = stock_of(state["raw"], saved.part("raw", "stock").arrays), share
+        self._begin()
+        self._noted, self._foreign, self._unknown = noted, Boxes(found["foreign"]), Boxes(found["unknown"])
+        self._turns = int(state["turns"])
         self._tidy_from, self._forgot = max(TIDY, 2 * len(noted)), forgot
-        with TemporaryDirectory() as folder:
-            part = Path(folder) / "part.npz"
-            self._columns = self._mesh = None
-            if "columns" in found:
-                part.write_bytes(found["columns"].tobytes())
-                self._columns = ColumnsEngine.load(part, share=share)
-                self._stock = self._columns.stock.shape
-            if "mesh" in found:
-                part.write_bytes(found["mesh"].tobytes())
-                self._mesh = MeshEngine.load(part, share=share)
+        self._columns = self._mesh = None
+        if "columns" in state:
+            self._columns = ColumnsEngine.unpacked(saved.part("columns", ColumnsEngine.name), share)
+        if "mesh" in state:
+            self._mesh = MeshEngine.unpacked(saved.part("mesh", MeshEngine.name), share)
         return self
 
     @classmethod
@@ -278,6 +358,21 @@ class ColumnsFirst:
 
     def summed(self, parts: Sequence[Removal]) -> Removal:
         """See `Divisible`."""
-        if self._columns is not None and parts[0].engine == ColumnsEngine.name:
-            return self._columns.summed(parts)
-        return reduce(Removal.plus, parts)
+        found = reduce(Removal.plus, parts)
+        if found.engine == ColumnsEngine.name and found.note is not None:
+            return judged(found, self._options.width, self._options.width_mm3)
+        return found
+
+
+def _both(columns: Removal, mesh: Removal) -> Removal:
+    """What a proven bracket of columns and the interval of the mesh engine say together; see rule 4."""
+    name = f"{ColumnsEngine.name}+{MeshEngine.name}"
+    lo, hi = columns.lo, columns.hi
+    if mesh.lo > hi or mesh.hi < lo:
+        note = f"columns say {lo:.6g} to {hi:.6g} mm3, mesh {mesh.lo:.6g} to {mesh.hi:.6g}: they dispute each other"
+        if mesh.proven:
+            return Removal(min(lo, mesh.lo), columns.estimate, max(hi, mesh.hi), False, name, note)
+        return columns._replace(engine=name, note=note)
+    if mesh.proven:
+        lo, hi = max(lo, mesh.lo), min(hi, mesh.hi)
+    return Removal(lo, min(max(mesh.estimate, lo), hi), hi, columns.proven, name, columns.note)

@@ -16,18 +16,14 @@ class VectorSettings:
     """Lengths in mm, angles in rad.
 
     mode : upright vectors, vectors along the normals, or both (hybrid).
-    pitch : gamma, of the grid of upright vectors. spacing : delta, of points on features. theta_v : slope from which on a
+    pitch : gamma, of the grid of upright vectors. spacing : delta, of points on features. theta_v : slope above which a
         facet is a wall. What is None follows from the others: gamma = delta cos(theta_v).
-    theta_sharp : angle between facets from which on their edge is sharp.
+    theta_sharp : angle between facets above which their edge is sharp.
     allowance : length of normal vectors before the first cut at most; None: `depth`.
     depth : largest overcut that normal vectors measure.
     casting : the raw part has this allowance everywhere, instead of a stock of its own.
-    envelope : exact sweeps, or their facets as published.
 
-    Raises
-    ------
-    InputError
-        A length or an angle out of range; gamma not below delta where theta_v has to follow from them.
+    Raises InputError: A length or an angle out of range; gamma not below delta where theta_v has to follow from them.
     """
 
     mode: Literal["dvv", "dnv", "hybrid"] = "hybrid"
@@ -38,13 +34,10 @@ class VectorSettings:
     allowance: float | None = None
     depth: float = 10.0
     casting: float | None = None
-    envelope: Literal["exact", "facets"] = "exact"
 
     def __post_init__(self) -> None:
         if self.mode not in ("dvv", "dnv", "hybrid"):
             raise InputError(f"mode {self.mode!r} of the vectors", remedy="one of dvv, dnv, hybrid")
-        if self.envelope not in ("exact", "facets"):
-            raise InputError(f"envelope {self.envelope!r} of the vectors", remedy="exact or facets")
         for name in ("pitch", "spacing", "allowance", "depth", "casting"):
             value = getattr(self, name)
             if value is not None and not 0.0 < value < float("inf"):

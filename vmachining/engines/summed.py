@@ -4,27 +4,31 @@ from __future__ import annotations
 
 from typing import Self
 
+import numpy as np
+
 from vmachining.engines.protocol import Options, Removal
-from vmachining.geometry import Bracket
+from vmachining.interval import Interval
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 
 __all__ = ["Summed", "meshed_volume"]
 
 
-def meshed_volume(stock: Stock, chord: float) -> Bracket:
+def meshed_volume(stock: Stock, chord: float) -> Interval:
     """mm^3 of a raw stock between its inner and outer triangles, which lie within `chord` (mm) of its surface.
 
-    The estimate is twice the inscribed and once the circumscribed polygon: Huygens' rule for circles.
+    The estimate is twice the inscribed and once the circumscribed polygon: Huygens' rule for circles. Stated where the
+    triangles stand for curved faces of a STEP file: they lie on both sides of these.
     """
     outer, inner = (mesh.volume for mesh in stock.mesh(chord))
-    return Bracket(inner, (outer + 2.0 * inner) / 3.0, outer)
+    proven = stock.slack_near(np.array(stock.bounds)) == 0.0
+    return Interval(inner, (outer + 2.0 * inner) / 3.0, outer, proven)
 
 
 class Summed:
     """Part of an `Engine`; `_removed` is the sum over all blocks."""
 
-    stock_volume: Bracket
+    stock_volume: Interval
     _removed: Removal
 
     def __init__(self, stock: Stock, options: Options) -> None:
@@ -41,7 +45,6 @@ class Summed:
         return True
 
     @property
-    def volume(self) -> Bracket:
+    def volume(self) -> Interval:
         """mm^3; the sum of intervals of all blocks."""
-        whole, gone = self.stock_volume, self._removed
-        return Bracket(max(0.0, whole.lo - gone.hi), whole.estimate - gone.estimate, whole.hi - gone.lo)
+        return (self.stock_volume - self._removed.bracket).at_least(0.0)

@@ -1,20 +1,21 @@
 """Removed volume and machine limits -> feedrate along the path.
 
 Goal: keep the removal rate Q = V F / L at or below a reference, so that the load on the tool stays where the
-user wants it, while air is crossed as fast as the machine allows. The feed is INVERSE to the removed volume.
+user asks for, while air is crossed as fast as the machine allows. The feed is INVERSE to the removed volume.
 
 1. `blocks.py`: what is known of each block (length, original feed, removed volume, cap), as columns.
 2. `limits.py`: smallest and largest feed, the clamp rule, rounding to what is written, and one word per
    block that says which limit it hit.
-3. `volume.py`: the two schedulers: one feed per block, or inserted blocks where the removed volume changes
-   sharply inside a block.
+3. `volume.py`, `chip_area.py`, `force.py`: strategies; `plan.py`: one feed per block, or inserted blocks where what
+   a strategy needs changes sharply inside a block.
 4. `schedule.py`: the answer, as columns; hands out the edits that `vmachining.nc` writes into the program.
 
 | file | holds |
 |---|---|
 | `blocks.py` | `FeedBlocks`, `FeedSamples`, `Kind` |
-| `limits.py` | `FeedLimits`, `Limit`, `clamp`, `floor_feed`, `limit_ratio`, `tooth_cap` |
-| `volume.py` | `schedule_volume`, `schedule_volume_inserting` |
+| `limits.py` | `FeedLimits`, `Limit`, `clamp`, `floor_feed` |
+| `volume.py` | `VolumeStrategy`, `sampled` |
+| `plan.py` | `plan_feeds`, `references` |
 | `schedule.py` | `Schedule` |
 | `_kernels.py` | recursive bisection of sampled blocks |
 
@@ -36,8 +37,8 @@ one block.
 
 Known limits
 ------------
-- No look-ahead: a block's feed depends on that block and the reference only (`limit_ratio` is an option and
-  only lowers feeds). Acceleration never enters; `vmachining.machine` reports what it costs.
+- A block's feed depends on that block and the reference only; what the machine makes of it is the business of
+  `vmachining.machine`.
 - Samples have equal lengths inside a block, and a block has one cap.
 - A line that runs several times gets one feed, the smallest any of its runs asks for, and no inserted blocks.
 """
@@ -45,11 +46,11 @@ Known limits
 from vmachining.feed.blocks import FeedBlocks, FeedSamples, Kind
 from vmachining.feed.chip_area import ChipAreaStrategy
 from vmachining.feed.force import UNITS, ForceStrategy
-from vmachining.feed.limits import FeedLimits, Limit, clamp, floor_feed, limit_ratio, tooth_cap
+from vmachining.feed.limits import FeedLimits, Limit, clamp, floor_feed
 from vmachining.feed.plan import plan_feeds, references, schedulable
 from vmachining.feed.schedule import Schedule
 from vmachining.feed.strategy import Parts, Reference, Rule, Strategy
-from vmachining.feed.volume import VolumeStrategy, sampled, schedule_volume, schedule_volume_inserting
+from vmachining.feed.volume import VolumeStrategy, sampled
 
 __all__ = [
     "UNITS",
@@ -68,12 +69,8 @@ __all__ = [
     "VolumeStrategy",
     "clamp",
     "floor_feed",
-    "limit_ratio",
     "plan_feeds",
     "references",
     "sampled",
     "schedulable",
-    "schedule_volume",
-    "schedule_volume_inserting",
-    "tooth_cap",
 ]

@@ -9,7 +9,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vmachining.arrays import Floats, Ints
+from vmachining.arrays import Bools, Floats, Ints
 from vmachining.errors import FeedError
 
 __all__ = ["FeedBlocks", "FeedSamples", "Kind"]
@@ -38,7 +38,7 @@ class FeedBlocks:
     length_mm : (n,)
         Path of the tool tip.
     feed_mm_min : (n,)
-        Original effective feed; NaN where there is none.
+        Original effective feed; NaN where none exists.
     volume_mm3 : (n,)
         Removed volume.
     volume_hi_mm3 : (n,), optional
@@ -47,11 +47,10 @@ class FeedBlocks:
         Cap of the machine on this block (axis feeds, chip load); inf where nothing limits.
     tool : (n,) int, optional
         Number of the tool; each tool has its own automatic reference.
+    plunge : (n,) bool, optional
+        Whether it goes down along the tool; such a block shares no feed with others.
 
-    Raises
-    ------
-    FeedError
-        Wrong length, a value that is not finite, negative, or a kind nobody knows; names the block.
+    Raises FeedError: Wrong length, a value that is not finite, negative, or a kind nobody knows; names the block.
     """
 
     line: Ints
@@ -62,6 +61,7 @@ class FeedBlocks:
     volume_hi_mm3: Floats | None = None
     cap_mm_min: Floats | None = None
     tool: Ints | None = None
+    plunge: Bools | None = None
 
     def __init__(
         self,
@@ -73,17 +73,18 @@ class FeedBlocks:
         volume_hi_mm3: ArrayLike | None = None,
         cap_mm_min: ArrayLike | None = None,
         tool: ArrayLike | None = None,
+        plunge: ArrayLike | None = None,
     ) -> None:
         lines = np.array(line, dtype=np.int64)
         if lines.ndim != 1:
-            raise FeedError(f"line: want shape (n,), got {lines.shape}")
+            raise FeedError(f"line: expected shape (n,), got {lines.shape}")
         n = len(lines)
         kinds = np.array([str(k) for k in kind], dtype=np.str_)
         if kinds.shape != (n,):
-            raise FeedError(f"kind: want shape ({n},), got {kinds.shape}")
+            raise FeedError(f"kind: expected shape ({n},), got {kinds.shape}")
         known = [str(k) for k in Kind]
         if (odd := ~np.isin(kinds, known)).any():
-            raise FeedError(f"kind {str(kinds[odd][0])!r} is none of {', '.join(known)}")
+            raise FeedError(f"kind {str(kinds[odd][0])!r} is not one of {', '.join(known)}")
         lengths = _column(length_mm, n, "length_mm", lines)
         volumes = _volumes(volume_mm3, n, "volume_mm3", lines)
         upper = None if volume_hi_mm3 is None else _volumes(volume_hi_mm3, n, "volume_hi_mm3", lines)
@@ -95,17 +96,20 @@ class FeedBlocks:
         if cap_mm_min is not None:
             caps = np.array(cap_mm_min, dtype=np.float64)
             if caps.shape != (n,):
-                raise FeedError(f"cap_mm_min: want shape ({n},), got {caps.shape}")
+                raise FeedError(f"cap_mm_min: expected shape ({n},), got {caps.shape}")
             if (bad := ~(caps > 0)).any():
                 raise FeedError(
-                    f"cap_mm_min is {caps[bad][0]}, want a positive number", line=int(lines[bad][0])
+                    f"cap_mm_min is {caps[bad][0]}, expected a positive number", line=int(lines[bad][0])
                 )
         tools = None if tool is None else np.array(tool, dtype=np.int64)
         if tools is not None and tools.shape != (n,):
-            raise FeedError(f"tool: want shape ({n},), got {tools.shape}")
+            raise FeedError(f"tool: expected shape ({n},), got {tools.shape}")
+        down = np.zeros(n, dtype=np.bool_) if plunge is None else np.array(plunge, dtype=np.bool_)
+        if down.shape != (n,):
+            raise FeedError(f"plunge: expected shape ({n},), got {down.shape}")
         for name, value in (
             ("line", lines), ("kind", kinds), ("length_mm", lengths), ("feed_mm_min", feeds),
-            ("volume_mm3", volumes), ("volume_hi_mm3", upper), ("cap_mm_min", caps), ("tool", tools),
+            ("volume_mm3", volumes), ("volume_hi_mm3", upper), ("cap_mm_min", caps), ("tool", tools), ("plunge", down),
         ):  # fmt: skip
             if value is not None:
                 value.setflags(write=False)
@@ -129,7 +133,7 @@ class FeedBlocks:
         if not conservative:
             return self.volume_mm3
         if self.volume_hi_mm3 is None:
-            raise FeedError("conservative scheduling wants volume_hi_mm3 for the blocks")
+            raise FeedError("conservative scheduling needs volume_hi_mm3 for the blocks")
         return self.volume_hi_mm3
 
 
@@ -144,10 +148,7 @@ class FeedSamples:
     volume_hi_mm3 : (m,), optional
         Upper ends of the brackets.
 
-    Raises
-    ------
-    FeedError
-        Offsets that do not start at 0, fall, or do not end at m; bad volumes.
+    Raises FeedError: Offsets that do not start at 0, fall, or do not end at m; bad volumes.
     """
 
     volume_mm3: Floats
@@ -166,7 +167,7 @@ class FeedSamples:
             or starts[-1] != m
             or (np.diff(starts) < 0).any()
         ):
-            raise FeedError(f"offset: want n + 1 rising numbers from 0 to the number of samples ({m})")
+            raise FeedError(f"offset: expected n + 1 rising numbers from 0 to the number of samples ({m})")
         volumes = _volumes(volume_mm3, m, "sample volume_mm3", None)
         upper = None if volume_hi_mm3 is None else _volumes(volume_hi_mm3, m, "sample volume_hi_mm3", None)
         if upper is not None and (upper < volumes).any():
@@ -181,7 +182,7 @@ class FeedSamples:
         if not conservative:
             return self.volume_mm3
         if self.volume_hi_mm3 is None:
-            raise FeedError("conservative scheduling wants volume_hi_mm3 for the samples")
+            raise FeedError("conservative scheduling needs volume_hi_mm3 for the samples")
         return self.volume_hi_mm3
 
 
@@ -189,10 +190,12 @@ def _column(values: ArrayLike, n: int, name: str, lines: Ints | None) -> Floats:
     """(n,) finite and not negative."""
     array = np.array(values, dtype=np.float64)
     if array.shape != (n,):
-        raise FeedError(f"{name}: want shape ({n},), got {array.shape}")
+        raise FeedError(f"{name}: expected shape ({n},), got {array.shape}")
     if (bad := ~(np.isfinite(array) & (array >= 0))).any():
         line = int(lines[bad][0]) if lines is not None else None
-        raise FeedError(f"{name} is {array[bad][0]}, want a finite number that is not negative", line=line)
+        raise FeedError(
+            f"{name} is {array[bad][0]}, expected a finite number that is not negative", line=line
+        )
     return array
 
 
@@ -204,7 +207,9 @@ def _volumes(values: ArrayLike, n: int, name: str, lines: Ints | None) -> Floats
 def _feeds(feeds: Floats, kinds: NDArray[np.str_], lines: Ints) -> None:
     """NaN means "none"; everything else must be a positive finite number on blocks that cut."""
     if feeds.shape != lines.shape:
-        raise FeedError(f"feed_mm_min: want shape {lines.shape}, got {feeds.shape}")
+        raise FeedError(f"feed_mm_min: expected shape {lines.shape}, got {feeds.shape}")
     bad = (kinds == str(Kind.CUT)) & ~np.isnan(feeds) & ~(np.isfinite(feeds) & (feeds > 0))
     if bad.any():
-        raise FeedError(f"feed_mm_min is {feeds[bad][0]}, want a positive number", line=int(lines[bad][0]))
+        raise FeedError(
+            f"feed_mm_min is {feeds[bad][0]}, expected a positive number", line=int(lines[bad][0])
+        )

@@ -36,6 +36,9 @@ class ChipAreaStrategy:
     def loads(self, feed_mm_min: Floats) -> Floats:
         return np.asarray(self.area_per_feed * feed_mm_min)
 
+    def highest_loads(self, feed_mm_min: Floats) -> Floats:
+        return self.loads(feed_mm_min)
+
     def feeds(self, goal: Floats) -> Floats:
         g = self.area_per_feed
         return np.asarray(np.divide(goal, g, out=np.full(len(g), np.inf), where=self.cuts))

@@ -55,6 +55,9 @@ class ForceStrategy:
         level = peak_levels(self.rows, self.first, self.last, feed_mm_min)
         return np.sqrt(np.maximum(level, 0.0)) if self.component in SQUARED else level
 
+    def highest_loads(self, feed_mm_min: Floats) -> Floats:
+        return self.loads(feed_mm_min)
+
     def feeds(self, goal: Floats) -> Floats:
         level = goal**2 if self.component in SQUARED else goal
         return feasible_feeds(self.rows, self.first, self.last, level)

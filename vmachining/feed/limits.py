@@ -9,10 +9,10 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vmachining.arrays import Bools, Floats
+from vmachining.arrays import Floats
 from vmachining.errors import FeedError
 
-__all__ = ["STEP_MM_MIN", "FeedLimits", "Limit", "clamp", "floor_feed", "limit_ratio", "tooth_cap"]
+__all__ = ["STEP_MM_MIN", "FeedLimits", "Limit", "clamp", "floor_feed"]
 
 STEP_MM_MIN = 0.1
 """Written feeds are multiples of this."""
@@ -41,10 +41,7 @@ WORDS = tuple(Limit)
 class FeedLimits:
     """Feeds between which a scheduler may choose, mm/min.
 
-    Raises
-    ------
-    FeedError
-        Not finite, below 0.1 mm/min, or min above max.
+    Raises FeedError: Not finite, below 0.1 mm/min, or min above max.
     """
 
     min_mm_min: float = 1.0
@@ -53,7 +50,7 @@ class FeedLimits:
     def __post_init__(self) -> None:
         for name, value in (("min_mm_min", self.min_mm_min), ("max_mm_min", self.max_mm_min)):
             if not (math.isfinite(value) and value >= STEP_MM_MIN):
-                raise FeedError(f"{name} is {value}, want a finite feed of at least {STEP_MM_MIN} mm/min")
+                raise FeedError(f"{name} is {value}, expected a finite feed of at least {STEP_MM_MIN} mm/min")
         if self.min_mm_min > self.max_mm_min:
             raise FeedError(f"min_mm_min {self.min_mm_min:g} is above max_mm_min {self.max_mm_min:g}")
 
@@ -112,43 +109,3 @@ def written_feed(
     rounded = np.maximum(floor_feed(feed), np.minimum(lowest, top))
     same = np.abs(feed - original) <= 10 * ROUNDING * feed
     return np.asarray(np.where(same, original, rounded))
-
-
-def limit_ratio(feed_mm_min: ArrayLike, ratio: float, active: Bools | None = None) -> Floats:
-    """Lower feeds until no two neighbours differ by more than `ratio`; no feed is ever raised.
-
-    Parameters
-    ----------
-    feed_mm_min : (n,) mm/min
-    ratio : float
-        At least 1.
-    active : (n,) bool, optional
-        Where False (a rapid), the chain is interrupted and the feed stays.
-
-    Raises
-    ------
-    FeedError
-        Ratio below 1 or not finite.
-    """
-    if not (math.isfinite(ratio) and ratio >= 1):
-        raise FeedError(f"ratio is {ratio}, want a finite number of at least 1")
-    feed = np.array(feed_mm_min, dtype=np.float64)
-    usable = np.ones(len(feed), dtype=np.bool_) if active is None else np.asarray(active, dtype=np.bool_)
-    n = len(feed)
-    for order in (range(1, n), range(n - 2, -1, -1)):
-        back = -order.step
-        for k in order:
-            if usable[k] and usable[k + back]:
-                feed[k] = min(feed[k], ratio * feed[k + back])
-    return feed
-
-
-def tooth_cap(max_chip_load_mm: float, flutes: int, spindle_rpm: ArrayLike) -> Floats:
-    """Largest feed at which no tooth takes more than a given feed per tooth: f_z m n, mm/min.
-
-    A spindle that stands still limits nothing here (inf): nothing is known of its chip load.
-    """
-    if not (math.isfinite(max_chip_load_mm) and max_chip_load_mm > 0 and flutes >= 1):
-        raise FeedError(f"chip load {max_chip_load_mm} mm with {flutes} flutes: want positive numbers")
-    speed = np.abs(np.asarray(spindle_rpm, dtype=np.float64))
-    return np.asarray(np.where(speed > 0, max_chip_load_mm * flutes * speed, np.inf))

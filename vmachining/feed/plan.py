@@ -29,28 +29,27 @@ def plan_feeds(
     tau: float = 0.25,
     min_length_mm: float = 0.5,
     rule: Rule = "safe",
+    every_blocks: int | None = None,
+    every_mm: float | None = None,
 ) -> Schedule:
     """Feeds of the blocks by any strategy.
 
-    Parameters
-    ----------
     reference : a load in the unit of the strategy, for all tools; or "auto", "max", "mean", found per tool.
     insert : divide blocks at ends of parts where wanted feeds differ by more than the factor 1 + tau; else every block
         gets the smallest feed of its parts.
     min_length_mm : shortest inserted block.
     rule : "safe" gives a leaf the smallest feed of its parts, "mean" the one of its mean load.
-
-    Raises
-    ------
-    FeedError
-        Options out of range; an automatic reference with a block that cuts and has no feed.
+    every_blocks, every_mm : one feed for so many blocks in a row, or for so much path: the smallest that one of them asks for.
+    Raises FeedError: Options out of range; an automatic reference with a block that cuts and has no feed.
     """
     if not (math.isfinite(tau) and tau >= 0):
-        raise FeedError(f"tau is {tau}, want a finite number that is not negative")
+        raise FeedError(f"tau is {tau}, expected a finite number that is not negative")
     if not (math.isfinite(min_length_mm) and min_length_mm > 0):
-        raise FeedError(f"min_length_mm is {min_length_mm}, want a positive number")
+        raise FeedError(f"min_length_mm is {min_length_mm}, expected a positive number")
     if rule not in ("safe", "mean"):
         raise FeedError(f"rule {rule!r} is neither 'safe' nor 'mean'")
+    if insert and (every_blocks or every_mm):
+        raise FeedError("blocks are divided or share a feed, not both")
     parts = strategy.parts
     goals = references(blocks, strategy, reference)
     goal = np.zeros(len(parts.end))
@@ -67,7 +66,7 @@ def plan_feeds(
         n_min = np.maximum(np.ceil(np.minimum(fewest, 2.0**62) * (1 - 1e-12)), 1).astype(np.int64)
         active, repeated = schedulable(blocks)
         _kernels.bisect(request, parts.offset, active & ~repeated, n_min, float(tau), first)
-    leaves = _Leaves(blocks, strategy, limits, parts, goal, raw, rule)
+    leaves = _Leaves(blocks, strategy, limits, parts, goal, raw, rule, _runs(blocks, every_blocks, every_mm))
     return leaves.schedule(first, goals)
 
 
@@ -88,7 +87,9 @@ def references(blocks: FeedBlocks, strategy: Strategy, reference: Reference) -> 
     groups = np.unique(strategy.group).tolist()
     if not isinstance(reference, str):
         if isinstance(reference, bool) or not (math.isfinite(reference) and reference > 0):
-            raise FeedError(f"reference is {reference}, want a positive {strategy.name} in {strategy.unit}")
+            raise FeedError(
+                f"reference is {reference}, expected a positive {strategy.name} in {strategy.unit}"
+            )
         return dict.fromkeys(groups, float(reference))
     if reference not in ("auto", "max", "mean"):
         raise FeedError(f"reference {reference!r} is neither a number nor 'auto', 'max' or 'mean'")
@@ -102,7 +103,7 @@ def references(blocks: FeedBlocks, strategy: Strategy, reference: Reference) -> 
             remedy="give a reference",
         )
     known = np.where(np.isnan(feed), 0.0, feed)
-    loads = strategy.loads(known) if reference != "mean" else None
+    loads = strategy.highest_loads(known) if reference != "mean" else None
     out = {}
     for group in groups:
         mine = cuts & (strategy.group == group)
@@ -132,9 +133,10 @@ class _Leaves:
         goal: Floats,
         raw: Floats,
         rule: Rule,
+        run: Ints,
     ) -> None:
         self.blocks, self.strategy, self.limits, self.parts = blocks, strategy, limits, parts
-        self.goal, self.raw, self.rule = goal, raw, rule
+        self.goal, self.raw, self.rule, self.run = goal, raw, rule, run
         self.owner, self.caps = parts.block, _caps(blocks)
 
     def schedule(self, first: Bools, goals: dict[int, float]) -> Schedule:
@@ -155,7 +157,8 @@ class _Leaves:
         owner = self.owner[start]
         end = parts.end[np.append(start[1:], len(parts.end))[: len(start)] - 1]
         if (again := active & repeated).any():
-            written, exact = (_smallest_of_line(blocks, again, owner, column) for column in (written, exact))
+            line = blocks.line[owner]
+            written, exact = (np.where(again[owner], _least(line, v), v) for v in (written, exact))
         on = active[owner]
         return Schedule(
             blocks=blocks,
@@ -163,6 +166,7 @@ class _Leaves:
             unit=self.strategy.unit,
             references=goals,
             scheduled=active,
+            run=self.run,
             sub_offset=np.searchsorted(owner, np.arange(len(blocks) + 1)).astype(np.int64),
             sub_end=end,
             sub_feed_mm_min=np.where(on, written, blocks.feed_mm_min[owner]),
@@ -177,7 +181,10 @@ class _Leaves:
             return np.zeros(0), np.zeros(0, dtype=np.int8)
         safe = self.rule == "safe"
         raw = np.minimum.reduceat(self.raw, start) if safe else self.strategy.mean_feeds(self.goal, start)
-        return clamp(raw, self.limits, self.caps[self.owner[start]])
+        caps = self.caps[self.owner[start]]
+        if len(start) == len(self.run):  # whole blocks
+            raw, caps = _least(self.run, raw), _least(self.run, caps)
+        return clamp(raw, self.limits, caps)
 
     def _written(self, first: Bools, exact: Floats) -> Floats:
         owner = self.owner[np.flatnonzero(first)]
@@ -187,9 +194,26 @@ class _Leaves:
         )
 
 
-def _smallest_of_line(blocks: FeedBlocks, again: Bools, owner: Ints, feed: Floats) -> Floats:
-    """One feed for all runs of a line: the smallest."""
-    names, where = np.unique(blocks.line, return_inverse=True)
+def _least(key: Ints, values: Floats) -> Floats:
+    """The smallest of the values with the same key, for each of them."""
+    names, where = np.unique(key, return_inverse=True)
     least = np.full(len(names), np.inf)
-    np.minimum.at(least, where[owner], feed)
-    return np.where(again[owner], least[where[owner]], feed)
+    np.minimum.at(least, where, values)
+    return np.asarray(least[where])
+
+
+def _runs(blocks: FeedBlocks, every_blocks: int | None, every_mm: float | None) -> Ints:
+    """(n,) number of the run of blocks that share a feed; a plunge, and a line that is repeated or keeps its feed, is alone."""
+    n = len(blocks)
+    if every_blocks is None and every_mm is None:
+        return np.arange(n)
+    active, repeated = schedulable(blocks)
+    alone = ~active | repeated
+    if blocks.plunge is not None:
+        alone |= blocks.plunge  # its limit is not one for the pass that follows
+    begins = alone | np.append(True, alone[:-1] | (np.diff(blocks.groups) != 0))[:n]
+    stretch = np.cumsum(begins) - 1
+    before = np.arange(n) if every_blocks is not None else np.cumsum(blocks.length_mm) - blocks.length_mm
+    # a hair above: six blocks of 0.1 mm end at 0.6
+    step = np.floor((before - before[begins][stretch]) / float(every_blocks or every_mm or 1.0) + 1e-9)
+    return np.asarray(np.cumsum(begins | (np.diff(step, prepend=-1.0) != 0.0)) - 1)

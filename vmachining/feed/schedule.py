@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +23,7 @@ class Schedule:
     strategy, unit : name of the load that is kept, and its unit. references : load aimed at, by tool (0 for blocks that
         do not say which tool cuts); 0 when nothing is cut.
     scheduled : (n,) bool, whether the block got a feed; the others keep theirs.
+    run : (n,) int, blocks of one number share a feed.
     sub_offset : (n + 1,) int
     sub_end : (m,) fraction of the block's path at which the sub-block ends, the last is exactly 1.
     sub_feed_mm_min : (m,) as written, rounded down.
@@ -36,6 +36,7 @@ class Schedule:
     unit: str
     references: dict[int, float]
     scheduled: Bools
+    run: Ints
     sub_offset: Ints
     sub_end: Floats
     sub_feed_mm_min: Floats
@@ -45,6 +46,7 @@ class Schedule:
     def __post_init__(self) -> None:
         for array in (
             self.scheduled,
+            self.run,
             self.sub_offset,
             self.sub_end,
             self.sub_feed_mm_min,
@@ -136,16 +138,6 @@ class Schedule:
         if not len(self.blocks):
             return ()
         return tuple(WORDS[code] for code in np.maximum.reduceat(self.sub_limit, self.sub_offset[:-1]))
-
-    def limit_counts(self) -> dict[Limit, int]:
-        """How many scheduled blocks hit each limit, every word present."""
-        seen = Counter(word for word, on in zip(self.limit, self.scheduled, strict=True) if on)
-        return {word: seen[word] for word in Limit}
-
-    def removal_rates(self) -> Floats:
-        """(n,) mm^3/min: removed volume over time at the written feeds; 0 for a block that takes no time."""
-        minutes = self.time_s / 60.0
-        return np.divide(self.blocks.volume_mm3, minutes, out=np.zeros(len(self.blocks)), where=minutes > 0)
 
     def edits(self) -> dict[int, BlockEdit]:
         """What to change in the program, by line. Blocks that were not scheduled do not appear."""

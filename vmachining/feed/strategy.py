@@ -95,6 +95,9 @@ class Strategy(Protocol):
     def loads(self, feed_mm_min: Floats) -> Floats:
         """(m,) load of every part at its feed."""
 
+    def highest_loads(self, feed_mm_min: Floats) -> Floats:
+        """(m,) the same at the upper end of its bracket, where the load has one."""
+
     def feeds(self, goal: Floats) -> Floats:
         """(m,) mm/min, largest feed at which the load of a part is its goal; inf in air, 0 where no feed is small enough.
 

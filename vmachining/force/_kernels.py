@@ -1,6 +1,6 @@
 # Forces on the edge, and what follows from them over a turn and over the feed.
 #
-# Legend: see engagement/along/margin/_kernels.py for blade and hits. motion (n, 5) per angle: V along right, ahead and axis of
+# Legend: blade and hits as in engagement/along/kernels/margin_kernels.py. motion (n, 5) per angle: V along right, ahead, axis of
 #   the tool frame, rate of the axis along right and ahead, per unit of the block. powers (6, d + 1): Ktc Krc Kac Kte Kre
 #   Kae over the height, highest power first. out (n, 10): force per chip scale a (3), of the edge b (3), in the tool
 #   frame (right, ahead, axis), on the tool; torque a, b; tangential force a, b. The force at scale c is c a + b, with
@@ -9,10 +9,10 @@
 
 import numpy as np
 
-from vmachining.engagement.along.margin._kernels import edge_point
+from vmachining.engagement.along.kernels.margin_kernels import edge_point
 from vmachining.jit import kernel, leaf
 
-NOTHING = 1e-12  # of the speed: thinner chips are none, and leave no edge force
+NOTHING = 1e-12  # of the speed: thinner chips do not count, and leave no edge force
 
 
 @leaf

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from vmachining.arrays import Floats
 from vmachining.errors import InputError
-from vmachining.textfile import read_text
+from vmachining.textfile import parse_toml, read_text
 
 __all__ = ["NAMES", "Coefficients", "shipped"]
 
@@ -38,10 +38,7 @@ class Coefficients:
     name : for reports. powers : (6, d + 1) Ktc, Krc, Kac, Kte, Kre, Kae; highest power of the height first.
     height_mm : lowest and highest height they were calibrated for. notes : what a user must know of them.
 
-    Raises
-    ------
-    InputError
-        Not six polynomials, values that are not finite, an empty range.
+    Raises InputError: Not six polynomials, values that are not finite, an empty range.
     """
 
     name: str
@@ -54,7 +51,7 @@ class Coefficients:
         if powers.shape[0] == 1 and powers.shape[1] == 6:  # six constants
             powers = powers.T.copy()
         if powers.shape[0] != 6 or not powers.shape[1] or not np.isfinite(powers).all():
-            raise InputError(f"{self.name}: want six finite polynomials, got shape {powers.shape}")
+            raise InputError(f"{self.name}: expected six finite polynomials, got shape {powers.shape}")
         low, high = self.height_mm
         if not (math.isfinite(low) and low < high):
             raise InputError(f"{self.name}: height_mm {list(self.height_mm)} is no range")
@@ -105,14 +102,11 @@ class Coefficients:
     def load(cls, path: Path | str) -> Coefficients:
         """A TOML file.
 
-        Raises
-        ------
-        InputError
-            The file is missing, not TOML, has unknown or missing keys, or values that are no numbers.
+        Raises InputError: The file is missing, not TOML, has unknown or missing keys, or values that are no numbers.
         """
         text = read_text(Path(path), "coefficients", InputError, wrong="a coefficient file is TOML text")
         try:
-            data = tomllib.loads(text)
+            data = parse_toml(text)
         except tomllib.TOMLDecodeError as exc:
             raise InputError(f"not valid TOML: {exc}", file=str(path)) from exc
         return cls.from_mapping(data, file=str(path))
@@ -139,13 +133,13 @@ class Coefficients:
                 row = value if isinstance(value, list) else [value]
                 if not row or not all(isinstance(v, int | float) and not isinstance(v, bool) for v in row):
                     raise InputError(
-                        f"[{place}] {direction}: want a number, or powers of the height from the highest on",
+                        f"[{place}] {direction}: expected a number, or powers of the height from the highest on",
                         file=file,
                     )
                 rows.append([float(v) for v in row if v is not None])
         span = data.get("height_mm", [0.0, math.inf])
         if not (isinstance(span, list) and len(span) == 2 and all(isinstance(v, int | float) for v in span)):
-            raise InputError("height_mm: want [lowest, highest] in mm", file=file)
+            raise InputError("height_mm: expected [lowest, highest] in mm", file=file)
         degree = max(map(len, rows))
         powers = np.array([[0.0] * (degree - len(row)) + row for row in rows])
         notes = data.get("notes", [])
@@ -184,10 +178,7 @@ def _number(value: float) -> str:
 def shipped(name: str | None = None) -> Any:
     """A shipped set by name, or the names of all.
 
-    Raises
-    ------
-    InputError
-        No set of this name.
+    Raises InputError: No set of this name.
     """
     folder = files("vmachining.force") / "data"
     names = sorted(

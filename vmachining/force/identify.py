@@ -1,7 +1,7 @@
 """Cutting and edge coefficients from mean forces of slot tests at several depths and feeds.
 
 Symbols: D depth of a slot, mm; f feed per tooth, mm; r corner radius, mm; N teeth. Upright tool, feed along +x, forces on
-the tool. The mean force over a revolution is linear in the coefficients (see `closed.slot_means`), so with K_q(z) a
+the tool. The mean force over a revolution is linear in the coefficients, so with K_q(z) a
 polynomial of the height one linear fit gives them all.
 
 Two ways: `identify`, one weighted fit of all means, with intervals; and `layer_coefficients`, the published way: differences
@@ -65,7 +65,7 @@ class SlotTests:
         n = len(self.depth)
         if self.feed.shape != (n,) or self.force.shape != (n, 3):
             raise InputError(
-                f"{n} depths, {len(self.feed)} feeds, {len(self.force)} forces: want as many of each"
+                f"{n} depths, {len(self.feed)} feeds, {len(self.force)} forces: expected as many of each"
             )
         if n and not ((self.depth > 0).all() and (self.feed > 0).all()):
             raise InputError("depths and feeds per tooth must be above zero")
@@ -93,15 +93,9 @@ class Identification:
 
     @property
     def _factor(self) -> float:
-        from scipy.special import stdtrit  # slow to load, and only the fit wants it
+        from scipy.special import stdtrit  # slow to load, and only the fit needs it
 
         return float(stdtrit(self.freedom, 0.5 + 0.5 * self.confidence)) if self.freedom else float("nan")
-
-    @property
-    def power_half_width(self) -> Floats:
-        """(6, d + 1) half width of the interval of every power; NaN without a degree of freedom."""
-        powers = self.coefficients.powers
-        return self._factor * np.sqrt(np.maximum(np.diag(self.covariance), 0.0)).reshape(powers.shape)
 
     def half_width(self, height_mm: ArrayLike) -> Floats:
         """(6, n) half width of the interval of every coefficient at heights (n,) mm."""
@@ -179,18 +173,12 @@ def identify(
 ) -> Identification:
     """One least-squares fit of all means on the powers of all six coefficients.
 
-    Parameters
-    ----------
     corner_radius : mm. teeth : of the tool. degree : of the polynomials in the height.
     weights : "relative" for noise in proportion to each component (but at least 0.5 % of the resultant of its test), found in
         a few rounds from the fitted forces; "resultant" for noise in proportion to the resultant; "equal" for noise of one
         size. Intervals are right where the noise is of the kind that is said.
     confidence : of the intervals, from the residuals and Student's t.
-
-    Raises
-    ------
-    InputError
-        Options out of range; fewer than degree + 1 depths, or fewer than two feeds.
+    Raises InputError: Options out of range; fewer than degree + 1 depths, or fewer than two feeds.
     """
     _check(tests, corner_radius, teeth)
     if degree < 0 or not 0.0 < confidence < 1.0 or weights not in ("relative", "resultant", "equal"):
@@ -260,10 +248,7 @@ def _design(tests: SlotTests, r: float, teeth: int, degree: int, scale: float) -
 def layer_coefficients(tests: SlotTests, corner_radius: float, teeth: int) -> LayerFit:
     """Coefficients of every layer between consecutive depths, from differences of means at the same feed (7-9).
 
-    Raises
-    ------
-    InputError
-        A layer with fewer than two feeds in common.
+    Raises InputError: A layer with fewer than two feeds in common.
     """
     _check(tests, corner_radius, teeth)
     mean: dict[tuple[float, float], Floats] = {}
@@ -276,7 +261,7 @@ def layer_coefficients(tests: SlotTests, corner_radius: float, teeth: int) -> La
         shared = [f for d, f in mean if d == high and (low == 0.0 or (low, f) in mean)]
         if len(shared) < 2:
             raise InputError(
-                f"the layer from {low:g} to {high:g} mm has {len(shared)} feeds in common: want two or more",
+                f"the layer from {low:g} to {high:g} mm has {len(shared)} feeds in common: expected two or more",
                 remedy="test the same feeds at every depth",
             )
         force = np.array([mean[high, f] - (mean[low, f] if low > 0.0 else 0.0) for f in shared])
@@ -311,14 +296,12 @@ def read_tests(path: Path | str, *, on: Literal["tool", "workpiece"] = "tool") -
 
     on : whether the forces act on the tool, or on the workpiece (as a dynamometer under it says).
 
-    Raises
-    ------
-    InputError
-        No such file, columns that are missing or name another unit, cells that are no numbers; names line and column.
+    Raises InputError: No such file, columns that are missing or name another unit, cells that are no numbers; names
+        line and column.
     """
     if on not in ("tool", "workpiece"):
-        raise InputError(f"forces on {on!r}: want tool or workpiece")
-    text = read_text(Path(path), "slot tests", InputError, wrong="want a CSV file with a header")
+        raise InputError(f"forces on {on!r}: expected tool or workpiece")
+    text = read_text(Path(path), "slot tests", InputError, wrong="give a CSV file with a header")
     table = csv.DictReader(io.StringIO(text), skipinitialspace=True)
     header = [name.strip() for name in table.fieldnames or []]
     for want in COLUMNS:
@@ -328,12 +311,12 @@ def read_tests(path: Path | str, *, on: Literal["tool", "workpiece"] = "tool") -
         close = [name for name in header if name.lower().split("_")[0] == stem]
         if close:
             raise InputError(
-                f"column {close[0]!r} has no unit or another one: want {want!r}", file=str(path), line=1,
+                f"column {close[0]!r} has no unit or another one: expected {want!r}", file=str(path), line=1,
                 remedy="lengths in mm, feed in mm per tooth, forces in N",
             )  # fmt: skip
         raise InputError(
             f"column {want!r} is missing (there are {', '.join(header) or 'none'})", file=str(path), line=1,
-            remedy=f"want {', '.join(COLUMNS)}",
+            remedy=f"give {', '.join(COLUMNS)}",
         )  # fmt: skip
     found: list[list[float]] = []
     for line, row in enumerate(table, 2):
@@ -348,7 +331,7 @@ def read_tests(path: Path | str, *, on: Literal["tool", "workpiece"] = "tool") -
                     raise ValueError
             except ValueError:
                 raise InputError(
-                    f"{name} = {cells.get(name, '')!r} is no number", file=str(path), line=line
+                    f"{name} = {cells.get(name, '')!r} is not a number", file=str(path), line=line
                 ) from None
             numbers.append(number)
         found.append(numbers)
@@ -365,9 +348,9 @@ def _check(tests: SlotTests, r: float, teeth: int) -> None:
     if not len(tests):
         raise InputError("there are no tests")
     if not (np.isfinite(r) and r >= 0.0):
-        raise InputError(f"corner radius {r:g} mm: want 0 or more")
+        raise InputError(f"corner radius {r:g} mm: expected 0 or more")
     if teeth < 1:
-        raise InputError(f"{teeth} teeth: want at least 1")
+        raise InputError(f"{teeth} teeth: expected at least 1")
 
 
 def _row(values: Floats) -> str:

@@ -86,11 +86,9 @@ def edge_forces(
 ) -> Forces:
     """Forces of a tool at positions of a path, turned through a grid of angles (7-1 to 7-8).
 
-    Parameters
-    ----------
     tool : cutter; its meridian with the bottom gives radius, height and normal of a point.
     phi : (angles,) rad, an even grid over one turn where there is more than one tooth or a lag.
-    lower, upper : (positions, angles, intervals) mm, s of engaged intervals, NaN where there is none, each in one piece.
+    lower, upper : (positions, angles, intervals) mm, s of engaged intervals, NaN where none exists, each in one piece.
     frame, velocity : (positions, 3, 3) and (positions, 3): tool frames, and motion of the tip in any unit of time.
     feed_per_tooth : (positions,) mm.
     axis_rate : (positions, 3) dw/dt in the same unit; None: the axis keeps its direction.
@@ -98,17 +96,14 @@ def edge_forces(
     lag : whether points at height z stand z tan(chi) / R behind the tip, too.
     segments : of every interval, midpoint rule.
     spin : 1 as under M3, -1 under M4: the cutting direction is the other one.
-
-    Raises
-    ------
-    InputError
-        Shapes that do not fit; teeth that do not divide the angles; a lag or several teeth on an uneven grid.
+    Raises InputError: Shapes that do not fit; teeth that do not divide the angles; a lag or several teeth on an uneven
+        grid.
     """
     angle = np.atleast_1d(np.asarray(phi, dtype=np.float64))
     low, high = (np.asarray(v, dtype=np.float64) for v in (lower, upper))
     if low.ndim != 3 or low.shape != high.shape or low.shape[1] != len(angle):
         raise InputError(
-            f"intervals: want (positions, {len(angle)}, intervals), got {low.shape} and {high.shape}"
+            f"intervals: expected (positions, {len(angle)}, intervals), got {low.shape} and {high.shape}"
         )
     n, count = low.shape[:2]
     frames = np.broadcast_to(np.asarray(frame, dtype=np.float64), (n, 3, 3))
@@ -116,7 +111,7 @@ def edge_forces(
     w = np.broadcast_to(np.zeros(3) if axis_rate is None else np.asarray(axis_rate, dtype=np.float64), (n, 3))
     feed = np.broadcast_to(np.asarray(feed_per_tooth, dtype=np.float64), (n,)).copy()
     if teeth < 1 or spin not in (1, -1):
-        raise InputError(f"{teeth} teeth, spin {spin}: want at least one tooth, and 1 or -1")
+        raise InputError(f"{teeth} teeth, spin {spin}: expected at least one tooth, and 1 or -1")
     step = 2.0 * np.pi / count
     even = bool(np.allclose(np.diff(angle), step, atol=1e-9)) if count > 1 else False
     if teeth > 1 and (not even or count % teeth):
@@ -125,7 +120,7 @@ def edge_forces(
             remedy=f"take {teeth * -(-count // teeth)} angles",
         )
     if lag and chi != 0.0 and not even:
-        raise InputError("a lag wants an even grid of angles over one turn")
+        raise InputError("a lag needs an even grid of angles over one turn")
     speed = np.linalg.norm(v, axis=1)
     if not (speed > 0.0).all():
         raise InputError("the tip rests at a position: the feed per tooth says nothing there")
@@ -159,7 +154,7 @@ def edge_forces(
 def midpoints(segments: int) -> tuple[Floats, Floats]:
     """Nodes and weights of the midpoint rule on [-1, 1]."""
     if segments < 1:
-        raise InputError(f"{segments} segments: want at least 1")
+        raise InputError(f"{segments} segments: expected at least 1")
     return (2.0 * np.arange(segments) + 1.0) / segments - 1.0, np.full(segments, 2.0 / segments)
 
 

@@ -69,9 +69,9 @@ def turn_load(sample: Sample, teeth: Teeth, coefficients: Coefficients, *, spin:
         mean = out[:grid, 6:8].mean(axis=0) * m
     else:
         mean = _mean_torque(cutting, out) * m
-        special = cutting.own - cutting.ring
+        special = cutting.own - cutting.grid
         if special and (m == 1 or len(cutting.phi) > cutting.own):
-            rows = out[cutting.ring : cutting.own].copy()
+            rows = out[cutting.grid : cutting.own].copy()
             for j in range(1, m):
                 rows += out[cutting.own + (j - 1) * special : cutting.own + j * special]
             table.append(rows)

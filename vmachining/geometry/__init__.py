@@ -1,21 +1,18 @@
-"""Shapes without a tool: brackets of numbers, the paths that a control can drive, rotations.
+"""Shapes without a tool: the paths that a control can drive, rotations.
 
 | file | holds |
 |---|---|
-| `bracket.py` | `Bracket(lo, estimate, hi)`, the way every volume is reported |
 | `path.py` | `Line` and `Arc` (circle or helix about an axis direction) with position, velocity, split |
 | `rays.py` | `RayIntervals`: where lines are inside a solid |
 | `rotation.py` | rotation matrices, angles between directions, great circles |
 """
 
-from vmachining.geometry.bracket import Bracket
 from vmachining.geometry.path import Arc, Line, Path, arc_between
 from vmachining.geometry.rays import RayIntervals
 from vmachining.geometry.rotation import angle_between, great_circle, rotation, unit
 
 __all__ = [
     "Arc",
-    "Bracket",
     "Line",
     "Path",
     "RayIntervals",

@@ -174,17 +174,11 @@ def arc_between(
     A programmed centre is rounded, so its distances to the two ends differ a little. The centre is moved
     onto the bisector of the ends (by at most the difference of the radii), so that the path meets both ends.
 
-    Parameters
-    ----------
     start, end, center : (3,) mm
     axis : normal axis of the plane.
     ccw : counter-clockwise seen from the positive end of the axis.
     turns : 1 for up to a full circle; each further turn adds 2 pi.
-
-    Raises
-    ------
-    ValueError
-        Start on the centre.
+    Raises ValueError: Start on the centre.
     """
     p, e, c = (rows(v, 3, name=n) for v, n in ((start, "start"), (end, "end"), (center, "center")))
     a, b = PLANE_AXES[axis]

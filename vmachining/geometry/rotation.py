@@ -25,14 +25,9 @@ def unit(vector: ArrayLike) -> Floats:
 def rotation(axis: ArrayLike, angle: ArrayLike) -> Floats:
     """Matrices that turn by `angle` about the unit vector `axis` (Rodrigues).
 
-    Parameters
-    ----------
     axis : (3,) unit
     angle : (...,) rad
-
-    Returns
-    -------
-    (..., 3, 3)
+    Returns (..., 3, 3)
     """
     x, y, z = np.asarray(axis, dtype=np.float64)
     a = np.asarray(angle, dtype=np.float64)[..., None, None]
@@ -51,19 +46,10 @@ def angle_between(a: ArrayLike, b: ArrayLike) -> Floats:
 def great_circle(start: ArrayLike, end: ArrayLike, t: ArrayLike) -> Floats:
     """Directions on the shorter great circle between two unit vectors at constant rate.
 
-    Parameters
-    ----------
     start, end : (..., 3) unit
     t : (...,) in [0, 1], broadcast against the leading shape of the ends
-
-    Returns
-    -------
-    (..., 3) unit
-
-    Raises
-    ------
-    ValueError
-        Opposite directions: every great circle through one passes the other.
+    Returns (..., 3) unit
+    Raises ValueError: Opposite directions: every great circle through one passes the other.
     """
     u, v = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
     s = np.asarray(t, dtype=np.float64)[..., None]

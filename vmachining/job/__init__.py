@@ -11,22 +11,24 @@
 |---|---|
 | `jobfile.py`, `model.py`, `keys.py`, `words.py` | `Job`: the job file, units, refusals with line and suggestion |
 | `reading.py`, `paths.py`, `blocks.py`, `toolpath.py`, `timing.py` | the program of a job: paths, blocks, times |
-| `run.py`, `simulate.py`, `executor.py`, `stopping.py` | `run`, its stages, processes and signals |
-| `contact.py`, `engage.py`, `engagement_columns.py` | rapids, shank and holder; what the cutting edges touch |
+| `run.py`, `given.py`, `simulate.py`, `executor.py`, `stopping.py` | `run`, its stages and what they hand on, signals |
+| `record.py`, `store.py`, `spent.py` | manifest and checkpoints of a run; what may differ when it continues; what stages cost |
+| `contact.py`, `engage.py`, `engagement_columns.py`, `stations.py` | rapids, shank and holder; what the cutting edges touch |
+| `chunks.py` | chunks of blocks side by side |
 | `brep.py`, `judges.py`, `audit.py`, `verdicts.py` | `--brep`: which blocks, and what other engines say of them |
 | `schedule.py`, `strategies.py`, `verified.py` | feeds: plan, rewrite, verify |
-| `table.py`, `files.py`, `folder.py`, `result.py`, `summary.py` | `COLUMNS`, the files of a result, their manifest |
+| `table.py`, `files.py`, `folder.py`, `result.py`, `summary.py`, `total.py` | `COLUMNS`, the files of a result, their manifest |
 | `alone.py`, `single.py` | `blocks_alone`: single blocks to any width, without a run; `swept_volume` of one sweep |
 | `batch/` | many jobs over processes or a cluster |
 | `starter.py`, `heights.py` | a job file from a program; the workpiece as heights over cells |
 
 Conventions: stock, home and all columns are in work coordinates. Rapids remove 0 by definition; one that meets
 material warns with the volume. A block's time holds its dwells. `removed_lo_mm3` and `removed_hi_mm3` of the summary
-are the narrower of two proven brackets: the sum over the blocks, and stock before minus stock after.
+are the narrower of two brackets, of which a proven one counts: the sum over the blocks, and stock before minus stock after.
 
-A run that is interrupted leaves its rows, a checkpoint and a manifest with `complete: false`; one that goes on from
-there makes the same rows as one that was never stopped. A run that is refused leaves the result directory as it was;
-one that starts removes the files of an earlier result first.
+A run that is interrupted leaves its rows, a checkpoint and a manifest with `complete: false`; one that continues from
+there makes the same rows as one that was never stopped, and so does one that adds a stage to a complete result. A run that
+is refused leaves the result directory as it was; one that starts removes the files of an earlier result first.
 
 Known limits: a STEP stock with curved faces is triangulated within the chord; the totals include what that can do to
 a volume (`stock_slack_mm3`), brackets of single blocks do not, and a note says so. Lines of several feed motions keep
@@ -37,7 +39,8 @@ from vmachining.job.alone import SingleBlock, blocks_alone
 from vmachining.job.blocks import Block, group_blocks
 from vmachining.job.engage import Scene, engage
 from vmachining.job.heights import height_map
-from vmachining.job.jobfile import Job, read_tools
+from vmachining.job.jobfile import Job
+from vmachining.job.model import Feed, Force
 from vmachining.job.paths import move_path
 from vmachining.job.result import RunResult
 from vmachining.job.run import run
@@ -52,6 +55,8 @@ __all__ = [
     "COLUMNS",
     "Block",
     "Draft",
+    "Feed",
+    "Force",
     "Job",
     "RunResult",
     "Scene",
@@ -65,7 +70,6 @@ __all__ = [
     "group_blocks",
     "height_map",
     "move_path",
-    "read_tools",
     "run",
     "swept_volume",
 ]

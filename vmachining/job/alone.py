@@ -10,7 +10,7 @@ from typing import Any
 from vmachining.engines.alone import Alone
 from vmachining.engines.protocol import Options
 from vmachining.errors import InputError
-from vmachining.geometry import Bracket
+from vmachining.interval import Interval
 from vmachining.job.blocks import Block
 from vmachining.job.contact import ToolParts
 from vmachining.job.jobfile import Job
@@ -49,9 +49,9 @@ class SingleBlock:
     seconds: float
 
     @property
-    def bracket(self) -> Bracket:
+    def bracket(self) -> Interval:
         """(lo, estimate, hi) mm^3."""
-        return Bracket(self.removed_lo_mm3, self.removed_mm3, self.removed_hi_mm3)
+        return Interval(self.removed_lo_mm3, self.removed_mm3, self.removed_hi_mm3)
 
     @property
     def is_wider(self) -> bool:
@@ -67,20 +67,13 @@ class SingleBlock:
 def blocks_alone(job: Job, numbers: Sequence[int], *, width: float | None = None) -> Iterator[SingleBlock]:
     """Brackets of single blocks, as the table of a run has them, without cutting the blocks before.
 
-    Parameters
-    ----------
     numbers : of the blocks, in any order.
     width : of a bracket relative to the volume; None: as the job has it, with its floor `width_mm3`.
-
-    Raises
-    ------
-    InputError
-        Program, tools or stock cannot be used; no such block; one that cuts nothing, such as a rapid.
-    EngineError
-        A kernel failed; names the block.
+    Raises InputError: Program, tools or stock cannot be used; no such block; one that cuts nothing, such as a rapid.
+    Raises EngineError: A kernel failed; names the block.
     """
     if width is not None and not 0.0 < width <= 1.0:
-        raise InputError(f"width {width:g}: a share above 0 and up to 1 is wanted")
+        raise InputError(f"width {width:g}: a share above 0 and up to 1 is expected")
     keys = job.keys.accuracy
     asked = Options(chord=keys.chord_mm, width=keys.width, width_mm3=keys.width_mm3)
     if width is not None:

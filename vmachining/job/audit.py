@@ -1,12 +1,15 @@
-"""A second judge in every run: exact rays on some blocks, where they cost less than a tenth of what cutting does."""
+"""A second judge in every run: heights over random places, and exact rays where tools turn or dip, on some blocks; and on the
+total where all tools are upright."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 import polars as pl
 
+from vmachining.engines.dexel import UprightJudge, Way
 from vmachining.engines.judges import Judge, in_words, intersection
 from vmachining.job.brep import JUDGED, judges_of
 from vmachining.job.contact import ToolParts
@@ -18,15 +21,13 @@ from vmachining.stock import Stock
 
 __all__ = ["MOST", "audited"]
 
-EVERY = 40
-"""One block of so many that remove something: rays take 15 to 60 ms for a block, the mesh engine 15 ms and more, so this is
-less than a tenth of the run. Which ones is settled by their number, so that a run can be repeated to the last digit."""
+EVERY, FEWEST, MOST = 40, 8, 100
+"""One block of so many that remove something, at least and at most so many: heights take 2 to 4 ms for a block, cutting 0.5 to 1,
+so this is less than a twentieth of the run from some 300 blocks on. How many, and which ones, is settled by their numbers and
+not by a clock, so that a run can be repeated to the last digit."""
 
 WANT_REL = 0.01
-"""Half width of their intervals: what 15 to 60 ms give."""
-
-MOST = 100
-"""Blocks of one run."""
+"""Half width of intervals by exact rays, which take 15 to 300 ms for a block: one in `EVERY` at most is asked of them."""
 
 
 def audited(
@@ -36,30 +37,46 @@ def audited(
     stock: Stock,
     *,
     most: int = MOST,
+    total: bool = True,
     stop: Callable[[], bool] = lambda: False,
     progress: Progress = lambda *_: None,
-) -> tuple[pl.DataFrame, dict[str, Any]]:
-    """(block, columns of `OPINION`, brep_note) of the blocks that were asked about, and the counts of the summary.
+) -> tuple[pl.DataFrame, dict[str, Any], dict[str, Any]]:
+    """(block, columns of `OPINION`, brep_note) of the blocks that were asked about, the counts of the summary, and `second_judge`
+    of the summary.
 
-    rows : block, engine, removed_mm3, removed_lo_mm3, removed_hi_mm3 of the run. most : blocks that are asked about.
+    rows : block, engine, proven, removed_mm3, removed_lo_mm3, removed_hi_mm3 of the run. most : blocks that are asked about.
+    total : whether all blocks together are judged, too.
 
-    Raises
-    ------
-    Stopped
-        The user asked to stop.
+    Raises Stopped: The user asked to stop.
     """
     removing = rows.filter(pl.col("removed_hi_mm3") > 0.0)
-    chosen = _spread(removing["block"].to_list(), most)
+    quick = UprightJudge(stock, [
+        Way(block.number, tools[move.tool].cutter, path)
+        for block in toolpath.blocks for move, path in toolpath.cuts(block) if move.tool in tools
+    ])  # fmt: skip
+    chosen = _chosen(removing, most, quick.takes)
     said = judges_of(removing.filter(pl.col("block").is_in(chosen)))
-    sweeps = toolpath.sweeps_until(max(chosen, default=-1), tools)
-    witness, found = RayWitness(stock, sweeps, want_rel=WANT_REL), list[tuple[Any, ...]]()
+    exact: list[RayWitness] = []
+
+    def looked_closer(block: int, again: bool) -> Judge:
+        """What exact rays say."""
+        if not exact:
+            sweeps = toolpath.sweeps_until(max(chosen), tools)
+            exact.append(RayWitness(stock, sweeps, want_rel=WANT_REL))
+        return exact[0](block, again=again)
+
+    found = list[tuple[Any, ...]]()
     for done, block in enumerate(chosen):
         progress("second judge", done, len(chosen))
         if stop():
             raise Stopped("second judge", done, len(chosen))
-        judges = [*said[block], witness(block)]
-        if intersection(judges) is None:
-            judges[-1] = witness(block, again=True)
+        is_quick = quick.takes(block)
+        judges = [
+            *said[block],
+            Judge("dexel", quick.removed(block)) if is_quick else looked_closer(block, False),
+        ]
+        if intersection(judges) is None:  # nobody is accused by a first look
+            judges[-1] = looked_closer(block, True)
         found.append(_row(block, judges))
     schema: dict[str, Any] = {
         "block": pl.Int64,
@@ -67,19 +84,60 @@ def audited(
         "brep_note": pl.String,
     }
     disputed = sum(row[4] is not None for row in found)
-    counts = {"asked": 0, **dict.fromkeys(JUDGED, 0), "disputed": disputed}
-    return pl.DataFrame(found, schema=schema, orient="row"), counts
+    told = {
+        "blocks": len(found),
+        "disputed_blocks": disputed,
+        **_total(quick, rows if total else rows.clear()),
+    }
+    counts = {
+        "asked": 0,
+        **dict.fromkeys(JUDGED, 0),
+        "disputed": max(disputed, told["total_agrees"] is False),
+    }
+    return pl.DataFrame(found, schema=schema, orient="row"), counts, told
 
 
-def _spread(numbers: Sequence[int], most: int) -> list[int]:
+def _chosen(removing: pl.DataFrame, most: int, is_quick: Callable[[int], bool]) -> list[int]:
+    """Numbers of the blocks that are asked about, rising: half evenly, the last one among them, and half by chance, those that
+    remove much with a wide bracket first; of exact rays only one in `EVERY`."""
+    numbers = removing["block"].to_list()
+    few = -(-len(numbers) // EVERY)
+    even = _spread(numbers, min(most, few))
+    count = min(most, max(FEWEST, few), len(numbers))
+    rare = [block for block in even if not is_quick(block)]
+    width = (removing["removed_hi_mm3"] - removing["removed_lo_mm3"]).to_numpy()
+    weight = removing["removed_mm3"].to_numpy() + width
+    # in the order of exponential times with these rates: a draw without replacement
+    times = np.random.default_rng(len(numbers)).exponential(size=len(numbers)) / np.maximum(weight, 1e-300)
+    order = [numbers[k] for k in np.argsort(times, kind="stable").tolist()]
+    chosen = {*even[: len(even) if count <= FEWEST else -(-count // 2)], *rare}
+    chosen.add(numbers[-1]) if numbers else None
+    for block in order:
+        if len(chosen) >= count:
+            break
+        if block not in chosen and is_quick(block):
+            chosen.add(block)
+    return sorted(chosen)
+
+
+def _spread(numbers: Sequence[int], count: int) -> list[int]:
     """Some of them, evenly, the last one among them."""
-    count = min(most, -(-len(numbers) // EVERY))
     return [numbers[((k + 1) * len(numbers)) // count - 1] for k in range(count)]
+
+
+def _total(quick: UprightJudge, rows: pl.DataFrame) -> dict[str, Any]:
+    """Keys of the summary on all blocks together, see `UprightJudge.total`."""
+    names = ("total_lo_mm3", "total_mm3", "total_hi_mm3", "total_agrees")
+    if not quick.is_whole or rows.is_empty():
+        return dict.fromkeys(names)
+    lo, estimate, hi = quick.total().bracket
+    agrees = float(rows["removed_lo_mm3"].sum()) <= hi and lo <= float(rows["removed_hi_mm3"].sum())
+    return dict(zip(names, (lo, estimate, hi, agrees), strict=True))
 
 
 def _row(block: int, judges: Sequence[Judge]) -> tuple[Any, ...]:
     lo, estimate, hi = judges[-1].removal.bracket
     if intersection(judges) is not None:
         return (block, None, None, None, None, estimate, lo, hi, "")
-    note = f"DISPUTED: {in_words(judges)}: one of both is wrong"
+    note = f"DISPUTED: {in_words(judges)}: at least one of them is wrong"
     return (block, None, None, None, "disputed", estimate, lo, hi, note)

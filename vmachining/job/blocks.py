@@ -6,17 +6,11 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 from typing import NamedTuple
 
-import numpy as np
-
-from vmachining.arrays import Bools
 from vmachining.job.paths import CutterPath, moves
-from vmachining.nc import Motion, Program, decode_program, lex_line, split_lines
+from vmachining.nc import Motion, Program, decode_program, split_lines
 
-__all__ = ["Block", "group_blocks", "halts", "program_lines"]
+__all__ = ["Block", "group_blocks", "program_lines"]
 
-BEFORE, AFTER = frozenset((6.0,)), frozenset((0.0, 1.0, 2.0, 30.0, 60.0))
-"""M codes that stop the axes: before the motion of their line, and behind it."""
-WORD_ADDRESS = ("iso", "mts")
 TRAVEL = {Motion.RAPID, Motion.LINEAR, Motion.ARC_CW, Motion.ARC_CCW}
 
 
@@ -41,31 +35,6 @@ class Block(NamedTuple):
 def program_lines(program: Program) -> list[str]:
     """Text of the lines, as the reader of the program splits them."""
     return list(split_lines(decode_program(program.data, program.name)))
-
-
-def halts(program: Program, *, block_delete: bool = False) -> Bools:
-    """(moves,) whether the axes stand still when a move ends, because the program stops or changes the tool.
-
-    M6 acts before the motion of its line; M0, M1, M2, M30 and M60 act behind it. Between two moves every line
-    counts that lies between theirs. `block_delete`: lines that open with a slash did not run.
-    """
-    if program.dialect not in WORD_ADDRESS:
-        return np.zeros(len(program.moves), dtype=np.bool_)
-    lines = program_lines(program)
-    before, after = np.zeros((2, len(lines) + 2), dtype=np.int64)
-    for number, text in enumerate(lines, start=1):
-        if "M" not in text and "m" not in text:
-            continue
-        lexed = lex_line(text)
-        if block_delete and lexed.block_delete:
-            continue
-        codes = {word.value for word in lexed.words if word.letter == "M"}
-        before[number], after[number] = not codes.isdisjoint(BEFORE), not codes.isdisjoint(AFTER)
-    own = np.array([move.line for move in program.moves], dtype=np.int64)
-    here, there = own, np.append(own[1:], len(lines) + 1)
-    stops = np.cumsum(before + after)
-    between = np.where(there > here, stops[np.maximum(there - 1, 0)] - stops[here], 0)
-    return np.asarray((there != here) & ((after[here] > 0) | (before[there] > 0) | (between > 0)))
 
 
 def _kind(motions: Sequence[Motion]) -> str:

@@ -13,11 +13,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import polars as pl
 
-from vmachining.engines import STATED
 from vmachining.engines.judges import Judge
 from vmachining.engines.protocol import Removal
 from vmachining.errors import InputError
-from vmachining.geometry import Bracket
+from vmachining.interval import Interval
 from vmachining.job.contact import ToolParts
 from vmachining.job.jobfile import Job
 from vmachining.job.judges import RayWitness, columns_say, widened
@@ -38,6 +37,7 @@ __all__ = [
     "BREP_HELP",
     "JUDGED",
     "Asked",
+    "asked_numbers",
     "blank",
     "brep_columns",
     "disputes",
@@ -67,22 +67,16 @@ Asked = str | tuple[range, ...]
 def parse_brep(text: str) -> Asked:
     """Which blocks `--brep` asks for.
 
-    Raises
-    ------
-    InputError
-        Neither a known word nor block numbers.
+    Raises InputError: Neither a known word nor block numbers.
     """
     word = text.strip().lower()
     return word if word in ("none", "sample", "all") else parse_blocks(text, "--brep", BREP_HELP)
 
 
 def parse_blocks(text: str, option: str, form: str = "blocks such as 3,7-12") -> tuple[range, ...]:
-    """Ranges of block numbers; `option` and `form` are told of what is refused.
+    """Ranges of block numbers; `option` and `form` are named in what is refused.
 
-    Raises
-    ------
-    InputError
-        No block numbers.
+    Raises InputError: No block numbers.
     """
     found = []
     for part in text.split(","):
@@ -101,10 +95,7 @@ def parse_blocks(text: str, option: str, form: str = "blocks such as 3,7-12") ->
 def refuse_beyond(asked: Asked, last: int, option: str = "--brep") -> None:
     """Refuse numbers of blocks that a program does not have.
 
-    Raises
-    ------
-    InputError
-        Names the first range that ends after block `last`.
+    Raises InputError: Names the first range that ends after block `last`.
     """
     for part in asked if isinstance(asked, tuple) else ():
         if part[-1] > last:
@@ -112,12 +103,9 @@ def refuse_beyond(asked: Asked, last: int, option: str = "--brep") -> None:
 
 
 def blank(job: Job, stock: Stock | None = None) -> Blank:
-    """The stock as the B-rep engine wants it; read again unless it is given.
+    """The stock as the B-rep engine takes it; read again unless it is given.
 
-    Raises
-    ------
-    InputError
-        An STL stock of more than `TRIANGLES` triangles.
+    Raises InputError: An STL stock of more than `TRIANGLES` triangles.
     """
     stock = raw_stock(job) if stock is None else stock
     if job.keys.stock.stl is not None and isinstance(stock, MeshStock) and len(stock.triangles) > TRIANGLES:
@@ -132,10 +120,7 @@ def blank(job: Job, stock: Stock | None = None) -> Blank:
 def chosen(asked: Asked, rows: pl.DataFrame) -> list[int]:
     """Block numbers to check, from the rows of the run.
 
-    Raises
-    ------
-    InputError
-        A block that the program does not have.
+    Raises InputError: A block that the program does not have.
     """
     cuts = rows.filter(pl.col("motion") != "rapid")["block"].to_list()
     if asked == "none":
@@ -151,12 +136,17 @@ def chosen(asked: Asked, rows: pl.DataFrame) -> list[int]:
     return [k for k in cuts if any(k in part for part in asked if isinstance(part, range))]
 
 
+def asked_numbers(text: str, rows: pl.DataFrame) -> list[int]:
+    """Blocks of everything that was asked for one after the other, such as "sample+3,7-12", from the rows of the run."""
+    return sorted({k for part in text.split("+") for k in chosen(parse_brep(part), rows)})
+
+
 def brep_columns(
     job: Job,
     toolpath: Toolpath,
     tools: Mapping[int, ToolParts],
     rows: pl.DataFrame,
-    asked: Asked,
+    numbers: Sequence[int],
     *,
     stock: Stock,
     file: Path,
@@ -167,22 +157,17 @@ def brep_columns(
 ) -> tuple[pl.DataFrame, dict[str, Any]]:
     """(block, columns of `OPINION`, brep_note) of every block, and the counts of the summary.
 
-    rows : block, motion, removed_mm3, removed_lo_mm3, removed_hi_mm3 of the run.
+    numbers : of the blocks to ask about. rows : block, motion, removed_mm3, removed_lo_mm3, removed_hi_mm3 of the run.
     seconds : limit of a block, see `check_blocks`.
     file : verdicts as they come; those that are there, and still hold, are not asked for again, but refusals are if
         they had less time.
 
-    Raises
-    ------
-    Stopped
-        The user asked to stop; no verdict is lost.
-    EngineError
-        The kernel cannot be started.
+    Raises Stopped: The user asked to stop; no verdict is lost.
+    Raises EngineError: The kernel cannot be started.
     """
     from vmachining.engines.brep import check_blocks
     from vmachining.job.verdicts import VerdictFile
 
-    numbers = chosen(asked, rows)
     sweeps = toolpath.sweeps_until(max(numbers, default=-1), tools)
     slacks = [_slack(stock, each) for each in sweeps]
     asked_rows = rows.filter(pl.col("block").is_in(numbers))
@@ -236,16 +221,9 @@ def write_step(result: RunResult, path: Path, after: int | None = None) -> None:
 
     The cut of every block is gated by its bracket, as in `brep_columns`.
 
-    Parameters
-    ----------
     after : the last block that has cut it; None: it is finished.
-
-    Raises
-    ------
-    InputError
-        The stock is an STL of too many triangles; or the program has no such block.
-    EngineError
-        Refused; no file is left.
+    Raises InputError: The stock is an STL of too many triangles; or the program has no such block.
+    Raises EngineError: Refused; no file is left.
     """
     from vmachining.engines.brep import step_file
 
@@ -266,10 +244,10 @@ def write_step(result: RunResult, path: Path, after: int | None = None) -> None:
 
 def judges_of(rows: pl.DataFrame) -> dict[int, list[Judge]]:
     """Block -> what the engine that cut says of it, of the stock that it cut."""
-    names = ("block", "engine", "removed_lo_mm3", "removed_mm3", "removed_hi_mm3")
+    names = ("block", "engine", "removed_lo_mm3", "removed_mm3", "removed_hi_mm3", "proven")
     return {
-        block: [Judge(engine, Removal(lo, mid, hi, proven=engine not in STATED))]
-        for block, engine, lo, mid, hi in rows.select(names).iter_rows()
+        block: [Judge(engine, Removal(lo, mid, hi, proven))]
+        for block, engine, lo, mid, hi, proven in rows.select(names).iter_rows()
     }
 
 
@@ -281,10 +259,10 @@ def _slack(stock: Stock, sweeps: Sequence[Sweep]) -> float:
     return stock.slack_near(np.stack([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)]))
 
 
-def _brackets(rows: pl.DataFrame, slack: float) -> list[Bracket]:
+def _brackets(rows: pl.DataFrame, slack: float) -> list[Interval]:
     """What every block removes from the stock as it was given: the mesh engine cut its triangles."""
     table = rows.select("removed_lo_mm3", "removed_mm3", "removed_hi_mm3")
-    return [Bracket(max(0.0, lo - slack), mid, hi + slack) for lo, mid, hi in table.iter_rows()]
+    return [Interval(max(0.0, lo - slack), mid, hi + slack) for lo, mid, hi in table.iter_rows()]
 
 
 def _row(block: int, verdict: Verdict | None) -> tuple[Any, ...]:

@@ -1,8 +1,9 @@
-"""Which engine cuts a job, and which of its motions the mesh engine has to cut: these cost the most."""
+"""Which engine cuts a job, in how many shares, and which of its motions the mesh engine has to cut: these cost the most."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 from vmachining.engines.relay import best_engine, handed_on
 from vmachining.job.contact import ToolParts
@@ -12,7 +13,19 @@ from vmachining.job.toolpath import Toolpath
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 
-__all__ = ["affordable"]
+__all__ = ["SHARES", "Choice", "affordable"]
+
+SHARES = 4
+"""Shares of the workpiece that columns cut where processes pay (`Entry.divided_from`), however many processes there are: 8 to
+15 % more time for one process than an undivided workpiece (docs/measured/runs.md), and the same numbers for any number."""
+
+
+class Choice(NamedTuple):
+    """engine : its name. longest_s : s of the longest block of the mesh engine. alone : columns take every motion."""
+
+    engine: str
+    longest_s: float
+    alone: bool
 
 
 def affordable(
@@ -22,18 +35,15 @@ def affordable(
     stock: Stock,
     asked: str | None,
     chord: float,
-) -> tuple[str, float]:
-    """(name of the engine, s of the longest block of the mesh engine).
+) -> Choice:
+    """The engine.
 
     asked : "columns" or "mesh"; None: what `engines.relay.best_engine` says.
 
-    Raises
-    ------
-    JobError
-        What the mesh engine would have to cut cannot be done with this chord, see `refuse_costly`.
+    Raises JobError: What the mesh engine would have to cut cannot be done with this chord, see `refuse_costly`.
     """
     if asked == "mesh":
-        return asked, refuse_costly(job, toolpath, tools, stock.bounds, chord).longest_s
+        return Choice(asked, refuse_costly(job, toolpath, tools, stock.bounds, chord).longest_s, False)
     hands_on = handed_on(stock)
     looked, _ = feed_motions(toolpath, tools)
     handed = [hands_on(Sweep.along(tools[tool].cutter, path)) for tool, path in looked]
@@ -44,5 +54,6 @@ def affordable(
         }  # fmt: skip
         refuse_fine(job, by_mesh, chord)
         only = None if engine == "mesh" else hands_on
-        return engine, refuse_costly(job, toolpath, tools, stock.bounds, chord, only=only).longest_s
-    return engine, 0.0
+        cost = refuse_costly(job, toolpath, tools, stock.bounds, chord, only=only)
+        return Choice(engine, cost.longest_s, False)
+    return Choice(engine, 0.0, True)

@@ -25,10 +25,7 @@ class Clock(NamedTuple):
     def of(cls, job: Job, toolpath: Toolpath) -> Clock:
         """Of a program that has been read.
 
-        Raises
-        ------
-        NCError
-            A feed move without a feed.
+        Raises NCError: A feed move without a feed.
         """
         times = move_times(toolpath, machine_limits(job), block_delete=job.keys.program.block_delete).seconds
         start = np.concatenate([[0.0], np.cumsum(times)])

@@ -49,12 +49,9 @@ def nothing() -> list[str]:
 class Contacts:
     """Contact checks of one workpiece.
 
-    Parameters
-    ----------
-    executor : Executor
-        Who cuts; a check sees the workpiece as it is after all orders before it, and does not change it.
-    bounds : (2, 3) mm
-        Box of the raw stock: nothing outside of it can be touched.
+    executor : Executor, who cuts; a check sees the workpiece as it is after all orders before it, and does not change
+        it.
+    bounds : (2, 3) mm, box of the raw stock: nothing outside of it can be touched.
     """
 
     def __init__(self, executor: Executor, bounds: Floats) -> None:

@@ -54,7 +54,7 @@ REACH_CHORDS = 1e9
 """Largest coordinate of the stock over the chord, see above."""
 
 APART_SECONDS = 1.0
-"""A program with a block this long is cut by a process of its own, which can be ended within a block."""
+"""A program with a block this long is cut by a separate process, which can be ended within a block."""
 
 APART_SAVES = 10.0
 """s between checkpoints of such a program: what is ended within a block loses little more than that block."""
@@ -142,10 +142,7 @@ def _seconds(path: object, cutter: Profile, facets: float, chord: float) -> floa
 def refuse_fine(job: Job, tools: Mapping[int, ToolParts], chord: float) -> None:
     """What the job file alone tells: facets of tools and of a round bar, and how far a box or bar reaches.
 
-    Raises
-    ------
-    JobError
-        The chord asks for more than can be made; says the number, and a chord that can.
+    Raises JobError: The chord asks for more than can be made; says the number, and a chord that can.
     """
     limits = [_limit_of_facets(f"tool {number}", parts.cutter) for number, parts in tools.items()]
     keys, scale = job.keys.stock, job.scale
@@ -167,11 +164,8 @@ def refuse_costly(
 
     bounds : (2, 3) mm, box of the stock. only : see `estimate`.
 
-    Raises
-    ------
-    JobError
-        It would take longer than `MOST_DAYS`, or coordinates of the stock have too few digits for the chord; says the
-        number, and a chord with which it can be done.
+    Raises JobError: It would take longer than `MOST_DAYS`, or coordinates of the stock have too few digits for the
+        chord; says the number, and a chord with which it can be done.
     """
     cost = estimate(toolpath, tools, chord, only)
 

@@ -21,10 +21,7 @@ __all__ = ["deviation_tables", "vector_settings"]
 def vector_settings(job: Job) -> VectorSettings:
     """What a job asks of discrete vectors.
 
-    Raises
-    ------
-    InputError
-        Lengths or angles that do not go together, or an error above the radius of the smallest tool.
+    Raises InputError: Lengths or angles that do not go together, or an error above the radius of the smallest tool.
     """
     from vmachining.engines.vectors import spacing_for
 
@@ -41,7 +38,6 @@ def vector_settings(job: Job) -> VectorSettings:
         allowance=keys.allowance_mm,
         depth=keys.depth_mm,
         casting=keys.casting_mm,
-        envelope=keys.envelope,
     )
 
 
@@ -65,7 +61,6 @@ def deviation_tables(job: Job, engine: Engine, place: ResultFolder) -> dict[str,
             "spacing_mm": engine.spacing,
             "theta_v_deg": engine.theta_v_deg,
             "mode": engine.settings.mode,
-            "envelope": engine.settings.envelope,
         }
     else:
         return None

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -75,11 +77,11 @@ def engage(
     block : number in the table of `run`, from 0.
     at : 0 to 1 of the length of its feed motions.
     method : "dexel": exact distances to stock and earlier sweeps, no kernel. "brep": curve of the edge against
-        the B-rep solids of stock and earlier sweeps, by OCCT in a process of its own. "analytic": closed forms
+        the B-rep solids of stock and earlier sweeps, by OCCT in a separate process. "analytic": closed forms
         against the heights of the workpiece over cells of `pitch`; flat, bull and ball cutters.
     angles, phase : the grid of rotation angles, 360 (k + phase) / angles degrees; phase from 0 to below 1.
     edge : "straight", the meridian; "helix", wound by the helix angle of the tool.
-    bottom : the edge goes on over the bottom disc to the axis.
+    bottom : the edge continues over the bottom disc to the axis.
     seconds : limit of one question to OCCT.
     pitch : mm, cells of method "analytic"; walls that do not lie on them are off by up to half of it.
 
@@ -154,8 +156,10 @@ class Scene:
         if method == "dexel" or self.job.keys.stock.step is None:  # where the stock is known without OCCT
             parts = RayWorkpiece(self._stock("dexel")[0], []).holds(cutting, stance, phi, parts)
         region = _region(cutting, stance, phi, parts)
-        past = self._reaching(index, region)
-        # heights want every sweep above the region, not only those that end the edge
+        # heights over cells cannot tell what the front of the tool only touches, which is what it has just cut
+        room = 2.0 * pitch - t * path.length if method == "analytic" else 0.0
+        past = self._reaching(index, region, self._without_ends(index, room))
+        # heights need every sweep above the region, not only those that end the edge
         near = past if method == "analytic" else sweeps_near(cutting, stance, phi, parts, past)
         if method == "analytic":
             corner_of(tool.cutter)  # refuses other cutters before anything is computed
@@ -168,7 +172,8 @@ class Scene:
         with self._workpiece(method, stock, near, seconds, pitch, region) as workpiece:
             found = contact(cutting, stance, workpiece, own, angles=angles, phase=phase)
         line = next(b.line for b in self.blocks if b.number == block)
-        return Engagement(cutting, stance, found, method, at, block, line, notes)
+        wall = pitch if method == "analytic" else 0.0
+        return Engagement(cutting, stance, found, method, at, block, line, notes, wall)
 
     def _place(self, block: int, at: float) -> tuple[int, float]:
         """Position in `cuts`, and t in [0, 1] there."""
@@ -193,14 +198,32 @@ class Scene:
         low, high = ends[which], ends[which + 1]
         return mine[which], float(np.clip((at - low) / (high - low), 0.0, 1.0))
 
-    def _reaching(self, index: int, region: Floats) -> list[Past]:
+    def _without_ends(self, index: int, room: float) -> dict[int, CutterPath | None]:
+        """Cuts that lead up to a cut without their last `room` mm in all; None: nothing is left."""
+        out: dict[int, CutterPath | None] = {}
+        here = self.cuts[index][2].position(0.0)
+        while room > 0.0 and index > 0:
+            index -= 1
+            path = self.cuts[index][2]
+            if np.linalg.norm(path.position(1.0) - here) > LENGTH_EPS_MM:
+                break
+            out[index] = path.split([1.0 - room / path.length])[0] if path.length > room else None
+            room, here = room - path.length, path.position(0.0)
+        return out
+
+    def _reaching(
+        self, index: int, region: Floats, instead: Mapping[int, CutterPath | None] = MappingProxyType({})
+    ) -> list[Past]:
         """Earlier sweeps whose box meets a region (2, 3), of tools as high as they can reach it."""
         reach, low, high = self._reaches(index, region)
         close = np.flatnonzero(((low <= region[1]) & (high >= region[0])).all(axis=1))
         out = []
         clips: dict[tuple[int, float], Profile] = {}
         for k in close:
-            block, number, path = self.cuts[k]
+            block, number, whole = self.cuts[k]
+            path = instead.get(int(k), whole)
+            if path is None:
+                continue
             profile, top = self.job.tools[number].cutter, float(reach[k])
             if top < profile.z_max:
                 if (number, top) not in clips:
@@ -241,7 +264,7 @@ class Scene:
         return reach, low, high
 
     def _stock(self, method: str) -> tuple[Any, tuple[str, ...]]:
-        """The stock as the method wants it, and what must be known of it; made once."""
+        """The stock as the method takes it, and what must be known of it; made once."""
         method = "brep" if method == "brep" else "dexel"
         if method not in self._kept:
             self._kept[method] = (blank(self.job), ()) if method == "brep" else plain_stock(self.job)
@@ -276,7 +299,7 @@ def _check(
     if method not in METHODS:
         raise InputError(f"unknown method {method!r}", remedy=f"one of {', '.join(METHODS)}")
     if not (math.isfinite(pitch) and pitch > 0.0):
-        raise InputError(f"a pitch of {pitch:g} mm: want a positive number")
+        raise InputError(f"a pitch of {pitch:g} mm: expected a positive number")
     if method == "analytic" and edge == "helix":
         raise InputError("method 'analytic' takes the straight edge", remedy="take dexel or brep for a helix")
     if edge not in EDGES:
@@ -287,12 +310,12 @@ def _check(
         )
     if not LEAST_ANGLES <= angles <= MOST_ANGLES:
         raise InputError(
-            f"{angles} angles: want {LEAST_ANGLES} to {MOST_ANGLES}", remedy="360 is one per degree"
+            f"{angles} angles: expected {LEAST_ANGLES} to {MOST_ANGLES}", remedy="360 is one per degree"
         )
     if not 0.0 <= phase < 1.0:
         raise InputError(f"phase {phase:g} of the angles is not from 0 to below 1")
     if not (math.isfinite(seconds) and seconds > 0.0):
-        raise InputError(f"a limit of {seconds} s: want a positive number")
+        raise InputError(f"a limit of {seconds} s: expected a positive number")
 
 
 def _helix(tool: Tool, number: int) -> float:

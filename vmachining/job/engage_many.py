@@ -16,13 +16,14 @@ from typing import Any, NamedTuple
 
 import polars as pl
 
-from vmachining.engagement import Engagement, chip_table
+from vmachining.engagement import Engagement, chip_points, chip_table
 from vmachining.errors import EngineError, InputError, SweepError
 from vmachining.job.brep import parse_blocks, refuse_beyond
 from vmachining.job.clock import Clock
 from vmachining.job.engage import Scene
 from vmachining.job.files import atomic_path
 from vmachining.job.jobfile import Job
+from vmachining.job.simulate import Stopped
 from vmachining.job.toolpath import Toolpath
 from vmachining.tolerance import LENGTH_EPS_MM
 
@@ -41,7 +42,7 @@ straight ahead), else of the tool; arcs: how many there are. chip_per_feed_max_m
 note: what a reader must know, or why there is no answer."""
 
 BATCH = 16
-"""Positions of one errand: a message costs little beside them, and progress is seen."""
+"""Positions of one errand at most: a message costs little beside them, and progress is seen."""
 
 
 class Position(NamedTuple):
@@ -54,19 +55,13 @@ class Position(NamedTuple):
 def positions(scene: Scene, blocks: str, *, at: float = 0.5, every_mm: float | None = None) -> list[Position]:
     """Where to ask: once in each cutting block, or every so many millimetres of its path.
 
-    Parameters
-    ----------
     blocks : "all", or numbers such as "7,10-20"; rapids are left out.
     at : fraction of each block, if `every_mm` is None.
     every_mm : largest step along the path; each block is divided evenly and asked in the middle of every part.
-
-    Raises
-    ------
-    InputError
-        No such block, none that cuts, a step that is no length, or more than a million positions.
+    Raises InputError: No such block, none that cuts, a step that is no length, or more than a million positions.
     """
     if every_mm is not None and not every_mm > 0.0:
-        raise InputError(f"a step of {every_mm:g} mm: want a positive length")
+        raise InputError(f"a step of {every_mm:g} mm: expected a positive length")
     lengths: dict[int, float] = {}
     for block, _, path in scene.cuts:
         lengths[block] = lengths.get(block, 0.0) + path.length
@@ -107,42 +102,57 @@ def engage_many(
     Writes `engagement.parquet` (a row per position, angle and interval, see `Engagement.table`) and `positions.csv` and
     `.parquet` (a row per position, see `POSITION_COLUMNS`) into `folder`, ordered as asked.
 
-    Parameters
-    ----------
     options : of `Scene.engage`: method, angles, phase, edge, bottom, seconds.
     workers : processes.
     chips : write `chips.parquet`, too: `chip_table` of all positions, with block, at, time_s and feed_per_tooth_mm; where
-        that feed is not known, areas and thicknesses are per mm of it.
-
-    Returns
-    -------
-    The table of positions. A position that has no answer (no B-rep solid, OCCT gave up) has a note and no numbers.
+        that feed is not known, areas and thicknesses are per mm of it; and `chip_points.parquet`, see `chip_points`.
+    Returns the table of positions. A position that has no answer (no B-rep solid, OCCT gave up) has a note and no
+        numbers.
+    Raises Stopped: Ctrl-C; the positions that have answers are in the files.
     """
-    errands = [asked[k : k + BATCH] for k in range(0, len(asked), BATCH)]
+    errands = list(_errands(asked))
     rows: list[list[dict[str, Any]]] = [[] for _ in errands]
     with TemporaryDirectory(dir=folder, prefix=".engagement-") as parts:
         done = 0
-        for number, found in _answers(job, errands, Path(parts), workers, options, chips):
-            rows[number] = found
-            done += len(found)
-            if progress is not None:
-                progress("engagement", done, len(asked))
-        files = [file for k in range(len(errands)) if (file := _part(Path(parts), k)).exists()]
+        stopped = False
+        try:
+            for number, found in _answers(job, errands, Path(parts), workers, options, chips):
+                rows[number] = found
+                done += len(found)
+                if progress is not None:
+                    progress("engagement", done, len(asked))
+        except KeyboardInterrupt:
+            stopped = done < len(asked)
+            if not done:
+                raise
+        known = [k for k, found in enumerate(rows) if found]
+        files = [file for k in known if (file := _part(Path(parts), k)).exists()]
         table = pl.DataFrame([row for found in rows for row in found], schema=POSITION_COLUMNS)
         with atomic_path(folder / "engagement.parquet") as temporary:
             pl.scan_parquet(files).sink_parquet(temporary)
         if chips:
-            with atomic_path(folder / "chips.parquet") as temporary:
-                pl.scan_parquet(
-                    [file.with_name(file.name.replace("intervals", "chips")) for file in files]
-                ).with_columns(
-                    pl.struct("block", "at").rle_id().cast(pl.Int64).alias("position")
-                ).sink_parquet(temporary)
+            for kind in ("chips", "chip_points"):
+                with atomic_path(folder / f"{kind}.parquet") as temporary:
+                    pl.scan_parquet(
+                        [file.with_name(file.name.replace("intervals", kind)) for file in files]
+                    ).with_columns(
+                        pl.struct("block", "at").rank("dense").cast(pl.Int64).alias("position") - 1
+                    ).sink_parquet(temporary)
     with atomic_path(folder / "positions.parquet") as temporary:
         table.write_parquet(temporary)
     with atomic_path(folder / "positions.csv") as temporary:
         table.write_csv(temporary)
+    if stopped:
+        raise Stopped("engagement", done, len(asked), "position")
     return table
+
+
+def _errands(asked: Sequence[Position]) -> Iterator[Sequence[Position]]:
+    """Parts of one position, then of twice as many up to `BATCH`: what a position costs is known after the first."""
+    first, size = 0, 1
+    while first < len(asked):
+        yield asked[first : first + size]
+        first, size = first + size, min(2 * size, BATCH)
 
 
 def _part(folder: Path, number: int, kind: str = "intervals") -> Path:
@@ -192,7 +202,7 @@ class _Desk:
         return cls(scene, folder, options, clock)
 
     def answer(self, number: int, errand: Sequence[Position]) -> list[dict[str, Any]]:
-        tables, rows, chips = [], [], []
+        tables, rows, chips, points = [], [], [], []
         for position in errand:
             try:
                 found = self.scene.engage(position.block, at=position.at, **self.options)
@@ -203,9 +213,12 @@ class _Desk:
             tables.append(found.table())
             rows.append(_row(found))
             if self.clock is not None:
-                chips.append(_chips(found, position, self.clock))
+                table, shape = _chips(found, position, self.clock)
+                chips.append(table)
+                points.append(shape)
         if chips:
             pl.concat(chips).write_parquet(_part(self.folder, number, "chips"))
+            pl.concat(points).write_parquet(_part(self.folder, number, "chip_points"))
         if tables:
             pl.concat(tables).write_parquet(_part(self.folder, number))
         return rows
@@ -224,18 +237,18 @@ def _answer(number: int, errand: Sequence[Position]) -> list[dict[str, Any]]:
     return _desk.answer(number, errand)
 
 
-def _chips(found: Engagement, position: Position, clock: Clock) -> pl.DataFrame:
-    """The chip of one position at the programmed feed."""
+def _chips(found: Engagement, position: Position, clock: Clock) -> tuple[pl.DataFrame, pl.DataFrame]:
+    """The chip of one position at the programmed feed, and its points."""
     feed = float(clock.feed_per_tooth[position.block])
+    tooth = feed if feed == feed else 1.0
     head = {
         "block": position.block, "at": position.at, "time_s": clock.at(*position),
         "feed_per_tooth_mm": feed if feed == feed else None,
     }  # fmt: skip
-    table = chip_table(found, feed_per_tooth=feed if feed == feed else 1.0)
     kinds = {"block": pl.Int64, "at": pl.Float64, "time_s": pl.Float64, "feed_per_tooth_mm": pl.Float64}
-    return table.select(
-        *(pl.lit(value, dtype=kinds[name]).alias(name) for name, value in head.items()), pl.all()
-    )
+    lead = [pl.lit(value, dtype=kinds[name]).alias(name) for name, value in head.items()]
+    table, points = chip_table(found, feed_per_tooth=tooth), chip_points(found, feed_per_tooth=tooth)
+    return table.select(*lead, pl.all()), points.select(*lead[:2], pl.all())
 
 
 def _row(found: Engagement) -> dict[str, Any]:

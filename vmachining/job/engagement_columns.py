@@ -1,32 +1,36 @@
 """What the tool takes in every block: contact, chips, force and power at stations along it.
 
 A station is one revolution at a fraction of a block, in the stock after all earlier blocks and this one up to there. The
-columns of a block are the largest values of its stations. Nothing is carried along but the list of sweeps: each block asks
-those near it.
+columns of a block are the largest values of its stations. All motions of the program are rows of `Sweeps`; blocks are asked in
+chunks, and any chunk by itself gives the same numbers.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Container, Sequence
-from dataclasses import dataclass, field, fields
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import polars as pl
 
 from vmachining.arrays import Bools, Floats, Ints
-from vmachining.engagement.along import Sample, Sweeps, Teeth, fractions, samples_along
-from vmachining.engines.pickled import load_values, save_values
+from vmachining.checkpoint import Saved, opened
+from vmachining.engagement.along import Sample, Seen, Sweeps, Teeth, contact_along, fractions
 from vmachining.errors import InputError, JobError
 from vmachining.force import Coefficients, Load, deflection_force, load_rows, power_w, shipped, turn_load
 from vmachining.job.blocks import Block
+from vmachining.job.chunks import in_order, threads_for
 from vmachining.job.engage import plain_stock
+from vmachining.job.folder import usable
 from vmachining.job.jobfile import Job
 from vmachining.job.model import Feed
 from vmachining.job.paths import CutterPath
 from vmachining.job.simulate import CHECKPOINT_SECONDS, Progress, Stopped
+from vmachining.job.stations import Stations
 from vmachining.job.table import CONTACT
 from vmachining.job.toolpath import Toolpath
 from vmachining.nc import Move
@@ -35,18 +39,24 @@ from vmachining.tool import Edge, Tool
 
 __all__ = [
     "Forcing",
-    "Stations",
     "Watched",
     "coefficients_of",
     "engagement_pass",
-    "no_stations",
     "spin_of",
     "step_mm",
 ]
 
+CHUNK, CHUNK_SLOW = 256, 32
+"""Blocks that are asked together: where distances have closed forms, and elsewhere, so that a stop is heard within seconds."""
+
 MAX_PARTS = 64
 """Stations of one block at most, less one, where blocks are to be divided."""
 
+
+FLUTES = "flutes "
+"""Before the number of a tool without flutes, among what is missing."""
+
+EMPTY = "chip, force and power columns are empty where"
 
 LEAST_PITCH_MM = 0.05
 """Teeth closer to each other than this leave no room for a chip: the smallest end mills (0.1 mm, two flutes) have 0.16 mm."""
@@ -93,59 +103,56 @@ def step_mm(feed: Feed, length: float) -> float:
     return step
 
 
-@dataclass(slots=True, eq=False)
-class Stations:
-    """Loads along the blocks, for schedulers.
+OF_BLOCKS = {"values": (len(CONTACT),), "known": (), "step": ()}
+OF_STATIONS = {"block": (), "area": (), "count": ()}
+KINDS: dict[str, type] = {"known": np.bool_, "block": np.int64, "count": np.int64}
+"""Arrays of a chunk with the shape of a row, those of blocks and of stations; the type of what is no float."""
 
-    block : (s,) of every station, in program order. area_per_feed : mm^2 per mm/min, NaN where nothing is known of the
-    spindle or the teeth. rows : p, q, r of the load in F mm/min (see `ForceStrategy`); first, last : of every station.
-    step : (n,) mm between stations of block k, NaN where they are at equal fractions. known : (n,) bool, force known.
-    columns : block, the seven columns, note. notes : of the job.
+
+@dataclass(slots=True, eq=False)
+class _Chunk:
+    """Of consecutive blocks.
+
+    values (n, 8), notes, known, step : of every block. block, area, count (s,) : of every station that a scheduler needs, with
+    `count` rows (r, 3) of its load. missing : what chips and forces lack, {key: text}. seen : for `watch`.
     """
 
-    columns: pl.DataFrame
-    block: Ints
-    area_per_feed: Floats
-    rows: Floats
-    first: Ints
-    last: Ints
-    step: Floats
+    values: Floats
     known: Bools
-    notes: tuple[str, ...] = ()
+    step: Floats
+    block: Ints
+    area: Floats
+    count: Ints
+    rows: Floats
+    notes: list[str | None]
+    missing: dict[str, str]
+    seen: list[Watched] = field(default_factory=list)
 
-    def parts(self, *, divided: bool) -> tuple[Ints, Ints]:
-        """First and last station of every part, both ends included; a part without stations has last < first.
+    @classmethod
+    def joined(cls, chunks: Sequence[_Chunk]) -> _Chunk:
+        """All of them, in their order."""
+        shapes: dict[str, tuple[int, ...]] = {**OF_BLOCKS, **OF_STATIONS, "rows": (3,)}
+        arrays: dict[str, Any] = {
+            name: np.concatenate([
+                np.empty((0, *shape), KINDS.get(name, np.float64)), *(getattr(chunk, name) for chunk in chunks)
+            ]) for name, shape in shapes.items()
+        }  # fmt: skip
+        missing = dict(
+            item for chunk in reversed(chunks) for item in chunk.missing.items()
+        )  # the first one counts
+        return cls(notes=[note for chunk in chunks for note in chunk.notes], missing=missing, **arrays)
 
-        divided : one part between two stations, else one part per block.
-        """
-        n = len(self.columns)
-        count = np.bincount(self.block, minlength=n)
-        start = np.concatenate([[0], np.cumsum(count)])[:-1]
-        if not divided:
-            return start, start + count - 1
-        counts = np.maximum(count - 1, 1)
-        owner = np.repeat(np.arange(n), counts)
-        number = np.arange(len(owner)) - (np.cumsum(counts) - counts)[owner]
-        first = start[owner] + number
-        return first, np.where(count[owner] > 1, first + 1, first + count[owner] - 1)
-
-
-@dataclass(slots=True, eq=False)
-class _Collector:
-    """Growing columns of the pass."""
-
-    values: list[tuple[float, ...]] = field(default_factory=list)
-    notes: list[str | None] = field(default_factory=list)
-    known: list[bool] = field(default_factory=list)
-    step: list[float] = field(default_factory=list)
-    block: list[int] = field(default_factory=list)
-    area: list[float] = field(default_factory=list)
-    rows: list[Floats] = field(default_factory=list)
-    count: list[int] = field(default_factory=list)
+    def split(self, sizes: Ints, missing: Sequence[dict[str, str]]) -> Iterator[_Chunk]:
+        """What was joined, again; sizes : (c, 3) blocks, stations and rows of each."""
+        ends = np.cumsum(sizes, axis=0)
+        for (b, s, r), (to_b, to_s, to_r), lacks in zip(ends - sizes, ends, missing, strict=True):
+            own = {name: getattr(self, name)[b:to_b] for name in OF_BLOCKS}
+            own |= {name: getattr(self, name)[s:to_s] for name in OF_STATIONS}
+            yield _Chunk(**own, rows=self.rows[r:to_r], notes=self.notes[b:to_b], missing=lacks)
 
 
 class Saves(Protocol):
-    """What has a state to go on from."""
+    """What has a state to continue from."""
 
     def save(self, path: Path) -> None: ...
 
@@ -164,15 +171,19 @@ def engagement_pass(
     divided: bool | None = None,
     watch: Watch | None = None,
     only: Container[int] | None = None,
-    known: Path | None = None,
+    known: Sequence[Path] = (),
     checkpoint: Checkpoint = lambda *_: None,
+    workers: int | None = 1,
+    part: tuple[int, int] | None = None,
 ) -> Stations:
-    """The seven columns of every block of a program, and the loads a scheduler needs.
+    """The columns of contact of every block of a program, and the loads a scheduler needs.
 
     feed : the scheduler's keys, None without one: how far stations are apart if it may divide blocks, and which component
     of the force it limits. divided : whether blocks may be divided; None: as `feed` says, not for volumes. watch : called
-    with every motion that cuts. only : blocks to look at; the others sweep. known : a checkpoint to go on
-    from. checkpoint : called with what can save its state, and the blocks done: now and then, when stopped, and at the end.
+    with every motion that cuts. only : blocks to look at; the others sweep. known : checkpoints, whose chunks are not done
+    again. checkpoint : called with what can save its state, and the blocks done: now and then, when stopped, and at the end.
+    workers : threads that do chunks of blocks side by side; None: one for each core. They change no number.
+    part : (k, n) does every n-th chunk only, from number k on; what it returns is of these.
 
     Raises
     ------
@@ -182,22 +193,10 @@ def engagement_pass(
         Coefficients that are not there.
     """
     work = _Pass(job, toolpath, coefficients_of(job), feed, divided, watch, only)
-    if known is not None:
-        work.load(known)
-    return work.run(stop, progress, name, checkpoint)
-
-
-def no_stations(blocks: int, why: str) -> Stations:
-    """Of a job whose contact nobody asked for."""
-    empty = {name: pl.Series([None] * blocks, dtype=pl.Float64) for name in CONTACT}
-    columns = pl.DataFrame(
-        {"block": pl.Series(range(blocks), dtype=pl.Int64), **empty, "contact_note": pl.Series([None] * blocks, dtype=pl.String)}
-    )  # fmt: skip
-    none = np.zeros(0, dtype=np.int64)
-    return Stations(
-        columns, none, np.zeros(0), np.empty((0, 3)), none, none, np.full(blocks, np.nan),
-        np.ones(blocks, dtype=np.bool_), (why,),
-    )  # fmt: skip
+    for path in known:
+        with usable(path) as file:
+            work.load(file)
+    return work.run(stop, progress, name, checkpoint, workers, part or (0, 1))
 
 
 class Watched(NamedTuple):
@@ -215,6 +214,50 @@ class Watched(NamedTuple):
 Watch = Callable[[Watched], None]
 
 
+class _Motions(NamedTuple):
+    """Cutting motions of a program.
+
+    first : (n + 1,) of every block. single : (n,) whether that block has no other motion. block, tool : (m,). move, path : m
+    of them. rev_min, scale, per_feed : (m,) of the spindle, of chips at the programmed feed and per mm/min, NaN where one is
+    missing.
+    """
+
+    first: Ints
+    single: Bools
+    block: Ints
+    tool: Ints
+    move: list[Move]
+    path: list[CutterPath]
+    rev_min: Floats
+    scale: Floats
+    per_feed: Floats
+
+    @classmethod
+    def of(cls, toolpath: Toolpath, tools: Mapping[int, Tool], rev_min: float | None) -> _Motions:
+        """rev_min : where the program gives none."""
+        nan = float("nan")
+        cuts = [
+            (block.number, move, path) for block in toolpath.blocks for move, path in toolpath.cuts(block) if move.tool in tools
+        ]  # fmt: skip
+        moves, paths = [move for _, move, _ in cuts], [path for _, _, path in cuts]
+        block, tool = (
+            np.array(ids, dtype=np.int64) for ids in ([k for k, *_ in cuts], [m.tool for m in moves])
+        )
+        length = np.array([path.length for path in paths])
+        feed = np.array([move.feed_mm_min or nan for move in moves])
+        lasts = np.array([move.duration_s or nan for move in moves])
+        speed = np.array([abs(move.spindle_rpm) or rev_min or nan for move in moves])
+        count = np.array([tools[move.tool].flutes or nan for move in moves])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            per_feed = np.where(length > LENGTH_EPS_MM, 1.0 / (length * count * speed), nan)
+            by_feed = per_feed * feed
+            scale = np.where(np.isnan(by_feed), 60.0 / lasts / (count * speed), by_feed)
+        per_feed[np.isnan(by_feed)] = nan
+        single = np.array([len(block.moves) == 1 for block in toolpath.blocks], dtype=np.bool_)
+        first = np.searchsorted(block, np.arange(len(toolpath.blocks) + 1))
+        return cls(first, single, block, tool, moves, paths, speed, scale, per_feed)
+
+
 class _Pass:
     def __init__(
         self,
@@ -229,166 +272,202 @@ class _Pass:
         self.watch, self.only = watch, only
         self.job, self.toolpath, self.forcing, self.feed = job, toolpath, forcing, feed
         stock, _ = plain_stock(job)
-        radii = [tool.cutter.max_radius for tool in job.tools.values()]
-        self.sweeps = Sweeps(stock, min(radii))
         self.teeth = {number: _teeth(tool, forcing is not None) for number, tool in job.tools.items()}
-        self.missing: dict[str, str] = {}
-        self.out = _Collector()
+        self.cutters = {number: tool.cutter for number, tool in job.tools.items()}
+        self.sweeps = Sweeps(stock)
+        self.motions = _Motions.of(toolpath, job.tools, forcing.rev_min if forcing is not None else None)
+        self.done: dict[int, _Chunk] = {}  # by first block
+        self.size = 0  # blocks of a chunk, where a checkpoint says it
         if divided is None:
             divided = feed is not None and feed.insert_blocks and feed.strategy != "volume"
         self.divided = feed if divided else None
 
     def save(self, path: Path) -> None:
         """All that is known of the blocks so far; their sweeps are made again from the program."""
-        out = self.out
-        lists = {
-            f.name: np.array(getattr(out, f.name)) for f in fields(out) if f.name not in ("notes", "rows")
+        firsts = sorted(self.done)
+        chunks = [self.done[first] for first in firsts]
+        out = _Chunk.joined(chunks)
+        arrays = {name: getattr(out, name) for name in (*OF_BLOCKS, *OF_STATIONS, "rows")}
+        sizes = np.array([(len(c.known), len(c.block), len(c.rows)) for c in chunks], dtype=np.int64)
+        state = {
+            "size": self.size,
+            "first": firsts,
+            "missing": [chunk.missing for chunk in chunks],
+            "notes": out.notes,
         }
-        rows = np.concatenate(out.rows) if out.rows else np.empty((0, 3))
-        save_values(path, {"missing": self.missing, "notes": out.notes, "rows": rows, **lists})
+        Saved("contact", state, {"sizes": sizes.reshape(-1, 3), **arrays}).write(path)
 
     def load(self, path: Path) -> None:
-        state = load_values(path, "engagement")
-        self.missing, notes, rows = state.pop("missing"), state.pop("notes"), state.pop("rows")
-        lists = {name: values.tolist() for name, values in state.items()}
-        cuts = np.split(rows, np.cumsum(lists["count"]).astype(int))[:-1]
-        self.out = _Collector(notes=notes, rows=cuts, **lists)
+        """The chunks of a checkpoint."""
+        with opened(path, "contact") as saved:
+            state, arrays = saved.state, dict(saved.arrays)
+            sizes, self.size = arrays.pop("sizes"), int(state["size"])
+            whole = _Chunk(notes=state["notes"], missing={}, **arrays)
+            self.done |= dict(zip(state["first"], whole.split(sizes, state["missing"]), strict=True))
 
     def run(
-        self, stop: Callable[[], bool], progress: Progress, name: str, checkpoint: Checkpoint
+        self,
+        stop: Callable[[], bool],
+        progress: Progress,
+        name: str,
+        checkpoint: Checkpoint,
+        workers: int | None,
+        part: tuple[int, int],
     ) -> Stations:
-        first, total = len(self.out.step), len(self.toolpath.blocks)
-        progress(name, first, total)
-        for block in self.toolpath.blocks[:first]:
-            for move, path in self._cutting(block):
-                self.sweeps.add(block.number, self.job.tools[move.tool].cutter, path)
+        every, is_swept = len(self.toolpath.blocks), self.size == 0
+        if is_swept:
+            self._sweep()
+        size = self.size = self.size or (CHUNK if self.sweeps.is_quick else CHUNK_SLOW)
+        begins = range(0, every, size)[part[0] :: part[1]]
+        ranges = [range(a, min(a + size, every)) for a in begins if a not in self.done]
+        total = sum(min(size, every - a) for a in begins)
+        done = total - sum(map(len, ranges))
+        progress(name, done, total)
+        if ranges and not is_swept:
+            self._sweep()
+        hands = [self.sweeps, *(self.sweeps.twin() for _ in range(threads_for(workers, len(ranges)) - 1))]
         saved = time.monotonic()
-        for block in self.toolpath.blocks[first:]:
-            if stop():
-                checkpoint(self, block.number)
-                raise Stopped(name, block.number, total)
-            self._block(block)
-            progress(name, block.number + 1, total)
-            if time.monotonic() - saved > CHECKPOINT_SECONDS:
-                checkpoint(self, block.number + 1)
-                saved = time.monotonic()
-        if first < total:
-            checkpoint(self, total)
+        with closing(in_order(self._chunk, ranges, hands)) as chunks:
+            for numbers in ranges:
+                if stop():
+                    checkpoint(self, done)
+                    raise Stopped(name, done, total)
+                chunk = self.done[numbers.start] = next(chunks)
+                if self.watch is not None:
+                    [self.watch(seen) for seen in chunk.seen]
+                    chunk.seen.clear()
+                done += len(numbers)
+                progress(name, done, total)
+                if time.monotonic() - saved > CHECKPOINT_SECONDS or done == total:
+                    checkpoint(self, done)
+                    saved = time.monotonic()
+        if not ranges:
+            checkpoint(self, done)  # chunks of several parts are those of one run from here on
         return self._result()
 
-    def _cutting(self, block: Block) -> list[tuple[Move, CutterPath]]:
-        return [(move, path) for move, path in self.toolpath.cuts(block) if move.tool in self.teeth]
+    def _sweep(self) -> None:
+        for tool, path in zip(self.motions.tool.tolist(), self.motions.path, strict=True):
+            self.sweeps.add(self.cutters[tool], path)
 
-    def _block(self, block: Block) -> None:
-        out = self.out
-        cutting = self._cutting(block)
-        out.step.append(float("nan"))
-        if not cutting:
-            out.values.append((float("nan"),) * len(CONTACT))
-            out.notes.append(None)
-            out.known.append(True)
-            return
-        best = np.full(len(CONTACT), np.nan)
-        notes: list[str] = []
-        known = True
-        for move, path in cutting:
-            if self.only is None or block.number in self.only:
-                values, fine, told = self._move(block, move, path)
-                best = np.fmax(best, values)
-                known &= fine
-                notes += [text for text in told if text not in notes]
-            self.sweeps.add(block.number, self.job.tools[move.tool].cutter, path)
-        out.values.append(tuple(best.tolist()))
-        out.notes.append("; ".join(notes) or None)
-        out.known.append(known)
-
-    def _move(self, block: Block, move: Move, path: CutterPath) -> tuple[Floats, bool, list[str]]:
-        """Columns of one motion, whether its forces are known, and what to warn of."""
-        teeth, radius = self.teeth[move.tool], self.job.tools[move.tool].cutter.max_radius
-        if self.divided is not None and path.length > LENGTH_EPS_MM:
-            step = step_mm(self.divided, path.length)
-            n = max(1, int(np.ceil(path.length / step - 1e-6)))
-            at = np.append(np.minimum(np.arange(n) * step / path.length, 1.0), 1.0)
-            self.out.step[-1] = step
+    def _chunk(self, sweeps: Sweeps, numbers: range) -> _Chunk:
+        """Contact of consecutive blocks in one question."""
+        every, first = self.motions, numbers.start
+        asked = np.arange(every.first[first], every.first[numbers.stop])
+        if self.only is not None:
+            asked = asked[[int(k) in self.only for k in every.block[asked]]]
+        owner, tools, motions = every.block[asked] - first, every.tool[asked].tolist(), asked.tolist()
+        step = np.full(len(numbers), np.nan)
+        at = [
+            self._stations(every.path[k], tool, step[o : o + 1])
+            for k, tool, o in zip(motions, tools, owner.tolist(), strict=True)
+        ]
+        seen = contact_along(
+            sweeps, list(zip(motions, at, strict=True)), [self.teeth[tool].edge for tool in tools],
+            keep=self.forcing is not None or self.watch is not None,
+        )  # fmt: skip
+        lengths = np.array([len(t) for t in at], dtype=np.int64)
+        begin = np.cumsum(lengths) - lengths
+        scale, per_feed = every.scale[asked], every.per_feed[asked]
+        rows = np.full((len(asked), len(CONTACT)), np.nan)
+        if len(asked):
+            area, thick, ae, ap, fraction, planned = np.fmax.reduceat(seen.columns, begin).T
+            rows[:, [0, 1, 2, 3, 4, 7]] = np.column_stack(
+                [ae, ap, fraction, scale * area, scale * thick, planned]
+            )
+        station = np.repeat(np.arange(len(asked)), lengths)
+        out = _Chunk(
+            np.full((len(numbers), len(CONTACT)), np.nan), np.ones(len(numbers), dtype=np.bool_), step,
+            every.block[asked][station],
+            seen.columns[:, 0] * per_feed[station], np.zeros(len(station), dtype=np.int64), np.empty((0, 3)),
+            [None] * len(numbers), self._missing(asked),
+        )  # fmt: skip
+        single = every.single[
+            out.block
+        ]  # blocks of several motions keep their feed, and a scheduler needs nothing of them
+        if self.forcing is not None or self.watch is not None:
+            self._loads(out, asked, owner, range(first, numbers.stop), rows, seen, begin, single)
         else:
-            at = fractions(path.length, radius)
-        samples = samples_along(self.sweeps, block.number, path, teeth, at)
-        rev_min, scale, per_feed = self._rates(move, path)
-        values = np.full(len(CONTACT), np.nan)
-        values[0] = _largest([s.chips.ae for s in samples])
-        values[1] = max(s.chips.ap for s in samples)
-        values[2] = max(s.chips.fraction for s in samples)
-        if np.isfinite(scale):
-            values[3] = scale * max(s.chips.area_rate for s in samples)
-            values[4] = scale * max(s.chips.thickness_rate for s in samples)
-        told: list[str] = []
-        loads: list[Load | None] = [None] * len(samples)
-        fine = self.forcing is not None and np.isfinite(scale)
-        if self.forcing is not None and fine:
-            loads = [turn_load(s, teeth, self.forcing.coefficients, spin=spin_of(move)) for s in samples]
-            met = [load.heights for load in loads if load is not None]
-            low, high = min((h[0] for h in met), default=0.0), max((h[1] for h in met), default=0.0)
-            if met and (text := self.forcing.coefficients.outside(low, high)) is not None:
-                told.append(f"force: {text}" + (", taken all the same" if self.forcing.extrapolate else ""))
-                fine = self.forcing.extrapolate
-            if fine:
-                values[5] = max((load.peak(scale) for load in loads if load is not None), default=0.0)
-                torque = max((load.torque(scale) for load in loads if load is not None), default=0.0)
-                values[6] = float(power_w(torque, rev_min))
-        if self.watch is not None:
-            self.watch(Watched(block, move, teeth, samples, rev_min, scale, fine))
-        self._keep(block, move, samples, loads if fine else [None] * len(samples), rev_min, per_feed)
-        return values, bool(fine), told
+            out.known[owner] = False
+        out.block, out.area, out.count = out.block[single], out.area[single], out.count[single]
+        np.fmax.at(out.values, owner, rows)
+        return out
 
-    def _rates(self, move: Move, path: CutterPath) -> tuple[float, float, float]:
-        """rev/min; chip scale at the programmed feed; chip scale per mm/min. NaN where something is missing."""
-        none = float("nan"), float("nan"), float("nan")
-        default = self.forcing.rev_min if self.forcing is not None else None
-        rev_min = abs(move.spindle_rpm) or default
-        count = self.job.tools[move.tool].flutes
-        if count is None:
-            self.missing.setdefault(f"flutes {move.tool}", f"tool {move.tool} cuts, which has no flutes")
-            return none
-        if rev_min is None:
-            self.missing.setdefault("speed", f"the program gives no spindle speed (from line {move.line} on)")
-            return none
-        if path.length > LENGTH_EPS_MM and move.feed_mm_min:
-            per_feed = 1.0 / (path.length * count * rev_min)
-            return rev_min, per_feed * move.feed_mm_min, per_feed
-        if move.duration_s:
-            return rev_min, 60.0 / move.duration_s / (count * rev_min), float("nan")
-        return none
+    def _stations(self, path: CutterPath, tool: int, step: Floats) -> Floats:
+        """Fractions of a motion; of blocks that may be divided a step (1,) apart, which is noted."""
+        if self.divided is None or path.length <= LENGTH_EPS_MM:
+            return fractions(path.length, self.cutters[tool].max_radius)
+        step[0] = apart = step_mm(self.divided, path.length)
+        n = max(1, int(np.ceil(path.length / apart - 1e-6)))
+        return np.append(np.minimum(np.arange(n) * apart / path.length, 1.0), 1.0)
 
-    def _keep(
-        self,
-        block: Block,
-        move: Move,
-        samples: list[Sample],
-        loads: list[Load | None],
-        rev_min: float,
-        per_feed: float,
-    ) -> None:
-        """Stations for the scheduler; blocks of several motions keep their feed and have none."""
-        if len(block.moves) > 1:
-            return
-        out, forcing = self.out, self.forcing
+    def _missing(self, asked: Ints) -> dict[str, str]:
+        """Why motions have no chips."""
+        blunt = [
+            tool
+            for tool in np.unique(self.motions.tool[asked]).tolist()
+            if self.job.tools[tool].flutes is None
+        ]
+        found = {f"{FLUTES}{tool}": "" for tool in blunt}
+        still = asked[np.isnan(self.motions.rev_min[asked]) & ~np.isin(self.motions.tool[asked], blunt)]
+        if len(still):
+            line = self.motions.move[int(still[0])].line
+            found["speed"] = f"the program gives no spindle speed (from line {line} on)"
+        return found
+
+    def _loads(
+        self, out: _Chunk, asked: Ints, owner: Ints, numbers: range, values: Floats, seen: Seen, begin: Ints, single: Bools
+    ) -> None:  # fmt: skip
+        """Forces of motions, which go to their columns of `values`, and what a scheduler needs of them; `watch` hears of all."""
+        kept: list[Floats] = []
+        every, ends = self.motions, [*begin.tolist()[1:], len(single)]
+        for i, (k, o) in enumerate(zip(asked.tolist(), owner.tolist(), strict=True)):
+            move, stations = every.move[k], range(int(begin[i]), ends[i])
+            rev_min, scale, fine = float(every.rev_min[k]), float(every.scale[k]), False
+            teeth, forcing = self.teeth[move.tool], self.forcing
+            samples: list[Sample] = []
+            if self.watch is not None or (forcing is not None and np.isfinite(scale)):
+                samples = [seen.sample(s, teeth) for s in stations]
+            if forcing is not None and np.isfinite(scale):
+                loads = [turn_load(s, teeth, forcing.coefficients, spin=spin_of(move)) for s in samples]
+                fine = self._forces(loads, scale, rev_min, values[i], out.notes, o)
+                if fine and single[stations.start]:
+                    for s, load in zip(stations, loads, strict=True):
+                        if load is not None and np.isfinite(every.per_feed[k]):
+                            kept.append(self._rows(load, move, rev_min, float(every.per_feed[k])))
+                            out.count[s] = len(kept[-1])
+            out.known[o] &= fine
+            if self.watch is not None:
+                block = self.toolpath.blocks[numbers[o]]
+                out.seen.append(Watched(block, move, teeth, samples, rev_min, scale, fine))
+        out.rows = np.concatenate([out.rows, *kept])
+
+    def _forces(
+        self, loads: list[Load | None], scale: float, rev_min: float, values: Floats, notes: list[str | None], at: int
+    ) -> bool:  # fmt: skip
+        """Columns of force and power of one motion, with what to warn of in `notes`; whether they are known."""
+        assert self.forcing is not None
+        met = [load for load in loads if load is not None]
+        heights = [load.heights for load in met]
+        low, high = min((h[0] for h in heights), default=0.0), max((h[1] for h in heights), default=0.0)
+        if met and (text := self.forcing.coefficients.outside(low, high)) is not None:
+            text = f"force: {text}" + (", taken anyway" if self.forcing.extrapolate else "")
+            if text not in (notes[at] or "").split("; "):
+                notes[at] = "; ".join(filter(None, (notes[at], text)))
+            if not self.forcing.extrapolate:
+                return False
+        values[5] = max((load.peak(scale) for load in met), default=0.0)
+        values[6] = float(power_w(max((load.torque(scale) for load in met), default=0.0), rev_min))
+        return True
+
+    def _rows(self, load: Load, move: Move, rev_min: float, per_feed: float) -> Floats:
+        """(r, 3) of a load, see `Stations`: f = F / (m n); beyond the largest feed nobody asks."""
         component = self.feed.component if self.feed is not None else "resultant"
-        count = self.job.tools[move.tool].flutes or 1
-        # f = F / (m n); beyond the largest feed nobody asks
         top = max(self.feed.max_mm_min if self.feed is not None else 0.0, move.feed_mm_min or 0.0)
-        for sample, load in zip(samples, loads, strict=True):
-            out.block.append(block.number)
-            out.area.append(sample.chips.area_rate * per_feed)
-            rows = np.empty((0, 3))
-            if load is not None and forcing is not None and np.isfinite(per_feed):
-                teeth = count * rev_min
-                watt = 2.0 * np.pi * rev_min / 60e3
-                rows = load_rows(load, component, per_feed * teeth, top / teeth, watt)
-                rows = rows / np.array([teeth * teeth, teeth, 1.0])
-                if component == "deflection":
-                    rows = rows / self._stiffness(move.tool) ** 2
-            out.rows.append(rows)
-            out.count.append(len(rows))
+        teeth, watt = (self.job.tools[move.tool].flutes or 1) * rev_min, 2.0 * np.pi * rev_min / 60e3
+        rows = load_rows(load, component, per_feed * teeth, top / teeth, watt) / np.array(
+            [teeth * teeth, teeth, 1.0]
+        )
+        return np.asarray(rows / self._stiffness(move.tool) ** 2 if component == "deflection" else rows)
 
     def _stiffness(self, tool: int) -> float:
         """N across the axis that bend the tool by 1 mm."""
@@ -398,34 +477,37 @@ class _Pass:
         return deflection_force(1.0, keys.stick_out_mm, wide, keys.modulus_n_mm2)
 
     def _result(self) -> Stations:
-        out = self.out
-        table = np.array(out.values).reshape(-1, len(CONTACT))
-        columns = pl.DataFrame(
-            {
-                "block": pl.Series(range(len(self.toolpath.blocks)), dtype=pl.Int64),
-                **{
-                    name: pl.Series(table[:, k], dtype=pl.Float64).fill_nan(None)
-                    for k, name in enumerate(CONTACT)
-                },
-                "contact_note": pl.Series(out.notes, dtype=pl.String),
-            }
-        )
-        ends = np.cumsum(out.count, dtype=np.int64) if out.count else np.zeros(0, dtype=np.int64)
-        counts = np.array(out.count, dtype=np.int64)
-        rows = np.concatenate(out.rows) if out.rows else np.empty((0, 3))
+        out = _Chunk.joined([self.done[first] for first in sorted(self.done)])
+        columns = {name: pl.Series(out.values[:, k]).fill_nan(None) for k, name in enumerate(CONTACT)}
+        table = pl.DataFrame({
+            "block": pl.Series(range(len(out.known)), dtype=pl.Int64), **columns,
+            "contact_note": pl.Series(out.notes, dtype=pl.String),
+        })  # fmt: skip
+        ends = np.cumsum(out.count)
         return Stations(
-            columns, np.array(out.block, dtype=np.int64), np.array(out.area), np.ascontiguousarray(rows), ends - counts, ends,
-            np.array(out.step), np.array(out.known, dtype=np.bool_), self._notes(),
-        )  # fmt: skip
+            table,
+            out.block,
+            out.area,
+            out.rows,
+            ends - out.count,
+            ends,
+            out.step,
+            out.known,
+            self._notes(out.missing),
+        )
 
-    def _notes(self) -> tuple[str, ...]:
-        notes = [f"chip, force and power columns are empty where {text}" for text in self.missing.values()]
+    def _notes(self, missing: Mapping[str, str]) -> tuple[str, ...]:
+        notes = [f"{EMPTY} {text}" for key, text in missing.items() if not key.startswith(FLUTES)]
+        blunt = sorted(int(key.removeprefix(FLUTES)) for key in missing if key.startswith(FLUTES))
+        if blunt:
+            which = f"tool {blunt[0]} cuts" if len(blunt) == 1 else f"tools {', '.join(map(str, blunt))} cut"
+            notes.append(f"{EMPTY} {which}, of which no flutes are given: write `flutes = N` under [[tools]]")
         notes += [
             text for number, tool in self.job.tools.items() if (text := _crowded(number, tool)) is not None
         ]
         if self.forcing is not None:
             low, high = self.forcing.coefficients.height_mm
-            tall = max(float(tool.cutter.z_max) for tool in self.job.tools.values())
+            tall = max(float(cutter.z_max) for cutter in self.cutters.values())
             notes += self.forcing.coefficients.negative(low, min(high, tall))
         return tuple(notes)
 
@@ -448,8 +530,3 @@ def _teeth(tool: Tool, forces: bool) -> Teeth:
 
 def spin_of(move: Move) -> int:
     return -1 if move.spindle_rpm < 0.0 else 1
-
-
-def _largest(values: Sequence[float]) -> float:
-    known = [v for v in values if not np.isnan(v)]
-    return max(known) if known else float("nan")

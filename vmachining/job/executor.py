@@ -1,9 +1,10 @@
 """Which processes cut the workpiece of a job: this one, or several that each have all sweeps and cut their own part.
 
 Nobody waits: orders are sent ahead, answers are collected when they are asked for, and the volumes of a block
-are the sums over the parts. The numbers of the mesh engine do not depend on how many processes there are, up to the
-rounding of these sums; brackets of columns are proven and as narrow as asked with any number, and not the same.
-Any engine can be cut in this process; `WorkerPool` wants one that is `Divisible`.
+are the sums over the shares of the workpiece, in their order. Numbers depend on how many shares there are (those of the mesh
+engine by rounding, brackets of columns within the width that is asked for) and on nothing else: with a fixed number of them
+one process and many give the same to the last digit. Any engine can be cut in this process; more than one share needs an
+engine that is `Divisible`.
 
 Workers are fresh interpreters (threads would queue for one interpreter lock, forks would copy kernels that
 run threads of their own). They ignore Ctrl-C, which is for this process to decide about, and end with it.
@@ -19,7 +20,7 @@ import subprocess
 import sys
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from multiprocessing.reduction import ForkingPickler
@@ -94,48 +95,77 @@ class Executor(Protocol):
         ...
 
 
-def executor(engine: Engine, workers: int, *, apart: bool = False) -> Executor:
-    """As many processes as asked for to go on with an engine; one where it cannot be divided.
+def executor(engine: Engine, workers: int, *, shares: int | None = None, apart: bool = False) -> Executor:
+    """As many processes as asked for to continue with an engine; one where it cannot be divided.
 
-    apart : long blocks, so that even one process is another one than this: kernels hold the interpreter, and no
-    signal would be heard before the end of a block.
+    shares : of the workpiece; None: one for each process. apart : long blocks, so that even one process is another one
+    than this: kernels hold the interpreter, and no signal would be heard before the end of a block.
     """
     if entry_of(engine.name).batched:
         return Together(cast("Batched", engine))
-    if (workers <= 1 and not apart) or not entry_of(engine.name).divisible:
+    if not entry_of(engine.name).divisible:
         return InProcess(engine)
-    pool = WorkerPool(cast("Divisible", engine), max(1, workers))
+    if workers <= 1 and not apart:
+        return InProcess(engine, shares or 1)
+    pool = WorkerPool(cast("Divisible", engine), max(1, workers), shares)
     if apart:
         pool.ahead = AHEAD_APART
     return pool
 
 
 class InProcess:
-    """This process alone: every order is carried out at once."""
+    """This process alone: every order is carried out at once, share by share.
+
+    Parameters
+    ----------
+    shares : of the workpiece; more than one of an engine that is `Divisible`. own : those that are cut; None: all.
+    """
 
     ahead = 0
 
-    def __init__(self, engine: Engine) -> None:
+    def __init__(self, engine: Engine, shares: int = 1, own: Sequence[int] | None = None) -> None:
         self.engine, self.chord = engine.name, engine.chord
-        self._engine = engine
+        self._whole, self._engines = engine, [engine]
+        if shares > 1:
+            with TemporaryDirectory(prefix="vmachining-shares-") as folder:
+                engine.save(start := Path(folder) / "start.npz")
+                self._engines = shares_of(engine.name, start, own or range(shares), shares)
 
     def cut(self, profile: Profile, path: CutterPath, block: int) -> Later:
         """See `Executor`."""
-        removed = self._engine.cut(Sweep.along(profile, path), block)
-        return lambda: removed
+        sweep = Sweep.along(profile, path)
+        return self._summed([engine.cut(sweep, block) for engine in self._engines])
 
     def touch(self, profile: Profile, path: CutterPath, within: float | None = None) -> Later:
         """See `Executor`."""
-        found = self._engine.touch(Sweep.along(profile, path), within)
+        sweep = Sweep.along(profile, path)
+        return self._summed([engine.touch(sweep, within) for engine in self._engines])
+
+    def _summed(self, parts: list[Removal]) -> Later:
+        found = parts[0] if len(parts) == 1 else cast("Divisible", self._whole).summed(parts)
         return lambda: found
 
     def save(self, path: Path) -> None:
         """See `Executor`."""
-        self._engine.save(path)
+        self._joined().save(path)
 
     def finish(self) -> Engine:
         """See `Executor`."""
-        return self._engine
+        return self._joined()
+
+    def _joined(self) -> Engine:
+        """The whole workpiece; shares stay as they are."""
+        if len(self._engines) == 1:
+            return self._engines[0]
+        with TemporaryDirectory(prefix="vmachining-shares-") as folder:
+            files = [Path(folder) / f"{share}.npz" for share in range(len(self._engines))]
+            for engine, file in zip(self._engines, files, strict=True):
+                engine.save(file)
+            whole = joined(self.engine, files)
+        if (blocks := whole.in_use()) is not None:
+            for one in (whole, *self._engines):
+                cast("Divisible", one).forget_others(blocks)
+        return whole
 
     def peak_mb(self) -> float:
         """See `Executor`."""
@@ -143,6 +173,18 @@ class InProcess:
 
     def close(self) -> None:
         """See `Executor`."""
+
+
+def shares_of(name: str, start: Path, shares: Iterable[int], count: int) -> list[Engine]:
+    """Some of `count` shares of the workpiece in a file of `Engine.save`."""
+    kind = cast("type[Divisible]", engine_class(name))
+    return [kind.load(start, share=Share(share, count)) for share in shares]
+
+
+def joined(name: str, files: Sequence[Path]) -> Divisible:
+    """The workpiece whose shares lie in files, in their order. What is of use to others no share knows: `forget_others`."""
+    kind = cast("type[Divisible]", engine_class(name))
+    return kind.join([kind.load(file) for file in files])
 
 
 class Together:
@@ -211,7 +253,7 @@ class Together:
 
 
 class WorkerPool:
-    """`workers` processes that go on with an engine.
+    """`workers` processes that continue with an engine.
 
     Raises
     ------
@@ -221,23 +263,24 @@ class WorkerPool:
 
     ahead = 256
 
-    def __init__(self, engine: Divisible, workers: int) -> None:
+    def __init__(self, engine: Divisible, workers: int, shares: int | None = None) -> None:
         self.engine, self.chord = engine.name, engine.chord
-        self._class, self._whole = type(engine), engine.summed
+        self._whole, self._shares = engine.summed, shares or workers
         self._profiles: dict[int, tuple[int, Profile]] = {}
         self._waiting: list[tuple[Any, ...]] = []
         self._sent, self._told, self._first = 0, 0, 0
-        self._answers: list[deque[Removal]] = []
+        self._answers: list[deque[list[Removal]]] = []
         self._sums: dict[int, Removal] = {}
         self._folder = TemporaryDirectory(prefix="vmachining-workers-")
         self._workers: list[tuple[subprocess.Popen[bytes], Connection]] = []
         start = Path(self._folder.name) / "start.npz"
         engine.save(start)
         try:
-            for part in range(workers):
+            for part in range(min(workers, self._shares)):
                 self._workers.append(_hire())
                 self._answers.append(deque())
-                self._workers[part][1].send((engine.name, str(start), part, workers))
+                own = range(part, self._shares, workers)
+                self._workers[part][1].send((engine.name, str(start), own, self._shares))
         except OSError as error:
             self.close()
             raise EngineError(f"a worker process cannot be started ({error})", engine=self.engine) from error
@@ -293,7 +336,7 @@ class WorkerPool:
     # -- messages ------------------------------------------------------------------------------------------
 
     def _known(self, profile: Profile) -> int:
-        """Number of a profile, told to the workers once; kept, so that its id stays its own."""
+        """Number of a profile, given to the workers once; kept, so that its id stays its own."""
         known = self._profiles.get(id(profile))
         if known is None:
             known = self._profiles[id(profile)] = (len(self._profiles), profile)
@@ -325,7 +368,8 @@ class WorkerPool:
             self._flush()
         while self._first < stop:
             self._gather()
-            parts = [answers.popleft() for answers in self._answers]
+            told = [answers.popleft() for answers in self._answers]
+            parts = [told[share % len(told)][share // len(told)] for share in range(self._shares)]
             self._sums[self._first] = self._whole(parts)
             self._first += 1
 
@@ -361,15 +405,16 @@ class WorkerPool:
         self._flush()
         self._sum(self._sent - 1)
         self._gather()
-        found = [answers[0] for answers in self._answers]
+        found = [answers[0][0] for answers in self._answers]
         later()
         return found
 
     def _collected(self) -> Divisible:
         """The joined workpiece after all orders so far."""
         self._all("save", self._folder.name)
-        files = [Path(self._folder.name) / f"{part}.npz" for part in range(len(self._workers))]
-        return self._class.join([self._class.load(file) for file in files])
+        return joined(
+            self.engine, [Path(self._folder.name) / f"{share}.npz" for share in range(self._shares)]
+        )
 
 
 def _hire() -> tuple[subprocess.Popen[bytes], Connection]:
@@ -396,12 +441,11 @@ def serve(descriptor: int) -> None:
     line = Connection(descriptor)
     profiles: dict[int, Profile] = {}
     with suppress(EOFError, BrokenPipeError, ConnectionResetError):
-        name, start, part, parts = line.recv()
-        engine: Engine | None = None
+        name, start, own, shares = line.recv()
+        engines: dict[int, Engine] = {}
         failed: EngineError | None = None
         try:
-            divisible = cast("type[Divisible]", engine_class(name))
-            engine = divisible.load(Path(start), share=Share(part, parts))
+            engines = dict(zip(own, shares_of(name, Path(start), own, shares), strict=True))
         except EngineError as error:
             failed = error
         gc.collect()
@@ -413,9 +457,9 @@ def serve(descriptor: int) -> None:
                     profiles[order[1]] = order[2]
                     continue
                 try:
-                    if failed is not None or engine is None:  # the first failure is the one to report
-                        raise failed or EngineError("no workpiece", engine=name)
-                    answers.append(_done(engine, profiles, order, part))
+                    if failed is not None:  # the first failure is the one to report
+                        raise failed
+                    answers.append(_done(engines, profiles, order))
                 except EngineError as error:
                     failed = error
                     answers.append(error)
@@ -425,23 +469,27 @@ def serve(descriptor: int) -> None:
             line.send(answers)
 
 
-def _done(engine: Engine, profiles: dict[int, Profile], order: tuple[Any, ...], part: int) -> Removal:
-    """Carry out one order."""
+def _done(engines: dict[int, Engine], profiles: dict[int, Profile], order: tuple[Any, ...]) -> list[Removal]:
+    """Carry out one order with every share of this process; what each of them answers."""
     match order:
         case ("cut", profile, path, block):
-            return engine.cut(Sweep.along(profiles[profile], path), block)
+            sweep = Sweep.along(profiles[profile], path)
+            return [engine.cut(sweep, block) for engine in engines.values()]
         case ("touch", profile, path, within):
-            return engine.touch(Sweep.along(profiles[profile], path), within)
+            sweep = Sweep.along(profiles[profile], path)
+            return [engine.touch(sweep, within) for engine in engines.values()]
         case ("save", folder):
-            engine.save(Path(folder) / f"{part}.npz")
-            return NOTHING
+            for share, engine in engines.items():
+                engine.save(Path(folder) / f"{share}.npz")
         case ("forget others", blocks):
-            cast("Divisible", engine).forget_others(blocks)
-            return NOTHING
+            for engine in engines.values():
+                cast("Divisible", engine).forget_others(blocks)
         case ("peak",):
             peak = _peak_mb()
-            return Removal(peak, peak, peak)
-    raise EngineError(f"unknown order {order[0]!r}", engine=engine.name)
+            return [Removal(peak, peak, peak)] * len(engines)
+        case _:
+            raise EngineError(f"unknown order {order[0]!r}", engine=next(iter(engines.values())).name)
+    return [NOTHING] * len(engines)
 
 
 def _peak_mb() -> float:

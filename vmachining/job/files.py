@@ -13,14 +13,18 @@ import tempfile
 import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from vmachining.errors import InputError, JobError
+from vmachining.textfile import parse_json
 
 __all__ = [
     "MANIFEST",
     "OUTPUTS",
+    "PROGRAM_SUFFIX",
+    "STAGES",
     "TABLES",
     "Scratch",
     "atomic_path",
@@ -30,6 +34,7 @@ __all__ = [
     "make_folder",
     "read_manifest",
     "sha256",
+    "source_digest",
     "temporary_name",
     "versions",
     "write_atomic",
@@ -38,12 +43,33 @@ __all__ = [
 ]
 
 MANIFEST = "manifest.json"
+STAGES = "stages.zip"
+"""Rows and checkpoints of all passes of a complete run, see `job/store.py`."""
+
+PROGRAM_SUFFIX = {
+    "apt": ".cl",
+    "poses": ".csv",
+    "heidenhain": ".h",
+    "heidenhain-iso": ".i",
+    "sinumerik": ".mpf",
+}
+"""Of written programs by their dialect; others are .nc."""
+
 TABLES = (
-    "blocks.csv", "blocks.parquet", "scheduled_blocks.csv", "scheduled_blocks.parquet", "scheduled.nc", "strategies.csv",
-    "scheduled_volume.nc", "scheduled_chip_area.nc", "scheduled_force.nc",
+    "blocks.csv", "blocks.parquet", "scheduled_blocks.csv", "scheduled_blocks.parquet", "strategies.csv",
+    *(f"scheduled{name}{end}" for name in ("", "_volume", "_chip_area", "_force") for end in (".nc", *PROGRAM_SUFFIX.values())),
     "deviation.csv", "deviation.parquet",
 )  # fmt: skip
-OUTPUTS = (*TABLES, "summary.json", "report.html", "deviation.html", "stock.stl", "stock.3mf", "stock.step")
+OUTPUTS = (
+    *TABLES,
+    "summary.json",
+    "report.html",
+    "deviation.html",
+    "stock.stl",
+    "stock.3mf",
+    "stock.glb",
+    "stock.step",
+)
 """Every result file there can be, the manifest apart, and workpieces between blocks (`between`)."""
 
 PACKAGES = ("vmachining", "numpy", "numba", "manifold3d", "trimesh", "polars", "cadquery")
@@ -178,8 +204,17 @@ def versions() -> dict[str, str]:
     return found
 
 
+@cache
+def source_digest() -> str:
+    """Of the code of this package: a version number does not tell two states of a checkout apart."""
+    root, digest = Path(__file__).resolve().parents[1], hashlib.sha256()
+    for path in sorted(root.rglob("*.py")):
+        digest.update(f"{path.relative_to(root)}\0".encode() + path.read_bytes())
+    return digest.hexdigest()[:12]
+
+
 def read_manifest(folder: Path, name: str = MANIFEST) -> dict[str, Any] | None:
-    """The manifest of an output directory, or None if there is none.
+    """The manifest of an output directory, or None if none exists.
 
     Raises
     ------
@@ -190,7 +225,7 @@ def read_manifest(folder: Path, name: str = MANIFEST) -> dict[str, Any] | None:
     if not path.exists():
         return None
     try:
-        manifest = json.loads(path.read_text(encoding="utf-8"))
+        manifest = parse_json(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as exc:
         raise JobError(f"not a readable manifest: {exc}", file=str(path)) from exc
     if not isinstance(manifest, dict):

@@ -12,7 +12,6 @@ A lock keeps two processes out of one directory. It is the kernel's (`flock`), s
 from __future__ import annotations
 
 import fcntl
-import json
 import os
 import re
 import sys
@@ -23,7 +22,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, TypeAlias
 
-from vmachining.errors import InputError, JobError
+from vmachining.errors import EngineError, InputError, JobError
 from vmachining.job.files import (
     MANIFEST,
     OUTPUTS,
@@ -37,6 +36,7 @@ from vmachining.job.files import (
 )
 
 __all__ = [
+    "PATTERN",
     "RUN",
     "WORKING",
     "FolderLock",
@@ -44,23 +44,21 @@ __all__ = [
     "engagement_files",
     "engagement_folder",
     "now",
-    "refuse_other_run",
     "refuse_target",
+    "usable",
 ]
 
 RUN = "vmachining run"
 """Kind of the manifest of a run."""
 
 WORKING = (
-    "blocks.partial.csv", "scheduled_blocks.partial.csv", "pieces.partial.csv", "brep.partial.csv", "pieces.nc",
+    "blocks.partial.csv", "scheduled_blocks.partial.csv", "pieces.partial.csv", "brep.partial.csv",
+    "pieces.nc", "pieces.csv", "pieces.cl",
 )  # fmt: skip
-"""Tables that grow while a run goes on, and what it reads again."""
+"""Tables that grow while a run is working, what it reads again, and what a complete one keeps of them."""
 
 PATTERN = re.compile(r"stock_\d+\.step|checkpoint\.\w+\.\d+\.npz", re.IGNORECASE)
 """Names with a number in them: workpieces between blocks, and checkpoints."""
-
-ANY_VALUE = ("brep", "brep_seconds", "workers", "stock", "stock_at")
-"""Options that may change when an interrupted run goes on: they change no number that is on disk."""
 
 LOCK_FILE = ".vmachining.lock"
 """Only where a directory cannot be locked itself, as on NFS."""
@@ -68,7 +66,8 @@ LOCK_FILE = ".vmachining.lock"
 ENGAGEMENT = (
     "engagement.csv", "engagement.parquet", "engagement.html", "engagement.png", "engagement_map.csv",
     "engagement_chips.csv",
-    "positions.csv", "positions.parquet", "chips.csv", "chips.parquet", "chips.html", "chips.png",
+    "positions.csv", "positions.parquet", "chips.csv", "chips.parquet", "chip_points.parquet",
+    "figure_chips.svg", "figure_chips.pdf", "figure_chips.png",
 )  # fmt: skip
 """Files of `vmachining engage`."""
 
@@ -97,8 +96,6 @@ def identity(path: Path) -> Identity | None:
 class ResultFolder:
     """A directory that one command writes into, with the manifest that says what it made there.
 
-    Parameters
-    ----------
     path : Path
     kind : of the manifest; one of another kind is not ours.
     names : that the command may write, the manifest among them.
@@ -127,7 +124,7 @@ class ResultFolder:
         return {} if manifest is None else _named(manifest)
 
     def earlier(self) -> dict[str, Any] | None:
-        """The manifest that lies there, None if there is none or it is of another kind."""
+        """The manifest that lies there, None if none exists or it is of another kind."""
         try:
             manifest = read_manifest(self.path, self._manifest)
         except JobError:
@@ -145,10 +142,7 @@ class ResultFolder:
 
         inputs : {role: path} of what the command reads. same : names of files that are as they will be.
 
-        Raises
-        ------
-        InputError
-            Names the first such file.
+        Raises InputError: Names the first such file.
         """
         manifest = self.earlier()
         made = {} if manifest is None else _named(manifest) | {self._manifest: None}
@@ -242,44 +236,20 @@ def is_made(path: Path, made: Mapping[str, str | None]) -> bool:
     return digest is None or sha256(path) == digest
 
 
-def refuse_other_run(old: Mapping[str, Any], new: Mapping[str, Any], file: str) -> None:
-    """Refuse to go on with a run that would have got other numbers.
+@contextmanager
+def usable(checkpoint: Path) -> Iterator[Path]:
+    """A checkpoint to be read within.
 
-    old, new : manifests of the interrupted run and of the one that is to go on with it. file : where the old one is.
-
-    Raises
-    ------
-    JobError
-        Names every option with its old and its new value, or the version, or the input that changed.
+    Raises JobError: It cannot be read: it is damaged, or something else.
     """
-    before, after = old.get("options", {}), new["options"]
-    names = [name for name in (*after, *(before.keys() - after.keys())) if name not in ANY_VALUE]
-    changes = [
-        f"{name} was {_shown(before, name)} and is {_shown(after, name)}"
-        for name in names
-        if before.get(name) != after.get(name)
-    ]
-    if changes:
+    try:
+        yield checkpoint
+    except EngineError as exc:
         raise JobError(
-            f"the interrupted run had other options: {', '.join(changes)}", file=file,
-            remedy="go on with the old ones, or run again without --resume",
-        )  # fmt: skip
-    made_by, made_with = (manifest.get("versions", {}).get("vmachining") for manifest in (old, new))
-    if made_by != made_with:
-        raise JobError(
-            f"the interrupted run was made by vmachining {made_by}, this is {made_with}", file=file,
+            f"the checkpoint cannot be used: {exc.reason}",
+            file=str(checkpoint),
             remedy="run again without --resume",
-        )  # fmt: skip
-    for role, entry in new["inputs"].items():
-        if old.get("inputs", {}).get(role, {}).get("sha256") != entry["sha256"]:
-            raise JobError(
-                f"the {role} file changed since the interrupted run", file=entry["file"],
-                remedy="run again without --resume",
-            )  # fmt: skip
-
-
-def _shown(options: Mapping[str, Any], name: str) -> str:
-    return json.dumps(options[name]) if name in options else "not given"
+        ) from exc
 
 
 def refuse_target(path: Path, inputs: Mapping[str, Path], mark: bytes) -> None:
@@ -287,10 +257,7 @@ def refuse_target(path: Path, inputs: Mapping[str, Path], mark: bytes) -> None:
 
     mark : what files of this command have within their first kilobyte.
 
-    Raises
-    ------
-    InputError
-        Names it.
+    Raises InputError: Names it.
     """
     if not os.path.lexists(path):
         return
@@ -342,10 +309,7 @@ class FolderLock:
     def acquire(self) -> None:
         """Take the lock, if it is not held already.
 
-        Raises
-        ------
-        InputError
-            Another process has it; says which one.
+        Raises InputError: Another process has it; says which one.
         """
         if self._descriptor is not None:
             return
@@ -402,10 +366,8 @@ def engagement_folder(path: Path) -> ResultFolder:
 def engagement_files(path: Path, inputs: Mapping[str, Path] | None = None) -> Iterator[None]:
     """Tables and pictures of engagement are written within; those of an earlier call go first.
 
-    Raises
-    ------
-    InputError
-        The directory holds a file of somebody else under one of their names, or somebody is writing there.
+    Raises InputError: The directory holds a file of somebody else under one of their names, or somebody is writing
+        there.
     """
     make_folder(path)
     place = engagement_folder(path)

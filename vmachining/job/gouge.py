@@ -51,7 +51,7 @@ def ends_against(
         "within_tolerance": 1.0 - int((over | under).sum()) / total if total else None,
         "over": int(over.sum()), "under": int(under.sum()), "consumed": 0, "entered_from_behind": 0, "cut_beneath": 0,
         "part_outside_stock": 0, "rows": len(kept), "pitch_mm": engine.spacing, "spacing_mm": engine.spacing,
-        "theta_v_deg": None, "mode": "rays", "envelope": "exact",
+        "theta_v_deg": None, "mode": "rays",
     }  # fmt: skip
     return columns, summary
 

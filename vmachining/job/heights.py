@@ -23,7 +23,7 @@ def height_map(
     ----------
     pitch : mm, largest size of a cell. Heights are exact on the vertical lines through the middles of cells.
     after : last block that has cut, None: all of them.
-    region : (2, 2) or (2, 3) mm, corners of the part that is wanted; None: all of the stock.
+    region : (2, 2) or (2, 3) mm, corners of the part as designed; None: all of the stock.
 
     Raises
     ------
@@ -33,7 +33,7 @@ def height_map(
         Too many cells.
     """
     if not (np.isfinite(pitch) and pitch > 0.0):
-        raise InputError(f"a pitch of {pitch:g} mm: want a positive number")
+        raise InputError(f"a pitch of {pitch:g} mm: expected a positive number")
     scene = Scene.of(job)
     box = None
     if region is not None:

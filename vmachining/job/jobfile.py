@@ -3,33 +3,52 @@
 from __future__ import annotations
 
 import math
+import os
 import tomllib
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Mapping
+from copy import copy
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from vmachining.errors import JobError, KinematicsError, ToolError
 from vmachining.job.keys import dotted, key_positions, nearest, position_of, toml_refusal
-from vmachining.job.model import TOOL_KEYS, JobFile
-from vmachining.job.model import Machine as MachineKeys
+from vmachining.job.mill import Mill
+from vmachining.job.model import TOOL_KEYS, JobFile, ProgramKeys, Stock
 from vmachining.job.words import Refuse, first_refusal
-from vmachining.machine import Machine, load
-from vmachining.textfile import read_text
-from vmachining.tool import Tool, tool_from_mapping
+from vmachining.machine import Machine
+from vmachining.stock import BoxStock, CylinderStock
+from vmachining.textfile import parse_toml, read_text
+from vmachining.tool import Cutter, Tool, mapping_of_tool, tool_from_mapping
 
-__all__ = ["MM_PER_INCH", "Job", "read_tools"]
+__all__ = ["MM_PER_INCH", "Job"]
 
 MM_PER_INCH = 25.4
 MOST = 1e9
 """Above every length, speed and acceleration in mm and minutes: a thousand kilometres, as for programs."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+FILES = (
+    ("program", "file"),
+    ("machine", "file"),
+    ("stock", "stl"),
+    ("stock", "step"),
+    ("design", "stl"),
+    ("design", "step"),
+)
+"""Keys that name a file that must exist, relative to the job file; a machine file is read at once."""
+
+
+@dataclass(frozen=True, slots=True, eq=False, init=False)
 class Job:
     """A checked job: what to simulate, with which tools, in which stock.
+
+        job = vm.Job.load("models/slot/job.toml")
+        job = vm.Job(program="part.nc", tools=[vm.BallNose(diameter=6, length=40)],
+                     stock=vm.Box((0, 0, -20), (100, 60, 0)), feed=vm.Feed(strategy="volume"))
+        job.replace(accuracy={"width": 0.003}).save("part.toml")
 
     keys : the file as data, in its own units; `scale` turns its unit-less lengths into mm.
     tools : by number, lengths in mm.
@@ -41,9 +60,73 @@ class Job:
     keys: JobFile
     tools: dict[int, Tool]
     folder: Path
-    machine: Machine | None = None
-    source: Path | None = None
-    positions: dict[tuple[str | int, ...], tuple[int, int]] = field(default_factory=dict, repr=False)
+    machine: Machine | None
+    source: Path | None
+    positions: dict[tuple[str | int, ...], tuple[int, int]]
+
+    def __init__(
+        self,
+        *,
+        program: Path | str | Mapping[str, Any] | ProgramKeys,
+        tools: Iterable[Cutter | Mapping[str, Any]] | Mapping[int, Cutter],
+        stock: Path | str | Mapping[str, Any] | Stock | BoxStock | CylinderStock,
+        folder: Path | str = ".",
+        **tables: Any,
+    ) -> None:
+        """A job of Python values.
+
+        Parameters
+        ----------
+        program : the NC file, or the table `[program]`.
+        tools : cutters, numbered from 1 as they come, or by number; or tables as under `[[tools]]`. Lengths in mm.
+        stock : a box, a cylinder, a STEP or STL file, or the table `[stock]`.
+        folder : relative file names start here.
+        tables : `name`, `units`, and the other tables of a job file: `machine`, `design`, `vectors`, `accuracy`, `feed`,
+            `force`, each a mapping or a value such as `vm.Feed(...)`.
+
+        Raises
+        ------
+        JobError
+            As `load`.
+        """
+        given = {"program": program, "tools": tools, "stock": stock, **tables}
+        made = self.from_mapping({key: _table(key, value) for key, value in given.items()}, folder)
+        for name in self.__slots__:
+            object.__setattr__(self, name, getattr(made, name))
+
+    def replace(self, **tables: Any) -> Job:
+        """The same job with other tables; keys that a mapping leaves out stay as they are.
+
+        tables : as the constructor takes them; None takes a table out. Raises JobError like `load`.
+        """
+        data = self.keys.model_dump(exclude_unset=True)
+        for key, value in tables.items():
+            new = None if value is None else _table(key, value)
+            old = data.get(key)
+            if key != "stock" and isinstance(old, dict) and isinstance(new, dict):
+                new = old | new
+            data[key] = new
+        return self.from_mapping(
+            {key: value for key, value in data.items() if value is not None}, self.folder
+        )
+
+    def save(self, path: Path | str) -> None:
+        """Write the job as a separate file; file names in it are made relative to that file."""
+        import tomli_w
+
+        path = Path(path)
+        data = self.keys.model_dump(exclude_unset=True, exclude_none=True)
+        for table, key in FILES:
+            if data.get(table, {}).get(key) is not None:
+                data[table][key] = os.path.relpath(self.folder / data[table][key], path.parent)
+        if "subroutines" in data["program"]:
+            folders = data["program"]["subroutines"]
+            data["program"]["subroutines"] = [
+                os.path.relpath(self.folder / name, path.parent) for name in folders
+            ]
+        if self.keys.force is not None and "coefficients" in self.inputs:
+            data["force"]["coefficients"] = os.path.relpath(self.inputs["coefficients"], path.parent)
+        path.write_text(tomli_w.dumps(data), encoding="utf-8")
 
     @classmethod
     def load(cls, path: Path | str) -> Job:
@@ -58,7 +141,7 @@ class Job:
         path = Path(path)
         text = read_text(path, "job file", JobError, wrong="a job file is TOML text")
         try:
-            data = tomllib.loads(text)
+            data = parse_toml(text)
         except tomllib.TOMLDecodeError as exc:
             raise toml_refusal(text, exc, str(path)) from exc
         return cls._checked(data, path.parent, path, key_positions(text))
@@ -76,9 +159,8 @@ class Job:
     def with_chord(self, chord_mm: float) -> Job:
         """The same job with another [accuracy] chord_mm. Raises JobError where that is no length."""
         if not (math.isfinite(chord_mm) and 0.0 < chord_mm <= MOST):
-            raise JobError(f"chord {chord_mm:g} mm: a length above zero is wanted")
-        accuracy = self.keys.accuracy.model_copy(update={"chord_mm": float(chord_mm)})
-        return replace(self, keys=self.keys.model_copy(update={"accuracy": accuracy}))
+            raise JobError(f"chord {chord_mm:g} mm: a length above zero is expected")
+        return self._accurate(chord_mm=float(chord_mm))
 
     def with_width(self, text: str) -> Job:
         """The same job with another [accuracy] width, "1%" or "0.01". Raises JobError where that is no share."""
@@ -87,23 +169,27 @@ class Job:
         except ValueError:
             width = math.nan
         if not 0.0 < width <= 1.0:
-            raise JobError(f"width {text!r}: a share such as 1% or 0.01 is wanted")
-        accuracy = self.keys.accuracy.model_copy(update={"width": width})
-        return replace(self, keys=self.keys.model_copy(update={"accuracy": accuracy}))
+            raise JobError(f"width {text!r}: a share such as 1% or 0.01 is expected")
+        return self._accurate(width=width)
 
     def with_spacing(self, spacing_mm: float | None, directions: int | None = None) -> Job:
         """The same job with other rays of the dexel engine. Raises JobError where they cannot be."""
         given: dict[str, Any] = {}
         if spacing_mm is not None:
             if not (math.isfinite(spacing_mm) and 0.0 < spacing_mm <= MOST):
-                raise JobError(f"spacing {spacing_mm:g} mm: a length above zero is wanted")
+                raise JobError(f"spacing {spacing_mm:g} mm: a length above zero is expected")
             given["spacing_mm"] = float(spacing_mm)
         if directions is not None:
             if directions not in (1, 3):
-                raise JobError(f"{directions} directions of rays: 1 (along z) or 3 are wanted")
+                raise JobError(f"{directions} directions of rays: 1 (along z) or 3 are expected")
             given["directions"] = directions
+        return self._accurate(**given)
+
+    def _accurate(self, **given: Any) -> Job:
+        job = copy(self)
         accuracy = self.keys.accuracy.model_copy(update=given)
-        return replace(self, keys=self.keys.model_copy(update={"accuracy": accuracy}))
+        object.__setattr__(job, "keys", self.keys.model_copy(update={"accuracy": accuracy}))
+        return job
 
     @classmethod
     def _checked(
@@ -123,14 +209,13 @@ class Job:
         except ValidationError as exc:
             raise first_refusal(exc, refuse) from exc
         tools = _tools(keys, refuse)
-        job = cls(keys, tools, folder, _machine(keys.machine, folder, refuse), source, positions)
-        for path, name in (
-            (("program", "file"), keys.program.file),
-            (("stock", "stl"), keys.stock.stl),
-            (("stock", "step"), keys.stock.step),
-            (("design", "stl"), keys.design.stl if keys.design else None),
-            (("design", "step"), keys.design.step if keys.design else None),
-        ):
+        job = object.__new__(cls)
+        keys, chain = _machine(keys, folder, refuse)
+        values = (keys, tools, folder, chain, source, positions)
+        for slot, value in zip(cls.__slots__, values, strict=True):
+            object.__setattr__(job, slot, value)
+        for path in FILES:
+            name = getattr(getattr(keys, path[0]), path[1], None)
             if name is not None and not (folder / name).is_file():
                 what = "is a directory" if (folder / name).is_dir() else "no such file"
                 raise refuse(
@@ -170,7 +255,7 @@ class Job:
 
     @property
     def design_path(self) -> Path | None:
-        """The STL or STEP file of the part that is wanted."""
+        """The STL or STEP file of the part as designed."""
         keys = self.keys.design
         return None if keys is None else self.folder / str(keys.stl or keys.step)
 
@@ -204,6 +289,25 @@ class Job:
         return {"file": str(self.source) if self.source else None, "line": line, "col": col}
 
 
+def _table(key: str, value: Any) -> Any:
+    """The value of a key of the job file from what the constructor of `Job` takes for it."""
+    if isinstance(value, BaseModel):
+        return value.model_dump(exclude_unset=True)
+    if key == "tools":
+        pairs = value.items() if isinstance(value, Mapping) else enumerate(value, 1)
+        return [
+            mapping_of_tool(one, n) if isinstance(one, Cutter) else {"number": n, **one} for n, one in pairs
+        ]
+    if isinstance(value, BoxStock):
+        return {"box": dict(zip(("min", "max"), value.bounds.tolist(), strict=True))}
+    if isinstance(value, CylinderStock):
+        return {"cylinder": {"center": list(value.center), "radius": value.radius, "z": list(value.z)}}
+    if isinstance(value, str | Path) and key in ("program", "stock", "design", "machine"):
+        suffix = "stl" if Path(value).suffix.lower() == ".stl" else "step"
+        return {"file" if key in ("program", "machine") else suffix: str(value)}
+    return dict(value) if isinstance(value, Mapping) else value
+
+
 def _refuse_huge(value: Any, path: tuple[str | int, ...], refuse: Refuse) -> None:
     """Numbers that no job means, such as 1e99: a slip of the pen that would be computed with for hours."""
     if isinstance(value, Mapping):
@@ -218,19 +322,17 @@ def _refuse_huge(value: Any, path: tuple[str | int, ...], refuse: Refuse) -> Non
         )
 
 
-def _machine(keys: MachineKeys, folder: Path, refuse: Refuse) -> Machine | None:
-    """The kinematic chain; None: three slides."""
-    if keys.chain is not None and keys.file is not None:
-        raise refuse("chain and file exclude each other", ("machine", "file"), "a file describes the chain")
-    if keys.chain in (None, "xyz") and keys.file is None:
-        return None
+def _machine(keys: JobFile, folder: Path, refuse: Refuse) -> tuple[JobFile, Machine | None]:
+    """The keys with those of the machine file filled in, and the kinematic chain; None: three slides."""
+    own = keys.machine
     try:
-        return load(str(keys.chain)) if keys.file is None else load(folder / keys.file)
+        mill = Mill.of(own, folder)
     except KinematicsError as exc:
         if exc.line is not None:  # a line of the machine file says more than the key that names the file
             raise
-        key = "chain" if keys.file is None else "file"
+        key = "file" if own.file is not None else "options" if "option" in exc.message else "chain"
         raise refuse(f"{key}: {exc.message}", ("machine", key), exc.remedy) from exc
+    return keys.model_copy(update={"machine": mill.keys}), mill.chain
 
 
 def _tools(keys: JobFile, refuse: Refuse) -> dict[int, Tool]:
@@ -250,7 +352,7 @@ def _tools(keys: JobFile, refuse: Refuse) -> dict[int, Tool]:
         if isinstance(number, bool) or not isinstance(number, int) or number < 1:
             shown = f" = {number!r}" if "number" in mapping else " is missing"
             raise refuse(
-                f"number{shown}: every tool wants a whole number from 1",
+                f"number{shown}: every tool needs a whole number from 1",
                 (*path, "number"),
                 "add number = 1, as in the program's T1",
             )
@@ -270,7 +372,7 @@ def _in_mm(mapping: Mapping[str, Any], scale: float) -> dict[str, Any]:
     """A tool's mapping with `apt` and `profile` in mm; keys that name mm are mm already."""
     out = dict(mapping)
 
-    def scaled(value: Any) -> Any:  # what is no number is left for the tool room to refuse
+    def scaled(value: Any) -> Any:  # what is not a number is left for the tool room to refuse
         if isinstance(value, list):
             return [scaled(v) for v in value]
         return scale * value if isinstance(value, int | float) and not isinstance(value, bool) else value
@@ -281,35 +383,3 @@ def _in_mm(mapping: Mapping[str, Any], scale: float) -> dict[str, Any]:
         if isinstance(out.get("profile"), list):
             out["profile"] = scaled(out["profile"])
     return out
-
-
-def read_tools(path: Path | str) -> dict[int, Tool]:
-    """Only the [[tools]] part of a TOML file, as `--tools` takes it.
-
-    Raises
-    ------
-    JobError
-        Unreadable, or a tool that cannot exist.
-    """
-    path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-        data = tomllib.loads(text)
-    except OSError as exc:
-        raise JobError(f"cannot read the tool table: {exc.strerror or exc}", file=str(path)) from exc
-    except UnicodeDecodeError as exc:
-        raise JobError(f"not a UTF-8 text (byte {exc.start})", file=str(path)) from exc
-    except tomllib.TOMLDecodeError as exc:
-        raise toml_refusal(text, exc, str(path)) from exc
-    entries = data.get("tools")
-    if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
-        raise JobError("no [[tools]] in this file", file=str(path))
-    positions = key_positions(text)
-
-    def refuse(message: str, where: tuple[str | int, ...], remedy: str | None = None) -> JobError:
-        line, col = position_of(where, positions) or (None, None)
-        return JobError(message, file=str(path), line=line, col=col, remedy=remedy)
-
-    units = "inch" if data.get("units") == "inch" else "mm"
-    keys = JobFile.model_construct(tools=entries, units=units)
-    return _tools(keys, refuse)

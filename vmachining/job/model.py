@@ -10,8 +10,21 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic_core import PydanticKnownError
 
+from vmachining.machine import CORNER_TOLERANCE_MM
+from vmachining.nc.settings import (
+    AlongZ,
+    ArcCentres,
+    Compensation,
+    CrcCorner,
+    CrcEntry,
+    Dwell,
+    Increments,
+    Taps,
+    UnitName,
+)
 from vmachining.tolerance import CHORD_MM, WIDTH, WIDTH_MM3
 
 __all__ = [
@@ -31,14 +44,37 @@ __all__ = [
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
+NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
 Text = Annotated[str, Field(strict=True, min_length=1)]
 Pair = tuple[Number, Number]
 Triple = tuple[Number, Number, Number]
 
+
+def _dialect(name: str) -> str:
+    """A language that is read here, or by an installed package."""
+    from vmachining.nc.dialects import AUTO, TABLE
+
+    if name != AUTO and name not in TABLE:
+        *names, last = (repr(choice) for choice in (AUTO, *TABLE))
+        raise PydanticKnownError("literal_error", {"expected": f"{', '.join(names)} or {last}"})
+    return name
+
+
+Dialect = Annotated[Text, AfterValidator(_dialect)]
+
+
+def _rising(pair: tuple[float, float]) -> tuple[float, float]:
+    if pair[0] >= pair[1]:
+        raise ValueError(f"{list(pair)}: give the lower value first")
+    return pair
+
+
+Range = Annotated[Pair, AfterValidator(_rising)]
+
 TOOL_KEYS = frozenset(
     (
         "number", "type", "name", "diameter_mm", "corner_radius_mm", "flute_length_mm", "length_mm", "flutes",
-        "helix_deg", "taper_deg", "apt", "profile", "shank_diameter_mm", "holder",
+        "helix_deg", "taper_deg", "tip_deg", "apt", "profile", "shank_diameter_mm", "holder",
     )
 )  # fmt: skip
 
@@ -52,24 +88,43 @@ class ProgramKeys(Keys):
 
     file: Text
     """the program, relative to the job file"""
-    dialect: Literal["iso", "mts", "apt", "poses"] = "iso"
-    """see the page on dialects"""
+    dialect: Dialect = "auto"
+    """auto: recognised, and said; see the page on dialects"""
+    units: UnitName = ""
+    """of the program, where it names none; left out: inferred, and said"""
     home: Annotated[Triple, Field(examples=["[0, 0, 100]"])] = (0.0, 0.0, 100.0)
     """tool tip at the start, work coordinates; also where G28 goes"""
     block_delete: Annotated[bool, Field(strict=True)] = False
     """skip lines that open with a slash"""
-    crc_entry: Literal["prev", "next"] = "prev"
+    crc_entry: CrcEntry = "prev"
     """how cutter radius compensation enters the path"""
-    crc_corner: Literal["arc", "exact", "miter"] = "arc"
+    crc_corner: CrcCorner = "arc"
     """what it does at outer corners"""
-    taps: Literal["reference", "axis"] = "reference"
+    taps: Taps = "reference"
     """where taps in G18 and G19 go: beside their holes as a known control does, or into them"""
-    dwell: Literal["s", "ms"] = "s"
+    dwell: Dwell = "s"
     """unit of P in G4 and in canned cycles"""
     max_steps: Annotated[int, Field(strict=True, ge=1)] = 1_000_000
     """lines that loops and calls may repeat before the program is taken to run for ever"""
     subroutines: tuple[Text, ...] = ()
-    """folders with subprograms in files of their own, relative to the job file"""
+    """folders with subprograms in separate files, relative to the job file"""
+    control: ControlKeys | None = None
+    """what the parameters of a Fanuc-like control say, see the page on dialects"""
+
+
+class ControlKeys(Keys):
+    """Optional; what is left out is inferred where that is safe, and said."""
+
+    compensation: Compensation = ""
+    """what D registers hold: the radius of the tool, or the wear beside a programmed path of its centre"""
+    arc_centres: ArcCentres = ""
+    """I J K count from the start of the arc, are absolute, or lead from the centre to the start"""
+    modal_centres: Annotated[bool, Field(strict=True)] = False
+    """I J K that a block leaves out stay as they were"""
+    increments: Increments = ""
+    """what a length without a decimal point counts: the unit, or least increments (IS-B: 0.001 mm)"""
+    w: AlongZ = ""
+    """W moves the tool along Z"""
 
 
 class Machine(Keys):
@@ -77,16 +132,48 @@ class Machine(Keys):
 
     chain: Text | None = None
     """name of a machine, see the page on machines"""
+    options: dict[str, float | bool | Triple] | None = None
+    """pivots and offsets of that machine, such as { pivot_mm = 250 }; `vmachining machine NAME` names them"""
     file: Text | None = None
-    """a machine file instead"""
+    """a machine file instead: its chain, and every key of the [machine] table in it that is not given here"""
     rapid_mm_min: Positive | None = None
     """speed of rapids"""
     max_feed_mm_min: Positive | None = None
     """largest feed along the path"""
     max_acceleration_mm_s2: Positive | None = None
-    """of the tool tip along the path"""
+    """of the tool tip, along and across the path"""
     axis_feed_mm_min: tuple[Positive, Positive, Positive] | None = None
-    """largest speed of each linear axis"""
+    """largest speed of each linear axis while feeding"""
+    axis_rapid_mm_min: tuple[Positive, Positive, Positive] | None = None
+    """largest speed of each linear axis in rapids"""
+    axis_acceleration_mm_s2: tuple[Positive, Positive, Positive] | None = None
+    """of each linear axis"""
+    max_jerk_mm_s3: Positive | None = None
+    """along the path; adds the time that ramps of speed are rounded by"""
+    corner_tolerance_mm: NotNegative = CORNER_TOLERANCE_MM
+    """how far the path may miss a corner, where the program does not say (G64 P, G61, CYCLE832); 0: stop there"""
+    tool_change_s: NotNegative = 0.0
+    """of one tool change"""
+    table_change_s: NotNegative = 0.0
+    """of one pallet change (M60)"""
+    spindle_start_s: NotNegative = 0.0
+    """of a start or stop of the spindle (M3, M4, M5), beside what follows from its speed"""
+    spindle_s_per_1000_rev_min: NotNegative = 0.0
+    """what a start or stop of the spindle lasts longer per 1000 rev/min"""
+    program_stop_s: NotNegative = 0.0
+    """of a stop by the program (M0, M1) beside what a person takes"""
+    block_s: NotNegative = 0.0
+    """what every block lasts at least: the control's own time"""
+    min_feed_mm_min: Positive | None = None
+    """smallest feed along the path; `nc check --machine` says what lies below"""
+    spindle_rev_min: Range | None = None
+    """slowest and fastest speed of the spindle, for `nc check`"""
+    travel_mm: tuple[Range, Range, Range] | None = None
+    """travel of x, y and z in machine coordinates, for `nc check`; a machine file says it with its axes"""
+    feed_override_percent: Positive = 100.0
+    """of the programmed feed"""
+    rapid_override_percent: Positive = 100.0
+    """of the rapid speed"""
 
 
 class Box(Keys):
@@ -136,12 +223,12 @@ class Stock(Keys):
         given = [name for name in ("box", "cylinder", "step", "stl") if getattr(self, name) is not None]
         if len(given) != 1:
             got = "none of them" if not given else " and ".join(given)
-            raise ValueError(f"[stock] wants exactly one of box, cylinder, step, stl, got {got}")
+            raise ValueError(f"[stock] needs exactly one of box, cylinder, step, stl, got {got}")
         return self
 
 
 class Design(Keys):
-    """Optional; the part that is wanted, what the vectors engine measures against."""
+    """Optional; the part as designed, what the vectors engine measures against."""
 
     step: Text | None = None
     """a STEP file with one solid, in its own unit"""
@@ -154,7 +241,7 @@ class Design(Keys):
     def _one(self) -> Design:
         if (self.step is None) == (self.stl is None):
             got = "none of them" if self.step is None else "both"
-            raise ValueError(f"[design] wants exactly one of step, stl, got {got}")
+            raise ValueError(f"[design] needs exactly one of step, stl, got {got}")
         return self
 
 
@@ -170,17 +257,15 @@ class Vectors(Keys):
     error_mm: Positive | None = None
     """instead of spacing_mm: error that the spacing may leave, with the ball of the smallest tool"""
     theta_v_deg: Annotated[float, Field(strict=True, gt=0, lt=90)] | None = None
-    """slope from which on a facet is a wall"""
+    """slope above which a facet is a wall"""
     theta_sharp_deg: Annotated[float, Field(strict=True, gt=0, lt=90)] = 30.0
-    """angle between facets from which on their edge is sharp"""
+    """angle between facets above which their edge is sharp"""
     allowance_mm: Positive | None = None
     """longest normal vector before the first cut, what roughing leaves"""
     depth_mm: Positive = 10.0
     """deepest overcut that normal vectors measure"""
     casting_mm: Positive | None = None
     """the raw part is the design and this allowance, whatever [stock] says"""
-    envelope: Literal["exact", "facets"] = "exact"
-    """exact sweeps, or facets of their envelopes within chord_mm as published"""
 
     @model_validator(mode="after")
     def _spacing(self) -> Vectors:
@@ -218,6 +303,8 @@ class Feed(Keys):
     """smallest feed that is written"""
     max_mm_min: Positive = 3000.0
     """largest feed that is written"""
+    plunge_max_mm_min: Positive | None = None
+    """largest feed of moves within 45° of straight down; without it a plunge is never faster than programmed"""
     insert_blocks: Annotated[bool, Field(strict=True)] = False
     """divide blocks where the load changes inside them"""
     tau: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)] = 0.25
@@ -226,9 +313,23 @@ class Feed(Keys):
     """insert_blocks: shortest inserted block"""
     rule: Literal["safe", "mean"] = "safe"
     """insert_blocks: smallest wanted feed of a part, or the one of its mean load"""
+    every_blocks: Annotated[int, Field(strict=True, ge=1)] | None = None
+    """one feed for so many blocks in a row: the smallest that one of them asks for"""
+    every_mm: Positive | None = None
+    """the same for blocks that begin within so much path"""
+
+    @property
+    def division(self) -> dict[str, Any]:
+        """How a schedule divides blocks or lets them share a feed: options of `vmachining.feed.plan_feeds`."""
+        return {
+            "insert": self.insert_blocks, "tau": self.tau, "min_length_mm": self.min_length_mm,
+            "every_blocks": self.every_blocks, "every_mm": self.every_mm,
+        }  # fmt: skip
 
     @model_validator(mode="after")
     def _ordered(self) -> Feed:
+        if sum((self.insert_blocks, self.every_blocks is not None, self.every_mm is not None)) > 1:
+            raise ValueError("insert_blocks, every_blocks and every_mm exclude each other")
         if self.min_mm_min > self.max_mm_min:
             raise ValueError(f"min_mm_min {self.min_mm_min:g} is above max_mm_min {self.max_mm_min:g}")
         if self.strategy != "volume" and "mean" in (self.reference, self.rule):
@@ -274,7 +375,7 @@ class JobFile(Keys):
     def _coefficients(self) -> JobFile:
         if self.feed is not None and self.feed.strategy == "force":
             if self.force is None:
-                raise ValueError('[feed] strategy = "force" wants a [force] table with coefficients')
+                raise ValueError('[feed] strategy = "force" needs a [force] table with coefficients')
             if self.feed.component == "deflection" and self.force.stick_out_mm is None:
-                raise ValueError('component = "deflection" wants stick_out_mm under [force]')
+                raise ValueError('component = "deflection" needs stick_out_mm under [force]')
         return self

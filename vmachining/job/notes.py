@@ -2,17 +2,33 @@
 
 from __future__ import annotations
 
+import re
+
+from vmachining.errors import JobError
 from vmachining.job.blocks import program_lines
+from vmachining.job.jobfile import Job
 from vmachining.job.toolpath import Toolpath
 from vmachining.nc import Program
 from vmachining.stock import StepStock, Stock
+from vmachining.textfile import read_text
 
-__all__ = ["job_notes", "notes_of", "quiet_findings", "slack_of"]
+__all__ = ["guesses", "job_notes", "notes_of", "quiet_findings", "slack_of"]
 
 
 def slack_of(stock: Stock) -> float:
     """mm^3 between a STEP stock and its triangles; 0 for the others."""
     return stock.slack_mm3 if isinstance(stock, StepStock) else 0.0
+
+
+def guesses(job: Job) -> list[str]:
+    """Lines of a drafted job file that nobody has confirmed, each with its reason."""
+    source = job.inputs.get("job")
+    if source is None:
+        return []
+    found = re.findall(
+        r"^(?![ \t]*#)(.*?)[ ]+# GUESS: (.*)$", read_text(source, "job file", JobError), re.MULTILINE
+    )
+    return [f"{line.strip()}: {why}" for line, why in found]
 
 
 def job_notes(stock: Stock, chord: float) -> list[str]:

@@ -15,17 +15,11 @@ __all__ = ["read_part"]
 def read_part(path: Path, *, chord_mm: float = 0.01, scale: float = 1.0, recover: bool = False) -> FacetMesh:
     """Facets of a part, mm; what is wrong with them is in `notes`.
 
-    Parameters
-    ----------
     chord_mm : largest distance of the facets of a STEP file from its surfaces.
     scale : mm per unit of an STL.
-
-    Raises
-    ------
-    InputError
-        Neither STL nor STEP, or a damaged file; facets that are turned over, because nobody knows which side is outside.
-    StockError
-        A STEP file without a solid.
+    Raises InputError: Neither STL nor STEP, or a damaged file; facets that are turned over, because nobody knows which
+        side is outside.
+    Raises StockError: A STEP file without a solid.
     """
     suffix = path.suffix.lower()
     if suffix == ".stl":
@@ -37,7 +31,7 @@ def read_part(path: Path, *, chord_mm: float = 0.01, scale: float = 1.0, recover
         solid = read_step(path, chord_mm)
         mesh = FacetMesh.of(solid.vertices[solid.triangles])
     else:
-        raise InputError(f"{path.name}: want a .stl or a .step file", file=str(path))
+        raise InputError(f"{path.name}: expected a .stl or a .step file", file=str(path))
     turned = [text for text in mesh.notes if "turned over" in text or "disagree which side" in text]
     if turned:
         raise InputError(

@@ -23,8 +23,8 @@ import numpy as np
 from vmachining.arrays import Floats
 from vmachining.errors import KinematicsError, NCError, SweepError
 from vmachining.geometry import Arc, Line, arc_between
-from vmachining.machine import Machine, linear_peaks, peak_accelerations, peak_times, tcp_block_peaks
-from vmachining.nc import Motion, Move, Program, decode_program, lex_line, split_lines
+from vmachining.machine import Machine, Peaks, linear_peaks, peak_accelerations, peak_times, tcp_block_peaks
+from vmachining.nc import Motion, Move, Point, Program, decode_program, lex_line, split_lines
 from vmachining.sweep import Pose, Turn
 from vmachining.tolerance import LENGTH_EPS_MM
 
@@ -32,10 +32,13 @@ __all__ = [
     "CutterPath",
     "JointDemands",
     "end_axis",
+    "is_arc",
     "joint_demands",
+    "joint_directions",
     "joint_feeds",
     "move_path",
     "moves",
+    "places",
     "settled",
 ]
 
@@ -46,6 +49,9 @@ NORMAL = {"yz": 0, "zx": 1, "xy": 2}
 IN_PLANE = {"yz": (1, 2), "zx": (2, 0), "xy": (0, 1)}
 STILL = 1e-9
 """mm, and length of a unit vector, below which a difference is rounding."""
+PIECES = 16
+"""Of a block under tool-centre-point control, whose slides are faster in some parts than in others."""
+
 ARCS = (Motion.ARC_CW, Motion.ARC_CCW)
 
 
@@ -58,6 +64,8 @@ def move_path(move: Move, machine: Machine | None = None) -> CutterPath:
         An arc without a usable centre or with a leaning tool; rotary words without a machine that has such
         joints; a tool axis that is reversed.
     """
+    if move.circle is not None:
+        return _leaning_arc(move, move.circle)
     if move.axis_end is None and move.rotary_deg is None and _is_plain(machine):
         return _arc(move) if move.motion in ARCS else Line(move.start, move.end)
     try:
@@ -67,11 +75,7 @@ def move_path(move: Move, machine: Machine | None = None) -> CutterPath:
     if move.motion in ARCS:
         ends = np.abs([turn.start - move.start, turn.end - move.end]).max()
         if not turn.is_upright or ends > LENGTH_EPS_MM:
-            raise NCError(
-                "an arc with a leaning tool or on a turned table cannot be simulated",
-                line=move.line,
-                remedy="use short lines",
-            )
+            return _placed_arc(move, machine, turn)
         return _arc(move)
     return Line(turn.start, turn.end) if turn.is_upright and turn.is_straight else turn
 
@@ -92,6 +96,52 @@ def _turn(move: Move, machine: Machine | None) -> Turn:
     first, last, chain = _joints(move, machine)
     screws, tip, axis = chain.screws()
     return Turn.joints(screws, first, last, tip_home=tip, axis_home=axis)
+
+
+def _placed_arc(move: Move, machine: Machine | None, turn: Turn) -> Arc | Turn:
+    """An arc in a main plane of the program, with a leaning tool or on a turned table that stands still."""
+    arc, moved = _arc(move), np.zeros((2, 3))
+    center, normal = np.array(arc.center), np.eye(3)[NORMAL[move.plane]]
+    if not turn.is_steady:
+        raise NCError(
+            "an arc while the tool axis turns cannot be simulated", line=move.line, remedy="use short lines"
+        )
+    if move.axis_end is None:  # where the table carries the centre, and a place above it
+        for k, place in enumerate((center, center + normal)):
+            x, y, z = place.tolist()
+            moved[k] = _turn(move._replace(start=(x, y, z), end=(x, y, z)), machine).start
+        center, normal = moved[0], moved[1] - moved[0]
+    if turn.is_upright and abs(normal[2]) > 1.0 - STILL:
+        return Arc(
+            turn.start,
+            center,
+            2,
+            angle=np.copysign(arc.angle, arc.angle * normal[2]),
+            rise=turn.end[2] - turn.start[2],
+        )
+    return _about(
+        turn.start, turn.end, turn.axis(0.0), center, np.copysign(1.0, arc.angle) * normal, abs(arc.angle)
+    )
+
+
+def _leaning_arc(move: Move, circle: tuple[Point, Point]) -> Turn:
+    """An arc in a tilted plane, less than a turn."""
+    center, normal, start, end = (np.array(point) for point in (*circle, move.start, move.end))
+    angle = _swept(start, end, center, normal)
+    return _about(start, end, np.array(move.axis_end or UP), center, normal, angle)
+
+
+def _swept(start: Floats, end: Floats, center: Floats, normal: Floats) -> float:
+    """rad from start to end about the normal, less than a turn."""
+    arm, flat = start - center, end - ((end - start) @ normal) * normal - center
+    return float(np.arctan2(np.cross(normal, arm) @ flat, arm @ flat) % (2.0 * np.pi))
+
+
+def _about(start: Floats, end: Floats, axis: Floats, center: Floats, normal: Floats, angle: float) -> Turn:
+    """The tip turns about the centre while it rises, and the tool as much back about its tip."""
+    chain = [("L", normal, center, 1.0), ("R", normal, center, 1.0), ("R", normal, start, -1.0)]
+    joints = np.array([float((end - start) @ normal), angle, angle])
+    return Turn.joints(chain, np.zeros(3), joints, tip_home=start, axis_home=axis)
 
 
 def _joints(move: Move, machine: Machine | None) -> tuple[Floats, Floats, Machine]:
@@ -131,7 +181,7 @@ def settled(program: Program, machine: Machine | None) -> Program:
     """The program with the true start of every move before which tool-centre-point control was switched.
 
     Switching moves nothing, but from then on the same place has other coordinates. Words that are left out
-    would keep coordinates of the old kind, so the first move behind has to be a rapid that names X, Y and Z.
+    would keep coordinates of the old kind, so the first move after it has to be a rapid that names X, Y and Z.
 
     Raises
     ------
@@ -154,7 +204,7 @@ def settled(program: Program, machine: Machine | None) -> Program:
                 "tool-centre-point control was switched while the rotary axes are turned",
                 file=program.name,
                 line=move.line,
-                remedy="go on with a rapid that names X, Y and Z",
+                remedy="continue with a rapid that names X, Y and Z",
             )
         start = tip
         if not move.tcp:
@@ -193,11 +243,15 @@ class JointDemands:
     """What the joints say about moves, (n,) each.
 
     seconds : that a move lasts at least, 0 without rotary words. accelerations : mm/s^2 along its path; inf for
-    none.
+    none. slides : (n, 3) mm that X, Y, Z go at most per move, at its fastest moment; NaN without rotary words.
+    piece_seconds, piece_accelerations : (n, PIECES) the same in equal parts of a move, if all of it were so.
     """
 
     seconds: Floats
     accelerations: Floats
+    slides: Floats
+    piece_seconds: Floats
+    piece_accelerations: Floats
 
 
 def joint_demands(moves: Sequence[Move], machine: Machine | None, lengths: Floats) -> JointDemands:
@@ -206,7 +260,13 @@ def joint_demands(moves: Sequence[Move], machine: Machine | None, lengths: Float
     Under tool-centre-point control the slides are where the chain needs them all along the move, and its fastest
     moment counts; where two slides are parallel on the way they are not looked at.
     """
-    out = JointDemands(np.zeros(len(moves)), np.full(len(moves), np.inf))
+    n = len(moves)
+    out = JointDemands(
+        np.zeros(n), np.full(n, np.inf), np.full((n, 3), np.nan), np.zeros((n, PIECES)), np.full((n, PIECES), np.inf),
+    )  # fmt: skip
+    for at, move in enumerate(moves):
+        if move.circle is not None and lengths[at] > 0.0:
+            out.slides[at] = _peaks(*_arc_rates(move))[0]
     wanted = [k for k, move in enumerate(moves) if move.rotary_deg is not None]
     if machine is None or not machine.rotary or not wanted:
         return out
@@ -214,7 +274,8 @@ def joint_demands(moves: Sequence[Move], machine: Machine | None, lengths: Float
         np.array(ends) for ends in zip(*(_joints(moves[k], machine)[:2] for k in wanted), strict=True)
     )
     centred = np.array([moves[k].tcp for k in wanted])
-    peaks = linear_peaks(first, last)
+    whole = linear_peaks(first, last)
+    peaks = Peaks(*(np.repeat(v[:, None, :], PIECES, axis=1) for v in (whole.first, whole.second)))
     if centred.any():
         own = list(machine.rotary)
         ends = []
@@ -223,16 +284,147 @@ def joint_demands(moves: Sequence[Move], machine: Machine | None, lengths: Float
             q[:, own] = joints[:, 3:]
             placed = machine.place(q, joints[:, :3])[0]
             ends.append(np.where(np.isnan(placed), q, placed))
-        inside = tcp_block_peaks(machine, *ends)
+        inside = tcp_block_peaks(machine, ends[0], ends[1], PIECES)
         for found, mine in ((inside.first, peaks.first), (inside.second, peaks.second)):
             mine[centred] = np.where(np.isfinite(found), found, 0.0)
     k = np.array(wanted)
-    out.seconds[k] = peak_times(machine, peaks)
-    out.accelerations[k] = peak_accelerations(machine, peaks, lengths[k])
+    for i, at in enumerate(wanted):  # the ends of an arc say nothing of the way between them
+        if is_arc(moves[at]) and lengths[at] > 0.0:
+            first, second = _arc_peaks(moves[at], machine)
+            peaks.first[i][:, list(machine.slides)] = first
+            if not isinstance(move_path(moves[at], machine), Arc):  # of those the look-ahead knows the bend
+                peaks.second[i][:, list(machine.slides)] = second
+    for j, name in enumerate("XYZ"):
+        own = [i for i in machine.slides if machine.axes[i].name.upper() == name]
+        out.slides[k, j] = peaks.first[:, :, own[0]].max(axis=1) if own else 0.0
+    parts = Peaks(*(v.reshape(-1, v.shape[2]) for v in (peaks.first, peaks.second)))
+    out.piece_seconds[k] = peak_times(machine, parts).reshape(-1, PIECES)
+    out.piece_accelerations[k] = peak_accelerations(machine, parts, np.repeat(lengths[k], PIECES)).reshape(
+        -1, PIECES
+    )
+    out.seconds[k] = out.piece_seconds[k].max(axis=1)
+    out.accelerations[k] = out.piece_accelerations[k].min(axis=1)
     return out
+
+
+def is_arc(move: Move) -> bool:
+    """In a main plane or in a tilted one."""
+    return move.motion in ARCS or move.circle is not None
+
+
+def places(move: Move, t: Floats) -> Floats:
+    """(k, 3) mm in the coordinates of the program, at shares (k,) of the way of a line or an arc."""
+    start, end = np.array(move.start), np.array(move.end)
+    along, across, rise, angle = _arc_rates(move) if is_arc(move) else (start, start, start, 0.0)
+    if angle == 0.0:
+        return np.asarray(start + t[:, None] * (end - start))
+    theta = abs(angle) * t[:, None]
+    arm = -across / abs(angle)
+    return np.asarray(
+        start + arm * (np.cos(theta) - 1.0) + along / abs(angle) * np.sin(theta) + rise * t[:, None]
+    )
+
+
+def _arc_rates(move: Move) -> tuple[Floats, Floats, Floats, float]:
+    """Of an arc, per unit of t in [0, 1]: the tip goes A cos(|angle| t) + B sin(|angle| t) + C; (A, B, C, angle)."""
+    start, end = np.array(move.start), np.array(move.end)
+    if move.circle is not None:
+        center, normal = (np.array(v) for v in move.circle)
+        angle = _swept(start, end, center, normal)
+    else:
+        arc = _arc(move)
+        center, normal, angle = np.array(arc.center), np.eye(3)[arc.axis], arc.angle
+    arm = start - center
+    arm = arm - (arm @ normal) * normal
+    return angle * np.cross(normal, arm), -abs(angle) * arm, ((end - start) @ normal) * normal, angle
+
+
+def _peaks(along: Floats, across: Floats, rise: Floats, angle: float) -> tuple[Floats, Floats]:
+    """(3,) largest |A cos + B sin + C| on the way of an arc, and of its derivative; see `_arc_rates`."""
+
+    def largest(a: Floats, b: Floats, c: Floats | float) -> Floats:
+        crest = np.arctan2(b, a) % np.pi
+        at = np.minimum(np.stack([0.0 * crest, crest, crest + np.pi, 0.0 * crest + abs(angle)]), abs(angle))
+        return np.asarray(np.abs(a * np.cos(at) + b * np.sin(at) + c).max(axis=0))
+
+    return largest(along, across, rise), abs(angle) * largest(across, -along, 0.0)
+
+
+def _arc_peaks(move: Move, machine: Machine) -> tuple[Floats, Floats]:
+    """Largest |q'| and |q''| of the slides of a chain in an arc, in their order, while the rotary axes stand where it ends."""
+    along, across, rise, angle = _arc_rates(move)
+    if not move.tcp:
+        order = [
+            "XYZ".find(machine.axes[i].name[0].upper()) for i in machine.slides
+        ]  # -1: another slide, which rests
+        return tuple(np.append(v, 0.0)[order] for v in _peaks(along, across, rise, angle))  # type: ignore[return-value]
+    still = machine.joints(degrees=True, **(move.rotary_deg or {}))
+    tips = np.vstack([np.zeros(3), np.eye(3)])
+    placed = machine.place(np.broadcast_to(still, (4, len(still))), tips)[0][:, list(machine.slides)]
+    turn = (placed[1:] - placed[0]).T
+    found = _peaks(turn @ along, turn @ across, turn @ rise, angle)
+    return tuple(np.where(np.isfinite(v), v, 0.0) for v in found)  # type: ignore[return-value]
+
+
+def _curvature(move: Move, machine: Machine | None, length: float) -> Floats:
+    """(4,) 1/mm, largest |d2q/ds2| of X, Y, Z in an arc, and that of the tip."""
+    along, across, rise, angle = _arc_rates(move)
+    slides = _peaks(along, across, rise, angle)[1]
+    if machine is not None and machine.rotary and move.rotary_deg is not None:
+        found = dict(
+            zip(
+                (machine.axes[i].name.upper() for i in machine.slides),
+                _arc_peaks(move, machine)[1],
+                strict=True,
+            )
+        )
+        slides = np.array([found.get(name, 0.0) for name in "XYZ"])
+    return np.append(slides, abs(angle) * np.linalg.norm(along)) / length**2
 
 
 def joint_feeds(lengths: Floats, seconds: Floats) -> Floats:
     """(n,) mm/min that the joints allow; inf where nothing limits."""
     limited = (seconds > 0) & (lengths > 0)
     return np.asarray(60.0 * np.divide(lengths, seconds, out=np.full(len(lengths), np.inf), where=limited))
+
+
+def joint_directions(
+    moves: Sequence[Move], paths: Sequence[CutterPath], machine: Machine | None, lengths: Floats
+) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """How the joints move along the paths.
+
+    Returns
+    -------
+    (n, m) dq/ds at the start, slides X, Y, Z first (under tool-centre-point control the tip), then the rotary joints;
+    (m,) their accelerations, inf without a limit; (n,) rad that a tip at rest turns, 0 elsewhere; of arcs whose plane or tool
+    leans (n, 3) directions of the tip at the end, else NaN, and (n, 4) 1/mm largest curvature of X, Y, Z and the tip, else 0.
+    """
+    turning = [] if machine is None else list(machine.rotary)
+    out, still = np.zeros((len(moves), 3 + len(turning))), np.zeros(len(moves))
+    leaving, bend = np.full((len(moves), 3), np.nan), np.zeros((len(moves), 4))
+    for k, path in enumerate(paths):
+        if lengths[k] > 0.0:
+            if isinstance(path, Line):
+                out[k, :3] = (path.end - path.start) / lengths[k]
+            elif isinstance(path, Turn) and is_arc(moves[k]):
+                ends = path.velocity(np.array([0.0, 1.0]))
+                out[k, :3], leaving[k] = ends / np.linalg.norm(ends, axis=1, keepdims=True)
+                bend[k] = _curvature(moves[k], machine, lengths[k])
+            else:
+                velocity = path.velocity(0.0) if isinstance(path, Arc) else path.end - path.start
+                out[k, :3] = velocity / max(float(np.linalg.norm(velocity)), 1e-300)
+        move = moves[k]
+        if machine is None or not turning or move.rotary_deg is None:
+            continue
+        first, last, chain = _joints(move, machine)
+        change = (last - first)[list(chain.rotary)]
+        if lengths[k] > 0.0:
+            out[k, 3:] = change / lengths[k]
+        elif (most := float(np.abs(change).max())) > STILL:
+            still[k], out[k, 3:] = most, change / most
+    limit = np.full(out.shape[1], np.inf)
+    if machine is not None:
+        slides = {machine.axes[k].name.upper(): machine.axes[k].max_acceleration for k in machine.slides}
+        limit[:3] = [slides.get(name, np.inf) for name in "XYZ"]
+        limit[3:] = [machine.axes[k].max_acceleration for k in turning]
+    return out, limit, still, leaving, bend

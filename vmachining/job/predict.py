@@ -11,7 +11,7 @@ import polars as pl
 
 from vmachining.arrays import Floats
 from vmachining.errors import InputError, JobError
-from vmachining.force import power_w, turn_load, turn_series
+from vmachining.force import power_w, shipped, turn_load, turn_series
 from vmachining.job.engagement_columns import Watched, coefficients_of, engagement_pass, spin_of
 from vmachining.job.jobfile import Job
 from vmachining.job.reading import read_job_program, refuse_unknown_tools
@@ -55,19 +55,16 @@ def predict(
 
     blocks : numbers as in the table of `run`; None: all that cut.
 
-    Raises
-    ------
-    JobError
-        No [force] table.
-    InputError
-        Blocks that are not there or do not cut; program, tools or stock of the job cannot be used; no block has forces.
+    Raises JobError: No [force] table.
+    Raises InputError: Blocks that are not there or do not cut; program, tools or stock of the job cannot be used; no
+        block has forces.
     """
     forcing = coefficients_of(job)
     if forcing is None:
         raise JobError(
-            "forces want a [force] table",
+            "forces need a [force] table",
             **job.where(),
-            remedy='add [force] with coefficients = "aluminium_like_constant", or a file',
+            remedy=f"add [force] with coefficients = a file, or one of {', '.join(shipped())}",
         )
     program = read_job_program(job)
     refuse_unknown_tools(program, job.tools, ", ".join(map(str, sorted(job.tools))))

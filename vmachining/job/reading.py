@@ -16,7 +16,10 @@ from vmachining.nc import Finding, Motion, Program, ToolEntry, read_program
 
 __all__ = ["read_job_program", "refuse_unknown_tools"]
 
-NO_END = frozenset({"E401"})
+ASKED = ("dialect", "units", "block_delete", "crc_entry", "crc_corner", "taps", "dwell", "max_steps")
+"""Keys of [program] that the reader has under the same names."""
+
+NO_END = frozenset({"W401"})
 """A program without M2 or M30 still cuts what it cuts: the tester reports it, a simulation does not mind."""
 
 IDLE = (Motion.RAPID, Motion.DWELL)
@@ -31,22 +34,17 @@ PLAUSIBLE_MM_MIN = 60_000.0
 def read_job_program(job: Job, path: Path | None = None) -> Program:
     """A program without errors (`path` instead of the job's own), read with the tools of the job.
 
-    Raises
-    ------
-    NCError
-        It is empty, or has findings of severity E.
+    Raises NCError: It is empty, or has findings of severity E.
     """
     path = path if path is not None else job.program_path
     table = {
-        number: ToolEntry(number, 2.0 * tool.profile.max_radius, tool.length)
+        number: ToolEntry(number, 2.0 * tool.profile.max_radius, tool.length, flutes=tool.flutes or 0)
         for number, tool in job.tools.items()
     }
     keys = job.keys.program
     names = job.machine.names if job.machine is not None else ()
-    options: dict[str, Any] = {
-        "dialect": keys.dialect, "tools": table, "home": job.home, "block_delete": keys.block_delete,
-        "crc_entry": keys.crc_entry, "crc_corner": keys.crc_corner, "taps": keys.taps,
-        "dwell": keys.dwell, "max_steps": keys.max_steps,
+    options: dict[str, Any] = {name: getattr(keys, name) for name in ASKED} | {
+        "tools": table, "home": job.home, "control": None if keys.control is None else keys.control.model_dump(),
         "rotary": "".join(letter for letter in "ABC" if letter in names),
     }  # fmt: skip
     # a rewritten program lies elsewhere than the files of its subprograms
@@ -62,7 +60,7 @@ def read_job_program(job: Job, path: Path | None = None) -> Program:
         # no other T word and one tool in the job: that one is meant
         moves = tuple(move._replace(tool=only) if move.tool == 0 else move for move in program.moves)
         first = next((m.line for m in program.moves if m.motion not in IDLE and m.tool == 0), None)
-        if first is not None and keys.dialect in TOOL_CALLS:
+        if first is not None and program.dialect in TOOL_CALLS:
             text = f"the program calls no tool before this cut: tool {only} is taken, the only one of the job"
             program = _noted(program, first, text, "call it by a T word and M6")
         program = replace(program, moves=moves)
@@ -97,9 +95,7 @@ def _feeds_noted(job: Job, program: Program) -> Program:
 def _refuse_axes(program: Program, job: Job) -> None:
     """Rotary axes in a program whose job names no machine that has them.
 
-    Raises
-    ------
-    NCError
+    Raises NCError.
     """
     if job.machine is not None:
         return

@@ -3,29 +3,35 @@
 from __future__ import annotations
 
 import os
-import pkgutil
 import shutil
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
+from vmachining.engagement import Engagement
 from vmachining.engines.protocol import Engine, StockSurface
 from vmachining.errors import EngineError
-from vmachining.geometry import Bracket
+from vmachining.interval import Interval
 from vmachining.job.brep import blank, refuse_beyond, write_step
-from vmachining.job.files import TABLES, Scratch, between, make_folder, write_json
+from vmachining.job.engage import Scene
+from vmachining.job.files import STAGES, TABLES, Scratch, between, make_folder, write_json
 from vmachining.job.folder import FolderLock, ResultFolder, now
 from vmachining.job.jobfile import Job
+from vmachining.job.record import refuse_other_job
 from vmachining.job.schedule import ScheduleReport
 from vmachining.job.shown import result_html
-from vmachining.job.stock import volume_of, write_stock
+from vmachining.job.spent import Spent
+from vmachining.job.stock import write_stock
+from vmachining.job.store import keep_stages, together
 from vmachining.job.toolpath import Toolpath
 from vmachining.nc import Program
 from vmachining.stock import Triangles
 
 if TYPE_CHECKING:
     import polars as pl
+    from matplotlib.figure import Figure
 
 __all__ = ["PAGE", "RunResult"]
 
@@ -56,7 +62,12 @@ class RunResult:
     lock: FolderLock
     findings: list[tuple[int, str, str]] = field(default_factory=list)
     """(line, text, message) of program warnings on lines that do not move."""
+    spent: Spent = field(default_factory=Spent)
+    earlier: Mapping[str, Any] | None = None
+    """Options of the complete result that this one adds to."""
     _keep: Scratch | None = field(default=None, repr=False)
+    _surface: StockSurface | None = field(default=None, repr=False)
+    _scene: Scene | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
         s = self.summary
@@ -69,11 +80,15 @@ class RunResult:
         """What a notebook shows: the sums, and the head of the table."""
         return result_html(self)
 
+    def account(self) -> None:
+        """Put into the summary what the run has cost up to now."""
+        self.summary |= self.spent.summary()
+
     @property
-    def removed(self) -> Bracket:
-        """Removed volume of all blocks, mm^3."""
+    def removed(self) -> Interval:
+        """Removed volume of all blocks, mm^3; stated where it is not proven."""
         s = self.summary
-        return Bracket(s["removed_lo_mm3"], s["removed_mm3"], s["removed_hi_mm3"])
+        return Interval(s["removed_lo_mm3"], s["removed_mm3"], s["removed_hi_mm3"], s["proven"])
 
     @property
     def program(self) -> Program:
@@ -102,8 +117,32 @@ class RunResult:
 
     @property
     def surface(self) -> StockSurface:
-        """Triangles of the finished workpiece with the block that cut each."""
-        return self.stock.surface()
+        """Triangles of the finished workpiece with the block that cut each; made once, for files, report and picture."""
+        if self._surface is None:
+            self._surface = self.stock.surface()
+        return self._surface
+
+    def contact(
+        self, block: int, at: float = 0.5, *, method: str = "dexel", angles: int = 360, edge: str = "straight"
+    ) -> Engagement:
+        """What the cutting edge touches at a fraction of a block; see `engage`, which has all options."""
+        if self._scene is None:
+            self._scene = Scene.of(self.job)
+        return self._scene.engage(block, at=at, method=method, angles=angles, edge=edge)
+
+    def plot(self, kind: str = "load", *, over: str | None = None) -> Figure:
+        """A figure over the program, as a matplotlib figure; a notebook shows it.
+
+        Parameters
+        ----------
+        kind : "load", "bracket", "feed", "engagement" or "stock". over : "time" or "block", along the x axis.
+
+        Raises
+        ------
+        InputError
+            Unknown kind, or the run has not what it shows.
+        """
+        return resolve_name("vmachining.report.paper:draw_result")(self, kind, over=over)  # type: ignore[no-any-return]
 
     def write(
         self,
@@ -112,17 +151,25 @@ class RunResult:
         stock: Iterable[str] = ("stl",),
         stock_at: Iterable[int] = (),
         report: bool = True,
+        force: bool = False,
     ) -> Path:
         """Put all result files into `folder`, each whole or not at all; the manifest goes last.
 
         Parameters
         ----------
-        stock : formats of the finished workpiece, "stl", "3mf" and "step". A STEP that the B-rep engine refuses
+        stock : formats of the finished workpiece, "stl", "3mf", "glb" and "step". A STEP that the B-rep engine refuses
             is not written; `summary["stock_step_refused"]` then says why.
         stock_at : blocks after each of which the workpiece is written, too: stock_7.step after block 7.
-        report : whether to write report.html.
+        report : whether to write report.html. force : the result of another job in `folder` is replaced.
+
+        Raises
+        ------
+        InputError
+            `folder` holds files of somebody else, or the result of another job.
         """
-        folder, formats = Path(folder), tuple(stock)
+        folder = Path(folder)
+        formats = together(self.earlier, "stock", stock)
+        stock_at = together(self.earlier, "stock_at", stock_at)
         steps: dict[str, int | None] = {between(block): block for block in sorted(set(stock_at))}
         if "step" in formats:
             steps["stock.step"] = None
@@ -132,10 +179,14 @@ class RunResult:
             refuse_beyond(asked, int(self.summary["blocks"]) - 1, "stock_at")
         make_folder(folder)
         same = folder.resolve() == self.folder.resolve()
+        place = self.place if same else ResultFolder(folder)
+        if not same and not force and (old := place.earlier()) is not None:
+            refuse_other_job(old, self.manifest, folder)
         with FolderLock(folder) as own:
             if not (same and self.lock.is_held):
                 own.acquire()
-            self._lay_down(self.place if same else ResultFolder(folder), formats, steps, report)
+            with self.spent.on("files"):
+                self._lay_down(place, formats, steps, report)
         return folder
 
     def _lay_down(
@@ -160,7 +211,7 @@ class RunResult:
             held: dict[str, float] = {}
             if meshes:
                 vertices, triangles, owner = self.surface
-                self.summary["stock_mesh_mm3"] = volume_of(Triangles(vertices, triangles))
+                self.summary["stock_mesh_mm3"] = Triangles(vertices, triangles).volume
             for name in meshes:
                 held[name] = write_stock(Triangles(vertices, triangles), folder / name, owner)
             if held:
@@ -173,19 +224,24 @@ class RunResult:
                     refused.append(exc.message)
             if refused:
                 self.summary["stock_step_refused"] = "; ".join(refused)
-            write_json(folder / "summary.json", self.summary)
             if report:
-                pkgutil.resolve_name(PAGE)(self, folder / "report.html")
+                resolve_name(PAGE)(self, folder / "report.html")
             if "deviation.html" in wanted:
-                pkgutil.resolve_name(DEVIATION_PAGE)(self, folder / "deviation.html")
-        made = [name for name in (*tables, *wanted) if (folder / name).is_file()]
-        place.forget(keep=made)  # what an earlier run had more, rows and checkpoints of this one
+                resolve_name(DEVIATION_PAGE)(self, folder / "deviation.html")
+            self.account()  # the report takes time and memory, too
+            write_json(folder / "summary.json", self.summary)
+        outputs = [name for name in (*tables, *wanted) if (folder / name).is_file()]
+        made = [*outputs]
+        keep_stages(place, self.folder)
+        if STAGES in place.manifest["files"]:
+            made.append(STAGES)
         options = {
             **place.manifest["options"], "stock": list(formats),
             "stock_at": [block for block in steps.values() if block is not None],
         }  # fmt: skip
+        place.forget(keep=made)  # what an earlier run had more, rows and checkpoints of this one
         place.manifest |= {
-            "complete": True, "ended": now(), "options": options, "checkpoints": {}, "outputs": made,
+            "complete": True, "ended": now(), "options": options, "checkpoints": {}, "outputs": outputs,
             "files": {name: place.manifest["files"][name] for name in made},
         }  # fmt: skip
         place.save()

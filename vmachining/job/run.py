@@ -3,61 +3,80 @@
 from __future__ import annotations
 
 import os
-import resource
-import sys
-import time
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from vmachining.engines import RAYS, engine_class, entry_of
 from vmachining.engines.protocol import Engine
 from vmachining.errors import InputError, NCError, StockError
 from vmachining.job.audit import MOST, audited
-from vmachining.job.brep import Asked, blank, brep_columns, parse_brep, refuse_beyond
-from vmachining.job.choice import affordable
+from vmachining.job.brep import Asked, asked_numbers, blank, brep_columns, parse_brep, refuse_beyond
+from vmachining.job.choice import SHARES, affordable
 from vmachining.job.contact import Contacts, ToolParts
 from vmachining.job.cost import APART_SAVES, APART_SECONDS, refuse_fine
 from vmachining.job.deviation import deviation_tables
-from vmachining.job.engagement_columns import Saves, Stations, coefficients_of, engagement_pass, no_stations
-from vmachining.job.executor import executor
+from vmachining.job.engagement_columns import coefficients_of, engagement_pass
+from vmachining.job.executor import Executor, executor
 from vmachining.job.files import (
-    MANIFEST,
     Scratch,
     atomic_path,
-    fingerprints,
     is_full,
     make_folder,
-    versions,
 )
-from vmachining.job.folder import RUN, WORKING, FolderLock, ResultFolder, now, program_words, refuse_other_run
+from vmachining.job.folder import (
+    WORKING,
+    FolderLock,
+    ResultFolder,
+    program_words,
+    usable,
+)
+from vmachining.job.given import Given, Opinion, Planning, asked_stages
 from vmachining.job.jobfile import Job
-from vmachining.job.notes import notes_of, quiet_findings
+from vmachining.job.kept import finer, judged
+from vmachining.job.model import Feed
+from vmachining.job.notes import notes_of, quiet_findings, slack_of
+from vmachining.job.parts import Noted, Part, Parts, Replayed
 from vmachining.job.reading import read_job_program, refuse_unknown_tools
+from vmachining.job.record import Record
 from vmachining.job.result import RunResult
 from vmachining.job.schedule import compare, sample_count
 from vmachining.job.simulate import CHECKPOINT_SECONDS, Progress, Stage
+from vmachining.job.spent import Spent
+from vmachining.job.stations import Stations, no_stations
 from vmachining.job.stock import raw_stock
 from vmachining.job.stopping import stop_flag
+from vmachining.job.store import PARTS
 from vmachining.job.strategies import Planned, plan
-from vmachining.job.summary import NO_BREP, run_summary
-from vmachining.job.table import RowFile, drop_torn_row, finish, read_partial
-from vmachining.job.timing import MoveTimes, machine_limits, move_times
+from vmachining.job.summary import run_summary
+from vmachining.job.table import RowFile, drop_torn_row, finish, read_partial, refeed
+from vmachining.job.timing import block_feeds, machine_limits, move_times
 from vmachining.job.toolpath import Toolpath
-from vmachining.job.verified import Written, divided_edits, verified, write_again
+from vmachining.job.total import ENDS, Total, settled, total_of
+from vmachining.job.verified import (
+    Written,
+    divided_edits,
+    refuse_other_motions,
+    scheduled_name,
+    verified,
+    write_again,
+)
 from vmachining.job.workpiece import raw_engine
-from vmachining.machine import described
-from vmachining.nc import Motion, Program
+from vmachining.nc import Motion
 from vmachining.stock import Stock
-from vmachining.sweep import Sweep
 from vmachining.tolerance import BREP_SECONDS
 
 if TYPE_CHECKING:
     import polars as pl
 
-__all__ = ["run"]
+__all__ = ["run", "run_part"]
+
+CONTACT_SAMPLE = 200
+"""Blocks of `--contact sample`, spread evenly over those that remove something."""
 
 MAX_WORKERS = 8
 """Neighbouring tiles have few colours, so more processes would wait for each other."""
@@ -68,6 +87,8 @@ FAST_AUDIT = 4
 ROWS = dict(zip(("program", "scheduled", "pieces"), WORKING, strict=False))
 """Where the rows of a pass grow."""
 
+LEFT_OUT = "contact columns are empty: they were left out (`vmachining contact` computes them)"
+
 NO_CONTACT = "contact columns are empty: --engine vectors measures the deviation; [force] or [feed] in the job asks for both"
 
 
@@ -76,17 +97,20 @@ def run(
     *,
     engine: str | None = None,
     chord: float | None = None,
-    certify: bool = False,
     out: Path | str | None = None,
     resume: bool = False,
     workers: int | None = None,
     brep: str = "none",
     brep_seconds: float = BREP_SECONDS,
     every_strategy: bool = False,
+    contact: str = "all",
+    stages: Sequence[str] = PARTS,
     progress: Progress | None = None,
     stop: Callable[[], bool] | None = None,
     lock: FolderLock | None = None,
     command: Sequence[str] | None = None,
+    force: bool = False,
+    parts: Parts | None = None,
 ) -> RunResult:
     """Simulate a job: removed volume with its bracket per block, contacts, times, and the schedule if asked.
 
@@ -96,19 +120,22 @@ def run(
     engine : a name of `vmachining.engines.ENGINES`; None: `columns` where they take the stock and at least half of the feed
         motions (what they do not take goes to `mesh`, block by block), else `mesh`. chord : mm, instead of chord_mm of the job;
         a note of the summary says so where it changed nothing.
-    certify : accepted from earlier versions; `mesh` always proves its brackets by two workpieces.
     out : directory for tables while they grow; None: a temporary one, until `RunResult.write`.
-    resume : go on after an interruption, from the checkpoint in `out`.
-    workers : processes that cut; None: one per core where the program is long enough. Of `mesh` it changes no
-        number beyond rounding, of `columns` none beyond the width that is asked for.
+    resume : continue after an interruption, from the checkpoint in `out`.
+    workers : processes that cut; None: one per core where the program is long enough. Where columns take every motion
+        no number depends on it; else `mesh` changes by rounding, and columns within the width that is asked for.
     brep : blocks whose volume the B-rep engine checks: "none", "sample", "all" or numbers such as "3,7-12".
     brep_seconds : of a processor, limit of one such block, and of the solids and every mesh of each sweep that it needs.
     every_strategy : judge all feed strategies by simulation, also where [feed] inserts blocks: one simulation more. Without
         inserted blocks they always are.
+    contact : blocks whose contact, chips and forces are computed: "none", "sample" (some hundred, evenly) or "all".
+    stages : what to do of `PARTS`, such as "cut,judge"; cutting is always done. Schedules need the contact of all blocks.
     progress : called with stage name, blocks done, blocks in all.
     stop : asked between blocks whether to stop; None: SIGINT and SIGTERM do.
-    lock : of `out`, when the caller goes on to write there; None: `out` is locked until this returns.
+    lock : of `out`, when the caller continues to write there; None: `out` is locked until this returns.
     command : the words of the command line, for the manifest; None: those that this process was started with.
+    force : the result of another job in `out` is replaced.
+    parts : complete ones of this run, see `run_part`; what they know is not done again.
 
     Raises
     ------
@@ -116,53 +143,92 @@ def run(
         Program, tools or stock cannot be used; a path that never reaches the stock; `out` holds a file that is not
         ours under a name that results have, or another run is writing there; the disk is full.
     Stopped
-        SIGINT or SIGTERM: rows, checkpoint and manifest are on disk, `resume` goes on.
+        SIGINT or SIGTERM: rows, checkpoint and manifest are on disk, `resume` continues.
     EngineError
         A kernel failed; names the block.
     """
+    if resume and out is None:
+        raise InputError("resume needs the directory of the interrupted run")
+    keep = Scratch() if out is None else None
+    with _working(
+        Job.of(job), Path(keep.name if keep else str(out)), engine=engine, chord=chord, resume=resume, workers=workers,
+        brep=brep, brep_seconds=brep_seconds, contact=contact, stages=stages, progress=progress, stop=stop, lock=lock,
+        command=command, force=force, parts=parts, added={"every_strategy": True} if every_strategy else {},
+    ) as work:  # fmt: skip
+        result = work.go()
+    result.account()
+    result._keep = keep
+    return result
+
+
+def run_part(job: Job | Path | str, part: Part, *, out: Path | str, **options: Any) -> None:
+    """One of several parts of a run: its shares of the workpiece, its chunks of contact. options : as those of `run`.
+
+    Raises
+    ------
+    InputError, Stopped, EngineError
+        See `run`.
+    """
+    given: dict[str, Any] = {
+        "engine": None, "chord": None, "resume": False, "workers": 1, "brep": "none", "brep_seconds": BREP_SECONDS,
+        "contact": "all", "stages": PARTS, "progress": None, "stop": None, "lock": None, "command": None, "force": False,
+    }  # fmt: skip
+    with _working(
+        Job.of(job), Path(out), **given | options, parts=None, added={"part": str(part)}, part=part
+    ) as work:
+        work.go_part(part)
+
+
+@contextmanager
+def _working(
+    job: Job,
+    folder: Path,
+    *,
+    engine: str | None,
+    chord: float | None,
+    resume: bool,
+    workers: int | None,
+    brep: str,
+    brep_seconds: float,
+    contact: str,
+    stages: Sequence[str],
+    progress: Progress | None,
+    stop: Callable[[], bool] | None,
+    lock: FolderLock | None,
+    command: Sequence[str] | None,
+    force: bool,
+    parts: Parts | None,
+    added: dict[str, Any],
+    part: Part | None = None,
+) -> Iterator[_Run]:
+    """A run about to begin, whose record is saved however it ends. added : options that are rare."""
     if engine is not None:
         engine_class(engine)
-    job = Job.of(job)
     if chord is not None:
         job = job.with_chord(chord)
     asked = parse_brep(brep)
     if not brep_seconds > 0.0:
         raise InputError(f"brep_seconds {brep_seconds:g} is no limit", remedy="give seconds above 0")
-    begin = time.perf_counter()
-    if resume and out is None:
-        raise InputError("resume wants the directory of the interrupted run")
-    keep = Scratch() if out is None else None
-    folder = Path(keep.name if keep else str(out))
-    options = {
+    options: dict[str, Any] = {
         "engine": engine, "chord_mm": job.keys.accuracy.chord_mm, "brep": brep,
         "width": job.keys.accuracy.width, "width_mm3": job.keys.accuracy.width_mm3,
         "spacing_mm": job.keys.accuracy.spacing_mm, "directions": job.keys.accuracy.directions,
-        "brep_seconds": brep_seconds,
-    }  # fmt: skip
-    if every_strategy:
-        options["every_strategy"] = True
+        "brep_seconds": brep_seconds, "contact": contact, "stages": asked_stages(stages, contact, job),
+    } | added  # fmt: skip
     with stop_flag(stop) as stopped, FolderLock(folder) as own:
         work = _Run(
             job, folder, options, resume, workers, asked, brep_seconds, progress or (lambda *_: None),
             stopped, lock or own,
-            [*(program_words() if command is None else command)], chord_given=chord is not None,
+            [*(program_words() if command is None else command)], chord_given=chord is not None, force=force,
+            part=part, parts=parts,
         )  # fmt: skip
         try:
-            result = work.go()
+            yield work
         except BaseException:
             with suppress(InputError):  # where nothing can be written, what was written last still holds
-                work.save_manifest()
+                work.record.save()
             raise
-        work.save_manifest()
-    result.summary["seconds"] = work.earlier_seconds + time.perf_counter() - begin
-    result.summary["peak_mb"] = _peak_mb() + work.workers_mb
-    result._keep = keep
-    return result
-
-
-def _peak_mb() -> float:
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / (1024.0 * 1024.0 if sys.platform == "darwin" else 1024.0)
+        work.record.save()
 
 
 @dataclass(slots=True, eq=False)
@@ -181,15 +247,22 @@ class _Run:
     lock: FolderLock
     command: list[str]
     chord_given: bool = False
-    place: ResultFolder = field(init=False)
+    force: bool = False
+    part: Part | None = None
+    parts: Parts | None = None
+    record: Record = field(init=False)
     raw: Engine | None = None
-    earlier_seconds: float = 0.0
-    workers_mb: float = 0.0
     longest_s: float = 0.0
-    started: float = field(default_factory=time.perf_counter)
+    by_columns: bool = False
+    spent: Spent = field(default_factory=Spent)
 
     def __post_init__(self) -> None:
-        self.place = ResultFolder(self.folder)
+        self.record = Record(self.folder, self.spent, self.progress)
+
+    @property
+    def place(self) -> ResultFolder:
+        """Where the files are."""
+        return self.record.place
 
     @property
     def manifest(self) -> dict[str, Any]:
@@ -197,6 +270,54 @@ class _Run:
         return self.place.manifest
 
     def go(self) -> RunResult:
+        """One stage after the other, see `spent.STAGES`."""
+        with self.spent.on("read"):
+            given = self._read()
+        engine = self._stage("program", given, self._counts(), check=True)
+        with self.spent.on("cut"):
+            total = self._total(given, engine)
+        stations = self._contact(given.toolpath, "engagement", divided=self._stations_along())
+        planned = Planning()
+        if self.job.keys.feed is not None and "plan" in self.options["stages"]:
+            with self.spent.on("plan"):
+                planned = self._plan(self.job.keys.feed, given, stations, total)
+        table = read_partial(self.rows, ["block", "motion", "engine", "time_s", "proven", *ENDS])
+        opinion = self._opinion(given, table)
+        with self.spent.on("files"):
+            with self.place.making("blocks.csv", "blocks.parquet"):
+                estimates = settled(table, total)
+                finish(
+                    self.rows,
+                    self.folder,
+                    "blocks",
+                    planned.scheduled,
+                    opinion.rows,
+                    stations.columns,
+                    estimates,
+                )
+            return self._result(given, engine, total, planned, opinion, stations.notes)
+
+    def go_part(self, part: Part) -> None:
+        """What this part owes the merge; the rows on the way are of its shares alone."""
+        with self.spent.on("read"):
+            given = self._read()
+        if self._apart and part.shares(self._shares(len(given.toolpath.blocks), 1)):
+            self._stage("program", given, None, check=True)
+        if self.options["contact"] == "all":
+            self._contact(given.toolpath, "engagement", divided=self._stations_along())
+        self.manifest["part_complete"] = True
+
+    @property
+    def _apart(self) -> bool:
+        """Whether parts cut: shares have fixed borders, and no order depends on answers of all of them."""
+        return self.by_columns and self._counts() is None
+
+    @property
+    def rows(self) -> Path:
+        """Where the rows of the program grow."""
+        return self.folder / ROWS["program"]
+
+    def _read(self) -> Given:
         """What is refused here is refused before the first byte: an earlier result stays as it is."""
         job = self.job
         tools = {number: ToolParts.of(tool) for number, tool in job.tools.items()}
@@ -216,8 +337,9 @@ class _Run:
             blank(job, stock)
         self._refuse_early(toolpath, tools, stock)
         if asked in (None, "columns", "mesh"):
-            engine_name, longest = affordable(job, toolpath, tools, stock, asked, chord)
-            self.options["engine"], self.longest_s = engine_name, longest if engine_name == "mesh" else 0.0
+            choice = affordable(job, toolpath, tools, stock, asked, chord)
+            self.options["engine"], self.by_columns = choice.engine, choice.alone
+            self.longest_s = choice.longest_s if choice.engine == "mesh" else 0.0
         if not self.resume:  # what an engine refuses is refused before the first byte
             self.raw = self._raw(stock)
         refuse_beyond(self.brep, blocks[-1].number)
@@ -228,74 +350,136 @@ class _Run:
         coefficients_of(job)  # a missing file is said now
         make_folder(self.folder)
         self.lock.acquire()
-        self._open_manifest(program.files)
-        feed = job.keys.feed
-        every = bool(self.options.get("every_strategy"))
-        divided = feed is not None and feed.insert_blocks and (every or feed.strategy == "volume")
-        counts = (lambda length: sample_count(feed, length)) if feed and divided else None
-        engine = self._stage("program", toolpath, times, tools, stock, counts, check=True)
-        partial = self.folder / "blocks.partial.csv"
-        if not float(read_partial(partial, ["removed_hi_mm3"])["removed_hi_mm3"].sum()) > 0.0:
-            raise self._never_reached(program, stock)
-        along = feed is not None and feed.insert_blocks and (every or feed.strategy != "volume")
-        stations = self._contact(toolpath, "engagement", divided=along)
-        scheduled, report, after = None, None, None
-        if feed is not None:
-            table = read_partial(partial, ["length_mm", "feed_mm_min", "removed_mm3", "removed_hi_mm3"])
-            planned = plan(feed, program, blocks, table, partial, times.cap_mm_min, stations, every=every)
-            mine = write_again(job, self.place, program, planned.schedule.edits(), "scheduled.nc")
-            self._stage("scheduled", mine.toolpath, mine.times, tools, stock, None, check=False)
-            after = mine.times
-            new_rows = self.folder / "scheduled_blocks.partial.csv"
-            contact = self._contact(mine.toolpath, "engagement, scheduled").columns
-            with self.place.making("scheduled_blocks.csv", "scheduled_blocks.parquet"):
-                finish(new_rows, self.folder, "scheduled_blocks", contact=contact)
-            if every or not feed.insert_blocks:
-                table = self._every(planned, mine, toolpath, times, stations, tools, stock)
-                planned = replace(planned, comparison=table)
-            with (
-                self.place.making("strategies.csv"),
-                atomic_path(self.folder / "strategies.csv") as temporary,
-            ):
-                planned.comparison.write_csv(temporary)
-            scheduled, report = compare(feed, planned, mine.text, blocks, read_partial(new_rows))
-        names = ["block", "motion", "engine", "removed_mm3", "removed_lo_mm3", "removed_hi_mm3"]
-        table = read_partial(partial, names)
-        opinion, counts_brep = None, NO_BREP
-        if self.brep == "none" and self.options["engine"] not in RAYS:
-            most = FAST_AUDIT if self.options["engine"] == "vectors" else MOST
-            opinion, counts_brep = audited(
-                toolpath, tools, table, stock, most=most, stop=self.stop, progress=self.progress
-            )
-        elif self.brep != "none":
-            opinion, counts_brep = brep_columns(
-                job, toolpath, tools, table, self.brep,
-                stock=stock, file=self.folder / "brep.partial.csv", workers=self.workers,
-                seconds=self.brep_seconds, stop=self.stop, progress=self.progress,
-            )  # fmt: skip
-        with self.place.making("blocks.csv", "blocks.parquet"):
-            finish(partial, self.folder, "blocks", scheduled, opinion, stations.columns)
+        self.record.open(job, self.options, self.command, program.files, resume=self.resume, force=self.force)
+        return Given(tools, toolpath, times, stock)
+
+    @property
+    def _every_one(self) -> bool:
+        return bool(self.options.get("every_strategy"))
+
+    def _counts(self) -> Callable[[float], int] | None:
+        """In how many equal parts a path of a length (mm) is measured; None: whole blocks."""
+        feed = self.job.keys.feed
+        if feed is None or not (feed.insert_blocks and (self._every_one or feed.strategy == "volume")):
+            return None
+        return lambda length: sample_count(feed, length)
+
+    def _stations_along(self) -> bool:
+        """Whether stations of contact stand where blocks may be divided."""
+        feed = self.job.keys.feed
+        return feed is not None and feed.insert_blocks and (self._every_one or feed.strategy != "volume")
+
+    def _total(self, given: Given, engine: Engine) -> Total:
+        """Of all blocks, which must have removed something."""
+        summed = read_partial(self.rows, [*ENDS, "proven"])
+        if not float(summed["removed_hi_mm3"].sum()) > 0.0:
+            raise self._never_reached(given.toolpath, given.tools, given.stock)
+        return total_of(summed, engine.stock_volume, engine.volume, slack_of(given.stock))
+
+    def _plan(self, feed: Feed, given: Given, stations: Stations, total: Total) -> Planning:
+        """Feeds, the program with them, and the same stages once more on it."""
+        job, blocks, program = self.job, given.toolpath.blocks, given.toolpath.program
+        table = read_partial(self.rows, ["length_mm", "feed_mm_min", "removed_mm3", "removed_hi_mm3"])
+        limits, skips = machine_limits(job), job.keys.program.block_delete
+        reach = move_times(given.toolpath, limits, block_delete=skips, at_least_mm_min=feed.max_mm_min)
+        caps = np.minimum(given.times.cap_mm_min, np.maximum(reach.reached_mm_min, feed.min_mm_min))
+        planned = plan(feed, given.toolpath, table, self.rows, caps, stations, every=self._every_one)
+        written = scheduled_name(program)
+        mine = write_again(job, self.place, program, planned.schedule.edits(), written)
+        parts = (
+            (lambda length: finer(feed, length))
+            if feed.insert_blocks and self._counts() is not None
+            else None
+        )
+        self._stage("scheduled", given.written(mine), parts, check=False)
+        new_rows = self.folder / ROWS["scheduled"]
+        if self.resume:  # they may have the feeds of the lowered schedule already
+            refeed(new_rows, *block_feeds(mine.toolpath, mine.times))
+        contact = self._contact(mine.toolpath, "engagement, scheduled")
+        verdict = judged(feed, planned, mine, new_rows, contact, blocks)
+        if verdict.lowered is not None:  # other feeds of the same motions: what was cut stays
+            planned = planned.with_schedule(feed.strategy, verdict.lowered)
+            before = mine
+            mine = write_again(job, self.place, program, planned.schedule.edits(), written)
+            refuse_other_motions(before.toolpath, mine.toolpath)
+            refeed(new_rows, *block_feeds(mine.toolpath, mine.times))
+            contact = self._contact(mine.toolpath, "engagement, lowered")
+            verdict = judged(feed, planned, mine, new_rows, contact, blocks)
+        after = mine.times
+        cut = read_partial(new_rows)
+        estimates = settled(cut, total)
+        if estimates is not None:
+            cut = cut.update(estimates, on="block")
+        with self.place.making("scheduled_blocks.csv", "scheduled_blocks.parquet"):
+            finish(new_rows, self.folder, "scheduled_blocks", contact=contact.columns, estimates=estimates)
+        if self._every_one or not feed.insert_blocks:
+            table = self._every(planned, mine, given, stations)
+            planned = replace(planned, comparison=table)
+        with (
+            self.place.making("strategies.csv"),
+            atomic_path(self.folder / "strategies.csv") as temporary,
+        ):
+            planned.comparison.write_csv(temporary)
+        scheduled, report = compare(feed, planned, mine.text, blocks, cut, verdict.passed)
+        return Planning(scheduled, report, after)
+
+    def _opinion(self, given: Given, table: pl.DataFrame) -> Opinion:
+        """What other engines say of the volumes. table : rows of the run."""
+        toolpath, tools, stock = given.toolpath, given.tools, given.stock
+        if self.options["brep"] != "none":
+            with self.spent.on("check"):
+                return Opinion(*brep_columns(
+                    self.job, toolpath, tools, table, asked_numbers(self.options["brep"], table),
+                    stock=stock, file=self.folder / "brep.partial.csv", workers=self.workers,
+                    seconds=self.brep_seconds, stop=self.stop, progress=self.progress,
+                ))  # fmt: skip
+        if "judge" not in self.options["stages"] or self.options["engine"] in RAYS:
+            return Opinion()
+        measures = self.options["engine"] == "vectors"
+        with self.spent.on("judge"):
+            return Opinion(*audited(
+                toolpath, tools, table, stock, most=FAST_AUDIT if measures else MOST, total=not measures,
+                stop=self.stop, progress=self.progress,
+            ))  # fmt: skip
+
+    def _result(
+        self,
+        given: Given,
+        engine: Engine,
+        total: Total,
+        planned: Planning,
+        opinion: Opinion,
+        notes: Sequence[str],
+    ) -> RunResult:
+        """What is known, without its files."""
+        job = self.job
         result = RunResult(
             job=job,
-            toolpath=toolpath,
+            toolpath=given.toolpath,
             summary={},
             inputs=self.manifest["inputs"],
             stock=engine,
-            schedule=report,
+            schedule=planned.report,
             folder=self.folder,
             place=self.place,
             lock=self.lock,
-            findings=quiet_findings(toolpath),
+            findings=quiet_findings(given.toolpath),
+            spent=self.spent,
+            earlier=dict(self.options) if "stages" in self.manifest else None,
         )
-        result.summary = run_summary(result, stock, times, after, self.options, chord_given=self.chord_given)
+        result.summary = run_summary(
+            result, given.stock, total, given.times, planned.times, self.options, chord_given=self.chord_given
+        )
         if (deviation := deviation_tables(job, engine, self.place)) is not None:
             result.summary |= deviation
         elif job.keys.design is not None:
             result.summary["design_note"] = (
                 "The design was not looked at: --engine vectors and --engine dexel measure against it"
             )
-        result.summary["brep"] = dict(counts_brep)
-        result.summary["contact_notes"] = list(stations.notes)
+        result.summary["brep"] = dict(opinion.brep)
+        if opinion.second is not None:
+            result.summary["second_judge"] = opinion.second
+        result.summary["contact_notes"] = list(notes)
         return result
 
     def _raw(self, stock: Stock) -> Engine:
@@ -306,109 +490,148 @@ class _Run:
         self,
         planned: Planned,
         mine: Written,
-        toolpath: Toolpath,
-        times: MoveTimes,
+        given: Given,
         stations: Stations,
-        tools: Mapping[int, ToolParts],
-        stock: Stock,
     ) -> pl.DataFrame:
         """The comparison of all strategies, of written programs."""
-        feed, program = self.job.keys.feed, toolpath.program
+        feed, program = self.job.keys.feed, given.toolpath.program
         assert feed is not None
         programs = {
             name: mine
             if name == feed.strategy
-            else write_again(self.job, self.place, program, schedule.edits(), f"scheduled_{name}.nc")
+            else write_again(
+                self.job, self.place, program, schedule.edits(), scheduled_name(program, f"scheduled_{name}")
+            )
             for name, schedule in planned.plans.items()
         }
 
         def simulate() -> tuple[Written, pl.DataFrame, Stations]:
-            divided = write_again(self.job, self.place, program, divided_edits(planned.plans), "pieces.nc")
-            self._stage("pieces", divided.toolpath, divided.times, tools, stock, None, check=False)
+            divided = write_again(
+                self.job, self.place, program, divided_edits(planned.plans), scheduled_name(program, "pieces")
+            )
+            self._stage("pieces", given.written(divided), None, check=False)
             rows = read_partial(self.folder / ROWS["pieces"], ["length_mm", "removed_mm3", "removed_hi_mm3"])
             return divided, rows, self._contact(divided.toolpath, "engagement, pieces", divided=True)
 
-        return verified(feed, planned, programs, toolpath, times, stations, simulate)
+        return verified(feed, planned, programs, given.toolpath, given.times, stations, simulate)
 
     def _contact(self, toolpath: Toolpath, name: str, *, divided: bool | None = None) -> Stations:
         """Contact, chips and forces along the blocks."""
         keys = self.job.keys
         if self.options["engine"] == "vectors" and keys.feed is None and keys.force is None:
             return no_stations(len(toolpath.blocks), NO_CONTACT)
+        level = self.options["contact"] if name == "engagement" else "all"
+        if level == "none" or "contact" not in self.options["stages"]:
+            return no_stations(len(toolpath.blocks), LEFT_OUT)
+        with self.spent.on("contact"):
+            return self._stations(toolpath, name, level, divided=divided)
+
+    def _stations(self, toolpath: Toolpath, name: str, level: str, *, divided: bool | None) -> Stations:
+        keys, only = self.job.keys, None
+        if level == "sample":
+            name, only = "engagement, sample", self._sampled()
         point, total = name.replace(", ", "_"), len(toolpath.blocks)
-        known = self.manifest["checkpoints"].get(point)
-        return engagement_pass(
+        known = self.record.known(point)
+        files = [] if known is None else [self.folder / known["file"]]
+        if self.parts is not None and point == "engagement":
+            files = self.parts.contact
+        stations = engagement_pass(
             self.job, toolpath, stop=self.stop, progress=self.progress, name=name, feed=keys.feed, divided=divided,
-            known=None if known is None else self.folder / known["file"],
-            checkpoint=lambda state, done: self._checkpoint(point, state, done, total),
+            only=only, workers=self.workers,
+            known=files, part=None if self.part is None else (self.part.number - 1, self.part.of),
+            checkpoint=lambda state, done: self.record.checkpoint(point, state, done, total),
         )  # fmt: skip
+        if only is not None:
+            stations.notes += (
+                f"contact columns are of {len(only)} blocks (sample); `vmachining contact` computes all",
+            )
+        return stations
+
+    def _sampled(self) -> set[int]:
+        """Some of the blocks that remove something, the last one among them."""
+        rows = read_partial(self.rows, ["block", "removed_hi_mm3"])
+        numbers = rows.filter(rows["removed_hi_mm3"] > 0.0)["block"].to_list()
+        count = min(CONTACT_SAMPLE, len(numbers))
+        return {numbers[((k + 1) * len(numbers)) // count - 1] for k in range(count)}
 
     # -- program and stock ---------------------------------------------------------------------------------
 
     def _refuse_early(self, toolpath: Toolpath, tools: Mapping[int, ToolParts], stock: Stock) -> None:
         """No simulation for a cut without a tool, or for a path that by its box alone misses the stock."""
-        lo, hi = stock.bounds
         refuse_unknown_tools(toolpath.program, tools, ", ".join(map(str, sorted(tools))))
-        for move, path in zip(toolpath.moves, toolpath.paths, strict=True):
-            if move.motion in (Motion.RAPID, Motion.DWELL):
-                continue
-            a, b = Sweep.along(tools[move.tool].cutter, path).bounds
-            if (a < hi).all() and (b > lo).all():
-                return
-        raise self._never_reached(toolpath.program, stock)
+        idle = (Motion.RAPID, Motion.DWELL)
+        if not any(m.motion not in idle for m in toolpath.near(tools, stock.bounds)):
+            raise self._never_reached(toolpath, tools, stock)
 
-    def _never_reached(self, program: Program, stock: Stock) -> StockError:
+    def _never_reached(self, toolpath: Toolpath, tools: Mapping[int, ToolParts], stock: Stock) -> StockError:
         lo, hi = stock.bounds.round(3).tolist()
-        return StockError(
-            f"no feed move of {Path(program.name).name} reaches the stock, which lies from {lo} to {hi} mm",
-            **self.job.where("stock"),
-            remedy="compare work offset, units and home of the program with the stock",
-        )
+        what = f"no feed move of {Path(toolpath.program.name).name} reaches the stock, which lies from {lo} to {hi} mm"
+        remedy = "compare work offset, units and home of the program with the stock"
+        rapid = next((m for m in toolpath.near(tools, stock.bounds) if m.motion is Motion.RAPID), None)
+        if rapid is not None:
+            what += f"; the rapid in line {rapid.line} goes into its box, but rapids cut nothing"
+            remedy = f"program cuts with G1, G2 or G3, or {remedy}"
+        return StockError(what, **self.job.where("stock"), remedy=remedy)
 
     # -- stages, checkpoints, manifest ---------------------------------------------------------------------
 
     def _stage(
         self,
         name: str,
-        toolpath: Toolpath,
-        times: MoveTimes,
-        tools: Mapping[int, ToolParts],
-        stock: Stock,
+        given: Given,
         counts: Callable[[float], int] | None,
         *,
         check: bool,
     ) -> Engine:
         """Run or finish one pass; its rows are on disk and its last state is a checkpoint."""
-        known = self.manifest["checkpoints"].get(name)
+        with self.spent.on("cut"):
+            return self._cut(name, given, counts, check=check)
+
+    def _cut(self, name: str, given: Given, counts: Callable[[float], int] | None, *, check: bool) -> Engine:
+        tools, toolpath, times, stock = given
+        known = self.record.known(name)
+        replays = self.parts is not None and name == "program" and self._apart
+        if replays and known is not None and known["done"] < len(toolpath.blocks):
+            known = None  # of a run without parts: they answer from the first order on
         kind, first = engine_class(self.options["engine"]), 0
+        own = None if self.part is None else self.part.shares(self._shares(len(toolpath.blocks), 1))
         if known is not None:
-            engine, first = kind.load(self.folder / known["file"]), int(known["done"])
+            first = int(known["done"])
+        if known is not None and own is None:
+            with usable(self.folder / known["file"]) as file:
+                engine = kind.load(file)
         else:
             engine = self.raw or self._raw(stock)
             self.raw = None
         rows_path = self.folder / ROWS[name]
         workers = self._workers(len(toolpath.blocks) - first)
         self.options["workers"] = max(workers, self.options.get("workers", 1))
-        apart = self.longest_s > APART_SECONDS
-        hands = executor(engine, workers, apart=apart)
+        apart, shares = self.longest_s > APART_SECONDS, self._shares(len(toolpath.blocks), workers)
+        hands: Executor
+        if own is not None:
+            hands = Noted(engine, shares, own, None if known is None else self.folder / known["file"])
+        elif replays and self.parts is not None:
+            hands = Replayed(engine, self.parts.cut)
+        else:
+            hands = executor(engine, workers, shares=shares, apart=apart)
         stage = Stage(
             name=name, toolpath=toolpath, move_time_s=times.seconds.tolist(), tools=tools,
             notes=notes_of(toolpath.program) if check else {}, executor=hands,
             contacts=Contacts(hands, stock.bounds) if check else None, sample_counts=counts,
-            save_every=APART_SAVES if apart else CHECKPOINT_SECONDS,
+            save_every=APART_SAVES if apart else CHECKPOINT_SECONDS, stock=stock,
         )  # fmt: skip
 
         def checkpoint(done: int) -> None:
-            self._checkpoint(name, hands, done, len(toolpath.blocks))
+            if isinstance(hands, Replayed) and done < len(toolpath.blocks):
+                return  # parts have the workpiece at the end only
+            self.record.checkpoint(name, hands, done, len(toolpath.blocks))
 
         try:
             with RowFile(rows_path, keep=first) as rows:
                 stage.run(rows, first=first, stop=self.stop, progress=self.progress, checkpoint=checkpoint)
-            last = "pieces" if self.options.get("every_strategy") else "scheduled"
-            later = self.brep != "none" or (self.job.keys.feed is not None and name != last)
-            if later and first < len(toolpath.blocks):
+            if first < len(toolpath.blocks):
                 checkpoint(len(toolpath.blocks))  # what comes may be interrupted, this pass is done
-            self.workers_mb = max(self.workers_mb, hands.peak_mb())
+            self.spent.workers_mb = max(self.spent.workers_mb, hands.peak_mb())
             return hands.finish()
         except InputError as exc:
             if is_full(exc):
@@ -418,13 +641,19 @@ class _Run:
             hands.close()
 
     def _disk_full(self, name: str, rows: Path, total: int, cause: InputError) -> InputError:
-        """What is there of a pass that could not go on."""
-        kept, point = drop_torn_row(rows), self.manifest["checkpoints"].get(name)
-        goes_on = "starts again" if point is None else f"goes on behind block {point['done']}"
+        """What is there of a pass that could not continue."""
+        kept, point = drop_torn_row(rows), self.record.known(name)
+        goes_on = "starts again" if point is None else f"continues after block {point['done']}"
         return InputError(
             f"{cause.message}; {kept} of {total} blocks are in {rows.name}", file=cause.file,
             remedy=f"make room, then --resume {goes_on}",
         )  # fmt: skip
+
+    def _shares(self, blocks: int, workers: int) -> int:
+        """Shares of the workpiece: where columns take every motion a matter of the program alone, so that numbers are, too."""
+        if not self.by_columns:
+            return workers
+        return SHARES if blocks >= entry_of(self.options["engine"]).divided_from else 1
 
     def _workers(self, blocks: int) -> int:
         """Processes that cut: as asked for; else all cores, where starting them is worth it."""
@@ -432,53 +661,3 @@ class _Run:
             return self.workers
         entry = entry_of(self.options["engine"])
         return min(os.cpu_count() or 1, MAX_WORKERS) if blocks >= entry.divided_from else 1
-
-    def _checkpoint(self, name: str, state: Saves, done: int, total: int) -> None:
-        """Save the workpiece or what is known of contact, then point the manifest to it, then forget the one before."""
-        target = self.folder / f"checkpoint.{name}.{done}.npz"
-        self.progress("saving", 0, 1)
-        with self.place.making(target.name), atomic_path(target) as temporary:
-            state.save(temporary)
-        self.progress("saving", 1, 1)
-        old = self.manifest["checkpoints"].get(name)
-        self.manifest["checkpoints"][name] = {"file": target.name, "done": done, "total": total}
-        self.save_manifest()
-        if old is not None and old["file"] != target.name:
-            with suppress(OSError):
-                (self.folder / old["file"]).unlink()
-            self.manifest["files"].pop(old["file"], None)
-
-    def _open_manifest(self, subprograms: tuple[str, ...]) -> None:
-        roles = self.job.inputs | {f"subprogram {k}": Path(name) for k, name in enumerate(subprograms, 1)}
-        inputs = fingerprints(roles)
-        self.place.refuse_foreign(roles)
-        old = self.place.earlier()
-        fresh: dict[str, Any] = {
-            "kind": RUN, "job": self.job.name, "complete": False, "command": self.command, "process": os.getpid(),
-            "started": now(), "ended": None, "seconds": 0.0, "options": self.options, "inputs": inputs,
-            "machine": described(self.job.machine) if self.job.machine else None,
-            "versions": versions(), "checkpoints": {}, "files": dict.fromkeys(WORKING),
-        }  # fmt: skip
-        if not self.resume or old is None or not old.get("checkpoints"):  # nothing to go on with
-            self.place.forget()
-            self.place.manifest = fresh
-            self.save_manifest()  # from here on the directory says that it is not complete
-            return
-        refuse_other_run(old, fresh, str(self.folder / MANIFEST))
-        self.place.tidy()
-        self.earlier_seconds = float(old.get("seconds", 0.0))
-        fresh["started"] = old.get("started", fresh["started"])
-        fresh["files"] |= self.place.made()
-        fresh["checkpoints"] = {
-            name: entry
-            for name, entry in old.get("checkpoints", {}).items()
-            if (self.folder / entry["file"]).is_file()
-        }
-        self.place.manifest = fresh
-
-    def save_manifest(self) -> None:
-        """Write the manifest with the time spent so far."""
-        if self.manifest:
-            self.manifest["seconds"] = self.earlier_seconds + time.perf_counter() - self.started
-            self.manifest["ended"] = now()
-            self.place.save()

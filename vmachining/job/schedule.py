@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import polars as pl
@@ -56,6 +57,7 @@ class ScheduleReport:
     largest_block_mm3_min : the largest rate of a whole block as programmed.
     unsplit : lines that wanted inserted blocks and got the smallest feed of them as a whole.
     untouched : lines whose feed could not be changed and is the programmed one.
+    passed : blocks that pass the reference anyway, worst first.
     """
 
     text: str
@@ -73,6 +75,21 @@ class ScheduleReport:
     note: str | None = None
     unsplit: tuple[int, ...] = ()
     untouched: tuple[int, ...] = ()
+    passed: tuple[Passed, ...] = ()
+
+
+class Passed(NamedTuple):
+    """A block of the written program whose load passes the reference. block : of the original; line : as written."""
+
+    block: int
+    line: int
+    load: float
+    reference: float
+
+    @property
+    def share(self) -> float:
+        """By how much, relative to the reference."""
+        return self.load / self.reference - 1.0
 
 
 def sample_count(feed: Feed, length_mm: float) -> int:
@@ -94,12 +111,30 @@ def reference_words(feed: Feed) -> str:
     return f"the largest {load} of a {piece} as programmed{peak}"
 
 
+def kept_words(passed: Sequence[Passed], unit: str) -> str:
+    """Whether the written program keeps its reference; else where it passes it, and by how much."""
+    if not passed:
+        return "Every block that was scheduled keeps the reference."
+    worst = passed[0]
+    count = "1 block passes" if len(passed) == 1 else f"{len(passed)} blocks pass"
+    return (
+        f"{count} the reference, at most by {100.0 * worst.share:.2g} % in block {worst.block} "
+        f"(line {worst.line} of the written program): {worst.load:.4g} {unit} instead of {worst.reference:.4g} {unit}; "
+        "the smallest feed, a machine limit or a line that cannot be changed keeps it there."
+    )
+
+
 def _said(note: str | None) -> str | None:
     return None if note is None else f"schedule: {note}"
 
 
 def compare(
-    feed: Feed, planned: Planned, written: Rewritten, blocks: Sequence[Block], after: pl.DataFrame
+    feed: Feed,
+    planned: Planned,
+    written: Rewritten,
+    blocks: Sequence[Block],
+    after: pl.DataFrame,
+    passed: Sequence[Passed] = (),
 ) -> tuple[pl.DataFrame, ScheduleReport]:
     """Rows of the rewritten program grouped to the original blocks.
 
@@ -149,6 +184,10 @@ def compare(
     inserted = (
         f", {schedule.inserted} blocks inserted (tau {feed.tau:g}, rule {feed.rule})"
         if feed.insert_blocks
+        else f", one feed for {feed.every_blocks} blocks in a row"
+        if feed.every_blocks
+        else f", one feed for every {feed.every_mm:g} mm"
+        if feed.every_mm
         else ""
     )
     goals = {tool: goal for tool, goal in schedule.references.items() if goal > 0.0}
@@ -166,7 +205,8 @@ def compare(
             f"{what} "
             f"(reference: {feed.reference}, {source}), between {feed.min_mm_min:g} and {feed.max_mm_min:g} mm/min"
             f"{inserted}. "
-            + "The written program was read back from its file and simulated again; the numbers are its own."
+            + "The written program was read back from its file and simulated again; the numbers are its own. "
+            + kept_words(passed, schedule.unit)
         ),
         limits=hit,
         tally=dict(Counter(hit.values())),
@@ -182,5 +222,6 @@ def compare(
         largest_block_mm3_min=largest,
         unsplit=tuple(sorted(set(written.unsplit) - set(written.untouched))),
         untouched=tuple(sorted(set(written.untouched))),
+        passed=tuple(passed),
     )
     return columns, report

@@ -19,6 +19,7 @@ from vmachining.job.paths import CutterPath, end_axis
 from vmachining.job.table import RowFile
 from vmachining.job.toolpath import Toolpath
 from vmachining.nc import Motion
+from vmachining.stock import StepStock, Stock
 from vmachining.tool import Profile
 
 __all__ = ["CHECKPOINT_SECONDS", "Progress", "Stage", "Stopped"]
@@ -36,8 +37,8 @@ Progress = Callable[[str, int, int], None]
 class Stopped(Exception):  # noqa: N818 - not an error: the user asked for it
     """The user asked to stop; everything up to here is on disk."""
 
-    def __init__(self, stage: str, done: int, total: int) -> None:
-        super().__init__(f"stopped after block {done} of {total} ({stage})")
+    def __init__(self, stage: str, done: int, total: int, what: str = "block") -> None:
+        super().__init__(f"stopped after {what} {done} of {total} ({stage})")
         self.stage, self.done, self.total = stage, done, total
 
 
@@ -98,6 +99,7 @@ class Stage:
     notes : {line: text} findings of the program to repeat beside the rows.
     contacts : checks rapids, shank and holder; None to skip them.
     save_every : s between checkpoints.
+    stock : raw; blocks near faces that triangles only stand for are not proven. None: it is what the engine cuts.
     sample_counts : number of equal parts that a path of a length (mm) is measured in; None: whole blocks.
     """
 
@@ -110,6 +112,7 @@ class Stage:
     contacts: Contacts | None
     sample_counts: Callable[[float], int] | None = None
     save_every: float = CHECKPOINT_SECONDS
+    stock: Stock | None = None
 
     def run(
         self,
@@ -181,6 +184,14 @@ class Stage:
                 order.warnings.append(contacts.cutting(tool, path))
         return order
 
+    def _curved(self, block: Block) -> bool:
+        """Whether the raw stock has faces near a block that its triangles differ from."""
+        if not isinstance(self.stock, StepStock) or not len(self.stock.curved):
+            return False
+        return any(
+            self.stock.slack_near(sweep.bounds) > 0.0 for sweep in self.toolpath.sweeps(block, self.tools)
+        )
+
     def _row(self, order: Ordered) -> dict[str, Any]:
         """The row of a block, once its orders are carried out."""
         block = order.block
@@ -220,7 +231,10 @@ class Stage:
             "removed_lo_mm3": removed.lo,
             "removed_hi_mm3": removed.hi,
             "engine": removed.engine or self.executor.engine,
+            "proven": removed.proven and not (removed.hi > 0.0 and self._curved(block)),
             "mrr_mm3_min": rate,
+            "spindle_rpm": self.toolpath.moves[block.members[-1]].spindle_rpm,
+            "coolant": self.toolpath.moves[block.members[-1]].coolant or None,
             "samples_mm3": " ".join(map(repr, order.samples)) or None,
             "warning": "; ".join(warnings) or None,
         }

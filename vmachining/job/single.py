@@ -9,19 +9,19 @@ from typing import Any, Literal
 
 from vmachining.engines.mesh import solid
 from vmachining.errors import EngineError, SweepError
-from vmachining.geometry import Bracket
+from vmachining.interval import Interval
 from vmachining.job.brep import note_of
 from vmachining.job.files import atomic_path
 from vmachining.sweep import Sweep
 from vmachining.tolerance import CHORD_MM
 
-__all__ = ["sweep_record", "swept_volume"]
+__all__ = ["SWEEP_SECONDS", "sweep_record", "swept_volume"]
 
 ROUNDING = 1e-9
 """Relative rounding of a mesh volume."""
 
-SWEEP_SECONDS = 300.0
-"""Limit of OCCT for one sweep."""
+SWEEP_SECONDS = 120.0
+"""Processor time of OCCT for the solid of one sweep; most take below ten."""
 
 BREP_REL = 1e-7
 """What spline faces within 1e-6 mm of the truth, and the integral over them, can change of a volume."""
@@ -31,7 +31,7 @@ Said = Callable[[str], None]
 """Told what is done now, for who waits."""
 
 
-def swept_volume(sweep: Sweep, chord: float = CHORD_MM, said: Said = lambda _: None) -> Bracket:
+def swept_volume(sweep: Sweep, chord: float = CHORD_MM, said: Said = lambda _: None) -> Interval:
     """Volume of a sweep, mm^3.
 
     Parameters
@@ -43,7 +43,7 @@ def swept_volume(sweep: Sweep, chord: float = CHORD_MM, said: Said = lambda _: N
 
     Returns
     -------
-    Bracket
+    Interval
         lo and hi are the volumes of the inner and the outer solid of the mesh engine. estimate is the closed
         form or flux integral where the sweep has one (`sweep.volume`), otherwise the volume of the fair solid,
         or the end of the bracket it lies beyond.
@@ -63,12 +63,12 @@ def swept_volume(sweep: Sweep, chord: float = CHORD_MM, said: Said = lambda _: N
         raise EngineError(f"the inner solid has {lo:.9g} mm3, the outer one {hi:.9g}", engine="mesh")
     if exact is None:  # the fair solid is a guess: it moves neither bound
         fair = _volume(sweep, chord, "fair", said)
-        return Bracket(min(lo, hi), min(max(fair, min(lo, hi)), hi), hi)
+        return Interval(min(lo, hi), min(max(fair, min(lo, hi)), hi), hi)
     if not lo - noise <= exact <= hi + noise:
         raise EngineError(
             f"the formula gives {exact:.9g} mm3, outside of [{lo:.9g}, {hi:.9g}]", engine="mesh"
         )
-    return Bracket(min(lo, exact), exact, max(hi, exact))
+    return Interval(min(lo, exact), exact, max(hi, exact))
 
 
 def _volume(sweep: Sweep, chord: float, side: Literal["inner", "fair", "outer"], said: Said) -> float:
@@ -83,23 +83,25 @@ def sweep_record(
     said: Said = lambda _: None,
     *,
     brep: bool = True,
+    seconds: float = SWEEP_SECONDS,
+    known: Callable[[Interval], None] = lambda _: None,
 ) -> dict[str, Any]:
     """What `vmachining sweep` prints: bracket, and the B-rep solid where there is one (else null and why).
 
-    OCCT works in a process of its own: whatever happens to it is told in `brep_note`. Where the sweep is a union
+    OCCT works in a separate process: whatever happens to it is reported in `brep_note`. Where the sweep is a union
     of several solids, `brep_mm3` is what booleans of them find that agrees with the bracket.
 
-    step : file to write the solids to. Where there are none, or the file does not read back the same,
+    step : file to write the solids to. Where none exist, or the file does not read back the same,
     `step_refused` says why and nothing is written; the other values stand.
     said : called before each of the long steps. brep : False: the bracket only, and no STEP file.
+    seconds : of a processor, for each thing that OCCT is asked: the solid, its booleans, the file.
+    known : called with the bracket before OCCT begins, which may take much longer.
 
-    Raises
-    ------
-    EngineError
-        As `swept_volume`.
+    Raises EngineError: As `swept_volume`.
     """
     begin = time.perf_counter()
     bracket = swept_volume(sweep, chord, said)
+    known(bracket)
     record: dict[str, Any] = {
         "volume_mm3": bracket.estimate, "lo_mm3": bracket.lo, "hi_mm3": bracket.hi,
         "brep_mm3": None, "brep_valid": None, "brep_faces": None, "brep_note": None,
@@ -109,16 +111,16 @@ def sweep_record(
     begin = time.perf_counter()
     if not brep:
         return record | {"brep_note": "not asked"}
-    said("B-rep solid, by OCCT in a process of its own")
-    record |= _from_brep(sweep, bracket)
+    said(f"B-rep solid, by OCCT in a separate process, within {seconds:g} s")
+    record |= _from_brep(sweep, bracket, seconds)
     record["seconds"]["brep"] = time.perf_counter() - begin
     if step is not None:
         said(f"writing {step.name}")
-        record["step_refused"] = _not_written(sweep, step, record)
+        record["step_refused"] = _not_written(sweep, step, record, seconds)
     return record
 
 
-def _not_written(sweep: Sweep, step: Path, record: Mapping[str, Any]) -> str | None:
+def _not_written(sweep: Sweep, step: Path, record: Mapping[str, Any], seconds: float) -> str | None:
     """Write the solids of a sweep; why not, or None."""
     from vmachining.engines import brep
 
@@ -127,18 +129,18 @@ def _not_written(sweep: Sweep, step: Path, record: Mapping[str, Any]) -> str | N
         return f"no B-rep solid to write: {record['brep_note']}"
     try:
         with atomic_path(step) as temporary:
-            brep.isolated(brep.write_sweep, temporary, sweep, seconds=SWEEP_SECONDS)
+            brep.isolated(brep.write_sweep, temporary, sweep, seconds=seconds)
     except (SweepError, EngineError) as exc:
         return str(exc)
     return None
 
 
-def _from_brep(sweep: Sweep, bracket: Bracket) -> dict[str, Any]:
+def _from_brep(sweep: Sweep, bracket: Interval, seconds: float) -> dict[str, Any]:
     """The columns brep_*."""
     from vmachining.engines import brep
 
     try:
-        described = brep.isolated(brep.described, sweep, seconds=SWEEP_SECONDS)
+        described = brep.isolated(brep.described, sweep, seconds=seconds)
     except (SweepError, EngineError) as exc:
         return {"brep_note": str(exc)}
     record = {
@@ -155,7 +157,7 @@ def _from_brep(sweep: Sweep, bracket: Bracket) -> dict[str, Any]:
         return record | {"brep_mm3": found}
     (x, y, z), (a, b, c) = (sweep.bounds + [[-1.0], [1.0]]).tolist()
     around = brep.Blank("box", (x, y, z), (a, b, c))
-    ((_, verdict),) = brep.check_blocks(around, [[sweep]], {0: bracket}, seconds=SWEEP_SECONDS)
+    ((_, verdict),) = brep.check_blocks(around, [[sweep]], {0: bracket}, seconds=seconds)
     note = f"the sweep is a union of {len(described.solids)} solids"
     return record | {
         "brep_mm3": verdict.removed_mm3,

@@ -1,12 +1,12 @@
 """A job file from a program: what the program says is written down, what it does not say is marked.
 
-1. The dialect is the first in which the program reads without errors; G20 and G21 give the unit.
+1. The dialect is recognised; the program gives the unit, or what speaks for one, which is a guess then.
 2. Tools are those that cut; their shapes come from comments (`vmachining.nc.toolcomments`). A diameter that nobody
    gives is left open, and the run asks for it: an invented one would make numbers that look like results.
 3. The stock is a box around everything that feed motions sweep, with an allowance: a guess, and called one.
 4. Where axes turn, the machine is the first preset that has them: a guess as well.
 
-Every line that is a guess says GUESS behind it, every value that is missing MUST BE GIVEN.
+Every line that is a guess says GUESS after it, every value that is missing MUST BE GIVEN.
 """
 
 from __future__ import annotations
@@ -14,9 +14,11 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -26,16 +28,20 @@ from vmachining.job.jobfile import MM_PER_INCH
 from vmachining.job.paths import move_path, settled
 from vmachining.machine import Machine, load, with_axes
 from vmachining.nc import (
-    DIALECTS,
+    MAX_BYTES,
     Motion,
     Program,
     ToolEntry,
     decode_program,
+    is_g_code,
     lex_line,
     parse_program,
     split_lines,
 )
+from vmachining.nc.stockcomments import placed, stock_note
 from vmachining.nc.toolcomments import ToolNote, cutter_notes, tool_notes
+from vmachining.nc.toollibrary import read_tool_library
+from vmachining.nc.units import unit_of
 from vmachining.sweep import Turn
 
 __all__ = ["Draft", "draft_job"]
@@ -43,12 +49,19 @@ __all__ = ["Draft", "draft_job"]
 ALLOWANCE_MM = 2.0
 """Around what the tools sweep, on each side and below."""
 
+CONTOUR_MM = 1e-3
+"""Diameter that stands for one that nobody tells, where nothing else is known of the path."""
+
 HOME_ABOVE_MM = 50.0
+_SIDES = re.compile(r"^[^(;]*G4[12](?![0-9.])", re.IGNORECASE)
 SAMPLES = 17
 """Places along a five-axis motion that its extent is taken from."""
 
 DRILL_DEG, CHAMFER_DEG = 118.0, 45.0
 """Tip angle of a standard twist drill, half angle of a standard chamfer mill (ISO 5419, DIN 6518)."""
+
+_TOOL_CALL = re.compile(r"TOOL CALL[ \t]+(?=\d)", re.IGNORECASE)
+_CALLED = re.compile(r"[ \t]*\d*[ \t]*TOOL CALL[ \t]+(\d{1,6})\b", re.IGNORECASE)
 
 IDLE = (Motion.RAPID, Motion.DWELL)
 GUESS, OPEN = "GUESS", "MUST BE GIVEN"
@@ -70,12 +83,15 @@ class Draft:
     errors: tuple[str, ...]
 
 
-def draft_job(program: Path, folder: Path, dialect: str | None = None) -> Draft:
+def draft_job(
+    program: Path, folder: Path, dialect: str | None = None, *, units: str = "", library: Path | None = None
+) -> Draft:
     """The job file of a program, as it would lie in `folder`.
 
     Parameters
     ----------
-    dialect : None: found out.
+    dialect : None: recognised. units : "mm" or "inch", where the program names none. library : tools, in a format of
+        `vmachining.nc.toollibrary`; comments of the program say what it does not.
 
     Raises
     ------
@@ -83,65 +99,103 @@ def draft_job(program: Path, folder: Path, dialect: str | None = None) -> Draft:
         The program cannot be read, is written for another control, or has no feed motion.
     """
     try:
-        data = program.read_bytes()
+        with program.open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
     except OSError as exc:
         raise NCError(f"cannot read the program: {exc.strerror or exc}", file=str(program)) from exc
     lines = split_lines(decode_program(data, str(program)))
-    read, tables = _read(data, program, lines, dialect)
+    options = {"rotary": "ABC", "subroutines": (program.parent,), "units": units}
+    read, tables, entry = _read(data, program, lines, dialect, options, library)
     foreign = next((found for found in read.errors if found.code == "E211"), None)
     if foreign is not None:
         read.require_clean(allow={found.code for found in read.errors} - {"E211"})
     unit = _unit(read, lines)
     cutting = [move for move in read.moves if move.motion not in IDLE]
     if not cutting:
-        first = next((found for found in read.errors if found.code != "E401"), None)
-        if first is not None:
-            read.require_clean(allow={"E401"})
+        if read.errors:
+            read.require_clean()
         raise NCError("no feed motion: nothing is cut", file=str(program), remedy="is it the right file?")
-    return _Writer(read, lines, unit, tables, program, folder).draft()
+    return _Writer(read, lines, unit, tables, program, folder, entry).draft()
+
+
+def _wrong(program: Program) -> int:
+    """Errors but for what only tools or the end of the file lack."""
+    return sum(found.code != "E351" for found in program.errors)
 
 
 def _read(
-    data: bytes, path: Path, lines: Sequence[str], dialect: str | None
-) -> tuple[Program, dict[int, ToolNote]]:
-    """The program in its dialect, read with the tools of its comments."""
-    best: Program | None = None
-    for name in (dialect,) if dialect is not None else DIALECTS:
-        read = parse_program(data, str(path), dialect=name, rotary="ABC", subroutines=(path.parent,))
-        wrong = [found for found in read.errors if found.code not in ("E401", "E351")]
-        if best is None or len(wrong) < len([f for f in best.errors if f.code not in ("E401", "E351")]):
-            best = read
-        if not wrong:
-            break
-    assert best is not None
-    numbers = sorted({move.tool or 1 for move in best.moves} | _called(lines, best.dialect))
+    data: bytes, path: Path, lines: Sequence[str], dialect: str | None, options: dict[str, Any],
+    library: Path | None,
+) -> tuple[Program, dict[int, ToolNote], str]:  # fmt: skip
+    """The program in its dialect, read with its tools, from the home that the job will name; and its crc_entry."""
+    best = parse_program(data, str(path), dialect=dialect or "auto", **options)
+    if dialect is None and best.dialect in ("iso", "fanuc") and _wrong(best):
+        other = parse_program(data, str(path), dialect="mts", **options)
+        best = other if _wrong(other) == 0 else best
+    called = _called(lines, best.dialect) | set(best.told.tools)
+    numbers = sorted({move.tool or 1 for move in best.moves} | called)
     scale = MM_PER_INCH if _unit(best, lines) == "inch" else 1.0
+    if not is_g_code(best.dialect) and best.dialect != "apt":
+        lines = [_TOOL_CALL.sub("T", line) for line in lines]
     notes = cutter_notes(lines, scale) if best.dialect == "apt" else tool_notes(lines, numbers, scale)
+    for number, name in best.told.names.items():
+        if number not in notes:
+            notes |= tool_notes([f"(T{number} {name})"], [number], 1.0)
+    for number, radius in best.told.radii.items():
+        if number not in notes and radius > 0.0:
+            notes[number] = ToolNote(1, "the program gives the radius", None, 2.0 * radius, None, None)
+    for number, own in (read_tool_library(library, scale) if library is not None else {}).items():
+        said = {key: value for key, value in own._asdict().items() if value is not None and key != "line"}
+        notes[number] = notes[number]._replace(**said) if number in notes else own
     table = {
-        number: ToolEntry(number, note.diameter_mm if (note := notes.get(number)) and note.diameter_mm else math.nan, 0.0)
+        number: ToolEntry(
+            number, (note and note.diameter_mm) or math.nan, 0.0, flutes=(note and note.flutes) or 0
+        )
         for number in numbers
-    }  # fmt: skip
-    again = parse_program(
-        data, str(path), dialect=best.dialect, rotary="ABC", tools=table, subroutines=(path.parent,)
-    )
-    return again, notes
+        for note in [notes.get(number)]
+    }
+    home = 0.0, 0.0, _home(best, _unit(best, lines) or "mm")
+    given = {**options, "tools": table, "home": home, "dialect": best.dialect}
+    again = parse_program(data, str(path), **given)
+    if again.told.unit == "" and best.told.unit:
+        given["units"] = best.told.unit
+        again = parse_program(data, str(path), **given)
+    if _wrong(again) < len(again.errors) and all(move.motion in IDLE for move in again.moves):
+        # all that cuts is beside a radius that nobody tells: what follows is drafted about the contour
+        given["tools"] = {
+            k: tool._replace(diameter_mm=CONTOUR_MM) if math.isnan(tool.diameter_mm) else tool
+            for k, tool in table.items()
+        }
+        again = parse_program(data, str(path), **given)
+    if any(found.code in ("E353", "E355") for found in again.errors) and is_g_code(again.dialect):
+        other = parse_program(data, str(path), **given, crc_entry="next")
+        if _wrong(other) < _wrong(again):
+            return other, notes, "next"
+    return again, notes, "prev"
+
+
+def _home(program: Program, unit: str) -> float:
+    """A round level above everything, mm: where the tool starts, and G28 goes."""
+    heights = [float(move.start[2]) for move in program.moves[1:]]
+    heights += [float(move.end[2]) for move in program.moves if move.motion not in IDLE]
+    step = 10.0 if unit == "mm" else MM_PER_INCH
+    return math.ceil(max(100.0, max(heights, default=0.0) + HOME_ABOVE_MM) / step - 1e-9) * step
 
 
 def _called(lines: Sequence[str], dialect: str) -> set[int]:
     """Numbers of T words, so that tools of offsets (G43 H, D) are in the table as well."""
-    if dialect not in ("iso", "mts"):
-        return {1}
+    if not is_g_code(dialect):
+        return {1} | {int(found[1]) for line in lines if (found := _CALLED.match(line))}
     words = (word for line in lines if "T" in line.upper() for word in lex_line(line).words)
     return {int(word.value) for word in words if word.letter == "T" and word.value and word.value >= 1.0}
 
 
 def _unit(program: Program, lines: Sequence[str]) -> str:
     """mm, inch, or "" where the program does not say."""
+    if program.told.unit:
+        return program.told.unit
     if program.dialect == "poses":
         return "mm"
-    if program.dialect == "apt":
-        text = "\n".join(lines).upper().replace(" ", "")
-        return "inch" if "UNITS/IN" in text else "mm" if "UNITS/MM" in text else ""
     for line in lines:
         if "2" not in line:
             continue
@@ -155,9 +209,10 @@ class _Writer:
     """Lines of the file, and what they leave open."""
 
     def __init__(
-        self, program: Program, lines: Sequence[str], unit: str, notes: dict[int, ToolNote], path: Path, folder: Path
+        self, program: Program, lines: Sequence[str], unit: str, notes: dict[int, ToolNote], path: Path, folder: Path,
+        entry: str,
     ) -> None:  # fmt: skip
-        self.notes, self.path, self.folder = notes, path, folder
+        self.notes, self.path, self.folder, self.entry = notes, path, folder, entry
         self.unit, self.scale = unit or "mm", MM_PER_INCH if unit == "inch" else 1.0
         self.guesses: list[str] = []
         self.open: list[str] = []
@@ -167,7 +222,7 @@ class _Writer:
         self.presets = with_axes(self.letters) if self.letters else []
         self.machine: Machine | None = load(self.presets[0]) if self.presets else None
         self.errors = [
-            f"line {f.line}: {f.code} {f.message}" for f in program.errors if f.code not in ("E401", "E351")
+            f"line {f.line}: {f.code} {f.message}" for f in program.errors if f.code not in ("W401", "E351")
         ]
         try:
             program = settled(program, self.machine)
@@ -192,12 +247,12 @@ class _Writer:
         """The whole file."""
         low, high = self.extent()
         parts = [
-            f"# Job of {self.path.name}, made by vmachining init. Lines with {GUESS} or {OPEN} want your eye.",
+            f"# Job of {self.path.name}, made by vmachining init. Lines with {GUESS} or {OPEN} need your eye.",
             "",
             f"name = {_text(self.path.stem)}",
             self.units(),
             "",
-            *self.program_table(high),
+            *self.program_table(),
             "",
             *self.machine_table(),
         ]
@@ -212,23 +267,26 @@ class _Writer:
     def units(self) -> str:
         """Of the lengths below whose keys name no unit."""
         line = f'units = "{self.unit}"'
-        if not self.said_unit:
-            return self.guess(line, "the program names no unit, so it is read in mm")
+        if not self.said_unit or self.program.told.inferred:
+            why = unit_of(self.lines).why if self.unit else ""
+            return self.guess(line, "no word of the program names it" + (f"; {why}" if why else ""))
         return f"{line}   # of the stock and of home; as in the program"
 
-    def program_table(self, high: Floats) -> list[str]:
+    def program_table(self) -> list[str]:
         """[program]"""
         out = ["[program]", f"file = {_text(os.path.relpath(self.path, self.folder))}"]
         out.append(f'dialect = "{self.program.dialect}"')
-        top = (
-            max(float(move.start[2]) for move in self.program.moves[1:])
-            if len(self.program.moves) > 1
-            else 0.0
-        )
-        step = 10.0 if self.unit == "mm" else MM_PER_INCH
-        level = math.ceil(max(100.0, max(top, float(high[2])) + HOME_ABOVE_MM) / step) * step
+        if self.program.told.inferred:
+            out.append(self.guess(f'units = "{self.unit}"', "no word of the program names it"))
+        level = float(self.program.moves[0].start[2]) if self.program.moves else 100.0
         home = [0.0, 0.0, level / self.scale]
         out.append(self.guess(f"home = {_numbers(home)}", "where the tool starts, and G28 goes"))
+        sides = next((k for k, line in enumerate(self.lines, 1) if _SIDES.search(line)), None)
+        if sides is not None and is_g_code(self.program.dialect):
+            other = 'if entries gouge (E355): "next"' if self.entry == "prev" else 'with "prev" entries gouge'
+            out.append(
+                self.guess(f'crc_entry = "{self.entry}"', f"line {sides} compensates the radius; {other}")
+            )
         if any(found.code == "W335" for found in self.program.findings):
             out.append(self.guess('dwell = "ms"', "dwells would last for minutes in seconds"))
         return [*out, *(f"# a run refuses this program: {error}" for error in self.errors[:3])]
@@ -271,8 +329,32 @@ class _Writer:
         places = np.array(points)
         return places.min(axis=0), places.max(axis=0)
 
+    def told_stock(self, low: Floats, high: Floats) -> str | None:
+        """The stock that words or comments of the program give; low, high : extent of the feed motions, mm."""
+        told, where, sure = self.program.told.stock, "as the program says", True
+        if told is None:
+            note, first = stock_note(self.lines, self.scale), self.cutting[0]
+            if note is None:
+                return None
+            # comments count from the zero of the program, which G92 and offsets shift
+            shift = np.subtract(first.end, first.end_program) * (first.rotation_deg == 0.0)
+            *corners, sure = placed(note, *((v - shift).tolist() for v in (low, high)))
+            box = {key: np.add(v, shift).tolist() for key, v in zip(("min", "max"), corners, strict=True)}
+            told, where = {"box": box}, f"line {note.line}: ({note.text})"
+            if not sure:
+                where += ", laid at the zero where it holds most of the motion"
+        ((shape, keys),) = told.items()
+        line = f"{shape} = {{ {', '.join(f'{k} = {_lengths(v, self.scale)}' for k, v in keys.items())} }}"
+        if shape == "box" and not all(
+            map(lambda p, q, a, b: a < q and b > p, keys["min"], keys["max"], low, high)
+        ):
+            where, sure = f"{where}, but no feed motion comes near it", False
+        return f"{line}   # {where}" if sure else self.guess(line, where)
+
     def stock_table(self, low: Floats, high: Floats) -> list[str]:
-        """[stock]: around the sweep of all tools; its top is zero where the program cuts below zero."""
+        """[stock]: what the program gives, else around the sweep of all tools, its top at zero if it cuts below."""
+        if (said := self.told_stock(low, high)) is not None:
+            return ["[stock]", said]
         radius = max((note.diameter_mm or 0.0 for note in self.notes.values()), default=0.0) / 2.0
         reach = radius + ALLOWANCE_MM
         lost = [n for n in self.tools if n not in self.notes or self.notes[n].diameter_mm is None]
@@ -280,10 +362,15 @@ class _Writer:
         below = low - [reach, reach, ALLOWANCE_MM]
         above = high + [reach, reach, 0.0]
         why = "around what the tools sweep"
-        if self.letters or self.program.dialect in ("apt", "poses"):
+        first_cut = self.cutting[0]
+        zero = (
+            first_cut.end[2] - first_cut.end_program[2] if first_cut.rotation_deg == 0.0 else 0.0
+        )  # G92, G54
+        tilted = any(m.axis_end is not None and m.axis_end != (0.0, 0.0, 1.0) for m in self.cutting)
+        if self.letters or tilted or self.program.dialect == "poses":
             above[2] += ALLOWANCE_MM
-        elif low[2] < 0.0:
-            above[2], why = 0.0, f"{why}, with its top at zero"
+        elif low[2] < zero:
+            above[2], why = zero, f"{why}, with its top at zero"
         else:
             side = [
                 m for m in self.cutting if math.dist(m.start[:2], m.end[:2]) > 0.0 or m.center is not None
@@ -318,37 +405,44 @@ class _Writer:
         else:
             assert note is not None
             length = max(length, 10.0 * math.ceil(0.4 * diameter))
-            out += self.shape(note, diameter, length)
-        if not any(line.startswith("profile") for line in out):
-            out.append(
-                self.guess(
-                    f"length_mm = {length:g}", f"length of tool {number}, which the program does not tell"
+            if note.kind in ("drill", "chamfer"):  # the cone of a narrow tip
+                half = (
+                    0.5 * (note.angle_deg or DRILL_DEG)
+                    if note.kind == "drill"
+                    else note.angle_deg or CHAMFER_DEG
                 )
-            )
+                half = min(max(half, 1.0), 90.0)
+                length = max(length, 10.0 * math.ceil(0.1 * diameter / math.tan(math.radians(half))))
+            out += self.shape(note, diameter, length)
+        why = f"length of tool {number}, which the program does not tell"
+        told = note.length_mm if note is not None else None
+        out.append(self.guess(f"length_mm = {length:g}", why) if told is None else f"length_mm = {told:.9g}")
         out += [
             "# flute_length_mm = 20   # without it, shank and holder cannot be checked against the stock",
             "# shank_diameter_mm = 10",
             "# holder = [[20, 60], [25, 100]]   # [r, z] from the tip up",
-            "# flutes = 2",
+            f"flutes = {note.flutes}"
+            if note is not None and note.flutes
+            else "# flutes =    # how many? chip thickness and force need it",
         ]
         return out
 
     def shape(self, note: ToolNote, diameter: float, length: float) -> list[str]:
         """Keys of a cutter whose diameter is known."""
         corner, size = note.corner_mm, f"diameter_mm = {diameter:.9g}"
+        if note.text.endswith(".tbl"):
+            size = self.guess(size, f"the table names no unit: taken in that of the program, {self.unit}")
         if note.kind in ("drill", "chamfer"):
-            half = note.angle_deg
-            if half is not None and note.kind == "drill":
-                half /= 2.0
-            what, usual = ("tip", DRILL_DEG / 2) if note.kind == "drill" else ("cone", CHAMFER_DEG)
-            tip = 0.5 * diameter / math.tan(math.radians(half if half and half < 90.0 else usual))
-            points = [(0.0, 0.0), (diameter / 2, tip), (diameter / 2, max(length, tip + diameter))]
-            rows = ", ".join(_numbers([r / self.scale, z / self.scale]) for r, z in points)
-            line = f"profile = [{rows}]"
-            kind = f'type = "profile"   # a {note.kind}, D {diameter:.9g} mm'
-            if half is None:
-                return [kind, self.guess(line, f"{what} of {2 * usual:g} degrees, and the length")]
-            return [kind, self.guess(line, "the length")]
+            angle, usual = note.angle_deg, DRILL_DEG if note.kind == "drill" else 2.0 * CHAMFER_DEG
+            if angle is not None and note.kind == "chamfer":
+                angle *= 2.0
+            kind = 'type = "drill"' + ("" if note.kind == "drill" else f"   # a {note.kind}")
+            if angle is not None and 0.0 < angle <= 180.0:
+                return [kind, size, f"tip_deg = {angle:.9g}"]
+            return [kind, size, self.guess(f"tip_deg = {usual:g}", "the usual angle of such a tool")]
+        if note.kind == "taper" and note.angle_deg is not None and 0.0 < note.angle_deg < 90.0:
+            round_tip = [f"corner_radius_mm = {corner:.9g}"] if corner else []
+            return ['type = "taper"', size, f"taper_deg = {note.angle_deg:.9g}", *round_tip]
         if corner is not None and corner > 0.0 and abs(corner - diameter / 2) <= 1e-3 * diameter:
             return ['type = "ball"', size]
         if corner is not None and 0.0 < corner < diameter / 2 and note.kind != "ball":
@@ -363,6 +457,8 @@ class _Writer:
         if note.kind == "flat" or corner == 0.0:
             return ['type = "flat"', size]
         said = f"a {note.kind}, taken as a cylinder" if note.kind else "no comment tells the shape"
+        if note.line == 0 and not note.kind:
+            said = f"the library has '{note.text}', no shape that is known here: taken as a cylinder"
         return [self.guess('type = "flat"', said), size]
 
     def rest(self) -> list[str]:
@@ -378,6 +474,10 @@ class _Writer:
 def _text(value: str) -> str:
     """A TOML string."""
     return json.dumps(value, ensure_ascii=False)
+
+
+def _lengths(value: float | Sequence[float], scale: float) -> str:
+    return f"{value / scale:.9g}" if isinstance(value, float) else _numbers([v / scale for v in value])
 
 
 def _numbers(values: Sequence[float]) -> str:

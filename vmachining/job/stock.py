@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import zipfile
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from vmachining.stock import (
     StepStock,
     Stock,
     Triangles,
+    _kernels,
     closed_mesh,
     read_mesh,
 )
@@ -29,11 +31,10 @@ __all__ = [
     "check_formats",
     "design_mesh",
     "raw_stock",
-    "volume_of",
     "write_stock",
 ]
 
-STOCK_FORMATS = ("stl", "3mf", "step")
+STOCK_FORMATS = ("stl", "3mf", "glb", "step")
 
 XML = '<?xml version="1.0" encoding="UTF-8"?>\n'
 CONTENT_TYPES = (
@@ -67,10 +68,7 @@ RAYS = 64
 def raw_stock(job: Job) -> Stock:
     """The stock of a job, mm.
 
-    Raises
-    ------
-    StockError
-        Not a closed solid, or a file that cannot be read; names the file, or line and key of the job.
+    Raises StockError: Not a closed solid, or a file that cannot be read; names the file, or line and key of the job.
     """
     keys, scale = job.keys.stock, job.scale
     chord = job.keys.accuracy.chord_mm
@@ -85,30 +83,32 @@ def raw_stock(job: Job) -> Stock:
     except StockError as exc:
         raise StockError(exc.message, **job.where("stock"), remedy=exc.remedy) from exc
     path = job.stock_path
-    assert path is not None  # the model wants exactly one of four
+    assert path is not None  # the model needs exactly one of four
     try:
         if keys.stl is not None:
             mesh = read_mesh(path, scale=scale)
             _refuse_overlap(mesh, path)
             return mesh
-        from vmachining.engines.brep import read_step  # OCCT takes seconds to load: only for who asks
-
-        solid = read_step(path, chord)
-        mesh = closed_mesh(solid.vertices, solid.triangles, source=str(path))
+        return step_stock(path, chord)
     except StockError as exc:
         remedy = exc.remedy or "is it the right file? export the stock again, as one closed solid"
         raise StockError(exc.message, file=exc.file, remedy=remedy) from exc
+
+
+def step_stock(path: Path, chord: float) -> StepStock:
+    """The solid of a STEP file, curved faces within `chord` (mm). Raises StockError where it holds no single solid."""
+    from vmachining.engines.brep import read_step  # OCCT takes seconds to load: only for who asks
+
+    solid = read_step(path, chord)
+    mesh = closed_mesh(solid.vertices, solid.triangles, source=str(path))
     corners = solid.vertices[solid.triangles[solid.curved]]
     return StepStock(mesh, file=str(path), exact_mm3=solid.volume, curved=corners, chord=chord)
 
 
 def design_mesh(job: Job) -> MeshStock | None:
-    """The part that a job wants, mm, None if it names none; curved STEP faces within chord_mm.
+    """The part as designed, mm, None if the job names none; curved STEP faces within chord_mm.
 
-    Raises
-    ------
-    StockError
-        Not a closed solid, or a file that cannot be read; names the file.
+    Raises StockError: Not a closed solid, or a file that cannot be read; names the file.
     """
     path, keys = job.design_path, job.keys.design
     if path is None or keys is None:
@@ -157,12 +157,9 @@ def _refuse_overlap(stock: MeshStock, path: Path) -> None:
 
 
 def check_formats(text: str) -> tuple[str, ...]:
-    """Formats of `--stock stl,3mf,step`.
+    """Formats of `--stock stl,3mf,glb,step`.
 
-    Raises
-    ------
-    InputError
-        A format this version does not write.
+    Raises InputError: A format this version does not write.
     """
     formats = tuple(part.strip().lower() for part in text.split(",") if part.strip())
     for name in formats:
@@ -172,22 +169,24 @@ def check_formats(text: str) -> tuple[str, ...]:
 
 
 def write_stock(mesh: Triangles, path: Path, block: Ints | None = None) -> float:
-    """Write triangles (mm) as one closed solid, by suffix: .stl (binary, 32-bit) or .3mf (to 1e-7 mm).
+    """Write triangles (mm) as one closed solid, by suffix: .stl (binary, 32-bit), .3mf (to 1e-7 mm) or .glb (glTF, 32-bit).
 
     Every edge of a closed surface has two triangles in the file, see `twofold`. Returns the volume (mm^3) inside the
     triangles as they are written: 32 bits hold 1e4 mm to a thousandth, and a large face moves with its corners.
 
     block : (m,) that cut each triangle, -1 of the raw stock: its colour in the file, see `block_colors`; None: no colours.
     """
-    rounded, ulp = (_single, 2.0**-24) if path.suffix == ".stl" else (_decimal, 0.0)
+    rounded, ulp = (_decimal, 0.0) if path.suffix == ".3mf" else (_single, 2.0**-24)
     vertices, triangles, source = twofold_from(*mesh, rounded, ulp)
     owner = None if block is None else block[source]
     with atomic_path(path) as temporary:
         if path.suffix == ".stl":
             temporary.write_bytes(_stl(vertices, triangles, owner))
+        elif path.suffix == ".glb":
+            temporary.write_bytes(_glb(vertices, triangles, owner))
         else:
             _write_3mf(temporary, vertices, triangles, owner)
-    return volume_of(Triangles(vertices, triangles))
+    return Triangles(vertices, triangles).volume
 
 
 def block_colors(block: Ints) -> Ints:
@@ -196,13 +195,6 @@ def block_colors(block: Ints) -> Ints:
     tint = np.clip(np.abs(np.mod(hue[:, None] * 6.0 + [0.0, 4.0, 2.0], 6.0) - 3.0) - 1.0, 0.0, 1.0)
     rgb = np.where(block[:, None] < 0, 0.72, 0.35 + 0.55 * tint)
     return np.rint(255.0 * rgb).astype(np.int64)
-
-
-def volume_of(mesh: Triangles) -> float:
-    """mm^3 inside closed triangles."""
-    corners = mesh.vertices[mesh.triangles]
-    a, b, c = (corners - mesh.vertices.mean(axis=0)).transpose(1, 0, 2)
-    return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
 
 
 def _single(points: Floats) -> Floats:
@@ -215,18 +207,47 @@ def _decimal(points: Floats) -> Floats:
 
 def _stl(vertices: Floats, triangles: Ints, block: Ints | None = None) -> bytes:
     """Binary STL: 80 bytes of header, a count, and 50 bytes per facet; colours of 15 bits as VisCAM and MeshLab read them."""
-    corners = vertices[triangles]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    size = np.linalg.norm(normal, axis=1, keepdims=True)
-    facets = np.zeros(
-        len(triangles), dtype=[("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("attribute", "<u2")]
-    )
-    facets["normal"] = np.divide(normal, size, out=np.zeros_like(normal), where=size > 0)
-    facets["corner"] = corners
+    facets = np.zeros(len(triangles), dtype=[("normal and corners", "<f4", 12), ("attribute", "<u2")])
+    numbers = np.empty((len(triangles), 12), dtype=np.float32)
+    _kernels.facets(vertices, np.ascontiguousarray(triangles), numbers)
+    facets["normal and corners"] = numbers
     if block is not None:
-        red, green, blue = (block_colors(block) >> 3).T
-        facets["attribute"] = 0x8000 | red << 10 | green << 5 | blue
+        red, green, blue = (block_colors(np.arange(-1, block.max(initial=-1) + 1)) >> 3).T
+        facets["attribute"] = (0x8000 | red << 10 | green << 5 | blue)[block + 1]
     return b"vmachining, mm".ljust(80) + len(triangles).to_bytes(4, "little") + facets.tobytes()
+
+
+def _glb(vertices: Floats, triangles: Ints, block: Ints | None) -> bytes:
+    """Binary glTF 2.0: every triangle with corners of its own, so that viewers shade it flat and faces have one colour.
+
+    Its unit is the metre and its second axis stands upright; a node turns and scales the coordinates, which stay in mm.
+    """
+    corners = vertices[triangles].reshape(-1, 3).astype("<f4")
+    color = np.full((len(triangles), 4), 255, dtype=np.uint8)
+    color[:, :3] = block_colors(np.full(len(triangles), -1) if block is None else block)
+    data = corners.tobytes() + np.repeat(color, 3, axis=0).tobytes()
+    turn = [0.001, 0, 0, 0, 0, 0, -0.001, 0, 0, 0.001, 0, 0, 0, 0, 0, 1]  # columns: x, -z, y
+    low, high = (corners.min(axis=0), corners.max(axis=0)) if len(corners) else (np.zeros(3), np.zeros(3))
+    head = json.dumps(
+        {
+            "asset": {"version": "2.0", "generator": "vmachining"}, "scene": 0, "scenes": [{"nodes": [0]}],
+            "nodes": [{"mesh": 0, "matrix": turn, "name": "workpiece"}], "buffers": [{"byteLength": len(data)}],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "COLOR_0": 1}, "material": 0}]}],
+            "materials": [{"pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 0.8}}],
+            "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": corners.nbytes, "target": 34962},
+                            {"buffer": 0, "byteOffset": corners.nbytes, "byteLength": 4 * len(corners), "target": 34962}],
+            "accessors": [
+                {"bufferView": 0, "componentType": 5126, "count": len(corners), "type": "VEC3", "min": low.tolist(),
+                 "max": high.tolist()},
+                {"bufferView": 1, "componentType": 5121, "normalized": True, "count": len(corners), "type": "VEC4"},
+            ],
+        },
+        separators=(",", ":"),
+    ).encode()  # fmt: skip
+    head += b" " * (-len(head) % 4)
+    parts = ((b"JSON", head), (b"BIN\0", data))
+    body = b"".join(len(part).to_bytes(4, "little") + kind + part for kind, part in parts)
+    return b"glTF" + (2).to_bytes(4, "little") + (12 + len(body)).to_bytes(4, "little") + body
 
 
 def _write_3mf(path: Path, vertices: Floats, triangles: Ints, block: Ints | None = None) -> None:

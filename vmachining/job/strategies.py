@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -28,10 +28,13 @@ from vmachining.feed import (
     schedulable,
 )
 from vmachining.job.blocks import Block
-from vmachining.job.engagement_columns import Stations
 from vmachining.job.model import Feed
+from vmachining.job.paths import end_axis
+from vmachining.job.stations import Stations
 from vmachining.job.table import read_samples
+from vmachining.job.toolpath import Toolpath
 from vmachining.nc import Motion, Program
+from vmachining.tolerance import LENGTH_EPS_MM
 
 __all__ = ["LOADS", "PROGRAMMED", "Planned", "loads_of", "plan", "row_of", "strategies"]
 
@@ -40,6 +43,9 @@ LOADS = ("volume", "chip_area", "force")
 
 PROGRAMMED = "as programmed"
 """Name of the row of the original feeds."""
+
+PLUNGE = math.radians(45.0)
+"""Angle to the tool axis within which a straight move down is a plunge; ramps and helices are flatter."""
 
 Loads = dict[str, tuple[float | None, float | None]]
 """Peak and relative spread by load; None where nothing is known."""
@@ -61,11 +67,14 @@ class Planned:
     notes: dict[int, str]
     infeasible: str | None = None
 
+    def with_schedule(self, name: str, schedule: Schedule) -> Planned:
+        """The same with another schedule of the strategy that was asked for."""
+        return replace(self, schedule=schedule, plans={**self.plans, name: schedule})
+
 
 def plan(
     feed: Feed,
-    program: Program,
-    blocks: Sequence[Block],
+    toolpath: Toolpath,
     table: pl.DataFrame,
     partial: Path,
     caps: Floats,
@@ -75,41 +84,40 @@ def plan(
 ) -> Planned:
     """The schedule of a simulated program, and those of the other strategies.
 
-    Parameters
-    ----------
     table : the rows of the first simulation; partial : their file, which also has the samples.
     caps : (moves,) mm/min, of the machine.
     stations : of the same program. every : whether all strategies may divide blocks, and not only the one asked for:
     volumes and stations are there for each of them.
-
-    Raises
-    ------
-    FeedError
-        No schedule exists, e.g. nothing cuts and no reference is given, no part can meet the reference, or the strategy
-        wants what the job does not say.
+    Raises FeedError: No schedule exists, e.g. nothing cuts and no reference is given, no part can meet the reference,
+        or the strategy needs what the job does not say.
     """
+    program, blocks = toolpath.program, toolpath.blocks
     kinds = np.array([str(_kind(program, block)) for block in blocks])
     notes: dict[int, str] = {}
     if feed.strategy != "volume":
         kinds, notes = _without_unknown(feed, kinds, stations)
+    feeds = table["feed_mm_min"].fill_null(float("nan")).to_numpy()
+    largest = np.array([min(float(caps[i]) for i in block.moves) for block in blocks])
+    down = np.array([_plunges(toolpath, block) for block in blocks], dtype=np.bool_)
+    # the limit of a plunge is the one given, or the feed that its program gives it
+    most = feeds if feed.plunge_max_mm_min is None else np.full(len(feeds), feed.plunge_max_mm_min)
+    largest = np.where(down & np.isfinite(most), np.minimum(largest, most), largest)
     rows = FeedBlocks(
         line=[block.line for block in blocks],
         kind=kinds,
         length_mm=table["length_mm"].to_numpy(),
-        feed_mm_min=table["feed_mm_min"].fill_null(float("nan")).to_numpy(),
+        feed_mm_min=feeds,
         volume_mm3=table["removed_mm3"].to_numpy(),
         volume_hi_mm3=table["removed_hi_mm3"].to_numpy(),
-        cap_mm_min=np.array([min(float(caps[i]) for i in block.moves) for block in blocks]),
+        cap_mm_min=largest,
         tool=[block.tool for block in blocks],
+        plunge=down,
     )
     limits = FeedLimits(min_mm_min=feed.min_mm_min, max_mm_min=feed.max_mm_min)
     known = strategies(feed, rows, partial, stations, every=every)
     mine = known[feed.strategy]
     try:
-        schedule = plan_feeds(
-            rows, mine, limits, reference=feed.reference, insert=feed.insert_blocks, tau=feed.tau,
-            min_length_mm=feed.min_length_mm, rule=feed.rule,
-        )  # fmt: skip
+        schedule = plan_feeds(rows, mine, limits, reference=feed.reference, rule=feed.rule, **feed.division)
         told = _infeasible(rows, mine, schedule)
     except FeedError as exc:
         raise FeedError(exc.message, file=program.name, line=exc.line, remedy=exc.remedy) from exc
@@ -122,6 +130,15 @@ def _kind(program: Program, block: Block) -> Kind:
     if all(program.moves[index].motion is Motion.RAPID for index in block.moves):
         return Kind.RAPID
     return Kind.OTHER if len(block.moves) > 1 else Kind.CUT
+
+
+def _plunges(toolpath: Toolpath, block: Block) -> bool:
+    """Whether a block goes into the material along its tool: within `PLUNGE` of the axis, tip ahead."""
+    path = toolpath.paths[block.moves[0]]
+    if path.length <= LENGTH_EPS_MM:
+        return False
+    chord = path.position(1.0) - path.position(0.0)
+    return bool(-(chord @ end_axis(path)) >= math.cos(PLUNGE) * path.length)
 
 
 def _without_unknown(feed: Feed, kinds: np.ndarray, stations: Stations) -> tuple[np.ndarray, dict[int, str]]:
@@ -159,10 +176,14 @@ def strategies(
             if rows.kind[index] == str(Kind.CUT):
                 volumes.extend(samples)
                 counts[index] = len(samples)
-        found["volume"] = sampled(rows, FeedSamples(volumes, np.concatenate([[0], np.cumsum(counts)])))
+        equal = sampled(rows, FeedSamples(volumes, np.concatenate([[0], np.cumsum(counts)])))
+        # parts are measured without brackets: they share that of their block
+        found["volume"] = replace(equal, upper=equal.volume * _widened(rows)[equal.parts.block])
         divided = every
     else:
-        found["volume"] = VolumeStrategy(Parts.whole(rows), rows.volumes(False), rows.groups)
+        found["volume"] = VolumeStrategy(
+            Parts.whole(rows), rows.volumes(False), rows.groups, upper=rows.volumes(True)
+        )
     first, last = stations.parts(divided=divided)
     parts = Parts.stepped(rows, _steps(rows, stations)) if divided else Parts.whole(rows)
     group = rows.groups[parts.block]
@@ -179,6 +200,12 @@ def strategies(
             np.where(there, end[np.minimum(last, len(end) - 1)], 0), group, feed.component,
         )  # fmt: skip
     return found
+
+
+def _widened(rows: FeedBlocks) -> Floats:
+    """(n,) upper end of a block's volume over its estimate."""
+    volume = rows.volumes(False)
+    return np.divide(rows.volumes(True), volume, out=np.ones(len(rows)), where=volume > 0.0)
 
 
 def _steps(rows: FeedBlocks, stations: Stations) -> Floats:
@@ -231,14 +258,7 @@ def _plans(
             plans[name] = chosen
             continue
         with suppress(FeedError):  # a block without a feed: nothing to compare with
-            plans[name] = plan_feeds(
-                rows,
-                strategy,
-                limits,
-                insert=feed.insert_blocks,
-                tau=feed.tau,
-                min_length_mm=feed.min_length_mm,
-            )
+            plans[name] = plan_feeds(rows, strategy, limits, **feed.division)
     return plans
 
 

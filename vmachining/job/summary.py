@@ -6,9 +6,12 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from vmachining.job.brep import JUDGED
-from vmachining.job.notes import job_notes, slack_of
+from vmachining.job.notes import guesses, job_notes, slack_of
 from vmachining.job.result import RunResult
-from vmachining.job.timing import MoveTimes
+from vmachining.job.schedule import kept_words
+from vmachining.job.time_words import times_summary
+from vmachining.job.timing import MoveTimes, machine_limits
+from vmachining.job.total import Total
 from vmachining.machine import described
 from vmachining.stock import BoxStock, StepStock, Stock
 
@@ -32,6 +35,7 @@ SPACING_UNUSED = (
 def run_summary(
     result: RunResult,
     stock: Stock,
+    total: Total,
     times: MoveTimes,
     after: MoveTimes | None,
     options: Mapping[str, Any],
@@ -40,32 +44,30 @@ def run_summary(
 ) -> dict[str, Any]:
     """The keys of summary.json.
 
-    Parameters
-    ----------
-    result : without a summary. stock : raw. times, after : of the program and of the one with scheduled feeds.
+    result : without a summary. stock : raw. total : of all blocks. times, after : of the program and of the one with
+    scheduled feeds.
     options : of the run, as in its manifest. chord_given : for this run, and not by the job alone.
     """
-    rows = result.blocks.select("removed_mm3", "removed_lo_mm3", "removed_hi_mm3", "warning", "engine")
-    before, final = result.stock.stock_volume, result.stock.volume
-    slack = slack_of(stock)
-    removed = float(rows["removed_mm3"].sum())
-    left = before.estimate - removed
-    # two brackets of one number: the sum over the blocks, and stock before minus stock after; they hold its estimate, too
-    lo = max(float(rows["removed_lo_mm3"].sum()), before.lo - final.hi)
-    hi = min(float(rows["removed_hi_mm3"].sum()), before.hi - final.lo)
+    rows = result.blocks.select(
+        "removed_mm3", "removed_lo_mm3", "removed_hi_mm3", "warning", "engine", "proven"
+    )
+    removed, final = total.removed, total.final
     summary: dict[str, Any] = {
         "blocks": len(rows),
-        "removed_mm3": removed,
-        "removed_lo_mm3": max(0.0, min(lo, removed) - slack),
-        "removed_hi_mm3": max(hi, removed) + slack,
-        "stock_mm3": before.estimate,
-        "final_mm3": left,
-        "final_lo_mm3": max(0.0, min(final.lo, left) - slack),
-        "final_hi_mm3": max(final.hi, left) + slack,
+        "removed_mm3": removed.estimate,
+        "removed_lo_mm3": removed.lo,
+        "removed_hi_mm3": removed.hi,
+        "proven": removed.proven,
+        "stated_blocks": int((~rows["proven"]).sum()),
+        "stock_mm3": result.stock.stock_volume.estimate,
+        "final_mm3": final.estimate,
+        "final_lo_mm3": final.lo,
+        "final_hi_mm3": final.hi,
         "time_s": float(times.seconds.sum()),
         "scheduled_time_s": None if after is None else float(after.seconds.sum()),
         "ideal_time_s": float(times.ideal_s.sum()),
         "scheduled_ideal_time_s": None if after is None else float(after.ideal_s.sum()),
+        "times": times_summary(result.toolpath, times, machine_limits(result.job), after),
         "brackets": result.stock.proof,
         "brep": dict(NO_BREP),
         "warnings": int(rows["warning"].count()) + len(result.findings),
@@ -73,6 +75,9 @@ def run_summary(
         "peak_mb": 0.0,
     }
     summary["notes"] = job_notes(stock, options["chord_mm"])
+    summary["guesses"] = guesses(result.job)
+    if total.note is not None:
+        summary["notes"].append(total.note)
     if result.stock.name != "dexel" and options.get("spacing_mm") is not None:
         summary["notes"].append(SPACING_UNUSED)
     if result.stock.name == "columns":
@@ -80,15 +85,21 @@ def run_summary(
         if chord_given and summary["blocks_by_mesh"] == 0 and isinstance(stock, BoxStock):
             summary["notes"].append(CHORD_UNUSED)
     if isinstance(stock, StepStock):
-        summary |= {"stock_step_mm3": stock.exact_mm3, "stock_slack_mm3": slack}
+        summary |= {"stock_step_mm3": stock.exact_mm3, "stock_slack_mm3": slack_of(stock)}
     if (report := result.schedule) is not None:
         summary |= {"unsplit_lines": list(report.unsplit), "untouched_lines": list(report.untouched)}
         summary["schedule"] = {
             "strategy": report.strategy, "reference": report.reference, "unit": report.unit,
             "reference_from": report.reference_from, "largest_block_mm3_min": report.largest_block_mm3_min,
         }  # fmt: skip
-        if report.note is not None:
-            summary["schedule"]["note"] = report.note
+        summary["schedule"]["passed"] = [
+            {"block": p.block, "line": p.line, "load": p.load, "share": p.share} for p in report.passed
+        ]
+        told = [report.note] if report.note is not None else []
+        if report.passed:
+            told.append(kept_words(report.passed, report.unit))
+        if told:
+            summary["schedule"]["note"] = "; ".join(told)
         if report.strategy == "volume":
             summary["schedule"]["reference_mm3_min"] = report.reference
     if result.job.machine is not None:

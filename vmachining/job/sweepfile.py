@@ -15,6 +15,7 @@ from vmachining.arrays import Floats
 from vmachining.errors import InputError, SweepError, ToolError
 from vmachining.job.keys import nearest
 from vmachining.sweep import Pose, Sweep, Turn
+from vmachining.textfile import parse_json, read_text
 from vmachining.tool import Tool, tool_from_mapping
 
 __all__ = ["read_sweep"]
@@ -30,15 +31,12 @@ def read_sweep(name: str) -> Sweep:
     `interpolation` is "axis" (great circle between two axes, the default) or "rotary" (linear angles of `chain`,
     one of ac, bc, ab, hexa). Two equal axes make a motion without turning.
 
-    Raises
-    ------
-    InputError
-        Whatever cannot be read or swept; names the file and the key.
+    Raises InputError: Whatever cannot be read or swept; names the file and the key.
     """
     data = _read(name)
     mode = data.get("interpolation", "axis")
     if mode not in POSE_KEYS:
-        raise InputError(f"interpolation {mode!r}: axis or rotary is wanted", file=name)
+        raise InputError(f"interpolation {mode!r}: axis or rotary is expected", file=name)
     for where in ("start", "end"):
         _known(data[where], POSE_KEYS[mode], f"{where}.", name)
     tool = _tool(data["tool"], name)
@@ -52,7 +50,7 @@ def read_sweep(name: str) -> Sweep:
             return Sweep(tool, *poses)
         chain = data.get("chain", "ac")
         if chain not in LETTERS:
-            raise InputError(f"chain {chain!r}: one of {', '.join(LETTERS)} is wanted", file=name)
+            raise InputError(f"chain {chain!r}: one of {', '.join(LETTERS)} is expected", file=name)
         angles = [_angles(data[where], LETTERS[chain], where, name) for where in ("start", "end")]
         return Sweep.along(tool, Turn.rotary(tips[0], tips[1], chain, *angles))
     except SweepError as exc:
@@ -61,8 +59,8 @@ def read_sweep(name: str) -> Sweep:
 
 def _read(name: str) -> dict[str, Any]:
     try:
-        text = sys.stdin.read() if name == "-" else Path(name).read_text(encoding="utf-8")
-        data = json.loads(text)
+        text = sys.stdin.read() if name == "-" else read_text(Path(name), "sweep", InputError)
+        data = parse_json(text)
     except OSError as exc:
         raise InputError(f"cannot read: {exc.strerror or exc}", file=name) from exc
     except UnicodeDecodeError as exc:
@@ -70,7 +68,7 @@ def _read(name: str) -> dict[str, Any]:
     except json.JSONDecodeError as exc:
         raise InputError(f"not valid JSON: {exc.msg}", file=name, line=exc.lineno, col=exc.colno) from exc
     if not isinstance(data, dict):
-        raise InputError("want one JSON object with tool, start and end", file=name)
+        raise InputError("give one JSON object with tool, start and end", file=name)
     _known(data, KEYS, "", name)
     for key in ("tool", "start", "end"):
         if not isinstance(data.get(key), dict):
@@ -96,7 +94,7 @@ def _tool(mapping: Mapping[str, Any], name: str) -> Tool:
 def _vector(pose: Mapping[str, Any], key: str, where: str, name: str) -> Floats:
     value = pose.get(key)
     if not (isinstance(value, list) and len(value) == 3 and all(map(_finite, value))):
-        raise InputError(f"{where}.{key} = {value!r}: want three finite numbers", file=name)
+        raise InputError(f"{where}.{key} = {value!r}: expected three finite numbers", file=name)
     return np.array(value, dtype=np.float64)
 
 
@@ -109,7 +107,7 @@ def _angles(pose: Mapping[str, Any], letters: str, where: str, name: str) -> dic
     given = pose.get("rotary_deg")
     if not isinstance(given, dict) or not set(given) <= set(letters) or not all(map(_finite, given.values())):
         raise InputError(
-            f"{where}.rotary_deg = {given!r}: want degrees of {' and '.join(letters)}", file=name
+            f"{where}.rotary_deg = {given!r}: expected degrees of {' and '.join(letters)}", file=name
         )
     return {letter: math.radians(given.get(letter, 0.0)) for letter in letters}
 

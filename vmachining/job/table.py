@@ -35,6 +35,7 @@ __all__ = [
     "read_partial",
     "read_samples",
     "readable",
+    "refeed",
 ]
 
 COLUMNS: dict[str, type[pl.DataType]] = {
@@ -73,6 +74,10 @@ COLUMNS: dict[str, type[pl.DataType]] = {
     "power_w": pl.Float64,
     "scheduled_feed_mm_min": pl.Float64,
     "scheduled_time_s": pl.Float64,
+    "proven": pl.Boolean,
+    "planned_fraction": pl.Float64,
+    "spindle_rpm": pl.Float64,
+    "coolant": pl.String,
     "warning": pl.String,
 }
 """The schema of `blocks`; what this version does not compute stays empty."""
@@ -92,9 +97,10 @@ MEANINGS: dict[str, str] = {
     "length_mm": "path of the tool tip",
     "feed_mm_min": "programmed feed along the path",
     "time_s": "time of the block within the limits of the machine, dwells included",
-    "removed_mm3": "best estimate of the volume that the cutter removes",
-    "removed_lo_mm3": "lower bound of it; rapids remove 0 by definition",
-    "removed_hi_mm3": "upper bound of it",
+    "removed_mm3": "estimate of the volume that the cutter removes: with columns the middle of what was found, so the truth "
+    "is as likely near an end of the interval; the sum of all blocks lies in the bracket of the total",
+    "removed_lo_mm3": "lower end of its interval, a bound where `proven` is true; rapids remove 0 by definition",
+    "removed_hi_mm3": "upper end of it",
     "engine": "engine whose interval this is",
     "removed_brep_mm3": "the same by OCCT booleans of B-rep solids, where asked for and inside the interval",
     "removed_brep_error_mm3": "how far removed_brep_mm3 is from the truth at most",
@@ -104,15 +110,19 @@ MEANINGS: dict[str, str] = {
     "removed_dexel_lo_mm3": "lower end of an interval of stated confidence around it, which is no bound",
     "removed_dexel_hi_mm3": "upper end of that interval",
     "mrr_mm3_min": "material removal rate: removed_mm3 over time_s",
-    "ae_mm": "radial depth of cut, largest along the block; empty where the feed is along the axis",
-    "ap_mm": "axial depth of cut, largest along the block",
+    "ae_mm": "radial depth of what cuts, largest along the block; empty where the feed is along the axis",
+    "ap_mm": "axial depth of what cuts, below what earlier blocks have left, largest along the block",
     "engaged_fraction": "share of a revolution in which an edge is engaged",
-    "chip_area_mm2": "largest chip area of one tooth, wants flutes and a spindle speed",
-    "chip_thickness_mm": "largest undeformed chip thickness, wants flutes and a spindle speed",
-    "force_n": "largest resultant force of all teeth on the tool, wants [force]",
-    "power_w": "mean power at the cutter over a revolution, largest along the block, wants [force]",
-    "scheduled_feed_mm_min": "feed of the rewritten program, wants [feed]",
+    "chip_area_mm2": "largest chip area of one tooth, needs flutes and a spindle speed",
+    "chip_thickness_mm": "largest undeformed chip thickness, needs flutes and a spindle speed",
+    "force_n": "largest resultant force of all teeth on the tool, needs [force]",
+    "power_w": "mean power at the cutter over a revolution, largest along the block, needs [force]",
+    "scheduled_feed_mm_min": "feed of the rewritten program, needs [feed]",
     "scheduled_time_s": "time of the block in the rewritten program",
+    "proven": "whether both ends of the interval are proven bounds; false: stated, or resting on a step that is not proven",
+    "planned_fraction": "share of a revolution with a chip above 1 % of the largest, which plans should rest on",
+    "spindle_rpm": "spindle speed at the end of the block: + M3, - M4, 0 stopped",
+    "coolant": "mist, flood, mist and flood, or empty",
     "warning": "what a machinist should know of this block",
 }
 """What each column of `COLUMNS` holds; the reference pages are made of this."""
@@ -122,6 +132,7 @@ OPINION = tuple(name for name in COLUMNS if "brep" in name or "dexel" in name)
 
 CONTACT = (
     "ae_mm", "ap_mm", "engaged_fraction", "chip_area_mm2", "chip_thickness_mm", "force_n", "power_w",
+    "planned_fraction",
 )  # fmt: skip
 """Columns of the contact between tool and workpiece."""
 
@@ -169,7 +180,9 @@ def _to_digits(values: Floats) -> Floats:
 
 
 def _cell(value: Any) -> str:
-    return "" if value is None else repr(value) if isinstance(value, float) else str(value)
+    if value is None or isinstance(value, bool):
+        return "" if value is None else str(value).lower()
+    return repr(value) if isinstance(value, float) else str(value)
 
 
 class RowFile:
@@ -194,6 +207,11 @@ class RowFile:
             with temporary.open("w", encoding="utf-8", newline="") as sink:
                 writer = csv.writer(sink, lineterminator="\n")
                 for row in csv.reader(source):
+                    if self.count == 0 and row != [*COLUMNS, SAMPLES]:
+                        raise JobError(
+                            "was begun by another version of vmachining, with other columns", file=str(self.path),
+                            remedy="run again without --resume",
+                        )  # fmt: skip
                     if self.count > keep:
                         break
                     writer.writerow(row)
@@ -249,6 +267,18 @@ def read_partial(path: Path, columns: Sequence[str] = tuple(COLUMNS)) -> pl.Data
     return _lazy(path).select(list(columns)).collect()
 
 
+def refeed(path: Path, feed_mm_min: Floats, time_s: Floats) -> None:
+    """Other feeds (mm/min, NaN for none) and times for the rows of a partial file, whose motions are the same."""
+    rows = (
+        _lazy(path)
+        .collect()
+        .with_columns(pl.Series("feed_mm_min", feed_mm_min).fill_nan(None), pl.Series("time_s", time_s))
+    )
+    rate = pl.when(pl.col("time_s") > 0).then(60.0 * pl.col("removed_mm3") / pl.col("time_s"))
+    with atomic_path(path) as temporary, _room(temporary):
+        rows.with_columns(rate.alias("mrr_mm3_min")).write_csv(temporary)
+
+
 def read_samples(path: Path) -> Iterator[tuple[int, tuple[float, ...]]]:
     """(block, volumes of its equal parts in mm^3) of every block that has some."""
     with path.open(encoding="utf-8", newline="") as file:
@@ -275,6 +305,7 @@ def finish(
     scheduled: pl.DataFrame | None = None,
     opinion: pl.DataFrame | None = None,
     contact: pl.DataFrame | None = None,
+    estimates: pl.DataFrame | None = None,
 ) -> None:
     """Make `stem`.csv and `stem`.parquet of a partial file, in streaming fashion.
 
@@ -282,8 +313,14 @@ def finish(
     warning; or None.
     opinion : columns block, those of `OPINION`, and brep_note, which joins the warning; or None.
     contact : columns block, those of `CONTACT`, and contact_note, which joins the warning; or None.
+    estimates : columns block, and any of `COLUMNS` that take the place of those in the file; or None.
     """
     frame = _lazy(partial).select(list(COLUMNS))
+    if estimates is not None:
+        frame = frame.drop(set(estimates.columns) - {"block"}).join(
+            estimates.lazy(), on="block", how="left", maintain_order="left"
+        )
+        frame = frame.select(list(COLUMNS))
     if contact is not None:
         frame = frame.drop(CONTACT).join(contact.lazy(), on="block", how="left", maintain_order="left")
         said = pl.concat_str("warning", "contact_note", separator="; ", ignore_nulls=True)

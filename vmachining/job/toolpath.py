@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from vmachining.arrays import Floats
 from vmachining.job.blocks import Block, group_blocks
 from vmachining.job.contact import ToolParts
 from vmachining.job.paths import CutterPath, move_path
@@ -32,10 +33,7 @@ class Toolpath:
     def of(cls, program: Program, machine: Machine | None = None) -> Toolpath:
         """Paths and blocks of a program.
 
-        Raises
-        ------
-        NCError
-            A move that is none, see `move_path`.
+        Raises NCError: A move that cannot be one, see `move_path`.
         """
         paths = tuple(move_path(move, machine) for move in program.moves)
         return cls(program, machine, paths, tuple(group_blocks(program, paths)))
@@ -50,6 +48,15 @@ class Toolpath:
         for index in block.moves:
             if (move := self.moves[index]).motion is not Motion.RAPID:
                 yield move, self.paths[index]
+
+    def near(self, tools: Mapping[int, ToolParts], bounds: Floats) -> Iterator[Move]:
+        """Moves, rapids too, whose sweeps have boxes that meet the box `bounds` (2, 3)."""
+        lo, hi = bounds
+        for move, path in zip(self.moves, self.paths, strict=True):
+            if move.motion is not Motion.DWELL and move.tool in tools:
+                a, b = Sweep.along(tools[move.tool].cutter, path).bounds
+                if (a < hi).all() and (b > lo).all():
+                    yield move
 
     def sweeps(self, block: Block, tools: Mapping[int, ToolParts]) -> list[Sweep]:
         """What the feed motions of a block sweep with tools by number; those without one sweep nothing."""

@@ -20,6 +20,7 @@ from typing import TypeAlias
 import numpy as np
 
 from vmachining.arrays import Floats, Ints
+from vmachining.stock import _kernels
 
 __all__ = ["twofold", "twofold_from"]
 
@@ -48,12 +49,14 @@ def twofold_from(
     """The same, and (m,) which of the triangles given each is, or is a piece of."""
     points, triangles, source = _joined(rounded(points), triangles)
     edges = defaultdict(list)
-    a, b, c = triangles.T
-    ends = np.concatenate([np.stack(pair, 1) for pair in ((a, b), (b, c), (c, a))])
-    low, high = ends.min(axis=1), ends.max(axis=1)
-    _, where, counts = np.unique(low * len(points) + high, return_inverse=True, return_counts=True)
-    for k in np.flatnonzero(counts[where] > 2).tolist():
-        edges[int(low[k]), int(high[k])].append(k % len(triangles))
+    ends = np.zeros((3 * len(triangles), 3), dtype=np.int64)
+    for k in range(3):
+        pair = triangles[:, k], triangles[:, (k + 1) % 3]
+        np.minimum(*pair, out=ends[k::3, 0])
+        np.maximum(*pair, out=ends[k::3, 1])
+    where, _ = _different(ends)
+    for k in np.flatnonzero(np.bincount(where)[where] > 2).tolist():
+        edges[int(ends[k, 0]), int(ends[k, 1])].append(k // 3)
     if not edges:
         return points, triangles, source
     taken = {tuple(point) for point in points.tolist()}
@@ -85,8 +88,9 @@ def twofold_from(
 
 def _joined(points: Floats, triangles: Ints) -> tuple[Floats, Ints, Ints]:
     """Equal points are one; without triangles that collapse, and pairs of them that face each other. Which are left."""
-    points, where = np.unique(points + 0.0, axis=0, return_inverse=True)
-    triangles = where.reshape(-1)[triangles].astype(np.int64)
+    points = np.ascontiguousarray(points + 0.0)  # no -0
+    where, first = _different(points.view(np.int64))
+    points, triangles = points[first], where[triangles]
     a, b, c = triangles.T
     real = (a != b) & (b != c) & (c != a)
     triangles = triangles[real]
@@ -94,8 +98,7 @@ def _joined(points: Floats, triangles: Ints) -> tuple[Floats, Ints, Ints]:
     turned = np.take_along_axis(triangles, (first[:, None] + np.arange(3)) % 3, axis=1)
     up = turned[:, 1] < turned[:, 2]
     same = np.sort(turned, axis=1)
-    _, group = np.unique(same, axis=0, return_inverse=True)
-    group = group.reshape(-1)
+    group, _ = _different(same)
     spare = np.minimum(np.bincount(group, up), np.bincount(group, ~up)).astype(np.int64)
     keep = np.ones(len(turned), dtype=bool)
     if spare.any():
@@ -106,6 +109,13 @@ def _joined(points: Floats, triangles: Ints) -> tuple[Floats, Ints, Ints]:
                     left[group[k]] -= 1
                     keep[k] = False
     return points, turned[keep], np.flatnonzero(real)[keep]
+
+
+def _different(rows: Ints) -> tuple[Ints, Ints]:
+    """Which of the rows (n, 3) that differ each is, and the first row of each."""
+    which, first = np.empty(len(rows), dtype=np.int64), np.empty(len(rows), dtype=np.int64)
+    count = _kernels.different(rows, which, first)
+    return which, first[:count]
 
 
 def _wedges(points: Floats, triangles: Ints, edge: Edge, members: list[int]) -> list[tuple[int, int]]:

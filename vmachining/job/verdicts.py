@@ -26,10 +26,7 @@ NAMES = (
 class VerdictFile:
     """One row per verdict, in the order they come.
 
-    Parameters
-    ----------
-    path : Path
-        Goes on where it ends; a torn last row (power cut) is dropped.
+    path : Path, continues where it ends; a torn last row (power cut) is dropped.
     judges : {block: what is said of it}
         Values that they do not allow any more, and blocks that are not there, are not `known`.
     seconds : limit of a block; refusals that had less are not `known`.

@@ -22,19 +22,27 @@ from vmachining.arrays import Floats, Ints
 from vmachining.errors import FeedError
 from vmachining.feed import FeedBlocks, Schedule
 from vmachining.job.blocks import Block
-from vmachining.job.engagement_columns import Stations
-from vmachining.job.files import write_atomic
+from vmachining.job.files import PROGRAM_SUFFIX, write_atomic
 from vmachining.job.folder import ResultFolder
 from vmachining.job.jobfile import Job
 from vmachining.job.model import Feed
 from vmachining.job.paths import end_axis
 from vmachining.job.reading import read_job_program
+from vmachining.job.stations import Stations
 from vmachining.job.strategies import PROGRAMMED, Planned, loads_of, row_of, strategies
 from vmachining.job.timing import MoveTimes, machine_limits, move_times
 from vmachining.job.toolpath import Toolpath
 from vmachining.nc import BlockEdit, Motion, Program, Rewritten, rewrite_feeds
 
-__all__ = ["Written", "divided_edits", "owners", "verified", "write_again"]
+__all__ = [
+    "Written",
+    "divided_edits",
+    "owners",
+    "refuse_other_motions",
+    "scheduled_name",
+    "verified",
+    "write_again",
+]
 
 THERE = np.array([0.0, 0.4, 1.0])
 """Shares of a motion at which two are compared."""
@@ -47,7 +55,7 @@ class _Driven(NamedTuple):
     """Blocks of a program along those of the original.
 
     end : (m,) number of the original block plus the share of it that is done. length : (m,) mm. feed : (m,) mm/min, NaN
-    where there is none.
+    where none exists.
     """
 
     end: Floats
@@ -75,10 +83,7 @@ Simulate = Callable[[], tuple[Written, pl.DataFrame, Stations]]
 def owners(written: Rewritten, lines: Sequence[int], blocks: Sequence[Block]) -> Ints:
     """(m,) block of the original that every block of the rewritten program, by its line, came from.
 
-    Raises
-    ------
-    FeedError
-        The written program does not run through the original blocks: a bug, never a user's fault.
+    Raises FeedError: The written program does not run through the original blocks: a bug, never a user's fault.
     """
     source = [written.source_line[line - 1] for line in lines]
     groups = [(line, len(list(members))) for line, members in groupby(source)]
@@ -100,6 +105,11 @@ def divided_edits(plans: Mapping[str, Schedule]) -> dict[int, BlockEdit]:
             line = int(some.line[k])
             edits[line] = BlockEdit(line, (float(some.feed_mm_min[k]),) * len(ends), tuple(sorted(ends)))
     return edits
+
+
+def scheduled_name(program: Program, stem: str = "scheduled") -> str:
+    """Name of a program with new feeds, by what it is written in."""
+    return stem + PROGRAM_SUFFIX.get(program.dialect, ".nc")
 
 
 def write_again(
@@ -128,10 +138,7 @@ def verified(
     programs : by strategy. times, stations : of the original program and its simulation. simulate : the program divided
     for all (`divided_edits`); asked for only if some program divides a block.
 
-    Raises
-    ------
-    FeedError
-        A written program runs through other motions than the original: a bug, never a user's fault.
+    Raises FeedError: A written program runs through other motions than the original: a bug, never a user's fault.
     """
     blocks, rows = original.blocks, planned.rows
     pieces = _driven(original, np.arange(len(blocks)))
@@ -150,7 +157,7 @@ def verified(
         )
     else:
         for program in programs.values():
-            _refuse_other_motions(original, program.toolpath)
+            refuse_other_motions(original, program.toolpath)
     known = strategies(feed.model_copy(update={"insert_blocks": False}), rows, None, stations)
 
     def row(name: str, driven: _Driven, took: MoveTimes) -> dict[str, object]:
@@ -200,7 +207,7 @@ def _on_pieces(driven: _Driven, pieces: _Driven) -> Floats:
     return np.asarray(np.fmax.reduceat(feed, np.column_stack([first, last + 1]).ravel())[::2])
 
 
-def _refuse_other_motions(one: Toolpath, other: Toolpath) -> None:
+def refuse_other_motions(one: Toolpath, other: Toolpath) -> None:
     """Both move alike, to the last bit."""
     same = len(one.paths) == len(other.paths)
     for a, b in zip(one.paths, other.paths, strict=False):

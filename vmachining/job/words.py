@@ -1,4 +1,4 @@
-"""What pydantic found in a job file, said in the words of a job file: what came, what is wanted, where it belongs."""
+"""What pydantic found in a job file, said in the words of a job file: what came, what is expected, where it belongs."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from vmachining.errors import JobError
+from vmachining.force import shipped
 from vmachining.job.keys import KeyPath, dotted, nearest
 from vmachining.job.model import JobFile
 
@@ -93,6 +94,9 @@ def _remedy(error: ErrorDetails, path: KeyPath, same: list[ErrorDetails]) -> str
             return _example(path[:-1]) or f"give {dotted(path[:-1])} all its numbers"
         if path == ("tools",):
             return "add a [[tools]] table"
+        if path == ("force", "coefficients"):
+            sets = " or ".join(f'"{name}"' for name in shipped())
+            return f"add coefficients = {sets}, which are shipped, or a file of your own"
         return f"add a [{path[0]}] table" if len(path) == 1 else f"add {path[-1]} = ..."
     if kind == "extra_forbidden":
         return _place(path)

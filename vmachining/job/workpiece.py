@@ -18,10 +18,7 @@ __all__ = ["raw_engine"]
 def raw_engine(job: Job, name: str, stock: Stock) -> Engine:
     """The workpiece before the first block, with what the job asks of the engine `name`.
 
-    Raises
-    ------
-    InputError
-        No such engine, or it takes neither the stock nor what is asked.
+    Raises InputError: No such engine, or it takes neither the stock nor what is asked.
     """
     keys = job.keys.accuracy
     asked = Options(

@@ -2,9 +2,8 @@
 
 A `Machine` is one serial chain from the workpiece over the bed to the tool: `load` reads one by name or from a file,
 `forward` and `inverse` go between joints and pose, all branches returned, singular poses flagged. `follow` takes one
-branch along a path; `JointMotion` and `TcpMotion` are what happens between two positions, `tip_deviation` how far
-joint-linear blocks leave the straight line. `travel_overruns`, `joint_caps` and `tcp_caps` say what the joints allow,
-`MachineLimits`, `axis_caps` and `block_times` the same for three slides. `Interpolator` makes pulses.
+branch along a path, `tip_deviation` says how far joint-linear blocks leave the straight line. `MachineLimits` hold what
+slides and joints allow, `drive` is how fast a path is driven within them. `Interpolator` makes pulses.
 
 Joints are mm and rad in the order of the chain, home is every joint zero, the tool axis points from the tip to the spindle.
 
@@ -21,7 +20,7 @@ from vmachining.machine.block_peaks import (
     tcp_block_peaks,
 )
 from vmachining.machine.branches import JointPath, Jump, follow, jumps
-from vmachining.machine.caps import arc_peaks, axis_caps, line_peaks, path_peaks, travel_caps
+from vmachining.machine.caps import arc_peaks, line_peaks, path_peaks
 from vmachining.machine.chain import Machine, Rates, Screws, Solutions, ToolPose
 from vmachining.machine.classes import FrameMachine
 from vmachining.machine.dda import (
@@ -39,88 +38,57 @@ from vmachining.machine.deviation import (
     AxisDeviation,
     TipDeviation,
     axis_deviation,
-    pieces,
-    straighten,
+    derivative_bounds,
     tip_deviation,
 )
-from vmachining.machine.joint_limits import (
-    Overrun,
-    joint_accelerations,
-    joint_caps,
-    joint_peaks,
-    least_times,
-    tcp_caps,
-    tcp_peaks,
-    travel_overruns,
-)
-from vmachining.machine.limits import MachineLimits
-from vmachining.machine.machinefile import load, machine_from_mapping, read_machine
-from vmachining.machine.motion import JointMotion, TcpMotion, derivative_bounds, tip_lengths
-from vmachining.machine.orientation import (
-    ca_acceleration,
-    ca_axis,
-    ca_omega,
-    ca_rate,
-    hexapod_matrix,
-    hexapod_omega,
-)
-from vmachining.machine.presets import PRESETS, preset, with_axes
+from vmachining.machine.hexapod import Hexapod, Legs
+from vmachining.machine.limits import CORNER_TOLERANCE_MM, MachineLimits
+from vmachining.machine.lookahead import Profile, Way, drive
+from vmachining.machine.machinefile import load, machine_from_mapping, read_machine, read_parts
+from vmachining.machine.presets import PRESETS, preset, preset_options, with_axes
 from vmachining.machine.pulses import (
     Interpolator,
     PulseBlock,
     feed_rate_number,
-    plot_pulses,
     source_clock_hz,
     write_csv,
     write_npz,
 )
-from vmachining.machine.timing import BlockTimes, block_times, feed_path_ratio
 
 __all__ = [
+    "CORNER_TOLERANCE_MM",
     "PRESETS",
     "Axis",
     "AxisDeviation",
-    "BlockTimes",
     "FrameMachine",
+    "Hexapod",
     "Interpolator",
-    "JointMotion",
     "JointPath",
     "Jump",
     "Kind",
+    "Legs",
     "Machine",
     "MachineLimits",
-    "Overrun",
     "Peaks",
+    "Profile",
     "PulseBlock",
     "Rates",
     "Screws",
     "Solutions",
-    "TcpMotion",
     "TipDeviation",
     "ToolPose",
     "Train",
+    "Way",
     "arc_peaks",
     "arc_train",
-    "axis_caps",
     "axis_deviation",
-    "block_times",
-    "ca_acceleration",
-    "ca_axis",
-    "ca_omega",
-    "ca_rate",
     "derivative_bounds",
     "described",
-    "feed_path_ratio",
+    "drive",
     "feed_rate_number",
     "follow",
     "helix_train",
-    "hexapod_matrix",
-    "hexapod_omega",
-    "joint_accelerations",
-    "joint_caps",
-    "joint_peaks",
     "jumps",
-    "least_times",
     "line_limit",
     "line_peaks",
     "line_train",
@@ -131,21 +99,15 @@ __all__ = [
     "path_peaks",
     "peak_accelerations",
     "peak_times",
-    "pieces",
-    "plot_pulses",
     "preset",
+    "preset_options",
     "pulse_counts",
     "read_machine",
+    "read_parts",
     "s1_quadrant_train",
     "source_clock_hz",
-    "straighten",
     "tcp_block_peaks",
-    "tcp_caps",
-    "tcp_peaks",
     "tip_deviation",
-    "tip_lengths",
-    "travel_caps",
-    "travel_overruns",
     "with_axes",
     "write_csv",
     "write_npz",

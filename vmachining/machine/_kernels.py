@@ -5,50 +5,24 @@ from numpy.typing import NDArray
 
 from vmachining.jit import kernel, leaf
 
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Ints = NDArray[np.int64]
 
-@leaf
-def junction_speeds(
-    length: NDArray[np.float64],
-    speed: NDArray[np.float64],
-    acceleration: NDArray[np.float64],
-    stop: NDArray[np.bool_],
-    out: NDArray[np.float64],
-) -> None:
-    """Largest feasible speed at each of the n + 1 block borders, eq. (2). out[0] and out[n] are 0."""
-    n = length.shape[0]
-    out[0] = 0.0
-    out[n] = 0.0
-    for i in range(1, n):
-        out[i] = 0.0 if stop[i - 1] else min(speed[i - 1], speed[i])
-    for i in range(n):
-        out[i + 1] = min(out[i + 1], np.sqrt(out[i] * out[i] + 2.0 * acceleration[i] * length[i]))
-    for i in range(n - 1, -1, -1):
-        out[i] = min(out[i], np.sqrt(out[i + 1] * out[i + 1] + 2.0 * acceleration[i] * length[i]))
+TURN = 2.0 * np.pi
 
+SAME = 1e-6
+"""rad; angles of one pose that differ by less are one."""
 
-@leaf
-def accelerated_times(
-    length: NDArray[np.float64],
-    speed: NDArray[np.float64],
-    acceleration: NDArray[np.float64],
-    junction: NDArray[np.float64],
-    out: NDArray[np.float64],
-) -> None:
-    """Seconds per block with trapezoidal or triangular profiles, eqs. (3) and (4)."""
-    for i in range(length.shape[0]):
-        a, b, force = junction[i], junction[i + 1], acceleration[i]
-        peak = min(speed[i], np.sqrt(force * length[i] + 0.5 * (a * a + b * b)))
-        if peak <= 0.0:
-            out[i] = 0.0
-            continue
-        ramps = (peak * peak - a * a + (peak * peak - b * b)) / (2.0 * force)
-        steady = max(length[i] - ramps, 0.0)
-        out[i] = (peak - a) / force + (peak - b) / force + steady / peak
+FAR = 2**62
+
+MOST_TURNS = 9
+"""Turns of one axis at which a path may begin or continue after a jump; of longer travels every so many are tried."""
 
 
 @leaf
 def nearest_turn(value: float, previous: float, lower: float, upper: float) -> float:
-    """value + 2 pi k inside [lower, upper] that is nearest to `previous`; NaN if there is none."""
+    """value + 2 pi k inside [lower, upper] that is nearest to `previous`; NaN if none exists."""
     turn = 2.0 * np.pi
     best = value + turn * np.round((previous - value) / turn)
     if best > upper:
@@ -58,58 +32,119 @@ def nearest_turn(value: float, previous: float, lower: float, upper: float) -> f
     return best if lower <= best <= upper else np.nan
 
 
-@kernel
-def follow_branches(
-    angles: NDArray[np.float64],
-    allowed: NDArray[np.bool_],
-    free: NDArray[np.bool_],
-    lower: NDArray[np.float64],
-    upper: NDArray[np.float64],
-    previous: NDArray[np.float64],
-    prefer: int,
-    keep: bool,
-    weight: float,
-    out: NDArray[np.float64],
-    branch: NDArray[np.int64],
-) -> int:
-    """Rotary values pose after pose; returns the first pose without an allowed solution, or -1.
+@leaf
+def offer(
+    i: int, many: int, side: int, first: float, second: float, count: int, turned: float, origin: int,
+    endless: Bools, place: Floats, sides: NDArray[np.int8], back: NDArray[np.int32], counts: Ints, length: Floats,
+) -> int:  # fmt: skip
+    """Note a way to a state of pose i if it is the first or the best; returns how many states there are.
 
-    angles (n, 2, r), allowed (n, 2), free (n,): the first rotary axis is free. prefer: sign of the last rotary
-    axis at pose 0, or 0 to start at `previous`. keep: stay on the branch of pose 0. The cost of a solution is
-    the largest change of a rotary axis, plus `weight` times the sum of the changes.
+    Whole turns of an axis without ends make no other state. Where there is no room the worst state gives way.
     """
-    n, _, r = angles.shape
-    before = previous.copy()
-    trial = np.empty(r)
-    for k in range(n):
-        best, chosen = np.inf, -1
-        for s in range(2):
-            if not allowed[k, s] or (keep and k > 0 and not free[k] and allowed[k, 1 - s] and s != branch[0]):
-                continue
-            largest, total, good = 0.0, 0.0, True
-            for a in range(r):
-                value = angles[k, s, a]
-                if a == 0 and free[k]:
-                    trial[a] = min(max(before[a], lower[a]), upper[a])
-                else:
-                    trial[a] = nearest_turn(value, before[a], lower[a], upper[a])
-                if np.isnan(trial[a]):
-                    good = False
-                    break
-                change = abs(trial[a] - before[a])
-                largest, total = max(largest, change), total + change
-            if not good:
-                continue
-            cost = largest + weight * total
-            if k == 0 and prefer != 0 and r > 0 and trial[r - 1] * prefer < 0.0:
-                cost += 1e9
-            if cost < best:
-                best, chosen = cost, s
-                out[k] = trial
-        if chosen < 0:
-            return k
-        branch[k] = chosen
-        before[:] = out[k]
+    at, worst = -1, 0
+    for k in range(many):
+        a, b = first - place[i, k, 0], second - place[i, k, 1]
+        if endless[0]:
+            a -= TURN * np.round(a / TURN)
+        if endless[1]:
+            b -= TURN * np.round(b / TURN)
+        if sides[i, k] == side and abs(a) < SAME and abs(b) < SAME:
+            at = k
+            break
+        if counts[k] > counts[worst] or (counts[k] == counts[worst] and length[k] > length[worst]):
+            worst = k
+    if at < 0:
+        at = worst
+        if many < place.shape[1]:
+            at, many = many, many + 1
+            counts[at] = FAR
+    if count < counts[at] or (count == counts[at] and turned < length[at]):
+        place[i, at, 0], place[i, at, 1], sides[i, at] = first, second, side
+        counts[at], length[at], back[i, at] = count, turned, origin
+    return many
+
+
+@leaf
+def turns(value: float, lower: float, upper: float, near: float) -> tuple[float, float, int]:
+    """First value, step and number of the turns of an angle that are tried: all inside its travel, of many every so many."""
+    if not (np.isfinite(lower) and np.isfinite(upper)):
+        return nearest_turn(value, near, lower, upper), TURN, 1
+    least = np.ceil((lower - value) / TURN)
+    count = int(np.floor((upper - value) / TURN) - least) + 1
+    step = max((count + MOST_TURNS - 1) // MOST_TURNS, 1)
+    return value + TURN * least, step * TURN, (count + step - 1) // step
+
+
+@kernel
+def least_jumps(
+    angles: Floats, allowed: Bools, free: Bools, lower: Floats, upper: Floats, tool: Floats, price: Ints, start: Floats,
+    given: bool, prefer: int, jump: float, ratio: float, weight: float, room: int, out: Floats, branch: Ints,
+) -> int:  # fmt: skip
+    """Angles (n, 2) with the cheapest jumps, of those with the least turning; returns the first pose without any, or -1.
+
+    angles (n, 2, 2), allowed (n, 2) of both branches. free (n,): the first axis keeps its value. tool (n,) rad that the tool
+    turns on the way to a pose. price (n,) of a jump there. start (2,): angles before the first pose, if given; else the
+    sign of the second angle at the first pose is `prefer`, if not 0 and possible.
+    """
+    n = angles.shape[0]
+    place, sides = np.empty((n, room, 2)), np.empty((n, room), np.int8)
+    back = np.empty((n, room), np.int32)
+    counts, length = np.empty(room, np.int64), np.empty(room)
+    old_counts, old_length, old = np.zeros(room, np.int64), np.zeros(room), np.zeros((room, 2))
+    endless = ~(np.isfinite(lower) & np.isfinite(upper))
+    before, cheapest = 1, 0
+    old[0] = start
+    for i in range(n):
+        many = 0
+        entered = i == 0 and not given
+        for wanted in range(2):  # a first pose without the wanted sign takes any
+            if many > 0 or (wanted == 1 and not entered):
+                break
+            for j in range(before):
+                for s in range(2):
+                    if not allowed[i, s]:
+                        continue
+                    a, b = angles[i, s, 0], angles[i, s, 1]
+                    near_a = old[j, 0] if free[i] else nearest_turn(a, old[j, 0], lower[0], upper[0])
+                    near_b = nearest_turn(b, old[j, 1], lower[1], upper[1])
+                    if not (np.isnan(near_a) or np.isnan(near_b) or entered):
+                        da, db = abs(near_a - old[j, 0]), abs(near_b - old[j, 1])
+                        most = max(da, db)
+                        cost = price[i] if most > jump and most > ratio * tool[i] else 0
+                        turned = old_length[j] + most + weight * (da + db)
+                        many = offer(i, many, s, near_a, near_b, old_counts[j] + cost, turned, j,
+                                     endless, place, sides, back, counts, length)  # fmt: skip
+                    if old_counts[j] > cheapest and not entered:
+                        continue  # a jump from the cheapest state is cheaper
+                    first, step_a, count_a = turns(a, lower[0], upper[0], old[j, 0])
+                    if free[i]:
+                        first, count_a = old[j, 0], 1
+                    second, step_b, count_b = turns(b, lower[1], upper[1], old[j, 1])
+                    if np.isnan(first) or np.isnan(second):
+                        continue
+                    for ka in range(count_a):
+                        for kb in range(count_b):
+                            va, vb = first + ka * step_a, second + kb * step_b
+                            if entered and wanted == 0 and vb * prefer < 0.0:
+                                continue
+                            da, db = abs(va - old[j, 0]), abs(vb - old[j, 1])
+                            # a free start costs nothing; what is nearest to zero breaks ties
+                            turned = old_length[j] + weight * (da + db) + (0.0 if entered else max(da, db))
+                            cost = 0 if entered else price[i]
+                            many = offer(i, many, s, va, vb, old_counts[j] + cost, turned, j,
+                                         endless, place, sides, back, counts, length)  # fmt: skip
+        if many == 0:
+            return i
+        before, cheapest = many, counts[:many].min()
+        old_counts[:many], old_length[:many], old[:many] = counts[:many], length[:many], place[i, :many]
+    k = 0
+    for j in range(1, before):
+        if old_counts[j] < old_counts[k] or (
+            old_counts[j] == old_counts[k] and old_length[j] < old_length[k]
+        ):
+            k = j
+    for i in range(n - 1, -1, -1):
+        out[i], branch[i], k = place[i, k], sides[i, k], back[i, k]
     return -1
 
 

@@ -36,10 +36,8 @@ class Axis:
     lower, upper : travel, mm or rad; infinite for none.
     max_speed : mm/s or rad/s; max_acceleration : mm/s^2 or rad/s^2; infinite for none.
 
-    Raises
-    ------
-    KinematicsError
-        No direction, a sign other than +1 and -1, a travel without zero length, limits that are not positive.
+    Raises KinematicsError: No direction, a sign other than +1 and -1, a travel without zero length, limits that are not
+        positive.
     """
 
     name: str
@@ -78,12 +76,12 @@ class Axis:
             raise KinematicsError(f"{where}: its direction has no length")
         way /= size
         if sign not in (1, -1):
-            raise KinematicsError(f"{where}: sign is {sign}, want +1 or -1")
+            raise KinematicsError(f"{where}: sign is {sign}, expected +1 or -1")
         if not lower < upper:
             raise KinematicsError(f"{where}: travel from {lower:g} to {upper:g} is empty")
         for what, value in (("max_speed", max_speed), ("max_acceleration", max_acceleration)):
             if not value > 0:
-                raise KinematicsError(f"{where}: {what} is {value:g}, want a positive number")
+                raise KinematicsError(f"{where}: {what} is {value:g}, expected a positive number")
         way.setflags(write=False)
         place.setflags(write=False)
         fields = {

@@ -1,4 +1,4 @@
-"""One solution out of many, pose after pose: shortest moves, limits, turns, and where an axis must swing round."""
+"""One solution out of many for a whole path: fewest rewinds, then least turning, and where an axis must swing round."""
 
 from __future__ import annotations
 
@@ -24,6 +24,12 @@ JUMP = np.radians(30.0)
 
 JUMP_RATIO = 5.0
 """A turn this many times the turn of the tool is a jump: the tool is within 11 degrees of the rotary axis."""
+
+HARD = 2**31
+"""Price of a jump under feed; one in a rapid costs 1."""
+
+ROOM = 64
+"""States of a pose that are kept: all of travels up to nine turns and 16 more."""
 
 LIMIT_SLACK = 1e-9
 """mm or rad; a solution this far outside a travel is on its end, rounded."""
@@ -66,39 +72,33 @@ def follow(
     *,
     start: ArrayLike | None = None,
     prefer: int = 1,
-    switch: bool = True,
+    easy: ArrayLike | None = None,
 ) -> JointPath:
-    """Joints for poses in order.
+    """Joints for poses in order: over the whole path the fewest jumps, of those the least turning.
 
-    Each pose takes the solution within the travels whose largest rotary move from the pose before is smallest;
-    equal ones are told apart by the sum of the moves. A rotary value takes the turn nearest to the one before.
-    Where the tool is parallel to the first rotary axis that axis keeps its value.
+    Dynamic programming: a state is a branch with the turns of its rotary axes inside their travels. A block costs its jump,
+    see `Jump`, and then the largest turn of a rotary axis (equal ones are distinguished by the sum of the turns). Where the
+    tool is parallel to the first rotary axis that axis keeps its value; poses like that at the start take the value that
+    the first other pose needs. Of travels above nine turns nine evenly spaced turns are tried where a path begins and
+    after a jump.
 
-    Parameters
-    ----------
     tip : (n, 3) mm; axis : (n, 3); workpiece coordinates.
-    start : (m,) joints before the first pose, optional.
-    prefer : without `start`, the wanted sign (+1, -1) of the last rotary axis at the first pose, or 0 for the
-        solution nearest to zero.
-    switch : False stays on the branch of the first pose wherever it is allowed, like a simple postprocessor.
-
-    Raises
-    ------
-    KinematicsError
-        A pose out of reach, in a slide singularity, or outside the travels; names pose and reason.
+    start : (m,) joints before the first pose; without it the path begins at any turn of any branch.
+    prefer : without `start`, the wanted sign (+1, -1) of the last rotary axis at the first pose, or 0 for any.
+    easy : (n,) poses reached by a rapid, where a jump does no harm: the fewest other jumps come first.
+    Raises KinematicsError: A pose out of reach, in a slide singularity, or outside the travels; names pose and reason.
     """
     found = machine.inverse(tip, axis)
     n, m = len(found.reachable), len(machine.axes)
-    turning = list(machine.rotary)
+    turning, slides = list(machine.rotary), list(machine.slides)
     limits = machine.limits + [[-LIMIT_SLACK], [LIMIT_SLACK]]
     if not found.reachable.all():
         raise _refusal(machine, found, int(np.flatnonzero(~found.reachable)[0]))
     before = np.zeros(m)
     if start is not None:
-        before, prefer = np.array(rows(start, m, name="start")), 0
+        before = np.array(rows(start, m, name="start"))
     elif prefer not in (-1, 0, 1):
-        raise KinematicsError(f"prefer is {prefer}, want -1, 0 or 1")
-    slides = list(machine.slides)
+        raise KinematicsError(f"prefer is {prefer}, expected -1, 0 or 1")
     with np.errstate(invalid="ignore"):
         inside = (found.joints[..., slides] >= limits[0, slides]) & (
             found.joints[..., slides] <= limits[1, slides]
@@ -106,15 +106,39 @@ def follow(
     given = np.isfinite(found.joints[..., 0])
     # slides of a free axis are not known yet
     allowed = given & (inside.all(axis=2) | found.singular[:, None])
-    out, branch = np.zeros((n, len(turning))), np.zeros(n, dtype=np.int64)
-    failed = _kernels.follow_branches(
-        np.where(given[..., None], found.joints[..., turning], 0.0), allowed, found.singular,
-        limits[0, turning], limits[1, turning], before[turning], prefer, not switch, SUM_WEIGHT, out, branch,
+    angles, ends = np.zeros((n, 2, 2)), np.array([[-np.inf] * 2, [np.inf] * 2])
+    angles[..., : len(turning)] = np.where(given[..., None], found.joints[..., turning], 0.0)
+    ends[:, : len(turning)] = limits[:, turning]
+    first = np.zeros(2)
+    first[: len(turning)] = before[turning]
+    # at the start a free axis is where the first pose that needs it has it
+    held = 0 if start is not None or found.singular.all() else int(np.argmin(found.singular))
+    u = np.asarray(axis, dtype=np.float64).reshape(-1, 3)
+    tool = np.zeros(n)
+    tool[1:] = angle_between(u[:-1], u[1:])
+    if n and start is not None:
+        tool[0] = float(angle_between(machine.forward(before).axis, u[0]))
+    price = np.full(n, HARD, dtype=np.int64)
+    if easy is not None:
+        price[np.asarray(easy, dtype=np.bool_)] = 1
+    with np.errstate(invalid="ignore"):
+        wide = np.where(np.isfinite(ends).all(axis=0), np.ceil((ends[1] - ends[0]) / np.pi / 2) + 1, 1)
+    room = int(min(2 * wide.prod(), ROOM))
+    out, branch = np.zeros((n, 2)), np.zeros(n, dtype=np.int64)
+    failed = _kernels.least_jumps(
+        angles[held:], allowed[held:], found.singular[held:].copy(), ends[0].copy(), ends[1].copy(), tool[held:],
+        price[held:], first, start is not None, 0 if len(turning) < 2 else prefer, JUMP, JUMP_RATIO, SUM_WEIGHT, room,
+        out[held:], branch[held:],
     )  # fmt: skip
     if failed >= 0:
-        raise _outside(machine, found.joints[failed], failed)
+        raise _outside(machine, found.joints[held + failed], held + failed)
+    for k in range(held - 1, -1, -1):
+        near = _kernels.nearest_turn(angles[k, 0, 1], out[k + 1, 1], ends[0, 1], ends[1, 1])
+        if np.isnan(near):
+            raise _outside(machine, found.joints[k], k)
+        out[k] = out[k + 1, 0], near
     q = np.array(found.joints[np.arange(n), branch])
-    q[:, turning] = out
+    q[:, turning] = out[:, : len(turning)]
     kept = np.flatnonzero(found.singular)
     if len(kept):
         q[kept], _ = machine.place(q[kept], rows(tip, -1, 3, name="tip")[kept])

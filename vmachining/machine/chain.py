@@ -102,10 +102,7 @@ class Machine:
     table : number of joints on the workpiece's side of the bed. It classifies the machine; the mathematics
         does not need it.
 
-    Raises
-    ------
-    KinematicsError
-        Two joints of one name, no joints, a work frame that is not a rigid motion.
+    Raises KinematicsError: Two joints of one name, no joints, a work frame that is not a rigid motion.
     """
 
     name: str
@@ -197,10 +194,7 @@ class Machine:
     def joints(self, *, degrees: bool = True, **values: ArrayLike) -> Floats:
         """Joint array (..., m) from values by name, case ignored; joints that are not named are zero.
 
-        Raises
-        ------
-        KinematicsError
-            A name the machine does not have.
+        Raises KinematicsError: A name the machine does not have.
         """
         known = {name.lower(): i for i, name in enumerate(self.names)}
         arrays = {name.lower(): np.asarray(value, dtype=np.float64) for name, value in values.items()}
@@ -239,10 +233,7 @@ class Machine:
 
         A block with a straight tip and linear rotary joints is a joint-linear block of this one.
 
-        Raises
-        ------
-        KinematicsError
-            A rotary joint named X, Y or Z.
+        Raises KinematicsError: A rotary joint named X, Y or Z.
         """
         turn = self.work[:3, :3].T
         slides = [Axis(name, Kind.LINEAR, way) for name, way in zip("XYZ", np.eye(3), strict=True)]
@@ -272,8 +263,6 @@ class Machine:
         Each joint adds a twist (omega_i, v_i) in workpiece coordinates, known from the joints before it; its
         own change is the bracket with the twist of those joints.
 
-        Parameters
-        ----------
         joints, speeds : (..., m); speeds per unit of any parameter.
         """
         q, dq = np.broadcast_arrays(self._joints(joints), self._joints(speeds))
@@ -302,18 +291,10 @@ class Machine:
     def inverse(self, tip: ArrayLike, axis: ArrayLike) -> Solutions:
         """All joints that bring the tool to the poses.
 
-        Parameters
-        ----------
         tip : (n, 3) mm; axis : (n, 3), of any length but zero; workpiece coordinates.
+        Raises KinematicsError: A chain that is not made of three slides and at most two rotary axes, parallel rotary
+            axes, a rotary axis that only spins the tool, an axis without direction. A pose out of reach is no error.
 
-        Raises
-        ------
-        KinematicsError
-            A chain that is not made of three slides and at most two rotary axes, parallel rotary axes, a
-            rotary axis that only spins the tool, an axis without direction. A pose out of reach is no error.
-
-        Notes
-        -----
         The orientation R(w1, t1) R(w2, t2) k = u is the second subproblem of Paden and Kahan. Its common
         vector z = R(w2, t2) k has the colatitude of u about w1; its azimuth psi about w1 is an angle of the
         spherical triangle with the sides angle(w1, u), angle(w1, w2), angle(w2, k). The half-angle formula
@@ -331,7 +312,7 @@ class Machine:
             raise KinematicsError(f"tool axis {int(np.flatnonzero(size == 0)[0])} has no direction")
         if len(self.slides) != 3 or len(self.rotary) > 2:
             raise KinematicsError(
-                f"{self.chain}: the inverse wants three slides and at most two rotary axes, "
+                f"{self.chain}: the inverse needs three slides and at most two rotary axes, "
                 f"got {len(self.slides)} and {len(self.rotary)}"
             )
         wanted = (u / size) @ self.work[:3, :3].T
@@ -349,13 +330,8 @@ class Machine:
     def place(self, joints: ArrayLike, tip: ArrayLike) -> tuple[Floats, Floats]:
         """Slides that bring the tip to a place while the rotary joints stay.
 
-        Parameters
-        ----------
         joints : (..., m), slides ignored. tip : (..., 3) mm.
-
-        Returns
-        -------
-        joints (..., m) with the slides filled in, NaN where they cannot be solved; |det J| (...,).
+        Returns joints (..., m) with the slides filled in, NaN where they cannot be solved; |det J| (...,).
         """
         q = np.array(joints, dtype=np.float64)
         q[..., self.slides] = 0.0
@@ -381,7 +357,7 @@ class Machine:
         q = np.asarray(values, dtype=np.float64)
         if q.ndim == 0 or q.shape[-1] != len(self.axes):
             raise KinematicsError(
-                f"joints: want {len(self.axes)} columns ({', '.join(self.names)}), got shape {q.shape}"
+                f"joints: expected {len(self.axes)} columns ({', '.join(self.names)}), got shape {q.shape}"
             )
         return q
 

@@ -43,10 +43,7 @@ class FrameMachine:
     t12, t23, t34 : (3,) mm. Class 0/2 has t12 in the realigned axes of O1, as eq. (2-23) reads; with an
     offset in workpiece axes pass G @ t12, which makes eq. (2-24) right.
 
-    Raises
-    ------
-    KinematicsError
-        Another class.
+    Raises KinematicsError: Another class.
     """
 
     kind: str
@@ -73,8 +70,7 @@ class FrameMachine:
 
         point : (..., 3) mm, workpiece axes; a, b : (...,) rad. Returns (..., 3).
 
-        Notes
-        -----
+
         2/0 (2-11, brackets corrected)        P4 = G (B (A (W + T12) + T23)) + T34
         1/1 (2-21)                            P4 = B (G A (W + T12) + T23) + T34
         0/2 (2-32, T12 outside G, see class)  P4 = B (A (G W + T12) + T23) + T34

@@ -105,7 +105,7 @@ def pulse_counts(position_mm: ArrayLike, blu_mm: float) -> Ints:
     0.02 mm are 2, 1 and 2 pulses.
     """
     if not (blu_mm > 0 and math.isfinite(blu_mm)):
-        raise KinematicsError(f"BLU is {blu_mm} mm, want a positive number")
+        raise KinematicsError(f"BLU is {blu_mm} mm, expected a positive number")
     scaled = np.asarray(position_mm, dtype=np.float64) / blu_mm
     # a decimal half is seldom one in binary: 44.45 / 0.02 gives 2222.4999999999995
     nudged = scaled * (1.0 + 4 * np.finfo(float).eps)
@@ -117,25 +117,17 @@ def pulse_counts(position_mm: ArrayLike, blu_mm: float) -> Ints:
 def line_train(counts: ArrayLike, capacity: int, *, preset: int | None = None) -> Train:
     """Linear DDA over any number of axes.
 
-    Parameters
-    ----------
     counts : (k,) signed pulses. capacity : N.
     preset : content of the registers before; default half load, N // 2.
+    Raises KinematicsError: A register overflow (more pulses than capacity), a preset outside [0, N).
 
-    Raises
-    ------
-    KinematicsError
-        A register overflow (more pulses than capacity), a preset outside [0, N).
-
-    Notes
-    -----
     Each axis sends exactly |p_a| pulses, and its register ends as it began, because it overflows
     floor((q0 + N |p_a|) / N) = |p_a| times.
     """
     p = np.asarray(counts, dtype=np.int64)
     q0 = _checked(capacity) // 2 if preset is None else preset
     if p.ndim != 1 or not len(p):
-        raise KinematicsError(f"counts: want one number per axis, got shape {p.shape}")
+        raise KinematicsError(f"counts: expected one number per axis, got shape {p.shape}")
     if not 0 <= q0 < capacity:
         raise KinematicsError(f"preset {q0} outside 0 to {capacity - 1}")
     _fits(int(np.abs(p).max()), capacity)
@@ -170,14 +162,12 @@ def line_limit(counts: ArrayLike, capacity: int, *, half_load: bool = True) -> f
 def arc_corners(start: ArrayLike, end: ArrayLike, *, ccw: bool, slack: float = 1.0) -> Ints:
     """Start, axis points passed on the way, end: (l + 1, 2) BLU about the centre. Equal ends: a whole circle.
 
-    Raises
-    ------
-    KinematicsError
-        Start on the centre, or an end whose radius differs by more than `slack` BLU ("off-circle end").
+    Raises KinematicsError: Start on the centre, or an end whose radius differs by more than `slack` BLU ("off-circle
+        end").
     """
     s, e = (np.asarray(v, dtype=np.int64) for v in (start, end))
     if s.shape != (2,) or e.shape != (2,):
-        raise KinematicsError(f"arc: want two coordinates, got shapes {s.shape} and {e.shape}")
+        raise KinematicsError(f"arc: expected two coordinates, got shapes {s.shape} and {e.shape}")
     radius, far = math.hypot(*s), math.hypot(*e)
     if radius == 0.0 or far == 0.0:
         raise KinematicsError("arc: its start or end is the centre")
@@ -211,14 +201,8 @@ def arc_train(
 ) -> Train:
     """Circular DDA of mode `dda`; its end is exact by counters.
 
-    Parameters
-    ----------
     start, end : (2,) BLU about the centre. turns : 1 is up to a whole circle, each further one adds a circle.
-
-    Raises
-    ------
-    KinematicsError
-        Like `arc_corners`; a radius above the capacity; turns below 1.
+    Raises KinematicsError: Like `arc_corners`; a radius above the capacity; turns below 1.
     """
     tick, steps, ticks, _ = _arc(start, end, capacity, ccw, turns, slack)
     return _train(tick, steps, ticks)
@@ -236,10 +220,7 @@ def helix_train(
 ) -> Train:
     """Circular DDA with a third axis, linear in ticks within half a BLU; columns x, y, z.
 
-    Raises
-    ------
-    KinematicsError
-        Like `arc_train`; more pulses of the third axis than ticks.
+    Raises KinematicsError: Like `arc_train`; more pulses of the third axis than ticks.
     """
     tick, steps, ticks, _ = _arc(start, end, capacity, ccw, turns, slack)
     if abs(rise) > ticks:
@@ -260,18 +241,12 @@ def s1_quadrant_train(quadrant: int, radius: int, capacity: int, *, ccw: bool = 
 
     It runs int(1.57 N) ticks, so the slow axis misses at least one pulse and a large quadrant ends early.
 
-    Parameters
-    ----------
     quadrant : 1 upper left, 2 upper right, 3 lower right, 4 lower left: the numbering of the listing.
     radius : BLU.
-
-    Raises
-    ------
-    KinematicsError
-        Another quadrant, a radius that is not positive or above the capacity.
+    Raises KinematicsError: Another quadrant, a radius that is not positive or above the capacity.
     """
     if (quadrant, ccw) not in QUADRANTS_S1:
-        raise KinematicsError(f"quadrant {quadrant}, want 1 to 4")
+        raise KinematicsError(f"quadrant {quadrant}, expected 1 to 4")
     if radius < 1:
         raise KinematicsError(f"radius {radius} BLU is not positive")
     _fits(radius, _checked(capacity))
@@ -327,7 +302,7 @@ def _arc(
 
 def _checked(capacity: int) -> int:
     if capacity < 1 or capacity != int(capacity) or capacity > MAX_CAPACITY:
-        raise KinematicsError(f"register capacity {capacity}: want a whole number from 1 to 2^31")
+        raise KinematicsError(f"register capacity {capacity}: expected a whole number from 1 to 2^31")
     return int(capacity)
 
 

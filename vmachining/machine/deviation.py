@@ -1,30 +1,26 @@
-"""How far a joint-linear block leaves the straight line, and into how many pieces it must be cut.
+"""How far a joint-linear block leaves the straight line.
 
-Symbols: p tip, p'' its second derivative by t in [0, 1], tau tolerance.
+Symbols: p tip, p'' its second derivative by t in [0, 1].
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vmachining.arrays import Floats, Ints, rows
+from vmachining.arrays import Floats, rows
 from vmachining.errors import KinematicsError
 from vmachining.geometry.rotation import great_circle
 from vmachining.machine.chain import Machine
-from vmachining.machine.motion import TcpMotion, derivative_bounds
 
-__all__ = ["AxisDeviation", "TipDeviation", "axis_deviation", "pieces", "straighten", "tip_deviation"]
+__all__ = ["AxisDeviation", "TipDeviation", "axis_deviation", "derivative_bounds", "tip_deviation"]
 
 SAMPLES = 65
 ZOOMS, ZOOM_SAMPLES = 6, 17
 """Each zoom narrows the place of a maximum by 8; six give 1e-7 of the block and the value to 1e-12."""
-
-MAX_PIECES = 20_000
 
 
 class TipDeviation(NamedTuple):
@@ -58,13 +54,9 @@ def tip_deviation(
 ) -> TipDeviation:
     """Deviation of joint-linear blocks from the straight tip path.
 
-    Parameters
-    ----------
     start, end : (n, m) joints.
     samples : per block, at least 3; more of them make `bound` tighter.
 
-    Notes
-    -----
     The interpolation error of a straight line is at most max |p''| / 8. The maximum of g = |p''|^2 is taken
     from samples a step h apart, plus h^2/8 max|g''| <= h^2/4 (M3^2 + M2 M4) with the bounds M_k of
     `derivative_bounds`. For one rotary axis and a tip at the radius r it is about r dtheta^2 / 8.
@@ -128,56 +120,40 @@ def axis_deviation(
     return AxisDeviation(_largest(across, grid), _largest(circle, grid), np.minimum(bound, turned**2 / 8.0))
 
 
-def pieces(bound_mm: ArrayLike, tolerance_mm: float) -> Ints:
-    """Equal pieces that keep a curve within the tolerance of its chords: n = ceil(sqrt(max|p''| / (8 tau))).
+def derivative_bounds(machine: Machine, start: ArrayLike, end: ArrayLike) -> Floats:
+    """Bounds of the norms of the second, third and fourth derivative of the tip in a joint-linear block.
 
-    bound_mm : (n,) from `tip_deviation`. At least 1.
+    The tip is a sum of vectors r_j(t), linear in t, each turned by the first j rotary joints, R_j(t) r_j(t).
+    With W_j the sum of their turns, |d^k R_j / dt^k| <= W_j^k, so
+
+        |d^k p / dt^k| <= sum_j W_j^k max|r_j| + k W_j^(k-1) |r_j'|
+
+    start, end : (..., m). Returns (..., 3).
     """
-    if not tolerance_mm > 0:
-        raise KinematicsError(f"tolerance {tolerance_mm} mm is not positive")
-    count = np.ceil(np.sqrt(np.asarray(bound_mm, dtype=np.float64) / tolerance_mm) * (1.0 - 1e-12))
-    return np.asarray(np.maximum(count, 1), dtype=np.int64)
+    q0, q1 = np.broadcast_arrays(np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64))
+    shape = q0.shape[:-1]
+    before, after, turned = np.zeros((*shape, 3)), np.zeros((*shape, 3)), np.zeros(shape)
+    out = np.zeros((*shape, 3))
+    k = np.array([2.0, 3.0, 4.0])
 
+    def add() -> None:
+        reach = np.maximum(np.linalg.norm(before, axis=-1), np.linalg.norm(after, axis=-1))[..., None]
+        change = np.linalg.norm(after - before, axis=-1)[..., None]
+        w = turned[..., None]
+        out[...] += w**k * reach + k * w ** (k - 1.0) * change
 
-def straighten(
-    machine: Machine,
-    start: ArrayLike,
-    end: ArrayLike,
-    tolerance_mm: float,
-    *,
-    orientation: str = "rotary",
-) -> Floats:
-    """Joint positions whose joint-linear blocks keep the tip within the tolerance of the straight line.
-
-    What a postprocessor must write for a control without tool-centre-point control, or what a control with it
-    drives internally.
-
-    Parameters
-    ----------
-    start, end : (m,) joints of the ends.
-    orientation : as in `TcpMotion`.
-
-    Returns
-    -------
-    (k + 1, m) joints; the ends included. The bound of every block is proven, not sampled.
-
-    Raises
-    ------
-    KinematicsError
-        More than 20,000 blocks, as happens when the great circle passes a singularity.
-    """
-    motion = TcpMotion(machine, start, end, orientation=orientation)
-    worst = float(_bound(machine, motion.first[None], motion.last[None], SAMPLES)[0])
-    count = int(pieces([worst], tolerance_mm)[0])
-    while count <= MAX_PIECES:
-        joints = motion.whole(np.linspace(0.0, 1.0, count + 1))
-        worst = float(_bound(machine, joints[:-1], joints[1:], 5).max())
-        if worst <= tolerance_mm:
-            return joints
-        count = max(count + 1, math.ceil(count * math.sqrt(worst / tolerance_mm)))
-    raise KinematicsError(
-        f"more than {MAX_PIECES} blocks for {tolerance_mm} mm", remedy="the move passes near a singularity"
-    )
+    for i, axis in enumerate(machine.axes):
+        if axis.is_rotary:
+            before, after = before + axis.point, after + axis.point
+            add()
+            before, after = (np.broadcast_to(-axis.point, (*shape, 3)) for _ in range(2))
+            turned = turned + np.abs(q1[..., i] - q0[..., i])
+        else:
+            before = before + axis.sign * q0[..., i, None] * axis.direction
+            after = after + axis.sign * q1[..., i, None] * axis.direction
+    before, after = before + machine.tip, after + machine.tip
+    add()
+    return out
 
 
 def _bound(machine: Machine, q0: Floats, q1: Floats, samples: int) -> Floats:

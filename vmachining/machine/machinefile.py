@@ -1,4 +1,4 @@
-"""A machine from a small TOML file; every refusal names file, line and key.
+"""A machine from a small TOML file; every refusal names file, line and key. [legs] and [machine]: docs/kinematics.md.
 
 name = "trunnion"
 tool_axis = [0, 0, 1]        # at home, from tip to spindle; default +z
@@ -21,6 +21,7 @@ max_acceleration_deg_s2 = 500
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
 import tomllib
@@ -35,12 +36,14 @@ from vmachining.errors import KinematicsError
 from vmachining.geometry.rotation import UNIT, rotation
 from vmachining.machine.axis import Axis, Kind
 from vmachining.machine.chain import Machine
+from vmachining.machine.hexapod import Hexapod
 from vmachining.machine.presets import PRESETS, preset
-from vmachining.textfile import read_text
+from vmachining.textfile import parse_toml, read_text
 
-__all__ = ["load", "machine_from_mapping", "read_machine"]
+__all__ = ["load", "machine_from_mapping", "read_machine", "read_parts"]
 
-TOP_KEYS = ("name", "tool_axis", "gauge_mm", "tool_length_mm", "work", "axes")
+TOP_KEYS = ("name", "tool_axis", "gauge_mm", "tool_length_mm", "work", "axes", "legs", "machine")
+LEG_KEYS = ("base_mm", "platform_mm", "length_mm", "base_joint_deg", "platform_joint_deg")
 WORK_KEYS = ("origin_mm", "rotation_deg")
 AXIS_KEYS = ("name", "kind", "carries", "direction", "point_mm", "sign")
 LIMIT_KEYS = {
@@ -54,10 +57,7 @@ def load(name_or_file: str | Path, **options: Any) -> Machine:
 
     A Path, and a text that ends in `.toml`, is a file.
 
-    Raises
-    ------
-    KinematicsError
-        No such preset or file, or a file that describes no machine.
+    Raises KinematicsError: No such preset or file, or a file that describes no machine.
     """
     if not isinstance(name_or_file, Path) and not name_or_file.lower().endswith(".toml"):
         return preset(name_or_file, **options)
@@ -68,16 +68,38 @@ def load(name_or_file: str | Path, **options: Any) -> Machine:
 
 def read_machine(path: str | Path) -> Machine:
     """The machine in a TOML file. Raises KinematicsError with file and line."""
+    chain = read_parts(path)[0]
+    if chain is None:
+        raise KinematicsError(
+            "no [[axes]]", file=str(path), remedy="list the joints from the workpiece to the tool"
+        )
+    return chain
+
+
+def read_parts(path: str | Path) -> tuple[Machine | None, Hexapod | None, Mapping[str, Any]]:
+    """Chain and legs of a machine file, and its table [machine] as it stands. Of a job file only [machine] counts.
+
+    Raises KinematicsError: No such file, or nothing of these is in it.
+    """
     path = Path(path)
     text = read_text(path, "machine file", KinematicsError, missing=f"presets: {', '.join(PRESETS)}")
     try:
-        data = tomllib.loads(text)
+        data = parse_toml(text)
     except tomllib.TOMLDecodeError as exc:
         place = re.search(r"\(at line (\d+), column (\d+)\)", str(exc))
         line, col = (int(place[1]), int(place[2])) if place else (None, None)
         message = re.sub(r" \(at .*\)$", "", str(exc))
         raise KinematicsError(f"not valid TOML: {message}", file=str(path), line=line, col=col) from exc
-    return _Reader(str(path), text).machine(data)
+    reader, keys = _Reader(str(path), text), data.get("machine", {})
+    if not isinstance(keys, dict):
+        raise reader.refuse("machine is not a table", "machine")
+    if "program" in data:
+        return None, None, keys
+    if "machine" in data and "axes" not in data and "legs" not in data:
+        reader.known(data, ("name", "machine"), None)
+        return None, None, keys
+    chain = reader.machine(data)
+    return chain, reader.legs(data) if "legs" in data else None, keys
 
 
 def machine_from_mapping(data: Mapping[str, Any]) -> Machine:
@@ -113,6 +135,9 @@ class _Reader:
     def machine(self, data: Mapping[str, Any]) -> Machine:
         self.known(data, TOP_KEYS, None)
         blocks = data.get("axes")
+        if blocks is None and "legs" in data:
+            name = data.get("name", self.file or "hexapod")
+            return dataclasses.replace(preset("hexa"), name=str(name))
         if not isinstance(blocks, list) or not blocks or not all(isinstance(b, dict) for b in blocks):
             raise self.refuse("no [[axes]]", "axes", remedy="list the joints from the workpiece to the tool")
         axes = [self.axis(block, i) for i, block in enumerate(blocks)]
@@ -136,7 +161,7 @@ class _Reader:
             raise self.refuse("tool_axis has no direction", "tool_axis")
         name = data.get("name", self.file or "machine")
         if not isinstance(name, str):
-            raise self.refuse(f"name = {name!r}: want a text", "name")
+            raise self.refuse(f"name = {name!r}: expected a text", "name")
         try:
             machine = Machine(
                 name, axes, tip=self.vector(data, "gauge_mm", (0.0, 0.0, 0.0)), tool=tool, work=work, table=sum(table)
@@ -145,17 +170,43 @@ class _Reader:
             raise self.refuse(exc.message) from exc
         return machine.with_tool(self.number(data, "tool_length_mm", 0.0))
 
+    def legs(self, data: Mapping[str, Any]) -> Hexapod:
+        block = data["legs"]
+        if not isinstance(block, dict):
+            raise self.refuse("legs is not a table", "legs")
+        if "axes" in data:
+            raise self.refuse("legs and axes exclude each other", "legs")
+        self.known(block, LEG_KEYS, None)
+        places = {}
+        for key, what in (("base_mm", "on the frame"), ("platform_mm", "on the platform")):
+            rows = block.get(key)
+            if not isinstance(rows, list) or len(rows) != 6:
+                raise self.refuse(f"{key}: six places of joints {what} are needed", key)
+            places[key] = [self.vector({key: row}, key, None) for row in rows]
+        low_high = block.get("length_mm")
+        if not isinstance(low_high, list) or len(low_high) != 2:
+            raise self.refuse("length_mm: shortest and longest leg are needed", "length_mm")
+        low, high = (self.number({"length_mm": v}, "length_mm", 0.0) for v in low_high)
+        lean, tilt = (math.radians(self.number(block, f"{k}_joint_deg", 180.0)) for k in ("base", "platform"))
+        try:
+            return Hexapod(
+                np.array(places["base_mm"]), np.array(places["platform_mm"]), self.vector(data, "gauge_mm", (0.0, 0.0, 0.0)),
+                (low, high), lean, tilt, self.number(data, "tool_length_mm", 0.0),
+            )  # fmt: skip
+        except KinematicsError as exc:
+            raise self.refuse(exc.message, "length_mm", remedy=exc.remedy) from exc
+
     def axis(self, block: Mapping[str, Any], i: int) -> Axis:
         kinds = [k.value for k in Kind]
         kind = block.get("kind")
         if kind not in kinds:
             got = f"kind = {kind!r}" if "kind" in block else "kind is missing"
-            raise self.refuse(f"axis {i + 1}: {got}", "kind", i, f"want {' or '.join(kinds)}")
+            raise self.refuse(f"axis {i + 1}: {got}", "kind", i, f"give {' or '.join(kinds)}")
         limits = LIMIT_KEYS[Kind(kind)]
         self.known(block, (*AXIS_KEYS, *limits), i)
         name = block.get("name")
         if not (isinstance(name, str) and re.fullmatch(r"[A-Za-z]\w*", name)):
-            raise self.refuse(f"axis {i + 1}: name = {name!r}", "name", i, "want a letter, e.g. X or C")
+            raise self.refuse(f"axis {i + 1}: name = {name!r}", "name", i, "give a letter, e.g. X or C")
         direction = block.get("direction")
         if isinstance(direction, str) and direction.lstrip("-").lower() in UNIT:
             way = np.array(UNIT[direction.lstrip("-").lower()]) * (-1 if direction.startswith("-") else 1)
@@ -163,7 +214,7 @@ class _Reader:
             way = self.vector(block, "direction", None, i)
         else:
             raise self.refuse(
-                f"axis {name}: direction = {direction!r}", "direction", i, "want x, y, z, -x, -y, -z or [i, j, k]"
+                f"axis {name}: direction = {direction!r}", "direction", i, "give x, y, z, -x, -y, -z or [i, j, k]"
             )  # fmt: skip
         if "point_mm" in block and kind == Kind.LINEAR:
             raise self.refuse(f"axis {name}: a slide has no point_mm", "point_mm", i, "leave it out")
@@ -191,7 +242,7 @@ class _Reader:
         what = block.get("carries")
         if what not in ("work", "tool"):
             got = f"carries = {what!r}" if "carries" in block else "carries is missing"
-            raise self.refuse(f"axis {block.get('name')}: {got}", "carries", i, "want work or tool")
+            raise self.refuse(f"axis {block.get('name')}: {got}", "carries", i, "give work or tool")
         return bool(what == "work")
 
     def known(self, block: Mapping[str, Any], keys: Iterable[str], axis: int | None) -> None:
@@ -205,10 +256,10 @@ class _Reader:
     def number(self, block: Mapping[str, Any], key: str, default: float, axis: int | None = None) -> float:
         value = block.get(key, default)
         if isinstance(value, bool) or not isinstance(value, int | float) or math.isnan(value):
-            raise self.refuse(f"{key} = {value!r}: want a number", key, axis)
+            raise self.refuse(f"{key} = {value!r}: expected a number", key, axis)
         if key in block and not math.isfinite(value):
             raise self.refuse(
-                f"{key} = {value!r}: want a finite number", key, axis, "leave it out for no limit"
+                f"{key} = {value!r}: expected a finite number", key, axis, "leave it out for no limit"
             )
         return float(value)
 
@@ -228,5 +279,5 @@ class _Reader:
             isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v) for v in value
         )  # fmt: skip
         if not good:
-            raise self.refuse(f"{key} = {value!r}: want three finite numbers", key, axis)
+            raise self.refuse(f"{key} = {value!r}: expected three finite numbers", key, axis)
         return np.array(value, dtype=np.float64)

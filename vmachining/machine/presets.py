@@ -8,6 +8,7 @@ work).
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -28,6 +29,7 @@ __all__ = [
     "nutating_head",
     "nutating_table",
     "preset",
+    "preset_options",
     "table_head",
     "table_table",
     "with_axes",
@@ -193,17 +195,27 @@ def with_axes(letters: str) -> list[str]:
 def preset(name: str, **options: Any) -> Machine:
     """A machine by name.
 
-    Raises
-    ------
-    KinematicsError
-        No such preset, or an option it does not have.
+    Raises KinematicsError: No such preset, or an option it does not have.
     """
     make = PRESETS.get(name)
     if make is None:
         close = _nearest(name.lower())
         meant = f"did you mean {' or '.join(close)}? " if close else ""
         raise KinematicsError(f"no machine {name!r}", remedy=f"{meant}known: {', '.join(PRESETS)}")
+    known = preset_options(name)
+    if wrong := next((key for key in options if key not in known), None):
+        raise KinematicsError(
+            f"machine {name} has no option {wrong!r}", remedy=f"it has {', '.join(known) or 'none'}"
+        )
     try:
         return make(**options)
-    except TypeError as exc:
+    except (TypeError, ValueError) as exc:
         raise KinematicsError(f"machine {name}: {exc}") from exc
+
+
+def preset_options(name: str) -> dict[str, Any]:
+    """Options of a preset with their defaults; mm."""
+    given = inspect.signature(PRESETS[name]).parameters.values()
+    if any(p.kind is p.VAR_KEYWORD for p in given):
+        return dict.fromkeys(("t12", "t23", "t34"), ORIGIN)
+    return {p.name: p.default for p in given if p.kind is p.KEYWORD_ONLY}

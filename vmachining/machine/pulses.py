@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vmachining.arrays import Floats, Ints
+from vmachining.arrays import Ints
 from vmachining.errors import KinematicsError
 from vmachining.geometry import Arc, Line
 from vmachining.machine.dda import (
@@ -43,7 +43,6 @@ __all__ = [
     "Interpolator",
     "PulseBlock",
     "feed_rate_number",
-    "plot_pulses",
     "source_clock_hz",
     "write_csv",
     "write_npz",
@@ -104,10 +103,7 @@ class Interpolator:
         capacity of its radius).
     max_pulse_hz : pulse rate the drives can follow, None for no limit. rapid_mm_min : feed of rapids.
 
-    Raises
-    ------
-    KinematicsError
-        A value that makes no sense.
+    Raises KinematicsError: A value that makes no sense.
     """
 
     blu_mm: float = BLU_MM
@@ -119,29 +115,23 @@ class Interpolator:
 
     def __post_init__(self) -> None:
         if self.mode not in ("dda", "s1"):
-            raise KinematicsError(f"mode {self.mode!r}: want dda or s1")
+            raise KinematicsError(f"mode {self.mode!r}: expected dda or s1")
         if not 1 <= self.register <= MAX_CAPACITY:
-            raise KinematicsError(f"register {self.register}: want a whole number from 1 to 2^31")
+            raise KinematicsError(f"register {self.register}: expected a whole number from 1 to 2^31")
         for name, value in (("blu_mm", self.blu_mm), ("rapid_mm_min", self.rapid_mm_min),
                             ("max_pulse_hz", self.max_pulse_hz)):  # fmt: skip
             if value is not None and not (math.isfinite(value) and value > 0):
-                raise KinematicsError(f"{name} is {value}, want a positive number")
+                raise KinematicsError(f"{name} is {value}, expected a positive number")
 
     def blocks(
         self, path: Line | Arc, feed_mm_min: float | None, line: int | None = None
     ) -> list[PulseBlock]:
         """Pulses of one path; several blocks if it was split, none if it has no pulse.
 
-        Parameters
-        ----------
         feed_mm_min : along the path; None for a rapid.
         line : of the program, for messages.
-
-        Raises
-        ------
-        KinematicsError
-            Register overflow, off-circle end, an arc that mode `s1` cannot draw, a feed that is not positive
-            or above `max_pulse_hz`.
+        Raises KinematicsError: Register overflow, off-circle end, an arc that mode `s1` cannot draw, a feed that is not
+            positive or above `max_pulse_hz`.
         """
         feed = self.rapid_mm_min if feed_mm_min is None else feed_mm_min
         if not feed > 0:
@@ -318,43 +308,6 @@ def write_npz(path: str | Path, blocks: Sequence[PulseBlock], interpolator: Inte
     }
     with Path(path).open("wb") as file:
         np.savez_compressed(file, **columns)  # type: ignore[arg-type]
-
-
-def plot_pulses(
-    path: str | Path, blocks: Sequence[PulseBlock], paths: Sequence[Line | Arc], blu_mm: float
-) -> None:
-    """Pulses and programmed path in one offline HTML page; flat if nothing moves along z."""
-    import plotly.graph_objects as go
-
-    t = np.linspace(0.0, 1.0, 91)
-    asked = [p.position(t if isinstance(p, Arc) else [0.0, 1.0]) for p in paths]
-    made: list[Floats] = [block.train.positions(block.start) * np.float64(blu_mm) for block in blocks]
-    deep = any(np.ptp(points[:, 2]) > 0 for points in (*asked, *made))
-    figure = go.Figure()
-    for name, lines, style in (
-        ("programmed", asked, {"color": "#888", "width": 4}), ("pulses", made, {"color": "#c33", "width": 2})
-    ):  # fmt: skip
-        points = _joined(lines)
-        axes = dict(zip("xyz" if deep else "xy", points.T, strict=False))
-        trace = go.Scatter3d if deep else go.Scatter
-        figure.add_trace(trace(**axes, mode="lines", name=name, line=style, connectgaps=False))
-    figure.update_layout(
-        template="plotly_white", title=f"{sum(len(b.train.tick) for b in blocks)} pulsing ticks"
-    )
-    if deep:
-        figure.update_layout(scene={"aspectmode": "data", "xaxis_title": "x mm", "yaxis_title": "y mm"})
-    else:
-        figure.update_xaxes(title="x mm")
-        figure.update_yaxes(title="y mm", scaleanchor="x", scaleratio=1)
-    page = figure.to_html(include_plotlyjs=True, full_html=True)
-    page = page.replace("<head>", '<head><meta name="generator" content="vmachining dda">', 1)
-    Path(path).write_text(page, encoding="utf-8")
-
-
-def _joined(lines: Sequence[Floats]) -> Floats:
-    """All polylines in one array, NaN between them."""
-    gap = np.full((1, 3), np.nan)
-    return np.concatenate([np.zeros((0, 3)), *(part for line in lines for part in (line, gap))])
 
 
 def _wide(steps: NDArray[np.int8]) -> NDArray[np.int8]:

@@ -12,11 +12,15 @@ departures from LinuxCNC and limits: docs/reading_programs.md.
 """
 
 from vmachining.nc.catalogue import CATALOGUE, explain
+from vmachining.nc.checks import beyond_travel, finding
+from vmachining.nc.decode import MAX_BYTES, decode_program
+from vmachining.nc.dialects import DIALECTS, is_g_code
 from vmachining.nc.lexer import LexedLine, Word, lex_line, split_lines
 from vmachining.nc.model import Finding, Motion, Move, Point, Program
-from vmachining.nc.reader import DIALECTS, MAX_BYTES, decode_program, parse_program, read_program
+from vmachining.nc.reader import parse_program, read_program
 from vmachining.nc.records import finding_record, move_record
 from vmachining.nc.rewrite import BlockEdit, Rewritten, rewrite_feeds
+from vmachining.nc.settings import Settings
 from vmachining.nc.tooltable import ToolEntry, read_tool_table
 
 __all__ = [
@@ -31,11 +35,15 @@ __all__ = [
     "Point",
     "Program",
     "Rewritten",
+    "Settings",
     "ToolEntry",
     "Word",
+    "beyond_travel",
     "decode_program",
     "explain",
+    "finding",
     "finding_record",
+    "is_g_code",
     "lex_line",
     "move_record",
     "parse_program",

@@ -59,10 +59,7 @@ def center_from_radius(start: Pair, end: Pair, radius: float, ccw: bool) -> Pair
     h = sqrt(R^2 - d^2/4) from the middle of the chord along its left normal, on the left for a
     counter-clockwise minor arc.
 
-    Raises
-    ------
-    ArcError
-        E305 radius shorter than half the chord, E306 start and end are one point.
+    Raises ArcError: E305 radius shorter than half the chord, E306 start and end are one point.
     """
     da, db = end[0] - start[0], end[1] - start[1]
     chord = math.hypot(da, db)
@@ -81,10 +78,7 @@ def center_from_radius(start: Pair, end: Pair, radius: float, ccw: bool) -> Pair
 def check_center(start: Pair, end: Pair, center: Pair, inch: bool) -> float:
     """Difference of start and end radius, mm, if it is within the limits.
 
-    Raises
-    ------
-    ArcError
-        E304 the radii differ, E308 the start is the centre.
+    Raises ArcError: E304 the radii differ, E308 the start is the centre.
     """
     begin = math.hypot(start[0] - center[0], start[1] - center[1])
     finish = math.hypot(end[0] - center[0], end[1] - center[1])

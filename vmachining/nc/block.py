@@ -11,9 +11,9 @@ from typing import Final, NamedTuple
 from vmachining.nc.codes import (
     AXIS_CLAIMING,
     CYCLES,
+    FANUC_G_GROUP,
     G_GROUP,
     M_GROUP,
-    MTS_G_GROUP,
     group_name,
     refuse_g,
     refuse_m,
@@ -34,6 +34,7 @@ _MTS_WORDS: Final = {
 
 _CYCLE_WORDS: Final = {
     730: "Q", 740: "P", 810: "", 820: "P", 830: "Q", 840: "P", 850: "", 860: "P", 890: "P",
+    760: "P", 870: "PQ", 880: "P",
 }  # fmt: skip
 """What canned cycles take besides their axis words, R and L."""
 
@@ -80,7 +81,7 @@ class Block:
 
     def has_g(self, code: int) -> bool:
         """Whether the block names this G code (ten times its number)."""
-        found = self.g.get(G_GROUP[code])
+        found = self.g.get(FANUC_G_GROUP[code])
         return found is not None and found[0] == code
 
     def word(self, letter: str) -> Word | None:
@@ -97,7 +98,7 @@ class Block:
 
 
 def block_number(line: LexedLine) -> int | None:
-    """The N word that opens the line, None when there is none or it is malformed; digits behind a point are left."""
+    """The N word that opens the line, None when none exists or it is malformed; digits behind a point are left."""
     if not line.words or line.words[0].letter != "N":
         return None
     found = _BLOCK_NUMBER.fullmatch(re.sub(r"[ \t]", "", line.words[0].text))
@@ -111,19 +112,17 @@ def build_block(
     *,
     rotary: str = "",
     mts: bool = False,
+    groups: dict[int, int] = G_GROUP,
 ) -> Block:
     """Sort the words of a line and check them against each other.
 
-    Parameters
-    ----------
     line : the lexed line, without errors.
     values : the number of each word, expressions evaluated.
     modal_motion : ten times the G code of group 1 in force, None after G80.
     rotary : letters of the rotary axes that the machine has.
-    mts : read the codes of that dialect.
+    mts : read the codes of that dialect. groups : modal group of every G code that is known.
     """
     block, known = Block(), True
-    groups = MTS_G_GROUP if mts else G_GROUP
     for index, (word, value) in enumerate(zip(line.words, values, strict=True)):
         letter = word.letter
         if letter == "N":
@@ -141,6 +140,11 @@ def build_block(
             block.problems.append(Problem("E202", word, f"{letter} is already given in column {first.col}"))
         else:
             block.words[letter] = value, word
+    corner = next((block.words[letter][1] for letter in (",R", ",C", ",A") if letter in block.words), None)
+    if corner is not None and (groups is G_GROUP or corner.letter == ",A"):
+        known = False
+        what = "chamfers, rounded corners and angles (,C ,R ,A) are not supported"
+        block.problems.append(Problem("E208", corner, what, "let the post write them out"))
     block.axes = "".join(letter for letter in "XYZ" if letter in block.words)
     block.polar = "".join(letter for letter in "@^" if letter in block.words)
     block.centre = "".join(letter for letter in "IJK" if letter in block.words)
@@ -230,6 +234,8 @@ def _owners(block: Block, modal_motion: int | None) -> None:
     cycle = moves and effective in CYCLES and (motion is not None or bool(places))
     arc = moves and effective in (20, 30) and (motion is not None or bool(places) or bool(block.centre))
     takers = _takers(block, effective, arc, cycle)
+    if moves and effective in (10, 20, 30):
+        takers |= {",R": ["corner"], ",C": ["corner"]}
     if tap:
         takers.setdefault("K", []).append("tap")
     for letter in "PQR":

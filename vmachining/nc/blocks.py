@@ -8,124 +8,29 @@ from __future__ import annotations
 import gc
 import re
 from bisect import bisect_left
-from collections.abc import Callable
 from typing import Final
 
 from vmachining.errors import NCError
-from vmachining.nc.block import Problem, block_number, build_block
-from vmachining.nc.catalogue import CATALOGUE
-from vmachining.nc.control import find_structure
+from vmachining.nc.carried import carried
+from vmachining.nc.control import Structure, find_structure
+from vmachining.nc.fanuc_lines import folded
+from vmachining.nc.fanuc_macro import MacroFlow, steers
 from vmachining.nc.flow import Flow, FlowStop
-from vmachining.nc.interpreter import BlockError, execute
-from vmachining.nc.lexer import MAX_LINE, LexedLine, Word, lex_line
-from vmachining.nc.model import Finding, Motion, Move
-from vmachining.nc.settings import Settings
-from vmachining.nc.state import ORIGIN, Memory, State
-from vmachining.nc.subfiles import SubFiles
+from vmachining.nc.lexer import MAX_LINE, Word
+from vmachining.nc.model import Motion
+from vmachining.nc.one_block import MAX_ERRORS, MAX_WARNINGS, GiveUpError, OneBlock
+from vmachining.nc.quick import BLOCK, quick_move
 from vmachining.nc.tape import find_tape
-from vmachining.nc.values import line_values
-from vmachining.nc.vectors import add
 
 __all__ = ["Reader"]
 
-MAX_ERRORS: Final = 1000
-"""Records of severity E after which a file is given up."""
-
-MAX_MOVES: Final = 2_000_000
-"""Motions of a program that multiplies its lines by cycles and loops; more where more steps are allowed."""
-
-MAX_WARNINGS: Final = 200
-"""Records of one warning code that are listed."""
-
-_N = r"([+-]?(?:[0-9]{1,9}(?:\.[0-9]*)?|\.[0-9]+))[ \t]*"
-_PLAIN: Final = re.compile(
-    r"(?:[Nn]([0-9]{1,9})[ \t]*)?(?:[Gg]0?([01])[ \t]*)?"
-    rf"(?:[Xx][ \t]*{_N})?(?:[Yy][ \t]*{_N})?(?:[Zz][ \t]*{_N})?(?:[Ff][ \t]*{_N})?"
-)
-"""The block that fills most programs: at most N, G0 or G1, X, Y, Z, F, in this order."""
-
-_ABORT: Final = re.compile(r"\([ \t]*abort[ \t]*,", re.IGNORECASE)
+_PROGRAM_NUMBER: Final = re.compile(r"(?:[oO][ \t]*[0-9]+|:[0-9]+)[ \t]*(?:\(|;|$)|[oO].*\b[sS][uU][bB]\b")
+_LOCAL: Final = re.compile(r"M0*97[ \t]*P", re.IGNORECASE)
 _NUMBERED: Final = re.compile(r"[ \t]*/?[ \t]*[Nn][ \t]*([0-9]{1,9})(?![0-9.])")
 
-THREE_AXES: Final = tuple(Move._field_defaults.values())
-"""The fields of a move that three axes do not use."""
 
-
-class _GiveUpError(Exception):
-    """The rest of the program is not examined: code, 0-based line behind the last one, why."""
-
-
-class Reader:
+class Reader(OneBlock):
     """Goes through the lines once, or as often as loops and calls say."""
-
-    def __init__(
-        self, lines: list[str], settings: Settings, decode: Callable[[bytes, str], str] | None = None
-    ) -> None:
-        self.lines, self.settings = lines, settings
-        self.files = SubFiles(settings.subroutines, lines, decode)
-        self.own = len(lines)
-        home = settings.home
-        start = settings.work_offsets.get(540, ORIGIN)
-        self.state = State(
-            sim=home,
-            machine=add(home, start),
-            offsets=settings.work_offsets,
-            start_offset=start,
-            references=(home, home),
-            table=settings.tools or {},
-        )
-        self.state.place_offsets()
-        self.memory = Memory(self.state)
-        self.moves: list[Move] = []
-        self.findings: list[Finding] = []
-        self.ended = False
-        self.errors = 0
-        self.warnings: dict[str, int] = {}
-        self.numbers: set[int] = set()
-        self.highest = -1
-        self.last = -1
-        self.flow: Flow | None = None
-        self.next: int | None = None
-        self.lexed: dict[int, LexedLine] = {}
-        self.reported: set[tuple[int, int, str]] = set()
-
-    # ---- findings ----
-
-    def report(self, problem: Problem, line: int, n: int | None) -> None:
-        """Record a problem; warnings of one kind only up to a limit."""
-        word = problem.word
-        if word is None:
-            self._record(problem.code, line, 1, 0, n, "", problem.message, problem.hint)
-        else:
-            place = word.col, word.length
-            self._record(problem.code, line, *place, n, word.text, problem.message, problem.hint)
-
-    def _record(
-        self,
-        code: str,
-        line: int,
-        col: int,
-        length: int,
-        n: int | None,
-        word: str,
-        message: str,
-        hint: str = "",
-    ) -> None:
-        if self.flow is not None:  # a line that runs often says it once
-            if (line, col, code) in self.reported:
-                return
-            self.reported.add((line, col, code))
-            if line > self.own and (file := self.files.holding(line - 1)) is not None:
-                message = f"in {file.name}, line {line - file.first}: {word} {message}".replace(":  ", ": ")
-                line, col, length, word, n = self.flow.origin(self.own, line - 1) + 1, 1, 0, "", None
-        if code[0] == "W":
-            count = self.warnings[code] = self.warnings.get(code, 0) + 1
-            if count > MAX_WARNINGS:
-                return
-        elif code[0] == "E":
-            self.errors += 1
-        entry = CATALOGUE[code]
-        self.findings.append(Finding(line, col, length, n, word, code, code[0], message, hint or entry.hint))
 
     # ---- the program ----
 
@@ -147,29 +52,41 @@ class Reader:
         at = first
         try:
             at = self._drive(first, stop)
-        except _GiveUpError as exc:
+        except GiveUpError as exc:
             code, at, what = exc.args
             self._record(code, min(at + 1, self.own), 1, 0, None, "", what)
         else:
             self.ended = self.state.ended or closed
             self._epilogue(at if self.state.ended else stop)
+        if self.state.held is not None:
+            what = "the program ends on a corner (,R or ,C), which needs a motion after it"
+            self._record("E109", max(1, self.state.held.line), 1, 0, None, "", what)
         if self.state.compensation is not None:
-            self.moves.extend(self.state.compensation.finish()[0])
+            left = self.state.compensation.finish()[0]
+            self.moves.extend(
+                left if self.state.carried is None else carried(left, self.state, self.settings, None)
+            )
         if not any(move.motion is not Motion.DWELL for move in self.moves) and not self.errors:
             self._record("W406", 1, 1, 0, None, "", "the program contains no motion")
+        if self.translator is not None:
+            self.findings = folded(self.findings)
         for code, count in self.warnings.items():
             if count > MAX_WARNINGS:
                 what = f"{code} was found {count} times, {count - MAX_WARNINGS} of them are not listed"
                 self._record("I407", self.own, 1, 0, None, "", what)
 
     def _epilogue(self, at: int) -> None:
-        """E401, or W404 for what stands behind the end."""
+        """W401, or W404 for what stands behind the end."""
         lines = self.lines
         if not self.ended:
-            self._record("E401", max(1, self.own), 1, 0, None, "", "the program has no M2, M30 or closing %")
+            self._record("W401", max(1, self.own), 1, 0, None, "", "the program has no M2, M30 or closing %")
             return
         for index in range(at, self.own):
             content = lines[index].strip(" \t")
+            if _PROGRAM_NUMBER.match(content) or (
+                self.translator is not None and any(map(_LOCAL.search, lines))
+            ):
+                return  # a subprogram
             if content and content != "%":
                 text = content[:40]
                 col = lines[index].index(content) + 1
@@ -180,6 +97,8 @@ class Reader:
 
     def _drive(self, first: int, stop: int) -> int:
         """Run lines first..stop-1 in the order that they say; returns the 0-based line behind the last one."""
+        if self.translator is not None and steers(self.lines[first:stop]):
+            return self._macro(first, stop)
         structure = find_structure(self.lines, first, stop)
         restart = self.settings.start_line - 1
         if structure is None:
@@ -196,6 +115,29 @@ class Reader:
             self._flow_problem(problem, index)
         self._check_numbers(first, stop)
         return self._steered(flow, first, stop, restart if first < restart < stop else -1)
+
+    def _macro(self, first: int, stop: int) -> int:
+        """The same for a program with macros or subprograms of the Fanuc family."""
+        flow = self.flow = Flow(Structure(), self.memory, self._flow_problem, self._load)
+
+        def one(index: int, text: str) -> None:
+            called = flow.origin(self.own, index) + 1 if index >= self.own else None
+            self._block(index + 1, text, called, fresh=True)
+
+        steps = MacroFlow(
+            self.lines, self.memory, self._blocks, one, self._flow_problem, lambda: self.state.ended, self.files,
+            flow.frames, skips=self.settings.block_delete,
+        )  # fmt: skip
+        try:
+            at, ends = steps.drive(first, stop, self.settings.max_steps)
+        except (OSError, NCError) as exc:
+            raise GiveUpError("E412", stop, f"the file of a subprogram: {exc}") from None
+        if not ends:
+            what = f"loops and calls repeated over {self.settings.max_steps} lines: is there an end?"
+            raise GiveUpError("E413", at, what)
+        if not self.state.ended and at < stop:
+            self.state.ended = True
+        return at
 
     def _steered(self, flow: Flow, first: int, stop: int, restart: int) -> int:
         """The same for a program with lines that steer."""
@@ -234,7 +176,7 @@ class Reader:
                     at = self.next
             if steps > limit:
                 what = f"loops and calls repeated over {self.settings.max_steps} lines: is there an end?"
-                raise _GiveUpError("E413", at, what)
+                raise GiveUpError("E413", at, what)
         if flow.frames:
             start = flow.frames[-1].start
             self._record("E415", start + 1, 1, 0, None, "", "the subprogram called is never left (M99)")
@@ -252,14 +194,14 @@ class Reader:
                 return False
         except (OSError, NCError) as exc:
             at = self.flow.origin(self.own, index)
-            raise _GiveUpError("E412", at, f"the file of subprogram {label}: {exc}") from None
+            raise GiveUpError("E412", at, f"the file of subprogram {label}: {exc}") from None
         self.flow.stops = sorted(structure.items)
         for index, problem in structure.problems[known:]:
             self._flow_problem(problem, index)
         return True
 
-    def _give_up(self, exc: FlowStop) -> _GiveUpError:
-        return _GiveUpError(exc.problem.code, exc.index, exc.problem.message)
+    def _give_up(self, exc: FlowStop) -> GiveUpError:
+        return GiveUpError(exc.problem.code, exc.index, exc.problem.message)
 
     def _restart(self, index: int) -> None:
         """Forget the moves so far; the state stays."""
@@ -272,17 +214,6 @@ class Reader:
         self.moves.clear()
         what = f"line {index + 1}, where the program was to restart, is never reached"
         self._record("E417", index + 1, 1, 0, None, "", what)
-
-    def _flow_problem(self, problem: Problem, index: int) -> None:
-        self.report(problem, index + 1, None)
-        if self.errors >= MAX_ERRORS:
-            raise self._too_many(index + 1)
-
-    def _too_many(self, behind: int) -> _GiveUpError:
-        what = (
-            f"{self.errors} errors so far: the {len(self.lines) - behind} lines from here on are not examined"
-        )
-        return _GiveUpError("E408", behind, what)
 
     def _check_numbers(self, first: int, stop: int) -> None:
         """W402 and W403 of a program whose lines run in another order, or often."""
@@ -297,74 +228,47 @@ class Reader:
 
     def _blocks(self, first: int, stop: int) -> int:
         """Run lines first..stop-1; returns the 0-based line behind the last one run."""
-        lines, match = self.lines, _PLAIN.fullmatch
-        rapid, linear, append = Motion.RAPID, Motion.LINEAR, self.moves.append
-        make = tuple.__new__  # Move(...) itself takes twice as long
-        state, steered = self.state, self.flow is not None
+        lines, match, moves = self.lines, BLOCK.fullmatch, self.moves
+        state, steered, quick = self.state, self.flow is not None, self.translator
+        control = self.settings.control
+        arcs = control.arc_centres in ("", "start") and not control.modal_centres
         called = None if self.flow is None or first < self.own else self.flow.origin(self.own, first) + 1
+        fast = state.plain and (quick is None or quick.quick)
         for index in range(first, stop):
             line = lines[index]
             if not line:
                 continue
-            plain = match(line)
-            if plain is not None and state.plain and len(line) <= MAX_LINE:
-                number, code, x, y, z, f = plain.groups()
-                motion = state.motion if code is None else 10 if code == "1" else 0
+            if fast and len(line) <= MAX_LINE:
+                found = match(line)
+                words, writes = found.groups() if found is not None else None, None
                 if (
-                    (x is not None or y is not None or z is not None)
-                    and (motion == 0 or (motion == 10 and (state.direction != 0 or state.warned_stopped)))
-                    and state.feed_mode == 940
-                    and (number is None or steered or int(number) > self.highest)
+                    found is None
+                    and ("[" in line or "#" in line)
+                    and (seen := self.templates.words(line)) is not None
                 ):
-                    feed = state.feed
-                    if f is not None:
-                        feed = float(f) * state.scale
-                    if (feed and feed > 0.0) or (motion == 0 and f is None):
-                        n = None
-                        if number is not None:
-                            n = int(number)
-                            if not steered:
-                                self.highest = self.last = n
+                    words, writes = seen
+                if words is not None:
+                    n = None if (number := words[0]) is None else int(number)
+                    move = quick_move(state, words, called or index + 1, n if called is None else None, arcs)
+                    if move is not None or (writes and not any(word is not None for word in words[1:])):
+                        if move is not None:
+                            moves.append(move)
+                        if writes:
+                            for key, value in writes:
+                                self.memory.store(key, value)
+                        if n is not None and not steered:
+                            if n <= self.highest:
+                                at = line.upper().index("N")
+                                end = line.index(number, at) + len(number)
+                                word = Word("N", float(n), at + 1, end - at, line[at:end])
+                                self._check_number(index + 1, n, word)
+                            else:
                                 self.numbers.add(n)
-                        state.motion, state.feed = motion, feed
-                        start, scale = state.sim, state.scale
-                        ox, oy, oz = state.to_sim if state.absolute else start
-                        end = (
-                            start[0] if x is None else float(x) * scale + ox,
-                            start[1] if y is None else float(y) * scale + oy,
-                            start[2] if z is None else float(z) * scale + oz,
-                        )
-                        lag, back = state.lag, state.to_sim
-                        machine = end if lag == ORIGIN else add(end, lag)
-                        program = (
-                            end if back == ORIGIN else (end[0] - back[0], end[1] - back[1], end[2] - back[2])
-                        )
-                        append(
-                            make(
-                                Move,
-                                (
-                                    called or index + 1,
-                                    n if called is None else None,
-                                    linear if motion else rapid,
-                                    start,
-                                    end,
-                                    state.plane.name,
-                                    None,
-                                    0,
-                                    feed if motion else None,
-                                    state.tool,
-                                    state.speed * state.direction,
-                                    0.0,
-                                    machine,
-                                    program,
-                                    *THREE_AXES,
-                                ),
-                            )
-                        )
-                        state.sim, state.machine = end, machine
+                                self.highest = self.last = n
                         continue
             self._block(index + 1, line, called)
-            state = self.state
+            state, moves = self.state, self.moves
+            fast = state.plain and (quick is None or quick.quick)
             if state.ended:
                 return index + 1
             if self.next is not None:
@@ -372,84 +276,3 @@ class Reader:
             if self.errors >= MAX_ERRORS and index + 1 < stop:
                 raise self._too_many(index + 1)
         return stop
-
-    def _block(self, number: int, text: str, called: int | None) -> None:
-        """Any line, by lexer, block checks and interpreter; called : line of the program that its moves belong to."""
-        lexed = self._lexed(number, text)
-        if lexed.percent or (lexed.block_delete and self.settings.block_delete):
-            return
-        n = block_number(lexed)
-        if n is not None and self.flow is None and "." not in lexed.words[0].text:
-            self._check_number(number, n, lexed.words[0])
-        problems: list[Problem] = []
-        if lexed.errors:
-            for error in lexed.errors:
-                self._record(
-                    error.code, number, error.col, error.length, n, error.text[:60], error.message, error.hint
-                )
-            return
-        self.memory.line = number
-        try_state = self.state.clone()
-        values, writes = line_values(lexed, self.memory, problems)
-        moves, warnings = list[Move](), list[Problem]()
-        if not problems:
-            block = build_block(
-                lexed,
-                values,
-                self.state.motion,
-                rotary=self.settings.rotary,
-                mts=self.settings.dialect == "mts",
-            )
-            problems = block.problems
-            if not problems and 10 in block.m:
-                problem = (
-                    self.flow.check(block, number - 1)
-                    if self.flow is not None
-                    else Problem("E412", block.m[10][1], "M98 and M99 are plain numbers, nothing computed")
-                )
-                problems = [problem] if problem is not None else []
-            if not problems:
-                try:
-                    moves, warnings = execute(block, try_state, called or number, n, self.settings)
-                except BlockError as exc:
-                    problems = [exc.problem]
-        if any(problem.code == "E413" for problem in problems):  # it may stand in a loop
-            raise _GiveUpError("E413", number - 1, problems[0].message)
-        if problems:
-            for problem in problems:
-                self.report(problem, number, n)
-            return
-        for warning in warnings:
-            self.report(warning, number, n)
-        for key, value in writes:
-            self.memory.store(key, value)
-        self.moves.extend(moves)
-        if len(moves) > 1 and len(self.moves) > max(MAX_MOVES, 2 * self.settings.max_steps):
-            raise _GiveUpError("E413", number, f"over {len(self.moves) - 1} motions: is there an end?")
-        self.state = self.memory.state = try_state
-        if any(_ABORT.match(text, comment.col - 1) for comment in lexed.comments):
-            raise _GiveUpError("E418", number - 1, "the program stops itself here, by (ABORT, ...)")
-        if 10 in block.m and self.flow is not None:
-            self.next = self.flow.jump(block, number - 1)
-            if self.next is None:
-                what = "M99 starts the main program again, without end: it is read once"
-                self.report(Problem("W415", block.m[10][1], what), number, n)
-                self.state.ended = True
-
-    def _lexed(self, number: int, text: str) -> LexedLine:
-        """The words of a line; kept where lines run often."""
-        if self.flow is None:
-            return lex_line(text)
-        lexed = self.lexed.get(number)
-        if lexed is None:
-            lexed = self.lexed[number] = lex_line(text)
-        return lexed
-
-    def _check_number(self, line: int, n: int, word: Word) -> None:
-        if n in self.numbers:
-            self.report(Problem("W402", word, f"N{n} was used before"), line, n)
-        if n < self.last:
-            self.report(Problem("W403", word, f"N{n} follows N{self.last}"), line, n)
-        self.numbers.add(n)
-        self.last = n
-        self.highest = max(self.highest, n)

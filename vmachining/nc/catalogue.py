@@ -54,7 +54,7 @@ CATALOGUE: Final[dict[str, Entry]] = {
     ),
     "E107": Entry(
         "malformed expression",
-        "A bracket, function, operator or parameter name is not written as the grammar wants it.",
+        "A bracket, function, operator or parameter name is not written as the grammar has it.",
         "expressions look like [#<depth> * 2] or SQRT[2]",
     ),
     "E108": Entry(
@@ -114,9 +114,9 @@ CATALOGUE: Final[dict[str, Entry]] = {
     ),
     "E211": Entry(
         "not a program of this dialect",
-        "The text is written in the language of another control, or it is no program at all. It was read up to the "
+        "The text is written in the language of another control, or it is not a program at all. It was read up to the "
         "words that show it, and nothing of it is taken.",
-        "give the program in one of the dialects iso, mts, apt, poses",
+        "give the program in one of the dialects that are read",
     ),
     # ---- E3: meaning ----
     "E301": Entry(
@@ -208,7 +208,7 @@ CATALOGUE: Final[dict[str, Entry]] = {
     ),
     "E371": Entry(
         "offset without axis",
-        "G92, G52 and G43.1 set the axes that they name, and here is none.",
+        "G92, G52 and G43.1 set the axes that they name; this block names no axis.",
         "name an axis",
     ),
     "E372": Entry(
@@ -230,7 +230,39 @@ CATALOGUE: Final[dict[str, Entry]] = {
         "M3 S...",
     ),
     # ---- the program as a whole ----
-    "E401": Entry(
+    "I213": Entry(
+        "taken from the program",
+        "What neither the job nor a word of the program says was concluded from the rest of the program: a unit, a "
+        "coordinate system.",
+        "if the control does otherwise, change the program or what the job says of it",
+    ),
+    "W213": Entry(
+        "unit not named",
+        "Neither the job nor a word of the program (G20, G21, G70, G71) says whether lengths are mm or inches.",
+        'say it: units = "mm" or "inch" under [program], or --units',
+    ),
+    "W214": Entry(
+        "lengths without a decimal point",
+        "Controls of the Fanuc family can count a length without a decimal point in least increments: X10 is then "
+        "0.01 mm and no 10 mm. Which of the two holds is a parameter of the control (3401 DPI); it matters most where "
+        "a program has both kinds.",
+        'write the points, or say it: increments = "points" or "IS-B" under [program.control], or --control',
+    ),
+    "I214": Entry(
+        "accepted, without effect here",
+        "A word of the control that changes no path (coolant, look-ahead, wear, messages), or one whose value is not "
+        "known to the program. Said once for each word.",
+    ),
+    "I361": Entry(
+        "arc read as lines",
+        "A circle about an axis other than X, Y and Z is read as short lines on it.",
+    ),
+    "I212": Entry(
+        "dialect recognised",
+        "No dialect was chosen, so the one was taken that the text looks most like.",
+        'if it is another: dialect = "..." under [program], or --dialect',
+    ),
+    "W401": Entry(
         "no end of program",
         "The last line was reached without M2, M30 or a closing tape mark %; the file may be cut off.",
         "end the program with M30",
@@ -277,9 +309,6 @@ CATALOGUE: Final[dict[str, Entry]] = {
 def explain(code: str) -> Entry:
     """The catalogue entry of a code.
 
-    Raises
-    ------
-    KeyError
-        No such code.
+    Raises KeyError: No such code.
     """
     return CATALOGUE[code]

@@ -11,7 +11,7 @@ __all__ = ["MORE"]
 MORE: Final[dict[str, Entry]] = {
     "E109": Entry(
         "record not understood",
-        "The record or row is not written as the format wants it.",
+        "The record or row is not written as the format has it.",
         "check the file and the dialect",
     ),
     # ---- cycles, patterns ----
@@ -72,7 +72,7 @@ MORE: Final[dict[str, Entry]] = {
     ),
     "E340": Entry(
         "nothing to call",
-        "G79 calls the cycle stored before it, and there is none.",
+        "G79 calls the cycle stored before it, and none exists.",
         "program G81, G82 or G83 first",
     ),
     "E341": Entry(
@@ -110,7 +110,7 @@ MORE: Final[dict[str, Entry]] = {
     ),
     "W351": Entry(
         "compensation without a tool",
-        "D0 means the tool in the spindle, and there is none: the path is taken as it is programmed.",
+        "D0 means the tool in the spindle, and none exists: the path is taken as it is programmed.",
         "change to a tool, or name one by D",
     ),
     "E352": Entry(
@@ -138,7 +138,7 @@ MORE: Final[dict[str, Entry]] = {
     "E355": Entry(
         "gouge",
         "An inner corner cannot be reached: the offset paths do not meet, or a piece would run backwards.",
-        "take a smaller tool, or open the corner",
+        'take a smaller tool, open the corner, or enter as other controls do: crc_entry = "next" under [program]',
     ),
     "W355": Entry(
         "tool over its neighbour",
@@ -178,7 +178,7 @@ MORE: Final[dict[str, Entry]] = {
     "E362": Entry(
         "polar words without a direction",
         "An angle that is not programmed, or a step in G91, counts from the direction in which the tool "
-        "stands; at the origin of the work offset there is none.",
+        "stands; at the origin of the work offset none exists.",
         "program ^ in G90",
     ),
     "E363": Entry(
@@ -221,6 +221,28 @@ MORE: Final[dict[str, Entry]] = {
         "M19, M62 to M68 and M72 change no path, but a number that they need is missing or outside its range, or "
         "there is nothing to bring back.",
         "check the words of the M code",
+    ),
+    "W377": Entry(
+        "feed beyond the machine",
+        "The feed lies outside the range of the machine, or one of its axes would have to go faster than it can. Most "
+        "controls clamp it, so that chips differ from those that were planned.",
+        "write a feed that the machine has, or another machine",
+    ),
+    "E377": Entry(
+        "legs beyond their reach",
+        "A leg of the hexapod head would be too long or too short, or one of its joints would lean too far.",
+        "move the part, lean the tool less, or choose another machine",
+    ),
+    "W378": Entry(
+        "spindle speed beyond the machine",
+        "The spindle cannot turn as slowly or as fast as the program asks. Most controls clamp it, so that the feed per "
+        "tooth differs.",
+        "write a speed that the spindle has, and the feed that belongs to it",
+    ),
+    "E378": Entry(
+        "path that the machine cannot take",
+        "The program needs axes that the machine does not have, or a feed that nobody names.",
+        "choose a machine with these axes",
     ),
     "W520": Entry(
         "nothing is cut",
@@ -283,5 +305,87 @@ MORE: Final[dict[str, Entry]] = {
         "restart not possible",
         "The program never comes to the line where it was to restart, or cutter compensation is on there.",
         "restart at another line",
+    ),
+    # ---- dialects with words of their own ----
+    "I408": Entry(
+        "accepted, moves nothing",
+        "The control does something here that no path depends on: coolant, clamps, look-ahead, tolerances, messages. "
+        "Said once for each code.",
+    ),
+    "I409": Entry(
+        "preset taken as zero",
+        "The program calls a datum of the machine's table. The coordinates of the job are those of this datum.",
+    ),
+    "W365": Entry(
+        "swing of the tool",
+        "While rotary axes turn the part and the slides rest, the tip swings around it, how far depends on the machine. "
+        "It is taken on an arc about the zero of the job; the first positions in the new plane are exact again.",
+        "retract before the plane is tilted, or put home well above the part",
+    ),
+    "W366": Entry(
+        "machine coordinates without a machine",
+        "Machine coordinates say where the slides are. The job does not say where the part lies there, so the axes named "
+        "go to home, where the tool started.",
+        "give the place of the part as a work offset, or set home above the part",
+    ),
+    "W367": Entry(
+        "tool by name",
+        "The program calls tools by name; jobs number them, in the order in which the program calls them.",
+        "number the [[tools]] of the job like this",
+    ),
+    "E367": Entry(
+        "order of transformations",
+        "A shift, mirror, rotation or scale is defined anew while one that came after it is in force. The manuals leave "
+        "open which of the two then acts first.",
+        "cancel the later one before",
+    ),
+    "E368": Entry(
+        "second preset",
+        "The program goes from one datum of the machine's table to another, and nothing here tells how far they are apart.",
+        "split the program, or write the shift into it",
+    ),
+    "W369": Entry(
+        "tool axis in a turned frame",
+        "Under tool centre point control the rotary axes stand turned and ROT or AROT has tilted the frame. The tool is taken "
+        "to stand along Z of that frame, as posts arrange it; whether the angles of the machine bring it there is not known.",
+        "write the plane as CYCLE800",
+    ),
+    "W370": Entry(
+        "feeds under G70",
+        "G70 changes the unit of lengths and not that of feeds, which is the unit of the machine. It is taken to be inch.",
+        "G700 changes both",
+    ),
+    "W371": Entry(
+        "motion code missing",
+        "Coordinates before any of G0, G1, G2, G3: which of them holds at the start is for the data of the machine.",
+        "write G0 or G1 into the block",
+    ),
+    "W372": Entry(
+        "feed of plunging moves",
+        "M103 lowers the feed of moves that plunge. They keep the programmed feed here: they take longer on the machine.",
+        "write the feeds into the moves",
+    ),
+    "W373": Entry(
+        "cycle that moves along its own path",
+        "The manual does not measure a part of the way of this cycle, or its tool does not turn there. What is taken is said.",
+        "post the motions of the cycle as blocks",
+    ),
+    "W374": Entry(
+        "plane by an angle of the machine",
+        "PLANE AXIAL names angles of the machine's axes. A alone is taken to turn about X and B alone about Y, as ISO 841 "
+        "names them.",
+        "post it as PLANE SPATIAL",
+    ),
+    "W375": Entry(
+        "tool axis between two vectors",
+        "Under ORIAXES and ORIMKS the rotary axes go evenly from one tool axis to the next, which depends on the machine. The "
+        "great circle between the two is taken.",
+        "post A B C in place of A3 B3 C3, or ORIVECT",
+    ),
+    "W376": Entry(
+        "feeds by an override of the program",
+        "OVR, OVRA, FL, FA and VELOLIM change or limit the feed of the path or of single axes. The path is right, the feeds "
+        "that follow are those of F, so times, chips and forces are those at 100 %.",
+        "write the feed as F",
     ),
 }

@@ -9,7 +9,7 @@ from vmachining.nc.model import Finding, Motion, Move, Point
 from vmachining.nc.rewrite_pieces import move_path
 from vmachining.nc.vectors import add, subtract
 
-__all__ = ["check_moves", "finding"]
+__all__ = ["beyond_travel", "check_moves", "finding"]
 
 NEAR: float = 1e-6
 """mm: a coordinate this near to a multiple of the increment, or to the end of travel, is one."""
@@ -29,7 +29,7 @@ def check_moves(
     """E373, I374 and W520; each line says it once, I374 the whole program once."""
     out: list[Finding] = []
     if travel_mm is not None:
-        out += _beyond(moves, *travel_mm)
+        out += beyond_travel(moves, *travel_mm)
     if blu_mm is not None and blu_mm > 0.0:
         out += _between(moves, blu_mm)
     if stock_top_mm is not None:
@@ -40,7 +40,8 @@ def check_moves(
     return out
 
 
-def _beyond(moves: Sequence[Move], low: Point, high: Point) -> Iterable[Finding]:
+def beyond_travel(moves: Iterable[Move], low: Point, high: Point) -> Iterable[Finding]:
+    """E373 of the lines whose motions leave a box of machine coordinates, arcs on their way too."""
     seen: set[int] = set()
     for move in moves:
         reach = (move.end_machine, move.end_machine) if move.center is None else _arc_box(move)

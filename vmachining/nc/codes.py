@@ -7,6 +7,7 @@ from typing import Final, NamedTuple
 __all__ = [
     "AXIS_CLAIMING",
     "CYCLES",
+    "FANUC_G_GROUP",
     "G_GROUP",
     "MTS_G_GROUP",
     "M_GROUP",
@@ -17,13 +18,16 @@ __all__ = [
     "spell",
 ]
 
-CYCLES: Final = frozenset({730, 740, 810, 820, 830, 840, 850, 860, 890})
+_CYCLES: Final = frozenset({730, 740, 810, 820, 830, 840, 850, 860, 890})
 """Canned cycles of dialect `iso`."""
+
+CYCLES: Final = _CYCLES | {760, 870, 880}
+"""Those of every dialect."""
 
 G_GROUP: Final = {
     **dict.fromkeys((40, 100, 280, 281, 300, 301, 520, 530, 920, 921, 922, 923), 0),
     **dict.fromkeys((0, 10, 20, 30, 331, 800), 1),
-    **dict.fromkeys(CYCLES, 1),
+    **dict.fromkeys(_CYCLES, 1),
     **dict.fromkeys((170, 180, 190), 2),
     **dict.fromkeys((900, 910), 3),
     **dict.fromkeys((901, 911), 4),
@@ -35,8 +39,12 @@ G_GROUP: Final = {
     **dict.fromkeys((540, 550, 560, 570, 580, 590, 591, 592, 593), 12),
     **dict.fromkeys((610, 611, 640), 13),
     970: 14,
+    90: 15,
 }
 """Modal group of every G code that is executed (or, like G61, accepted because it changes no path)."""
+
+FANUC_G_GROUP: Final = {**G_GROUP, **dict.fromkeys(CYCLES, 1), 290: 0}
+"""The same for the Fanuc family, whose other codes `fanuc.py` brings into this form."""
 
 MTS_G_GROUP: Final = {
     **{code: group for code, group in G_GROUP.items() if code not in CYCLES},
@@ -57,13 +65,13 @@ M_GROUP: Final = {
 }
 """Modal group of every M code that is executed (or, like switches and signals, changes no path)."""
 
-AXIS_CLAIMING: Final = frozenset({100, 280, 300, 431, 520, 920})
+AXIS_CLAIMING: Final = frozenset({100, 280, 290, 300, 431, 520, 920})
 """G codes that take the axis words for themselves, so that no motion code may stand beside them."""
 
 _GROUPS: Final = {
     0: "non-modal", 1: "motion", 2: "plane", 3: "distance", 4: "arc centre", 5: "feed mode", 6: "units",
     7: "cutter compensation", 8: "tool length", 9: "cycle", 10: "cycle return", 12: "work offset", 13: "path control",
-    14: "spindle mode",
+    14: "spindle mode", 15: "exact stop",
 }  # fmt: skip
 _M_GROUPS: Final = {
     4: "stop", 6: "tool change", 7: "spindle", 8: "coolant", 9: "override", 10: "subprogram", 11: "tool centre point",
@@ -92,10 +100,35 @@ _REFUSED: Final = {
     660: "macro calls (G65, G66) are not supported",
     **dict.fromkeys((50, 51, 52, 53), "splines (G5) are not supported"),
     **dict.fromkeys((382, 383, 384, 385), "probing (G38) is not supported"),
+    **dict.fromkeys((120, 130), "circular pockets (G12, G13) are known to the haas dialect only"),
+    **dict.fromkeys((310, 370), "probing (G31, G37), where a signal ends the motion, is not supported"),
     870: "back boring (G87) is not supported",
     880: "boring with manual retract (G88) is not supported",
     760: "G76 (threading, or fine boring) is not supported",
-    **dict.fromkeys((682, 683, 684), "a tilted working plane (G68.2) is not supported"),
+    682: "a tilted working plane (G68.2) is known to Fanuc controls only",
+    683: "a tilted working plane by the tool axis (G68.3) is not supported",
+    684: "a tilted working plane in a tilted plane (G68.4) is not supported",
+    **dict.fromkeys(
+        (2680, 2690), "feature coordinates (G268), whose order of turns Q chooses, are not supported"
+    ),
+    **dict.fromkeys((61, 62), "NURBS (G6.2) are not supported"),
+    **dict.fromkeys(
+        (22, 23, 32, 33, 24, 34), "involutes, spirals and circles in space (G2.2 to G2.4) are not supported"
+    ),
+    **dict.fromkeys((121, 1120), "polar coordinate interpolation (G12.1, G112) is not supported"),
+    **dict.fromkeys(
+        (412, 413, 414, 415, 416, 422, 423, 424, 425, 426, 1410),
+        "cutter compensation in space (G41.2, G141) is not supported",
+    ),
+    **dict.fromkeys(
+        (542, 544),
+        "work offsets that turn with the table or hold an error of set-up (G54.2, G54.4) are not supported",
+    ),
+    470: "engraving (G47), whose letters the control knows, is not supported",
+    1500: "pocket milling by the control (G150) is not supported",
+    **dict.fromkeys(
+        (350, 360, 1360), "probing (G35, G36, G136), where a signal ends the motion, is not supported"
+    ),
 }
 _TURNING: Final = {
     70: "diameter mode", 80: "radius mode", 240: "radius programming", 320: "thread cutting",

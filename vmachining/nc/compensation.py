@@ -83,7 +83,10 @@ class Step(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Compensation:
-    """Cutter compensation in force. side : +1 left, -1 right. turn : cosine and sine of the work offset."""
+    """Cutter compensation in force. side : +1 left, -1 right. turn : cosine and sine of the work offset.
+
+    short_entry : controls that go straight to the first offset point take entry moves of any length.
+    """
 
     side: int
     radius: float
@@ -93,6 +96,7 @@ class Compensation:
     exact: bool = False
     turn: tuple[float, float] = (1.0, 0.0)
     pending: Pending | None = None
+    short_entry: bool = False
 
     @property
     def shift(self) -> float:
@@ -102,10 +106,7 @@ class Compensation:
     def accept(self, move: Move) -> Step:
         """Take the next programmed move.
 
-        Raises
-        ------
-        CompensationError
-            E352, E353, E354, E355; nothing has changed then.
+        Raises CompensationError: E352, E353, E354, E355; nothing has changed then.
         """
         if self.radius == 0.0:
             return Step(self, [move], [])
@@ -137,7 +138,7 @@ class Compensation:
         return offset_arc(start, end, move.center, move.motion is Motion.ARC_CCW, move.turns, self.shift)
 
     def _enter(self, move: Move, start: Pair, end: Pair) -> Pending:
-        if math.dist(start, end) < self.radius - JOINED_MM:
+        if math.dist(start, end) < self.radius - JOINED_MM and not self.short_entry:
             what = f"the entry move, {math.dist(start, end):.6g} mm, is shorter than the tool radius"
             raise CompensationError("E353", f"{what}, {self.radius:.6g} mm")
         if self.entry == "next" and move.motion in ARCS:

@@ -41,8 +41,8 @@ class Item:
 
     index : 0-based line. kind : its control word, "number" for a program number, "until" for the while that
     closes a do, "broken" for a line that steers nothing. start, end : lines of the pair it belongs to.
-    following : next elseif, else or endif of the same if. wrong : its values cannot be read, which is told; its
-    pair is known all the same, and not to blame.
+    following : next elseif, else or endif of the same if. wrong : its values cannot be read, which is reported; its
+    pair is known anyway, and not to blame.
     """
 
     index: int

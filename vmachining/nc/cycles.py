@@ -66,14 +66,8 @@ class Cycle(NamedTuple):
 def drill(run: Run, code: int, fresh: bool) -> None:
     """Execute the cycle `code` at the place of this block.
 
-    Parameters
-    ----------
     fresh : the motion mode before this block was no cycle, so the initial level is where the tool is.
-
-    Raises
-    ------
-    BlockError
-        E331 to E336, E344, E301, E311.
+    Raises BlockError: E331 to E336, E344, E301, E311.
     """
     state, block = run.state, run.block
     plane = state.plane
@@ -83,18 +77,24 @@ def drill(run: Run, code: int, fresh: bool) -> None:
     if state.feed_mode == 930:
         raise run.fail("E301", word, "canned cycles have no inverse time feed (G93)")
     cycle = _remember(run, code, plane, fresh)
-    if code in (740, 840) and state.direction != (1 if code == 840 else -1):
+    if code in (740, 840) and state.direction != (1 if code == 840 else -1) and not run.settings.family:
         want = "M3" if code == 840 else "M4"
         raise run.fail("E311", word, f"{spell('G', code)} taps with {want}, which is not in force")
     repeats = block.value("L")
     if repeats is None:
         repeats = 1.0
+    if repeats == 0.0 and run.settings.family:  # stored, and drilled by the next block
+        state.cycle = cycle
+        return
     if repeats < 1.0 or repeats != int(repeats) or repeats > MAX_REPEATS:
         raise run.fail("E336", block.word("L"), f"L{repeats:g} is not a whole number of holes")
     state.cycle = cycle
     clear = _levels(run, cycle)[0]
     level = state.program[plane.normal]
-    if level < clear or cycle.initial < clear == level:  # the second has no length: as the reference control
+    if cycle.code != 870 and (
+        level < clear - ROUNDING_MM
+        or (cycle.initial < clear - ROUNDING_MM and abs(level - clear) <= ROUNDING_MM)
+    ):  # the second has no length: as the reference control
         run.rapid({plane.normal: clear})
     for _ in range(int(repeats)):
         _hole(run, cycle, plane)
@@ -106,7 +106,7 @@ def _remember(run: Run, code: int, plane: Plane, fresh: bool) -> Cycle:
     old, scale = state.cycle, state.scale
     level = state.program[plane.normal]
     if old is None or fresh:
-        old = Cycle(code, plane.name, level)
+        old = Cycle(code, plane.name, level if state.return_level is None else state.return_level)
     if (old.code, old.plane) != (code, plane.name):
         old = Cycle(code, plane.name, old.initial if old.plane == plane.name else level)
     word, depth = block.culprit(), "XYZ"[plane.normal]
@@ -125,7 +125,7 @@ def _remember(run: Run, code: int, plane: Plane, fresh: bool) -> Cycle:
     if (code in (820, 860, 890) and p is None) or (p is not None and p < 0.0):
         what = f"{spell('G', code)} needs P, a dwell of zero or more seconds"
         raise run.fail("E335", block.word("P") or word, what)
-    if (z > 0.0) if not state.absolute else (r < z):
+    if not run.settings.family and ((z > 0.0) if not state.absolute else (r < z)):
         raise run.fail("E333", block.word("R") or word, "R is below the bottom of the hole")
     return Cycle(code, plane.name, old.initial, z, r, q, p)
 
@@ -151,7 +151,10 @@ def _hole(run: Run, cycle: Cycle, plane: Plane) -> None:
         if value is not None:
             over[axis] = value * state.scale + (0.0 if state.absolute else here[axis])
     run.rapid(over)
-    if here[normal] != clear:
+    if cycle.code == 870:
+        _back_bore(run, cycle, plane, over)
+        return
+    if abs(here[normal] - clear) > ROUNDING_MM:
         run.rapid({normal: clear})
     _body(run, cycle, normal, clear, bottom, back)
 
@@ -168,7 +171,11 @@ def _body(run: Run, cycle: Cycle, normal: int, clear: float, bottom: float, back
     direction = state.direction
     if code in (740, 840):
         state.direction = -direction
-    if cycle.p is not None and code in (740, 820, 840, 860, 890):
+    if (
+        cycle.p is not None
+        and (cycle.p or not run.settings.family)
+        and code in (740, 760, 820, 840, 860, 880, 890)
+    ):
         run.dwell(cycle.p)
     if code in (740, 840):
         _tap(run, normal, back)
@@ -184,13 +191,26 @@ def _body(run: Run, cycle: Cycle, normal: int, clear: float, bottom: float, back
     state.direction = direction
 
 
+def _back_bore(run: Run, cycle: Cycle, plane: Plane, over: dict[int, float]) -> None:
+    """G87: beside the hole down to R, into it, feed up to Z, beside it again and out."""
+    clear, bottom, _ = _levels(run, cycle)
+    first, normal = plane.first, plane.normal
+    aside = over[first] + (cycle.q or 0.0)
+    run.rapid({first: aside})
+    run.rapid({normal: clear})
+    run.rapid({first: over[first]})
+    run.cut({normal: bottom})
+    if cycle.p:
+        run.dwell(cycle.p)
+    run.rapid({first: aside})
+    run.rapid({normal: cycle.initial})
+    run.rapid({first: over[first]})
+
+
 def tap_rigid(run: Run) -> None:
     """G33.1: straight in by the pitch K for each turn of the spindle, and back to where it began.
 
-    Raises
-    ------
-    BlockError
-        E301 (no target, or inverse time), E311, E334 (no pitch), E344.
+    Raises BlockError: E301 (no target, or inverse time), E311, E334 (no pitch), E344.
     """
     state, block = run.state, run.block
     word, pitch = block.culprit(), block.value("K")
@@ -222,7 +242,7 @@ def _tap(run: Run, normal: int, level: float) -> None:
     hole = [level if axis == normal else here[axis] for axis in range(3)]
     run.cut({axis: hole[k] for axis, k in enumerate(_BESIDE[state.plane.name])})
     state.tip = None if state.sim == sim else state.sim
-    state.sim, state.machine = sim, machine  # the control goes on as if the tap stood in its hole
+    state.sim, state.machine = sim, machine  # the control continues as if the tap stood in its hole
 
 
 def _pecks(run: Run, cycle: Cycle, normal: int, clear: float, bottom: float) -> None:
@@ -231,12 +251,16 @@ def _pecks(run: Run, cycle: Cycle, normal: int, clear: float, bottom: float) -> 
         raise run.fail(
             "E334", run.block.word("Q") or run.block.culprit(), f"over {MAX_PECKS} steps in one hole"
         )
+    less, least = run.state.shrink or (0.0, 0.0)
     while True:
         depth -= step
+        step = max(step - less, least, ROUNDING_MM) if less else step
         if depth - bottom < ROUNDING_MM:
             run.cut({normal: bottom})
             return
         run.cut({normal: depth})
         if cycle.code == 830:
             run.rapid({normal: clear})
-        run.rapid({normal: depth + gap})
+        short = depth + gap < clear - ROUNDING_MM or cycle.code == 730  # never above the clearance plane
+        if short and (gap < step or not run.settings.family):
+            run.rapid({normal: min(depth + gap, clear)})

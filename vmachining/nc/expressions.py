@@ -75,7 +75,9 @@ class Expression(NamedTuple):
 
 
 class Parameters(Protocol):
-    """What an expression may ask the control for."""
+    """What an expression may ask the control for. last : highest number of a parameter."""
+
+    last: int
 
     def named(self, name: str) -> float | None:
         """Value of `#<name>`, None when it was never set."""
@@ -165,15 +167,13 @@ FUNCTIONS: Final[Mapping[str, Callable[[float], float]]] = {
 def parse_value(text: str, at: int, depth: int = 0) -> tuple[Expression, int]:
     """Parse one value of `text` from 0-based place `at`; returns it and the place after it.
 
-    Raises
-    ------
-    ExpressionError
+    Raises ExpressionError.
     """
     at = _skip(text, at)
     if depth > MAX_DEPTH:
         raise ExpressionError(f"brackets nested deeper than {MAX_DEPTH}", at)
     if at >= len(text):
-        raise ExpressionError("the line ends where a value is wanted", at)
+        raise ExpressionError("the line ends where a value is expected", at)
     char = text[at]
     if found := NUMBER.match(text, at):
         return Expression("number", float(found[0].replace(" ", "").replace("\t", ""))), found.end()
@@ -187,7 +187,7 @@ def parse_value(text: str, at: int, depth: int = 0) -> tuple[Expression, int]:
         return Expression("parameter", name=name), end
     if found := WORD.match(text, at):
         return _function(text, found, depth)
-    raise ExpressionError(f"'{char}' where a value is wanted", at)
+    raise ExpressionError(f"'{char}' where a value is expected", at)
 
 
 def parse_name(text: str, at: int, depth: int = 0) -> tuple[Name, int]:
@@ -218,7 +218,7 @@ def _skip(text: str, at: int) -> int:
 def _brackets(text: str, at: int, depth: int) -> tuple[Expression, int]:
     """`[ value { operator value } ]`, operators reduced by their step as they come."""
     if text[at : at + 1] != "[":
-        raise ExpressionError("'[' is wanted here", at)
+        raise ExpressionError("'[' is expected here", at)
     first, at = parse_value(text, at + 1, depth + 1)
     values, pending = [first], list[str]()
 
@@ -235,7 +235,7 @@ def _brackets(text: str, at: int, depth: int) -> tuple[Expression, int]:
         found = OPERATOR.match(text, at)
         if found is None:
             what = f"'{text[at]}'" if at < len(text) else "the end of the line"
-            raise ExpressionError(f"{what} where an operator or ']' is wanted", at)
+            raise ExpressionError(f"{what} where an operator or ']' is expected", at)
         name = found[0].upper()
         reduce(BINARY[name][0])
         pending.append(name)
@@ -248,17 +248,17 @@ def _function(text: str, found: re.Match[str], depth: int) -> tuple[Expression, 
     if name == "EXISTS":
         inside = _skip(text, at + 1)
         if text[at : at + 1] != "[" or text[inside : inside + 1] != "#":
-            raise ExpressionError("EXISTS wants a parameter in brackets: EXISTS[#<name>]", at)
+            raise ExpressionError("EXISTS needs a parameter in brackets: EXISTS[#<name>]", at)
         target, end = parse_name(text, inside, depth + 1)
         end = _skip(text, end)
         if text[end : end + 1] != "]":
-            raise ExpressionError("EXISTS wants one parameter and then ']'", end)
+            raise ExpressionError("EXISTS needs one parameter and then ']'", end)
         return Expression("exists", name=target), end + 1
     if name == "ATAN":
         over, end = _brackets(text, at, depth)
         end = _skip(text, end)
         if text[end : end + 1] != "/":
-            raise ExpressionError("ATAN wants two brackets: ATAN[y]/[x]", end)
+            raise ExpressionError("ATAN needs two brackets: ATAN[y]/[x]", end)
         under, end = _brackets(text, _skip(text, end + 1), depth)
         return Expression("ATAN", args=(over, under)), end
     if name not in FUNCTIONS:
@@ -270,10 +270,7 @@ def _function(text: str, found: re.Match[str], depth: int) -> tuple[Expression, 
 def evaluate(node: Expression, parameters: Parameters) -> float:
     """The value of an expression.
 
-    Raises
-    ------
-    NoValueError
-        Undefined parameter, argument outside the domain of a function, result not finite.
+    Raises NoValueError: Undefined parameter, argument outside the domain of a function, result not finite.
     """
     try:
         value = _evaluate(node, parameters)
@@ -309,8 +306,8 @@ def _evaluate(node: Expression, parameters: Parameters) -> float:
 def parameter_number(node: Expression, parameters: Parameters) -> int:
     """The whole number that names a parameter."""
     number = _whole(node, parameters)
-    if not 1 <= number <= MAX_NUMBER:
-        raise NoValueError(f"#{number}: parameter numbers run from 1 to {MAX_NUMBER}")
+    if not 1 <= number <= parameters.last:
+        raise NoValueError(f"#{number}: parameter numbers run from 1 to {parameters.last}")
     return number
 
 

@@ -21,7 +21,7 @@ MAX_COUNT: Final = 1e9
 
 
 class FlowStop(Exception):  # noqa: N818 (an end, not an error of ours)
-    """The program cannot go on: no end in sight."""
+    """The program cannot continue: no end in sight."""
 
     def __init__(self, problem: Problem, index: int) -> None:
         super().__init__(problem.message)
@@ -30,22 +30,21 @@ class FlowStop(Exception):  # noqa: N818 (an end, not an error of ours)
 
 @dataclass(slots=True)
 class Frame:
-    """One call in progress. back : line to go on at. left : repetitions to come, of M98."""
+    """One call in progress. back : line to continue at. left : repetitions to come. words : local variables, of G65."""
 
     number: bool
     start: int
     back: int
     left: int = 1
     counts: dict[int, int] = field(default_factory=dict)
+    words: dict[int, float] | None = None
 
 
 class Flow:
     """Where the program goes next.
 
-    Parameters
-    ----------
     report : takes a problem and its 0-based line.
-    load : takes a label and the 0-based line that calls it, reads its file; False where there is none.
+    load : takes a label and the 0-based line that calls it, reads its file; False where none exists.
     """
 
     def __init__(
@@ -72,11 +71,9 @@ class Flow:
         return self.frames[-1].counts if self.frames else self.main
 
     def step(self, item: Item) -> int:
-        """Execute a line with an O word; returns the line to go on at.
+        """Execute a line with an O word; returns the line to continue at.
 
-        Raises
-        ------
-        FlowStop
+        Raises FlowStop.
         """
         index, kind = item.index, item.kind
         try:
@@ -127,7 +124,7 @@ class Flow:
     def _repeat(self, item: Item) -> int:
         count = self._value(item)
         if not abs(count) < MAX_COUNT or abs(count - round(count)) > 1e-4:
-            raise NoValueError(f"repeat wants a whole number, not {count:g}")
+            raise NoValueError(f"repeat needs a whole number, not {count:g}")
         self.counts[item.index] = round(count)
         return item.index + 1 if count > 0.5 else item.end + 1
 

@@ -1,4 +1,4 @@
-"""What a text is that is no program of the dialect it was read in: another control's, another file's.
+"""What a text is that is not a program of the dialect it was read in: another control's, another file's.
 
 Nobody is helped by a thousand findings about letters without numbers where the file is a Heidenhain program.
 A text is looked at only where reading it found something wrong, and judged by marks that cannot stand in a
@@ -14,7 +14,7 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import Final, NamedTuple
 
-__all__ = ["Foreign", "binary_kind", "keyword_control", "recognised"]
+__all__ = ["Foreign", "binary_kind", "keyword_control", "never_a_program", "recognised"]
 
 
 class Foreign(NamedTuple):
@@ -28,6 +28,7 @@ class Foreign(NamedTuple):
 
 
 _POST: Final = "post it for a control that reads ISO G-code, such as LinuxCNC or Fanuc"
+_READ_HEIDENHAIN: Final = "read it as that: dialect heidenhain"
 _HEIDENHAIN: Final = "a program in the conversational language of Heidenhain controls"
 _SIEMENS: Final = "a program of a Siemens control, with commands beyond ISO G-code"
 _GCODE: Final = "G-code"
@@ -36,10 +37,11 @@ _MACRO: Final = "a program with Fanuc custom macros"
 _N: Final = r"(?:^[ \t]*/?[ \t]*(?:[Nn]?[0-9]+[ \t]+)?)"
 _MARKS: Final[tuple[tuple[str, str, str], ...]] = (
     # what, remedy, expression of one line
-    (_HEIDENHAIN, _POST, r"^[ \t]*[0-9]*[ \t]*(?:BEGIN|END)[ \t]+PGM\b.*"),
-    (_HEIDENHAIN, _POST, rf"{_N}(?:TOOL CALL|BLK FORM|CYCL (?:DEF|CALL)|CALL LBL|LBL [0-9]+|FN ?[0-9]+:)[^;]*"),
-    (_HEIDENHAIN, _POST, rf"{_N}(?:L|C|CC|CR|CT|CP|LN|LP)[ \t]+I?[XYZABCPD][+-][^;]*"),
-    (_HEIDENHAIN, _POST, r"\bFMAX\b"),
+    ("a template, whose directives in braces are no G-code", "let its program write the moves out", r"^[ \t]*\{.*"),
+    (_HEIDENHAIN, _READ_HEIDENHAIN, r"^[ \t]*[0-9]*[ \t]*(?:BEGIN|END)[ \t]+PGM\b.*"),
+    (_HEIDENHAIN, _READ_HEIDENHAIN, rf"{_N}(?:TOOL CALL|BLK FORM|CYCL (?:DEF|CALL)|CALL LBL|LBL [0-9]+|FN ?[0-9]+:)[^;]*"),
+    (_HEIDENHAIN, _READ_HEIDENHAIN, rf"{_N}(?:L|C|CC|CR|CT|CP|LN|LP)[ \t]+I?[XYZABCPD][+-][^;]*"),
+    (_HEIDENHAIN, _READ_HEIDENHAIN, r"\bFMAX\b"),
     (_SIEMENS, _POST, r"\b(?:CYCLE|POCKET|HOLES|SLOT|LONGHOLE|WORKPIECE|PROC)[0-9]*[ \t]*\([^;]*"),
     (_SIEMENS, _POST, rf"{_N}(?:DEF[ \t]+(?:REAL|INT|BOOL|STRING|CHAR|AXIS|FRAME)|MCALL|EXTERN|PROC[ \t]+[A-Z])\b[^;]*"),
     (_SIEMENS, _POST, r"\b(?:[A-Z][0-9]*[ \t]*=[ \t]*(?:I|A|D)CP?[ \t]*\(|(?:CR|TURN|AR|RND|CHF)[ \t]*=[ \t]*[0-9.])"),
@@ -48,6 +50,7 @@ _MARKS: Final[tuple[tuple[str, str, str], ...]] = (
     (_SIEMENS, _POST, r"\bR[0-9]+[ \t]*=|\b[XYZIJKF][ \t]*=[ \t]*(?:R[0-9]+|[+-]?[0-9.])"),
     (_MACRO, "let the post write the moves out", r"\b(?:IF|WHILE)[ \t]*\[[^;(]*\][ \t]*(?:GOTO|THEN|DO)[ \t]*[0-9#]*"),
     (_MACRO, "let the post write the moves out", rf"{_N}GOTO[ \t]*[0-9#]+"),
+    ("a program of a control whose O words are tool offsets (Acramatic, Devlieg)", _POST, r"\bO[0-9]+\.[0-9]+|\bT[0-9]+O[0-9]+"),
     ("a cutter location file", "read it as that: dialect apt", r"^[ \t]*(?:GOTO|FROM|LOADTL|FEDRAT|PARTNO|CUTTER)[ \t]*/.*"),
     ("a table of poses", "read it as that: dialect poses", r"^[ \t]*x_mm[ \t]*,.*"),
     ("a job file", "give it to vmachining run", r"^\[\[?(?:program|tools|stock)\]\]?[ \t]*$"),
@@ -57,6 +60,16 @@ _MARKS: Final[tuple[tuple[str, str, str], ...]] = (
     (_GCODE, "read it as that: dialect iso", r"^[ \t]*(?:N[0-9]+[ \t]*)?[GM][0-9]{1,3}(?![0-9A-Z/]*/).*"),
     ("an XML file", "", r"^[ \t]*<\?xml\b.*"),
 )  # fmt: skip
+_NEVER: Final = (
+    ("a file of subroutines of a simulator (VERICUT), not a program", "give the program that a post wrote",
+     re.compile(r"CGTECH_(?:MACRO|VAR)\b|;[^\n]*VERICUT[^\n]*\bSUBROUTINE", re.IGNORECASE)),
+    ("a program of an older control (SINUMERIK 8xx), with commands @", "post it for SINUMERIK 840D",
+     re.compile(r"^[ \t]*(?:N[0-9]+[ \t]*)?@[0-9]{2,3}[ \t]+[RK][0-9]", re.MULTILINE)),
+    ("a file of event definitions of a post-processor (CDL), not a program", "give the program that the post wrote",
+     re.compile(r"^[ \t]*EVENT[ \t]+\w+[^}]*?\bUI_LABEL\b", re.MULTILINE)),
+)  # fmt: skip
+"""What is read in no dialect: by one mark anywhere in the head."""
+
 _COMPILED: Final = tuple((what, remedy, re.compile(mark, re.IGNORECASE)) for what, remedy, mark in _MARKS)
 _COMMENT: Final = re.compile(r"(?<![A-Za-z0-9_])\([^()]*\)|;.*")
 """Not the values behind the name of a Siemens cycle."""
@@ -78,6 +91,9 @@ _MAGIC: Final = (
 )  # fmt: skip
 _CONTROL_CHARACTERS: Final = bytes(k for k in range(32) if k not in b"\t\n\r\f\x0e\x0f\x11\x12\x13\x14\x1a")
 """Not those of punched tape and of editors: tab, line and form feeds, shifts, DC1 to DC4, end of file."""
+
+LONGEST: Final = 512
+"""Characters of a line that marks are looked for in: their expressions take the square of a run of blanks."""
 
 SAMPLE: Final = 4096
 MOST_CONTROL: Final = 0.02
@@ -101,13 +117,30 @@ def keyword_control(word: str) -> str:
     return _CONTROLS.get(word.upper().rstrip("0123456789"), "")
 
 
-def recognised(lines: Sequence[str], wrong: Iterable[int], dialect: str) -> Foreign | None:
-    """What the text is, by the first mark in lines that were found wrong (1-based); None where there is none."""
+def never_a_program(head: str) -> Foreign | None:
+    """What a text is where no dialect reads it, by a mark in its head; None where it may be a program."""
+    for what, remedy, mark in _NEVER:
+        if found := mark.search(head):
+            line, begin = head.count("\n", 0, found.start()) + 1, head.rfind("\n", 0, found.start()) + 1
+            return Foreign(
+                line, found.start() - begin + 1, found[0].split("\n")[0].strip()[:40], what, remedy
+            )
+    return None
+
+
+def recognised(
+    lines: Sequence[str], wrong: Iterable[int], dialect: str, g_code: bool = False
+) -> Foreign | None:
+    """What the text is, by the first mark in lines that were found wrong (1-based); None where none exists."""
     for number in sorted(set(wrong)):
-        raw = lines[number - 1] if number <= len(lines) else ""
+        raw = lines[number - 1][:LONGEST] if number <= len(lines) else ""
         bare = _COMMENT.sub(lambda hit: " " * len(hit[0]), raw.removeprefix("\ufeff"))
         for what, remedy, mark in _COMPILED:
-            if remedy.endswith(f"dialect {dialect}") or (what == _GCODE and dialect == "mts"):
+            if what == _SIEMENS and dialect == "okuma":
+                continue
+            if what == _MACRO and dialect in ("fanuc", "haas", "mazak", "okuma"):
+                continue
+            if remedy.endswith(f"dialect {dialect}") or (what == _GCODE and g_code):
                 continue
             if found := mark.search(bare):
                 word = found[0].strip()

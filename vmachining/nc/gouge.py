@@ -26,8 +26,6 @@ ARCS: Final = frozenset({Motion.ARC_CW, Motion.ARC_CCW})
 def cuts_into(curve: Curve, neighbour: Move, axes: tuple[int, int, int], radius: float) -> bool:
     """Whether the tool on `curve` reaches over the programmed path of a neighbour.
 
-    Parameters
-    ----------
     curve : path of the tool centre, final.
     axes : of the plane: first, second, normal.
     radius : mm, of the tool.

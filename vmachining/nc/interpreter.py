@@ -11,6 +11,7 @@ from typing import Final
 from vmachining.nc import cycles, mts, offsets
 from vmachining.nc.arcs import PLANES, ArcError, arc_length, center_from_radius, check_center, is_rounded
 from vmachining.nc.block import Block, Problem
+from vmachining.nc.carried import turned_arc
 from vmachining.nc.codes import CYCLES, spell
 from vmachining.nc.compensation import Compensation
 from vmachining.nc.lexer import Word
@@ -20,12 +21,13 @@ from vmachining.nc.settings import Settings
 from vmachining.nc.state import State
 from vmachining.nc.vectors import add, subtract
 
-__all__ = ["BlockError", "execute"]
+__all__ = ["INCH", "BlockError", "execute"]
 
 INCH: Final = 25.4
 _FIXED: Final = {12: "work offset", 6: "units", 8: "tool length"}
 """Groups that must not change while cutter compensation is on."""
 
+_COOLANT: Final = {7: "mist", 8: "flood"}
 _SIGNALS: Final = {62: "P", 63: "P", 64: "P", 65: "P", 66: "", 67: "E", 68: "E"}
 """Words without which a code that sets an output or reads an input says nothing."""
 
@@ -35,19 +37,10 @@ def execute(
 ) -> tuple[list[Move], list[Problem]]:
     """Run a block.
 
-    Parameters
-    ----------
     block : checked, without problems.
     state : changed in place; pass a clone, a BlockError leaves it half changed.
-
-    Returns
-    -------
-    moves, warnings
-
-    Raises
-    ------
-    BlockError
-        The first semantic error in execution order.
+    Returns moves, warnings
+    Raises BlockError: The first semantic error in execution order.
     """
     run = _Interpreter(block, state, line, n, settings)
     run.prepare()
@@ -92,7 +85,7 @@ class _Interpreter(Run):
             self._signal(*block.m[5])
         if 7 in block.m:
             code, word = block.m[7]
-            if code in (3, 4) and state.speed <= 0.0:
+            if code in (3, 4) and state.speed <= 0.0 and not self.settings.family:
                 raise self.fail("E311", word, f"{spell('M', code)} without a spindle speed")
             if code == 19:
                 self._orient()
@@ -100,6 +93,11 @@ class _Interpreter(Run):
             state.warned_stopped = False
         if 12 in block.m:
             self._modes(*block.m[12])
+        if 8 in block.m:
+            old, code = state.coolant, block.m[8][0]
+            state.coolant = (
+                "" if code == 9 else "mist and flood" if old and old != _COOLANT[code] else _COOLANT[code]
+            )
         if 11 in block.m:
             state.tcp = block.m[11][0] in (128, 428)
             state.tcp_length = False
@@ -135,7 +133,7 @@ class _Interpreter(Run):
         if letters := [letter for letter in _SIGNALS[code] if letter not in block.words]:
             raise self.fail("E376", word, f"{spell('M', code)} needs {' and '.join(letters)}")
         if code == 66 and ("P" in block.words) == ("E" in block.words):
-            raise self.fail("E376", word, "M66 waits for an input: one of P and E is wanted")
+            raise self.fail("E376", word, "M66 waits for an input: one of P and E is expected")
         if code == 66 and block.value("L") and not (block.value("Q") or 0.0) > 0.0:
             raise self.fail("E376", block.word("L"), "M66 that waits needs Q, the seconds it may take")
 
@@ -144,9 +142,9 @@ class _Interpreter(Run):
         block = self.block
         angle, way = block.value("R"), block.value("P")
         if angle is not None and not 0.0 <= angle < 360.0:
-            raise self.fail("E376", block.word("R"), f"R{angle:g}: degrees from 0 to 360 are wanted")
+            raise self.fail("E376", block.word("R"), f"R{angle:g}: degrees from 0 to 360 are expected")
         if way is not None and way not in (0.0, 1.0, 2.0):
-            raise self.fail("E376", block.word("P"), f"P{way:g}: 0, 1 or 2 is wanted")
+            raise self.fail("E376", block.word("P"), f"P{way:g}: 0, 1 or 2 is expected")
 
     def _modes(self, code: int, word: Word) -> None:
         """M70 and M73 save the modes, M71 forgets them, M72 brings them back."""
@@ -254,6 +252,10 @@ class _Interpreter(Run):
             return chosen * state.scale
         number = offsets.tool_number(self, "D", chosen or 0.0) or state.tool
         entry = state.table.get(number)
+        if tools is None and self.settings.family:
+            what = f"{word.text}: the tool radius is not known; the programmed contour is taken as the path of the tool centre"
+            self.warn("W351", block.word("D") or word, what)
+            return 0.0
         if entry is None or math.isnan(entry.diameter_mm):
             what = "no tool table was given" if tools is None else f"tool {number} is not in the tool table"
             raise self.fail("E351", block.word("D") or word, f"the tool radius is not known: {what}")
@@ -279,6 +281,8 @@ class _Interpreter(Run):
         code, word = block.g.get(0, (None, None))
         if code in (280, 300):
             offsets.reference(self, code or 0)
+        elif code == 290:
+            offsets.from_reference(self)
         elif code in (281, 301):
             offsets.keep_reference(self, code or 0)
         elif code == 100:
@@ -299,7 +303,7 @@ class _Interpreter(Run):
             if block.stored != 800:
                 return
         places = block.axes or block.rotary or block.polar
-        claimed = code in (100, 280, 300, 520, 920) or block.has_g(431)
+        claimed = code in (100, 280, 290, 300, 520, 920) or block.has_g(431)
         active = (
             block.motion not in (None, 800)
             or bool(places)
@@ -326,12 +330,20 @@ class _Interpreter(Run):
             raise self.fail("E372", word, "G53 cannot be used in incremental mode (G91)")
         if block.polar:
             raise self.fail("E372", word, "G53 takes no polar words")
-        sim, machine, rotary = list(state.sim), list(state.machine), dict(state.rotary)
+        rotary, given = dict(state.rotary), {}
         for axis, letter in enumerate("XYZ"):
             value = block.value(letter)
             if value is not None:
-                machine[axis] = value * state.scale
-                sim[axis] = machine[axis] - state.start_offset[axis]
+                given[axis] = value * state.scale
+        if state.carried is not None:
+            self._line(
+                *offsets.slides(self, {k: v - state.start_offset[k] for k, v in given.items()}), rotary
+            )
+            return
+        sim, machine = list(state.sim), list(state.machine)
+        for axis, value in given.items():
+            machine[axis] = value
+            sim[axis] = value - state.start_offset[axis]
         for letter in block.rotary:
             rotary[letter.lower()] = block.words[letter][0]
         self._line((sim[0], sim[1], sim[2]), (machine[0], machine[1], machine[2]), rotary)
@@ -351,7 +363,8 @@ class _Interpreter(Run):
         if state.motion == 0:
             self.emit(Motion.RAPID, sim, machine, None, rotary=rotary)
             return
-        feed = self.feed(math.dist(state.sim, sim))
+        # after a tool length was switched the machine is not where the simulated tip says: inverse time counts its way
+        feed = self.feed(math.dist(state.machine, machine))
         self.emit(Motion.LINEAR, sim, machine, feed, rotary=rotary)
 
     def _arc(self, ccw: bool) -> None:
@@ -359,8 +372,6 @@ class _Interpreter(Run):
         plane, word = state.plane, block.culprit()
         if state.tip is not None:
             raise self.fail("E352", word, "the first motion behind G40 is an arc", "leave on a straight line")
-        if state.rotation != 0.0 and plane.name != "xy":
-            raise self.fail("E361", word, "an arc outside the XY plane under a rotated work offset")
         sim, machine = self.target()
         a, b = plane.first, plane.second
         begin, finish = state.program, state.seen(subtract(machine, state.to_machine))
@@ -368,7 +379,9 @@ class _Interpreter(Run):
         turns = self._turns()
         try:
             center = self._center(start, end, ccw)
-            difference = check_center(start, end, center, state.scale != 1.0) if block.centre else 0.0
+            difference = (
+                check_center(start, end, center, state.scale != 1.0) if block.value("R") is None else 0.0
+            )
         except ArcError as exc:
             raise self.fail(exc.code, word, str(exc)) from None
         rise = finish[plane.normal] - begin[plane.normal]
@@ -386,6 +399,14 @@ class _Interpreter(Run):
             sim = sim_end[0], sim_end[1], sim_end[2]
         motion = Motion.ARC_CCW if ccw else Motion.ARC_CW
         rotary = self.rotary_target()
+        if state.rotation != 0.0 and plane.name != "xy":
+            if rotary or not state.synced or state.compensation is not None:
+                what = "an arc outside the XY plane under a rotated work offset, with rotary axes or a tool length just switched"
+                raise self.fail("E361", word, what)
+            first = len(self.moves)
+            self.emit(motion, sim, machine, feed, center=center, turns=turns)
+            self.moves[first:] = turned_arc(self.moves[first], state, self.settings, begin, finish)
+            return
         self.emit(motion, sim, machine, feed, center=middle, turns=turns, rotary=rotary)
 
     def _in_plane(self, pair: tuple[float, float]) -> tuple[float, float]:
@@ -415,13 +436,23 @@ class _Interpreter(Run):
         if radius is not None:
             return center_from_radius(start, end, radius * state.scale, ccw)
         given = [block.value(letter) for letter in plane.words]
+        control = self.settings.control
+        if control.modal_centres:
+            given = [state.centre.get(k) if v is None else v for k, v in zip(plane.words, given, strict=True)]
+            state.centre = {
+                **state.centre,
+                **{k: v for k, v in zip(plane.words, given, strict=True) if v is not None},
+            }
         if given == [None, None]:
             raise ArcError("E302", "neither R nor a centre word")
-        if state.absolute_center:
-            if None in given:
-                raise ArcError("E302", f"G90.1 wants both {' and '.join(plane.words)}")
-            return (given[0] or 0.0) * state.scale, (given[1] or 0.0) * state.scale
-        return start[0] + (given[0] or 0.0) * state.scale, start[1] + (given[1] or 0.0) * state.scale
+        absolute = control.arc_centres == "absolute"
+        if state.absolute_center and None in given:
+            raise ArcError("E302", f"G90.1 needs both {' and '.join(plane.words)}")
+        if state.absolute_center or absolute:
+            whole = [at if v is None else v * state.scale for v, at in zip(given, start, strict=True)]
+            return whole[0], whole[1]
+        sign = -state.scale if control.arc_centres == "reversed" else state.scale
+        return start[0] + (given[0] or 0.0) * sign, start[1] + (given[1] or 0.0) * sign
 
 
 def _scale(code: int) -> float:

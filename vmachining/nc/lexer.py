@@ -7,7 +7,7 @@
     letters are A to Z, and @ ^ for polar coordinates; TRAORI and TRAFOOF count as M128 and M129
 
 Nothing here knows what a word means; `value` is None where the number is an expression still to be evaluated.
-The lexer never raises: everything it cannot read is a `LexError`, and it goes on behind it.
+The lexer never raises: everything it cannot read is a `LexError`, and it continues after it.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ _LENGTHS: Final = frozenset("XYZABCUVWIJKRFQPS")
 _KEYWORD: Final = re.compile(
     r"([A-Za-z]{3,}[0-9]*)(?![A-Za-z0-9\[]|[ \t]*\[)|((?:IF|WHILE|GOTO|THEN)(?=[ \t]*\[))"
 )
-_ROUNDED: Final = re.compile(r",[ \t]*[CRA][ \t]*[+-]?[0-9.]+", re.IGNORECASE)
+_CORNER: Final = re.compile(r",[ \t]*([CRA])(?=[ \t]*[-+0-9.#\[])", re.IGNORECASE)
 _COMMENT: Final = re.compile(r"\(([^()]*)\)")
 _BLANK: Final = re.compile(r"[ \t]*")
 _ILLEGAL: Final = re.compile(r"[^A-Za-z@^(;)#\x80-\U0010ffff]+")
@@ -142,15 +142,8 @@ def split_lines(text: str) -> list[str]:
 def lex_line(text: str) -> LexedLine:
     """Read one line (without its line end).
 
-    Parameters
-    ----------
-    text : str
-        The raw line.
-
-    Returns
-    -------
-    LexedLine
-        With `errors` E101 to E107 where something could not be read; `words` then holds the rest.
+    text : str, the raw line.
+    Returns LexedLine: With `errors` E101 to E107 where something could not be read; `words` then holds the rest.
     """
     if len(text) > MAX_LINE:
         excess = text[MAX_LINE : MAX_LINE + 40]
@@ -249,7 +242,7 @@ class _Scanner:
                 return behind
             value = float(digits.replace(" ", "").replace("\t", ""))
             if abs(value) > MAX_VALUE:
-                self._error("E102", at, end, f"{value:g} is out of range")
+                self._error("E102", at, end, f"{text[at:end][:40]} is out of range, beyond {MAX_VALUE:,.0f}")
                 return end
             if letter != "O":
                 self.words.append(Word(letter, value, at + 1, end - at, text[at:end]))
@@ -276,18 +269,26 @@ class _Scanner:
             end = found.end() if found else at + 1
             self._error("E106", at, end, "only ASCII characters may stand outside a comment")
             return end
-        if char == "," and (found := _ROUNDED.match(text, at)):
-            what = "chamfers and rounded corners (,C and ,R) are not supported"
-            self._error("E208", at, found.end(), what, "let the post write them out")
-            return found.end()
+        if char == "," and (found := _CORNER.match(text, at)):
+            return self._corner(at, found)
         found = _ILLEGAL.match(text, at)
         end = max(at + 1, at + len(found[0].rstrip(" \t")) if found else 0)
         what = (
-            "'[' may only stand where a number is wanted"
+            "'[' may only stand where a number is expected"
             if char == "["
             else f"character {char!r} cannot stand here"
         )
         self._error("E101", at, end, what)
+        return end
+
+    def _corner(self, at: int, found: re.Match[str]) -> int:
+        """`,R2.` and `,C1.`: a word of two characters, of the Fanuc family."""
+        end = self._item(found.start(1))
+        if self.words and self.words[-1].col == found.start(1) + 1:
+            word = self.words[-1]
+            self.words[-1] = word._replace(
+                letter="," + word.letter, col=at + 1, length=end - at, text=self.text[at:end]
+            )
         return end
 
     def _comment(self, at: int) -> int:
@@ -334,7 +335,7 @@ class _Scanner:
             target, end = parse_name(text, at)
             end = self._blank(end)
             if text[end : end + 1] != "=":
-                raise ExpressionError("a parameter that opens a word must be assigned: '=' is wanted", end)
+                raise ExpressionError("a parameter that opens a word must be assigned: '=' is expected", end)
             value, end = parse_value(text, end + 1)
         except ExpressionError as exc:
             return self._bad_expression(at, exc)

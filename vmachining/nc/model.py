@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from vmachining.errors import NCError
 
-__all__ = ["Finding", "Motion", "Move", "Point", "Program"]
+__all__ = ["Finding", "Motion", "Move", "Point", "Program", "Told"]
 
 Point: TypeAlias = tuple[float, float, float]
 """X, Y, Z in mm."""
@@ -49,6 +49,9 @@ class Move(NamedTuple):
     duration_s : time of the block where the program fixes it and the path length does not (inverse time or
         degrees per minute with a rotary axis).
     rotation_deg : of the work offset in force, about Z: program coordinates are turned by it.
+    coolant : "mist", "flood", "mist and flood" or "", at the move.
+    circle : centre, and the unit normal that the arc goes round counter-clockwise, where the plane leans or the
+        tool does: at most half a turn, `center` is None then. The tool axis stays.
     """
 
     line: int
@@ -73,6 +76,8 @@ class Move(NamedTuple):
     tcp: bool = False
     duration_s: float | None = None
     rotation_deg: float = 0.0
+    circle: tuple[Point, Point] | None = None
+    coolant: str = ""
 
 
 class Finding(NamedTuple):
@@ -93,12 +98,32 @@ class Finding(NamedTuple):
     hint: str
 
 
+class Told(NamedTuple):
+    """What a program says of its job. unit : "mm", "inch" or "". radii : mm, by tool.
+
+    stock : as under [stock] of a job, mm: {"box": {"min": ..., "max": ...}} or {"cylinder": {"center", "radius", "z"}}.
+
+    tools : numbers of those that it calls. names : of tools that it calls by name.
+    inferred : the unit was concluded, no word of the program names it.
+    """
+
+    unit: str = ""
+    stock: Mapping[str, Mapping[str, Any]] | None = None
+    radii: Mapping[int, float] = {}
+    tools: tuple[int, ...] = ()
+    names: Mapping[int, str] = {}
+    inferred: bool = False
+
+
+NOTHING_TOLD = Told()
+
+
 @dataclass(frozen=True, slots=True)
 class Program:
     """A program that was read: its bytes, what it does, and what is wrong with it.
 
     findings are sorted by line, column and code. ended : M2, M30 or a closing tape mark was reached. files : paths
-    of the subprograms that were read from files of their own.
+    of the subprograms that were read from separate files. told : what it says of unit, stock and tools.
     """
 
     name: str
@@ -108,6 +133,7 @@ class Program:
     findings: tuple[Finding, ...]
     ended: bool
     files: tuple[str, ...] = ()
+    told: Told = NOTHING_TOLD
 
     def __repr__(self) -> str:
         found = f", {len(self.errors)} errors" if self.errors else ""
@@ -121,14 +147,8 @@ class Program:
     def require_clean(self, *, allow: Collection[str] = ()) -> None:
         """Refuse a program with errors.
 
-        Parameters
-        ----------
-        allow : codes that do not count, e.g. {"E401"} for a program without M2 or M30.
-
-        Raises
-        ------
-        NCError
-            The first finding of severity E, with file, line and column.
+        allow : codes that do not count, e.g. {"W401"} for a program without M2 or M30.
+        Raises NCError: The first finding of severity E, with file, line and column.
         """
         for finding in self.findings:
             if finding.severity == "E" and finding.code not in allow:

@@ -65,10 +65,7 @@ def offset_line(start: Pair, end: Pair, shift: float) -> Curve:
 def offset_arc(start: Pair, end: Pair, center: Pair, ccw: bool, turns: int, shift: float) -> Curve:
     """Concentric arc.
 
-    Raises
-    ------
-    CompensationError
-        E354 the tool does not fit into the arc.
+    Raises CompensationError: E354 the tool does not fit into the arc.
     """
     radius = math.dist(start, center)
     toward = shift if ccw else -shift

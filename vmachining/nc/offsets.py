@@ -9,14 +9,19 @@ import math
 from typing import Final
 
 from vmachining.nc.codes import spell
+from vmachining.nc.frames import UP, dot
 from vmachining.nc.lexer import Word
 from vmachining.nc.model import Motion, Point
+from vmachining.nc.placing import swung
 from vmachining.nc.run import Run
 from vmachining.nc.state import ORIGIN, WORK_OFFSETS
 from vmachining.nc.tooltable import ToolEntry
 from vmachining.nc.vectors import add, subtract
 
-__all__ = ["declare", "g92", "keep_reference", "local", "reference", "tool_length", "work_offset", "write"]
+__all__ = [
+    "declare", "from_reference", "g92", "keep_reference", "local", "reference", "slides", "tool_length", "work_offset",
+    "write",
+]  # fmt: skip
 
 AXES: Final = "XYZ"
 
@@ -245,8 +250,13 @@ def reference(run: Run, code: int) -> None:
         raise run.fail("E359", block.g[0][1], f"{spell('G', code)} with cutter compensation on")
     named = block.axes + block.rotary
     run.emit(Motion.RAPID, *run.target(), None, rotary=run.rotary_target())
+    state.between = state.machine
     home = state.references[0 if code == 280 else 1]
     angles = state.rotary_references[0 if code == 280 else 1]
+    if state.carried is not None:
+        places = {axis: home[axis] for axis, letter in enumerate(AXES) if letter in named or not named}
+        run.emit(Motion.RAPID, *slides(run, places), None)
+        return
     # the axes named are those of the work offset, turned with it
     sim, machine = list(state.tip_program), list(state.program)
     to_sim = state.seen(subtract(home, state.to_sim))
@@ -265,3 +275,55 @@ def reference(run: Run, code: int) -> None:
         None,
         rotary=turned,
     )
+
+
+def slides(run: Run, places: dict[int, float]) -> tuple[Point, Point]:
+    """Where slides that go to their own places, simulation frame, leave the tool in a tilted plane: table about zero."""
+    state = run.state
+    assert state.carried is not None
+    if (
+        abs(dot(state.carried.axis, state.axis) - 1.0) > 1e-9
+        or state.carried.mirrored
+        or state.carried.scale != 1.0
+    ):
+        word = run.block.g[0][1]
+        raise run.fail(
+            "E208",
+            word,
+            f"{word.text} while coordinates are turned, scaled or mirrored",
+            "cancel that before",
+        )
+    here = list(swung(state.axis, UP, state.carried.apply(state.sim)))
+    for axis, value in places.items():
+        here[axis] = value
+    sim = state.carried.invert(swung(UP, state.axis, (here[0], here[1], here[2])))
+    return sim, add(sim, state.lag)
+
+
+def from_reference(run: Run) -> None:
+    """G29: through the intermediate point of the last G28 to the axis words.
+
+    Raises BlockError: E371 without axis words, or before any G28; E359.
+    """
+    state, block = run.state, run.block
+    if state.compensation is not None:
+        raise run.fail("E359", block.g[0][1], "G29 with cutter compensation on")
+    if state.between is None or not (block.axes or block.rotary):
+        what = "G29 without an axis word" if state.between is not None else "G29 before any G28"
+        raise run.fail("E371", block.g[0][1], what)
+    goal = run.target()
+    start, machine = list(state.sim), list(state.machine)
+    for axis, letter in enumerate(AXES):
+        if letter in block.axes:
+            machine[axis] = state.between[axis]
+            start[axis] = machine[axis] - state.lag[axis]
+    if not state.absolute:  # steps count from the intermediate point
+        steps = [block.value(letter) or 0.0 for letter in AXES]
+        goal = _stepped(start, steps, state.scale), _stepped(machine, steps, state.scale)
+    run.emit(Motion.RAPID, (start[0], start[1], start[2]), (machine[0], machine[1], machine[2]), None)
+    run.emit(Motion.RAPID, *goal, None, rotary=run.rotary_target())
+
+
+def _stepped(point: list[float], steps: list[float], scale: float) -> Point:
+    x, y, z = (p + s * scale for p, s in zip(point, steps, strict=True))
+    return x, y, z

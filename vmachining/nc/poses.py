@@ -72,7 +72,7 @@ def read_poses(text: str, settings: Settings) -> tuple[list[Move], list[Finding]
         (k, line) for k, line in enumerate(split_lines(text), 1) if line.strip() and line.strip()[0] != "#"
     ]
     if not lines:
-        return [], [finding("E401", 1, None, "the table is empty")], False
+        return [], [finding("E109", 1, None, "the table is empty")], False
     try:
         columns = _columns(next(csv.reader([lines[0][1]])))
     except (_RowError, csv.Error) as exc:
@@ -106,7 +106,9 @@ def _columns(header: Sequence[str]) -> list[str]:
     names = [name.strip().lower() for name in header]
     if len(names) == 1 and (mark := next((mark for mark in ";\t" if mark in names[0]), None)):
         parted = "semicolons" if mark == ";" else "tabs"
-        raise _RowError("E109", f"the columns are parted by {parted}: commas are wanted, and decimal points")
+        raise _RowError(
+            "E109", f"the columns are parted by {parted}: commas are expected, and decimal points"
+        )
     for name in names:
         if name not in (*TIP, *AXIS, *ANGLES, *OTHERS):
             raise _RowError(
@@ -141,7 +143,7 @@ def _row(
         except ValueError:
             values[name] = math.nan
         if not math.isfinite(values[name]) or "_" in cell or not cell.isascii():
-            raise _RowError("E102", f"{name} is no number: '{cell[:40]}'", cell[:40], raw.find(cell) + 1)
+            raise _RowError("E102", f"{name} is not a number: '{cell[:40]}'", cell[:40], raw.find(cell) + 1)
         if abs(values[name]) > MAX_VALUE:
             raise _RowError("E102", f"{name} is out of range: {cell[:40]}", cell[:40], raw.find(cell) + 1)
     feed, rapid, tool = values.get("feed_mm_min", last.feed), values.get("rapid", 0.0), values.get("tool")

@@ -16,18 +16,12 @@ _AXES = {plane.name: (plane.first, plane.second) for plane in PLANES.values()}
 def move_record(move: Move, coordinates: str = "machine") -> dict[str, Any]:
     """One canonical motion.
 
-    Parameters
-    ----------
     coordinates : "machine" (all offsets and tool length applied) or "program" (what the active work offset
         sees). The arc centre is shifted like the end point.
-
-    Raises
-    ------
-    ValueError
-        Other coordinates.
+    Raises ValueError: Other coordinates.
     """
     if coordinates not in ("machine", "program"):
-        raise ValueError(f"coordinates '{coordinates}': machine or program is wanted")
+        raise ValueError(f"coordinates '{coordinates}': machine or program is expected")
     end = move.end_machine if coordinates == "machine" else move.end_program
     rotary = move.rotary_deg if coordinates == "machine" else move.rotary_program
     center = None
@@ -50,7 +44,14 @@ def move_record(move: Move, coordinates: str = "machine") -> dict[str, Any]:
         "turns": move.turns if arc else None,
         "feed_mm_min": move.feed_mm_min,
         "tool": move.tool,
+        "spindle_rpm": move.spindle_rpm,
+        "coolant": move.coolant,
         "dwell_s": move.dwell_s if move.motion is Motion.DWELL else None,
+        **(
+            {}
+            if move.circle is None
+            else {"circle": {"center_mm": list(move.circle[0]), "normal": list(move.circle[1])}}
+        ),
         **({} if move.axis_end is None else {"axis": list(move.axis_end)}),
         **({"tcp": True} if move.tcp and move.rotary_deg is not None else {}),
     }

@@ -10,9 +10,10 @@
    0.0001 in/min, per revolution to 1e-6, in inverse time (G93, an F on every line) to seven digits.
    There the written points round the length of a piece, so its feed can be above by a share of 1e-5.
 5. Left alone: canned cycles, rigid taps, G53 blocks, feed per revolution with the spindle stopped, degrees per minute,
-   everything that does not run once in the order of the file (`rewrite_regions.py`), and dialects other than
-   iso, mts and poses (`Rewritten.untouched`). Not cut, and given their smallest feed: `Rewritten.unsplit`.
-6. In tables of poses cells of feeds change, and no row is cut (`rewrite_poses.py`).
+   and everything that does not run once in the order of the file (`rewrite_regions.py`): `Rewritten.untouched`. Not cut, and
+   given their smallest feed: `Rewritten.unsplit`.
+6. In tables of poses cells of feeds change, in cutter location files FEDRAT records are added, in Heidenhain and Sinumerik
+   programs F words; no motion is cut (`rewrite_poses.py`, `rewrite_apt.py`, `rewrite_words.py`).
 
 An F word that stands in one block with G20 or G21 is in the units before the block, as `read_program` has it.
 """
@@ -29,10 +30,13 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from vmachining.errors import FeedError, NCError
+from vmachining.nc.dialects import is_g_code
 from vmachining.nc.lexer import MAX_LINE, LexedLine, Word, lex_line
+from vmachining.nc.rewrite_apt import rewrite_apt_feeds
 from vmachining.nc.rewrite_pieces import LineEdit, Modes, Pieces, move_path, number_text, split_block
 from vmachining.nc.rewrite_poses import rewrite_pose_feeds
 from vmachining.nc.rewrite_regions import find_regions
+from vmachining.nc.rewrite_words import LANGUAGES, rewrite_word_feeds
 from vmachining.nc.run import SLOWEST_MM_MIN
 from vmachining.tolerance import LENGTH_EPS_MM
 
@@ -79,46 +83,45 @@ class Rewritten:
 def rewrite_feeds(program: Program, edits: Mapping[int, BlockEdit]) -> Rewritten:
     """Write feeds into a program.
 
-    Parameters
-    ----------
-    program : Program
-        Read without errors (a missing M30 is none).
+    program : Program, read without errors (a missing M30 does not count).
     edits : by line
         Lines that are not named keep their effective feed. With no edit the bytes are the same.
-
-    Raises
-    ------
-    NCError
-        The program has errors, a line has no feed motion or would become too long.
-    FeedError
-        A feed that is not positive, or ends that do not rise to 1.
+    Raises NCError: The program has errors, a line has no feed motion or would become too long.
+    Raises FeedError: A feed that is not positive, or ends that do not rise to 1.
     """
-    program.require_clean(allow={"E401"})
+    program.require_clean(allow={"W401"})
     for line, edit in edits.items():
         _check(edit, line)
-    if program.dialect == "poses":
-        return _poses(program, edits)
-    if program.dialect not in ("iso", "mts"):
+    if program.dialect in ("poses", "apt") or (program.dialect in LANGUAGES and not program.files):
+        return _by_line(program, edits)
+    if not is_g_code(program.dialect):
         count = sum(1 for m in LINES.finditer(_decode(program.data)[2]) if m[0])
         return Rewritten(program.data, tuple(range(1, count + 1)), (), tuple(sorted(edits)))
     return _Rewriter(program, edits).run()
 
 
-def _poses(program: Program, edits: Mapping[int, BlockEdit]) -> Rewritten:
-    """A table of poses: rows that were to be divided get their smallest feed."""
+def _by_line(program: Program, edits: Mapping[int, BlockEdit]) -> Rewritten:
+    """Languages that are no G-code: motions that were to be divided get their smallest feed."""
     mark, codec, text = _decode(program.data)
     lines = [(m[1], m[2]) for m in LINES.finditer(text) if m[0]]
     was = {move.line: move.feed_mm_min for move in program.moves}
-    feeds = {}
+    feeds: dict[int, float] = {}
     for line, edit in edits.items():
         feed, old = min(edit.feeds_mm_min), was.get(line)
         same = old is not None and abs(feed - old) <= SLACK * feed
         feeds[line] = old if same and old is not None else math.floor(feed * 10.0 * (1 + SLACK)) / 10.0
-    made = rewrite_pose_feeds(lines, feeds)
     unsplit = tuple(sorted(line for line, edit in edits.items() if len(set(edit.feeds_mm_min)) > 1))
-    return Rewritten(
-        mark + "".join(made.lines).encode(codec), tuple(range(1, len(lines) + 1)), unsplit, made.untouched
-    )
+    if program.dialect == "poses":
+        table = rewrite_pose_feeds(lines, feeds)
+        data, source, untouched = table.lines, tuple(range(1, len(lines) + 1)), table.untouched
+    elif program.dialect in LANGUAGES:
+        changed = {line: feed for line, feed in feeds.items() if feed != was.get(line)}
+        words = rewrite_word_feeds(program.dialect, lines, program.moves, changed)
+        data, source, untouched = words.lines, tuple(range(1, len(lines) + 1)), words.untouched
+    else:
+        file = rewrite_apt_feeds(lines, {line: feed for line, feed in feeds.items() if feed != was.get(line)})
+        data, source, untouched = file.lines, file.source_line, file.untouched
+    return Rewritten(mark + "".join(data).encode(codec), source, unsplit, untouched)
 
 
 def _check(edit: BlockEdit, line: int) -> None:

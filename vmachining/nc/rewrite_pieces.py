@@ -170,16 +170,11 @@ class Pieces(NamedTuple):
 def split_block(lexed: LexedLine, move: Move, modes: Modes, ends: Sequence[float]) -> Pieces | None:
     """Cut one block at fractions of its path.
 
-    Parameters
-    ----------
     lexed : the line.
     move : its only motion, a line or an arc.
     modes : in force for this block.
     ends : rising fractions where the sub-blocks end, the last is 1.
-
-    Returns
-    -------
-    None where the block cannot be cut without changing what it means.
+    Returns None where the block cannot be cut without changing what it means.
     """
     words = {word.letter: word for word in lexed.words}
     path = move_path(move)

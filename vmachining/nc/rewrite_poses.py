@@ -26,8 +26,6 @@ class PosesText(NamedTuple):
 def rewrite_pose_feeds(lines: Sequence[tuple[str, str]], feeds: Mapping[int, float]) -> PosesText:
     """Write feeds into a table.
 
-    Parameters
-    ----------
     lines : text and end of every line, from the first.
     feeds : mm/min by 1-based line, as they are to be written.
     """

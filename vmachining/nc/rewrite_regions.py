@@ -50,7 +50,7 @@ def find_regions(lexed: Sequence[LexedLine], first: int, last: int) -> Regions:
         if item.kind == "call" and item.label not in structure.subs:
             closed.update(
                 range(item.index + 1, last + 1)
-            )  # a file of its own: what it changes is not seen here
+            )  # a separate file: what it changes is not seen here
     for number, line in enumerate(lexed[first - 1 : last], first):
         codes = {word.value for word in line.words if word.letter == "M"}
         if None in codes:

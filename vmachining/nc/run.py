@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from typing import Final
 
 from vmachining.nc.block import Block, Problem
-from vmachining.nc.compensation import CompensationError
+from vmachining.nc.compensation import JOINED_MM, CompensationError
+from vmachining.nc.corners import CornerError, joined
 from vmachining.nc.lexer import Word
 from vmachining.nc.model import Motion, Move, Point
 from vmachining.nc.settings import Settings
@@ -29,7 +30,7 @@ MAX_MOVES: Final = 100_000
 DWELL_UNITS: Final = {"s": 1.0, "ms": 1e-3}
 
 LONG_DWELL_S: Final = 30.0
-"""No hole wants it, and the shortest dwells of posts that write milliseconds (P50, P100) lie above."""
+"""No hole needs it, and the shortest dwells of posts that write milliseconds (P50, P100) lie above."""
 
 
 class BlockError(Exception):
@@ -144,7 +145,7 @@ class Run:
         state = self.state
         if not state.feed:
             what = (
-                "inverse time (G93) wants F in every feed block"
+                "inverse time (G93) needs F in every feed block"
                 if state.feed_mode == 930
                 else "a feed move without feed"
             )
@@ -223,6 +224,7 @@ class Run:
             dwell_s,
             machine,
             state.seen(subtract(machine, state.to_machine)),
+            coolant=state.coolant,
         )
         if state.rotation != 0.0:
             move = move._replace(rotation_deg=state.rotation)
@@ -233,13 +235,62 @@ class Run:
         if rotary or state.rotary or state.centred:
             move = self._with_rotary(move, state.rotary if rotary is None else rotary)
         state.sim, state.machine = sim, machine
+        kind = next((letter for letter in (",R", ",C") if letter in self.block.words), "")
+        if kind or state.held is not None:
+            self._corner(move, kind)
+        else:
+            self._through(move)
+
+    def _corner(self, move: Move, kind: str) -> None:
+        """`,R` and `,C`: a move that one of them ends waits for its neighbour in the plane."""
+        state, held = self.state, self.state.held
+        word = self.block.word(kind) if kind else self.block.culprit()
+        a, b = state.plane.first, state.plane.second
+        flat = (
+            move.center is None
+            and math.hypot(move.end[a] - move.start[a], move.end[b] - move.start[b]) <= JOINED_MM
+        )
+        if (
+            flat
+            or move.motion in (Motion.DWELL, Motion.RAPID)
+            or (held is not None and held.plane != move.plane)
+        ):
+            what = "a corner (,R or ,C) stands between two feed motions of the plane"
+            raise self.fail("E109", word, what, "program its next motion, or leave the word out")
+        if held is not None:
+            state.held = None
+            assert state.corner is not None
+            try:
+                made = joined(held, move, state.plane, *state.corner)
+            except CornerError as exc:
+                raise self.fail("E355", self.block.culprit(), str(exc)) from None
+            for before in (held,) if made is None else made[:2]:
+                self._through(before)
+            move = move if made is None else made[2]
+        if not kind:
+            self._through(move)
+            return
+        size = self.block.words.pop(kind)[0] * state.scale
+        if size <= 0.0:
+            raise self.fail("E109", word, f"a corner of {size:g} mm")
+        state.held, state.corner = move, ("round" if kind == ",R" else "chamfer", size)
+
+    def _through(self, move: Move) -> None:
+        state = self.state
         if state.compensation is None:
             self.moves.append(move)
             return
         try:
             step = state.compensation.accept(move)
         except CompensationError as exc:
-            raise self.fail(exc.code, self.block.culprit(), str(exc)) from None
+            what = ""
+            if (
+                self.settings.family
+                and not self.settings.control.compensation
+                and exc.code in ("E353", "E355")
+            ):
+                what = 'where the program is the path of the tool centre, say compensation = "wear"'
+            raise self.fail(exc.code, self.block.culprit(), str(exc), what) from None
         state.compensation = step.after
         self.moves.extend(step.moves)
         for code, text in step.warnings:

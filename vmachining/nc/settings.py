@@ -3,31 +3,162 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from functools import lru_cache
+from math import isfinite
 from pathlib import Path
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
+from vmachining.errors import NCError
 from vmachining.nc.model import Point
 from vmachining.nc.tooltable import ToolEntry
 
-__all__ = ["Settings"]
+__all__ = ["Control", "Settings"]
+
+UnitName = Literal["", "mm", "inch"]
+CrcEntry = Literal["prev", "next"]
+CrcCorner = Literal["arc", "exact", "miter"]
+Taps = Literal["reference", "axis"]
+Dwell = Literal["s", "ms"]
+Compensation = Literal["", "radius", "wear"]
+ArcCentres = Literal["", "start", "absolute", "reversed"]
+Increments = Literal["", "points", "IS-A", "IS-B", "IS-C"]
+AlongZ = Literal["", "z"]
+
+
+@lru_cache
+def _choices(kind: type) -> dict[str, tuple[str, ...]]:
+    """Words that the fields of a class may have, by field."""
+    hints = get_type_hints(kind)
+    return {name: get_args(hint) for name, hint in hints.items() if get_origin(hint) is Literal}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Control:
+    """What the parameters of a Fanuc-like control say and the program does not; "" is inferred where that is safe, and said.
+
+    compensation : what D registers hold, the "radius" of the tool, or its "wear" beside a programmed path of the centre
+    (then zero). arc_centres : I J K count from the "start" of an arc, are "absolute", or lead from the centre to the
+    start ("reversed"). modal_centres : I J K that a block leaves out stay as they were. increments : what a length
+    without a point counts, the unit itself ("points") or least increments, 0.01 mm and 0.001 inch (IS-A), a tenth
+    (IS-B) or a hundredth (IS-C) of these. w : "z", W moves the tool along Z.
+    """
+
+    compensation: Compensation = ""
+    arc_centres: ArcCentres = ""
+    modal_centres: bool = False
+    increments: Increments = ""
+    w: AlongZ = ""
+
+    def __post_init__(self) -> None:
+        for key, choices in _choices(Control).items():
+            if getattr(self, key) not in choices:
+                wanted = ", ".join(repr(choice) for choice in choices if choice)
+                raise NCError(f"control {key} '{getattr(self, key)}'", remedy=wanted)
+
+    @classmethod
+    def of(cls, given: Mapping[str, Any] | Control | None) -> Control:
+        """From the keys of a job or a command line.
+
+        Raises NCError: Unknown key or value.
+        """
+        if isinstance(given, Control):
+            return given
+        names = [item.name for item in fields(cls)]
+        for key in given or {}:
+            if key not in names:
+                raise NCError(f"a control has no '{key}'", remedy=", ".join(names))
+        values: dict[str, Any] = dict(given or {})
+        if "modal_centres" in values:
+            values["modal_centres"] = values["modal_centres"] in (True, "true", "yes")
+        return cls(**values)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
-    """Options of `parse_program`, explained there."""
+    """How a program is read; options from `rotary` to `max_steps` are those of G-code.
+
+    dialect : one of `DIALECTS`, that of an installed package, or "auto": recognised, and said (I212).
+    units : "mm" or "inch" where the program does not say it; "": inferred where that is safe, and said (I213).
+    tools : tool table; None: unknown, tool numbers are not checked and lengths are zero.
+    home : mm, simulation frame: where the tool tip starts, and where G28 and G30 go.
+    block_delete : skip lines that open with a slash.
+    work_offsets : mm, by "G54" to "G59.3"; those not named are zero. Kept by the number of the code, times ten.
+    rotary : letters of the rotary axes of the machine, of "ABC".
+    crc_entry : "prev": the entry move of cutter compensation is a segment like any other; "next": it goes straight to the
+        offset start of the next one.
+    crc_corner : "arc" about outer corners, corners that turn by less than 0.05 rad passed over as the reference control
+        does; "exact": those are trimmed or rounded too; "miter": points instead of arcs.
+    peck_clearance_mm : how far G73 lifts, and G83 stays away, from the last depth.
+    taps : in G18 and G19, "reference": beside their holes, as the reference control feeds them; "axis": along it.
+    dwell : unit of the P of G4 and of canned cycles (B in mts), "s" or "ms".
+    subroutines : folders with subprograms in separate files, NAME.ngc; `read_program` looks beside the program first.
+    start_line : restart there: everything before is executed for its modes, offsets and position, but makes no moves.
+    max_steps : lines that loops and subprograms may repeat.
+    control : what the parameters of a Fanuc-like control say; or its keys.
+    stock_top_mm : z of the stock in the simulation frame, for W520. travel_mm : machine coordinates (low, high), for E373.
+    blu_mm : smallest step of the machine, for I374.
+    """
 
     dialect: str = "iso"
+    units: UnitName = ""
     tools: Mapping[int, ToolEntry] | None = None
     home: Point = (0.0, 0.0, 100.0)
     block_delete: bool = False
     work_offsets: Mapping[int, Point] = field(default_factory=dict)
     rotary: str = ""
-    crc_entry: str = "prev"
-    crc_corner: str = "arc"
+    crc_entry: CrcEntry = "prev"
+    crc_corner: CrcCorner = "arc"
     peck_clearance_mm: float = 0.254
-    taps: str = "reference"
-    dwell: str = "s"
+    taps: Taps = "reference"
+    dwell: Dwell = "s"
     subroutines: tuple[Path, ...] = ()
     start_line: int = 1
     max_steps: int = 1_000_000
+    control: Control = Control()
     stock_top_mm: float | None = None
+    travel_mm: tuple[Point, Point] | None = None
+    blu_mm: float | None = None
+
+    def __post_init__(self) -> None:
+        for key, choices in _choices(Settings).items():
+            if getattr(self, key) not in choices:
+                wanted = " or ".join(choice for choice in choices if choice)
+                raise NCError(f"{key} '{getattr(self, key)}'", remedy=wanted)
+        if not set(self.rotary) <= set("ABC"):
+            raise NCError(f"rotary axes '{self.rotary}'", remedy="letters of ABC")
+        if not all(map(isfinite, self.home)):
+            raise NCError(f"home {self.home}", remedy="three finite numbers, mm")
+        for folder in self.subroutines:
+            if not folder.is_dir():
+                raise NCError(
+                    f"subroutines {folder}: no such folder", remedy="name the folder that has the subprograms"
+                )
+
+    @classmethod
+    def of(cls, name: str, codes: Mapping[str, int], options: Mapping[str, Any]) -> Settings:
+        """From what a caller of `parse_program` gives; `codes` are the numbers of work offsets.
+
+        Raises NCError: Unknown option value, key of a control or work offset; names the file `name`.
+        """
+        given = dict(options)
+        for key in given.get("work_offsets") or {}:
+            if key not in codes:
+                raise NCError(
+                    f"no work offset is called '{key}'", file=name, remedy="G54 to G59, G59.1 to G59.3"
+                )
+        given["work_offsets"] = {codes[k]: at for k, at in (given.get("work_offsets") or {}).items()}
+        given["control"] = Control.of(given.get("control"))
+        if "home" in given:
+            given["home"] = tuple(float(value) for value in given["home"])
+        given["subroutines"] = tuple(Path(folder) for folder in given.get("subroutines", ()))
+        try:
+            return cls(**given)
+        except NCError as exc:
+            exc.file = name
+            raise
+
+    @property
+    def family(self) -> bool:
+        """Whether the dialect is of the Fanuc family, whose controls take what others refuse."""
+        return self.dialect in ("fanuc", "haas", "mazak", "okuma")

@@ -22,8 +22,10 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from vmachining.nc.arcs import PLANES, Plane
 from vmachining.nc.codes import spell
-from vmachining.nc.expressions import Expression, Name, NoValueError, evaluate, parameter_number
-from vmachining.nc.model import Point
+from vmachining.nc.expressions import MAX_NUMBER, Expression, Name, NoValueError, evaluate, parameter_number
+from vmachining.nc.fanuc_variables import FAMILY_FREE, is_switch, set_variable, variable
+from vmachining.nc.frames import UP, Frame
+from vmachining.nc.model import Move, Point
 from vmachining.nc.vectors import add, subtract
 
 if TYPE_CHECKING:
@@ -39,6 +41,7 @@ LOCALS: Final = 30
 """Numbered parameters that each call of a subprogram has for itself."""
 
 LAST_FREE: Final = 5000
+ALARM: Final = 3000
 """Numbered parameters above this belong to the control."""
 
 NOTES: Final = frozenset((*range(5061, 5071), 5599))
@@ -69,13 +72,19 @@ class State:
     direction : +1 M3, -1 M4, 0 stopped. selected : last T. length : tool length offset per axis.
     warned_stopped : W501 was given since the spindle stopped. rotations : degrees, per work offset; rotation and
     turn (its cosine and sine) : of the one in force. references : where G28 and G30 go, simulation frame;
-    rotary_references : the same of the rotary axes, where not zero.
+    rotary_references : the same for the rotary axes, where not zero.
     rotary : machine degrees by "a", "b", "c", of the axes named so far; rotary_work, rotary_g92 : their
     offsets. tcp, tcp_length : tool centre point control, by an M code until its counterpart, by G43.4 until
     another code of its group. cycle : canned cycle in force; to_r : G99. compensation : cutter
     radius; tip : where the tool really is, when compensation left it beside the programmed point. plain : the
     short cut of the reader may be taken. stored, pattern : dialect mts. table : tools by number, as G10 left
     them. levels : modes saved by M70 and M73 (or None), one item for the main program and one per call.
+    plan : of the Fanuc family, what turns, scales, mirrors or tilts program coordinates; carried : the same as a map
+    of `sim`, which then are coordinates before it, onto the simulation frame. axis : of the tool. corner : kind and size
+    of the rounding or chamfer after `held`, the move that waits for its neighbour. return_level : where cycles go back
+    to, where it is not the initial level. between : intermediate point of the last G28, machine coordinates.
+    shrink : how much less each peck of a hole is, and the least.
+    coolant : "", "mist", "flood" or both. centre : last I J K, of controls that keep them.
     """
 
     sim: Point
@@ -126,6 +135,16 @@ class State:
     pattern: Pattern | None = None
     table: Mapping[int, ToolEntry] = field(default_factory=dict)
     levels: tuple[Saved | None, ...] = (None,)
+    plan: Frame | None = None
+    carried: Frame | None = None
+    axis: Point = UP
+    corner: tuple[str, float] | None = None
+    held: Move | None = None
+    return_level: float | None = None
+    shrink: tuple[float, float] | None = None
+    between: Point | None = None
+    coolant: str = ""
+    centre: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def program(self) -> Point:
@@ -167,13 +186,33 @@ class State:
 
     def place_offsets(self) -> None:
         """Recompute the sums of offsets after one of them has changed."""
+        here = self.sim if self.carried is None else self.carried.apply(self.sim)
         work = self.offsets.get(self.work, ORIGIN)
         self.rotation = self.rotations.get(self.work, 0.0)
         self.turn = cos(radians(self.rotation)), sin(radians(self.rotation))
         self.to_machine = add(add(self.turned(self.g92), work), self.length)
         self.to_sim = add(self.turned(self.g92_sim), subtract(work, self.start_offset))
         self.lag = subtract(self.to_machine, self.to_sim)
+        if self.plan is not None or self.carried is not None:
+            self._carry(here)
         self.check_sync()
+
+    def replan(self, plan: Frame | None) -> None:
+        """Program coordinates are turned, scaled, mirrored or tilted like this; the tool stays where it is."""
+        here = self.sim if self.carried is None else self.carried.apply(self.sim)
+        self.plan = plan
+        self._carry(here)
+        self.check_sync()
+
+    def _carry(self, here: Point) -> None:
+        self.carried = None
+        if self.plan is not None:
+            zero = self.to_sim
+            self.carried = self.plan._replace(
+                origin=add(zero, subtract(self.plan.origin, self.plan.vector(zero)))
+            )
+        self.sim = here if self.carried is None else self.carried.invert(here)
+        self.machine = add(self.sim, self.lag)
 
     def check_sync(self) -> None:
         """Set `synced`: machine = simulation + lag; and `plain`: nothing bends the short cut."""
@@ -184,8 +223,9 @@ class State:
             and self.rotation == 0.0
             and self.compensation is None
             and self.tip is None
-            and not self.rotary
-            and not self.centred
+            and self.carried is None
+            and self.held is None
+            and self.axis == UP
         )
 
     def save(self, automatic: bool) -> None:
@@ -217,27 +257,37 @@ class Memory:
     numbers, belong to everybody.
     """
 
-    def __init__(self, state: State) -> None:
-        self.state = state
+    def __init__(self, state: State, family: bool = False) -> None:
+        self.state, self.family = state, family
+        self.last, self.locals = (99_999, 33) if family else (MAX_NUMBER, LOCALS)
         self.line = 0
-        self._named: dict[str, float] = {}
+        self.names: dict[str, float] = {}
         self._global: dict[str, float] = {"_value": 0.0, "_value_returned": 0.0}
-        self._numbered: dict[int, float] = {}
+        self.values: dict[int, float] = {}
         self._callers: list[tuple[dict[str, float], dict[int, float]]] = []
 
     def enter(self, values: list[float]) -> None:
         """A call: the values become #1, #2, ..., the rest of the thirty is zero."""
-        kept = {k: self._numbered.pop(k) for k in range(1, LOCALS + 1) if k in self._numbered}
-        self._callers.append((self._named, kept))
-        self._named = {}
-        self._numbered.update(enumerate(values, 1))
+        kept = {k: self.values.pop(k) for k in range(1, self.locals + 1) if k in self.values}
+        self._callers.append((self.names, kept))
+        self.names = {}
+        self.values.update(enumerate(values, 1))
+
+    def enter_words(self, values: Mapping[int, float]) -> None:
+        """A macro call: a level of its own whose #1 to #33 are these."""
+        self.enter([])
+        self.values.update(values)
+
+    def __contains__(self, number: int) -> bool:
+        """Whether a numbered parameter was set."""
+        return number in self.values
 
     def leave(self) -> None:
         """The end of the call."""
-        self._named, kept = self._callers.pop()
-        for key in range(1, LOCALS + 1):
-            self._numbered.pop(key, None)
-        self._numbered.update(kept)
+        self.names, kept = self._callers.pop()
+        for key in range(1, self.locals + 1):
+            self.values.pop(key, None)
+        self.values.update(kept)
 
     def result(self, value: float | None) -> None:
         """What a subprogram returned, as #<_value>; #<_value_returned> says whether it did."""
@@ -247,14 +297,16 @@ class Memory:
     def named(self, name: str) -> float | None:
         """`#<name>`; names that open with an underscore may be those of the control."""
         if not name.startswith("_"):
-            return self._named.get(name)
+            return self.names.get(name)
         value = self._global.get(name)
         return self._of_control(name) if value is None else value
 
     def numbered(self, number: int) -> float | None:
         """`#number`: zero while it was never set, None for a number of the control that is not kept here."""
+        if self.family and number >= FAMILY_FREE:
+            return self.values[number] if number in self.values else variable(self.state, number)
         if number <= LAST_FREE or number in NOTES:
-            return self._numbered.get(number, 0.0)
+            return self.values.get(number, 0.0)
         state = self.state
         if 5420 <= number <= 5422:
             return state.program[number - 5420] / state.scale
@@ -305,10 +357,7 @@ class Memory:
     def resolve(self, target: Name, value: Expression) -> tuple[str | int, float]:
         """Target and value of an assignment, before anything is written.
 
-        Raises
-        ------
-        NoValueError
-            No value, or a target that belongs to the control.
+        Raises NoValueError: No value, or a target that belongs to the control.
         """
         number = evaluate(value, self)
         if target.name is not None:
@@ -317,16 +366,22 @@ class Memory:
             return target.name, number
         assert target.number is not None
         key = parameter_number(target.number, self)
-        if key > LAST_FREE and key not in NOTES:
+        if self.family and key == ALARM:
+            raise NoValueError(f"#3000 = {number:g}: the program stops here with an alarm of its own")
+        if self.family and key >= FAMILY_FREE and not is_switch(key):
+            set_variable(self.state.clone(), key, number)
+        elif key > LAST_FREE and key not in NOTES:
             raise NoValueError(f"#{key} belongs to the control, setting it is not supported")
         return key, number
 
     def store(self, key: str | int, value: float) -> None:
         """Write a resolved assignment."""
         if isinstance(key, str):
-            (self._global if key.startswith("_") else self._named)[key] = value
+            (self._global if key.startswith("_") else self.names)[key] = value
+        elif self.family and key >= FAMILY_FREE and not is_switch(key):
+            set_variable(self.state, key, value)
         else:
-            self._numbered[key] = value
+            self.values[key] = value
 
     def _of_control(self, name: str) -> float | None:
         state = self.state

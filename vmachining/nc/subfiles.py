@@ -1,7 +1,8 @@
-"""Subprograms in files of their own.
+"""Subprograms in separate files.
 
     o<name> call and O100 call     the file name.ngc, 100.ngc, which holds that sub
     M98 P100                       the file 100.ngc, which holds the program O100
+    the same, G65, G66, M198 of the Fanuc family     O0100.nc, 100.txt, O100: a number, whatever stands about it
 
 Folders are searched in order, capitals mean nothing. The lines of a file are hung behind those of the program,
 so that everything that runs has one index; findings and motions of such lines belong to the line of the program
@@ -16,12 +17,14 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from vmachining.nc.control import Structure, find_structure
+from vmachining.nc.decode import MAX_BYTES
 from vmachining.nc.lexer import split_lines
 from vmachining.nc.tape import find_tape
 
 __all__ = ["SubFile", "SubFiles"]
 
 SUFFIXES: Final = (".ngc", ".nc")
+SUFFIXES_OF_FAMILY: Final = "nc|ngc|txt|tap|cnc|eia|min|ssb|sub|prg|ptp|mac"
 _NAME: Final = re.compile(r"[a-z0-9_+\-][a-z0-9_+.\-]*")
 """Labels that name a file: no folders, nothing hidden."""
 
@@ -37,58 +40,76 @@ class SubFile(NamedTuple):
 class SubFiles:
     """Finds and reads them, each once.
 
-    Parameters
-    ----------
     folders : searched in this order.
     lines : of the program; those of the files are added behind an empty one each.
-    decode : bytes and name to text, raises NCError.
+    decode : bytes and name to text, raises NCError. plain : makes lines plain for the lexer.
     """
 
     def __init__(
-        self, folders: Sequence[Path], lines: list[str], decode: Callable[[bytes, str], str] | None
+        self,
+        folders: Sequence[Path],
+        lines: list[str],
+        decode: Callable[[bytes, str], str] | None,
+        plain: Callable[[list[str]], list[str]] = list,
     ) -> None:
-        self.folders, self.lines, self.decode = folders, lines, decode
+        self.folders, self.lines, self.decode, self.plain = folders, lines, decode, plain
         self.own = len(lines)
         self.files: list[SubFile] = []
         self.paths: list[Path] = []
         self.tried: set[str] = set()
 
     def load(self, label: str, structure: Structure) -> bool:
-        """Read the file of a label and add what steers in it; False where there is none, or it was read before.
+        """Read the file of a label and add what steers in it; False where none exists, or it was read before.
 
-        Raises
-        ------
-        NCError
-            The file is binary, too large, or cannot be read.
+        Raises NCError: The file is binary, too large, or cannot be read.
         """
         name = label.strip("<>")
         if label in self.tried or self.decode is None or not _NAME.fullmatch(name):
             return False
         self.tried.add(label)
-        path = self._find(name)
+        path = self._find(re.compile(re.escape(name + SUFFIXES[0])).fullmatch) or self._find(
+            re.compile(re.escape(name + SUFFIXES[1])).fullmatch
+        )
         if path is None:
             return False
-        text = split_lines(self.decode(path.read_bytes(), str(path)))
+        file = self._hang(path)
+        found = find_structure(self.lines, file.first, file.stop)
+        if found is not None:
+            structure.add(found)
+        return True
+
+    def load_program(self, number: int) -> SubFile | None:
+        """The file of a program of the Fanuc family; None where none exists.
+
+        Raises NCError: As `load`.
+        """
+
+        named = re.compile(rf"[o:]?0*{number}(?:\.(?:{SUFFIXES_OF_FAMILY}))?")
+        path = self._find(named.fullmatch) if self.decode is not None else None
+        return self._hang(path) if path is not None else None
+
+    def _hang(self, path: Path) -> SubFile:
+        """The lines of a file behind those that are known."""
+        assert self.decode is not None
+        with path.open("rb") as file:
+            text = self.plain(split_lines(self.decode(file.read(MAX_BYTES + 1), str(path))))
         self.lines += ["", *text]
         start = len(self.lines) - len(text)
         first, stop, _ = find_tape(text)
         self.files.append(SubFile(path.name, start + first, start + stop))
         self.paths.append(path)
-        found = find_structure(self.lines, start + first, start + stop)
-        if found is not None:
-            structure.add(found)
-        return True
+        return self.files[-1]
 
-    def _find(self, name: str) -> Path | None:
+    def _find(self, fits: Callable[[str], object]) -> Path | None:
+        """The first file whose name, in small letters, fits."""
         for folder in self.folders:
             try:
                 entries = sorted(folder.iterdir())
             except OSError:
                 continue
-            for suffix in SUFFIXES:
-                for entry in entries:
-                    if entry.name.lower() == name + suffix and entry.is_file():
-                        return entry
+            for entry in entries:
+                if fits(entry.name.lower()) and entry.is_file():
+                    return entry
         return None
 
     def holding(self, index: int) -> SubFile | None:

@@ -1,6 +1,7 @@
 """What comments of a program say of its tools, as post-processors print them.
 
     (T1 D=10. CR=0. - ZMIN=-5. - flat end mill)                    Fusion, HSM; TAPER=118deg of drills and chamfers
+    (TOOL/MILL,3.175,0,0,0) CutViewer, MeshCAM, Carbide Create     ;tool_radius = 0.5  PyCAM     ( T0 : 1.0 ) CamBam
     ( T1 | 10. FLAT ENDMILL | H1 | D1 | TOOL DIA. - 10. )          Mastercam
     (TOOL - 3 DIA. OFF. - 3 LEN. - 3 TOOL DIA. - .5)               Mastercam, older
     (T2 : BALL NOSE D6 R3)   (TOOL 4: 1/4 INCH END MILL)   ; T5 = Drill {6 mm}   (T1 = 10.0 dia. ENDMILL)
@@ -16,32 +17,52 @@ import re
 from collections.abc import Sequence
 from typing import Any, Final, NamedTuple
 
-__all__ = ["ToolNote", "cutter_notes", "tool_notes"]
+__all__ = ["INCH", "NUMBER", "ToolNote", "comments", "cutter_notes", "tool_notes", "value_of"]
 
 INCH: Final = 25.4
-HEADER: Final = 20
+HEADER: Final = 60
 NEAR: Final = 3
-"""Lines between a comment and the tool change that it introduces."""
+"""Lines between a comment and the tool change that it introduces, or follows."""
 
 _COMMENT: Final = re.compile(r"\(([^()]*)\)|;(.*)")
 _NAMED: Final = re.compile(
     r"(?:\bTOOL\s*(?:NUMBER|NO\.?|NR\.?|#)?\s*[-:=#]?\s*T?|\bT)\s*0*(\d{1,5})(?![\d.])", re.IGNORECASE
 )
 _CALL: Final = re.compile(r"(?<![A-Za-z])[Tt][ \t]*0*(\d{1,5})(?![\d.])")
-_NUMBER: Final = r"(\d+\s+\d+/\d+|\d+/\d+|\d*\.\d+|\d+\.?)"
+NUMBER: Final = r"(\d+\s+\d+/\d+|\d+/\d+|\d*\.\d+|\d+\.?)"
 _UNIT: Final = r"\s*(mm\b|inch\b|in\b|\")?"
 _DIAMETER: Final = (
-    re.compile(rf"\bTOOL\s+DIA(?:METER)?\.?\s*[-:=]?\s*{_NUMBER}{_UNIT}", re.IGNORECASE),
-    re.compile(rf"\bDIA(?:METER|M)?\.?(?!\s*OFF)\s*[-:=]\s*{_NUMBER}{_UNIT}", re.IGNORECASE),
-    re.compile(rf"(?:\bD\s*=\s*|[Øø⌀]\s*){_NUMBER}{_UNIT}", re.IGNORECASE),
-    re.compile(rf"(?:\b|_)D{_NUMBER}{_UNIT}(?=[\s,;_|R)-]|$)", re.IGNORECASE),
-    re.compile(rf"(?<![\w.=-]){_NUMBER}{_UNIT}\s*DIA\b", re.IGNORECASE),
-    re.compile(rf"(?<![\w.=-]){_NUMBER}\s*(mm\b|inch\b|in\b|\")", re.IGNORECASE),
-    re.compile(rf"\|\s*{_NUMBER}(\s)(?=[A-Z ]*(?:MILL|DRILL|NOSE|CUTTER|TAP|REAM))", re.IGNORECASE),
+    re.compile(rf"\bTOOL\s+DIA(?:METER)?\.?\s*[-:=]?\s*{NUMBER}{_UNIT}", re.IGNORECASE),
+    re.compile(rf"(?<![\w.=-]){NUMBER}{_UNIT}\s*DIA\b", re.IGNORECASE),
+    re.compile(
+        rf"\bDIA(?:METER|M)?(?:\.?(?:\s+OUTIL)?(?!\s*OFF)\s*[-:=]|\.)\s*{NUMBER}{_UNIT}", re.IGNORECASE
+    ),
+    re.compile(rf"(?:\bD\s*=\s*|[Øø⌀]\s*){NUMBER}{_UNIT}", re.IGNORECASE),
+    re.compile(rf"(?:\b|_)D{NUMBER}{_UNIT}(?=[\s,;_|R)-]|$)", re.IGNORECASE),
+    re.compile(rf"(?<![\w.=-]){NUMBER}\s*(mm\b|inch\b|in\b|\")", re.IGNORECASE),
+    re.compile(rf"\|\s*{NUMBER}(\s)(?=[A-Z ]*(?:MILL|DRILL|NOSE|CUTTER|TAP|REAM))", re.IGNORECASE),
+    re.compile(rf"^T\d+\s*:\s*{NUMBER}(\s*)$", re.IGNORECASE),
 )
+_LENGTHS: Final = r"(?:STICK[ -]?OUT|OVERHANG|PROJECTION|REACH|LENGTH|DEPTH|STEP[ -]?(?:OVER|DOWN))"
+_OTHER: Final = re.compile(
+    rf"\b{_LENGTHS}[ :=-]*{NUMBER}{_UNIT}"
+    rf"|(?<![\w.=-]){NUMBER}{_UNIT}\s*(?:{_LENGTHS}|LONG(?![ -]*(?:REACH|SERIES|END|BALL|DRILL)))\b"
+    rf"|\b(?:CLEARANCE|ALLOWANCE|LEAVE|FEED|HOLDER|SHANK|ARBOR)(?:[ ]*DIA\w*\.?)?[ :=-]*[DØø⌀]?[ =]*{NUMBER}{_UNIT}"
+    r"|\bOFF(?:SET)?\.?[ :=#-]*[HD][ =]*\d+|\b[HD][ =]*\d+[ ]*OFF(?:SET)?\b",
+    re.IGNORECASE,
+)
+"""Lengths that are no diameter of a cutter, and registers."""
+
+_REGISTER: Final = re.compile(r"\b([HD])0*(\d+)(?![\d.])", re.IGNORECASE)
+LONGEST: Final = 400
+"""Characters of a comment that are looked at: the cost of some patterns is the square of a length."""
+
+_CUTVIEWER: Final = re.compile(r"TOOL/(MILL|DRILL|CHAMFER)((?:[ ]*,[ ]*-?[\d.]+)+)", re.IGNORECASE)
+_CUTTER: Final = re.compile(r"\b(?:TOOL|BIT|CUTTER|MILL)\b.*\bDIA|TOOL_RADIUS", re.IGNORECASE)
+_RADIUS: Final = re.compile(rf"\bTOOL_RADIUS\s*=\s*{NUMBER}{_UNIT}", re.IGNORECASE)
 _CORNER: Final = (
-    re.compile(rf"\b(?:CR|CORNER\s+(?:RADIUS|RAD\.?))\s*[-:=]?\s*{_NUMBER}{_UNIT}", re.IGNORECASE),
-    re.compile(rf"(?:\b|_|(?<=[\d.]))R\s*=?\s*{_NUMBER}{_UNIT}(?=[\s,;_|)-]|$)", re.IGNORECASE),
+    re.compile(rf"\b(?:CR|CORNER\s+(?:RADIUS|RAD\.?)|RAYON)\s*[-:=]?\s*{NUMBER}{_UNIT}", re.IGNORECASE),
+    re.compile(rf"(?:\b|_|(?<=[\d.]))R\s*=?\s*{NUMBER}{_UNIT}(?=[\s,;_|)-]|$)", re.IGNORECASE),
 )
 _TAPER: Final = re.compile(r"\b(?:TAPER|ANGLE|TIP)\s*[-:=]\s*(\d+\.?\d*)", re.IGNORECASE)
 _DEGREES: Final = re.compile(r"(?<![\w.])(\d+\.?\d*)\s*(?:DEG|°)", re.IGNORECASE)
@@ -53,7 +74,7 @@ _KINDS: Final = (  # the first that fits
     ("ball", re.compile(r"BALL|SPHER|KUGEL", re.IGNORECASE)),
     ("bull", re.compile(r"BULL|TORUS|TOROID|CORNER\s+RAD|RADIUS\s+(?:END|MILL)", re.IGNORECASE)),
     ("taper", re.compile(r"TAPER(?:ED)?\s+MILL|CONICAL", re.IGNORECASE)),
-    ("flat", re.compile(r"FLAT|END\s*-?MILL|SLOT|FACE\s*-?MILL|SHELL|CYLINDRICAL|\bEM\b", re.IGNORECASE)),
+    ("flat", re.compile(r"FLAT|END\s*-?MILL|SLOT|FACE\s*-?MILL|SHELL|CYLINDRICAL|\bE\.?M\b", re.IGNORECASE)),
 )  # fmt: skip
 
 
@@ -61,7 +82,7 @@ class ToolNote(NamedTuple):
     """What is said of a tool. line : 1-based, of the first comment; text : that comment.
 
     kind : "flat", "ball", "bull", "taper", "drill", "chamfer", "tap", "bore" or None. diameter_mm, corner_mm : or None.
-    angle_deg : of the tip of a drill (whole), of a chamfer or taper (half).
+    angle_deg : of the tip of a drill (whole), of a chamfer or taper (half). flutes : number of teeth.
     """
 
     line: int
@@ -70,6 +91,8 @@ class ToolNote(NamedTuple):
     diameter_mm: float | None = None
     corner_mm: float | None = None
     angle_deg: float | None = None
+    flutes: int | None = None
+    length_mm: float | None = None
 
 
 def tool_notes(lines: Sequence[str], numbers: Sequence[int], scale: float) -> dict[int, ToolNote]:
@@ -79,60 +102,114 @@ def tool_notes(lines: Sequence[str], numbers: Sequence[int], scale: float) -> di
     ----------
     scale : mm per unit of the program.
     """
-    named, nearby = dict[int, ToolNote](), dict[int, ToolNote]()
+    named, nearby, after = dict[int, ToolNote](), dict[int, ToolNote](), list[tuple[int, int, str]]()
     waiting: list[tuple[int, str]] = []
+    last, change = 0, 0
     for line, raw in enumerate(lines, start=1):
         if "(" not in raw and ";" not in raw and "T" not in raw.upper():
             continue
         call = _CALL.search(_COMMENT.sub(" ", raw))
         called = int(call[1]) if call else None
-        for text in _comments(raw):
-            own = _NAMED.search(text)
-            if own and int(own[1]) in numbers:
-                _add(named, int(own[1]), _note(line, text, scale))
+        for text in comments(raw):
+            own = _NAMED.search(text, 0, LONGEST)
+            if own and (int(own[1]) or 1) in numbers:
+                _add(named, int(own[1]) or 1, _note(line, text, scale))
             elif called is None:
                 waiting.append((line, text))
+                if line - change <= NEAR and last in numbers:
+                    after.append((last, line, text))
             elif called in numbers:
                 _add(nearby, called, _loose(line, text, scale))
         if called is not None:
             for at, text in waiting:
                 if line - at <= NEAR and called in numbers:
                     _add(nearby, called, _loose(at, text, scale))
+                    after = [item for item in after if item[1] != at]
             waiting.clear()
+            last, change = called, line
     for number, note in nearby.items():
         _add(named, number, note)
-    if len(numbers) == 1 and (numbers[0] not in named or named[numbers[0]].diameter_mm is None):
-        for line, raw in enumerate(lines[:HEADER], start=1):  # a header can mean this one only
-            for text in _comments(raw):
-                said = _loose(line, text, scale)
-                if said is not None and said.kind is not None and said.diameter_mm is not None:
-                    _add(named, numbers[0], said)
+    if len(numbers) == 1:  # a header can mean this one only
+        head = (
+            (numbers[0], line, text) for line, raw in enumerate(lines[:HEADER], 1) for text in comments(raw)
+        )
+        after += [item for item in head if _CUTTER.search(item[2]) or (
+            (said := _loose(*item[1:], scale)) is not None and said.kind is not None and
+            (said.diameter_mm is not None or "CUTTER" in item[2].upper()))]  # fmt: skip
+    for number, line, text in after:
+        if number not in named or named[number].diameter_mm is None:
+            _add(named, number, _loose(line, text, scale))
     return named
 
 
 def cutter_notes(lines: Sequence[str], scale: float) -> dict[int, ToolNote]:
-    """Cutters of a cutter location file: CUTTER/d[,r] belongs to the LOADTL or TOOLNO before it, or behind it.
+    """Cutters of a cutter location file: CUTTER/d,r,e,f,alpha,beta,h or TLDATA of the tool that is loaded beside it.
 
     Parameters
     ----------
     scale : mm per unit of the file.
     """
     found: dict[int, ToolNote] = {}
-    number, last = 1, None
+    names: dict[str, int] = {}
+    number, name = 1, ""
+    waiting: ToolNote | None = None  # a cutter that no LOAD has claimed since the last motion
+    bare = False  # a LOAD since the last motion that has no cutter yet
     for line, raw in enumerate(lines, start=1):
-        word, _, values = raw.partition("/")
-        if word.strip().upper() in ("LOADTL", "TOOLNO") and (own := re.match(r"\s*(\d+)", values)):
+        word, _, values = raw.strip().partition("/")
+        word = word.strip().upper()
+        own = re.match(r"\s*(?:TOOL\s*,)?\s*(\d+)", values, re.IGNORECASE)
+        if word == "TOOL PATH":
+            name = values.partition(",TOOL,")[2].strip() or values
+            number = names.setdefault(name, len(names) + 1)
+            waiting, bare = None, False
+        elif word in ("LOADTL", "TOOLNO", "LOAD") and own:
             number = int(own[1])
-            if last is not None and number not in found:
-                found[number] = last
-        if word.strip().upper() == "CUTTER" and (sizes := re.findall(r"[\d.]+", values)):
-            diameter, corner = (scale * float(v) for v in (*sizes, "0")[:2])
-            last = ToolNote(line, raw.strip(), None, diameter, corner)
-            found[number] = last
+            if name:
+                names[name] = number
+            if waiting is not None:
+                found[number] = waiting
+            waiting, bare = None, waiting is None
+        elif word in ("CUTTER", "TLDATA") and (note := _cutter(line, word, raw.strip(), values, scale)):
+            if bare:
+                if word == "CUTTER" or number not in found:
+                    found[number] = note
+            elif waiting is None or word == "CUTTER":  # CUTTER has all sizes, TLDATA some of them
+                waiting = note
+        elif word in ("GOTO", "GODLTA", "FROM"):
+            if waiting is not None:
+                found.setdefault(number, waiting)
+            waiting, bare = None, False
+    if waiting is not None:
+        found.setdefault(number, waiting)
     return found
 
 
-def _comments(raw: str) -> list[str]:
+def _cutter(line: int, word: str, text: str, values: str, scale: float) -> ToolNote | None:
+    """CUTTER/d,r,e,f,alpha..., TLDATA/MILL,d,r,length,taper,tip or TLDATA/DRILL,MILL,d,r,length,tip,flute."""
+    sizes = [float(v) for v in re.findall(r"(?<![A-Za-z_\d.])-?(?:\d+\.?\d*|\.\d+)", values)]
+    if not sizes or sizes[0] <= 0.0:
+        return None
+    given = [*sizes, *[0.0] * 7]
+    diameter, corner, kind, angle = scale * given[0], scale * given[1], None, None
+    if word == "CUTTER" and len(sizes) >= 5 and given[1] == 0.0 and 0.0 < given[4] < 90.0:
+        if abs(given[2] - given[0] / 2.0) < 1e-6 * given[0]:
+            kind, angle = "drill", 180.0 - 2.0 * given[4]
+    elif word == "TLDATA" and values.upper().lstrip().startswith("DRILL"):
+        kind, angle = "drill", given[3] or None
+    elif word == "TLDATA" and (not values.upper().lstrip().startswith("MILL") or given[3] or given[4]):
+        name = values.partition(",")[0].strip().upper()
+        kind = "taper" if name == "MILL" and given[3] and not given[4] else None
+        angle = given[3] if kind else None
+    long = scale * (given[6] if word == "CUTTER" else given[2])
+    held = max(
+        corner, diameter / 2.0 if kind == "drill" else 0.0
+    )  # a length shorter than the tip is not taken
+    return ToolNote(line, text, kind, diameter, None if kind == "drill" else corner, angle,
+                    length_mm=long if long > held else None)  # fmt: skip
+
+
+def comments(raw: str) -> list[str]:
+    """Texts in brackets, and after a semicolon."""
     return [(hit[1] if hit[1] is not None else hit[2]).strip() for hit in _COMMENT.finditer(raw)]
 
 
@@ -150,17 +227,31 @@ def _add(found: dict[int, ToolNote], number: int, note: ToolNote | None) -> None
 def _loose(line: int, text: str, scale: float) -> ToolNote | None:
     """What a comment without a tool number says: only where it names a cutter, or a diameter by its letter."""
     note = _note(line, text, scale)
-    if note is None or (note.kind is None and _first(_DIAMETER[:4], text, scale) is None):
+    if note is None or (note.kind is None and _first((*_DIAMETER[:5], _RADIUS), text, scale) is None):
         return None
     return note
 
 
 def _note(line: int, text: str, scale: float) -> ToolNote | None:
     """What a comment says, None where it says nothing of a tool."""
+    text = text[:LONGEST]
+    if (hit := _CUTVIEWER.search(text)) is not None:
+        sizes = [float(part) for part in hit[2].split(",")[1:]] + [0.0] * 4
+        name, width = hit[1].lower(), round(scale * sizes[0], 9)
+        if name == "mill":
+            return ToolNote(
+                line, text, "taper" if sizes[3] else "flat", width, scale * sizes[1], sizes[3] or None
+            )
+        return ToolNote(line, text, name, width, None, sizes[1] / (1.0 if name == "drill" else 2.0) or None)
     kind = next((name for name, words in _KINDS if words.search(text)), None)
-    diameter = _first(_DIAMETER, text, scale)
+    heights = {hit[2] for hit in _REGISTER.finditer(text) if hit[1] in "Hh"}
+    # H3 and D3: registers, where both numbers are the same
+    sized = _REGISTER.sub(lambda hit: " " if hit[2] in heights else hit[0], _OTHER.sub(" ", text))
+    diameter = _first(_DIAMETER, sized, scale)
     corner = _first(_CORNER[: 2 if kind or diameter else 1], text, scale)
     angle = _TAPER.search(text) or (_DEGREES.search(text) if kind in ("drill", "chamfer", "taper") else None)
+    if diameter is None and (radius := _first((_RADIUS,), text, scale)) is not None:
+        diameter = 2.0 * radius
     if kind == "ball" and diameter is None and corner is not None:
         diameter = 2.0 * corner
     if kind is None and diameter is None and corner is None:
@@ -173,11 +264,13 @@ def _first(patterns: Sequence[re.Pattern[str]], text: str, scale: float) -> floa
     for pattern in patterns:
         if found := pattern.search(text):
             unit = (found[2] or "").strip().lower()
-            value = sum(_value(part) for part in found[1].split())
-            return round(value * (1.0 if unit == "mm" else INCH if unit else scale), 9)
+            return round(value_of(found[1]) * (1.0 if unit == "mm" else INCH if unit else scale), 9)
     return None
 
 
-def _value(text: str) -> float:
-    top, _, bottom = text.partition("/")
-    return float(top) / float(bottom) if bottom and float(bottom) else float(top)
+def value_of(text: str) -> float:
+    """`1.5`, `3/4`, `1 1/2`."""
+    parts = [part.partition("/") for part in text.split()]
+    return sum(
+        float(top) / float(bottom) if bottom and float(bottom) else float(top) for top, _, bottom in parts
+    )

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from vmachining.errors import ToolError
+from vmachining.textfile import parse_toml, read_bytes
 
 __all__ = ["ToolEntry", "read_tool_table"]
 
@@ -20,7 +21,7 @@ class ToolEntry(NamedTuple):
     """One line of a tool table: number, diameter and length in mm (0 where the table is silent).
 
     x_mm, y_mm : offsets of the tip beside the spindle. turning : the line gives an orientation (Q), which only
-    tools of a lathe have.
+    tools of a lathe have. flutes : teeth, 0 where nothing tells them.
     """
 
     number: int
@@ -29,33 +30,21 @@ class ToolEntry(NamedTuple):
     x_mm: float = 0.0
     y_mm: float = 0.0
     turning: bool = False
+    flutes: int = 0
 
 
 def read_tool_table(path: Path | str, units: str = "mm") -> dict[int, ToolEntry]:
     """Read a tool table.
 
-    Parameters
-    ----------
     path : a `.toml` job file, else a `.tbl` table (`T3 P3 X0 Y0 Z0.5 D0.25 ;comment`, D diameter, Z length).
     units : "mm" or "inch", of the `.tbl` numbers; a job file says mm in its keys.
-
-    Returns
-    -------
-    dict
-        Tool number to entry.
-
-    Raises
-    ------
-    ToolError
-        Unreadable file, a line that is no tool, a number given twice.
+    Returns dict: Tool number to entry.
+    Raises ToolError: Unreadable file, a line that is no tool, a number given twice.
     """
     if units not in UNITS:
         raise ToolError(f"tool table units '{units}'", remedy="mm or inch")
     path = Path(path)
-    try:
-        text = path.read_bytes().decode("utf-8", errors="replace")
-    except OSError as exc:
-        raise ToolError(f"cannot read the tool table: {exc.strerror or exc}", file=str(path)) from exc
+    text = read_bytes(path, "tool table", ToolError).decode("utf-8", errors="replace")
     if "\0" in text:
         raise ToolError("the tool table is a binary file", file=str(path))
     entries = (
@@ -77,7 +66,10 @@ def _from_tbl(text: str, name: str, units: str) -> list[tuple[int | None, ToolEn
             continue
         if _WORD.sub("", content).strip():
             raise ToolError(
-                "not a tool: words like T3 P3 Z0.5 D0.25 are wanted", file=name, line=line, word=content[:40]
+                "not a tool: words like T3 P3 Z0.5 D0.25 are expected",
+                file=name,
+                line=line,
+                word=content[:40],
             )
         words = {letter.upper(): float(value) for letter, value in _WORD.findall(content)}
         number = words.get("T")
@@ -91,7 +83,7 @@ def _from_tbl(text: str, name: str, units: str) -> list[tuple[int | None, ToolEn
 
 def _from_toml(text: str, name: str) -> list[tuple[int | None, ToolEntry]]:
     try:
-        rows: Any = tomllib.loads(text).get("tools", [])
+        rows: Any = parse_toml(text).get("tools", [])
     except tomllib.TOMLDecodeError as exc:
         raise ToolError(f"not a TOML file: {exc}", file=name) from exc
     if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
@@ -107,5 +99,8 @@ def _from_toml(text: str, name: str) -> list[tuple[int | None, ToolEntry]]:
             if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
                 raise ToolError(f"tool {number}: {key} must be a number", file=name, word=str(value))
             sizes.append(float(value))
-        out.append((None, ToolEntry(number, sizes[0], sizes[1])))
+        teeth = row.get("flutes", 0)
+        out.append(
+            (None, ToolEntry(number, sizes[0], sizes[1], flutes=teeth if isinstance(teeth, int) else 0))
+        )
     return out

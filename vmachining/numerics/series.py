@@ -77,10 +77,7 @@ class Series:
     def __matmul__(self, other: Series) -> Series:
         """Matrix times matrix or vector. Only one of the two factors may grow with t.
 
-        Raises
-        ------
-        ValueError
-            Both factors grow with t: their product would grow with its square.
+        Raises ValueError: Both factors grow with t: their product would grow with its square.
         """
         if self.terms[:, 1].any() and other.terms[:, 1].any():
             raise ValueError("the product of two series that grow with t is not such a series")
@@ -99,7 +96,7 @@ class Series:
 
 
 def bounds(frequencies: Floats, terms: Amplitudes, derivative: int) -> Floats:
-    """(...,) the same of many series with the same frequencies (m,), terms (..., m, 2, k)."""
+    """(...,) the same for many series with the same frequencies (m,), terms (..., m, 2, k)."""
     far, more = (_reaches(terms[..., k, :], frequencies) for k in (0, 1))
     below = derivative * frequencies ** (derivative - 1) if derivative else 0.0
     total: Floats = (frequencies**derivative * (far + more) + below * more).sum(axis=-1)

@@ -7,7 +7,7 @@ proves: a value outside `removed_lo_mm3 .. removed_hi_mm3` is wrong, whatever el
 2. The reference is read (`reference.py`): a folder of `vmachining run`, a pack, or a `RunResult`.
 3. Both are joined and judged (`compare.py`): error, side and distance outside the bracket, totals, verdict.
 4. A pack (`pack.py`) is a job with all its inputs and the volumes of every block, hashed file by file.
-5. A set (`sets.py`) is a directory of packs, made by one command from `set.toml` and compared with by one.
+5. A set (`sets.py`) is a directory of packs, made in a clone (`benchmarks/sets.py`) and compared with by one command.
 6. Tables of engagement are joined by block, instant and rotation angle; what only one of two tables calls
    engaged is measured along the edge (`engagements.py`).
 7. Our engines are judged like those of others, one beside the other: intervals, distances, time (`engines.py`).
@@ -20,7 +20,7 @@ proves: a value outside `removed_lo_mm3 .. removed_hi_mm3` is wrong, whatever el
 | `engagements.py` | `compare_engagement`: engaged intervals of the cutting edge, angle by angle |
 | `engines.py` | `compare_engines`: all of our engines on one job |
 | `pack.py`, `readme.py` | `write_pack`; the words that go into a pack |
-| `sets.py` | `write_set`, `compare_set` |
+| `sets.py` | `compare_set` |
 
 Rules
 -----
@@ -39,7 +39,7 @@ from vmachining.oracle.engines import EngineComparison, compare_engines, engine_
 from vmachining.oracle.pack import write_pack
 from vmachining.oracle.reference import Reference, read_reference
 from vmachining.oracle.results import Results, read_results
-from vmachining.oracle.sets import SetComparison, compare_set, is_set, write_set
+from vmachining.oracle.sets import SetComparison, compare_set, is_set
 
 __all__ = [
     "Comparison",
@@ -58,5 +58,4 @@ __all__ = [
     "read_reference",
     "read_results",
     "write_pack",
-    "write_set",
 ]

@@ -149,7 +149,7 @@ def compare(
     reference : folder of `vmachining run` or of `write_pack`, or a `RunResult`.
     tolerance_rel, tolerance_mm3 : every bracket is widened at both ends by the estimate times the one plus
         the other, the one of a line of several blocks by `tolerance_mm3` for each of them. Rounding alone
-        can want some: a volume that is the difference of two stocks of V mm^3 is good to some 1e-16 V.
+        can need some: a volume that is the difference of two stocks of V mm^3 is good to some 1e-16 V.
 
     Raises
     ------
@@ -159,7 +159,7 @@ def compare(
     """
     for name, value in (("tolerance_rel", tolerance_rel), ("tolerance_mm3", tolerance_mm3)):
         if not 0.0 <= value <= LARGEST:
-            raise InputError(f"{name} {value:g}: want a number from 0 to {LARGEST:g}")
+            raise InputError(f"{name} {value:g}: expected a number from 0 to {LARGEST:g}")
     known, given = read_reference(reference), read_results(results)
     _refuse_another_program(given, known)
     table = _join(given, known, tolerance_rel, tolerance_mm3)

@@ -33,7 +33,7 @@ AT_DIGITS, AT = 9, 1e-9
 """Instants are rounded; two that are no farther apart than this are one."""
 
 KEYS = ("block", "phi_deg", "lower_mm", "upper_mm")
-WANTED = "want the columns block, phi_deg, lower_mm and upper_mm, and at where a block comes more than once"
+WANTED = "give the columns block, phi_deg, lower_mm and upper_mm, and at where a block comes more than once"
 FINDINGS = ("outside", "missing")
 NUMBER = "write a number with a decimal point; both ends stay empty where nothing is engaged"
 NO_BLOCK = -1
@@ -117,23 +117,17 @@ def compare_engagement(
 ) -> EngagementComparison:
     """Somebody's engaged intervals against a table of ours.
 
-    Parameters
-    ----------
     results : CSV file (comma, semicolon or tab), table, mapping of columns, or an `Engagement`. Columns block,
         phi_deg, lower_mm and upper_mm (s along the edge), one row per interval; at where the reference has several
         instants of a block. Rows with an empty interval say that nothing is engaged there; angles that touch
         nothing may be left out.
     reference : folder of `vmachining engage --out` or of `write_pack`, its table, or an `Engagement`.
     tolerance_mm : of the edge that only one of the two may call engaged, per angle.
-
-    Raises
-    ------
-    InputError
-        Unreadable, columns or numbers missing, a tolerance that is negative, a reference that changed since it
-        was made.
+    Raises InputError: Unreadable, columns or numbers missing, a tolerance that is negative, a reference that changed
+        since it was made.
     """
     if not 0.0 <= tolerance_mm <= LARGEST:
-        raise InputError(f"tolerance_mm {tolerance_mm:g}: want a number from 0 to {LARGEST:g}")
+        raise InputError(f"tolerance_mm {tolerance_mm:g}: expected a number from 0 to {LARGEST:g}")
     known, source = _reference(reference)
     given, name = _given(results, known)
     rows: list[tuple[Any, ...]] = []

@@ -126,7 +126,7 @@ class EngineComparison:
         return out
 
     def narrowest(self) -> Floats:
-        """(n,) mm^3: middle of the intersection of all proven intervals, NaN where there is none."""
+        """(n,) mm^3: middle of the intersection of all proven intervals, NaN where none exists."""
         lo, hi = np.full(len(self.block), -np.inf), np.full(len(self.block), np.inf)
         for each in self.said:
             bound = each.proven.astype(bool) & each.has
@@ -172,17 +172,14 @@ class EngineComparison:
 def engine_names(text: str) -> tuple[str, ...]:
     """Names of `--engines columns,mesh,...`.
 
-    Raises
-    ------
-    InputError
-        An engine that there is not, one that is named twice, or fewer than two.
+    Raises InputError: An engine that there is not, one that is named twice, or fewer than two.
     """
     names = tuple(part.strip().lower() for part in text.split(",") if part.strip())
     for name in names:
         if name not in (*ENGINES, BREP):
             raise InputError(f"unknown engine {name!r}", remedy=f"take {', '.join((*ENGINES, BREP))}")
     if len(set(names)) != len(names) or len(names) < 2:
-        raise InputError(f"--engines {text!r}: two or more different ones are wanted")
+        raise InputError(f"--engines {text!r}: two or more different ones are expected")
     return names
 
 
@@ -199,15 +196,11 @@ def compare_engines(
 
     blocks : only so many of the blocks that cut, from the first one on; None: all.
 
-    Kernels are compiled before the clock runs. An engine that refuses the job, or fails at a block, is told with its reason and
-    keeps what it has said; the others go on.
+    Kernels are compiled before the clock runs. An engine that refuses the job, or fails at a block, is named with its reason and
+    keeps what it has said; the others continue.
 
-    Raises
-    ------
-    InputError
-        The job cannot be used by any of them.
-    Stopped
-        `stop` said so.
+    Raises InputError: The job cannot be used by any of them.
+    Raises Stopped: `stop` said so.
     """
     job = Job.of(job)
     names = engine_names(",".join(engines))
@@ -219,7 +212,7 @@ def compare_engines(
         raise InputError("no block of the program cuts", remedy="is it the right file?")
     if blocks is not None:
         if blocks < 1:
-            raise InputError(f"{blocks} blocks are none", remedy="1 or more")
+            raise InputError(f"{blocks} blocks: expected one or more", remedy="1 or more")
         work = work[:blocks]
     stock = raw_stock(job)
     said = []

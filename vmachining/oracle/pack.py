@@ -6,13 +6,13 @@ one process cuts unless more are asked for (tiles that are joined in another ord
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import os
 import re
 import shlex
 import tomllib
 from collections.abc import Iterable, Mapping
+from copy import copy
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -50,14 +50,22 @@ COLUMNS[COLUMNS.index("warning") : COLUMNS.index("warning")] = [
     "removed_dexel_hi_mm3",
 ]
 COLUMNS[COLUMNS.index("i") + 1 : COLUMNS.index("length_mm")] = ["j", "k"]
-LEFT_OUT = ("seconds", "peak_mb", "time_s", "scheduled_time_s", "ideal_time_s", "scheduled_ideal_time_s")
+LEFT_OUT = (
+    "seconds",
+    "stage_seconds",
+    "peak_mb",
+    "time_s",
+    "scheduled_time_s",
+    "ideal_time_s",
+    "scheduled_ideal_time_s",
+)
 """Keys of a summary that tell about the machine, or about feeds, which a pack is not about."""
 
 STATIONS, MOST_STATIONS, ANGLES = 10, 10_000, 36
 """Tables of engagement: how many blocks, how many at most, rotation angles of each."""
 
 PROVEN = ("mesh", "columns")
-"""Engines whose intervals are bounds."""
+"""Engines whose intervals are bounds wherever no tool turns."""
 
 WORDS = {"none": NO_LICENCE, "cc0": CC0}
 """Licences that have a name."""
@@ -93,7 +101,7 @@ def write_pack(
     progress: Progress | None = None,
     among_inputs: bool = False,
 ) -> RunResult:
-    """Run a job and lay everything down that somebody needs who wants to check an engine against it.
+    """Run a job and lay everything down that somebody needs who checks an engine against it.
 
     Parameters
     ----------
@@ -107,7 +115,7 @@ def write_pack(
     engagement : how many blocks, spread evenly over those that remove something, get a table of what the cutting
         edge touches in their middle; 0 for none. A STEP stock is met by its faces; what OCCT refuses is left out
         and told in `summary["engagement_refused"]`.
-    engine : who computes the volumes, a name of `vmachining.engines.ENGINES`; its bounds have to be proven.
+    engine : who computes the volumes, "mesh" or "columns"; blocks whose bounds are not proven say so.
     workers : processes that cut; more than one changes last digits.
     among_inputs : the directory may also hold the job and its inputs, and nothing else, without being a pack yet.
 
@@ -120,10 +128,10 @@ def write_pack(
     job = job if isinstance(job, Job) else Job.load(job)
     folder, formats = Path(folder), tuple(stock)
     if not 0 <= engagement <= MOST_STATIONS:
-        raise InputError(f"engagement of {engagement} blocks: want 0 to {MOST_STATIONS}")
+        raise InputError(f"engagement of {engagement} blocks: expected 0 to {MOST_STATIONS}")
     if engine not in PROVEN:
         raise InputError(
-            f"engine {engine!r}: a pack wants bounds that are proven", remedy=f"take {', '.join(PROVEN)}"
+            f"engine {engine!r}: a pack needs bounds that are proven", remedy=f"take {', '.join(PROVEN)}"
         )
     if unknown := [name for name in formats if name not in STOCK_FORMATS]:
         raise InputError(f"unknown stock format {unknown[0]!r}", remedy=f"take {', '.join(STOCK_FORMATS)}")
@@ -228,7 +236,9 @@ def _engagement(result: RunResult, made: Path, count: int) -> dict[str, str]:
 
 def _without_feed(job: Job) -> Job:
     """The same cuts, nothing scheduled: a pack is about volumes."""
-    return dataclasses.replace(job, keys=job.keys.model_copy(update={"feed": None}))
+    other = copy(job)
+    object.__setattr__(other, "keys", job.keys.model_copy(update={"feed": None}))
+    return other
 
 
 def _licence(licence: str) -> str:
@@ -273,7 +283,7 @@ def _refuse_other_files(folder: Path, ours: set[str]) -> None:
 def _inputs(job: Job) -> tuple[dict[str, bytes], dict[str, str]]:
     """Bytes of job file and inputs by their names in the pack, and what they are; names lose their folders."""
     if job.source is None:
-        raise JobError("a pack wants a job that was read from a file", remedy="Job.load(...)")
+        raise JobError("a pack needs a job that was read from a file", remedy="Job.load(...)")
     text = job.source.read_bytes().decode("utf-8-sig")
     wanted: dict[str, Any] = tomllib.loads(text)
     lines = text.splitlines(keepends=True)

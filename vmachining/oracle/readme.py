@@ -30,10 +30,11 @@ COLUMNS_MEAN: dict[str, str] = {
     "i": "unit vector along the tool, from tip to spindle; likewise j, k",
     "length_mm": "length of the tip's path, mm",
     "feed_mm_min": "feed, mm/min; empty for a rapid",
-    "removed_mm3": "best estimate of the volume that this block removes, mm^3",
+    "removed_mm3": "estimate of the volume that this block removes, mm^3",
     "removed_lo_mm3": "it is not less than this, mm^3",
     "removed_hi_mm3": "and not more than this, mm^3",
     "engine": "who computed it",
+    "proven": "true: both ends are proven bounds; false: they rest on a step that is not proven (a tool that turns)",
     "removed_brep_mm3": "the same by booleans of exact B-rep solids (OCCT), where they were asked and agree, mm^3",
     "removed_brep_error_mm3": "how far that is from the truth at most, mm^3",
     "brep_attempt": "which of the ways of asking OCCT agreed: its number and name",
@@ -43,7 +44,7 @@ COLUMNS_MEAN: dict[str, str] = {
     "removed_dexel_hi_mm3, an interval of stated confidence and no bracket",
     "warning": "what is odd about the block",
 }
-"""Columns of a pack's `blocks`; y_mm, z_mm, j and k are told with x_mm and i."""
+"""Columns of a pack's `blocks`; y_mm, z_mm, j and k are described with x_mm and i."""
 
 
 ENGAGEMENT_MEAN: dict[str, str] = {
@@ -72,11 +73,17 @@ def readme(name: str, summary: Mapping[str, Any], asked: str, files: Mapping[str
     listed = "\n".join(f"| `{file}` | {text} |" for file, text in files.items())
     columns = "\n".join(f"| `{column}` | {text} |" for column, text in COLUMNS_MEAN.items())
     edge = _edge() if "engagement.csv" in files else ""
+    blocks, stated = summary["blocks"], summary["stated_blocks"]
+    sure = (
+        f"{stated} of {blocks} intervals are stated, not proven"
+        if stated
+        else "the ends of every interval are proven bounds"
+    )
     notes = "".join(f"\nNote: {text}.\n" for text in summary["notes"])
     return f"""\
 # Reference pack: {name}
 
-What every block of an NC program removes from the stock, each volume between two bounds. For developers of
+What every block of an NC program removes from the stock, each volume in an interval; {sure}. For developers of
 milling simulations: compute the volumes with your engine and compare. Nothing has to be installed for that.
 
 {summary["blocks"]} blocks remove {removed[1]:.6f} mm^3, between {removed[0]:.6f} and {removed[2]:.6f}
@@ -97,7 +104,8 @@ was not computed.
 {edge}
 ## How to compare
 
-A volume V of yours is wrong if V < `removed_lo_mm3` or V > `removed_hi_mm3`. Inside the bracket it is not
+A volume V of yours is wrong if V < `removed_lo_mm3` or V > `removed_hi_mm3`, where `proven` is true; where it is false the
+interval is stated, and a V outside of it is in doubt. Inside the bracket it is not
 proved right: no error larger than the width of the bracket is left. `removed_mm3` is an estimate inside of it
 and good for plots of errors, not for a verdict. Blocks of one line may be summed, and their bounds with them.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from vmachining.errors import InputError
 from vmachining.job.files import MANIFEST, read_manifest, sha256
 from vmachining.job.result import RunResult
 from vmachining.oracle.results import VOLUME, finite
+from vmachining.textfile import parse_json
 
 __all__ = ["BRACKET", "Reference", "read_reference"]
 
@@ -49,11 +49,8 @@ class Reference:
 def read_reference(reference: Path | str | RunResult) -> Reference:
     """Read a reference.
 
-    Raises
-    ------
-    InputError
-        No such folder, not a complete result, a file that changed since the pack was made or is not one of
-        its own, a table that lacks a column or a value.
+    Raises InputError: No such folder, not a complete result, a file that changed since the pack was made or is not one
+        of its own, a table that lacks a column or a value.
     """
     if isinstance(reference, RunResult):
         return _checked(reference.blocks, reference.summary, reference.job.name, "result")
@@ -94,7 +91,7 @@ def read_reference(reference: Path | str | RunResult) -> Reference:
     except (OSError, pl.exceptions.PolarsError) as exc:
         raise InputError(f"cannot read the table: {str(exc).splitlines()[0]}", file=str(path)) from exc
     try:
-        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+        summary = parse_json((folder / "summary.json").read_text(encoding="utf-8"))
     except (OSError, ValueError) as exc:
         raise InputError(f"cannot read: {exc}", file=str(folder / "summary.json")) from exc
     return _checked(blocks, summary, str(manifest.get("job", folder.name)), str(folder), path)

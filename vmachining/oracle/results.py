@@ -40,7 +40,7 @@ LARGEST = 1e30
 WHOLE_BITS = 63
 """Blocks and lines are columns of 64 bits."""
 
-WANTED = "want a header with block or line, and removed_mm3"
+WANTED = "give a header with block or line, and removed_mm3"
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,18 +62,12 @@ class Results:
 def read_results(results: Path | str | pl.DataFrame | Mapping[str, Sequence[Any]]) -> Results:
     """Read results.
 
-    Parameters
-    ----------
     results : a CSV file (comma, semicolon or tab; a header; blank lines and lines that open with # are
         skipped), a polars table, or a mapping of columns. Columns `block` (from 0) or `line` (from 1), and
         `removed_mm3`; `text`, the line of the program, tells another program; others are ignored. Several rows of
         one line are summed; a block may come once.
-
-    Raises
-    ------
-    InputError
-        Unreadable, no such columns, a value that is no finite number or beyond `LARGEST`, a block twice; names
-        file and line.
+    Raises InputError: Unreadable, no such columns, a value that is no finite number or beyond `LARGEST`, a block twice;
+        names file and line.
     """
     if isinstance(results, (str, Path)):
         return _read_csv(Path(results))
@@ -94,10 +88,7 @@ def read_results(results: Path | str | pl.DataFrame | Mapping[str, Sequence[Any]
 def csv_rows(path: Path) -> Iterator[tuple[int, list[str]]]:
     """(line, cells) of every line of a CSV file that holds something, the header first.
 
-    Raises
-    ------
-    InputError
-        It cannot be read, or is no CSV table.
+    Raises InputError: It cannot be read, or is no CSV table.
     """
     yield from _rows(read_text(path, "results", InputError, wrong="results are a CSV table"), path)
 
@@ -105,10 +96,7 @@ def csv_rows(path: Path) -> Iterator[tuple[int, list[str]]]:
 def csv_table(path: Path) -> tuple[int, list[str], Iterator[tuple[int, list[str]]]]:
     """Line of the header, its names, and (line, cells) of the rows below, each as long as the header.
 
-    Raises
-    ------
-    InputError
-        It cannot be read, or is no CSV table; while the rows are read: one is longer or shorter.
+    Raises InputError: It cannot be read, or is no CSV table; while the rows are read: one is longer or shorter.
     """
     rows = csv_rows(path)
     line, header = next(rows, (1, []))
@@ -121,7 +109,7 @@ def csv_table(path: Path) -> tuple[int, list[str], Iterator[tuple[int, list[str]
                     f"{len(row)} cells where the header has {len(names)}",
                     file=str(path),
                     line=number,
-                    remedy="a decimal comma wants ; between cells" if len(row) > len(names) else None,
+                    remedy="a decimal comma needs ; between cells" if len(row) > len(names) else None,
                 )
             yield number, row
 

@@ -1,27 +1,34 @@
 """Results for eyes: one HTML file that opens offline and says how far its numbers can be trusted.
 
-1. `figures.py` draws the stock and the path in 3-D and the numbers along the program.
-2. `thin.py` keeps the drawing light: fewer triangles, fewer points, and it says so when it did.
+1. `payload.py` packs what the page draws: columns, surface, path, tools and raw heights.
+2. `thin.py` keeps it light: fewer triangles, fewer blocks, and the page says so when it did.
 3. `page.py` gathers key figures, warnings and the honest part and fills the template.
+4. `frontend/` is the page's own program (three.js, uPlot): one selection over workpiece, curves and program, and the
+   cut as it is played. `npm ci && npm run build` there makes `static/report.js`, which is committed and pinned.
 
 | file | holds |
 |---|---|
-| `figures.py` | plotly figures as JSON |
+| `payload.py` | one compressed container of bounded size |
 | `thin.py` | vertex clustering of a coloured mesh, thinning of long series |
 | `page.py` | `write_report(result, path)` |
+| `contact_map.py` | contact, chip and force of some blocks, for the page to draw |
+| `contact.py` | where loads peak, the most loaded blocks, the comparison of strategies |
+| `comparison.py` | two results beside each other, matched by where their motions end |
+| `trust.py` | sentences about what is known and what is not |
+| `design.py` | how far the finished surface is from the design |
+| `figures.py`, `chart.py`, `joints.py` | small pages of figures: rotary angles over a posted path, with travels and rewinds |
+| `scene.py`, `pulses.py`, `sweep.py`, `deviation.py` | bodies, lines and points on small pages in three dimensions |
 | `engagement.py` | `write_engagement(engagement, folder)`: tables, map and picture of what a tool touches |
-| `chips.py` | `write_chips(chip_table, folder)`: shapes of chips, cut length and chip area over time |
 | `batch.py`, `batch.html.j2` | `write_index(rows, path, ledger)`: the page over all jobs of a batch |
 | `engines.py`, `engines.html.j2` | `write_engines(told, folder)`: our engines beside each other |
 | `numbers.py` | numbers, times and counts as the pages write them |
-| `page.html.j2`, `page.css`, `page.js` | the page; every value is escaped by jinja2 |
+| `page.html.j2`, `page.css` | the page; every value is escaped by jinja2, and a policy lets no other script run |
 
-The room reads results and computes nothing new. Known limit: the 3-D view wants WebGL in the browser; all
-numbers are on the page without it.
+The room reads results and computes nothing new. Known limit: without WebGL the page shows a
+picture of the part instead of the 3-D view; all numbers are there.
 """
 
-from vmachining.report.chips import chip_figure, write_chips
 from vmachining.report.engagement import write_engagement
 from vmachining.report.page import write_report
 
-__all__ = ["chip_figure", "write_chips", "write_engagement", "write_report"]
+__all__ = ["write_engagement", "write_report"]

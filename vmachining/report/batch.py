@@ -4,20 +4,33 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Mapping, Sequence
-from importlib.resources import files
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-import jinja2
+import numpy as np
+import polars as pl
 
-from vmachining.geometry import Bracket
+from vmachining.interval import Interval
 from vmachining.job.files import write_atomic
-from vmachining.report.numbers import duration, number, percent, plural, trusted
+from vmachining.report.numbers import duration, number, percent, plural
+from vmachining.report.page import rendered
 
 __all__ = ["write_index"]
 
 GOOD = ("done", "skipped")
+HEADS = (
+    ("count", "blocks"), ("volume", "removed mm³"), ("bracket", "between"), ("", "±"), ("seconds", "time"),
+    ("seconds", "scheduled"), ("", "change"), ("", "feed mm/min"), ("", "scheduled"), ("warnings", "warnings"),
+)  # fmt: skip
+"""Of the table of complete jobs: what its column sums up to, and its head."""
+
+SCHEDULE = (5, 6, 8)
+"""Columns that only jobs with a schedule have."""
+
+BINS, SPARK = 48, (96.0, 22.0)
+"""Of the small curve of a job, and its size."""
 
 
 def write_index(rows: Sequence[Mapping[str, Any]], path: Path, ledger: Mapping[str, Any]) -> None:
@@ -31,17 +44,19 @@ def write_index(rows: Sequence[Mapping[str, Any]], path: Path, ledger: Mapping[s
         key=lambda row: row["status"] == "interrupted",
     )
     largest = max((row["removed_mm3"] for row in good), default=0.0)
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    room = files("vmachining.report")
-    page = environment.from_string((room / "batch.html.j2").read_text(encoding="utf-8")).render(
+    scheduled = any(row["scheduled_time_s"] is not None for row in good)
+    shown = [k for k in range(len(HEADS)) if scheduled or k not in SCHEDULE]
+    page = rendered(
+        "batch.html.j2",
+        None,
+        script="batch.js",
         name=path.absolute().parent.name,
         subtitle=f"{plural(len(rows), 'job')} · all volumes in mm³",
-        css=trusted((room / "page.css").read_text(encoding="utf-8")),
         chips=_chips(rows, ledger),
         cards=_cards(good, len(rows)),
         bad=[_problem(row) for row in bad],
-        jobs=[_job(row, largest) for row in good],
-        scheduled=any(row["scheduled_time_s"] is not None for row in good),
+        jobs=[_job(row, largest, shown) for row in good],
+        heads=[HEADS[k] for k in shown],
         command=shlex.join(ledger["command"]),
         started=ledger["started"],
         ended=ledger["ended"],
@@ -63,7 +78,7 @@ def _chips(rows: Sequence[Mapping[str, Any]], ledger: Mapping[str, Any]) -> list
     ]
     shown = [chip for chip in chips if chip["text"][:2] != "0 "]
     if ledger["ended"] is None:
-        shown.append({"kind": "warn", "text": "this batch goes on, or was killed"})
+        shown.append({"kind": "warn", "text": "this batch is still running, or was killed"})
     return shown
 
 
@@ -80,7 +95,7 @@ def _cards(good: Sequence[Mapping[str, Any]], total: int) -> list[dict[str, str]
     if not good:
         return cards
     lo, removed, hi = (summed(name) for name in ("removed_lo_mm3", "removed_mm3", "removed_hi_mm3"))
-    error = Bracket(lo, removed, hi).error
+    error = Interval(lo, removed, hi).error
     share = f" (±{100 * error / removed:.2g}\u00a0%)" if removed > 0 else ""
     cards.append(
         {"title": "Removed volume", "value": number(removed), "unit": "mm³",
@@ -129,8 +144,35 @@ def _problem(row: Mapping[str, Any]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _job(row: Mapping[str, Any], largest: float) -> dict[str, Any]:
-    """A line of the table: (text, value to sort by) per cell."""
+@lru_cache(maxsize=4096)
+def _spark(table: Path, _changed: int) -> tuple[str, str]:
+    """Removal rate of a job over its time as the path of a small curve, and its largest value."""
+    rows = pl.read_parquet(table, columns=["time_s", "mrr_mm3_min"]).fill_null(0.0).fill_nan(0.0)
+    time, rate = (rows[name].to_numpy() for name in rows.columns)
+    ends = np.cumsum(time)
+    if not len(rows) or not ends[-1] > 0.0 or not rate.max() > 0.0:
+        return "", ""
+    # of every share of the time the largest rate: of blocks that begin in it, and of the one that runs in its middle
+    middle = (np.arange(BINS) + 0.5) * ends[-1] / BINS
+    high = rate[np.searchsorted(ends, middle).clip(max=len(rate) - 1)]
+    np.maximum.at(high, (BINS * (ends - time) / ends[-1]).astype(np.int64).clip(max=BINS - 1), rate)
+    wide, tall = SPARK
+    x = np.repeat(np.arange(BINS + 1) * wide / BINS, 2)[1:-1]
+    y = tall - (tall - 1.0) * np.repeat(high, 2) / rate.max()
+    way = "L".join(f"{a:.0f} {b:.1f}" for a, b in zip(x.tolist(), y.tolist(), strict=True))
+    return f"M0 {tall:g}L{way}L{wide:g} {tall:g}", number(float(rate.max()), 4)
+
+
+def _curve(row: Mapping[str, Any]) -> tuple[str, str]:
+    table = Path(row["out"]) / "blocks.parquet"
+    try:
+        return _spark(table, table.stat().st_mtime_ns)
+    except (OSError, pl.exceptions.PolarsError):
+        return "", ""
+
+
+def _job(row: Mapping[str, Any], largest: float, shown: Sequence[int]) -> dict[str, Any]:
+    """A line of the table: (text, value to sort by, upper end) per cell that is shown."""
     removed, lo, hi = row["removed_mm3"], row["removed_lo_mm3"], row["removed_hi_mm3"]
     half = (hi - lo) / 2
     before, after = row["time_s"], row["scheduled_time_s"]
@@ -147,8 +189,10 @@ def _job(row: Mapping[str, Any], largest: float) -> dict[str, Any]:
         (number(feed_after, 4), feed_after or 0),
         (number(row["warnings"]), row["warnings"]),
     ]
+    spark, peak = _curve(row)
     return {
-        "name": row["name"], "job": row["job"], "report": _link(row, "report.html"),
-        "folder": Path(row["out"]).name, "status": row["status"], "table": _link(row, "blocks.csv"), "cells": cells,
+        "name": row["name"], "job": row["job"], "report": _link(row, "report.html"), "spark": spark, "peak": peak,
+        "folder": Path(row["out"]).name, "table": _link(row, "blocks.csv"),
+        "cells": [(*cells[k], hi if HEADS[k][0] == "bracket" else None) for k in shown],
         "bar": 100 * removed / largest if largest > 0 else 0.0,
     }  # fmt: skip

@@ -2,30 +2,57 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import polars as pl
 
-from vmachining.report.numbers import number
+from vmachining.report.numbers import duration, number, plural
+from vmachining.report.payload import LOADS, load_column
 
-__all__ = ["compared", "contact_facts"]
+__all__ = ["compared", "doubtful", "loaded", "peaks"]
 
-LARGEST = {
-    "ap_mm": ("axial depth", "mm"), "ae_mm": ("radial depth", "mm"), "chip_area_mm2": ("chip area of a tooth", "mm²"),
-    "chip_thickness_mm": ("chip thickness", "mm"), "force_n": ("force", "N"), "power_w": ("power at the cutter", "W"),
-}  # fmt: skip
+MOST_MM3_MIN = 2e7
+"""Removal rates beyond it are questioned: large machines for aluminium reach about half of it."""
+
+MOST = 10
+"""Blocks in the table of the most loaded ones."""
 
 
-def contact_facts(blocks: pl.DataFrame, notes: Sequence[str], *, drawn: bool) -> dict[str, Any] | None:
-    """The block with the largest value of every column of the contact; None if there is nothing to say."""
+def peaks(blocks: pl.DataFrame) -> list[tuple[Any, ...]]:
+    """Largest value of every load: name, value with unit, block, line, s into the program, program text."""
+    begin = blocks["time_s"].fill_null(0.0).cum_sum() - blocks["time_s"].fill_null(0.0)
     rows = []
-    for name, (label, unit) in LARGEST.items():
-        if not blocks[name].count():
+    for name, label, unit in LOADS:
+        if name.endswith("feed_mm_min") or name == "engaged_fraction" or not blocks[name].count():
             continue
-        row = blocks.row(int(blocks[name].fill_null(-1.0).arg_max() or 0), named=True)
-        rows.append((label, f"{number(row[name], 5)} {unit}", row["block"], row["line"], row["text"].strip()))
-    return {"plots": drawn, "rows": rows, "notes": list(notes)} if rows or notes else None
+        at = int(blocks[name].fill_null(-1.0).arg_max() or 0)
+        row = blocks.row(at, named=True)
+        value, second = f"{number(row[name], 5)} {unit}", "{} {}".format(*duration(float(begin[at])))
+        rows.append((label, value, row["block"], row["line"], second, row["text"].strip()))
+    return rows
+
+
+def doubtful(blocks: pl.DataFrame) -> str:
+    """A question where a block removes more than machines do; empty where none does."""
+    odd = blocks.filter(pl.col("mrr_mm3_min") > MOST_MM3_MIN).sort("mrr_mm3_min", descending=True)
+    if not len(odd):
+        return ""
+    block, line, rate = odd.select("block", "line", "mrr_mm3_min").row(0)
+    return (
+        f"{plural(len(odd), 'block')} would remove more than {number(MOST_MM3_MIN)} mm³/min, which no milling machine does: "
+        f"block {block} (line {line}) {number(rate, 3)} mm³/min. Check the feed and its unit."
+    )
+
+
+def loaded(blocks: pl.DataFrame) -> list[tuple[Any, ...]]:
+    """The blocks with the largest load: block, line, program text, load, removal rate (once), ap, ae."""
+    name, _, _ = load_column(blocks)
+    top = blocks.filter(pl.col(name) > 0).top_k(MOST, by=name).sort([name, "block"], descending=[True, False])
+    loads = dict.fromkeys((name, "mrr_mm3_min", "ap_mm", "ae_mm"))
+    return [
+        (row["block"], row["line"], row["text"].strip(), *(number(row[load], 4) for load in loads))
+        for row in top.iter_rows(named=True)
+    ]
 
 
 def compared(comparison: pl.DataFrame) -> list[tuple[str, ...]]:

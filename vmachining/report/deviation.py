@@ -5,26 +5,22 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import plotly.graph_objects as go
 
 from vmachining.engines.dexel import DexelEngine
-from vmachining.engines.vectors import KINDS, VectorEngine
+from vmachining.engines.vectors import VectorEngine
 from vmachining.errors import InputError
 from vmachining.job import RunResult
-from vmachining.job.files import write_atomic
 from vmachining.job.gouge import ends_against
 from vmachining.job.stock import design_mesh
-from vmachining.report.figures import BAR, FONT
+from vmachining.report.figures import write_page
+from vmachining.report.scene import Layer, Scene
 from vmachining.report.thin import thin_mesh
 from vmachining.stock import MeshStock
 
-__all__ = ["deviation_figure", "write_deviation"]
+__all__ = ["deviation_scene", "write_deviation"]
 
 MOST_POINTS = 40_000
 """Drawn; those outside of the tolerance first."""
-
-SCALE = "RdBu"
-"""Red: too much is taken, blue: material is left."""
 
 DRAWN_MM = 0.1
 """Share of the part's size that the largest vector is drawn with."""
@@ -33,100 +29,63 @@ DRAWN_MM = 0.1
 def write_deviation(result: RunResult, path: Path) -> None:
     """Write the page of a result of the vectors or the dexel engine.
 
-    Raises
-    ------
-    InputError
-        Another engine made the result.
+    Raises InputError: Another engine made the result.
     """
     engine, keys = result.stock, result.job.keys.design
     if keys is not None and isinstance(engine, DexelEngine):
-        figure = ends_figure(result, engine, keys.tolerance_mm)
+        scene = ends_scene(result, engine, keys.tolerance_mm)
     elif keys is not None and isinstance(engine, VectorEngine):
-        figure = deviation_figure(engine, keys.tolerance_mm)
+        scene = deviation_scene(engine, keys.tolerance_mm)
     else:
         raise InputError("only the engines vectors and dexel measure a deviation")
-    figure.update_layout(title={"text": f"Deviation of {result.job.name} from its design", "x": 0.02})
-    write_atomic(path, figure.to_html(include_plotlyjs=True, full_html=True))
+    write_page(
+        path, [], kind="deviation from the design", name=result.job.name,
+        subtitle=f"tolerance {keys.tolerance_mm:g} mm · all lengths in mm", scene=scene,
+    )  # fmt: skip
 
 
-def ends_figure(result: RunResult, engine: DexelEngine, tolerance: float) -> go.Figure:
+def ends_scene(result: RunResult, engine: DexelEngine, tolerance: float) -> Scene:
     """The part in grey, and the ends of rays outside of the tolerance at their feet, coloured by deviation."""
     part = design_mesh(result.job)
     assert part is not None
     columns, told = ends_against(engine, part, tolerance)
-    figure = go.Figure(_part(part))
-    deviation = np.asarray(columns["deviation_mm"])[:MOST_POINTS]
+    points = np.column_stack([columns[name][:MOST_POINTS] for name in ("x_mm", "y_mm", "z_mm")])
+    block = np.array([-1 if k is None else k for k in columns["block"][:MOST_POINTS]], dtype=np.int64)
+    values = np.asarray(columns["deviation_mm"], dtype=np.float64)[:MOST_POINTS]
     reach = max(3.0 * tolerance, 0.2 * max(told["max_overcut_mm"], told["max_undercut_mm"]))
-    block = [np.nan if k is None else k for k in columns["block"][:MOST_POINTS]]
-    x, y, z = (columns[name][:MOST_POINTS] for name in ("x_mm", "y_mm", "z_mm"))
-    figure.add_trace(
-        go.Scatter3d(
-            x=x, y=y, z=z, mode="markers", name="outside of the tolerance", text=columns["kind"][:MOST_POINTS],
-            customdata=np.column_stack([deviation, block]),
-            marker={"size": 2.5, "color": deviation, "cmin": -reach, "cmax": reach, "colorscale": SCALE, "showscale": True,
-                    "colorbar": {"title": {"text": "mm"}, **BAR}},
-            hovertemplate="%{text}<br>x %{x:.3f} y %{y:.3f} z %{z:.3f}<br>deviation %{customdata[0]:.4g} mm<br>"
-            "block %{customdata[1]}<extra></extra>",
-        )
-    )  # fmt: skip
-    return figure.update_layout(
-        font=FONT, scene={"aspectmode": "data"}, margin={"l": 0, "r": 0, "b": 0, "t": 40}
-    )
+    layer = Layer(name="ends of rays outside of the tolerance", points=points, values=values, blocks=block)
+    return _scene(part, [layer], reach)
 
 
-def _part(mesh: MeshStock) -> go.Mesh3d:
+def _scene(mesh: MeshStock, layers: list[Layer], reach: float) -> Scene:
     thin = thin_mesh(mesh.vertices, mesh.triangles, np.zeros(len(mesh.triangles), dtype=np.int64))
-    x, y, z = thin.vertices.T
-    i, j, k = thin.triangles.T
-    return go.Mesh3d(
-        x=x, y=y, z=z, i=i, j=j, k=k, color="#c9d0d9", opacity=0.35, name="design", showlegend=True, hoverinfo="skip"
+    part = Layer(
+        name="design", points=thin.vertices, triangles=thin.triangles, colour="#c9d0d9", opacity=0.35
+    )
+    return Scene(
+        title="Where it was measured", layers=[part, *layers], reach=reach,
+        words="Red: too much is taken, blue: material is left; the pointer tells a place",
     )  # fmt: skip
 
 
-def deviation_figure(engine: VectorEngine, tolerance: float) -> go.Figure:
+def deviation_scene(engine: VectorEngine, tolerance: float) -> Scene:
     """The part in grey; feet of vectors coloured by deviation; vectors outside of the tolerance as lines."""
     part = engine.part
-    figure = go.Figure(_part(part.mesh))
     shown = engine.deviation(tolerance, outside_only=False, most=MOST_POINTS // 2)
     outside = engine.deviation(tolerance, most=MOST_POINTS // 2)
     largest = float(np.abs(outside.deviation).max(initial=0.0))
-    reach = max(3.0 * tolerance, 0.2 * largest)
-    for found, name, size in (
-        (shown, "all vectors (thinned)", 2.0),
-        (outside, "outside of the tolerance", 3.5),
-    ):
-        if not len(found.point):
-            continue
-        data = np.column_stack(
-            [found.deviation, found.length, np.where(found.block < 0, np.nan, found.block)]
+    layers = [
+        Layer(name=name, points=found.point, values=found.deviation, blocks=found.block, size=size)
+        for found, name, size in (
+            (shown, "all vectors (thinned)", 2.0),
+            (outside, "outside of the tolerance", 4.0),
         )
-        figure.add_trace(
-            go.Scatter3d(
-                x=found.point[:, 0], y=found.point[:, 1], z=found.point[:, 2], mode="markers", name=name,
-                customdata=data, text=[KINDS[k] for k in found.kind.tolist()],
-                marker={
-                    "size": size, "color": found.deviation, "cmin": -reach, "cmax": reach, "colorscale": SCALE,
-                    "showscale": found is shown, "colorbar": {"title": {"text": "mm"}, **BAR},
-                },
-                hovertemplate="%{text}<br>x %{x:.3f} y %{y:.3f} z %{z:.3f}<br>deviation %{customdata[0]:.4g} mm<br>"
-                "length %{customdata[1]:.4g} mm<br>block %{customdata[2]}<extra></extra>",
-            )
-        )  # fmt: skip
+        if len(found.point)
+    ]
     if largest > 0.0:
         stretch = DRAWN_MM * part.size / largest
-        ends = outside.point + stretch * outside.deviation[:, None] * outside.normal
-        lines = np.full((3 * len(ends), 3), np.nan)
-        lines[0::3], lines[1::3] = outside.point, ends
-        figure.add_trace(
-            go.Scatter3d(
-                x=lines[:, 0], y=lines[:, 1], z=lines[:, 2], mode="lines", line={"color": "#1b2733", "width": 1},
-                name=f"deviation, {stretch:.3g} times", hoverinfo="skip",
-            )
-        )  # fmt: skip
-    figure.update_layout(
-        font=FONT,
-        scene={"aspectmode": "data"},
-        legend={"x": 0.01, "y": 0.95},
-        margin={"l": 0, "r": 0, "b": 0, "t": 40},
-    )
-    return figure
+        lines = np.full((3 * len(outside.point), 3), np.nan)
+        lines[0::3] = outside.point
+        lines[1::3] = outside.point + stretch * outside.deviation[:, None] * outside.normal
+        layers.append(Layer(name=f"deviation, {stretch:.3g} times", points=lines))
+    return _scene(part.mesh, layers, max(3.0 * tolerance, 0.2 * largest))

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import jinja2
-import plotly.graph_objects as go
 import polars as pl
 
 from vmachining.job.files import atomic_path, write_atomic
-from vmachining.report.figures import FONT
+from vmachining.report.figures import picture
 from vmachining.report.numbers import number, plural, share, trusted
+from vmachining.report.page import rendered
+from vmachining.report.paper.style import BLUE, canvas, look
 
 __all__ = ["engine_figure", "write_engines"]
 
@@ -30,17 +29,16 @@ def write_engines(told: Mapping[str, Any], folder: Path) -> None:
     write_atomic(folder / "engines.json", json.dumps(told, indent=1))
     names = [row["engine"] for row in told["engines"]]
     apart = [(set(each["engines"]), set(each["blocks"])) for each in told["disagreements"]]
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    room = files("vmachining.report")
-    page = environment.from_string((room / "engines.html.j2").read_text(encoding="utf-8")).render(
+    page = rendered(
+        "engines.html.j2",
+        None,
         name=told["job"],
         subtitle=f"{plural(len(told['blocks']), 'block')} that cut · all volumes in mm³",
-        css=trusted((room / "page.css").read_text(encoding="utf-8")),
         chips=_chips(told),
         heads=["blocks", "removed mm³", "ms a block", "width", "off", "proven", "disagrees"],
         engines=[{"name": row["engine"], "cells": _cells(row)} for row in told["engines"]],
         refused=[f"{row['engine']}: {row['refused']}" for row in told["engines"] if row["refused"]],
-        figure=trusted(engine_figure(told["engines"]).to_html(include_plotlyjs=True, full_html=False)),
+        figure=trusted(engine_figure(told["engines"])),
         names=names,
         blocks=[_block(row, names, apart) for row in told["blocks"][:MOST]],
         left=max(0, len(told["blocks"]) - MOST),
@@ -48,29 +46,27 @@ def write_engines(told: Mapping[str, Any], folder: Path) -> None:
     write_atomic(folder / "engines.html", page)
 
 
-def engine_figure(rows: Sequence[Mapping[str, Any]]) -> go.Figure:
-    """Median width of the intervals over the time of a block, both logarithmic; filled: proven."""
-    figure = go.Figure()
+def engine_figure(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Median width of the intervals over the time of a block, both logarithmic; filled: proven. Markup."""
     shown = [row for row in rows if row["width"] and row["ms_per_block"]]
-    for k, row in enumerate(sorted(shown, key=lambda row: float(row["ms_per_block"]))):
-        beside = ("top center", "bottom center")[k % 2]  # neighbours in time do not write over each other
-        symbol = "circle" if row["proven"] == row["blocks"] else "circle-open"
-        figure.add_trace(
-            go.Scatter(
-                x=[row["ms_per_block"]], y=[100.0 * row["width"]], mode="markers+text", text=[row["engine"]],
-                textposition=beside, marker={"size": 13, "symbol": symbol, "line": {"width": 2}}, name=row["engine"],
-                showlegend=False,
-            )
-        )  # fmt: skip
-    figure.update_layout(
-        font=FONT, height=420, margin={"l": 60, "r": 20, "t": 20, "b": 50},
-        xaxis={"type": "log", "dtick": 1, "exponentformat": "power", "title": {"text": "ms of a processor per block"}},
-        yaxis={
-            "type": "log", "dtick": 1, "exponentformat": "power",
-            "title": {"text": "median width of the interval, % (filled: proven)"},
-        },
-    )  # fmt: skip
-    return figure
+    words = "; ".join(f"{row['engine']} {row['ms_per_block']:.3g} ms, {share(row['width'])}" for row in shown)
+    with look():
+        figure = canvas(174.0, 84.0)
+        axes = figure.subplots()
+        axes.set(
+            xscale="log",
+            yscale="log",
+            xlabel="ms of a processor per block",
+            ylabel="median width of the interval, %",
+        )
+        for k, row in enumerate(sorted(shown, key=lambda row: float(row["ms_per_block"]))):
+            at = row["ms_per_block"], 100.0 * row["width"]
+            proven = row["proven"] == row["blocks"]
+            axes.plot(*at, "o", ms=8, color=BLUE, mfc=BLUE if proven else "none", mew=1.5)
+            # neighbours in time do not write over each other
+            axes.annotate(row["engine"], at, (0, (9, -15)[k % 2]), textcoords="offset points", ha="center")
+        axes.margins(0.12, 0.25)
+        return picture(figure, f"Time of a block and width of its interval by engine: {words}")
 
 
 def _chips(told: Mapping[str, Any]) -> list[dict[str, str]]:

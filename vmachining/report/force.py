@@ -1,54 +1,37 @@
-"""Forces over time: tables, and a picture that opens offline."""
+"""Forces over time: tables, and a page that opens offline."""
 
 from __future__ import annotations
 
-import html
 from pathlib import Path
 
-import plotly.graph_objects as go
-from plotly.offline import get_plotlyjs
-from plotly.subplots import make_subplots
-
-from vmachining.job.files import atomic_path, make_folder, write_atomic
+from vmachining.job.files import atomic_path, make_folder
 from vmachining.job.predict import Prediction
-from vmachining.report.figures import FONT, GRID, MODEBAR
+from vmachining.report.chart import Curve, chart
+from vmachining.report.figures import Panel, write_page
+from vmachining.report.numbers import number, plural
 
-__all__ = ["force_figure", "write_forces"]
-
-MOST = 20_000
-"""Rows of the revolutions that are drawn; the tables have them all."""
+__all__ = ["force_panels", "write_forces"]
 
 
-def force_figure(found: Prediction) -> go.Figure:
-    """Largest force and mean power at the stations over time, and the force of their revolutions over the angle."""
-    s = found.stations
-    figure = make_subplots(
-        rows=3, cols=1, vertical_spacing=0.09,
-        subplot_titles=("Largest force of a revolution", "Mean power at the cutter", "Force on the tool over a revolution"),
-    )  # fmt: skip
-    time = s["time_s"].to_list()
-    told = [f"block {b}, line {n}, at {a:.3g}" for b, n, a in s.select("block", "line", "at").iter_rows()]
-    figure.add_scatter(x=time, y=s["peak_n"].to_list(), text=told, name="force", mode="lines", row=1, col=1)
-    figure.add_scatter(x=time, y=s["power_w"].to_list(), text=told, name="power", mode="lines", row=2, col=1)
-    worst = s.sort("peak_n", descending=True).row(0, named=True)
+def force_panels(found: Prediction) -> list[Panel]:
+    """Largest force and mean power at the stations over time, and the forces over the turn with the largest one."""
+    s = found.stations.sort("time_s")
+    worst = s.sort("peak_n", descending=True, nulls_last=True).row(0, named=True)
     turn = found.series.filter(
         (found.series["block"] == worst["block"]) & (found.series["at"] == worst["at"])
     ).sort("phi_deg")
-    for name in ("fx_n", "fy_n", "fz_n", "resultant_n"):
-        figure.add_scatter(
-            x=turn["phi_deg"].to_list()[:MOST], y=turn[name].to_list()[:MOST], name=name.removesuffix("_n"),
-            mode="lines", row=3, col=1,
-        )  # fmt: skip
-    figure.update_xaxes(title_text="time, s", gridcolor=GRID, row=1, col=1)
-    figure.update_xaxes(title_text="time, s", gridcolor=GRID, row=2, col=1)
-    where = f"rotation angle of the first tooth, degrees, at the largest force (block {worst['block']})"
-    figure.update_xaxes(title_text=where, gridcolor=GRID, row=3, col=1)
-    for row, unit in ((1, "N"), (2, "W"), (3, "N")):
-        figure.update_yaxes(title_text=unit, gridcolor=GRID, row=row, col=1)
-    figure.update_layout(
-        font=FONT, height=860, plot_bgcolor="white", margin={"t": 40, "b": 40}, modebar=MODEBAR
-    )
-    return figure
+    time = s["time_s"].to_numpy()
+    told = f"at block {worst['block']}, line {worst['line']}, {worst['at']:.3g} of its path"
+    axes = (("fx_n", "along x"), ("fy_n", "along y"), ("fz_n", "along z"), ("resultant_n", "resultant"))
+    curves = [Curve(label, turn["phi_deg"].to_numpy(), turn[name].to_numpy()) for name, label in axes]
+    return [
+        Panel(title="Largest force of a revolution", text=f"The largest is {number(worst['peak_n'], 5)} N, {told}.",
+              svg=chart([Curve("force", time, s["peak_n"].to_numpy())], x="time, s", y="N", zero=True)),
+        Panel(title="Mean power at the cutter",
+              svg=chart([Curve("power", time, s["power_w"].to_numpy())], x="time, s", y="W", zero=True)),
+        Panel(title="Force on the tool over the revolution with the largest force", text=f"In workpiece axes, {told}.",
+              svg=chart(curves, x="rotation of the first tooth, degrees", y="N")),
+    ]  # fmt: skip
 
 
 def write_forces(found: Prediction, folder: Path | str, *, name: str = "") -> list[Path]:
@@ -60,14 +43,12 @@ def write_forces(found: Prediction, folder: Path | str, *, name: str = "") -> li
         table = found.stations if path.stem == "force_stations" else found.series
         with atomic_path(path) as temporary:
             (table.write_parquet if path.suffix == ".parquet" else table.write_csv)(temporary)
-    title = html.escape(f"Forces of {name}" if name else "Forces")
-    drawn = force_figure(found).to_html(full_html=False, include_plotlyjs=False)
-    notes = "".join(f"<li>{html.escape(note)}</li>" for note in found.notes)
-    page = (
-        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{title}</title>'
-        f"<script>{get_plotlyjs()}</script><body><h1>{title}</h1>"
-        "<p>Forces on the tool in workpiece axes, all teeth, at stations along the blocks.</p>"
-        f"{f'<ul>{notes}</ul>' if notes else ''}{drawn}</body></html>"
+    notes = (
+        [Panel(title="Notes", head=("what",), rows=[(note,) for note in found.notes])] if found.notes else []
     )
-    write_atomic(paths[3], page)
+    write_page(
+        paths[3], [*notes, *force_panels(found)], kind="forces", name=name or "Forces",
+        subtitle="Forces on the tool of all teeth, at stations along the blocks",
+        chips=[("", plural(len(found.stations), "station"))],
+    )  # fmt: skip
     return paths

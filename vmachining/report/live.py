@@ -14,18 +14,24 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote, urlsplit
+from urllib.parse import parse_qs, unquote, urlsplit
 
 from vmachining.errors import InputError, JobError
 from vmachining.job.files import read_manifest
+from vmachining.job.folder import WORKING
+from vmachining.report.payload import GROWING
 
 __all__ = ["LOOPBACK", "Live", "serve"]
 
 LOOPBACK = "127.0.0.1"
 REPORT = "report.html"
+MOST_ROWS = 5_000
+"""Rows of one answer; the page asks again."""
+
 KINDS = {
     ".html": "text/html; charset=utf-8", ".csv": "text/csv; charset=utf-8", ".json": "application/json",
     ".nc": "text/plain; charset=utf-8", ".parquet": "application/vnd.apache.parquet", ".stl": "model/stl", ".3mf": "model/3mf",
+    ".glb": "model/gltf-binary",
     ".step": "model/step", ".svg": "image/svg+xml", ".png": "image/png", ".pdf": "application/pdf",
 }  # fmt: skip
 """Content types of the files of a result directory."""
@@ -36,6 +42,7 @@ class Live:
     """What the page shows. folder : results. name : of the job. message : of a run that failed, or empty.
 
     stage, done, total : of the run in hand, as its progress tells them; total 0: none runs.
+    page : of the run in hand, see `backplot.live_page`; empty where none exists.
     """
 
     folder: Path
@@ -44,6 +51,7 @@ class Live:
     stage: str = ""
     done: int = 0
     total: int = 0
+    page: str = ""
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def progress(self, stage: str, done: int, total: int) -> None:
@@ -66,8 +74,22 @@ class Live:
         with self._lock:
             return {
                 "name": self.name, "stage": self.stage, "done": self.done, "total": self.total, "message": self.message,
-                "version": str(version),
+                "version": str(version), "live": bool(self.page),
             }  # fmt: skip
+
+    def rows(self, first: int) -> list[list[float | None]]:
+        """Rows from block `first` on that the run in hand has made: block and `GROWING`, at most `MOST_ROWS`."""
+        import polars as pl
+
+        path = self.folder / WORKING[0]
+        if not path.is_file():
+            return []
+        try:
+            table = pl.scan_csv(path, truncate_ragged_lines=True, ignore_errors=True)
+            found = table.select("block", *GROWING).filter(pl.col("block") >= first).head(MOST_ROWS).collect()
+        except (OSError, pl.exceptions.PolarsError):  # the first row is not whole yet
+            return []
+        return [list(row) for row in found.drop_nulls(["block", "removed_mm3"]).iter_rows()]
 
     def outputs(self) -> list[str]:
         """Files that a run has completed."""
@@ -94,6 +116,12 @@ class _Handler(BaseHTTPRequestHandler):
             self._answer(page, KINDS[".html"])
         elif name == "state.json":
             self._answer(json.dumps(live.state()).encode(), KINDS[".json"])
+        elif name == "run.html" and live.page:
+            self._answer(live.page.encode(), KINDS[".html"])
+        elif name == "rows.json":
+            query = parse_qs(urlsplit(self.path).query).get("from", ["0"])[0]
+            first = int(query) if query.isascii() and query.isdigit() and len(query) < 12 else 0
+            self._answer(json.dumps({"rows": live.rows(first)}).encode(), KINDS[".json"])
         elif name in live.outputs() and "/" not in name:
             try:
                 data = (live.folder / name).read_bytes()
@@ -131,10 +159,7 @@ class _Server(ThreadingHTTPServer):
 def serve(live: Live, port: int = 0) -> ThreadingHTTPServer:
     """A server that answers in a thread of its own until its `shutdown`; `server_port` is where.
 
-    Raises
-    ------
-    InputError
-        The port is taken.
+    Raises InputError: The port is taken.
     """
     try:
         server = _Server(live, port)

@@ -18,7 +18,7 @@ def difference(value: float, of: float, unit: str = "mm³") -> str:
 
 
 def trusted(text: str) -> Any:
-    """Our own code and plotly's, exempt from escaping; foreign text never goes through here unescaped."""
+    """Our own code, exempt from escaping; foreign text never goes through here unescaped."""
     import markupsafe
 
     return markupsafe.Markup(text)

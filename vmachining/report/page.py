@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import base64
-import json
-from collections.abc import Iterator
+import hashlib
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -12,26 +11,25 @@ from typing import Any
 import jinja2
 import numpy as np
 import polars as pl
-from plotly.offline import get_plotlyjs
 
 from vmachining.feed import UNITS
-from vmachining.geometry import Arc, Bracket
+from vmachining.interval import Interval
 from vmachining.job import RunResult, ScheduleReport
 from vmachining.job.brep import disputes
 from vmachining.job.files import versions, write_atomic
-from vmachining.nc import Motion
-from vmachining.report.contact import compared, contact_facts
-from vmachining.report.figures import PathPiece, along_program, contact_along, stock_view
+from vmachining.job.spent import in_words
+from vmachining.report.contact import compared, doubtful, loaded, peaks
+from vmachining.report.design import deviation_of, worst_places
 from vmachining.report.numbers import difference, duration, number, percent, plural, trusted
-from vmachining.report.thin import MAX_POINTS, ThinMesh, thin_mesh
+from vmachining.report.paper.depth import png
+from vmachining.report.payload import Payload, load_column, payload
+from vmachining.report.thin import ThinMesh, thin_mesh
 from vmachining.report.trust import checked, known, unknown, widest
-from vmachining.sweep import Turn
 
-__all__ = ["write_report"]
+__all__ = ["rendered", "write_report"]
 
 MAX_ROWS = 500
 """Rows of one table on the page; the CSV has them all."""
-MAX_PATH_POINTS = 200_000
 
 
 def write_report(result: RunResult, path: Path) -> None:
@@ -39,41 +37,36 @@ def write_report(result: RunResult, path: Path) -> None:
     blocks = result.blocks
     surface = result.surface
     mesh = thin_mesh(surface.vertices, surface.triangles, surface.block)
-    pieces, stride = _path_pieces(result, blocks)
-    stock = stock_view(mesh, pieces)
+    deviation = deviation_of(result, mesh)
+    data = payload(result, blocks, mesh, deviation)
     schedule = result.schedule
-    plots = along_program(blocks, schedule.after_rate if schedule else None)
-    contact = contact_along(blocks)
-    payload = (
-        '{"stock":' + str(stock.to_json()) + ',"plots":' + str(plots.to_json()) + ',"cut_trace":1,'
-        f'"contact":{contact.to_json() if contact is not None else "null"},'
-        f'"face_block":{json.dumps(_packed(mesh.block[mesh.block >= 0].astype("<i4")))},'
-        f'"block_rate":{json.dumps(_packed(_rates(blocks["mrr_mm3_min"].fill_null(0.0).to_numpy())))},'
-        f'"block_rate_after":{json.dumps(_packed(_rates(schedule.after_rate)) if schedule else None)}}}'
-    )
     warned = _warnings(result, blocks)
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    room = files("vmachining.report")
-    template = environment.from_string((room / "page.html.j2").read_text(encoding="utf-8"))
-    page = template.render(
+    page = rendered(
+        "page.html.j2",
+        data,
         name=result.job.name,
         subtitle=_subtitle(result),
-        css=trusted((room / "page.css").read_text(encoding="utf-8")),
-        js=trusted((room / "page.js").read_text(encoding="utf-8")),
-        plotly=trusted(get_plotlyjs()),
-        figures=trusted(_json_in_html(payload)),
+        picture=base64.b64encode(png(mesh.vertices, mesh.triangles)).decode("ascii"),
         chips=_chips(result, blocks),
         disputed=disputes(blocks)[:MAX_ROWS],
         cards=_cards(result, blocks),
-        view_note=_view_note(len(surface.triangles), mesh, stride),
-        plot_note=_plot_note(len(blocks)),
-        contact=contact_facts(blocks, result.summary.get("contact_notes", []), drawn=contact is not None),
+        mapped=data.maps > 0,
+        peaks=peaks(blocks),
+        doubt=doubtful(blocks),
+        loaded=loaded(blocks),
+        load=load_column(blocks),
+        view_note=_view_note(len(surface.triangles), mesh, data),
+        plot_note=_plot_note(len(blocks), data.rows),
+        contact_notes=list(result.summary.get("contact_notes", [])),
         schedule=_schedule(result, schedule, blocks) if schedule else None,
         deviation=_deviation(result),
+        places=[] if deviation is None else worst_places(mesh, deviation),
+        tolerance=None if deviation is None else deviation.tolerance,
         design_note=result.summary.get("design_note"),
         warnings=warned[:MAX_ROWS],
         checked=checked(result),
         notes=result.summary["notes"],
+        guesses=result.summary.get("guesses", []),
         tools=_tools(result, blocks),
         more_warnings=f"{len(warned) - MAX_ROWS} more in blocks.csv." if len(warned) > MAX_ROWS else "",
         known=known(result),
@@ -84,18 +77,20 @@ def write_report(result: RunResult, path: Path) -> None:
     write_atomic(path, page)
 
 
-def _json_in_html(text: str) -> str:
-    """JSON inside a script element: no character that could end the element survives."""
-    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
-
-
-def _packed(array: np.ndarray[Any, Any]) -> str:
-    return base64.b64encode(array.tobytes()).decode("ascii")
-
-
-def _rates(column: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """Volume rate by block number, as the page looks it up; 0 where there is none."""
-    return np.asarray(np.nan_to_num(np.asarray(column, dtype="<f4")))
+def rendered(template: str, data: Payload | None, *, script: str = "report.js", **words: Any) -> str:
+    """A page with its style, its code (of `static`) and what it draws; every word is escaped."""
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("vmachining", "report"), autoescape=True, undefined=jinja2.StrictUndefined
+    )
+    room = files("vmachining.report")
+    code = (room / "static" / script).read_text(encoding="utf-8")
+    return environment.get_template(template).render(
+        css=trusted((room / "page.css").read_text(encoding="utf-8")),
+        js=trusted(code),
+        policy=f"sha256-{base64.b64encode(hashlib.sha256(code.encode()).digest()).decode()}",
+        data="" if data is None else data.text,
+        **({"live": False} | words),
+    )
 
 
 def _warnings(result: RunResult, blocks: pl.DataFrame) -> list[tuple[Any, ...]]:
@@ -127,7 +122,8 @@ def _tool_name(keys: dict[str, Any]) -> str:
 def _sums(rows: pl.DataFrame, scheduled: bool, error: float | None = None) -> tuple[str, ...]:
     cut = rows.filter(pl.col("removed_mm3") > 0)
     if error is None:
-        error = Bracket(*(float(rows[f"removed_{end}mm3"].sum()) for end in ("lo_", "", "hi_"))).error
+        lo, removed, hi = (float(rows[f"removed_{end}mm3"].sum()) for end in ("lo_", "", "hi_"))
+        error = Interval(lo, removed, hi).error
     largest = float(cut["mrr_mm3_min"].fill_null(0.0).max() or 0.0) if len(cut) else 0.0  # type: ignore[arg-type]
     times = ["time_s", "scheduled_time_s"] if scheduled else ["time_s"]
     return (
@@ -138,42 +134,6 @@ def _sums(rows: pl.DataFrame, scheduled: bool, error: float | None = None) -> tu
         number(largest, 5),
         *(f"{float(rows[name].sum()):,.1f}".replace(",", "\u202f") for name in times),
     )
-
-
-def _path_pieces(result: RunResult, blocks: pl.DataFrame) -> tuple[list[PathPiece], int]:
-    """Polylines of the path and the stride that kept their number of points drawable."""
-    toolpath = result.toolpath
-    moves = [
-        (move, path)
-        for move, path in zip(toolpath.moves, toolpath.paths, strict=True)
-        if move.motion is not Motion.DWELL
-    ]
-    hits = set(
-        blocks.filter(pl.col("warning").str.contains("rapid", literal=True).fill_null(False))[
-            "line"
-        ].to_list()
-    )
-    stride = max(1, len(moves) * 3 // MAX_PATH_POINTS)
-
-    def pieces() -> Iterator[PathPiece]:
-        kind, points = "", [np.empty((0, 3))]
-        for move, path in moves[::stride]:
-            rapid = move.motion is Motion.RAPID
-            now = ("hit" if move.line in hits else "rapid") if rapid else "feed"
-            if now != kind or stride > 1:
-                if kind:
-                    yield kind, np.concatenate(points)
-                kind, points = now, [np.array([move.start])]
-            steps = 1
-            if isinstance(path, Arc):
-                steps = max(2, int(np.ceil(abs(path.angle) / 0.1)))
-            elif isinstance(path, Turn) and not path.is_straight:
-                steps = 8
-            points.append(path.position(np.linspace(0, 1, steps + 1)[1:]))
-        if kind:
-            yield kind, np.concatenate(points)
-
-    return list(pieces()), stride
 
 
 def _subtitle(result: RunResult) -> str:
@@ -196,10 +156,14 @@ def _chips(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
         if summary["notes"]
         else {"kind": "ok", "text": "no warnings"}
     )
+    if guessed := summary.get("guesses"):
+        chips.append({"kind": "warn", "text": f"{plural(len(guessed), 'line')} of the job guessed"})
     chips.append({"kind": "", "text": f"{result.stock.name} engine, {_asked(result)}"})
+    if stated := summary["stated_blocks"]:
+        chips.append({"kind": "warn", "text": f"{plural(stated, 'block')} stated, not proven"})
     if result.schedule:
         chips.append({"kind": "ok", "text": "schedule simulated again"})
-    second = _second_chip(summary["brep"])
+    second = _second_chip(summary["brep"], (summary.get("second_judge") or {}).get("blocks", 0))
     return [second, *chips] if summary["brep"]["disputed"] else [*chips, second]
 
 
@@ -210,11 +174,13 @@ def _asked(result: RunResult) -> str:
     return f"chord {result.job.keys.accuracy.chord_mm:g} mm"
 
 
-def _second_chip(counts: dict[str, Any]) -> dict[str, str]:
-    """What the B-rep engine said, in a word."""
+def _second_chip(counts: dict[str, Any], judged: int) -> dict[str, str]:
+    """What the B-rep engine said, in a word; what exact rays said where it was not asked. judged : blocks that these saw."""
     asked, good = counts["asked"], counts["agreed"] + counts["retried"]
     if counts["disputed"]:
         return {"kind": "bad", "text": f"DISPUTED: {plural(counts['disputed'], 'block')}"}
+    if not asked and judged:
+        return {"kind": "ok", "text": f"a second engine agrees on {plural(judged, 'block')}"}
     if not asked:
         return {"kind": "", "text": "not certified by a second engine"}
     return {"kind": "ok" if good == asked else "warn", "text": f"B-rep agreed on {good} of {asked} blocks"}
@@ -230,7 +196,8 @@ def _cards(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
             "title": "Removed volume",
             "value": number(s["removed_mm3"]),
             "unit": "mm³",
-            "note": f"{number(s['removed_lo_mm3'])} … {number(s['removed_hi_mm3'])} (±{relative:.2g}\u00a0%)",
+            "note": f"{number(s['removed_lo_mm3'])} … {number(s['removed_hi_mm3'])} (±{relative:.2g}\u00a0%)"
+            f"{_of_blocks(blocks)}",
         },
         {
             "title": "Final stock",
@@ -257,38 +224,50 @@ def _cards(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
                 "note": f"{percent(s['time_s'], s['scheduled_time_s'])}, read back and simulated",
             }
         )
+    for label, size, block, line, second, _ in peaks(blocks)[:1]:
+        value, _, unit = size.rpartition(" ")
+        cards.append({"title": f"Largest {label}", "value": value, "unit": unit,
+                      "note": f"block {block}, line {line}, after {second}.", "block": str(block)})  # fmt: skip
     cards.append(
         {"title": "Blocks", "value": number(s["blocks"]), "unit": "",
          "note": f"{number(cutting)} cut, {number(s['blocks'] - cutting)} remove nothing"}
     )  # fmt: skip
-    cards.append(
-        {
-            "title": "Computed in",
-            "value": f"{s['seconds']:.3g}",
-            "unit": "s",
-            "note": f"peak memory {s['peak_mb']:.0f} MB",
-        }
-    )
     return cards
 
 
-def _view_note(triangles: int, mesh: ThinMesh, stride: int) -> str:
+def _of_blocks(blocks: pl.DataFrame) -> str:
+    """How wide the brackets of single blocks are, which the total does not tell."""
+    cut = blocks.filter(pl.col("removed_mm3") > 0)
+    half = (cut["removed_hi_mm3"] - cut["removed_lo_mm3"]) / cut["removed_mm3"] / 2
+    return f"; single blocks ±{100 * float(half.median()):.2g}\u00a0% in the median" if len(cut) else ""  # type: ignore[arg-type]
+
+
+def _view_note(triangles: int, mesh: ThinMesh, data: Payload) -> str:
     note = f"{number(triangles)} triangles; grey is uncut stock."
     if mesh.cell:
         note = (
             f"Drawn with {number(len(mesh.triangles))} of {number(triangles)} triangles (vertices merged "
             f"within {mesh.cell:.3g} mm, for the picture only); grey is uncut stock."
         )
-    if stride > 1:
-        note += f" Of the tool path every {stride}th motion is drawn."
-    return note + " Drag to turn, wheel to zoom, click a legend entry to hide it."
-
-
-def _plot_note(count: int) -> str:
-    thinned = (
-        f" Thinned to about {MAX_POINTS:,} of {count:,} blocks, extremes kept." if count > MAX_POINTS else ""
+    if data.stride > 1:
+        note += f" One motion in {data.stride} of the tool path is drawn."
+    return (
+        note
+        + " Drag to turn, wheel to zoom; click a face or the path to mark its block. "
+        + (
+            "While it plays, the part is drawn over a grid of heights: a picture, not a measurement."
+            if data.heights
+            else "While it plays, faces that later blocks make are grey."
+        )
     )
-    return "One step per NC block; point at it to see the line of the program." + thinned
+
+
+def _plot_note(count: int, drawn: int) -> str:
+    thinned = f" {number(drawn)} of {number(count)} blocks are drawn, extremes kept." if drawn < count else ""
+    return (
+        "One step per NC block. Click a step to mark its block; drag to zoom in, double click to zoom out."
+        + thinned
+    )
 
 
 def _schedule(result: RunResult, schedule: ScheduleReport, blocks: pl.DataFrame) -> dict[str, Any]:
@@ -372,4 +351,10 @@ def _colophon(result: RunResult) -> list[tuple[str, str]]:
     ]
     if (machine := result.summary.get("machine")) is not None:
         lines.append(("machine", f"{machine['name']}: {', '.join(machine['rotary'])}"))
-    return [*lines, ("made with", ", ".join(f"{name} {version}" for name, version in versions().items()))]
+    s = result.summary
+    took = f"{s['seconds']:.3g} s: {in_words(s['stage_seconds'])}; peak memory {s['peak_mb']:.0f} MB"
+    return [
+        *lines,
+        ("computed in", took),
+        ("made with", ", ".join(f"{name} {version}" for name, version in versions().items())),
+    ]

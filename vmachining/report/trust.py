@@ -9,12 +9,10 @@ import polars as pl
 from vmachining.job import RunResult
 from vmachining.job.contact import TURNING_CHORD_MM
 from vmachining.job.table import CONTACT
-from vmachining.report.numbers import difference, number
+from vmachining.nc import is_g_code
+from vmachining.report.numbers import difference, number, plural
 
 __all__ = ["checked", "known", "unknown", "widest"]
-
-SPINDLE_DIALECTS = ("iso", "mts")
-"""Dialects whose reader warns of a feed move with a standing spindle (W501)."""
 
 
 def known(result: RunResult) -> list[str]:
@@ -23,18 +21,15 @@ def known(result: RunResult) -> list[str]:
     width = s["removed_hi_mm3"] - s["removed_lo_mm3"]
     share = f", {100 * width / s['removed_mm3']:.2g} % of it" if s["removed_mm3"] > 0 else ""
     balance = s["stock_mm3"] - s["final_mm3"] - s["removed_mm3"]
-    word, rests = "interval", f"It rests on {result.stock.proof}."
+    word = "bracket" if s["proven"] else "interval"
+    rests = f"It rests on {result.stock.proof}."
     if result.stock.name == "mesh":
-        word, rests = (
-            "bracket",
-            (
-                "The bracket follows from facets that stay within the chord asked for, "
-                f"{result.job.keys.accuracy.chord_mm:g} mm, of the exact swept surface."
-            ),
+        rests = (
+            "It follows from facets that stay within the chord asked for, "
+            f"{result.job.keys.accuracy.chord_mm:g} mm, of the exact swept surface."
         )
     shown = "The file and the picture show the larger of the two: what is undecided stays on the part."
     if result.stock.name == "columns":
-        word = "bracket"
         rests = (
             f"It rests on {result.stock.proof}; {100 * s['width']:.3g} % or {s['width_mm3']:g} mm³ of each block were asked "
             f"for, {s['wider_blocks']} blocks are wider; the mesh engine cut {s['blocks_by_mesh']}."
@@ -43,6 +38,7 @@ def known(result: RunResult) -> list[str]:
     return [
         f"Removed volume: {number(s['removed_lo_mm3'], 8)} to {number(s['removed_hi_mm3'], 8)} mm³. "
         f"The {word} is {number(width, 3)} mm³ wide{share}.",
+        _sure(s),
         rests,
         "Balance: stock before minus stock after minus the sum of all blocks is "
         f"{difference(balance, s['stock_mm3'])}.",
@@ -51,7 +47,20 @@ def known(result: RunResult) -> list[str]:
         "A block that does not reach the stock removes exactly 0.",
         *_contact_known(result.blocks),
         *([_second(s["brep"])] if s["brep"]["asked"] else []),
+        *_judged(s),
     ]
+
+
+def _sure(s: dict[str, Any]) -> str:
+    """Which intervals are proven."""
+    if not s["stated_blocks"]:
+        return "Both ends of the interval of every block are proven bounds" + (
+            ", and so are those of the total." if s["proven"] else "; those of the total are stated."
+        )
+    return (
+        f"The intervals of {number(s['stated_blocks'])} of {number(s['blocks'])} blocks are stated, not proven: "
+        f"column proven of the table. The total is {'proven anyway' if s['proven'] else 'stated, too'}."
+    )
 
 
 def _files(s: dict[str, Any]) -> list[str]:
@@ -72,6 +81,19 @@ def _second(counts: dict[str, Any]) -> str:
         "disputed (see their warnings). How far a value is from the truth at most is in removed_brep_error_mm3. "
         f"Blocks per attempt: {', '.join(f'{name} {count}' for name, count in counts['attempts'].items()) or 'none'}."
     )
+
+
+def _judged(s: dict[str, Any]) -> list[str]:
+    """What exact rays were asked and said, where the B-rep engine was not."""
+    told = s.get("second_judge") or {}
+    if not told.get("blocks"):
+        return []
+    agrees = told["blocks"] - told["disputed_blocks"]
+    return [
+        f"A second engine (exact rays) was asked about {plural(told['blocks'], 'block')} of those that cut; its interval "
+        f"and that of the table agree in {agrees} of them: columns removed_dexel_mm3, removed_dexel_lo_mm3 and "
+        "removed_dexel_hi_mm3."
+    ]
 
 
 def _not_given(result: RunResult) -> list[str]:
@@ -105,7 +127,7 @@ def checked(result: RunResult) -> str:
     said = ["no contact of a rapid with the stock was found"]
     if parts:
         said.append(f"none of {' or '.join(parts)}")
-    if result.program.dialect in SPINDLE_DIALECTS:
+    if is_g_code(result.program.dialect):
         said.append("no feed move with a standing spindle")
     lacking = _not_given(result)
     told = ", ".join(said)
@@ -155,7 +177,7 @@ def unknown(result: RunResult) -> list[str]:
     if not result.summary["brep"]["asked"]:
         lines.insert(
             0,
-            "No second engine (B-rep) has checked these volumes: "
+            "The B-rep engine has not checked these volumes: "
             "columns removed_brep_mm3 and brep_status are empty.",
         )
     if result.job.keys.machine.max_acceleration_mm_s2 is None:

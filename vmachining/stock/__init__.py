@@ -13,6 +13,7 @@ Goal: nobody outside knows where a stock comes from, and no engine reads files.
 | `shapes.py` | `Stock`, `BoxStock`, `CylinderStock`, `MeshStock`, `StepStock`, `Triangles` |
 | `blank.py` | `Blank`: what a solid is built of |
 | `files.py` | `read_mesh`, `closed_mesh`: triangles that enclose a solid, or what keeps them from it |
+| `threemf.py` | `read_3mf`: triangles of a 3MF package, within limits |
 | `_kernels.py` | distances to triangles and their crossings, in numba |
 
 Source: signs of distances by angle-weighted pseudonormals (Baerentzen and Aanaes, IEEE TVCG 11 (2005) 243-253).

@@ -148,3 +148,62 @@ def upright_hits(places, corners, at, height, sense, fill) -> None:
                     height[at[i]] = z / area
                     sense[at[i]] = -1.0 if area > 0.0 else 1.0
                 at[i] += 1
+
+
+@kernel
+def enclosed(points, triangles) -> float:
+    """Volume inside closed triangles, about their middle so that far coordinates cost no digits."""
+    n = max(len(points), 1)
+    ox, oy, oz = points[:, 0].sum() / n, points[:, 1].sum() / n, points[:, 2].sum() / n
+    total = 0.0
+    for t in range(len(triangles)):
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        ax, ay, az = points[a, 0] - ox, points[a, 1] - oy, points[a, 2] - oz
+        bx, by, bz = points[b, 0] - ox, points[b, 1] - oy, points[b, 2] - oz
+        cx, cy, cz = points[c, 0] - ox, points[c, 1] - oy, points[c, 2] - oz
+        total += ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+    return total / 6.0
+
+
+@kernel
+def facets(points, triangles, out) -> None:
+    """Rows of a binary STL: out (m, 12) unit normal, zero for a triangle without area, and three corners."""
+    for t in range(len(triangles)):
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
+        vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
+        x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        size = np.sqrt(x * x + y * y + z * z)
+        share = 1.0 / size if size > 0.0 else 0.0
+        out[t, 0], out[t, 1], out[t, 2] = x * share, y * share, z * share
+        for k in range(3):
+            out[t, 3 + k], out[t, 6 + k], out[t, 9 + k] = points[a, k], points[b, k], points[c, k]
+
+
+@kernel
+def different(rows, which, first) -> int:
+    """How many rows (n, 3) of whole numbers differ: which (n,) of them each is, first (n,) row of each, as they come.
+
+    A table of at least twice as many places is probed in order; the product is the 64-bit one of Fibonacci hashing.
+    """
+    size = 1
+    while size < 2 * len(rows) + 1:
+        size *= 2
+    place = np.full(size, -1)
+    count = 0
+    for i in range(len(rows)):
+        key = np.uint64(0)
+        for k in range(3):
+            key = (key ^ np.uint64(rows[i, k])) * np.uint64(0x9E3779B97F4A7C15)
+            key ^= key >> np.uint64(29)
+        at = np.int64(key & np.uint64(size - 1))
+        while place[at] >= 0:
+            j = first[place[at]]
+            if rows[j, 0] == rows[i, 0] and rows[j, 1] == rows[i, 1] and rows[j, 2] == rows[i, 2]:
+                break
+            at = (at + 1) & (size - 1)
+        if place[at] < 0:
+            place[at], first[count] = count, i
+            count += 1
+        which[i] = place[at]
+    return count

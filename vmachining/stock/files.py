@@ -9,18 +9,20 @@ from numpy.typing import ArrayLike
 
 from vmachining.arrays import Floats, Ints, rows
 from vmachining.errors import StockError
+from vmachining.memory import available_bytes
 from vmachining.stock.shapes import MeshStock
+from vmachining.stock.threemf import read_3mf
 
 __all__ = ["closed_mesh", "read_mesh"]
+
+MEMORY_PER_BYTE = {".stl": 19, ".obj": 18, ".3mf": 15, ".ply": 42}
+"""Peak memory per byte of a file (unpacked, for 3MF), measured on a sphere of 1,310,720 triangles."""
 
 
 def closed_mesh(vertices: ArrayLike, triangles: ArrayLike, *, source: str = "stock") -> MeshStock:
     """Closed triangle mesh. vertices (n, 3) mm, triangles (m, 3) of indices; points at one place become one.
 
-    Raises
-    ------
-    StockError
-        Not finite, not closed, or inside out; says what is wrong.
+    Raises StockError: Not finite, not closed, or inside out; says what is wrong.
     """
     from manifold3d import Error, Manifold, Mesh64
 
@@ -46,26 +48,45 @@ def closed_mesh(vertices: ArrayLike, triangles: ArrayLike, *, source: str = "sto
 
 
 def read_mesh(path: Path, *, scale: float = 1.0) -> MeshStock:
-    """Stock from an STL, 3MF, OBJ or PLY file; `scale` is mm per unit of the file.
+    """Stock from an STL, OBJ, PLY or 3MF file.
 
-    Raises
-    ------
-    StockError
-        Missing, unreadable, empty or open file.
+    scale : mm per unit of the file; a 3MF file states its own unit, which is used instead.
+
+    Raises StockError: Missing, unreadable, empty or open file, of another kind, or too large for the memory available.
     """
-    import trimesh
-
     path = Path(path)
     if not path.is_file():
         raise StockError("no such stock file", file=str(path))
+    kind = path.suffix.lower()
+    if kind not in MEMORY_PER_BYTE:
+        raise StockError(
+            f"{kind or 'a file without a suffix'} is not a mesh format that is read here",
+            file=str(path),
+            remedy="export it as STL, 3MF, OBJ or PLY",
+        )
+    most, size = available_bytes() // MEMORY_PER_BYTE[kind], path.stat().st_size
+    if size > most:
+        raise StockError(
+            f"holds {size / 2**20:.0f} MB; the memory available here reads {most / 2**20:.0f} MB",
+            file=str(path),
+            remedy="export it with fewer triangles",
+        )
+    if kind == ".3mf":
+        vertices, triangles = read_3mf(path, most)
+        return closed_mesh(vertices, triangles, source=str(path))
+    import trimesh
+
     try:
-        shape = trimesh.load_mesh(path, process=False)
+        with path.open("rb") as stream:  # a stream: no library or texture that the file names is looked for
+            shape = trimesh.load_mesh(stream, file_type=kind[1:], process=False)
     except Exception as error:  # trimesh raises whatever its parsers meet
         raise StockError(f"cannot be read as a mesh ({error})", file=str(path)) from error
     if not isinstance(shape, trimesh.Trimesh) or len(shape.faces) == 0:
         raise StockError("holds no triangles", file=str(path))
     if not np.isfinite(shape.vertices).all():
         raise StockError("has vertices that are not finite", file=str(path))
+    if shape.faces.min() < 0 or shape.faces.max() >= len(shape.vertices):
+        raise StockError("has a triangle with a vertex that is missing", file=str(path))
     shape.merge_vertices()
     return closed_mesh(np.asarray(shape.vertices) * scale, shape.faces, source=str(path))
 

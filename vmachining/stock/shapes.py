@@ -41,8 +41,12 @@ class Triangles(NamedTuple):
     @property
     def volume(self) -> float:
         """mm^3 inside, if they are closed."""
-        a, b, c = (self.vertices - self.vertices.mean(axis=0))[self.triangles].transpose(1, 0, 2)
-        return float((a * np.cross(b, c)).sum() / 6.0)
+        return float(
+            _kernels.enclosed(
+                np.require(self.vertices, np.float64, ["C", "W"]),
+                np.require(self.triangles, np.int64, ["C", "W"]),
+            )
+        )
 
 
 class Stock(Protocol):

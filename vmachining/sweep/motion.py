@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import NamedTuple, TypeAlias
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,6 +25,9 @@ from vmachining.sweep.turning import Turn
 from vmachining.sweep.volume import swept_volume
 from vmachining.tolerance import ANGLE_EPS
 from vmachining.tool import Cutter, Profile, convex_cover
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["Motion", "Pose", "RayIntervals", "Sweep"]
 
@@ -123,6 +127,10 @@ class Sweep:
 
     def __repr__(self) -> str:
         return f"Sweep({self.profile!r}, {self.path!r})"
+
+    def plot(self) -> Figure:
+        """A shaded view of the swept volume with the path of the tip, as a matplotlib figure; a notebook shows it."""
+        return resolve_name("vmachining.report.paper:draw_sweep")(self)  # type: ignore[no-any-return]
 
     @property
     def packed(self) -> tuple[_Packed | None, Packed | None]:
@@ -260,7 +268,7 @@ class Sweep:
         where = _points(origins, "origins")
         heading = _points(directions, "directions", single=True)
         if len(heading) not in (1, len(where)):
-            raise SweepError(f"directions: want one or {len(where)} rows, got {len(heading)}")
+            raise SweepError(f"directions: expected one or {len(where)} rows, got {len(heading)}")
         size = np.linalg.norm(heading, axis=1)
         if not (size > 0).all():
             raise SweepError(f"directions: row {int(np.argmin(size))} has length zero")
@@ -327,12 +335,12 @@ def _parts(between: ArrayLike, n: int) -> Floats:
     """(n, 2) mm, checked parts of lines."""
     part = rows(between, -1, 2, name="between")
     if len(part) != n or (part[:, 0] > part[:, 1]).any():
-        raise SweepError(f"between: want {n} rows of two that rise")
+        raise SweepError(f"between: expected {n} rows of two that rise")
     return part
 
 
 class _Packed(NamedTuple):
-    """A straight or level circular sweep as the kernels want it, see the legend of `_kernels.py`."""
+    """A straight or level circular sweep as the kernels take it, see the legend of `_kernels.py`."""
 
     seg: Floats
     first: Ints
@@ -342,7 +350,7 @@ class _Packed(NamedTuple):
 
 
 def _is_straight(path: Path) -> bool:
-    """A line, or an arc that is none."""
+    """A line, or an arc that is a line."""
     return isinstance(path, Line) or path.angle == 0.0 or path.radius == 0.0
 
 

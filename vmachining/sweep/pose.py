@@ -27,29 +27,23 @@ class Pose(NamedTuple):
 def tip(value: ArrayLike, name: str) -> Floats:
     """Checked point (3,), mm.
 
-    Raises
-    ------
-    SweepError
-        Not three finite numbers.
+    Raises SweepError: Not three finite numbers.
     """
     try:
         return rows(value, 3, name=f"{name} tip")
     except (ValueError, TypeError) as exc:
-        raise SweepError(f"{name} pose: {exc}", remedy="want three finite numbers, mm") from exc
+        raise SweepError(f"{name} pose: {exc}", remedy="give three finite numbers, mm") from exc
 
 
 def unit_axis(value: ArrayLike, name: str) -> Floats:
     """Checked direction (3,) of length one. Another length is corrected, with a warning beyond 1e-6.
 
-    Raises
-    ------
-    SweepError
-        Not three finite numbers, or all zero.
+    Raises SweepError: Not three finite numbers, or all zero.
     """
     try:
         axis = rows(value, 3, name=f"{name} axis")
     except (ValueError, TypeError) as exc:
-        raise SweepError(f"{name} pose: {exc}", remedy="want three finite numbers") from exc
+        raise SweepError(f"{name} pose: {exc}", remedy="give three finite numbers") from exc
     largest = float(np.abs(axis).max())
     if largest == 0.0:
         raise SweepError(f"{name} axis has length zero", remedy="give the direction from tip to spindle")

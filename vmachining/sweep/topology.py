@@ -92,12 +92,11 @@ def breaks(sweep: Sweep) -> Floats:
 def changes(sweep: Sweep) -> list[Change]:
     """All changes in order of time; those closer than 1e-6 share one time.
 
-    Notes
-    -----
+
     Every function of time is made of scalar products whose sizes and slopes are bounded over the block. A
     interval where |g(a)| + |g(b)| exceeds the slope times its length has no root; the others are halved. A
     sign change is then solved, a touch is kept if it is a zero to 1e-10 of the function's size. Two roots less
-    than 1e-4 of the block apart may be taken for a touch that is none.
+    than 1e-4 of the block apart may be taken for a touch.
     """
     path = sweep.path
     if isinstance(path, Line) or (isinstance(path, Turn) and path.is_steady and path.is_straight):

@@ -62,10 +62,7 @@ class Turn:
     def great_circle(cls, start: Pose, end: Pose) -> Turn:
         """Interpolation `axis`: the tip moves linearly, the axis turns at constant rate in one plane.
 
-        Raises
-        ------
-        SweepError
-            Tips or axes that are not finite, an axis of length zero, opposite axes (no plane is given).
+        Raises SweepError: Tips or axes that are not finite, an axis of length zero, opposite axes (no plane is given).
         """
         return cls.through(start.cl, end.cl, "axis", start.axis, end.axis)
 
@@ -80,16 +77,10 @@ class Turn:
     ) -> Turn:
         """Interpolation `rotary`: the tip and both rotary angles move linearly.
 
-        Parameters
-        ----------
         cl0, cl1 : (3,) mm, tips.
         chain : "ac", "bc", "ab" or "hexa", see `CHAINS`.
         angles0, angles1 : rad, by letter ({"a": 0.1, "c": 2.0}) or in the order of the letters.
-
-        Raises
-        ------
-        SweepError
-            Unknown chain, missing or foreign letters, values that are not finite.
+        Raises SweepError: Unknown chain, missing or foreign letters, values that are not finite.
         """
         return cls.through(cl0, cl1, chain, angles0, angles1)
 
@@ -129,17 +120,11 @@ class Turn:
     ) -> Turn:
         """All joints of a serial machine move linearly; the tip follows the bow that results.
 
-        Parameters
-        ----------
         chain : rows (kind, direction, point, sign) from workpiece to tool; kind "L" slides along the
             direction by sign q mm, "R" turns about the line through `point` (mm) by sign q rad.
         q0, q1 : (n,) joint values, mm and rad.
         tip_home, axis_home : tool at q = 0, in the frame of the workpiece.
-
-        Raises
-        ------
-        SweepError
-            Wrong kinds or shapes, values that are not finite, a direction of length zero.
+        Raises SweepError: Wrong kinds or shapes, values that are not finite, a direction of length zero.
         """
         try:
             first, last = rows(q0, len(chain), name="q0"), rows(q1, len(chain), name="q1")
@@ -258,7 +243,7 @@ class Turn:
 def _great_circle(start: Angles, end: Angles) -> Series:
     """Unit axis at constant rate in the plane of two directions."""
     if isinstance(start, Mapping) or isinstance(end, Mapping):
-        raise SweepError("angles are given where directions are wanted", remedy="name the rotary chain")
+        raise SweepError("angles are given where directions are needed", remedy="name the rotary chain")
     a, b = unit_axis(start, "start"), unit_axis(end, "end")
     across = b - float(a @ b) * a
     size = float(np.linalg.norm(np.cross(a, b)))
@@ -296,13 +281,13 @@ def _angles(letters: str, given: Angles, name: str) -> Floats:
         if set(given) != set(letters):
             raise SweepError(
                 f"{name} angles are given for {', '.join(sorted(map(str, given))) or 'no axis'}",
-                remedy=f"want {' and '.join(letters)}, in rad",
+                remedy=f"give {' and '.join(letters)}, in rad",
             )
         given = [given[k] for k in letters]
     try:
         return rows(given, 2, name=f"{name} angles")
     except (ValueError, TypeError) as exc:
-        raise SweepError(str(exc), remedy="want two finite numbers, rad") from exc
+        raise SweepError(str(exc), remedy="give two finite numbers, rad") from exc
 
 
 def _frozen(values: Floats) -> Floats:

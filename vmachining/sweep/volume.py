@@ -59,8 +59,7 @@ def line_volume(profile: Profile, travel: Floats) -> float | None:
 def shadow(profile: Profile, level: float, rise: float) -> float:
     """mm^2 of the parallel projection of a convex body along the unit direction (level, 0, rise).
 
-    Notes
-    -----
+
     Half the integral of |n . d| over the surface. Around one circle n . d = a cos u + c with a = n_r level,
     c = n_z rise, and the integral of |a cos u + c| over u is 4 (sqrt(a^2 - c^2) + c asin(c / a)) for
     a > |c|, else 2 pi |c|. Lines have one normal; arcs are integrated over its angle, with breaks where
@@ -72,7 +71,7 @@ def shadow(profile: Profile, level: float, rise: float) -> float:
 
     def around(beta: Floats) -> Floats:
         a, c = level * np.cos(beta), rise * np.abs(np.sin(beta))
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # c / a counts up to 1
             slant = 4.0 * (np.sqrt(np.maximum(a * a - c * c, 0.0)) + c * np.arcsin(np.minimum(c / a, 1.0)))
         return np.where(a > c, slant, 2.0 * np.pi * c)
 
@@ -92,8 +91,7 @@ def shadow(profile: Profile, level: float, rise: float) -> float:
 def arc_volume(profile: Profile, rc: float, angle: float) -> float:
     """mm^3 of any body carried around a horizontal arc, by any angle; the axis may lie in the body.
 
-    Notes
-    -----
+
     A disc covers rc |theta| 2 rho + pi rho^2 as long as it enters no point twice; `_excess` is what is
     missing, height by height. From a full turn on, the disc covers the ring pi ((rc + rho)^2 - (rc - rho)^2)
     and, if it contains the axis, the disc of radius rho - rc that the ring leaves.
@@ -114,8 +112,7 @@ def arc_volume(profile: Profile, rc: float, angle: float) -> float:
 def helix_volume(profile: Profile, path: Arc) -> float | None:
     """V(K) + length * shadow, if it can be shown that no point is entered twice; else None.
 
-    Notes
-    -----
+
     A point at distance s from the axis of the helix is in the body while rho^2 = s^2 + rc^2 - 2 s rc cos psi
     is below r(z)^2, which needs |psi| <= asin(R / rc) for rc > R. One visit per turn, and only one turn that
     reaches it if |theta| + 2 asin(R / rc) <= 2 pi. During the visit rho^2 - r(z)^2 is convex in psi, so the
@@ -127,13 +124,14 @@ def helix_volume(profile: Profile, path: Arc) -> float | None:
         return None
     if abs(path.angle) + 2.0 * np.arcsin(R / rc) > 2.0 * np.pi:
         return None
-    pitch, steepest = path.rise / path.angle, 0.0
+    steepest = 0.0
     for s in profile.segments:
         if s.is_arc and s.cr < 0.0:
             return None
         if not s.is_arc:
             steepest = max(steepest, abs((s.r1 - s.r0) / (s.z1 - s.z0)))
-    if (rc - R) * rc * np.sqrt(1.0 - (R / rc) ** 2) < (steepest * pitch) ** 2:
+    # c = rise / angle overflows where the angle is 1e-305 rad, so the roots of both sides are compared, times |angle|
+    if np.sqrt((rc - R) * rc * np.sqrt(1.0 - (R / rc) ** 2)) * abs(path.angle) < steepest * abs(path.rise):
         return None
     length = path.length
     return profile.volume + length * shadow(profile, abs(rc * path.angle) / length, path.rise / length)
@@ -142,8 +140,7 @@ def helix_volume(profile: Profile, path: Arc) -> float | None:
 def _excess(rho: Floats, rc: float, theta: float) -> Floats:
     """mm^2 by which a disc carried around an arc covers less than rc theta 2 rho + pi rho^2.
 
-    Notes
-    -----
+
     At distance s from the axis the disc spans the angle 2 g(s), cos g = (s^2 + rc^2 - rho^2) / (2 s rc), and
     covers min(2 g + theta, 2 pi). The integral of s (2 g + theta) over |rc - rho| < s < rc + rho, plus the
     disc of radius rho - rc around an axis inside the body, is the formula above. What is missing is the

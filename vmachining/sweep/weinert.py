@@ -51,8 +51,7 @@ class Frame(NamedTuple):
 def moving_frame(axis: ArrayLike, rate: ArrayLike, velocity: ArrayLike) -> Frame:
     """Frame of eq. 3-2 where the axis turns, of eq. 3-3 (corrected) where it does not.
 
-    Notes
-    -----
+
     3-2: e2 along dA/dt, e3 = e1 x e2, so that omega = |dA/dt| e3 without spin. 3-3 is printed as a copy of
     3-2; what 3-19 needs is e3 along A x V_E and e2 = e3 x e1, so that e3 . V_E = 0 and e2 . V_E > 0. Where V_E
     is along the axis too, any frame will do.
@@ -72,13 +71,8 @@ def moving_frame(axis: ArrayLike, rate: ArrayLike, velocity: ArrayLike) -> Frame
 def angular_velocity(chain: str, angles: ArrayLike, rates: ArrayLike) -> Floats:
     """(3,) rad per unit of time of the tool; angles and rates in the order of the letters of the chain.
 
-    Raises
-    ------
-    SweepError
-        Unknown chain.
+    Raises SweepError: Unknown chain.
 
-    Notes
-    -----
     "ac" is eq. 3-9. "hexa" is eq. 3-11 corrected: (cos c a' - sin c sin a c', sin c a' + cos c sin a c',
     (1 - cos a) c'); the printed signs and factors belong to no rotation. The two differ by the spin -c' A,
     which sweeps nothing.
@@ -107,8 +101,7 @@ def torus_normal_speed(
 ) -> Floats:
     """Eq. 3-15: N . V_P on the corner, mm per unit of time. It does not depend on R2.
 
-    Notes
-    -----
+
     sin v D(u) - cos v num(u) with num = e1 . V_E - R1 |dA/dt| cos u and D = e2 . V_E cos u + e3 . V_E sin u.
     The text after 3-14 says V_P = V_E; only the part with R2 falls out, the part with R1 stays.
     """
@@ -120,16 +113,12 @@ def torus_normal_speed(
 def torus_profile(
     u: ArrayLike, *, axis: ArrayLike, velocity: ArrayLike, rate: ArrayLike, R1: float
 ) -> Floats:
-    """Eq. 3-16: v(u) in [0, pi / 2] of the grazing point of the corner, NaN where there is none.
+    """Eq. 3-16: v(u) in [0, pi / 2] of the grazing point of the corner, NaN where none exists.
 
-    Parameters
-    ----------
     u : (...,) rad, from e2 towards e3 of `moving_frame`.
     axis, velocity, rate : (3,) e1, V_E of the torus centre, dA/dt.
     R1 : mm.
 
-    Notes
-    -----
     tan v = num / D; the valid angles are those where both have one sign, in every motion. That replaces the
     half chosen by the angle to the vertical (3-33), which holds for horizontal motions without turning only,
     and the range u_t <= u <= u_t + pi of 3-16, which needs a numerator of one sign. Contained:
@@ -146,8 +135,7 @@ def torus_arcs(
 ) -> list[tuple[float, float]]:
     """Intervals (lo, hi) of u, rad, in which `torus_profile` is defined; hi may exceed pi.
 
-    Notes
-    -----
+
     The ends are the zeros of D (eq. 3-17: tan u_t = -e2 . V_E / e3 . V_E, two roots pi apart; there v = pi / 2
     and the cylinder continues) and those of num (cos u = e1 . V_E / (R1 |dA/dt|); there v = 0 and the chord of
     the bottom disc continues). Without the latter one arc of length pi; with them two arcs.
@@ -176,12 +164,8 @@ def torus_arcs(
 def cylinder_angles(k: ArrayLike, *, axis: ArrayLike, velocity: ArrayLike, rate: ArrayLike) -> Floats:
     """Eq. 3-32 corrected: (..., 2) rad, the two grazing angles on the cylinder, pi apart.
 
-    Parameters
-    ----------
     k : (...,) mm above E, along the axis.
 
-    Notes
-    -----
     u = atan2(-(e2 . V_E + k |dA/dt|), e3 . V_E) and u + pi (printed without the minus, and as one root). At
     k = 0 it meets 3-17. NaN where the axis point at k stands still across the axis: all angles graze.
     """
@@ -200,8 +184,7 @@ def torus_terms(
 
     m : (..., 3) unit, square to the axis. axis, velocity, rate : (..., 3) that broadcast against it: e1, V_E, dA/dt.
 
-    Notes
-    -----
+
     num = e1 . V_E - R1 m . dA/dt and D = m . V_E, so the normal speed at the angle v is sin v D - cos v num; in the frame
     of the source m = e2 cos u + e3 sin u and m . dA/dt = |dA/dt| cos u. Any direction of the frame will do.
     """
@@ -212,8 +195,7 @@ def torus_terms(
 def torus_angle(num: Floats, D: Floats, middle: float) -> Floats:
     """Eq. 3-16 on any arc of a meridian: the normal angle v of the grazing point within pi / 2 of `middle`, rad.
 
-    Notes
-    -----
+
     tan v = num / D has two roots half a turn apart; measured from the middle of the arc, rounding at its ends does not
     choose between them.
     """

@@ -8,7 +8,7 @@ volumes) is written once.
 3. `Profile.convex_pieces` cuts it at every height where the meridian turns outward; `convex_cover` lets the
    pieces overlap, so that distances to the union have no seams.
 4. The part that cuts, the shank and the holder are three profiles in one frame (tip at 0, axis +z), so that a
-   touch can be told from a cut.
+   a touch differs from a cut.
 
 | file | holds |
 |---|---|
@@ -17,7 +17,7 @@ volumes) is written once.
 | `edge.py` | `Edge`: the cutting edge as a curve, straight or with a constant lead |
 | `cutters.py` | `FlatEnd`, `BallNose`, `BullNose`, `Taper`, `ProfileTool` and their common base `Cutter` |
 | `apt.py` | `AptTool`: the seven parameters of APT |
-| `table.py` | `tool_from_mapping`: one `[[tools]]` table of a job file |
+| `table.py` | `tool_from_mapping`, `mapping_of_tool`: one `[[tools]]` table of a job file |
 
 Source: the seven parameters are those of APT (CUTTER statement, ISO 4343); the arc ends are the roots of
 line and circle, rederived here. Departures: `Taper.diameter` is that of the corner torus or ball, not of the
@@ -34,7 +34,7 @@ from vmachining.tool.cover import convex_cover
 from vmachining.tool.cutters import BallNose, BullNose, Cutter, FlatEnd, ProfileTool, Taper, Tool
 from vmachining.tool.edge import Edge, EdgeParts, EdgePoints
 from vmachining.tool.profile import Profile, Segment
-from vmachining.tool.table import tool_from_mapping
+from vmachining.tool.table import mapping_of_tool, tool_from_mapping
 
 __all__ = [
     "AptTool",
@@ -51,5 +51,6 @@ __all__ = [
     "Taper",
     "Tool",
     "convex_cover",
+    "mapping_of_tool",
     "tool_from_mapping",
 ]

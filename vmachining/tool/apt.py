@@ -115,7 +115,7 @@ class AptTool(Cutter):
         return 0.0 if gap >= -TANGENT_MM else float(np.sqrt((stretch * self.r) ** 2 - offset**2))
 
     def _on_circle(self, point: tuple[float, float]) -> tuple[float, float]:
-        """Move a foot that rounding left beside the circle onto it."""
+        """Move a foot onto the circle that rounding left it off."""
         dr, dz = point[0] - self.e, point[1] - self.f
         reach = float(np.hypot(dr, dz))
         if reach == 0 or abs(reach - self.r) > 1e-4 * self.r:

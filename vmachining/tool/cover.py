@@ -18,8 +18,7 @@ def convex_cover(profile: Profile) -> tuple[Profile, ...]:
     Each run of `profile.convex_pieces()` is prolonged along its end tangents as far as it stays inside its
     neighbours. A union of signed distances then has no false zero on the discs between the runs.
 
-    Notes
-    -----
+
     Where the meridian turns outward, the tangent of either side continues inside the other one; at a step
     only the narrower side continues into the wider one. The neighbour's radius is a concave function of z,
     so radius minus tangent has at most one sign change, and a bisection finds how far the tangent is good.

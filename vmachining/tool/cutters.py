@@ -24,8 +24,9 @@ Meridian: TypeAlias = Sequence[Sequence[float]]
 def positive(name: str, value: float) -> None:
     """Refuse a size that is not a finite number above zero."""
     if not (np.isfinite(value) and value > 0):
+        need = "finite" if value > 0 else "above zero"
         raise ToolError(
-            f"{name} {value:g} mm must be above zero", word=name, remedy="give the size of the real tool"
+            f"{name} {value:g} mm must be {need}", word=name, remedy="give the size of the real tool"
         )
 
 
@@ -74,17 +75,18 @@ class Cutter(metaclass=Named):
 
     def __repr__(self) -> str:
         """As it was made: the sizes given, those of the tip first."""
-        told = [
+        shown = [
             (f.name, getattr(self, f.name))
             for f in fields(self)
             if f.init and getattr(self, f.name) != f.default
         ]
-        told = [(name, value) for name, value in told if name != "name" or value != self._label()]
-        told.sort(key=lambda item: item[0] in Cutter.__dataclass_fields__)
-        shown = ", ".join(
-            f"{name}={value:.9g}" if isinstance(value, float) else f"{name}={value!r}" for name, value in told
+        shown = [(name, value) for name, value in shown if name != "name" or value != self._label()]
+        shown.sort(key=lambda item: item[0] in Cutter.__dataclass_fields__)
+        sizes = ", ".join(
+            f"{name}={value:.9g}" if isinstance(value, float) else f"{name}={value!r}"
+            for name, value in shown
         )
-        return f"{type(self).__name__}({shown})"
+        return f"{type(self).__name__}({sizes})"
 
     @abstractmethod
     def _check(self) -> None:
@@ -222,14 +224,14 @@ class ProfileTool(Cutter):
         if not self.length:
             rows = np.array(self.points, dtype=np.float64)
             if rows.ndim != 2 or rows.shape[1] != 2 or len(rows) < 2:
-                raise ToolError("profile: want at least two rows [r, z]", word="profile")
+                raise ToolError("profile: give at least two rows [r, z]", word="profile")
             object.__setattr__(self, "length", float(rows[-1, 1]))
         super(ProfileTool, self).__post_init__()
 
     def _check(self) -> None:
         rows = np.array(self.points, dtype=np.float64)
         if rows.ndim != 2 or rows.shape[1] != 2 or len(rows) < 2:
-            raise ToolError("profile: want at least two rows [r, z]", word="profile")
+            raise ToolError("profile: give at least two rows [r, z]", word="profile")
         if rows[0, 1] != 0.0:
             raise ToolError(
                 f"profile: starts at z {rows[0, 1]:g} mm", word="profile", remedy="the tip is z = 0"

@@ -56,16 +56,13 @@ class Edge:
     """One cutting edge of a cutter.
 
     Edge(tool) is the straight edge: the meridian itself, in one plane with the axis. With `helix_deg` the edge
-    has a constant lead: at height z it lags by z tan(chi) / R behind its tip, R the largest radius, so that chi
+    has a constant lead: at height z it lags by z tan(chi) / R after its tip, R the largest radius, so that chi
     is the helix angle on that radius. `bottom` prolongs the edge over the bottom disc to the axis.
 
     profile : the part that cuts. twist : rad/mm, lag per height. segments : pieces from the bottom up, the
     disc first where there is one. joints : (m + 1,) mm, s at their ends.
 
-    Raises
-    ------
-    ToolError
-        A helix angle that is not between -90 and 90 degrees.
+    Raises ToolError: A helix angle that is not between -90 and 90 degrees.
     """
 
     profile: Profile

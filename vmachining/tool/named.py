@@ -1,4 +1,4 @@
-"""Cutters are made by names of sizes; what is missing or misspelt is told as a ToolError."""
+"""Cutters take their sizes by name; missing or misspelt names raise a ToolError."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ class Named(ABCMeta):
 
 
 def _refuse(cls: Any, args: tuple[Any, ...], given: dict[str, Any]) -> None:
-    """ToolError for values without names, unknown names, missing sizes, and what is no number."""
+    """ToolError for values without names, unknown names, missing sizes, and values that are not numbers."""
     fields = {field.name: field for field in dataclasses.fields(cls) if field.init}
-    wanted = [name for name, field in fields.items() if field.default is dataclasses.MISSING]
-    wanted.sort(key=lambda name: name == "length")  # the sizes of the tip first
+    required = [name for name, field in fields.items() if field.default is dataclasses.MISSING]
+    required.sort(key=lambda name: name == "length")  # the sizes of the tip first
     name = cls.__name__
     if args:
-        said = [f"{key}={value!r}" for key, value in zip(wanted, args, strict=False)]
-        left = [f"{key}=..." for key in wanted[len(args) :] if key not in given]
+        said = [f"{key}={value!r}" for key, value in zip(required, args, strict=False)]
+        left = [f"{key}=..." for key in required[len(args) :] if key not in given]
         kept = [f"{key}={value!r}" for key, value in given.items()]
         raise ToolError(
             f"{name} takes its sizes by name", remedy=f"{name}({', '.join([*said, *kept, *left])}), in mm"
@@ -40,8 +40,8 @@ def _refuse(cls: Any, args: tuple[Any, ...], given: dict[str, Any]) -> None:
             close = get_close_matches(key, fields, n=1, cutoff=0.4)
             remedy = f"did you mean {close[0]}?" if close else f"it has {', '.join(fields)}"
             raise ToolError(f"{name} has no {key}", word=key, remedy=remedy)
-    if missing := [key for key in wanted if key not in given]:
-        example = ", ".join(f"{key}={given[key]!r}" if key in given else f"{key}=..." for key in wanted)
+    if missing := [key for key in required if key not in given]:
+        example = ", ".join(f"{key}={given[key]!r}" if key in given else f"{key}=..." for key in required)
         raise ToolError(
             f"{name} lacks {' and '.join(missing)}", word=missing[0], remedy=f"{name}({example}), in mm"
         )
@@ -51,5 +51,5 @@ def _refuse(cls: Any, args: tuple[Any, ...], given: dict[str, Any]) -> None:
             continue
         if number and (isinstance(value, str | bytes | bool) or not hasattr(value, "__float__")):
             raise ToolError(
-                f"{name}: {key} = {value!r} is no number", word=key, remedy="give it in mm or degrees"
+                f"{name}: {key} = {value!r} is not a number", word=key, remedy="give it in mm or degrees"
             )

@@ -82,10 +82,7 @@ class Profile:
     radii : (m,) float
         0 for a line, > 0 for an arc that bulges outward.
 
-    Raises
-    ------
-    ToolError
-        Shapes that do not fit, values that are not finite, negative radii, falling heights, an arc that
+    Raises ToolError: Shapes that do not fit, values that are not finite, negative radii, falling heights, an arc that
         misses its ends, that is hollow or that turns back in height, a body without height or volume.
     """
 
@@ -98,12 +95,12 @@ class Profile:
     ) -> None:
         p = np.array(points, dtype=np.float64)
         if p.ndim != 2 or p.shape[1] != 2 or len(p) < 2:
-            raise ToolError(f"profile: want at least two points (r, z), got an array of shape {p.shape}")
+            raise ToolError(f"profile: give at least two points (r, z), got an array of shape {p.shape}")
         m = len(p) - 1
         c = np.full((m, 2), np.nan) if centers is None else np.array(centers, dtype=np.float64)
         q = np.zeros(m) if radii is None else np.array(radii, dtype=np.float64)
         if c.shape != (m, 2) or q.shape != (m,):
-            raise ToolError(f"profile: {m} segments want {m} centres and radii, got {c.shape} and {q.shape}")
+            raise ToolError(f"profile: {m} segments need {m} centres and radii, got {c.shape} and {q.shape}")
         if not (np.isfinite(p).all() and np.isfinite(q).all() and np.isfinite(c[q > 0]).all()):
             raise ToolError("profile: every value must be finite")
         if (p[:, 0] < 0).any():
@@ -131,8 +128,8 @@ class Profile:
     def __repr__(self) -> str:
         low, high = self.points[[0, -1], 1]
         arcs = int((self.radii > 0).sum())
-        told = f", {arcs} arc{'s' if arcs > 1 else ''}" if arcs else ""
-        return f"Profile(r up to {self.points[:, 0].max():.6g}, z {low:.6g} to {high:.6g}{told})"
+        with_arcs = f", {arcs} arc{'s' if arcs > 1 else ''}" if arcs else ""
+        return f"Profile(r up to {self.points[:, 0].max():.6g}, z {low:.6g} to {high:.6g}{with_arcs})"
 
     @classmethod
     def of(cls, segments: Sequence[Segment]) -> Profile:
@@ -239,10 +236,7 @@ class Profile:
     def clip(self, z_lo: float, z_hi: float) -> Profile:
         """The part between two heights.
 
-        Raises
-        ------
-        ToolError
-            Nothing of the body lies between them.
+        Raises ToolError: Nothing of the body lies between them.
         """
         if not max(z_lo, self.z_min) < min(z_hi, self.z_max):
             raise ToolError(
@@ -264,10 +258,7 @@ class Profile:
     def extruded(self, dz: float) -> Profile:
         """What a body whose radius first grows and then shrinks sweeps along its axis by dz mm (any sign).
 
-        Raises
-        ------
-        ToolError
-            The body has a waist.
+        Raises ToolError: The body has a waist.
         """
         if not self.is_unimodal:
             raise ToolError("profile: only a body without a waist can be extruded along its axis")

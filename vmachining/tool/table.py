@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
+from math import radians, tan
 from typing import Any
 
 from vmachining.errors import ToolError
 from vmachining.tool.apt import AptTool
 from vmachining.tool.cutters import BallNose, BullNose, Cutter, FlatEnd, ProfileTool, Taper
 
-__all__ = ["MEANINGS", "tool_from_mapping"]
+__all__ = ["MEANINGS", "mapping_of_tool", "tool_from_mapping"]
 
 COMMON = (
     "number",
@@ -28,16 +29,18 @@ OWN = {
     "ball": ("diameter_mm",),
     "bull": ("diameter_mm", "corner_radius_mm"),
     "taper": ("diameter_mm", "taper_deg", "corner_radius_mm"),
+    "drill": ("diameter_mm", "tip_deg"),
     "apt": ("apt",),
     "profile": ("profile",),
 }
 MEANINGS = {
     "number": "as the program calls it (T word)",
     "name": "for reports",
-    "type": "flat, ball, bull, taper, apt or profile",
+    "type": "flat, ball, bull, taper, drill, apt or profile",
     "diameter_mm": "of the cutting part; type taper: at the tip",
     "corner_radius_mm": "radius of the rounded corner; type taper: optional, 0 is flat",
     "taper_deg": "type taper: half angle of the cone",
+    "tip_deg": "type drill: whole angle of the tip, 118 where it is not given",
     "apt": "type apt: the seven parameters {d, r, e, f, alpha_deg, beta_deg, h}",
     "profile": "type profile: meridian [[r, z], ...] from the tip up, r >= 0",
     "length_mm": "from the tip to the end of the cutter",
@@ -49,6 +52,9 @@ MEANINGS = {
 }
 """What each key of `[[tools]]` means; the reference pages are made of this."""
 
+TIP_DEG = 118.0
+"""Tip angle of a standard twist drill (ISO 5419)."""
+
 APT_LENGTHS = ("d", "r", "e", "f", "h")
 APT_ANGLES = ("alpha_deg", "beta_deg")
 
@@ -56,15 +62,9 @@ APT_ANGLES = ("alpha_deg", "beta_deg")
 def tool_from_mapping(mapping: Mapping[str, Any], *, scale: float = 1.0) -> Cutter:
     """Cutter from one `[[tools]]` table.
 
-    Parameters
-    ----------
     mapping : keys `type`, `number`, `name`, `diameter_mm`, `corner_radius_mm`, `length_mm`, ...
     scale : factor on every length, 25.4 where the numbers of the table are inches.
-
-    Raises
-    ------
-    ToolError
-        A key that is missing, unknown or of the wrong type, or sizes that make no body. The message names
+    Raises ToolError: A key that is missing, unknown or of the wrong type, or sizes that make no body. The message names
         the tool's number and the key.
     """
     label = f"tool {mapping['number']}" if "number" in mapping else "tool"
@@ -102,6 +102,30 @@ def tool_from_mapping(mapping: Mapping[str, Any], *, scale: float = 1.0) -> Cutt
         raise ToolError(f"{label}: {exc.message}", word=_key(exc.word, allowed), remedy=exc.remedy) from exc
 
 
+KINDS = {
+    FlatEnd: "flat",
+    BallNose: "ball",
+    BullNose: "bull",
+    Taper: "taper",
+    AptTool: "apt",
+    ProfileTool: "profile",
+}
+
+
+def mapping_of_tool(tool: Cutter, number: int) -> dict[str, Any]:
+    """The `[[tools]]` table of a cutter: what `tool_from_mapping` makes it from."""
+    kind = KINDS[type(tool)]
+    out: dict[str, Any] = {"number": number, "type": kind}
+    for key in (*COMMON[1:2], *OWN[kind], *COMMON[3:]):
+        if key == "apt":
+            out[key] = {name: getattr(tool, name) for name in (*APT_LENGTHS, *APT_ANGLES)}
+        elif key == "profile":
+            out[key] = [list(point) for point in tool.points]  # type: ignore[attr-defined]
+        elif (value := getattr(tool, key.removesuffix("_mm"))) not in (None, "", ()):
+            out[key] = [list(point) for point in value] if key == "holder" else value
+    return out
+
+
 def _build(kind: str, read: _Reader, common: dict[str, Any]) -> Cutter:
     if kind == "apt":
         common |= read.apt()
@@ -113,6 +137,15 @@ def _build(kind: str, read: _Reader, common: dict[str, Any]) -> Cutter:
     common["length"] = read.length("length_mm")
     diameter = read.length("diameter_mm")
     assert diameter is not None
+    if kind == "drill":
+        tip = read.number("tip_deg", TIP_DEG) or 0.0
+        if not 0.0 < tip <= 180.0:
+            raise ToolError(f"tip_deg {tip:g} must lie above 0 and up to 180", word="tip_deg")
+        point = 0.5 * diameter / tan(radians(0.5 * tip)) if tip < 180.0 else 0.0
+        if not point < common["length"]:
+            raise ToolError(f"the tip alone is {point:g} mm long", word="length_mm", remedy="a longer drill")
+        cone = [(0.0, 0.0), (0.5 * diameter, point), (0.5 * diameter, common["length"])]
+        return ProfileTool(points=cone, **common)
     if kind == "flat":
         return FlatEnd(diameter=diameter, **common)
     if kind == "ball":
@@ -171,24 +204,24 @@ class _Reader:
 
     def apt(self) -> dict[str, float]:
         table = self.mapping.get("apt")
-        wanted = (*APT_LENGTHS, *APT_ANGLES)
+        required = (*APT_LENGTHS, *APT_ANGLES)
         if not isinstance(table, Mapping):
             raise ToolError(
                 f"{self.label}: apt is missing",
                 word="apt",
-                remedy=f"add apt = {{ {' = .., '.join(wanted)} = .. }}",
+                remedy=f"add apt = {{ {' = .., '.join(required)} = .. }}",
             )
         for key in table:
-            if key not in wanted:
+            if key not in required:
                 raise ToolError(
-                    f"{self.label}: apt has no parameter {key}", word=str(key), remedy=", ".join(wanted)
+                    f"{self.label}: apt has no parameter {key}", word=str(key), remedy=", ".join(required)
                 )
-        for key in wanted:
+        for key in required:
             if key not in table:
                 raise ToolError(
-                    f"{self.label}: apt: {key} is missing", word=key, remedy=f"it needs {', '.join(wanted)}"
+                    f"{self.label}: apt: {key} is missing", word=key, remedy=f"it needs {', '.join(required)}"
                 )
-        return {k: self._float(k, table[k]) * (self.scale if k in APT_LENGTHS else 1.0) for k in wanted}
+        return {k: self._float(k, table[k]) * (self.scale if k in APT_LENGTHS else 1.0) for k in required}
 
     def _float(self, key: str, value: Any) -> float:
         if isinstance(value, bool) or not isinstance(value, (int, float)):

@@ -9,7 +9,7 @@
 | `facets/` | surfaces of facets: drop cutter, passes in three and five axes, waterlines |
 | `program.py` | a path as a program of dialect `iso`, with the job that cuts it |
 
-Source: spec C for pockets. No engine is imported: what a path cuts is told by the engines.
+Source: spec C for pockets. No engine is imported: the engines compute what a path cuts.
 """
 
 from vmachining.toolpath.pocket import (

@@ -39,12 +39,12 @@ TILTED = (
 
 
 class Mark(IntEnum):
-    """What stands behind a point of a path."""
+    """Why a point of a path is there."""
 
     CONTACT = 0
     """The tool touches the part."""
     FREE = 1
-    """Nothing is touched: beside the part, or at the floor."""
+    """The tool touches nothing: it is next to the part, or at the floor."""
     LINK = 2
     """On the way from one pass to the next."""
     RAISED = 3
@@ -69,7 +69,7 @@ class CLPath:
 
     @classmethod
     def joined(cls, pieces: Iterable[CLPath], *, clear_mm: float, notes: tuple[str, ...] = ()) -> CLPath:
-        """Pieces behind each other: the tool leaves each along its axis up to z = `clear_mm` and comes down on the next."""
+        """Pieces one after the other: the tool retracts from each along its axis to z = `clear_mm` and comes down on the next."""
         parts: list[CLPath] = []
         for piece in pieces:
             down, up = (_above(piece, k, clear_mm) for k in (0, -1))
@@ -121,10 +121,7 @@ def _above(piece: CLPath, k: int, z: float) -> CLPath:
 def cutter(text: str, length_mm: float = 60.0) -> FlatEnd | BallNose | BullNose:
     """Cutter of `flat:10`, `ball:10` or `bull:10:1`: diameter and corner radius, mm.
 
-    Raises
-    ------
-    InputError, ToolError
-        No such cutter.
+    Raises InputError, ToolError: No such cutter.
     """
     kind, *sizes = text.replace(",", ":").split(":")
     try:
@@ -159,10 +156,7 @@ def iso_program(
 ) -> str:
     """Program of dialect `iso` for an upright tool: lines only, five decimals, each word only where it changes.
 
-    Raises
-    ------
-    InputError
-        A tilted tool, or a feed that is not positive.
+    Raises InputError: A tilted tool, or a feed that is not positive.
     """
     checked_feed(feed_mm_min)
     if not path.is_upright:
@@ -221,7 +215,7 @@ def apt_file(
 def checked_feed(feed: float) -> None:
     """Raises InputError for a feed that is not positive."""
     if not (np.isfinite(feed) and feed > 0.0):
-        raise InputError(f"feed {feed:g}: want a positive number of mm/min")
+        raise InputError(f"feed {feed:g}: give a positive number of mm/min")
 
 
 WRITERS: dict[str, tuple[str, Callable[..., str]]] = {

@@ -75,18 +75,12 @@ def pocket_lengths(
 ) -> Pocket:
     """Length, path and coverage of a strategy in a triangular pocket.
 
-    Parameters
-    ----------
     a, b, c : mm, sides; a is the longest. r : mm, radius of the cutter and of the corners.
     strategy : "dp", "dpi", "cp" or "cpi".
     mode : "true", "book" or "book_corrected".
     angles : alpha, beta, gamma in degrees, taken instead of those of the sides by the formulas; the path has the true ones.
     centre : strategy "cp": append the straight link to the incentre, without which a triangle may stay there.
-
-    Raises
-    ------
-    InputError
-        No triangle, a cutter that is too large, an unknown strategy or mode.
+    Raises InputError: No triangle, a cutter that is too large, an unknown strategy or mode.
     """
     if strategy not in STRATEGIES:
         raise InputError(f"unknown strategy {strategy!r}", remedy=f"one of {', '.join(STRATEGIES)}")
@@ -103,10 +97,7 @@ def pocket_lengths(
 def advice(a: float, b: float, c: float, r: float) -> list[Pocket]:
     """All strategies, shortest true path first; contour loops with the link to the centre where they need it.
 
-    Raises
-    ------
-    InputError
-        As `pocket_lengths`.
+    Raises InputError: As `pocket_lengths`.
     """
     centre = needs_centre(Triangle.of(a, b, c, r))
     found = [pocket_lengths(a, b, c, r, strategy=s, centre=centre) for s in STRATEGIES]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from math import ceil
+from pathlib import Path
 
 import numpy as np
 
@@ -29,15 +31,12 @@ def level_program(
 
     Coordinates have four decimals: points move by at most 7e-5 mm.
 
-    Raises
-    ------
-    InputError
-        A depth, step or feed that is not positive.
+    Raises InputError: A depth, step or feed that is not positive.
     """
     sizes = {"depth": depth_mm, "step": step_mm, "feed": feed_mm_min, "plunge feed": plunge_mm_min}
     for name, value in sizes.items():
         if not (np.isfinite(value) and value > 0.0):
-            raise InputError(f"{name} {value:g}: want a positive number")
+            raise InputError(f"{name} {value:g}: give a positive number")
     levels = ceil(depth_mm / step_mm - 1e-12)
     (x, y), rest = path[0], path[1:]
     lines = [f"({title})"] if title else []
@@ -60,17 +59,17 @@ def level_program(
 
 
 def pocket_job(triangle: Triangle, program: str, *, depth_mm: float, margin_mm: float = 5.0) -> str:
-    """Text of a job file that cuts a pocket program: a flat end mill and a block `margin_mm` larger than the pocket."""
+    """Text of a job file, named after its program: a flat end mill and a block `margin_mm` larger than the pocket."""
     corners = triangle.corners
     low = corners.min(axis=0) - triangle.r - margin_mm
     high = corners.max(axis=0) + triangle.r + margin_mm
     bottom = -depth_mm - margin_mm
     numbers = ", ".join(f"{v:.4f}" for v in (*low, bottom))
     upper = ", ".join(f"{v:.4f}" for v in (*high, 0.0))
-    return f"""name = "triangular pocket"
+    return f"""name = {json.dumps(Path(program).stem, ensure_ascii=False)}
 
 [program]
-file = "{program}"
+file = {json.dumps(program, ensure_ascii=False)}
 
 [[tools]]
 number = 1

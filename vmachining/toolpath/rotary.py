@@ -1,12 +1,12 @@
 """A path with a leaning tool as an NC program of one machine: rotary words, by its inverse kinematics.
 
-1. `machine.follow` gives the joints of every pose, each the nearest to the ones before.
+1. `machine.follow` gives the joints of every pose, with the fewest rewinds over the whole path.
 2. Under tool centre point control (M128) X, Y, Z are the tip in work coordinates and go straight; the rotary joints are linear,
    and blocks are halved until the axis stays within `angle_deg` of the great circle on which the path was found free.
 3. Without it all joints are linear and X, Y, Z are those of the slides; blocks are halved until the tip stays within
    `tolerance_mm` of its straight line too, by the proven bound of `machine.tip_deviation`.
 
-Near the pole of the first rotary axis that axis swings, however short a block is: such blocks are told and not hidden.
+Near the pole of the first rotary axis that axis swings, however short a block is: such blocks are reported.
 """
 
 from __future__ import annotations
@@ -39,33 +39,26 @@ def rotary_program(
 ) -> tuple[str, tuple[str, ...]]:
     """Program of dialect `iso` with rotary words, and what is to be known of it.
 
-    Parameters
-    ----------
     tcp : tool centre point control; else all joints are linear and X, Y, Z are slides.
     tolerance_mm : of the tip, without tcp. angle_deg : of the axis.
-
-    Raises
-    ------
-    InputError
-        A machine without rotary axes, a feed or tolerance that is not positive.
-    KinematicsError
-        A pose out of reach or outside of the travels.
+    Raises InputError: A machine without rotary axes, a feed or tolerance that is not positive.
+    Raises KinematicsError: A pose out of reach or outside of the travels.
     """
     checked_feed(feed_mm_min)
     if not machine.rotary:
         raise InputError(f"machine {machine.name} has no rotary axis", remedy="name one such as ac-table")
     for name, value in (("tolerance_mm", tolerance_mm), ("angle_deg", angle_deg)):
         if not (np.isfinite(value) and value > 0.0):
-            raise InputError(f"{name} {value:g}: want a positive number")
+            raise InputError(f"{name} {value:g}: give a positive number")
     tips, axes, rapid = path.tips, path.axes, path.rapid
     limit = np.radians(angle_deg)
     for _ in range(ROUNDS):
-        turned, off = _off(machine, follow(machine, tips, axes).joints, rapid, tcp=tcp)
+        turned, off = _off(machine, follow(machine, tips, axes, easy=rapid).joints, rapid, tcp=tcp)
         split = (turned > limit) | (off > tolerance_mm)
         if not split.any():
             break
         tips, axes, rapid = _halved(tips, axes, rapid, split)
-    found = follow(machine, tips, axes)
+    found = follow(machine, tips, axes, easy=rapid)
     notes = [
         f"block to point {j.pose}: {j.name} turns by {np.degrees(j.turn):.0f} degrees ({j.kind})"
         for j in found.jumps
@@ -74,7 +67,7 @@ def rotary_program(
     turned, off = _off(machine, found.joints, rapid, tcp=tcp)
     if count := int(((turned > limit) | (off > tolerance_mm)).sum()):
         notes.append(
-            f"{count} blocks beside a pole leave the path, the tip by up to {off.max():.3g} mm, the axis by up to "
+            f"{count} blocks near a pole leave the path, the tip by up to {off.max():.3g} mm, the axis by up to "
             f"{np.degrees(turned.max()):.3g} degrees"
         )
     turning = [machine.names[k] for k in machine.rotary]

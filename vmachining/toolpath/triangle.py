@@ -38,10 +38,7 @@ class Triangle:
     ) -> Triangle:
         """Triangle of three sides; `angles` (alpha, beta, gamma in degrees) are taken at their word, see `misfit`.
 
-        Raises
-        ------
-        InputError
-            Sides that make no triangle, a side longer than a, a cutter that does not fit.
+        Raises InputError: Sides that make no triangle, a side longer than a, a cutter that does not fit.
         """
         if not all(isfinite(v) and v > 0.0 for v in (a, b, c, r)):
             raise InputError(f"sides {a:g}, {b:g}, {c:g} and radius {r:g} mm: all must be positive")
@@ -61,7 +58,9 @@ class Triangle:
         else:
             alpha, beta, gamma = (radians(v) for v in angles)
             if not all(0.0 < v < pi for v in (alpha, beta, gamma)):
-                raise InputError(f"angles {', '.join(f'{v:g}' for v in angles)} degrees: want 0 to 180 each")
+                raise InputError(
+                    f"angles {', '.join(f'{v:g}' for v in angles)} degrees: each must lie between 0 and 180"
+                )
         found = cls(a, b, c, r, alpha, beta, gamma)
         if not (found.inset > 0.0 and min(found.sides) > 0.0):
             raise InputError(

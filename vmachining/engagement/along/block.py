@@ -1,37 +1,52 @@
-"""Contact of a tool at several places of one block, and what chips it takes there."""
+"""Contact of tools at stations along the motions of a program, and what chips they take there.
+
+One call of the kernels looks at the stations of all motions of one tool in a row. Any motions can be asked by themselves: the
+earlier sweeps whose boxes meet theirs enter tiles of the plan first, then each motion enters them after its stations.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
 
 from vmachining.arrays import Floats, Ints
-from vmachining.engagement.along import _kernels
-from vmachining.engagement.along.margin._kernels import Blade, World
+from vmachining.engagement.along.kernels.edge_kernels import NODES, VALUES, Scene, Work
+from vmachining.engagement.along.kernels.margin_kernels import Blade, Room
+from vmachining.engagement.along.kernels.resample_kernels import resample
+from vmachining.engagement.along.kernels.tile_kernels import Tiles
+from vmachining.engagement.along.kernels.turn_kernels import COLUMNS, GRID, ROOM, Turn
+from vmachining.engagement.along.kernels.walk_kernels import Kept, replay, walk
 from vmachining.engagement.along.sweeps import Sweeps
-from vmachining.geometry import Line
-from vmachining.sweep import Motion, Stance, Sweep, Turn
+from vmachining.geometry import Arc, Line
+from vmachining.sweep import Motion, Stance, Sweep
 from vmachining.tool import Edge
 
-__all__ = ["ANGLES", "Chips", "Cutting", "Sample", "Teeth", "fractions", "samples_along"]
+__all__ = ["ANGLES", "Chips", "Cutting", "Sample", "Seen", "Teeth", "blade", "contact_along", "fractions"]
 
 ANGLES = 72
-"""Rotation angles of the grid, at least; ends of arcs and jumps come to it."""
+"""Rotation angles at which forces are summed, at least; angles where values jump come to it."""
 
 MOST_SAMPLES = 16
-NEXT_TO_FEED = np.radians([0.03, 0.15, 0.6, 1.5, 3.0])
-"""Angles beside those at which a wall along the feed is touched: shallow radial cuts are narrower than the grid."""
 
-REDUCE_ANGLES = 48
 BEHIND_MM = 0.02
-"""The block's own sweep ends this far behind the tool, which stands on it: sweeps that end at the tool are slow to ask,
-and no pose nearer than that covers more than 4e-4 / R mm of what lies ahead."""
+"""A motion's own sweep ends this far behind the tool, which stands on it: no pose nearer than that covers more than
+4e-4 / R mm of what lies ahead."""
 
+BEFORE_END_MM = 1e-4
+"""The last place of a block is looked at this far before its end: there the tool may touch a wall that it never enters."""
 
-SHORT = 1e-6
-"""Share of a block that has not swept anything yet."""
+TILES, PER_RADIUS = 256, 4
+"""Tiles along the longer side at most, and to a radius."""
+
+PARTS = 16
+"""Parts of the edge that cut at one angle; more of them make the table grow."""
+
+LIST = 4096
+"""Sweeps near one station, to begin with."""
 
 
 class Teeth(NamedTuple):
@@ -53,18 +68,15 @@ class Teeth(NamedTuple):
 class Cutting(NamedTuple):
     """Engaged intervals at rotation angles.
 
-    phi : (n,) rad. The first `grid` are evenly spaced over a turn; those up to `ring` lie beside the feed; those up to
-        `own` are ends of arcs and sides of jumps; the rest is where the other teeth stand then, tooth after tooth.
-    hits : (k, 4) index of the angle, segment of the edge, s at both ends, mm. arc : engaged rad. round_ : all of it.
+    phi : (n,) rad. The first `grid` are evenly spaced over a turn; those up to `own` are where values jump or are largest; the
+        rest is where the other teeth stand then, tooth after tooth.
+    hits : (k, 4) index of the angle, segment of the edge, s at both ends, mm.
     """
 
     phi: Floats
     grid: int
     own: int
-    ring: int
     hits: Floats
-    arc: float
-    round_: bool
 
 
 class Chips(NamedTuple):
@@ -72,7 +84,8 @@ class Chips(NamedTuple):
 
     area_rate, thickness_rate : largest over the rotation angles of the integral of N . V along the edge and of N . V, V
         per unit of the block: times the share of the block that one tooth takes they are mm^2 and mm.
-    ae, ap : mm, NaN where the feed is along the axis. fraction : engaged arcs over the turn.
+    ae, ap : mm, NaN where the feed is along the axis. fraction : engaged arcs over the turn. planned : the part of it with a
+        chip area above 1 % of the largest.
     """
 
     area_rate: float
@@ -80,11 +93,7 @@ class Chips(NamedTuple):
     ae: float
     ap: float
     fraction: float
-
-
-def _air(turn: float | None) -> Chips:
-    """Nothing is cut; along the axis there is no width to speak of."""
-    return Chips(0.0, 0.0, float("nan") if turn is None else 0.0, 0.0, 0.0)
+    planned: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -93,10 +102,67 @@ class Sample:
 
     at: float
     now: Floats
-    feed_angle: float | None
     straight: Cutting | None
     helical: Cutting | None
     chips: Chips
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Seen:
+    """Stations in the order they were asked: motion (n,), at (n,) fraction of it, now (n, 22), columns (n, 6) as `Chips`."""
+
+    motion: Ints
+    at: Floats
+    now: Floats
+    columns: Floats
+    kept: tuple[Kept, ...]
+    kept_of: Ints
+
+    def chips(self, s: int) -> Chips:
+        """Of one station."""
+        return Chips(*self.columns[s].tolist())
+
+    def sample(self, s: int, teeth: Teeth) -> Sample:
+        """One station with what its edges cut; the stations must have been kept."""
+        chips, now = self.chips(s), self.now[s]
+        kept = self.kept[self.kept_of[s]]
+        first, last, ring = kept.station[s].tolist()
+        if chips.fraction == 0.0 or last == first:
+            return Sample(float(self.at[s]), now, None, None, chips)
+        angle = kept.angle[first:last]
+        middle = float(np.arctan2(now[6:9] @ now[12:15], now[6:9] @ now[15:18]))
+        # rising over a turn, from the first on
+        rising = angle[0] + (angle - angle[0]) % (2.0 * np.pi)
+        order = np.argsort(rising, kind="stable")
+        known = np.ascontiguousarray(rising[order]), np.ascontiguousarray(kept.span[first:last][order])
+        even = (middle + 2.0 * np.pi * np.arange(teeth.grid) / teeth.grid) % (2.0 * np.pi)
+        step = 2.0 * np.pi / GRID
+        beside = np.abs((rising - middle + 0.5 * step) % step - 0.5 * step) > 1e-9
+        cuts = np.ptp(kept.span[first:last], axis=1) > 0
+        special = rising[beside & cuts]
+        if not ring:  # a chain of angles ends 0.03 degrees before facing does
+            ends = (middle + np.array([-0.5, 0.5]) * np.pi * (1.0 - 1e-9))[cuts[[0, -1]]]
+            special = np.concatenate([special, ends])
+        pitch = 2.0 * np.pi / teeth.number
+        turned = [special + k * pitch for k in range(1, teeth.number)]
+        phi = np.concatenate([even, special, *turned])
+        own = len(even) + len(special)
+        straight = Cutting(phi, len(even), own, _hits(teeth.edge, known, kept.part, ring, phi))
+        wound = None
+        if teeth.helical is not None:
+            wound = Cutting(even, len(even), len(even), _hits(teeth.helical, known, kept.part, ring, even))
+        return Sample(float(self.at[s]), now, straight, wound, chips)
+
+
+def _hits(edge: Edge, known: tuple[Floats, Ints], part: Floats, ring: int, phi: Floats) -> Floats:
+    """Engaged stretches at angles, see `Cutting`."""
+    room = 8 * len(phi) + 64
+    while True:
+        hits = np.empty((room, 4))
+        used = resample(blade(edge), *known, part, ring, phi, hits)
+        if used < room:
+            return hits[:used].copy()
+        room *= 2
 
 
 def fractions(length: float, radius: float) -> Floats:
@@ -106,118 +172,185 @@ def fractions(length: float, radius: float) -> Floats:
 
 
 def blade(edge: Edge) -> Blade:
-    """An edge as the kernels want it."""
+    """An edge as the kernels take it."""
     return Blade(np.ascontiguousarray(edge.rows), np.array(edge.joints), edge.twist, edge.stretch)
 
 
-def place(path: Motion, t: float, edge: Edge, bounds: Floats) -> tuple[Floats, float | None]:
-    """Row of the kernels, and the feed angle (rad, None: along the axis)."""
-    stance = Stance.on(path, t)
-    speed = stance.speed(edge)
-    corner = np.where(stance.axis > 0.0, bounds[1], bounds[0])
-    top = float((corner - stance.tip) @ stance.axis) + 1e-6
-    turning = float(np.linalg.norm(stance.axis_rate)) * (1.0 + edge.stretch)
-    row = np.concatenate([
-        stance.tip, stance.axis, stance.velocity, stance.axis_rate, stance.right, stance.ahead,
-        [speed, 1e-12 * speed, top, turning],
-    ])  # fmt: skip
-    return row, stance.feed_angle
+def _before_end(path: Motion, at: Floats) -> Floats:
+    """Fractions at which a motion is looked at, see `BEFORE_END_MM`."""
+    return np.minimum(at, 1.0 - BEFORE_END_MM / max(path.length, 1e3 * BEFORE_END_MM))
 
 
-def samples_along(sweeps: Sweeps, block: int, path: Motion, teeth: Teeth, at: Floats) -> list[Sample]:
-    """What a tool cuts at fractions `at` of a block that comes after `sweeps`; nothing is added to these."""
-    edge, profile = teeth.edge, teeth.edge.profile
-    places = [place(path, float(t), edge, sweeps.bounds) for t in at]
-    lo, hi = Sweep.along(profile, path).bounds
-    region = np.stack([np.maximum(lo, sweeps.bounds[0]), np.minimum(hi, sweeps.bounds[1])])
-    if (region[0] > region[1]).any() or not np.isfinite([row[18] for row, _ in places]).all():
-        return [
-            Sample(float(t), row, turn, None, None, _air(turn))
-            for t, (row, turn) in zip(at, places, strict=True)
-        ]
-    near = sweeps.near(region + [[-0.1], [0.1]])
-    shape, helix = blade(edge), None if teeth.helical is None else blade(teeth.helical)
-    own = isinstance(path, Turn) or not (isinstance(path, Line) and profile.is_convex)
-    pitch = max(0.25, profile.max_radius / 12.0)
-    slack = 0.0
-    kept, count = np.empty(len(near) + 1, dtype=np.int64), -1
-    world = sweeps.world
-    if len(at) <= 2:  # short: the same sweeps for all places
-        middle, _ = place(path, 0.5, edge, sweeps.bounds)
-        slack = 0.5 * float(middle[18])
-        count = _kernels.reduce(world, near, shape, middle[None], REDUCE_ANGLES, pitch, slack, kept)
-    out = []
-    for t, (row, turn) in zip(at, places, strict=True):
-        if count < 0 or slack == 0.0:
-            count = _kernels.reduce(world, near, shape, row[None], REDUCE_ANGLES, pitch, 0.0, kept)
-        mine = kept[:count].copy()
-        extra = None
-        if own and (done := t - BEHIND_MM / max(path.length, BEHIND_MM)) > SHORT:
-            extra = sweeps.push(block, Sweep.along(profile, path.split([done])[0]))
-            mine = np.concatenate([[extra], mine])
-        here = sweeps.world if extra is not None else world
-        straight = _contact(here, mine, shape, row, turn, teeth.grid, teeth.number if helix is None else 1)
-        wound = None
-        if straight is not None and helix is not None:
-            wound = _contact(here, mine, helix, row, turn, teeth.grid)
-        if extra is not None:
-            sweeps.pop(extra)
-        chips = _air(turn) if straight is None else _chips(shape, row, turn, straight)
-        out.append(Sample(float(t), row, turn, straight, wound, chips))
-    return out
+def _places(path: Motion, at: Floats, edge: Edge, bounds: Floats) -> tuple[Floats, Floats]:
+    """Rows (n, 22) of the kernels, and the tip (n, 3) mm, at fractions of a motion."""
+    t = _before_end(path, at)
+    if isinstance(path, Line) or (isinstance(path, Arc) and path.axis == 2):
+        rows = np.zeros((len(at), 22))
+        rows[:, 0:3], rows[:, 6:9] = path.position(t), path.velocity(t)
+        rows[:, 5] = rows[:, 12] = rows[:, 16] = 1.0
+        rows[:, 18] = np.linalg.norm(rows[:, 6:9], axis=1)
+        rows[:, 19] = 1e-12 * rows[:, 18]
+        return rows, path.position(at)
+    out = np.empty((len(at), 22))
+    for k, one in enumerate(t):
+        stance = Stance.on(path, float(one))
+        speed = stance.speed(edge)
+        corner = np.where(stance.axis > 0.0, bounds[1], bounds[0])
+        top = float((corner - stance.tip) @ stance.axis) + 1e-6
+        turning = float(np.linalg.norm(stance.axis_rate)) * (1.0 + edge.stretch)
+        out[k] = np.concatenate([
+            stance.tip, stance.axis, stance.velocity, stance.axis_rate, stance.right, stance.ahead,
+            [speed, 1e-12 * speed, top, turning],
+        ])  # fmt: skip
+    return out, out[:, 0:3]
 
 
-def _contact(
-    world: World, kept: Ints, shape: Blade, row: Floats, turn: float | None, angles: int, teeth: int = 1
-) -> Cutting | None:
-    """Engaged intervals, None in air; with `teeth`, too, where the others stand when one is at an end of an arc."""
-    ahead = 0.5 * np.pi - (0.0 if turn is None else turn)
-    grid = (ahead + 2.0 * np.pi * np.arange(angles) / angles) % (2.0 * np.pi)
-    more = np.empty(0)
-    if turn is not None:
-        sides = np.array([ahead - 0.5 * np.pi, ahead + 0.5 * np.pi])
-        more = (np.concatenate([sides[0] + NEXT_TO_FEED, sides[1] - NEXT_TO_FEED])) % (2.0 * np.pi)
-    size, room = angles + len(more) + 64, 8 * angles
-    while True:
-        phi, hits = np.empty(size), np.empty((room, 4))
-        top, used, arc, whole = _kernels.contact(world, kept, len(kept), shape, row, grid, more, phi, hits)
-        if top < 0:
-            size *= 2
-        elif used < 0:
-            room *= 2
-        else:
-            break
-    if not used:
-        return None
-    ring = angles + len(more)
-    phi, own = phi[:top], top
-    if teeth > 1 and own > ring:
-        pitch = 2.0 * np.pi / teeth
-        phi = np.concatenate([phi, *(phi[ring:own] + j * pitch for j in range(1, teeth))])
-        while True:
-            more_room = np.concatenate([hits[:used], np.empty((len(hits) + 8 * (len(phi) - own), 4))])
-            done = _kernels.contact_at(world, kept, len(kept), shape, row, phi, own, more_room, used)
-            if done >= 0:
-                hits, used = more_room, done
-                break
-            hits = more_room
-    return Cutting(phi, angles, own, ring, hits[:used], arc, whole)
+def contact_along(
+    sweeps: Sweeps, asked: Sequence[tuple[int, Floats]], edges: Sequence[Edge], *, keep: bool = False
+) -> Seen:
+    """What tools cut at stations of motions, each in the workpiece before it.
 
-
-def _chips(shape: Blade, row: Floats, turn: float | None, cutting: Cutting) -> Chips:
-    axis, velocity = row[3:6], row[6:9]
-    aside = np.cross(axis, velocity)
-    size = float(np.linalg.norm(aside))
-    now = np.concatenate([row, aside / size if size > 0.0 else aside, cutting.phi[: cutting.own]])
-    out = np.empty((cutting.own, 6))
-    hits = cutting.hits[cutting.hits[:, 0] < cutting.own]
-    _kernels.chips(shape, now, hits, len(hits), cutting.own, out)
-    low, high = float(out[:, 2].min()), float(out[:, 3].max())
-    left, right = float(out[:, 4].min()), float(out[:, 5].max())
-    return Chips(
-        float(out[:, 0].max()),
-        float(out[:, 1].max()),
-        float("nan") if turn is None else right - left,
-        high - low,
-        cutting.arc / (2.0 * np.pi),
+    asked : motion and its fractions, motions rising. edges : (of every motion asked) edge of its tool, with the bottom.
+    keep : what every angle cuts is kept, for forces.
+    """
+    counts = [len(at) for _, at in asked]
+    total = int(sum(counts))
+    motion = np.repeat([k for k, _ in asked], counts).astype(np.int64)
+    at = np.concatenate([t for _, t in asked]) if asked else np.empty(0)
+    nows, tips, columns = np.zeros((total, 22)), np.zeros((total, 3)), np.zeros((total, COLUMNS))
+    if not total:
+        return Seen(motion, at, nows, columns, (), np.zeros(0, dtype=np.int64))
+    boxes, station = np.empty((total, 6)), np.zeros((total, 4))
+    counted, extra = sweeps.counts, np.full(total, -1, dtype=np.int64)
+    s = 0
+    for (k, t), edge in zip(asked, edges, strict=True):
+        here = slice(s, s + len(t))
+        cutter, path = sweeps.motions[k]
+        nows[here], tips[here] = _places(path, t, edge, sweeps.bounds)
+        boxes[here] = _box(cutter.max_radius, cutter.z_min, cutter.z_max, nows[here])
+        behind = BEHIND_MM / max(path.length, BEHIND_MM)
+        station[here] = np.column_stack([np.full(len(t), k), t, np.full(len(t), behind), t == 1.0])
+        if sweeps.cuts[k, 2] == 2:
+            for j, one in enumerate(_before_end(path, t)):
+                if one > 1e-6:  # exact distances know what only touches: this ends where the tool stands
+                    extra[s + j] = sweeps.push(Sweep.along(cutter, path.split([float(one)])[0]))
+        s += len(t)
+    boxes = np.concatenate(
+        [
+            np.maximum(boxes[:, :3], sweeps.bounds[0] - 1e-6),
+            np.minimum(boxes[:, 3:], sweeps.bounds[1] + 1e-6),
+        ],
+        axis=1,
     )
+    radius = min(edge.profile.max_radius for edge in edges)
+    walker = _Walk(sweeps, boxes, asked[0][0], radius)
+    kept, kept_of = [], np.zeros(total, dtype=np.int64)
+    tool = np.repeat([id(edge) for edge in edges], counts)
+    for _, group in groupby(range(total), key=lambda j: int(tool[j])):
+        mine = list(group)
+        edge = edges[int(np.searchsorted(np.cumsum(counts), mine[0], side="right"))]
+        run = slice(mine[0], mine[-1] + 1)
+        kept.append(walker.run(edge, station, extra, nows, tips, boxes, run, keep, columns))
+        kept_of[run] = len(kept) - 1
+    sweeps.pop_to(counted)
+    return Seen(motion, at, nows, columns, tuple(kept), kept_of)
+
+
+def _box(radius: float, low: float, high: float, nows: Floats) -> Floats:
+    """(n, 6) mm: boxes of tools at stations."""
+    axis = nows[:, 3:6]
+    side = radius * np.sqrt(np.maximum(1.0 - axis**2, 0.0)) + 1e-6
+    a, b = nows[:, 0:3] + low * axis, nows[:, 0:3] + high * axis
+    return np.concatenate([np.minimum(a, b) - side, np.maximum(a, b) + side], axis=1)
+
+
+class _Walk:
+    """Tiles and space of one question."""
+
+    def __init__(self, sweeps: Sweeps, boxes: Floats, first: int, radius: float) -> None:
+        self.sweeps = sweeps
+        meets = (boxes[:, :3] <= boxes[:, 3:]).all(axis=1)
+        region = boxes[meets] if meets.any() else np.concatenate([sweeps.bounds[0], sweeps.bounds[0]])[None]
+        low, high = region[:, :3].min(axis=0), region[:, 3:].max(axis=0)
+        size = float(max(radius / PER_RADIUS, (high - low)[:2].max() / TILES, 1e-6))
+        shape = np.maximum(np.ceil((high - low)[:2] / size).astype(np.int64) + 1, 1)
+        self.rows = sweeps.rows()
+        begin = int(sweeps.cuts[first, 0])
+        box = self.rows.box[:begin]
+        earlier = np.flatnonzero(((box[:, :3] <= high) & (box[:, 3:] >= low)).all(axis=1))
+        nodes = 1024 + 4 * int(np.prod(shape))
+        self.tiles = Tiles(
+            np.full(shape, -1, dtype=np.int64), np.zeros((nodes, 2), dtype=np.int64), np.zeros((nodes, 8)),
+            np.full(shape, sweeps.bounds[1, 2]), low[:2].copy(), size, np.array([0, -1]),
+            np.zeros(len(self.rows.kind), dtype=np.int64),
+        )  # fmt: skip
+        self.mark = np.array([0, begin])
+        self.tile_row = np.empty(8)
+        self.room = Room(
+            np.zeros((512, 7)), np.zeros(12), np.zeros((2, 12)), np.zeros((1, 3)), np.zeros(128, np.int64),
+            np.zeros(128), np.zeros(1, np.int64),
+        )  # fmt: skip
+        self.turn = Turn(
+            np.empty(ROOM), np.empty(ROOM, np.int64), np.empty((ROOM, VALUES)), np.empty((ROOM, PARTS, 3)),
+            np.empty(ROOM, np.int64), np.empty(VALUES),
+        )  # fmt: skip
+        self.list = LIST
+        self.slot, self.seen = np.zeros((2, len(self.rows.kind)), dtype=np.int64)
+        self.clock = np.zeros(3, dtype=np.int64)
+        done = 0
+        while (done := replay(self.tiles, self.rows, earlier, done, self.tile_row)) < len(earlier):
+            self._more_nodes()
+
+    def _more_nodes(self) -> None:
+        old = self.tiles
+        self.tiles = old._replace(
+            node=np.concatenate([old.node, np.zeros_like(old.node)]),
+            bound=np.concatenate([old.bound, np.zeros_like(old.bound)]),
+        )
+
+    def run(
+        self,
+        edge: Edge,
+        station: Floats,
+        extra: Ints,
+        nows: Floats,
+        tips: Floats,
+        boxes: Floats,
+        run: slice,
+        keep: bool,
+        result: Floats,
+    ) -> Kept:
+        """Stations of one tool."""
+        n, total = run.stop - run.start, len(station)
+        size = 80 * n + 2 * ROOM if keep else 0
+        kept = Kept(
+            np.zeros((total if keep else 0, 3), np.int64), np.empty(size), np.empty((size, 2), np.int64),
+            np.empty((4 * size + (ROOM * PARTS if keep else 0), 3)), np.zeros(2, np.int64),
+        )  # fmt: skip
+        first, cutter = run.start, self.sweeps.motions[int(station[run.start, 0])][0]
+        tool, world = self.sweeps.tool_of(cutter), self.sweeps.world
+        shape = blade(edge)
+        while True:
+            work = Work(
+                np.empty(NODES), np.empty(NODES), np.empty(NODES), np.empty(NODES), np.empty(NODES), np.empty(NODES),
+                np.empty(NODES), np.empty(self.list, np.int64),
+                np.empty(self.list, np.int64), np.empty(self.list, np.int64), np.empty(self.list, np.int64),
+                np.empty(self.turn.part.shape[1:]),
+                self.slot, self.seen, self.clock,
+            )  # fmt: skip
+            scene = Scene(self.rows, self.tiles, world, shape, work, self.room)
+            first = walk(
+                scene, self.turn, self.tiles, first, self.sweeps.cuts, station[: run.stop], extra, nows, tips, boxes, tool,
+                cutter.max_radius, len(self.rows.kind) - 1, self.mark, kept, self.tile_row, result,
+            )  # fmt: skip
+            if first >= run.stop:
+                return kept
+            # one of the tables is full, none of them small: all of them grow
+            self._more_nodes()
+            self.list *= 2
+            self.turn = self.turn._replace(part=np.empty((ROOM, 2 * self.turn.part.shape[1], 3)))
+            kept = kept._replace(
+                angle=np.concatenate([kept.angle, np.empty(len(kept.angle))]),
+                span=np.concatenate([kept.span, np.empty_like(kept.span)]),
+                part=np.concatenate([kept.part, np.empty((len(kept.part) + self.turn.part.size // 3, 3))]),
+            )

@@ -1,24 +1,52 @@
-"""The earlier sweeps of a program as rows of the kernels, and which of them lie near."""
+"""The sweeps of a program as rows of the kernels: closed forms where cutter and motion have them, exact distances elsewhere."""
 
 from __future__ import annotations
 
-from typing import Any
+from copy import copy
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from vmachining.arrays import Floats, Ints
-from vmachining.engagement.along.margin._kernels import World
-from vmachining.engagement.along.plan import _kernels
+from vmachining.engagement.along.kernels.distance_kernels import BALL, CIRCLE, EXACT, HELIX, LEVEL, RAMP, Rows
+from vmachining.engagement.along.kernels.margin_kernels import World
 from vmachining.engagement.workpiece import Past
 from vmachining.errors import StockError
+from vmachining.geometry import Arc, Line
 from vmachining.stock import BoxStock, CylinderStock, MeshStock, Stock
-from vmachining.sweep import Motion, Sweep
+from vmachining.sweep import Motion, Sweep, Turn
+from vmachining.tolerance import LENGTH_EPS_MM
 from vmachining.tool import Profile
 
-__all__ = ["Sweeps"]
+__all__ = ["Corner", "Sweeps", "corner_of"]
 
-CELLS = 256
-"""Cells of the plan along its longer side, at most."""
+QUARTER = 0.5 * np.pi
+WIDTH = 29
+"""Columns of a row, see the kernels."""
+
+
+class Corner(NamedTuple):
+    """A flat end, a bull or a ball nose: radius of the corner's centre, of the corner; height of the wall's end. mm."""
+
+    rc: float
+    r: float
+    top: float
+
+
+def corner_of(profile: Profile) -> Corner | None:
+    """The cutter as a rounded box, None of another shape."""
+    first, *rest = profile.segments
+    r = first.radius if first.is_arc else 0.0
+    rc = profile.max_radius - r
+    rc = 0.0 if abs(rc) <= LENGTH_EPS_MM else rc
+    fits = abs(first.z0) <= LENGTH_EPS_MM and abs(first.r0 - rc) <= LENGTH_EPS_MM
+    if r > 0.0:
+        fits &= abs(first.cr - rc) <= LENGTH_EPS_MM and abs(first.cz - r) <= LENGTH_EPS_MM
+        fits &= abs(first.z1 - r) <= LENGTH_EPS_MM
+    else:
+        rest = [first, *rest]
+    fits &= all(not s.is_arc and s.r0 == s.r1 == profile.max_radius for s in rest)
+    return Corner(max(rc, 0.0), r, float(profile.z_max)) if fits else None
 
 
 class _Rows:
@@ -37,21 +65,29 @@ class _Rows:
         self.count += n
         return first
 
+    def copy(self) -> _Rows:
+        twin = copy(self)
+        twin._data = self._data.copy()
+        return twin
+
     @property
     def view(self) -> Any:
         return self._data[: self.count]
 
+    def spare(self, n: int) -> Any:
+        """`view` and n rows more that kernels may write to."""
+        while self.count + n > len(self._data):
+            self._data = np.concatenate([self._data, np.zeros_like(self._data)])
+        return self._data[: self.count + n]
+
 
 class Sweeps:
-    """Stock and sweeps, added in program order, and a plan of cells that finds those near a place.
+    """Stock, and motions of cutters in program order.
 
-    Parameters
-    ----------
     stock : box, upright cylinder or triangles.
-    cell : mm, side of a cell of the plan; the radius of the smallest tool is good.
     """
 
-    def __init__(self, stock: Stock, cell: float) -> None:
+    def __init__(self, stock: Stock) -> None:
         one = np.zeros((1, 3))
         self.mesh = (one, one, one, np.zeros((1, 7, 3)), np.zeros((1, 6)))
         if isinstance(stock, BoxStock):
@@ -65,117 +101,187 @@ class Sweeps:
         else:
             raise StockError(f"no kernel for a {type(stock).__name__}")
         self.bounds = stock.bounds
-        size = self.bounds[1, :2] - self.bounds[0, :2]
-        self.cell = float(max(cell, size.max() / CELLS))
-        self.head = np.full(np.maximum(np.ceil(size / self.cell), 1).astype(np.int64), -1, dtype=np.int64)
-        self.nodes, self.used = np.zeros((1024, 2), dtype=np.int64), 0
-        self.box, self.form = _Rows(6), _Rows(4, kind=np.int64)
-        self.start, self.path, self.tol = _Rows(3), _Rows(10), _Rows(2)
-        self.frames, self.pieces = _Rows(3, 3), _Rows(4, kind=np.int64)
-        self.seg, self.limits, self.waves = _Rows(10), _Rows(7), _Rows(19)
-        self.block: list[int] = []
+        self._box, self._form = _Rows(6), _Rows(4, kind=np.int64)
+        self._start, self._path, self._tol = _Rows(3), _Rows(10), _Rows(2)
+        self._frames, self._pieces = _Rows(3, 3), _Rows(4, kind=np.int64)
+        self._seg, self._limits, self._waves = _Rows(10), _Rows(7), _Rows(19)
         self._tables = (
-            self.box, self.form, self.start, self.path, self.tol, self.frames, self.pieces, self.seg,
-            self.limits, self.waves,
+            self._box, self._form, self._start, self._path, self._tol, self._frames, self._pieces, self._seg,
+            self._limits, self._waves,
         )  # fmt: skip
-        self._before: list[int] = []
         self._known: dict[int, tuple[Floats, int]] = {}
-        self._stamp, self._mark = np.zeros(64, dtype=np.int64), 0
+        self._cutters: dict[int, tuple[Profile, int, Corner | None]] = {}
+        kinds = (_Rows(kind=np.int64), _Rows(kind=np.int64), _Rows(kind=np.int64), _Rows(WIDTH), _Rows(6))
+        self._rows = kinds
+        self.motions: list[tuple[Profile, Motion]] = []
+        self._cuts = _Rows(3, kind=np.int64)
 
     def __len__(self) -> int:
-        return self.box.count
+        return len(self.motions)
 
-    def add(self, block: int, cutter: Profile, path: Motion) -> None:
-        """A sweep of a block, for all later questions."""
-        k = self.push(block, Sweep.along(cutter, path))
-        ends = np.full(4, np.nan)
-        if self.form.view[k, 2] == 0 and self.form.view[k, 3] < 0 and self.path.view[k, 9] == 0.0:
-            a, b = self.start.view[k], self.start.view[k] + self.path.view[k, 6:9]
-            if (a[:2] != b[:2]).any():
-                ends = np.concatenate([a[:2], b[:2]])
-        while True:
-            used = _kernels.enter(
-                self.head, self.nodes, self.used, self.bounds[0], self.cell, self.box.view[k], ends,
-                cutter.max_radius, k,
-            )  # fmt: skip
-            if used >= 0:
-                break
-            self._drop(k)
-            self.nodes = np.concatenate([self.nodes, np.zeros_like(self.nodes)])
-        self.used = used
+    def twin(self) -> Self:
+        """For another thread: the same sweeps, in tables of its own, because questions write to their spare rows."""
+        twin = copy(self)
+        names = (
+            "_box",
+            "_form",
+            "_start",
+            "_path",
+            "_tol",
+            "_frames",
+            "_pieces",
+            "_seg",
+            "_limits",
+            "_waves",
+        )
+        for name in names:
+            setattr(twin, name, getattr(self, name).copy())
+        twin._tables = tuple(getattr(twin, name) for name in names)
+        kinds, tools, exact, numbers, boxes = (rows.copy() for rows in self._rows)
+        twin._rows, twin._known = (kinds, tools, exact, numbers, boxes), dict(self._known)
+        return twin
 
-    def _drop(self, k: int) -> None:
-        """Take a sweep that was entered in part out of the cells again."""
-        flat = self.head.reshape(-1)
-        mine = (flat >= 0) & (self.nodes[np.maximum(flat, 0), 0] == k)
-        flat[mine] = self.nodes[flat[mine], 1]
+    def add(self, cutter: Profile, path: Motion) -> None:
+        """The next motion."""
+        known = self._cutters.setdefault(id(cutter), (cutter, len(self._cutters), corner_of(cutter)))
+        first = self._rows[0].count
+        kinds, num, box = _closed(known[2], path, self.bounds[1, 2])
+        tool = known[1]
+        exact = np.full(len(kinds), -1)
+        own = int(isinstance(path, Turn) or not (isinstance(path, Line) and cutter.is_convex))
+        if kinds[0] == EXACT:
+            sweep = Sweep.along(cutter, path)
+            exact[0], box = self.push(sweep), sweep.bounds.reshape(1, 6)
+            tool, own = (-1, 2 * own) if isinstance(path, Turn) else (tool, 2 * own)
+        for table, rows in zip(self._rows, (kinds, np.full(len(kinds), tool), exact, num, box), strict=True):
+            table.add(rows)
+        self._cuts.add(np.array([[first, self._rows[0].count, own]]))
+        self.motions.append((cutter, path))
 
-    def push(self, block: int, sweep: Sweep) -> int:
-        """Rows of a sweep, without a place in the plan; its index."""
+    @property
+    def cuts(self) -> Ints:
+        """(n, 3) first and last + 1 row of every motion; 1 or 2 if what it swept may cover its front, 2 by exact distances."""
+        return np.asarray(self._cuts.view)
+
+    @property
+    def is_quick(self) -> bool:
+        """Whether every distance has a closed form."""
+        return self.kind != 2 and not (self._rows[0].view == EXACT).any()
+
+    def tool_of(self, cutter: Profile) -> int:
+        """Number of a cutter in the rows."""
+        return self._cutters[id(cutter)][1] if id(cutter) in self._cutters else -1
+
+    def rows(self) -> Rows:
+        """For the kernels, with a spare row at the end."""
+        return Rows(*(table.spare(1) for table in self._rows))
+
+    def push(self, sweep: Sweep) -> int:
+        """Rows of a sweep in the world of exact distances; its index."""
         self._before = [rows.count for rows in self._tables]
-        past = Past(block, sweep)
+        past = Past(0, sweep)
         plain, frame = past.plain
         near, turned = plain.packed
         rows = near if near is not None else turned
         assert rows is not None
-        which = -1 if frame is None else self.frames.add(frame[None])
-        first = self.pieces.count
+        which = -1 if frame is None else self._frames.add(frame[None])
+        first = self._pieces.count
         if near is not None:
             base = self._body(near.seg)
-            self.pieces.add(np.column_stack([near.first[:-1] + base, near.first[1:] + base,
-                                             np.zeros((len(near.first) - 1, 2), dtype=np.int64)]))  # fmt: skip
-            self.limits.add(np.zeros((len(near.first) - 1, 7)))
+            self._pieces.add(np.column_stack([near.first[:-1] + base, near.first[1:] + base,
+                                              np.zeros((len(near.first) - 1, 2), dtype=np.int64)]))  # fmt: skip
+            self._limits.add(np.zeros((len(near.first) - 1, 7)))
             path = near.path
         else:
             assert turned is not None
-            base, wave = self._body(turned.seg), self.waves.add(turned.waves)
+            base, wave = self._body(turned.seg), self._waves.add(turned.waves)
             n = len(turned.ends) - 1
             seg = turned.ends[:, 2] + base
             waves = np.tile([wave, wave + len(turned.waves)], (n, 1))
-            self.pieces.add(np.column_stack([seg[:-1], seg[1:], waves]))
-            self.limits.add(turned.limits)
+            self._pieces.add(np.column_stack([seg[:-1], seg[1:], waves]))
+            self._limits.add(turned.limits)
             path = np.zeros(10)
-        self.path.add(path[None])
-        self.form.add(np.array([[first, self.pieces.count, int(near is None), which]]))
-        self.start.add(plain.path.start[None])
-        self.tol.add(np.array([[rows.tol, past.touch]]))
-        self.box.add(sweep.bounds.reshape(1, 6))
-        self.block.append(block)
-        return self.box.count - 1
+        self._path.add(path[None])
+        self._form.add(np.array([[first, self._pieces.count, int(near is None), which]]))
+        self._start.add(plain.path.start[None])
+        self._tol.add(np.array([[rows.tol, past.touch]]))
+        self._box.add(sweep.bounds.reshape(1, 6))
+        return self._box.count - 1
 
-    def pop(self, k: int) -> None:
-        """Forget the sweep that was pushed last."""
-        assert k == self.box.count - 1
-        for rows, count in zip(self._tables, self._before, strict=True):
+    def pop_to(self, counts: list[int]) -> None:
+        """Forget what was pushed since `counts` were taken."""
+        for rows, count in zip(self._tables, counts, strict=True):
             rows.count = count
-        self._known = {key: known for key, known in self._known.items() if known[1] < self.seg.count}
-        self.block.pop()
+        self._known = {key: known for key, known in self._known.items() if known[1] < self._seg.count}
+
+    @property
+    def counts(self) -> list[int]:
+        """Rows of the world of exact distances, table by table."""
+        return [rows.count for rows in self._tables]
 
     def _body(self, seg: Floats) -> int:
         """First row of the segments of a body, which many sweeps share."""
         known = self._known.get(id(seg))
         if known is None:  # the array is kept, so that its id stays its own
-            known = self._known[id(seg)] = (seg, self.seg.add(seg))
+            known = self._known[id(seg)] = (seg, self._seg.add(seg))
         return known[1]
 
     @property
     def world(self) -> World:
         """For the kernels."""
         return World(
-            self.kind, self.stock, self.box.view, self.form.view, self.start.view, self.path.view, self.tol.view,
-            self.frames.view, self.pieces.view, self.seg.view, self.limits.view, self.waves.view,
-            *self.mesh,
+            self.kind, self.stock, self._box.view, self._form.view, self._start.view, self._path.view, self._tol.view,
+            self._frames.view, self._pieces.view, self._seg.view, self._limits.view, self._waves.view, *self.mesh,
         )  # fmt: skip
 
-    def near(self, region: Floats) -> Ints:
-        """Sweeps whose box meets a region (2, 3) mm, the latest first."""
-        n = self.box.count
-        if len(self._stamp) < n:
-            self._stamp = np.concatenate([self._stamp, np.zeros(max(n, len(self._stamp)), dtype=np.int64)])
-        self._mark += 1
-        out = np.empty(n, dtype=np.int64)
-        count = _kernels.gather(
-            self.head, self.nodes, self.bounds[0], self.cell, self.box.view, region.reshape(6),
-            self._stamp, self._mark, out,
-        )  # fmt: skip
-        return np.sort(out[:count])[::-1].copy()
+
+def _closed(corner: Corner | None, path: Motion, top: float) -> tuple[Ints, Floats, Floats]:
+    """Kinds (n,), rows (n, WIDTH) and boxes (n, 6) of a motion; EXACT where there is no closed form.
+
+    top : mm, of the stock: cutters that reach above it all along are endless upwards for all that is asked of them.
+    """
+    q = np.zeros((1, WIDTH))
+    if isinstance(path, Turn) or (isinstance(path, Arc) and path.axis != 2):
+        return np.array([EXACT]), q, np.zeros((1, 6))
+    start, end = path.start, path.end
+    q[0, 0:3], q[0, 14:16], q[0, 26] = start, end[:2], end[2]
+    if corner is None or min(start[2], end[2]) + corner.top < top:
+        return np.array([EXACT]), q, np.zeros((1, 6))
+    rc, r, _ = corner
+    reach = np.array([rc + r, rc + r, 0.0])
+    if isinstance(path, Line):
+        d = end - start
+        q[0, 3:6], q[0, 18], q[0, 19] = d, d[0] ** 2 + d[1] ** 2, d @ d
+        q[0, 16:18] = rc, r
+        q[0, 20:23] = q[0, 23:26] = d / path.length
+        q[0, 27:29] = min(start[2], end[2]), max(start[2], end[2])
+        kind = LEVEL if d[2] == 0.0 else BALL if rc == 0.0 else RAMP
+        low, high = path.bounds - reach, path.bounds + reach
+        return np.array([kind]), q, np.array([[*low[0], high[1, 0], high[1, 1], top + 1.0]])
+    return _curved(path, rc, r, top)
+
+
+def _curved(path: Arc, rc: float, r: float, top: float) -> tuple[Ints, Floats, Floats]:
+    """The same of a level circle or of quarters of a helix."""
+    level = path.rise == 0.0
+    n = 1 if level else max(1, int(np.ceil(abs(path.angle) / QUARTER - 1e-9)))
+    share = np.arange(n + 1) / n
+    points, speeds = path.position(share), path.velocity(share)
+    speeds = speeds / np.linalg.norm(speeds, axis=1)[:, None]
+    angle = path.start_angle + share * path.angle
+    half, middle = 0.5 * abs(path.angle) / n, 0.5 * (angle[:-1] + angle[1:])
+    q = np.zeros((n, WIDTH))
+    q[:, 0:3], q[:, 5] = points[:-1], path.rise / n
+    q[:, 6:8], q[:, 8] = path.center[:2], path.radius
+    q[:, 9], q[:, 10] = angle[:-1], path.angle / n
+    q[:, 11], q[:, 12], q[:, 13] = np.cos(middle), np.sin(middle), np.cos(half) if half < np.pi else -1.1
+    q[:, 14:16], q[:, 26] = points[1:, :2], points[1:, 2]
+    q[:, 16], q[:, 17] = rc, r
+    q[:, 20:23], q[:, 23:26] = speeds[:-1], speeds[1:]
+    q[:, 27] = np.minimum(points[:-1, 2], points[1:, 2])
+    q[:, 28] = np.maximum(points[:-1, 2], points[1:, 2])
+    boxes = np.empty((n, 6))
+    for k, piece in enumerate(path.split(share[1:-1].tolist())):
+        low, high = piece.bounds
+        boxes[k] = low[0] - rc - r, low[1] - rc - r, low[2], high[0] + rc + r, high[1] + rc + r, top + 1.0
+    return np.full(n, CIRCLE if level else HELIX), q, boxes

@@ -18,7 +18,6 @@ forces, and exact for the workpiece as it is given.
 | `stairs.py`, `heights.py` | `HeightStock`; heights of stock minus sweeps |
 | `records.py` | `Records`: CL and CC points, interpolation |
 | `planes.py` | where the edge crosses a plane |
-| `tables.py` | labels of the published tables 5-1 and 5-2, put right |
 | `surface.py` | `Patch`, `NormalGrid`: surface shape from normals |
 | `finish.py`, `finish_corner.py` | direct solve; published stages for the cylinder and for the corner |
 | `workpiece.py` | `HeightWorkpiece`, `corner_of` |
@@ -31,12 +30,9 @@ surface shorter than r / 50 may be missed by `finished`; `engaged` misses nothin
 """
 
 from vmachining.engagement.analytic.finish import (
-    Chain,
     Stages,
-    circle_chain,
     circle_length,
     finished,
-    ray_length,
     section_through,
     slope_length,
     staged_length,
@@ -46,7 +42,6 @@ from vmachining.engagement.analytic.finish_corner import (
     EndPlace,
     StationEnd,
     corner_circle,
-    corner_circle_chain,
     corner_line,
     end_at_height,
     end_place,
@@ -68,15 +63,12 @@ from vmachining.engagement.analytic.surface import (
     section,
     section_radius,
 )
-from vmachining.engagement.analytic.tables import FlatCase, TorusCase, table_5_1, table_5_2
 from vmachining.engagement.analytic.workpiece import HeightWorkpiece, corner_of
 
 __all__ = [
-    "Chain",
     "Corner",
     "CornerCrossings",
     "EndPlace",
-    "FlatCase",
     "HeightStock",
     "HeightWorkpiece",
     "NormalGrid",
@@ -89,13 +81,10 @@ __all__ = [
     "Stages",
     "StationEnd",
     "Surface",
-    "TorusCase",
     "axis_rate_of",
     "bounds",
-    "circle_chain",
     "circle_length",
     "corner_circle",
-    "corner_circle_chain",
     "corner_line",
     "corner_of",
     "corner_plane",
@@ -106,7 +95,6 @@ __all__ = [
     "finished",
     "heights_of",
     "interpolated_heights",
-    "ray_length",
     "section",
     "section_radius",
     "section_through",
@@ -115,6 +103,4 @@ __all__ = [
     "staged_lengths",
     "station",
     "station_ends",
-    "table_5_1",
-    "table_5_2",
 ]

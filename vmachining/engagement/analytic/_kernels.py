@@ -11,7 +11,7 @@ import numpy as np
 from vmachining.jit import kernel, leaf
 
 TOUCH = 1e-9  # mm: tolerance.LENGTH_EPS_MM; two points closer than this are one, so cells are closed
-SHORT = 1e-12  # mm or rad: intervals and gaps shorter than this are none
+SHORT = 1e-12  # mm or rad: intervals and gaps shorter than this do not count
 QUARTER = 0.5 * np.pi
 
 
@@ -52,7 +52,7 @@ class Moves(NamedTuple):
 
 
 class Found(NamedTuple):
-    """lower, upper (rows, k) mm of s, NaN behind the last; many (rows,): how many, more than k where k is too small."""
+    """lower, upper (rows, k) mm of s, NaN after the last; many (rows,): how many, more than k where k is too small."""
 
     lower: np.ndarray
     upper: np.ndarray
@@ -176,7 +176,7 @@ def keep(curve, t0, t1, found, row, start):
 
 @leaf
 def blank(found, row):
-    """NaN behind the last interval of a row."""
+    """NaN after the last interval of a row."""
     for k in range(found.many[row], found.lower.shape[1]):
         found.lower[row, k] = np.nan
         found.upper[row, k] = np.nan

@@ -3,9 +3,8 @@
 | function | is |
 |---|---|
 | `finished` | every rotation angle by the general interval rule on any `Surface`; the default |
-| `ray_length` | where a line leaves a patch: closed forms, or a bracketed root where both profiles are round |
 | `staged_length`, `staged_lengths` | the published three stages for the cylinder, put right; over angles, one patch or more |
-| `circle_length`, `slope_length`, `section_through` | its parts; `circle_chain`: the published triangles of the first |
+| `circle_length`, `slope_length`, `section_through` | its parts |
 
 Angles rad, lengths mm; plain numbers and arrays. Source: Hendriko, five-axis milling, 6-8 to 6-42, put right. The stages
 are exact on the model where S_x is flat or the tool leans in one direction only, else off by up to 0.3 %.
@@ -19,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vmachining.arrays import Bools, Floats, Ints
+from vmachining.arrays import Floats, Ints
 from vmachining.engagement import chip
 from vmachining.engagement.analytic.passes import IDLE, Corner, Pass, moving
 from vmachining.engagement.analytic.surface import NormalGrid, Patch, Section, Shape, Surface
@@ -27,9 +26,15 @@ from vmachining.engagement.frames import angles_of, feed_angle
 from vmachining.errors import InputError
 
 __all__ = [
-    "Chain", "Stages", "circle_chain", "circle_length", "finished", "ray_length", "rooted", "section_through",
-    "slope_length", "staged_length", "staged_lengths",
-]  # fmt: skip
+    "Stages",
+    "circle_length",
+    "finished",
+    "rooted",
+    "section_through",
+    "slope_length",
+    "staged_length",
+    "staged_lengths",
+]
 
 ROOT = 1e-13
 """Brackets of a root are narrowed to this share of their ends, or until they are neighbours."""
@@ -72,40 +77,6 @@ def circle_length(cq: ArrayLike, tilt: ArrayLike, radius: ArrayLike, lean: Array
         plain = np.where(convex, -along + root, -along - root)
     stable = np.where(convex, along > 0.0, along < 0.0)
     return np.asarray(np.where(stable, out, plain))
-
-
-class Chain(NamedTuple):
-    """Triangles of 6-8 to 6-19: co mm, from the point to the centre; pa, pb, pc, pd rad, its angles; cs mm, the length."""
-
-    co: float
-    pa: float
-    pb: float
-    pc: float
-    pd: float
-    cs: float
-
-
-def circle_chain(cq: float, tilt: float, radius: float, lean: float) -> Chain:
-    """`circle_length` by the published chain of triangles, put right (6-11, 6-12, 6-15, 6-17, 6-18).
-
-    It loses five digits by cancellation, and all of them on a concave profile where the line goes through the centre.
-    """
-    big = abs(radius)
-    if radius > 0.0:
-        co = np.sqrt(cq**2 + big**2 - 2.0 * cq * big * np.cos(tilt))
-        pa = np.arccos(min(1.0, (co**2 + big**2 - cq**2) / (2.0 * co * big)))
-        pb = np.pi - abs(lean - (tilt + np.sign(tilt) * pa))
-        pc = np.arcsin(co * np.sin(pb) / big)
-        pd = np.pi - pb - pc
-        cs = np.sqrt(big**2 + co**2 - 2.0 * big * co * np.cos(pd))
-    else:
-        co = np.sqrt(cq**2 + big**2 + 2.0 * cq * big * np.cos(tilt))
-        pa = np.arcsin(big * np.sin(tilt) / co)
-        pb = abs(lean - pa)
-        pc = np.pi - np.arcsin(co * np.sin(pb) / big)
-        pd = np.pi - pb - pc
-        cs = co * np.sin(pd) / np.sin(pc) if pb > 0.0 else co - big
-    return Chain(*(float(v) for v in (co, pa, pb, pc, pd, cs)))
 
 
 def slope_length(cq: ArrayLike, ascent: ArrayLike, lean: ArrayLike) -> Floats:
@@ -202,7 +173,7 @@ def staged_lengths(
             "the stages are those of a flat cutter", remedy="station_ends, or finished for every angle"
         )
     if patches not in (1, 2, None):
-        raise InputError(f"{patches} patches: want 1, 2 or None for one per angle")
+        raise InputError(f"{patches} patches: expected 1, 2 or None for one per angle")
     angles, m = np.atleast_1d(np.asarray(phi, dtype=np.float64)), np.asarray(frame, dtype=np.float64)
     rim = chip.edge_points(tip, m, angles, 0.0, corner.rm, corner.r)
     late = np.mod(angles + feed_angle(velocity, m), 2.0 * np.pi) > chip.QUARTER + 1e-12
@@ -232,76 +203,6 @@ def _stage(distance: float, along: Section, t: float, lean: float, scale: float)
 
 
 # -- exact on the model ---------------------------------------------------------------------------------------
-
-
-def ray_length(surface: Surface, point: ArrayLike, axis: ArrayLike) -> Floats:
-    """(...,) mm from points C (..., 3) along unit axes w (..., 3) to a surface; NaN where it is not met.
-
-    A `Patch` of two straight profiles, or of one, in closed form (the latter by the sheared coordinate z - m x); else the
-    root of z_C + s w_z - S(C + s w), bracketed from the vertical distance.
-    """
-    c, w = np.broadcast_arrays(np.asarray(point, dtype=np.float64), np.asarray(axis, dtype=np.float64))
-    if isinstance(surface, Patch):
-        straight = [s.shape in (Shape.FLAT, Shape.SLOPE) for s in (surface.along_x, surface.along_y)]
-        if all(straight):
-            slopes = [np.tan(s.ascent) for s in (surface.along_x, surface.along_y)]
-            down = w[..., 2] - slopes[0] * w[..., 0] - slopes[1] * w[..., 1]
-            return np.asarray(surface.projection(c) / np.where(down > 0.0, down, np.nan))
-        if any(straight):
-            return _sheared(surface, c, w, 0 if straight[0] else 1)
-    return _ray_root(surface, c, w)
-
-
-def _sheared(patch: Patch, c: Floats, w: Floats, k: int) -> Floats:
-    """Profile k is straight, the other a circle in the plane (t, z - m x_k)."""
-    line, arc = (patch.along_x, patch.along_y) if k == 0 else (patch.along_y, patch.along_x)
-    m, j = np.tan(line.ascent), 1 - k
-    sin, cos = np.sin(arc.mu), np.cos(arc.mu)
-    d = np.stack([w[..., j], w[..., 2] - m * w[..., k]], axis=-1)
-    # O: (t1 - R sin mu, z1 - R cos mu - m x1); p = C - O
-    p = np.stack(
-        [
-            c[..., j] - (arc.at - arc.radius * sin),
-            c[..., 2] - m * c[..., k] - (patch.z1 - arc.radius * cos - m * line.at),
-        ],
-        axis=-1,
-    )
-    a, b = (d * d).sum(axis=-1), (d * p).sum(axis=-1)
-    # p.p - R^2 as a product of sum and difference
-    size = np.linalg.norm(p, axis=-1)
-    g = (size - abs(arc.radius)) * (size + abs(arc.radius))
-    root = np.sqrt(np.where(b * b - a * g >= 0.0, b * b - a * g, np.nan))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        if arc.radius > 0.0:
-            return np.asarray(np.where(b > 0.0, -g / (b + root), (root - b) / a))
-        return np.asarray(np.where(b < 0.0, g / (root - b), (-b - root) / a))
-
-
-def _ray_root(surface: Surface, c: Floats, w: Floats) -> Floats:
-    """Bracket from the point upward in growing steps, then a root."""
-    flat_c, flat_w = c.reshape(-1, 3), w.reshape(-1, 3)
-
-    def above(s: Floats, who: Bools | slice = slice(None)) -> Floats:
-        q = flat_c[who] + s[:, None] * flat_w[who]
-        return np.asarray(q[:, 2] - surface.height(q[:, 0], q[:, 1]))
-
-    n = len(flat_c)
-    low = np.zeros(n)
-    f_low = above(low)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        high = np.where(f_low < 0.0, -f_low / np.maximum(flat_w[:, 2], 0.1), 0.0)
-    f_high = above(high)
-    for _ in range(60):
-        short = f_high < 0.0
-        if not short.any():
-            break
-        low, f_low = np.where(short, high, low), np.where(short, f_high, f_low)
-        high = np.where(short, high + np.maximum(-1.5 * f_high, 1e-9), high)
-        f_high = np.where(short, above(high), f_high)
-    good = (f_low < 0.0) & (f_high >= 0.0)
-    out = np.full(n, np.nan)
-    out[good] = rooted(lambda s: above(s, good), low[good], high[good])
-    return out.reshape(c.shape[:-1])
 
 
 def rooted(f: Callable[[Floats], Floats], low: Floats, high: Floats) -> Floats:

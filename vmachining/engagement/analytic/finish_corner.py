@@ -3,7 +3,7 @@
 | function | is |
 |---|---|
 | `end_place` | on which piece the edge leaves the material, by vertical distances |
-| `corner_circle`, `corner_line`, `corner_circle_chain` | end on the corner against a circle or a line, in their plane |
+| `corner_circle`, `corner_line` | end on the corner against a circle or a line, in their plane |
 | `station` | UE at phi = 0, 90 or 180 degrees by stages |
 | `interpolated_heights`, `end_at_height` | UE at every other angle, from heights: as published, or for planes exactly |
 | `station_ends` | all of it: s of UE at any angles |
@@ -31,9 +31,17 @@ from vmachining.engagement.frames import angles_of
 from vmachining.errors import InputError
 
 __all__ = [
-    "STATIONS", "EndPlace", "StationEnd", "corner_circle", "corner_circle_chain", "corner_line", "end_at_height", "end_place",
-    "interpolated_heights", "station", "station_ends",
-]  # fmt: skip
+    "STATIONS",
+    "EndPlace",
+    "StationEnd",
+    "corner_circle",
+    "corner_line",
+    "end_at_height",
+    "end_place",
+    "interpolated_heights",
+    "station",
+    "station_ends",
+]
 
 STATIONS = (0.0, 0.5 * np.pi, np.pi)
 """rad of phi: places A, B and C of the published procedure."""
@@ -61,13 +69,12 @@ def end_place(d_c: float, d_p: float) -> EndPlace:
 
 
 def corner_circle(r: float, radius: ArrayLike, lean: ArrayLike, tilt: ArrayLike, cs: ArrayLike) -> Floats:
-    """(...,) rad, lam of UE against a circle; NaN if there is none.
+    """(...,) rad, lam of UE against a circle; NaN if none exists.
 
     r : of the corner. radius : signed, R > 0 convex. lean : th, outward lean of w. tilt : delta, outward tilt of the
     profile's normal over C. cs : vertical distance of the circle over C in this plane.
 
-    Notes
-    -----
+
     O4 = r w, O3 = (-R sin delta, Cs - R cos delta): a cos lam + b sin lam = g with d = O4 - O3, a = -w.d, b = e_r.d,
     g = (R^2 - r^2 - d.d) / (2 r); lam = tau - acos(g/k) convex, tau + acos(g/k) concave.
     """
@@ -95,21 +102,6 @@ def corner_line(r: float, cs: ArrayLike, ascent: ArrayLike, lean: ArrayLike) -> 
         return quarter(chip.QUARTER + g + th - np.arcsin(np.where(np.abs(sine) <= 1.0, sine, np.nan)))
 
 
-def corner_circle_chain(r: float, radius: float, lean: float, tilt: float, cs: float) -> float:
-    """rad, the same as `corner_circle` for a convex profile by the chain of triangles (6-43 to 6-52)."""
-    co3 = np.sqrt(cs**2 + radius**2 - 2.0 * cs * radius * np.cos(tilt))
-    pa = np.arccos(np.clip((co3**2 + radius**2 - cs**2) / (2.0 * co3 * radius), -1.0, 1.0))
-    dc = tilt + np.sign(tilt) * pa
-    pf = np.pi - abs(lean - dc)
-    o3o4 = np.sqrt(r**2 + co3**2 - 2.0 * r * co3 * np.cos(pf))
-    pg = np.arccos(np.clip((r**2 + o3o4**2 - co3**2) / (2.0 * r * o3o4), -1.0, 1.0))
-    outward = (
-        lean - dc < 0.0
-    )  # O3 outward of the line of the axis: the axis leans less than the circle's radius
-    wu = r - (r**2 - radius**2 + o3o4**2) / (2.0 * o3o4)
-    return float(np.arccos(1.0 - wu / r) + (pg if not outward else -pg))
-
-
 # -- stages ----------------------------------------------------------------------------------------------------
 
 
@@ -124,10 +116,7 @@ class StationEnd(NamedTuple):
 def station(patch: Patch, corner: Corner, tip: ArrayLike, frame: ArrayLike, phi: float) -> StationEnd:
     """UE at phi = 0, 90 or 180 degrees by the published stages, put right.
 
-    Raises
-    ------
-    InputError
-        Another angle, or a model without a height over the edge.
+    Raises InputError: Another angle, or a model without a height over the edge.
     """
     which = [abs(phi - p) < 1e-12 for p in STATIONS]
     if not any(which):

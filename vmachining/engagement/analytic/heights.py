@@ -40,19 +40,9 @@ def heights_of(
 ) -> HeightStock | None:
     """Stock minus sweeps as heights over cells of a pitch, each that of the vertical line through its middle.
 
-    Parameters
-    ----------
     region : (2, 3) mm, box that matters; material above its top is taken as gone. None: all of the stock.
-
-    Returns
-    -------
-    HeightStock or None
-        None where region and stock do not meet.
-
-    Raises
-    ------
-    StockError
-        More than `MOST_CELLS` cells.
+    Returns HeightStock or None: None where region and stock do not meet.
+    Raises StockError: More than `MOST_CELLS` cells.
     """
     low, high = bounds(stock)
     if region is not None:

@@ -27,7 +27,7 @@ ROTATION = 1e-6
 """A frame whose columns are less at right angles or of length one than this is refused: six digits of a CL file."""
 
 IDLE = 1e-12
-"""N . V below this share of the speed of the tip is none, as for the other methods: an edge that slides cuts nothing."""
+"""N . V below this share of the speed of the tip counts as zero, as for the other methods: an edge that slides cuts nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +61,7 @@ class Pass:
     """Engaged intervals of one edge along a path, at every position and rotation angle, and its chips.
 
     corner : the cutter. tip (n, 3) mm, frame (n, 3, 3): where it is. velocity (n, 3), axis_rate (n, 3): how it moves.
-    phi : (n or 1, m) rad in the tool frame. lower, upper : (n, m, k) mm, s of the intervals, NaN behind the last one;
+    phi : (n or 1, m) rad in the tool frame. lower, upper : (n, m, k) mm, s of the intervals, NaN after the last one;
     a `piece` of the edge each. Units of time are those of velocity and axis_rate.
     """
 
@@ -109,10 +109,6 @@ class Pass:
             self.lower, self.upper, self.tip[:, None], self.frame[:, None], self.phi, c.rm, c.r, normal
         )
 
-    def book_depth(self, lead: ArrayLike) -> Floats:
-        """(n, m) mm as published, see `chip.book_depth`; lead (...,) rad."""
-        return chip.book_depth(self.lower, self.upper, self.corner.r, lead)
-
     def chip_area(
         self, feed_per_tooth: ArrayLike = 1.0, *, model: str = "exact", lead: ArrayLike = 0.0
     ) -> Floats:
@@ -123,14 +119,6 @@ class Pass:
         return chip.chip_area(
             self.lower, self.upper, speeds, c.rm, c.r, chip.feed_scale(feed_per_tooth, speeds)
         )
-
-    def chip_thickness(self, feed_per_tooth: ArrayLike = 1.0, *, points: int = 9) -> tuple[Floats, Floats]:
-        """s (n, m, k, points) mm along every interval, both ends included, and h there in mm."""
-        share = np.linspace(0.0, 1.0, points)
-        s = self.lower[..., None] + (self.upper - self.lower)[..., None] * share
-        at = chip.Speeds(*(v[..., None, None] for v in self.speeds))
-        c = self.corner
-        return s, chip.chip_thickness(s, at, c.rm, c.r, chip.feed_scale(feed_per_tooth, at))
 
     def thickest(self, feed_per_tooth: ArrayLike = 1.0) -> Floats:
         """(n, m) mm: largest chip thickness along the edge, 0 in air.
@@ -157,11 +145,6 @@ class Pass:
         return chip.edge_points(
             self.tip[:, None, None], self.frame[:, None, None], self.phi[..., None], s, c.rm, c.r
         )
-
-    @property
-    def removal_density(self) -> Floats:
-        """(n, m): integral of N . V rho ds; over phi the rate of removal."""
-        return chip.removal_density(self.lower, self.upper, self.speeds, self.corner.rm, self.corner.r)
 
 
 def engaged(
@@ -207,7 +190,7 @@ def engaged(
 
 
 def found_intervals(rows: int, fill: Callable[[_kernels.Found], None]) -> tuple[Floats, Floats]:
-    """Lower and upper ends (rows, k) that a kernel finds, with as much room as it needs; NaN behind the last one."""
+    """Lower and upper ends (rows, k) that a kernel finds, with as much room as it needs; NaN after the last one."""
     capacity = FIRST_CAPACITY
     while True:
         found = _kernels.Found(

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vmachining.arrays import Floats
-from vmachining.engagement.frames import angles_of, axis_of, rotation, tip_of_contact
+from vmachining.engagement.frames import angles_of, rotation
 from vmachining.errors import InputError
 
 __all__ = ["Poses", "Records", "axis_rate_of"]
@@ -51,13 +51,13 @@ class Records:
     def __post_init__(self) -> None:
         tip = np.array(self.tip, dtype=np.float64)
         if tip.ndim != 2 or tip.shape[1] != 3 or len(tip) < 2:
-            raise InputError(f"a path wants two or more points (x, y, z), got shape {tip.shape}")
+            raise InputError(f"a path needs two or more points (x, y, z), got shape {tip.shape}")
         angles = [np.array(v, dtype=np.float64) for v in (self.theta_a, self.theta_b)]
         if any(v.shape not in ((), (len(tip),)) for v in angles):
-            raise InputError(f"{len(tip)} points want as many angles, or one for all")
+            raise InputError(f"{len(tip)} points need as many angles, or one for all")
         columns = [tip, *(np.broadcast_to(v, (len(tip),)).copy() for v in angles)]
         if not all(np.isfinite(v).all() for v in columns):
-            raise InputError("a path wants finite points and angles")
+            raise InputError("a path needs finite points and angles")
         for name, value in zip(("tip", "theta_a", "theta_b"), columns, strict=True):
             object.__setattr__(self, name, value)
 
@@ -66,25 +66,6 @@ class Records:
         """CL points with unit axes (n, 3), as CL files carry them."""
         tilts = angles_of(np.broadcast_to(np.asarray(axis, dtype=np.float64), np.shape(tip)))
         return cls(np.asarray(tip), tilts.theta_a, tilts.theta_b)
-
-    @classmethod
-    def of_contacts(
-        cls,
-        contact: ArrayLike,
-        normal: ArrayLike,
-        theta_a: ArrayLike,
-        theta_b: ArrayLike,
-        rm: float,
-        r: float,
-    ) -> Records:
-        """CL points of CC points (n, 3) with unit normals (n, 3): the tool touches there, the machine goes straight between.
-
-        Where the normal is the axis, the contact lies in the direction of the path.
-        """
-        cc = np.array(contact, dtype=np.float64)
-        toward = np.gradient(cc, axis=0) if len(cc) > 1 else None
-        tip = tip_of_contact(cc, normal, axis_of(theta_a, theta_b), rm, r, toward)
-        return cls(tip, np.asarray(theta_a), np.asarray(theta_b))
 
     @property
     def lengths(self) -> Floats:

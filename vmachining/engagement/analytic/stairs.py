@@ -62,7 +62,7 @@ class HeightStock:
         """Blocks side by side in x: breaks (n + 1,) and their heights (n,) mm."""
         heights = np.array(tops, dtype=np.float64, ndmin=1)
         if heights.ndim != 1:
-            raise StockError(f"heights of a staircase: want one row, got shape {heights.shape}")
+            raise StockError(f"heights of a staircase: expected one row, got shape {heights.shape}")
         return cls(breaks, y, heights[:, None], floor)
 
     @classmethod
@@ -79,7 +79,7 @@ class HeightStock:
         """
         p = np.array(points, dtype=np.float64)
         if p.ndim != 2 or p.shape[1] != 3 or not len(p) or not np.isfinite(p).all():
-            raise StockError(f"vertical vectors: want finite rows (x, y, z), got shape {p.shape}")
+            raise StockError(f"vertical vectors: expected finite rows (x, y, z), got shape {p.shape}")
         breaks, index = [], []
         for k in range(2):
             v = np.unique(p[:, k])
@@ -100,7 +100,7 @@ class HeightStock:
         return cls(breaks[0], breaks[1], top, floor)
 
     def part(self, low: ArrayLike, high: ArrayLike) -> HeightStock | None:
-        """The cells that a box (x, y) from low to high meets; None if there is none."""
+        """The cells that a box (x, y) from low to high meets; None if none exists."""
         at = []
         for breaks, a, b in zip((self.x, self.y), np.asarray(low), np.asarray(high), strict=True):
             first = max(int(np.searchsorted(breaks, a, side="right")) - 1, 0)
@@ -133,5 +133,5 @@ class HeightStock:
         return out
 
     def rows(self) -> Stairs:
-        """As the kernels want it."""
+        """As the kernels need it."""
         return Stairs(self.x, self.y, np.ascontiguousarray(self.top), self.floor, float(self.top.max()))

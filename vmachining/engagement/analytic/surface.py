@@ -73,7 +73,7 @@ class Section(NamedTuple):
         return np.asarray(np.sin(self.mu) + run / self.radius)
 
     def tilt(self, t: ArrayLike) -> Floats:
-        """(...,) rad, d: tilt of the normal at t; NaN where there is none."""
+        """(...,) rad, d: tilt of the normal at t; NaN where none exists."""
         s = self.sine(t)
         return np.asarray(np.arcsin(np.where(np.abs(s) <= 1.0, s, np.nan)))
 
@@ -155,29 +155,16 @@ class NormalGrid:
     def __init__(self, x: ArrayLike, y: ArrayLike, z: ArrayLike, mu_x: ArrayLike, mu_y: ArrayLike) -> None:
         lines = [np.array(v, dtype=np.float64) for v in (x, y)]
         if any(v.ndim != 1 or len(v) < 2 or not (np.diff(v) > 0.0).all() for v in lines):
-            raise InputError("a grid of normals wants two or more rising places in x and in y")
+            raise InputError("a grid of normals needs two or more rising places in x and in y")
         fields = [np.array(v, dtype=np.float64) for v in (z, mu_x, mu_y)]
         want = (len(lines[0]), len(lines[1]))
         if any(v.shape != want or not np.isfinite(v).all() for v in fields):
             raise InputError(
-                f"a grid of {want[0]} x {want[1]} normals wants as many finite heights and tilts"
+                f"a grid of {want[0]} x {want[1]} normals needs as many finite heights and tilts"
             )
         for name, value in zip(("x", "y", "z", "mu_x", "mu_y"), (*lines, *fields), strict=True):
             value.setflags(write=False)
             object.__setattr__(self, name, value)
-
-    @classmethod
-    def of_rows(cls, rows: ArrayLike) -> NormalGrid:
-        """From rows (x, y, z, mu_x, mu_y) in any order that fill a grid."""
-        v = np.array(rows, dtype=np.float64)
-        if v.ndim != 2 or v.shape[1] != 5:
-            raise InputError(f"normals: want rows (x, y, z, mu_x, mu_y), got shape {v.shape}")
-        x, y = np.unique(v[:, 0]), np.unique(v[:, 1])
-        if len(x) * len(y) != len(v):
-            raise InputError(f"{len(v)} normals at {len(x)} places in x and {len(y)} in y do not fill a grid")
-        order = np.lexsort((v[:, 1], v[:, 0]))
-        z, mu_x, mu_y = (v[order, k].reshape(len(x), len(y)) for k in (2, 3, 4))
-        return cls(x, y, z, mu_x, mu_y)
 
     @classmethod
     def sampled(cls, surface: Surface, x: ArrayLike, y: ArrayLike, step: float = 1e-4) -> NormalGrid:

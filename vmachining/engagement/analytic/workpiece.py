@@ -22,10 +22,7 @@ __all__ = ["HeightWorkpiece", "corner_of"]
 def corner_of(profile: Profile) -> Corner:
     """The cutter of a meridian as `Corner`.
 
-    Raises
-    ------
-    ToolError
-        Not a flat, bull or ball cutter with its tip at z = 0.
+    Raises ToolError: Not a flat, bull or ball cutter with its tip at z = 0.
     """
     segments = list(profile.segments)
     r = segments[0].radius if segments[0].is_arc else 0.0
@@ -49,10 +46,7 @@ def corner_of(profile: Profile) -> Corner:
 class HeightWorkpiece:
     """Heights over cells as the `Workpiece` of an edge; None is air.
 
-    Raises
-    ------
-    ToolError
-        Of `holds`: a cutter that `corner_of` does not know, or a wound edge.
+    Raises ToolError: Of `holds`: a cutter that `corner_of` does not know, or a wound edge.
     """
 
     stock: HeightStock | None

@@ -93,12 +93,8 @@ class WorkerProcess:
     make, arguments : what `make(*arguments)` returns there is called with every question, and gives an iterator of answers.
     seconds : of a processor for that, beside those of a start.
 
-    Raises
-    ------
-    WorkerLost
-        It ended before it was ready, or was late.
-    SweepError, EngineError
-        What `make` raised.
+    Raises WorkerLost: It ended before it was ready, or was late.
+    Raises SweepError, EngineError: What `make` raised.
     """
 
     def __init__(self, make: Callable[..., Any], *arguments: Any, seconds: float = 0.0) -> None:
@@ -154,12 +150,8 @@ class WorkerProcess:
     def receive(self, seconds: float) -> Any:
         """The next answer, or `END`.
 
-        Raises
-        ------
-        Late, WorkerLost
-            None within so many seconds of its processor; or it ended.
-        SweepError, EngineError
-            What was raised there instead of an answer.
+        Raises Late, WorkerLost: None within so many seconds of its processor; or it ended.
+        Raises SweepError, EngineError: What was raised there instead of an answer.
         """
         watch = self.watch()
         while True:
@@ -210,21 +202,17 @@ class WorkerProcess:
         try:
             code = self._process.wait(timeout=10.0)
         except subprocess.TimeoutExpired:
-            return "its process closed its pipe and goes on"
+            return "its process closed its pipe and continues"
         return (
             f"OCCT ended its process (signal {-code})" if code < 0 else f"its process ended with code {code}"
         )
 
 
 def isolated(function: Callable[..., T], *arguments: Any, seconds: float) -> T:
-    """`function(*arguments)` in a process of its own; both the function and its answer travel as pickles.
+    """`function(*arguments)` in a separate process; both the function and its answer travel as pickles.
 
-    Raises
-    ------
-    SweepError, EngineError
-        What the function raised.
-    EngineError
-        It crashed, or took longer than `seconds`.
+    Raises SweepError, EngineError: What the function raised.
+    Raises EngineError: It crashed, or took longer than `seconds`.
     """
     answer: T = next(isolated_steps(_once, function, *arguments, seconds=seconds))
     return answer
@@ -233,14 +221,10 @@ def isolated(function: Callable[..., T], *arguments: Any, seconds: float) -> T:
 def isolated_steps(
     function: Callable[..., Iterator[T]], *arguments: Any, seconds: float
 ) -> Generator[T, None, None]:
-    """What the iterator `function(*arguments)` yields, from a process of its own; `isolated` for answers that come one by one.
+    """What the iterator `function(*arguments)` yields, from a separate process; `isolated` for answers that come one by one.
 
-    Raises
-    ------
-    SweepError, EngineError
-        What it raised, behind what it yielded before.
-    EngineError
-        It crashed, or took longer than `seconds` for one of its values.
+    Raises SweepError, EngineError: What it raised, after what it yielded before.
+    Raises EngineError: It crashed, or took longer than `seconds` for one of its values.
     """
     try:
         with WorkerProcess(_caller) as worker:

@@ -49,16 +49,10 @@ def solid(sweep: Sweep, *, fit_mm: float = SHEET_FIT_MM) -> Any:
 
     fit_mm : largest distance asked of the spline sheets of a tool that turns; `solids` tells what was reached.
 
-    Raises
-    ------
-    SweepError
-        A sweep that is no single solid here, or that this engine cannot build; says why.
-    EngineError
-        OCCT does not accept the solid, or its volume differs from the closed form (1e-6 relative, 1e-5 with
-        spline faces).
+    Raises SweepError: A sweep that is no single solid here, or that this engine cannot build; says why.
+    Raises EngineError: OCCT does not accept the solid, or its volume differs from the closed form (1e-6 relative, 1e-5
+        with spline faces).
 
-    Notes
-    -----
     Faces are planes, cylinders, cones, spheres, tori, and oblique extrusions of circles (a sharp edge on a
     ramp). Ramps of a torus and helices have quintic spline faces within 1e-7 mm of the truth, tools that turn
     within `fit_mm`.
@@ -86,13 +80,10 @@ def solids(sweep: Sweep, *, fit_mm: float = SHEET_FIT_MM) -> list[Swept]:
     convex on a ramp or while they turn, and for blocks during which the grazing curve of a turning tool changes
     its shape.
 
-    Raises
-    ------
-    SweepError
-        A turning tool, or one on an arc about x or y, whose envelope folds inside the sweep or whose grazing
-        curve has a shape without solid (`pieces.py`).
-    EngineError
-        OCCT does not accept a solid, or one of a turning tool is off the volume of the flux identity by 1e-5.
+    Raises SweepError: A turning tool, or one on an arc about x or y, whose envelope folds inside the sweep or whose
+        grazing curve has a shape without solid (`pieces.py`).
+    Raises EngineError: OCCT does not accept a solid, or one of a turning tool is off the volume of the flux identity by
+        1e-5.
     """
     known = sweep.upright()
     if isinstance(sweep.path, Arc) and sweep.path.axis != 2 and sweep.path.angle * sweep.path.radius != 0.0:
@@ -211,7 +202,7 @@ def _level_parts(profile: Profile, path: Arc) -> list[Arc]:
 
 
 def _helix_parts(profile: Profile, path: Arc) -> list[Arc] | None:
-    """Equal pieces of a helix that enter no point twice; None if there are none, or too many."""
+    """Equal pieces of a helix that enter no point twice; None if none exist, or too many."""
     for count in (1, 2):
         pieces = path.split([k / count for k in range(1, count)])
         if path.radius > profile.max_radius and swept_volume(profile, pieces[0]) is not None:

@@ -37,10 +37,7 @@ def write_sweep(path: Path, sweep: Sweep) -> float:
 def write_solids(path: Path, shapes: Sequence[Any]) -> float:
     """Write TopoDS_Solids into one STEP file; returns the sum of their volumes as read back, mm^3.
 
-    Raises
-    ------
-    EngineError
-        The file cannot be written, or reads back with other solids or volumes. It is removed then.
+    Raises EngineError: The file cannot be written, or reads back with other solids or volumes. It is removed then.
     """
     write_plain(path, shapes)
     back = volumes_in(path)

@@ -24,8 +24,8 @@ Goal: a bracket that holds the truth, rounding included, as narrow as asked, at 
 | `table.py` | `CutterTable`: the cutters of a job by number |
 | `tiles.py` | `Tiling`: lists of sweeps and facets by tiles |
 | `paths.py` | `pieces` of arcs |
-| `goal.py` | how narrow a bracket is wanted, of a block and of a share of it |
-| `heights.py` | the workpiece as closed triangles over a grid |
+| `goal.py` | how narrow a bracket is asked for, of a block and of a share of it |
+| `shape/` | the workpiece as closed triangles over a lattice |
 | `roof/` | facets of the top and edges of the outline of a stock, by tiles |
 | `store.py` | profiles and paths as arrays |
 | `surface/` | f, its tangent planes and second derivatives, the cover rule, in numba |
@@ -43,7 +43,7 @@ Known limits: convex cutters, upright axis, stocks with level bottom on which no
 over; a sweep whose own top dips below
 the top of the stock is refused, even where nothing is left there. Ramps steeper than 1e4 are bounded by plunges and stay
 as wide as that makes them. Over a seam between facets, and over an outline that turns
-in a cell, bounds are of first order. The surface of a stock that is no box is left to the mesh engine.
+in a cell, bounds are of first order. The surface of a stock of facets is cut off by the mesh engine.
 """
 
 from vmachining.engines.columns.engine import ColumnsEngine

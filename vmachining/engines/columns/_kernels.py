@@ -13,11 +13,14 @@ from numpy.typing import NDArray
 from vmachining.engines.columns.arcs._kernels import STRAIGHT, at, place
 from vmachining.engines.columns.cells._kernels import bounds
 from vmachining.engines.columns.closed._kernels import hides
+from vmachining.engines.columns.heap._kernels import sift_down, sift_up, width
 from vmachining.engines.columns.roof._kernels import Roof
 from vmachining.engines.columns.sides import DOWN, FIRST, FORGET, SELF, SMOOTH, UP
 from vmachining.engines.columns.smooth._kernels import above
-from vmachining.engines.columns.surface._kernels import COLUMNS, value
+from vmachining.engines.columns.surface._kernels import COLUMNS, distance, value
 from vmachining.jit import kernel, leaf
+
+LOW = np.int64(4)  # column of a cell's lower end; the upper one stands beside it
 
 
 class Shapes(NamedTuple):
@@ -66,34 +69,6 @@ class Goal(NamedTuple):
     less: float
     weight: float
     floor: float
-
-
-@leaf
-def _width(cell, c):
-    return cell[c, 5] - cell[c, 4]
-
-
-@leaf
-def _sift_up(heap, cell, i):
-    while i > 0:
-        j = (i - 1) // 2
-        if _width(cell, heap[j]) >= _width(cell, heap[i]):
-            return
-        heap[i], heap[j] = heap[j], heap[i]
-        i = j
-
-
-@leaf
-def _sift_down(heap, cell, n):
-    i = 0
-    while 2 * i + 1 < n:
-        j = 2 * i + 1
-        if j + 1 < n and _width(cell, heap[j + 1]) > _width(cell, heap[j]):
-            j += 1
-        if _width(cell, heap[i]) >= _width(cell, heap[j]):
-            return
-        heap[i], heap[j] = heap[j], heap[i]
-        i = j
 
 
 @kernel
@@ -151,6 +126,9 @@ def wanted(goal: Goal, volume: float) -> float:
 
 MANY = 256.0  # at first, cells as wide as the width asked for divided by this are as good as known
 PROGRESS = 0.0625  # then, those of this share of the width of the cell whose part they are
+POINT = 1e-7  # of a tile: a cell so small that it is a place
+NEAR = 1e-9  # of a radius
+IDS = 200  # of sweeps, all in all, by the cells that a block is divided into at most
 FINE, FULL, LONG = 0.0, 1.0, 2.0
 ZERO = np.int64(0)  # typed, see surface/_kernels.py
 
@@ -163,9 +141,13 @@ def remove(
     """Bracket of what sweep k removes in our tiles, into out = (lo, hi, cells, most sweeps in a tile, state).
 
     goal: width at which it is done, see `wanted`.
-    limit: cells at most, no more than there is room for. keep: whether the tiles are to know the sweep afterwards.
-    state FULL: the cells were used up before the width asked for was reached (the bracket holds); LONG: a list of sweeps
-    does not fit, nothing was done.
+    limit: cells, beside those of the first look, into which these are divided at most. keep: whether the tiles are to
+    know the sweep afterwards.
+    state FULL: the cells were used up before the width asked for was reached (the bracket holds); LONG: there is no room
+    for a list of sweeps or for a cell, nothing was done.
+
+    Every write has its guard in front of it. `bounds` fills rows up to count + 2 of lines, E, C and W, the last row of C,
+    and at most `count` ids from where it is asked; P holds what three clips can make of four corners (see `clip`).
     """
     head, part, lift, ladder, rows = shapes.head, shapes.part, shapes.lift, shapes.ladder, shapes.rows
     rules = shapes.rules
@@ -174,7 +156,7 @@ def remove(
     i0, i1, j0, j1 = tile_range(rows, k, head[int(rows[k, 8]), 1], tiles.grid, tiles.size)
     gx, gy, w, h = tiles.grid[0], tiles.grid[1], tiles.grid[2], tiles.grid[3]
     n, used, fresh, most = ZERO, ZERO, ZERO, ZERO
-    out[4], least = FINE, 0.0
+    out[4], lo, hi, least = FINE, 0.0, 0.0, 0.0
     for j in range(j0, j1):
         for i in range(i0, i1):
             t = j * tiles.size[0] + i
@@ -182,7 +164,7 @@ def remove(
                 continue
             count, e = ZERO, tiles.first[t]
             while e >= 0:
-                if count + 3 >= len(E) or used + 2 * count + 8 >= len(ids) or n + 8 >= len(cell):
+                if count + 3 >= len(E) or used + 2 * count + 8 >= len(ids):
                     out[4] = LONG
                     return
                 ids[used + count] = tiles.sweep[e]
@@ -190,26 +172,25 @@ def remove(
                 e = tiles.after[e]
             x, y = gx + (i + 0.5) * w, gy + (j + 0.5) * h
             src = used
-            lo, hi, m = bounds(
+            a, b, m = bounds(
                 head, part, lift, ladder, rows, rules, roof, k, rim, top, bottom, x, y, 0.5 * w, 0.5 * h,
                 ids, src, count, src + count, slack, min(wanted(goal, least) / MANY, 1e30), lines, E, C, P, W,
             )  # fmt: skip
-            if hi <= 0.0:
+            if b <= 0.0:
                 continue
-            least += lo
+            least += a
             most = max(most, m)
             used += count + m
-            cell[n, 0], cell[n, 1], cell[n, 2], cell[n, 3], cell[n, 4], cell[n, 5] = (
-                x,
-                y,
-                0.5 * w,
-                0.5 * h,
-                lo,
-                hi,
-            )
-            span[n, 0], span[n, 1] = src + count, m
-            heap[n] = n
-            n += 1
+            lo, hi = lo + a, hi + b
+            if b > a:  # what is known exactly stays out of the heap
+                if n >= len(cell):
+                    out[4] = LONG
+                    return
+                cell[n, 0], cell[n, 1], cell[n, 2], cell[n, 3] = x, y, 0.5 * w, 0.5 * h
+                cell[n, 4], cell[n, 5] = a, b
+                span[n, 0], span[n, 1] = src + count, m
+                heap[n] = n
+                n += 1
             if keep:
                 if used + m + 1 >= len(ids) or fresh >= len(met):
                     out[4] = LONG
@@ -230,19 +211,22 @@ def remove(
                 met[fresh, 0], met[fresh, 1], met[fresh, 2] = t, used, left + 1
                 used += left + 1
                 fresh += 1
-    lo, hi = 0.0, 0.0
+            elif b == a:
+                used = src  # nobody asks for its list again
     for c in range(n):
-        lo += cell[c, 4]
-        hi += cell[c, 5]
-        _sift_up(heap, cell, c)
+        sift_up(heap, cell, c, LOW)
+    begun = n
     while n > 0 and hi - lo > wanted(goal, 0.5 * (lo + hi)):
         c = heap[0]
         x, y, hx, hy = cell[c, 0], cell[c, 1], 0.5 * cell[c, 2], 0.5 * cell[c, 3]
         src, count = span[c, 0], span[c, 1]
-        if n + 4 > limit or used + 4 * count > len(ids):
+        if n + 4 > begun + limit or used + 4 * count > IDS * limit:
             out[4] = FULL
             break
-        enough = PROGRESS * _width(cell, c)
+        if n + 4 > len(cell) or used + 4 * count > len(ids):
+            out[4] = LONG
+            return
+        enough = PROGRESS * width(cell, c, LOW)
         lo, hi = lo - cell[c, 4], hi - cell[c, 5]
         for q in range(4):
             cx, cy = x + (hx if q % 2 else -hx), y + (hy if q > 1 else -hy)
@@ -257,11 +241,11 @@ def remove(
             used += m
             lo, hi = lo + a, hi + b
             if q == 0:
-                _sift_down(heap, cell, n)
+                sift_down(heap, cell, n, LOW)
             elif b > a:  # what is known exactly stays out of the heap, and the next cell takes its place
                 heap[n] = new
                 n += 1
-                _sift_up(heap, cell, n - 1)
+                sift_up(heap, cell, n - 1, LOW)
     out[0], out[1], out[2], out[3] = lo, hi, n, most
     if keep:
         for q in range(fresh):
@@ -291,55 +275,37 @@ def assign(tiles: Tiles, t: int, ids: NDArray[np.int64]) -> None:
 
 @kernel
 def heights(
-    shapes: Shapes, tiles: Tiles, lines: NDArray[np.float64], per: int, bottom: float, top: float,
-    height: NDArray[np.float64], owner: NDArray[np.float64],
+    shapes: Shapes, tiles: Tiles, lines: NDArray[np.float64], rim: int, bottom: float, top: float,
+    places: NDArray[np.float64], height: NDArray[np.float64], owner: NDArray[np.int64],
 ) -> None:  # fmt: skip
-    """Height of what is left at (per + 1)^2 places of every tile, and the row of the sweep that made it; -1: none.
+    """Height of what is left at places (n, 2), and the row of the sweep that made it; -1: none, -2: outside of the rim.
 
-    Of a sweep that is held between two cutters it is the lower surface of the one inside.
+    An arc is asked for the pose that is lowest there, a steep ramp for the lower of its ends. A place that lies within
+    1e-9 of the square of a border is beyond the border of the stock, and inside that of a sweep.
     """
-    head, part, ladder, rows = shapes.head, shapes.part, shapes.ladder, shapes.rows
-    x, y, w, h = tiles.grid[0], tiles.grid[1], tiles.grid[2], tiles.grid[3]
-    for j in range(tiles.size[1]):
-        for i in range(tiles.size[0]):
-            first = tiles.first[j * tiles.size[0] + i]
-            for b in range(per + 1):
-                for a in range(per + 1):
-                    e, low, who = first, top, -1
-                    while e >= 0:
-                        k = tiles.sweep[e]
-                        px, py = x + (i + a / per) * w, y + (j + b / per) * h
-                        place(head, part, ladder, rows, k, px, py, 0.01 * w, 0.01 * w, lines, SELF)
-                        f = value(head, part, int(lines[SELF, 7]), lines, SELF, px, py)
-                        if f < low:
-                            low, who = f, k
-                        e = tiles.after[e]
-                    height[j * per + b, i * per + a] = max(low, bottom)
-                    owner[j * per + b, i * per + a] = who
-
-
-@kernel
-def heights_at(
-    shapes: Shapes, tiles: Tiles, lines: NDArray[np.float64], bottom: float, top: float,
-    places: NDArray[np.float64], height: NDArray[np.float64],
-) -> None:  # fmt: skip
-    """The same at places (n, 2) of the stock."""
     head, part, ladder, rows = shapes.head, shapes.part, shapes.ladder, shapes.rows
     x, y, w, h = tiles.grid[0], tiles.grid[1], tiles.grid[2], tiles.grid[3]
     for p in range(len(places)):
         px, py = places[p, 0], places[p, 1]
+        height[p], owner[p] = bottom, -2
+        if rim >= 0 and distance(rows, rim, px, py) >= head[int(rows[rim, 7]), 1] * (1.0 - NEAR):
+            continue
         i = min(max(int((px - x) / w), 0), tiles.size[0] - 1)
         j = min(max(int((py - y) / h), 0), tiles.size[1] - 1)
-        e, low = tiles.first[j * tiles.size[0] + i], top
+        e, low, who = tiles.first[j * tiles.size[0] + i], top, -1
         while e >= 0:
             k = tiles.sweep[e]
-            place(head, part, ladder, rows, k, px, py, 0.01 * w, 0.01 * w, lines, SELF)
-            low = min(low, value(head, part, int(lines[SELF, 7]), lines, SELF, px, py))
             e = tiles.after[e]
-        height[p] = max(low, bottom)
+            if rows[k, 9] >= low:
+                continue
+            place(head, part, ladder, rows, k, px, py, POINT * w, POINT * w, lines, SELF)
+            f = value(head, part, int(rows[k, 7]), lines, SELF, px, py)
+            if f < low:
+                low, who = f, k
+        height[p], owner[p] = max(low, bottom), who
 
 
-def work(cells: int = 60_000, most: int = 256) -> Work:
+def work(cells: int = 120_000, most: int = 256) -> Work:
     """Room for so many cells in a block and sweeps in a tile."""
     return Work(
         np.zeros((cells, 6)),

@@ -1,4 +1,4 @@
-"""Cutters as the kernels want them: the lower surface of a convex body of revolution, from the axis outward."""
+"""Cutters as the kernels take them: the lower surface of a convex body of revolution, from the axis outward."""
 
 from __future__ import annotations
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from functools import reduce
 from math import hypot
@@ -12,20 +11,23 @@ from typing import Self
 import numpy as np
 
 from vmachining.arrays import Floats, Ints
+from vmachining.checkpoint import Saved, opened
 from vmachining.engines.columns import _kernels
 from vmachining.engines.columns.arcs._kernels import ABOUT_X, STRAIGHT
 from vmachining.engines.columns.cutters import underside
 from vmachining.engines.columns.flat_stock import FlatStock
-from vmachining.engines.columns.goal import goal_of
-from vmachining.engines.columns.heights import solid_of
+from vmachining.engines.columns.goal import goal_of, judged
 from vmachining.engines.columns.paths import pieces
+from vmachining.engines.columns.shape import lattice_of, solid_of
 from vmachining.engines.columns.sides import ALL
 from vmachining.engines.columns.table import ANYWHERE, ASIDE, CutterTable
 from vmachining.engines.columns.tiles import Tiling
+from vmachining.engines.packed import mesh_of
 from vmachining.engines.protocol import NOTHING, WHOLE, Options, Removal, Share, StockSurface
 from vmachining.errors import EngineError
-from vmachining.geometry import Arc, Bracket, Line
-from vmachining.stock import MeshStock, Stock
+from vmachining.geometry import Arc, Line
+from vmachining.interval import Interval
+from vmachining.stock import Stock
 from vmachining.sweep import Sweep, Turn
 from vmachining.tolerance import CHORD_MM
 from vmachining.tool import Profile
@@ -48,7 +50,7 @@ TILE_SHARE = 0.2
 """Edge of a tile by the radius of the first cutter. Measured best between 1/6 and 1/4."""
 
 PER_TILE, MOST_PLACES = 4, 4_000_000
-"""Places of a surface along an edge of a tile, and all in all."""
+"""Places of a surface along an edge of a tile that was cut, and all in all."""
 
 LEFT_WIDTH, MOST_LOOKED = 1e-4, 400_000
 """Width, relative to the volume that is gone, asked of what is left in the end, and tiles up to which it is looked at."""
@@ -64,7 +66,7 @@ COARSE = 0.25
 
 
 TIDY = 4096
-"""Rows from which on it is asked, whenever they are twice as many as before, which of them are still of use."""
+"""Rows above which it is asked, whenever they are twice as many as before, which of them are still of use."""
 
 NO_DIGITS = "coordinates so large have no more digits"
 
@@ -98,7 +100,7 @@ class ColumnsEngine:
         if not width > 0.0 or not width_mm3 >= 0.0:
             raise EngineError(f"width {width:g} and {width_mm3:g} mm3 cannot be reached", engine=self.name)
         self.stock, self.width, self.width_mm3, self.tile_mm = stock, width, width_mm3, tile_mm
-        self.stock_volume = Bracket(stock.volume, stock.volume, stock.volume)
+        self.stock_volume = Interval(stock.volume, stock.volume, stock.volume)
         self.cells = self._looked_at = 0
         self._gone = NOTHING
         self._cutters = CutterTable()
@@ -187,7 +189,7 @@ class ColumnsEngine:
     def look_at(self, box: Floats, radius: float) -> None:
         """Forget all that was cut; from now on sweeps are entered and cut only in tiles that a box (2, 3), mm, reaches.
 
-        radius : mm, of the cutter by which tiles are made, if there are none yet.
+        radius : mm, of the cutter by which tiles are made, if none exist yet.
         """
         self._count = self._rim + 1
         self._gone, self._left = NOTHING, None
@@ -237,19 +239,8 @@ class ColumnsEngine:
         found = reduce(Removal.plus, parts)
         return found if found.note is None else self._judged(found)
 
-    def _is_wider(self, found: Removal, wanted: float) -> bool:
-        return found.width > max(wanted, self.width * found.estimate)
-
     def _judged(self, found: Removal) -> Removal:
-        """A block as it is reported: its note says that it is wider than was asked for and why, or nothing."""
-        wanted = self.width_mm3
-        if not self._is_wider(found, wanted):
-            return found._replace(note=None)
-        asked = f"{100.0 * self.width:.3g} % or {wanted:.3g} mm3"
-        share = 100.0 * found.width / found.estimate if found.estimate > 0.0 else 100.0
-        return found._replace(
-            note=f"removed volume known to {share:.3g} % where {asked} is asked: {found.note}"
-        )
+        return judged(found, self.width, self.width_mm3)
 
     def _goal(self, first: int, wanted: float) -> _kernels.Goal:
         """Of the block with rows from `first` on: as it was asked for, without what rounding adds."""
@@ -283,7 +274,7 @@ class ColumnsEngine:
         while True:
             _kernels.remove(
                 shapes, tiles.arrays, tiles.roof, self._work, k, self._rim, top, bottom,
-                goal, slack, min(CELLS, len(self._work.cell)), keep, out,
+                goal, slack, CELLS, keep, out,
             )  # fmt: skip
             if out[4] != _kernels.LONG:
                 break
@@ -370,18 +361,20 @@ class ColumnsEngine:
     # -- workpiece -----------------------------------------------------------------------------------------
 
     @property
-    def volume(self) -> Bracket:
+    def volume(self) -> Interval:
         """Of the workpiece, mm^3: what the sum over the blocks and one look at all that is left allow together."""
-        lo, estimate, hi = self._gone.bracket
-        v = self.stock.volume
-        summed = Bracket(max(v - hi, 0.0), v - estimate, v - lo)
-        if self._tiles is None or len(self._tiles) > MOST_LOOKED or hi - lo <= LEFT_WIDTH * hi:
+        summed = (self.stock_volume - self._gone.bracket).at_least(0.0)
+        if (
+            self._tiles is None
+            or len(self._tiles) > MOST_LOOKED
+            or self._gone.width <= LEFT_WIDTH * self._gone.hi
+        ):
             return summed
         if self._left is None:
             self._left = self._looked()
         low, _, high, *_ = self._left
         low, high = max(low, summed.lo), min(high, summed.hi)
-        return Bracket(low, min(max(summed.estimate, low), high), high)
+        return Interval(low, min(max(summed.estimate, low), high), high)
 
     def _looked(self) -> Removal:
         """All that is left: what a plunge wider than the stock would take."""
@@ -414,15 +407,15 @@ class ColumnsEngine:
         Raises
         ------
         EngineError
-            The stock is no box.
+            The top of the stock is not level.
         """
-        if not self.stock.is_box:
-            raise EngineError("only the surface of a box", engine=self.name)
+        if self.stock.mesh is not None:
+            raise EngineError("only the surface of a box or a round bar", engine=self.name)
         return self.over_box()
 
     def over_box(self) -> StockSurface:
-        """Heights over the box of the stock, `PER_TILE` places along each edge of a tile; exact at these, straight between
-        them, and upright walls where heights jump.
+        """Heights over the box of the stock, or over a round bar, `PER_TILE` places along each edge of a tile that was cut;
+        exact at these, straight between them, and upright walls where heights jump. See `shape`.
 
         Raises
         ------
@@ -431,67 +424,76 @@ class ColumnsEngine:
         """
         if self._tiles is None:
             raise EngineError("only the surface of what was cut", engine=self.name)
-        tiles = self._tiles.arrays
-        nx, ny = tiles.size.tolist()
-        x, y, w, h = tiles.grid.tolist()
-        per = max(1, min(PER_TILE, int(np.sqrt(MOST_PLACES / (nx * ny)))))
-        height, owner = np.zeros((2, ny * per + 1, nx * per + 1))
-        shapes = self._shapes
-        _kernels.heights(
-            shapes, tiles, self._work.lines, per, self.stock.low[2], self.stock.high[2], height, owner
-        )
-        xs, ys = x + w / per * np.arange(nx * per + 1), y + h / per * np.arange(ny * per + 1)
-        xs[-1], ys[-1] = self.stock.high[:2]
-        row = owner.astype(np.int64)
-        blocks = np.array([*self._blocks[: self._count], -1])
+        tiles, shapes = self._tiles.arrays, self._shapes
+        bottom, top = self.stock.low[2], self.stock.high[2]
+        busy = np.flatnonzero(tiles.first >= 0)
+        if self._rim >= 0:
+            busy = np.union1d(busy, self._tiles.on_circle(self.stock.radius))
+        per = max(1, min(PER_TILE, int(np.sqrt(MOST_PLACES / max(len(busy), 1)))))
 
-        def at(places: Floats) -> Floats:
-            out = np.zeros(len(places))
-            low, high = self.stock.low[2], self.stock.high[2]
-            _kernels.heights_at(shapes, tiles, self._work.lines, low, high, places, out)
-            return out
+        def at(places: Floats) -> tuple[Floats, Ints]:
+            z, owner = np.zeros(len(places)), np.zeros(len(places), dtype=np.int64)
+            _kernels.heights(
+                shapes,
+                tiles,
+                self._work.lines,
+                self._rim,
+                bottom,
+                top,
+                np.ascontiguousarray(places),
+                z,
+                owner,
+            )
+            return z, owner
 
-        return solid_of(xs, ys, height, blocks[row], self.stock.low[2], at)
+        lattice = lattice_of(tiles.grid, tiles.size, self.stock.high[:2], busy, per)
+        return solid_of(at, lattice, bottom, top, np.array([*self._blocks[: self._count], -1]))
 
     def save(self, path: Path) -> None:
-        """Write tiles and sweeps (`.npz`)."""
+        """See `Engine`."""
+        self.packed().write(path)
+
+    def packed(self) -> Saved:
+        """Tiles and sweeps."""
         state = {
             "stock": list(self.stock[:3]), "width": self.width, "width_mm3": self.width_mm3, "tile_mm": self.tile_mm,
             "blocks": self._blocks[: self._count], "gone": list(self._gone[:4]), "made": self._made,
+            "share": list(self._share),
         }  # fmt: skip
         arrays = self._cutters.packed()
         if self.stock.mesh is not None:
             arrays |= {"vertices": self.stock.mesh.vertices, "triangles": self.stock.mesh.triangles}
         tiles = {} if self._tiles is None else self._tiles.packed()
-        with path.open("wb") as file:
-            np.savez(
-                file, state=np.array(json.dumps(state)), rows=self._rows[: self._count], **arrays, **tiles
-            )
+        return Saved(self.name, state, {"rows": self._rows[: self._count], **arrays, **tiles})
 
     @classmethod
     def load(cls, path: Path, *, share: Share = WHOLE) -> Self:
         """The workpiece that `save` wrote; with a `share` it cuts that part of the tiles only."""
-        try:
-            with np.load(path) as data:
-                found = {name: data[name] for name in data.files}
-            state = json.loads(str(found["state"]))
-            low, high, radius = state["stock"]
-            mesh = MeshStock(found["vertices"], found["triangles"]) if "vertices" in found else None
-            engine = cls(
-                FlatStock(tuple(low), tuple(high), radius, mesh), state["width"], state["width_mm3"],
-                tile_mm=state["tile_mm"],
-            )  # fmt: skip
-            engine._cutters = CutterTable.unpacked(found)
-            engine._take_rows(found["rows"])
-            engine._blocks = state["blocks"]
-            engine._gone = Removal(*state["gone"]) if share.part == 0 else NOTHING
-            engine._made, engine._share = int(state["made"]), share
-            if "tiles_grid" in found:
-                engine._tiles = Tiling.unpacked(engine.stock, found)
-                if share.parts > 1:
-                    engine._tiles.divide(share)
-        except (OSError, KeyError, ValueError) as error:
-            raise EngineError(f"checkpoint {path} cannot be read ({error})", engine=cls.name) from error
+        with opened(path, cls.name) as saved:
+            return cls.unpacked(saved, share)
+
+    @classmethod
+    def unpacked(cls, saved: Saved, share: Share = WHOLE) -> Self:
+        """What `packed` gave."""
+        state, found = saved.state, saved.arrays
+        low, high, radius = state["stock"]
+        mesh = mesh_of(found["vertices"], found["triangles"]) if "vertices" in found else None
+        engine = cls(
+            FlatStock(tuple(low), tuple(high), radius, mesh), state["width"], state["width_mm3"],
+            tile_mm=state["tile_mm"],
+        )  # fmt: skip
+        engine._cutters = CutterTable.unpacked(found)
+        engine._take_rows(found["rows"])
+        engine._blocks = state["blocks"]
+        mine = share.part == 0 or state.get("share") == list(
+            share
+        )  # of a whole, the first share has what is gone
+        engine._gone = Removal(*state["gone"]) if mine else NOTHING
+        engine._made, engine._share = int(state["made"]), share
+        if "tiles_grid" in found:
+            engine._tiles = Tiling.unpacked(engine.stock, found, len(found["rows"]))
+            if share.parts > 1:
+                engine._tiles.divide(share)
         return engine
 
     @classmethod

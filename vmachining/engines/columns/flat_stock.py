@@ -29,25 +29,17 @@ class FlatStock(NamedTuple):
     def of(cls, stock: Stock) -> FlatStock:
         """That of a job.
 
-        Raises
-        ------
-        StockError
-            Its bottom is not level, something hangs over, or its faces are curved.
+        Raises StockError: Its bottom is not level, something hangs over, or its faces are curved.
         """
         low, high = (tuple(corner) for corner in stock.bounds.tolist())
         if isinstance(stock, StepStock) and len(stock.curved):
-            raise StockError("columns want a stock with plane faces", remedy="take --engine mesh")
+            raise StockError("columns need a stock with plane faces", remedy="take --engine mesh")
         if isinstance(stock, MeshStock):
             facets_of(stock)
             return cls(low, high, 0.0, MeshStock(stock.vertices, stock.triangles))
         if not isinstance(stock, (BoxStock, CylinderStock)):
             raise StockError("columns do not know this stock", remedy="take --engine mesh")
         return cls(low, high, stock.radius if isinstance(stock, CylinderStock) else 0.0)
-
-    @property
-    def is_box(self) -> bool:
-        """Whether walls and top are those of its box."""
-        return not self.radius and self.mesh is None
 
     @property
     def shape(self) -> Stock:

@@ -24,8 +24,7 @@ def widest(radius: float) -> float:
 def pieces(path: Arc, radius: float) -> list[Arc]:
     """Equal pieces of an arc, each no farther from its chord than the first pair of the cutter allows.
 
-    Notes
-    -----
+
     The chord of angle a has its ends at radius rho with rho - r = r - rho cos(a / 2), as far outside of the circle as its
     middle inside: r tan(a / 4)^2, half the sagitta of a chord with ends on the circle. Points of chord and helix at the
     same share u of both have the same place along the axis; the polar angle of the former differs from u a by

@@ -9,7 +9,7 @@ import numpy as np
 from vmachining.engines.columns.arcs._kernels import RUNGS
 from vmachining.engines.columns.cutters import grown, lift, underside, widened
 from vmachining.engines.columns.paths import widest
-from vmachining.engines.columns.store import packed_profiles, profiles_of
+from vmachining.engines.packed import packed_profiles, profiles_of
 from vmachining.errors import EngineError
 from vmachining.tool import Profile
 
@@ -37,14 +37,11 @@ class CutterTable:
         self._known: list[tuple[Profile, float, int]] = []
 
     def number(self, profile: Profile, by: float, rung: int = 0) -> int:
-        """Number of a cutter grown by some mm, told to the kernels once.
+        """Number of a cutter grown by some mm, given to the kernels once.
 
         rung : ASIDE or ANYWHERE for one that arcs alone use; the cover rule is not asked about it.
 
-        Raises
-        ------
-        EngineError
-            The cutter is not convex, or has more parts than there is room for.
+        Raises EngineError: The cutter is not convex, or has more parts than there is room for.
         """
         # by shape: behind a checkpoint the cutter of a job is another object, and still the one that lies in itself
         key = b"|".join(a.tobytes() for a in (profile.points, profile.centers, profile.radii)), by

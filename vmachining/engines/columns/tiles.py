@@ -94,6 +94,18 @@ class Tiling:
         i0, i1, j0, j1 = reach
         return 0.0 if self.seams is None else float(self.seams[j0:j1, i0:i1].sum())
 
+    def on_circle(self, radius: float) -> Ints:
+        """Numbers of the tiles that a circle about the middle of all meets."""
+        (_, _, w, h), (nx, ny) = self.arrays.grid.tolist(), self.arrays.size.tolist()
+        ends = [(np.arange(n + 1) - 0.5 * n) * step for n, step in ((nx, w), (ny, h))]
+        near = [np.maximum(np.maximum(e[:-1], -e[1:]), 0.0) for e in ends]
+        far = [np.maximum(-e[:-1], e[1:]) for e in ends]
+        slack = 1e-6 * radius
+        met = (np.hypot(near[0], near[1][:, None]) <= radius + slack) & (
+            np.hypot(far[0], far[1][:, None]) >= radius - slack
+        )
+        return np.flatnonzero(met)
+
     # -- who cuts where ------------------------------------------------------------------------------------
 
     def divide(self, share: Share) -> None:
@@ -167,10 +179,14 @@ class Tiling:
         return {f"tiles_{name}": array for name, array in found.items()}
 
     @classmethod
-    def unpacked(cls, stock: FlatStock, arrays: dict[str, Any]) -> Self:
-        """What `packed` wrote."""
+    def unpacked(cls, stock: FlatStock, arrays: dict[str, Any], sweeps: int) -> Self:
+        """What `packed` wrote; kernels take every number in it for the place of a tile or of one of `sweeps`."""
         self = cls(stock, arrays["tiles_grid"], arrays["tiles_size"])
-        self.fill(arrays["tiles_tile"], arrays["tiles_sweep"])
+        tile, sweep = arrays["tiles_tile"], arrays["tiles_sweep"]
+        for numbers, most in ((tile, len(self)), (sweep, sweeps)):
+            if len(numbers) and not (numbers.min() >= 0 and numbers.max() < most):
+                raise ValueError("its tiles list sweeps that are not there")
+        self.fill(tile, sweep)
         return self
 
     @classmethod

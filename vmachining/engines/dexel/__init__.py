@@ -26,7 +26,8 @@ block, and a closed surface in the end.
 | `batch/` | many straight blocks in one kernel call: upright rays as a map of heights, level ones by sections |
 | `surface.py`, `contour/` | closed triangles |
 | `_kernels.py` | loops over rays, in numba |
-| `rays/` | `RayEngine`: rays without a workpiece, the second judge of a run |
+| `rays/` | `RayEngine`: rays without a workpiece, the second judge where tools turn or dip |
+| `upright/` | `UprightJudge`: the second judge of a run of upright tools, by heights over random places |
 
 Source: dexels after Van Hook (SIGGRAPH 1986); three directions after Benouamer and Michelucci (1997). Dual contouring after
 Ju, Losasso, Schaefer, Warren (SIGGRAPH 2002), here with normals from neighbouring ends.
@@ -38,5 +39,6 @@ thinner in one is seen by the others. The surface shows no feature below the spa
 
 from vmachining.engines.dexel.engine import CONFIDENCE, DexelEngine
 from vmachining.engines.dexel.rays import RayEngine
+from vmachining.engines.dexel.upright import UprightJudge, Way
 
-__all__ = ["CONFIDENCE", "DexelEngine", "RayEngine"]
+__all__ = ["CONFIDENCE", "DexelEngine", "RayEngine", "UprightJudge", "Way"]

@@ -41,10 +41,7 @@ def default_spacing(bounds: Floats, axes: Sequence[int]) -> float:
 def refuse_too_fine(bounds: Floats, axes: Sequence[int], spacing: float) -> None:
     """Refuse a spacing whose rays do not fit into memory, before any of them is made.
 
-    Raises
-    ------
-    InputError
-        No length; or says how many rays there would be, what they take, and which spacing fits.
+    Raises InputError: No length; or says how many rays there would be, what they take, and which spacing fits.
     """
     if not 0.0 < spacing < float("inf"):
         raise InputError(f"spacing {spacing:g} mm is no length", remedy="give a length above 0")
@@ -54,6 +51,6 @@ def refuse_too_fine(bounds: Floats, axes: Sequence[int], spacing: float) -> None
         return
     fits = float(f"{1.05 * sqrt(BYTES * shadows(bounds, axes) / have):.2g}")
     raise InputError(
-        f"{count:,.0f} rays at a spacing of {spacing:.3g} mm want {need / 1e9:.3g} GB, and {have / 1e9:.3g} GB can be had",
+        f"{count:,.0f} rays at a spacing of {spacing:.3g} mm need {need / 1e9:.3g} GB, and {have / 1e9:.3g} GB can be had",
         remedy=f"take --spacing {fits:g}, or more",
     )

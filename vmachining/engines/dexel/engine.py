@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from functools import reduce
 from itertools import pairwise
@@ -13,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vmachining.arrays import Floats, Ints, rows
+from vmachining.checkpoint import Saved, opened
 from vmachining.engines.dexel.around import stadium
 from vmachining.engines.dexel.batch import cut_lines, looks_of, round_end, takes_line
 from vmachining.engines.dexel.batch.level import cut_sides, takes_side
@@ -20,10 +20,11 @@ from vmachining.engines.dexel.budget import default_spacing, refuse_too_fine
 from vmachining.engines.dexel.grid import Look, RayGrid
 from vmachining.engines.dexel.lattice import Lattice, Lists
 from vmachining.engines.dexel.surface import triangles
+from vmachining.engines.packed import bracket_of, packed_bracket
 from vmachining.engines.protocol import NOTHING, Options, Removal, Request, StockSurface
 from vmachining.engines.summed import Summed, meshed_volume
-from vmachining.errors import EngineError, InputError
-from vmachining.geometry import Bracket
+from vmachining.errors import InputError
+from vmachining.interval import Interval
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 from vmachining.sweep.ball import ball_block
@@ -42,8 +43,6 @@ AXES = {1: (2,), 3: (2, 0, 1)}
 class DexelEngine(Summed):
     """Workpiece of one job as rays in one direction (along z) or three.
 
-    Parameters
-    ----------
     stock : Stock
     options : `spacing` of rays, mm (None: about half a million of them), and `directions`.
     """
@@ -132,7 +131,7 @@ class DexelEngine(Summed):
         return group
 
     def _together(self, grid: RayGrid, requests: Sequence[Request]) -> list[Look] | None:
-        """What some requests that are alike take; None where there are none, or where rays have several intervals."""
+        """What some requests that are alike take; None where none exist, or where rays have several intervals."""
         if not requests:
             return None
         ends = np.array([[r.sweep.path.start, r.sweep.path.end] for r in requests])
@@ -178,14 +177,13 @@ class DexelEngine(Summed):
         )
 
     @property
-    def volume(self) -> Bracket:
+    def volume(self) -> Interval:
         """mm^3: the estimate is the sum over all blocks, the interval that of all of them as one block."""
         whole, gone = self.stock_volume, self._removed
         once = agreed([grid.gone() for grid in self.grids])
         lo = max(0.0, whole.lo - min(gone.hi, max(once.hi, gone.estimate)))
-        return Bracket(
-            lo, whole.estimate - gone.estimate, whole.hi - max(gone.lo, min(once.lo, gone.estimate))
-        )
+        hi = whole.hi - max(gone.lo, min(once.lo, gone.estimate))
+        return Interval(lo, whole.estimate - gone.estimate, hi, whole.proven and gone.proven)
 
     def ends(self) -> tuple[Floats, Ints, Ints]:
         """Points (n, 3) mm of the workpiece's surface where rays end, block (n,) that made each (-1 raw stock), axis (n,)."""
@@ -202,34 +200,28 @@ class DexelEngine(Summed):
         """See `Engine`."""
         state = {
             "spacing": self.spacing, "chord": self.chord, "removed": list(self._removed[:4]),
-            "stock_volume": list(self.stock_volume),
+            "stock_volume": packed_bracket(self.stock_volume),
             "lattices": [list(grid.lattice[:7]) for grid in self.grids],
         }  # fmt: skip
-        arrays: dict[str, Any] = {}
+        arrays: dict[str, Any] = {"box": self._box}
         for k, grid in enumerate(self.grids):
             used = int(grid.lists.used[0])
             for name, values in grid.lists._asdict().items():
                 arrays[f"{name}{k}"] = values[:used] if name in ("low", "high", "below", "above") else values
             arrays |= {f"sa{k}": grid.lattice.sa, f"sb{k}": grid.lattice.sb, f"raw{k}": grid.raw}
-        with path.open("wb") as file:
-            np.savez(file, state=np.array(json.dumps(state)), box=self._box, **arrays)
+        Saved(self.name, state, arrays).write(path)
 
     @classmethod
     def load(cls, path: Path) -> Self:
         """See `Engine`.
 
-        Raises
-        ------
-        EngineError
-            The file cannot be read or is damaged.
+        Raises EngineError: The file cannot be read or is damaged.
         """
         engine = object.__new__(cls)
-        try:
-            with np.load(path) as data:
-                found = {name: data[name] for name in data.files}
-            state = json.loads(str(found["state"]))
+        with opened(path, cls.name) as saved:
+            state, found = saved.state, saved.arrays
             engine.spacing, engine.chord = float(state["spacing"]), float(state["chord"])
-            engine._box, engine.stock_volume = found["box"], Bracket(*state["stock_volume"])
+            engine._box, engine.stock_volume = found["box"], bracket_of(state["stock_volume"])
             engine._removed = Removal(*state["removed"])
             engine.grids = []
             for k, row in enumerate(state["lattices"]):
@@ -237,8 +229,6 @@ class DexelEngine(Summed):
                 lat = Lattice(axis, a0, b0, ha, hb, na, nb, found[f"sa{k}"], found[f"sb{k}"])
                 lists = Lists(*(found[f"{name}{k}"] for name in Lists._fields))
                 engine.grids.append(RayGrid(lat, lists, engine._box, found[f"raw{k}"]))
-        except Exception as exc:  # bytes that are no checkpoint can raise anything
-            raise EngineError(f"cannot read the checkpoint {path} ({exc})", engine=cls.name) from exc
         return engine
 
 

@@ -31,7 +31,7 @@ ROUND_MM = 1e-9
 """Ends of rays: what the cells of a block may be off by together, in mm of height."""
 
 THREADED = 1000
-"""Rays of a curved motion from which on two threads share them: a millisecond each."""
+"""Rays of a curved motion above which two threads share them: a millisecond each."""
 
 Window = tuple[int, int, int, int]
 

@@ -1,4 +1,4 @@
-"""A half-cut workpiece on disk: the tree of tiles with its meshes, in one deflated `.npz` file.
+"""A half-cut workpiece for a checkpoint: the tree of tiles as JSON, its meshes as arrays.
 
 It holds the triangles that there are and nothing of those that were cut away, so it grows with the surface of the
 workpiece and not with the program; see `docs/files.md`.
@@ -6,11 +6,8 @@ workpiece and not with the program; see `docs/files.md`.
 
 from __future__ import annotations
 
-import json
-import zlib
-from pathlib import Path
+from collections.abc import Mapping, Sequence
 from typing import Any
-from zipfile import ZIP_DEFLATED, BadZipFile, ZipFile
 
 import numpy as np
 from manifold3d import Manifold, Mesh64
@@ -19,15 +16,14 @@ from vmachining.arrays import Ints
 from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.solids import checked
 from vmachining.engines.mesh.tiles import SIDES, Tile
-from vmachining.errors import EngineError
 
-__all__ = ["read_tiles", "write_tiles"]
+__all__ = ["packed_tiles", "tiles_of"]
 
 RAW = -1
 
 
-def write_tiles(path: Path, root: Tile, blocks: dict[int, int], state: dict[str, Any]) -> None:
-    """Write the tree in pre-order. `blocks`: block of each run id; `state` must be plain JSON."""
+def packed_tiles(root: Tile, blocks: dict[int, int]) -> tuple[list[dict[str, Any]], dict[str, Any]]:
+    """Nodes of the tree in pre-order, and arrays by name. `blocks`: block of each run id."""
     arrays: dict[str, Any] = {}
     nodes: list[dict[str, Any]] = []
 
@@ -56,14 +52,7 @@ def write_tiles(path: Path, root: Tile, blocks: dict[int, int], state: dict[str,
             arrays[f"{name}.merge"] = np.stack([np.array(mesh.merge_from_vert), np.array(mesh.merge_to_vert)])
 
     visit(root)
-    header = json.dumps({"nodes": nodes, "state": state})
-    arrays["header"] = np.array(header)
-    with ZipFile(
-        path, "w", ZIP_DEFLATED, compresslevel=1
-    ) as package:  # numpy deflates at level 6: four times slower
-        for name, values in arrays.items():
-            with package.open(f"{name}.npy", "w", force_zip64=True) as file:
-                np.lib.format.write_array(file, values, allow_pickle=False)
+    return nodes, arrays
 
 
 def _alive(runs: Ints, owners: Ints) -> tuple[Ints, Ints]:
@@ -75,20 +64,11 @@ def _alive(runs: Ints, owners: Ints) -> tuple[Ints, Ints]:
     return np.append(runs[:-1][keep], runs[-1]), owners[keep]
 
 
-def read_tiles(path: Path) -> tuple[Tile, dict[int, int], dict[str, Any]]:
-    """The tree, the block of each run id, and the state that `write_tiles` was given.
+def tiles_of(nodes: Sequence[Mapping[str, Any]], arrays: Mapping[str, Any]) -> tuple[Tile, dict[int, int]]:
+    """The tree and the block of each run id, of what `packed_tiles` gave.
 
-    Raises
-    ------
-    EngineError
-        The file cannot be read or a mesh in it is broken.
+    Raises EngineError: A mesh in it is broken.
     """
-    try:
-        with np.load(path, allow_pickle=False) as data:
-            header = json.loads(str(data["header"]))
-            arrays = {name: data[name] for name in data.files}
-    except (OSError, ValueError, KeyError, BadZipFile, zlib.error) as error:
-        raise EngineError(f"checkpoint {path} cannot be read ({error})", engine="mesh") from error
     ids: dict[int, int] = {}
 
     def solid(name: str) -> Manifold:
@@ -108,10 +88,10 @@ def read_tiles(path: Path) -> tuple[Tile, dict[int, int], dict[str, Any]]:
         )
         return checked(Manifold(mesh))
 
-    nodes = iter(enumerate(header["nodes"]))
+    numbered = iter(enumerate(nodes))
 
     def build() -> Tile:
-        k, node = next(nodes)
+        k, node = next(numbered)
         if node["halved"]:
             first = build()
             halves = first, build()
@@ -123,4 +103,4 @@ def read_tiles(path: Path) -> tuple[Tile, dict[int, int], dict[str, Any]]:
         return tile
 
     root = build()
-    return root, {run: block for block, run in ids.items() if block != RAW}, header["state"]
+    return root, {run: block for block, run in ids.items() if block != RAW}

@@ -17,15 +17,18 @@ import numpy as np
 from manifold3d import Manifold, OpType
 
 from vmachining.arrays import Floats, Ints
-from vmachining.engines.mesh.checkpoint import read_tiles, write_tiles
+from vmachining.checkpoint import Saved, opened
+from vmachining.engines.boxes import Boxes
+from vmachining.engines.mesh.checkpoint import packed_tiles, tiles_of
 from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.removal import Cut, cut, touch
 from vmachining.engines.mesh.solids import checked, shape_key
 from vmachining.engines.mesh.stock import StockMesh
 from vmachining.engines.mesh.tiles import SIDES, Tile, joined, reached
+from vmachining.engines.packed import bracket_of, packed_bracket
 from vmachining.engines.protocol import NOTHING, WHOLE, Options, Removal, Share, StockSurface
 from vmachining.errors import EngineError
-from vmachining.geometry import Bracket
+from vmachining.interval import Interval
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep, Turn
 from vmachining.tolerance import CHORD_MM
@@ -36,18 +39,13 @@ __all__ = ["MeshEngine"]
 class MeshEngine:
     """Workpiece of one job, cut block by block.
 
-    Parameters
-    ----------
-    stock : StockMesh
-        Closed solid, see `box_stock`, `cylinder_stock`, `mesh_stock`.
-    chord : float
-        mm, about the largest distance between inner and outer sweep.
+    stock : StockMesh, closed solid, see `box_stock`, `cylinder_stock`, `mesh_stock`.
+    chord : float, mm, about the largest distance between inner and outer sweep.
     tile_mm : float or None
         Largest tile that a sweep works on; None chooses from the cutter.
     """
 
     name = "mesh"
-    proof = "two workpieces"
 
     def __init__(
         self,
@@ -62,6 +60,7 @@ class MeshEngine:
         self.tile_mm = tile_mm
         self._share = WHOLE
         self._blocks: dict[int, int] = {}
+        self._doubted = Boxes()
         self._stand: Stand | None = None
         solids = {side: stock.solids[side] for side in SIDES}
         root = Tile.of(solids)
@@ -74,7 +73,10 @@ class MeshEngine:
     @classmethod
     def of(cls, stock: Stock, options: Options) -> MeshEngine:
         """See `Engine`."""
-        return cls(StockMesh.of(stock, options.chord), options.chord)
+        engine = cls(StockMesh.of(stock, options.chord), options.chord)
+        if stock.slack_near(np.array(stock.bounds)) > 0.0:  # triangles on both sides of curved faces
+            engine.stock_volume = engine.stock_volume.stated()
+        return engine
 
     @classmethod
     def takes(cls, sweep: Sweep) -> bool:
@@ -93,12 +95,21 @@ class MeshEngine:
             raise EngineError(error.reason, engine=self.name, block=block) from error
         self._stand = stand
         self._gone += removed.estimate
+        removed = self._judged(removed, sweep)
+        if not work.proven:
+            self._doubted.add(self._box(sweep))
         return removed
 
     def touch(self, sweep: Sweep, within: float | None = None) -> Removal:
         """See `Engine`."""
         work = Cut(sweep, max(self.chord, within or 0.0))
-        return self._each(sweep, None, lambda tile: touch(tile, work))
+        return self._judged(self._each(sweep, None, lambda tile: touch(tile, work)), sweep)
+
+    def _judged(self, removed: Removal, sweep: Sweep) -> Removal:
+        """Not proven either where a sweep that is not has been: both workpieces may lack what they should hold there."""
+        if removed.proven and self._doubted.meeting(self._box(sweep), 3).any():
+            return removed._replace(proven=False)
+        return removed
 
     def _each(self, sweep: Sweep, size: float | None, done: Callable[[Tile], Removal]) -> Removal:
         """The sum over the tiles of our share that a sweep can reach, see `reached`."""
@@ -134,17 +145,28 @@ class MeshEngine:
         self._blocks[run] = block
         return run
 
+    @property
+    def proof(self) -> str:
+        """See `Engine`."""
+        if not len(self._doubted):
+            return "two workpieces"
+        return (
+            f"two workpieces; not proven for {len(self._doubted)} cuts of a turning axis, whose outer mesh may lack points "
+            "that the tool enters twice, and for what meets them"
+        )
+
     # -- workpiece -----------------------------------------------------------------------------------------
 
     @property
-    def volume(self) -> Bracket:
+    def volume(self) -> Interval:
         """Volume of the workpiece, mm^3."""
         inner = outer = 0.0
         for tile in self._root.leaves():
             inner += tile.volumes[Side.INNER]
             outer += tile.volumes[Side.OUTER]
         left = self.stock_volume.estimate - self._gone
-        return Bracket(outer, min(max(left, outer), inner), inner)
+        proven = self.stock_volume.proven and not len(self._doubted)
+        return Interval(outer, min(max(left, outer), inner), inner, proven)
 
     def surface(self) -> StockSurface:
         """Triangles of the workpiece, tiles joined, with the block that cut each (-1: raw stock).
@@ -171,34 +193,41 @@ class MeshEngine:
         )
 
     def save(self, path: Path) -> None:
-        """Write the workpiece and what is needed to go on with the next block (`.npz`)."""
+        """See `Engine`."""
+        self.packed().write(path)
+
+    def packed(self) -> Saved:
+        """The workpiece and what is needed to continue with the next block."""
         state = {
             "chord": self.chord,
             "tile_mm": self.tile_mm,
-            "stock": list(self.stock_volume),
+            "stock": packed_bracket(self.stock_volume),
             "gone": self._gone,
             "stand": list(self._stand) if self._stand is not None else None,
+            "doubted": self._doubted.rows.tolist(),
         }
-        write_tiles(path, self._root, self._blocks, state)
+        nodes, arrays = packed_tiles(self._root, self._blocks)
+        return Saved(self.name, state | {"nodes": nodes}, arrays, deflated=True)
 
     @classmethod
     def load(cls, path: Path, *, share: Share = WHOLE) -> MeshEngine:
         """The engine that `save` wrote; with a `share` it cuts that part of the tiles only.
 
-        Raises
-        ------
-        EngineError
-            The file cannot be read or is damaged.
+        Raises EngineError: The file cannot be read or is damaged.
         """
-        engine = cls.__new__(cls)
-        try:
-            engine._root, engine._blocks, state = read_tiles(path)
-            engine.chord, engine.tile_mm = state["chord"], state["tile_mm"]
-            engine.stock_volume = Bracket(*state["stock"])
-            engine._gone = state["gone"]
-            engine._stand = Stand(*state["stand"]) if state["stand"] is not None else None
-        except KeyError as error:
-            raise EngineError(f"checkpoint {path} lacks {error}", engine=cls.name) from error
+        with opened(path, cls.name) as saved:
+            return cls.unpacked(saved, share)
+
+    @classmethod
+    def unpacked(cls, saved: Saved, share: Share = WHOLE) -> MeshEngine:
+        """What `packed` gave."""
+        engine, state = cls.__new__(cls), saved.state
+        engine._root, engine._blocks = tiles_of(state["nodes"], saved.arrays)
+        engine.chord, engine.tile_mm = state["chord"], state["tile_mm"]
+        engine.stock_volume = bracket_of(state["stock"])
+        engine._gone = state["gone"]
+        engine._doubted = Boxes(np.array(state["doubted"]).reshape(-1, 2, 3))
+        engine._stand = Stand(*state["stand"]) if state["stand"] is not None else None
         engine.take(share)
         return engine
 
@@ -264,6 +293,6 @@ def _pose(sweep: Sweep, *, at_end: bool) -> list[float]:
     return [*(path.end if at_end else path.start).tolist(), *axis]
 
 
-def _bracket(inner_cut: float, outer_cut: float) -> Bracket:
+def _bracket(inner_cut: float, outer_cut: float) -> Interval:
     """Volume of a raw workpiece between its two meshes."""
-    return Bracket(outer_cut, (inner_cut + 2.0 * outer_cut) / 3.0, inner_cut)
+    return Interval(outer_cut, (inner_cut + 2.0 * outer_cut) / 3.0, inner_cut)

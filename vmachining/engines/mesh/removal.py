@@ -46,6 +46,11 @@ class Cut:
     chained: bool = False
     run: int | None = None
 
+    @property
+    def proven(self) -> bool:
+        """Whether both of its meshes are proven to lie inside and around of it, see `turning`."""
+        return not isinstance(self.sweep.path, Turn) or self.sweep.path.is_steady
+
     def solids(self, tile: Tile, side: Side) -> list[Manifold]:
         """The sweep from one side, as far as the tile can see it."""
         tool = facets(self.sweep.profile, self.chord, side)
@@ -56,21 +61,25 @@ class Cut:
     ) -> Removal:
         """Bounds, widened by rounding, and the estimate between what inner sweeps take of A and outer ones of B."""
         noise = _noise(tile)
-        path = self.sweep.path
-        if isinstance(path, Turn) and not path.is_steady:
+        if not self.proven:
             noise += TWICE_REL * sum(float(cutter.volume()) for cutter in outer)
         inner, wide = (facets(self.sweep.profile, self.chord, side) for side in (Side.INNER, Side.OUTER))
         weight = balance(self.sweep, inner, wide)
         estimate = weight * ends[Side.INNER] + (1.0 - weight) * ends[Side.OUTER]
         lo, hi = max(0.0, lo - noise), hi + noise
-        return Removal(lo, min(max(estimate, lo), hi), hi)
+        return Removal(lo, min(max(estimate, lo), hi), hi, self.proven)
+
+    @property
+    def nothing(self) -> Removal:
+        """Of a tile of which its outer mesh takes nothing."""
+        return NOTHING._replace(proven=self.proven)
 
 
 def cut(tile: Tile, block: Cut) -> Removal:
     """Remove a sweep from both workpieces of a tile; exactly 0 where it takes no more than rounding."""
     outer = block.solids(tile, Side.OUTER)
     if not outer:
-        return NOTHING
+        return block.nothing
     inner_cut, outer_cut = tile.solids[Side.INNER], tile.solids[Side.OUTER]
     fresh, noise = inner_cut is outer_cut, _noise(tile)
     rest = dict.fromkeys(SIDES, inner_cut)
@@ -80,7 +89,7 @@ def cut(tile: Tile, block: Cut) -> Removal:
     else:
         hi = shared(inner_cut, outer)
     if hi <= noise:  # rounding, not metal: leave the tile as it is, exactly
-        return NOTHING
+        return block.nothing
     inner = block.solids(tile, Side.INNER)
     lo = 0.0 if fresh else shared(outer_cut, inner)
     rest[Side.INNER] = minus(inner_cut, inner)
@@ -101,7 +110,7 @@ def touch(tile: Tile, block: Cut) -> Removal:
     inner_cut, outer_cut = tile.solids[Side.INNER], tile.solids[Side.OUTER]
     hi = shared(inner_cut, outer)
     if hi <= _noise(tile):
-        return NOTHING
+        return block.nothing
     inner = block.solids(tile, Side.INNER)
     taken = {Side.INNER: shared(inner_cut, inner), Side.OUTER: hi}
     lo = taken[Side.INNER]

@@ -87,18 +87,11 @@ def balance(sweep: Sweep, inner: Facets, outer: Facets) -> float:
 def solid(sweep: Sweep, chord: float = 0.01, side: str = "fair") -> Manifold:
     """Closed mesh of one swept volume.
 
-    Parameters
-    ----------
     sweep : Sweep
-    chord : float
-        mm, about the largest distance between the inner and the outer solid.
+    chord : float, mm, about the largest distance between the inner and the outer solid.
     side : "inner", "fair" or "outer"
         Contained in the truth, unbiased, or containing it.
-
-    Raises
-    ------
-    EngineError
-        manifold3d reports a status other than NoError.
+    Raises EngineError: manifold3d reports a status other than NoError.
     """
     return united(cutters(sweep, facets(sweep.profile, chord, Side(side))))
 

@@ -53,10 +53,7 @@ def _solid(mesh: Triangles) -> Manifold:
 def box_stock(lo: ArrayLike, hi: ArrayLike) -> StockMesh:
     """Axis-parallel box, mm.
 
-    Raises
-    ------
-    StockError
-        A side is zero, negative or not finite.
+    Raises StockError: A side is zero, negative or not finite.
     """
     try:
         return StockMesh.of(BoxStock(lo, hi))
@@ -69,10 +66,7 @@ def cylinder_stock(
 ) -> StockMesh:
     """Upright cylinder about `center` (x, y) from z[0] to z[1], mm.
 
-    Raises
-    ------
-    StockError
-        Not a positive size, or not finite.
+    Raises StockError: Not a positive size, or not finite.
     """
     x, y = center
     low, high = z

@@ -19,7 +19,7 @@ def thinned(
 ) -> StockSurface | None:
     """The same surface within `tolerance` mm; every triangle keeps its block.
 
-    within : a stock that what lies outside of is cut off, with facets as the chord wants them. None: the kernel does not take
+    within : a stock that what lies outside of is cut off, with facets as the chord needs them. None: the kernel does not take
     the triangles for a solid (two parts that touch in an edge).
     """
     order = np.argsort(surface.block, kind="stable")

@@ -9,7 +9,7 @@ Goal: overcut and undercut of a program with position, depth and block, at a den
    normal vectors the upright ones are not reported; elsewhere the deviation is L cos(theta).
 3. gamma, delta and theta_V follow from errors (`accuracy`).
 4. Each block shortens the vectors whose lines enter its sweep from the side of their tips. Sweeps are exact: closed forms
-   for ball cutters on lines, `Sweep.ray_intervals` for all others; facets of the envelope, as published, on request.
+   for ball cutters on lines, `Sweep.ray_intervals` for all others.
 5. The block that made a length is computed again for the vectors that are reported.
 
 | file | holds |
@@ -20,20 +20,19 @@ Goal: overcut and undercut of a program with position, depth and block, at a den
 | `upright.py` | `UprightVectors`: the grid, in tiles |
 | `along.py` | `NormalVectors` on lattices over facets and edges, and lambda and L before the first cut |
 | `cuts.py` | `Cuts`: the sweeps so far, and which of them made a length |
-| `facets.py` | envelopes as facets; closed forms of ball cutters are in `sweep/ball` |
 | `deviation.py` | `Deviation`: what is reported |
 | `budget.py` | memory, before there are vectors |
 | `surface.py` | the workpiece for pictures |
-| `_kernels.py` | heights and rays of the part, facets of envelopes, in numba |
+| `_kernels.py` | heights and rays of the part, in numba |
 | `grid/`, `lattice/` | blocks one after the other against upright vectors and against those along normals, many in one call |
-| `batch/` | all blocks of a ball cutter at once, without the removal of each |
 
 Source: discrete vectors after Park et al. (2005), with the corrections of the errata E-1 to E-12.
 Departures: exact sweeps of the whole cutter instead of facets of a ball; lambda is measured in the part; a vector that
 lies in a sweep from lambda to its tip is *consumed*, one that is entered through lambda is *entered from behind*.
 
 Known limits: upright vectors see the highest surface of part and stock, so volumes per block are intervals of no stated
-confidence ("not proven"), and wrong where material stays above the tool. Lengths do not depend on the order of blocks but
+confidence ("not proven"); where material stays above a cut, and for later cuts there, they are 0 to the most that it can
+take (`UprightVectors.is_blind`). Lengths do not depend on the order of blocks but
 where vectors are entered from behind. Lengths are rounded to float32: half an ulp, 1.5e-5 mm at 340 mm. Deviations of
 upright vectors are of first order in the slope.
 """

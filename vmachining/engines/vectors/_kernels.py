@@ -9,7 +9,6 @@ import numpy as np
 from vmachining.jit import kernel, leaf
 from vmachining.stock._kernels import LEAF
 
-GRAZE = 1e-12  # |N . N_T| below which a facet is taken as parallel to the vector (spec E.6)
 EDGE = 1e-12  # relative area by which a point may lie beyond an edge and still belong to the triangle
 
 
@@ -42,7 +41,7 @@ def across(x, px, py, qx, qy, slack, low, high):
 def raster(corners, which, x0, y0, pitch, below, sense, height, facet) -> None:
     """Highest triangle over every cell's middle among those that face up (sense 1) or down (-1) and lie under `below`.
 
-    corners (k, 3, 3). which (n,) triangles to look at. height, facet (n, m), -inf and -1 where there is none; cell (i, j)
+    corners (k, 3, 3). which (n,) triangles to look at. height, facet (n, m), -inf and -1 where none exists; cell (i, j)
     stands at (x0 + i pitch, y0 + j pitch). Points on an edge belong to both sides.
     """
     n, m = height.shape
@@ -80,7 +79,7 @@ def raster(corners, which, x0, y0, pitch, below, sense, height, facet) -> None:
 def vector_ends(corners, which, x0, y0, pitch, n, m, casting, bottom, start, low, facet) -> None:
     """Where the upright vectors of n x m cells of a tile (T, T) start and end below, see `upright.Base`.
 
-    bottom (T, T): of the stock, NaN where there is none; with `casting` that of the part. start, low: written, NaN without
+    bottom (T, T): of the stock, NaN where none exists; with `casting` that of the part. start, low: written, NaN without
     part and stock. facet: -1 in, the facet of the part at `start` out.
     """
     shape = bottom.shape
@@ -192,38 +191,3 @@ def first_hits(origins, directions, sense, least, most, a, b, c, boxes, out) -> 
                 if side == sense and least < t < best and t <= most:
                     best = t
         out[i] = best
-
-
-@kernel
-def facets_upright(corners, x0, y0, pitch, enter) -> None:
-    """Lowest facet that faces down over every cell of a rectangle (n, m): the published test, all N = (0, 0, 1)."""
-    n, m = enter.shape
-    for k in range(len(corners)):
-        ax, ay, az = corners[k, 0, 0], corners[k, 0, 1], corners[k, 0, 2]
-        ux, uy, uz = corners[k, 1, 0] - ax, corners[k, 1, 1] - ay, corners[k, 1, 2] - az
-        vx, vy, vz = corners[k, 2, 0] - ax, corners[k, 2, 1] - ay, corners[k, 2, 2] - az
-        area = ux * vy - vx * uy
-        nx, ny = uy * vz - uz * vy, uz * vx - ux * vz
-        if not area < -GRAZE * np.sqrt(nx * nx + ny * ny + area * area):
-            continue
-        i0 = max(0, int(np.ceil((ax + min(0.0, ux, vx) - x0) / pitch - 1e-9)))
-        i1 = min(n - 1, int(np.floor((ax + max(0.0, ux, vx) - x0) / pitch + 1e-9)))
-        j0 = max(0, int(np.ceil((ay + min(0.0, uy, vy) - y0) / pitch - 1e-9)))
-        j1 = min(m - 1, int(np.floor((ay + max(0.0, uy, vy) - y0) / pitch + 1e-9)))
-        for i in range(i0, i1 + 1):
-            x = x0 + i * pitch - ax
-            for j in range(j0, j1 + 1):
-                y = y0 + j * pitch - ay
-                s, t = (x * vy - vx * y) / area, (ux * y - x * uy) / area
-                if s >= -EDGE and t >= -EDGE and s + t <= 1.0 + EDGE:
-                    enter[i, j] = min(enter[i, j], az + s * uz + t * vz)
-
-
-@kernel
-def facets_normals(point, normal, low, length, corners) -> None:
-    """The published test of vectors (n,) against facets (k, 3, 3): low < w < L and N . N_T < 0 make w the length."""
-    for i in range(len(point)):
-        for j in range(len(corners)):
-            t, side = triangle_hit(point[i], normal[i], corners[j, 0], corners[j, 1], corners[j, 2])
-            if side < 0.0 and low[i] < t < length[i]:
-                length[i] = t

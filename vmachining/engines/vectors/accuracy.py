@@ -12,10 +12,7 @@ __all__ = ["grid_pitch", "representation_spacing", "simulation_spacing", "spacin
 def representation_spacing(error: float, curvature_radius: float) -> float:
     """(4-1): delta_R = 2 sqrt(2 rho e - e^2), the chord whose sagitta on a circle of radius rho is e. mm.
 
-    Raises
-    ------
-    InputError
-        e is not between 0 and rho.
+    Raises InputError: e is not between 0 and rho.
     """
     if not 0.0 < error <= curvature_radius:
         raise InputError(
@@ -31,10 +28,7 @@ def simulation_spacing(error: float, ball_radius: float, *, square: bool = False
     Three samples of an equilateral triangle of side delta on a sphere of radius R lie e below it in their middle when
     (delta / sqrt 3)^2 = 2 R e - e^2; on a square grid the distance is delta / sqrt 2, and delta = sqrt(4 R e - 2 e^2).
 
-    Raises
-    ------
-    InputError
-        e is not between 0 and R.
+    Raises InputError: e is not between 0 and R.
     """
     if not 0.0 < error <= ball_radius:
         raise InputError(
@@ -63,10 +57,7 @@ def grid_pitch(spacing: float, slope: float) -> float:
 def wall_angle(pitch: float, spacing: float) -> float:
     """(4-5): theta_V = acos(gamma / delta), rad, the steepest slope that upright vectors of a pitch show at a spacing.
 
-    Raises
-    ------
-    InputError
-        gamma is not below delta: no slope at all.
+    Raises InputError: gamma is not below delta: no slope at all.
     """
     if not 0.0 < pitch < spacing:
         raise InputError(

@@ -13,8 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vmachining.arrays import Bools, Floats, Ints
-from vmachining.engines.vectors import _kernels
-from vmachining.engines.vectors.facets import envelope
 from vmachining.engines.vectors.lattice import _kernels as lattices
 from vmachining.engines.vectors.lattice.balls import _kernels as ball_kernels
 from vmachining.engines.vectors.part import DesignPart, Features, Points, first_hits
@@ -24,10 +22,10 @@ from vmachining.stock import MeshStock, Stock
 from vmachining.sweep import Sweep
 from vmachining.sweep.ball import ball_block
 
-__all__ = ["GROUP_BYTES", "PATCH_BYTES", "NormalVectors", "Patches", "Piece"]
+__all__ = ["PATCH_BYTES", "NormalVectors", "Patches", "Piece"]
 
-GROUP_BYTES, PATCH_BYTES = 42, 113
-"""What a group and a patch take beside the vectors."""
+PATCH_BYTES = 113
+"""What a patch takes beside its vectors."""
 
 MOST = 2**31 - 1
 """Vectors along normals: their numbers have 32 bits."""
@@ -70,10 +68,7 @@ class Patches(NamedTuple):
     def at(cls, points: Points) -> Patches:
         """One vector at each of some points.
 
-        Raises
-        ------
-        InputError
-            A normal without length.
+        Raises InputError: A normal without length.
         """
         size = np.linalg.norm(points.normal, axis=1)
         if not (size > 0.0).all() or not np.isfinite(points.normal).all():
@@ -101,8 +96,8 @@ class NormalVectors:
     lattice : what the kernels work on. patches : what they stand on. Properties `point`, `normal`, ... lay all of them out.
     """
 
-    def __init__(self, patches: Patches, spacing: float, *, facets: float | None = None) -> None:
-        self.patches, self.facets = patches, facets
+    def __init__(self, patches: Patches, spacing: float) -> None:
+        self.patches = patches
         corner = patches.corner
         at = np.zeros(len(corner) + 1, dtype=np.int64)
         lattices.count_groups(corner, spacing, at)
@@ -125,35 +120,29 @@ class NormalVectors:
                 f"{count:,} vectors along normals, more than {MOST:,}", remedy="take a larger spacing_mm"
             )
         first = np.concatenate([[0], np.cumsum(many)]).astype(np.int32)
-        none = np.zeros(0, dtype=np.float32)
+        unknown = np.zeros(
+            1, dtype=np.float32
+        )  # the lambda that all groups share until `set_ends` gives them theirs
         self.lattice = lattices.Lattice(
             corner, patches.normal, float(spacing), patch, place, first, middle, half,
-            np.zeros(groups, dtype=np.float32), np.zeros(groups + 1, dtype=np.int32), none,
+            np.zeros(groups, dtype=np.float32), np.zeros(groups + 1, dtype=np.int32), unknown,
             np.zeros(count, dtype=np.float32), np.zeros(-(-count // 8), dtype=np.uint8), np.empty((0, 6)),
         )  # fmt: skip
 
     @classmethod
-    def of(
-        cls, points: Points, low: Floats | float, length: Floats | float, *, facets: float | None = None
-    ) -> Self:
+    def of(cls, points: Points, low: Floats | float, length: Floats | float) -> Self:
         """Vectors at points of their own, with their ends.
 
-        Raises
-        ------
-        InputError
-            A normal without length, or lambda not below 0 and L.
+        Raises InputError: A normal without length, or lambda not below 0 and L.
         """
-        self = cls(Patches.at(points), 1.0, facets=facets)
+        self = cls(Patches.at(points), 1.0)
         self.set_ends(np.broadcast_to(low, len(self)), np.broadcast_to(length, len(self)))
         return self
 
     def set_ends(self, low: Floats | NDArray[np.float32], length: Floats | NDArray[np.float32]) -> None:
         """Give all vectors lambda and L (n,) mm.
 
-        Raises
-        ------
-        InputError
-            lambda is not below 0 and L.
+        Raises InputError: lambda is not below 0 and L.
         """
         bad = ~((low < 0.0) & (low < length))
         if bad.any():
@@ -253,7 +242,7 @@ class NormalVectors:
 
     def cut(self, sweep: Sweep) -> None:
         """Shorten the vectors that a sweep enters."""
-        ball = None if self.facets is not None else ball_block(sweep)
+        ball = ball_block(sweep)
         if ball is not None:
             self.cut_balls(np.array([ball.row]), [sweep])
         else:
@@ -271,7 +260,7 @@ class NormalVectors:
                 self._shorten(sweep, near[np.isin(near, left)])
 
     def _shorten(self, sweep: Sweep, groups: Ints) -> None:
-        """By exact rays, or by facets."""
+        """By exact rays."""
         if not len(groups):
             return
         laid = self.piece(groups)
@@ -282,14 +271,6 @@ class NormalVectors:
         if not len(at):
             return
         point, normal = np.ascontiguousarray(laid.point[at]), np.ascontiguousarray(laid.normal[at])
-        if self.facets is not None:
-            enter = laid.length[at].astype(np.float32)
-            _kernels.facets_normals(point, normal, laid.low[at], enter, envelope(sweep, self.facets))
-            first = np.arange(len(at) + 1)
-            lattices.shorten(
-                self.lattice, groups, at, first, enter.astype(np.float64), np.full(len(at), np.inf)
-            )
-            return
         rays = sweep.ray_intervals(point, normal)
         first = np.concatenate([[0], np.cumsum(rays.counts)])
         lattices.shorten(self.lattice, groups, at, first, rays.enter, rays.leave)

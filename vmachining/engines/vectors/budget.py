@@ -31,10 +31,7 @@ SHARE = 0.7
 def refuse_too_many(engine: VectorEngine, patches: Patches) -> None:
     """Refuse densities whose vectors do not fit into memory, before any of them is made.
 
-    Raises
-    ------
-    InputError
-        Says how many there would be, what they take, and which pitch fits.
+    Raises InputError: Says how many there would be, what they take, and which pitch fits.
     """
     both = np.stack([engine.part.bounds, np.asarray(engine._stock.bounds)])
     size = both[:, 1].max(axis=0) - both[:, 0].min(axis=0)
@@ -66,6 +63,6 @@ def refuse_too_many(engine: VectorEngine, patches: Patches) -> None:
     ]
     raise InputError(
         f"{nx * ny:,} upright vectors at a pitch of {engine.pitch:.3g} mm and about {along:,.0f} along normals at a spacing of "
-        f"{engine.spacing:.3g} mm want {need / 1e9:.3g} GB, and {have / 1e9:.3g} GB can be had",
+        f"{engine.spacing:.3g} mm need {need / 1e9:.3g} GB, and {have / 1e9:.3g} GB can be had",
         remedy=f"take {' and '.join(fits)}, or more",
     )

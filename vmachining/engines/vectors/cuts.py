@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from array import array
+from collections.abc import Sequence
+from typing import Any, Self
 
 import numpy as np
 
 from vmachining.arrays import Floats, Ints
+from vmachining.engines.packed import packed_sweeps, sweeps_of
 from vmachining.engines.vectors.grid import _kernels
 from vmachining.sweep import Sweep
 from vmachining.sweep.ball import BallBlock
@@ -40,6 +43,26 @@ class Cuts:
         else:
             self._others.append((len(self._block), sweep))
         self._block.append(-1 if block is None else block)
+
+    @property
+    def others(self) -> list[int]:
+        """Places in the order of the sweeps that are kept as they are."""
+        return [place for place, _ in self._others]
+
+    def packed(self) -> dict[str, Any]:
+        """Arrays by name, see `unpacked`."""
+        numbers = {"balls": self._balls, "ball_order": self._ball_order, "block": self._block}
+        arrays = {name: np.array(values) for name, values in numbers.items()}
+        return arrays | packed_sweeps([sweep for _, sweep in self._others])
+
+    @classmethod
+    def unpacked(cls, arrays: dict[str, Any], others: Sequence[int]) -> Self:
+        """What `packed` gave. others : see there."""
+        self = cls()
+        for own, name in ((self._balls, "balls"), (self._ball_order, "ball_order"), (self._block, "block")):
+            own.extend(arrays[name].tolist())
+        self._others = list(zip(others, sweeps_of(arrays), strict=True))
+        return self
 
     def owners(self, tips: Floats, length: Floats) -> Ints:
         """(n,) block of the first sweep that reaches a tip (n, 3), -1 where none does. length : (n,) mm, of the vectors.

@@ -165,8 +165,6 @@ def measured(
 ) -> Deviation:
     """Deviations of all vectors.
 
-    Parameters
-    ----------
     upright : None: these are not reported (pure DNV).
     covered : (m,) facets that normal vectors stand on.
     outside_only : rows only of what lies outside of the tolerance (mm); else of all, thinned where there are more than `most`.
@@ -175,16 +173,19 @@ def measured(
     found = _Found(tolerance, most, None if outside_only else max(1, -(-total // most)))
     counts = found.counts
     if upright is not None:
-        counts["bare"] = _add_upright(found, part, upright, covered)
+        counts["bare"] = _add_upright(found, part, upright, covered, cuts if upright.behind else None)
         counts["behind"] += upright.behind
         counts["upright"] = counts["vectors"]
     for laid in along.pieces():
+        gone = _gone(laid.point, laid.normal, laid.length, laid.behind, tolerance, cuts)
+        laid = laid._replace(length=np.where(gone, laid.low, laid.length))
         beneath = _beneath(laid, tolerance, cuts)
         counts["behind"] += int(laid.behind.sum())
         ended = (laid.length <= laid.low) & ~beneath
+        behind = beneath | (laid.behind & (laid.length >= -tolerance))
         rows = _Rows(
-            laid.kind, laid.point, laid.normal, laid.length, laid.length, ended, laid.behind | beneath, laid.facet, beneath
-        )  # fmt: skip
+            laid.kind, laid.point, laid.normal, laid.length, laid.length, ended, behind, laid.facet, beneath
+        )
         found.add(laid.length, ended, beneath, rows.at)
     total = counts["vectors"]
     kept = found.rows() or _nothing()
@@ -208,11 +209,18 @@ def measured(
     return Deviation(*kept[:7], block, kept.facet, summary)
 
 
-def _add_upright(found: _Found, part: DesignPart, upright: UprightVectors, covered: Bools) -> int:
-    """Add the upright vectors that are reported, tile by tile; cells over the part without a vector."""
+def _add_upright(
+    found: _Found, part: DesignPart, upright: UprightVectors, covered: Bools, cuts: Cuts | None
+) -> int:
+    """Add the upright vectors that are reported, tile by tile; cells over the part without a vector.
+
+    cuts : None where no vector was entered from behind.
+    """
     cosine, bare = np.cos(part.slopes), 0
     cells, deviation, ended = np.empty(TILE**2, np.int64), np.empty(TILE**2), np.empty(TILE**2, np.bool_)
     for base, lengths, x, y in upright.tiles():
+        if cuts is not None:
+            lengths = _upright_left(base, lengths, x, y, found.tolerance, cuts)
         count, without = _kernels.deviations(
             base.start, base.low, base.facet, lengths, cosine, covered, cells, deviation, ended
         )
@@ -234,6 +242,33 @@ def _add_upright(found: _Found, part: DesignPart, upright: UprightVectors, cover
 
         found.add(deviation[:count], ended[:count], None, rows)
     return bare
+
+
+def _upright_left(
+    base: Base, lengths: NDArray[np.float32], x: Floats, y: Floats, tolerance: float, cuts: Cuts
+) -> NDArray[np.float32]:
+    """Lengths (T, T) of a tile, lambda where nothing is left, see `_gone`."""
+    i, j = np.nonzero((base.facet >= 0) & ~np.isnan(lengths))
+    point, up = np.column_stack([x[i], y[j], base.start[i, j]]), np.tile([0.0, 0.0, 1.0], (len(i), 1))
+    gone = _gone(
+        point, up, lengths[i, j].astype(np.float64), np.ones(len(i), dtype=np.bool_), tolerance, cuts
+    )
+    i, j, out = i[gone], j[gone], lengths.copy()
+    out[i, j] = np.minimum(out[i, j], (base.low - base.start)[i, j])
+    return out
+
+
+def _gone(point: Floats, normal: Floats, length: Floats, asked: Bools, tolerance: float, cuts: Cuts) -> Bools:
+    """(n,) vectors among the asked of which nothing is left: a sweep covers what lies a tolerance below both C and their tip.
+
+    It came from behind, or the vector would have ended there, so it covers all from lambda on. A length alone does not tell:
+    it is that of what stands beyond, on nothing.
+    """
+    out = np.zeros(len(length), dtype=np.bool_)
+    at = np.flatnonzero(asked)
+    below = point[at] + (np.minimum(length[at], 0.0) - tolerance)[:, None] * normal[at]
+    out[at[cuts.first(below, np.zeros(len(at))) >= 0]] = True
+    return out
 
 
 def _nothing() -> _Rows:

@@ -1,9 +1,9 @@
-"""`VectorEngine`: what every engine answers, and the deviation from the part that is wanted."""
+"""`VectorEngine`: what every engine answers, and the deviation from the part as designed."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import groupby
+from dataclasses import asdict
 from math import cos, degrees, radians
 from pathlib import Path
 from typing import Self
@@ -11,7 +11,8 @@ from typing import Self
 import numpy as np
 
 from vmachining.arrays import Bools
-from vmachining.engines.pickled import load_values, save_values
+from vmachining.checkpoint import Saved, opened
+from vmachining.engines.packed import packed_stock, stock_of
 from vmachining.engines.protocol import NOTHING, Options, Removal, Request, StockSurface
 from vmachining.engines.settings import VectorSettings
 from vmachining.engines.summed import Summed, meshed_volume
@@ -23,8 +24,8 @@ from vmachining.engines.vectors.deviation import MOST_ROWS, Deviation, measured
 from vmachining.engines.vectors.part import DesignPart, features
 from vmachining.engines.vectors.surface import prisms
 from vmachining.engines.vectors.upright import UprightVectors
-from vmachining.errors import EngineError, StockError
-from vmachining.geometry import Bracket
+from vmachining.errors import StockError
+from vmachining.interval import Interval
 from vmachining.stock import MeshStock, Stock
 from vmachining.sweep import Sweep
 from vmachining.sweep.ball import ball_block
@@ -41,18 +42,10 @@ OVERLAP, UNIT_SHARE = 0.5, 0.1
 """Part of the design's box that must lie in that of the stock, and size of a design, relative to its stock, below which
 one of them is taken for a file in another unit."""
 
-OWN = (
-    "vmachining.engines.settings", "vmachining.engines.protocol", "vmachining.engines.vectors",
-    "array._array_reconstructor", "array.array",
-)  # fmt: skip
-"""What a checkpoint holds beside geometry."""
-
 
 class VectorEngine(Summed):
     """Discrete vectors between a part and its workpiece.
 
-    Parameters
-    ----------
     stock : Stock
     options : `design` is the part; `vectors` how dense. Without a design nothing can be measured: StockError.
     """
@@ -80,9 +73,8 @@ class VectorEngine(Summed):
             self.covered = self.covered | (self.part.slopes <= self.theta_v)
         patches = Patches.of(self.part, self.covered, found, edges=settings.mode != "dvv")
         refuse_too_many(self, patches)
-        facets = None if settings.envelope == "exact" else self.chord
-        self.upright = UprightVectors(self.part, stock, self.pitch, casting=settings.casting, facets=facets)
-        self.along = NormalVectors(patches, self.spacing, facets=facets)
+        self.upright = UprightVectors(self.part, stock, self.pitch, casting=settings.casting)
+        self.along = NormalVectors(patches, self.spacing)
         self.along.lay(
             self.part, stock, allowance=settings.allowance or settings.depth, depth=settings.depth,
             chord=self.chord, casting=settings.casting,
@@ -91,7 +83,7 @@ class VectorEngine(Summed):
         self._removed = NOTHING
         if settings.casting is not None:
             whole = self.upright.material
-            self.stock_volume = Bracket(whole, whole, whole)
+            self.stock_volume = Interval(whole, whole, whole)
         else:
             self.stock_volume = meshed_volume(stock, self.chord)
 
@@ -106,19 +98,21 @@ class VectorEngine(Summed):
     def answer(self, requests: Sequence[Request]) -> list[Removal]:
         """See `Batched`: blocks of ball cutters on lines that follow each other are one call of a kernel."""
         found: list[Removal] = []
-        closed = [None if self.settings.envelope == "facets" else ball_block(r.sweep) for r in requests]
-        for is_ball, run in groupby(zip(requests, closed, strict=True), key=lambda pair: pair[1] is not None):
-            pairs = list(run)
-            if is_ball:
-                balls = np.array([ball.row for _, ball in pairs if ball is not None])
-                writes = np.array([r.cuts for r, _ in pairs])
+        closed = [ball_block(r.sweep) for r in requests]
+        while len(found) < len(requests):
+            first = stop = len(found)
+            while stop < len(requests) and closed[stop] and not self.upright.is_blind(requests[stop].sweep):
+                stop += 1
+            if run := requests[first:stop]:
+                balls = np.array([ball.row for ball in closed[first:stop] if ball is not None])
+                writes = np.array([r.cuts for r in run])
                 found += self.upright.cut_balls(balls, writes)
-                self.along.cut_balls(balls[writes], [r.sweep for r, _ in pairs if r.cuts])
+                self.along.cut_balls(balls[writes], [r.sweep for r in run if r.cuts])
                 continue
-            for r, _ in pairs:
-                found.append(self.upright.cut(r.sweep) if r.cuts else self.upright.touch(r.sweep))
-                if r.cuts:
-                    self.along.cut(r.sweep)
+            r = requests[first]
+            found.append(self.upright.cut(r.sweep) if r.cuts else self.upright.touch(r.sweep))
+            if r.cuts:
+                self.along.cut(r.sweep)
         for r, ball, removed in zip(requests, closed, found, strict=True):
             if r.cuts:
                 self._cuts.add(r.sweep, ball, r.block)
@@ -127,7 +121,7 @@ class VectorEngine(Summed):
 
     @property
     def theta_v_deg(self) -> float:
-        """Slope from which on a facet is a wall, degrees."""
+        """Slope above which a facet is a wall, degrees."""
         return degrees(self.theta_v)
 
     def deviation(self, tolerance: float, *, outside_only: bool = True, most: int = MOST_ROWS) -> Deviation:
@@ -142,25 +136,48 @@ class VectorEngine(Summed):
         return prisms(self.upright, self._cuts)
 
     def save(self, path: Path) -> None:
-        """See `Engine`."""
-        save_values(path, self.__dict__)
+        """See `Engine`: part, stock and settings, of which all vectors follow, and their lengths now."""
+        stock, stock_arrays = packed_stock(self._stock)
+        design, design_arrays = packed_stock(self.part.mesh)
+        state = {
+            "stock": stock, "design": design, "settings": asdict(self.settings), "chord": self.chord,
+            "behind": self.upright.behind, "removed": list(self._removed), "cuts": {"others": self._cuts.others},
+        }  # fmt: skip
+        lattice = self.along.lattice
+        arrays = {
+            "upright": self.upright.lengths, "along": lattice.length, "along_behind": lattice.behind,
+            "along_reach": lattice.reach, "roofed": self.upright.roofed,
+        }  # fmt: skip
+        parts = {"stock": stock_arrays, "design": design_arrays, "cuts": self._cuts.packed()}
+        for name, part in parts.items():
+            arrays |= Saved(name, {}, part).nested(name)
+        Saved(self.name, state, arrays).write(path)
 
     @classmethod
     def load(cls, path: Path) -> Self:
         """See `Engine`.
 
-        Raises
-        ------
-        EngineError
-            The file cannot be read, is damaged, or holds anything but geometry.
+        Raises EngineError: The file cannot be read or is damaged.
         """
-        engine = object.__new__(cls)
-        try:
-            engine.__dict__.update(load_values(path, cls.name, OWN))
-        except EngineError:
-            raise
-        except Exception as exc:  # bytes that are no checkpoint can raise anything
-            raise EngineError(f"cannot read the checkpoint {path} ({exc})", engine=cls.name) from exc
+        with opened(path, cls.name) as saved:
+            state, arrays = saved.state, saved.arrays
+            design = stock_of(state["design"], saved.part("design", cls.name).arrays)
+            if not isinstance(design, MeshStock):
+                raise ValueError("its design is not a mesh")
+            settings = VectorSettings(**state["settings"])
+            stock = stock_of(state["stock"], saved.part("stock", cls.name).arrays)
+            engine = cls(stock, Options(chord=state["chord"], design=design, vectors=settings))
+            lattice = engine.along.lattice
+            for name, own in (
+                ("upright", engine.upright.lengths), ("along", lattice.length), ("along_behind", lattice.behind),
+                ("along_reach", lattice.reach),
+            ):  # fmt: skip
+                if arrays[name].shape != own.shape:
+                    raise ValueError(f"it has {arrays[name].shape} {name} vectors, the part has {own.shape}")
+                own[:] = arrays[name]
+            engine._cuts = Cuts.unpacked(saved.part("cuts", cls.name).arrays, state["cuts"]["others"])
+            engine.upright.roofed = arrays["roofed"].reshape(-1, 2, 2)
+            engine.upright.behind, engine._removed = int(state["behind"]), Removal(*state["removed"])
         return engine
 
 
@@ -179,10 +196,7 @@ def _densities(settings: VectorSettings, part: DesignPart) -> tuple[float, float
 def _refuse_elsewhere(design: MeshStock, stock: Stock) -> None:
     """A design and a stock that cannot belong together.
 
-    Raises
-    ------
-    StockError
-        Less than half of the design's box is in that of the stock, or their sizes tell of two units.
+    Raises StockError: Less than half of the design's box is in that of the stock, or their sizes tell of two units.
     """
     (a, b), (lo, hi) = design.bounds, stock.bounds
     size, room = b - a, hi - lo

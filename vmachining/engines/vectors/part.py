@@ -1,4 +1,4 @@
-"""`DesignPart`: the part that is wanted, as vectors need it: heights, ways through it, features, points on them."""
+"""`DesignPart`: the part as designed, as vectors need it: heights, ways through it, features, points on them."""
 
 from __future__ import annotations
 

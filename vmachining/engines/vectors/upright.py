@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.engines.protocol import NOTHING, Removal
 from vmachining.engines.vectors import _kernels
-from vmachining.engines.vectors.facets import envelope
 from vmachining.engines.vectors.grid import _kernels as kernels
 from vmachining.engines.vectors.grid._kernels import SUB, TILE, Grid
 from vmachining.engines.vectors.part import DesignPart
@@ -30,12 +29,14 @@ KEPT = 1024
 
 UP = (0.0, 0.0, 1.0)
 
+ROOFED = "material stands above this cut or above an earlier one here: upright vectors only know the most that it can take"
+
 
 class Base(NamedTuple):
     """Where the vectors of a tile (T, T) start and end. mm; NaN where there is neither part nor stock.
 
     start : height of the part, of the lowest stock where there is no part. low : where a vector ends below. bottom, top : of
-    the stock. facet : of the part, -1 where there is none.
+    the stock. facet : of the part, -1 where none exists.
     """
 
     start: Floats
@@ -50,6 +51,8 @@ class UprightVectors:
 
     lengths : (a, b, T, T) float32 mm by tile; NaN where there is no vector. behind : how often vectors were entered from
         behind. low : (2,) mm corner of the grid. shape : cells along x and y. material : mm^3 under them before the first cut.
+    roofed : (n, 2, 2) mm, boxes seen from above of sweeps that left material above them: from then on tips there are not the
+        highest material.
     """
 
     def __init__(
@@ -59,10 +62,9 @@ class UprightVectors:
         pitch: float,
         *,
         casting: float | None = None,
-        facets: float | None = None,
     ) -> None:
         self.part, self.stock, self.pitch = part, stock, pitch
-        self.casting, self.facets = casting, facets
+        self.casting = casting
         both = np.stack([part.bounds, stock.bounds])
         self.low = np.minimum(both[0, 0], both[1, 0])[:2]
         high = np.maximum(both[0, 1], both[1, 1])[:2]
@@ -72,6 +74,7 @@ class UprightVectors:
             np.array(self.shape) * pitch - (high - self.low)
         )  # the rest at both sides
         self.behind, self.material = 0, 0.0
+        self.roofed: Floats = np.zeros((0, 2, 2))
         self.lengths: NDArray[np.float32] = np.empty((-(-nx // TILE), -(-ny // TILE), TILE, TILE), np.float32)
         self._forget()
         for a, b in np.ndindex(self.lengths.shape[:2]):
@@ -95,14 +98,6 @@ class UprightVectors:
         self._high = np.empty((0, TILE // SUB, TILE // SUB, 3))
         self._depth = np.zeros((0, 0))
         self._span = np.zeros((0, 2), dtype=np.int64)
-
-    def __getstate__(self) -> dict[str, object]:
-        kept = {"_slot", "_stamp", "_now", "_owner", "_start", "_low", "_rest", "_high", "_depth", "_span"}
-        return {name: v for name, v in self.__dict__.items() if name not in kept | {"_by_tile"}}
-
-    def __setstate__(self, state: dict[str, object]) -> None:
-        self.__dict__.update(state)
-        self._forget()
 
     def centres(self, i0: int, i1: int, j0: int, j1: int) -> tuple[Floats, Floats]:
         """x (n,) and y (m,) of the middles of cells."""
@@ -226,6 +221,54 @@ class UprightVectors:
             )  # fmt: skip
         return [self._removal(*row) for row in sums.tolist()]
 
+    def is_blind(self, sweep: Sweep) -> bool:
+        """Whether material may stand above some of a sweep, or does already where it comes: see `_beneath`."""
+        box, path = sweep.bounds[:, :2], sweep.path
+        top = min(float(path.start[2]), float(path.end[2])) + sweep.profile.z_max
+        return top < self._highest - kernels.ROOF_MM or self._is_roofed(box)
+
+    def _is_roofed(self, box: Floats) -> bool:
+        return bool(((box[0] <= self.roofed[:, 1]) & (box[1] >= self.roofed[:, 0])).all(axis=1).any())
+
+    @property
+    def _highest(self) -> float:
+        """mm, no material is above it."""
+        if self.casting is not None:
+            return float(self.part.bounds[1, 2]) + self.casting
+        return float(self.stock.bounds[1, 2])
+
+    def _beneath(self, raw: Floats, middle: float) -> Removal:
+        """What a sweep can take at most where tips are not the highest material; at least nothing.
+
+        raw : (n, m) mm that it has in common with the raw stock. middle : mm, by the tips.
+        """
+        wide = np.pad(raw, 1)
+        n, m = raw.shape
+        most = np.max([wide[a : a + n, b : b + m] for a in range(3) for b in range(3)], axis=0)
+        hi = float(most.sum()) * self.pitch**2
+        return Removal(0.0, min(middle * self.pitch**2, hi), hi, proven=False, note=ROOFED)
+
+    def _raw(self, cells: tuple[int, int, int, int], enter: Floats, leave: Floats) -> Floats:
+        """(n, m) mm of lines from `enter` to `leave` (n, m) that lie in the raw stock, between its lowest and highest place."""
+        i0, i1, j0, j1 = cells
+        bottom, top = np.full((2, *enter.shape), np.nan)
+        for a in range(i0 // TILE, (i1 - 1) // TILE + 1):
+            for b in range(j0 // TILE, (j1 - 1) // TILE + 1):
+                base = self.base(a, b)
+                high = base.top if self.casting is None else base.start + self.casting
+                rows, columns = (
+                    (max(first, TILE * k), min(stop, TILE * (k + 1)))
+                    for first, stop, k in ((i0, i1, a), (j0, j1, b))
+                )
+                here = slice(rows[0] - i0, rows[1] - i0), slice(columns[0] - j0, columns[1] - j0)
+                there = (
+                    slice(rows[0] - TILE * a, rows[1] - TILE * a),
+                    slice(columns[0] - TILE * b, columns[1] - TILE * b),
+                )
+                bottom[here], top[here] = base.bottom[there], high[there]
+        common = np.minimum(leave, top) - np.maximum(enter, bottom)
+        return np.where(common > 0.0, common, 0.0)
+
     def _removal(self, lo: float, middle: float, hi: float) -> Removal:
         if hi == 0.0:
             return NOTHING
@@ -233,7 +276,7 @@ class UprightVectors:
         return Removal(lo * area, middle * area, hi * area, proven=False)
 
     def _met(self, sweep: Sweep, *, write: bool) -> Removal:
-        ball = None if self.facets is not None else ball_block(sweep)
+        ball = None if self.is_blind(sweep) else ball_block(sweep)
         if ball is not None:
             return self.cut_balls(np.array([ball.row]), np.array([write]))[0]
         cells = self._cells(sweep.bounds)
@@ -243,14 +286,22 @@ class UprightVectors:
         self._wanted(np.array([cells]))
         depth, span = self._scratch(i1 - i0, j1 - j0)
         x, y = self.centres(*cells)
-        for enter, leave in self._heights(sweep, x, y):
-            self.behind += kernels.cut_heights(self._grid(), i0, j0, enter, leave, write, depth, span)
+        box, under = sweep.bounds[:, :2], 0
+        pieces = list(self._heights(sweep, x, y))
+        for enter, leave in pieces:
+            behind, roofs = kernels.cut_heights(self._grid(), i0, j0, enter, leave, write, depth, span)
+            self.behind, under = self.behind + behind, under + roofs
         sums = np.zeros(3)
         kernels.neighbour_sums(depth, span, i1 - i0, j1 - j0, sums)
-        return self._removal(*sums.tolist())
+        if not (under or self._is_roofed(box)):
+            return self._removal(*sums.tolist())
+        if under and write:
+            self.roofed = np.concatenate([self.roofed, box[None]])
+        raw = np.sum([self._raw(cells, *piece) for piece in pieces], axis=0)
+        return self._beneath(raw, float(sums[1])) if raw.any() else NOTHING
 
     def _cells(self, box: Floats) -> tuple[int, int, int, int] | None:
-        """Half-open ranges of cells whose middles lie below a box, and one more around; None if there are none."""
+        """Half-open ranges of cells whose middles lie below a box, and one more around; None if none exist."""
         first = np.ceil((box[0, :2] - self.low) / self.pitch - 0.5).astype(int)
         last = np.floor((box[1, :2] - self.low) / self.pitch - 0.5).astype(int)
         if (first > last).any() or (last < 0).any() or (first >= self.shape).any():
@@ -261,11 +312,6 @@ class UprightVectors:
 
     def _heights(self, sweep: Sweep, x: Floats, y: Floats) -> Iterator[tuple[Floats, Floats]]:
         """Heights (n, m) at which lines over x, y enter and leave a sweep, inf and -inf where they miss; rising."""
-        enter, leave = np.full((len(x), len(y)), np.inf), np.full((len(x), len(y)), -np.inf)
-        if self.facets is not None:
-            _kernels.facets_upright(envelope(sweep, self.facets), x[0], y[0], self.pitch, enter)
-            yield enter, leave
-            return
         places = np.stack(np.meshgrid(x, y, [0.0], indexing="ij"), axis=-1).reshape(-1, 3)
         rays = sweep.ray_intervals(places, UP)
         first = np.cumsum(rays.counts) - rays.counts

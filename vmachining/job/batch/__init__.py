@@ -1,6 +1,6 @@
 """Many jobs: each in a directory of its own, a table, a data set and a page over all of them.
 
-1. `run_many` (`many.py`) gives jobs to a pool as it has room, writes rows down as they come, and is told when to stop.
+1. `run_many` (`many.py`) gives jobs to a pool as it has room, writes rows down as they come, and learns when to stop.
 2. A pool is either the processes of this machine (`local.py`) or a Dask cluster (`cluster.py`). Both have the same
    function do a job in a fresh interpreter (`one.py`), in one process per job, so the numbers do not depend on
    where and beside what it runs.
@@ -8,11 +8,12 @@
 
 | file | holds |
 |---|---|
-| `one.py` | `Order`, `one_job`, `BATCH_COLUMNS`, `already_complete` |
-| `pool.py` | `Pool`, what `run_many` wants of one; `Ended` |
+| `one.py` | `Order`, `one_job`, `BATCH_COLUMNS` |
+| `pool.py` | `Pool`, what `run_many` needs of one; `Ended` |
 | `local.py` | `LocalPool`, `serve`: the life of a process that does jobs |
 | `cluster.py` | `ClusterPool`; admission of workers: versions, a probe file |
 | `dataset.py` | `Dataset`: which of its files are ours, and how they come and go |
+| `divided.py` | `on_cluster`: the parts of one job |
 | `many.py` | `run_many`, `folders_of`, the ledger batch.json |
 
 A process of a pool ends with whoever started it, so nobody is left who writes where a resumed batch writes; and the
@@ -20,6 +21,6 @@ lock of a job's directory keeps a second one out where it lives a little longer.
 """
 
 from vmachining.job.batch.many import Watcher, folders_of, run_many, safe_name
-from vmachining.job.batch.one import BATCH_COLUMNS, already_complete
+from vmachining.job.batch.one import BATCH_COLUMNS
 
-__all__ = ["BATCH_COLUMNS", "Watcher", "already_complete", "folders_of", "run_many", "safe_name"]
+__all__ = ["BATCH_COLUMNS", "Watcher", "folders_of", "run_many", "safe_name"]

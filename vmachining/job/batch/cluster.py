@@ -5,12 +5,12 @@ passes on what it tells. So a job that brings down its process brings down no wo
 worker, however that ends.
 
 Who has which job is decided here and not by Dask: every job is bound to one worker. So it is known which jobs went
-down with a worker, what is said of them names both, and the next attempt goes on behind the checkpoint of the one
+down with a worker, what is said of them names both, and the next attempt continues after the checkpoint of the one
 before. Only admitted workers get jobs: they have the versions of this process, of the package to the byte, and see
 the result directory.
 
 A thread gives up its job when the scheduler has taken the task back, as it does when the batch is gone, or when the
-worker closes: it lets the process stop behind its block and leave a checkpoint.
+worker closes: it lets the process stop after its block and leave a checkpoint.
 """
 
 from __future__ import annotations
@@ -25,8 +25,6 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cache
-from hashlib import sha256
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any
@@ -36,7 +34,7 @@ from vmachining.errors import InputError
 from vmachining.job.batch.local import PROGRESS, STOP, Child, dismiss, start_child
 from vmachining.job.batch.one import Order, Row
 from vmachining.job.batch.pool import Ended, JobProgress
-from vmachining.job.files import versions, write_atomic, writing
+from vmachining.job.files import source_digest, versions, write_atomic, writing
 
 __all__ = ["ClusterPool"]
 
@@ -67,16 +65,7 @@ GUIDE = "see docs/batch.md"
 def signature() -> dict[str, str]:
     """What must be equal wherever numbers are to be equal."""
     found = {name: version for name, version in versions().items() if name != "platform"}
-    return found | {"processor": platform.machine(), "source of vmachining": _source()[:12]}
-
-
-@cache
-def _source() -> str:
-    """Digest of the code of this package: a version number does not tell two states of a checkout apart."""
-    root, digest = Path(__file__).resolve().parents[2], sha256()
-    for path in sorted(root.rglob("*.py")):
-        digest.update(f"{path.relative_to(root)}\0".encode() + path.read_bytes())
-    return digest.hexdigest()
+    return found | {"processor": platform.machine(), "source of vmachining": source_digest()}
 
 
 def inspect(probe: str, content: str) -> tuple[dict[str, str], str]:
@@ -94,11 +83,11 @@ def inspect(probe: str, content: str) -> tuple[dict[str, str], str]:
 
 
 _stopped: set[str] = set()
-"""Batches whose user wants to stop, in the process of a worker."""
+"""Batches whose user asks to stop, in the process of a worker."""
 
 
 def stop_batch(token: str) -> None:
-    """Let the jobs of a batch stop behind the block that each is at."""
+    """Let the jobs of a batch stop after the block that each is at."""
     _stopped.add(token)
 
 
@@ -195,7 +184,7 @@ class ClusterPool:
     ----------
     address : of the scheduler, such as tcp://127.0.0.1:8786.
     out : directory of the batch, which exists.
-    progress, note : who is told of blocks, and of workers that come and go.
+    progress, note : who learns of blocks, and of workers that come and go.
 
     Raises
     ------
@@ -404,7 +393,7 @@ def _connect(address: str) -> Any:
         import distributed
     except ImportError as exc:
         raise InputError(
-            "--scheduler wants dask.distributed", remedy="pip install 'vmachining[cluster]'"
+            "--scheduler needs dask.distributed", remedy="pip install 'vmachining[cluster]'"
         ) from exc
     for name in ("distributed", "tornado", *logging.root.manager.loggerDict):
         if name.split(".")[0] in ("distributed", "tornado"):  # what matters of theirs is said in our words

@@ -25,8 +25,6 @@ TABLE = "blocks.parquet"
 class Dataset:
     """Partitions of the finished jobs of a batch.
 
-    Parameters
-    ----------
     out : directory of the batch.
     earlier : ledger of the batch that was there before, None if there was none.
     """
@@ -46,10 +44,7 @@ class Dataset:
     def refuse_foreign(self) -> None:
         """Refuse a data set with files that no batch made, or that were changed since.
 
-        Raises
-        ------
-        InputError
-            Names the first such file.
+        Raises InputError: Names the first such file.
         """
         if not os.path.lexists(self.path):
             return
@@ -81,10 +76,7 @@ class Dataset:
     def put(self, folder: Path) -> None:
         """Lay down the blocks of a finished job, whole or not at all.
 
-        Raises
-        ------
-        InputError
-            The disk is full, ...; names the file.
+        Raises InputError: The disk is full, ...; names the file.
         """
         target = self.table(folder.name)
         make_folder(target.parent)

@@ -19,7 +19,7 @@ from vmachining.processes import start
 __all__ = ["STOP", "Child", "LocalPool", "dismiss", "serve", "start_child"]
 
 STOP = ("stop",)
-"""What a process is told when the user wants to stop."""
+"""What a process receives when the user asks to stop."""
 
 ROW, PROGRESS = "row", "progress"
 """What it tells: ("row", row) once per order, ("progress", stage, done, total) before."""

@@ -36,14 +36,14 @@ RESERVED = (DATASET, TABLE, PAGE, LEDGER)
 """Names that no job's directory can have."""
 
 PATIENCE_S = 30.0
-"""For the process of a killed batch, or of a lost worker: it stops behind the block that it is at."""
+"""For the process of a killed batch, or of a lost worker: it stops after the block that it is at."""
 
 TABLE_SHARE, PAGE_SECONDS = 0.05, 30.0
 """Of the time at most that goes into rewriting the table as jobs end; s between two pages on the way."""
 
 
 class Watcher(Protocol):
-    """Who is told how a batch goes on."""
+    """Who learns how a batch continues."""
 
     def at(self, index: int, stage: str, done: int, total: int) -> None:
         """Job `index` is at block `done` of `total` of a stage."""
@@ -52,7 +52,7 @@ class Watcher(Protocol):
         """Job `index` is through, with `row`; it is number `done` of `total` to be so."""
 
     def note(self, text: str) -> None:
-        """Something happened that people want to know."""
+        """Something happened that people need to know."""
 
 
 class _Nobody:
@@ -98,18 +98,12 @@ def run_many(
     A job that fails, or whose process dies, has its row and does not stop the others. SIGINT and SIGTERM, to this
     process alone or to all of its group, stop the jobs in hand between two blocks.
 
-    Parameters
-    ----------
     files : of the jobs. out : directory for all of their results.
     workers : processes of this machine. scheduler : address of a Dask scheduler whose workers are used instead; they
         have to see `files` and `out` under the same paths.
-    formats : of the finished workpieces. resume : leave jobs that are complete, go on with those that were begun.
-
-    Raises
-    ------
-    InputError
-        `out` holds files of somebody else under names of ours, or another batch is going on there; no scheduler
-        answers, it has no workers, or they have other versions or another file system.
+    formats : of the finished workpieces. resume : leave jobs that are complete, continue with those that were begun.
+    Raises InputError: `out` holds files of somebody else under names of ours, or another batch is running there; no
+        scheduler answers, it has no workers, or they have other versions or another file system.
     """
     make_folder(out)
     names = (TABLE, PAGE, LEDGER)
@@ -200,7 +194,7 @@ class _Batch:
     def go(
         self, pool: Pool, stop: Callable[[], bool], formats: tuple[str, ...], resume: bool, patience: float
     ) -> None:
-        """Until every job is through, or nobody goes on."""
+        """Until every job is through, or nobody continues."""
         command = tuple(program_words())
         fresh = False
         while pool.busy or (self.waiting and not stop() and not pool.lost):
@@ -255,7 +249,7 @@ class _Batch:
         except InputError as exc:
             self._table_due = self._page_due = time.monotonic() + PAGE_SECONDS
             if str(exc) not in self._refused:
-                self.watcher.note(f"{exc}; it is tried again while jobs go on")
+                self.watcher.note(f"{exc}; it is tried again while jobs continue")
             self._refused.add(str(exc))
             return False
         return True

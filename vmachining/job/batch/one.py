@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -10,16 +9,18 @@ from typing import Any, NamedTuple, TypeAlias
 
 from vmachining.errors import EngineError, InputError, VMachiningError
 from vmachining.job.brep import blank
-from vmachining.job.files import MANIFEST, read_manifest, sha256
+from vmachining.job.files import MANIFEST, sha256
 from vmachining.job.folder import FolderLock, ResultFolder
 from vmachining.job.jobfile import Job
-from vmachining.job.run import run
+from vmachining.job.parts import Part
+from vmachining.job.run import run, run_part
 from vmachining.job.simulate import Progress, Stopped
+from vmachining.job.store import finished, same_inputs
 
-__all__ = ["BATCH_COLUMNS", "Order", "Row", "already_complete", "mark", "one_job", "sparing"]
+__all__ = ["ACCURACY", "BATCH_COLUMNS", "Order", "Row", "mark", "one_job", "sparing", "with_accuracy"]
 
 NUMBERS = (
-    "blocks", "removed_mm3", "removed_lo_mm3", "removed_hi_mm3", "stock_mm3", "final_mm3", "time_s",
+    "blocks", "removed_mm3", "removed_lo_mm3", "removed_hi_mm3", "proven", "stated_blocks", "stock_mm3", "final_mm3", "time_s",
     "scheduled_time_s", "warnings", "seconds", "peak_mb",
 )  # fmt: skip
 FEEDS = ("mean_feed_mm_min", "scheduled_mean_feed_mm_min")
@@ -33,11 +34,12 @@ class Order(NamedTuple):
     """What a process is asked to do.
 
     file : of the job. folder : where its results go. formats : of the finished workpiece.
-    resume : go on with whatever an earlier batch left there.
+    resume : continue with whatever an earlier batch left there.
     command : words of the command line, for the manifest.
     before : `mark` of the folder before this batch; another one is the trace of an earlier attempt of this batch, which
-        is gone on with.
+        is continued.
     patience : s to wait for the lock of the folder: the process of an earlier attempt may be about to end.
+    part : of the run, alone. options : of it, and what takes the place of the job's accuracy, by name.
     """
 
     file: str
@@ -47,49 +49,28 @@ class Order(NamedTuple):
     command: tuple[str, ...]
     before: str | None
     patience: float
+    part: Part | None = None
+    options: dict[str, Any] | None = None
+
+
+ACCURACY = ("chord", "width", "spacing", "directions")
+
+
+def with_accuracy(
+    job: Job, *, chord: float | None, width: str | None, spacing: float | None, directions: int | None
+) -> Job:
+    """A job with what was given in place of its [accuracy]."""
+    job = job if chord is None else job.with_chord(chord)
+    job = job if width is None else job.with_width(width)
+    return job.with_spacing(spacing, directions)
 
 
 def mark(folder: Path) -> str | None:
-    """Digest of the manifest in a folder, None where there is none: whether somebody wrote there is seen by it."""
+    """Digest of the manifest in a folder, None where none exists: whether somebody wrote there is seen by it."""
     try:
         return sha256(folder / MANIFEST)
     except InputError:
         return None
-
-
-def _same_inputs(job: Job, manifest: dict[str, Any] | None) -> bool:
-    """Whether a manifest is about exactly the files of a job."""
-    if manifest is None:
-        return False
-    inputs = manifest.get("inputs", {})
-    for role, entry in inputs.items():  # a program may call others, in files that only its last run knows
-        if role.startswith("subprogram"):
-            file = Path(entry["file"])
-            if not file.is_file() or sha256(file) != entry["sha256"]:
-                return False
-    known = {role: entry["sha256"] for role, entry in inputs.items() if not role.startswith("subprogram")}
-    return known == {role: sha256(path) for role, path in job.inputs.items()}
-
-
-def already_complete(job: Job, folder: Path) -> dict[str, Any] | None:
-    """The summary of a run of exactly these inputs that ended in `folder`, or None."""
-    manifest = read_manifest(folder)
-    if manifest is None or not manifest.get("complete") or not _same_inputs(job, manifest):
-        return None
-    options, accuracy = manifest.get("options", {}), job.keys.accuracy
-    if options.get("chord_mm") != accuracy.chord_mm:
-        return None
-    if options.get("engine") == "columns" and (
-        (options.get("width"), options.get("width_mm3")) != (accuracy.width, accuracy.width_mm3)
-    ):
-        return None
-    if not all((folder / name).is_file() for name in manifest.get("outputs", ())):
-        return None
-    try:
-        summary: dict[str, Any] = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return None
-    return summary
 
 
 def one_job(order: Order, *, stop: Callable[[], bool], progress: Progress | None = None) -> Row:
@@ -103,7 +84,19 @@ def one_job(order: Order, *, stop: Callable[[], bool], progress: Progress | None
             raise Stopped("batch", 0, 1)
         job = Job.load(order.file)
         row["name"] = job.name
-        summary = already_complete(job, out) if order.resume or begun else None
+        if order.part is not None:
+            row["status"] = "failed"
+            given = dict(order.options or {})
+            job = with_accuracy(job, **{name: given.pop(name) for name in ACCURACY})
+            given["chord"] = None
+            with FolderLock(out) as lock:
+                _acquire(lock, order.patience, stop)
+                run_part(
+                    job, order.part, out=out, resume=order.resume or begun, stop=stop, lock=lock, command=order.command,
+                    progress=progress, **given,
+                )  # fmt: skip
+            return row | {"status": "done", "exit_code": 0, "out": order.folder}
+        summary = finished(job, out, {"stock": order.formats}) if order.resume or begun else None
         row["status"] = "done" if begun else "skipped"
         if summary is None:
             row["status"] = "failed"
@@ -111,8 +104,8 @@ def one_job(order: Order, *, stop: Callable[[], bool], progress: Progress | None
                 blank(job)  # refuses before hours of cutting
             with FolderLock(out) as lock:
                 _acquire(lock, order.patience, stop)
-                # changed inputs start over: a batch that comes back wants today's answer
-                go_on = (order.resume or begun) and _same_inputs(job, ResultFolder(out).earlier())
+                # changed inputs start over: a batch that comes back needs today's answer
+                go_on = (order.resume or begun) and same_inputs(job, ResultFolder(out).earlier())
                 result = run(
                     job, out=out, resume=go_on, workers=1, stop=stop, lock=lock, command=order.command,
                     progress=progress,
@@ -155,7 +148,7 @@ def _acquire(lock: FolderLock, patience: float, stop: Callable[[], bool]) -> Non
 
 
 def _mean_feeds(out: Path) -> dict[str, float | None]:
-    """mm/min over all blocks that are no rapids, dwells included; of the program and of the rewritten one."""
+    """mm/min over all blocks except rapids, dwells included; of the program and of the rewritten one."""
     import polars as pl
 
     def mean(table: Path) -> float | None:

@@ -44,7 +44,7 @@ class Pool(Protocol):
         """Have a job done."""
 
     def stop(self) -> None:
-        """Let every job stop behind the block that it is at."""
+        """Let every job stop after the block that it is at."""
 
     def wait(self, seconds: float) -> Iterator[Ended]:
         """Jobs that are through, as soon as there are any, after some time at the latest."""

@@ -1,15 +1,22 @@
-"""Triangles seen along a direction: nearest face in every pixel, in NumPy alone."""
+"""Triangles seen along a direction: nearest face in every pixel, by a depth buffer, and a shaded picture of them."""
 
 from __future__ import annotations
+
+import struct
+import zlib
 
 import numpy as np
 
 from vmachining.arrays import Floats, Ints
+from vmachining.report.paper._kernels import nearest
 
-__all__ = ["nearest_faces"]
+__all__ = ["SEEN_PX", "nearest_faces", "png", "view_frame", "viewed"]
 
-CHUNK = 4_000_000
-"""Pairs of pixel and triangle that are tested at once."""
+LIGHT = np.array([-0.45, -0.55, 0.70])
+VIEW = np.array([-0.62, -1.0, 0.85])
+
+SEEN_PX = 700
+"""Pixels along the longer side of a view of the stock."""
 
 
 def nearest_faces(
@@ -17,51 +24,68 @@ def nearest_faces(
 ) -> tuple[Floats, Ints]:
     """What an orthographic camera sees.
 
-    Parameters
-    ----------
     points : (n, 3) mm; the first two coordinates lie in the picture, the third points at the camera.
     triangles : (m, 3) rows of `points`.
     corner : (2,) mm, lower left corner of the picture. pixel : mm, side of a pixel. shape : rows and columns.
-
-    Returns
-    -------
-    depth : (rows, columns) mm, third coordinate at the middle of each pixel, -inf where nothing is.
-    face : (rows, columns) triangle that is seen, -1 where nothing is.
+    Returns depth : (rows, columns) mm, third coordinate at the middle of each pixel, -inf where nothing is. face :
+        (rows, columns) triangle that is seen, -1 where nothing is.
     """
-    high, wide = shape
-    depth = np.full(high * wide, -np.inf)
-    face = np.full(high * wide, -1, dtype=np.int64)
+    depth, face = np.full(shape, -np.inf), np.full(shape, -1, dtype=np.int64)
+    corners = np.array(points[triangles], dtype=np.float64)
+    corners[:, :, :2] = (corners[:, :, :2] - corner) / pixel - 0.5  # the middle of pixel (i, j) is at (j, i)
+    nearest(corners, depth, face)
+    return depth, face
+
+
+def view_frame() -> Floats:
+    """(3, 3): right, up, and towards the eye of a picture that `viewed` makes."""
+    toward = VIEW / np.linalg.norm(VIEW)
+    right = np.cross([0.0, 0.0, 1.0], toward)
+    right /= np.linalg.norm(right)
+    return np.stack([right, np.cross(toward, right), toward])
+
+
+def viewed(points: Floats, triangles: Ints) -> tuple[Floats, tuple[float, float, float, float]]:
+    """Shaded picture (rows, columns, RGBA) of triangles seen from the front left above, and its extent in mm.
+
+    A picture of nothing, where no stock is left, is one clear pixel.
+    """
+    if not len(triangles):
+        return np.zeros((1, 1, 4)), (0.0, 1.0, 0.0, 1.0)
+    turned = points @ view_frame().T
+    low, high = turned[:, :2].min(axis=0), turned[:, :2].max(axis=0)
+    pixel = (float((high - low).max()) or 1.0) / (2 * SEEN_PX)  # twice as fine, then averaged: smooth borders
+    shape = tuple(int(2 * np.ceil(v / 2)) for v in np.maximum(np.ceil((high - low)[::-1] / pixel), 1))
+    depth, face = nearest_faces(turned, triangles, low, pixel, shape)  # type: ignore[arg-type]
     corners = points[triangles]
-    flat = (corners[:, :, :2] - corner) / pixel - 0.5  # the middle of pixel (i, j) is at (j, i)
-    first = np.maximum(np.ceil(flat.min(axis=1)), 0).astype(np.int64)
-    last = np.minimum(np.floor(flat.max(axis=1)), [wide - 1, high - 1]).astype(np.int64)
-    size = np.maximum(last - first + 1, 0)
-    count = size.prod(axis=1)
-    a, b, c = flat[:, 0], flat[:, 1], flat[:, 2]
-    area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    todo = np.flatnonzero((count > 0) & (area != 0.0))
-    ends = np.cumsum(count[todo])
-    start = 0
-    while start < len(todo):
-        base = ends[start - 1] if start else 0
-        stop = max(int(np.searchsorted(ends, base + CHUNK, side="right")), start + 1)
-        mine = todo[start:stop]
-        owner = np.repeat(mine, count[mine])
-        place = np.arange(len(owner)) - np.repeat(np.cumsum(count[mine]) - count[mine], count[mine])
-        x = first[owner, 0] + place % size[owner, 0]
-        y = first[owner, 1] + place // size[owner, 0]
-        u = (x - a[owner, 0]) * (c[owner, 1] - a[owner, 1]) - (y - a[owner, 1]) * (c[owner, 0] - a[owner, 0])
-        v = (b[owner, 0] - a[owner, 0]) * (y - a[owner, 1]) - (b[owner, 1] - a[owner, 1]) * (x - a[owner, 0])
-        u, v = u / area[owner], v / area[owner]
-        inside = (u >= -1e-9) & (v >= -1e-9) & (u + v <= 1.0 + 1e-9)
-        owner, u, v = owner[inside], u[inside], v[inside]
-        z = corners[owner, :, 2]
-        far = z[:, 0] + u * (z[:, 1] - z[:, 0]) + v * (z[:, 2] - z[:, 0])
-        at = y[inside] * wide + x[inside]
-        order = np.argsort(far, kind="stable")  # of several in one pixel the last one written is the nearest
-        at, far, owner = at[order], far[order], owner[order]
-        nearer = far > depth[at]
-        at, far, owner = at[nearer], far[nearer], owner[nearer]
-        depth[at], face[at] = far, owner
-        start = stop
-    return depth.reshape(shape), face.reshape(shape)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    lit = 0.42 + 0.58 * np.maximum(normal @ (LIGHT / np.linalg.norm(LIGHT)), 0.0)
+    there = face >= 0
+    shade = np.where(there, lit[face], 0.0)
+    behind = depth[there].min(initial=0.0) - 1e3
+    edge = np.zeros(shape, dtype=bool)  # a step in depth is an outline
+    for axis in (0, 1):
+        with np.errstate(invalid="ignore"):
+            jump = np.abs(np.diff(np.where(there, depth, behind), axis=axis)) > 12.0 * pixel
+        edge |= np.concatenate([jump, np.zeros_like(edge.take([0], axis=axis))], axis=axis)
+    shade = np.where(edge & there, 0.35 * shade, shade)
+    colour = shade[..., None] * np.array([0.80, 0.85, 0.92])
+    pixels = np.concatenate([colour * there[..., None], there[..., None]], axis=2)
+    fine = pixels.reshape(shape[0] // 2, 2, shape[1] // 2, 2, 4).mean(axis=(1, 3))
+    alpha = np.maximum(fine[..., 3:], 1e-9)
+    fine[..., :3] = np.clip(fine[..., :3] / alpha, 0.0, 1.0)
+    return fine, (low[0], low[0] + shape[1] * pixel, low[1], low[1] + shape[0] * pixel)
+
+
+def png(points: Floats, triangles: Ints) -> bytes:
+    """The same as a PNG file (8 bits, RGBA), without matplotlib, which takes longer to load than this to draw."""
+    pixels = np.rint(255.0 * viewed(points, triangles)[0][::-1]).astype(np.uint8)
+    tall, wide = pixels.shape[:2]
+    filtered = np.concatenate([np.zeros((tall, 1), np.uint8), pixels.reshape(tall, -1)], axis=1)
+    header = struct.pack(">IIBBBBB", wide, tall, 8, 6, 0, 0, 0)
+    chunks = ((b"IHDR", header), (b"IDAT", zlib.compress(filtered.tobytes(), 6)), (b"IEND", b""))
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+        for kind, data in chunks
+    )

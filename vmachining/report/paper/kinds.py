@@ -10,17 +10,17 @@ import polars as pl
 
 from vmachining.arrays import Floats
 from vmachining.errors import InputError
-from vmachining.report.paper.depth import nearest_faces
+from vmachining.report.paper.depth import SEEN_PX, nearest_faces, viewed
 from vmachining.report.paper.source import Results
 from vmachining.report.paper.style import (
     BLUE,
     GREEN,
     GREY,
-    MM_PER_INCH,
     ORANGE,
     RED,
     VIOLET,
     WIDTH_MM,
+    canvas,
     look,
     panels,
 )
@@ -29,14 +29,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["KINDS", "OVER", "draw"]
+    from vmachining.job import RunResult
+
+__all__ = ["KINDS", "OVER", "draw", "draw_result"]
 
 OVER = ("time", "block")
 SHORT_SCALE = 30.0
 """A logarithmic axis that spans less names the steps between its decades."""
-
-SEEN_PX = 700
-"""Pixels along the longer side of a view of the stock."""
 
 
 class Axis(NamedTuple):
@@ -151,6 +150,39 @@ def feed(results: Results, over: str, width_mm: float) -> Figure:
     return _finish(figure, grid, over, max((t.edges for t in tables), key=lambda e: e[-1]))
 
 
+def logged(results: Results, over: str, width_mm: float) -> Figure:
+    """A log joined with the run: feed as programmed, reachable and logged, removal rate, power, and the load of the spindle."""
+    path = results.folder / "logged.parquet"
+    if not path.is_file():
+        raise InputError(
+            "no log was joined", file=str(results.folder), remedy="`vmachining times join LOG --results DIR`"
+        )
+    rows = pl.read_parquet(path)
+    logs = rows["log"].unique(maintain_order=True).to_list()
+    rows = rows.filter(pl.col("log") == logs[0])
+    spent = rows["logged_s"].to_numpy().clip(min=0.0)
+    edges = np.arange(len(rows) + 1.0) if over == "block" else np.concatenate([[0.0], np.cumsum(spent)])
+    axis = Axis(edges, rows, "logged", RED)
+    others = (
+        ("mrr_mm3_min", "removal rate\n(mm³/min)"), ("power_w", "power (W)"), ("load", "spindle load\n(of the log)"),
+    )  # fmt: skip
+    shown: list[tuple[str, list[tuple[str, str, str]]]] = [
+        ("feed (mm/min)", [("programmed_mm_min", GREY, "programmed"), ("reachable_mm_min", BLUE, "reachable"),
+                           ("logged_mm_min", RED, "logged")]),
+        *((label, [(name, ORANGE, "")]) for name, label in others if np.isfinite(_column(rows, name)).any()),
+    ]  # fmt: skip
+    figure, grid = panels(len(shown), width_mm=width_mm, each_mm=32.0)
+    for axes, (label, curves) in zip(grid, shown, strict=True):
+        for name, colour, words in curves:
+            _stairs(axes, axis, _column(rows, name), color=colour, label=words or None)
+        axes.set_ylabel(label)
+        axes.set_ylim(bottom=0.0)
+    if len(logs) > 1:
+        grid[0].set_title(f"{logs[0]}, the first of {len(logs)} logs")
+    _legend(figure, grid[0], 3)
+    return _finish(figure, grid, over, edges)
+
+
 def engagement(results: Results, over: str, width_mm: float) -> Figure:
     """Depths of cut, engaged share of a revolution and chip thickness over the program."""
     rows = (
@@ -180,16 +212,11 @@ def _legend(figure: Figure, axes: Axes, lines: int) -> None:
         figure.legend(handles, labels, loc="outside upper right", ncols=lines)
 
 
-LIGHT = np.array([-0.45, -0.55, 0.70])
-VIEW = np.array([-0.62, -1.0, 0.85])
-
-
 def stock(results: Results, over: str, width_mm: float) -> Figure:
     """The finished stock: height over the plan, and a view of it."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     points, triangles = results.stock()
+    if not len(triangles):
+        raise InputError("nothing is left of the stock", remedy="draw another kind")
     low, high = points.min(axis=0), points.max(axis=0)
     extent = high - low
     pixel = float(extent[:2].max()) / SEEN_PX
@@ -197,8 +224,7 @@ def stock(results: Results, over: str, width_mm: float) -> Figure:
     depth, _ = nearest_faces(points, triangles, low[:2], pixel, shape)  # type: ignore[arg-type]
     seen = np.where(np.isfinite(depth), depth, np.nan)
     tall = 0.5 * width_mm * min(max(float(extent[1] / extent[0]), 0.35), 1.1) + 16.0
-    figure = Figure(figsize=(width_mm / MM_PER_INCH, tall / MM_PER_INCH), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = canvas(width_mm, tall)
     plan, view = figure.subplots(1, 2, width_ratios=(1.12, 1.0))
     image = plan.imshow(
         seen, origin="lower", extent=(low[0], low[0] + shape[1] * pixel, low[1], low[1] + shape[0] * pixel), cmap="viridis",
@@ -207,48 +233,14 @@ def stock(results: Results, over: str, width_mm: float) -> Figure:
     plan.set(xlabel="x (mm)", ylabel="y (mm)", xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     plan.grid(visible=False)
     figure.colorbar(image, ax=plan, label="z (mm)", shrink=0.85, pad=0.02)
-    picture, box = _viewed(points, triangles)
+    picture, box = viewed(points, triangles)
     view.imshow(picture, origin="lower", extent=box, interpolation="antialiased")
     view.set_axis_off()
     return figure
 
 
-def _viewed(points: Floats, triangles: np.ndarray) -> tuple[Floats, tuple[float, float, float, float]]:
-    """Shaded picture (rows, columns, RGBA) of triangles seen from the front left above, and its extent in mm."""
-    toward = VIEW / np.linalg.norm(VIEW)
-    right = np.cross([0.0, 0.0, 1.0], toward)
-    right /= np.linalg.norm(right)
-    frame = np.stack([right, np.cross(toward, right), toward])
-    turned = points @ frame.T
-    low, high = turned[:, :2].min(axis=0), turned[:, :2].max(axis=0)
-    pixel = float((high - low).max()) / (2 * SEEN_PX)  # twice as fine, then averaged: smooth borders
-    shape = tuple(int(2 * np.ceil(v / 2)) for v in np.maximum(np.ceil((high - low)[::-1] / pixel), 1))
-    depth, face = nearest_faces(turned, triangles, low, pixel, shape)  # type: ignore[arg-type]
-    corners = points[triangles]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-    lit = 0.42 + 0.58 * np.maximum(normal @ (LIGHT / np.linalg.norm(LIGHT)), 0.0)
-    there = face >= 0
-    shade = np.where(there, lit[face], 0.0)
-    edge = np.zeros(shape, dtype=bool)  # a step in depth is an outline
-    for axis in (0, 1):
-        with np.errstate(invalid="ignore"):
-            jump = np.abs(np.diff(np.where(there, depth, depth[there].min() - 1e3), axis=axis)) > 12.0 * pixel
-        edge |= np.concatenate([jump, np.zeros_like(edge.take([0], axis=axis))], axis=axis)
-    shade = np.where(edge & there, 0.35 * shade, shade)
-    colour = shade[..., None] * np.array([0.80, 0.85, 0.92])
-    pixels = np.concatenate([colour * there[..., None], there[..., None]], axis=2)
-    fine = pixels.reshape(shape[0] // 2, 2, shape[1] // 2, 2, 4).mean(axis=(1, 3))
-    alpha = np.maximum(fine[..., 3:], 1e-9)
-    fine[..., :3] = np.clip(fine[..., :3] / alpha, 0.0, 1.0)
-    return fine, (low[0], low[0] + shape[1] * pixel, low[1], low[1] + shape[0] * pixel)
-
-
 def schedule(results: Results, over: str, width_mm: float) -> Figure:
     """All strategies on the same job: time, peak of every load against that as programmed, and spread."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     table = results.strategies
     if table is None or len(table) < 2:
         raise InputError(
@@ -258,8 +250,7 @@ def schedule(results: Results, over: str, width_mm: float) -> Figure:
         name.replace("_", " ") + " (written)" * bool(asked)
         for name, asked in table.select("strategy", "asked_for").iter_rows()
     ]
-    figure = Figure(figsize=(width_mm / MM_PER_INCH, 62.0 / MM_PER_INCH), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = canvas(width_mm, 62.0)
     time, peak, spread = figure.subplots(1, 3, width_ratios=(1.0, 1.25, 1.25))
     colours = [GREY, BLUE, GREEN, ORANGE][: len(names)]
     place = np.arange(len(names))
@@ -307,23 +298,29 @@ def _force_label(table: pl.DataFrame) -> str:
 
 KINDS: dict[str, Callable[[Results, str, float], Figure]] = {
     "load": load, "bracket": bracket, "feed": feed, "engagement": engagement, "stock": stock, "schedule": schedule,
+    "logged": logged,
 }  # fmt: skip
 
 
 def draw(results: Results, kind: str, *, over: str | None = None, width_mm: float = WIDTH_MM) -> Figure:
     """One figure.
 
-    Parameters
-    ----------
     kind : of `KINDS`. over : "time" or "block", what runs along the x axis; None: block for `bracket`, else time where the
         program has any. width_mm : of the figure.
-
-    Raises
-    ------
-    InputError
-        The directory lacks what the kind shows, or matplotlib is not installed.
+    Raises InputError: The directory lacks what the kind shows, or matplotlib is not installed.
     """
     if over is None:
         over = "block" if kind == "bracket" or not (results.blocks["time_s"].sum() or 0.0) > 0.0 else "time"
     with look():
         return KINDS[kind](results, over, width_mm)
+
+
+def draw_result(result: RunResult, kind: str, *, over: str | None = None) -> Figure:
+    """`draw` for a run in memory."""
+    kinds = [name for name in KINDS if name not in ("schedule", "logged")]
+    if kind not in kinds or over not in (None, *OVER):
+        wrong = f"kind {kind!r}" if kind not in kinds else f"over {over!r}"
+        raise InputError(
+            f"no figure has {wrong}", remedy=f"kind: {', '.join(kinds)}; over: {' or '.join(OVER)}"
+        )
+    return draw(Results.of(result), kind, over=over)

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import polars as pl
 
 from vmachining.arrays import Floats, Ints
 from vmachining.errors import InputError
 from vmachining.job.files import read_manifest
+from vmachining.stock import read_mesh
+from vmachining.textfile import parse_json
+
+if TYPE_CHECKING:
+    from vmachining.engines.protocol import StockSurface
+    from vmachining.job import RunResult
 
 __all__ = ["Results"]
 
@@ -22,7 +26,7 @@ class Results:
     """A finished run on disk.
 
     name : of the job. blocks, scheduled : tables, the second None without a schedule. strategies : their comparison, or
-    None. summary : of summary.json. folder : where all of it lies.
+    None. summary : of summary.json. folder : where all of it lies. finished : the workpiece, where no file of it is needed.
     """
 
     name: str
@@ -31,15 +35,19 @@ class Results:
     scheduled: pl.DataFrame | None
     strategies: pl.DataFrame | None
     summary: dict[str, Any]
+    finished: StockSurface | None = None
+
+    @classmethod
+    def of(cls, result: RunResult) -> Results:
+        """A run in memory, written or not."""
+        blocks, scheduled = result.blocks, result.scheduled_blocks
+        return cls(result.job.name, result.folder, blocks, scheduled, None, result.summary, result.surface)
 
     @classmethod
     def load(cls, folder: Path | str) -> Results:
         """Read a result directory of `run`.
 
-        Raises
-        ------
-        InputError
-            It is no such directory, or the run in it has not ended.
+        Raises InputError: It is no such directory, or the run in it has not ended.
         """
         folder = Path(folder)
         manifest = read_manifest(folder)
@@ -52,7 +60,9 @@ class Results:
             )
         if not manifest.get("complete", False):
             raise InputError(
-                "the run in this directory has not ended", file=str(folder), remedy="go on with run --resume"
+                "the run in this directory has not ended",
+                file=str(folder),
+                remedy="continue with run --resume",
             )
         scheduled, strategies = folder / "scheduled_blocks.parquet", folder / "strategies.csv"
         return cls(
@@ -61,23 +71,20 @@ class Results:
             pl.read_parquet(table),
             pl.read_parquet(scheduled) if scheduled.is_file() else None,
             pl.read_csv(strategies, infer_schema_length=None) if strategies.is_file() else None,
-            json.loads((folder / "summary.json").read_text(encoding="utf-8")),
+            parse_json((folder / "summary.json").read_text(encoding="utf-8")),
         )
 
     def stock(self) -> tuple[Floats, Ints]:
         """Vertices (n, 3) mm and triangles (m, 3) of the finished stock.
 
-        Raises
-        ------
-        InputError
-            The directory has no mesh of it.
+        Raises InputError: The directory has no mesh of it.
         """
-        import trimesh
-
+        if self.finished is not None:
+            return self.finished.vertices, self.finished.triangles
         for name in ("stock.stl", "stock.3mf"):
             if (self.folder / name).is_file():
-                mesh = trimesh.load_mesh(self.folder / name)
-                return np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
+                mesh = read_mesh(self.folder / name)
+                return mesh.vertices, mesh.triangles
         raise InputError(
             "no stock.stl or stock.3mf", file=str(self.folder), remedy="run the job with --stock stl"
         )

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,8 +25,10 @@ __all__ = [
     "RED",
     "VIOLET",
     "WIDTH_MM",
+    "canvas",
     "look",
     "panels",
+    "shades",
     "write_figures",
 ]
 
@@ -55,29 +59,51 @@ LOOK: Any = {
 def look() -> Iterator[None]:
     """The style, for as long as it is asked for.
 
-    Raises
-    ------
-    InputError
-        matplotlib is not installed.
+    Raises InputError: matplotlib is not installed.
     """
     try:
         import matplotlib as mpl
     except ImportError as exc:
-        raise InputError("figures want matplotlib", remedy="pip install matplotlib") from exc
+        raise InputError("figures need matplotlib", remedy="pip install matplotlib") from exc
     with mpl.rc_context(LOOK):
         yield
+
+
+@cache
+def _shown() -> type[Figure]:
+    """A figure that a notebook shows without pyplot."""
+    from matplotlib.figure import Figure
+
+    class Shown(Figure):
+        def _repr_png_(self) -> bytes:
+            file = io.BytesIO()
+            with look():
+                self.savefig(file, format="png", dpi=self.get_dpi(), facecolor="white")
+            return file.getvalue()
+
+    return Shown
+
+
+def canvas(width_mm: float, height_mm: float) -> Figure:
+    """An empty figure that lays itself out, and that a notebook shows."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    figure = _shown()(figsize=(width_mm / MM_PER_INCH, height_mm / MM_PER_INCH), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def shades(count: int) -> list[tuple[float, float, float]]:
+    """Colours from blue to red for places in a row."""
+    share = [k / max(count - 1, 1) for k in range(count)]
+    return [(0.08 + 0.78 * s, 0.43 - 0.23 * s, 0.75 - 0.5 * s) for s in share]
 
 
 def panels(
     count: int, *, width_mm: float, each_mm: float, heights: Sequence[float] | None = None
 ) -> tuple[Figure, list[Axes]]:
     """A figure of panels below each other that share their x axis."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    size = width_mm / MM_PER_INCH, (each_mm * (sum(heights) if heights else count) + 12.0) / MM_PER_INCH
-    figure = Figure(figsize=size, layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = canvas(width_mm, each_mm * (sum(heights) if heights else count) + 12.0)
     grid = figure.subplots(
         count, 1, sharex=True, squeeze=False, height_ratios=list(heights) if heights else None
     )

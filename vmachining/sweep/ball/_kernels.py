@@ -5,7 +5,32 @@
 
 import numpy as np
 
-from vmachining.jit import leaf
+from vmachining.jit import inner, leaf
+
+
+@leaf
+def travel(dx, dy, dz):
+    """Length of a travel seen from above, its direction, its slope, the sine of its angle, and what an upright one falls."""
+    run = np.sqrt(dx * dx + dy * dy)
+    if run == 0.0:
+        return run, 1.0, 0.0, 0.0, 0.0, min(0.0, dz)
+    return run, dx / run, dy / run, dz / run, dz / np.sqrt(run * run + dz * dz), 0.0
+
+
+@inner
+def ball_below(u, v, run, slope, sine, square):
+    """Lowest point of the sweep of a ball, radius^2 = square, over a place u along and v beside its travel: height over the
+    first centre, place along the travel of the sphere, and its room, not positive where the line misses.
+
+    Of the spheres over the line the lowest has its centre at u - h sin(alpha) along the travel, h^2 = r^2 - v^2, or at an end.
+    Without a branch, so that loops work on several places at a time.
+    """
+    room = square - v * v
+    s = u - np.sqrt(room if room > 0.0 else 0.0) * sine
+    s = s if s > 0.0 else 0.0
+    s = s if s < run else run
+    room -= (u - s) * (u - s)
+    return s * slope - np.sqrt(room if room > 0.0 else 0.0), s, room
 
 
 @leaf

@@ -65,14 +65,10 @@ def flux_volume(
     Phi is the integral over time and surface of max(N . V_P, 0): what the body enters. It counts a point once
     per entry, so W, the part of it that enters where the body was before, is taken off.
 
-    Parameters
-    ----------
     packed : columns of a motion and of convex pieces whose union is the body.
     wanted : relative error of the volume at which the search for W stops.
     patience : time intervals after which the search for one visit is given up.
 
-    Notes
-    -----
     Phi: closed form around each circle, Gauss along the meridian between the circles that change from one-
     to two-sided, adaptive Gauss-Kronrod in time. W: around each circle the visited arcs are found by sampling
     and bisection and integrated in closed form; rectangles of time and meridian are quartered until what the

@@ -149,8 +149,7 @@ def normal_speed(of: Circles, u: ArrayLike) -> Floats:
 def grazing_angles(of: Circles) -> Floats:
     """(..., 2) rad: where f = 0; NaN where the circle is one-sided or slides all round.
 
-    Notes
-    -----
+
     f = c + r cos(u - heading), so u = heading -+ acos(-c / r); the egress arc lies between the two.
     """
     half = np.where(of.reach >= np.abs(of.c), of.half, np.nan)
@@ -160,14 +159,10 @@ def grazing_angles(of: Circles) -> Floats:
 def chord(now: Instant, height: float) -> tuple[float, Floats]:
     """The straight line along which a flat disc at a height grazes, whatever its radius.
 
-    Returns
-    -------
-    d, along : float, (3,)
-        Distance of the line from the axis, mm, measured along `along` = Adot / |Adot|; the line is square to
-        it. Infinite where the disc is one-sided. NaN where the disc slides in its own plane, all of it.
+    Returns d, along : float, (3,): Distance of the line from the axis, mm, measured along `along` = Adot / |Adot|; the
+        line is square to it. Infinite where the disc is one-sided. NaN where the disc slides in its own plane, all of
+        it.
 
-    Notes
-    -----
     A point E + h A + x of the disc has f = n_z A . (V + dx) with x changing by the rotation: A . V - x . Adot
     = 0, the same line for top and bottom. `height` only says which disc: A . (V + h Adot) = A . V.
     """
@@ -190,13 +185,9 @@ def folding(now: Instant, h: ArrayLike, rho: ArrayLike, n_r: ArrayLike, n_z: Arr
             bend: ArrayLike) -> Floats:  # fmt: skip
     """Second time derivative of the distance to the body, at grazing points; < 0 is inside the sweep.
 
-    Parameters
-    ----------
     h, rho, n_r, n_z, u : (...,) circle, normal and angle, as above.
     bend : curvature 1 / R of the meridian, 1 / mm, 0 on lines.
 
-    Notes
-    -----
     phi_tt = k_m (V_P . t_m)^2 + k_p (V_P . t_u)^2 + N . (2 omega x V_P - a_P), k_m = bend, k_p = n_r / rho,
     t_m and t_u tangents along the meridian and around; k_p = k_m on the axis. Positive: the body was outside just before and is
     just after, a true boundary; negative: it leaves on both sides of t, so the sheet lies inside.

@@ -22,6 +22,6 @@ Known limits: another surface that slides along itself gives the planes nothing 
 of time what one may miss grows from 1e-11 mm by factors of 100, up to 1e-7 mm.
 """
 
-from vmachining.sweep.rotating.pack import Packed, arc_series, meridian_rows, pack
+from vmachining.sweep.rotating.pack import Packed, arc_series, meridian_rows, pack, rate_bound, waves_of
 
-__all__ = ["Packed", "arc_series", "meridian_rows", "pack"]
+__all__ = ["Packed", "arc_series", "meridian_rows", "pack", "rate_bound", "waves_of"]

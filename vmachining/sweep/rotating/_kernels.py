@@ -11,7 +11,7 @@ import numpy as np
 
 from vmachining.jit import kernel, leaf
 from vmachining.numerics._kernels import insert
-from vmachining.sweep.rotating.pose._kernels import aim, bending, near, state
+from vmachining.sweep.rotating.pose._kernels import aim, bending, near, spinning, state
 
 STOP = 1e-11  # mm: what a stretch of time could add when it is given up
 MERGE = 1e-10  # mm: intervals closer than this are one
@@ -108,7 +108,7 @@ def holder(lo, hi, n, a):
 
 @kernel
 def grown(cells):
-    """A stack of twice the size: no stretch of time is dropped for want of room."""
+    """A stack of twice the size: no stretch of time is dropped for lack of room."""
     out = np.zeros((2 * len(cells), cells.shape[1]))
     out[: len(cells)] = cells
     return out
@@ -162,7 +162,7 @@ def joined(seg, i0, i1, p, waves, o, u, ta, tb, A, B, spin, bend, slack):
 def _settled(
     seg, planes, arcs, ends, piece, limit, waves, o, u, tol, cells, shots, poses, p, lo, hi, n, top, seen, slack
 ):  # fmt: skip
-    """Settle the stretches on the stack, or as many as there is room for; (n, top, seen, slack) to go on with.
+    """Settle the stretches on the stack, or as many as there is room for; (n, top, seen, slack) to continue with.
 
     n as in `ray_piece`; top: the last row of the stack that is in use, -1 if nothing is left.
     """
@@ -312,7 +312,8 @@ def rays(seg, planes, arcs, ends, limits, waves, origins, directions, tol, count
 
 @leaf
 def narrowed(seg, i0, i1, limit, waves, x, y, z, best, level, cells, p, top, seen, slack):
-    """Settle the stretches on the stack, or as many as there is room for; (best, top, seen, slack) to go on with."""
+    """Settle the stretches on the stack, or as many as there is room for; (best, top, seen, slack) to continue with."""
+    spin = spinning(waves, x, y, z)
     while top >= 0:
         if top + 2 > len(cells):
             break
@@ -327,7 +328,7 @@ def narrowed(seg, i0, i1, limit, waves, x, y, z, best, level, cells, p, top, see
         w = tb - ta
         goal = max(level, best - slack)
         far = max(min(pa, pb), 0.0) + limit[1]  # the point is that near to the middle of the body
-        bend = bending(limit, far, w)
+        bend = min(bending(limit, far, w), spin)
         if w * (limit[2] + limit[4] * far) <= slack:
             continue
         da, db = span(pa - goal, 1.0, fa, 0.0, bend), span(pb - goal, 1.0, -fb, 0.0, bend)

@@ -1,4 +1,4 @@
-"""A body and a motion as the kernels want them."""
+"""A body and a motion as the kernels take them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vmachining.numerics.series import Amplitudes, Series, bounds
 from vmachining.sweep.bounds import reaches
 from vmachining.tool import Profile
 
-__all__ = ["Packed", "arc_series", "meridian_rows", "pack"]
+__all__ = ["Packed", "arc_series", "meridian_rows", "pack", "rate_bound", "waves_of"]
 
 ULPS = 16
 """Rounding of a distance in ulp of the extent of the sweep: a dozen operations on its coordinates."""
@@ -55,7 +55,7 @@ def pack(pieces: Sequence[Profile], tip: Series, axis: Series, origin: Floats) -
     tol = max(ULPS * float(np.finfo(float).eps) * extent, 1e-14)
     return Packed(
         np.concatenate(seg), np.concatenate(planes), np.concatenate(arcs), np.array(ends), limits,
-        _waves(local, axis), tol,
+        waves_of(local, axis), tol,
     )  # fmt: skip
 
 
@@ -119,7 +119,7 @@ def _arcs(piece: Profile) -> Floats:
 
 def _limits(piece: Profile, tip: Series, axis: Series) -> tuple[float, ...]:
     """Reference height with the smallest bend, and its bounds."""
-    turn, bend = _bound(axis, 1), axis.bound(2)
+    turn, bend = rate_bound(axis, 1), axis.bound(2)
     rise = -1.0
     if turn == 0.0:  # the only acceleration along a steady axis
         along = axis.at(0.0)
@@ -145,14 +145,14 @@ def _together(tip: Series, axis: Series) -> tuple[Floats, Amplitudes, Amplitudes
     return frequencies, out[0], out[1]
 
 
-def _bound(series: Series, derivative: int) -> float:
+def rate_bound(series: Series, derivative: int) -> float:
     """Upper bound of the length of a derivative: samples plus half a cell of the next one."""
     middle = (np.arange(CELLS) + 0.5) / CELLS
     seen = float(np.linalg.norm(series.at(middle, derivative), axis=1).max())
     return min(seen + series.bound(derivative + 1) / (2.0 * CELLS), series.bound(derivative))
 
 
-def _waves(tip: Series, axis: Series) -> Floats:
+def waves_of(tip: Series, axis: Series) -> Floats:
     """(m, 19), tip and axis by common frequency."""
     rows: dict[float, Floats] = {}
     for w, z in zip(tip.frequencies.tolist(), tip.terms, strict=True):

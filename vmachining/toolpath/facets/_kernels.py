@@ -279,7 +279,7 @@ def between_passes(z, slopes, offsets, R, r, left) -> None:
 
 @kernel
 def heights(points, corners, planes, boxes, z, which) -> None:
-    """Highest point of the triangles over every point (n, 2), and its triangle; -inf and -1 where there is none."""
+    """Highest point of the triangles over every point (n, 2), and its triangle; -inf and -1 off the part."""
     stack = np.empty(96, dtype=np.int64)
     leaves = (len(boxes) + 1) // 2
     for i in range(len(points)):

@@ -36,17 +36,11 @@ def cl_points(
 ) -> Located:
     """Tool that touches a surface at CC points.
 
-    Parameters
-    ----------
     cc : (n, 3) mm. normals : (n, 3), outward. feeds : (n, 3), directions of the feed; their part along the normal is left out.
     radius, corner_radius : mm, of the cutter.
     lead_deg, tilt_deg : the axis leans forward along the feed, and towards feed x normal.
     axis : (3,), a fixed tool axis instead of lead and tilt; (0, 0, 1) in three axes.
-
-    Raises
-    ------
-    InputError
-        A tool that would stand below the surface, a feed along the normal, a normal of no length.
+    Raises InputError: A tool that would stand below the surface, a feed along the normal, a normal of no length.
     """
     points, n, f = (
         rows(v, -1, 3, name=name) for v, name in ((cc, "cc"), (normals, "normals"), (feeds, "feeds"))

@@ -51,10 +51,7 @@ class Dropped(NamedTuple):
 def radii(tool: Tool) -> tuple[float, float]:
     """Radius and corner radius of a flat, ball or bull nose cutter, mm.
 
-    Raises
-    ------
-    ToolError
-        Another kind of cutter.
+    Raises ToolError: Another kind of cutter.
     """
     if isinstance(tool, FlatEnd):
         return tool.diameter / 2.0, 0.0
@@ -110,7 +107,7 @@ class Surface:
         return self._corners, self._planes, self._boxes
 
     def heights(self, points: ArrayLike) -> tuple[Floats, Ints]:
-        """Highest z over every point (n, 2), -inf beside the part, and its triangle, -1 there."""
+        """Highest z over every point (n, 2), -inf off the part, and its triangle, -1 there."""
         where = np.ascontiguousarray(rows(points, -1, 2, name="points"))
         z, which = np.empty(len(where)), np.empty(len(where), dtype=np.int64)
         _kernels.heights(where, self._corners, self._planes, self._boxes, z, which)
@@ -121,15 +118,9 @@ class Surface:
     ) -> Dropped:
         """The tip's height where a tool that comes down along z touches the part first.
 
-        Parameters
-        ----------
         points : (n, 2) mm, of the tool axis. radius, corner_radius : mm; 0 is a flat end, `radius` a ball.
         floor : mm; the tip goes no lower.
-
-        Raises
-        ------
-        InputError
-            Radii that are no cutter.
+        Raises InputError: Radii that are no cutter.
         """
         if not (0.0 <= corner_radius <= radius and 0.0 < radius < np.inf):
             raise InputError(
@@ -150,7 +141,7 @@ class Surface:
             which,
             kind,
         )
-        # a corner stands at the end of two edges: it is told apart by where the tool meets it
+        # a corner stands at the end of two edges: where the tool meets it tells which
         vertex = self._is_vertex(where, z, which, kind, radius, corner_radius)
         kind[vertex] = Contact.VERTEX
         return Dropped(z, np.where(which >= 0, self._order[which], -1), kind)

@@ -15,19 +15,13 @@ __all__ = ["height_field"]
 def height_field(x: ArrayLike, y: ArrayLike, z: ArrayLike, *, bottom: float | None = None) -> FacetMesh:
     """Two triangles in each cell of a grid, split from its first corner to its last.
 
-    Parameters
-    ----------
     x : (n,), y : (m,) mm, rising. z : (n, m) mm.
     bottom : mm, below all heights; walls and a flat bottom close the surface to a solid. None: it stays open.
-
-    Raises
-    ------
-    InputError
-        A grid that does not rise, or a bottom that is not below the surface.
+    Raises InputError: A grid that does not rise, or a bottom that is not below the surface.
     """
     xs, ys = (np.asarray(v, dtype=np.float64) for v in (x, y))
     if min(len(xs), len(ys)) < 2 or not ((np.diff(xs) > 0.0).all() and (np.diff(ys) > 0.0).all()):
-        raise InputError("a height field wants two or more rising values of x and of y")
+        raise InputError("a height field needs at least two rising values of x and of y")
     n, m = len(xs), len(ys)
     heights = rows(z, n, m, name="z")
     grid = np.arange(n * m).reshape(n, m)

@@ -30,9 +30,12 @@ from vmachining.toolpath.facets.mesh import FacetMesh
 from vmachining.toolpath.facets.passes import checked_sizes, overhang_notes
 from vmachining.toolpath.facets.ridges import leaning_ridges, widest_step
 
-__all__ = ["NormalKind", "five_axis_raster", "normals_at"]
+__all__ = ["SHARP_DEG", "NormalKind", "five_axis_raster", "normals_at"]
 
 NormalKind = Literal["facet", "resultant", "area", "angle"]
+SHARP_DEG = 30.0
+"""Edges of round surfaces turn by less (a full circle of 12 facets has 30), edges of a part mostly by more."""
+
 TILT_STEP_DEG = 2.5
 INNER = np.array([0.25, 0.5, 0.75])
 LEAST = 0.05
@@ -44,13 +47,26 @@ RIDGE_PLACES = 33
 """Between two passes."""
 
 
-def normals_at(mesh: FacetMesh, points: Floats, triangles: Ints, kind: NormalKind = "angle") -> Floats:
-    """(n, 3), unit: normals of a mesh at points on given triangles; those of the vertices mixed, or the facet's.
+def normals_at(
+    mesh: FacetMesh, points: Floats, triangles: Ints, kind: NormalKind = "angle", *, sharp_deg: float = 180.0
+) -> Floats:
+    """(n, 3), unit: normals of a mesh at points on given triangles; those of the corners mixed, or the facet's.
 
-    Shares are area coordinates. On an edge that is `edge_normal`, at a vertex its own normal.
+    Shares are area coordinates. On an edge that is `edge_normal`, at a vertex its own normal; facets that meet at more
+    than `sharp_deg` are not mixed.
     """
+    return _mixed(mesh, points, triangles, _corner_normals(mesh, kind, sharp_deg))
+
+
+def _corner_normals(mesh: FacetMesh, kind: NormalKind, sharp_deg: float) -> Floats:
+    """(m, 3, 3): what is mixed over each facet."""
     if kind == "facet":
-        return np.asarray(mesh.normals[triangles])
+        return np.broadcast_to(mesh.normals[:, None], mesh.corners.shape)
+    return mesh.corner_normals(kind, sharp_deg=sharp_deg)
+
+
+def _mixed(mesh: FacetMesh, points: Floats, triangles: Ints, normals: Floats) -> Floats:
+    """(n, 3), unit: normals (m, 3, 3) of corners at points on given triangles."""
     corners = mesh.corners[triangles]
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     n = np.cross(b - a, c - a)
@@ -63,10 +79,13 @@ def normals_at(mesh: FacetMesh, points: Floats, triangles: Ints, kind: NormalKin
         axis=1,
     )  # fmt: skip
     share = np.clip(share, 0.0, 1.0)
-    mixed = (share[:, :, None] * mesh.vertex_normals(kind)[mesh.triangles[triangles]]).sum(axis=1)
+    mixed = (share[:, :, None] * normals[triangles]).sum(axis=1)
     size = np.linalg.norm(mixed, axis=1)
     if (size < 1e-12).any():
-        raise InputError(f"the normals cancel at point {int(np.argmin(size))}", remedy="take facet normals")
+        raise InputError(
+            f"the normals cancel at point {int(np.argmin(size))}",
+            remedy="take facet normals, or a smaller sharp-edge angle",
+        )
     return np.asarray(mixed / size[:, None])
 
 
@@ -80,7 +99,7 @@ class _Ways:
     lead: float
     tilt: float
     limit: float
-    kind: NormalKind
+    normals: Floats
     chord: float
     along: Floats
     across: Floats
@@ -109,22 +128,18 @@ def five_axis_raster(
     tilt_limit_deg: float = 30.0,
     direction_deg: float = 0.0,
     normals: NormalKind = "angle",
+    sharp_deg: float = SHARP_DEG,
     clear: float | None = None,
 ) -> CLPath:
     """Parallel passes with a leaning tool, there and back; lead and tilt go with the feed of each pass.
 
-    Parameters
-    ----------
     chord : mm, largest distance of the path from where the tool touches, and what interference is let pass.
     scallop, step : mm; one of them, step in plan.
     lead_deg, tilt_deg : of the axis, see `cl_points`. tilt_limit_deg : how far the tilt may leave the asked one.
-    normals : of the facets, or of vertices by a weight.
+    normals : of the facets, or of their vertices by a weight. sharp_deg : facets that meet at more are not mixed: the
+        edge belongs to the part. 180 mixes all of them.
     clear : mm, height of rapids, default a radius and 5 mm above the part.
-
-    Raises
-    ------
-    InputError
-        Sizes that do not fit, or no point on the part.
+    Raises InputError: Sizes that do not fit, or no point on the part.
     """
     checked_sizes(chord, scallop, step)
     mesh = surface.mesh
@@ -137,7 +152,16 @@ def five_axis_raster(
     (u0, u1), (v0, v1) = ((float((corners @ d).min()), float((corners @ d).max())) for d in (along, across))
     inset = 1e-9 * (v1 - v0)  # a line on the border of the part may miss it by rounding
     tool = _Ways(
-        surface, radius, corner_radius, lead_deg, tilt_deg, tilt_limit_deg, normals, chord, along, across
+        surface,
+        radius,
+        corner_radius,
+        lead_deg,
+        tilt_deg,
+        tilt_limit_deg,
+        _corner_normals(mesh, normals, sharp_deg),
+        chord,
+        along,
+        across,
     )
     pieces: list[CLPath] = []
     v, sign = v0 + inset, 1.0
@@ -171,7 +195,7 @@ def _poses(tool: _Ways, v: float, u: Floats, sign: float) -> _Poses:
     if not len(at):
         return _Poses(u, tips, axes, marks, hit)
     cc = np.column_stack([xy, z])[at]
-    n = normals_at(tool.surface.mesh, cc, which[at], tool.kind)
+    n = _mixed(tool.surface.mesh, cc, which[at], tool.normals)
     n[n[:, 2] < 0.0] *= -1.0
     feed = np.tile([*(sign * tool.along), 0.0], (len(at), 1))
     feed[:, 2] = -(feed * n).sum(axis=1) / np.maximum(n[:, 2], 1e-6)  # the feed goes along the part
@@ -312,7 +336,7 @@ def _gap(tool: _Ways, v: float, ends: tuple[float, float], sign: float, scallop:
         frames = []
         for k, way in ((0, sign), (RIDGE_PLACES // 2, sign), (-1, -sign)):
             points = part[:, k]
-            n = normals_at(tool.surface.mesh, points, which[:, k], tool.kind)
+            n = _mixed(tool.surface.mesh, points, which[:, k], tool.normals)
             n[n[:, 2] < 0.0] *= -1.0
             f = np.tile([*(way * tool.along), 0.0], (len(points), 1))
             f[:, 2] = -(f * n).sum(axis=1) / np.maximum(n[:, 2], 1e-6)

@@ -1,4 +1,4 @@
-"""Waterlines: closed loops on which a cutter at one height touches the part from beside. Source: spec D.10.
+"""Waterlines: closed loops on which a cutter at one height touches the part from the side. Source: spec D.10.
 
 1. A tool at height z that moves along a straight fibre cuts into a triangle on one interval: tool and triangle are convex, and
    so is what they exclude. The interval's ends are found by halving between the highest place of the triangle, which lies on
@@ -52,7 +52,7 @@ def push_cutter(
         planes = np.ascontiguousarray(planes[:, [1, 0, 2, 3, 4, 5, 7, 6, 8, 9, 10]])
         boxes = np.ascontiguousarray(boxes[:, [1, 0, 2, 4, 3, 5]])
     elif along != "x":
-        raise InputError(f"along {along!r}: want 'x' or 'y'")
+        raise InputError(f"along {along!r}: give 'x' or 'y'")
     where = np.ascontiguousarray(places, dtype=np.float64)
     out = np.empty((max(1024, 8 * len(where)), 3))
     count = _kernels.push(where, float(z), corners, planes, boxes, float(radius), float(corner_radius), out)
@@ -83,16 +83,14 @@ def waterline(
 ) -> list[Floats]:
     """Closed loops (n, 3) of the tip at height z, first point repeated at the end; the part lies on their right (climb milling).
 
-    Parameters
-    ----------
     chord : mm, largest distance of the loops from where the tool touches.
     pitch : mm between fibres; default a quarter of the radius.
     """
     if not (np.isfinite(chord) and chord > 0.0):
-        raise InputError(f"chord {chord:g}: want a positive number of mm")
+        raise InputError(f"chord {chord:g}: give a positive number of mm")
     gap = radius / 4.0 if pitch is None else pitch
     if not (np.isfinite(gap) and gap > 0.0):
-        raise InputError(f"pitch {gap:g}: want a positive number of mm")
+        raise InputError(f"pitch {gap:g}: give a positive number of mm")
     low, high = surface.mesh.bounds[:, :2]
     start = low - radius - (1.0 + SHIFT) * gap
     counts = np.ceil((high + radius + gap - start) / gap).astype(np.int64) + 1
@@ -124,10 +122,7 @@ def waterline_path(
 ) -> CLPath:
     """Loops at several heights, from above, each reached from a rapid above the part.
 
-    Raises
-    ------
-    InputError
-        No loop at any height.
+    Raises InputError: No loop at any height.
     """
     top = float(surface.mesh.bounds[1, 2]) + 5.0 if clear is None else clear
     pieces, empty = [], []

@@ -34,12 +34,9 @@ class FacetMesh:
     def of(
         cls, corners: ArrayLike, *, weld_mm: float | None = None, notes: tuple[str, ...] = ()
     ) -> FacetMesh:
-        """Mesh of facets (m, 3, 3): close corners become one vertex, facets without area and copies are dropped, and told.
+        """Mesh of facets (m, 3, 3): close corners become one vertex, facets without area and copies are dropped and reported.
 
-        Raises
-        ------
-        InputError
-            Nothing is left.
+        Raises InputError: Nothing is left.
         """
         points = rows(np.asarray(corners, dtype=np.float64).reshape(-1, 3), -1, 3, name="corners")
         if not len(points):
@@ -47,21 +44,21 @@ class FacetMesh:
         diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
         step = WELD * diagonal if weld_mm is None else weld_mm
         vertices, triangles = _welded(points, step)
-        told = list(notes)
+        found = list(notes)
         same = (triangles[:, [0, 1, 2]] == triangles[:, [1, 2, 0]]).any(axis=1)
         a, b, c = (vertices[triangles[:, k]] for k in range(3))
         thin = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1) <= FLAT * diagonal**2
         if (same | thin).any():
-            told.append(f"{int((same | thin).sum())} facets without area were dropped")
+            found.append(f"{int((same | thin).sum())} facets without area were dropped")
         triangles = triangles[~(same | thin)]
         _, first = np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)
         if len(first) < len(triangles):
-            told.append(f"{len(triangles) - len(first)} facets that stand there twice were dropped")
+            found.append(f"{len(triangles) - len(first)} duplicate facets were dropped")
             triangles = triangles[np.sort(first)]
         if not len(triangles):
             raise InputError("every facet of the mesh is without area")
         mesh = cls(vertices, triangles)
-        return cls(vertices, triangles, (*told, *mesh.complaints))
+        return cls(vertices, triangles, (*found, *mesh.complaints))
 
     @cached_property
     def corners(self) -> Floats:
@@ -171,7 +168,7 @@ class FacetMesh:
         if not len(mine):
             return mine
         left, out = set(mine.tolist()), []
-        # begin behind a border if there is one
+        # begin after a border if there is one
         begin = next((k for k in mine if self._after(int(k), vertex, back=True) not in left), mine[0])
         k = int(begin)
         while k in left:
@@ -194,22 +191,10 @@ class FacetMesh:
     def vertex_normals(self, weights: Weights = "angle") -> Floats:
         """(n, 3), unit: sum of the normals at each vertex, as they are, by area or by angle; NaN where no facet is.
 
-        Raises
-        ------
-        InputError
-            The normals at a vertex cancel.
+        Raises InputError: The normals at a vertex cancel.
         """
         out = np.zeros_like(self.vertices)
-        for k in range(3):
-            if weights == "resultant":
-                w = np.ones(len(self.triangles))
-            elif weights == "area":
-                w = self.areas
-            else:
-                p, q, s = (self.corners[:, (k + j) % 3] for j in range(3))
-                u, v = q - p, s - p
-                w = np.arctan2(np.linalg.norm(np.cross(u, v), axis=1), (u * v).sum(axis=1))
-            np.add.at(out, self.triangles[:, k], w[:, None] * self.normals)
+        np.add.at(out, self.triangles, self._weighted(weights))
         size = np.linalg.norm(out, axis=1)
         used = np.unique(self.triangles)
         if (size[used] < 1e-12).any():
@@ -219,6 +204,44 @@ class FacetMesh:
             )
         with np.errstate(invalid="ignore"):
             return np.asarray(out / size[:, None])
+
+    def corner_normals(self, weights: Weights = "angle", *, sharp_deg: float = 180.0) -> Floats:
+        """(m, 3, 3), unit: normals at the corners of each facet, mixed over the facets that it meets smoothly there.
+
+        A corner takes the facets that are reached around its vertex without crossing an edge whose `dihedral` is
+        larger than `sharp_deg`, a border, or an edge of more than two facets. Where they cancel, it keeps its own.
+        """
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+
+        smooth = np.flatnonzero(self.dihedral() <= np.radians(sharp_deg))
+        faces, ends = self.edge_faces[smooth], self.edges[smooth]
+        # the corner of each of both facets at each end of a smooth edge
+        at = (self.triangles[faces][:, :, None, :] == ends[:, None, :, None]).argmax(axis=3) + 3 * faces[
+            :, :, None
+        ]
+        one, two = at[:, 0].ravel(), at[:, 1].ravel()
+        count = 3 * len(self.triangles)
+        _, fan = connected_components(
+            coo_array((np.ones(len(one), np.int8), (one, two)), (count, count)), directed=False
+        )
+        total = np.zeros((count, 3))
+        np.add.at(total, fan, self._weighted(weights).reshape(-1, 3))
+        mixed = total[fan].reshape(-1, 3, 3)
+        size = np.linalg.norm(mixed, axis=2, keepdims=True)
+        own = np.broadcast_to(self.normals[:, None], mixed.shape)
+        return np.where(size < 1e-12, own, mixed / np.maximum(size, 1e-12))
+
+    def _weighted(self, weights: Weights) -> Floats:
+        """(m, 3, 3): normal of each facet times its weight at each of its corners."""
+        if weights == "resultant":
+            w = np.ones((len(self.triangles), 3))
+        elif weights == "area":
+            w = np.repeat(self.areas[:, None], 3, axis=1)
+        else:
+            u, v = (np.roll(self.corners, shift, axis=1) - self.corners for shift in (-1, -2))
+            w = np.arctan2(np.linalg.norm(np.cross(u, v), axis=2), (u * v).sum(axis=2))
+        return np.asarray(w[:, :, None] * self.normals[:, None])
 
 
 def edge_normal(one: ArrayLike, two: ArrayLike, t: float) -> Floats:

@@ -8,7 +8,7 @@
 4. Lines are linked on the part, there and back, by chords treated like those of lines.
 
 Known limits: a scallop is that of a cutter whose outline across the feed is a circle between the two lines; of bull nose and
-flat end it is an upper bound. Faces steeper than `STEEP_DEG` do not choose the step: they are told, and are for waterlines.
+flat end it is an upper bound. Faces steeper than `STEEP_DEG` do not choose the step: they are reported; cut them with waterlines.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def checked_sizes(chord: float, scallop: float | None, step: float | None) -> No
     """Raises InputError for sizes that are not positive, or both or none of scallop and step."""
     for name, value in (("chord", chord), ("scallop", scallop), ("step", step)):
         if value is not None and not (np.isfinite(value) and value > 0.0):
-            raise InputError(f"{name} {value:g}: want a positive number of mm")
+            raise InputError(f"{name} {value:g}: give a positive number of mm")
     if (scallop is None) == (step is None):
         raise InputError("give a scallop height or a step over, one of them")
 
@@ -83,18 +83,18 @@ def overhang_notes(mesh: FacetMesh) -> list[str]:
     low, high = mesh.bounds[:, 2]
     inner = down & (mesh.corners[:, :, 2].min(axis=1) > low + 1e-6 * max(high - low, 1e-9))
     steep = (up > 1e-6) & (up < np.cos(np.radians(STEEP_DEG)))
-    told = []
+    found = []
     if inner.any():
-        told.append(
+        found.append(
             f"overhangs: {int(inner.sum())} facets ({float(mesh.areas[inner].sum()):.4g} mm2) look down above the bottom, "
             "the tool comes from above and does not reach them"
         )
     if steep.any():
-        told.append(
+        found.append(
             f"steep: {int(steep.sum())} facets ({float(mesh.areas[steep].sum()):.4g} mm2) are steeper than "
             f"{STEEP_DEG:g} degrees, passes from above lie far apart on them; waterlines reach them better"
         )
-    return told
+    return found
 
 
 def raster(
@@ -112,19 +112,13 @@ def raster(
 ) -> Raster:
     """Parallel passes over the whole part.
 
-    Parameters
-    ----------
     radius, corner_radius : mm, of the cutter.
     chord : mm, largest distance of the path from where the tool rests on the part.
     scallop, step : mm; one of them: height of the ridges that stay, or distance of the lines in plan.
     direction_deg : of the lines, from +x.
     floor : mm; the tip goes no lower. Default: the bottom of the part.
     clear : mm, height of rapids. Default: 5 mm above the part.
-
-    Raises
-    ------
-    InputError
-        Sizes that are not positive or do not fit each other, or more than `MOST_POINTS` points.
+    Raises InputError: Sizes that are not positive or do not fit each other, or more than `MOST_POINTS` points.
     """
     checked_sizes(chord, scallop, step)
     low, high = surface.mesh.bounds
@@ -139,10 +133,10 @@ def raster(
         offsets = np.linspace(v0, v1, int(np.ceil((v1 - v0) / step - 1e-9)) + 1)
     else:
         assert scallop is not None
-        offsets, told = _offsets(
+        offsets, more = _offsets(
             surface, radius, corner_radius, scallop, along, across, (u0, u1, v0, v1), bottom
         )
-        notes += told
+        notes += more
     starts, ends = (u * along + offsets[:, None] * across for u in (u0, u1))
     if zigzag:  # line, link, line back, ...
         back = np.arange(len(offsets)) % 2 == 1
@@ -320,12 +314,12 @@ def _offsets(
         bound = bound or good == 0.0
         steep, seen = steep + walls, seen + on
         offsets.append(min(v + s, v1))
-    told = []
+    found = []
     if steep:
-        told.append(
+        found.append(
             f"{100.0 * steep / max(seen, 1):.3g} % of the passes lie on faces steeper than {STEEP_DEG:g} degrees: scallops are "
             "higher there, waterlines reach them better"
         )
     if bound:
-        told.append(f"some lines stand {least:.3g} mm apart, the smallest step, and leave higher scallops")
-    return np.array(offsets), told
+        found.append(f"some lines stand {least:.3g} mm apart, the smallest step, and leave higher scallops")
+    return np.array(offsets), found

@@ -2,7 +2,7 @@
 
 A cutter that goes straight on leaves its outline along the feed. In three axes the outlines of both passes are compared with
 those of passes between them: what these would take is the ridge, whatever the tool touches with. In five axes the tool
-touches where it is told to, and the outlines are compared with the part.
+touches the chosen points, and the outlines are compared with the part.
 """
 
 from __future__ import annotations
@@ -51,8 +51,6 @@ def leaning_ridges(
     The outline is that of the circle of radius a about the axis, an ellipse, grown by the corner radius r. Where its normal is m,
     square to the feed, it goes through tip + r T - a w / |w| - r m with w = m - (m . T) T.
 
-    Parameters
-    ----------
     part : (n, k, 3) mm, from where one pass touches to where the other does. normals, feeds : (n, 3), halfway.
     passes : tips and axes (n, 3) of both.
     """

@@ -1,4 +1,4 @@
-"""STL files, binary and ASCII, read strictly: what is wrong is told with its facet or line. Source: spec D.1."""
+"""STL files, binary and ASCII, read strictly: an error names its facet or line. Source: spec D.1."""
 
 from __future__ import annotations
 
@@ -16,30 +16,25 @@ __all__ = ["Facets", "read_stl"]
 
 HEADER, RECORD = 84, 50
 OFF_DEG = 1.0
-"""A stored normal that differs by more from that of the corners is told."""
+"""A stored normal that differs by more from that of the corners is reported."""
 
 TOKEN = re.compile(rb"\S+")
 
 
 class Facets(NamedTuple):
-    """corners : (n, 3, 3) mm, counterclockwise seen from outside. notes : what was found and taken all the same."""
+    """corners : (n, 3, 3) mm, counterclockwise seen from outside. notes : flaws that were found and accepted."""
 
     corners: Floats
     notes: tuple[str, ...]
 
 
 def read_stl(path: Path | str, *, scale: float = 1.0, recover: bool = False) -> Facets:
-    """Facets of an STL file; a file is binary if its size says so, whatever it begins with.
+    """Facets of an STL file; its size decides whether a file is binary, not its first word.
 
-    Parameters
-    ----------
     scale : mm per unit of the file.
     recover : keep the complete facets of an ASCII file that ends early, and one whose three corners are there.
-
-    Raises
-    ------
-    InputError
-        Neither kind, no facet, a number that is none, or a file that ends early; names line or facet.
+    Raises InputError: Neither binary nor ASCII STL, no facet, a value that is not a number, or a truncated file; names
+        line or facet.
     """
     path = Path(path)
     try:
@@ -55,15 +50,16 @@ def read_stl(path: Path | str, *, scale: float = 1.0, recover: bool = False) -> 
     elif re.match(rb"\s*solid\b", data, re.IGNORECASE) and re.search(rb"endsolid", data, re.IGNORECASE):
         numbers = np.empty((0, 4, 3))
     else:
-        want = f"{HEADER + RECORD * count} bytes" if count >= 0 else "at least 84 bytes"
+        size = f"{HEADER + RECORD * count} bytes" if count >= 0 else "at least 84 bytes"
         raise InputError(
-            f"is no STL: {len(data)} bytes, a binary one of {max(count, 0)} facets has {want}", file=str(path)
+            f"is not an STL file: {len(data)} bytes; a binary one of {max(count, 0)} facets has {size}",
+            file=str(path),
         )
     if not len(numbers):
-        raise InputError("holds no facet: it is empty", file=str(path))
+        raise InputError("has no facets: it is empty", file=str(path))
     bad = np.flatnonzero(~np.isfinite(numbers[:, 1:]).all(axis=(1, 2)))
     if len(bad):
-        raise InputError(f"facet {bad[0] + 1} has a coordinate that is no number", file=str(path))
+        raise InputError(f"facet {bad[0] + 1} has a coordinate that is not a number", file=str(path))
     corners = numbers[:, 1:] * scale
     return Facets(corners, (*notes, *_normal_notes(numbers[:, 0], corners)))
 
@@ -83,7 +79,7 @@ def _ascii(data: bytes, path: Path, recover: bool) -> tuple[Floats, list[str]]:
     def line(at: int) -> int:
         return data.count(b"\n", 0, words[min(at, len(words) - 1)][1]) + 1
 
-    def wanted(*names: bytes) -> None:
+    def expect(*names: bytes) -> None:
         nonlocal place
         for name in names:
             if place >= len(words):
@@ -91,7 +87,7 @@ def _ascii(data: bytes, path: Path, recover: bool) -> tuple[Floats, list[str]]:
             if words[place][0] != name:
                 got = words[place][0].decode("latin-1")
                 raise InputError(
-                    f"facet {len(found) + 1}: {name.decode()!r} is wanted, not {got!r}",
+                    f"facet {len(found) + 1}: expected {name.decode()!r}, found {got!r}",
                     file=str(path),
                     line=line(place),
                 )
@@ -107,7 +103,7 @@ def _ascii(data: bytes, path: Path, recover: bool) -> tuple[Floats, list[str]]:
             except ValueError as error:
                 got = words[place][0].decode("latin-1")
                 raise InputError(
-                    f"facet {len(found) + 1}: {got!r} is no number", file=str(path), line=line(place)
+                    f"facet {len(found) + 1}: {got!r} is not a number", file=str(path), line=line(place)
                 ) from error
             place += 1
 
@@ -116,21 +112,21 @@ def _ascii(data: bytes, path: Path, recover: bool) -> tuple[Floats, list[str]]:
     try:
         while place < len(words) and words[place][0] == b"facet":
             facet = []
-            wanted(b"facet", b"normal")
+            expect(b"facet", b"normal")
             numbers()
-            wanted(b"outer", b"loop")
+            expect(b"outer", b"loop")
             for _ in range(3):
-                wanted(b"vertex")
+                expect(b"vertex")
                 numbers()
-            wanted(b"endloop", b"endfacet")
+            expect(b"endloop", b"endfacet")
             found.append(facet)
-        wanted(b"endsolid")
+        expect(b"endsolid")
     except EOFError:
         number = len(found) + 1
         if not recover:
             raise InputError(
                 f"unexpected end of file in facet {number}", file=str(path), line=line(len(words)),
-                remedy="the file is cut off: write it again; in Python, recover=True keeps its complete facets",
+                remedy="the file is truncated: export it again; in Python, recover=True keeps its complete facets",
             ) from None  # fmt: skip
         if len(facet) == 12 and (not found or facet is not found[-1]):
             found.append(facet)

@@ -79,7 +79,7 @@ class Budget:
         self.left = left
 
     def take(self) -> None:
-        """One more; raises SweepError if there are none left."""
+        """One more; raises SweepError if none exist left."""
         if self.left <= 0:
             raise SweepError(f"the envelope folds: {TRIES} parts of it were tried", remedy="split the block")
         self.left -= 1
@@ -102,10 +102,7 @@ def decomposed(profile: Profile, path: Turn, build: Build[T], special: Special[T
 
     special : one solid of a neighbour is preferred to two of it. budget : taken by `build` for every envelope.
 
-    Raises
-    ------
-    SweepError, EngineError
-        The first reason for which there is no solid, if there are no parts either.
+    Raises SweepError, EngineError: The first reason for which there is no solid, if there are no parts either.
     """
     found = _flat(profile, path, build, special, budget)
     if found is not None:
@@ -204,7 +201,7 @@ class _Work(Generic[T]):
         return found
 
     def _built(self, profile: Profile, a: float, b: float) -> list[T] | SweepError | EngineError:
-        """One envelope from t = a to b, or why there is none."""
+        """One envelope from t = a to b, or why none exists."""
         key = (id(profile), a, b)
         if key not in self.known:
             part = self.path if (a, b) == (0.0, 1.0) else self.path.part(a, b)

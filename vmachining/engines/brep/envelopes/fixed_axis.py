@@ -81,7 +81,7 @@ class FixedAxis(NamedTuple):
     """A turn about a fixed line.
 
     pivot (3,) mm, where the line meets the axis, height (mm) of it in the tool; line (3,) unit; axis and side (s)
-    at both ends. angle : rad about the line. off_mm : how far the pivot moves all the same.
+    at both ends. angle : rad about the line. off_mm : how far the pivot moves anyway.
     """
 
     pivot: Floats
@@ -119,11 +119,8 @@ class FixedAxis(NamedTuple):
 def halves(profile: Profile, about: FixedAxis) -> list[tuple[Builder, float]]:
     """Faces of solids whose union is the sweep of a convex profile, each with its volume in mm^3.
 
-    Raises
-    ------
-    SweepError
-        The pivot is the centre of a ball of the tool, or all but in a joint of its meridian; a line oblique to the
-        axis passes through the tool.
+    Raises SweepError: The pivot is the centre of a ball of the tool, or all but in a joint of its meridian; a line
+        oblique to the axis passes through the tool.
     """
     ends = list(zip(about.axes, about.sides, strict=True))
     out = []

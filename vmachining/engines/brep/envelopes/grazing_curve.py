@@ -76,10 +76,7 @@ class Divide(SweepError):  # noqa: N818
 class GrazingCurve:
     """How the grazing curve runs over a tool during a block, the same at all its times.
 
-    Raises
-    ------
-    SweepError
-        It changes its shape, or is of one that has no sheets here.
+    Raises SweepError: It changes its shape, or is of one that has no sheets here.
     """
 
     def __init__(self, tool: Tool, moving: Moving) -> None:
@@ -131,10 +128,7 @@ class GrazingCurve:
     def _is_lens(self, k: int, two: Bools, c: Floats) -> bool:
         """Whether the chord of a ring opens or closes as a lens, which is noted if it can be seen.
 
-        Raises
-        ------
-        Divide
-            The lens is too long for one piece.
+        Raises Divide: The lens is too long for one piece.
         """
         ring = self.rings[k]
         beside = k - ring.disc

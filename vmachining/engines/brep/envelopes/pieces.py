@@ -65,12 +65,8 @@ def turn_pieces(
 ) -> list[Piece]:
     """Parts of a block of a convex profile, in order of time. take : told of every envelope that is tried.
 
-    Raises
-    ------
-    SweepError
-        A sheet folds inside the sweep, or the grazing curve is of a shape that has no solid here.
-    EngineError
-        Edges do not fit.
+    Raises SweepError: A sheet folds inside the sweep, or the grazing curve is of a shape that has no solid here.
+    Raises EngineError: Edges do not fit.
     """
     cuts = _cuts(profile, path)
     work = _Work(profile, path, fit_mm, take)
@@ -190,10 +186,7 @@ class _Work:
 def _depth(grazing: GrazingCurve) -> float:
     """mm by which a sheet may lie below the line in which the first and the last pose meet.
 
-    Raises
-    ------
-    SweepError
-        Too deep: `Divide` if halves may do.
+    Raises SweepError: Too deep: `Divide` if halves may do.
     """
     w = np.linspace(0.0, 1.0, 5)
     deepest = 0.0

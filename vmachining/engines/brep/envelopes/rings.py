@@ -1,7 +1,7 @@
 """Faces, sharp edges and the circles between them, of a cutter from the bottom up.
 
 A `Ring` is a circle where two faces of the body meet, with the normal of one of them: a sharp edge has two. The
-tip of a cone is one too, without radius: a curve on one side of the cone goes on from it on the other side.
+tip of a cone is one too, without radius: a curve on one side of the cone continues from it on the other side.
 """
 
 from __future__ import annotations

@@ -394,11 +394,8 @@ def evened(
     Lengths are those of a polygon with many corners close to both ends; only their smoothness matters. With more
     `looks` the polygon is put up again with corners at equal lengths.
 
-    Raises
-    ------
-    SweepError
-        Corners fall into one place, or the shares would run back along the curve by more than `BACK`: a sheet through them
-        lies upon itself.
+    Raises SweepError: Corners fall into one place, or the shares would run back along the curve by more than `BACK`: a
+        sheet through them lies upon itself.
     """
     share = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, CORNERS))
     share[-1] = 1.0

@@ -48,7 +48,7 @@ from vmachining.errors import SweepError
 __all__ = ["Built", "enveloped"]
 
 NODES, TIMES = 640, 160
-"""Most nodes of a segment and of the time; a block that wants more is refused."""
+"""Most nodes of a segment and of the time; a block that needs more is refused."""
 
 FAR = 10.0
 """Nodes are chosen on a few curves; a sheet that misses the rest by this many times what was asked is refused."""
@@ -130,7 +130,7 @@ class _Envelope:
         return sheet
 
     def _points(self, segment: CurveSegment, st: State, s: Floats) -> Floats:
-        """(n, m, 3) mm; refused where there are none."""
+        """(n, m, 3) mm; refused where none exist."""
         found = segment.points(self.grazing, st, s)
         if not np.isfinite(found).all():
             raise SweepError("the grazing curve ends on its way over a face")
@@ -457,12 +457,8 @@ def _turns(segment: CurveSegment) -> bool:
 def enveloped(grazing: GrazingCurve, fit_mm: float) -> Built:
     """Faces of the sweep of the convex profile that grazes.
 
-    Raises
-    ------
-    SweepError
-        The grazing curve changes its shape during the block or is of one that has no solid here.
-    EngineError
-        Edges do not fit.
+    Raises SweepError: The grazing curve changes its shape during the block or is of one that has no solid here.
+    Raises EngineError: Edges do not fit.
     """
     work = _Envelope(grazing, fit_mm)
     work.prepare()

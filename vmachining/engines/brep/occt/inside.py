@@ -32,10 +32,7 @@ TRIES = 12
 def held(shapes: Sequence[Any], points: Floats) -> Bools:
     """(n,) bool: whether points (n, 3) mm lie in one of some TopoDS_Solids.
 
-    Raises
-    ------
-    EngineError
-        Too many lines through a point meet a face that OCCT cannot intersect.
+    Raises EngineError: Too many lines through a point meet a face that OCCT cannot intersect.
     """
     rng = np.random.default_rng(4)
     out = np.zeros(len(points), dtype=np.bool_)

@@ -47,10 +47,7 @@ NODES = 10
 def volume(shape: Any) -> float:
     """mm^3 enclosed by the faces of a TopoDS_Shape that is closed.
 
-    Raises
-    ------
-    EngineError
-        A face of a kind that no formula is known for.
+    Raises EngineError: A face of a kind that no formula is known for.
     """
     total, origin = 0.0, None
     faces = TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE)
@@ -299,7 +296,7 @@ def _all_knots(knots: Floats, *, periodic: bool) -> Floats:
 
 
 def _curve_spline(geom: Any, poles: Callable[[Any], Floats]) -> BSpline:
-    """Of a curve that is not rational; a periodic one goes on beyond its period, as edges over its seam do."""
+    """Of a curve that is not rational; a periodic one continues beyond its period, as edges over its seam do."""
     periodic = geom.IsPeriodic()
     if periodic:
         geom = geom.Copy()

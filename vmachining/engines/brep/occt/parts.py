@@ -59,10 +59,7 @@ def has_loose_faces(shape: Any) -> bool:
 def without_crumbs(shape: Any) -> Any:
     """The shape without those of its solids that hold nothing; as it is where it has faces that belong to none.
 
-    Raises
-    ------
-    EngineError
-        A solid is inside out.
+    Raises EngineError: A solid is inside out.
     """
     pieces = solids_of(shape)
     held = [volume(piece) for piece in pieces]

@@ -17,10 +17,7 @@ __all__ = ["polyhedron"]
 def polyhedron(triangles: Sequence[Sequence[float]]) -> Any:
     """TopoDS_Solid inside triangles (n, 9), mm, whose corners turn counterclockwise seen from outside.
 
-    Raises
-    ------
-    EngineError
-        OCCT does not call it valid and closed, or finds another volume than the triangles have.
+    Raises EngineError: OCCT does not call it valid and closed, or finds another volume than the triangles have.
     """
     from OCP.BRepBuilderAPI import (
         BRepBuilderAPI_MakeFace,

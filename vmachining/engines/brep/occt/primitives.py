@@ -39,10 +39,7 @@ def cylinder(center: Sequence[float], radius: float, z: Sequence[float]) -> Any:
 def revolved(outline: Sequence[Curve], center: Floats) -> Any:
     """TopoDS_Solid of a closed outline in a half plane of the upright axis through `center`, turned once.
 
-    Raises
-    ------
-    EngineError
-        The outline does not close.
+    Raises EngineError: The outline does not close.
     """
     wire = BRepBuilderAPI_MakeWire()
     for curve in outline:

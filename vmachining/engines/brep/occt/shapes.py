@@ -132,10 +132,6 @@ class Curve(ABC):
     def at(self, t: Floats) -> Floats:
         """(n, 3) mm."""
 
-    @abstractmethod
-    def moved(self, shift: Floats) -> Curve:
-        """The same curve translated."""
-
     @property
     def ends(self) -> Floats:
         """(2, 3) mm."""
@@ -165,9 +161,6 @@ class Straight(Curve):
         direction = (self.end - self.start) / self.t1
         return np.asarray(self.start + np.asarray(t)[..., None] * direction)
 
-    def moved(self, shift: Floats) -> Straight:
-        return Straight(self.start + shift, self.end + shift)
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Circle(Curve):
@@ -185,10 +178,6 @@ class Circle(Curve):
     def at(self, t: Floats) -> Floats:
         t = np.asarray(t)
         return self.frame.world(self.radius * np.cos(t), self.radius * np.sin(t), np.zeros_like(t))
-
-    def moved(self, shift: Floats) -> Circle:
-        f = self.frame
-        return Circle(Frame(f.origin + shift, f.z, f.x), self.radius, self.t0, self.t1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -216,10 +205,6 @@ class Spline(Curve):
     def at(self, t: Floats) -> Floats:
         return np.asarray(self.spline(np.clip(t, self.t0, self.t1)))
 
-    def moved(self, shift: Floats) -> Spline:
-        s = self.spline
-        return Spline(BSpline(s.t, s.c + shift, s.k), self.error)
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part(Curve):
@@ -235,9 +220,6 @@ class Part(Curve):
 
     def at(self, t: Floats) -> Floats:
         return self.whole.at(t)
-
-    def moved(self, shift: Floats) -> Part:
-        return Part(self.whole.moved(shift), self.t0, self.t1)
 
 
 def knots_of(spline: BSpline) -> tuple[Any, Any]:
@@ -266,15 +248,10 @@ def nodes_for(
 ) -> tuple[Floats, float]:
     """Where a quintic spline has to meet f on [a, b], and by how much it misses f between.
 
-    Parameters
-    ----------
     f : callable
         (n,) parameters -> (n, k) exact points.
-    tol : float
-        Largest distance between spline and f allowed between the nodes, in the unit of f.
+    tol : float, largest distance between spline and f allowed between the nodes, in the unit of f.
 
-    Notes
-    -----
     The error is measured at the quarters of every interval; nodes end at `most`.
     """
     nodes = np.linspace(a, b, max(first, DEGREE + 1))

@@ -15,8 +15,12 @@ import numpy as np
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.engines.brep.occt.tolerances import STEP_FACET_RAD, STEP_MESH_REL
 from vmachining.errors import StockError
+from vmachining.stock.shapes import Triangles
 
 __all__ = ["StepSolid", "read_step"]
+
+MOST_SOLIDS = 1000
+"""In one file; each pair is looked at for overlap."""
 
 
 class StepSolid(NamedTuple):
@@ -34,15 +38,8 @@ class StepSolid(NamedTuple):
 def read_step(path: Path | str, chord: float = 0.01) -> StepSolid:
     """The solid or solids of a STEP file.
 
-    Parameters
-    ----------
-    chord : float
-        mm, largest distance of the triangles from the surface.
-
-    Raises
-    ------
-    StockError
-        Missing or unreadable file; no solid in it, or an open shell beside or instead of it; an invalid
+    chord : float, mm, largest distance of the triangles from the surface.
+    Raises StockError: Missing or unreadable file; no solid in it, or an open shell beside or instead of it; an invalid
         shape; several solids that overlap. The message names the file.
     """
     path = Path(path)
@@ -61,6 +58,13 @@ def read_step(path: Path | str, chord: float = 0.01) -> StepSolid:
         shapes = cq.importers.importStep(name).vals()
     except Exception as exc:  # OCCT raises whatever its parser meets
         raise StockError(f"OCCT cannot read it: {exc}", file=name) from exc
+    placed = sum(_solids(shape.wrapped, {}) for shape in shapes if isinstance(shape, cq.Shape))
+    if placed > MOST_SOLIDS:
+        raise StockError(
+            f"holds {placed} solids; at most {MOST_SOLIDS} are read",
+            file=name,
+            remedy="export the workpiece alone, joined into one solid",
+        )
     solids = [solid for shape in shapes if isinstance(shape, cq.Shape) for solid in shape.Solids()]
     loose = sum(len(shape.Shells()) for shape in shapes if isinstance(shape, cq.Shape)) - sum(
         len(solid.Shells()) for solid in solids
@@ -77,8 +81,7 @@ def read_step(path: Path | str, chord: float = 0.01) -> StepSolid:
     solid = _joined(solids, name) if len(solids) > 1 else solids[0]
     vertices, triangles, curved = _triangles(solid, chord, name)
     exact = float(solid.Volume())
-    a, b, c = vertices[triangles].transpose(1, 0, 2)
-    meshed = float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
+    meshed = Triangles(vertices, triangles).volume
     if abs(meshed - exact) > STEP_MESH_REL * exact:
         raise StockError(
             f"its triangles enclose {meshed:.6g} mm3, the solid {exact:.6g} mm3",
@@ -86,6 +89,24 @@ def read_step(path: Path | str, chord: float = 0.01) -> StepSolid:
             remedy="take a finer chord",
         )
     return StepSolid(vertices, triangles, exact, curved)
+
+
+def _solids(shape: Any, known: dict[Any, int]) -> int:
+    """Solids of a shape with all its copies: an assembly of assemblies of ten each is a small file of 10^n solids."""
+    from OCP.TopAbs import TopAbs_ShapeEnum
+    from OCP.TopoDS import TopoDS_Iterator
+
+    if shape.ShapeType() == TopAbs_ShapeEnum.TopAbs_SOLID:
+        return 1
+    if shape.ShapeType() not in (TopAbs_ShapeEnum.TopAbs_COMPOUND, TopAbs_ShapeEnum.TopAbs_COMPSOLID):
+        return 0
+    key = shape.TShape()  # kept in `known`, so that it stays one object
+    if key not in known:
+        known[key], inner = 0, TopoDS_Iterator(shape)
+        while inner.More():
+            known[key] += _solids(inner.Value(), known)
+            inner.Next()
+    return known[key]
 
 
 def _check(solid: Any, what: str, name: str) -> None:

@@ -79,14 +79,14 @@ SHEET_FIT_MM: Final = 1e-6
 # -- what is too small to build ----------------------------------------------------------------------------------
 
 LEVEL_MM: Final = 2e-5
-"""A rise or a sideways step below this is none (the mean is taken): faces that close to each other would get edges
+"""A rise or a sideways step below this does not count (the mean is taken): faces that close to each other would get edges
 of that length."""
 
 SHORT_EDGE_MM: Final = 1e-4
 """Shortest edge: a thousand times the confusion."""
 
 SHORT_PIECE_MM: Final = 1e-3
-"""A part of a block during which the tool moves less is none: its sheets would be ten shortest edges wide."""
+"""A part of a block during which the tool moves less is left out: its sheets would be ten shortest edges wide."""
 
 NARROW_WALL_MM: Final = 1e-3
 """A wall that runs this close around the axis of its helix is a spline: no kernel likes such a cylinder."""
@@ -98,7 +98,7 @@ SLIVER_MM: Final = 0.01
 """Shorter pieces of a cutting edge whose middle is on a surface are where two round surfaces touch."""
 
 CRUMB_MM3: Final = 1e-9
-"""A cube of 1e-3 mm: solids of less are none. Crumbs seen held 4e-21."""
+"""A cube of 1e-3 mm: smaller solids do not count. Crumbs seen held 4e-21."""
 
 # -- what a solid may miss ---------------------------------------------------------------------------------------
 

@@ -93,8 +93,6 @@ class Builder:
     ) -> None:
         """Add a face. The first loop is its outside, the others are holes.
 
-        Parameters
-        ----------
         loops : edges in the order they follow each other, in either sense.
         probe : (3,) point of the surface, or (2,) its parameters.
         outward : (3,) a vector that leaves the solid there.
@@ -186,7 +184,7 @@ class Builder:
         return 0.5 * float(np.linalg.norm(np.cross(path, np.roll(path, -1, axis=0)).sum(axis=0)))
 
     def _apex(self, geom: Any, corner: int, tail: Floats, head: Floats) -> Any:
-        """The edge without length that OCCT wants where a face touches the tip of its cone."""
+        """The edge without length that OCCT needs where a face touches the tip of its cone."""
         shape = TopoDS_Edge()
         self._make.MakeEdge(shape)
         vertex = self._vertices[corner]
@@ -340,10 +338,7 @@ def run_of(edges: Sequence[Edge]) -> list[Edge]:
 
     The run of the first edge; others may be left.
 
-    Raises
-    ------
-    EngineError
-        It does not close.
+    Raises EngineError: It does not close.
     """
     rest = list(edges)
     out = [rest.pop(0)]

@@ -70,10 +70,7 @@ def refuse_unsound(shape: Any) -> None:
 
     There may be several solids, or a hole inside of one.
 
-    Raises
-    ------
-    EngineError
-        It is not so.
+    Raises EngineError: It is not so.
     """
     if not inspect(shape).valid:
         raise EngineError("OCCT does not call the workpiece a valid shape", engine="brep")

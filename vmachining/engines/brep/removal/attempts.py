@@ -93,10 +93,7 @@ ATTEMPTS: Mapping[str, Attempt] = {
 def shapes(sweep: Sweep) -> list[Any]:
     """TopoDS_Shapes whose union is a sweep.
 
-    Raises
-    ------
-    SweepError, EngineError
-        It has none.
+    Raises SweepError, EngineError: It has none.
     """
     return [part.shape for part in solids(sweep)]
 

@@ -45,8 +45,6 @@ class Witness(Protocol):
 class BlockChecker:
     """The blocks of one program against one stock.
 
-    Parameters
-    ----------
     stock : Blank
     blocks : what every block sweeps, in program order; an empty one removes nothing.
     store : of solids, for this stock and these blocks.
@@ -101,7 +99,7 @@ class BlockChecker:
         verdict = partial(Verdict, judges=tuple(judges))
         truth = intersection(judges)
         if truth is None:
-            return verdict(Status.DISPUTED, reason=f"{in_words(judges)}: one of both is wrong")
+            return verdict(Status.DISPUTED, reason=f"{in_words(judges)}: at least one of them is wrong")
         yield SOLIDS
         try:
             tasks = self._tasks(block)
@@ -175,7 +173,7 @@ class BlockChecker:
 def checker(
     stock: Blank, blocks: Sequence[Sequence[Sweep]], folder: Path, witness: Witness | None
 ) -> Callable[..., Iterator[object]]:
-    """`BlockChecker.steps` for a process of its own, warm; solids are kept in a folder."""
+    """`BlockChecker.steps` for a separate process, warm; solids are kept in a folder."""
     work = BlockChecker(stock, blocks, Store(folder), witness)
     work.warm()
     return work.steps

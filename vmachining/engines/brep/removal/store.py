@@ -7,19 +7,21 @@ boolean hung in it, would build all it knew again, and two processes side by sid
 from __future__ import annotations
 
 import os
-import pickle
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from time import process_time
-from typing import Any, TypeVar
+from typing import Any
 
+import numpy as np
+
+from vmachining.checkpoint import Saved, opened
 from vmachining.engines.brep.occt.parts import from_bytes, to_bytes
 from vmachining.errors import EngineError, SweepError
 
 __all__ = ["NOTHING_KEPT", "Store"]
 
-T = TypeVar("T")
+KIND = "solids"
 
 SLOW_S = 0.5
 """s of a processor: what is built faster is not kept. Reading takes a millisecond per solid, writing 100 kB."""
@@ -28,10 +30,8 @@ SLOW_S = 0.5
 class Store:
     """What took long to build, by name.
 
-    Parameters
-    ----------
     folder : Path or None
-        Where; None keeps nothing. Whoever makes it removes it. Only files of one's own run belong there: they are pickles.
+        Where; None keeps nothing. Whoever makes it removes it.
     """
 
     def __init__(self, folder: Path | None = None) -> None:
@@ -40,50 +40,53 @@ class Store:
     def solids(self, number: int, build: Callable[[], list[Any]]) -> list[Any]:
         """TopoDS_Shapes of a sweep that `build` gives, or gave to another process.
 
-        Raises
-        ------
-        SweepError, EngineError
-            Those of `build`, here or there.
+        Raises SweepError, EngineError: Those of `build`, here or there.
         """
-        return self._kept(f"{number}", build, _packed, _unpacked)
-
-    def _kept(
-        self, name: str, build: Callable[[], T], pack: Callable[[T], object], unpack: Callable[[Any], T]
-    ) -> T:
         if self._folder is None:
             return build()
-        with suppress(FileNotFoundError):
-            content = pickle.loads((self._folder / name).read_bytes())
-            if isinstance(content, (SweepError, EngineError)):
-                raise content
-            with suppress(EngineError):  # what does not come back as it was is built again
-                return unpack(content)
+        path = self._folder / f"{number}"
+        kept = _kept(path) if path.exists() else None
+        if isinstance(kept, Exception):
+            raise kept
+        if kept is not None:
+            return kept
         begin = process_time()
         try:
             made = build()
         except (SweepError, EngineError) as error:
             if process_time() - begin > SLOW_S:
-                self._write(name, error)
+                self._write(path, _refused(error))
             raise
         if process_time() - begin > SLOW_S:
-            self._write(name, pack(made))
+            shapes = {f"{k}": np.frombuffer(to_bytes(shape), dtype=np.uint8) for k, shape in enumerate(made)}
+            self._write(path, Saved(KIND, {}, shapes))
         return made
 
-    def _write(self, name: str, content: object) -> None:
+    def _write(self, path: Path, saved: Saved) -> None:
         """All of the file or none; a disk that is full costs time only."""
-        assert self._folder is not None
-        temporary = self._folder / f"{name} {os.getpid()} part"
+        temporary = path.with_name(f"{path.name} {os.getpid()} part")
         with suppress(OSError):
-            temporary.write_bytes(pickle.dumps(content))
-            temporary.replace(self._folder / name)
+            saved.write(temporary)
+            temporary.replace(path)
 
 
-def _packed(shapes: list[Any]) -> list[bytes]:
-    return [to_bytes(shape) for shape in shapes]
+def _refused(error: SweepError | EngineError) -> Saved:
+    """What `_kept` makes a refusal of."""
+    if isinstance(error, EngineError):
+        return Saved(KIND, {"reason": error.reason, "engine": error.engine, "block": error.block})
+    return Saved(KIND, {"reason": error.message, "remedy": error.remedy})
 
 
-def _unpacked(content: list[bytes]) -> list[Any]:
-    return [from_bytes(data) for data in content]
+def _kept(path: Path) -> list[Any] | SweepError | EngineError | None:
+    """The shapes or the refusal of a file; None where it does not come back as it was, and is built again."""
+    with suppress(EngineError), opened(path, KIND) as saved:
+        match saved.state:
+            case {"reason": reason, "engine": engine, "block": block}:
+                return EngineError(reason, engine=engine, block=block)
+            case {"reason": reason, "remedy": remedy}:
+                return SweepError(reason, remedy=remedy)
+        return [from_bytes(content.tobytes()) for content in saved.arrays.values()]
+    return None
 
 
 NOTHING_KEPT = Store()

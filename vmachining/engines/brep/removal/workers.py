@@ -1,7 +1,7 @@
 """`check_blocks`: verdicts on many blocks in worker processes that may crash or hang without harm.
 
 One thread here drives every worker. An attempt that takes longer than its share of the block's time costs the worker, and so
-does a crash; the block goes on with the next attempt in a new one, until its time is used up. The time of a block is all
+does a crash; the block continues with the next attempt in a new one, until its time is used up. The time of a block is all
 told: judges, solids of its own and of what it needs, attempts, and the processes that it costs. A worker is replaced after a
 number of blocks, because OCCT does not give all memory back.
 """
@@ -22,7 +22,7 @@ from vmachining.engines.brep.removal.check import JUDGES, SOLIDS, Witness, check
 from vmachining.engines.brep.removal.gate import ATTEMPT_SHARE, Status, Verdict
 from vmachining.engines.judges import Judge
 from vmachining.errors import EngineError, SweepError
-from vmachining.geometry import Bracket
+from vmachining.interval import Interval
 from vmachining.sweep import Sweep
 from vmachining.tolerance import BREP_SECONDS
 
@@ -51,7 +51,7 @@ class _Block:
         self.is_lost = False
 
     def ask(self, worker: WorkerProcess, is_new: bool) -> Verdict | None:
-        """Ask a worker that is at hand, or that this block has cost; None: it is gone, and another one may go on."""
+        """Ask a worker that is at hand, or that this block has cost; None: it is gone, and another one may continue."""
         watch = worker.begun if is_new else worker.watch()
         doing, self.is_lost = JUDGES, False
         try:
@@ -96,7 +96,7 @@ class _Block:
 def check_blocks(
     stock: Blank,
     blocks: Sequence[Sequence[Sweep]],
-    asked: Mapping[int, Sequence[Judge] | Bracket],
+    asked: Mapping[int, Sequence[Judge] | Interval],
     *,
     witness: Witness | None = None,
     workers: int = 1,
@@ -105,20 +105,14 @@ def check_blocks(
 ) -> Iterator[tuple[int, Verdict]]:
     """Verdicts on some blocks, as they come.
 
-    Parameters
-    ----------
     stock : raw stock.
     blocks : what every block of the program sweeps, in program order.
-    asked : block number -> what others say of its removed volume; a Bracket alone is one judge.
+    asked : block number -> what others say of its removed volume; an Interval alone is one judge.
     witness : a judge that is asked in the worker.
     workers : processes.
     seconds : limit of one block, of processor time where the system tells it.
     stop : asked between blocks; what is under way is dropped.
-
-    Raises
-    ------
-    EngineError
-        No worker can be started (the kernel does not load), or the thread that drives one failed.
+    Raises EngineError: No worker can be started (the kernel does not load), or the thread that drives one failed.
     """
     # a block needs what came before it, no worker needs what comes after the last one asked for
     last = max(asked, default=-1)
@@ -209,27 +203,25 @@ def check_blocks(
         folder.cleanup()
 
 
-def _judges(said: Sequence[Judge] | Bracket) -> Sequence[Judge]:
+def _judges(said: Sequence[Judge] | Interval) -> Sequence[Judge]:
     from vmachining.engines.protocol import Removal
 
-    return (Judge("bracket", Removal(*said)),) if isinstance(said, Bracket) else said
+    return (Judge("bracket", Removal(*said)),) if isinstance(said, Interval) else said
 
 
 def step_file(
     path: Path,
     stock: Blank,
     blocks: Sequence[Sequence[Sweep]],
-    brackets: Sequence[Bracket],
+    brackets: Sequence[Interval],
     labels: Sequence[str],
 ) -> float:
     """Write the workpiece after all blocks as STEP, in a worker process; returns its volume, mm^3.
 
     Faces carry the label of their block as name, and a colour per block.
 
-    Raises
-    ------
-    EngineError
-        Refused: the text says which block and why; no file is left. Or the worker died or took too long.
+    Raises EngineError: Refused: the text says which block and why; no file is left. Or the worker died or took too
+        long.
     """
     from vmachining.engines.brep.workpiece.cut import write_step
 

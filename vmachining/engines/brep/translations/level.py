@@ -9,7 +9,7 @@ wider than rc there is no inner side: the trailing and the leading half meet in 
 at s = rc cos(theta/2) - sqrt(rho^2 - rc^2 sin^2(theta/2)) from the centre, measured towards the middle of the
 arc. At the height where rho = rc the inner side ends in a point on the axis.
 
-Known limits: a bent stadium wants its two ends apart, and where it has a point on the axis at most half a turn;
+Known limits: a bent stadium needs its two ends apart, and where it has a point on the axis at most half a turn;
 `swept.py` halves other arcs.
 """
 

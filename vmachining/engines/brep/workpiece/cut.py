@@ -37,7 +37,7 @@ from vmachining.engines.brep.occt.validity import refuse_unsound
 from vmachining.engines.brep.removal.gate import OWN_MM3
 from vmachining.engines.brep.swept import solids
 from vmachining.errors import EngineError, SweepError
-from vmachining.geometry import Bracket
+from vmachining.interval import Interval
 from vmachining.sweep import Sweep
 from vmachining.sweep.near import SweepIndex
 from vmachining.sweep.reach import meets, reaching
@@ -50,15 +50,12 @@ BACK, MORE = 3, 60
 """Cuts before a block that are done again in other ways if it cannot be cut, and times that is done for a workpiece."""
 
 
-def workpiece(stock: Blank, blocks: Sequence[Sequence[Sweep]], brackets: Sequence[Bracket]) -> Any:
+def workpiece(stock: Blank, blocks: Sequence[Sequence[Sweep]], brackets: Sequence[Interval]) -> Any:
     """TopoDS_Shape of the stock after all blocks.
 
-    Raises
-    ------
-    EngineError
-        No way of cutting a block stays inside its bracket; names the block. The result is not valid or closed.
-    SweepError
-        A block that removes something has no B-rep solid; names the block.
+    Raises EngineError: No way of cutting a block stays inside its bracket; names the block. The result is not valid or
+        closed.
+    Raises SweepError: A block that removes something has no B-rep solid; names the block.
     """
     shape = shape_of(stock)
     box = box_of(shape)
@@ -86,7 +83,7 @@ def workpiece(stock: Blank, blocks: Sequence[Sequence[Sweep]], brackets: Sequenc
 class _Ways:
     """The workpiece before a block, and the ways of cutting it that were not tried yet."""
 
-    def __init__(self, shape: Any, before: float, tools: Sequence[Any], bracket: Bracket) -> None:
+    def __init__(self, shape: Any, before: float, tools: Sequence[Any], bracket: Interval) -> None:
         self._shape, self._before, self._tools, self._bracket = shape, before, tools, bracket
         self._left, self._removed = list(FUZZY), list[str]()
 
@@ -127,7 +124,7 @@ def block_solids(sweeps: Sequence[Sweep], box: Floats, number: int) -> list[Any]
 
 
 def owners(
-    shape: Any, stock: Blank, blocks: Sequence[Sequence[Sweep]], brackets: Sequence[Bracket]
+    shape: Any, stock: Blank, blocks: Sequence[Sequence[Sweep]], brackets: Sequence[Interval]
 ) -> list[tuple[Any, int]]:
     """(TopoDS_Face, block that made it) for all faces; -1 for the stock."""
     skin = faces_of(shape_of(stock))
@@ -156,17 +153,14 @@ def write_step(
     path: Path,
     stock: Blank,
     blocks: Sequence[Sequence[Sweep]],
-    brackets: Sequence[Bracket],
+    brackets: Sequence[Interval],
     labels: Sequence[str],
 ) -> float:
     """Write the workpiece as STEP, faces named and coloured by block; returns its volume, mm^3.
 
     labels : name of every block, such as "block 12 line 30 tool 1".
 
-    Raises
-    ------
-    EngineError, SweepError
-        As `workpiece`; or the file cannot be written, or reads back with another volume.
+    Raises EngineError, SweepError: As `workpiece`; or the file cannot be written, or reads back with another volume.
     """
     shape = workpiece(stock, blocks, brackets)
     faces = (

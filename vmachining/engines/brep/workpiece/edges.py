@@ -1,4 +1,4 @@
-"""Which parts of cutting edges lie in a workpiece of B-rep solids, asked of OCCT in a process of its own.
+"""Which parts of cutting edges lie in a workpiece of B-rep solids, asked of OCCT in a separate process.
 
 The workpiece is not built: an edge at one rotation angle is a line, a circle or a spline, every member of the
 workpiece (stock, earlier sweeps) is a valid solid by itself, and the parts of the curve inside each are sets of
@@ -29,12 +29,8 @@ class BrepWorkpiece:
     stock : Blank. past : (code, sweep) in program order; the code goes to the ends that the sweep makes.
     stock_code : the code of the stock. seconds : limit of one question, and of building the solids.
 
-    Raises
-    ------
-    SweepError
-        An earlier sweep has no B-rep solid; names its code.
-    EngineError
-        OCCT failed, crashed or took too long.
+    Raises SweepError: An earlier sweep has no B-rep solid; names its code.
+    Raises EngineError: OCCT failed, crashed or took too long.
     """
 
     stock: Blank

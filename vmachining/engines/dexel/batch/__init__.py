@@ -4,7 +4,7 @@
    the stock, sends the blocks the general way (`RayGrid.removed`).
 2. Blocks are taken off row by row of the map, in order, in loops that several rays share (SIMD); two threads take half of the
    rows each.
-3. A block that goes on where the one before it ended, and not down, asks no rays behind its beginning.
+3. A block that continues where the one before it ended, and not down, asks no rays behind its beginning.
 4. Sums for volume and interval are those of the general way.
 
 `level.py` and `side/` do so for rays along x and y, any cutter on level lines and balls on any line, with any intervals.
@@ -28,7 +28,7 @@ from vmachining.tool import Profile
 __all__ = ["RoundEnd", "cut_lines", "looks_of", "round_end", "takes_line"]
 
 THREADED = 64
-"""Rows of a window from which on several threads share them."""
+"""Rows of a window above which several threads share them."""
 
 
 class RoundEnd(NamedTuple):

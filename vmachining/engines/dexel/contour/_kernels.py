@@ -7,7 +7,7 @@
 #   its nodes, and a little to their mean: sum (n . (x - p))^2 + PULL |x - m|^2 is least.
 #   box (2, 3) mm; size (3,) mm of coarse cells.
 # sums (vertices, 13) of a cell: points p (3), how many; n n' (6: xx, xy, xz, yy, yz, zz), n (n . p) (3).
-# grids: upright rays, and those along x and y (a grid without rays where there are none).
+# grids: upright rays, and those along x and y (a grid without rays where none exist).
 
 import numpy as np
 
@@ -78,7 +78,7 @@ def end_near(lat, lists, ray, at, reach, rising):
 
 @leaf
 def beside(lat, lists, step, p, q, s, reach, rising, at, here, slope) -> int:
-    """Slope of the surface along one of both ways across the rays, from the nearer of both neighbours.
+    """Slope of the surface along one of the two ways across the rays, from the nearer of both neighbours.
 
     slope (3,): way a, way b, rise from here to there; 1 if a neighbour ends near by, else 0. here: place of the ray (a, b).
     """
@@ -103,7 +103,7 @@ def beside(lat, lists, step, p, q, s, reach, rising, at, here, slope) -> int:
 
 @leaf
 def normal(lat, lists, step, p, q, s, reach, rising, here, one, other, n) -> int:
-    """Unit normal (3,) at an end of a ray, from ends of rays beside it; 0 where there are none."""
+    """Unit normal (3,) at an end of a ray, from ends of rays beside it; 0 where none exist."""
     ray = number(lat, step, p, q)
     here[0], here[1] = (
         (ray // lat.nb + lat.sa[ray % lat.nb]) * lat.ha,

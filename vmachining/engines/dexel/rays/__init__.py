@@ -21,15 +21,15 @@ Goal: an answer for any tool and motion that needs no solid and no mesh, and inh
 |---|---|
 | `engine.py` | `RayEngine`: the protocol of all engines |
 | `lengths.py` | `material`: lengths along rays; `Cells`, and rays in pairs |
-| `surface.py` | `staircase`: the workpiece for pictures |
 | `estimate.py` | `estimated`: pilot, rays, interval |
 
 Source: stratified sampling with antithetic pairs (Hammersley and Handscomb, Monte Carlo Methods, 1964, 5.3 and 5.6); the
 allocation by spread is Neyman's (1934).
 Departures: rays are upright only. A wall along them shows as steps between cells, where the second choice of cells is finest.
 
-Known limits: times grow with the number of earlier sweeps in the neighbourhood (about 2 us a ray and sweep). The
-workpiece as triangles is a staircase of 160 dexels, for pictures. Thin skins on upright walls have wide intervals.
+Known limits: times grow with the number of earlier sweeps in the neighbourhood (about 2 us a ray and sweep). Thin skins on
+upright walls have wide intervals. The workpiece as triangles is that of the grid of `DexelEngine`, without features below its
+spacing.
 """
 
 from vmachining.engines.dexel.rays.engine import RayEngine

@@ -9,12 +9,12 @@ from typing import Self
 import numpy as np
 
 from vmachining.arrays import Floats
+from vmachining.checkpoint import Saved, opened
+from vmachining.engines.dexel.engine import DexelEngine
 from vmachining.engines.dexel.rays.estimate import CONFIDENCE, MOST, Take, estimated
-from vmachining.engines.dexel.rays.surface import staircase
-from vmachining.engines.pickled import load_values, save_values
+from vmachining.engines.packed import packed_stock, packed_sweeps, stock_of, sweeps_of
 from vmachining.engines.protocol import NOTHING, Options, Removal, StockSurface
 from vmachining.engines.summed import Summed, meshed_volume
-from vmachining.errors import EngineError
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 from vmachining.sweep.near import SweepIndex
@@ -32,8 +32,6 @@ GRID = 64
 class RayEngine(Summed):
     """Workpiece of one job: raw stock and the sweeps that left it.
 
-    Parameters
-    ----------
     stock : Stock
     options : Options
     want_rel : half width of intervals asked for, relative to the volume; at most `most` rays of a set are spent on it.
@@ -93,41 +91,32 @@ class RayEngine(Summed):
         )
 
     def surface(self) -> StockSurface:
-        """See `Engine`: a staircase for pictures, whose volume is that of no interval."""
-        return staircase(self._stock, self._index.sweeps, self._blocks)
+        """See `Engine`: that of a grid of rays, for pictures; its volume is that of no interval."""
+        grid = DexelEngine(self._stock, Options(chord=self.chord))
+        for sweep, block in zip(self._index.sweeps, self._blocks, strict=True):
+            grid.cut(sweep, block)
+        return grid.surface()
 
     def save(self, path: Path) -> None:
         """See `Engine`."""
-        state = (
-            self._stock,
-            self.chord,
-            self._want,
-            self._most,
-            self._index.sweeps,
-            self._blocks,
-            self._removed,
-        )
-        save_values(path, state)
+        stock, arrays = packed_stock(self._stock)
+        state = {
+            "stock": stock, "chord": self.chord, "want": self._want, "most": self._most, "blocks": self._blocks,
+            "removed": list(self._removed),
+        }  # fmt: skip
+        Saved(self.name, state, arrays | packed_sweeps(self._index.sweeps)).write(path)
 
     @classmethod
     def load(cls, path: Path) -> Self:
         """See `Engine`.
 
-        Raises
-        ------
-        EngineError
-            The file cannot be read, is damaged, or holds anything but geometry.
+        Raises EngineError: The file cannot be read or is damaged.
         """
-        try:
-            stock, chord, want, most, sweeps, blocks, removed = load_values(
-                path, cls.name, ("vmachining.engines.protocol.Removal",)
-            )
-            engine = cls(stock, Options(chord=chord), want_rel=want, most=most)
-            for sweep in sweeps:
+        with opened(path, cls.name) as saved:
+            state = saved.state
+            stock, options = stock_of(state["stock"], saved.arrays), Options(chord=state["chord"])
+            engine = cls(stock, options, want_rel=state["want"], most=state["most"])
+            for sweep in sweeps_of(saved.arrays):
                 engine._index.add(sweep)
-            engine._blocks, engine._removed = list(blocks), removed
-        except EngineError:
-            raise
-        except Exception as exc:  # bytes that are no checkpoint can raise anything
-            raise EngineError(f"cannot read the checkpoint {path} ({exc})", engine=cls.name) from exc
+            engine._blocks, engine._removed = list(state["blocks"]), Removal(*state["removed"])
         return engine

@@ -76,16 +76,10 @@ def estimated(
 ) -> Removal:
     """What a block of one or more motions removes, mm^3.
 
-    Parameters
-    ----------
     seed : of the places of rays: blocks that are alike get others.
     want_rel : half width of the interval asked for, relative to the volume.
     most : rays of a set at most, about; the interval is wider where they are not enough.
-
-    Returns
-    -------
-    Removal
-        proven only where nothing can be removed: exactly 0 then.
+    Returns Removal: proven only where nothing can be removed: exactly 0 then.
     """
     found = [(number, take, _columns(take, stock)) for number, take in enumerate(takes)]
     found = [each for each in found if len(each[2].low)]

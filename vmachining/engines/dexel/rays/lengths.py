@@ -109,14 +109,18 @@ def _in_stock(stock: Stock, where: Floats) -> _Parts:
 
 def _lengths(parts: Sequence[_Parts], lo: Floats, hi: Floats) -> Floats:
     """(n,) mm between `lo` and `hi` in both of the first two parts, and in none of the others."""
-    within, busy = [], np.zeros(len(lo), dtype=bool)
+    within, filled, busy = [], np.zeros((2, len(lo)), dtype=bool), np.zeros(len(lo), dtype=bool)
     for number, (ray, enter, leave) in enumerate(parts):
         low, high = np.maximum(enter, lo[ray]), np.minimum(leave, hi[ray])
         is_open = low < high
         ray, low, high = ray[is_open], low[is_open], high[is_open]
         within.append(_Parts(ray, low, high))
-        # the first two are all that there is of most rays
-        busy[ray if number > 1 else ray[(low > lo[ray]) | (high < hi[ray])]] = True
+        if number < 2:
+            filled[number, ray[(low == lo[ray]) & (high == hi[ray])]] = True
+        else:
+            busy[ray] = True
+    # most rays need no count: one piece of each of the first two fills all that is left, and nothing else lies in it
+    busy |= ~filled.all(axis=0)
     rays, stops, steps = [], [], []
     for number, (ray, low, high) in enumerate(within):
         asked = busy[ray]

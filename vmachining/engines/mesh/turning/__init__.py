@@ -34,7 +34,9 @@ Around: a body grown by e and by the depth of its facets enters each point of th
 than the mesh's distance from its own envelope, so its mesh winds round that point: `outer`. This half is not
 a proof where a point is entered twice within one part: there the envelope folds inside the sweep, and beside
 a fold the mesh may leave crevices of the order of f^2, 2e-5 mm wide where they were measured. One part is used
-for a block only if no facet faces the wrong way; in several parts the way is short.
+for a block only if no facet faces the wrong way; in several parts the way is short. Facets of a grown body fold
+by themselves, if by little, and a chained block leaves out a layer beside the grazing curve of its first
+instant; so no block of a turning tool is called proven (`Cut.proven`, docs/measured/turning_proof.md).
 
 | file | holds |
 |---|---|

@@ -38,7 +38,7 @@ class Body(NamedTuple):
 
 
 class Grid(NamedTuple):
-    """Numbers of points, -1 where there is none yet.
+    """Numbers of points, -1 where none exists yet.
 
     edge (3, m, n, q): crossings along u, x, t. ring (m, rings, q): nodes of circles. rest (2, rings, q): facet corners of
     the body at rest at the first and the last instant. corner (8,): which corners of the cell at hand are in. onward (8, 8):

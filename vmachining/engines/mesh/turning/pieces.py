@@ -56,28 +56,19 @@ def turning_pieces(
 ) -> Iterator[tuple[Floats, Ints]]:
     """Closed meshes (points (n, 3), triangles (m, 3)) whose union is a sweep along a `Turn`.
 
-    Parameters
-    ----------
-    sweep : Sweep
-        Its path is a `Turn`; a steady axis is welcome.
-    chord : float
-        mm, the largest distance between the inner and the outer solid.
+    sweep : Sweep, its path is a `Turn`; a steady axis is welcome.
+    chord : float, mm, the largest distance between the inner and the outer solid.
     side : "inner", "fair" or "outer"
         Contained in the truth, unbiased, or containing it.
     box : (2, 3) mm, optional
         Where the union must be right; elsewhere it may lack what it likes. Only the slice of the cutter that
         can reach the box is swept.
-    chained : bool
-        The cutter at the start of the path has been removed before: what only it cuts may be missing.
-
-    Raises
-    ------
-    EngineError
-        The path is no `Turn`.
+    chained : bool, the cutter at the start of the path has been removed before: what only it cuts may be missing.
+    Raises EngineError: The path is no `Turn`.
     """
     turn = sweep.path
     if not isinstance(turn, Turn):
-        raise EngineError(f"want a Turn, got a {type(turn).__name__}", engine="mesh")
+        raise EngineError(f"expected a Turn, got a {type(turn).__name__}", engine="mesh")
     for part in convex_cover(sweep.profile):
         piece = part if box is None else _reaching(part, turn, box, chord)
         if piece is not None:

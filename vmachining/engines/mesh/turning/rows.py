@@ -68,8 +68,6 @@ def rows_of(
 ) -> Rows | None:
     """Rows of a convex profile whose surface has been moved outward by `offset` mm (inward if negative).
 
-    Parameters
-    ----------
     sag : mm, depth of the facets of an arc. spacing : mm, largest distance of rows on a line.
 
     Returns None if nothing is left of the body.

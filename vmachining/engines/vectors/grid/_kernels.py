@@ -1,7 +1,7 @@
 # Blocks in program order against the grid of upright vectors; what each of them takes.
 #
 # Legend: cell (i, j) stands at (x0 + i pitch, y0 + j pitch), in tile (i // TILE, j // TILE) and in a sub-tile of SUB x SUB
-#   cells. Blocks of ball cutters: rows of `BALL` numbers, centre x y z, travel x y z, radius, height of the shank.
+#   cells. Blocks of ball cutters: rows of 8 numbers, centre x y z, travel x y z, radius, height of the shank.
 #   depth, span: scratch of zeros, mm taken from the cells of one block, and the columns of every row in which that is so; they
 #   are zero again when a block is through.
 
@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 
 from vmachining.engines.vectors._kernels import shortened
 from vmachining.jit import kernel, leaf
-from vmachining.sweep.ball._kernels import in_ball_sweep
+from vmachining.sweep.ball._kernels import ball_below, in_ball_sweep, travel
 
 TILE, SUB = 64, 16
-BALL = 8
+
+ROOF_MM = 1e-4
+"""Material above a sweep that is thinner is rounding: lengths are float32, half an ulp is 1.5e-5 mm at 340 mm."""
 
 
 class Grid(NamedTuple):
@@ -42,27 +44,14 @@ class Grid(NamedTuple):
 
 @leaf
 def ball_entry_over(cx, cy, cz, dx, dy, dz, r, x, y):
-    """Height at which the upright line at x, y enters the sweep of a ball, and its slopes along x and y; inf if it misses.
-
-    Of the spheres over the line the lowest has its centre at u - h sin(alpha) along the travel, h^2 = r^2 - v^2, or at an end.
-    """
+    """Height at which the upright line at x, y enters the sweep of a ball, and its slopes along x and y; inf if it misses."""
     qx, qy = x - cx, y - cy
-    run = np.sqrt(dx * dx + dy * dy)
-    if run == 0.0:
-        room = r * r - qx * qx - qy * qy
-        if room <= 0.0:
-            return np.inf, 0.0, 0.0
-        root = np.sqrt(room)
-        return cz + min(0.0, dz) - root, qx / root, qy / root
-    e0, e1 = dx / run, dy / run
-    u, v = qx * e0 + qy * e1, qy * e0 - qx * e1
-    h = np.sqrt(max(r * r - v * v, 0.0))
-    s = min(max(u - h * dz / np.sqrt(run * run + dz * dz), 0.0), run)
-    room = r * r - v * v - (u - s) ** 2
+    run, e0, e1, slope, sine, fall = travel(dx, dy, dz)
+    below, s, room = ball_below(qx * e0 + qy * e1, qy * e0 - qx * e1, run, slope, sine, r * r)
     if room <= 0.0:
         return np.inf, 0.0, 0.0
     root = np.sqrt(room)
-    return cz + s * dz / run - root, (qx - s * e0) / root, (qy - s * e1) / root
+    return cz + fall + below, (qx - s * e0) / root, (qy - s * e1) / root
 
 
 @leaf
@@ -116,7 +105,7 @@ def take(length, low, rest, t, leave):
 
 @leaf
 def cover(length, start, i0, j0, pitch, high, p, q):
-    """Write the plane above all tips of the sub-tile of a tile (T, T) that begins at i0, j0; -inf where there is none.
+    """Write the plane above all tips of the sub-tile of a tile (T, T) that begins at i0, j0; -inf where none exists.
 
     Its slopes are those of least squares, or 0 where a vector is missing: any slopes bound, these do it closely.
     """
@@ -216,11 +205,8 @@ def cut_balls(grid: Grid, balls, ranges, writes, depth, span, out) -> int:
         r, height = balls[k, 6], balls[k, 7]
         i0, i1, j0, j1 = ranges[k, 0], ranges[k, 1], ranges[k, 2], ranges[k, 3]
         met = False
-        run = np.sqrt(dx * dx + dy * dy)
-        e0, e1, slope, sin, base = 1.0, 0.0, 0.0, 0.0, cz + min(0.0, dz)
-        if run > 0.0:
-            e0, e1, slope, sin, base = dx / run, dy / run, dz / run, dz / np.sqrt(run * run + dz * dz), cz
-        rr = r * r
+        run, e0, e1, slope, sine, fall = travel(dx, dy, dz)
+        rr, base = r * r, cz + fall
         for p in range(i0 // SUB, (i1 - 1) // SUB + 1):
             for q in range(j0 // SUB, (j1 - 1) // SUB + 1):
                 a, b = p * SUB // TILE, q * SUB // TILE
@@ -237,15 +223,11 @@ def cut_balls(grid: Grid, balls, ranges, writes, depth, span, out) -> int:
                     ti = i - a * TILE
                     for j in range(max(j0, q * SUB), min(j1, (q + 1) * SUB)):
                         qy = grid.y0 + j * grid.pitch - cy
-                        u, v = qx * e0 + qy * e1, qy * e0 - qx * e1
-                        hh = rr - v * v
-                        c = u - np.sqrt(hh if hh > 0.0 else 0.0) * sin
-                        c = c if c > 0.0 else 0.0
-                        c = c if c < run else run
-                        room = hh - (u - c) * (u - c)
                         tj = j - b * TILE
-                        z = base + c * slope - np.sqrt(room if room > 0.0 else 0.0)
-                        t = z - start[ti, tj]
+                        below, _, room = ball_below(
+                            qx * e0 + qy * e1, qy * e0 - qx * e1, run, slope, sine, rr
+                        )
+                        t = base + below - start[ti, tj]
                         if not (room > 0.0 and t < length[ti, tj]):
                             continue
                         leave = np.inf
@@ -270,12 +252,13 @@ def cut_balls(grid: Grid, balls, ranges, writes, depth, span, out) -> int:
 
 
 @kernel
-def cut_heights(grid: Grid, i0, j0, enter, leave, write, depth, span) -> int:
-    """Heights at which the lines of cells (n, m) from i0, j0 on enter and leave a sweep; how many were entered from behind.
+def cut_heights(grid: Grid, i0, j0, enter, leave, write, depth, span):
+    """Heights at which the lines of cells (n, m) from i0, j0 on enter and leave a sweep: how many were entered from behind, and
+    how many have material above the sweep.
 
     depth (n, m): mm that is taken, added.
     """
-    behind = 0
+    behind, under = 0, 0
     n, m = enter.shape
     for a in range(i0 // TILE, (i0 + n - 1) // TILE + 1):
         for b in range(j0 // TILE, (j0 + m - 1) // TILE + 1):
@@ -288,9 +271,10 @@ def cut_heights(grid: Grid, i0, j0, enter, leave, write, depth, span) -> int:
                     t = enter[i - i0, j - j0] - start[ti, tj]
                     if not t < length[ti, tj]:
                         continue
-                    new, taken, flag = take(
-                        length[ti, tj], low[ti, tj], rest[ti, tj], t, leave[i - i0, j - j0] - start[ti, tj]
-                    )
+                    out = leave[i - i0, j - j0] - start[ti, tj]
+                    if -np.inf < out < length[ti, tj] - ROOF_MM:  # facets do not know where a line leaves
+                        under += 1
+                    new, taken, flag = take(length[ti, tj], low[ti, tj], rest[ti, tj], t, out)
                     depth[i - i0, j - j0] += taken
                     widen(span, i - i0, j - j0)
                     if write:
@@ -301,14 +285,14 @@ def cut_heights(grid: Grid, i0, j0, enter, leave, write, depth, span) -> int:
                 for p in range(TILE // SUB):
                     for q in range(TILE // SUB):
                         cover(length, start, SUB * p, SUB * q, grid.pitch, grid.high[s], p, q)
-    return behind
+    return behind, under
 
 
 @kernel
 def missing_tiles(slot, ranges, stamp, now, out) -> int:
-    """Tiles (a, b) that some ranges of cells want and that are not there, into out (t, 2); their number.
+    """Tiles (a, b) that some ranges of cells need and that are not there, into out (t, 2); their number.
 
-    stamp (a, b): set to `now` for all that are wanted. Stops where out is full.
+    stamp (a, b): set to `now` for all that are asked for, so that none is found twice: out has a row for each tile.
     """
     found = 0
     for k in range(len(ranges)):

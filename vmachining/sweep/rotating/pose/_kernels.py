@@ -47,6 +47,42 @@ def bending(limit, far, width):
 
 
 @leaf
+def spinning(waves, x, y, z):
+    """Bound of |y''| of a point in a frame that spins about the tool's axis; inf but on helices about it.
+
+    A body of revolution may spin. At the rate w of a tip that goes round an axis parallel to its own the point runs on a circle
+    about that axis: l w^2, l its distance from it. On the axis itself, where all poses are equally near, nothing bends.
+    """
+    w, a0, a1, a2 = 0.0, 0.0, 0.0, 0.0
+    for j in range(len(waves)):
+        if waves[j, 0] == 0.0:
+            a0, a1, a2 = a0 + waves[j, 13], a1 + waves[j, 14], a2 + waves[j, 15]
+            x, y, z = x - waves[j, 1], y - waves[j, 2], z - waves[j, 3]
+    for j in range(len(waves)):
+        q = waves[j]
+        if q[0] == 0.0:
+            u, v = q[7], q[8]
+            b = a0 * u + a1 * v + a2 * q[9]
+            off = (u - b * a0) ** 2 + (v - b * a1) ** 2 + (q[9] - b * a2) ** 2
+            if off > 1e-24 * (1.0 + b * b):
+                return np.inf
+            continue
+        if w != 0.0:
+            return np.inf
+        w = q[0]
+        for k in range(7, 19):
+            if q[k] != 0.0:
+                return np.inf
+        lean = abs(a0 * q[1] + a1 * q[2] + a2 * q[3]) + abs(a0 * q[4] + a1 * q[5] + a2 * q[6])
+        if lean > 1e-12 * np.sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3]):
+            return np.inf
+    if w == 0.0:
+        return np.inf
+    b = a0 * x + a1 * y + a2 * z
+    return w * w * np.sqrt((x - b * a0) ** 2 + (y - b * a1) ** 2 + (z - b * a2) ** 2)
+
+
+@leaf
 def clip_planes(planes, k0, k1, z0, uz, q0, q1, q2):
     """Part of a line inside all cones and discs: (lo, hi, plane at lo, plane at hi); empty is lo > hi.
 

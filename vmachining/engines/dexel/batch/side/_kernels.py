@@ -1,7 +1,7 @@
 # Straight blocks over level rays, in closed form.
 #
 # Legend: see dexel/_kernels.py for lattices and lists. start, travel (blocks, 3) origin of the profile and its way. seg rows of
-#   the meridian as in sweep/_kernels.py. radius, lift, shank of a ball: its radius (0 if it is none), height of its centre above
+#   the meridian as in sweep/_kernels.py. radius, lift, shank of a ball: its radius (0: no ball), height of its centre above
 #   the origin, and of the shank above the centre. windows (blocks, 4): rows i0 to i1, columns j0 to j1.
 # work (3, most rays of a window): where a ray enters and leaves the sweep (NaN: not), and what it loses.
 #

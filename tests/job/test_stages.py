@@ -1,0 +1,134 @@
+"""Stages may be left out, are done later where they are asked for, and say what they cost."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import polars as pl
+import polars.testing
+import pytest
+from tinyjob import FEED, JOB, write_job
+
+from vmachining.cli.main import run as command
+from vmachining.job.spent import Spent, in_words
+
+TEETH = JOB.replace("length_mm = 20", "length_mm = 20\nflutes = 2")
+LOADS = ("ae_mm", "ap_mm", "engaged_fraction", "chip_area_mm2", "chip_thickness_mm")
+
+
+@pytest.fixture
+def job(tmp_path: Path) -> Path:
+    return write_job(tmp_path / "job", job=TEETH)
+
+
+def told(out: Path) -> dict[str, object]:
+    summary: dict[str, object] = json.loads((out / "summary.json").read_text())
+    return summary
+
+
+def test_volumes_alone_then_everything_else(
+    job: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`--stages cut` writes volumes and nothing else; `contact`, `check` and `--resume` add the rest, as one run makes it."""
+    whole, out = tmp_path / "whole", tmp_path / "out"
+    assert command(["run", str(job), "--out", str(whole)]) == 0
+    assert command(["run", str(job), "--out", str(out), "--stages", "cut"]) == 0
+    table = pl.read_parquet(out / "blocks.parquet")
+    assert table.select(LOADS).null_count().sum_horizontal()[0] == len(LOADS) * len(table)
+    assert table["removed_dexel_mm3"].null_count() == len(table) and "second_judge" not in told(out)
+    assert {path.name for path in out.iterdir()} == {
+        "blocks.csv", "blocks.parquet", "summary.json", "manifest.json", "stages.zip",
+    }  # fmt: skip
+    assert set(told(out)["stage_seconds"]) == {"read", "cut", "files"}
+    assert command(["contact", str(out)]) == 0
+    ours, theirs = pl.read_parquet(out / "blocks.parquet"), pl.read_parquet(whole / "blocks.parquet")
+    polars.testing.assert_frame_equal(
+        ours.select("block", *LOADS), theirs.select("block", *LOADS), check_exact=True
+    )
+    assert ours["chip_area_mm2"].max() > 0.0
+    assert command(["run", str(job), "--out", str(out), "--resume"]) == 0  # all stages, as by default
+    capsys.readouterr()
+    polars.testing.assert_frame_equal(pl.read_parquet(out / "blocks.parquet"), theirs, check_exact=True)
+    assert (out / "report.html").is_file() and (out / "stock.stl").is_file()
+    assert command(["check", str(out), "--brep", "2"]) == 0
+    assert pl.read_parquet(out / "blocks.parquet")["brep_status"][2] == "agreed"
+    assert told(out)["brep"]["asked"] == 1
+
+
+def test_contact_of_a_sample(job: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.modules["vmachining.job.run"], "CONTACT_SAMPLE", 2)
+    whole, out = tmp_path / "whole", tmp_path / "out"
+    assert command(["run", str(job), "--out", str(whole), "--quiet"]) == 0
+    assert command(["run", str(job), "--out", str(out), "--contact", "sample", "--quiet"]) == 0
+    ours, theirs = pl.read_parquet(out / "blocks.parquet"), pl.read_parquet(whole / "blocks.parquet")
+    known = ours.filter(pl.col("ap_mm").is_not_null())["block"].to_list()
+    assert len(known) == 2 and theirs["ap_mm"].count() > 2
+    both = (frame.filter(pl.col("block").is_in(known)).select(LOADS) for frame in (ours, theirs))
+    polars.testing.assert_frame_equal(*both, check_exact=True)
+    assert any("of 2 blocks (sample)" in text for text in told(out)["contact_notes"])
+    assert command(["contact", str(out), "--quiet"]) == 0
+    polars.testing.assert_frame_equal(
+        pl.read_parquet(out / "blocks.parquet").select(LOADS), theirs.select(LOADS), check_exact=True
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (
+            ["--stages", "cut,milling"],
+            "unknown stage 'milling'; take some of cut, contact, plan, judge, show",
+        ),
+        (["--contact", "some"], "--contact 'some' is not understood; give none | sample | all"),
+        (["--contact", "none"], "[feed] in the job needs the contact of all blocks"),
+        (["--stages", "cut,plan"], "leave out the plan, too: --stages cut,judge,show"),
+    ],
+)
+def test_what_cannot_be_is_refused(
+    words: list[str], text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    job = write_job(tmp_path / "job", job=TEETH + FEED)
+    assert command(["run", str(job), "--out", str(tmp_path / "out"), *words]) == 2
+    assert text in capsys.readouterr().err and not (tmp_path / "out").exists()
+
+
+def test_a_result_of_other_files_is_named(
+    job: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    assert command(["run", str(job), "--out", str(out), "--stages", "cut", "--quiet"]) == 0
+    program = job.parent / "tiny.nc"
+    program.write_text(program.read_text().replace("F600", "F601"))
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    assert command(["contact", str(out)]) == 2
+    assert "job, program or stock changed since this result was made" in capsys.readouterr().err
+    assert command(["check", str(tmp_path)]) == 2
+    assert "is no result of a run" in capsys.readouterr().err
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == before
+
+
+def test_seconds_and_memory_are_taken_after_the_report(job: Path, tmp_path: Path) -> None:
+    """They were taken before it: 301 MB stated, 681 measured."""
+    from vmachining import run
+
+    result = run(job)
+    before = dict(result.summary)
+    result.write(tmp_path / "out")
+    after = told(tmp_path / "out")
+    assert after["peak_mb"] >= before["peak_mb"] and after["seconds"] > before["seconds"]
+    assert after["stage_seconds"]["files"] > before["stage_seconds"]["files"]
+    assert sum(after["stage_seconds"].values()) == pytest.approx(after["seconds"])
+
+
+def test_time_within_a_stage_is_counted_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = iter([0.0, 1.0, 4.0, 6.0, 100.0, 103.0])
+    monkeypatch.setattr("time.perf_counter", lambda: next(clock))
+    spent = Spent({"cut": 10.0})
+    with spent.on("read"), spent.on("cut"):  # 0 to 1 reading, 1 to 4 cutting, 4 to 6 reading
+        pass
+    with spent.on("files"):
+        pass
+    assert spent.seconds == {"cut": 13.0, "read": 3.0, "files": 3.0}
+    assert in_words({"cut": 2.13, "contact": 0.6, "judge": 0.001}) == "cut 2.1 s, contact 0.6 s"

@@ -1,0 +1,211 @@
+"""Programs of other people's machines in, jobs that run out: dialects, units, tools of libraries, one command."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+import zipfile
+from math import pi, radians, tan
+
+import pytest
+
+from vmachining.cli.main import run as command
+from vmachining.job import Job, draft_job, run
+from vmachining.nc.toolcomments import cutter_notes
+from vmachining.nc.toollibrary import read_tool_library
+
+NX = """TOOL PATH/SLOT,TOOL,MILL_D10
+TLDATA/MILL,10.0000,0.0000,75.0000,0.0000,0.0000
+MSYS/0.0000,0.0000,0.0000,1.0000000,0.0000000,0.0000000,0.0000000,1.0000000,0.0000000
+$$ centerline data
+PAINT/PATH
+RAPID
+GOTO/0.0000,0.0000,20.0000,0.0000000,0.0000000,1.0000000
+RAPID
+GOTO/0.0000,0.0000,1.0000
+FEDRAT/MMPM,250.0000
+GOTO/0.0000,0.0000,-2.0000
+GOTO/30.0000,0.0000,-2.0000
+RAPID
+GOTO/30.0000,0.0000,20.0000
+END-OF-PATH
+TOOL PATH/DRILL,TOOL,STD_D8
+TLDATA/DRILL,MILL,8.0000,0.0000,80.0000,118.0000,35.0000
+MSYS/0.0000,0.0000,0.0000,1.0000000,0.0000000,0.0000000,0.0000000,1.0000000,0.0000000
+RAPID
+GOTO/15.0000,20.0000,20.0000,0.0000000,0.0000000,1.0000000
+CYCLE/DRILL,RAPTO,3.0000,FEDTO,-10.0000,RTRCTO,AUTO,MMPM,100.0000
+GOTO/15.0000,20.0000,0.0000
+CYCLE/OFF
+END-OF-PATH
+"""
+
+
+def volume_of_nx() -> float:
+    """A slot with two round ends, 2 deep, and a drilled hole with its cone."""
+    tip = 4 / tan(radians(59))
+    return (10 * 30 + pi * 25) * 2 + pi * 16 * (10 - tip + tip / 3)
+
+
+def test_a_cl_file_runs_by_one_command(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "part.cls").write_text(NX)
+    assert command(["run", "part.cls", "--out", "out", "--stock", "stl"]) in (0, 1)
+    told = capsys.readouterr().err
+    assert "guess" in told and "apt" in (tmp_path / "part.toml").read_text()
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["removed_lo_mm3"] <= volume_of_nx() <= summary["removed_hi_mm3"]
+
+
+def test_what_a_draft_leaves_open_is_asked_for_and_a_library_tells_it(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "part.nc").write_text(
+        "%\nO1\nG21 G90\nT3 M6\nS900 M3\nG0 X0 Y0 Z5\nG1 Z-1 F100\nX20\nG0 Z9\nM30\n%\n"
+    )
+    assert command(["run", "part.nc", "--out", "out"]) == 2
+    assert "diameter of tool 3" in capsys.readouterr().err
+    (tmp_path / "part.toml").unlink()
+    (tmp_path / "shop.csv").write_text("number,type,diameter_mm,flutes\n3,flat end mill,8,4\n")
+    assert command(["run", "part.nc", "--out", "out", "--tools", "shop.csv"]) in (0, 1)
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["removed_lo_mm3"] <= 8 * 20 + pi * 16 <= summary["removed_hi_mm3"]
+
+
+def test_a_program_with_findings_keeps_its_dialect(tmp_path):
+    (tmp_path / "part.nc").write_text("G21 G90\nT1 M6\nS1000 M3\nG22\nG23.5 Q\nG1 X1 F100\nM30\n")
+    draft = draft_job(tmp_path / "part.nc", tmp_path)
+    assert draft.dialect in ("iso", "fanuc") and draft.errors
+
+
+def test_inches_are_inferred_and_drills_keep_their_size(tmp_path):
+    text = (
+        "%\nO1 (ALL DIMENSIONS IN INCH)\n(T1 D=0.25 CR=0. TAPER=118deg - drill)\nG90\nT1 M6\nS900 M3\n"
+        "G0 X0 Y0 Z1.\nG99 G81 Z-.5 R.1 F5.\nX1.\nG80\nM30\n%\n"
+    )
+    (tmp_path / "part.nc").write_text(text)
+    draft = draft_job(tmp_path / "part.nc", tmp_path)
+    assert draft.units == "inch" and any("units" in guess for guess in draft.guesses)
+    job = Job.from_mapping(tomllib.loads(draft.text), tmp_path)
+    assert job.tools[1].profile.max_radius == pytest.approx(3.175)
+    point = 3.175 / tan(radians(59))
+    holes = 2 * pi * 3.175**2 * (12.7 - point + point / 3)
+    summary = run(job).summary
+    assert summary["removed_lo_mm3"] <= holes <= summary["removed_hi_mm3"]
+
+
+def test_programs_that_declare_where_the_tool_is_run(tmp_path):
+    """G92 takes the home of the job for X0 Y0 Z50: the slot lies where that says, and the stock around it."""
+    text = "(T1 D=4 CR=0 - flat end mill)\nG21 G90 T1 M6 S9 M3\nG92 X0 Y0 Z50\nG0 Z1\nG1 Z-1 F100\nX20\nG0 Z50\nM2\n"
+    (tmp_path / "part.nc").write_text(text)
+    draft = draft_job(tmp_path / "part.nc", tmp_path)
+    summary = run(Job.from_mapping(tomllib.loads(draft.text), tmp_path)).summary
+    assert summary["removed_mm3"] > 0.0
+    assert summary["removed_lo_mm3"] <= 80 + 4 * pi <= summary["removed_hi_mm3"]
+
+
+def test_compensation_asks_for_its_entry(tmp_path):
+    text = "(T1 D=4 CR=0 - flat end mill)\nG21 G90 T1 M6 S9 M3\nG0 Z1\nG1 Z-1 F100\nG41 D1 X20\nX40\nG40 Y30\nM2\n"
+    (tmp_path / "part.nc").write_text(text)
+    assert any(
+        "crc_entry" in guess and "line 5" in guess
+        for guess in draft_job(tmp_path / "part.nc", tmp_path).guesses
+    )
+
+
+def test_a_program_that_is_compensated_throughout_asks_for_its_diameter(tmp_path):
+    """Nothing of its path is known without the radius of the tool: it was refused instead of asked for."""
+    text = "G21 G90\nT1 M6\nS3000 M3\nG0 X-20 Y0 Z-1\nG41 D1 G1 X0 F100\nX10 Y5\nG40 X20\nM30\n"
+    (tmp_path / "part.nc").write_text(text)
+    draft = draft_job(tmp_path / "part.nc", tmp_path)
+    assert any("diameter" in missing for missing in draft.open) and not draft.errors
+    box = tomllib.loads(draft.text)["stock"]["box"]
+    assert box["min"][0] <= 0.0 and box["max"][0] >= 20.0
+
+
+FUSION = {"data": [
+    {"type": "flat end mill", "unit": "inches", "geometry": {"DC": 0.25, "NOF": 3}, "post-process": {"number": 1}},
+    {"type": "bull nose end mill", "unit": "millimeters", "geometry": {"DC": 10, "RE": 2}, "post-process": {"number": 2}},
+    {"type": "drill", "unit": "millimeters", "geometry": {"DC": 5, "SIG": 140}, "post-process": {"number": 3}},
+    {"type": "dovetail mill", "unit": "millimeters", "geometry": {"DC": 9}, "post-process": {"number": 4}},
+    {"type": "holder", "unit": "millimeters"},
+]}  # fmt: skip
+ITEMS = {1: ("flat", 6.35, None, None, 3), 2: ("bull", 10, 2, None, None), 3: ("drill", 5, None, 140, None),
+         4: (None, 9, None, None, None)}  # fmt: skip
+
+
+def test_libraries_of_tools(tmp_path):
+    (tmp_path / "a.json").write_text(json.dumps(FUSION))
+    with zipfile.ZipFile(tmp_path / "a.tools", "w") as archive:
+        archive.writestr("tools.json", json.dumps(FUSION))
+    for name in ("a.json", "a.tools"):
+        assert {n: note[2:7] for n, note in read_tool_library(tmp_path / name).items()} == ITEMS
+    bit = {
+        "version": 2,
+        "name": "5mm",
+        "shape": "ballend.fcstd",
+        "parameter": {"Diameter": "5.0000 mm", "Flutes": "2"},
+    }
+    (tmp_path / "5mm.fctb").write_text(json.dumps(bit))
+    (tmp_path / "shop.fctl").write_text(json.dumps({"tools": [{"nr": 7, "path": "5mm.fctb"}]}))
+    assert read_tool_library(tmp_path / "5mm.fctb")[1][2:4] == ("ball", 5.0)
+    assert read_tool_library(tmp_path / "shop.fctl")[7][2:7] == ("ball", 5.0, None, None, 2)
+    (tmp_path / "TOOL.T").write_text(
+        "BEGIN TOOL .T MM\nT   NAME     L      R     R2   CUT T-ANGLE\n4   BALL     80.5   5     5    2\n"
+        "5   DRILL    90     4     0        118\n[END]\n"
+    )
+    table = read_tool_library(tmp_path / "TOOL.T")
+    assert (table[4][2:7], table[5][2:4]) == ((None, 10.0, 5.0, None, 2), ("drill", 8.0))
+
+
+SOLIDWORKS = """PARTNO/1
+UNIT/MM
+INSERT/[HOLDER=C40] 6.0mm JOBBER DRILL
+CUTTER/6.,0,3.,1.802582,31.,0,102.
+LOAD/TOOL,15
+FEDRAT/100.,MMPM
+GOTO/12.,17.,25.
+GOTO/12.,17.,-3.
+GOTO/12.,17.,25.
+INSERT/[HOLDER=C40] 14MM CRB 4FL 32 LOC
+CUTTER/14.,0,7.,0,0,0,84.
+LOAD/TOOL,5
+GOTO/20.,17.,5.
+GOTO/20.,17.,-2.
+GOTO/60.,17.,-2.
+GOTO/60.,17.,25.
+FINI
+"""
+
+
+def test_a_cutter_before_its_load_is_that_of_the_load(tmp_path):
+    """SolidWorks CAM writes CUTTER, then LOAD; NX the other way round. A cutter belongs to the LOAD with no motion between."""
+    notes = cutter_notes(SOLIDWORKS.splitlines(), 1.0)
+    assert (notes[15].kind, notes[15].diameter_mm, notes[15].angle_deg) == ("drill", 6.0, 118.0)
+    assert (notes[5].kind, notes[5].diameter_mm) == (None, 14.0)
+    turned = SOLIDWORKS.replace(
+        "CUTTER/14.,0,7.,0,0,0,84.\nLOAD/TOOL,5", "LOAD/TOOL,5\nCUTTER/14.,0,7.,0,0,0,84."
+    )
+    assert cutter_notes(turned.splitlines(), 1.0)[5].diameter_mm == 14.0
+    (tmp_path / "part.apt").write_text(SOLIDWORKS)
+    text = draft_job(tmp_path / "part.apt", tmp_path / "job.toml").text
+    assert 'units = "mm"   # of the stock' in text and 'type = "drill"' in text and "diameter_mm = 14" in text
+
+
+def test_a_cl_file_in_inches_per_minute_is_drafted_in_inches(tmp_path):
+    """No UNITS record: feeds in IPM say it, so the cutter of TLDATA and its length are inches too, and the job says so."""
+    (tmp_path / "part.cls").write_text(
+        "TOOL PATH/A,TOOL,M1\nTLDATA/MILL,0.5,0.0625,3.0,0.0,0.0\nLOAD/TOOL,1\nSPINDL/RPM,900,CLW\nRAPID\n"
+        "GOTO/0,0,1,0,0,1\nFEDRAT/IPM,10\nGOTO/0,0,-0.1\nGOTO/2,0,-0.1\nEND-OF-PATH\n"
+    )
+    draft = draft_job(tmp_path / "part.cls", tmp_path)
+    job = Job.from_mapping(tomllib.loads(draft.text), tmp_path)
+    assert (draft.units, job.tools[1].profile.max_radius) == ("inch", pytest.approx(6.35))
+    assert "length_mm = 76.2\n" in draft.text and any("units" in guess for guess in draft.guesses)
+
+
+def test_a_linuxcnc_table_is_in_the_unit_of_the_program_and_its_comments_tell_shapes(tmp_path):
+    (tmp_path / "part.nc").write_text("G20 G90\nT3 M6\nS900 M3\nG0 X0 Y0 Z1\nG1 Z-.1 F10\nX2\nG0 Z1\nM2\n")
+    (tmp_path / "shop.tbl").write_text("T3 P3 Z0.5 D0.25 ;1/4 ball nose\n")
+    draft = draft_job(tmp_path / "part.nc", tmp_path, library=tmp_path / "shop.tbl")
+    assert 'type = "ball"' in draft.text and "diameter_mm = 6.35" in draft.text
+    assert any("diameter_mm" in guess and "no unit" in guess for guess in draft.guesses)

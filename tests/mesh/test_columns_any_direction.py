@@ -1,0 +1,223 @@
+"""Columns in any direction: brackets of one number, however it is asked for, must meet (section 7 of the lemmas' page)."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from zipfile import ZipFile
+
+import numpy as np
+import pytest
+
+from benchmarks.columns5_counts import BOX, asked, brackets, rays
+from benchmarks.turned_blocks import KINDS, TOOLS, Case, case_of, stairs, tilted, unit
+from vmachining.engines.columns import ColumnsEngine
+from vmachining.engines.columns.turning import AnyDirection, Rows, rows_of
+from vmachining.engines.dexel import RayEngine
+from vmachining.engines.protocol import Options
+from vmachining.engines.relay import ColumnsFirst
+from vmachining.errors import EngineError, StockError
+from vmachining.geometry import Arc, Line
+from vmachining.stock import CylinderStock
+from vmachining.sweep import Pose, Sweep, Turn
+
+
+def disagreeing(seed: int) -> str | None:
+    """Six directions with each rule on and off, parts in time, turned with the stock, and exact rays."""
+    said = brackets(seed)
+    lo, hi = max(r.lo for r in said.values()), min(r.hi for r in said.values())
+    return None if lo <= hi else f"{seed} {case_of(seed).name}: {said}"
+
+
+@pytest.mark.slow  # 12 s: every kind, tool and stock
+def test_all_brackets_of_one_block_meet() -> None:
+    found = [disagreeing(seed) for seed in range(5000, 5000 + 35 * len(KINDS), 35)]
+    assert [each for each in found if each] == []
+
+
+@pytest.mark.long
+def test_brackets_of_a_thousand_blocks_meet() -> None:
+    """Forty minutes; `vmachining bench columns5-counts` continues."""
+    found = [disagreeing(seed) for seed in range(1000)]
+    assert [each for each in found if each] == []
+
+
+@pytest.mark.parametrize("tool", TOOLS)
+@pytest.mark.parametrize("lean", [0.0, 1e-9])
+def test_without_a_turn_brackets_meet_those_of_upright_columns(tool: str, lean: float) -> None:
+    start, end, up = np.array([-3.0, 0.5, -2.0]), np.array([-1.5, 1.0, -2.2]), np.array([0.0, 0.0, 1.0])
+    upright = ColumnsEngine.of(BOX, Options(width=0.001)).cut(Sweep.along(TOOLS[tool], Line(start, end)))
+    turn = Turn.great_circle(Pose(start, up), Pose(end, np.array([np.sin(lean), 0.0, np.cos(lean)])))
+    said = asked([], [Sweep.along(TOOLS[tool], turn)])
+    assert said.proven and said.lo <= upright.hi and upright.lo <= said.hi
+    assert said.width <= 0.02 * upright.estimate
+
+
+def test_a_leaning_slot_of_a_ball_has_its_closed_form() -> None:
+    """A tool that leans and does not turn, its ball alone in the stock: a half round slot of given depth."""
+    r, depth = 3.0, 1.2
+    axis = np.array([np.sin(0.3), 0.0, np.cos(0.3)])
+    tips = [np.array([x, 0.0, r - depth]) - r * axis for x in (-20.0, 20.0)]
+    sweep = Sweep.along(TOOLS["ball"], Turn.great_circle(Pose(tips[0], axis), Pose(tips[1], axis)))
+    section = r**2 * np.arccos(1.0 - depth / r) - (r - depth) * np.sqrt(depth * (2.0 * r - depth))
+    found = asked([], [sweep])
+    assert found.lo <= 16.0 * section <= found.hi and found.width <= 0.011 * found.estimate
+
+
+@pytest.mark.parametrize("tool", ["ball", "cone", "bull"])
+def test_rotary_angles_and_arcs_meet_rays(tool: str) -> None:
+    """Linear rotary angles, a control point above the tip, joints, and an arc: everything that has bounds of its rates."""
+    joints = [
+        ("R", [0, 1, 0], [0, 0, 60], 1.0),
+        ("L", [1, 0, 0], [0, 0, 0], 1.0),
+        ("L", [0, 0, 1], [0, 0, 0], 1.0),
+    ]
+    paths = [
+        Turn.rotary([-2, 0, -1.5], [0, 1, -1.7], "ac", {"a": 0.1, "c": 0.3}, {"a": 0.14, "c": 0.5}),
+        Turn.through(
+            [-2, 0, 28.5],
+            [0, 1, 28.3],
+            "bc",
+            {"b": 0.1, "c": 0.3},
+            {"b": 0.13, "c": 0.4},
+            control_height=30.0,
+        ),
+        Turn.joints(joints, [0.0, -1.0, -1.5], [0.04, 1.0, -1.5]),
+        Arc((2.0, 0.0, -1.5), (0.0, 0.0, -1.5), axis=2, angle=0.5),
+    ]
+    for path in paths:
+        case = Case("", [], Sweep.along(TOOLS[tool], path))
+        said, seen = asked([], [case.block]), rays(case)
+        assert said.proven and said.lo <= seen.hi and seen.lo <= said.hi, path
+        assert said.width <= 0.06 * said.estimate
+
+
+def test_a_block_cut_again_or_backwards_removes_nothing() -> None:
+    case = case_of(7)
+    path = case.block.path
+    assert isinstance(path, Turn)
+    back = Turn.great_circle(Pose(path.end, path.axis(1.0)), Pose(path.start, path.axis(0.0)))
+    for again in (path, back):
+        assert asked([case.block], [Sweep.along(case.block.profile, again)]).hi == 0.0
+
+
+def rising(seed: int) -> tuple[list[Sweep], Sweep]:
+    """Six passes 0.3 mm apart, and a block 0.3 mm above their middle, which finds nothing to take."""
+    rng, up = np.random.default_rng(seed), np.array([0.0, 0.0, 1.0])
+    profile, axis = TOOLS[("ball", "bull", "flat")[seed % 3]], tilted(up, rng, 15.0)
+    feed = unit(np.append(rng.normal(size=2), 0.0))
+    aside, tip = np.cross(up, feed), np.array([0.0, 0.0, -1.5])
+    earlier = []
+    for k in range(6):
+        start = tip + 0.3 * k * aside
+        path = Turn.great_circle(Pose(start, axis), Pose(start + 2.0 * feed, tilted(axis, rng, 0.3)))
+        earlier.append(Sweep.along(profile, path))
+    tip = tip + 0.75 * aside + 0.5 * feed + 0.3 * axis
+    path = Turn.great_circle(Pose(tip, axis), Pose(tip + 0.5 * feed, tilted(axis, rng, 0.1)))
+    return earlier, Sweep.along(profile, path)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_block_in_air_has_a_bracket_about_zero_however_narrow_it_is_asked_for(seed: int) -> None:
+    """With no width that is enough, cells are divided until rounding alone is left of their sum."""
+    earlier, block = rising(seed)
+    engine = AnyDirection.of(BOX, Options(width=0.01, width_mm3=0.0))
+    said = engine.cut(rows_of(block), Rows.join([rows_of(sweep) for sweep in earlier]))
+    assert said.proven and said.lo == 0.0 and said.hi < 1e-6
+
+
+def test_directions_that_contradict_each_other_are_no_proof(monkeypatch: pytest.MonkeyPatch) -> None:
+    answers = iter([(1.0, 1.5, 1), (2.0, 2.5, 1)])
+    monkeypatch.setattr(AnyDirection, "_look", lambda *_: next(answers))
+    case = case_of(0)
+    said = AnyDirection.of(BOX, Options()).cut(rows_of(case.block), None)
+    assert not said.proven and (said.lo, said.hi) == (1.0, 2.5) and "contradict" in str(said.note)
+
+
+def test_a_leaning_slot_over_a_step_has_its_closed_form() -> None:
+    """A flat end that leans across its feed digs a slot of a level bottom's corner into both levels of the stairs."""
+    r, lean, depth = 3.0, 0.3, 2.0
+    axis = np.array([0.0, np.sin(lean), np.cos(lean)])
+    tips = [np.array([x, 0.0, -depth]) for x in (-20.0, 20.0)]
+    sweep = Sweep.along(TOOLS["flat"], Turn.great_circle(Pose(tips[0], axis), Pose(tips[1], axis)))
+    # across the feed the tool is a rectangle 2 r wide that leans: its lower corner lies r sin(lean) below the tip
+
+    def section(top: float) -> float:
+        corners = [(s * r * np.cos(lean) + t * np.sin(lean), -depth - s * r * np.sin(lean) + t * np.cos(lean))
+                   for s, t in ((-1, 0), (1, 0), (1, 40), (-1, 40))]  # fmt: skip
+        return area_below(corners, top)
+
+    for stock, truth in ((BOX, 16.0 * section(0.0)), (stairs(), 8.0 * (section(0.0) + section(-1.0)))):
+        found = asked([], [sweep], stock)
+        assert found.lo - 1e-9 <= truth <= found.hi + 1e-9 and found.width <= 0.03 * truth
+
+
+def area_below(corners: list[tuple[float, float]], top: float) -> float:
+    """Of a convex polygon, by the shoelace formula."""
+    kept = []
+    for (a, b), (c, d) in zip(corners, corners[1:] + corners[:1], strict=True):
+        if b <= top:
+            kept.append((a, b))
+        if (b - top) * (d - top) < 0.0:
+            kept.append((a + (c - a) * (top - b) / (d - b), top))
+    return 0.5 * abs(sum(a * d - b * c for (a, b), (c, d) in zip(kept, kept[1:] + kept[:1], strict=True)))
+
+
+def test_round_stocks_are_left_to_the_mesh_engine() -> None:
+    stock = CylinderStock((0.0, 0.0), 8.0, (-8.0, 0.0))
+    with pytest.raises(StockError, match="plane faces"):
+        AnyDirection.of(stock, Options())
+    case = case_of(0)
+    found = ColumnsFirst.of(stock, Options(chord=0.05)).cut(case.block)
+    assert found.engine == "mesh" and not found.proven
+
+
+def test_the_default_engine_proves_turning_blocks(tmp_path: Path) -> None:
+    """Before and after a checkpoint, and upright blocks that cross them: all proven, all meet rays and each other's sums."""
+    case = case_of(0)
+    across = Sweep.along(TOOLS["ball"], Line((-6.0, 0.0, -1.0), (6.0, 0.0, -1.0)))
+    sweeps = [*case.earlier, case.block, across]
+    once, twice = (ColumnsFirst.of(BOX, Options(chord=0.05)) for _ in range(2))
+    judge = RayEngine(BOX)
+    for sweep in sweeps:
+        found, seen = once.cut(sweep), judge.cut(sweep)
+        assert found.proven and found.engine == "columns"
+        assert found.lo <= seen.hi and seen.lo <= found.hi
+        again = twice.cut(sweep)
+        assert again.bracket == found.bracket
+        twice.save(tmp_path / "state.npz")
+        twice = ColumnsFirst.load(tmp_path / "state.npz")
+    assert once.volume == twice.volume and once.volume.proven
+
+
+def test_checkpoints_of_versions_before_are_refused_by_name(tmp_path: Path) -> None:
+    engine = ColumnsFirst.of(BOX, Options())
+    engine.save(tmp_path / "now.npz")
+    with ZipFile(tmp_path / "now.npz") as now, ZipFile(tmp_path / "old.npz", "w") as old:
+        for name in now.namelist():
+            data = now.read(name)
+            if name.endswith(".json"):
+                head = json.loads(data)
+                del head["state"]["turns"]
+                data = json.dumps(head).encode()
+            old.writestr(name, data)
+    with pytest.raises(EngineError, match=r"earlier version.*run the job anew"):
+        ColumnsFirst.load(tmp_path / "old.npz")
+
+
+@pytest.mark.long  # 60 s: compiles with checks of bounds
+def test_kernels_stay_within_their_arrays(tmp_path: Path) -> None:
+    code = (
+        "from benchmarks.columns5_counts import *\n"
+        "from benchmarks.turned_blocks import case_of\n"
+        "for seed in (0, 7, 13, 20):\n"
+        "    case = case_of(seed)\n"
+        "    crowd = [*case.earlier, *(s for k in range(5100, 5130) for s in case_of(k).earlier)]\n"
+        "    asked(crowd, [case.block])\n"
+    )
+    env = {**os.environ, "NUMBA_BOUNDSCHECK": "1", "NUMBA_CACHE_DIR": str(tmp_path)}
+    done = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr

@@ -1,0 +1,1 @@
+"""Independent truths that tests compare with; no part of the package."""

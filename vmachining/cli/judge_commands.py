@@ -1,0 +1,234 @@
+"""The commands that ask about single sweeps and blocks, and compare: sweep, engage, block, compare, pack, bench."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vmachining.cli.options import (
+    JobArg,
+    Json,
+    Quiet,
+    StockOut,
+    above_zero,
+    arg,
+    belong,
+    command,
+    flag,
+    opt,
+    within,
+)
+
+__all__ = ["CompareOptions", "EngageOptions", "PackOptions", "SweepOptions", "judges"]
+
+judges = typer.Typer()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SweepOptions:
+    """Options of `vmachining sweep`."""
+
+    chord: Annotated[float, opt("MM", "Between inner and outer solid.", within(1e-5, 1e3))] = 0.01
+    step: Annotated[Path | None, opt("FILE", "Write the swept solid as STEP.")] = None
+    no_brep: Annotated[
+        bool, flag("--no-brep", "The bracket only: OCCT, which takes most of the time, is not asked.")
+    ] = False
+    seconds: Annotated[
+        float, opt("S", "Processor time of OCCT for the solid; the bracket comes first.", above_zero)
+    ] = 120.0
+    plot: Annotated[Path | None, opt("FILE", "Picture of the swept solid as .html.")] = None
+    as_json: Json = False
+
+
+@command(
+    judges,
+    shown=(
+        "sweep sweep.json --json",
+        "sweep sweep.json --no-brep --chord 0.001",
+        "sweep sweep.json --step sweep.step",
+    ),
+)
+def sweep(
+    file: Annotated[str, arg("SWEEP.json", "Tool and two poses; - reads standard input.")],
+    *,
+    options: SweepOptions,
+) -> int:
+    """Volume of one sweep, with its bracket, and its B-rep solid."""
+    from vmachining.cli import single
+
+    return single.sweep(file, options)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EngageOptions:
+    """Options of `vmachining engage`."""
+
+    block: Annotated[str, opt("K|all|7,10-20", "Blocks as numbered by run, from 0.")]
+    at: Annotated[float, opt("P", "Fraction of the block, 0 to 1.")] = 0.5
+    every: Annotated[float | None, opt("MM", "Positions along each block instead of one.", above_zero)] = None
+    method: Annotated[str, opt(None, "dexel: exact distances; brep: OCCT; analytic.")] = "dexel"
+    angles: Annotated[int, opt("N", "Rotation angles of a turn.")] = 360
+    phase: Annotated[float, opt("X", "Angles are 360 (k + X) / N degrees; 0.5 avoids walls.")] = 0.0
+    edge: Annotated[str, opt(None, "straight, or helix: wound as the tool says.")] = "straight"
+    bottom: Annotated[bool, flag("--bottom", "The edge continues over the bottom disc.")] = False
+    seconds: Annotated[float, opt("S", "Limit of one OCCT question.", above_zero)] = 120.0
+    pitch: Annotated[float, opt("MM", "Cells of heights, of method analytic.")] = 0.1
+    out: Annotated[Path | None, opt("DIR", "Write table, map and picture there.")] = None
+    workers: Annotated[int, opt(None, "Processes, of many positions.", min=1)] = 1
+    chips: Annotated[bool, flag("--chips", "Shapes of chips, cut length and chip area over the time.")] = (
+        False
+    )
+    as_json: Json = False
+
+
+@command(
+    judges,
+    shown=(
+        "engage models/slot/job.toml --block 20 --at 0.5 --out out/block20",
+        "engage models/slot/job.toml --block 18-40 --every 1 --method analytic --chips --out out/chips",
+    ),
+)
+def engage(job: JobArg, *, options: EngageOptions) -> int:
+    """What the cutting edge touches at one instant of a block, or at many, for every rotation angle."""
+    from vmachining.cli import engage as room
+
+    return room.engage(job, options)
+
+
+@command(
+    judges,
+    shown=("block models/slot/job.toml 12", "block models/mould/job.toml 700,20-24 3 --width 0.01% --json"),
+)
+def block(
+    job: JobArg,
+    blocks: Annotated[list[str], arg("BLOCKS...", "Numbers as in blocks.csv, in any order: 7,10-12 3.")],
+    *,
+    width: Annotated[str | None, opt("W", "Of a bracket: 0.01% or 1e-4; default: the job's.")] = None,
+    as_json: Json = False,
+) -> int:
+    """What single blocks remove, to any width, without a run: bracket, engine, seconds."""
+    from vmachining.cli import block as room
+
+    return room.block(job, blocks, width=width, as_json=as_json)
+
+
+RESULTS = "block or line, removed_mm3; or engaged intervals; or a job. With a set: directory of CASE.csv, or column case."
+PAGE = "Two results (DIR or blocks.csv) on one page; one alone: beside its schedule."
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CompareOptions:
+    """Options of `vmachining compare`."""
+
+    engines: Annotated[
+        str | None, opt("A,B,...", "Our engines on a job: columns,mesh,dexel,rays,vectors,brep.")
+    ] = None
+    out: Annotated[Path | None, opt("DIR", "With --engines: table and page; default out/NAME-engines.")] = (
+        None
+    )
+    blocks: Annotated[int | None, opt("N", "With --engines: only the first N blocks that cut.", min=1)] = None
+    html: Annotated[Path | None, opt("PAGE.html", PAGE)] = None
+    tolerance_rel: Annotated[float, opt("X", "Widen brackets by X times the volume.")] = 0.0
+    tolerance_mm3: Annotated[float, opt("V", "Widen every block's bracket by V mm3.")] = 0.0
+    tolerance_mm: Annotated[
+        float | None, opt("L", "Tables of engagement: along the edge (default 1e-4).")
+    ] = None
+    as_json: Json = False
+
+
+@command(
+    judges,
+    shown=(
+        "compare results.csv models/reference_pack/slot",
+        "compare results/ models/reference_pack --json",
+        "compare models/slot/job.toml --engines columns,mesh,dexel --out out/slot-engines",
+        "compare models/mould/job.toml --engines columns,dexel --blocks 100",
+        "compare out/slot --html schedule.html",
+        "compare out/before out/after --html both.html",
+    ),
+)
+def compare(
+    results: Annotated[Path, arg("RESULTS.csv|JOB.toml|DIR", RESULTS)],
+    reference: Annotated[
+        Path | None, arg("REFERENCE_DIR", "Result directory of run, of pack, or of a set.")
+    ] = None,
+    *,
+    options: CompareOptions,
+) -> int:
+    """Somebody's per-block volumes or engaged intervals, or our own engines, against ours. Exit code 0: all inside, 1: not."""
+    from vmachining.cli import oracle
+
+    widened = ("tolerance_rel", "tolerance_mm3", "tolerance_mm")
+    if options.html is not None or options.engines is not None:
+        belong(
+            options,
+            widened,
+            "widens the brackets that somebody's results are judged by, and no such results are given",
+        )
+    if options.engines is None:
+        belong(options, ("out", "blocks"), "goes with --engines")
+    else:
+        belong(options, ("html",), "compares two results, and --engines has one job")
+    if options.html is not None:
+        return oracle.compare_pages(results, reference, options.html, as_json=options.as_json)
+    if options.engines is not None:
+        return oracle.compare_engines(results, reference, options)
+    return oracle.compare(results, reference, options)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PackOptions:
+    """Options of `vmachining pack`."""
+
+    out: Annotated[Path | None, opt("DIR", "New directory; default out/NAME-pack.")] = None
+    stock: StockOut = "stl"
+    brep: Annotated[str, opt("WHICH", "B-rep checks: none, sample, all or blocks 3,7-12.")] = "none"
+    licence: Annotated[str, opt("none|cc0|FILE", "Terms that go into the pack.")] = "none"
+    engagement: Annotated[int, opt("N", "Blocks with a table of engaged intervals.")] = 10
+    engine: Annotated[str, opt("NAME", "Who computes the volumes: mesh or columns.")] = "mesh"
+    workers: Annotated[int, opt(None, "Processes; more than one changes last digits.", min=1)] = 1
+    quiet: Quiet = False
+    as_json: Json = False
+
+
+@command(
+    judges,
+    shown=(
+        "pack models/slot/job.toml --out out/slot-pack --stock stl,step",
+        "pack models/reference_pack --out out/set",
+    ),
+)
+def pack(
+    job: Annotated[Path, arg("JOB.toml|DIR", "Job file; or a directory with set.toml, of many.")],
+    *,
+    options: PackOptions,
+) -> int:
+    """A folder to test engines with: program, tools, stock, volumes with brackets, finished stock, hashes."""
+    from vmachining.cli import oracle
+
+    return oracle.pack(job, options)
+
+
+@command(judges, shown=("bench --list", "bench accuracy nc"))
+def bench(
+    cases: Annotated[list[str] | None, arg("[CASE...]", "Names; default: all.")] = None,
+    *,
+    listed: Annotated[bool, flag("--list", "Name the cases, and how long each takes.")] = False,
+    seeds: Annotated[
+        str | None, opt("FIRST:LAST", "Of a case that goes by seeds: those before LAST.")
+    ] = None,
+    blocks: Annotated[int | None, opt("N", "Of a case that has a length: so many blocks.", min=1)] = None,
+    journal: Annotated[
+        Path | None, opt("FILE", "Keeps what is done; the next run continues from there.")
+    ] = None,
+    as_json: Json = False,
+) -> int:
+    """Run benchmarks; one JSON object per line."""
+    from vmachining.cli import single
+
+    return single.bench(
+        cases or [], listed=listed, blocks=blocks, seeds=seeds, journal=journal, as_json=as_json
+    )

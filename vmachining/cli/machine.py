@@ -1,0 +1,48 @@
+"""machine: what a preset or machine file can do, as text, JSON and a page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from vmachining.cli.main import Code
+from vmachining.cli.screen import emit, note
+from vmachining.job.mill import Mill
+from vmachining.machine import PRESETS, described
+from vmachining.report.figures import html_name
+from vmachining.report.machine import machine_record, write_machine
+
+__all__ = ["machine"]
+
+
+def machine(name: str | None, *, out: Path | None, as_json: bool) -> int:
+    """`vmachining machine`."""
+    if name is None:
+        for known in PRESETS:
+            told = machine_record(Mill.load(known))
+            print(f"{known:<15} {told['configuration']:<10} {told['class']}  {told['words']}")
+        return Code.DONE
+    mill = Mill.load(name)
+    told = machine_record(mill)
+    if as_json:
+        emit(told)
+    else:
+        print(f"{told['name']}: {told['configuration']}, class {told['class']}: {told['words']}")
+        for axis in told["axes"]:
+            low, high, speed = axis["min"], axis["max"], axis["max_speed_min"]
+            travel = (
+                "travel not stated" if low is None or high is None else f"{low:g} to {high:g} {axis['unit']}"
+            )
+            fast = "" if speed is None else f", {speed:g} {axis['unit']}/min"
+            print(f"  {axis['name']}  {axis['kind']}, carries the {axis['carries']}: {travel}{fast}")
+        for words in [] if mill.chain is None else described(mill.chain)["rotary"]:
+            print(f"  {words}")
+        for key, value in (*told["limits"].items(), *told["options"].items()):
+            print(f"  {key} = {value}")
+        if told["legs"] is not None:
+            (low, high), home = told["legs"]["length_mm"], told["legs"]["home_mm"]
+            print(f"  legs {low:g} to {high:g} mm, at home {min(home):.3f} to {max(home):.3f} mm")
+    if not as_json or out is not None:
+        page = html_name(out, "--out") if out is not None else Path(f"{mill.name.replace('/', '-')}.html")
+        write_machine(mill, page)
+        note(f"{page}: written")
+    return Code.DONE

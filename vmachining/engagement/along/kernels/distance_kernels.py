@@ -1,0 +1,222 @@
+# Signed distances of points to sweeps of upright round cutters that reach above the stock: closed forms, many points at once.
+#
+# Legend: a cutter is a rounded box in (rho, w), w the height above the tip: corner radius r about (rc, r), wall at R = rc + r, no
+#   top. g(rho, w) = |(u+, v+)| + min(max(u, v), 0) - r with u = rho - rc, v = r - w: its distance. Ball: rc = 0, flat: r = 0.
+# Kinds of a sweep: BALL ball on a line, LEVEL any rounded box on a level line, CIRCLE on a level arc about z, RAMP on a sloped
+#   line, HELIX on at most a quarter of a turn of a helix; EXACT by the general distances of `margin`.
+# Columns of num, one row each: 0 start (3), 3 D (3) to the end, 6 centre x y, 8 radius of the path, 9 angle of the start, 10
+#   turned angle, 11 direction of the middle (2), 13 cosine of half the angle (-1.1: whole circle), 14 end x y, 16 rc, 17 r,
+#   18 |D_xy|^2, 19 |D|^2, 20 unit velocity at the start (3), 23 at the end (3), 26 end z, 27 lowest and 28 highest z of the tip.
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vmachining.engagement.along.kernels.margin_kernels import sweep_gap
+from vmachining.jit import leaf
+
+BALL, LEVEL, CIRCLE, RAMP, HELIX, EXACT = 0, 1, 2, 3, 4, 5
+FINE, COARSE = 1e-10, 1e-4  # mm: how well minima over a motion are known near the surface, and elsewhere
+NEAR = 0.01  # mm: from the surface
+
+
+class Rows(NamedTuple):
+    """Sweeps in program order. kind, tool, exact (row of the World, -1) : (n,). num : (n, 29), see the legend. box : (n, 6)."""
+
+    kind: NDArray[np.int64]
+    tool: NDArray[np.int64]
+    exact: NDArray[np.int64]
+    num: NDArray[np.float64]
+    box: NDArray[np.float64]
+
+
+@leaf
+def rounded(rho, w, rc, r):
+    """g(rho, w)."""
+    u, v = rho - rc, r - w
+    a, b = max(u, 0.0), max(v, 0.0)
+    return np.sqrt(a * a + b * b) + min(max(u, v), 0.0) - r
+
+
+@leaf
+def slopes(rho, w, rc, r):
+    """Derivatives of g with rho and with w."""
+    u, v = rho - rc, r - w
+    if u > 0.0 and v > 0.0:
+        size = np.sqrt(u * u + v * v)
+        return u / size, -v / size
+    if u >= v:
+        return 1.0, 0.0
+    return 0.0, -1.0
+
+
+@leaf
+def at_ramp(q, x, y, z, t):
+    """g and its derivative with t on a line."""
+    a, b = x - t * q[3], y - t * q[4]
+    rho, w = np.sqrt(a * a + b * b), z - t * q[5]
+    g_rho, g_w = slopes(rho, w, q[16], q[17])
+    turn = -(a * q[3] + b * q[4]) / rho if rho > 1e-12 else 0.0
+    return rounded(rho, w, q[16], q[17]), g_rho * turn - g_w * q[5]
+
+
+@leaf
+def at_helix(q, away, along, lead, z, t):
+    """g and its derivative with t on a helix; away l - a, along 2 a l, lead the angle of the point from the start."""
+    turn = t * q[10] - lead
+    half = np.sin(0.5 * turn)
+    rho = np.sqrt(away * away + 2.0 * along * half * half)
+    w = z - t * q[5]
+    g_rho, g_w = slopes(rho, w, q[16], q[17])
+    change = 0.5 * along * q[10] * np.sin(turn) / rho if rho > 1e-12 else 0.0
+    return rounded(rho, w, q[16], q[17]), g_rho * change - g_w * q[5]
+
+
+@leaf
+def least(q, helix, best, x, y, z, away, along, lead):
+    """The smaller of `best` and the minimum of g over the motion, whose slope rises from end to end or nearly so.
+
+    Secants in a bracket of the slope, every third step halved; given up where all that the bracket can hold exceeds `best`.
+    """
+    low, high = 0.0, 1.0
+    if helix:
+        d0, s0 = at_helix(q, away, along, lead, z, 0.0)
+        d1, s1 = at_helix(q, away, along, lead, z, 1.0)
+    else:
+        d0, s0 = at_ramp(q, x, y, z, 0.0)
+        d1, s1 = at_ramp(q, x, y, z, 1.0)
+    best = min(best, min(d0, d1))
+    if not (s0 < 0.0 < s1):
+        return best
+    found = min(d0, d1)
+    for step in range(60):
+        width = high - low
+        # on a convex function the two tangents bound it from below where they meet; a quarter of a helix is nearly so
+        floor = found - min(-s0, s1) * width if helix else (d0 * s1 - d1 * s0 + s0 * s1 * width) / (s1 - s0)
+        fine = COARSE if abs(found) > NEAR else FINE
+        if found - floor <= fine or floor > best or width < 1e-13:
+            break
+        t = low - s0 * width / (s1 - s0) if step % 3 != 2 else 0.5 * (low + high)
+        if not low < t < high:
+            t = 0.5 * (low + high)
+        if helix:
+            d, s = at_helix(q, away, along, lead, z, t)
+        else:
+            d, s = at_ramp(q, x, y, z, t)
+        found = min(found, d)
+        if s < 0.0:
+            low, d0, s0 = t, d, s
+        elif s > 0.0:
+            high, d1, s1 = t, d, s
+        else:
+            break
+    return min(best, found)
+
+
+@leaf
+def path_gap(q, x, y):
+    """Distance in plan to a level arc; x, y from the centre."""
+    reach = np.sqrt(x * x + y * y)
+    if x * q[11] + y * q[12] >= reach * q[13]:
+        return abs(reach - q[8])
+    ax, ay = x + q[6] - q[0], y + q[7] - q[1]
+    bx, by = x + q[6] - q[14], y + q[7] - q[15]
+    return np.sqrt(min(ax * ax + ay * ay, bx * bx + by * by))
+
+
+@leaf
+def exact(rows, world, k, x, y, z, best, room):
+    """The smaller of `best` and the distance of one point to a sweep without a closed form."""
+    e = rows.exact[k]
+    touch = world.tol[e, 1]
+    return min(best, sweep_gap(world, e, x, y, z, best - touch, room) + touch)
+
+
+@leaf
+def gap(num, kind, k, x, y, z, best):
+    """The smaller of `best` and the signed distance of one point to sweep k, whose kind has a closed form.
+
+    The world is not handed down here: so many arrays cost more than the distance.
+    """
+    q = num[k]
+    if kind == CIRCLE:
+        return min(best, rounded(path_gap(q, x - q[6], y - q[7]), z - q[2], q[16], q[17]))
+    if kind == HELIX:
+        cx, cy = x - q[6], y - q[7]
+        reach = np.sqrt(cx * cx + cy * cy)
+        away = reach - q[8]
+        if rounded(abs(away), z - q[27], q[16], q[17]) >= best:
+            return best
+        lead = np.arctan2(cy, cx) - q[9]
+        middle = 0.5 * q[10]
+        lead -= 2.0 * np.pi * np.rint((lead - middle) / (2.0 * np.pi))
+        return least(q, True, best, 0.0, 0.0, z - q[2], away, 2.0 * reach * q[8], lead)
+    x, y, z = x - q[0], y - q[1], z - q[2]
+    if kind == RAMP:
+        t = 0.0
+        if q[18] > 0.0:
+            t = min(max((x * q[3] + y * q[4]) / q[18], 0.0), 1.0)
+        a, b = x - t * q[3], y - t * q[4]
+        if rounded(np.sqrt(a * a + b * b), z + q[2] - q[27], q[16], q[17]) >= best:
+            return best  # lower than the tool ever comes by more than is known
+        return least(q, False, best, x, y, z, 0.0, 0.0, 0.0)
+    t = 0.0
+    if q[18] > 0.0:
+        t = min(max((x * q[3] + y * q[4]) / q[18], 0.0), 1.0)
+    a, b = x - t * q[3], y - t * q[4]
+    if kind == LEVEL:
+        return min(best, rounded(np.sqrt(a * a + b * b), z, q[16], q[17]))
+    z -= q[17]
+    if z >= t * q[5]:
+        return min(best, np.sqrt(a * a + b * b) - q[17])
+    t = min(max((x * q[3] + y * q[4] + z * q[5]) / q[19], 0.0), 1.0)
+    a, b, c = x - t * q[3], y - t * q[4], z - t * q[5]
+    return min(best, np.sqrt(a * a + b * b + c * c) - q[17])
+
+
+@leaf
+def lower(num, kind, k, x, y, z, m, n):
+    """m[i] becomes the smaller of itself and the signed distance of point i to sweep k, for n points; see `gap`."""
+    q = num[k]
+    x0, y0, z0, dx, dy, dz = q[0], q[1], q[2], q[3], q[4], q[5]
+    rc, r = q[16], q[17]
+    if kind == BALL:
+        plan, full = (1.0 / q[18] if q[18] > 0.0 else 0.0), 1.0 / q[19]
+        z0 += r
+        for i in range(n):
+            px, py, pz = x[i] - x0, y[i] - y0, z[i] - z0
+            flat = px * dx + py * dy
+            t = min(max(flat * plan, 0.0), 1.0)
+            ax, ay = px - t * dx, py - t * dy
+            s = min(max((flat + pz * dz) * full, 0.0), 1.0)
+            bx, by, bz = px - s * dx, py - s * dy, pz - s * dz
+            side = ax * ax + ay * ay
+            deep = bx * bx + by * by + bz * bz
+            m[i] = min(m[i], np.sqrt(side if pz >= t * dz else deep) - r)
+    elif kind == LEVEL:
+        plan = 1.0 / q[18] if q[18] > 0.0 else 0.0
+        for i in range(n):
+            px, py = x[i] - x0, y[i] - y0
+            t = min(max((px * dx + py * dy) * plan, 0.0), 1.0)
+            ax, ay = px - t * dx, py - t * dy
+            u, v = np.sqrt(ax * ax + ay * ay) - rc, r - (z[i] - z0)
+            a, b = max(u, 0.0), max(v, 0.0)
+            m[i] = min(m[i], np.sqrt(a * a + b * b) + min(max(u, v), 0.0) - r)
+    elif kind == CIRCLE:
+        cx, cy, radius, bx, by, cos = q[6], q[7], q[8], q[11], q[12], q[13]
+        ex, ey = q[14] - cx, q[15] - cy
+        x0, y0 = x0 - cx, y0 - cy
+        for i in range(n):
+            px, py = x[i] - cx, y[i] - cy
+            reach = np.sqrt(px * px + py * py)
+            away = reach - radius
+            sx, sy, fx, fy = px - x0, py - y0, px - ex, py - ey
+            ends = min(sx * sx + sy * sy, fx * fx + fy * fy)
+            rho = np.sqrt(away * away if px * bx + py * by >= reach * cos else ends)
+            u, v = rho - rc, r - (z[i] - z0)
+            a, b = max(u, 0.0), max(v, 0.0)
+            m[i] = min(m[i], np.sqrt(a * a + b * b) + min(max(u, v), 0.0) - r)
+    else:
+        for i in range(n):
+            m[i] = gap(num, kind, k, x[i], y[i], z[i], m[i])

@@ -1,0 +1,473 @@
+# What an edge cuts at one rotation angle: parts of its meridian, their chip and their extent.
+#
+# Legend: blade, now as in margin_kernels.py. Margin m of a point, mm: the least of its depth in the stock and of its signed
+#   distances to the sweeps; a point that faces, N.V > 0, cuts where m > -TAU. Every distance changes by at most 1 mm per mm, so
+#   zeros are interpolated between nodes. near, mode (count,): sweeps that may matter here; mode 1: the sweep ends at the tip,
+#   2: it begins there. Such a sweep touches the tool all over; R N.V of its end, or -R N.V of its beginning, has its sign.
+# values (VALUES,) of an angle: chip area and thickness per unit of the block, highest z, -lowest z, most to one side of the
+#   feed and to the other, largest margin met.
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vmachining.engagement.along.kernels.distance_kernels import CIRCLE, EXACT, HELIX, Rows, exact, gap, lower
+from vmachining.engagement.along.kernels.margin_kernels import (
+    Blade,
+    Room,
+    World,
+    box_gap,
+    edge_point,
+    into,
+    mesh_gap,
+)
+from vmachining.engagement.along.kernels.tile_kernels import Tiles
+from vmachining.jit import leaf
+
+TAU = 1e-9  # mm: a sweep that covers a point by less than this touches it
+TOUCH_MM = 1e-4  # parts shorter than this are touches
+GRAZING = 4e-4  # of what normals could enter: slower parts slide along a finished wall (0.023 degrees beside the feed)
+VALUES = 7
+AREA, THICK, DEPTH = 0, 1, 6
+NODES = 96  # of a piece, at most
+ARC, DISC, WALL = 24, 12, 6  # cells of a quarter of a circle and of lines
+THIN_MM, SHARE = (
+    0.1,
+    95,
+)  # what is thinner than both, in mm and of a piece, may stand unseen beside something as near
+SECANTS = 14
+FLAT = 1e-3  # mm
+FAR = 1e9
+DEEP = 5.0  # mm: margins are known up to this
+
+
+class Work(NamedTuple):
+    """Space of the kernels.
+
+    x .. m : (NODES,). near, mode : see the legend. keep : of a piece, as places in `near`; few : of those what may end it in a
+    bracket. part : (n, 3) piece, s0, s1; a full one may have left parts out, and is made larger.
+    slot, seen : (sweeps,) place in `near`, and the stretch that saw a sweep last. clock : (3,) stretches so far, places in `near`
+    that tiles know, stamp of the station.
+    """
+
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    z: NDArray[np.float64]
+    a: NDArray[np.float64]
+    b: NDArray[np.float64]
+    s: NDArray[np.float64]
+    m: NDArray[np.float64]
+    keep: NDArray[np.int64]
+    few: NDArray[np.int64]
+    near: NDArray[np.int64]
+    mode: NDArray[np.int64]
+    part: NDArray[np.float64]
+    slot: NDArray[np.int64]
+    seen: NDArray[np.int64]
+    clock: NDArray[np.int64]
+
+
+class Scene(NamedTuple):
+    """Sweeps, their tiles, stock and edge of one station."""
+
+    rows: Rows
+    tiles: Tiles
+    world: World
+    blade: Blade
+    work: Work
+    room: Room
+
+
+@leaf
+def sided(q, mode, n_x, n_y, n_z):
+    """Sign of the distance to a sweep that ends or begins at the tip, in mm."""
+    size = q[16] + q[17]
+    if mode == 1:
+        return size * (n_x * q[23] + n_y * q[24] + n_z * q[25])
+    return -size * (n_x * q[20] + n_y * q[21] + n_z * q[22])
+
+
+@leaf
+def around(kind, d, side):
+    """Distance to a sweep at the tip: the sign of its end, unless the rest of a curved one comes back to the point."""
+    return side if kind < CIRCLE or d > -1e-6 else min(side, d)
+
+
+@leaf
+def depth(kind, q, x, y, z):
+    """How deep a point lies in a box or an upright cylinder, mm; negative outside."""
+    if kind == 0:
+        a, b = max(q[0] - x, x - q[3]), max(q[1] - y, y - q[4])
+        c = max(q[2] - z, z - q[5])
+        side = np.sqrt(max(a, 0.0) ** 2 + max(b, 0.0) ** 2)
+        a = max(a, b)
+    else:
+        a, c = np.sqrt((x - q[0]) ** 2 + (y - q[1]) ** 2) - q[2], max(q[3] - z, z - q[4])
+        side = max(a, 0.0)
+    c0 = max(c, 0.0)
+    return -np.sqrt(side * side + c0 * c0) - min(max(a, c), 0.0)
+
+
+@leaf
+def margin_at(scene, now, count, most, piece, s, sp, cp):
+    """m of one point of the edge against the first `count` sweeps of `few`, at most `most`; (m, sweeps nearer than that).
+
+    These are the first of `few` afterwards: no other one comes to the surface within `most`.
+    """
+    rows, world, work, room = scene.rows, scene.world, scene.work, scene.room
+    r, z, n_r, n_z = edge_point(scene.blade, piece, s)
+    e_x, e_y, e_z = (
+        sp * now[12] + cp * now[15],
+        sp * now[13] + cp * now[16],
+        sp * now[14] + cp * now[17],
+    )
+    x = now[0] + z * now[3] + r * e_x
+    y = now[1] + z * now[4] + r * e_y
+    w = now[2] + z * now[5] + r * e_z
+    m, n = most, 0
+    for i in range(count):
+        c = work.few[i]
+        k, mode = work.near[c], work.mode[c]
+        kind, d = rows.kind[k], most
+        if kind == EXACT:
+            if box_gap(rows.box[k], x, y, w) < most:
+                d = exact(rows, world, k, x, y, w, most, room)
+        elif mode == 0:
+            d = gap(rows.num, kind, k, x, y, w, most)
+        else:
+            side = sided(
+                rows.num[k],
+                mode,
+                n_r * e_x + n_z * now[3],
+                n_r * e_y + n_z * now[4],
+                n_r * e_z + n_z * now[5],
+            )
+            d = around(kind, 0.0 if kind < CIRCLE else gap(rows.num, kind, k, x, y, w, FAR), side)
+        if d < most or mode != 0:
+            work.few[n] = c
+            n += 1
+        m = min(m, d)
+    if world.kind != 2:
+        return min(m, depth(world.kind, world.stock, x, y, w)), n
+    return (min(m, -mesh_gap(world, x, y, w, room)) if m > -TAU else m), n
+
+
+@leaf
+def all_few(work, count):
+    """`few` becomes `keep`."""
+    for i in range(count):
+        work.few[i] = work.keep[i]
+
+
+@leaf
+def root(scene, now, count, piece, sp, cp, a, b, f_a, f_b):
+    """s where m crosses -TAU between a and b: regula falsi (Illinois) with halvings, among the sweeps that can be met there.
+
+    A floor that the edge all but touches is level: where an end of the bracket lies within FLAT of zero halvings come first.
+    """
+    f_a, f_b = f_a + TAU, f_b + TAU
+    s = 0.5 * (a + b)
+    level = 12 if min(abs(f_a), abs(f_b)) < FLAT else 0
+    all_few(scene.work, count)
+    for step in range(SECANTS + level):
+        s = a + (b - a) * (f_a / (f_a - f_b) if step >= level and step % 4 != 3 else 0.5)
+        if abs(b - a) < 1e-8:
+            break
+        f, count = margin_at(scene, now, count, abs(b - a) + FLAT, piece, s, sp, cp)
+        f += TAU
+        if abs(f) < 1e-9:
+            break
+        if (f > 0.0) == (f_a > 0.0):
+            a, f_a, f_b = s, f, 0.5 * f_b
+        else:
+            b, f_b, f_a = s, f, 0.5 * f_a
+    return s
+
+
+@leaf
+def put(blade, part, now, piece, phi, c, a, b, parts, out):
+    """Add a part to those of the angle, unless it is a touch; how many there are. c : m . (across the feed)."""
+    if b - a <= TOUCH_MM or parts >= len(part):
+        return parts
+    q = blade.rows[piece]
+    r0, z0, n0_r, n0_z = edge_point(blade, piece, a)
+    r1, z1, n1_r, n1_z = edge_point(blade, piece, b)
+    wide = max(r0, r1)
+    if q[6] > 0.0:
+        low, high = q[7] + (a - blade.joints[piece]) / q[6], q[7] + (b - blade.joints[piece]) / q[6]
+        side = into(now, phi, q[4], q[5], 1.0, 0.0)
+        over = into(now, phi, q[4], q[5], 0.0, 1.0)
+        area = q[6] * (side * (np.sin(high) - np.sin(low)) - over * (np.cos(high) - np.cos(low)))
+        best = min(max(np.arctan2(over, side), low), high)
+        thick = side * np.cos(best) + over * np.sin(best)
+        if low < 0.0 < high:
+            wide = q[4] + q[6]
+    else:
+        f, g = into(now, phi, r0, z0, n0_r, n0_z), into(now, phi, r1, z1, n1_r, n1_z)
+        area, thick = 0.5 * (f + g) * (b - a), max(f, g)
+    part[parts, 0], part[parts, 1], part[parts, 2] = piece, a, b
+    out[AREA] += max(area, 0.0)
+    out[THICK] = max(out[THICK], thick)
+    along = abs(now[3] * now[6] + now[4] * now[7] + now[5] * now[8])
+    across = np.sqrt(max(now[6] ** 2 + now[7] ** 2 + now[8] ** 2 - along * along, 0.0))
+    most = max(n0_r, n1_r) * across + max(abs(n0_z), abs(n1_z)) * along + wide * now[21]
+    if thick >= GRAZING * most:
+        out[2], out[3] = max(out[2], z1), max(out[3], -z0)
+        near = min(r0, r1) if c < 0.0 else wide
+        out[4] = max(out[4], near * c)
+        near = wide if c < 0.0 else min(r0, r1)
+        out[5] = max(out[5], -near * c)
+    return parts + 1
+
+
+@leaf
+def facing(blade, now, piece, phi):
+    """s between which a straight piece moves into what lies before it; empty if it does nowhere.
+
+    N . V is linear along a line, and cos(beta) P + sin(beta) Q along an arc of normals beta: positive on one interval.
+    """
+    q = blade.rows[piece]
+    a, b = blade.joints[piece], blade.joints[piece + 1]
+    idle = now[19]
+    if q[6] > 0.0:
+        side = into(now, phi, q[4], q[5], 1.0, 0.0)  # beta = 0: n_r, lever cz
+        over = into(now, phi, q[4], q[5], 0.0, 1.0)  # beta = 90 degrees: n_z, lever -cr
+        most = np.sqrt(side * side + over * over)
+        if most <= idle:
+            return a, a
+        middle, half = np.arctan2(over, side), np.arccos(idle / most)
+        low, high = max(q[7], middle - half), min(q[8], middle + half)
+        if low >= high:
+            return a, a
+        # ends of the piece stay what they are
+        return (a if low == q[7] else a + (low - q[7]) * q[6]), (
+            b if high == q[8] else a + (high - q[7]) * q[6]
+        )
+    n_r, n_z = np.cos(q[7]), np.sin(q[7])
+    f = into(now, phi, q[0], q[1], n_r, n_z) - idle
+    g = into(now, phi, q[2], q[3], n_r, n_z) - idle
+    if f <= 0.0 and g <= 0.0:
+        return a, a
+    if f > 0.0 and g > 0.0:
+        return a, b
+    end = a + (b - a) * f / (f - g)
+    return (a, end) if f > 0.0 else (end, b)
+
+
+@leaf
+def below(blade, piece, top, b):
+    """s up to which a piece lies below a height, at most b."""
+    q = blade.rows[piece]
+    if q[3] <= top:
+        return b
+    if q[6] > 0.0:
+        beta = np.arcsin(min(max((top - q[5]) / q[6], -1.0), 1.0))
+        return min(b, blade.joints[piece] + max(beta - q[7], 0.0) * q[6])
+    if q[3] == q[1]:
+        return b
+    share = max(top - q[1], 0.0) / (q[3] - q[1])
+    return min(b, blade.joints[piece] + share * (blade.joints[piece + 1] - blade.joints[piece]))
+
+
+@leaf
+def under(tiles, work, x, y, last, n):
+    """Adds to `keep` the sweeps of the tile that a point lies in, unless it is tile `last`; (how many there are, the tile)."""
+    nx, ny = tiles.head.shape
+    i = min(max(int(np.floor((x - tiles.origin[0]) / tiles.size)), 0), nx - 1)
+    j = min(max(int(np.floor((y - tiles.origin[1]) / tiles.size)), 0), ny - 1)
+    if i * ny + j == last:
+        return n, last
+    at, time = tiles.head[i, j], work.clock[0]
+    while at >= 0:
+        k = tiles.node[at, 0]
+        at = tiles.node[at, 1]
+        if tiles.stamp[k] == work.clock[2] and work.seen[k] != time:
+            work.seen[k] = time
+            work.keep[n] = work.slot[k]
+            n += 1
+    return n, i * ny + j
+
+
+@leaf
+def keep_near(scene, now, count, piece, a, b, sp, cp):
+    """Leaves in `keep` what may end or cover the stretch; how many; -1 where one covers all of it, and how deep in m[0]."""
+    rows, world, work, room = scene.rows, scene.world, scene.work, scene.room
+    r, z, _, _ = edge_point(scene.blade, piece, 0.5 * (a + b))
+    x = now[0] + z * now[3] + r * (sp * now[12] + cp * now[15])
+    y = now[1] + z * now[4] + r * (sp * now[13] + cp * now[16])
+    w = now[2] + z * now[5] + r * (sp * now[14] + cp * now[17])
+    half, n = 0.5 * (b - a) + TAU, 0
+    for i in range(count):
+        c = work.keep[i]
+        k = work.near[c]
+        if work.mode[c] == 0:
+            q = rows.box[k]
+            if (
+                q[0] - x > half or x - q[3] > half or q[1] - y > half or y - q[4] > half
+                or q[2] - w > half or w - q[5] > half
+            ):  # fmt: skip
+                continue
+            if rows.kind[k] == EXACT:
+                d = exact(rows, world, k, x, y, w, half + TAU, room)
+            else:
+                d = gap(rows.num, rows.kind[k], k, x, y, w, half + TAU)
+            if d > half:
+                continue
+            if d < -half:
+                work.m[0] = d
+                return -1
+        work.keep[n] = c
+        n += 1
+    return n
+
+
+@leaf
+def march(scene, now, count, piece, phi, across, span, parts, out):
+    """Adds the parts between a and b among triangles, or sweeps without a closed form, that may stand in any number between.
+
+    No step is longer than the margin at its beginning, which changes by 1 mm per mm at most, or what is taken to be thin.
+    span : a, b and the longest step. across : see `put`.
+    """
+    a, b, longest = span
+    sp, cp, thin = np.sin(phi), np.cos(phi), min(THIN_MM, (b - a) / SHARE)
+    all_few(scene.work, count)
+    f, _ = margin_at(scene, now, count, DEEP, piece, a, sp, cp)
+    begin = s = a
+    while s < b:
+        t = min(s + min(max(abs(f), thin), longest), b)
+        all_few(scene.work, count)
+        g, _ = margin_at(scene, now, count, DEEP, piece, t, sp, cp)
+        if t < b:  # ends of a piece may lie on a floor at every angle
+            out[DEPTH] = max(out[DEPTH], g)
+        if (f > -TAU) != (g > -TAU):
+            e = root(scene, now, count, piece, sp, cp, s, t, f, g)
+            if f > -TAU:
+                parts = put(scene.blade, scene.work.part, now, piece, phi, across, begin, e, parts, out)
+            begin = e
+        s, f = t, g
+    if f > -TAU:
+        parts = put(scene.blade, scene.work.part, now, piece, phi, across, begin, b, parts, out)
+    return parts
+
+
+@leaf
+def at_angle(scene, now, count, top, phi, aside, out):
+    """Parts that cut at an angle, in work.part, and their values; how many parts.
+
+    top : mm above the tip, no material is higher. aside (3,) : unit direction across axis and feed.
+    """
+    rows, world, blade, work = scene.rows, scene.world, scene.blade, scene.work
+    sp, cp = np.sin(phi), np.cos(phi)
+    e_x, e_y, e_z = (
+        sp * now[12] + cp * now[15],
+        sp * now[13] + cp * now[16],
+        sp * now[14] + cp * now[17],
+    )
+    across = e_x * aside[0] + e_y * aside[1] + e_z * aside[2]
+    out[AREA], out[THICK], out[DEPTH] = 0.0, 0.0, -DEEP
+    out[2], out[3], out[4], out[5] = -FAR, -FAR, -FAR, -FAR
+    x, y, z, m = work.x, work.y, work.z, work.m
+    parts = 0
+    for piece in range(len(blade.rows)):
+        q = blade.rows[piece]
+        if q[1] > top:
+            break
+        a, b = facing(blade, now, piece, phi)
+        b = below(blade, piece, top, b)
+        if b - a <= TOUCH_MM:
+            continue
+        work.clock[0] += 1
+        kept, tile = 0, -1
+        r0, h0, _, _ = edge_point(blade, piece, a)
+        r1, h1, _, _ = edge_point(blade, piece, b)
+        reach = np.sqrt((r1 - r0) ** 2 + (h1 - h0) ** 2 * (1.0 - now[5] ** 2))
+        looks = 1 + int(4.0 * reach / scene.tiles.size)
+        for i in range(looks + 1):
+            r, h, _, _ = edge_point(blade, piece, a + (b - a) * i / looks)
+            kept, tile = under(
+                scene.tiles, work, now[0] + h * now[3] + r * e_x, now[1] + h * now[4] + r * e_y, tile, kept
+            )
+        for c in range(work.clock[1], count):
+            work.keep[kept] = c
+            kept += 1
+        kept = keep_near(scene, now, kept, piece, a, b, sp, cp)
+        if kept < 0:
+            out[DEPTH] = max(out[DEPTH], m[0])
+            continue
+        guided = world.kind == 2
+        for i in range(kept):
+            guided |= rows.kind[work.near[work.keep[i]]] == EXACT
+        if q[6] > 0.0:
+            cells = int(np.ceil(ARC * (b - a) / (0.5 * np.pi * q[6]) - 1e-9))
+        elif q[3] == q[1]:
+            cells = DISC
+        else:
+            cells = WALL
+        cells = min(max(cells, 4), NODES - 1)
+        step = (b - a) / cells
+        if guided:
+            parts = march(scene, now, kept, piece, phi, across, (a, b, step), parts, out)
+            continue
+        flat = q[6] == 0.0
+        n_r, n_z = (np.cos(q[7]), np.sin(q[7])) if flat else (0.0, 0.0)
+        for i in range(cells + 1):
+            s = a + i * step if i < cells else b
+            if flat:
+                share = (s - blade.joints[piece]) / (blade.joints[piece + 1] - blade.joints[piece])
+                r, h = q[0] + share * (q[2] - q[0]), q[1] + share * (q[3] - q[1])
+            else:
+                beta = q[7] + (s - blade.joints[piece]) / q[6]
+                n_r, n_z = np.cos(beta), np.sin(beta)
+                r, h = q[4] + q[6] * n_r, q[5] + q[6] * n_z
+            work.a[i], work.b[i], work.s[i] = n_r, n_z, s
+            x[i] = now[0] + h * now[3] + r * e_x
+            y[i] = now[1] + h * now[4] + r * e_y
+            z[i] = now[2] + h * now[5] + r * e_z
+            m[i] = min(DEEP, depth(world.kind, world.stock, x[i], y[i], z[i]))
+        for i in range(kept):
+            k, mode = work.near[work.keep[i]], work.mode[work.keep[i]]
+            kind = rows.kind[k]
+            if mode == 0:
+                lower(rows.num, kind, k, x, y, z, m, cells + 1)
+                continue
+            for j in range(cells + 1):
+                n_r, n_z = work.a[j], work.b[j]
+                side = sided(
+                    rows.num[k], mode, n_r * e_x + n_z * now[3], n_r * e_y + n_z * now[4],
+                    n_r * e_z + n_z * now[5],
+                )  # fmt: skip
+                d = 0.0
+                if kind in (CIRCLE, HELIX):
+                    d = gap(rows.num, kind, k, x[j], y[j], z[j], FAR)
+                m[j] = min(m[j], around(kind, d, side))
+        begin = work.s[0]
+        for i in range(cells):
+            f, g = m[i], m[i + 1]
+            s, t = work.s[i], work.s[i + 1]
+            if i > 0:  # ends of a piece may lie on a floor at every angle
+                out[DEPTH] = max(out[DEPTH], f)
+            if (f > -TAU) != (g > -TAU):
+                e = root(scene, now, kept, piece, sp, cp, s, t, f, g)
+                if f > -TAU:
+                    parts = put(blade, work.part, now, piece, phi, across, begin, e, parts, out)
+                begin = e
+            elif 0 < i < cells - 1:
+                left, right = f - m[i - 1], m[i + 2] - g
+                u = (g - right - f) / (left - right)  # of the cell, where both sides meet
+                if 0.0 < u < 1.0 and (f + left * u > -TAU) != (f > -TAU):
+                    middle = s + u * step
+                    all_few(work, kept)
+                    v, _ = margin_at(scene, now, kept, DEEP, piece, middle, sp, cp)
+                    out[DEPTH] = max(out[DEPTH], v)
+                    if (v > -TAU) != (f > -TAU):
+                        e0 = root(scene, now, kept, piece, sp, cp, s, middle, f, v)
+                        e1 = root(scene, now, kept, piece, sp, cp, middle, t, v, g)
+                        if f > -TAU:
+                            parts = put(blade, work.part, now, piece, phi, across, begin, e0, parts, out)
+                            begin = e1
+                        else:
+                            parts = put(blade, work.part, now, piece, phi, across, e0, e1, parts, out)
+        if m[cells] > -TAU:
+            parts = put(blade, work.part, now, piece, phi, across, begin, work.s[cells], parts, out)
+    return parts

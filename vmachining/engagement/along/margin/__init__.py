@@ -1,1 +1,0 @@
-"""How far a point of the edge is from cutting: stock, earlier sweeps, and what it moves into."""

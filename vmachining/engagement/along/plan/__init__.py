@@ -1,1 +1,0 @@
-"""A plan of cells that finds the sweeps near a place."""

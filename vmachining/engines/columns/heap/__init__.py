@@ -1,0 +1,1 @@
+"""The heap of cells, for columns that stand upright and in any direction."""

@@ -1,0 +1,485 @@
+# One sweep over one cell of columns that stand in any direction: witnesses, planes outside, covers inside (L1 to L5).
+#
+# Legend. Frame (u, v, t): columns stand along t. rows (n, 12) of sweeps, two each: 2 i as it is, 2 i + 1 mirrored at t = 0, so
+# that all is written for lower ends: columns named below. waves (m, 19): motions, see sweep/rotating/pose/_kernels.py.
+# P (12,): tip, axis, their rates at a time s in [0, 1]. B (12,) witness: hit?, s, height t of entry, n (3) outward, Y (3) = X -
+# tip, n.V, phi, -; where the line misses, n and Y are those of its point nearest to the pose. Cell: middle (u, v), half edge h,
+# nodes 0 the middle, 1 to 4 the corners, counterclockwise from the lowest.
+
+import numpy as np
+
+from vmachining.jit import inner, leaf
+
+A, Z, R, SIN, COS, TOPR, TOPZ, OMEGA, ACC, BEND, FIRST, COUNT = range(12)
+HIT, TIME, AT, NU, NV, NT, YU, YV, YT, SPEED, PHI = range(11)
+
+FLAT = 0.15  # least |n.t| of a plane below a surface: steeper ones are laid down to it
+EXACT = 1e-12  # mm, of Newton's entry
+GAIN = 1e-8  # mm of height up to which a better pose is looked for
+STEPS = 100
+LESS_RANGE = 0.02  # of the time of a block: shorter rests of ranges are not looked at
+HALF = np.int64(2)
+
+
+@leaf
+def state(rows, waves, i, s, P):
+    """Tip, axis and their rates."""
+    for k in range(12):
+        P[k] = 0.0
+    first = int(rows[i, FIRST])
+    for j in range(first, first + int(rows[i, COUNT])):
+        w = waves[j, 0]
+        cos, sin = 1.0, 0.0
+        if w != 0.0:
+            cos, sin = np.cos(w * s), np.sin(w * s)
+        for k in range(3):
+            re = waves[j, 1 + k] + s * waves[j, 7 + k]
+            im = waves[j, 4 + k] + s * waves[j, 10 + k]
+            P[k] += re * cos - im * sin
+            P[6 + k] += w * (-re * sin - im * cos) + waves[j, 7 + k] * cos - waves[j, 10 + k] * sin
+            P[3 + k] += waves[j, 13 + k] * cos - waves[j, 16 + k] * sin
+            P[9 + k] -= w * (waves[j, 13 + k] * sin + waves[j, 16 + k] * cos)
+
+
+@inner
+def _phi(rows, i, rho, z):
+    """(phi, dphi/drho, dphi/dz): signed distance from below of the cutter in its meridian, convex; minus it is a depth."""
+    u, w, sin, cos = rho - rows[i, A], z - rows[i, Z], rows[i, SIN], rows[i, COS]
+    far, dr, dz = u * cos - w * sin, cos, -sin
+    if u > 0.0 and u * sin + w * cos <= 0.0:
+        far = np.sqrt(u * u + w * w)
+        dr, dz = u / far, w / far
+    elif -w > far:
+        far, dr, dz = -w, 0.0, -1.0
+    far -= rows[i, R]
+    if z - rows[i, TOPZ] > far:
+        return z - rows[i, TOPZ], 0.0, 1.0
+    return far, dr, dz
+
+
+@leaf
+def depth(rows, i, P, u, v, t):
+    """mm at least, by which a point lies inside of the pose; negative outside."""
+    x, y, w = u - P[0], v - P[1], t - P[2]
+    z = x * P[3] + y * P[4] + w * P[5]
+    rho = np.sqrt(max(x * x + y * y + w * w - z * z, 0.0))
+    far, _, _ = _phi(rows, i, rho, z)
+    return -far
+
+
+@inner
+def support(rows, i, c):
+    """Of the cutter in a direction with cosine c to its axis: (of the lower ring, of the rim of its top)."""
+    q = np.sqrt(max(1.0 - c * c, 0.0))
+    return rows[i, A] * q + rows[i, Z] * c + rows[i, R], rows[i, TOPR] * q + rows[i, TOPZ] * c
+
+
+@inner
+def _look(rows, i, P, x, y, w):
+    """(phi, n, rho) at a point from the tip."""
+    z = x * P[3] + y * P[4] + w * P[5]
+    a, b, c = x - z * P[3], y - z * P[4], w - z * P[5]
+    rho = np.sqrt(a * a + b * b + c * c)
+    far, dr, dz = _phi(rows, i, rho, z)
+    g = dr / rho if rho > 0.0 else 0.0
+    return far, g * a + dz * P[3], g * b + dz * P[4], g * c + dz * P[5]
+
+
+@leaf
+def enter(rows, i, P, u, v, B):
+    """Witness of the line over (u, v) in a pose. Newton on a convex function from outside: it never passes the entry."""
+    x, y = u - P[0], v - P[1]
+    low, top = support(rows, i, -P[5])
+    low = -max(low, top) - 1e-3
+    a, b = support(rows, i, P[5])
+    high = max(a, b) + 1e-3
+    w, last, hit = low, low, False
+    far, n0, n1, n2 = _look(rows, i, P, x, y, w)
+    for _ in range(STEPS):
+        if far <= EXACT:
+            hit = True
+            break
+        if n2 >= 0.0:
+            break
+        last, w = w, w - far / n2
+        if w >= high:
+            w = high
+            far, n0, n1, n2 = _look(rows, i, P, x, y, w)
+            break
+        far, n0, n1, n2 = _look(rows, i, P, x, y, w)
+    if not hit:  # the nearest point lies between the last two
+        a, b = last, w
+        for _ in range(60):
+            w = 0.5 * (a + b)
+            far, n0, n1, n2 = _look(rows, i, P, x, y, w)
+            if far <= EXACT:  # it is hit after all, within rounding: of no use as a witness
+                break
+            if n2 < 0.0:
+                a = w
+            else:
+                b = w
+            if b - a <= 1e-9:
+                break
+    B[HIT], B[AT], B[PHI] = (1.0 if hit else 0.0), w + P[2], far
+    B[NU], B[NV], B[NT], B[YU], B[YV], B[YT] = n0, n1, n2, x, y, w
+    B[SPEED] = (
+        n0 * P[6] + n1 * P[7] + n2 * P[8]
+        + (n0 * P[9] + n1 * P[10] + n2 * P[11]) * (P[3] * x + P[4] * y + P[5] * w)
+        - (n0 * P[3] + n1 * P[4] + n2 * P[5]) * (P[9] * x + P[10] * y + P[11] * w)
+    )  # fmt: skip
+    return hit
+
+
+@leaf
+def _at(rows, waves, i, s, u, v, P, B):
+    state(rows, waves, i, s, P)
+    enter(rows, i, P, u, v, B)
+    B[TIME] = s
+
+
+@inner
+def _better(a_hit, a_at, a_phi, b_hit, b_at, b_phi):
+    if a_hit != b_hit:
+        return a_hit > b_hit
+    return a_at < b_at if a_hit > 0.0 else a_phi < b_phi
+
+
+@leaf
+def best(rows, waves, i, u, v, lo, hi, P, B):
+    """Witness of the pose between lo and hi that a line enters first, as far as it is found: no proof needs the best."""
+    if rows[i, OMEGA] == 0.0 and rows[i, ACC] == 0.0 and hi == lo:
+        _at(rows, waves, i, lo, u, v, P, B)
+        return
+    _at(rows, waves, i, lo, u, v, P, B)
+    wa, hit, at, phi, s = B[SPEED], B[HIT], B[AT], B[PHI], lo
+    _at(rows, waves, i, hi, u, v, P, B)
+    wb = B[SPEED]
+    if _better(B[HIT], B[AT], B[PHI], hit, at, phi):
+        hit, at, phi, s = B[HIT], B[AT], B[PHI], hi
+    a, b = lo, hi
+    if wa > 0.0 > wb:
+        side = 0
+        for _ in range(12):
+            m = (a * wb - b * wa) / (wb - wa) if wb != wa else 0.5 * (a + b)
+            if not a < m < b:
+                m = 0.5 * (a + b)
+            _at(rows, waves, i, m, u, v, P, B)
+            w = B[SPEED]
+            if _better(B[HIT], B[AT], B[PHI], hit, at, phi):
+                hit, at, phi, s = B[HIT], B[AT], B[PHI], m
+            if abs(w) * (b - a) <= GAIN * max(abs(B[NT]), 0.1):
+                break
+            if w > 0.0:
+                a, wa = m, w
+                if side == 1:
+                    wb *= 0.5
+                side = 1
+            else:
+                b, wb = m, w
+                if side == -1:
+                    wa *= 0.5
+                side = -1
+    if B[TIME] != s:
+        _at(rows, waves, i, s, u, v, P, B)
+
+
+@inner
+def _spread(rows, i, P, s, lo, hi, n0, n1, n2, x, y, w, slab, h, ht, gu, gv):
+    """L2: mm along n by which poses of [lo, hi] may reach beyond E, over a cell (or in a prism); inf where it fails.
+
+    (x, y, w): X_0 from the tip. gu, gv: slope of E. slab: over the cell times +- ht, with X_0 its middle.
+    """
+    rate, A0, A1 = rows[i, OMEGA], rows[i, ACC], rows[i, BEND]
+    far = max(hi - s, s - lo)
+    if far <= 0.0:
+        return 0.0
+    ox = P[4] * P[11] - P[5] * P[10]
+    oy = P[5] * P[9] - P[3] * P[11]
+    oz = P[3] * P[10] - P[4] * P[9]
+    V0, V1, V2 = P[6] + oy * w - oz * y, P[7] + oz * x - ox * w, P[8] + ox * y - oy * x
+    q0, q1, q2 = n1 * oz - n2 * oy, n2 * ox - n0 * oz, n0 * oy - n1 * ox
+    q = np.sqrt(q0 * q0 + q1 * q1 + q2 * q2)
+    speed, across, along = (
+        np.sqrt(V0 * V0 + V1 * V1 + V2 * V2),
+        V0 * q0 + V1 * q1 + V2 * q2,
+        n0 * V0 + n1 * V1 + n2 * V2,
+    )
+    rest = 1.0 - rate * far - 0.5 * A1 * far * far
+    if rest < 0.2:
+        return np.inf
+    if slab:
+        c1 = (abs(q0) + abs(q1)) * h + abs(q2) * ht
+        size = np.sqrt(2.0 * h * h + ht * ht)
+    else:
+        a, b = q0 + q2 * gu, q1 + q2 * gv
+        c1 = (abs(a) + abs(b)) * h
+        size = h * np.sqrt(2.0 + (abs(gu) + abs(gv)) ** 2)
+    from_tip = np.sqrt(x * x + y * y + w * w)
+    xi = (size + far * speed + 0.5 * (A0 + A1 * from_tip) * far * far) / rest
+    Ac = A0 + A1 * (from_tip + xi)
+    linear = c1 + far * abs(across) + q * rate * far * xi + 0.5 * q * Ac * far * far
+    slope = abs(q2) + q * (rate * far + 0.5 * A1 * far * far) / rest
+    worst = 0.0
+    for D in (lo - s, hi - s):
+        d = abs(D)
+        Ec = max(along * D + d * linear + 0.5 * Ac * d * d, 0.0)
+        if slab:
+            worst = max(worst, Ec)
+            continue
+        Et = d * slope + 0.5 * A1 * d * d / rest
+        if d > 0.0 and Et >= 0.7 * abs(
+            n2
+        ):  # asked of poses that recede, too: it is what bounds how far below they may be
+            return np.inf
+        worst = max(worst, Ec / (1.0 - Et / abs(n2)))
+    return worst
+
+
+@leaf
+def _rise(rows, waves, i, P, s, lo, hi, n0, n1, n2, P2):
+    """L3: the same for all poses and points, by the support function; P2 room."""
+    rate, A0, A1 = rows[i, OMEGA], rows[i, ACC], rows[i, BEND]
+    far = max(hi - s, s - lo)
+    if far <= 0.0:
+        return 0.0
+    c = n0 * P[3] + n1 * P[4] + n2 * P[5]
+    low, top = support(rows, i, c)
+    if top + rate * far * (abs(rows[i, TOPZ] - rows[i, Z]) + abs(rows[i, TOPR] - rows[i, A])) > low:
+        return np.inf
+    B = A0 + abs(rows[i, Z]) * A1
+    if rows[i, A] > 0.0:
+        q = np.sqrt(max(1.0 - c * c, 0.0)) - rate * far
+        if q <= 0.0:
+            if rate > 0.0 or A1 > 0.0:
+                return np.inf
+        else:
+            B += 2.0 * rows[i, A] * A1 / q
+    here = n0 * P[0] + n1 * P[1] + n2 * P[2] + low
+    worst = 0.0
+    for end in (lo, hi):
+        state(rows, waves, i, end, P2)
+        a, _ = support(rows, i, n0 * P2[3] + n1 * P2[4] + n2 * P2[5])
+        there = n0 * P2[0] + n1 * P2[1] + n2 * P2[2] + a
+        worst = max(worst, max(there - here, 0.0) + 0.125 * B * (end - s) ** 2)
+    return worst
+
+
+@leaf
+def plane(rows, waves, i, B, lo, hi, u, v, h, slack, P, P2, out, o):
+    """A plane below all entries of poses [lo, hi] over the cell (L2, L3), touching the pose of a witness: height at the
+    middle and slopes into out[o:o + 3]. False: none is known."""
+    s = B[TIME]
+    state(rows, waves, i, s, P)
+    n0, n1, n2 = B[NU], B[NV], B[NT]
+    if n2 > -FLAT:
+        m = np.sqrt(n0 * n0 + n1 * n1)
+        if m < 1e-9:
+            return False
+        m = np.sqrt(1.0 - FLAT * FLAT) / m
+        n0, n1, n2 = n0 * m, n1 * m, -FLAT
+    m = 1.0 / np.sqrt(n0 * n0 + n1 * n1 + n2 * n2)
+    n0, n1, n2 = n0 * m, n1 * m, n2 * m
+    low, top = support(rows, i, n0 * P[3] + n1 * P[4] + n2 * P[5])
+    reach = max(low, top)
+    x, y = u - P[0], v - P[1]
+    w = (reach - n0 * x - n1 * y) / n2
+    gu, gv = -n0 / n2, -n1 / n2
+    more = _rise(rows, waves, i, P, s, lo, hi, n0, n1, n2, P2)
+    if more > 1e-7:
+        more = min(more, _spread(rows, i, P, s, lo, hi, n0, n1, n2, x, y, w, False, h, 0.0, gu, gv))
+    if not more < np.inf:
+        return False
+    out[o], out[o + 1], out[o + 2] = w + P[2] + (more + slack) / n2, gu, gv
+    return True
+
+
+@leaf
+def beyond(rows, waves, i, B, lo, hi, u, v, h, t0, t1, slack, P, P2, out, o):
+    """Half plane m.(x - middle) <= c over which alone the sweep can have points between t0 and t1: (m, c) into out.
+
+    By the normal of a witness beside the sweep; L3, or the slab form of L2. False: none is known.
+    """
+    s = B[TIME]
+    state(rows, waves, i, s, P)
+    n0, n1, n2 = B[NU], B[NV], B[NT]
+    m = np.sqrt(n0 * n0 + n1 * n1 + n2 * n2)
+    if m < 0.5 or abs(n2) > 0.9 * m:
+        return False
+    n0, n1, n2 = n0 / m, n1 / m, n2 / m
+    low, top = support(rows, i, n0 * P[3] + n1 * P[4] + n2 * P[5])
+    more = _rise(rows, waves, i, P, s, lo, hi, n0, n1, n2, P2)
+    x, y, w, ht = u - P[0], v - P[1], 0.5 * (t0 + t1) - P[2], 0.5 * (t1 - t0)
+    if more > 1e-7:
+        more = min(more, _spread(rows, i, P, s, lo, hi, n0, n1, n2, x, y, w, True, h, ht, 0.0, 0.0))
+    if not more < np.inf:
+        return False
+    out[o], out[o + 1] = n0, n1
+    out[o + 2] = max(low, top) + more + slack - n0 * x - n1 * y - n2 * w + abs(n2) * ht
+    return True
+
+
+@leaf
+def _lift(rows, i, P, u, v, t, way, least, cap, steep):
+    """mm from t along way * t-axis to a point `least` deep in the pose (depth is concave on a line), or -1."""
+    tau = 2.0 * least / max(steep, 1e-3)
+    for _ in range(6):
+        if tau > 4.0 * cap:
+            return -1.0
+        d = depth(rows, i, P, u, v, t + way * tau)
+        if d >= least:
+            lift = tau * least / d if d > 1.0001 * least else tau
+            if depth(rows, i, P, u, v, t + way * lift) < least:  # rounding
+                lift = tau
+            return lift if lift <= cap else -1.0
+        tau *= 4.0
+    return -1.0
+
+
+@leaf
+def cover(rows, waves, i, mirrored, N, u, v, h, cap_t, slack, P, B, out):
+    """L1 for the witnesses N (5, 12) of a cell: heights between which all is in the sweep, into out (5, 3) = known?, from, to.
+
+    Affine over each of the four triangles of middle and corners. Above cap_t nobody asks.
+    """
+    m = rows[i, OMEGA], rows[i, ACC], rows[i, BEND]
+    lo, hi, hits = np.inf, -np.inf, 0
+    for k in range(5):
+        out[k, 0] = N[k, HIT]
+        if N[k, HIT] > 0.0:
+            lo, hi, hits = min(lo, N[k, TIME]), max(hi, N[k, TIME]), hits + 1
+    if hits < 3 or out[0, 0] == 0.0:
+        for k in range(5):
+            out[k, 0] = 0.0
+        return False
+    span = hi - lo
+    for upper in range(2):
+        b0, b1, b2, e0, e1, e2, far = np.inf, np.inf, np.inf, -np.inf, -np.inf, -np.inf, 0.0
+        for k in range(5):
+            if out[k, 0] == 0.0:
+                continue
+            y0, y1, y2 = N[k, YU], N[k, YV], N[k, YT]
+            if upper:
+                tip = N[k, AT] - N[k, YT]
+                state(rows, waves, i, N[k, TIME], P)
+                cx, cy = (
+                    u + (0.0 if k == 0 else (h if k == 2 or k == 3 else -h)),
+                    v + (0.0 if k == 0 else (h if k > 2 else -h)),
+                )
+                t = cap_t
+                if t <= N[k, AT] or depth(rows, i, P, cx, cy, t) <= 0.0:
+                    state(rows, waves, mirrored, N[k, TIME], P)  # the exit is the entry of the mirrored pose
+                    if not enter(rows, mirrored, P, cx, cy, B):
+                        out[k, 0] = 0.0
+                        continue
+                    t = -B[AT]
+                    out[k, 2] = max(abs(B[NT]), 1e-3)
+                else:
+                    out[k, 2] = 1.0
+                y2 = t - tip
+                # kept until depths are known: the height itself, the slope in out[k, 2] is asked below
+                N[k, 11] = t
+            b0, b1, b2 = min(b0, y0), min(b1, y1), min(b2, y2)
+            e0, e1, e2 = max(e0, y0), max(e1, y1), max(e2, y2)
+            far = max(far, y0 * y0 + y1 * y1 + y2 * y2)
+        size, far = np.sqrt((e0 - b0) ** 2 + (e1 - b1) ** 2 + (e2 - b2) ** 2), np.sqrt(far)
+        cap = 0.25 * size + 1e-6
+        least = 2.0 * slack
+        if span > 0.0:
+            D = size + 2.0 * cap + m[0] * span * (far + cap)
+            least += 0.25 * m[0] * span * D + 0.125 * (m[1] + m[2] * (far + cap)) * span * span
+        for k in range(5):
+            if out[k, 0] == 0.0:
+                continue
+            cx, cy = (
+                u + (0.0 if k == 0 else (h if k == 2 or k == 3 else -h)),
+                v + (0.0 if k == 0 else (h if k > 2 else -h)),
+            )
+            state(rows, waves, i, N[k, TIME], P)
+            if upper:
+                t = N[k, 11]
+                lift = 0.0
+                if depth(rows, i, P, cx, cy, t) < least:
+                    lift = _lift(rows, i, P, cx, cy, t, -1.0, least, cap, out[k, 2])
+                out[k, 2] = t - lift
+                if out[k, 2] < out[k, 1]:
+                    out[k, 0] = 0.0
+            else:
+                lift = _lift(rows, i, P, cx, cy, N[k, AT], 1.0, least, cap, abs(N[k, NT]))
+                out[k, 1] = N[k, AT] + lift
+            if lift < 0.0:
+                out[k, 0] = 0.0
+    return out[0, 0] > 0.0
+
+
+@leaf
+def _inside(rows, i, P, u, v, least, B):
+    """A height at which the line over (u, v) is `least` deep in the pose; inf where none is found."""
+    if not enter(rows, i, P, u, v, B):
+        return np.inf
+    up = 1e-10
+    for _ in range(16):
+        if depth(rows, i, P, u, v, B[AT] + up) >= least:
+            return B[AT] + up
+        up *= 4.0
+    return np.inf
+
+
+@leaf
+def starts_first(rows, waves, i, s0, u, v, h, P, B):
+    """L5: whether no pose is entered earlier than that of s0 (0 or 1), over the whole cell."""
+    rate, A0, A1 = rows[i, OMEGA], rows[i, ACC], rows[i, BEND]
+    state(rows, waves, i, s0, P)
+    if s0 > 0.5:
+        for k in range(6, 12):
+            P[k] = -P[k]
+    if not enter(rows, i, P, u, v, B) or B[NT] > -0.02:
+        return False
+    n0, n1, n2 = B[NU], B[NV], B[NT]
+    low, top = support(rows, i, n0 * P[3] + n1 * P[4] + n2 * P[5])
+    x, y = u - P[0], v - P[1]
+    w = (max(low, top) - n0 * x - n1 * y) / n2 - 1e-9
+    gu, gv, tc = -n0 / n2, -n1 / n2, w + P[2]
+    ox, oy, oz = P[4] * P[11] - P[5] * P[10], P[5] * P[9] - P[3] * P[11], P[3] * P[10] - P[4] * P[9]
+    V0, V1, V2 = P[6] + oy * w - oz * y, P[7] + oz * x - ox * w, P[8] + ox * y - oy * x
+    if n0 * V0 + n1 * V1 + n2 * V2 >= 0.0:
+        return False
+    plan, speed = np.sqrt(V0 * V0 + V1 * V1), np.sqrt(V0 * V0 + V1 * V1 + V2 * V2)
+    least, most, b = tc - (abs(gu) + abs(gv)) * h, -np.inf, -np.inf
+    for k in range(4):
+        dx, dy = (h if k % 2 else -h), (h if k > 1 else -h)
+        f = _inside(rows, i, P, u + 2.0 * dx, v + 2.0 * dy, 0.0, B)
+        if f == np.inf:
+            return False
+        most = max(most, f)
+        if plan > 1e-9:
+            step = 1.4 * h / plan
+            f = _inside(rows, i, P, u + dx + step * V0, v + dy + step * V1, 0.0, B)
+            if f == np.inf:
+                return False
+            b = max(b, (f - tc - gu * dx - gv * dy) / step)
+    slope = np.sqrt(2.0) * (most - least) / h
+    b = (b if plan > 1e-9 else 1e-9 * slope) - V2
+    sigma = np.sqrt(1.0 + slope * slope)
+    if b >= 0.0 or 1.0 / sigma < 3.0 * rate + A1 or rate >= 0.5:
+        return False
+    reach = np.sqrt(2.0 * h * h + max(most - tc, tc - least) ** 2)
+    zeta = 2.0 * speed + 1.0
+    acc = A0 + A1 * (np.sqrt(x * x + y * y + w * w) + reach + zeta)
+    if (speed + rate * reach + 0.5 * acc) / (1.0 - rate) > zeta:
+        return False
+    zeta = (speed + rate * reach + 0.5 * acc) / (1.0 - rate)
+    return -b / sigma >= rate * reach + rate * zeta + 0.5 * acc
+
+
+@leaf
+def least_exit(rows, waves, i, s0, u, v, h, slack, P, B):
+    """Least height at which lines over the cell leave the pose of s0 (concave: at a corner); -inf where one misses.
+
+    `slack` inside: the sweep that shares the pose knows it by numbers that are rounded.
+    """
+    j, out = i + 1 if i % HALF == 0 else i - 1, np.inf
+    state(rows, waves, j, s0, P)
+    for k in range(4):
+        f = _inside(rows, j, P, u + (h if k % 2 else -h), v + (h if k > 1 else -h), slack, B)
+        out = min(out, -f)
+    return out

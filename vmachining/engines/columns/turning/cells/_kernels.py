@@ -1,0 +1,365 @@
+# A cell of columns in any direction: what is known of each sweep over it, and the heap of cells of one block.
+#
+# Legend: see ../_kernels.py. Slot 0 is sweep k, slot q of a list has rows 2 ids[q], 2 ids[q] + 1. rng (4,) of an entry: poses
+# that matter, of lower and of upper ends. F (faces, 4): a.X <= c of the stock. Affine functions: value at the middle of the
+# cell, slopes.
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vmachining.engines.columns.heap._kernels import sift_down, sift_up
+from vmachining.engines.columns.roof._kernels import OUTSIDE, Roof, over_cell
+from vmachining.engines.columns.turning._kernels import (
+    HIT,
+    LESS_RANGE,
+    PHI,
+    TIME,
+    best,
+    beyond,
+    cover,
+    enter,
+    least_exit,
+    plane,
+    starts_first,
+    state,
+)
+from vmachining.engines.columns.turning.triangles._kernels import (
+    COVERS,
+    KEPT,
+    SLOTS,
+    UPRIGHT,
+    ZERO,
+    Room,
+    du,
+    dv,
+    triangle,
+)
+from vmachining.jit import kernel, leaf
+
+LOW = np.int64(3)  # column of a cell's lower end; the upper one stands beside it
+NOWHERE = -1e6  # height of a plane below all, where none is known
+TRIES = 2
+LEVELS = 1 << 18  # divisions of half a first cell that tell nodes apart
+MIX = np.int64(-7046029254386353131)  # 2^64 / golden ratio
+STARTS, RANGES = np.int64(2), np.int64(4)  # bits of rules besides COVERS: L5, L4
+
+
+@leaf
+def _witness(rows, waves, i, u, v, h, lo, hi, room, N):
+    """The best witness at a node of a cell, kept for its other cells: what a wider range of poses found is one, too."""
+    H, key = room.H[1], np.int64(-1)
+    if h * LEVELS > H[2]:
+        a, b = np.int64(np.rint((u - H[0]) / H[2] * LEVELS)), np.int64(np.rint((v - H[1]) / H[2] * LEVELS))
+        key = (np.int64(i) << 48) + (a << 24) + b
+        place = ((key * MIX) >> 40) & (KEPT - 1)
+        if room.K[place] == key:
+            for c in range(12):
+                N[c] = room.W[place, c]
+            return
+    best(rows, waves, i, u, v, lo, hi, room.P[0], N)
+    if key >= 0:
+        room.K[place] = key
+        for c in range(12):
+            room.W[place, c] = N[c]
+
+
+@leaf
+def _outer(rows, waves, i, room, q, side, rng, at, u, v, h, slack):
+    N, L, P = room.N[q, side, 0], room.L[q, side], room.P
+    if not plane(rows, waves, i, N, rng[at], rng[at + 1], u, v, h, slack, P[0], P[1], L, 0):
+        L[0], L[1], L[2] = NOWHERE, 0.0, 0.0
+
+
+@leaf
+def _first_look(rows, waves, j, room, q, rng, e, u, v, h, t0, t1, slack):
+    """Middle witnesses and planes of both sides; False: the sweep has no point over the cell between t0 and t1."""
+    for side in range(2):
+        i = 2 * j + side
+        _witness(rows, waves, i, u, v, h, rng[e, 2 * side], rng[e, 2 * side + 1], room, room.N[q, side, 0])
+        if room.N[q, side, 0, HIT] == 0.0:
+            a, b = (t0, t1) if side == 0 else (-t1, -t0)
+            N, P, m = room.N[q, side, 0], room.P, room.H[5]
+            known = beyond(rows, waves, i, N, 0.0, 1.0, u, v, h, a, b, slack, P[0], P[1], m, 0)
+            if known and m[2] < -(abs(m[0]) + abs(m[1])) * h:
+                return False
+        _outer(rows, waves, i, room, q, side, rng[e], 2 * side, u, v, h, slack)
+    return True
+
+
+@leaf
+def _lowest(L, h):
+    """Least value of a plane over the cell."""
+    return L[0] - (abs(L[1]) + abs(L[2])) * h
+
+
+@leaf
+def _covered(room, q, side, rows, waves, j, rng, e, u, v, h, cap_t, slack, rules):
+    """Corner witnesses, cover and the range of poses that matter (L4) of one side; the plane anew where the range shrank."""
+    i, N, C = 2 * j + side, room.N[q, side], room.C[q, side]
+    lo, hi = rng[e, 2 * side], rng[e, 2 * side + 1]
+    for k in range(1, 5):
+        _witness(rows, waves, i, u + du(k, h), v + dv(k, h), h, lo, hi, room, N[k])
+    cover(rows, waves, i, 2 * j + 1 - side, N, u, v, h, cap_t, slack, room.P[0], room.B, C)
+    if rules & RANGES == 0:
+        return
+    a, b = np.inf, -np.inf
+    for k in range(5):
+        if C[k, 0] == 0.0:
+            return
+        a, b = min(a, N[k, TIME]), max(b, N[k, TIME])
+    more = max(0.5 * (b - a), LESS_RANGE)
+    shrunk = False
+    for end in range(2):
+        rest = a - lo if end == 0 else hi - b
+        if rest <= 2.0 * more:
+            continue
+        away = more
+        for _ in range(TRIES):
+            s = a - away if end == 0 else b + away
+            state(rows, waves, i, s, room.P[0])
+            enter(rows, i, room.P[0], u, v, room.B)
+            room.B[TIME] = s
+            first, last = (lo, s) if end == 0 else (s, hi)
+            if plane(rows, waves, i, room.B, first, last, u, v, h, slack, room.P[0], room.P[1], room.H[5], 0):
+                above = True
+                for k in range(5):
+                    above = (
+                        above and room.H[5, 0] + room.H[5, 1] * du(k, h) + room.H[5, 2] * dv(k, h) > C[k, 1]
+                    )
+                if above:
+                    if end == 0:
+                        lo = s
+                    else:
+                        hi = s
+                    shrunk = True
+                    break
+            away = 0.5 * (away + rest)
+    if shrunk:
+        rng[e, 2 * side], rng[e, 2 * side + 1] = lo, hi
+        _outer(rows, waves, i, room, q, side, rng[e], 2 * side, u, v, h, slack)
+
+
+@leaf
+def _hides(room, a, b, h, t0, t1):
+    """Whether what sweep b may have over the cell between t0 and t1 lies in sweep a for sure."""
+    one = True  # both covers of a overlap, and that of the upper ends reaches higher
+    for k in range(5):
+        F, S = room.C[a, 0, k], room.C[a, 1, k]
+        one = one and F[0] > 0.0 and S[0] > 0.0 and -S[2] <= F[2] <= -S[1]
+    for way in range(2):
+        here, low_a, high_a, low_b, high_b = True, True, True, True, True
+        for k in range(5):
+            c = room.C[a, way, k]
+            if c[0] == 0.0:
+                here = False
+                break
+            low, high = (c[1], c[2]) if way == 0 else (-c[2], -c[1])
+            if one and way == 0:
+                high = -room.C[a, 1, k, 1]
+            x, y = du(k, h), dv(k, h)
+            f = room.L[b, 0, 0] + room.L[b, 0, 1] * x + room.L[b, 0, 2] * y
+            g = -(room.L[b, 1, 0] + room.L[b, 1, 1] * x + room.L[b, 1, 2] * y)
+            low_a, low_b = low_a and low <= t0, low_b and low <= f
+            high_a, high_b = high_a and high >= t1, high_b and high >= g
+        if here and (low_a or low_b) and (high_a or high_b):
+            return True
+    return False
+
+
+@leaf
+def bounds(
+    rows, waves, F, roof, starts, rules, room, u, v, h, heights, ids, rng, src, count, dst, slack, out
+):
+    """(lo, hi, entries left) of one cell. ids[src:src + count] with ranges rng; those left go to dst, ids[dst] is k.
+
+    heights: (2,) between which all of it lies; narrowed into out (2,). starts: (2,) whether the first and the last pose of k are
+    those of another sweep.
+    """
+    t0, t1 = heights[0], heights[1]
+    for f in range(len(F)):
+        c, more = F[f, 3] - F[f, 0] * u - F[f, 1] * v, (abs(F[f, 0]) + abs(F[f, 1])) * h
+        if abs(F[f, 2]) < UPRIGHT:
+            if c < -more:
+                return 0.0, 0.0, ZERO
+        elif F[f, 2] > 0.0:
+            t1 = min(t1, (c + more) / F[f, 2])
+        else:
+            t0 = max(t0, (c + more) / F[f, 2])
+    if len(roof.plane) > 0:
+        state, up, down, gx, gy, _ = over_cell(roof, u, v, h, h, 0.0)
+        if state == OUTSIDE:
+            up, down = -NOWHERE, NOWHERE
+        room.H[3, 0], room.H[3, 1], room.H[3, 2], room.H[2, 0] = up + slack, gx, gy, up - down + 2.0 * slack
+        t1 = min(t1, up + slack + (abs(gx) + abs(gy)) * h)
+    if t0 >= t1:
+        return 0.0, 0.0, ZERO
+    ids[dst] = ids[src]
+    for c in range(4):
+        rng[dst, c] = rng[src, c]
+    if not _first_look(rows, waves, ids[dst], room, 0, rng, dst, u, v, h, t0, t1, slack):
+        return 0.0, 0.0, ZERO
+    t0, t1 = max(t0, _lowest(room.L[0, 0], h)), min(t1, -_lowest(room.L[0, 1], h))
+    if rules & STARTS != 0:
+        for e in range(2):
+            if starts[e] == 0 or t0 >= t1:
+                continue
+            if starts_first(rows, waves, 0, float(e), u, v, h, room.P[0], room.B):
+                t0 = max(t0, least_exit(rows, waves, 0, float(e), u, v, h, slack, room.P[0], room.B))
+            if t0 < t1 and starts_first(rows, waves, 1, float(e), u, v, h, room.P[0], room.B):
+                t1 = min(t1, -least_exit(rows, waves, 1, float(e), u, v, h, slack, room.P[0], room.B))
+    if t0 >= t1:
+        return 0.0, 0.0, ZERO
+    m, looked = ZERO + 1, count
+    for e in range(1, count):
+        if m >= SLOTS:  # more sweeps than there is room for: they are kept, and nothing is known from below
+            looked = ZERO + e
+            break
+        j = ids[src + e]
+        ids[dst + m] = j
+        for c in range(4):
+            rng[dst + m, c] = rng[src + e, c]
+        if not _first_look(rows, waves, j, room, m, rng, dst + m, u, v, h, t0, t1, slack):
+            continue
+        if _lowest(room.L[m, 0], h) >= t1 or -_lowest(room.L[m, 1], h) <= t0:
+            continue
+        m += 1
+    for q in range(m):
+        room.D[q] = 0
+        j = ids[dst + q]
+        for side in range(2):
+            cap = t1 + 0.1 * (t1 - t0) if side == 0 else -t0 + 0.1 * (t1 - t0)
+            _covered(room, q, side, rows, waves, j, rng, dst + q, u, v, h, cap, slack, rules)
+        if q > 0 and rules & COVERS != 0 and _hides(room, q, 0, h, t0, t1):
+            return 0.0, 0.0, ZERO
+    if rules & COVERS != 0:
+        for q in range(1, m):
+            for p in range(1, m):
+                if p != q and room.D[p] == 0 and _hides(room, p, q, h, t0, t1):
+                    room.D[q] = 1
+                    break
+    # a border of k: no points of it beyond one half plane
+    border = False
+    worst = 0.0
+    for side in range(2):
+        for k in range(1, 5):
+            B = room.N[0, side, k]
+            if B[HIT] == 0.0 and B[PHI] > worst:
+                a, b = (t0, t1) if side == 0 else (-t1, -t0)
+                if beyond(
+                    rows, waves, side, B, 0.0, 1.0, u, v, h, a, b, slack, room.P[0], room.P[1], room.H[4], 0
+                ):
+                    worst, border = B[PHI], True
+    lo, hi = 0.0, 0.0
+    for tri in range(4):
+        a, b = triangle(room, F, len(roof.plane) > 0, tri, m, u, v, h, t0, t1, border, rules)
+        lo, hi = lo + a, hi + b
+    left = ZERO + 1
+    for q in range(1, m):
+        if room.D[q] == 0:
+            ids[dst + left] = ids[dst + q]
+            for c in range(4):
+                rng[dst + left, c] = rng[dst + q, c]
+            left += 1
+    for e in range(looked, count):
+        lo = 0.0
+        ids[dst + left] = ids[src + e]
+        for c in range(4):
+            rng[dst + left, c] = rng[src + e, c]
+        left += 1
+    out[0], out[1] = t0, t1
+    return min(lo, hi), hi, left
+
+
+@leaf
+def _store(cell, n, u, v, h, lo, hi, heights):
+    cell[n, 0], cell[n, 1], cell[n, 2], cell[n, 3], cell[n, 4] = u, v, h, lo, hi
+    cell[n, 5], cell[n, 6] = heights[0], heights[1]
+
+
+@kernel
+def remove(
+    rows: NDArray[np.float64], waves: NDArray[np.float64], F: NDArray[np.float64], roof: Roof, starts: NDArray[np.int64],
+    rules: int, room: Room, root: NDArray[np.float64], count: int, relative: float, floor: float, limit: int, slack: float,
+    out: NDArray[np.float64],
+) -> None:  # fmt: skip
+    """Bracket of what the sweep of rows 0 and 1 removes, into out = (lo, hi, cells).
+
+    root: (7,) u0, v0, half edge of first cells, number of them along u and v, t0, t1. count: sweeps, k among them.
+    limit: cells at most.
+    """
+    nu, nv, h = int(root[3]), int(root[4]), root[2]
+    room.K[:] = -1
+    room.H[1, 0], room.H[1, 1], room.H[1, 2] = root[0], root[1], h
+    cell = np.zeros((limit + nu * nv + 8, 7))  # u, v, h, lo, hi, t0, t1
+    span = np.zeros((len(cell), 2), dtype=np.int64)
+    heap = np.zeros(len(cell), dtype=np.int64)
+    ids = np.zeros(
+        len(cell) * min(count, 12) + (nu * nv + 5) * count, dtype=np.int64
+    )  # the first look always fits
+    rng = np.zeros((len(ids), 4))
+    for q in range(count):
+        ids[q] = q
+        rng[q, 1], rng[q, 3] = 1.0, 1.0
+    used, n, lo, hi, made = count, ZERO, 0.0, 0.0, ZERO
+    heights, inner = np.array([root[5], root[6]]), np.zeros(2)
+    for place in range(nu * nv):
+        u, v = root[0] + (2 * (place % nu) + 1) * h, root[1] + (2 * (place // nu) + 1) * h
+        x, y, m = bounds(
+            rows,
+            waves,
+            F,
+            roof,
+            starts,
+            rules,
+            room,
+            u,
+            v,
+            h,
+            heights,
+            ids,
+            rng,
+            ZERO,
+            count,
+            used,
+            slack,
+            inner,
+        )
+        made += 1
+        lo, hi = lo + x, hi + y
+        if y > x:
+            _store(cell, n, u, v, h, x, y, inner)
+            span[n, 0], span[n, 1] = used, m
+            used += m
+            heap[n] = n
+            n += 1
+            sift_up(heap, cell, n - 1, LOW)
+    while n > 0 and hi - lo > max(relative * 0.5 * (lo + hi), floor) and made < limit:
+        c = heap[0]
+        src, size = span[c, 0], span[c, 1]
+        if (
+            not cell[c, 4] > cell[c, 3]
+        ):  # all are settled: what is left of hi - lo is rounding, and their lists are empty
+            break
+        if used + 4 * size > len(ids) or n + 4 > len(cell):
+            break
+        u, v, h = cell[c, 0], cell[c, 1], 0.5 * cell[c, 2]
+        heights[0], heights[1] = cell[c, 5], cell[c, 6]
+        lo, hi = lo - cell[c, 3], hi - cell[c, 4]
+        for q in range(4):
+            cu, cv = u + (h if q % 2 else -h), v + (h if q > 1 else -h)
+            x, y, m = bounds(
+                rows, waves, F, roof, starts, rules, room, cu, cv, h, heights, ids, rng, src, size, used, slack, inner
+            )  # fmt: skip
+            made += 1
+            lo, hi = lo + x, hi + y
+            new = c if q == 0 else n
+            _store(cell, new, cu, cv, h, x, y, inner)
+            span[new, 0], span[new, 1] = used, m
+            used += m
+            if q == 0:
+                sift_down(heap, cell, n, LOW)
+            elif y > x:
+                heap[n] = new
+                n += 1
+                sift_up(heap, cell, n - 1, LOW)
+    out[0], out[1], out[2] = max(lo, 0.0), hi, made

@@ -1,0 +1,196 @@
+"""`AnyDirection`: what one sweep removes after others, by columns in any direction."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vmachining.arrays import Floats, Ints
+from vmachining.engines.columns.roof._kernels import Roof
+from vmachining.engines.columns.turning.cells import _kernels
+from vmachining.engines.columns.turning.rows import Rows, meridian
+from vmachining.engines.columns.turning.stocks import Solid, solid_of
+from vmachining.engines.columns.turning.triangles._kernels import UPRIGHT, room
+from vmachining.engines.protocol import NOTHING, Options, Removal
+from vmachining.stock import Stock
+from vmachining.sweep import Sweep
+
+__all__ = ["AnyDirection"]
+
+CELLS, TRIAL = 6000, 60
+"""Of a row at most, and of the first look along each direction."""
+
+SNAP = np.cos(np.radians(12.0))
+"""A direction as near as this to the normal of a face of the stock stands upright on it: the face is then no slope."""
+
+UP = np.array([0.0, 0.0, 1.0])
+
+SLACK_MM, ULPS = 1e-9, 4096
+"""Rounding of heights: a least, and in units in the last place of the extent (about 1e-12 of it)."""
+
+CONTRADICTION = "columns along two directions contradict each other"
+"""Note of a bracket that no proof bears: all directions are proofs of one number, so that they must meet."""
+
+
+class Scene(NamedTuple):
+    """One row and what meets it along one direction, see `remove` of cells/_kernels.py."""
+
+    rows: Floats
+    waves: Floats
+    faces: Floats
+    roof: Roof
+    starts: Ints
+    root: Floats
+    slack: float
+
+
+class AnyDirection:
+    """A stock; it keeps no sweeps."""
+
+    rules = 7
+    """Bits of the rules in force, see cells/_kernels.py."""
+
+    def __init__(self, solid: Solid, width: float, width_mm3: float) -> None:
+        self.solid, self.width, self.width_mm3 = solid, width, width_mm3
+        self.cells = 0
+        self._room = room()
+
+    @classmethod
+    def of(cls, stock: Stock, options: Options) -> AnyDirection:
+        """That of a job.
+
+        Raises
+        ------
+        StockError
+            It is no stock of `solid_of`.
+        """
+        return cls(solid_of(stock), options.width, options.width_mm3)
+
+    @staticmethod
+    def takes(sweep: Sweep) -> bool:
+        """Whether the cutter is known: ball, bull, flat and cones, and unions of such."""
+        return all(meridian(piece) is not None for piece in sweep.profile.convex_pieces())
+
+    def meets(self, sweep: Sweep) -> bool:
+        """Whether the box of a sweep meets that of the stock."""
+        low, high = sweep.bounds
+        return bool(
+            (low < self.solid.corners.max(axis=0)).all() and (high > self.solid.corners.min(axis=0)).all()
+        )
+
+    def cut(self, own: Rows, before: Rows | None, floor: float = 0.0) -> Removal:
+        """What a sweep removes after others.
+
+        own : of the sweep, in the order in which its parts come. before : of all that may meet it. floor : mm^3 of width that
+        is enough.
+        """
+        rows = own if before is None else Rows.join([own, before])
+        wanted = max(self.width_mm3, floor)
+        found, most = NOTHING, max(300, CELLS // len(own))
+        for k in range(len(own)):
+            order = np.array([k, *range(k), *range(len(own), len(rows))], dtype=np.int64)
+            found = found.plus(self._one(rows, order, wanted / len(own), most))
+        return found
+
+    def _one(self, rows: Rows, order: Ints, floor: float, most: int) -> Removal:
+        """Of row order[0] after the others."""
+        k = int(order[0])
+        if rows.as_one(k)[order[1:]].any():
+            return NOTHING
+        origin = rows.ends[k, :, :3].mean(axis=0)
+        lo, hi, best, said = 0.0, np.inf, (np.inf, 0), list[tuple[float, float]]()
+        scenes = [self._scene(rows, order, frame_of(d), origin) for d in self._directions(rows, k)]
+        for number, scene in enumerate(scenes):
+            if scene is None:
+                return NOTHING
+            a, b, _ = self._look(scene, floor, TRIAL)
+            said.append((a, b))
+            lo, hi, best = max(lo, a), min(hi, b), min(best, (b - a, number))
+            if hi - lo <= max(floor, self.width * 0.5 * (lo + hi)):
+                break
+        full = False
+        if hi - lo > max(floor, self.width * 0.5 * (lo + hi)):
+            scene = scenes[best[1]]
+            assert scene is not None
+            a, b, cells = self._look(scene, floor, most)
+            said.append((a, b))
+            lo, hi, full = max(lo, a), min(hi, b), cells >= most
+        lo, hi = float(lo), float(hi)
+        if lo > hi:
+            least, most_of_all = min(a for a, _ in said), max(b for _, b in said)
+            return Removal(least, 0.5 * (lo + hi), most_of_all, False, note=CONTRADICTION)
+        note = (
+            f"{most} columns in any direction were not enough"
+            if full
+            else "room for columns in any direction was used up"
+        )
+        return Removal(lo, 0.5 * (lo + hi), hi, note=note)
+
+    def _directions(self, rows: Rows, k: int) -> list[Floats]:
+        """Along the axis; between it and the back; along both diagonals between it and the sides."""
+        axis = rows.ends[k, :, 3:].sum(axis=0)
+        axis /= np.linalg.norm(axis)
+        feed = rows.ends[k, 1, :3] - rows.ends[k, 0, :3]
+        feed -= (feed @ axis) * axis
+        if np.linalg.norm(feed) < 1e-6:
+            feed = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+        feed /= np.linalg.norm(feed)
+        side = np.cross(axis, feed)
+        out, faces = [], np.concatenate([self.solid.faces[:, :3], UP[None]])
+        for d in (axis - feed, axis, axis + side, axis - side):
+            n = d / np.linalg.norm(d)
+            near = int(np.argmax(faces @ n))
+            way = faces[near] if faces[near] @ n >= SNAP else n
+            if self.solid.stands(way):
+                out.append(way)
+        return out or [UP]
+
+    def _scene(self, rows: Rows, order: Ints, frame: Floats, origin: Floats) -> Scene | None:
+        """What the kernel gets for one direction; None where no column meets the sweep and the stock."""
+        ways = np.concatenate([frame, -frame])
+        reach = rows.reach(ways) - ways @ origin
+        stock = (self.solid.corners - origin) @ frame.T
+        own = reach[order[0]]
+        high, low = np.minimum(own[:3], stock.max(axis=0)), np.maximum(-own[3:], stock.min(axis=0))
+        if (high <= low).any():
+            return None
+        near = (np.minimum(reach[order, :3], high) > np.maximum(-reach[order, 3:], low)).all(axis=1)
+        some = rows.take(order[near])
+        seen, waves = some.seen_from(frame, origin)
+        starts = np.array([some.with_pose(0, end)[1:].any() for end in (0, 1)], dtype=np.int64)
+        faces = np.column_stack(
+            [self.solid.faces[:, :3] @ frame.T, self.solid.faces[:, 3] - self.solid.faces[:, :3] @ origin]
+        )
+        size = high - low
+        half = min(max(0.5 * min(size[:2]), max(size[:2]) / 12.0), 0.25 * max(size[:2]))
+        root = np.array([*low[:2], half, *np.ceil(size[:2] / (2.0 * half)), low[2], high[2]])
+        extent = float(np.abs([*low, *high]).max() + np.abs(origin).max() + rows.cutter[:, 6].max())
+        slack = max(SLACK_MM, ULPS * float(np.finfo(float).eps) * extent)
+        roof = self.solid.roof(frame, origin, root)
+        return Scene(seen, waves, np.ascontiguousarray(faces), roof, starts, root, slack)
+
+    def _look(self, scene: Scene, floor: float, cells: int) -> tuple[float, float, int]:
+        """(lo, hi, cells) along one direction; R10: planes and covers keep off by the slack, and sums are rounded as well."""
+        out, root = np.zeros(3), scene.root
+        _kernels.remove(
+            scene.rows, scene.waves, scene.faces, scene.roof, scene.starts, self.rules, self._room, root, len(scene.rows) // 2,
+            self.width, floor, cells, scene.slack, out,
+        )  # fmt: skip
+        self.cells += int(out[2])
+        error = 4.0 * scene.slack * float(root[2] ** 2 * root[3] * root[4])
+        lean = np.abs(
+            scene.faces[:, 2]
+        )  # faces that all but stand along the columns are taken as if they did
+        aside = float(lean[lean < UPRIGHT].sum() * np.abs(root[5:]).max())
+        error += aside * float(np.hypot(*(2.0 * root[2] * root[3:5])) * (root[6] - root[5]))
+        return max(float(out[0]) - error, 0.0), float(out[1]) + error, int(out[2])
+
+
+def frame_of(direction: Floats) -> Floats:
+    """(3, 3) rows u, v, t."""
+    t = direction / np.linalg.norm(direction)
+    u = np.eye(3)[np.argmin(np.abs(t))]
+    u = u - (u @ t) * t
+    u /= np.linalg.norm(u)
+    return np.array([u, np.cross(t, u), t])

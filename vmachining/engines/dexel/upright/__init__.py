@@ -1,0 +1,302 @@
+"""`UprightJudge`: what blocks of upright tools remove, by heights over random places: the quick second judge of a run.
+
+1. A sweep of an upright tool whose top stays above the stock takes all above its lower surface f(x, y): in closed form for balls
+   on any line and for any tool on level lines and arcs, by a bracket of the slope on ramps (f is a minimum of convex functions
+   of the place along the line), by looks and a golden section on helices, a quarter of a turn at a time.
+2. A block takes of the line over (x, y) what of the stock lies between f of its own sweeps and the least f of all earlier ones.
+   Earlier sweeps are found by their boxes; none is chosen, none is made: a row of numbers each.
+3. Places stand at random, one in each cell of a raster along the block, in `SETS` independent sets; their spread gives the
+   interval: mean +- (t S + u + e), as in `rays`. Cells in which a few places beforehand met anything, and their neighbours, are
+   divided; the others keep one place of each set.
+4. All blocks together: the union of all sweeps, over a raster of the whole stock.
+
+What is not taken: tools whose radius falls anywhere, that are not convex, whose top comes below that of the stock, arcs about
+x and y, tools that lean or turn. The exact rays of `rays` answer for these.
+
+Source: contact.md 3 (closed distances, here as heights), written apart from the bounds of the columns engine.
+
+Known limits: the interval is stated, not proven; places that no ray meets count by the tallest that any ray has met. A caller
+who finds an engine excluded by it asks the exact rays, which look closer, before anybody is accused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import ceil, pi, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from vmachining.arrays import Floats, Ints
+from vmachining.engines.dexel.rays.estimate import ROUND_MM, ROUND_REL, SETS, STUDENT, UNSEEN
+from vmachining.engines.dexel.upright import _kernels
+from vmachining.engines.protocol import NOTHING, Removal
+from vmachining.geometry import Arc, Line
+from vmachining.stock import Stock
+from vmachining.sweep import Turn
+from vmachining.tool import Profile
+
+__all__ = ["UprightJudge", "Way"]
+
+PLACES, PILOT = 512, 4
+"""Of a set for one block, about; half as many cells are looked at beforehand, with so many places each."""
+
+MOST_PLACES, MOST_LOOKS = 60_000, 8_000_000
+"""Of a set for all blocks together, and heights asked for by all sets: about 5 ns each."""
+
+QUARTER = 0.5 * pi * (1.0 + 1e-9)
+"""rad of a helix that is one row."""
+
+
+class Way(NamedTuple):
+    """A cutter on its way. block : number."""
+
+    block: int
+    cutter: Profile
+    path: Line | Arc | Turn
+
+
+class UprightJudge:
+    """Sweeps of a program as rows of numbers, see the legend of `_kernels.py`.
+
+    stock : raw.
+    ways : of all feed motions, in the order they run.
+    is_whole : whether all of them are taken that can meet the stock.
+    """
+
+    def __init__(self, stock: Stock, ways: Sequence[Way]) -> None:
+        self._stock, self._box = stock, np.array(stock.bounds)
+        tools: dict[int, int] = {}
+        rises: dict[int, bool] = {}
+        shapes: list[Profile] = []
+        packed, tool, block, foreign, boxes = list[tuple[float, ...]](), list[int](), list[int](), [], []
+        for number, cutter, path in ways:
+            if id(cutter) not in rises:
+                rises[id(cutter)] = _rises(cutter)
+            rows = self._rows(cutter, path) if rises[id(cutter)] else None
+            if rows is None:
+                reach = cutter.max_radius + (_tall(cutter) if isinstance(path, Turn) else 0.0)
+                foreign.append((number, *(path.bounds[0, :2] - reach), *(path.bounds[1, :2] + reach)))
+                continue
+            if id(cutter) not in tools:
+                tools[id(cutter)] = len(shapes)
+                shapes.append(cutter)
+            for row, box in rows:
+                packed.append(row)
+                boxes.append(box)
+                tool.append(tools[id(cutter)])
+                block.append(number)
+        self._ways = np.array(packed, dtype=np.float64).reshape(-1, 9)
+        self._boxes = np.array(boxes, dtype=np.float64).reshape(-1, 5)
+        self._tool, self._block = np.array(tool, dtype=np.int64), np.array(block, dtype=np.int64)
+        self._foreign = np.array(foreign, dtype=np.float64).reshape(-1, 5)
+        apart = (self._foreign[:, 3:] <= self._box[0, :2]) | (self._foreign[:, 1:3] >= self._box[1, :2])
+        self._foreign = self._foreign[~apart.any(axis=1)]
+        self._tools, self._segments = _shapes(shapes)
+
+    @property
+    def is_whole(self) -> bool:
+        """See the class."""
+        return len(self._foreign) == 0
+
+    def takes(self, block: int) -> bool:
+        """Whether it answers for a block: no sweep that it does not take comes near, of this block or before."""
+        mine = self._foreign[:, 0] == block
+        if mine.any():
+            return False
+        low, high = self._plan(np.flatnonzero(self._block == block))
+        near = (self._foreign[:, 0] < block) & (self._foreign[:, 1:3] < high).all(axis=1)
+        return not (near & (self._foreign[:, 3:] > low).all(axis=1)).any()
+
+    def removed(self, block: int, places: int = PLACES) -> Removal:
+        """What a block takes, mm^3; places : of a set, about."""
+        own = np.flatnonzero(self._block == block)
+        low, high = self._plan(own)
+        if not len(own) or (low >= high).any() or self._boxes[own, 4].min() >= self._box[1, 2]:
+            return NOTHING
+        before = self._boxes[: own[0]]
+        near = (before[:, :2] < high).all(axis=1) & (before[:, 2:4] > low).all(axis=1)
+        earlier = np.flatnonzero(near & (before[:, 4] < self._box[1, 2]))
+        frame = self._frame(own, low, high)
+        n, m = frame.cells(places / 2)
+        corner = np.stack(np.meshgrid(np.arange(n), np.arange(m), indexing="ij"), axis=-1).reshape(-1, 2)
+        rng = np.random.default_rng([block, 1])
+
+        def lengths(cells: Ints, parts: int, sets: int) -> Floats:
+            """(sets, cells * parts^2) mm over random places, one in each part."""
+            step = np.stack(np.meshgrid(np.arange(parts), np.arange(parts), indexing="ij"), axis=-1).reshape(
+                -1, 2
+            )
+            inside = (step + rng.random((len(cells), sets, len(step), 2))) / parts
+            where = frame.at((corner[cells][:, None, None] + inside) / [n, m]).reshape(-1, 2)
+            return (
+                self._taken(own, earlier, where).reshape(-1, sets, len(step)).swapaxes(0, 1).reshape(sets, -1)
+            )
+
+        hit = lengths(np.arange(n * m), 1, PILOT).max(axis=0).reshape(n, m) > 0.0
+        near = np.pad(hit, 1)
+        hot = np.any([near[a : a + n, b : b + m] for a in range(3) for b in range(3)], axis=0).reshape(-1)
+        some, rest = np.flatnonzero(hot), np.flatnonzero(~hot)
+        parts = max(1, round(sqrt(places / max(len(some), 1))))
+        area = frame.area / (n * m)
+        return _interval((lengths(some, parts, SETS), area / parts**2), (lengths(rest, 1, SETS), area))
+
+    def _taken(self, own: Ints, earlier: Ints, where: Floats) -> Floats:
+        """(n,) mm over places (n, 2)."""
+        inside = self._stock.crossings(where)
+        first, out = np.concatenate([[0], np.cumsum(inside.counts)]), np.empty(len(where))
+        _kernels.taken(
+            self._ways, self._tool, self._boxes, self._tools, self._segments, own, earlier, np.ascontiguousarray(where[:, 0]),
+            np.ascontiguousarray(where[:, 1]), first, inside.enter, inside.leave, out,
+        )  # fmt: skip
+        return out
+
+    def lowest(self, places: Floats) -> Floats:
+        """(n,) mm, lower surface of all sweeps over places (n, 2); inf where none exists."""
+        out = np.full(len(places), np.inf)
+        x, y = (np.ascontiguousarray(places[:, k]) for k in (0, 1))
+        _kernels.lower_all(self._ways, self._tool, self._tools, self._segments, x, y, out)
+        return out
+
+    def total(self) -> Removal:
+        """What all blocks take together, mm^3."""
+        low, high = self._box[0, :2], self._box[1, :2]
+        size = high - low
+        met = np.clip(np.minimum(self._boxes[:, 2:4], high) - np.maximum(self._boxes[:, :2], low), 0.0, None)
+        deep = float(met.prod(axis=1).sum() / size.prod())  # sweeps over a place, about
+        places = min(MOST_PLACES, max(400, int(MOST_LOOKS / SETS / max(deep, 1.0))))
+        n, m = _Frame(low, size * [1.0, 0.0], size * [0.0, 1.0]).cells(places)
+        side, sums = size / [n, m], np.empty((SETS, n * m))
+        grid = np.stack(np.meshgrid(np.arange(n), np.arange(m), indexing="ij"), axis=-1)
+        rng = np.random.default_rng(2)
+        for out in sums:
+            where, height = low + (grid + rng.random((n, m, 2))) * side, np.full((n, m), np.inf)
+            x, y = (np.ascontiguousarray(where[..., k]) for k in (0, 1))
+            _kernels.lowest(
+                self._ways, self._tool, self._boxes, self._tools, self._segments, low, side, x, y, height
+            )
+            inside = self._stock.crossings(where.reshape(-1, 2))
+            first = np.concatenate([[0], np.cumsum(inside.counts)])
+            _kernels.left_over(height.reshape(-1), first, inside.enter, inside.leave, out)
+        return _interval((sums, float(side.prod())))
+
+    def _plan(self, own: Ints) -> tuple[Floats, Floats]:
+        """Corners of the box of some rows in the stock's, seen from above."""
+        if not len(own):
+            return np.zeros(2), np.zeros(2)
+        low, high = self._boxes[own, :2].min(axis=0), self._boxes[own, 2:4].max(axis=0)
+        return np.maximum(low, self._box[0, :2]), np.minimum(high, self._box[1, :2])
+
+    def _frame(self, own: Ints, low: Floats, high: Floats) -> _Frame:
+        """Along the line where the block is one and its box, within the stock, is larger."""
+        box = _Frame(low, (high - low) * [1.0, 0.0], (high - low) * [0.0, 1.0])
+        way = self._ways[own[0]]
+        if len(own) != 1 or way[0] != _kernels.LINE:
+            return box
+        run, r = float(np.hypot(*way[4:6])), abs(float(self._tools[self._tool[own[0]], 4]))
+        if run == 0.0:
+            return box
+        e = way[4:6] / run
+        n = np.array([-e[1], e[0]])
+        along = _Frame(way[1:3] - r * (e + n), (run + 2.0 * r) * e, 2.0 * r * n)
+        return along if along.area < box.area else box
+
+    def _rows(
+        self, cutter: Profile, path: Line | Arc | Turn
+    ) -> list[tuple[tuple[float, ...], tuple[float, ...]]] | None:
+        """Rows of `ways` and `boxes`; None where it is not taken."""
+        if isinstance(path, Turn):
+            return None
+        if path.bounds[0, 2] + cutter.z_max < self._box[1, 2]:
+            return None
+        if isinstance(path, Arc) and path.angle == 0.0:
+            path = Line(path.start, path.end)
+        if isinstance(path, Line):
+            start, end = path.start.tolist(), path.end.tolist()
+            row = (_kernels.LINE, *start, *(b - a for a, b in zip(start, end, strict=True)), 0.0, 0.0)
+            return [(row, _box(path, cutter))]
+        if path.axis != 2:
+            return None
+        parts = [path]
+        if path.rise != 0.0:
+            count = max(1, ceil(abs(path.angle) / QUARTER))
+            parts = path.split([k / count for k in range(1, count)])
+        rows = list[tuple[tuple[float, ...], tuple[float, ...]]]()
+        for part in parts:
+            turn = min(max(part.angle, -2.0 * pi), 2.0 * pi)
+            row = (
+                _kernels.ARC, float(part.center[0]), float(part.center[1]), part.radius, float(part.start_angle), turn,
+                float(part.start[2]), part.rise, 0.0,
+            )  # fmt: skip
+            rows.append((row, _box(part, cutter)))
+        return rows
+
+
+class _Frame(NamedTuple):
+    """A rectangle seen from above: corner, and its two sides as vectors (2,), mm."""
+
+    corner: Floats
+    first: Floats
+    second: Floats
+
+    @property
+    def area(self) -> float:
+        """mm^2."""
+        return float(np.hypot(*self.first) * np.hypot(*self.second))
+
+    def cells(self, count: float) -> tuple[int, int]:
+        """Cells along both sides, nearly squares, about so many together."""
+        a, b = float(np.hypot(*self.first)), float(np.hypot(*self.second))
+        n = max(1, round(sqrt(count * a / b)))
+        return n, max(1, round(count / n))
+
+    def at(self, share: Floats) -> Floats:
+        """(..., 2) mm of places (..., 2) as shares of the sides."""
+        return np.asarray(self.corner + share[..., :1] * self.first + share[..., 1:] * self.second)
+
+
+def _interval(*parts: tuple[Floats, float]) -> Removal:
+    """parts : lengths (sets, n) mm over the cells of some part, and the area (mm^2) of one of them."""
+    sums = sum((lengths.sum(axis=1) * area for lengths, area in parts), np.zeros(SETS))
+    volume = float(sums.mean())
+    unseen = sum(UNSEEN * area * float(lengths.max(initial=0.0)) for lengths, area in parts) / SETS
+    rounding = ROUND_MM * sum(area * lengths.shape[1] for lengths, area in parts) + ROUND_REL * volume
+    half = STUDENT * sqrt(float(sums.var(ddof=1)) / SETS) + unseen + rounding
+    return Removal(max(0.0, volume - half), volume, volume + half, proven=False)
+
+
+def _box(path: Line | Arc, cutter: Profile) -> tuple[float, ...]:
+    (x0, y0, z0), (x1, y1, _) = path.bounds.tolist()
+    r = cutter.max_radius
+    return (x0 - r, y0 - r, x1 + r, y1 + r, z0 + cutter.z_min)
+
+
+def _rises(cutter: Profile) -> bool:
+    """Whether its radius never falls with the height, and it is convex."""
+    return cutter.is_convex and float(cutter.points[-1, 0]) == cutter.max_radius
+
+
+def _tall(cutter: Profile) -> float:
+    return float(np.abs([cutter.z_min, cutter.z_max]).max())
+
+
+def _shapes(cutters: Sequence[Profile]) -> tuple[Floats, Floats]:
+    """Tools and segments, see the legend of `_kernels.py`."""
+    tools, segments = np.zeros((len(cutters), 5)), list[tuple[float, ...]]()
+    for k, cutter in enumerate(cutters):
+        first = len(segments)
+        segments += [
+            (s.r0, s.z0, s.r1, s.z1, s.cr if s.is_arc else 0.0, s.cz if s.is_arc else 0.0, s.radius)
+            for s in cutter.segments
+            if s.r1 > s.r0
+        ]
+        rounds = segments[first:]
+        wide, bottom = cutter.max_radius, cutter.z_min
+        is_ball = (
+            len(rounds) == 1
+            and abs(rounds[0][6] - wide) <= 1e-12 * wide
+            and abs(rounds[0][4]) <= 1e-12 * wide
+        )
+        is_ball = is_ball and abs(rounds[0][5] - bottom - wide) <= 1e-12 * wide
+        tools[k] = first, len(rounds), cutter.points[0, 0], bottom, -wide if is_ball else wide
+    return tools, np.array(segments, dtype=np.float64).reshape(-1, 7)

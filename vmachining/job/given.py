@@ -1,0 +1,71 @@
+"""What the stages of a run hand to each other, and which stages are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from vmachining.errors import InputError
+from vmachining.job.contact import ToolParts
+from vmachining.job.jobfile import Job
+from vmachining.job.schedule import ScheduleReport
+from vmachining.job.store import CONTACTS, PARTS
+from vmachining.job.summary import NO_BREP
+from vmachining.job.timing import MoveTimes
+from vmachining.job.toolpath import Toolpath
+from vmachining.job.verified import Written
+from vmachining.stock import Stock
+
+if TYPE_CHECKING:
+    import polars as pl
+
+__all__ = ["Given", "Opinion", "Planning", "asked_stages"]
+
+
+def asked_stages(stages: Sequence[str], contact: str, job: Job) -> list[str]:
+    """What is to be done, in its order; stages are given as words, or as one text with commas.
+
+    Raises InputError: An unknown word; a schedule without the contact of all blocks.
+    """
+    if isinstance(stages, str):
+        stages = stages.split(",")
+    if unknown := [name for name in stages if name not in PARTS]:
+        raise InputError(f"unknown stage {unknown[0]!r}", remedy=f"take some of {', '.join(PARTS)}")
+    if contact not in CONTACTS:
+        raise InputError(f"--contact {contact!r} is not understood", remedy=f"give {' | '.join(CONTACTS)}")
+    chosen = [name for name in PARTS if name == "cut" or name in stages]
+    if job.keys.feed is not None and "plan" in chosen and ("contact" not in chosen or contact != "all"):
+        raise InputError(
+            "[feed] in the job needs the contact of all blocks", **job.where("feed"),
+            remedy="leave --contact and --stages out, or leave out the plan, too: --stages cut,judge,show",
+        )  # fmt: skip
+    return chosen
+
+
+class Given(NamedTuple):
+    """What is read before anything is cut: tools by number, the program with its times, the raw stock."""
+
+    tools: Mapping[int, ToolParts]
+    toolpath: Toolpath
+    times: MoveTimes
+    stock: Stock
+
+    def written(self, program: Written) -> Given:
+        """The same with a rewritten program."""
+        return self._replace(toolpath=program.toolpath, times=program.times)
+
+
+class Planning(NamedTuple):
+    """scheduled : columns of the schedule, see `finish`. report : of it. times : of the rewritten program."""
+
+    scheduled: pl.DataFrame | None = None
+    report: ScheduleReport | None = None
+    times: MoveTimes | None = None
+
+
+class Opinion(NamedTuple):
+    """rows : columns of other engines, see `finish`. brep : counts of its verdicts. second : what exact rays said."""
+
+    rows: pl.DataFrame | None = None
+    brep: Mapping[str, Any] = NO_BREP
+    second: dict[str, Any] | None = None

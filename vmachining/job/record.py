@@ -1,0 +1,129 @@
+"""The record of a run in its directory: the manifest, and the checkpoints that it points to."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from vmachining.errors import InputError
+from vmachining.job.engagement_columns import Saves
+from vmachining.job.files import atomic_path, fingerprints, source_digest, versions
+from vmachining.job.folder import RUN, WORKING, ResultFolder, now
+from vmachining.job.jobfile import Job
+from vmachining.job.simulate import Progress
+from vmachining.job.spent import Spent
+from vmachining.job.store import continued
+from vmachining.machine import described
+
+__all__ = ["Record", "refuse_other_job"]
+
+
+class Record:
+    """What is where on disk, and how far it is.
+
+    folder : of the result. spent : by the run so far. progress : hears when a checkpoint is written.
+    """
+
+    def __init__(self, folder: Path, spent: Spent, progress: Progress) -> None:
+        self.place = ResultFolder(folder)
+        self._spent, self._progress = spent, progress
+
+    def open(
+        self,
+        job: Job,
+        options: dict[str, Any],
+        command: Sequence[str],
+        subprograms: Sequence[str],
+        *,
+        resume: bool,
+        force: bool,
+    ) -> None:
+        """Begin anew, or continue with what is there, see `store.continued`.
+
+        Raises InputError: The directory holds files of somebody else, or the result of another job and nobody said
+            `force`.
+        Raises JobError: What is there cannot be continued.
+        """
+        roles = job.inputs | {f"subprogram {k}": Path(name) for k, name in enumerate(subprograms, 1)}
+        inputs, place = fingerprints(roles), self.place
+        place.refuse_foreign(roles)
+        old = place.earlier()
+        fresh: dict[str, Any] = {
+            "kind": RUN, "job": job.name, "job_file": _absolute(job.source), "complete": False, "command": list(command),
+            "process": os.getpid(), "started": now(), "ended": None, "seconds": 0.0, "options": options, "inputs": inputs,
+            "machine": described(job.machine) if job.machine else None,
+            "versions": versions(), "checkpoints": {}, "files": dict.fromkeys(WORKING),
+        }  # fmt: skip
+        if "part" in options:
+            fresh["versions"]["source"] = source_digest()
+        if old is not None and not force:
+            refuse_other_job(old, fresh, place.path)
+        points = None if old is None or not resume else continued(place, old, fresh)
+        if old is None or not points:  # nothing to continue with
+            place.forget()
+            place.manifest = fresh
+            self.save()  # from here on the directory says that it is not complete
+            return
+        place.tidy()
+        self._spent.add(old.get("stage_seconds", {"cut": float(old.get("seconds", 0.0))}))
+        fresh["started"] = old.get("started", fresh["started"])
+        fresh["files"] |= place.made() | dict.fromkeys(WORKING)  # these grow again
+        fresh["checkpoints"] = {
+            name: entry for name, entry in points.items() if (place.path / entry["file"]).is_file()
+        }
+        place.manifest = fresh
+
+    def known(self, name: str) -> dict[str, Any] | None:
+        """The checkpoint of a pass: file, done, total."""
+        found: dict[str, Any] | None = self.place.manifest["checkpoints"].get(name)
+        return found
+
+    def checkpoint(self, name: str, state: Saves, done: int, total: int) -> None:
+        """Save the workpiece or what is known of contact, then point the manifest to it, then forget the one before."""
+        target = self.place.path / f"checkpoint.{name}.{done}.npz"
+        self._progress("saving", 0, 1)
+        with self.place.making(target.name), atomic_path(target) as temporary:
+            state.save(temporary)
+        self._progress("saving", 1, 1)
+        manifest, old = self.place.manifest, self.known(name)
+        manifest["checkpoints"][name] = {"file": target.name, "done": done, "total": total}
+        self.save()
+        if old is not None and old["file"] != target.name:
+            with suppress(OSError):
+                (self.place.path / old["file"]).unlink()
+            manifest["files"].pop(old["file"], None)
+
+    def save(self) -> None:
+        """Write the manifest with the time spent so far; nothing before it is opened."""
+        if self.place.manifest:
+            spent = self._spent.summary()
+            self.place.manifest |= {name: spent[name] for name in ("seconds", "stage_seconds")} | {
+                "ended": now()
+            }
+            self.place.save()
+
+
+def _absolute(path: Path | None) -> str | None:
+    return None if path is None else str(path.resolve())
+
+
+def refuse_other_job(old: Mapping[str, Any], new: Mapping[str, Any], folder: Path) -> None:
+    """Refuse to replace what another job has made: one of another file with other content, or without files of another name.
+
+    Raises InputError: Names that job.
+    """
+    files = [manifest.get("job_file") for manifest in (old, new)]
+    digests = [manifest.get("inputs", {}).get("job", {}).get("sha256") for manifest in (old, new)]
+    named = old.get("job") == new["job"]
+    if named if None in files else (files[0] == files[1] or digests[0] == digests[1]):
+        return
+    whose = f"{old.get('job')!r} of {files[0]}" if files[0] else f"{old.get('job')!r}"
+    ended = "the result" if old.get("complete") else "an unfinished run"
+    raise InputError(
+        f"holds {ended} of another job, {whose}",
+        file=str(folder),
+        remedy="choose another --out, or replace it by --force",
+    )

@@ -1,0 +1,130 @@
+"""Predicted beside logged seconds: whole, per tool, per interval of the log."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from vmachining.arrays import Bools, Floats
+from vmachining.errors import InputError
+from vmachining.job.times.laid import Laid
+from vmachining.machine import MachineLimits
+
+__all__ = ["Comparison", "compare", "together"]
+
+LONG_S = 1.0
+"""Intervals from here on are compared one by one: shorter ones are not resolved by a log of a few entries a second."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Comparison:
+    """blocks : columns line, until, tool, logged_s, predicted_s, moving_s, programmed_mm_min, reachable_mm_min,
+    logged_mm_min (mean speeds of intervals without rapids), compared, change, load. left_out : seconds by reason."""
+
+    name: str
+    predicted_s: float
+    logged_s: float
+    ideal_s: float
+    tools: list[dict[str, float]]
+    blocks: pl.DataFrame
+    left_out: dict[str, float]
+
+    @property
+    def error(self) -> float:
+        """Predicted over logged, less 1."""
+        return self.predicted_s / self.logged_s - 1.0 if self.logged_s > 0.0 else float("nan")
+
+    def long_blocks(self) -> Floats:
+        """(k,) relative errors of intervals over a second in which nothing is changed."""
+        rows = self.blocks.filter(pl.col("compared") & ~pl.col("change") & (pl.col("logged_s") > LONG_S))
+        return (rows["predicted_s"] / rows["logged_s"] - 1.0).to_numpy()
+
+    def record(self) -> dict[str, Any]:
+        """For --json."""
+        errors = np.abs(self.long_blocks())
+        return {
+            "log": self.name, "predicted_s": self.predicted_s, "logged_s": self.logged_s, "error": self.error,
+            "ideal_s": self.ideal_s, "tools": self.tools, "left_out_s": self.left_out,
+            "blocks_over_1_s": {
+                "count": len(errors),
+                "median_error": float(np.median(errors)) if len(errors) else None,
+                "within_10_percent": float((errors <= 0.1).mean()) if len(errors) else None,
+            },
+        }  # fmt: skip
+
+
+def compare(laid: Laid, limits: MachineLimits) -> Comparison:
+    """Lay predicted times beside logged ones, at the overrides of the log."""
+    if not laid.kept.any():
+        why = ", ".join(f"{seconds:.0f} s of {name}" for name, seconds in laid.left_out.items())
+        raise InputError(f"nothing of this log can be compared: {why or 'no interval'}", file=laid.name)
+    moving, times = laid.paths(limits)
+    predicted = laid.predicted(limits)
+    ideal = laid.by_line(times.ideal_s)
+    tool = _tools(laid)
+    kept: Bools = laid.kept
+    tools = []
+    for number in dict.fromkeys(tool[kept].tolist()):
+        on = kept & (tool == number)
+        p, y = float(predicted[on].sum()), float(laid.logged[on].sum())
+        tools.append(
+            {"tool": int(number), "predicted_s": p, "logged_s": y, "error": p / y - 1.0 if y > 0.0 else 0.0}
+        )
+    length, fed = laid.driven.length, ~laid.driven.fast & (laid.driven.length > 0)
+    way = laid.by_line(np.where(fed, length, 0.0))
+    way[
+        (laid.by_line(np.where(laid.driven.fast & (length > 0), 1.0, 0.0)) > 0)
+        | (laid.events.sum(axis=1) > 0)
+    ] = np.nan
+    at_feed = laid.by_line(np.where(fed, length / np.where(fed, laid.driven.feed * laid.feed, 1.0), 0.0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        speeds = {
+            "programmed_mm_min": way / at_feed, "reachable_mm_min": 60.0 * way / moving,
+            "logged_mm_min": 60.0 * way / laid.logged,
+        }  # fmt: skip
+    speeds = {name: np.where(kept & (way > 0.0), v, np.nan) for name, v in speeds.items()}
+    blocks = pl.DataFrame(
+        {
+            "line": laid.first, "until": laid.last, "tool": tool, "logged_s": laid.logged, "predicted_s": predicted,
+            "moving_s": moving, **speeds, "compared": kept, "change": laid.events.sum(axis=1) > 0, "load": laid.load,
+        }
+    )  # fmt: skip
+    return Comparison(
+        laid.name, float(predicted[kept].sum()), float(laid.logged[kept].sum()), float(ideal[kept].sum()), tools, blocks,
+        laid.left_out,
+    )  # fmt: skip
+
+
+def together(found: Sequence[Comparison]) -> dict[str, Any]:
+    """For --json: one record, or of several logs their sums, by tool too, and the record of each."""
+    records = [one.record() for one in found]
+    if len(records) == 1:
+        return records[0]
+    tools: dict[int, dict[str, float]] = {}
+    for tool in (tool for one in found for tool in one.tools):
+        total = tools.setdefault(
+            int(tool["tool"]), {"tool": tool["tool"], "predicted_s": 0.0, "logged_s": 0.0}
+        )
+        for key in ("predicted_s", "logged_s"):
+            total[key] += tool[key]
+    for total in tools.values():
+        total["error"] = total["predicted_s"] / total["logged_s"] - 1.0 if total["logged_s"] > 0.0 else 0.0
+    predicted, logged = (sum(r[key] for r in records) for key in ("predicted_s", "logged_s"))
+    return {
+        "predicted_s": predicted, "logged_s": logged, "error": predicted / logged - 1.0, "tools": list(tools.values()),
+        "logs": records,
+    }  # fmt: skip
+
+
+def _tools(laid: Laid) -> np.ndarray:
+    """(k,) tool of an interval: that of the first move from its first line on; before a change already the next one."""
+    moves = laid.driven.toolpath.moves
+    lines = np.array([move.line for move in moves], dtype=np.int64)
+    tools = np.array([move.tool for move in moves], dtype=np.int64)
+    order = np.argsort(lines, kind="stable")
+    at = np.searchsorted(lines[order], laid.first)
+    return np.asarray(tools[order[np.minimum(at, len(order) - 1)]])

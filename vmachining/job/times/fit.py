@@ -1,0 +1,170 @@
+"""The few numbers of a machine that its times depend on, found from logs.
+
+Windows of consecutive intervals (a whole sequence of changes is never cut) give logged seconds y. For accelerations, corner
+tolerance, rapid speed and time per block z, the look-ahead gives the seconds p(z) of motion; what changes of tool and spindle
+last, c >= 0, enters linearly: y = p(z) + E c. Both are found by least absolute deviations, which a pause that nobody
+logged does not move: c by reweighted least squares, z by a search over one number at a time on a logarithmic scale.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from vmachining.arrays import Floats, Ints
+from vmachining.errors import InputError
+from vmachining.job.times.laid import Laid
+from vmachining.machine import MachineLimits
+
+__all__ = ["Fitted", "fit", "machine_text"]
+
+WINDOW_S = 3.0
+"""s of a window at least: ten times the distance of entries in common logs, which is the error of its ends."""
+
+EVENTS = (
+    "tool_change_s",
+    "table_change_s",
+    "program_stop_s",
+    "spindle_start_s",
+    "spindle_s_per_1000_rev_min",
+)
+
+SEARCH = {
+    "max_acceleration_mm_s2": (50.0, 20_000.0, 1000.0),
+    "corner_tolerance_mm": (1e-4, 1.0, 0.01),
+    "rapid_mm_min": (1000.0, 100_000.0, 15_000.0),
+    "block_s": (1e-5, 0.1, 1e-3),
+}
+"""Least, largest and first value of what is searched."""
+
+ROUNDS, FACTORS = 6, (4.0, 2.0, 1.4, 1.15, 1.06, 1.03)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fitted:
+    """limits : found. error : mean absolute error of windows relative to their mean, on the logs that were used.
+    left_out : words for logs that were not."""
+
+    limits: MachineLimits
+    error: float
+    windows: int
+    seconds: float
+    left_out: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Windows:
+    laid: Laid
+    owner: Ints  # (k,) window of an interval, -1 of none
+    logged: Floats
+    events: Floats
+
+    @classmethod
+    def of(cls, laid: Laid) -> _Windows:
+        owner = np.full(len(laid.logged), -1, dtype=np.int64)
+        number, spent = 0, 0.0
+        busy = laid.events.sum(axis=1) > 0
+        # the spindle is waited for two lines after its word at most
+        near = (
+            busy
+            | np.append(busy[1:], False)
+            | np.append([False], busy[:-1])
+            | np.append([False, False], busy[:-2])[: len(busy)]
+        )
+        for k in range(len(owner)):
+            if not laid.kept[k]:
+                number, spent = number + (spent > 0.0), 0.0
+                continue
+            if spent >= WINDOW_S and not near[k]:
+                number, spent = number + 1, 0.0
+            owner[k] = number
+            spent += float(laid.logged[k])
+        n = number + 1
+        return cls(
+            laid,
+            owner,
+            cls._sum(owner, laid.logged, n),
+            np.column_stack([cls._sum(owner, v, n) for v in laid.events.T]),
+        )
+
+    @staticmethod
+    def _sum(owner: Ints, values: Floats, n: int) -> Floats:
+        on = owner >= 0
+        return np.bincount(owner[on], values[on], minlength=n).astype(np.float64)
+
+    def sums(self, values: Floats) -> Floats:
+        return self._sum(self.owner, values, len(self.logged))
+
+
+def fit(laid: Sequence[Laid], *, start: MachineLimits | None = None) -> Fitted:
+    """Numbers of the machine that ran these logs.
+
+    Raises InputError: Less than a minute that can be compared.
+    """
+    other = tuple(text for one in laid if (text := one.another) is not None)
+    used = [one for one in laid if one.another is None] if len(other) < len(laid) else laid
+    windows = [_Windows.of(one) for one in used]
+    logged = np.concatenate([w.logged for w in windows])
+    events = np.concatenate([w.events for w in windows])
+    if logged.sum() < 60.0:
+        raise InputError(
+            f"only {logged.sum():.0f} s of these logs can be compared", remedy="give longer ones"
+        )
+
+    def judged(limits: MachineLimits) -> tuple[float, MachineLimits]:
+        moving = np.concatenate([w.sums(w.laid.paths(limits)[0]) for w in windows])
+        cost = _events(logged - moving, events)
+        rest = np.abs(logged - moving - events @ cost)
+        found = _with(limits, dict(zip(EVENTS, cost.round(4).tolist(), strict=True)))
+        return float(rest.sum()), found
+
+    here = start or _with(MachineLimits(), {name: first for name, (_, _, first) in SEARCH.items()})
+    least, here = judged(here)
+    for factor in FACTORS[:ROUNDS]:
+        moved = True
+        while moved:
+            moved = False
+            for name, (low, high, first) in SEARCH.items():
+                now = getattr(here, name) or first
+                for value in (now * factor, now / factor):
+                    if low <= value <= high:
+                        cost, trial = judged(_with(here, {name: float(f"{value:.4g}")}))
+                        if cost < least * (1.0 - 1e-4):
+                            least, here, moved = cost, trial, True
+                            break
+            moved = moved and factor < 4.0
+    return Fitted(here, least / float(logged.sum()), len(logged), float(logged.sum()), other)
+
+
+def _with(limits: MachineLimits, numbers: dict[str, Any]) -> MachineLimits:
+    return replace(limits, **numbers)
+
+
+def _events(rest: Floats, events: Floats) -> Floats:
+    """(5,) seconds of events, by least absolute deviations, none negative."""
+    on = events.sum(axis=1) > 0
+    if not on.any():
+        return np.zeros(events.shape[1])
+    from scipy.optimize import nnls  # half a second to load, for this command alone
+
+    a, y = events[on], rest[on]
+    weight = np.ones(len(y))
+    cost = np.zeros(a.shape[1])
+    for _ in range(30):
+        root = np.sqrt(weight)
+        cost = nnls(a * root[:, None], y * root)[0]
+        weight = 1.0 / np.maximum(np.abs(y - a @ cost), 0.05)
+    return np.asarray(cost)
+
+
+def machine_text(fitted: Fitted, logs: Sequence[str]) -> str:
+    """The file of a machine: a table [machine] with keys of a job file."""
+    given = {name: value for name, value in asdict(fitted.limits).items() if name in (*SEARCH, *EVENTS)}
+    lines = [
+        f"# from {', '.join(logs)}: {fitted.seconds:.0f} s in {fitted.windows} windows, mean error {100 * fitted.error:.2g} %"
+    ]
+    lines += ["[machine]", *(f"{name} = {float(value)!r}" for name, value in given.items() if value)]
+    return "\n".join(lines) + "\n"

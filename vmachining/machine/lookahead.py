@@ -1,0 +1,153 @@
+"""How fast a machine drives a whole path: speeds at corners, then one pass back and one forward (`_lookahead.py`).
+
+A corner is rounded by a circle that stays within the tolerance e of the corner and within half of the shorter block l.
+With x = |t2 - t1| / 2 = sin(alpha / 2) of the unit tangents and c = cos(alpha / 2),
+
+    R = min(e c / (1 - c), l c / (2 x)),    v^2 <= R min(A, a_j / |n_j|),   n along t2 - t1           (1)
+
+so chords that stand for an arc cost what the arc costs (l c / 2x is its radius), a reversal is a stop, and rotary joints,
+whose rate per mm changes by d at a border, have v^2 <= l a / d.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vmachining.arrays import Bools, Floats, Ints
+from vmachining.errors import KinematicsError
+from vmachining.machine import _lookahead
+from vmachining.machine.jerk import add_jerk
+
+__all__ = ["AT_ONCE", "Profile", "Way", "drive"]
+
+AT_ONCE = 1e12
+"""mm/s^2; takes a nanosecond to a metre per second."""
+
+TANGENT = 1e-3
+"""Half of the turn, rad, up to which a border is no corner on exact paths: arcs of programs are rounded."""
+
+
+SHALLOW = 0.26
+"""sin of half a turn of 30 degrees: chords that turn further stand for no arc."""
+
+EQUAL = 0.99
+"""A neighbour that is shorter by no more than this share leaves no straight part of a chord between two roundings."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Way:
+    """n blocks that move, in order.
+
+    length : (n,) mm. speed : (n,) mm/s allowed: feed and what the joints can do. tangent : (n, m) dq/ds of the joints at
+    the start, slides X, Y, Z first. turned : (n,) rad of an arc about slide normal (n,), 0 of a line. halt : (n,) whether
+    everything stops at the end. tolerance : (n,) mm at the corner at the end; inf: only half of the shorter block.
+    push : (n,) mm/s^2 along a block by its joints, where the tangent (of the tip) is not that of the slides; else inf.
+    span : (n,) mm of the block that a piece belongs to, where blocks are given in pieces; None: length.
+    leaving : (n, 3) dq/ds of the slides at the end where it follows from nothing else, NaN elsewhere; None: nowhere.
+    """
+
+    length: Floats
+    speed: Floats
+    tangent: Floats
+    turned: Floats
+    normal: Ints
+    halt: Bools
+    tolerance: Floats
+    push: Floats
+    span: Floats | None = None
+    leaving: Floats | None = None
+
+    def __post_init__(self) -> None:
+        if not (self.length > 0.0).all() or not (self.speed > 0.0).all():
+            raise KinematicsError("blocks of a path need a length and a speed above 0")
+        if not (self.tolerance >= 0.0).all():
+            raise KinematicsError("corner tolerance below 0")
+
+    def end_tangent(self) -> Floats:
+        """(n, m) dq/ds at the end."""
+        out = self.tangent.copy()
+        k = np.flatnonzero(self.turned != 0.0)
+        a, b = (self.normal[k] + 1) % 3, (self.normal[k] + 2) % 3
+        cos, sin = np.cos(self.turned[k]), np.sin(self.turned[k])
+        out[k, a] = cos * self.tangent[k, a] - sin * self.tangent[k, b]
+        out[k, b] = sin * self.tangent[k, a] + cos * self.tangent[k, b]
+        if self.leaving is not None:
+            out[:, :3] = np.where(np.isnan(self.leaving), out[:, :3], self.leaving)
+        return out
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Profile:
+    """seconds, peak (mm/s) : (n,). border : (n + 1,) mm/s between the blocks. corner : (n + 1,) what corners allow."""
+
+    seconds: Floats
+    peak: Floats
+    border: Floats
+    corner: Floats
+
+
+def drive(way: Way, *, whole: float = np.inf, axes: Floats | None = None, jerk: float = np.inf) -> Profile:
+    """Fastest way along a path within the limits.
+
+    whole : mm/s^2 along and across the path. axes : (m,) mm/s^2 or rad/s^2 of the joints. jerk : mm/s^3 along the path.
+    """
+    n, m = way.tangent.shape
+    limit = np.full(m, np.inf) if axes is None else np.asarray(axes, dtype=np.float64)
+    size = np.abs(way.tangent)
+    by_axis = np.divide(limit, size, out=np.full((n, m), np.inf), where=size > _lookahead.FLAT)
+    by_axis[np.isfinite(way.push), :3] = np.inf
+    push = np.minimum(np.minimum(by_axis.min(axis=1), way.push), min(whole, AT_ONCE))
+    corner, rounded = _corners(way, min(whole, AT_ONCE), limit)
+    speed = np.minimum(way.speed, np.sqrt(rounded))
+    border, seconds, peak = corner.copy(), np.zeros(n), np.zeros(n)
+    length, most, pushes, turned = (
+        np.ascontiguousarray(v, dtype=np.float64) for v in (way.length, speed, push, way.turned)
+    )
+    _lookahead.look_ahead(
+        length, most, pushes, turned, np.ascontiguousarray(way.normal, dtype=np.int8),
+        np.ascontiguousarray(way.tangent[:, :3]), np.minimum(limit[:3], AT_ONCE), float(min(whole, AT_ONCE)), border,
+        np.empty(_lookahead.STEPS + 1), seconds, peak,
+    )  # fmt: skip
+    driven = np.sqrt(border)
+    if np.isfinite(jerk):
+        seconds = add_jerk(way.length, seconds, driven, peak, push, jerk)
+    return Profile(seconds, peak, driven, np.sqrt(corner))
+
+
+def _corners(way: Way, whole: float, limit: Floats) -> tuple[Floats, Floats]:
+    """(n + 1,) largest u = v^2 at the borders, 0 at both ends; (n,) largest u on blocks that are rounded away as a whole."""
+    n, m = way.tangent.shape
+    out, inside = np.zeros(n + 1), np.full(n, np.inf)
+    if n < 2:
+        return out, inside
+    change = way.tangent[1:] - way.end_tangent()[:-1]
+    span = way.length if way.span is None else way.span
+    least = np.minimum(span[1:], span[:-1])
+    tip = change[:, :3]
+    x = np.minimum(0.5 * np.linalg.norm(tip, axis=1), 1.0)
+    c = np.sqrt(1.0 - x * x)
+    bent = x > 1e-12
+    safe = np.where(bent, x, 1.0)
+    tolerance = np.where(x < 0.5 * TANGENT, np.inf, way.tolerance[:-1])
+    # 1 - c = x^2 / (1 + c), without cancellation
+    chord = 0.5 * least * c / safe
+    radius = np.minimum(tolerance * c * (1.0 + c) / safe**2, chord)
+    share = np.abs(tip) / (2.0 * safe)[:, None]
+    along = np.divide(limit[:3], share, out=np.full(share.shape, np.inf), where=share > _lookahead.FLAT)
+    u = np.where(bent, radius * np.minimum(along.min(axis=1), whole), np.inf)
+    if m > 3:
+        rate = np.abs(change[:, 3:])
+        turning = np.divide(limit[3:], rate, out=np.full(rate.shape, np.inf), where=rate > 1e-12)
+        u = np.minimum(u, least * turning.min(axis=1))
+    # a block in which only rotary joints turn has a length of another kind
+    still = np.abs(way.tangent[:, :3]).max(axis=1) < _lookahead.FLAT
+    u[way.halt[:-1] | (still[1:] != still[:-1])] = 0.0
+    out[1:-1] = u
+    # both halves of a chord belong to the circles about its corners
+    whole_chord = bent & (x < SHALLOW) & (radius >= chord) & ~way.halt[:-1]
+    own = EQUAL * span[1:-1]
+    taken = whole_chord[:-1] & whole_chord[1:] & (np.minimum(least[:-1], least[1:]) >= own)
+    inside[1:-1] = np.where(taken, np.maximum(u[:-1], u[1:]), np.inf)
+    return out, inside

@@ -1,0 +1,128 @@
+"""What a program tells of the parameters of its control: how I J K of arcs count, and lengths without a decimal point."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Final
+
+from vmachining.nc.checks import finding
+from vmachining.nc.model import Finding
+from vmachining.nc.settings import ArcCentres, Settings
+
+__all__ = ["arcs_open", "closing", "lengths", "worn"]
+
+ARC_CODES: Final = frozenset({"E302", "E304", "E308"})
+"""Findings of arcs whose centre is missing or does not fit their ends."""
+
+CENTRES: Final[tuple[tuple[ArcCentres, bool, str], ...]] = (
+    ("start", True, "I J K that a block leaves out stay as they were"),
+    ("reversed", False, "I J K lead from the centre to the start of their arc"),
+    (
+        "reversed",
+        True,
+        "I J K lead from the centre to the start of their arc, and stay where a block leaves them out",
+    ),
+    ("absolute", False, "I J K are the coordinates of the centre"),
+    ("absolute", True, "I J K are the coordinates of the centre, and stay where a block leaves them out"),
+)
+"""Other ways to count centres than from the start, as controls are set or built to."""
+
+ABSURD: Final = 10_000.0
+"""Ten metres, or ten thousand inches: no mill is programmed so far without a decimal point."""
+
+_COMMENT: Final = re.compile(r"\([^()]*\)?|;.*")
+_LENGTH: Final = re.compile(r"(?<![A-Z#\[])[XYZIJR][ \t]*([-+]?[0-9]*\.?[0-9]*)(?![0-9.\[#])", re.IGNORECASE)
+_NO_LENGTHS: Final = re.compile(
+    r"\bG(?:0?5(?:\.[0-9])?|332|187)(?![0-9.]).*|G8[0-9].*(?=\bJ[0-9]\b)J[0-9]", re.IGNORECASE
+)
+"""Levels of look-ahead, and how a tap retracts."""
+
+_WEAR: Final = re.compile(r"\(.*\bWEAR COMP\b", re.IGNORECASE)
+_OTHER_COMP: Final = re.compile(r"\(.*\b(?:CONTROL|REVERSE WEAR|REV WEAR) COMP\b", re.IGNORECASE)
+_BARE: Final = re.compile(r"[XYZIJRxyzijr][ \t]*[-+]?[0-9]+(?![0-9.])")
+
+
+def arcs_open(findings: Sequence[Finding]) -> int:
+    """How many arcs do not fit."""
+    return sum(_times(item) for item in findings if item.code in ARC_CODES)
+
+
+def _times(item: Finding) -> int:
+    more = re.search(r"; ([0-9]+) more lines", item.message)
+    return 1 + (int(more[1]) if more else 0)
+
+
+def closing(
+    settings: Settings, findings: Sequence[Finding], read: Callable[[Settings], Sequence[Finding]]
+) -> tuple[Settings, list[Finding]]:
+    """Settings under which every arc of a program closes, where they do not as Fanuc counts; what is said of it.
+
+    Nothing is taken where one arc stays open: then it is the arc that is wrong.
+    """
+    control, count = settings.control, arcs_open(findings)
+    if not count or control.arc_centres or control.modal_centres or not settings.family:
+        return settings, []
+    first = next(item for item in findings if item.code in ARC_CODES)
+    for centres, modal, what in CENTRES:
+        other = replace(settings, control=replace(control, arc_centres=centres, modal_centres=modal))
+        if arcs_open(read(other)):
+            continue
+        text = f"{what}: so all arcs of the program fit, {count} do not as Fanuc counts"
+        keys = [f'arc_centres = "{centres}"'] * (centres != "start") + ["modal_centres = true"] * modal
+        hint = f"confirm it: {', '.join(keys)} under [program.control], or --control"
+        return other, [finding("I213", first.line, None, text, first.word, first.col)._replace(hint=hint)]
+    return settings, []
+
+
+LONGEST: Final = 400
+"""Characters of a line that comments are looked for in: the cost of a pattern with brackets is the square of a length."""
+
+
+def worn(lines: Sequence[str], settings: Settings) -> tuple[Settings, list[Finding]]:
+    """Comments of Mastercam say of each tool whether its D register holds wear beside a programmed path of the centre."""
+    control = settings.control
+    if control.compensation or not settings.family:
+        return settings, []
+    head = {number: line[:LONGEST] for number, line in enumerate(lines[:2000], 1) if "(" in line}
+    at = next((number for number, line in head.items() if _WEAR.search(line)), 0)
+    if not at or any(map(_OTHER_COMP.search, head.values())):
+        return settings, []
+    what = "WEAR COMP: the program is the path of the tool centre, and D registers hold wear, taken as zero"
+    hint = 'confirm it: compensation = "wear" under [program.control], or "radius"'
+    said = finding("I213", at, None, what, "WEAR COMP")._replace(hint=hint)
+    return replace(settings, control=replace(control, compensation="wear")), [said]
+
+
+def lengths(lines: Sequence[str], settings: Settings) -> tuple[Settings, list[Finding]]:
+    """Whether lengths without a point count increments; W214 where a program has both kinds, and nobody says it."""
+    control = settings.control
+    if control.increments or not settings.family:
+        return settings, []
+    bare: tuple[int, str] | None = None
+    far, pointed = 0.0, False
+    for number, line in enumerate(lines, 1):
+        if pointed and not _BARE.search(line):
+            continue
+        for hit in _LENGTH.finditer(_NO_LENGTHS.sub(" ", _COMMENT.sub(" ", line))):
+            text = hit[1]
+            if "." in text:
+                pointed = True
+            elif text.strip("+-") and float(text):
+                bare = bare or (number, hit[0])
+                far = max(far, abs(float(text)))
+        if pointed and bare:
+            break
+    if bare is None:
+        return settings, []
+    at, word = bare
+    if pointed:
+        what = f"lengths with and without a decimal point: {word} is read as {word}., not as increments of 0.001 mm"
+        return settings, [finding("W214", at, None, what, word)]
+    if far < ABSURD:
+        return settings, []
+    what = f"no length has a decimal point, and they reach {far:g}: they count increments of 0.001 mm or 0.0001 inch"
+    hint = 'confirm it: increments = "IS-B" under [program.control], or "points"'
+    said = finding("I213", at, None, what, word)._replace(hint=hint)
+    return replace(settings, control=replace(control, increments="IS-B")), [said]

@@ -1,0 +1,309 @@
+"""The languages that are read: each a name, a reader, and a judgement of how much a text looks like it.
+
+A dialect that is no kin of G-code (`apt`, `poses`, conversational ones) brings a reader of its own: text and `Settings`
+in, a `Reading` out. Dialects of G-code share `blocks.Reader` and differ by data. Another package adds a language by the
+entry-point group `vmachining.dialects`, see `docs/add_a_dialect.md`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+from vmachining.installed import Installed
+from vmachining.nc.apt import read_apt
+from vmachining.nc.blocks import Reader
+from vmachining.nc.checks import finding
+from vmachining.nc.decode import decode_program
+from vmachining.nc.foreign import never_a_program, recognised
+from vmachining.nc.heidenhain import read_heidenhain
+from vmachining.nc.lexer import split_lines
+from vmachining.nc.model import Finding, Move, Told
+from vmachining.nc.poses import read_poses
+from vmachining.nc.settings import Settings
+from vmachining.nc.sinumerik import read_sinumerik
+
+__all__ = [
+    "AUTO",
+    "DIALECTS",
+    "TABLE",
+    "Dialect",
+    "Reading",
+    "is_g_code",
+    "is_marked",
+    "read_lines",
+    "recognise",
+    "share",
+    "strange",
+]
+
+AUTO: Final = "auto"
+"""In place of a name: the dialect is recognised."""
+
+SAMPLE: Final = 2000
+"""Lines from the head of a program that its dialect is judged by."""
+
+LONGEST: Final = 400
+"""Characters of such a line: patterns with a bracket and a word after it cost the square of a line's length."""
+
+
+class Reading(NamedTuple):
+    """moves, findings, whether the end of the program was reached, subprogram files that were read, what else it says."""
+
+    moves: list[Move]
+    findings: list[Finding]
+    ended: bool
+    files: tuple[str, ...] = ()
+    told: Told = Told()
+
+
+@dataclass(frozen=True, slots=True)
+class Dialect:
+    """One language.
+
+    title : what it is, for messages. read : its reader. score : lines of the head -> 0 (nothing speaks for it) to 1
+    (certain); the highest wins, `iso` where all are zero. g_code : made of words, so that lexer and rewriting of
+    feeds of G-code hold.
+    """
+
+    name: str
+    title: str
+    read: Callable[[str, Settings], Reading]
+    score: Callable[[Sequence[str]], float]
+    g_code: bool = False
+
+
+def share(lines: Sequence[str], mark: re.Pattern[str]) -> float:
+    """Share of the lines that are not empty in which a mark is found."""
+    full = [line for line in lines if line.strip()]
+    return sum(mark.search(line) is not None for line in full) / len(full) if full else 0.0
+
+
+def _words(text: str, settings: Settings) -> Reading:
+    """The reader of G-code."""
+    return _of_lines(split_lines(text), settings)
+
+
+def _of_lines(lines: list[str], settings: Settings) -> Reading:
+    reader = Reader(lines, settings, decode_program)
+    reader.run()
+    files = tuple(str(file) for file in reader.files.paths)
+    return Reading(reader.moves, reader.findings, reader.ended, files)
+
+
+def _heidenhain(text: str, settings: Settings) -> Reading:
+    read = read_heidenhain(text, settings, decode_program)
+    return Reading(_from_line(read.moves, settings), read.findings, read.ended, read.files, read.told)
+
+
+def _heidenhain_iso(text: str, settings: Settings) -> Reading:
+    read = read_heidenhain(text, settings, decode_program, din_iso=True)
+    return Reading(_from_line(read.moves, settings), read.findings, read.ended, read.files, read.told)
+
+
+_TNC_ISO: Final = re.compile(r"^[ \t]*%[ \t]*\S+?[ \t]*G7[01][ \t]*\*?[ \t]*$", re.IGNORECASE)
+
+
+def _heidenhain_iso_score(lines: Sequence[str]) -> float:
+    """The frame %NAME G71; or G30 G17 with a corner of the blank, which is no retract on any other control."""
+    if any(_TNC_ISO.match(line) for line in lines[:20]):
+        return 0.97
+    return (
+        0.9
+        if any(re.match(r"[ \t]*N?\d*[ \t]*G30[ \t]+G17[ \t]+X", line, re.IGNORECASE) for line in lines[:30])
+        else 0.0
+    )
+
+
+def _sinumerik(text: str, settings: Settings) -> Reading:
+    read = read_sinumerik(text, settings, decode_program)
+    return Reading(_from_line(read.moves, settings), read.findings, read.ended, read.files, read.told)
+
+
+_SINUMERIK: Final = re.compile(
+    r"^[ \t]*%_N_|\b(?:CYCLE(?:8\d|8\d\d)|POCKET\d|HOLES\d|WORKPIECE|SLOT\d)[ \t]*\(|\bMCALL\b|\bSUPA\b|\bMSG[ \t]*\("
+    r"|\b(?:TRAORI|TRAFOOF|COMPCAD|COMPOF|FFWON|FFWOF|ORIWKS|ORIAXES|ORIVECT|CYCLE832|SOFT|BRISK)\b"
+    r"|\bDEF[ \t]+(?:REAL|INT|STRING|BOOL)\b"
+    r"|\b(?:GOTO[FB]|A?TRANS|A?ROT|A?SCALE|A?MIRROR|EXTCALL|ENDWHILE|ENDIF|ENDFOR)\b|\b(?:CR|TURN|RND|CHF|CHR|AR|SPOS)[ \t]*="
+    r"|\b[XYZIJKABC][ \t]*=[ \t]*(?:I?AC|DC|IC|ACP|ACN)[ \t]*\(|\bR\d+[ \t]*=|\bG(?:290|500|505|601|602|641|642|710|700)\b"
+    r"|\bT[ \t]*=[ \t]*\"|\$(?:P|AA|TC|MN|MC|A)_|^[ \t]*(?:N\d+[ \t]+)?[A-Z_]\w+:[ \t]*(?:$|[A-Z])|^[ \t]*(?:N\d+[ \t]+)?PROC\b",
+    re.IGNORECASE,
+)
+
+
+def _sinumerik_score(lines: Sequence[str]) -> float:
+    """Words that only this control has; what is distinguished from comments of other dialects by their brackets."""
+    bare = [line.split(";", 1)[0] for line in lines if not line.lstrip().startswith(("(", "$$"))]
+    hits = sum(_SINUMERIK.search(line) is not None for line in bare)
+    foreign = sum(_OTHERS.search(line) is not None for line in bare[:400])
+    if any(line.lstrip().upper().startswith("%_N_") for line in lines):
+        return 0.95
+    return 0.0 if hits < 1 or foreign > hits else min(0.85, 0.5 + 0.02 * hits)
+
+
+_OTHERS: Final = re.compile(
+    r"#\d+|\bG65\b|\b(?:VC\d+|CALL O)|\[|^[ \t]*O\d{4}|^\s*\([^()]*\)\s*$|\bG43\b|\bG54\.1|\bG15[ \t]*H|\bM98\b",
+    re.IGNORECASE,
+)
+
+
+def _from_line(moves: list[Move], settings: Settings) -> list[Move]:
+    """Without the moves before the line where the program is to restart."""
+    first = next((k for k, move in enumerate(moves) if move.line >= settings.start_line), len(moves))
+    return moves[first:]
+
+
+_TNC: Final = re.compile(
+    r"^[ \t]*\d*[ \t]*(?:TOOL (?:CALL|DEF)|BLK FORM|CYCL (?:DEF|CALL)|CALL (?:LBL|PGM)|LBL |FN ?\d+ ?:|L .*F ?MAX|"
+    r"(?:L|C|CR|CT|CC|LP|CP)[ \t]+I?[XYZABCPD][+-])",
+    re.IGNORECASE,
+)
+_BEGIN_PGM: Final = re.compile(r"^[ \t]*\d*[ \t]*(?:BEGIN|END)[ \t]+PGM\b", re.IGNORECASE)
+
+
+def _heidenhain_score(lines: Sequence[str]) -> float:
+    if any(_BEGIN_PGM.match(line) for line in lines):
+        return 1.0
+    found = share(lines, _TNC)
+    return 0.9 * found if found > 0.3 else 0.0
+
+
+_APT: Final = re.compile(
+    r"^[ \t]*(?:(?:GOTO|FROM|LOADTL|LOAD|FEDRAT|PARTNO|CUTTER|SPINDL|TLDATA|CYCLE|MSYS|UNITS?|PAINT)[ \t]*/"
+    r"|TOOL PATH/|END-OF-PATH|RAPID[ \t]*$|PPRINT\b)",
+    re.IGNORECASE,
+)
+_POSES: Final = re.compile(r"^[ \t]*x_mm[ \t]*,", re.IGNORECASE)
+
+
+def _apt_score(lines: Sequence[str]) -> float:
+    found = share(lines, _APT)
+    return 0.9 * found if found > 0.1 else 0.0
+
+
+_FANUC: Final = re.compile(
+    r"^[ \t]*(?:N[0-9]+[ \t]*)?(?:O[0-9]{1,8}[ \t]*(?:\(.*)?|O[A-Z][^<]*|:[0-9]{1,8}[ \t]*(?:\(.*)?)$"
+    r"|\bG0?5\.1[ \t]*[QPR]|\bG0?8[ \t]*P[01]|\bG54\.1[ \t]*P|\bG43\.4[ \t]*H|^[ \t]*IF[ \t]*\[.*\][ \t]*(?:GOTO|THEN)"
+    r"|^[ \t]*(?:N[0-9]+[ \t]*)?(?:G91[ \t]*G28|G28[ \t]*G91)|^[ \t]*GOTO[ \t]*[0-9]+"
+    r"|\bM29[ \t]*S|\bG65[ \t]*P|\bG10[ \t]*L2[ \t]*P",
+    re.IGNORECASE,
+)
+_HAAS: Final = re.compile(
+    r"\bG187\b|\bG154[ \t]*P|\bG234\b|\bG254\b|\bM97[ \t]*P|\(.*\bHAAS\b|\bG150\b"
+    r"|^[^(]*\bG(?:7[0-2](?=[^(]*I)(?=[^(]*L)|1[23](?![0-9.])(?=[^(]*I))",
+    re.IGNORECASE,
+)
+_MAZAK: Final = re.compile(r"\(.*\bMAZAK|\(.*\bMAZATROL", re.IGNORECASE)
+_OKUMA: Final = re.compile(
+    r"^[ \t]*\$[^%]*%|\bG15[ \t]*H[0-9]|\bG116[ \t]*T|\bVC[0-9]+[ \t]*=|^[ \t]*CALL[ \t]*O|\bG56[ \t]*HA|\(.*\bOKUMA\b|\bVZOF",
+    re.IGNORECASE,
+)
+_LINUXCNC: Final = re.compile(
+    r"^[ \t]*O[ \t]*(?:<[^>]*>|[0-9]+)[ \t]*"
+    r"(?:sub|endsub|call|if|else|endif|while|endwhile|do|repeat)\b|#<[^>]+>|\(.*\bLINUXCNC\b",
+    re.IGNORECASE,
+)
+
+
+def _marks(pattern: re.Pattern[str], weight: float) -> Callable[[Sequence[str]], float]:
+    return lambda lines: weight if any(pattern.search(line) for line in lines) else 0.0
+
+
+_OWN: Final[dict[str, Dialect]] = {
+    item.name: item
+    for item in (
+        Dialect("iso", "G-code as LinuxCNC reads it", _words, _marks(_LINUXCNC, 0.75), g_code=True),
+        Dialect("haas", "a program of a Haas mill", _words, _marks(_HAAS, 0.7), g_code=True),
+        Dialect("mazak", "a program of a Mazak mill", _words, _marks(_MAZAK, 0.7), g_code=True),
+        Dialect("okuma", "a program of an Okuma mill", _words, _marks(_OKUMA, 0.72), g_code=True),
+        Dialect("fanuc", "a program of a Fanuc control", _words, _marks(_FANUC, 0.6), g_code=True),
+        Dialect("mts", "G-code of a training control", _words, lambda _: 0.0, g_code=True),
+        Dialect("apt", "a cutter location file", lambda t, s: Reading(*read_apt(t, s)), _apt_score),
+        Dialect(
+            "poses", "a table of poses", lambda t, s: Reading(*read_poses(t, s)),
+            lambda lines: float(any(_POSES.search(line) for line in lines[:50])),
+        ),
+        Dialect("sinumerik", "a program of a Sinumerik control", _sinumerik, _sinumerik_score),
+        Dialect(
+            "heidenhain-iso", "a DIN/ISO program of a Heidenhain control", _heidenhain_iso, _heidenhain_iso_score
+        ),
+        Dialect("heidenhain", "a conversational program of a Heidenhain control", _heidenhain, _heidenhain_score),
+    )
+}  # fmt: skip
+
+TABLE: Final = Installed("vmachining.dialects", Dialect, _OWN)
+"""Ours, and those of installed packages."""
+
+DIALECTS: Final = tuple(_OWN)
+"""Names of ours."""
+
+
+def read_lines(lines: Sequence[str], settings: Settings) -> Reading:
+    """A program in one dialect; where it is not a program of it, one finding says what it is."""
+    if (never := never_a_program("\n".join(_head(lines)))) is not None:
+        named = finding("E211", never.line, None, f"this is {never.what}", never.word, never.col)
+        return Reading([], [named._replace(hint=never.remedy)], False)
+    dialect = TABLE[settings.dialect]
+    # a million lines take 80 MB: those of G-code are not split again
+    reading = _of_lines(list(lines), settings) if dialect.g_code else dialect.read("\n".join(lines), settings)
+    wrong = [item.line for item in reading.findings if item.code.startswith(("E1", "E2"))]
+    cause = None
+    if dialect.name in ("heidenhain", "heidenhain-iso", "sinumerik") and recognise(lines) == dialect.name:
+        wrong = []  # it is what it says it is, however wrong
+    if wrong and (other := recognised(lines, wrong, dialect.name, dialect.g_code)) is not None:
+        cause = finding("E211", other.line, None, f"this is {other.what}", other.word, other.col)
+        cause = cause._replace(hint=other.remedy) if other.remedy else cause
+    elif wrong and (line := _prose(reading.findings, lines)):
+        what = "this is a text, or a program in a language that is not read"
+        cause = finding("E211", line, None, what, lines[line - 1].strip()[:40])
+    if cause is None:
+        return reading
+    return reading._replace(moves=[], findings=[cause])
+
+
+def _prose(findings: Sequence[Finding], lines: Sequence[str]) -> int:
+    """The first of the lines that hold words instead of codes, where they are the most; else 0."""
+    marked = {item.line for item in findings if item.code in ("E103", "E107", "E110")}
+    full = sum(1 for line in lines if line.strip())
+    return min(marked) if len(marked) >= 2 and 2 * len(marked) > full else 0
+
+
+KINDS, CODES = 8, 5
+"""Different findings about words, and their codes, above which a program is that of another control."""
+
+
+def strange(findings: Sequence[Finding]) -> Finding | None:
+    """One finding in place of many different ones about words that are not understood."""
+    about = [item for item in findings if item.code.startswith(("E1", "E2"))]
+    kinds = {(item.code, item.message[:24]) for item in about}
+    if len(kinds) < KINDS or len({code for code, _ in kinds}) < CODES:
+        return None
+    what = f"this is a program of a control that is not read: {len(kinds)} kinds of words mean nothing here"
+    return finding("E211", about[0].line, None, what, about[0].word, about[0].col)
+
+
+def is_g_code(name: str) -> bool:
+    """Whether programs of this dialect are made of words."""
+    return TABLE[name].g_code
+
+
+def _head(lines: Sequence[str]) -> list[str]:
+    return [line[:LONGEST] for line in lines[:SAMPLE]]
+
+
+def is_marked(name: str, lines: Sequence[str]) -> bool:
+    """Whether anything in the head of a program speaks for a dialect."""
+    return TABLE[name].score(_head(lines)) > 0.0
+
+
+def recognise(lines: Sequence[str]) -> str:
+    """Name of the dialect whose score is highest; "iso" where nothing speaks for another."""
+    head = _head(lines)
+    best, most = "iso", 0.0
+    for name, dialect in TABLE.items():
+        score = dialect.score(head)
+        if score > most:
+            best, most = name, score
+    return best

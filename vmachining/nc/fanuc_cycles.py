@@ -1,0 +1,110 @@
+"""Canned cycles of the Fanuc family brought into the words of the core: repetitions, words of the cycle before, G60."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from vmachining.nc.codes import CYCLES
+from vmachining.nc.fanuc_haas import pecks
+from vmachining.nc.fanuc_line import Line
+from vmachining.nc.state import State
+
+if TYPE_CHECKING:
+    from vmachining.nc.fanuc import Translator
+
+__all__ = ["BORING", "CYCLE_WORDS", "dwell", "holes"]
+
+CYCLE_WORDS: Final = {
+    810: "", 820: "P", 730: "Q", 830: "Q", 740: "P", 840: "P", 850: "", 860: "P", 890: "P", 760: "P", 870: "PQ", 880: "P",
+}  # fmt: skip
+
+BORING: Final = {
+    760: "G76: fine boring; the shift at the bottom, away from the wall, is left out",
+    870: "G87: back boring; the shift goes along +X, as the control is delivered",
+    880: "G88: the retract by hand is taken as a rapid",
+}
+
+
+def holes(translator: Translator, line: Line, state: State, claimed: bool) -> None:
+    """K as L, words of the cycle before, Q0 and missing P; claimed : another code of the block takes the axis words."""
+    now = line.codes("G")
+    code = next(iter(now & set(CYCLE_WORDS)), None)
+    active = code if code is not None else state.motion if state.motion in CYCLES else None
+    if active is None or claimed:
+        return
+    has = line.letters()
+    if translator.variant == "haas":
+        pecks(translator, line, active)
+        has = line.letters()
+    elif "K" in has and "L" not in has:
+        repeats, count = line.value("K"), line.word("K")
+        line.drop("K")
+        if repeats != 1.0:
+            line.add("L", repeats or 0.0, count)
+    turning = [(w, v) for w, v in zip(line.words, line.values, strict=True) if w.letter in "ABC"]
+    if turning and line.value("L") != 0.0:  # to its hole the control moves all axes together
+        line.ahead.append([(turning[0][0]._replace(letter="G", value=0.0), 0.0), *turning])
+        if state.absolute and 910 not in now:
+            line.ahead[-1].extend(
+                (w, v) for w, v in zip(line.words, line.values, strict=True) if w.letter in "XY"
+            )
+        line.drop("ABC")
+    held = translator.cycle
+    for letter in "ZRQP":
+        value = line.value(letter)
+        if value is not None:
+            held[letter] = value
+    if not line.words:
+        return
+    like = line.words[-1]
+    if code is not None:
+        _complete(translator, line, state, code, has)
+    allowed = CYCLE_WORDS[next(iter(line.codes("G") & set(CYCLE_WORDS)), active)]
+    for letter in "PQIJ":
+        if letter not in allowed and (letter in "PQ" or not line.value(letter)):
+            line.drop(letter)
+    depth, clear = held.get("Z"), held.get("R")
+    if active == 870 and depth is not None and clear is not None and state.absolute and depth <= clear:
+        what = "G87 whose Z lies below R: it bores downwards, from R to Z"
+        translator.say("G87 down", like, what, "I213")
+
+
+def _complete(translator: Translator, line: Line, state: State, code: int, has: set[str]) -> None:
+    """What a cycle that is called anew takes from the one before, or does without."""
+    held, like = translator.cycle, line.words[-1]
+    for letter in "ZR":
+        if letter not in has and letter in held:
+            line.add(letter, held[letter], like)
+    if "R" not in has and "R" not in held and state.absolute:
+        level = state.program[state.plane.normal] / state.scale
+        what = f"a cycle without R: its clearance plane is where the tool is, {level:g}"
+        translator.say("R", like, what, "I213")
+        line.add("R", level, like)
+    if code in (730, 830) and not line.value("Q") and not held.get("Q"):
+        translator.say("Q", like, "a peck cycle without Q, or with Q0, drills in one step", "I213")
+        line.replace(code, 810 if "P" not in has else 820)
+        line.drop("Q")
+    elif code in (730, 830) and "Q" not in has:
+        line.add("Q", held["Q"], like)
+    if code in (820, 860, 890, 760, 870, 880) and line.value("P") is None:
+        line.add("P", held.get("P", 0.0), like._replace(text="P0"))
+
+
+def dwell(translator: Translator, line: Line, codes: set[int]) -> None:
+    """P counts milliseconds, with a decimal point seconds; G4 X, G4 U and on Okuma G4 F are seconds, as P is there."""
+    okuma = translator.variant == "okuma"
+    if 40 in codes:
+        for letter in "XUF" if okuma else "XU":
+            value = line.value(letter)
+            if value is not None and line.value("P") is None:
+                like = line.word(letter)
+                line.drop(letter)
+                line.add(
+                    "P", value if "." in like.text or okuma or "#" in like.text else value / 1000.0, like
+                )
+                return
+    elif not line.codes("G") & set(CYCLE_WORDS):
+        return
+    for k, word in enumerate(line.words):
+        if word.letter == "P" and "." not in word.text and not okuma:
+            line.values[k] = line.values[k] / 1000.0

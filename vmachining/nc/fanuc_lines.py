@@ -1,0 +1,160 @@
+"""Lines of the Fanuc family made plain for the lexer, and findings folded to one for each cause."""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from vmachining.nc.lexer import MAX_LINE
+from vmachining.nc.model import Finding
+
+__all__ = ["bracketed", "folded", "prepare", "without_header"]
+
+_NX_HEADER: Final = re.compile(r"^\s*Information listing created by\b", re.IGNORECASE)
+_RULE: Final = re.compile(r"^\s*={20,}\s*$")
+_NAMED: Final = re.compile(
+    r"^([ \t]*(?:[Nn][0-9]+[ \t]*)?)[oO](?![ \t]*[0-9#<\[])([ \t]*[A-Za-z_][^()]*)?(?=$|\()"
+)
+_COLON: Final = re.compile(r"^([ \t]*):[ \t]*([0-9]+)(?=[ \t]*[A-Za-z])")
+_BLOCK: Final = re.compile(r"^[ \t]*:[ \t]*[A-Za-z]")
+_O_WORDS: Final = re.compile(r"^([ \t]*)[oO][ \t]*([0-9]{1,9})(?=[ \t]*[GMXYZTSF][ \t]*[-+0-9.])")
+_ANGLED: Final = re.compile(r"<[^<>]*>")
+_SKIP: Final = re.compile(r"(?<=[0-9 \t])/[1-9]?(?=[ \t]*[A-Za-z])|^[ \t]*/[1-9](?=[A-Za-z \t])|//[0-9]?")
+_PERCENT: Final = re.compile(r"^[ \t]*%[ \t]*[A-Za-z][A-Za-z0-9]*[ \t]*$|^[ \t]*%[ \t]*[oO:][0-9]+[ \t]*$")
+_OKUMA_NAME: Final = re.compile(r"^[ \t]*\$[^%]*%[ \t]*$")
+_PRINT: Final = re.compile(
+    r"^[ \t]*(?:[Nn][0-9]+[ \t]*)?(?:POPEN|PCLOS|DPRNT|BPRNT|SETVN|MSG_OK)\b.*",
+    re.IGNORECASE,
+)
+_REMARK: Final = re.compile(r"^[ \t]*//[ \t]*[A-Z][A-Z ]", re.IGNORECASE)
+_ASSIGNED: Final = re.compile(r"(#(?:[0-9]+|\[[^=]*\])[ \t]*=[ \t]*)([^=(;]+)(?=$|\(|;)")
+_OPERATION: Final = re.compile(r"[\]0-9.][ \t]*(?:[-+*/]|MOD|AND|OR|XOR|EQ|NE|GT|GE|LT|LE)", re.IGNORECASE)
+_CONTROL: Final = re.compile(r"[\x00-\x08\x0b-\x1f\x7f]")
+
+
+def prepare(line: str) -> str:
+    """A line in the form that the lexer knows; columns stay, what means nothing becomes blanks or a comment."""
+    if line.isascii() and line.isalnum() and line[0] not in "Pp":
+        return line
+    if not line.isprintable():
+        line = _CONTROL.sub(" ", line)
+    if "(" in line or ")" in line:
+        line = _plain_comments(line)
+    if len(line) > MAX_LINE:
+        line = _shortened(line)
+    bare = line.lstrip(" \t")
+    if not bare:
+        return line
+    first = bare[0]
+    if first == "/" and _REMARK.match(line):
+        return ""
+    if first in "%$" and (_PERCENT.match(line) or _OKUMA_NAME.match(line)):
+        return "%" if first == "%" else ""
+    if first in "oO" or (first in "nN" and "O" in bare.upper()):
+        if (named := _NAMED.match(line)) is not None:
+            return f"{named[1]}({line[len(named[1]) + 1 :].replace('(', '[').replace(')', ']')})"
+        line = _O_WORDS.sub(r"\1N\2", line)
+    elif first == ":":
+        line = _COLON.sub(r"\1N\2", line)
+        if _BLOCK.match(line):
+            line = line.replace(":", " ", 1)
+    if "<" in line and "#<" not in line:
+        line = _ANGLED.sub(lambda hit: " " * len(hit[0]), line)
+    if "/" in line and "[" not in line:
+        code, mark, rest = line.partition("(")
+        line = (
+            _SKIP.sub(lambda hit: (" " * len(hit[0])) if hit.start() else "/" + " " * (len(hit[0]) - 1), code)
+            + mark
+            + rest
+        )
+    if _PRINT.match(line):
+        return ""
+    if "[" in line:
+        line = _PAIRED.sub(_in_core, _SHORT.sub(lambda hit: SHORT[hit[1].upper()] + "[", line))
+    return bracketed(line) if "=" in line else line
+
+
+SHORT: Final = {"SQR": "SQRT", "RND": "ROUND"}
+_SHORT: Final = re.compile(r"(?<![A-Z])(SQR|RND)\[", re.IGNORECASE)
+_INSIDE: Final = r"((?:[^\[\],]|\[[^\[\]]*\])+)"
+_PAIRED: Final = re.compile(rf"(?<![A-Z])(ATAN|POW)\[{_INSIDE},{_INSIDE}\]", re.IGNORECASE)
+
+
+def _in_core(hit: re.Match[str]) -> str:
+    """Functions of two values as the core writes them."""
+    return f"ATAN[{hit[2]}]/[{hit[3]}]" if hit[1].upper() == "ATAN" else f"[[{hit[2]}]**[{hit[3]}]]"
+
+
+def bracketed(line: str) -> str:
+    """`#1 = #1 + 1` as `#1 = [#1 + 1]`: these controls need no brackets about the whole."""
+    return _ASSIGNED.sub(
+        lambda hit: f"{hit[1]}[{hit[2].rstrip()}]" if _OPERATION.search(hit[2]) else hit[0], line
+    )
+
+
+def _plain_comments(line: str) -> str:
+    """Comments within comments become brackets, an open one is closed."""
+    depth, out = 0, list(line)
+    for k, char in enumerate(line):
+        if char == "(":
+            depth += 1
+            if depth > 1:
+                out[k] = "["
+        elif char == ")":
+            if depth > 1:
+                out[k] = "]"
+            elif depth == 0:
+                out[k] = " "
+            depth = max(0, depth - 1)
+    return "".join(out) + (")" if depth else "")
+
+
+def _shortened(line: str) -> str:
+    """Comments that make a line too long are cut."""
+    return re.sub(
+        r"\([^()]*\)|;.*", lambda hit: f"({hit[0][1:60].rstrip(')')})" if len(hit[0]) > 60 else hit[0], line
+    )
+
+
+def without_header(lines: list[str]) -> list[str]:
+    """The window that NX lists a program in opens with a header between two rules: it becomes empty lines."""
+    if not any(_NX_HEADER.match(line) for line in lines[:10]):
+        return lines
+    rules = [k for k, line in enumerate(lines[:30]) if _RULE.match(line)]
+    if len(rules) < 2:
+        return lines
+    return ["" if k <= rules[1] else line for k, line in enumerate(lines)]
+
+
+_NUMBERS: Final = re.compile(r"[-+]?[0-9.]+")
+_OTHER_MACHINES: Final = (
+    (frozenset("UW"), "U and W are steps of X and Z: this is a program for turning, which is not read"),
+    (
+        frozenset("UV"),
+        "U and V guide the upper end of a wire: this is a program for wire erosion, which is not read",
+    ),
+)
+
+
+def folded(findings: list[Finding]) -> list[Finding]:
+    """One finding for each cause: the first, with the number of lines that say the same; of a lathe nothing else."""
+    others = [item for item in findings if item.code == "E209"]
+    turning = next((item for item in others if "belongs to a lathe" in item.message), None)
+    what = "" if turning is None else f"{turning.message}: this is a program for turning, which is not read"
+    if turning is None and others:
+        missing = {item.message[-1] for item in others if "has no axis" in item.message}
+        what = next((text for axes, text in _OTHER_MACHINES if axes <= missing), "")
+        turning = others[0] if what else None
+    if turning is not None:
+        return [turning._replace(message=what), *(item for item in findings if item.severity != "E")]
+    out, places, more = list[Finding](), dict[tuple[str, str], int](), dict[int, int]()
+    for item in findings:
+        key = item.code, _NUMBERS.sub("#", item.message.partition(" uses ")[0])
+        if item.severity == "E" and key in places:
+            more[places[key]] = more.get(places[key], 0) + 1
+            continue
+        places.setdefault(key, len(out))
+        out.append(item)
+    for at, count in more.items():
+        out[at] = out[at]._replace(message=f"{out[at].message}; {count} more lines say the same")
+    return out

@@ -1,0 +1,284 @@
+"""Coordinates of the Fanuc family that are turned, scaled, mirrored or tilted, and registers that G10 writes.
+
+    work = tilt (G68.2) o shift (Okuma G11) o turn (G68) o scale (G51) o mirror (G51.1) of what is programmed
+
+The order of mirror, scaling and rotation is that of the operator's manual (0i/30i, "Coordinate system rotation"); G68.2
+takes Euler angles ZXZ, with P1 roll, pitch and yaw in the order that Q names, with P2 three points in blocks of Q1 to Q3
+(zero, a point of +X, one on the side of +Y), with P3 the directions of +X and +Z in blocks of Q1 and Q2; G68 with I J K
+turns by R about that direction, and its X Y Z is the new zero.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Final
+
+from vmachining.nc.fanuc_line import Line
+from vmachining.nc.frames import EYE, IDENTITY, Frame, Rows, axis_turn, cross, dot, matmul, unit
+from vmachining.nc.lexer import Word
+from vmachining.nc.model import Point
+from vmachining.nc.state import ORIGIN, State
+from vmachining.nc.vectors import subtract
+
+if TYPE_CHECKING:
+    from vmachining.nc.fanuc import Translator
+
+__all__ = ["Places", "extended", "polar"]
+
+ORDER: Final = ("tilt", "shift", "turn", "scale", "mirror")
+CODES: Final = {
+    680: "turn", 682: "tilt", 510: "scale", 511: "mirror", 690: "turn tilt", 691: "tilt", 500: "scale", 501: "mirror",
+}  # fmt: skip
+"""What a code sets or, where it stands alone, ends."""
+
+Given = Mapping[str, tuple[Word, float]]
+
+
+class Places:
+    """The transformations in force."""
+
+    def __init__(self) -> None:
+        self.parts: dict[str, Frame] = {}
+        self.mirrors: dict[int, float] = {}
+        self.given: dict[int, tuple[Point, Point]] = {}
+        """Points and directions of a plane that is not complete yet."""
+
+    @property
+    def tilted(self) -> bool:
+        """Whether a tilted plane is in force."""
+        return "tilt" in self.parts
+
+    def end(self, kinds: str, line: Line, given: Given) -> bool:
+        """They are in force no more (of a mirror only the axes named, if any is); whether one was."""
+        was = set(kinds.split()) & set(self.parts)
+        if "tilt" in kinds:
+            self.given = {}
+        for kind in was:
+            del self.parts[kind]
+        if "mirror" in was:
+            named = {axis for axis, letter in enumerate("XYZ") if letter in given}
+            self.mirrors = {axis: at for axis, at in self.mirrors.items() if named and axis not in named}
+            self._mirror()
+        self._tell(line)
+        return bool(was)
+
+    def _tell(self, line: Line) -> None:
+        plan = IDENTITY
+        for kind in ORDER:
+            plan = plan.then(self.parts.get(kind, IDENTITY))
+        line.before.append(lambda state: state.replan(None if plan == IDENTITY else plan))
+
+    def turn(self, word: Word, given: Given, line: Line, state: State) -> str:
+        """G68 with a centre in the plane and R; in G91 R adds. Returns the letters that it takes."""
+        plane = state.plane
+        if next((p for code, p in _PLANES.items() if code in line.codes("G")), plane.normal) != plane.normal:
+            line.refuse(word, "G68 beside the code of another plane", "choose the plane in a block before")
+            return "XYZR"
+        if "R" not in given:
+            line.refuse(word, "G68 that is no rotation by R is not supported", "G68.2 names a tilted plane")
+            return "XYZRIJK"
+        here, center = state.program, [0.0, 0.0, 0.0]
+        if set(given) & set("IJK"):
+            axis_of = unit(_point(given, "IJK"))
+            if axis_of is None:
+                line.refuse(word, "G68 about a direction I J K without length")
+                return "XYZRIJK"
+            at = [given[c][1] * state.scale if c in given else here[k] for k, c in enumerate("XYZ")]
+            before = self.parts.get("turn", IDENTITY)  # a second one turns what the first has turned
+            self.parts["turn"] = before.then(Frame(_about(axis_of, given["R"][1]), (at[0], at[1], at[2])))
+            self._tell(line)
+            return "XYZRIJK"
+        for axis in (plane.first, plane.second):
+            letter = "XYZ"[axis]
+            center[axis] = given[letter][1] * state.scale if letter in given else here[axis]
+        angle = given["R"][1]
+        self._put("turn", axis_turn(plane.normal, angle), center, line)
+        return "XYZR"
+
+    def tilt(self, word: Word, given: Given, line: Line, state: State) -> str:
+        """G68.2 X Y Z I J K, P2 and P3 in several blocks."""
+        kind = given["P"][1] if "P" in given else 0.0
+        zero = _point(given, "XYZ", state.scale)
+        i, j, k = (given[letter][1] if letter in given else 0.0 for letter in "IJK")
+        if kind == 0.0:
+            rows = matmul(axis_turn(2, i), matmul(axis_turn(0, j), axis_turn(2, k)))
+        elif kind == 1.0:
+            order = f"{given['Q'][1]:.0f}" if "Q" in given else "123"
+            if sorted(order) != ["1", "2", "3"]:
+                line.refuse(given["Q"][0], f"G68.2 P1 Q{order}: Q orders the axes, 123 to 321")
+                return "XYZIJKPQR"
+            rows = EYE
+            for digit in order:
+                axis = int(digit) - 1
+                rows = matmul(axis_turn(axis, (i, j, k)[axis]), rows)
+        elif kind in (2.0, 3.0):
+            number = int(given["Q"][1]) if "Q" in given else 1
+            self.given = {**(self.given if number > 1 else {}), number: (zero, _point(given, "IJK"))}
+            if number < 5 - kind or number == 0:
+                if number == 0 and (any(zero) or ("R" in given and given["R"][1])):
+                    line.refuse(
+                        word, "G68.2 P2 Q0 with a shift or a turn is not supported", "post Euler angles"
+                    )
+                return "XYZIJKPQR"
+            found = self._by_points() if kind == 2.0 else self._by_vectors()
+            self.given = {}
+            if found is None:
+                line.refuse(
+                    word, f"G68.2 P{kind:g}: its points or directions span no plane, or some are missing"
+                )
+                return "XYZIJKPQR"
+            rows, zero = found
+        else:
+            line.refuse(
+                word, f"G68.2 P{kind:g}: planes by projected angles are not supported", "post Euler angles"
+            )
+            return "XYZIJKPQR"
+        if state.rotation or any(state.rotary.values()):
+            line.refuse(
+                word, "G68.2 while a rotary axis or the work offset stands turned", "turn it back before"
+            )
+            return "XYZIJKPQR"
+        self.parts["tilt"] = Frame(rows, zero)
+        self._tell(line)
+        return "XYZIJKPQR"
+
+    def _by_points(self) -> tuple[Rows, Point] | None:
+        """Axes and zero of the plane through the points of P2."""
+        one, two, three = (self.given.get(k, (ORIGIN, ORIGIN))[0] for k in (1, 2, 3))
+        along = unit(subtract(two, one))
+        normal = unit(cross(along, subtract(three, one))) if along is not None else None
+        if along is None or normal is None or len(set(self.given) & {1, 2, 3}) < 3:
+            return None
+        return columns(along, cross(normal, along), normal), one
+
+    def _by_vectors(self) -> tuple[Rows, Point] | None:
+        """The same of the directions of P3, which stand upright on each other to 5 degrees; +Z is kept."""
+        if not {1, 2} <= set(self.given):
+            return None
+        along, normal = unit(self.given[1][1]), unit(self.given[2][1])
+        side = unit(cross(normal, along)) if along is not None and normal is not None else None
+        if (
+            along is None
+            or normal is None
+            or side is None
+            or abs(dot(along, normal)) > math.sin(math.radians(5.0))
+        ):
+            return None
+        return columns(cross(side, normal), side, normal), self.given[1][0]
+
+    def shift(self, given: Given, line: Line, state: State) -> str:
+        """Okuma G11 X Y Z P: a shift, and a turn by P."""
+        origin = [given[letter][1] * state.scale if letter in given else 0.0 for letter in "XYZ"]
+        self.parts["shift"] = Frame(
+            axis_turn(2, given["P"][1] if "P" in given else 0.0), (origin[0], origin[1], origin[2])
+        )
+        self._tell(line)
+        return "XYZP"
+
+    def scale(self, word: Word, given: Given, line: Line, state: State) -> str:
+        """G51 X Y Z P, or I J K for each axis; without a point they count thousandths."""
+        here, by = state.program, [1.0, 1.0, 1.0]
+        letters = "IJK" if set(given) & set("IJK") else "PPP"
+        for axis, letter in enumerate(letters):
+            if letter in given:
+                text, value = given[letter][0].text, given[letter][1]
+                by[axis] = value if "." in text else value / 1000.0
+        if 0.0 in by:
+            line.refuse(word, "G51 with a factor of zero")
+            return "XYZIJKP"
+        center = [given[c][1] * state.scale if c in given else here[k] for k, c in enumerate("XYZ")]
+        m = ((by[0], 0.0, 0.0), (0.0, by[1], 0.0), (0.0, 0.0, by[2]))
+        self._put("scale", m, center, line, IDENTITY.scaled(*by))
+        return "XYZIJKP"
+
+    def mirror(self, given: Given, line: Line) -> str:
+        """G51.1 X2: mirrored at x = 2 (given in mm); axes add up."""
+        for axis, letter in enumerate("XYZ"):
+            if letter in given:
+                self.mirrors[axis] = given[letter][1]
+        self._mirror()
+        self._tell(line)
+        return "XYZ"
+
+    def _mirror(self) -> None:
+        self.parts.pop("mirror", None)
+        if self.mirrors:
+            by = [-1.0 if axis in self.mirrors else 1.0 for axis in range(3)]
+            origin = [2.0 * self.mirrors.get(axis, 0.0) for axis in range(3)]
+            made = IDENTITY.scaled(by[0], by[1], by[2])
+            self.parts["mirror"] = made._replace(origin=(origin[0], origin[1], origin[2]))
+
+    def _put(self, kind: str, rows: Rows, center: list[float], line: Line, like: Frame = IDENTITY) -> None:
+        """A linear map about a centre."""
+        turned = [sum(r * c for r, c in zip(row, center, strict=True)) for row in rows]
+        x, y, z = (c - t for c, t in zip(center, turned, strict=True))
+        self.parts[kind] = like._replace(matrix=rows, origin=(x, y, z))
+        self._tell(line)
+
+
+def _point(given: Given, letters: str, scale: float = 1.0) -> Point:
+    x, y, z = (given[letter][1] * scale if letter in given else 0.0 for letter in letters)
+    return x, y, z
+
+
+def columns(a: Point, b: Point, c: Point) -> Rows:
+    """The matrix whose columns these are."""
+    return (a[0], b[0], c[0]), (a[1], b[1], c[1]), (a[2], b[2], c[2])
+
+
+def _about(axis: Point, degrees: float) -> Rows:
+    """Rotation about a direction (Rodrigues)."""
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    turned = []
+    for e in EYE:
+        side, part = cross(axis, e), dot(axis, e) * (1.0 - c)
+        turned.append(
+            (
+                c * e[0] + s * side[0] + part * axis[0],
+                c * e[1] + s * side[1] + part * axis[1],
+                c * e[2] + s * side[2] + part * axis[2],
+            )
+        )
+    return columns(*turned)
+
+
+_PLANES: Final = {170: 2, 180: 1, 190: 0}
+
+
+def extended(state: State, number: int) -> None:
+    """G54.1 Pn: a work offset beyond the nine of the core."""
+    state.work = 100000 + number
+    state.place_offsets()
+
+
+def polar(translator: Translator, line: Line, codes: set[int], state: State) -> None:
+    """G16: the first axis of the plane is a radius about the work zero, the second an angle; in G91 both are steps."""
+    if 150 in codes:
+        translator.polar = None
+        return
+    a, b = state.plane.first, state.plane.second
+    first, second = "XYZ"[a], "XYZ"[b]
+    here = state.program
+    if translator.polar is None:
+        r = math.hypot(here[a], here[b]) / state.scale
+        translator.polar = r, math.degrees(math.atan2(here[b], here[a]))
+    if not {first, second} & line.letters():
+        return
+    absolute = 900 in codes or (state.absolute and 910 not in codes)
+    radius, angle = line.value(first), line.value(second)
+    old = translator.polar
+    if not absolute:
+        if radius is not None:
+            what = "a radius in polar coordinates (G16) in G91 counts from where the tool is: not supported"
+            line.refuse(line.word(first), what, "program the radius in G90")
+            return
+        angle = old[1] + (angle or 0.0)
+    translator.polar = old[0] if radius is None else radius, old[1] if angle is None else angle
+    like = line.word(first + second)
+    line.drop(first + second)
+    u, v = (translator.polar[0] * f(math.radians(translator.polar[1])) for f in (math.cos, math.sin))
+    if not absolute:
+        u, v = u - here[a] / state.scale, v - here[b] / state.scale
+    line.add(first, u, like)
+    line.add(second, v, like)

@@ -1,0 +1,141 @@
+"""Coordinate systems of programs: shifts, rotations, mirrors and scales, nested into one affine map.
+
+A frame maps program coordinates to work coordinates, q = M p + o. Rotations about axes are right-handed.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final, NamedTuple, TypeAlias
+
+from vmachining.nc.model import Point
+
+__all__ = ["EYE", "IDENTITY", "UP", "Frame", "Rows", "axis_turn", "cross", "dot", "matmul", "unit"]
+
+Rows: TypeAlias = tuple[Point, Point, Point]
+
+EYE: Final[Rows] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+UP: Final[Point] = (0.0, 0.0, 1.0)
+SNAP: Final = 4e-16
+"""cos 90 degrees is 6e-17 in floating point: matrices of right angles stay exact."""
+
+
+def dot(a: Point, b: Point) -> float:
+    """a . b."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def cross(a: Point, b: Point) -> Point:
+    """a x b."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def unit(a: Point) -> Point | None:
+    """a / |a|; None without length."""
+    size = math.sqrt(dot(a, a))
+    return (a[0] / size, a[1] / size, a[2] / size) if size > 1e-12 else None
+
+
+def matmul(a: Rows, b: Rows) -> Rows:
+    """A B."""
+    columns = tuple(zip(*b, strict=True))
+    x, y, z = ((dot(r, columns[0]), dot(r, columns[1]), dot(r, columns[2])) for r in a)
+    return x, y, z
+
+
+def axis_turn(axis: int, degrees: float) -> Rows:
+    """Rotation about X, Y or Z (0, 1, 2)."""
+    angle = math.radians(degrees)
+    c, s = (0.0 if abs(v) < SNAP else v for v in (math.cos(angle), math.sin(angle)))
+    rows = [[1.0 if i == j else 0.0 for j in range(3)] for i in range(3)]
+    a, b = (axis + 1) % 3, (axis + 2) % 3
+    rows[a][a] = rows[b][b] = c
+    rows[a][b], rows[b][a] = -s, s
+    x, y, z = ((r[0], r[1], r[2]) for r in rows)
+    return x, y, z
+
+
+class Frame(NamedTuple):
+    """q = matrix p + origin. scale : of lengths, where it is the same in all directions, else 0.
+
+    flip : Z is mirrored, which does not turn the tool round.
+    """
+
+    matrix: Rows = EYE
+    origin: Point = (0.0, 0.0, 0.0)
+    scale: float = 1.0
+    flip: bool = False
+
+    @property
+    def plain(self) -> bool:
+        """Only a shift."""
+        return self.matrix == EYE
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether left and right change places."""
+        m = self.matrix
+        return dot(m[0], cross(m[1], m[2])) < 0.0
+
+    @property
+    def axis(self) -> Point:
+        """Unit direction of the tool axis."""
+        return self.direction((0.0, 0.0, -1.0) if self.flip else UP)
+
+    def apply(self, p: Point) -> Point:
+        """Work coordinates."""
+        m, o = self.matrix, self.origin
+        if m == EYE:
+            return p[0] + o[0], p[1] + o[1], p[2] + o[2]
+        return dot(m[0], p) + o[0], dot(m[1], p) + o[1], dot(m[2], p) + o[2]
+
+    def vector(self, p: Point) -> Point:
+        """The linear part alone."""
+        m = self.matrix
+        return dot(m[0], p), dot(m[1], p), dot(m[2], p)
+
+    def direction(self, p: Point) -> Point:
+        """Unit vector that a direction becomes."""
+        out = unit(self.vector(p))
+        assert out is not None  # no frame is singular: scales are above zero
+        x, y, z = (0.0 if abs(v) < SNAP else v for v in out)
+        return x, y, z
+
+    def invert(self, q: Point) -> Point:
+        """Program coordinates."""
+        d = q[0] - self.origin[0], q[1] - self.origin[1], q[2] - self.origin[2]
+        if self.matrix == EYE:
+            return d
+        c0, c1, c2 = zip(*self.matrix, strict=True)
+        volume = dot(c0, cross(c1, c2))
+        return (
+            dot(cross(c1, c2), d) / volume,
+            dot(cross(c2, c0), d) / volume,
+            dot(cross(c0, c1), d) / volume,
+        )
+
+    def then(self, inner: Frame) -> Frame:
+        """The frame of something programmed in `inner`, which itself lies in this one."""
+        return Frame(
+            matmul(self.matrix, inner.matrix),
+            self.apply(inner.origin),
+            self.scale * inner.scale,
+            self.flip != inner.flip,
+        )
+
+    def shifted(self, by: Point) -> Frame:
+        """Shifted along its own axes."""
+        return self.then(Frame(origin=by))
+
+    def turned(self, rows: Rows) -> Frame:
+        """Turned about its own origin."""
+        return self.then(Frame(rows))
+
+    def scaled(self, x: float, y: float, z: float) -> Frame:
+        """Scaled about its own origin; negative factors mirror."""
+        same = abs(x) == abs(y) == abs(z)
+        rows = ((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z))
+        return self.then(Frame(rows, scale=abs(x) if same else 0.0, flip=z < 0.0))
+
+
+IDENTITY: Final = Frame()

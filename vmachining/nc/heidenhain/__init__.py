@@ -1,0 +1,63 @@
+"""Dialect `heidenhain`: conversational programs of TNC controls.
+
+| file | holds |
+|---|---|
+| `text.py` | lines -> blocks -> words |
+| `flow.py` | labels, calls, jumps |
+| `definitions.py` | blank, tools, cycles, coordinate systems |
+| `control.py` | path blocks, M codes |
+| `contour.py` | path functions, approaches and departures |
+| `cycles.py` | drilling cycles and patterns |
+| `planes.py` | datum shift, mirror, rotation, scale, tilted planes |
+| `parameters.py` | Q parameters and FN |
+| `din_iso.py` | DIN/ISO programs, turned into conversational blocks |
+
+What is honoured, accepted with a note and refused: docs/heidenhain.md. Positions become moves in `nc/pen.py`.
+Source: HEIDENHAIN TNC 640 user's manuals (public).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from vmachining.nc.heidenhain.control import Control
+from vmachining.nc.heidenhain.din_iso import conversational
+from vmachining.nc.heidenhain.text import blocks
+from vmachining.nc.lexer import split_lines
+from vmachining.nc.model import Finding, Move, Told
+from vmachining.nc.settings import Settings
+
+__all__ = ["Read", "read_heidenhain"]
+
+
+class Read(NamedTuple):
+    """What a program became."""
+
+    moves: list[Move]
+    findings: list[Finding]
+    ended: bool
+    files: tuple[str, ...]
+    told: Told
+
+
+def read_heidenhain(
+    text: str, settings: Settings, decode: Callable[[bytes, str], str] | None, *, din_iso: bool = False
+) -> Read:
+    """Read a program; `decode` makes text of the files that it calls. din_iso : in words of G-code."""
+    lines = split_lines(text)
+    control = Control(lines, settings, decode, conversational if din_iso else blocks)
+    control.run()
+    pen = control.pen
+    if not control.begun:
+        pen.line, pen.n, pen.text = 1, None, ""
+        pen.note("E109", "the program has no line %NAME G71" if din_iso else "the program has no BEGIN PGM")
+    elif not control.ended and not control.broken:
+        pen.line, pen.n, pen.text = max(1, len(lines)), None, ""
+        pen.note("W401", "the program has no END PGM")
+    elif not pen.moves and not pen.findings:
+        pen.note("W406", "the program contains no motion")
+    unit = "" if not control.begun else "mm" if pen.scale == 1.0 else "inch"
+    names = {number: name for name, number in control.names.items()}
+    told = Told(unit, control.told_stock(), dict(pen.known_radius), tuple(sorted(pen.called)), names=names)
+    return Read(pen.moves, pen.findings, control.ended, tuple(map(str, control.paths)), told)

@@ -1,0 +1,378 @@
+"""Path functions: L, C, CR, CT, CC, LP, CP, CTP, RND, CHF, LN, and the approaches APPR and departures DEP.
+
+APPR to P with the first contour tangent t and the free side n (left for RL): LT comes along t from P - LEN t; LN along
+-n from P + LEN n, the tool radius more under compensation; CT on an arc of radius R and angle CCA about P + R n; LCT on
+a line from where the tool stands that touches that arc. DEP is the same the other way round and ends compensation where
+it ends. Source: HEIDENHAIN TNC 640, user's manual conversational programming (public).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Final
+
+from vmachining.nc.arcs import ArcError, center_from_radius
+from vmachining.nc.heidenhain.text import Word
+from vmachining.nc.model import Point
+from vmachining.nc.offset_curves import Pair
+from vmachining.nc.pen import PenError
+
+if TYPE_CHECKING:
+    from vmachining.nc.heidenhain.control import Control
+
+__all__ = ["Contour"]
+
+AXES: Final = {"X": 0, "Y": 1, "Z": 2}
+
+
+class Contour:
+    """Geometry of path functions; modes and M codes are done by the control before."""
+
+    def __init__(self, control: Control) -> None:
+        self.control, self.pen = control, control.pen
+        self.pole: Pair | None = None
+
+    # ---- where to ----
+
+    def target(self, words: list[Word]) -> tuple[dict[int, float], dict[str, float]]:
+        """Program coordinates by axis, mm, and rotary degrees."""
+        pen, q = self.pen, self.control.q
+        out: dict[int, float] = {}
+        rotary: dict[str, float] = {}
+        for word in words:
+            if word.key in AXES:
+                axis = AXES[word.key]
+                if axis in out:
+                    raise PenError("E202", f"{word.key} is given twice", word.text)
+                value = q.number(word.value) * pen.scale
+                out[axis] = value + (pen.at[axis] if word.incremental else 0.0)
+            elif word.key in "ABC":
+                letter = word.key.lower()
+                if self.control.reached(word.value):
+                    continue
+                value = q.number(word.value)
+                here = pen.rotary.get(letter, 0.0)
+                if self.control.shortest and not word.incremental:
+                    value = here + (value - here + 180.0) % 360.0 - 180.0
+                rotary[letter] = value + (here if word.incremental else 0.0)
+            elif word.key in "UVW":
+                raise PenError("E209", f"axis {word.key} is not one of this machine", word.text)
+        return out, rotary
+
+    def polar(self, words: list[Word]) -> Point:
+        """PR, PA from the pole, and the axis along the tool."""
+        pen, q = self.pen, self.control.q
+        if self.pole is None:
+            raise PenError("E362", "polar coordinates without a pole", "", "program CC before")
+        a, b, normal = pen.plane.first, pen.plane.second, pen.plane.normal
+        x, y = pen.at[a] - self.pole[0], pen.at[b] - self.pole[1]
+        radius, angle = math.hypot(x, y), math.degrees(math.atan2(y, x))
+        known = radius > 1e-9
+        end = list(pen.at)
+        for word in words:
+            if word.key == "PR":
+                value = q.number(word.value) * pen.scale
+                radius = value + (radius if word.incremental else 0.0)
+            elif word.key == "PA":
+                if word.incremental and not known:
+                    raise PenError("E362", "an angle step while the tool stands on the pole", word.text)
+                angle = q.number(word.value) + (angle if word.incremental else 0.0)
+            elif word.key in AXES:
+                axis = AXES[word.key]
+                if axis != normal:
+                    raise PenError("E207", f"{word.key} in a polar block", word.text)
+                end[axis] = q.number(word.value) * pen.scale + (end[axis] if word.incremental else 0.0)
+        end[a] = self.pole[0] + radius * math.cos(math.radians(angle))
+        end[b] = self.pole[1] + radius * math.sin(math.radians(angle))
+        return end[0], end[1], end[2]
+
+    def set_pole(self, words: list[Word]) -> None:
+        """CC: centre of circles and pole; CC alone is where the tool stands."""
+        pen = self.pen
+        given, _ = self.target(words)
+        a, b = pen.plane.first, pen.plane.second
+        if any(axis not in (a, b) for axis in given):
+            raise PenError(
+                "E361", "a circle centre outside the working plane", "CC", "post the arc as short lines"
+            )
+        old = self.pole if given and self.pole is not None else (pen.at[a], pen.at[b])
+        self.pole = given.get(a, old[0]), given.get(b, old[1])
+
+    # ---- motions ----
+
+    def line(self, words: list[Word], *, rapid: bool) -> None:
+        """L."""
+        given, rotary = self.target(words)
+        self.pen.go(given, rapid=rapid, rotary=rotary or None)
+
+    def line_polar(self, words: list[Word], *, rapid: bool) -> None:
+        """LP."""
+        self.pen.go(dict(enumerate(self.polar(words))), rapid=rapid)
+
+    def vector(self, words: list[Word], *, rapid: bool) -> None:
+        """LN: TX TY TZ is the tool axis; NX NY NZ only matters to allowances of the tool."""
+        q = self.control.q
+        given, rotary = self.target([w for w in words if w.key not in ("NX", "NY", "NZ", "TX", "TY", "TZ")])
+        parts = {w.key: q.number(w.value) for w in words if w.key in ("TX", "TY", "TZ", "NX", "NY", "NZ")}
+        if self.pen.allowance != (0.0, 0.0):
+            raise PenError("E208", "LN with DL or DR is compensation in space, which is not supported", "LN")
+        axis = None
+        if any(k.startswith("T") for k in parts):
+            if not {"TX", "TY", "TZ"} <= set(parts):
+                raise PenError("E109", "LN needs all of TX TY TZ", "LN")
+            if not self.pen.tcp:
+                raise PenError("E208", "LN with a tool axis needs M128", "LN", "program M128 before")
+            axis = parts["TX"], parts["TY"], parts["TZ"]
+        self.pen.go(given, rapid=rapid, rotary=rotary or None, vector=axis)
+
+    def _whole(self, given: dict[int, float]) -> Point:
+        at = self.pen.at
+        return given.get(0, at[0]), given.get(1, at[1]), given.get(2, at[2])
+
+    def _ccw(self, words: list[Word]) -> bool:
+        sign = next((w.value for w in words if w.key == "DR"), self.control.direction)
+        if sign not in ("+", "-"):
+            raise PenError("E109", "a circle without DR+ or DR-", "DR")
+        self.control.direction = sign
+        return sign == "+"
+
+    def circle(self, words: list[Word]) -> None:
+        """C: about the pole."""
+        if self.pole is None:
+            raise PenError("E302", "C without a centre", "C", "program CC before")
+        given, rotary = self.target(words)
+        if rotary:
+            raise PenError("E361", "an arc that turns rotary axes", "C")
+        self.pen.arc(self._whole(given), self.pole, ccw=self._ccw(words), word="C")
+
+    def circle_radius(self, words: list[Word]) -> None:
+        """CR: R above zero is the shorter arc."""
+        pen = self.pen
+        radius = next((self.control.q.number(w.value) for w in words if w.key == "R"), None)
+        if radius is None:
+            raise PenError("E302", "CR without a radius", "CR")
+        given, _ = self.target(words)
+        end, ccw = self._whole(given), self._ccw(words)
+        a, b = pen.plane.first, pen.plane.second
+        try:
+            center = center_from_radius((pen.at[a], pen.at[b]), (end[a], end[b]), radius * pen.scale, ccw)
+        except ArcError as exc:
+            raise PenError(exc.code, str(exc), "CR") from None
+        pen.arc(end, center, ccw=ccw, word="CR", checked=False)
+
+    def circle_polar(self, words: list[Word]) -> None:
+        """CP: about the pole by PA, a helix with IPA and the axis along the tool."""
+        pen = self.pen
+        end = self.polar([w for w in words if w.key not in ("PR",)])
+        assert self.pole is not None
+        step = next((self.control.q.number(w.value) for w in words if w.key == "PA" and w.incremental), None)
+        ccw = self._ccw(words) if step is None or any(w.key == "DR" for w in words) else step >= 0.0
+        self.control.direction = "+" if ccw else "-"
+        turns = 1
+        if step is not None:
+            swept = step if ccw else -step
+            if swept < 0.0 and -swept in (180.0, 360.0):
+                swept = (
+                    -swept
+                )  # both readings of unlike signs lead here: to the same place in the sense of DR
+            if swept <= 0.0:
+                raise PenError("E309", f"CP: IPA{step:+g} against DR{self.control.direction}", "CP")
+            turns = max(1, math.ceil(swept / 360.0 - 1e-9))
+            if turns > 100_000:
+                raise PenError("E309", f"CP: {turns} turns", "CP")
+        pen.arc(end, self.pole, ccw=ccw, turns=turns, word="CP")
+
+    def tangential(self, words: list[Word], *, polar: bool) -> None:
+        """CT, CTP: an arc that continues along the last tangent."""
+        pen = self.pen
+        t = pen.heading()
+        if t is None:
+            raise PenError("E302", "CT has no motion before it that gives a tangent", "CT")
+        end = self.polar(words) if polar else self._whole(self.target(words)[0])
+        a, b = pen.plane.first, pen.plane.second
+        made = _tangent_arc((pen.at[a], pen.at[b]), t, (end[a], end[b]))
+        if made is None:
+            pen.go(dict(enumerate(end)), rapid=False)
+            return
+        pen.arc(end, made[0], ccw=made[1], word="CT", checked=False)
+
+    # ---- approach and departure ----
+
+    def approach(self, kind: str, words: list[Word], side: int) -> None:
+        """APPR kind: done when the next segment of the plane tells its tangent."""
+        pen = self.pen
+        polar = kind.startswith("P")
+        kind = kind.removeprefix("P")
+        end = self.polar(words) if polar else self._whole(self.target(words)[0])
+        length, radius, angle = self._sizes(words)
+        a, b, normal = pen.plane.first, pen.plane.second, pen.plane.normal
+        goal, came = (end[a], end[b]), (pen.at[a], pen.at[b])
+        free = side if side else (pen.compensation.side if pen.compensation else 1)
+        line, text, n = pen.line, pen.text, pen.n
+        rho = pen.radius() if side else 0.0
+        feed = pen.feed, pen.feed_mode
+        before = pen.at
+        height = end[normal]
+
+        def place(p: Pair) -> dict[int, float]:
+            return {a: p[0], b: p[1], normal: height}
+
+        def draw(t: Pair) -> None:
+            kept = pen.line, pen.text, pen.n, pen.feed, pen.feed_mode
+            pen.line, pen.text, pen.n, (pen.feed, pen.feed_mode) = line, text, n, feed
+            pen.at = before
+            out = -free * t[1], free * t[0]
+            try:
+                if kind == "LT":
+                    mid = goal[0] - length * t[0], goal[1] - length * t[1]
+                    pen.go(place(mid), rapid=False)
+                    pen.go(place(goal), rapid=False)
+                elif kind == "LN":
+                    reach = length + rho
+                    mid = goal[0] + reach * out[0], goal[1] + reach * out[1]
+                    if side:  # along -n to the offset start of the contour
+                        pen.compensate(0)
+                        pen.go(place(mid), rapid=False)
+                        pen.compensate(side)
+                    else:
+                        pen.go(place(mid), rapid=False)
+                    pen.go(place(goal), rapid=False)
+                else:
+                    self._approach_arc(kind, came, goal, t, out, (radius, angle, rho), place)
+            finally:
+                pen.line, pen.text, pen.n, pen.feed, pen.feed_mode = kept
+
+        pen.compensate(side)
+        pen.at = end
+        pen.approach = draw
+
+    def _approach_arc(
+        self, kind: str, came: Pair, goal: Pair, t: Pair, out: Pair, sizes: tuple[float, float, float],
+        place: Callable[[Pair], dict[int, float]],
+    ) -> None:  # fmt: skip
+        radius, angle, rho = sizes
+        pen = self.pen
+        sign = 1.0 if radius >= 0.0 else -1.0
+        center = goal[0] + radius * out[0], goal[1] + radius * out[1]
+        ccw = (t[0] * out[1] - t[1] * out[0]) * sign > 0.0
+        arm = goal[0] - center[0], goal[1] - center[1]
+        if kind == "CT":
+            back = math.radians(angle) * (-1.0 if ccw else 1.0)
+            c, s = math.cos(back), math.sin(back)
+            start = center[0] + c * arm[0] - s * arm[1], center[1] + s * arm[0] + c * arm[1]
+        else:
+            inner = abs(radius) - sign * rho
+            if inner <= 1e-9:
+                raise PenError(
+                    "E354", f"the approach radius {radius:g} mm is not greater than that of the tool"
+                )
+            touch = _touch(came, center, inner, ccw)
+            if touch is None:
+                raise PenError("E305", "the tool stands inside the approach arc")
+            share = abs(radius) / inner
+            start = center[0] + share * (touch[0] - center[0]), center[1] + share * (touch[1] - center[1])
+        pen.go(place(start), rapid=False)
+        end = place(goal)
+        if math.dist(start, goal) > 1e-9:
+            pen.arc((end[0], end[1], end[2]), center, ccw=ccw, word="APPR", checked=False)
+
+    def depart(self, kind: str, words: list[Word]) -> None:
+        """DEP kind: leaves the last contour element; compensation ends behind it."""
+        pen = self.pen
+        t = pen.heading()
+        if t is None:
+            raise PenError("E352", "DEP has no contour element before it", "DEP")
+        polar = kind.startswith("P") and kind != "PLT"
+        kind = kind.removeprefix("P")
+        length, radius, angle = self._sizes(words)
+        a, b, normal = pen.plane.first, pen.plane.second, pen.plane.normal
+        side = pen.compensation.side if pen.compensation else 0
+        rho = pen.compensation.radius if pen.compensation else 0.0
+        free = side or 1
+        out = -free * t[1], free * t[0]
+        here = pen.at[a], pen.at[b]
+
+        def place(p: Pair) -> dict[int, float]:
+            return {a: p[0], b: p[1]}
+
+        if kind == "LT":
+            pen.go(place((here[0] + length * t[0], here[1] + length * t[1])), rapid=False)
+            pen.compensate(0)
+        elif kind == "LN":
+            pen.compensate(0)
+            reach = length + rho
+            pen.go(place((here[0] + reach * out[0], here[1] + reach * out[1])), rapid=False)
+        else:
+            center = here[0] + radius * out[0], here[1] + radius * out[1]
+            ccw = (t[0] * out[1] - t[1] * out[0]) * radius > 0.0
+            arm = here[0] - center[0], here[1] - center[1]
+            if kind == "CT":
+                turn = math.radians(angle) * (1.0 if ccw else -1.0)
+                c, s = math.cos(turn), math.sin(turn)
+                away = center[0] + c * arm[0] - s * arm[1], center[1] + s * arm[0] + c * arm[1]
+                self._depart_arc(away, center, ccw)
+            else:
+                end = self.polar(words) if polar else self._whole(self.target(words)[0])
+                inner = abs(radius) - math.copysign(rho, radius)
+                touch = _touch((end[a], end[b]), center, inner, not ccw) if inner > 1e-9 else None
+                if touch is None:
+                    raise PenError(
+                        "E305",
+                        "DEP LCT: the end lies inside the arc, or the tool does not fit into it",
+                        "DEP",
+                    )
+                share = abs(radius) / inner
+                away = center[0] + share * (touch[0] - center[0]), center[1] + share * (touch[1] - center[1])
+                self._depart_arc(away, center, ccw)
+                pen.go({a: end[a], b: end[b], normal: end[normal]}, rapid=False)
+        self._where_it_stands()
+
+    def _depart_arc(self, away: Pair, center: Pair, ccw: bool) -> None:
+        pen = self.pen
+        end = list(pen.at)
+        end[pen.plane.first], end[pen.plane.second] = away
+        pen.arc((end[0], end[1], end[2]), center, ccw=ccw, word="DEP", checked=False)
+        pen.compensate(0)
+
+    def _where_it_stands(self) -> None:
+        """Compensation has left the tip beside the programmed point: from here on that is its place."""
+        pen = self.pen
+        pen.flush()
+        if pen.tip is not None:
+            pen.at, pen.tip = pen.tip, None
+
+    def _sizes(self, words: list[Word]) -> tuple[float, float, float]:
+        q, k = self.control.q, self.pen.scale
+        length = next((q.number(w.value) * k for w in words if w.key == "LEN"), 0.0)
+        radius = next((q.number(w.value) * k for w in words if w.key == "R"), 0.0)
+        angle = next((q.number(w.value) for w in words if w.key == "CCA"), 0.0)
+        if length < 0.0 or not 0.0 <= angle <= 360.0:
+            raise PenError("E109", "LEN is not negative, CCA lies between 0 and 360 degrees")
+        return length, radius, angle
+
+
+def _tangent_arc(start: Pair, t: Pair, end: Pair) -> tuple[Pair, bool] | None:
+    """Centre and sense of the arc from a point along a tangent to another point; None for a straight line."""
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    aside = t[0] * dy - t[1] * dx
+    square = dx * dx + dy * dy
+    if square < 1e-18:
+        raise PenError("E306", "CT ends where it starts", "CT")
+    if abs(aside) <= 1e-9 * math.sqrt(square):
+        if t[0] * dx + t[1] * dy < 0.0:
+            raise PenError("E305", "CT ends straight behind its start", "CT")
+        return None
+    radius = square / (2.0 * aside)
+    return (start[0] - radius * t[1], start[1] + radius * t[0]), radius > 0.0
+
+
+def _touch(point: Pair, center: Pair, radius: float, ccw: bool) -> Pair | None:
+    """Where a line from outside touches a circle that is then run in that sense."""
+    dx, dy = point[0] - center[0], point[1] - center[1]
+    distance = math.hypot(dx, dy)
+    if distance <= radius:
+        return None
+    open_angle = math.acos(radius / distance)
+    angle = math.atan2(dy, dx) + (open_angle if ccw else -open_angle)
+    return center[0] + radius * math.cos(angle), center[1] + radius * math.sin(angle)

@@ -1,0 +1,506 @@
+"""What blocks without a motion say: blank, tools, cycles, coordinate systems."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any, Final
+
+from vmachining.nc.execution import MILLS
+from vmachining.nc.frames import EYE, IDENTITY, Rows, axis_turn, cross, matmul
+from vmachining.nc.heidenhain import cycles, patterns
+from vmachining.nc.heidenhain.contour import AXES, Contour
+from vmachining.nc.heidenhain.flow import Flow
+from vmachining.nc.heidenhain.planes import euler, projected, spatial, vectors
+from vmachining.nc.heidenhain.text import words
+from vmachining.nc.pen import PenError
+
+__all__ = ["Definitions"]
+
+_SUB_CYCLE: Final = re.compile(r"CYCL\s+DEF\s+(\d{1,3})\.(\d{1,2})\s*(.*)")
+_CYCLE: Final = re.compile(r"CYCL\s+DEF\s+(\d{1,3})\b\s*(.*)")
+_VALUES: Final = re.compile(
+    r"(Q\d{3,4})\s*=\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+|MAX|FMAX|FAUTO|FU\s*\d*|PREDEF))"
+)
+_TOOL: Final = re.compile(r'TOOL\s+CALL\s*("[^"]*"|Q[SLR]?\d+|\d+(?:\.\d+)?)?\s*([XYZUVW](?![A-Z]))?\s*(.*)')
+_DELTA: Final = re.compile(r"(DL|DR2|DR|S|F|VC)\s*[:=]?\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))")
+_ANGLE: Final = re.compile(r"\b(I?[A-Z]{1,6})\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))")
+_ROUND: Final = re.compile(r"\b(RI|DI|R|D|L|DIST)\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))")
+_POINT: Final = re.compile(r"\b(P[123][XYZ])\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))")
+_TILTS: Final = ("q120", "q121", "q122")
+
+
+_TCPM: Final = {
+    "PATHCTRL VECTOR": "PATHCTRL AXIS", "AXIS SPAT": "AXIS POS",
+    "REFPNT TIP-CENTER": "REFPNT TIP-TIP", "REFPNT CENTER-CENTER": "REFPNT TIP-TIP",
+}  # fmt: skip
+"""Variants that give words another meaning, and the one that is read."""
+
+
+_MILLS: Final = frozenset(
+    {
+        *range(3, 7),
+        14,
+        *range(20, 26),
+        27,
+        28,
+        *range(210, 216),
+        *range(225, 236),
+        *range(251, 262),
+        *range(270, 292),
+    }
+)
+"""Cycles for pockets, slots, studs, faces and contours."""
+
+
+def _refused(number: int) -> PenError:
+    what = MILLS if number in _MILLS else f"cycle {number} is not supported"
+    return PenError("E208", what, f"CYCL DEF {number}", "post the motions of the cycle as blocks")
+
+
+class Definitions(Flow):
+    """Definitions of a conversational program."""
+
+    contour: Contour
+
+    def _do_blk(self, text: str) -> None:
+        found = re.match(r"BLK\s+FORM\s*(0\.[12]|CYLINDER|ROTATION|FILE)?\s*(.*)", text)
+        kind = found[1] if found else None
+        if found is None or kind not in ("0.1", "0.2", "CYLINDER"):
+            self.pen.note(
+                "I408",
+                f"BLK FORM {kind or ''}: accepted, the stock is that of the job",
+                "BLK FORM",
+                once="blk",
+            )
+            return
+        rest = found[2].strip()
+        if kind == "CYLINDER":
+            size = {key: self.q.number(value) * self.pen.scale for key, value in _ROUND.findall(rest)}
+            radius, top = size.get("R", size.get("D", 0.0) / 2.0), size.get("DIST", 0.0)
+            if (
+                rest.startswith("Z")
+                and radius > 0.0
+                and size.get("L", 0.0) > 0.0
+                and not {"RI", "DI"} & set(size)
+            ):
+                self.blank = {
+                    "cylinder": {"center": [0.0, 0.0], "radius": radius, "z": [top - size["L"], top]}
+                }
+            return
+        if kind == "0.1":
+            self.stock = []
+            rest = re.sub(r"^[XYZ]\s+", "", rest)
+        given: dict[int, float] = {}
+        for word in words(rest)[0]:
+            if word.key in AXES:
+                value = self.q.number(word.value) * self.pen.scale
+                low = self.stock[0][1] if word.incremental and self.stock else {}
+                given[AXES[word.key]] = value + low.get(AXES[word.key], 0.0)
+        self.stock.append((kind, given))
+
+    blank: dict[str, dict[str, Any]] | None = None
+
+    def told_stock(self) -> dict[str, dict[str, Any]] | None:
+        """Stock that BLK FORM gives, as under [stock] of a job, mm."""
+        if len(self.stock) == 2 and all(set(given) == {0, 1, 2} for _, given in self.stock):
+            low, high = ([given[axis] for axis in range(3)] for _, given in self.stock)
+            if all(x < y for x, y in zip(low, high, strict=True)):
+                return {"box": {"min": low, "max": high}}
+        return self.blank
+
+    def _do_tool(self, text: str) -> None:
+        if text.startswith("TOOL DEF"):
+            self._tool_def(text)
+            return
+        found = _TOOL.fullmatch(text)
+        if found is None:
+            raise PenError("E109", f"'{text[:40]}' is not understood", text[:40])
+        name, axis, rest = found[1], found[2], found[3]
+        if axis not in (None, "Z"):
+            raise PenError(
+                "E208", f"tool axis {axis} is not supported", axis, "post the program for tool axis Z"
+            )
+        given = {key: self.q.number(value) for key, value in _DELTA.findall(rest)}
+        pen = self.pen
+        if name is not None:
+            pen.change_tool(self._tool_number(name))
+            pen.allowance = (0.0, 0.0)
+            pen.spindle(0.0)
+        if {"DL", "DR"} & set(given):
+            pen.flush()
+            pen.allowance = given.get("DL", 0.0) * pen.scale, given.get("DR", 0.0) * pen.scale
+        if given.get("DR2"):
+            raise PenError("E208", "DR2, another corner radius, is not supported", "DR2")
+        if "S" in given:
+            if given["S"] < 0.0:
+                raise PenError("E312", f"the spindle speed {given['S']:g} is negative", "S")
+            self.speed = given["S"]
+            if pen.rpm:
+                pen.spindle(self.speed if pen.rpm > 0 else -self.speed)
+        if "F" in given:
+            self.tool_feed = given["F"] * pen.scale or None
+            pen.feed, pen.feed_mode = self.tool_feed, "min"
+
+    speed = 0.0
+    tool_feed: float | None = None
+    """mm/min of the last TOOL CALL, which FAUTO means."""
+
+    def _tool_number(self, name: str) -> int:
+        if name.startswith('"'):
+            return self.tool_of_name(name.strip('"').strip(), name)
+        if name.startswith("QS"):
+            if name not in self.q.texts:
+                raise PenError("E108", f"{name} names the tool, and its text is not known", name)
+            return self._tool_number(f'"{self.q.texts[name]}"')
+        value = self.q.number(name)
+        if value < 0.0:
+            raise PenError("E322", f"tool {value:g}", name)
+        return int(value)
+
+    def _tool_def(self, text: str) -> None:
+        found = re.match(r"TOOL\s+DEF\s*(\d+)(.*)", text)
+        if found is None:
+            return
+        for key, value in re.findall(r"\b([LR])\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))", found[2]):
+            number = self.q.number(value) * self.pen.scale
+            if key == "R":
+                self.pen.known_radius[int(found[1])] = number
+            else:
+                self.q.length[int(found[1])] = number / self.pen.scale
+
+    def _do_stop(self, text: str) -> None:
+        self._modes(self._read_words(text[4:].strip()), moves=False)
+
+    def _do_cycl(self, text: str) -> None:
+        if text.startswith("CYCL CALL"):
+            self._cycle_call(text[9:].strip())
+            return
+        if (found := _SUB_CYCLE.match(text)) is not None:
+            self._sub_cycle(int(found[1]), int(found[2]), found[3])
+            return
+        found = _CYCLE.match(text)
+        if found is None:
+            raise PenError("E109", f"'{text[:40]}' is not understood", text[:40])
+        number = int(found[1])
+        values: dict[str, float] = {}
+        for key, value in _VALUES.findall(found[2]):
+            value = value.replace(" ", "")
+            values[key] = 0.0 if value[0] in "FMP" else self.q.number(value)
+            self.q.values[key] = values[key]
+        if number == 247:
+            self._preset(values.get("Q339", 0.0))
+        elif number in (220, 221):
+            self._pattern(number, values)
+        elif number in cycles.HOLES:
+            self.cycle = (number, values)
+        elif number in (32, 239, 332, 392) or 400 <= number < 500:
+            self._lose_measured(number)
+            self.pen.note(
+                "I408",
+                f"cycle {number} changes no path: accepted",
+                f"CYCL DEF {number}",
+                once=f"cycle {number}",
+            )
+        elif number == 7:
+            raise PenError("E109", "cycle 7 is not understood", text[:40])
+        else:
+            self.cycle = (-number, values)
+            raise _refused(number)
+
+    def _sub_cycle(self, number: int, part: int, rest: str) -> None:
+        handler = getattr(self, f"_cycle_{number}", None)
+        if handler is not None:
+            handler(part, rest)
+            return
+        if part != 0:
+            if self.cycle is not None and self.cycle[0] in (number, -number) and number in cycles.OLD:
+                bare = re.findall(r"(F?)\s*[A-Z .:-]*?\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))\s*$", rest)
+                if not bare:
+                    raise PenError("E109", f"'{rest[:40]}' of cycle {number} is not understood", rest[:40])
+                self.cycle[1][str(part)] = self.q.number(bare[0][1])
+            return
+        if number in cycles.OLD:
+            self.cycle = (number, {})
+        elif number in (13, 32):
+            self.pen.note(
+                "I408",
+                f"cycle {number} changes no path: accepted",
+                f"CYCL DEF {number}",
+                once=f"cycle {number}",
+            )
+        else:
+            self.cycle = (-number, {})
+            raise _refused(number)
+
+    def _cycle_7(self, part: int, rest: str) -> None:
+        if part == 0:
+            return
+        if "#" in rest:
+            raise PenError(
+                "E208",
+                "a datum table (cycle 7 with #) is not given here",
+                rest[:20],
+                "write the shift as X Y Z",
+            )
+        given: dict[int, tuple[float, bool]] = {}
+        for word in words(rest)[0]:
+            if word.key in AXES:
+                given[AXES[word.key]] = self.q.number(word.value) * self.pen.scale, word.incremental
+            elif word.key in "ABCUVW" and self.q.number(word.value) != 0.0:
+                raise PenError("E208", f"a datum shift of axis {word.key} is not supported", word.text)
+        if given:
+            self._replan(lambda: self.planes.datum(given))
+
+    def _cycle_8(self, part: int, rest: str) -> None:
+        if part == 0:
+            return
+        letters = set(re.findall(r"[XYZABC]", rest))
+        if letters & set("ABC"):
+            raise PenError("E208", "mirrored rotary axes are not supported", rest[:20])
+        factors = [-1.0 if letter in letters else 1.0 for letter in "XYZ"]
+        self._replan(lambda: self.planes.define("mirror", IDENTITY.scaled(*factors)))
+
+    def _cycle_9(self, part: int, rest: str) -> None:
+        if part == 0:
+            return
+        found = re.findall(r"[+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+)", rest)
+        if not found:
+            raise PenError("E335", "cycle 9 without a time", rest[:20])
+        self.pen.dwell(max(0.0, self.q.number(found[-1])))
+
+    rotation = 0.0
+
+    def _cycle_10(self, part: int, rest: str) -> None:
+        if part == 0:
+            return
+        found = re.search(r"(I?)ROT\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))", rest)
+        if found is None:
+            raise PenError("E109", f"'{rest[:40]}' of cycle 10 is not understood", rest[:40])
+        angle = self.q.number(found[2]) + (self.rotation if found[1] else 0.0)
+        rows = EYE if angle % 360.0 == 0.0 else axis_turn(2, angle)
+        self._replan(lambda: self.planes.define("rotation", IDENTITY.turned(rows)))
+        self.rotation = angle
+
+    def _cycle_11(self, part: int, rest: str) -> None:
+        if part == 0:
+            return
+        found = re.search(r"SCL\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))", rest)
+        factor = self.q.number(found[1]) if found else 0.0
+        if not 1e-6 <= factor <= 1e6:
+            raise PenError("E109", "cycle 11 needs SCL with a factor above zero", rest[:20])
+        self._replan(lambda: self.planes.define("scale", IDENTITY.scaled(factor, factor, factor)))
+
+    def _cycle_26(self, part: int, rest: str) -> None:
+        if part == 0:
+            return
+        factors, pole = [1.0, 1.0, 1.0], [0.0, 0.0, 0.0]
+        for word in words(rest.replace("CCX", " U").replace("CCY", " V"))[0]:
+            if word.key in AXES:
+                factors[AXES[word.key]] = self.q.number(word.value)
+            elif word.key in "UV":
+                pole["UV".index(word.key)] = self.q.number(word.value) * self.pen.scale
+        if any(not 1e-6 <= f <= 1e6 for f in factors):
+            raise PenError("E109", "cycle 26 needs factors above zero", rest[:20])
+        frame = IDENTITY if factors == [1.0, 1.0, 1.0] else (
+            IDENTITY.shifted((pole[0], pole[1], pole[2])).scaled(*factors).shifted((-pole[0], -pole[1], -pole[2]))
+        )  # fmt: skip
+        self._replan(lambda: self.planes.define("scale of axes", frame))
+
+    def _cycle_12(self, part: int, rest: str) -> None:
+        if part != 0:
+            self.selected = re.sub(r"^PGM\s*", "", rest)
+            self.cycle = (12, {})
+
+    def _cycle_19(self, part: int, rest: str) -> None:
+        if part != 1:
+            return
+        angles = {w.key: self.q.number(w.value) for w in words(rest)[0] if w.key in "ABC"}
+        self._tilt(spatial(*(angles.get(k, 0.0) for k in "ABC")), "stay")
+
+    def _tilt(self, rows: Rows, how: str) -> None:
+        self._replan(lambda: self.planes.tilt(rows), pivot=how == "move")
+        if how != "stay":
+            self.pen.rotary = dict.fromkeys(self.pen.rotary, 0.0) if rows == EYE else self.pen.rotary
+
+    def _replan(self, change: Callable[[], None], *, pivot: bool = False) -> None:
+        kept = list(self.planes.chain), dict(self.planes.shift)
+        try:
+            change()
+            self.pen.set_frame(self.planes.frame(), pivot=pivot)
+        except PenError:
+            self.planes.chain, self.planes.shift = kept
+            raise
+
+    def reached(self, value: str) -> bool:
+        """Whether a rotary word only goes to the angle that a tilted plane asked for (Q120 to Q122)."""
+        return self.planes.tilted and value.lower().lstrip("+") in _TILTS
+
+    def _do_plane(self, text: str) -> None:
+        found = re.match(r"PLANE\s+([A-Z]+)\s*(.*)", text)
+        kind, rest = (found[1], found[2]) if found else ("", "")
+        how = "move" if re.search(r"\bMOVE\b", rest) else "turn" if re.search(r"\bTURN\b", rest) else "stay"
+        if kind == "RESET":
+            self._tilt(EYE, how)
+            return
+        values = {}
+        for key, value in (_POINT if kind == "POINTS" else _ANGLE).findall(rest):
+            if key not in ("F", "FMAX", "MB", "DIST", "SEQ"):
+                values[key] = self.q.number(value)
+
+        def of(*names: str) -> list[float]:
+            return [values.get(name, 0.0) for name in names]
+
+        if kind == "SPATIAL":
+            rows = spatial(*of("SPA", "SPB", "SPC"))
+        elif kind == "EULER":
+            rows = euler(*of("EULPR", "EULNU", "EULROT"))
+        elif kind == "PROJECTED":
+            rows = projected(*of("PROPR", "PROMIN", "ROT"))
+        elif kind == "VECTOR":
+            b, n = of("BX", "BY", "BZ"), of("NX", "NY", "NZ")
+            rows = vectors((b[0], b[1], b[2]), (n[0], n[1], n[2]))
+        elif kind == "POINTS":
+            p, q, r = (tuple(of(*(f"P{k}{axis}" for axis in "XYZ"))) for k in "123")
+            x, y = ((b[0] - p[0], b[1] - p[1], b[2] - p[2]) for b in (q, r))
+            rows = vectors(x, cross(x, y))
+        elif kind == "AXIAL":
+            turned = [k for k in "ABC" if values.get(k)]
+            if len(turned) > 1 or turned == ["C"]:
+                raise PenError("E208", "PLANE AXIAL of more than A or B alone depends on the kinematics", "PLANE AXIAL",
+                               "post it as PLANE SPATIAL")  # fmt: skip
+            rows = axis_turn("AB".index(turned[0]), values[turned[0]]) if turned else EYE
+            if turned:
+                self.pen.note("W374", f"PLANE AXIAL {turned[0]}: the axis is taken to turn about {'XY'['AB'.index(turned[0])]}",
+                              "PLANE AXIAL", once="axial")  # fmt: skip
+        elif kind in ("RELATIV", "RELATIVE"):
+            given = [k for k in ("SPA", "SPB", "SPC") if k in values]
+            if len(given) != 1:
+                raise PenError("E109", "PLANE RELATIV takes one angle", "PLANE")
+            rows = matmul(self.planes.rotation, axis_turn("ABC".index(given[0][2]), values[given[0]]))
+        else:
+            raise PenError(
+                "E208", f"PLANE {kind} is not supported", f"PLANE {kind}", "post it as PLANE SPATIAL"
+            )
+        self._tilt(rows, how)
+
+    def _do_function(self, text: str) -> None:
+        if re.match(r"FUNCTION\s+RESET\s+TCPM", text):
+            self.pen.set_tcp(False)
+        elif re.match(r"FUNCTION\s+TCPM\b", text):
+            for wrong, right in _TCPM.items():
+                if wrong in text:
+                    raise PenError(
+                        "E208", f"FUNCTION TCPM with {wrong} is not supported", wrong, f"post it with {right}"
+                    )
+            self.pen.set_tcp(True)
+        elif (wait := re.match(r"FUNCTION\s+DWELL\s+(TIME|REV)\s*(\S+)", text)) is not None:
+            value = self.q.number(wait[2])
+            turns = abs(self.pen.rpm)
+            self.pen.dwell(value if wait[1] == "TIME" else 60.0 * value / turns if turns else 0.0)
+        elif re.match(r"FUNCTION\s+(?:MODE\s+(?:MILL|SET)|FEED|S-PULSE|PROG\s+PATH|DCM|COUNT|FILE|LIFTOFF|PARAXCOMP|"
+                      r"CORRDATA\s+RESET|RESET\s+\w+)", text):  # fmt: skip
+            self.pen.note("I408", f"{text[:30]} moves nothing: accepted", text[:20], once=text[:20])
+        else:
+            raise PenError("E208", f"{text[:40]} is not supported", text[:30])
+
+    def _do_trans(self, text: str) -> None:
+        found = re.match(r"TRANS\s+(DATUM|MIRROR|ROTATION|SCALE)\s+(AXIS|RESET|I?ROT|SCL)\b\s*(.*)", text)
+        found = found or re.match(r"TRANS\s+(ROTATION|SCALE)\s+(I?ROT|SCL)()", text)
+        if found is None:
+            raise PenError("E208", f"{text[:40]} is not supported", text[:30])
+        reset = found[2] == "RESET"
+        if found[1] == "DATUM" and reset:
+            self._replan(lambda: self.planes.datum(dict.fromkeys(range(3), (0.0, False))))
+        elif found[1] == "DATUM":
+            self._cycle_7(1, found[3])
+        elif found[1] == "MIRROR":
+            self._cycle_8(1, "" if reset else found[3])
+        elif found[1] == "ROTATION":
+            self._cycle_10(1, "ROT+0" if reset else text.split("ROTATION")[1])
+        else:
+            self._cycle_11(1, "SCL1" if reset else text.split("SCALE")[1])
+
+    def _do_tch(self, text: str) -> None:
+        found = re.match(r"TCH\s+PROBE\s+(\d+)", text)
+        self._lose_measured(int(found[1][:4]) if found else 0)
+        self.pen.note("I408", f"{text[:14]} cuts nothing: accepted", text[:9], once=text[:14])
+
+    def _lose_measured(self, number: int) -> None:
+        """Results of touch probe cycles (Q115 to Q119, Q150 to Q199) only the machine knows."""
+        if number in (0, 1) or 400 <= number < 500:
+            for k in (*range(115, 120), *range(150, 200)):
+                self.q.lose(f"Q{k}", f"what touch probe cycle {number} measured")
+
+    def _preset(self, number: float) -> None:
+        if self.preset is not None and number != self.preset:
+            raise PenError("E368", f"preset {number:g} after preset {self.preset:g}: where one lies from the other is not given",
+                           "CYCL DEF 247", "split the program there")  # fmt: skip
+        self.preset = number
+        self.pen.note("I409", f"preset {number:g} is the zero of the job", "CYCL DEF 247", once="preset")
+
+    def _pattern(self, number: int, values: dict[str, float]) -> None:
+        if self.cycle is None:
+            raise PenError(
+                "E340", f"cycle {number} calls the cycle defined before it, and none exists", "CYCL DEF"
+            )
+        kind, own = self.cycle
+        if kind < 0:
+            return  # refused when it was defined
+        if kind not in cycles.HOLES:
+            raise PenError("E208", f"a pattern of cycle {kind} is not supported", "CYCL DEF")
+        own = {**own, **{k: v for k, v in values.items() if k in ("Q200", "Q203", "Q204")}}
+        pen, k = self.pen, self.pen.scale
+        up = own.get("Q203", 0.0) + max(own.get("Q204", 0.0), own.get("Q200", 0.0))
+        between = own | ({"Q204": 0.0} if values.get("Q301", 1.0) == 0.0 else {})
+        spots = patterns.points(number, values)
+        if pen.at[2] < up * k:
+            pen.go({2: up * k}, rapid=True)
+        for place, spot in enumerate(spots):
+            pen.go({0: spot.x * k, 1: spot.y * k}, rapid=True)
+            cycles.drill(pen, kind, own if place == len(spots) - 1 else between)
+
+    spots: list[patterns.Spot] | None = None
+
+    def _do_pattern(self, text: str) -> None:
+        self.spots = patterns.defined(re.sub(r"^PATTERN\s+DEF\s*", "", text), self.q.number)
+
+    def _call_at_points(self) -> None:
+        """CYCL CALL PAT: between the points the tool is at Q204, or where it stands if that is higher."""
+        pen, k = self.pen, self.pen.scale
+        if self.cycle is not None and self.cycle[0] < 0:
+            return  # refused when it was defined
+        if self.spots is None:
+            raise PenError("E208", "CYCL CALL PAT without PATTERN DEF: a table of points is not given here", "CYCL CALL PAT",
+                           "call the cycle by M99 at each point")  # fmt: skip
+        high = pen.at[2]
+        for spot in self.spots:
+            if pen.at[2] < high:
+                pen.go({2: high}, rapid=True)
+            pen.go({0: spot.x * k, 1: spot.y * k}, rapid=True)
+            self._run_cycle(spot.z * k)
+
+    def _cycle_call(self, rest: str) -> None:
+        surface = 0.0
+        if rest.startswith("PAT"):
+            self._modes(self._read_words(rest[3:].strip()), moves=False)
+            self._call_at_points()
+            return
+        if rest.startswith("POS"):
+            found = self._read_words(rest[3:].strip())
+            self._modes([w for w in found if w.key in ("M", "F", "FMAX")], moves=True)
+            given, _ = self.contour.target(found)
+            surface = given.pop(2, 0.0)
+            self.pen.go(given, rapid=self.rapid)
+        else:
+            self._modes(self._read_words(rest), moves=False)
+        self._run_cycle(surface)
+
+    def _run_cycle(self, surface: float = 0.0) -> None:
+        if self.cycle is None:
+            raise PenError("E340", "a cycle is called, and none was defined", "M99")
+        number, values = self.cycle
+        if number == 12:
+            self._call_file(self.selected)
+        elif number > 0:
+            cycles.drill(self.pen, number, values, surface=surface)

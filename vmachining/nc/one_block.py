@@ -1,0 +1,323 @@
+"""One block of a word address program: by lexer, block checks and interpreter; what is wrong with it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Final
+
+from vmachining.nc.arcs import PLANES
+from vmachining.nc.block import Block, Problem, block_number, build_block
+from vmachining.nc.carried import carried, pivoted
+from vmachining.nc.catalogue import CATALOGUE
+from vmachining.nc.codes import AXIS_CLAIMING, CYCLES, FANUC_G_GROUP, G_GROUP, MTS_G_GROUP
+from vmachining.nc.expressions import NoValueError, evaluate
+from vmachining.nc.fanuc import Translator
+from vmachining.nc.fanuc_lines import prepare
+from vmachining.nc.fanuc_okuma import user_task
+from vmachining.nc.fanuc_variables import FAMILY_FREE
+from vmachining.nc.flow import Flow
+from vmachining.nc.frames import UP
+from vmachining.nc.interpreter import INCH, BlockError, execute
+from vmachining.nc.lexer import LexedLine, Word, lex_line
+from vmachining.nc.model import Finding, Motion, Move
+from vmachining.nc.run import Run
+from vmachining.nc.settings import Settings
+from vmachining.nc.state import ORIGIN, Memory, State
+from vmachining.nc.subfiles import SubFiles
+from vmachining.nc.templates import Templates
+from vmachining.nc.values import line_values
+from vmachining.nc.vectors import add
+
+__all__ = ["MAX_ERRORS", "MAX_WARNINGS", "GiveUpError", "OneBlock"]
+
+MAX_ERRORS: Final = 1000
+"""Records of severity E after which a file is given up."""
+
+MAX_MOVES: Final = 2_000_000
+"""Motions of a program that multiplies its lines by cycles and loops; more where more steps are allowed."""
+
+MAX_WARNINGS: Final = 200
+"""Records of one warning code that are listed."""
+
+_ABORT: Final = re.compile(r"\([ \t]*abort[ \t]*,", re.IGNORECASE)
+
+
+class GiveUpError(Exception):
+    """The rest of the program is not examined: code, 0-based line behind the last one, why."""
+
+
+class OneBlock:
+    """State of a program that is read, and what one block does to it."""
+
+    def __init__(
+        self, lines: list[str], settings: Settings, decode: Callable[[bytes, str], str] | None = None
+    ) -> None:
+        self.translator = Translator(settings, self._note) if settings.family else None
+        lines = self._plain(lines)
+        self.lines, self.settings = lines, settings
+        self.files = SubFiles(settings.subroutines, lines, decode, self._plain)
+        self.own = len(lines)
+        home = settings.home
+        start = settings.work_offsets.get(540, ORIGIN)
+        self.state = State(
+            sim=home,
+            scale=INCH if settings.units == "inch" else 1.0,
+            machine=add(home, start),
+            offsets=settings.work_offsets,
+            start_offset=start,
+            references=(home, home),
+            table=settings.tools or {},
+        )
+        self.state.place_offsets()
+        self.memory = Memory(self.state, settings.family)
+        self.templates = Templates(self.memory)
+        self.moves: list[Move] = []
+        self.findings: list[Finding] = []
+        self.ended = False
+        self.errors = 0
+        self.warnings: dict[str, int] = {}
+        self.numbers: set[int] = set()
+        self.highest = -1
+        self.last = -1
+        self.flow: Flow | None = None
+        self.next: int | None = None
+        self.lexed: dict[int, LexedLine] = {}
+        self.reported: set[tuple[int, int, str]] = set()
+
+    def _plain(self, lines: list[str]) -> list[str]:
+        """Lines as the lexer knows them."""
+        if self.translator is None:
+            return lines
+        lines = [prepare(line) for line in lines]
+        return user_task(lines) if self.translator.variant == "okuma" else lines
+
+    def report(self, problem: Problem, line: int, n: int | None) -> None:
+        """Record a problem; warnings of one kind only up to a limit."""
+        word = problem.word
+        if word is None:
+            self._record(problem.code, line, 1, 0, n, "", problem.message, problem.hint)
+        else:
+            place = word.col, word.length
+            self._record(problem.code, line, *place, n, word.text, problem.message, problem.hint)
+
+    def _note(self, problem: Problem) -> None:
+        self.report(problem, self.memory.line, None)
+
+    def _record(
+        self,
+        code: str,
+        line: int,
+        col: int,
+        length: int,
+        n: int | None,
+        word: str,
+        message: str,
+        hint: str = "",
+    ) -> None:
+        if self.flow is not None:  # a line that runs often says it once
+            if (line, col, code) in self.reported:
+                return
+            self.reported.add((line, col, code))
+            if line > self.own and (file := self.files.holding(line - 1)) is not None:
+                message = f"in {file.name}, line {line - file.first}: {word} {message}".replace(":  ", ": ")
+                line, col, length, word, n = self.flow.origin(self.own, line - 1) + 1, 1, 0, "", None
+        if code[0] == "W":
+            count = self.warnings[code] = self.warnings.get(code, 0) + 1
+            if count > MAX_WARNINGS:
+                return
+        elif code[0] == "E":
+            self.errors += 1
+        entry = CATALOGUE[code]
+        self.findings.append(Finding(line, col, length, n, word, code, code[0], message, hint or entry.hint))
+
+    def _flow_problem(self, problem: Problem, index: int) -> None:
+        self.report(problem, index + 1, None)
+        if self.errors >= MAX_ERRORS:
+            raise self._too_many(index + 1)
+
+    def _too_many(self, behind: int) -> GiveUpError:
+        what = (
+            f"{self.errors} errors so far: the {len(self.lines) - behind} lines from here on are not examined"
+        )
+        return GiveUpError("E408", behind, what)
+
+    def _block(self, number: int, text: str, called: int | None, *, fresh: bool = False) -> None:
+        """Any line, by lexer, block checks and interpreter; called : line of the program that its moves belong to.
+
+        fresh : the text is not the line itself.
+        """
+        lexed = lex_line(text) if fresh else self._lexed(number, text)
+        if self.translator is not None and "#" in text:
+            lexed = lexed._replace(words=tuple(word for word in lexed.words if not self._unset(word)))
+        if lexed.percent or (lexed.block_delete and self.settings.block_delete):
+            return
+        n = block_number(lexed)
+        if n is not None and self.flow is None and "." not in lexed.words[0].text:
+            self._check_number(number, n, lexed.words[0])
+        problems: list[Problem] = []
+        if lexed.errors:
+            for error in lexed.errors:
+                self._record(
+                    error.code, number, error.col, error.length, n, error.text[:60], error.message, error.hint
+                )
+            return
+        self.memory.line = number
+        try_state = self.state.clone()
+        values, writes = line_values(lexed, self.memory, problems)
+        moves, warnings = list[Move](), list[Problem]()
+        after: list[Callable[[State], None]] = []
+        block: Block | None = None
+        vector = None
+        if self.translator is not None and not problems:
+            translated = self.translator.translate(lexed.words, values, try_state)
+            lexed, values = lexed._replace(words=tuple(translated.words)), translated.values
+            problems, after, vector = translated.problems, translated.after, translated.vector
+            for change in translated.before:
+                change(try_state)
+            if translated.pivot and try_state.carried is not None:
+                moves += self._pivot(number, n, try_state, called)
+            for ahead in translated.ahead:
+                if not problems:
+                    first, numbers = zip(*ahead, strict=True)
+                    problems += self._ahead(
+                        tuple(first), list(numbers), try_state, called or number, n, moves
+                    )
+        if not problems:
+            mts = self.settings.dialect == "mts"
+            groups = MTS_G_GROUP if mts else G_GROUP if self.translator is None else FANUC_G_GROUP
+            block = build_block(
+                lexed, values, try_state.motion, rotary=self.settings.rotary, mts=mts, groups=groups
+            )
+            problems = block.problems
+            if problems and self.translator is not None:
+                problems = self.translator.forgive(block)
+            if not problems and 10 in block.m:
+                problem = (
+                    self.flow.check(block, number - 1)
+                    if self.flow is not None
+                    else Problem("E412", block.m[10][1], "M98 and M99 are plain numbers, nothing computed")
+                )
+                problems = [problem] if problem is not None else []
+            if not problems:
+                frame = try_state.carried
+                try:
+                    done, warnings = execute(block, try_state, called or number, n, self.settings)
+                    if frame is not None or vector is not None or try_state.axis != UP:
+                        done = carried(done, try_state, self.settings, vector)
+                    moves += done
+                except BlockError as exc:
+                    problems = [exc.problem]
+        if problems and self.translator is not None:
+            self._go_on(block, problems)
+        if any(problem.code == "E413" for problem in problems):  # it may stand in a loop
+            raise GiveUpError("E413", number - 1, problems[0].message)
+        if problems:
+            for problem in problems:
+                self.report(problem, number, n)
+            return
+        for warning in warnings:
+            self.report(warning, number, n)
+        for change in after:
+            change(try_state)
+        self.state = self.memory.state = try_state
+        for key, value in writes:
+            self.memory.store(key, value)
+        self.moves.extend(moves)
+        if len(moves) > 1 and len(self.moves) > max(MAX_MOVES, 2 * self.settings.max_steps):
+            raise GiveUpError("E413", number, f"over {len(self.moves) - 1} motions: is there an end?")
+        if any(_ABORT.match(text, comment.col - 1) for comment in lexed.comments):
+            raise GiveUpError("E418", number - 1, "the program stops itself here, by (ABORT, ...)")
+        if block is not None and 10 in block.m and self.flow is not None:
+            self.next = self.flow.jump(block, number - 1)
+            if self.next is None:
+                what = "M99 starts the main program again, without end: it is read once"
+                self.report(Problem("W415", block.m[10][1], what), number, n)
+                self.state.ended = True
+
+    def _pivot(self, line: int, n: int | None, state: State, called: int | None) -> list[Move]:
+        """G53.1: the tool axis turns to the plane."""
+        assert state.carried is not None
+        cause = Move(
+            called or line, n, Motion.RAPID, state.sim, state.sim, state.plane.name, None, 0, None, state.tool, state.rpm,
+            0.0, state.machine, state.program,
+        )  # fmt: skip
+        moves, findings = pivoted(cause, state, self.settings, state.carried.axis)
+        for item in findings:
+            self._record(item.code, line, 1, 0, n, "", item.message)
+        return moves
+
+    def _ahead(
+        self,
+        words: tuple[Word, ...],
+        values: list[float],
+        state: State,
+        line: int,
+        n: int | None,
+        moves: list[Move],
+    ) -> list[Problem]:
+        """A block that the control executes before the one that is written: its moves are added; what is wrong."""
+        motion, cycle = state.motion, state.cycle
+        block = build_block(
+            LexedLine("", words), values, motion, rotary=self.settings.rotary, groups=FANUC_G_GROUP
+        )
+        if not block.problems:
+            try:
+                moves += execute(block, state, line, n, self.settings)[0]
+            except BlockError as exc:
+                return [exc.problem]
+            state.motion, state.cycle = motion, cycle
+        return block.problems
+
+    def _go_on(self, block: Block | None, problems: list[Problem]) -> None:
+        """What a refused block changes anyway, so that one cause is not reported as many."""
+        if block is None or not block.words:
+            return
+        kept = self.state.clone()
+        cycle = block.motion in CYCLES or (block.motion is None and kept.motion in CYCLES)
+        if self.translator is not None and cycle and problems:
+            self.translator.dead = problems[0]
+        kept.motion = block.motion if block.motion not in (None, 800) else kept.motion
+        kept.absolute = block.g[3][0] == 900 if 3 in block.g else kept.absolute
+        kept.plane = PLANES[block.g[2][0]] if 2 in block.g else kept.plane
+        feed, speed = block.value("F"), block.value("S")
+        kept.feed = feed * kept.scale if feed and feed > 0.0 and kept.feed_mode != 930 else kept.feed
+        kept.speed = speed if speed and speed > 0.0 else kept.speed
+        if (
+            not any(block.has_g(code) for code in AXIS_CLAIMING)
+            and kept.motion not in CYCLES
+            and not block.polar
+        ):
+            kept.sim, kept.machine = Run(block, kept, 0, None, self.settings).target()
+        self.state = self.memory.state = kept
+
+    def _unset(self, word: Word) -> bool:
+        """Whether the value of a word is a variable that was never set: these controls leave such a word out."""
+        node = word.expression
+        while node is not None and node.op == "negative":
+            node = node.args[0]
+        if node is None or node.op != "parameter" or node.name is None or node.name.number is None:
+            return False
+        try:
+            number = evaluate(node.name.number, self.memory)
+        except NoValueError:
+            return False
+        return number < FAMILY_FREE and int(number) not in self.memory
+
+    def _lexed(self, number: int, text: str) -> LexedLine:
+        """The words of a line; kept where lines run often."""
+        if self.flow is None:
+            return lex_line(text)
+        lexed = self.lexed.get(number)
+        if lexed is None:
+            lexed = self.lexed[number] = lex_line(text)
+        return lexed
+
+    def _check_number(self, line: int, n: int, word: Word) -> None:
+        if n in self.numbers:
+            self.report(Problem("W402", word, f"N{n} was used before"), line, n)
+        if n < self.last:
+            self.report(Problem("W403", word, f"N{n} follows N{self.last}"), line, n)
+        self.numbers.add(n)
+        self.last = n
+        self.highest = max(self.highest, n)

@@ -1,0 +1,310 @@
+"""From program coordinates into work coordinates: frames, tool axes, joints, and the moves that come of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Final, NamedTuple
+
+from vmachining.nc.arcs import PLANES
+from vmachining.nc.checks import finding
+from vmachining.nc.compensation import Compensation
+from vmachining.nc.frames import IDENTITY, UP, cross, dot, unit
+from vmachining.nc.model import Finding, Motion, Move, Point
+from vmachining.nc.offset_curves import Pair
+from vmachining.nc.settings import Settings
+from vmachining.nc.vectors import add, subtract
+
+__all__ = ["PIECE_RAD", "Corner", "PenError", "Placing", "swung"]
+
+SWING_DEG: Final = 5.0
+PIECE_RAD: Final = math.pi / 2.0
+"""Arcs under a leaning tool come in pieces of a quarter."""
+
+STILL: Final = 1e-9
+MAX_MOVES: Final = 5_000_000
+"""Motions of a program: more is a loop without end."""
+
+
+class PenError(Exception):
+    """The block cannot be executed; `code` is the catalogue code."""
+
+    def __init__(self, code: str, message: str, word: str = "", hint: str = "") -> None:
+        super().__init__(message)
+        self.code, self.word, self.hint = code, word, hint
+
+
+class Corner(NamedTuple):
+    """Waiting between two segments; feed : mm/min or None. soft : where two cutting moves of the plane meet, else none."""
+
+    kind: str
+    size: float
+    feed: float | None
+    soft: bool = False
+
+
+class Placing:
+    """State of the tool, and how a finished move of program coordinates is written down; see `pen.py`."""
+
+    def __init__(self, settings: Settings, *, miter: bool = False) -> None:
+        self.settings, self.miter = settings, miter
+        self.moves: list[Move] = []
+        self.findings: list[Finding] = []
+        self._once: set[tuple[str, str]] = set()
+        self.frame, self.at, self.last = IDENTITY, settings.home, settings.home
+        self.axis: Point = UP
+        self.vector: Point | None = None
+        self.plane = PLANES[170]
+        self.scale = 1.0
+        self.line, self.text = 1, ""
+        self.n: int | None = None
+        self.tool, self.rpm = 0, 0.0
+        self.called: set[int] = set()
+        self.known_radius: dict[int, float] = {}
+        self.allowance = (0.0, 0.0)
+        self.feed: float | None = None
+        self.feed_mode = "min"
+        self.compensation: Compensation | None = None
+        self.tip: Point | None = None
+        self.held: Move | None = None
+        self.corner: Corner | None = None
+        self.approach: Callable[[Pair], None] | None = None
+        self.rotary: dict[str, float] = {}
+        self.turned: dict[str, float] = {}
+        self.tcp, self.unplaced, self.in_joints = False, set[int](), False
+        self._stopped_told = False
+        self._swing_pivot = False
+        self.lean: Point | None = None
+        self._turn_tcp = False
+
+    @property
+    def plane_axis(self) -> Point:
+        """Tool axis that belongs to the frame: its own Z, or what the dialect says."""
+        return self.frame.axis if self.lean is None else self.lean
+
+    def note(self, code: str, message: str, word: str = "", *, once: str | None = None) -> None:
+        """Add a finding of this line; once : only the first with this key."""
+        if once is not None:
+            if (code, once) in self._once:
+                return
+            self._once.add((code, once))
+        col = max(self.text.upper().find(word.upper()), 0) + 1 if word else 1
+        self.findings.append(finding(code, self.line, self.n, message, word[:40], col))
+
+    def _move(self, motion: Motion, end: Point, feed: float | None) -> Move:
+        if len(self.moves) > MAX_MOVES:
+            raise PenError("E413", f"over {MAX_MOVES} motions")
+        return Move(
+            self.line, self.n, motion, self.at, end, self.plane.name, None, 0, feed, self.tool, self.rpm, 0.0, end, end
+        )  # fmt: skip
+
+    def _out(self, move: Move) -> None:
+        frame = self.frame
+        if move.motion is Motion.DWELL:
+            self._add(move, self.last, self.last, None)
+            return
+        axis = self.plane_axis
+        if move.axis_end is not None or self.vector is not None:
+            self._out_vector(move)
+            return
+        angles = move.rotary_deg
+        if axis != UP or (angles is None and not any(self.rotary.values())):
+            if self.in_joints:  # the slides keep their places where the table turns about the datum
+                self.in_joints, self.last, self.axis = False, self._tip(move.start, axis), axis
+            self._swing(axis, move)
+            self.turned = dict(self.rotary)
+            self._out_plane(move, axis)
+            return
+        if self.allowance[0] != 0.0:
+            raise PenError(
+                "E208", "an allowance of the tool length (DL) while rotary axes stand turned", "DL"
+            )
+        if angles is None and self.rotary != self.turned:
+            self._turn_rapid()
+        angles = angles or dict(self.rotary)
+        start = {letter: self.turned.get(letter, 0.0) for letter in angles}
+        self.turned = dict(angles)
+        if not self.in_joints:
+            self.in_joints, self.axis = True, UP
+            self.last = self._tip(move.start, UP)
+        turn = max((abs(angles[k] - start[k]) for k in angles), default=0.0)
+        duration = None
+        if turn > 0.0 and move.feed_mm_min:
+            if self.feed_mode == "inverse" and self.feed:
+                duration = 60.0 / self.feed
+            elif math.dist(move.start, move.end) <= STILL:
+                duration = 60.0 * turn / (move.feed_mm_min / self.scale)
+        end = self._tip(move.end, UP)
+        if move.center is not None and frame.plain:
+            center = self._center(move)
+            begin = self._tip(move.start, UP)
+        elif move.center is not None:
+            raise PenError("E361", "an arc in a turned coordinate system while rotary axes stand turned")
+        else:
+            center, begin = None, self.last
+        self._add(
+            move, begin, end, None, center=center, rotary_start=start, rotary_deg=angles, rotary_program=dict(angles),
+            tcp=self.tcp, duration_s=duration,
+        )  # fmt: skip
+        self.last = end
+
+    def _center(self, move: Move) -> Pair:
+        assert move.center is not None
+        origin = self.frame.origin
+        return move.center[0] + origin[self.plane.first], move.center[1] + origin[self.plane.second]
+
+    def _turn_rapid(self) -> None:
+        """The rotary axes alone, as joints, in rapid."""
+        start = {letter: self.turned.get(letter, 0.0) for letter in self.rotary}
+        place = self.last if self.in_joints else self._tip(self.at, UP)
+        move = self._move(Motion.RAPID, self.at, None)
+        self.in_joints, self.axis, self.last = True, UP, place
+        angles = dict(self.rotary)
+        self._add(
+            move,
+            place,
+            place,
+            None,
+            rotary_start=start,
+            rotary_deg=angles,
+            rotary_program=angles,
+            tcp=self.tcp,
+        )
+        self.turned = angles
+
+    def _tip(self, point: Point, axis: Point) -> Point:
+        q, more = self.frame.apply(point), self.allowance[0]
+        return q if more == 0.0 else (q[0] + more * axis[0], q[1] + more * axis[1], q[2] + more * axis[2])
+
+    def _out_plane(self, move: Move, axis: Point) -> None:
+        frame = self.frame
+        end = self._tip(move.end, axis)
+        if move.center is None:
+            self._add(move, self.last, end, axis)
+            self.last = end
+            return
+        if frame.plain and axis == UP:
+            start = self._tip(move.start, axis)
+            self._add(move, start, end, axis, center=self._center(move))
+            self.last = end
+            return
+        self._out_arc(move, axis, end)
+
+    def _out_arc(self, move: Move, axis: Point, end: Point) -> None:
+        """An arc carried by the frame: in a main plane with the tool upright, else as circles about its normal."""
+        frame, plane = self.frame, self.plane
+        middle, normal = list(move.start), [0.0, 0.0, 0.0]
+        assert move.center is not None
+        middle[plane.first], middle[plane.second] = move.center
+        normal[plane.normal] = 1.0
+        center = self._tip((middle[0], middle[1], middle[2]), axis)
+        n = frame.direction((normal[0], normal[1], normal[2]))
+        ccw = (move.motion is Motion.ARC_CCW) != frame.mirrored
+        start = self._tip(move.start, axis)
+        main = next((k for k in range(3) if abs(abs(n[k]) - 1.0) < 1e-12), None)
+        if main is not None and axis == UP:
+            code = {2: 170, 1: 180, 0: 190}[main]
+            out = PLANES[code]
+            motion = Motion.ARC_CCW if ccw == (n[main] > 0.0) else Motion.ARC_CW
+            self._add(
+                move._replace(motion=motion, plane=out.name), start, end, axis,
+                center=(center[out.first], center[out.second]),
+            )  # fmt: skip
+            self.last = end
+            return
+        self._pieces(move, start, end, center, n if ccw else (-n[0], -n[1], -n[2]), axis)
+
+    def _pieces(self, move: Move, start: Point, end: Point, center: Point, n: Point, axis: Point) -> None:
+        arm, finish = subtract(start, center), subtract(end, center)
+        rise = dot(subtract(end, start), n)
+        side = cross(n, arm)
+        flat = subtract(finish, (rise * n[0], rise * n[1], rise * n[2]))
+        sweep = math.atan2(dot(flat, side), dot(flat, arm)) % math.tau
+        if sweep < 1e-9:
+            sweep = math.tau
+        sweep += math.tau * (move.turns - 1)
+        count = max(1, math.ceil(sweep / PIECE_RAD - 1e-9))
+        for k in range(1, count + 1):
+            angle, up = sweep * k / count, rise * k / count
+            c, s = math.cos(angle), math.sin(angle)
+            place = end if k == count else add(
+                center, (c * arm[0] + s * side[0] + up * n[0], c * arm[1] + s * side[1] + up * n[1],
+                         c * arm[2] + s * side[2] + up * n[2]),
+            )  # fmt: skip
+            here = self.last if k > 1 else start
+            ahead = rise * (k - 1) / count
+            middle = add(center, (ahead * n[0], ahead * n[1], ahead * n[2]))
+            self._add(move._replace(motion=Motion.ARC_CCW, turns=1), here, place, axis, circle=(middle, n))
+            self.last = place
+
+    def _out_vector(self, move: Move) -> None:
+        given = move.axis_end
+        if given is not None:
+            axis = unit(self.frame.vector(given))
+            if axis is None:
+                raise PenError("E363", "the tool axis has no length")
+            if dot(axis, self.axis) < -1.0 + 1e-12:
+                raise PenError("E364", "the tool axis is reversed: no great circle is the shortest")
+            self.vector = axis
+        assert self.vector is not None
+        if move.center is not None:
+            raise PenError("E361", "an arc while the program gives tool axes")
+        end = self._tip(move.end, self.vector)
+        self._add(move._replace(axis_end=None), self.last, end, self.vector)
+        self.last = end
+
+    def _swing(self, axis: Point, cause: Move) -> None:
+        """Bring the tool axis to the plane that the next motion needs."""
+        if axis == self.axis:
+            return
+        goal = self.last if self._swing_pivot else swung(self.axis, axis, self.last)
+        angle = math.degrees(math.acos(max(-1.0, min(1.0, dot(axis, self.axis)))))
+        count = 1 if self._swing_pivot else max(1, math.ceil(angle / SWING_DEG))
+        first, home = self.axis, self.last
+        move = cause._replace(motion=Motion.RAPID, feed_mm_min=None, turns=0)
+        for k in range(1, count + 1):
+            toward = axis if k == count else _between(first, axis, k / count)
+            place = goal if k == count else swung(first, toward, home)
+            self._add(move, self.last, place, toward)
+            self.last = place
+        if not self._swing_pivot:
+            self.note("W365", "where the tip swings while the rotary axes turn depends on the machine: taken about zero",
+                      once="swing")  # fmt: skip
+        self._swing_pivot = False
+
+    def _add(self, move: Move, start: Point, end: Point, axis: Point | None, **more: object) -> None:
+        shift = self.settings.work_offsets.get(540)
+        machine = end if shift is None else add(end, shift)
+        move = move._replace(
+            start=start, end=end, end_machine=machine, center=None, rotary_deg=None, axis_end=None
+        )
+        if axis is not None and (axis != UP or self.axis != UP):
+            more = {**more, "axis_start": self.axis, "axis_end": axis}
+        if axis is not None:
+            self.axis = axis
+        self.moves.append(move._replace(**more))  # type: ignore[arg-type]
+
+
+def swung(before: Point, after: Point, point: Point) -> Point:
+    """The point turned about the origin by the shortest rotation from one axis to the other (Rodrigues)."""
+    if before == after:
+        return point
+    k = unit(cross(before, after))
+    if k is None:
+        if dot(before, after) > 0.0:
+            return point
+        k = (1.0, 0.0, 0.0) if abs(before[0]) < 0.9 else (0.0, 1.0, 0.0)
+    c = max(-1.0, min(1.0, dot(before, after)))
+    s = math.sqrt(max(0.0, 1.0 - c * c))
+    w, d = cross(k, point), dot(k, point) * (1.0 - c)
+    x, y, z = (c * p + s * q + d * r for p, q, r in zip(point, w, k, strict=True))
+    return x, y, z
+
+
+def _between(before: Point, after: Point, share: float) -> Point:
+    angle = math.acos(max(-1.0, min(1.0, dot(before, after))))
+    k = unit(cross(before, after)) or ((1.0, 0.0, 0.0) if abs(before[0]) < 0.9 else (0.0, 1.0, 0.0))
+    side = cross(k, before)
+    c, s = math.cos(share * angle), math.sin(share * angle)
+    x, y, z = (c * p + s * q for p, q in zip(before, side, strict=True))
+    return x, y, z

@@ -1,0 +1,220 @@
+"""New feeds into Heidenhain and Sinumerik programs: F words of the blocks that move, every other byte as it was.
+
+1. A block takes a feed if it runs once, in the order of the file, moves at one feed, and is a plain motion: no cycle, no call,
+   no function, and no neighbour of a rounding or chamfer. Its F becomes a number, or is added where the language has it.
+2. F is modal. A plain motion after it that has no F of its own gets the feed that it had; where the block after it is not plain
+   (a loop, a cycle, a chamfer), the feed stays as it was, for that block would inherit it.
+3. What an F counts (mm/min, tenths of inches per minute, mm per revolution) is found from the program itself: the feed
+   of its motions over the number of their F. Where they disagree, as under inverse time, where another mode or unit begins
+   after a motion, or where a feed changes without an F that explains it (S under G95), nothing is written.
+
+Blocks are not divided.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from vmachining.nc.rewrite_pieces import number_text
+
+if TYPE_CHECKING:
+    from vmachining.nc.model import Move
+
+__all__ = ["WordsText", "rewrite_word_feeds"]
+
+SAME: Final = 1e-9
+"""Relative: feeds that differ by less are one."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Language:
+    """plain : a motion that may take an F. never : words that make it something else. word : its F. before : where an F goes.
+    modes : words that say what an F counts, each with those that mean the same as the control does before any of them.
+
+    `word` has the number as group 1, where it is one.
+    """
+
+    plain: re.Pattern[str]
+    never: re.Pattern[str]
+    word: re.Pattern[str]
+    before: re.Pattern[str]
+    modes: tuple[tuple[re.Pattern[str], frozenset[str]], ...]
+
+
+_I: Final = re.IGNORECASE
+_NC: Final = r"(?<![A-Z_])F\s*(\d+\.?\d*|\.\d+)(?![\d.])"
+CORNER: Final = re.compile(r"(?<![A-Z_])(RND|RNDM|CHF|CHR|FRC|FRCM)(?![A-Z])", _I)
+ASIDE: Final = re.compile(
+    r"\bTOOL\s+CALL\b|\bCYCL\b|\b(RND|CHF)\b|M0*(103|128)\s*F|G0*4(?!\d)|G2[45](?!\d)|(?<![A-Z_])T\d|^\s*\*",
+    _I,
+)
+"""Lines whose F is not that of the motions after them."""
+
+PER_TURN: Final = ((re.compile(r"(?<![A-Z_])M\s*0*(13[67])(?!\d)", _I), frozenset({"137"})),)
+ROUNDED: Final = re.compile(r"(?<![A-Z_])RNDM\s*=\s*([^\s;]+)", _I)
+LANGUAGES: Final = {
+    "heidenhain": _Language(
+        re.compile(r"\s*\d*\s*(L|LN|LP|C|CR|CT|CP|CTP)\s", _I),
+        re.compile(r"\bM(89|99|140)\b|\bF[UZ]\b|\bFMAX\b|\bF\s+MAX\b|\bLBL\b|\bM0*(103|128)\s*F", _I),
+        re.compile(_NC + r"|(?<![A-Z_])F\s*(?:AUTO|[-+]?Q[LRS]?\d+)", _I),
+        re.compile(r"\s+M\d|\s*;|\s*$", _I),
+        PER_TURN,
+    ),
+    "heidenhain-iso": _Language(
+        re.compile(r"\s*N?\d*\s*(?=[GXYZIJKABC])", _I),
+        re.compile(r"\bM(89|99|140)\b|G(79|98|8\d|2\d\d|3[016])(?!\d)|\bL\s*\d|\bFMAX\b|M0*(103|128)\s*F", _I),
+        re.compile(_NC, _I),
+        re.compile(r"\s*\*|\s*;|\s*$"),
+        PER_TURN,
+    ),
+    "sinumerik": _Language(
+        re.compile(r"\s*(N\d+)?\s*(?=[GXYZIJKABCF])", _I),
+        re.compile(r"\b(?!I?AC\b|DC\b|AC[NP]\b)[A-Z_]{2,}\w*\s*\(|\bM?CALL\b|\b(IF|GOTO\w*|REPEAT\w*|L\d+)\b|:\s|\bFB\s*=", _I),
+        re.compile(r"(?<![A-Z_])F\s*=?\s*(\d+\.?\d*|\.\d+)(?![\d.*/+-])|(?<![A-Z_])F\s*=\s*\S+", _I),
+        re.compile(r"\s*;|\s*$"),
+        (
+            (re.compile(r"(?<![A-Z_])G\s*0*(9[3-7]\d*)(?!\d)", _I), frozenset({"94"})),
+            (re.compile(r"(?<![A-Z_])G\s*0*(7[01]0?)(?!\d)", _I), frozenset({"71", "710"})),
+        ),
+    ),
+}  # fmt: skip
+
+
+class WordsText(NamedTuple):
+    """lines : as written, ends of lines included. untouched : those that were to get a feed and could not."""
+
+    lines: list[str]
+    untouched: tuple[int, ...]
+
+
+class _Block(NamedTuple):
+    """Motions of one line that follow each other. plain : may take an F. explicit : sets the modal feed itself."""
+
+    line: int
+    feed: float
+    plain: bool
+    explicit: bool
+
+
+def rewrite_word_feeds(
+    dialect: str, lines: Sequence[tuple[str, str]], moves: Sequence[Move], feeds: Mapping[int, float]
+) -> WordsText:
+    """Write feeds into a program.
+
+    dialect : of `LANGUAGES`. lines : text and end of every line, from the first. moves : in the order in which they run.
+    feeds : mm/min by the 1-based line of a block.
+    """
+    language = LANGUAGES[dialect]
+    texts = [text for text, _ in lines]
+    blocks = _blocks(language, texts, moves)
+    scale = _scale(language, texts, blocks)
+    todo, was_changed = dict(feeds), False
+    if scale is None:
+        return WordsText([text + end for text, end in lines], tuple(sorted(todo)))
+    for k, block in enumerate(blocks):
+        after = blocks[k + 1] if k + 1 < len(blocks) else None
+        may = block.plain and (after is None or after.plain or after.explicit)
+        want = _rounded(todo.pop(block.line), scale) if may and block.line in todo else block.feed
+        differs = abs(want - block.feed) > SAME * block.feed
+        if differs or (was_changed and block.plain and not block.explicit):
+            texts[block.line - 1] = _with(language, texts[block.line - 1], number_text(want / scale, 6))
+            was_changed = differs
+        elif block.explicit:
+            was_changed = False
+    return WordsText([text + end for text, (_, end) in zip(texts, lines, strict=True)], tuple(sorted(todo)))
+
+
+def _blocks(language: _Language, texts: Sequence[str], moves: Sequence[Move]) -> list[_Block]:
+    """Feed motions by line, in the order in which they run."""
+    groups: list[tuple[int, set[float]]] = []
+    for move in moves:
+        if not groups or groups[-1][0] != move.line:
+            groups.append((move.line, set()))
+        if move.feed_mm_min is not None:
+            groups[-1][1].add(move.feed_mm_min)
+    highest, lowest = [0] * (len(groups) + 1), [len(texts) + 1] * (len(groups) + 1)
+    for k, (line, _) in enumerate(groups):
+        highest[k + 1] = max(highest[k], line)
+    for k in range(len(groups) - 1, -1, -1):
+        lowest[k] = min(lowest[k + 1], groups[k][0])
+    # lines with a rounding or chamfer up to each line: its arc has the feed of one of its neighbours
+    corners, modal = [0], False
+    for text in texts:
+        bare = _bare(text)
+        if always := ROUNDED.search(bare):
+            modal = always[1] not in ("0", "0.", "0.0")
+        corners.append(corners[-1] + (modal or CORNER.search(bare) is not None))
+    out = []
+    for k, (line, of) in enumerate(groups):
+        if not of:
+            continue
+        text = _bare(texts[line - 1])
+        plain = language.plain.match(text) is not None and language.never.search(text) is None
+        before, after = (groups[n][0] if 0 <= n < len(groups) else line for n in (k - 1, k + 1))
+        if corners[max(line, after)] > corners[min(line, before) - 1]:
+            plain = False
+        once = highest[k] < line < lowest[k + 1]
+        out.append(
+            _Block(
+                line,
+                max(of),
+                plain and once and len(of) == 1,
+                plain and language.word.search(text) is not None,
+            )
+        )
+    return out
+
+
+def _scale(language: _Language, texts: Sequence[str], blocks: Sequence[_Block]) -> float | None:
+    """mm/min of an F of 1, None where the program has none or two."""
+    found: float | None = None
+    last: _Block | None = None
+    for block in blocks:
+        word = language.word.search(_bare(texts[block.line - 1])) if block.explicit else None
+        numbers = [word[1]] if word is not None else []
+        if block.plain and word is None and last is not None:
+            between = [_bare(text) for text in texts[last.line : block.line]]
+            lone = [language.word.search(text) for text in between if not ASIDE.search(text)]
+            numbers = [hit[1] for hit in lone if hit is not None]
+            if not numbers and abs(block.feed - last.feed) > SAME * last.feed:
+                return None
+        if block.plain or block.explicit:
+            last = block
+        ratios = [block.feed / float(number) for number in numbers if number is not None and float(number)]
+        if ratios and found is None:
+            found = ratios[0]
+        if found is not None and ratios and all(abs(ratio - found) > SAME * found for ratio in ratios):
+            return None
+    first = min((block.line for block in blocks), default=0)
+    return None if any(_changes(texts, first, *mode) for mode in language.modes) else found
+
+
+def _changes(texts: Sequence[str], first: int, word: re.Pattern[str], default: frozenset[str]) -> bool:
+    """Whether an F counts two things in a program whose first motion with a feed has line `first`."""
+    named = [(line, hit[1]) for line, text in enumerate(texts, 1) for hit in word.finditer(_bare(text))]
+    kinds = {"" if name in default else name for _, name in named}
+    return len(kinds | {""} if named and named[0][0] > first else kinds) > 1
+
+
+def _rounded(feed: float, scale: float) -> float:
+    """Never above the feed asked for, in tenths of mm/min, of other units in ten thousandths."""
+    step = 10.0 if scale == 1.0 else 1e4
+    return math.floor(feed / scale * step * (1 + 1e-12)) / step * scale
+
+
+def _bare(text: str) -> str:
+    return text.split(";", 1)[0]
+
+
+def _with(language: _Language, text: str, number: str) -> str:
+    """The line with this F."""
+    bare = _bare(text)
+    if word := language.word.search(bare):
+        return f"{bare[: word.start()]}F{number}{bare[word.end() :]}{text[len(bare) :]}"
+    place = language.before.search(text)
+    assert place is not None
+    return text[: place.start()] + f" F{number}" + text[place.start() :]

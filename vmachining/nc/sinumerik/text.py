@@ -1,0 +1,168 @@
+"""Text of Sinumerik programs: blocks with N and label, and the words of one.
+
+X10  X=R1+5  X=AC(10)  CR=5  R1=R2*2  CYCLE81(10,0,2,-5)  TRANS X10  T="MILL"  MSG("text")  ; comment
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+from vmachining.nc.execution import Block
+
+__all__ = ["Unit", "Word", "arguments", "units", "words"]
+
+
+class Word(NamedTuple):
+    """kind : "word" (X10), "set" (X=..., R1=...), "call" (NAME(...)) or "key" (NAME alone)."""
+
+    kind: str
+    name: str
+    value: str
+    text: str
+
+
+class Unit(NamedTuple):
+    """A program of an archive, or the file itself. name : in capitals, without _N_ and kind."""
+
+    name: str
+    blocks: list[Block]
+
+
+_HEADER: Final = re.compile(r"[ \t]*%[ \t]*(?:_N_)?([A-Z0-9_]+?)(?:_(MPF|SPF))?[ \t]*$", re.IGNORECASE)
+_FRONT: Final = re.compile(
+    r"[ \t]*(/\d?)?[ \t]*(?:N[ \t]*(\d{1,9}))?[ \t]*(?:([A-Z_][A-Z0-9_]+)[ \t]*:(?![=]))?[ \t]*",
+    re.IGNORECASE,
+)
+_QUOTED: Final = re.compile(r'"[^"]*"')
+
+
+def units(lines: Sequence[str]) -> list[Unit]:
+    """The programs of a text, each with its blocks."""
+    out = [Unit("", [])]
+    for number, raw in enumerate(lines, 1):
+        if raw.lstrip().startswith("%"):
+            found = _HEADER.match(raw)
+            out.append(Unit(found[1].upper() if found else "", []))
+            continue
+        quoted: list[str] = []
+
+        def hold(hit: re.Match[str], kept: list[str] = quoted) -> str:
+            kept.append(hit[0])
+            return "\0"
+
+        bare = _QUOTED.sub(hold, raw)
+        bare = bare.split(";", 1)[0].upper().replace("\t", " ").rstrip()
+        front = _FRONT.match(bare)
+        assert front is not None  # every part may be missing
+        text = bare[front.end() :]
+        for item in quoted[: text.count("\0")]:
+            text = text.replace("\0", item, 1)
+        if text or front[3]:
+            n = int(front[2]) if front[2] else None
+            out[-1].blocks.append(Block(number, n, text, raw, front[3] or "", front[1] is not None))
+    return [unit for unit in out if unit.blocks] or [Unit("", [])]
+
+
+_LETTER: Final = re.compile(r"([A-Z])[ ]*([+-]?[ ]*(?>\d+\.?\d*|\.\d+)(?:EX[+-]?\d+)?)(?![ ]*[=\[(]|\w)")
+_PACKED: Final = re.compile(r"([A-Z])([+-]?(?>\d+\.?\d*|\.\d+))(?=[A-Z][+-]?[.\d=])")
+_NAME: Final = re.compile(r"[A-Z_$][A-Z0-9_$]*")
+_OPERAND: Final = re.compile(
+    r'[ ]*(?:[+-][ ]*|NOT[ ]+)*(?:(?:\d+\.?\d*|\.\d+)(?:EX[+-]?\d+)?|"[^"]*"|[A-Z_$][A-Z0-9_$.]*|(?=[(\[]))'
+)
+_OPERATOR: Final = re.compile(r"[ ]*(?:==|<>|>=|<=|<<|[-+*/<>]|\b(?:DIV|MOD|AND|OR|XOR)\b)")
+
+
+def _close(text: str, at: int) -> int:
+    """Place behind the bracket that closes the one at `at`; -1 where none does."""
+    depth, quoted = 0, False
+    for k in range(at, len(text)):
+        c = text[k]
+        if c == '"':
+            quoted = not quoted
+        elif not quoted and c in "([":
+            depth += 1
+        elif not quoted and c in ")]":
+            depth -= 1
+            if depth == 0:
+                return k + 1
+    return -1
+
+
+def _expression(text: str, at: int) -> int:
+    """Place behind the expression that begins at `at`; -1 where none exists."""
+    while True:
+        found = _OPERAND.match(text, at)
+        if found is None:
+            return -1
+        at = found.end()
+        while at < len(text) and text[at] in "([":
+            at = _close(text, at)
+            if at < 0:
+                return -1
+        found = _OPERATOR.match(text, at)
+        if found is None:
+            return at
+        at = found.end()
+
+
+def words(text: str) -> tuple[list[Word], str]:
+    """Words of a block, and the rest of the text."""
+    out: list[Word] = []
+    at = 0
+    while True:
+        while at < len(text) and text[at] in " ,":
+            at += 1
+        if at >= len(text):
+            return out, ""
+        found = _LETTER.match(text, at) or _PACKED.match(text, at)
+        if found is not None:
+            out.append(Word("word", found[1], found[2].replace(" ", ""), found[0]))
+            at = found.end()
+            continue
+        found = _NAME.match(text, at)
+        if found is None:
+            return out, text[at:]
+        name, end = found[0], found.end()
+        while end < len(text) and text[end] == " ":
+            end += 1
+        index = ""
+        if end < len(text) and text[end] == "[":
+            stop = _close(text, end)
+            if stop < 0:
+                return out, text[at:]
+            index, end = text[end:stop], stop
+            while end < len(text) and text[end] == " ":
+                end += 1
+        if end < len(text) and text[end] == "=" and text[end : end + 2] != "==":
+            stop = _expression(text, end + 1)
+            if stop < 0:
+                return out, text[at:]
+            out.append(Word("set", name + index, text[end + 1 : stop].strip(), text[at:stop]))
+        elif end < len(text) and text[end] == "(" and not index:
+            stop = _close(text, end)
+            if stop < 0:
+                return out, text[at:]
+            out.append(Word("call", name, text[end + 1 : stop - 1], text[at:stop]))
+        else:
+            stop = found.end()
+            out.append(Word("key", name, "", name))
+        at = stop
+
+
+def arguments(text: str) -> list[str]:
+    """Arguments of a call, split at its commas; an omitted one is empty."""
+    out, depth, quoted, start = [], 0, False, 0
+    for k, c in enumerate(text):
+        if c == '"':
+            quoted = not quoted
+        elif not quoted and c in "([":
+            depth += 1
+        elif not quoted and c in ")]":
+            depth -= 1
+        elif not quoted and c == "," and depth == 0:
+            out.append(text[start:k].strip())
+            start = k + 1
+    out.append(text[start:].strip())
+    return [] if out == [""] else out

@@ -1,0 +1,382 @@
+"""What the page draws: columns, surface, path, tools and raw heights in one compressed container.
+
+The container is gzip of `[uint32 length][JSON header][arrays]`; `frontend/src/data.js` reads it. Its size is bounded:
+rows, triangles and motions beyond a budget are thinned, and the page says so. Nothing here is computed anew; the cut
+that the page plays is a picture made in the browser from the path and the cutters.
+"""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+import struct
+from collections.abc import Container
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from vmachining.arrays import Floats, Ints
+from vmachining.geometry import Arc
+from vmachining.job import Job, RunResult
+from vmachining.job.blocks import program_lines
+from vmachining.job.contact import ToolParts
+from vmachining.job.stock import raw_stock
+from vmachining.job.toolpath import Toolpath
+from vmachining.nc import Motion, Move, Program
+from vmachining.report.contact_map import contact_maps
+from vmachining.report.design import Deviation
+from vmachining.report.thin import ThinMesh, thin_rows
+from vmachining.sweep import Turn
+from vmachining.tool import Profile
+
+__all__ = ["GROWING", "LOADS", "Payload", "load_column", "packed", "path_payload", "payload"]
+
+MAX_SEGMENTS = 200_000
+"""Straight pieces of the drawn path; beyond it every n-th motion is drawn."""
+
+MAX_SOURCE = 3_000_000
+"""Characters of a program that is shown whole; of a longer one only the lines of the drawn blocks are."""
+
+CELLS = 50_000
+"""Cells of the grid on which the cut is played: about 100,000 triangles, which a browser without a graphics card turns."""
+
+LEAST_PERCENT = 1e-3
+"""Widths of brackets are drawn in decades above it, and linearly from 0 to it: below there is hardly more than rounding."""
+
+ARC_STEP = 0.1
+"""rad of an arc per drawn piece."""
+
+UPRIGHT = 1e-9
+"""Axes that lean by less are played over a grid of heights."""
+
+LOADS = (
+    ("force_n", "force", "N"),
+    ("chip_area_mm2", "chip area", "mm²"),
+    ("mrr_mm3_min", "removal rate", "mm³/min"),
+    ("chip_thickness_mm", "chip thickness", "mm"),
+    ("ap_mm", "axial depth ap", "mm"),
+    ("ae_mm", "radial depth ae", "mm"),
+    ("engaged_fraction", "engaged share of a turn", ""),
+    ("power_w", "power at the cutter", "W"),
+    ("feed_mm_min", "feed as programmed", "mm/min"),
+    ("scheduled_feed_mm_min", "feed scheduled", "mm/min"),
+)
+"""Columns that can colour the part, in the order in which the first one that is filled becomes the load."""
+
+GROWING = ("removed_mm3", "removed_lo_mm3", "removed_hi_mm3", "mrr_mm3_min")
+"""Columns that a live page fills while the run makes them."""
+
+MORE = (
+    ("removed_mm3", "removed volume", "mm³"),
+    ("length_mm", "path", "mm"),
+    ("time_s", "time", "s"),
+    ("scheduled_time_s", "time scheduled", "s"),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Payload:
+    """text : base64 of the container. stride : every how manieth motion is drawn. rows : blocks that are drawn.
+
+    heights : whether the cut is played over a grid of heights. maps : blocks whose contact is drawn.
+    """
+
+    text: str
+    stride: int
+    rows: int
+    heights: bool
+    maps: int = 0
+
+
+def load_column(blocks: pl.DataFrame) -> tuple[str, str, str]:
+    """Column, name and unit of what loads the cutter most directly: force, else chip area, else removal rate."""
+    return next(entry for entry in LOADS[:3] if blocks[entry[0]].count() or entry[0] == "mrr_mm3_min")
+
+
+def payload(
+    result: RunResult, blocks: pl.DataFrame, mesh: ThinMesh, deviation: Deviation | None = None
+) -> Payload:
+    """The container of a result, its surface thinned to `mesh`, with how far that is from the design."""
+    load = load_column(blocks)
+    contact, maps = contact_maps(result, blocks, load[0])
+    mapped = np.searchsorted(blocks["block"].to_numpy(), [record["block"] for record in contact])
+    thinned = (thin_rows(len(blocks), blocks[name].to_numpy()) for name in ("removed_mm3", load[0]))
+    rows = np.unique(np.concatenate([*thinned, mapped.astype(np.int64)]))
+    drawn = blocks[rows]
+    time = np.nan_to_num(blocks["time_s"].fill_null(0.0).to_numpy())
+    length = np.nan_to_num(blocks["length_mm"].fill_null(0.0).to_numpy())
+    arrays: dict[str, Any] = {
+        "block": drawn["block"].to_numpy().astype("<i4"),
+        "line": drawn["line"].to_numpy().astype("<i4"),
+        "begin_s": (np.cumsum(time) - time)[rows].astype("<f4"),
+        "begin_mm": (np.cumsum(length) - length)[rows].astype("<f4"),
+        "removed_lo_mm3": _column(drawn, "removed_lo_mm3"),
+        "removed_hi_mm3": _column(drawn, "removed_hi_mm3"),
+        "bracket_percent": _bracket_percent(drawn),
+        "warned": drawn["warning"].is_not_null().to_numpy().astype("u1"),
+        "vertices": mesh.vertices.astype("<f4").ravel(),
+        "triangles": mesh.triangles.astype("<u4").ravel(),
+        "face_block": mesh.block.astype("<i4"),
+    }
+    filled = [entry for entry in (*LOADS, *MORE) if drawn[entry[0]].count()]
+    arrays |= {name: _column(drawn, name) for name, _, _ in filled} | maps
+    tools, tool_index = _tools(result.job)
+    hits = drawn.filter(pl.col("warning").str.contains("rapid", literal=True).fill_null(False))["block"]
+    path, stride = _path(result.toolpath, drawn["block"].to_numpy(), tool_index, set(hits.to_list()))
+    arrays |= path
+    grid = None
+    if "axes" not in path and (made := _grid(result.job)) is not None:
+        grid, arrays["heights"] = made
+    after = result.schedule is not None
+    if after:
+        rate = np.asarray(result.schedule.after_rate, dtype="<f4")  # type: ignore[union-attr]
+        arrays["scheduled_mrr_mm3_min"] = rate[rows]
+    known = set(arrays)
+    loads: list[dict[str, Any]] = [
+        {"name": n, "label": label, "unit": unit} for n, label, unit in filled if (n, label, unit) in LOADS
+    ]
+    loads.sort(key=lambda entry: entry["name"] != load[0])
+    if deviation is not None:
+        arrays["deviation_mm"] = deviation.distance.astype("<f4")
+        loads.append(
+            {
+                "name": "deviation_mm",
+                "label": "deviation from the design",
+                "unit": "mm",
+                "reach": deviation.reach,
+            }
+        )
+    loads += [{"name": "bracket_percent", "label": "width of the bracket", "unit": "%"},
+              {"name": "block", "label": "block number", "unit": ""}]  # fmt: skip
+    header = {
+        "texts": [text or "" for text in drawn["text"].to_list()],
+        "source": _source(result.program, blocks),
+        "warnings": dict(drawn.filter(pl.col("warning").is_not_null()).select("block", "warning").iter_rows()),
+        "loads": loads,
+        "details": [{"name": n, "label": label, "unit": unit} for n, label, unit in (*MORE, *LOADS) if n in known],
+        "curves": _curves(known),
+        "ends": {"time": float(time.sum()), "length": float(length.sum())},
+        "tools": tools,
+        "grid": grid,
+        "contact": contact,
+        "job": Path(result.inputs["job"]["file"]).name if "job" in result.inputs else "JOB.toml",
+    }  # fmt: skip
+    return Payload(packed(header, arrays), stride, len(rows), grid is not None, len(contact))
+
+
+def path_payload(toolpath: Toolpath, job: Job | None = None) -> Payload:
+    """The container of a program: its path and feeds, with a pointer for each tool; of a job, with its tools and stock.
+
+    With a job the page is live: it asks the server for the rows that the run has made, and cuts along.
+    """
+    moves, paths = toolpath.moves, toolpath.paths
+    feed = np.array([_feed(moves[block.moves[-1]]) for block in toolpath.blocks])
+    length = np.array([sum(paths[k].length for k in block.moves) for block in toolpath.blocks])
+    time = np.divide(60.0 * length, feed, out=np.zeros(len(feed)), where=feed > 0.0)
+    table = pl.DataFrame(
+        {"block": [b.number for b in toolpath.blocks], "line": [b.line for b in toolpath.blocks],
+         "text": [b.text for b in toolpath.blocks], "feed_mm_min": feed, "length_mm": length, "time_s": time}
+    )  # fmt: skip
+    rows = thin_rows(len(table), np.nan_to_num(feed))
+    drawn = table[rows]
+    numbers = sorted({block.tool for block in toolpath.blocks})
+    tools, index = ([], {n: k for k, n in enumerate(numbers)}) if job is None else _tools(job)
+    path, stride = _path(toolpath, drawn["block"].to_numpy(), index, ())
+    if job is None:
+        size = 0.04 * float(np.ptp(path["points"].reshape(-1, 3), axis=0).max() or 1.0)
+        pointer = [[0.0, 0.0], [0.4 * size, size], [0.4 * size, 3.0 * size], [0.0, 3.0 * size]]
+        tools = [{"number": n, "meridian": pointer, "shank": None, "holder": None} for n in numbers]
+    grid = None if job is None or "axes" in path else _grid(job)
+    growing = {} if job is None else {name: np.full(len(rows), np.nan, dtype="<f4") for name in GROWING}
+    arrays = {
+        "block": drawn["block"].to_numpy().astype("<i4"), "line": drawn["line"].to_numpy().astype("<i4"),
+        "begin_s": (np.cumsum(time) - time)[rows].astype("<f4"),
+        "begin_mm": (np.cumsum(length) - length)[rows].astype("<f4"),
+        "warned": np.zeros(len(rows), dtype="u1"),
+        "vertices": np.zeros(0, dtype="<f4"), "triangles": np.zeros(0, dtype="<u4"), "face_block": np.zeros(0, dtype="<i4"),
+        **{name: _column(drawn, name) for name in ("feed_mm_min", "length_mm", "time_s")}, **path, **growing,
+        **({} if grid is None else {"heights": grid[1]}),
+    }  # fmt: skip
+    words = [entry for entry in (*MORE, *LOADS) if entry[0] in arrays]
+    header = {
+        "texts": drawn["text"].to_list(),
+        "source": _source(toolpath.program, table),
+        "warnings": {},
+        "loads": [{"name": n, "label": label, "unit": unit} for n, label, unit in LOADS if n in arrays]
+        + [{"name": "block", "label": "block number", "unit": ""}],
+        "details": [{"name": name, "label": label, "unit": unit} for name, label, unit in words],
+        "curves": _curves(set(arrays)),
+        "ends": {"time": float(time.sum()), "length": float(length.sum())},
+        "tools": tools,
+        "grid": None if grid is None else grid[0],
+        "live": job is not None,
+    }  # fmt: skip
+    return Payload(packed(header, arrays), stride, len(rows), heights=grid is not None)
+
+
+def _feed(move: Move) -> float:
+    return float("nan") if move.feed_mm_min is None else float(move.feed_mm_min)
+
+
+def _column(rows: pl.DataFrame, name: str) -> Floats:
+    return np.asarray(rows[name].cast(pl.Float64).fill_null(float("nan")).to_numpy(), dtype="<f4")
+
+
+def _bracket_percent(rows: pl.DataFrame) -> Floats:
+    """Width of each bracket in percent of the volume; 0 where it is known that nothing is removed."""
+    value, lo, hi = (rows[f"removed{end}_mm3"].to_numpy() for end in ("", "_lo", "_hi"))
+    width = np.where(hi > lo, 100.0, 0.0)
+    np.divide(100.0 * (hi - lo), value, out=width, where=value > 0.0)
+    return np.minimum(width, 100.0).astype("<f4")
+
+
+def _source(program: Program, blocks: pl.DataFrame) -> list[str] | None:
+    """Lines of the program, where every block names a line of this one file; else the page shows blocks alone."""
+    if len(program.data) > MAX_SOURCE or program.files:
+        return None
+    lines = program_lines(program)
+    named = blocks.select("line", "text").unique()
+    known = all(0 < line <= len(lines) and lines[line - 1] == text for line, text in named.iter_rows())
+    return lines if known else None
+
+
+def _curves(known: set[str]) -> list[dict[str, Any]]:
+    """Plots over the program, of the columns that are filled."""
+
+    def line(name: str, label: str, colour: str, hidden: bool = False) -> dict[str, Any]:
+        return {"name": name, "label": label, "colour": f"--{colour}", "hidden": hidden}
+
+    before, after = "before", "after"
+    wanted = [
+        ("Removed volume of a block, with its bracket", "mm³", [line("removed_mm3", "removed", "first"),
+            line("removed_hi_mm3", "to", "first", True), line("removed_lo_mm3", "from", "first", True)], [2, 3], None),
+        ("Width of the bracket", "% of the volume", [line("bracket_percent", "width", "second")], None, LEAST_PERCENT),
+        ("Removal rate", "mm³/min", [line("mrr_mm3_min", "as programmed", before),
+            line("scheduled_mrr_mm3_min", "scheduled", after)], None, None),
+        ("Feed", "mm/min", [line("feed_mm_min", "as programmed", before),
+            line("scheduled_feed_mm_min", "scheduled", after)], None, None),
+        ("Depth of cut", "mm", [line("ap_mm", "axial ap", "first"), line("ae_mm", "radial ae", "second")], None, None),
+        ("Engaged share of a turn", "of 1", [line("engaged_fraction", "engaged", before)], None, None),
+        ("Largest chip area of a tooth", "mm²", [line("chip_area_mm2", "chip area", after)], None, None),
+        ("Largest chip thickness", "mm", [line("chip_thickness_mm", "chip thickness", "third")], None, None),
+        ("Peak of the resultant force", "N", [line("force_n", "force", "fourth")], None, None),
+        ("Mean power at the cutter", "W", [line("power_w", "power", "fifth")], None, None),
+    ]  # fmt: skip
+    made = []
+    for title, unit, lines, band, decades in wanted:
+        there = [entry for entry in lines if entry["name"] in known]
+        if there:
+            made.append({"title": title, "unit": unit, "lines": there, "band": band, "log": decades})
+    return made
+
+
+def _tools(job: Job) -> tuple[list[dict[str, Any]], dict[int, int]]:
+    """Meridians of cutter, shank and holder, and the place of each tool number in the list."""
+    made: list[dict[str, Any]] = []
+    index: dict[int, int] = {}
+    for number, tool in sorted(job.tools.items()):
+        parts = ToolParts.of(tool)
+        index[number] = len(made)
+        made.append(
+            {"number": number, "meridian": _meridian(parts.cutter),
+             "shank": None if parts.shank is None else _meridian(parts.shank),
+             "holder": None if parts.holder is None else _meridian(parts.holder)}
+        )  # fmt: skip
+    return made, index
+
+
+def _meridian(profile: Profile) -> list[list[float]]:
+    """Points (r, z) from the tip up, closed at the axis; arcs in twelve pieces."""
+    points = [[0.0, profile.z_min]]
+    for piece in profile.segments:
+        if piece.is_arc:
+            beta = np.linspace(*piece.beta, 13)
+            points += np.stack(
+                [piece.cr + piece.radius * np.cos(beta), piece.cz + piece.radius * np.sin(beta)], 1
+            ).tolist()
+        else:
+            points += [[piece.r0, piece.z0], [piece.r1, piece.z1]]
+    points.append([0.0, profile.z_max])
+    return [[round(float(r), 5), round(float(z), 5)] for r, z in points]
+
+
+def _path(
+    toolpath: Toolpath, numbers: Ints, tools: dict[int, int], hits: Container[int]
+) -> tuple[dict[str, Any], int]:
+    """Straight pieces of the path: kind 1 feed, 2 rapid, 3 rapid through material, 0 a jump that is not drawn."""
+    moving = [(block.number, index) for block in toolpath.blocks for index in block.moves]
+    stride = max(1, len(moving) * 2 // MAX_SEGMENTS)
+    points, axes, kinds, rows, cutters = [], [], [], [], []
+    for number, index in moving[::stride]:
+        move, path = toolpath.moves[index], toolpath.paths[index]
+        steps = 1
+        if isinstance(path, Arc):
+            steps = max(2, int(np.ceil(abs(path.angle) / ARC_STEP)))
+        elif isinstance(path, Turn) and not path.is_straight:
+            steps = 8
+        t = np.linspace(0.0, 1.0, steps + 1)
+        points.append(path.position(t))
+        axes.append(path.axis(t) if isinstance(path, Turn) else np.tile([0.0, 0.0, 1.0], (steps + 1, 1)))
+        kind = (3 if number in hits else 2) if move.motion is Motion.RAPID else 1
+        kinds.append([kind] * steps + [0])
+        row = max(int(np.searchsorted(numbers, number, side="right")) - 1, 0)
+        rows.append([row] * (steps + 1))
+        cutters.append([tools.get(move.tool, 255)] * (steps + 1))
+    leans = np.concatenate(axes)
+    arrays = {
+        "points": np.concatenate(points).astype("<f4").ravel(),
+        "kind": np.concatenate(kinds)[:-1].astype("u1"),
+        "segment_row": np.concatenate(rows)[:-1].astype("<i4"),
+        "segment_tool": np.concatenate(cutters)[:-1].astype("u1"),
+    }
+    if (np.abs(leans - [0.0, 0.0, 1.0]) > UPRIGHT).any():
+        arrays["axes"] = leans.astype("<f4").ravel()
+    return arrays, stride
+
+
+def _grid(job: Job) -> tuple[dict[str, Any], Ints] | None:
+    """Cells and heights of the raw stock; None for a STEP file, which is not read again for a picture."""
+    if job.keys.stock.step is not None:
+        return None
+    stock = raw_stock(job)
+    low, high = stock.bounds
+    pitch = float(np.sqrt(np.prod(high[:2] - low[:2]) / CELLS))
+    columns, lines = (int(np.ceil((high[k] - low[k]) / pitch)) for k in (0, 1))
+    x, y = low[0] + (np.arange(columns) + 0.5) * pitch, low[1] + (np.arange(lines) + 0.5) * pitch
+    places = np.stack(np.meshgrid(np.minimum(x, high[0]), np.minimum(y, high[1])), axis=-1).reshape(-1, 2)
+    rays = stock.crossings(places)
+    last = np.cumsum(rays.counts) - 1
+    heights = np.full(len(places), low[2])
+    there = rays.counts > 0
+    heights[there] = rays.leave[last[there]]
+    grid = {
+        "low": [float(v) for v in low[:2]],
+        "pitch": pitch,
+        "columns": columns,
+        "rows": lines,
+        "floor": float(low[2]),
+    }
+    return grid, heights.astype("<f4")
+
+
+def packed(header: dict[str, Any], arrays: dict[str, Any]) -> str:
+    """The container as base64; every part begins at a multiple of 8 bytes, as typed arrays of browsers need it."""
+    places, parts, offset = {}, [], 0
+    for name, array in arrays.items():
+        data = np.ascontiguousarray(array)
+        places[name] = {
+            "kind": f"{data.dtype.kind}{data.dtype.itemsize}",
+            "offset": offset,
+            "length": int(data.size),
+        }
+        raw = data.tobytes()
+        parts.append(raw + b"\0" * (-len(raw) % 8))
+        offset += len(parts[-1])
+    text = json.dumps(header | {"arrays": places}, allow_nan=False, separators=(",", ":")).encode()
+    text += b" " * (-(4 + len(text)) % 8)
+    body = struct.pack("<I", len(text)) + text + b"".join(parts)
+    return base64.b64encode(gzip.compress(body, 6, mtime=0)).decode("ascii")

@@ -1,0 +1,87 @@
+"""Logged times as a page: feed as programmed, as reachable and as logged, tools, loads, and what was not compared."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from vmachining.job.times import Comparison
+from vmachining.report.chart import Curve, chart
+from vmachining.report.figures import Panel, write_page
+
+__all__ = ["FEEDS", "write_times"]
+
+FEEDS = {"programmed_mm_min": "programmed", "reachable_mm_min": "reachable", "logged_mm_min": "logged"}
+
+LATE_S = 1.0
+"""Intervals from here on are listed: shorter ones are not resolved by a log of a few entries a second."""
+
+
+def write_times(found: Sequence[Comparison], out: Path) -> None:
+    """A page of one or more logs."""
+    panels = []
+    for one in found:
+        rows = one.blocks
+        ends = np.cumsum(rows["logged_s"].to_numpy().clip(min=0.0))
+        at = np.concatenate([[0.0], ends])
+        feeds = [
+            Curve(words, at, _closed(rows[name]), stepped=True, dashed=words == "programmed")
+            for name, words in FEEDS.items()
+        ]
+        panels.append(
+            Panel(
+                title=f"{one.name}: mean feed between two entries of the log",
+                svg=chart(feeds, x="logged time, s", y="mm/min", zero=True),
+                text="Intervals with rapids or changes are left out. Programmed: at the overrides of the log.",
+            )
+        )
+        if np.isfinite(rows["load"].to_numpy()).any():
+            load = Curve("load", at, _closed(rows["load"]), stepped=True)
+            panels.append(
+                Panel(
+                    title="Load of the spindle",
+                    svg=chart([load], x="logged time, s", y="of the log", zero=True),
+                )
+            )
+        cells = [
+            (
+                f"tool {t['tool']}",
+                f"{t['predicted_s']:.1f}",
+                f"{t['logged_s']:.1f}",
+                f"{100 * t['error']:+.1f} %",
+            )
+            for t in one.tools
+        ]
+        whole = ("whole", f"{one.predicted_s:.1f}", f"{one.logged_s:.1f}", f"{100 * one.error:+.1f} %")
+        panels.append(
+            Panel(
+                title="Predicted and logged", head=("", "predicted, s", "logged, s", "error"), rows=[*cells, whole],
+                text="; ".join(f"not compared: {s:.0f} s of {why}" for why, s in one.left_out.items()),
+            )
+        )  # fmt: skip
+        worst = rows.filter(pl.col("compared") & (pl.col("logged_s") > LATE_S)).with_columns(
+            off=(pl.col("predicted_s") - pl.col("logged_s"))
+        )
+        worst = worst.sort(pl.col("off").abs(), descending=True).head(10)
+        panels.append(
+            Panel(
+                title="Intervals that differ most", head=("lines", "tool", "predicted, s", "logged, s", "difference, s"),
+                rows=[(f"{r['line']} to {r['until'] - 1}", r["tool"], f"{r['predicted_s']:.2f}", f"{r['logged_s']:.2f}",
+                       f"{r['off']:+.2f}") for r in worst.iter_rows(named=True)],
+            )
+        )  # fmt: skip
+    errors = [abs(one.error) for one in found]
+    write_page(
+        out, panels, kind="logged times", name=", ".join(one.name for one in found)[:80],
+        subtitle=f"predicted {sum(one.predicted_s for one in found):.1f} s, logged {sum(one.logged_s for one in found):.1f} s",
+        chips=[("ok" if max(errors) <= 0.02 else "warn", f"largest error of a program {100 * max(errors):.1f} %")],
+    )  # fmt: skip
+
+
+def _closed(column: pl.Series) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+    """(k + 1,) values of steps; the last one ends where it began."""
+    values = column.to_numpy()
+    return np.append(values, values[-1:])
