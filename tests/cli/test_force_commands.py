@@ -81,3 +81,43 @@ def test_predict_writes_tables_and_a_picture(tmp_path, capsys):
 def test_predict_without_a_table_says_what_to_add(tmp_path, capsys):
     assert run(["force", "predict", str(write_job(tmp_path))]) == 2
     assert "[force]" in capsys.readouterr().err
+
+
+def test_identify_validates_at_a_feed_that_was_not_fitted(slots, tmp_path, capsys):
+    """Means in closed form: what is 5 % larger in y is told as that."""
+    rows = SLOTS.splitlines()
+    third, two = tmp_path / "third.csv", tmp_path / "two.csv"
+    two.write_text("\n".join(r for r in rows if ",0.2," not in r), encoding="utf-8")
+    changed = [r.split(",") for r in rows if ",0.2," in r]
+    third.write_text(
+        "\n".join([rows[0], *(",".join([*r[:3], repr(1.05 * float(r[3])), r[4]]) for r in changed)]),
+        encoding="utf-8",
+    )
+    words = ["force", "identify", str(two), "--corner-radius", "0", "--teeth", "4", "--degree", "1", "--json"]
+    assert run([*words, "--validate", str(third)]) == 0
+    told = json.loads(capsys.readouterr().out)["validation"]
+    assert told["tests"] == 5
+    assert told["largest_percent"] == pytest.approx([0.0, 100.0 * 0.05 / 1.05, 0.0], abs=1e-6)
+    third.write_text(rows[0] + "\n9,0.2,1,1,1\n", encoding="utf-8")
+    assert run([*words, "--validate", str(third)]) == 2
+    assert "a slot of 9 mm" in capsys.readouterr().err
+
+
+def test_predict_lays_a_trace_over_its_forces(tmp_path, capsys):
+    """A trace that was made from the revolution itself, a quarter of a turn later."""
+    job, out = write_job(tmp_path, job=CUTTER + FORCE), tmp_path / "forces"
+    assert run(["force", "predict", str(job), "--block", "2", "--out", str(out), "--json"]) == 0
+    capsys.readouterr()
+    turn = pl.read_csv(out / "forces.csv").filter(pl.col("at") == 0.5).sort("phi_deg")
+    trace = tmp_path / "trace.csv"
+    rows = [f"{90 + 360 * k + phi},{x},{y},{z}" for k in range(4) for phi, x, y, z in turn.select(
+        "phi_deg", "fx_n", "fy_n", "fz_n").iter_rows()]  # fmt: skip
+    trace.write_text("\n".join(["phi_deg,fx_n,fy_n,fz_n", *rows]), encoding="utf-8")
+    words = ["force", "predict", str(job), "--block", "2", "--measured", str(trace), "--out", str(out)]
+    assert run([*words, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["measured"]["correlation"] > 0.99 and told["measured"]["axes"]["x"]["percent"] < 3.0
+    table = pl.read_csv(out / "forces_measured.csv")
+    assert len(table) == len(rows) and set(table["block"]) == {2}
+    trace.write_text("time_s,fx_n,fy_n\n0,1,2\n", encoding="utf-8")
+    assert run(words) == 2 and "'fz_n' is missing" in capsys.readouterr().err

@@ -120,7 +120,7 @@ BAD = {
     "word": (HEADER + "1,0.1,2,3,4\n2,0.1,x,3,4\n", [":3:", "fx_n = 'x'"]),
     "cut off": (HEADER + "1,0.1,2\n", [":2:", "fy_n"]),
     "zero": (HEADER + "0,0.1,2,3,4\n", ["above zero"]),
-    "empty": (HEADER, ["no tests"]),
+    "empty": (HEADER, ["no rows"]),
     "nothing": ("", ["missing"]),
 }
 

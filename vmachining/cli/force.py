@@ -2,17 +2,32 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 
 from vmachining.cli.force_commands import IdentifyOptions
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note, progress_bar
-from vmachining.force import NAMES, identify, layer_coefficients, read_tests, smoothed
+from vmachining.force import (
+    NAMES,
+    Coefficients,
+    Overlay,
+    align,
+    identify,
+    layer_coefficients,
+    predicted_means,
+    read_tests,
+    read_trace,
+    smoothed,
+)
 from vmachining.job import Job
 from vmachining.job.brep import parse_blocks
-from vmachining.job.files import write_atomic
+from vmachining.job.files import atomic_path, write_atomic
+from vmachining.job.reading import read_job_program
+from vmachining.nc import Motion
 
 __all__ = ["identify_", "predict_"]
 
@@ -26,17 +41,26 @@ def identify_(file: Path, o: IdentifyOptions) -> int:
         found = smoothed(fit, degree=o.degree, ref=o.layer_ref, name=title)
         more = ["", "[layers]", f"low_mm = {fit.low.tolist()}", f"high_mm = {fit.high.tolist()}"]
         more += [f"{key} = {fit.values[:, k].tolist()}" for k, key in enumerate(NAMES)]
-        text, summary = found.to_toml(more), {"method": "layers", "tests": len(tests), "layers": len(fit.low)}
+        summary: dict[str, Any] = {"method": "layers", "tests": len(tests), "layers": len(fit.low)}
     else:
         result = identify(
             tests, o.corner_radius, o.teeth, degree=o.degree, weights=o.weights,
             confidence=o.confidence, name=title,
         )  # fmt: skip
-        found, text = result.coefficients, result.to_toml()
+        found, more = result.coefficients, result.lines()
         summary = {
             "method": "joint", "tests": len(tests), "degrees_of_freedom": result.freedom, "sigma": result.sigma,
             "rms_residual_n": float(np.sqrt((result.residual**2).mean())),
         }  # fmt: skip
+    if o.validate is not None:
+        summary["validation"], told = _validated(found, o.validate, o)
+        more += told
+        note(
+            "validation: largest deviation of Fx, Fy, Fz "
+            + ", ".join(f"{v:.3g} %" for v in summary["validation"]["largest_percent"])
+            + " of the largest mean", quiet=o.as_json,
+        )  # fmt: skip
+    text = found.to_toml(more)
     warnings = found.negative(*found.height_mm)
     for words in warnings:
         note(f"vmachining: {words}", quiet=o.as_json)
@@ -53,30 +77,82 @@ def identify_(file: Path, o: IdentifyOptions) -> int:
     return Code.DONE
 
 
-def predict_(file: Path, *, block: str, out: Path | None, quiet: bool, as_json: bool) -> int:
+def _validated(found: Coefficients, data: Path, o: IdentifyOptions) -> tuple[dict[str, Any], list[str]]:
+    """Slots that were not fitted: deviation per axis, as numbers and as lines of the file."""
+    tests = read_tests(data, on=o.on)
+    off = predicted_means(found, tests, o.corner_radius, o.teeth) - tests.force
+    rms = np.sqrt((off**2).mean(axis=0))
+    percent = 100.0 * np.abs(off).max(axis=0) / np.abs(tests.force).max(axis=0)
+    told = {"tests": len(tests), "rms_n": rms.tolist(), "largest_percent": percent.tolist()}
+    return told, [
+        "",
+        "[validation]",
+        f"data = {json.dumps(data.name)}",
+        *(f"{key} = {told[key]}" for key in told),
+    ]
+
+
+def predict_(
+    file: Path, *, block: str, measured: Path | None, on: Literal["tool", "workpiece"], out: Path | None, quiet: bool,
+    as_json: bool,
+) -> int:  # fmt: skip
     """`vmachining force predict`."""
     from vmachining.job.batch import safe_name
-    from vmachining.job.predict import predict
+    from vmachining.job.predict import measured_table, predict
     from vmachining.report.force import write_forces
 
     job = Job.load(file)
+    trace = None
+    if measured is not None:  # before minutes are spent on the prediction
+        speeds = {
+            m.spindle_rpm
+            for m in read_job_program(job).moves
+            if m.motion is not Motion.RAPID and m.spindle_rpm
+        }
+        trace = read_trace(measured, on=on, rev_min=speeds.pop() if len(speeds) == 1 else None)
     blocks = None if block == "all" else [k for part in parse_blocks(block, "--block") for k in part]
     with progress_bar(quiet=quiet or as_json) as progress:
         found = predict(job, blocks, progress=progress or (lambda *_: None))
     folder = out if out is not None else Path("out") / safe_name(job.name)
     paths = write_forces(found, folder, name=job.name)
+    over = None
+    if trace is not None:
+        over = align(found.turns(), trace)
+        paths.append(folder / "forces_measured.csv")
+        with atomic_path(paths[-1]) as temporary:
+            measured_table(over).write_csv(temporary)
     worst = found.stations.sort("peak_n", descending=True).row(0, named=True)
     power = found.stations.sort("power_w", descending=True).row(0, named=True)
     if as_json:
         emit({
             "stations": found.stations.height, "rows": found.series.height, "largest_force": worst, "largest_power": power,
-            "files": [str(path) for path in paths], "notes": list(found.notes),
+            "files": [str(path) for path in paths], "notes": list(found.notes), **_measured(over),
         })  # fmt: skip
         return Code.DONE
-    for text in found.notes:
+    for text in (*found.notes, *(over.notes if over is not None else ())):
         note(f"vmachining: {text}")
     print(f"{job.name}: {found.stations.height} stations, {found.series.height} rows")
     print(f"  force     at most {worst['peak_n']:.6g} N in block {worst['block']} (line {worst['line']})")
     print(f"  power     at most {power['power_w']:.6g} W in block {power['block']} (line {power['line']})")
+    if over is not None:
+        print(
+            f"  measured  begins {over.start_s:.6g} s after the program, correlation {over.correlation:.3f}"
+        )
+        for axis, of in over.axes.items():
+            print(
+                f"    F{axis}      rms {of.rms_n:.4g} N, {of.percent:.3g} % of the largest measured ({of.peak_measured_n:.5g} N; "
+                f"predicted {of.peak_n:.5g} N), means {of.mean_measured_n:.4g} and {of.mean_n:.4g} N"
+            )
     print(f"  files     {folder}")
     return Code.DONE
+
+
+def _measured(over: Overlay | None) -> dict[str, Any]:
+    if over is None:
+        return {}
+    return {
+        "measured": {
+            "start_s": over.start_s, "correlation": over.correlation, "notes": list(over.notes),
+            "axes": {axis: of._asdict() for axis, of in over.axes.items()},
+        }
+    }  # fmt: skip

@@ -41,6 +41,10 @@ class IdentifyOptions:
         "tool"
     )
     confidence: Annotated[float, opt(None, "Of the intervals.")] = 0.95
+    validate: Annotated[
+        Path | None,
+        opt("DATA.csv", "Slots that were not fitted, at another feed: how far off are the means?"),
+    ] = None
     name: Annotated[str | None, opt(None, "Of the set; default: that of the file.")] = None
     out: Annotated[Path | None, opt("FILE.toml", "Coefficient file; default: stdout.")] = None
     as_json: Json = False
@@ -60,11 +64,24 @@ def identify(
     return room.identify_(data, options)
 
 
-@command(force, shown=("force predict models/slot/job.toml --block 20-30 --out out/forces",))
+@command(
+    force,
+    shown=(
+        "force predict models/slot/job.toml --block 20-30 --out out/forces",
+        "force predict part.toml --measured trace.csv --on workpiece",
+    ),
+)
 def predict(
     job: Annotated[Path, arg("JOB.toml", "Job file with a [force] table.")],
     *,
     block: Annotated[str, opt("all|3,7-12", "Blocks as in blocks.csv of a run.")] = "all",
+    measured: Annotated[
+        Path | None,
+        opt("TRACE.csv", "Measured: time_s or phi_deg, fx_n, fy_n, fz_n; laid over the predicted."),
+    ] = None,
+    on: Annotated[Literal["tool", "workpiece"], opt("tool|workpiece", "What the measured forces act on.")] = (
+        "tool"
+    ),
     out: Annotated[Path | None, opt("DIR", "Default out/NAME.")] = None,
     quiet: Quiet = False,
     as_json: Json = False,
@@ -72,4 +89,4 @@ def predict(
     """Force over time: a revolution at every station of the blocks, as CSV and Parquet, with a picture."""
     from vmachining.cli import force as room
 
-    return room.predict_(job, block=block, out=out, quiet=quiet, as_json=as_json)
+    return room.predict_(job, block=block, measured=measured, on=on, out=out, quiet=quiet, as_json=as_json)

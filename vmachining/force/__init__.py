@@ -4,6 +4,7 @@
 2. `model.py`: forces of all teeth at positions and rotation angles, from engaged intervals of any engine.
 3. `turn.py`: the same at a place of a job's block, as functions of the feed, with exact ends of arcs and jumps.
 4. `identify.py`: coefficients from mean forces of slot tests.
+5. `measured.py`: a measured trace over the predicted forces.
 
 | file | holds |
 |---|---|
@@ -11,7 +12,9 @@
 | `model.py` | `edge_forces`, `Forces`, `power_w`, `cantilever_mm`, `deflection_force` |
 | `turn.py` | `turn_load`, `Load`, `load_rows`, `feasible_feeds`, `peak_levels` |
 | `closed.py` | `layer_integrals` |
-| `identify.py` | `identify`, `layer_coefficients` |
+| `identify.py` | `identify`, `layer_coefficients`, `predicted_means` |
+| `measured.py` | `read_trace`, `align`, `Overlay` |
+| `columns.py` | tables of measured forces |
 | `_kernels.py` | sums along edges, Simpson over a turn, envelopes over the feed |
 
 Forces act ON THE TOOL in the tool frame: x, y, z of `engagement.frames.rotation`, z along the tool axis. Source: Hendriko,
@@ -29,9 +32,11 @@ from vmachining.force.identify import (
     SlotTests,
     identify,
     layer_coefficients,
+    predicted_means,
     read_tests,
     smoothed,
 )
+from vmachining.force.measured import AxisDeviation, Overlay, Trace, Turns, align, read_trace
 from vmachining.force.model import (
     Forces,
     bull_edge,
@@ -54,6 +59,7 @@ from vmachining.force.turn import (
 __all__ = [
     "COMPONENTS",
     "NAMES",
+    "AxisDeviation",
     "Coefficients",
     "Component",
     "Forces",
@@ -61,7 +67,11 @@ __all__ = [
     "LayerFit",
     "LayerIntegrals",
     "Load",
+    "Overlay",
     "SlotTests",
+    "Trace",
+    "Turns",
+    "align",
     "bull_edge",
     "cantilever_mm",
     "deflection_force",
@@ -73,7 +83,9 @@ __all__ = [
     "load_rows",
     "peak_levels",
     "power_w",
+    "predicted_means",
     "read_tests",
+    "read_trace",
     "shipped",
     "smoothed",
     "turn_load",

@@ -11,8 +11,6 @@ several times, and two feeds leave nothing to tell it by.
 
 from __future__ import annotations
 
-import csv
-import io
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -24,7 +22,7 @@ from vmachining.arrays import Floats, rows
 from vmachining.errors import InputError
 from vmachining.force.closed import layer_integrals
 from vmachining.force.coefficients import NAMES, Coefficients
-from vmachining.textfile import read_text
+from vmachining.force.columns import read_columns
 
 __all__ = [
     "COLUMNS",
@@ -33,6 +31,7 @@ __all__ = [
     "SlotTests",
     "identify",
     "layer_coefficients",
+    "predicted_means",
     "read_tests",
     "smoothed",
     "weighted_integrals",
@@ -108,8 +107,8 @@ class Identification:
             out[q] = np.sqrt(np.maximum(np.einsum("ni,ij,nj->n", basis, part, basis), 0.0))
         return self._factor * out
 
-    def to_toml(self) -> str:
-        """Coefficient file with residuals and intervals, which readers of coefficients leave alone."""
+    def lines(self) -> list[str]:
+        """Residuals and intervals for a coefficient file, whose readers leave them alone."""
         low, high = self.coefficients.height_mm
         heights = np.linspace(low, high, 6)
         values, half = self.coefficients.at(heights), self.half_width(heights)
@@ -126,7 +125,11 @@ class Identification:
         ]  # fmt: skip
         for name, value, wide in zip(NAMES, values, half, strict=True):
             more += [f"{name} = {_row(value)}", f"{name}_half_width = {_row(wide)}"]
-        return self.coefficients.to_toml(more)
+        return more
+
+    def to_toml(self) -> str:
+        """Coefficient file with residuals and intervals."""
+        return self.coefficients.to_toml(self.lines())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -245,6 +248,22 @@ def _design(tests: SlotTests, r: float, teeth: int, degree: int, scale: float) -
     return teeth * out.reshape(3 * len(tests), 6 * d)
 
 
+def predicted_means(coefficients: Coefficients, tests: SlotTests, corner_radius: float, teeth: int) -> Floats:
+    """(n, 3) N: mean forces that coefficients predict for slots, as tests of another feed validate them.
+
+    Raises InputError: A slot deeper than the coefficients know.
+    """
+    _check(tests, corner_radius, teeth)
+    top = coefficients.height_mm[1]
+    if (tests.depth > top * (1.0 + 1e-9)).any():
+        raise InputError(
+            f"a slot of {tests.depth.max():g} mm, where coefficients are known up to {top:g} mm",
+            remedy="validate with depths that the tests reach",
+        )
+    a = _design(tests, corner_radius, teeth, coefficients.powers.shape[1] - 1, 1.0)
+    return np.asarray((a @ coefficients.powers[:, ::-1].ravel()).reshape(-1, 3))
+
+
 def layer_coefficients(tests: SlotTests, corner_radius: float, teeth: int) -> LayerFit:
     """Coefficients of every layer between consecutive depths, from differences of means at the same feed (7-9).
 
@@ -301,45 +320,9 @@ def read_tests(path: Path | str, *, on: Literal["tool", "workpiece"] = "tool") -
     """
     if on not in ("tool", "workpiece"):
         raise InputError(f"forces on {on!r}: expected tool or workpiece")
-    text = read_text(Path(path), "slot tests", InputError, wrong="give a CSV file with a header")
-    table = csv.DictReader(io.StringIO(text), skipinitialspace=True)
-    header = [name.strip() for name in table.fieldnames or []]
-    for want in COLUMNS:
-        if want in header:
-            continue
-        stem = want.split("_")[0]
-        close = [name for name in header if name.lower().split("_")[0] == stem]
-        if close:
-            raise InputError(
-                f"column {close[0]!r} has no unit or another one: expected {want!r}", file=str(path), line=1,
-                remedy="lengths in mm, feed in mm per tooth, forces in N",
-            )  # fmt: skip
-        raise InputError(
-            f"column {want!r} is missing (there are {', '.join(header) or 'none'})", file=str(path), line=1,
-            remedy=f"give {', '.join(COLUMNS)}",
-        )  # fmt: skip
-    found: list[list[float]] = []
-    for line, row in enumerate(table, 2):
-        cells = {(key or "").strip(): value for key, value in row.items() if isinstance(value, str)}
-        if not any(value.strip() for value in cells.values()):
-            continue
-        numbers = []
-        for name in COLUMNS:
-            try:
-                number = float(cells.get(name, ""))
-                if not np.isfinite(number):
-                    raise ValueError
-            except ValueError:
-                raise InputError(
-                    f"{name} = {cells.get(name, '')!r} is not a number", file=str(path), line=line
-                ) from None
-            numbers.append(number)
-        found.append(numbers)
-    if not found:
-        raise InputError("there are no tests", file=str(path), remedy="one row per slot")
-    data = np.array(found)
+    data, lines = read_columns(path, COLUMNS, "slot tests")[1:]
     if (data[:, :2] <= 0.0).any():
-        line = 2 + int(np.argmax((data[:, :2] <= 0.0).any(axis=1)))
+        line = int(lines[np.argmax((data[:, :2] <= 0.0).any(axis=1))])
         raise InputError("depth and feed must be above zero", file=str(path), line=line)
     return SlotTests(data[:, 0], data[:, 1], data[:, 2:] * (1.0 if on == "tool" else -1.0))
 

@@ -11,7 +11,7 @@ import polars as pl
 
 from vmachining.arrays import Floats
 from vmachining.errors import InputError, JobError
-from vmachining.force import power_w, shipped, turn_load, turn_series
+from vmachining.force import Overlay, Turns, power_w, shipped, turn_load, turn_series
 from vmachining.job.engagement_columns import Watched, coefficients_of, engagement_pass, spin_of
 from vmachining.job.jobfile import Job
 from vmachining.job.reading import read_job_program, refuse_unknown_tools
@@ -19,7 +19,7 @@ from vmachining.job.simulate import Progress
 from vmachining.job.timing import machine_limits, move_times
 from vmachining.job.toolpath import Toolpath
 
-__all__ = ["SERIES", "STATIONS", "Prediction", "predict"]
+__all__ = ["SERIES", "STATIONS", "Prediction", "measured_table", "predict"]
 
 SERIES: dict[str, Any] = {
     "block": pl.Int64, "line": pl.Int64, "at": pl.Float64, "time_s": pl.Float64, "phi_deg": pl.Float64,
@@ -37,11 +37,43 @@ STATIONS: dict[str, Any] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prediction:
-    """series : rows of `SERIES`, a revolution after the other. stations : rows of `STATIONS`. notes : what is missing."""
+    """series : rows of `SERIES`, a revolution after the other. stations : rows of `STATIONS`. notes : what is missing.
+
+    teeth : of every tool that cuts.
+    """
 
     series: pl.DataFrame
     stations: pl.DataFrame
     notes: tuple[str, ...]
+    teeth: frozenset[int]
+
+    def turns(self, angles: int = 360) -> Turns:
+        """The revolutions at so many even angles, which a measured trace is laid over.
+
+        Raises InputError: Blocks with different spindle speeds or tools.
+        """
+        speeds = self.stations["spindle_rev_min"].unique().sort().to_list()
+        if len(speeds) > 1 or len(self.teeth) > 1:
+            raise InputError(
+                f"blocks with spindle speeds {', '.join(f'{v:g}' for v in speeds)} rev/min and tools of "
+                f"{', '.join(map(str, sorted(self.teeth)))} teeth: a trace is laid over one of each",
+                remedy="choose blocks with --block",
+            )
+        grid = np.arange(angles) * 360.0 / angles
+        begin, kept = np.unique(self.series.select("block", "at").to_numpy(), axis=0, return_inverse=True)
+        force = np.zeros((len(begin), angles, 3))
+        columns = self.series.select("phi_deg", "fx_n", "fy_n", "fz_n").to_numpy()
+        for k in range(len(begin)):
+            turn = columns[kept == k]
+            if len(turn) > 1:  # one row of zeros is air
+                for q in range(3):
+                    force[k, :, q] = np.interp(grid, turn[:, 0] % 360.0, turn[:, 1 + q], period=360.0)
+        found = self.stations.sort("block", "at").select("time_s", "block")
+        order = np.argsort(found["time_s"].to_numpy(), kind="stable")
+        return Turns(
+            found["time_s"].to_numpy()[order], found["block"].to_numpy()[order], force[order], float(speeds[0]),
+            next(iter(self.teeth)),
+        )  # fmt: skip
 
 
 def predict(
@@ -80,11 +112,13 @@ def predict(
     begin = np.concatenate([[0.0], np.cumsum(times)])
     index = {id(move): k for k, move in enumerate(program.moves)}
     series: list[Floats] = []
+    teeth: set[int] = set()
     stations: list[tuple[float, ...]] = []
 
     def watch(seen: Watched) -> None:
         if not seen.fine:
             return
+        teeth.add(seen.teeth.number)
         k = index[id(seen.move)]
         spin = spin_of(seen.move)
         for sample in seen.samples:
@@ -121,7 +155,19 @@ def predict(
     notes = (*found.notes, *told)
     if not stations:
         raise InputError(f"no block has forces: {'; '.join(notes) or 'nothing cuts'}")
-    return Prediction(_table(np.concatenate(series), SERIES), _table(np.array(stations), STATIONS), notes)
+    return Prediction(
+        _table(np.concatenate(series), SERIES), _table(np.array(stations), STATIONS), notes, frozenset(teeth)
+    )
+
+
+def measured_table(over: Overlay) -> pl.DataFrame:
+    """A row for each sample of a trace: its time, time of the program, rotation, block (-1: air), predicted and measured."""
+    names = ("fx", "fy", "fz")
+    return pl.DataFrame({
+        "trace_s": over.seconds - over.start_s, "program_s": over.seconds, "phi_deg": 360.0 * (over.phi % 1.0),
+        "block": over.block, **{f"{n}_n": over.predicted[:, k] for k, n in enumerate(names)},
+        **{f"{n}_measured_n": over.measured[:, k] for k, n in enumerate(names)},
+    })  # fmt: skip
 
 
 def _table(rows: Floats, schema: dict[str, Any]) -> pl.DataFrame:
