@@ -6,12 +6,17 @@ mkdocs calls `on_files` at every build; each generated page is a Markdown file t
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Callable, Iterable
+from pathlib import Path
 from textwrap import dedent
 from typing import Any
 
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
+
+sys.path.insert(0, str(Path(__file__).parent))
+from errata import errata_page
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
@@ -215,4 +220,5 @@ PAGES: dict[str, Callable[[], str]] = {
     "reference/tables.md": tables,
     "reference/machines.md": machines,
     "reference/findings.md": findings,
+    "reference/errata.md": lambda: errata_page(table),
 }

@@ -55,6 +55,12 @@ def line(mu_deg, at=0.0):
 # -- shape from normals ------------------------------------------------------------------------------------------
 
 
+@pytest.mark.erratum(
+    "book",
+    "6-1, 6-2",
+    "chord without a sign",
+    "its sign is that of the run: else a neighbour on the other side turns convex to concave",
+)
 def test_a_radius_from_two_normals_is_exact_and_knows_sides():
     at = [(100 * sin(rad(m)), 100 * cos(rad(m)), rad(m)) for m in (3, 5)]
     assert section_radius(*at[0], *at[1]) == near(100.0) and section_radius(*at[1], *at[0]) == near(100.0)
@@ -80,6 +86,7 @@ def test_shapes_go_by_direction():
         Patch.of_normals((0, 0, 0, 0, 0), (0, 1, 0, 0, 0), (0, 2, 0, 0, 0))
 
 
+@pytest.mark.erratum("book", "6-7", "+tan mu", "-tan mu: the limit of 6-5 for R to infinity")
 def test_a_linear_profile_descends_with_a_positive_tilt():
     """6-7 as printed ascends; the limit of 6-5 for R to infinity says that it falls."""
     flat, huge = line(10), arc(1e9, 10, 0.0)
@@ -119,6 +126,8 @@ def test_circle_length_ends_on_the_circle(radius, cq, tilt, lean, hollow):
     assert np.hypot(x, z) == pytest.approx(radius, rel=1e-13) and s > 0
 
 
+@pytest.mark.erratum("book", "6-12, 6-13, 6-33, 6-50", "pc = sin(...)", "asin(...)")
+@pytest.mark.erratum("book", "6-15", "R^2 CO^2 under the root, which is negative", "R CO")
 def test_the_published_triangles_put_right():
     convex, concave = (circle_chain(2, rad(10), r, rad(15)) for r in (80, -80))
     assert convex.co == near(78.031157360609) and concave.co == near(81.970351231185)
@@ -144,6 +153,7 @@ def test_triangles_and_root_agree_but_for_cancellation(radius, cq, tilt, lean, h
 # -- errata: printed forms of chapter 6 and the number that shows it ------------------------------------------------
 
 
+@pytest.mark.erratum("book", "6-11, 6-32, 6-47", "180 - |theta| - |delta + alpha|", "180 - |theta - delta_C|")
 def test_printed_angle_at_the_point_takes_one_side_only():
     """6-11: pb = 180 - |th| - |d + pa| for 180 - |th - dC|; right only for d > 0 and the opposite lean."""
     for lean, right in ((-15, True), (15, False)):
@@ -152,6 +162,7 @@ def test_printed_angle_at_the_point_takes_one_side_only():
         assert bool(abs(printed - chain.pb) < 1e-12) is right
 
 
+@pytest.mark.erratum("book", "6-17, 6-37", "R^2 sin / CO, above 1", "|R| sin / CO")
 def test_printed_concave_forms_have_no_root():
     """6-15: R^2 CO^2 for R CO makes the root negative; 6-17: R^2 sin / CO is 13.56 > 1."""
     chain = circle_chain(2, rad(10), -80, rad(15))
@@ -159,6 +170,9 @@ def test_printed_concave_forms_have_no_root():
     assert 4 + 6400 + 2 * 2 * 80 * cos(rad(10)) > 0 > 4 + 6400 - 2 * 80**2 * chain.co**2
 
 
+@pytest.mark.erratum(
+    "book", "6-28", "any slope: 1.84888 mm", "exact for no slope or one tilt only; 1.85025 mm"
+)
 def test_printed_radius_of_a_slope_is_exact_without_slope_only():
     """6-28: 1.84888 for 1.85025 with S_x sloping by 10 degrees."""
     patch, c = Patch(0.0, line(-10), arc(100, 8, 0.0)), (1, 3, -2)
@@ -166,6 +180,7 @@ def test_printed_radius_of_a_slope_is_exact_without_slope_only():
     assert ray_length(patch, c, frames.axis_of(rad(5), rad(12))) == pytest.approx(1.85025, abs=5e-6)
 
 
+@pytest.mark.erratum("book", "6-46", "Cs^2 / (2 CO R)", "(CO^2 + R^2 - Cs^2) / (2 CO R)")
 def test_printed_distance_on_the_corner_misplaces_the_square():
     """6-46: Cs^2 / (2 CO R) alone inside acos is no angle of the triangle."""
     co3 = sqrt(1.5**2 + 80**2 - 2 * 1.5 * 80 * cos(rad(8)))
@@ -289,6 +304,12 @@ def test_the_chain_of_triangles_is_the_same_and_both_are_on_the_circle(radius, c
     assert corner_circle_chain(5, radius, lean, tilt, cs) == pytest.approx(lam, abs=2e-7)  # the chain cancels
 
 
+@pytest.mark.erratum(
+    "book",
+    "6-51, 6-55, 6-56",
+    "signs that give more than 5 degrees beside 67.158 in the example",
+    "wu = Cs + r (1 + sin theta tan g - cos theta), lam = 90 + g + theta - asin(...)",
+)
 def test_printed_forms_of_a_corner_fail():
     """6-55 with Cs - r (1 + ...): for g = 0 it must be 6-53; 6-12 with sin for asin; 6-51."""
     r, cs, g, th = 5, 1.5, rad(8), rad(10)
@@ -311,6 +332,7 @@ def test_printed_forms_of_a_corner_fail():
             assert abs(cs2 - 1.9754461144588) > 1e-4
 
 
+@pytest.mark.erratum("book", "6.4.1", "three cases", "a fourth: D_C <= 0 < D_P")
 def test_places_of_the_end():
     assert [end_place(*d) for d in ((1, -1), (1, 1), (-1, -1), (-1, 1))] == [
         EndPlace.CORNER, EndPlace.CYLINDER, EndPlace.NONE, EndPlace.FOLDED
@@ -392,6 +414,12 @@ def test_a_true_sphere_is_met_exactly():
     assert on_corner.sum() > 10 and ue[on_corner] == pytest.approx(5 * lam[on_corner], rel=1e-10)
 
 
+@pytest.mark.erratum(
+    "book",
+    "6-57, 6-58",
+    "heights between three stations by sin phi",
+    "a solve at every angle; the interpolation is off by tens of percent on slopes",
+)
 def test_stations_are_near_the_direct_solve_and_their_interpolation_is_not():
     """Side slope of 8 degrees, lead 10: stations within 0.4 %, the published interpolation off by tens of %."""
     corner, slope = Corner(5, 5), Patch(0.0, line(0), line(8))

@@ -78,6 +78,7 @@ def test_forces_in_workpiece_axes_and_of_several_teeth():
     np.testing.assert_allclose(two, (-695.454916, -64.6225314, -106.811497), rtol=5e-9)
 
 
+@pytest.mark.erratum("book", "7-6", "A13, A23 with plus: the determinant is cos 2 lam", "minus: a rotation")
 def test_the_direction_matrix_is_a_rotation_and_the_printed_one_is_not():
     found = direction_matrix(np.radians(35.0), np.radians(50.0), CHI)
     wanted = [
@@ -92,6 +93,12 @@ def test_the_direction_matrix_is_a_rotation_and_the_printed_one_is_not():
     assert np.linalg.det(printed) == pytest.approx(np.cos(np.radians(100.0)))
 
 
+@pytest.mark.erratum(
+    "book",
+    "7-7",
+    "M_F (F_t, F_r, F_a)",
+    "-F_t c1 - F_a c2 + F_r c3: the print puts the radial force along the axis",
+)
 def test_the_book_order_differs_by_its_columns():
     """7-11 at phi = 90 degrees with the corrected matrix and (F_t, F_r, F_a), h = f sin phi."""
     total = np.zeros(3)
@@ -138,6 +145,7 @@ def test_closed_forms_of_a_shoulder_are_means_of_the_instant(entry, leave):
     np.testing.assert_allclose(shoulder_means(a, b, layer, 0.15, 3, k), mean, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.erratum("book", "7-3", "lam_i = d lam (i - 1/2)", "lam_c + d lam (i - 1/2)")
 def test_segments_converge_to_the_closed_form_with_the_square_of_their_number():
     k = K0.powers[:, 0]
     exact = tooth_force(np.radians(60.0), layer_integrals(0.0, 8.0, R), 0.2, k)
@@ -198,6 +206,12 @@ def test_a_cantilever_bends_and_back():
     assert deflection_force(float(bent), 60.0, 10.0, 6e5) == pytest.approx(300.0)
 
 
+@pytest.mark.erratum(
+    "book",
+    "7-11",
+    "coefficients of a real alloy",
+    "K_ac, K_rc and K_ae turn negative within the stated range: radial and axial may be exchanged",
+)
 def test_the_published_set_runs_and_says_what_is_odd_about_it():
     values = PUBLISHED.at([1.0, 2.5, 4.0, 10.0])
     wanted = [

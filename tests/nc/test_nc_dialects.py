@@ -31,6 +31,9 @@ def read(text: str, dialect: str, **options: object) -> Program:
         (10, 20, 5, [10]), (35, 20, 5, [20, 15]), (60, 20, 7, [20, 13, 7, 7, 7, 6]), (30, 12, 4, [12, 8, 4, 4, 2]),
     ],
 )  # fmt: skip
+@pytest.mark.erratum(
+    "tester", "3.6, G82", "steps of 20, 15, 12 and 2 mm for a depth of 47", "20, 15, 10 and 2 mm"
+)
 def test_degression(depth, first, less, steps):
     assert degression(depth, first, less) == pytest.approx(steps)
 

@@ -18,6 +18,12 @@ def read(text: str, **options: object) -> Program:
     return program
 
 
+@pytest.mark.erratum(
+    "tester",
+    "3.2",
+    "X1.234 Y-5.678 Z0.321 F100 explained as X123 Y-456 Z432, mm/s",
+    "the values as written, mm/min",
+)
 def test_one_block_of_the_nc_tester():
     move = read("N001 G90 G21 G01 X1.234 Y-5.678 Z0.321 S300 F100 M03").moves[0]
     assert (move.n, move.motion, move.feed_mm_min, move.spindle_rpm) == (1, Motion.LINEAR, 100.0, 300.0)
@@ -50,6 +56,12 @@ N139 M30
 """
 
 
+@pytest.mark.erratum(
+    "tester",
+    "4.1, N40",
+    "X2.75 Y0.25 Z0.1 within G91",
+    "X2.75 Y-0.75 Z-0.9, which ends where the comments of the program say",
+)
 def test_incremental_program_in_inches():
     program = read(SLOT)
     ends = [[round(v / INCH, 6) for v in move.end_program] for move in program.moves]

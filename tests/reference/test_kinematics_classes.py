@@ -30,6 +30,13 @@ EXAMPLE = {
 
 
 @pytest.mark.parametrize("kind", EXAMPLE)
+@pytest.mark.erratum("book", "2-7, 2-9, 2-11", "B A (W + T12) + T23", "B (A (W + T12) + T23)")
+@pytest.mark.erratum(
+    "book",
+    "2-21, 2-32",
+    "components in the frame of the tool as coordinates of the machine",
+    "M = B^T P4 and (B A)^T P4, if the slides do not turn",
+)
 def test_the_worked_example(kind):
     m = FrameMachine(kind, **OFFSETS)
     components, slides, axis = EXAMPLE[kind]
@@ -38,6 +45,9 @@ def test_the_worked_example(kind):
     np.testing.assert_allclose(m.axis(A, B), axis, atol=PRINTED)
 
 
+@pytest.mark.erratum(
+    "book", "2-23, 2-24", "G W + T12 and G (W + T12)", "one of both: T12 in turned axes, or G T12"
+)
 def test_class_02_with_its_first_offset_in_workpiece_axes():
     g = np.array([[0, -1, 0], [0, 0, 1], [-1, 0, 0]])
     m = FrameMachine("0/2", **{**OFFSETS, "t12": g @ OFFSETS["t12"]})
@@ -126,6 +136,9 @@ def skew(omega):
     return np.cross(np.eye(3), omega)
 
 
+@pytest.mark.erratum(
+    "book", "3-11", "first components with the wrong functions", "derivative of the rotation, by differences"
+)
 def test_angular_velocities_of_head_and_hexapod():
     """omega x from R' R^T by central differences: error h^2/6 times third derivatives of order 10."""
     rng, h = np.random.default_rng(4), 1e-5

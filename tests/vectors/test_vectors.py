@@ -227,6 +227,11 @@ def test_rows_are_those_that_deviate_most_however_few_are_kept() -> None:
     assert every.summary | {"rows": 150} == few.summary
 
 
+@pytest.mark.erratum(
+    "book", "4-3, 4-4", "sqrt(6 R e - e_R^2), R the diameter", "sqrt(6 R e - 3 e^2), R the radius"
+)
+@pytest.mark.erratum("book", "table 4-1", "theta 76.5 and 54.6 degrees", "76.6 and 54.7 degrees")
+@pytest.mark.erratum("book", "4.1.5", "accuracy 0.0025", "spacings of the table fit 0.001 with R = 5")
 def test_spacings_of_the_sources() -> None:
     """Spec E.3: numbers, and the sagitta that they are made for."""
     for radius, error, spacing in (
