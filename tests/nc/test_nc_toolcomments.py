@@ -23,6 +23,14 @@ SAID = [  # comment, unit in mm; kind, diameter, corner, angle
     ("T1 M6 (BALL R5)", 1.0, ("ball", 10.0, 5.0, None)),
     ("(TOOL NAME : MILL_D10_R1)\nT1 M6", 1.0, (None, 10.0, 1.0, None)),
     ("(POCKET, BULL NOSE D12 R3, TWO LEVELS)\n" + "G0 X1\n" * 9 + "T1 M6", 1.0, ("bull", 12.0, 3.0, None)),
+    ("(T1 1/4 DRILL)", 1.0, ("drill", 6.35, None, None)),
+    ("(1-1/4 FACE MILL)\nT1 M6", 25.4, ("flat", 31.75, None, None)),
+    ("(TOOL 1 5/16 4FL BALL)", 25.4, ("ball", 7.9375, None, None)),
+    ("(TOOL 1/4 DRILL)\nT1 M6", 25.4, ("drill", 6.35, None, None)),
+    ("(T1 1/2 3 FLUTE CARBIDE END MILL)", 25.4, ("flat", 12.7, None, None)),
+    ("(T1 6.8 DRILL)", 1.0, ("drill", 6.8, None, None)),
+    ("(T1 1/4-20 TAP)", 25.4, ("tap", None, None, None)),
+    ("(T1 3 FLUTE END MILL)", 1.0, ("flat", None, None, None)),
     ("(T1 D6)\n(CHAMFER EDGES)\nT1 M6", 1.0, ("chamfer", 6.0, None, None)),
 ]  # fmt: skip
 
@@ -34,6 +42,13 @@ def test_what_a_comment_says(text, unit, wanted):
     assert (note.kind, note.angle_deg) == (kind, angle)
     assert note.diameter_mm == pytest.approx(diameter) and note.corner_mm == corner
     assert note.text in text.split("\n")[note.line - 1]
+
+
+@pytest.mark.parametrize(
+    ("text", "flutes"), [("(T1 2 FLUTE .5 END MILL)", 2), ("(T1 D10 4FL)", 4), ("(T1 D10 FLAT)", None)]
+)
+def test_flutes_that_a_comment_counts(text, flutes):
+    assert tool_notes([text], [1], 25.4)[1].flutes == flutes
 
 
 @pytest.mark.parametrize("text", ["(T1 hello)", "(FINISH FEED 10 MM)\nT1 M6", "(STEP 3)\nT1 M6", "T1 M6"])

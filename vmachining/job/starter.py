@@ -399,11 +399,12 @@ class _Writer:
         depth = float(high[2] - low[2])
         length = max(50.0, 10.0 * math.ceil((depth + 20.0) / 10.0))
         diameter = note.diameter_mm if note is not None else None
-        if diameter is None:
+        if note is None or (note.kind is None and diameter is None):
             out.append(self.guess('type = "flat"', f"no comment tells the shape of tool {number}"))
             out.append(self.missing("diameter_mm = ", f"no comment tells the diameter of tool {number}"))
+        elif diameter is None:
+            out += self.shape(number, note, None)
         else:
-            assert note is not None
             length = max(length, 10.0 * math.ceil(0.4 * diameter))
             if note.kind in ("drill", "chamfer"):  # the cone of a narrow tip
                 half = (
@@ -413,7 +414,7 @@ class _Writer:
                 )
                 half = min(max(half, 1.0), 90.0)
                 length = max(length, 10.0 * math.ceil(0.1 * diameter / math.tan(math.radians(half))))
-            out += self.shape(note, diameter, length)
+            out += self.shape(number, note, diameter)
         why = f"length of tool {number}, which the program does not tell"
         told = note.length_mm if note is not None else None
         out.append(self.guess(f"length_mm = {length:g}", why) if told is None else f"length_mm = {told:.9g}")
@@ -427,9 +428,14 @@ class _Writer:
         ]
         return out
 
-    def shape(self, note: ToolNote, diameter: float, length: float) -> list[str]:
-        """Keys of a cutter whose diameter is known."""
-        corner, size = note.corner_mm, f"diameter_mm = {diameter:.9g}"
+    def shape(self, number: int, note: ToolNote, diameter: float | None) -> list[str]:
+        """Keys of a cutter of which a comment tells the shape, the diameter or both."""
+        corner = note.corner_mm
+        if diameter is None:
+            size = self.missing("diameter_mm = ", f"no comment tells the diameter of tool {number}")
+            diameter = math.inf  # so that no corner makes it a ball
+        else:
+            size = f"diameter_mm = {diameter:.9g}"
         if note.text.endswith(".tbl"):
             size = self.guess(size, f"the table names no unit: taken in that of the program, {self.unit}")
         if note.kind in ("drill", "chamfer"):
@@ -443,7 +449,7 @@ class _Writer:
         if note.kind == "taper" and note.angle_deg is not None and 0.0 < note.angle_deg < 90.0:
             round_tip = [f"corner_radius_mm = {corner:.9g}"] if corner else []
             return ['type = "taper"', size, f"taper_deg = {note.angle_deg:.9g}", *round_tip]
-        if corner is not None and corner > 0.0 and abs(corner - diameter / 2) <= 1e-3 * diameter:
+        if corner is not None and corner > 0.0 and abs(corner / diameter - 0.5) <= 1e-3:
             return ['type = "ball"', size]
         if corner is not None and 0.0 < corner < diameter / 2 and note.kind != "ball":
             return ['type = "bull"', size, f"corner_radius_mm = {corner:.9g}"]

@@ -8,7 +8,7 @@
 
 A comment belongs to the tool that it names, else to the T word of its line, else to the next tool change within
 three lines. Nothing is invented: what no comment says is None. Numbers are in the unit of the program unless a unit
-stands behind them.
+follows them; fractions are inches (1/4 DRILL).
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ NEAR: Final = 3
 
 _COMMENT: Final = re.compile(r"\(([^()]*)\)|;(.*)")
 _NAMED: Final = re.compile(
-    r"(?:\bTOOL\s*(?:NUMBER|NO\.?|NR\.?|#)?\s*[-:=#]?\s*T?|\bT)\s*0*(\d{1,5})(?![\d.])", re.IGNORECASE
+    r"(?:\bTOOL\s*(?:NUMBER|NO\.?|NR\.?|#)?\s*[-:=#]?\s*T?|\bT)\s*0*(\d{1,5})(?![\d./])", re.IGNORECASE
 )
 _CALL: Final = re.compile(r"(?<![A-Za-z])[Tt][ \t]*0*(\d{1,5})(?![\d.])")
-NUMBER: Final = r"(\d+\s+\d+/\d+|\d+/\d+|\d*\.\d+|\d+\.?)"
+NUMBER: Final = r"(\d+[\s-]\d+/\d+|\d+/\d+|\d*\.\d+|\d+\.?)"
 _UNIT: Final = r"\s*(mm\b|inch\b|in\b|\")?"
 _DIAMETER: Final = (
     re.compile(rf"\bTOOL\s+DIA(?:METER)?\.?\s*[-:=]?\s*{NUMBER}{_UNIT}", re.IGNORECASE),
@@ -42,6 +42,11 @@ _DIAMETER: Final = (
     re.compile(rf"(?<![\w.=-]){NUMBER}\s*(mm\b|inch\b|in\b|\")", re.IGNORECASE),
     re.compile(rf"\|\s*{NUMBER}(\s)(?=[A-Z ]*(?:MILL|DRILL|NOSE|CUTTER|TAP|REAM))", re.IGNORECASE),
     re.compile(rf"^T\d+\s*:\s*{NUMBER}(\s*)$", re.IGNORECASE),
+    re.compile(
+        r"(?<![\w./=#-])((?:\d+[\s-])?\d+/\d+|\d*\.\d+)(\s+)(?=(?:[A-Z0-9]+[ -]+){0,3}?(?:BALL|BULL|FLAT|END *MILL|"
+        r"FACE *MILL|(?:SPOT *)?DRILL|REAM|CHAMFER|CENTER))",
+        re.IGNORECASE,
+    ),
 )
 _LENGTHS: Final = r"(?:STICK[ -]?OUT|OVERHANG|PROJECTION|REACH|LENGTH|DEPTH|STEP[ -]?(?:OVER|DOWN))"
 _OTHER: Final = re.compile(
@@ -65,6 +70,7 @@ _CORNER: Final = (
     re.compile(rf"(?:\b|_|(?<=[\d.]))R\s*=?\s*{NUMBER}{_UNIT}(?=[\s,;_|)-]|$)", re.IGNORECASE),
 )
 _TAPER: Final = re.compile(r"\b(?:TAPER|ANGLE|TIP)\s*[-:=]\s*(\d+\.?\d*)", re.IGNORECASE)
+_FLUTES: Final = re.compile(r"(?<![\w./])(\d{1,2})[ -]*FL(?:UTES?|T)?\b", re.IGNORECASE)
 _DEGREES: Final = re.compile(r"(?<![\w.])(\d+\.?\d*)\s*(?:DEG|°)", re.IGNORECASE)
 _KINDS: Final = (  # the first that fits
     ("drill", re.compile(r"DRILL|SPOT|CENTER\b", re.IGNORECASE)),
@@ -247,7 +253,9 @@ def _note(line: int, text: str, scale: float) -> ToolNote | None:
     heights = {hit[2] for hit in _REGISTER.finditer(text) if hit[1] in "Hh"}
     # H3 and D3: registers, where both numbers are the same
     sized = _REGISTER.sub(lambda hit: " " if hit[2] in heights else hit[0], _OTHER.sub(" ", text))
+    sized = _NAMED.sub("T0", sized, 1)  # the number of the tool is no whole part of a fraction after it
     diameter = _first(_DIAMETER, sized, scale)
+    flutes = _FLUTES.search(text)
     corner = _first(_CORNER[: 2 if kind or diameter else 1], text, scale)
     angle = _TAPER.search(text) or (_DEGREES.search(text) if kind in ("drill", "chamfer", "taper") else None)
     if diameter is None and (radius := _first((_RADIUS,), text, scale)) is not None:
@@ -256,7 +264,8 @@ def _note(line: int, text: str, scale: float) -> ToolNote | None:
         diameter = 2.0 * corner
     if kind is None and diameter is None and corner is None:
         return None
-    return ToolNote(line, text, kind, diameter, corner, float(angle[1]) if angle else None)
+    return ToolNote(line, text, kind, diameter, corner, float(angle[1]) if angle else None,
+                    int(flutes[1]) or None if flutes else None)  # fmt: skip
 
 
 def _first(patterns: Sequence[re.Pattern[str]], text: str, scale: float) -> float | None:
@@ -264,13 +273,14 @@ def _first(patterns: Sequence[re.Pattern[str]], text: str, scale: float) -> floa
     for pattern in patterns:
         if found := pattern.search(text):
             unit = (found[2] or "").strip().lower()
-            return round(value_of(found[1]) * (1.0 if unit == "mm" else INCH if unit else scale), 9)
+            inch = unit or "/" in found[1]
+            return round(value_of(found[1]) * (1.0 if unit == "mm" else INCH if inch else scale), 9)
     return None
 
 
 def value_of(text: str) -> float:
-    """`1.5`, `3/4`, `1 1/2`."""
-    parts = [part.partition("/") for part in text.split()]
+    """`1.5`, `3/4`, `1 1/2`, `1-1/2`."""
+    parts = [part.partition("/") for part in text.replace("-", " ").split()]
     return sum(
         float(top) / float(bottom) if bottom and float(bottom) else float(top) for top, _, bottom in parts
     )

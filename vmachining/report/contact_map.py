@@ -16,7 +16,6 @@ from vmachining.force import turn_series
 from vmachining.job import RunResult
 from vmachining.job.engagement_columns import Watched, coefficients_of, engagement_pass, spin_of
 from vmachining.sweep import Stance
-from vmachining.tool import Edge
 
 __all__ = ["contact_maps"]
 
@@ -97,11 +96,11 @@ def _map(seen: Watched, sample: Sample) -> tuple[dict[str, Any], Ints]:
     high = low + HEAD * (float(hits[:, 3].max(initial=0.0)) - low) or 1.0
     s = low + (np.arange(CELLS) + 0.5) * (high - low) / CELLS
     thick = np.full((cutting.grid, CELLS), -1.0)
-    for angle, piece, lower, upper in hits:
-        inside = np.flatnonzero((s >= lower) & (s <= upper))
-        thick[int(angle), inside] = np.maximum(
-            _speeds(stance, edge, cutting.phi[int(angle)], int(piece), s[inside]), 0.0
-        )
+    inside = (s >= hits[:, 2:3]) & (s <= hits[:, 3:])
+    row, cell = np.nonzero(inside)
+    angle, piece = hits[row, 0].astype(np.int64), hits[row, 1].astype(np.int64)
+    speed = stance.normal_speed(edge, cutting.phi[angle], piece, s[cell])
+    np.maximum.at(thick, (angle, cell), np.maximum(speed, 0.0))
     known = np.isfinite(seen.scale)
     thick *= seen.scale if known else 1.0 / max(float(np.linalg.norm(stance.velocity)), 1e-300)
     top = float(thick.max(initial=0.0))
@@ -112,11 +111,6 @@ def _map(seen: Watched, sample: Sample) -> tuple[dict[str, Any], Ints]:
         "teeth": seen.teeth.number, "begin": float(np.degrees(cutting.phi[0])),
     }  # fmt: skip
     return record, levels.astype("u1").ravel()
-
-
-def _speeds(stance: Stance, edge: Edge, phi: float, piece: int, s: Floats) -> Floats:
-    """N . V along one stretch of the edge at one rotation angle."""
-    return stance.normal_speed(edge, np.full(len(s), phi), np.full(len(s), piece), s)
 
 
 def _over_turn(phi: Floats, force: Floats, record: dict[str, Any]) -> Floats:
