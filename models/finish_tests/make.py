@@ -48,7 +48,7 @@ WALLS = {"x": (0.0, LONG), "y": (-HALF, HALF), "bottom": False}
 
 @dataclass(frozen=True)
 class Height:
-    """A surface as its height; it goes on beyond the part."""
+    """A surface as its height; it continues beyond the part."""
 
     function: Callable[[Floats, Floats], Floats]
 
