@@ -66,8 +66,28 @@ def test_five_axes_and_levels(block, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
+    ("words", "low", "high"),
+    [
+        ([], (0, 0, 0), (20, 10, 6)),
+        (["--turn", "90,0,0"], (0, -6, 0), (20, 0, 10)),
+        (["--turn", "90,0,0", "--to-origin"], (0, 0, 0), (20, 6, 10)),
+        (["--turn", "90,0,90", "--move", "1,2,3"], (1, 2, 3), (7, 22, 13)),
+        (["--turn", "0,0,45", "--to-origin", "--move", "0,0,-6"], (0, 0, -6), (30 / 2**0.5, 30 / 2**0.5, 0)),
+    ],
+)
+def test_a_part_is_turned_put_to_the_origin_and_moved(block, capsys, words, low, high):
+    """A block of 20 x 10 x 6 mm in closed form; its top is what the passes lie on."""
+    assert run(["toolpath", "surface", str(block), "--tool", "ball:6", "--step", "4", *words, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert np.array(told["box_mm"]) == pytest.approx(np.array([low, high], dtype=float), abs=1e-9)
+    assert told["feed_length_mm"] > 0.0
+
+
+@pytest.mark.parametrize(
     ("change", "word"),
     [
+        (["--step", "1", "--move", "1,2"], "--move 1,2: three numbers"),
+        (["--step", "1", "--turn", "1,2,inf"], "--turn 1,2,inf: three numbers"),
         (["--tool", "drill:6"], "no cutter"),
         (["--lead", "5", "--sharp", "nan"], "'--sharp': nan"),
         (["--lead", "5", "--sharp", "-1"], "from 0 to 180"),

@@ -6,7 +6,6 @@ import json
 import re
 from math import pi
 
-
 from vmachining.cli.main import run
 
 PROGRAM = """\

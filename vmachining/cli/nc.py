@@ -9,7 +9,7 @@ from typing import Any
 
 from vmachining.cli.main import Code
 from vmachining.cli.nc_commands import Checking, Reading
-from vmachining.cli.options import belong
+from vmachining.cli.options import belong, three
 from vmachining.cli.screen import emit, note
 from vmachining.errors import InputError
 from vmachining.job.mill import Mill
@@ -36,7 +36,8 @@ def read(name: str, reading: Reading) -> Program:
     if reading.tools is None:
         belong(reading, ("tools_units",), "is the unit of a table, which --tools names")
     options: dict[str, Any] = {
-        "dialect": reading.dialect, "units": reading.units, "rotary": reading.rotary.upper(), "home": _point(reading.home),
+        "dialect": reading.dialect, "units": reading.units, "rotary": reading.rotary.upper(),
+        "home": three(reading.home, "--home", "X,Y,Z in mm"),
         "tools": None if reading.tools is None else read_tool_table(reading.tools, reading.tools_units),
         "crc_entry": reading.crc_entry, "crc_corner": reading.crc_corner, "taps": reading.taps, "dwell": reading.dwell,
         "max_steps": reading.max_steps, "subroutines": tuple(reading.subroutines or ()),
@@ -77,14 +78,6 @@ def _pair(text: str) -> tuple[str, str]:
     if not mark:
         raise InputError(f"--control {text}: it must be KEY=VALUE", remedy="such as compensation=wear")
     return key.strip(), value.strip()
-
-
-def _point(text: str) -> Point:
-    try:
-        x, y, z = (float(part) for part in text.split(","))
-    except ValueError:
-        raise InputError(f"--home {text}: three numbers are expected, X,Y,Z in mm") from None
-    return x, y, z
 
 
 def travel_box(text: str) -> tuple[Point, Point]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import MISSING, fields, is_dataclass
 from inspect import Parameter, signature
+from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_type_hints
 
@@ -130,6 +131,20 @@ def above_zero(value: float | None) -> float | None:
     if value is not None and not 0.0 < value <= MOST:
         raise typer.BadParameter(f"{value:g}: give a number above 0, at most {MOST:g}")
     return value
+
+
+def three(text: str, name: str, what: str) -> tuple[float, float, float]:
+    """Three finite numbers of an option.
+
+    Raises InputError: Anything else.
+    """
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+        if not all(map(isfinite, (x, y, z))):
+            raise ValueError
+    except ValueError:
+        raise InputError(f"{name} {text}: three numbers are expected, {what}") from None
+    return x, y, z
 
 
 def belong(options: Any, names: tuple[str, ...], what: str) -> None:

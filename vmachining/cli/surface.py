@@ -10,6 +10,7 @@ import numpy as np
 
 from vmachining.arrays import Floats
 from vmachining.cli.main import Code
+from vmachining.cli.options import three
 from vmachining.cli.screen import emit, note
 from vmachining.cli.toolpath_commands import DropOptions, SurfaceOptions
 from vmachining.errors import InputError
@@ -102,7 +103,9 @@ def surface(part: Path, o: SurfaceOptions) -> int:
         raise InputError("--machine writes an NC program", remedy="give --out FILE.nc")
     if o.joint_linear and chain is None:
         raise InputError("--joint-linear is a way of a machine", remedy="name it by --machine")
+    turn, move = three(o.turn, "--turn", "A,B,C in degrees"), three(o.move, "--move", "X,Y,Z in mm")
     mesh = read_part(part, chord_mm=0.5 * o.chord, scale=o.scale)
+    mesh = mesh.placed(turn_deg=turn, to_origin=o.to_origin, move=move)
     low, high = mesh.bounds
     end = cutter(o.tool, length_mm=float(max(4.0 * radius, high[2] - low[2] + 2.0 * radius)))
     model = Surface(mesh)
@@ -131,7 +134,8 @@ def surface(part: Path, o: SurfaceOptions) -> int:
     if o.as_json:
         emit(
             {
-                "part": str(part), "facets": len(mesh.triangles), "points": len(path.tips), "feed_length_mm": path.feed_length,
+                "part": str(part), "facets": len(mesh.triangles), "box_mm": mesh.bounds.tolist(),
+                "points": len(path.tips), "feed_length_mm": path.feed_length,
                 "marks": marks, "axes": 3 if path.is_upright else 5, "warnings": warnings, "files": [str(f) for f in files],
             }
         )  # fmt: skip

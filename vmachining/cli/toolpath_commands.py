@@ -106,6 +106,9 @@ class SurfaceOptions:
     feed: Annotated[float, opt("MM/MIN", "Along the path.", above_zero)] = 1000.0
     spindle: Annotated[float, opt("REV/MIN", "Written to it.", above_zero)] = 6000.0
     scale: Scale = 1.0
+    turn: Annotated[str, opt("A,B,C", "Degrees about x, then y, then z, of the part.")] = "0,0,0"
+    to_origin: Annotated[bool, flag("--to-origin", "Lowest corner of its box at 0, after --turn.")] = False
+    move: Annotated[str, opt("X,Y,Z", "mm, after both.")] = "0,0,0"
     one_way: Annotated[bool, flag("--one-way", "All passes in one direction.")] = False
     machine: Annotated[str | None, opt("NAME|FILE", "Five axes as .nc: rotary words of this machine.")] = None
     joint_linear: Annotated[
@@ -123,6 +126,7 @@ class SurfaceOptions:
         "toolpath surface part.step --tool bull:10:1 --step 1 --lead 5 --out part.csv",
         "toolpath surface part.step --tool bull:10:1 --step 1 --lead 5 --machine ac-table --out part.nc",
         "toolpath surface part.stl --tool flat:6 --levels 2 --out part.nc",
+        "toolpath surface part.stl --turn 90,0,0 --to-origin --tool ball:8 --step 1 --out part.nc",
     ),
 )
 def toolpath_surface(part: Part, *, options: SurfaceOptions) -> int:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from vmachining.arrays import Floats, Ints, rows
 from vmachining.errors import InputError
+from vmachining.geometry import rotation
 
 __all__ = ["FacetMesh", "Weights", "edge_normal"]
 
@@ -59,6 +60,22 @@ class FacetMesh:
             raise InputError("every facet of the mesh is without area")
         mesh = cls(vertices, triangles)
         return cls(vertices, triangles, (*found, *mesh.complaints))
+
+    def placed(
+        self,
+        *,
+        turn_deg: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        to_origin: bool = False,
+        move: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    ) -> FacetMesh:
+        """The mesh turned about x, then y, then z through the origin; its lowest corner put there; then moved, mm (II.9)."""
+        points = self.vertices
+        for axis, angle in zip(np.eye(3), turn_deg, strict=True):
+            # rounded: a quarter of a turn keeps upright walls upright
+            points = points @ np.round(rotation(axis, np.radians(angle)), 15).T
+        if to_origin:
+            points = points - points.min(axis=0)
+        return FacetMesh(points + np.array(move), self.triangles, self.notes)
 
     @cached_property
     def corners(self) -> Floats:
