@@ -54,6 +54,9 @@ if [ "$(cat .venv/stamp 2>/dev/null)" != "$stamp" ]; then
   [ -x .venv/bin/python ] && .venv/bin/python -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
     2>/dev/null || { rm -rf .venv; "$python" -m venv .venv; }
   .venv/bin/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]' >&2
+  .venv/bin/python -c 'import cadquery' 2>/dev/null || # build123d brought the smaller build of OCP, which came last
+    .venv/bin/python -m pip install --quiet --disable-pip-version-check --force-reinstall --no-deps \
+      "cadquery-ocp==$(.venv/bin/python -c 'from importlib.metadata import version; print(version("cadquery-ocp"))')" >&2
   .venv/bin/python -c 'import build123d, cadquery, manifold3d' ||
     fail "the geometry kernels do not load; the message above names the library that is missing"
   .venv/bin/vmachining warm || say "continuing without"

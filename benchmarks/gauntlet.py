@@ -153,7 +153,7 @@ def _brep(sweep: Sweep, bracket: tuple[float, float] | None) -> tuple[str, str, 
 def strange_points(shapes: Sequence[Any], points: Floats, gap: Floats) -> str:
     """What is wrong with solids where points (n, 3) mm have the distances (n,) mm from the sweep, negative inside; "" nothing.
 
-    A referee without an answer is no pass.
+    A referee without an answer is not a pass.
     """
     from vmachining.engines import brep
 

@@ -1,4 +1,4 @@
-"""vmachining: removed volume of every NC block with its error, and the feed it deserves.
+"""vmachining: removed volume of every NC block with its error, and the feed it allows.
 
     import vmachining as vm
     result = vm.run("models/slot/job.toml")
@@ -15,6 +15,9 @@
 | A job from file to result, its report | `vmachining.job`, `vmachining.report` |
 | Other people's results, reference packs | `vmachining.oracle` |
 
+Each thing has one name: `engage` computes an `Engagement`. The room `vmachining.engagement` and the older name `Bracket` of
+`Interval` still load, and are not listed.
+
 Names are loaded when they are first used: importing the package loads no kernel.
 """
 
@@ -24,7 +27,8 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from vmachining import engagement, engines, nc
+    from vmachining import engagement as engagement
+    from vmachining import engines, nc
     from vmachining.engagement import Engagement
     from vmachining.errors import (
         AccuracyWarning,
@@ -40,7 +44,8 @@ if TYPE_CHECKING:
         VMachiningError,
     )  # fmt: skip
     from vmachining.geometry import Arc, Line
-    from vmachining.interval import Bracket, Interval
+    from vmachining.interval import Bracket as Bracket
+    from vmachining.interval import Interval
     from vmachining.job import Feed, Force, Job, RunResult, engage, run, swept_volume
     from vmachining.machine import MachineLimits
     from vmachining.nc import parse_program, read_program
@@ -103,7 +108,6 @@ __all__ = [
     "Arc",
     "BallNose",
     "Box",
-    "Bracket",
     "BullNose",
     "Comparison",
     "Cylinder",
@@ -138,7 +142,6 @@ __all__ = [
     "compare",
     "compare_engagement",
     "engage",
-    "engagement",
     "engines",
     "nc",
     "parse_program",

@@ -34,7 +34,7 @@ DAMAGE = (
     OSError, EOFError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError, NotImplementedError,
     RuntimeError, MemoryError, BadZipFile, zlib.error, VMachiningError,
 )  # fmt: skip
-"""What bytes that are no checkpoint, or numbers that fit no workpiece, can raise."""
+"""What bytes that are not a checkpoint, or numbers that fit no workpiece, can raise."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

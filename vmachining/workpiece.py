@@ -8,6 +8,7 @@ from pathlib import Path
 from vmachining.engines import engine_class
 from vmachining.engines.protocol import NOTHING, Options, Removal, StockSurface
 from vmachining.errors import InputError
+from vmachining.htmltable import facts_html
 from vmachining.interval import Interval
 from vmachining.stock import BoxStock, CylinderStock, MeshStock, Stock, read_mesh
 from vmachining.sweep import Sweep
@@ -20,7 +21,7 @@ Cylinder = CylinderStock
 
 
 def Mesh(file: Path | str, *, scale: float = 1.0) -> MeshStock:  # noqa: N802  reads like the other stocks
-    """The solid in an STL or 3MF file. scale : mm per unit of the file. Raises StockError where it is no closed solid."""
+    """The solid in an STL or 3MF file. scale : mm per unit of the file. Raises StockError where it is not a closed solid."""
     return read_mesh(Path(file), scale=scale)
 
 
@@ -98,6 +99,15 @@ class Workpiece:
 
     def __repr__(self) -> str:
         return f"Workpiece({self.engine.name}, {len(self.removals)} cuts, {self.volume:.6g} mm3)"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows."""
+        facts = [
+            ("cuts", str(len(self.removals))),
+            ("removed, mm3", str(self.removed)),
+            ("left, mm3", str(self.volume)),
+        ]
+        return facts_html(f"Workpiece, engine {self.engine.name}", facts)
 
 
 def _sum(parts: Sequence[Removal]) -> Removal:

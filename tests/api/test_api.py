@@ -47,6 +47,7 @@ def test_a_workpiece_of_any_engine(engine):
     along, across = vm.Sweep(tool, (-10, 30, -5), (130, 30, -5)), vm.Sweep(tool, (60, -10, -5), (60, 70, -5))
     assert wp.would_remove(along).holds(6000, 1e-6)
     assert wp.cut(along).holds(6000, 1e-6) and wp.cut(across).holds(2500, 1e-6)
+    assert "<td>2</td>" in wp._repr_html_() and str(wp.removed) in wp._repr_html_()
     assert wp.removed.holds(8500, 1e-6) and wp.volume.holds(120 * 60 * 20 - 8500, 1e-6)
     if engine in ("columns", "mesh"):
         assert wp.removed.proven
@@ -88,7 +89,10 @@ def test_a_job_from_values(tmp_path):
         feed=vm.Feed(strategy="volume", max_mm_min=900), name="part", folder=tmp_path,
     )  # fmt: skip
     assert list(job.tools) == [1, 2, 3, 4, 5, 6] and list(job.tools.values()) == TOOLS
-    assert vm.run(job.replace(feed=None), contact="none").removed.holds(6000, 1e-6)
+    assert vm.run(job.replace(feed=None), contact="none", width="0.1%").removed.holds(6000, 1e-6)
+    with pytest.raises(vm.JobError, match="width '2'"):
+        vm.run(job, width=2.0)
+    assert "part.nc" in job._repr_html_() and "box" in job._repr_html_()
 
     finer = job.replace(accuracy={"width": 0.001}, feed={"min_mm_min": 100})
     assert finer.keys.accuracy.width == 0.001 and job.keys.accuracy.width != 0.001
@@ -147,6 +151,7 @@ def test_contact_of_a_block_of_a_run():
     deep = rows.filter(rows["removed_mm3"] == rows["removed_mm3"].max())["block"][0]
     found, same = result.contact(deep), vm.engage(ROOT / "models/slot/job.toml", deep)
     assert found.summary == same.summary and not found.is_air
+    assert 0.2 < ink(found.plot()) < 0.95 and found.plot().axes[0].get_title().startswith(f"block {deep}")
 
 
 def test_wrong_input_is_a_value_error():

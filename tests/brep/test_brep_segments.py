@@ -26,7 +26,7 @@ def level_state(lift: float) -> State:
 @pytest.mark.parametrize("lift", [1e-18, 0.0, -1e-18])
 @pytest.mark.parametrize("angle", [0.0, np.pi])
 def test_the_lower_quarter_of_a_torus_grazes_at_its_lowest_circle(lift: float, angle: float) -> None:
-    """The normal straight down is one of a flat bottom that moves level; straight up is no normal of this arc."""
+    """The normal straight down is one of a flat bottom that moves level; straight up is not a normal of this arc."""
     found = graze_beta(level_state(lift), 3.0, 1.0, np.array([[angle]]), -0.25 * np.pi)
     assert found[0, 0] == pytest.approx(-0.5 * np.pi, abs=1e-12)
 

@@ -92,7 +92,7 @@ BAD = {
     ),
     "no address": (
         ["batch", "job.toml", "--scheduler", "tcp://x"],
-        ["tcp://x is no address", "127.0.0.1:8786"],
+        ["tcp://x is not an address", "127.0.0.1:8786"],
     ),
     "two pools": (
         ["batch", "job.toml", "--scheduler", "tcp://x:1", "--workers", "2"],

@@ -29,7 +29,7 @@ def test_a_circle_may_leave_the_travel_between_its_ends(command, travel, fine, p
 
 def test_targets_between_two_steps_are_told(program, capsys):
     assert run(["dda", str(program), "--blu", "0.01"]) == 0
-    assert "I374 1 targets are no multiple of 0.01 mm" in capsys.readouterr().err
+    assert "I374 1 targets are not multiples of 0.01 mm" in capsys.readouterr().err
     assert run(["nc", "check", str(program), "--blu", "0.001"]) == 0
     assert "I374" not in capsys.readouterr().out
 

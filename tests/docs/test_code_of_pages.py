@@ -35,6 +35,25 @@ def test_python_of_the_tasks(clone, capsys):
     assert (clone / "out/slot-scheduled/blocks.parquet").is_file()
 
 
+def test_the_first_hour(clone, capsys):
+    """A slot of the width of the tool 4 mm deep, widened by 6 mm: ap and ae of both, and one removal rate for both after
+    scheduling: 600 mm/min at 10 mm of width or 1000 at 6."""
+    page = (ROOT / "docs" / "first_hour.md").read_text(encoding="utf-8")
+    names: dict = {}
+    for code in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
+        exec(compile(code, "docs/first_hour.md", "exec"), names)
+    for line, width in ((6, 10.0), (10, 6.0)):
+        (k,) = (names["lines"] == line).nonzero()[0]
+        assert names["ap"][k] == pytest.approx(4.0, abs=1e-6) and names["ae"][k] == pytest.approx(
+            width, abs=1e-3
+        )
+        assert names["lo"][k] - 1e-6 <= 4 * width * 100 <= names["hi"][k] + 1e-6
+    feeds = names["scheduled"].blocks.filter(names["scheduled"].blocks["line"] == 10)["scheduled_feed_mm_min"]
+    assert feeds[0] == pytest.approx(1000.0, rel=0.02)
+    assert Path("engagement.pdf").stat().st_size > 1000 and Path("contact.png").stat().st_size > 1000
+    assert names["here"].ap == pytest.approx(4.0, abs=1e-6)
+
+
 def _corner(r: float, depth: float) -> float:
     """Area between the floor and a height, of a quarter circle that rises from the floor: integral of sqrt(r^2 - (r - z)^2)."""
     from math import acos, sqrt

@@ -182,7 +182,7 @@ def test_printed_radius_of_a_slope_is_exact_without_slope_only():
 
 @pytest.mark.erratum("book", "6-46", "Cs^2 / (2 CO R)", "(CO^2 + R^2 - Cs^2) / (2 CO R)")
 def test_printed_distance_on_the_corner_misplaces_the_square():
-    """6-46: Cs^2 / (2 CO R) alone inside acos is no angle of the triangle."""
+    """6-46: Cs^2 / (2 CO R) alone inside acos is not an angle of the triangle."""
     co3 = sqrt(1.5**2 + 80**2 - 2 * 1.5 * 80 * cos(rad(8)))
     right = degrees(np.arccos((co3**2 + 80**2 - 1.5**2) / (2 * co3 * 80)))
     printed = degrees(np.arccos(1.5**2 / (2 * co3 * 80)))

@@ -41,7 +41,7 @@ def test_rotation_and_its_inverse():
     assert np.degrees(acos(m[2, 2])) == near(17.963860129831)
     assert np.degrees(frames.angles_of(m[:, 2])) == near([10, -15])
     m = frames.rotation(rad(10), rad(20))
-    m[2, 0] *= -1  # 5-2 as printed is no rotation
+    m[2, 0] *= -1  # 5-2 as printed is not a rotation
     assert np.linalg.det(m) == pytest.approx(0.7731, abs=5e-5)
 
 

@@ -72,7 +72,7 @@ def test_a_scheduler_that_does_not_answer_is_named(tmp_path: Path) -> None:
         with pytest.raises(InputError, match=f"no Dask scheduler answers at {address}") as refused:
             run_many([write_job(tmp_path / "job")], tmp_path / "out", scheduler=address)
     assert "dask scheduler" in str(refused.value.remedy)
-    with pytest.raises(InputError, match="is no address"):
+    with pytest.raises(InputError, match="is not an address"):
         run_many([write_job(tmp_path / "job")], tmp_path / "out", scheduler="tcp://:port")
 
 

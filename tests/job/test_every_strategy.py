@@ -113,7 +113,7 @@ def test_a_table_of_poses_is_scheduled(tmp_path):
     text = TEXT.replace('file = "tiny.nc"', 'file = "tiny.nc"\ndialect = "poses"') + FEED + FORCE
     text = text.replace("[force]\n", "[force]\nspindle_rev_min = 8000\n")
     found = run(Job.load(write_job(tmp_path, job=text, program=table)), out=tmp_path / "out")
-    assert not (found.folder / "scheduled.nc").exists()  # a table is no NC program
+    assert not (found.folder / "scheduled.nc").exists()  # a table is not an NC program
     lines = (found.folder / "scheduled.csv").read_text(encoding="utf-8").splitlines()
     feed = float(lines[-1].split(",")[6])
     assert feed == pytest.approx(1200.0, rel=1e-2)  # estimates are middles of brackets

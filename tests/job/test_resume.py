@@ -214,7 +214,7 @@ def test_verdicts_have_the_time_that_is_asked_for(tmp_path):
     more_time = {"brep": "all", "resume": True}
     result = run(Job.load(write_job(tmp_path)), out=tmp_path / "out", **more_time)
     assert result.summary["brep"] == result.summary["brep"] | {"agreed": 4, "refused": 0}
-    with pytest.raises(InputError, match="brep_seconds 0 is no limit"):
+    with pytest.raises(InputError, match="brep_seconds 0 is not a limit"):
         run(Job.load(write_job(tmp_path)), brep="2", brep_seconds=0.0)
 
 

@@ -132,7 +132,7 @@ def test_a_rapid_through_material_warns_with_its_volume(tmp_path):
     assert plunge["removed_mm3"] == 0 and plunge["warning"].startswith(
         "rapid through material: tool would remove 12."
     )
-    assert rows[6]["warning"] is None  # up through the hole just drilled: facets are no contact
+    assert rows[6]["warning"] is None  # up through the hole just drilled: facets are not contact
     assert result.summary["warnings"] == 1
 
 

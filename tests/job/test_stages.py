@@ -105,7 +105,7 @@ def test_a_result_of_other_files_is_named(
     assert command(["contact", str(out)]) == 2
     assert "job, program or stock changed since this result was made" in capsys.readouterr().err
     assert command(["check", str(tmp_path)]) == 2
-    assert "is no result of a run" in capsys.readouterr().err
+    assert "is not a result of a run" in capsys.readouterr().err
     assert {path.name: path.read_bytes() for path in out.iterdir()} == before
 
 

@@ -1,4 +1,4 @@
-"""Logs: a control of our own making writes one, and the numbers that made it are found again; formats; what is no log of it."""
+"""Logs: a control of our own making writes one, and the numbers that made it are found again; formats; what is not a log."""
 
 from __future__ import annotations
 
@@ -162,9 +162,9 @@ BAD = {
     "another program": ("time,line\n0,1\n1,90000\n", "no run in this log goes through half"),
     "no numbers": ("2020-01-01T00:00:00Z|Feed_Rate|3\n", "no numbers of blocks"),
     "no columns": ("a,b\n1,2\n", "names no columns time and line"),
-    "no log": ("hello\n", "is no log"),
+    "no log": ("hello\n", "is not a log"),
     "document type": ('<?xml version="1.0"?><!DOCTYPE x [<!ENTITY a "b">]><x/>', "document type"),
-    "broken": ("<a><b></a>", "is no XML"),
+    "broken": ("<a><b></a>", "is not XML"),
 }
 
 

@@ -117,7 +117,7 @@ def test_what_a_round_bar_and_far_coordinates_do_to_the_file_is_told(tmp_path):
     # both sums round each triangle's share, of a box of 18 x 18 x 4 at most, to 2^-53
     rounding = len(facets) * 18 * 18 * 4 * 2.0**-53
     assert abs(held["stock.stl"] - in_file) <= rounding
-    # and that is not the volume of the mesh, for x is rounded to 2^-10 mm: the difference is no rounding of the sums
+    # and that is not the volume of the mesh, for x is rounded to 2^-10 mm: the difference is not a rounding of the sums
     assert abs(held["stock.stl"] - s["stock_mesh_mm3"]) > 100 * rounding
     normal = np.cross(b - a, c - a)
     size = np.linalg.norm(normal, axis=1, keepdims=True)

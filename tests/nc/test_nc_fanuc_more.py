@@ -124,7 +124,7 @@ HOLES = [
 
 @pytest.mark.parametrize(("body", "holes"), HOLES)
 def test_patterns_of_holes_of_a_haas(body, holes):
-    """Haas manual, G70 to G72: angles from 3 o'clock, counter-clockwise; the middle is no hole."""
+    """Haas manual, G70 to G72: angles from 3 o'clock, counter-clockwise; the middle is not a hole."""
     got = ends(body + "\nG80", "haas")
     assert [p for kind, p in got if kind is F] == [(*hole, -1) for hole in holes]
 

@@ -152,7 +152,7 @@ def test_iso_mode_is_refused_with_the_dialect_that_reads_it():
 
 
 def test_a_code_that_is_written_as_a_power_of_ten_is_a_number_like_others():
-    # EX is the exponent of this control: 1EX0 is 1; 3EX30 is no code of anything
+    # EX is the exponent of this control: 1EX0 is 1; 3EX30 is not a code of anything
     assert rows(read("G1EX0 X5")) == [("linear", 5, 0, 100)]
     assert codes(read("G3EX30 X5")) == ["E108"]
     assert codes(read("G4EX0 F1")) == []

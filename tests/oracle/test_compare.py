@@ -133,7 +133,7 @@ BAD = {
     "not a number": ("line,removed_mm3\n9,1\n\n10,abc\n", ["r.csv:4", "'abc'", "line 10", "decimal point"]),
     "nan": ("line,removed_mm3\n9,nan\n", ["r.csv:2", "no finite number"]),
     "empty cell": ("line,removed_mm3\n9,\n", ["r.csv:2", "0 for a block that removes nothing"]),
-    "half a line": ("line,removed_mm3\n9.5,1\n", ["r.csv:2", "'9.5' is no whole number"]),
+    "half a line": ("line,removed_mm3\n9.5,1\n", ["r.csv:2", "'9.5' is not a whole number"]),
     "twice": ("block,removed_mm3\n3,1\n3,1\n", ["r.csv:3", "block 3 comes twice", "by line"]),
     "decimal comma": ("line,removed_mm3\n9,1,5\n", ["r.csv:2", "3 cells", "decimal comma"]),
     "empty": ("", ["r.csv:1", "no table"]),
@@ -166,7 +166,7 @@ def test_bad_results_are_refused_with_their_place(
 
 
 def test_bad_tables_of_python_are_refused() -> None:
-    with pytest.raises(InputError, match=r"row 0: line 1000.* is no whole number"):
+    with pytest.raises(InputError, match=r"row 0: line 1000.* is not a whole number"):
         vm.compare({"line": [10**400], "removed_mm3": [1.0]}, PACK)  # no float holds it
     with pytest.raises(InputError, match="table: 2 values of line, 1 of removed_mm3"):
         vm.compare({"line": [9, 10], "removed_mm3": [1.0]}, PACK)

@@ -35,6 +35,7 @@ assert_type(result, vm.RunResult)
 assert_type(result.blocks, pl.DataFrame)
 assert_type(result.removed, vm.Interval)
 assert_type(result.contact(3), vm.Engagement)
+assert_type(result.contact(3).plot(), Figure)
 assert_type(result.plot("load"), Figure)
 assert_type(result.write("out"), Path)
 
@@ -48,3 +49,9 @@ vm.BallNose(diameter="10", length=40)  # type: ignore[arg-type]
 vm.Interval(1, 2, 3).lo = 0.0  # type: ignore[misc]
 vm.Sweep(tool, (0, 0, 0))  # type: ignore[call-arg]
 vm.run(job, engine=3)  # type: ignore[arg-type]
+vm.run(job, contact="some")  # type: ignore[arg-type]
+result.plot("loads")  # type: ignore[arg-type]
+result.contact(3, method="boolean")  # type: ignore[arg-type]
+vm.engage(job, 3, edge="spiral")  # type: ignore[arg-type]
+vm.Feed(strategy="fast")  # type: ignore[arg-type]
+vm.run(job, width=0.003, stages=("cut", "contact"), contact="sample", progress=True)

@@ -22,7 +22,7 @@ SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 
 app = typer.Typer(
     name="vmachining",
-    help="Milling simulation: removed volume of every NC block with its error, and the feed it deserves.",
+    help="Milling simulation: removed volume of every NC block with its error, and the feed it allows.",
     epilog=examples("demo --out out/demo", "init part.nc --out part.toml", "run part.toml"),
     no_args_is_help=True, add_completion=True, rich_markup_mode=None, pretty_exceptions_enable=False,
     context_settings=SETTINGS,
@@ -49,7 +49,7 @@ def root(
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print it.")
     ] = False,
 ) -> None:
-    """Milling simulation: removed volume of every NC block with its error, and the feed it deserves."""
+    """Milling simulation: removed volume of every NC block with its error, and the feed it allows."""
 
 
 def command() -> Any:

@@ -26,26 +26,26 @@ class IdentifyOptions:
 
     corner_radius: Annotated[float, opt("MM", "0: flat end.")]
     teeth: Annotated[int, opt(None, "Teeth of the tool.", min=1)]
-    degree: Annotated[int, opt(None, "Of the polynomials in the height.", min=0)] = 3
+    degree: Annotated[int, opt(None, "Degree of the polynomials in height.", min=0)] = 3
     method: Annotated[
         Literal["joint", "layers"], opt("joint|layers", "One fit with intervals, or layer by layer.")
     ] = "joint"
     weights: Annotated[
         Literal["relative", "resultant", "equal"],
-        opt("relative|resultant|equal", "Noise in proportion to what, or of one size."),
+        opt("relative|resultant|equal", "Noise: relative to each force, to the resultant, or equal."),
     ] = "relative"
-    layer_ref: Annotated[Literal["mid", "top"], opt("mid|top", "Height a layer's values are given to.")] = (
+    layer_ref: Annotated[Literal["mid", "top"], opt("mid|top", "Height that a layer's values are assigned to.")] = (
         "mid"
     )
     on: Annotated[Literal["tool", "workpiece"], opt("tool|workpiece", "What the measured forces act on.")] = (
         "tool"
     )
-    confidence: Annotated[float, opt(None, "Of the intervals.")] = 0.95
+    confidence: Annotated[float, opt(None, "Confidence level of the intervals.")] = 0.95
     validate: Annotated[
         Path | None,
         opt("DATA.csv", "Slots that were not fitted, at another feed: how far off are the means?"),
     ] = None
-    name: Annotated[str | None, opt(None, "Of the set; default: that of the file.")] = None
+    name: Annotated[str | None, opt(None, "Name of the set; default: the file name.")] = None
     out: Annotated[Path | None, opt("FILE.toml", "Coefficient file; default: stdout.")] = None
     as_json: Json = False
 

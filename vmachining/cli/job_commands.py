@@ -34,7 +34,7 @@ ENGINES = (
     "columns, mesh, dexel, rays or vectors (default: columns where they take stock and motions, else mesh)."
 )
 CHORD = "Mesh: instead of chord_mm of the job, for finer facets and brackets; a note says where it changes nothing."
-PROGRAM_OR_JOB = "Job file, or a program: its job is drafted beside it, as init does."
+PROGRAM_OR_JOB = "Job file, or a program: its job is drafted next to it, as init does."
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -122,7 +122,7 @@ def merge_(
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> int:
-    """Join all parts of one run to the result that one run gives, with schedule, second opinions and files."""
+    """Join all parts of a run into the result of a single run, with schedule, second opinions and files."""
     from vmachining.cli import jobs
 
     return jobs.merge_parts(folders, out=out, force=force, stock=stock, quiet=quiet, as_json=as_json)
@@ -156,7 +156,7 @@ def contact_(
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> int:
-    """Contact, chips and forces of a finished result that was made without; nothing is cut again."""
+    """Add contact, chips and forces to a finished result; nothing is cut again."""
     from vmachining.cli import jobs
 
     return jobs.add_to_result(result, {"contact": blocks}, quiet=quiet, as_json=as_json)
@@ -169,13 +169,13 @@ def init_(
     out: Annotated[
         Path | None, opt("JOB.toml", "The file to write; default beside the program; - prints it.")
     ] = None,
-    dialect: Annotated[str | None, opt(None, "Of the program; default: recognised, and said.")] = None,
+    dialect: Annotated[str | None, opt(None, "Of the program; default: detected and reported.")] = None,
     tools: Library = None,
     units: Units = "",
     force: Annotated[bool, flag("--force", "Overwrite the file.")] = False,
     as_json: Json = False,
 ) -> int:
-    """Write a commented job file from a program: dialect, units, tools and stock as far as it tells them."""
+    """Write a commented job file from a program: dialect, units, tools and stock as far as the program gives them."""
     from vmachining.cli import init
 
     return init.init(
@@ -204,7 +204,7 @@ class BatchOptions:
     ),
 )
 def batch(files: Annotated[list[Path], arg("JOB.toml...", "Job files.")], *, options: BatchOptions) -> int:
-    """Simulate many jobs side by side; one that fails does not stop the others. Ends with a table, a data set and a page."""
+    """Simulate many jobs; one that fails does not stop the others. Ends with a table, a data set and a page."""
     from vmachining.cli.batch import run_batch
 
     return run_batch(files, options)

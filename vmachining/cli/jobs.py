@@ -224,7 +224,7 @@ def add_to_result(folder: Path, asked: Mapping[str, Any], *, quiet: bool, as_jso
     manifest = read_manifest(folder)
     if manifest is None or manifest.get("kind") != RUN:
         raise InputError(
-            "is no result of a run", file=str(folder), remedy="give the directory that `run` wrote"
+            "is not a result of a run", file=str(folder), remedy="give the directory that `run` wrote"
         )
     file, options = _as_before(folder, manifest, asked)
     return run_job(file, options, out=folder, resume=True, quiet=quiet, as_json=as_json)

@@ -70,17 +70,15 @@ class EngageOptions:
     at: Annotated[float, opt("P", "Fraction of the block, 0 to 1.")] = 0.5
     every: Annotated[float | None, opt("MM", "Positions along each block instead of one.", above_zero)] = None
     method: Annotated[str, opt(None, "dexel: exact distances; brep: OCCT; analytic.")] = "dexel"
-    angles: Annotated[int, opt("N", "Rotation angles of a turn.")] = 360
+    angles: Annotated[int, opt("N", "Rotation angles per revolution.")] = 360
     phase: Annotated[float, opt("X", "Angles are 360 (k + X) / N degrees; 0.5 avoids walls.")] = 0.0
-    edge: Annotated[str, opt(None, "straight, or helix: wound as the tool says.")] = "straight"
+    edge: Annotated[str, opt(None, "straight, or helix: with the helix angle of the tool.")] = "straight"
     bottom: Annotated[bool, flag("--bottom", "The edge continues over the bottom disc.")] = False
-    seconds: Annotated[float, opt("S", "Limit of one OCCT question.", above_zero)] = 120.0
+    seconds: Annotated[float, opt("S", "Time limit of one OCCT call.", above_zero)] = 120.0
     pitch: Annotated[float, opt("MM", "Cells of heights, of method analytic.")] = 0.1
     out: Annotated[Path | None, opt("DIR", "Write table, map and picture there.")] = None
-    workers: Annotated[int, opt(None, "Processes, of many positions.", min=1)] = 1
-    chips: Annotated[bool, flag("--chips", "Shapes of chips, cut length and chip area over the time.")] = (
-        False
-    )
+    workers: Annotated[int, opt(None, "Processes, for many positions.", min=1)] = 1
+    chips: Annotated[bool, flag("--chips", "Shapes of chips, cut length and chip area over time.")] = False
     as_json: Json = False
 
 
@@ -104,9 +102,11 @@ def engage(job: JobArg, *, options: EngageOptions) -> int:
 )
 def block(
     job: JobArg,
-    blocks: Annotated[list[str], arg("BLOCKS...", "Numbers as in blocks.csv, in any order: 7,10-12 3.")],
+    blocks: Annotated[list[str], arg("BLOCKS...", "Block numbers of blocks.csv, in any order: 7,10-12 3.")],
     *,
-    width: Annotated[str | None, opt("W", "Of a bracket: 0.01% or 1e-4; default: the job's.")] = None,
+    width: Annotated[
+        str | None, opt("W", "Relative width of a bracket: 0.01% or 1e-4; default: the job's.")
+    ] = None,
     as_json: Json = False,
 ) -> int:
     """What single blocks remove, to any width, without a run: bracket, engine, seconds."""
@@ -116,7 +116,7 @@ def block(
 
 
 RESULTS = "block or line, removed_mm3; or engaged intervals; or a job. With a set: directory of CASE.csv, or column case."
-PAGE = "Two results (DIR or blocks.csv) on one page; one alone: beside its schedule."
+PAGE = "Show two results (DIR or blocks.csv) on one page; a single one next to its schedule."
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -158,7 +158,7 @@ def compare(
     *,
     options: CompareOptions,
 ) -> int:
-    """Somebody's per-block volumes or engaged intervals, or our own engines, against ours. Exit code 0: all inside, 1: not."""
+    """Compare volumes or engagement of another program with a reference, or our engines. Exit code 0: all inside, 1: not."""
     from vmachining.cli import oracle
 
     widened = ("tolerance_rel", "tolerance_mm3", "tolerance_mm")
@@ -186,10 +186,10 @@ class PackOptions:
     out: Annotated[Path | None, opt("DIR", "New directory; default out/NAME-pack.")] = None
     stock: StockOut = "stl"
     brep: Annotated[str, opt("WHICH", "B-rep checks: none, sample, all or blocks 3,7-12.")] = "none"
-    licence: Annotated[str, opt("none|cc0|FILE", "Terms that go into the pack.")] = "none"
+    licence: Annotated[str, opt("none|cc0|FILE", "Licence to state in the pack.")] = "none"
     engagement: Annotated[int, opt("N", "Blocks with a table of engaged intervals.")] = 10
-    engine: Annotated[str, opt("NAME", "Who computes the volumes: mesh or columns.")] = "mesh"
-    workers: Annotated[int, opt(None, "Processes; more than one changes last digits.", min=1)] = 1
+    engine: Annotated[str, opt("NAME", "Engine that computes the volumes: mesh or columns.")] = "mesh"
+    workers: Annotated[int, opt(None, "Processes; with more than one, last digits may differ.", min=1)] = 1
     quiet: Quiet = False
     as_json: Json = False
 
@@ -206,7 +206,7 @@ def pack(
     *,
     options: PackOptions,
 ) -> int:
-    """A folder to test engines with: program, tools, stock, volumes with brackets, finished stock, hashes."""
+    """Make a folder for testing engines: program, tools, stock, volumes with brackets, finished stock, hashes."""
     from vmachining.cli import oracle
 
     return oracle.pack(job, options)
@@ -218,11 +218,11 @@ def bench(
     *,
     listed: Annotated[bool, flag("--list", "Name the cases, and how long each takes.")] = False,
     seeds: Annotated[
-        str | None, opt("FIRST:LAST", "Of a case that goes by seeds: those before LAST.")
+        str | None, opt("FIRST:LAST", "For cases that take seeds: run the seeds below LAST.")
     ] = None,
-    blocks: Annotated[int | None, opt("N", "Of a case that has a length: so many blocks.", min=1)] = None,
+    blocks: Annotated[int | None, opt("N", "For cases with a length: number of blocks.", min=1)] = None,
     journal: Annotated[
-        Path | None, opt("FILE", "Keeps what is done; the next run continues from there.")
+        Path | None, opt("FILE", "Record finished cases here; the next run continues from them.")
     ] = None,
     as_json: Json = False,
 ) -> int:

@@ -54,8 +54,10 @@ class PostOptions:
     dialect: Annotated[str, opt(None, "iso, fanuc, sinumerik or heidenhain.")] = "iso"
     machine: Annotated[str | None, opt("NAME|FILE", "Its angles for a leaning tool (iso, fanuc).")] = None
     source_dialect: Annotated[str, opt(None, "Dialect of the source; default: recognised.")] = "auto"
-    decimals: Annotated[int, opt(None, "Of mm, degrees and tool axes.", min=0, max=15)] = 9
-    angle: Annotated[float, opt("DEG", "How far the axis may leave its great circle.", above_zero)] = 0.05
+    decimals: Annotated[int, opt(None, "Decimals of mm, degrees and tool axes.", min=0, max=15)] = 9
+    angle: Annotated[
+        float, opt("DEG", "Largest deviation of the axis from its great circle.", above_zero)
+    ] = 0.05
     start: Annotated[str | None, opt("A0,C90", "Angles before the program; default: fewest rewinds.")] = None
     plot: Annotated[Path | None, opt("HTML", "Page of the rotary angles and their rewinds.")] = None
     force: Annotated[bool, flag("--force", "Overwrite the file.")] = False
@@ -138,10 +140,12 @@ class Reading:
 class Checking(Reading):
     """The same, and limits that its path is held against."""
 
-    stock_top: Annotated[float | None, opt("Z", "mm; warns if no feed motion goes below.", finite)] = None
+    stock_top: Annotated[float | None, opt("Z", "mm; warns if no feed motion goes below it.", finite)] = None
     travel: Travel = None
     machine: OfMachine = None
-    blu: Annotated[float | None, opt("MM", "Smallest step; says what lies between steps.", above_zero)] = None
+    blu: Annotated[
+        float | None, opt("MM", "Smallest step; reports coordinates between steps.", above_zero)
+    ] = None
 
 
 @command(
@@ -174,9 +178,9 @@ def nc_check(
 def nc_moves(
     program: ProgramArg,
     *,
-    machine: Annotated[str | None, opt("FILE", "Its rotary axes are allowed; a preset will do.")] = None,
+    machine: Annotated[str | None, opt("FILE", "File or preset whose rotary axes are allowed.")] = None,
     coordinates: Annotated[
-        Literal["machine", "program"], opt("machine|program", "Which coordinates end_mm has.")
+        Literal["machine", "program"], opt("machine|program", "Coordinate system of end_mm.")
     ] = "machine",
     reading: Reading,
     as_json: Json = False,

@@ -26,9 +26,9 @@ class FigureOptions:
         "pdf"
     )
     over: Annotated[
-        str | None, opt("time|block", "Along the x axis; default: time, and block for bracket.")
+        str | None, opt("time|block", "What the x axis shows; default: time, and block for bracket.")
     ] = None
-    width: Annotated[float, opt("MM", "Of the figure.", min=50.0, max=1000.0)] = 174.0
+    width: Annotated[float, opt("MM", "Width of the figure.", min=50.0, max=1000.0)] = 174.0
     out: Annotated[Path | None, opt("DIR", "Where files go; default: beside the results.")] = None
     as_json: Json = False
 
@@ -54,7 +54,7 @@ def machine(
     out: Annotated[Path | None, opt("HTML", "The page; default: NAME.html here.")] = None,
     as_json: Json = False,
 ) -> int:
-    """What a machine is and can do: chain, class, axes, limits, options, legs; as text and as a page with pictures."""
+    """Describe a machine: chain, class, axes, limits, options, legs; as text and as a page with pictures."""
     from vmachining.cli import machine as room
 
     return room.machine(name, out=out, as_json=as_json)

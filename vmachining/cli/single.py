@@ -125,6 +125,8 @@ def _seeded(seeds: str | None, journal: Path | None) -> dict[str, Any]:
         try:
             first, last = (int(word) for word in seeds.split(":"))
         except ValueError as exc:
-            raise InputError(f"--seeds {seeds!r} is no range", remedy="give FIRST:LAST, like 0:200") from exc
+            raise InputError(
+                f"--seeds {seeds!r} is not a range", remedy="give FIRST:LAST, like 0:200"
+            ) from exc
         options |= {"first": first, "blocks": last - first}
     return options

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["times"]
 
 times = typer.Typer(
-    help="Machine times: fit a machine to its logs, lay predicted beside logged times.",
+    help="Machine times: fit a machine to its logs, compare predicted with logged times.",
     epilog=examples("times compare run.log --program part.nc --machine mill.toml"),
     no_args_is_help=True, rich_markup_mode=None,
 )  # fmt: skip
@@ -30,7 +30,9 @@ Logs = Annotated[
 ]
 Programs = Annotated[
     list[Path],
-    typer.Option("--program", metavar="P", help="What ran: one for all logs, or one per log in their order."),
+    typer.Option(
+        "--program", metavar="P", help="Program that ran: one for all logs, or one per log, in order."
+    ),
 ]
 
 
@@ -41,7 +43,7 @@ def fit_command(
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The machine file that is written.")],
     as_json: Json = False,
 ) -> int:
-    """Find the few numbers of a machine from logs: accelerations, corner tolerance, rapid, changes.
+    """Fit the parameters of a machine to its logs: accelerations, corner tolerance, rapid, tool changes.
 
     The file has a table [machine] with keys of a job file.
     """
@@ -79,7 +81,7 @@ def compare_command(
     ] = None,
     table: Annotated[
         Path | None,
-        typer.Option("--table", metavar="CSV", help="Every interval of the log, with the load it has."),
+        typer.Option("--table", metavar="CSV", help="Every interval of the log, with its load."),
     ] = None,
     figure: Annotated[
         Path | None,
@@ -89,7 +91,7 @@ def compare_command(
     ] = None,
     as_json: Json = False,
 ) -> int:
-    """Lay predicted beside logged times: whole, per tool, per block, at the overrides of the log."""
+    """Compare predicted with logged times: whole, per tool, per block, at the overrides of the log."""
     from vmachining.cli.main import Code
     from vmachining.cli.screen import emit, note
     from vmachining.job.files import write_atomic

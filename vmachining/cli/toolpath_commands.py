@@ -69,15 +69,15 @@ class DropOptions:
 
 @command(toolpath, "drop", shown=("toolpath drop part.stl --points '0,0;5,2.5' --tool ball:10 --json",))
 def toolpath_drop(part: Part, *, options: DropOptions) -> int:
-    """Heights of a part, or of a tool that comes down on it: a table of x, y, z and what is touched."""
+    """Heights of a part, or of a tool dropped onto it: a table of x, y, z and what is touched."""
     from vmachining.cli import surface as room
 
     return room.drop(part, options)
 
 
-WEIGHTS = "Five axes: of the facet, or of those around a corner, weighted so."
-FACETS = "Facets that meet at more keep their own normals."
-LOOPS = "Loops at this height; may stand several times."
+WEIGHTS = "Five axes: normals of facets, or of corners, weighted like this."
+FACETS = "Facets that meet at a larger angle keep their own normals."
+LOOPS = "Loops at this height; repeatable."
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,26 +85,26 @@ class SurfaceOptions:
     """Options of `vmachining toolpath surface`."""
 
     tool: Annotated[str, opt("KIND:D[:R]", "flat:10, ball:10 or bull:10:1, mm.")]
-    scallop: Annotated[float | None, opt("MM", "Height of the ridges that stay.", above_zero)] = None
+    scallop: Annotated[float | None, opt("MM", "Scallop height left between passes.", above_zero)] = None
     step: Annotated[float | None, opt("MM", "Distance of passes in plan.", above_zero)] = None
     chord: Annotated[float, opt("MM", "Largest distance of the path from the exact one.", above_zero)] = 0.01
     lead: Annotated[
         float | None, opt("DEG", "Five axes: the tool leans along the feed.", within(-89, 89))
     ] = None
     tilt: Annotated[float | None, opt("DEG", "Five axes: it leans across the feed.", within(-89, 89))] = None
-    tilt_limit: Annotated[float, opt("DEG", "How far the tilt may leave the asked one.", within(0, 180))] = (
-        30.0
-    )
+    tilt_limit: Annotated[
+        float, opt("DEG", "Largest deviation from the tilt that was given.", within(0, 180))
+    ] = 30.0
     normals: Annotated[
         Literal["facet", "resultant", "area", "angle"], opt("facet|resultant|area|angle", WEIGHTS)
     ] = "angle"
     sharp: Annotated[float, opt("DEG", FACETS, within(0, 180))] = 30.0
-    direction: Annotated[float, opt("DEG", "Of the passes, from +x.", within(-360, 360))] = 0.0
+    direction: Annotated[float, opt("DEG", "Direction of the passes, from +x.", within(-360, 360))] = 0.0
     waterline: Annotated[list[float] | None, opt("Z", LOOPS, finite)] = None
-    levels: Annotated[float | None, opt("MM", "Loops at heights so far apart.", above_zero)] = None
+    levels: Annotated[float | None, opt("MM", "Loops at levels this far apart.", above_zero)] = None
     floor: Annotated[float | None, opt("Z", "The tip goes no lower; default: the bottom.", finite)] = None
     feed: Annotated[float, opt("MM/MIN", "Along the path.", above_zero)] = 1000.0
-    spindle: Annotated[float, opt("REV/MIN", "Written to it.", above_zero)] = 6000.0
+    spindle: Annotated[float, opt("REV/MIN", "Speed to write.", above_zero)] = 6000.0
     scale: Scale = 1.0
     turn: Annotated[str, opt("A,B,C", "Degrees about x, then y, then z, of the part.")] = "0,0,0"
     to_origin: Annotated[bool, flag("--to-origin", "Lowest corner of its box at 0, after --turn.")] = False

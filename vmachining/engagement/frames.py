@@ -125,7 +125,7 @@ def tip_of_contact(
     Raises
     ------
     InputError
-        The normal is the axis and no direction was given, and the tool is no ball.
+        The normal is the axis and no direction was given, and the tool is not a ball.
     """
     cc, n, w = (np.asarray(v, dtype=np.float64) for v in (contact, normal, axis))
     cos = (n * w).sum(axis=-1, keepdims=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from vmachining.tool import Edge, EdgeParts
 
 if TYPE_CHECKING:
     import polars as pl
+    from matplotlib.figure import Figure
 
 __all__ = ["COLUMNS", "Engagement", "EngagementMap", "end_name"]
 
@@ -77,6 +79,10 @@ class Engagement:
         where = "" if self.block is None else f" of block {self.block}, line {self.line},"
         notes = [("note", text) for text in self.notes]
         return facts_html(f"Engagement{where} at {self.at:g}, method {self.method}", [*self._facts(), *notes])
+
+    def plot(self) -> Figure:
+        """Chip thickness over rotation angle and edge, length of cut, chip area, as a matplotlib figure; a notebook shows it."""
+        return resolve_name("vmachining.report.engagement:draw_engagement")(self)  # type: ignore[no-any-return]
 
     def _facts(self) -> list[tuple[str, str]]:
         """The few numbers that say what is touched."""

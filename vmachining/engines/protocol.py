@@ -175,7 +175,7 @@ class Engine(Protocol):
     name : as in the column `engine` and behind `--engine`.
     chord : mm, see `Options`; checks of shank and holder are as coarse as this.
     proof : what the bounds rest on, in a few words, for the summary.
-    stock_volume, volume : of the raw and of the present workpiece, mm^3; stated where they are no bounds.
+    stock_volume, volume : of the raw and of the present workpiece, mm^3; stated where they are not bounds.
     """
 
     name: str

@@ -41,7 +41,7 @@ class VectorSettings:
         for name in ("pitch", "spacing", "allowance", "depth", "casting"):
             value = getattr(self, name)
             if value is not None and not 0.0 < value < float("inf"):
-                raise InputError(f"vectors: {name} {value:g} mm is no length")
+                raise InputError(f"vectors: {name} {value:g} mm is not a length")
         for name, value in (("theta_v", self.theta_v), ("theta_sharp", self.theta_sharp)):
             if value is not None and not 0.0 < value < pi / 2:
                 raise InputError(f"vectors: {name} {value:g} rad is not between 0 and a right angle")

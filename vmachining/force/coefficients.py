@@ -54,7 +54,7 @@ class Coefficients:
             raise InputError(f"{self.name}: expected six finite polynomials, got shape {powers.shape}")
         low, high = self.height_mm
         if not (math.isfinite(low) and low < high):
-            raise InputError(f"{self.name}: height_mm {list(self.height_mm)} is no range")
+            raise InputError(f"{self.name}: height_mm {list(self.height_mm)} is not a range")
         powers.setflags(write=False)
         object.__setattr__(self, "powers", powers)
 
@@ -102,7 +102,7 @@ class Coefficients:
     def load(cls, path: Path | str) -> Coefficients:
         """A TOML file.
 
-        Raises InputError: The file is missing, not TOML, has unknown or missing keys, or values that are no numbers.
+        Raises InputError: The file is missing, not TOML, has unknown or missing keys, or values that are not numbers.
         """
         text = read_text(Path(path), "coefficients", InputError, wrong="a coefficient file is TOML text")
         try:

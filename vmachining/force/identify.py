@@ -315,7 +315,7 @@ def read_tests(path: Path | str, *, on: Literal["tool", "workpiece"] = "tool") -
 
     on : whether the forces act on the tool, or on the workpiece (as a dynamometer under it says).
 
-    Raises InputError: No such file, columns that are missing or name another unit, cells that are no numbers; names
+    Raises InputError: No such file, columns that are missing or name another unit, cells that are not numbers; names
         line and column.
     """
     if on not in ("tool", "workpiece"):

@@ -30,7 +30,7 @@ class SingleBlock:
     """What one block removes.
 
     block, line, text : as in the table of a run. removed_mm3, removed_lo_mm3, removed_hi_mm3 : with its proven bracket.
-    width_asked, width_mm3 : relative to the volume, or in mm^3 if that is sooner.
+    width_asked, width_mm3 : relative to the volume, or in mm^3, whichever is reached first.
     earlier : sweeps before it that had to be known. engine : who answered.
     warning : why it is wider than was asked for, or not by columns. seconds : that it took.
     """

@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 
@@ -44,10 +44,12 @@ from vmachining.tool import Edge, EdgeParts, Profile, Tool
 if TYPE_CHECKING:
     from vmachining.engines.brep import Blank
 
-__all__ = ["EDGES", "METHODS", "PITCH_MM", "Scene", "engage", "plain_stock"]
+__all__ = ["EDGES", "METHODS", "PITCH_MM", "EdgeKind", "Method", "Scene", "engage", "plain_stock"]
 
-METHODS = ("dexel", "brep", "analytic")
-EDGES = ("straight", "helix")
+Method = Literal["dexel", "brep", "analytic"]
+EdgeKind = Literal["straight", "helix"]
+METHODS: tuple[str, ...] = get_args(Method)
+EDGES: tuple[str, ...] = get_args(EdgeKind)
 PITCH_MM = 0.1
 """Cells of the heights that method "analytic" meets."""
 
@@ -62,10 +64,10 @@ def engage(
     block: int,
     *,
     at: float = 0.5,
-    method: str = "dexel",
+    method: Method = "dexel",
     angles: int = 360,
     phase: float = 0.0,
-    edge: str = "straight",
+    edge: EdgeKind = "straight",
     bottom: bool = False,
     seconds: float = 120.0,
     pitch: float = PITCH_MM,
@@ -134,10 +136,10 @@ class Scene:
         block: int,
         *,
         at: float = 0.5,
-        method: str = "dexel",
+        method: Method = "dexel",
         angles: int = 360,
         phase: float = 0.0,
-        edge: str = "straight",
+        edge: EdgeKind = "straight",
         bottom: bool = False,
         seconds: float = 120.0,
         pitch: float = PITCH_MM,

@@ -58,7 +58,7 @@ def positions(scene: Scene, blocks: str, *, at: float = 0.5, every_mm: float | N
     blocks : "all", or numbers such as "7,10-20"; rapids are left out.
     at : fraction of each block, if `every_mm` is None.
     every_mm : largest step along the path; each block is divided evenly and asked in the middle of every part.
-    Raises InputError: No such block, none that cuts, a step that is no length, or more than a million positions.
+    Raises InputError: No such block, none that cuts, a step that is not a length, or more than a million positions.
     """
     if every_mm is not None and not every_mm > 0.0:
         raise InputError(f"a step of {every_mm:g} mm: expected a positive length")

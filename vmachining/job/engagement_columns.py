@@ -106,7 +106,7 @@ def step_mm(feed: Feed, length: float) -> float:
 OF_BLOCKS = {"values": (len(CONTACT),), "known": (), "step": ()}
 OF_STATIONS = {"block": (), "area": (), "count": ()}
 KINDS: dict[str, type] = {"known": np.bool_, "block": np.int64, "count": np.int64}
-"""Arrays of a chunk with the shape of a row, those of blocks and of stations; the type of what is no float."""
+"""Arrays of a chunk with the shape of a row, those of blocks and of stations; the type of what is not a float."""
 
 
 @dataclass(slots=True, eq=False)

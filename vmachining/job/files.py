@@ -72,7 +72,16 @@ OUTPUTS = (
 )
 """Every result file there can be, the manifest apart, and workpieces between blocks (`between`)."""
 
-PACKAGES = ("vmachining", "numpy", "numba", "manifold3d", "trimesh", "polars", "cadquery")
+PACKAGES = (
+    "vmachining",
+    "numpy",
+    "numba",
+    "manifold3d",
+    "trimesh",
+    "polars",
+    "cadquery-ocp-novtk",
+    "cadquery-ocp",
+)
 
 
 class Scratch:

@@ -14,6 +14,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from vmachining.errors import JobError, KinematicsError, ToolError
+from vmachining.htmltable import facts_html
 from vmachining.job.keys import dotted, key_positions, nearest, position_of, toml_refusal
 from vmachining.job.mill import Mill
 from vmachining.job.model import TOOL_KEYS, JobFile, ProgramKeys, Stock
@@ -157,20 +158,21 @@ class Job:
         return job if isinstance(job, Job) else cls.load(job)
 
     def with_chord(self, chord_mm: float) -> Job:
-        """The same job with another [accuracy] chord_mm. Raises JobError where that is no length."""
+        """The same job with another [accuracy] chord_mm. Raises JobError where that is not a length."""
         if not (math.isfinite(chord_mm) and 0.0 < chord_mm <= MOST):
             raise JobError(f"chord {chord_mm:g} mm: a length above zero is expected")
         return self._accurate(chord_mm=float(chord_mm))
 
-    def with_width(self, text: str) -> Job:
-        """The same job with another [accuracy] width, "1%" or "0.01". Raises JobError where that is no share."""
+    def with_width(self, width: float | str) -> Job:
+        """The same job with another [accuracy] width: 0.01 or "1%". Raises JobError where that is not a share."""
+        text = str(width)
         try:
-            width = float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
+            share = float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
         except ValueError:
-            width = math.nan
-        if not 0.0 < width <= 1.0:
+            share = math.nan
+        if not 0.0 < share <= 1.0:
             raise JobError(f"width {text!r}: a share such as 1% or 0.01 is expected")
-        return self._accurate(width=width)
+        return self._accurate(width=share)
 
     def with_spacing(self, spacing_mm: float | None, directions: int | None = None) -> Job:
         """The same job with other rays of the dexel engine. Raises JobError where they cannot be."""
@@ -226,11 +228,18 @@ class Job:
         return job
 
     def __repr__(self) -> str:
+        (_, program), (_, tools), (_, stock) = self._facts()
+        return f"Job({self.name!r}, program {program!r}, tools {{{tools}}}, stock {stock})"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows."""
+        return facts_html(f"Job {self.name}", self._facts())
+
+    def _facts(self) -> list[tuple[str, str]]:
         tools = ", ".join(f"{number}: {tool.name}" for number, tool in self.tools.items())
-        kind = next(
-            key for key in ("box", "cylinder", "step", "stl") if getattr(self.keys.stock, key) is not None
-        )
-        return f"Job({self.name!r}, program {self.keys.program.file!r}, tools {{{tools}}}, stock {kind})"
+        kinds = ("box", "cylinder", "step", "stl")
+        stock = next(key for key in kinds if getattr(self.keys.stock, key) is not None)
+        return [("program", str(self.keys.program.file)), ("tools", tools), ("stock", stock)]
 
     @property
     def name(self) -> str:

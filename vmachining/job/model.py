@@ -282,7 +282,7 @@ class Accuracy(Keys):
     width: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1)] = WIDTH
     """columns engine: width of a block's bracket relative to its volume"""
     width_mm3: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)] = WIDTH_MM3
-    """columns engine: mm³ of width at which a block is done, if that is sooner"""
+    """columns engine: mm³; a block is finished when its bracket is narrower than this, or than `width`"""
     spacing_mm: Positive | None = None
     """dexel engine: distance of rays; half a million rays in all if not given"""
     directions: Literal[1, 3] = 3

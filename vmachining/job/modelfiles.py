@@ -1,6 +1,6 @@
 """What the scripts beside the shipped models share: `make.py` writes program and stock, `part.py` the part.
 
-python models/NAME/make.py             writes the program, and the stock where it is no plain body
+python models/NAME/make.py             writes the program, and the stock where it is not a plain body
 python models/NAME/make.py --table     prints the known truths that README.md states
 python models/NAME/part.py             writes part.step (build123d)
 """

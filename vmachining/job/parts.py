@@ -82,7 +82,7 @@ def parse_part(text: str) -> Part:
     Raises
     ------
     InputError
-        They are no parts of a run.
+        They are not parts of a run.
     """
     found = re.fullmatch(r"\s*(\d{1,6})\s*/\s*(\d{1,6})\s*", text)
     if not found or not 1 <= int(found[1]) <= int(found[2]):

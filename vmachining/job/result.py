@@ -8,14 +8,14 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from vmachining.engagement import Engagement
 from vmachining.engines.protocol import Engine, StockSurface
 from vmachining.errors import EngineError
 from vmachining.interval import Interval
 from vmachining.job.brep import blank, refuse_beyond, write_step
-from vmachining.job.engage import Scene
+from vmachining.job.engage import EdgeKind, Method, Scene
 from vmachining.job.files import STAGES, TABLES, Scratch, between, make_folder, write_json
 from vmachining.job.folder import FolderLock, ResultFolder, now
 from vmachining.job.jobfile import Job
@@ -34,6 +34,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = ["PAGE", "RunResult"]
+
+Kind = Literal["load", "bracket", "feed", "engagement", "stock"]
+"""Of figures over the program."""
 
 DEVIATION_PAGE = "vmachining.report.deviation:write_deviation"
 PAGE = "vmachining.report:write_report"
@@ -123,14 +126,20 @@ class RunResult:
         return self._surface
 
     def contact(
-        self, block: int, at: float = 0.5, *, method: str = "dexel", angles: int = 360, edge: str = "straight"
+        self,
+        block: int,
+        at: float = 0.5,
+        *,
+        method: Method = "dexel",
+        angles: int = 360,
+        edge: EdgeKind = "straight",
     ) -> Engagement:
         """What the cutting edge touches at a fraction of a block; see `engage`, which has all options."""
         if self._scene is None:
             self._scene = Scene.of(self.job)
         return self._scene.engage(block, at=at, method=method, angles=angles, edge=edge)
 
-    def plot(self, kind: str = "load", *, over: str | None = None) -> Figure:
+    def plot(self, kind: Kind = "load", *, over: Literal["time", "block"] | None = None) -> Figure:
         """A figure over the program, as a matplotlib figure; a notebook shows it.
 
         Parameters

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -45,7 +45,7 @@ from vmachining.job.reading import read_job_program, refuse_unknown_tools
 from vmachining.job.record import Record
 from vmachining.job.result import RunResult
 from vmachining.job.schedule import compare, sample_count
-from vmachining.job.simulate import CHECKPOINT_SECONDS, Progress, Stage
+from vmachining.job.simulate import CHECKPOINT_SECONDS, Stage
 from vmachining.job.spent import Spent
 from vmachining.job.stations import Stations, no_stations
 from vmachining.job.stock import raw_stock
@@ -67,6 +67,7 @@ from vmachining.job.verified import (
 )
 from vmachining.job.workpiece import raw_engine
 from vmachining.nc import Motion
+from vmachining.progress import Progress, shown
 from vmachining.stock import Stock
 from vmachining.tolerance import BREP_SECONDS
 
@@ -96,6 +97,7 @@ def run(
     job: Job | Path | str,
     *,
     engine: str | None = None,
+    width: float | str | None = None,
     chord: float | None = None,
     out: Path | str | None = None,
     resume: bool = False,
@@ -103,9 +105,9 @@ def run(
     brep: str = "none",
     brep_seconds: float = BREP_SECONDS,
     every_strategy: bool = False,
-    contact: str = "all",
+    contact: Literal["none", "sample", "all"] = "all",
     stages: Sequence[str] = PARTS,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
     stop: Callable[[], bool] | None = None,
     lock: FolderLock | None = None,
     command: Sequence[str] | None = None,
@@ -118,8 +120,9 @@ def run(
     ----------
     job : or the file of one.
     engine : a name of `vmachining.engines.ENGINES`; None: `columns` where they take the stock and at least half of the feed
-        motions (what they do not take goes to `mesh`, block by block), else `mesh`. chord : mm, instead of chord_mm of the job;
-        a note of the summary says so where it changed nothing.
+        motions (what they do not take goes to `mesh`, block by block), else `mesh`.
+    width : of a block's interval relative to its volume, instead of width of the job: 0.003 or "0.3%".
+    chord : mm, instead of chord_mm of the job; a note of the summary says so where it changed nothing.
     out : directory for tables while they grow; None: a temporary one, until `RunResult.write`.
     resume : continue after an interruption, from the checkpoint in `out`.
     workers : processes that cut; None: one per core where the program is long enough. Where columns take every motion
@@ -130,7 +133,7 @@ def run(
         inserted blocks they always are.
     contact : blocks whose contact, chips and forces are computed: "none", "sample" (some hundred, evenly) or "all".
     stages : what to do of `PARTS`, such as "cut,judge"; cutting is always done. Schedules need the contact of all blocks.
-    progress : called with stage name, blocks done, blocks in all.
+    progress : True: a bar, in a notebook or on stderr; or a function called with stage name, blocks done, blocks in all.
     stop : asked between blocks whether to stop; None: SIGINT and SIGTERM do.
     lock : of `out`, when the caller continues to write there; None: `out` is locked until this returns.
     command : the words of the command line, for the manifest; None: those that this process was started with.
@@ -150,9 +153,10 @@ def run(
     if resume and out is None:
         raise InputError("resume needs the directory of the interrupted run")
     keep = Scratch() if out is None else None
-    with _working(
-        Job.of(job), Path(keep.name if keep else str(out)), engine=engine, chord=chord, resume=resume, workers=workers,
-        brep=brep, brep_seconds=brep_seconds, contact=contact, stages=stages, progress=progress, stop=stop, lock=lock,
+    job = Job.of(job) if width is None else Job.of(job).with_width(width)
+    with shown(progress) as seen, _working(
+        job, Path(keep.name if keep else str(out)), engine=engine, chord=chord, resume=resume, workers=workers,
+        brep=brep, brep_seconds=brep_seconds, contact=contact, stages=stages, progress=seen, stop=stop, lock=lock,
         command=command, force=force, parts=parts, added={"every_strategy": True} if every_strategy else {},
     ) as work:  # fmt: skip
         result = work.go()
@@ -208,7 +212,7 @@ def _working(
         job = job.with_chord(chord)
     asked = parse_brep(brep)
     if not brep_seconds > 0.0:
-        raise InputError(f"brep_seconds {brep_seconds:g} is no limit", remedy="give seconds above 0")
+        raise InputError(f"brep_seconds {brep_seconds:g} is not a limit", remedy="give seconds above 0")
     options: dict[str, Any] = {
         "engine": engine, "chord_mm": job.keys.accuracy.chord_mm, "brep": brep,
         "width": job.keys.accuracy.width, "width_mm3": job.keys.accuracy.width_mm3,

@@ -19,6 +19,7 @@ from vmachining.job.paths import CutterPath, end_axis
 from vmachining.job.table import RowFile
 from vmachining.job.toolpath import Toolpath
 from vmachining.nc import Motion
+from vmachining.progress import Progress
 from vmachining.stock import StepStock, Stock
 from vmachining.tool import Profile
 
@@ -29,9 +30,6 @@ CHECKPOINT_SECONDS = 120.0
 
 STRAIGHT = 0.02
 """Relative bend of the removed volume below which a cut counts as steady: a tenth of the default tau."""
-
-Progress = Callable[[str, int, int], None]
-"""Called with the stage's name, blocks done and blocks in all."""
 
 
 class Stopped(Exception):  # noqa: N818 - not an error: the user asked for it

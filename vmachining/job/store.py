@@ -79,7 +79,7 @@ def _shown(options: Mapping[str, Any], name: str) -> str:
 def continued(place: ResultFolder, old: Mapping[str, Any], new: dict[str, Any]) -> dict[str, Any]:
     """Checkpoints that a run continues with, of an interrupted run or of a complete one; none: it begins anew.
 
-    A complete result of other inputs or of another version is no start: it is replaced. old, new : manifests of the run that
+    A complete result of other inputs or of another version is not a start: it is replaced. old, new : manifests of the run that
     is there and of the one that continues; `new["options"]` takes over what the complete one has.
 
     Raises JobError: Names every option with its old and its new value, or the version, or the input that changed.

@@ -107,7 +107,7 @@ MEANINGS: dict[str, str] = {
     "brep_attempt": "which way of asking OCCT agreed: number and name",
     "brep_status": "agreed (first attempt), retried (later one), refused, disputed (engines exclude each other) or skipped",
     "removed_dexel_mm3": "the same by exact rays, where asked for",
-    "removed_dexel_lo_mm3": "lower end of an interval of stated confidence around it, which is no bound",
+    "removed_dexel_lo_mm3": "lower end of an interval of stated confidence around it, which is not a bound",
     "removed_dexel_hi_mm3": "upper end of that interval",
     "mrr_mm3_min": "material removal rate: removed_mm3 over time_s",
     "ae_mm": "radial depth of what cuts, largest along the block; empty where the feed is along the axis",

@@ -20,7 +20,7 @@ SUM_WEIGHT = 1e-6
 """Weight of the sum of changes against the largest one: breaks ties, decides nothing else."""
 
 JUMP = np.radians(30.0)
-"""rad; smaller turns of one block are no jumps, whatever the tool does."""
+"""rad; smaller turns of one block are not jumps, whatever the tool does."""
 
 JUMP_RATIO = 5.0
 """A turn this many times the turn of the tool is a jump: the tool is within 11 degrees of the rotary axis."""

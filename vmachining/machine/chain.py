@@ -293,7 +293,7 @@ class Machine:
 
         tip : (n, 3) mm; axis : (n, 3), of any length but zero; workpiece coordinates.
         Raises KinematicsError: A chain that is not made of three slides and at most two rotary axes, parallel rotary
-            axes, a rotary axis that only spins the tool, an axis without direction. A pose out of reach is no error.
+            axes, a rotary axis that only spins the tool, an axis without direction. A pose out of reach is not an error.
 
         The orientation R(w1, t1) R(w2, t2) k = u is the second subproblem of Paden and Kahan. Its common
         vector z = R(w2, t2) k has the colatitude of u about w1; its azimuth psi about w1 is an angle of the

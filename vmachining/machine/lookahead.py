@@ -26,7 +26,7 @@ AT_ONCE = 1e12
 """mm/s^2; takes a nanosecond to a metre per second."""
 
 TANGENT = 1e-3
-"""Half of the turn, rad, up to which a border is no corner on exact paths: arcs of programs are rounded."""
+"""Half of the turn, rad, up to which a border is not a corner on exact paths: arcs of programs are rounded."""
 
 
 SHALLOW = 0.26

@@ -221,7 +221,7 @@ class Interpolator:
         sweep = lattice_sweep(start, finish, ccw=ccw)
         turns = 1 + round((abs(path.angle) - sweep) / (2 * math.pi))
         if turns < 1:
-            # both ends fall on one point of the lattice, or change places: what is left is no arc
+            # both ends fall on one point of the lattice, or change places: what is left is not an arc
             return self._line(begin, end, path.length, feed, line)
         if self.mode == "s1":
             flat, limit = self._engraver_arc(start, finish, ccw, turns, rise), math.inf

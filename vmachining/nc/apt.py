@@ -315,7 +315,7 @@ class _Apt(AptMotions):
         heading, text = self.heading, _INTOF.sub("", record.text.upper())
         numbers = [float(value.replace("D", "E")) for value in _NUMBERS.findall(text)]
         if heading is None or not _ARC_TO_LINE.search(text) or len(numbers) != 10:
-            raise RecordError("E208", "TLON,GOFWD that is no circle up to a line is not supported")
+            raise RecordError("E208", "TLON,GOFWD that is not a circle up to a line is not supported")
         center, radius, end = self._point(numbers), numbers[3] * self.unit, self._point(numbers[7:])
         side = cross(subtract(self.tip, center), heading)
         axis = self.axis if dot(side, self.axis) > 0.0 else (-self.axis[0], -self.axis[1], -self.axis[2])

@@ -86,7 +86,7 @@ def parse_record(line: int, record: str) -> Record:
     if not record.isascii():
         raise RecordError("E106", "only ASCII characters may stand outside a comment")
     if not _WORD.fullmatch(word):
-        raise RecordError("E109", f"'{word[:40]}' is no word of a cutter location file")
+        raise RecordError("E109", f"'{word[:40]}' is not a word of a cutter location file")
     numbers, names, values = list[float](), list[str](), list[float | str]()
     for part in tail.replace("(", ",(,").replace(")", ",),").split(",") if tail.strip() else []:
         part = part.strip().upper()

@@ -17,7 +17,7 @@ CATALOGUE: Final[dict[str, Entry]] = {
     "E101": Entry(
         "illegal character",
         "A character that no word, comment or expression can hold. Square brackets belong to numbers, "
-        "they are no comment.",
+        "they are not comments.",
         "comments are written (like this) or after a semicolon",
     ),
     "E102": Entry(

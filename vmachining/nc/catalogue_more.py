@@ -208,7 +208,7 @@ MORE: Final[dict[str, Entry]] = {
     ),
     "I374": Entry(
         "between the increments",
-        "Some targets are no multiple of the smallest step of the machine; it goes to the nearest.",
+        "Some targets are not multiples of the smallest step of the machine; it goes to the nearest.",
     ),
     "E375": Entry(
         "bad offset",

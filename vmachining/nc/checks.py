@@ -67,5 +67,5 @@ def _between(moves: Sequence[Move], blu: float) -> Iterable[Finding]:
         move for move in moves if any(abs(v / blu - round(v / blu)) * blu > NEAR for v in move.end_machine)
     ]
     if off:
-        what = f"{len(off)} targets are no multiple of {blu:g} mm"
+        what = f"{len(off)} targets are not multiples of {blu:g} mm"
         yield finding("I374", off[0].line, off[0].n, what)

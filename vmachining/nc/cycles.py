@@ -14,7 +14,7 @@ One hole: (1) below the R plane: rapid up to it; (2) rapid over the hole; (3) ra
 | G86 | feed to Z, dwell P, spindle stopped | rapid, spindle on |
 | G89 | feed to Z, dwell P | feed |
 
-G33.1 (rigid tapping) is no cycle: it feeds by the pitch from where the tool is, and back.
+G33.1 (rigid tapping) is not a cycle: it feeds by the pitch from where the tool is, and back.
 
 In G90 all words are coordinates. In G91 X and Y are steps, R counts from the initial level, Z from R. Z, R, Q
 and P hold for the blocks that follow with the same code; L (repetitions, default 1) for its own block only.

@@ -107,7 +107,7 @@ _TNC_ISO: Final = re.compile(r"^[ \t]*%[ \t]*\S+?[ \t]*G7[01][ \t]*\*?[ \t]*$", 
 
 
 def _heidenhain_iso_score(lines: Sequence[str]) -> float:
-    """The frame %NAME G71; or G30 G17 with a corner of the blank, which is no retract on any other control."""
+    """The frame %NAME G71; or G30 G17 with a corner of the blank, which is not a retract on any other control."""
     if any(_TNC_ISO.match(line) for line in lines[:20]):
         return 0.97
     return (

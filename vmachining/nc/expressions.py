@@ -47,7 +47,7 @@ WHOLE: Final = 1e-4
 
 
 class ExpressionError(Exception):
-    """The text is no expression. `at`: 0-based place in the line."""
+    """The text is not an expression. `at`: 0-based place in the line."""
 
     def __init__(self, message: str, at: int) -> None:
         super().__init__(message)

@@ -49,7 +49,7 @@ def code(translator: Translator, word: Word, number: int, line: Line, given: Giv
 
 
 def pecks(translator: Translator, line: Line, active: int) -> None:
-    """I J K of a peck cycle are no repetitions: they go to the core as a peck that shrinks."""
+    """I J K of a peck cycle are not repetitions: they go to the core as a peck that shrinks."""
     if active not in (730, 830):
         for letter in "IJK":
             if letter in line.letters():
@@ -77,7 +77,7 @@ def pecks(translator: Translator, line: Line, active: int) -> None:
 
 
 def expand(translator: Translator, line: Line, state: State) -> None:
-    """A pattern of holes or a pocket becomes blocks before its own, which keeps what is no place."""
+    """A pattern of holes or a pocket becomes blocks before its own, which keeps what is not a place."""
     assert translator.repeated is not None
     word, number, given = translator.repeated
     translator.repeated = None

@@ -76,7 +76,9 @@ class Places:
             line.refuse(word, "G68 beside the code of another plane", "choose the plane in a block before")
             return "XYZR"
         if "R" not in given:
-            line.refuse(word, "G68 that is no rotation by R is not supported", "G68.2 names a tilted plane")
+            line.refuse(
+                word, "G68 that is not a rotation by R is not supported", "G68.2 names a tilted plane"
+            )
             return "XYZRIJK"
         here, center = state.program, [0.0, 0.0, 0.0]
         if set(given) & set("IJK"):

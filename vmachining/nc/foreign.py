@@ -37,7 +37,7 @@ _MACRO: Final = "a program with Fanuc custom macros"
 _N: Final = r"(?:^[ \t]*/?[ \t]*(?:[Nn]?[0-9]+[ \t]+)?)"
 _MARKS: Final[tuple[tuple[str, str, str], ...]] = (
     # what, remedy, expression of one line
-    ("a template, whose directives in braces are no G-code", "let its program write the moves out", r"^[ \t]*\{.*"),
+    ("a template, whose directives in braces are not G-code", "let its program write the moves out", r"^[ \t]*\{.*"),
     (_HEIDENHAIN, _READ_HEIDENHAIN, r"^[ \t]*[0-9]*[ \t]*(?:BEGIN|END)[ \t]+PGM\b.*"),
     (_HEIDENHAIN, _READ_HEIDENHAIN, rf"{_N}(?:TOOL CALL|BLK FORM|CYCL (?:DEF|CALL)|CALL LBL|LBL [0-9]+|FN ?[0-9]+:)[^;]*"),
     (_HEIDENHAIN, _READ_HEIDENHAIN, rf"{_N}(?:L|C|CC|CR|CT|CP|LN|LP)[ \t]+I?[XYZABCPD][+-][^;]*"),
@@ -97,7 +97,7 @@ LONGEST: Final = 512
 
 SAMPLE: Final = 4096
 MOST_CONTROL: Final = 0.02
-"""Share of control characters above which bytes are no text; random bytes have 8 %, texts in any code page none."""
+"""Share of control characters above which bytes are not text; random bytes have 8 %, texts in any code page none."""
 
 
 def binary_kind(data: bytes) -> str | None:

@@ -429,7 +429,7 @@ class _Interpreter(Run):
         block, state = self.block, self.state
         plane, radius = state.plane, block.value("R")
         if plane.wrong in block.centre:
-            what = f"{plane.wrong} is no centre word of plane {plane.name.upper()}"
+            what = f"{plane.wrong} is not a centre word of plane {plane.name.upper()}"
             raise self.fail("E307", block.word(plane.wrong), what)
         if radius is not None and block.centre:
             raise self.fail("E303", block.word("R"), "both R and centre words")

@@ -307,7 +307,7 @@ class _Scanner:
             control = keyword_control(found[0])
             if control or not _VALUE_START.match(text, at + 1):
                 whose = f": a keyword of {control} controls" if control else ""
-                self._error("E110", at, found.end(), f"'{found[0]}' is no word of G-code{whose}")
+                self._error("E110", at, found.end(), f"'{found[0]}' is not a word of G-code{whose}")
                 return found.end()
         if (behind := self._miswritten(at)) > at:
             return behind

@@ -83,7 +83,7 @@ def write(run: Run, word: Word | None) -> None:
         what = "G10 without L" if kind is None else f"G10 L{kind:g} is not supported"
         raise run.fail("E375", block.word("L") or word, what)
     if place is None or place not in range(len(WORK_OFFSETS) + 1):
-        what = "G10 without P" if place is None else f"P{place:g} is no work offset"
+        what = "G10 without P" if place is None else f"P{place:g} is not a work offset"
         raise run.fail("E375", block.word("P") or word, what)
     code = WORK_OFFSETS[int(place) - 1] if place else state.work
     turn = block.value("R")

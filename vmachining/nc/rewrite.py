@@ -101,7 +101,7 @@ def rewrite_feeds(program: Program, edits: Mapping[int, BlockEdit]) -> Rewritten
 
 
 def _by_line(program: Program, edits: Mapping[int, BlockEdit]) -> Rewritten:
-    """Languages that are no G-code: motions that were to be divided get their smallest feed."""
+    """Languages that are not G-code: motions that were to be divided get their smallest feed."""
     mark, codec, text = _decode(program.data)
     lines = [(m[1], m[2]) for m in LINES.finditer(text) if m[0]]
     was = {move.line: move.feed_mm_min for move in program.moves}

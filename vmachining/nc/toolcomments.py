@@ -56,7 +56,7 @@ _OTHER: Final = re.compile(
     r"|\bOFF(?:SET)?\.?[ :=#-]*[HD][ =]*\d+|\b[HD][ =]*\d+[ ]*OFF(?:SET)?\b",
     re.IGNORECASE,
 )
-"""Lengths that are no diameter of a cutter, and registers."""
+"""Lengths that are not diameters of a cutter, and registers."""
 
 _REGISTER: Final = re.compile(r"\b([HD])0*(\d+)(?![\d.])", re.IGNORECASE)
 LONGEST: Final = 400

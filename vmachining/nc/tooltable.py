@@ -39,7 +39,7 @@ def read_tool_table(path: Path | str, units: str = "mm") -> dict[int, ToolEntry]
     path : a `.toml` job file, else a `.tbl` table (`T3 P3 X0 Y0 Z0.5 D0.25 ;comment`, D diameter, Z length).
     units : "mm" or "inch", of the `.tbl` numbers; a job file says mm in its keys.
     Returns dict: Tool number to entry.
-    Raises ToolError: Unreadable file, a line that is no tool, a number given twice.
+    Raises ToolError: Unreadable file, a line that is not a tool, a number given twice.
     """
     if units not in UNITS:
         raise ToolError(f"tool table units '{units}'", remedy="mm or inch")

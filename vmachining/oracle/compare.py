@@ -21,7 +21,7 @@ __all__ = ["STATUSES", "Comparison", "compare"]
 
 STATUSES = ("inside", "low", "high", "missing", "extra", "disputed", "idle")
 """low, high: provably too little, too much. disputed: engines of the reference exclude each other, nobody can be judged by it.
-idle: a rapid left out, or a zero for what the reference does not have; it is no finding."""
+idle: a rapid left out, or a zero for what the reference does not have; it is not a finding."""
 
 FINDINGS = ("low", "high", "missing", "extra", "disputed")
 

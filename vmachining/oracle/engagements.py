@@ -352,7 +352,7 @@ def _number(value: Any, name: str, where: Mapping[str, Any]) -> float | None:
         return None
     number = finite(value)
     if number is None:
-        raise InputError(f"{name} {value!r} is no finite number", **where, remedy=NUMBER)
+        raise InputError(f"{name} {value!r} is not a finite number", **where, remedy=NUMBER)
     if abs(number) > LARGEST:
         raise InputError(f"{name} {value!r} is beyond {LARGEST:g}", **where)
     return number

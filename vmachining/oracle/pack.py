@@ -22,6 +22,7 @@ import polars as pl
 from vmachining.errors import EngineError, InputError, JobError, SweepError
 from vmachining.job import Job, RunResult, Scene, run
 from vmachining.job.brep import blank, write_step
+from vmachining.job.engage import Method
 from vmachining.job.files import (
     MANIFEST,
     atomic_path,
@@ -212,7 +213,7 @@ def _engagement(result: RunResult, made: Path, count: int) -> dict[str, str]:
     removing = result.blocks.filter(pl.col("removed_lo_mm3") > 0.0)["block"].to_list()
     count = min(count, len(removing))
     chosen = [removing[(k * (len(removing) - 1)) // max(count - 1, 1)] for k in range(count)]
-    method = "brep" if result.job.keys.stock.step is not None else "dexel"
+    method: Method = "brep" if result.job.keys.stock.step is not None else "dexel"
     scene, tables, refused = Scene.of(result.job), [], []
     for block in chosen:
         try:
@@ -264,7 +265,7 @@ def _same(folder: Path, new: Mapping[str, bytes]) -> set[str]:
 
 
 def _refuse_other_files(folder: Path, ours: set[str]) -> None:
-    """Refuse a directory that holds more than `ours` and is no pack, and what is no directory."""
+    """Refuse a directory that holds more than `ours` and is not a pack, and what is not a directory."""
     there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
     if not there.is_dir():
         raise InputError("is a file, not a directory", file=str(there), remedy="choose another --out")

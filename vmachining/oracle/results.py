@@ -66,7 +66,7 @@ def read_results(results: Path | str | pl.DataFrame | Mapping[str, Sequence[Any]
         skipped), a polars table, or a mapping of columns. Columns `block` (from 0) or `line` (from 1), and
         `removed_mm3`; `text`, the line of the program, tells another program; others are ignored. Several rows of
         one line are summed; a block may come once.
-    Raises InputError: Unreadable, no such columns, a value that is no finite number or beyond `LARGEST`, a block twice;
+    Raises InputError: Unreadable, no such columns, a value that is not a finite number or beyond `LARGEST`, a block twice;
         names file and line.
     """
     if isinstance(results, (str, Path)):
@@ -88,7 +88,7 @@ def read_results(results: Path | str | pl.DataFrame | Mapping[str, Sequence[Any]
 def csv_rows(path: Path) -> Iterator[tuple[int, list[str]]]:
     """(line, cells) of every line of a CSV file that holds something, the header first.
 
-    Raises InputError: It cannot be read, or is no CSV table.
+    Raises InputError: It cannot be read, or is not a CSV table.
     """
     yield from _rows(read_text(path, "results", InputError, wrong="results are a CSV table"), path)
 
@@ -96,7 +96,7 @@ def csv_rows(path: Path) -> Iterator[tuple[int, list[str]]]:
 def csv_table(path: Path) -> tuple[int, list[str], Iterator[tuple[int, list[str]]]]:
     """Line of the header, its names, and (line, cells) of the rows below, each as long as the header.
 
-    Raises InputError: It cannot be read, or is no CSV table; while the rows are read: one is longer or shorter.
+    Raises InputError: It cannot be read, or is not a CSV table; while the rows are read: one is longer or shorter.
     """
     rows = csv_rows(path)
     line, header = next(rows, (1, []))
@@ -173,7 +173,7 @@ def _gather(key: str, rows: Iterable[tuple[int, Any, Any, Any]], source: str, un
         number, volume = whole(name, key, where), finite(value)
         if volume is None:
             raise InputError(
-                f"{VOLUME} {value!r} of {key} {number} is no finite number",
+                f"{VOLUME} {value!r} of {key} {number} is not a finite number",
                 **where,
                 remedy="write a number with a decimal point, 0 for a block that removes nothing",
             )
@@ -206,7 +206,9 @@ def whole(value: Any, key: str, where: Mapping[str, Any]) -> int:
     """The number of a block or line that a cell holds; InputError with `where` if it holds none."""
     number = finite(value)
     if number is None or number != math.floor(number):
-        raise InputError(f"{key} {value!r} is no whole number", **where, remedy="rows without one go out")
+        raise InputError(
+            f"{key} {value!r} is not a whole number", **where, remedy="remove rows that have none"
+        )
     if not -(2.0**WHOLE_BITS) <= number < 2.0**WHOLE_BITS:
         raise InputError(f"{key} {value!r} is too large for a number of a {key}", **where)
     return int(number)

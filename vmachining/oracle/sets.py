@@ -84,7 +84,7 @@ def compare_set(
     """
     manifest = read_manifest(reference)
     if manifest is None or manifest.get("kind") != SET_KIND or not isinstance(manifest.get("cases"), dict):
-        raise InputError("is no finished set", file=str(reference), remedy=f"vmachining pack {reference}")
+        raise InputError("is not a finished set", file=str(reference), remedy=f"vmachining pack {reference}")
     known: dict[str, str] = manifest["cases"]
     for name, digest in known.items():
         path = reference / name / MANIFEST

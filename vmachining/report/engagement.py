@@ -19,7 +19,7 @@ from vmachining.report.paper.style import BLUE, GREEN, GREY, RED, canvas, look
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["write_engagement", "write_engagement_page", "write_engagement_png"]
+__all__ = ["draw_engagement", "write_engagement", "write_engagement_page", "write_engagement_png"]
 
 CELLS = 240
 """Of the picture along the edge."""
@@ -143,6 +143,12 @@ def write_engagement_png(found: Engagement, path: Path, *, name: str = "") -> No
             figure.savefig(temporary, format="png", dpi=150)
 
 
+def draw_engagement(found: Engagement) -> Figure:
+    """The same as a matplotlib figure; a notebook shows it."""
+    with look():
+        return _figure(found, _title(found, ""))
+
+
 def _figure(found: Engagement, title: str = "") -> Figure:
     d = drawn(found)
     figure = canvas(174.0, 120.0)
@@ -177,10 +183,10 @@ def _facts(found: Engagement) -> list[tuple[str, str]]:
     tip, axis = (", ".join(f"{v:.6g}" for v in s[key]) for key in ("tip_mm", "axis"))
     fed = s["arcs_feed_deg"] is not None
     arcs = s["arcs_feed_deg"] if fed else s["arcs_deg"]
-    told = ", ".join(f"{a:.6f}° to {b:.6f}°" for a, b in arcs) + (" from the feed" if fed else "")
-    told = "all round" if found.is_round else "nowhere: air" if found.is_air else told
+    engaged = ", ".join(f"{a:.6f}° to {b:.6f}°" for a, b in arcs) + (" from the feed" if fed else "")
+    engaged = "all round" if found.is_round else "nowhere: air" if found.is_air else engaged
     rows = [
-        ("tip, axis", f"({tip}) mm, ({axis})"), ("engaged", told),
+        ("tip, axis", f"({tip}) mm, ({axis})"), ("engaged", engaged),
         ("axial depth", f"{s['ap_mm']:.6f} mm"),
         ("radial depth", "the feed is axial" if s["ae_mm"] is None else f"{s['ae_mm']:.6f} mm"),
         ("length of cut", f"at most {s['length_max_mm']:.6f} mm"),

@@ -1,4 +1,4 @@
-"""Engines beside each other: engines.csv, engines.json and one page."""
+"""Engines compared: engines.csv, engines.json and one page."""
 
 from __future__ import annotations
 

@@ -153,7 +153,7 @@ class _Server(ThreadingHTTPServer):
         super().__init__((LOOPBACK, port), _Handler)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A browser that has left in the middle of an answer is no error."""
+        """A browser that has left in the middle of an answer is not an error."""
 
 
 def serve(live: Live, port: int = 0) -> ThreadingHTTPServer:

@@ -190,7 +190,7 @@ class MeshStock:
         self.vertices = rows(vertices, -1, 3, name="vertices")
         self.triangles: Ints = np.asarray(triangles, dtype=np.int64)
         if not self._cross.any():
-            raise StockError("a mesh without area is no stock")
+            raise StockError("a mesh without area is not a stock")
 
     @property
     def corners(self) -> Floats:

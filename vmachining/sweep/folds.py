@@ -40,7 +40,7 @@ AROUND = 48
 """Angles of a circle at which the slab is looked at; more come close to the plane of the turn."""
 
 SLIM = 0.002
-"""Of the largest radius: what is left below or above the slab is no body of its own if it is less high, and no face
+"""Of the largest radius: what is left below or above the slab is not a body of its own if it is less high, and no face
 of it either."""
 
 MARGINS = (0.1, 0.03, 0.3, 0.01, 0.003)

@@ -127,14 +127,14 @@ def cutter(text: str, length_mm: float = 60.0) -> FlatEnd | BallNose | BullNose:
     try:
         numbers = [float(size) for size in sizes]
     except ValueError as exc:
-        raise InputError(f"{text!r} is no cutter", remedy="flat:D, ball:D or bull:D:CORNER, mm") from exc
+        raise InputError(f"{text!r} is not a cutter", remedy="flat:D, ball:D or bull:D:CORNER, mm") from exc
     if kind == "flat" and len(numbers) == 1:
         return FlatEnd(diameter=numbers[0], length=length_mm)
     if kind == "ball" and len(numbers) == 1:
         return BallNose(diameter=numbers[0], length=length_mm)
     if kind == "bull" and len(numbers) == 2:
         return BullNose(diameter=numbers[0], corner_radius=numbers[1], length=length_mm)
-    raise InputError(f"{text!r} is no cutter", remedy="flat:D, ball:D or bull:D:CORNER, mm")
+    raise InputError(f"{text!r} is not a cutter", remedy="flat:D, ball:D or bull:D:CORNER, mm")
 
 
 def words_of(letters: str, values: Iterable[float]) -> list[str]:

@@ -172,7 +172,7 @@ def engaged(
     Raises
     ------
     InputError
-        Shapes that do not fit, values that are not finite, a frame that is no rotation.
+        Shapes that do not fit, values that are not finite, a frame that is not a rotation.
     """
     moves, angles = moving(tip, frame, phi, velocity, axis_rate)
     n, m = len(moves.tip), angles.shape[1]
@@ -213,7 +213,7 @@ def moving(
     Raises
     ------
     InputError
-        Shapes that do not fit, values that are not finite, a frame that is no rotation.
+        Shapes that do not fit, values that are not finite, a frame that is not a rotation.
     """
     given = {
         "tip": tip,
@@ -246,6 +246,6 @@ def moving(
     off = np.abs(np.swapaxes(moves.frame, 1, 2) @ moves.frame - np.eye(3)).max(initial=0.0)
     if off > ROTATION or (np.linalg.det(moves.frame) < 0.0).any():
         raise InputError(
-            f"a frame is no rotation: its columns are off by {off:.3g}", remedy="see frames.frame_of"
+            f"a frame is not a rotation: its columns are off by {off:.3g}", remedy="see frames.frame_of"
         )
     return moves, angles

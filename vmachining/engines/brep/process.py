@@ -194,7 +194,7 @@ class WorkerProcess:
         while True:
             try:
                 self._answers.put((True, pickle.load(pipe)))
-            except Exception:  # the end of the pipe, or bytes that are no answer
+            except Exception:  # the end of the pipe, or bytes that are not an answer
                 self._answers.put((False, None))
                 return
 

@@ -49,7 +49,7 @@ def solid(sweep: Sweep, *, fit_mm: float = SHEET_FIT_MM) -> Any:
 
     fit_mm : largest distance asked of the spline sheets of a tool that turns; `solids` tells what was reached.
 
-    Raises SweepError: A sweep that is no single solid here, or that this engine cannot build; says why.
+    Raises SweepError: A sweep that is not a single solid here, or that this engine cannot build; says why.
     Raises EngineError: OCCT does not accept the solid, or its volume differs from the closed form (1e-6 relative, 1e-5
         with spline faces).
 
@@ -57,8 +57,6 @@ def solid(sweep: Sweep, *, fit_mm: float = SHEET_FIT_MM) -> Any:
     ramp). Ramps of a torus and helices have quintic spline faces within 1e-7 mm of the truth, tools that turn
     within `fit_mm`.
     """
-    import cadquery as cq
-
     parts = solids(sweep, fit_mm=fit_mm)
     if len(parts) != 1:
         raise SweepError(
@@ -69,7 +67,19 @@ def solid(sweep: Sweep, *, fit_mm: float = SHEET_FIT_MM) -> Any:
         found = volume(parts[0].shape)
         if abs(found - exact) > SWEPT_REL[parts[0].fit_mm > 0.0] * exact:
             raise EngineError(f"solid of {found:.9g} mm3, the closed form is {exact:.9g}", engine="brep")
-    return cq.Solid(parts[0].shape)
+    return _cadquery().Solid(parts[0].shape)
+
+
+def _cadquery() -> Any:
+    try:
+        import cadquery
+    except ImportError as exc:  # missing, or its OCP was overwritten by the build without VTK
+        raise EngineError(
+            f"cadquery cannot be imported ({exc}); install 'vmachining[cadquery]', with the OCP build of cadquery last: "
+            "see the page on installation; engines.brep.solids(sweep) gives the shapes without it",
+            engine="brep",
+        ) from exc
+    return cadquery
 
 
 def solids(sweep: Sweep, *, fit_mm: float = SHEET_FIT_MM) -> list[Swept]:

@@ -83,7 +83,7 @@ class ColumnsEngine:
     width : float
         Width of a bracket relative to its middle at which a block is done.
     width_mm3 : float
-        mm^3 of width at which a block is done, if that is sooner.
+        mm^3; a block is finished when its bracket is narrower than this, or than `width`.
     tile_mm : float or None
         Edge of a tile; None: a fifth of the radius of the first cutter.
     """

@@ -29,7 +29,7 @@ class FlatStock(NamedTuple):
     def of(cls, stock: Stock) -> FlatStock:
         """That of a job.
 
-        Raises StockError: Its bottom is not level, something hangs over, or its faces are curved.
+        Raises StockError: Its bottom is not flat, there are overhangs, or its faces are curved.
         """
         low, high = (tuple(corner) for corner in stock.bounds.tolist())
         if isinstance(stock, StepStock) and len(stock.curved):

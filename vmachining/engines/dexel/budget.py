@@ -44,7 +44,7 @@ def refuse_too_fine(bounds: Floats, axes: Sequence[int], spacing: float) -> None
     Raises InputError: No length; or says how many rays there would be, what they take, and which spacing fits.
     """
     if not 0.0 < spacing < float("inf"):
-        raise InputError(f"spacing {spacing:g} mm is no length", remedy="give a length above 0")
+        raise InputError(f"spacing {spacing:g} mm is not a length", remedy="give a length above 0")
     count = count_of_rays(bounds, axes, spacing)
     need, have = BYTES * count, SHARE * available_bytes()
     if need <= have:

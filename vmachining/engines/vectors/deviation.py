@@ -19,7 +19,7 @@ from vmachining.engines.vectors.upright import TILE, Base, UprightVectors
 __all__ = ["COLUMNS", "KINDS", "Deviation", "measured"]
 
 KINDS = ("upright", "wall", "overhang", "edge", "normal")
-"""What a vector stands for; `normal` are facets of pure DNV that are no feature."""
+"""What a vector stands for; `normal` are facets of pure DNV that are not features."""
 
 COLUMNS = (
     "kind",
@@ -285,6 +285,6 @@ def _beneath(laid: Piece, tolerance: float, cuts: Cuts) -> Bools:
     """
     out = np.zeros(len(laid.length), dtype=np.bool_)
     at = np.flatnonzero(laid.length < -tolerance)
-    just_below = laid.point[at] - tolerance * laid.normal[at]  # a cutter that ends at C is no overcut
+    just_below = laid.point[at] - tolerance * laid.normal[at]  # a cutter that ends at C is not overcut
     out[at[cuts.first(just_below, np.zeros(len(at))) < 0]] = len(cuts) > 0
     return out

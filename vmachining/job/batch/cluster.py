@@ -406,7 +406,7 @@ def _connect(address: str) -> Any:
         host_name = port = None
     if not host_name or not port:
         raise InputError(
-            f"--scheduler {address} is no address", remedy="give one such as tcp://127.0.0.1:8786"
+            f"--scheduler {address} is not an address", remedy="give one such as tcp://127.0.0.1:8786"
         )
     try:
         with suppress(ValueError):

@@ -22,7 +22,7 @@ __all__ = ["join", "of_result"]
 def of_result(folder: Path) -> tuple[Job, Driven, pl.DataFrame]:
     """Job, moves and table of blocks of a result directory.
 
-    Raises InputError, JobError: It is no result, its run has not ended, its job is gone, or the program has changed since.
+    Raises InputError, JobError: It is not a result, its run has not ended, its job is gone, or the program has changed since.
     """
     manifest, table = read_manifest(folder), folder / "blocks.parquet"
     if manifest is None or not table.is_file() or not manifest.get("complete", False):

@@ -102,7 +102,7 @@ def read_log(path: Path | str) -> Log:
         entries = _table(path, text, skipped)
     else:
         raise InputError(
-            "is no log: lines of time|item|value, MTConnect XML, or a table with columns time and line are read",
+            "is not a log: lines of time|item|value, MTConnect XML, or a table with columns time and line are read",
             file=str(path),
         )
     return _columns(path, list(entries), skipped)
@@ -163,7 +163,7 @@ def _xml(path: Path, text: str) -> Iterator[Entry]:
     try:
         root = ElementTree.fromstring(text.encode("utf-8"))
     except ElementTree.ParseError as exc:
-        raise InputError(f"is no XML: {exc}", file=str(path)) from exc
+        raise InputError(f"is not XML: {exc}", file=str(path)) from exc
     for element in root.iter():
         time = _seconds(element.get("timestamp", ""))
         if time is None:

@@ -114,7 +114,7 @@ class Flow(Execution):
     def _do_lbl(self, text: str) -> None:
         found = _LABEL.match(text)
         if found is None:
-            raise PenError("E109", f"'{text[:40]}' is no label", text[:40])
+            raise PenError("E109", f"'{text[:40]}' is not a label", text[:40])
         if found[1] is not None and int(found[1]) == 0 and self.stack and not self.stack[-1].whole:
             self.leave(whole=False)
 

@@ -98,7 +98,7 @@ class Flow(Execution):
         return ""
 
     def assign(self, name: str, text: str) -> bool:
-        """R1=..., NAME=...; False where the name is no variable."""
+        """R1=..., NAME=...; False where the name is not a variable."""
         if name.startswith("$"):
             self._machine_data(name, text)
             return True
@@ -373,7 +373,7 @@ class Flow(Execution):
             name, equal, value = part.partition("=")
             name, value = name.strip(), value.strip()
             if not re.fullmatch(r"[A-Z_][A-Z0-9_]*", name):
-                raise PenError("E109", f"'{part[:40]}' is no variable that is supported", part[:40])
+                raise PenError("E109", f"'{part[:40]}' is not a variable that is supported", part[:40])
             plain = equal and found[1] in ("REAL", "INT", "BOOL") and not value.startswith('"')
             self.variables[name] = 0.0
             if plain:

@@ -102,7 +102,7 @@ def _pitch(number: int, values: Values) -> float:
     if pitch:
         return abs(pitch)
     if size and abs(size) not in METRIC:
-        raise PenError("E339", f"CYCLE{number}: M{abs(size):g} is no standard thread")
+        raise PenError("E339", f"CYCLE{number}: M{abs(size):g} is not a standard thread")
     return METRIC[abs(size)] if size else 0.0
 
 

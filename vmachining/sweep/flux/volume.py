@@ -73,7 +73,7 @@ def flux_volume(
     to two-sided, adaptive Gauss-Kronrod in time. W: around each circle the visited arcs are found by sampling
     and bisection and integrated in closed form; rectangles of time and meridian are quartered until what the
     quarters change is small. Twice that change is the error estimate, plus the flux of points whose search was
-    given up. It is no bound: a visit that falls between all sampled circles goes unnoticed.
+    given up. It is not a bound: a visit that falls between all sampled circles goes unnoticed.
     """
     faces, beta, terms = _faces(profile)
     x, w = _smooth(NODES)

@@ -120,11 +120,11 @@ class Surface:
 
         points : (n, 2) mm, of the tool axis. radius, corner_radius : mm; 0 is a flat end, `radius` a ball.
         floor : mm; the tip goes no lower.
-        Raises InputError: Radii that are no cutter.
+        Raises InputError: Radii that are not a cutter.
         """
         if not (0.0 <= corner_radius <= radius and 0.0 < radius < np.inf):
             raise InputError(
-                f"radius {radius:g} mm with a corner radius of {corner_radius:g} mm is no cutter"
+                f"radius {radius:g} mm with a corner radius of {corner_radius:g} mm is not a cutter"
             )
         where = np.ascontiguousarray(rows(points, -1, 2, name="points"))
         z = np.empty(len(where))

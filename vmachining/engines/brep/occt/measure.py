@@ -148,7 +148,7 @@ def _revolved(surface: Any, v: Floats, du: Floats) -> tuple[Floats, float]:
     """Arc of a circle in a plane through the axis, turned about it."""
     axis, basis = surface.AxeOfRevolution(), surface.BasisCurve()
     if basis.GetType() != GeomAbs_CurveType.GeomAbs_Circle:
-        raise EngineError("no volume formula for a turned curve that is no circle", engine="brep")
+        raise EngineError("no volume formula for a turned curve that is not a circle", engine="brep")
     circle = basis.Circle()
     z, origin = _xyz(axis.Direction()), _xyz(axis.Location())
     x = _xyz(circle.XAxis().Direction())

@@ -6,16 +6,20 @@ from collections.abc import Sequence
 from io import BytesIO
 from typing import Any
 
-import cadquery as cq
 import numpy as np
 from OCP.BinTools import BinTools
-from OCP.BRep import BRep_Tool
+from OCP.BRep import BRep_Builder, BRep_Tool
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
 from OCP.BRepExtrema import BRepExtrema_DistShapeShape
-from OCP.TopAbs import TopAbs_ShapeEnum
-from OCP.TopExp import TopExp_Explorer
-from OCP.TopoDS import TopoDS_Shape
+from OCP.BRepMesh import BRepMesh_IncrementalMesh
+from OCP.gp import gp_Pnt
+from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
+from OCP.TopExp import TopExp, TopExp_Explorer
+from OCP.TopLoc import TopLoc_Location
+from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Shape
+from OCP.TopTools import TopTools_IndexedMapOfShape
 
-from vmachining.arrays import Floats
+from vmachining.arrays import Floats, Ints
 from vmachining.engines.brep.occt.measure import volume
 from vmachining.engines.brep.occt.tolerances import CRUMB_MM3
 from vmachining.errors import EngineError
@@ -29,25 +33,56 @@ __all__ = [
     "has_open_shell",
     "place",
     "point_inside",
+    "shells_of",
     "solids_of",
     "to_bytes",
+    "triangles_of",
     "without_crumbs",
 ]
 
 
 def solids_of(shape: Any) -> list[Any]:
-    """TopoDS_Solids."""
-    return [solid.wrapped for solid in cq.Shape.cast(shape).Solids()]
+    """TopoDS_Solids, each once."""
+    return [TopoDS.Solid_s(part) for part in _each(shape, TopAbs_ShapeEnum.TopAbs_SOLID)]
+
+
+def shells_of(shape: Any) -> list[Any]:
+    """TopoDS_Shells, each once."""
+    return [TopoDS.Shell_s(part) for part in _each(shape, TopAbs_ShapeEnum.TopAbs_SHELL)]
 
 
 def faces_of(shape: Any) -> list[Any]:
-    """TopoDS_Faces."""
-    return [face.wrapped for face in cq.Shape.cast(shape).Faces()]
+    """TopoDS_Faces, each once."""
+    return [TopoDS.Face_s(part) for part in _each(shape, TopAbs_ShapeEnum.TopAbs_FACE)]
+
+
+def _each(shape: Any, kind: Any) -> list[Any]:
+    found = TopTools_IndexedMapOfShape()
+    TopExp.MapShapes_s(shape, kind, found)
+    return [found.FindKey(k) for k in range(1, found.Extent() + 1)]
 
 
 def compound(shapes: Sequence[Any]) -> Any:
-    """TopoDS_Compound of some shapes; none gives an empty one."""
-    return cq.Compound.makeCompound([cq.Shape.cast(shape) for shape in shapes]).wrapped
+    """TopoDS_Compound of some shapes; an empty list gives an empty one."""
+    builder, whole = BRep_Builder(), TopoDS_Compound()
+    builder.MakeCompound(whole)
+    for shape in shapes:
+        builder.Add(whole, shape)
+    return whole
+
+
+def triangles_of(face: Any) -> tuple[Floats, Ints] | None:
+    """Points (n, 3) mm and outward corners (m, 3) of a face that is meshed; None where OCCT could not mesh it."""
+    location = TopLoc_Location()
+    mesh = BRep_Tool.Triangulation_s(face, location)
+    if mesh is None:
+        return None
+    move = location.Transformation()
+    nodes = [mesh.Node(k).Transformed(move) for k in range(1, mesh.NbNodes() + 1)]
+    corners = [mesh.Triangle(k).Get() for k in range(1, mesh.NbTriangles() + 1)]
+    points = np.array([(p.X(), p.Y(), p.Z()) for p in nodes]).reshape(-1, 3)
+    turned = face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED
+    return points, np.array(corners, dtype=np.int64).reshape(-1, 3)[:, :: -1 if turned else 1] - 1
 
 
 def has_loose_faces(shape: Any) -> bool:
@@ -83,7 +118,7 @@ def has_open_shell(shape: Any) -> bool:
 
 def place(point: Floats) -> Any:
     """TopoDS_Vertex at a point (3,) mm."""
-    return cq.Vertex.makeVertex(*point.tolist()).wrapped
+    return BRepBuilderAPI_MakeVertex(gp_Pnt(*point.tolist())).Vertex()
 
 
 def distance(one: Any, other: Any) -> float:
@@ -93,15 +128,15 @@ def distance(one: Any, other: Any) -> float:
 
 def point_inside(face: Any) -> Floats:
     """(3,) mm: a point of a TopoDS_Face, off its edges: the middle of its largest triangle, back on the surface."""
-    whole = cq.Face(face)
-    vertices, triangles = whole.tessellate(0.1, 0.3)
-    points = np.array([v.toTuple() for v in vertices]).reshape(-1, 3)
-    if triangles:
-        a, b, c = points[np.array(triangles)].transpose(1, 0, 2)
+    BRepMesh_IncrementalMesh(face, 0.1, True, 0.3, True)
+    points, triangles = triangles_of(face) or (np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
+    if len(triangles):
+        a, b, c = points[triangles].transpose(1, 0, 2)
         best = int(np.argmax(np.linalg.norm(np.cross(b - a, c - a), axis=1)))
         middle = (a[best] + b[best] + c[best]) / 3.0
     else:  # a face too thin for OCCT to triangulate
-        middle = np.array([v.toTuple() for v in whole.Vertices()]).mean(axis=0)
+        corners = [BRep_Tool.Pnt_s(TopoDS.Vertex_s(v)) for v in _each(face, TopAbs_ShapeEnum.TopAbs_VERTEX)]
+        middle = np.array([(p.X(), p.Y(), p.Z()) for p in corners]).mean(axis=0)
     p = BRepExtrema_DistShapeShape(place(middle), face).PointOnShape2(1)
     return np.array([p.X(), p.Y(), p.Z()])
 

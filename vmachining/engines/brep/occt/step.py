@@ -14,10 +14,10 @@ import numpy as np
 
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.engines.brep.occt.tolerances import STEP_FACET_RAD, STEP_MESH_REL
-from vmachining.errors import StockError
+from vmachining.errors import EngineError, StockError
 from vmachining.stock.shapes import Triangles
 
-__all__ = ["StepSolid", "read_step"]
+__all__ = ["StepSolid", "read_step", "shapes_in"]
 
 MOST_SOLIDS = 1000
 """In one file; each pair is looked at for overlap."""
@@ -50,24 +50,25 @@ def read_step(path: Path | str, chord: float = 0.01) -> StepSolid:
         raise StockError(f"cannot read: {exc.strerror or exc}", file=name) from exc
     if b"ISO-10303-21" not in head:
         raise StockError("not a STEP file (it does not start with ISO-10303-21)", file=name)
-    import cadquery as cq
     from OCP.Message import Message
+
+    from vmachining.engines.brep.occt import parts
 
     Message.DefaultMessenger_s().ChangePrinters().Clear()  # OCCT talks on stdout, which is ours
     try:
-        shapes = cq.importers.importStep(name).vals()
+        shapes = shapes_in(name)
     except Exception as exc:  # OCCT raises whatever its parser meets
         raise StockError(f"OCCT cannot read it: {exc}", file=name) from exc
-    placed = sum(_solids(shape.wrapped, {}) for shape in shapes if isinstance(shape, cq.Shape))
+    placed = sum(_solids(shape, {}) for shape in shapes)
     if placed > MOST_SOLIDS:
         raise StockError(
             f"holds {placed} solids; at most {MOST_SOLIDS} are read",
             file=name,
             remedy="export the workpiece alone, joined into one solid",
         )
-    solids = [solid for shape in shapes if isinstance(shape, cq.Shape) for solid in shape.Solids()]
-    loose = sum(len(shape.Shells()) for shape in shapes if isinstance(shape, cq.Shape)) - sum(
-        len(solid.Shells()) for solid in solids
+    solids = [solid for shape in shapes for solid in parts.solids_of(shape)]
+    loose = sum(len(parts.shells_of(shape)) for shape in shapes) - sum(
+        len(parts.shells_of(solid)) for solid in solids
     )
     if not solids:
         what = f"{loose} shell{'s' if loose != 1 else ''}" if loose > 0 else "no shape with a volume"
@@ -80,7 +81,7 @@ def read_step(path: Path | str, chord: float = 0.01) -> StepSolid:
         _check(solid, f"solid {number} of {len(solids)}" if len(solids) > 1 else "the solid", name)
     solid = _joined(solids, name) if len(solids) > 1 else solids[0]
     vertices, triangles, curved = _triangles(solid, chord, name)
-    exact = float(solid.Volume())
+    exact = _volume(solid)
     meshed = Triangles(vertices, triangles).volume
     if abs(meshed - exact) > STEP_MESH_REL * exact:
         raise StockError(
@@ -89,6 +90,32 @@ def read_step(path: Path | str, chord: float = 0.01) -> StepSolid:
             remedy="take a finer chord",
         )
     return StepSolid(vertices, triangles, exact, curved)
+
+
+def shapes_in(name: str) -> list[Any]:
+    """TopoDS_Shapes of a STEP file, in mm. Raises EngineError if OCCT cannot read it."""
+    from OCP.IFSelect import IFSelect_ReturnStatus
+    from OCP.Interface import Interface_Static
+    from OCP.STEPControl import STEPControl_Reader
+
+    reader = STEPControl_Reader()  # the parameter below is known once a reader exists
+    Interface_Static.SetCVal_s("xstep.cascade.unit", "MM")
+    if reader.ReadFile(name) != IFSelect_ReturnStatus.IFSelect_RetDone:
+        raise EngineError("the STEP file cannot be loaded", engine="brep")
+    for k in range(1, reader.NbRootsForTransfer() + 1):
+        reader.TransferRoot(k)
+    found = [reader.Shape(k) for k in range(1, reader.NbShapes() + 1)]
+    return [shape for shape in found if shape is not None and not shape.IsNull()]
+
+
+def _volume(solid: Any) -> float:
+    """mm^3, by OCCT's own integrals: a file may hold faces that `measure.volume` has no formula for."""
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+
+    found = GProp_GProps()
+    BRepGProp.VolumeProperties_s(solid, found)
+    return float(found.Mass())
 
 
 def _solids(shape: Any, known: dict[Any, int]) -> int:
@@ -111,60 +138,60 @@ def _solids(shape: Any, known: dict[Any, int]) -> int:
 
 def _check(solid: Any, what: str, name: str) -> None:
     """Valid, closed, and not inside out."""
-    from OCP.BRep import BRep_Tool
+    from OCP.BRepCheck import BRepCheck_Analyzer
 
-    if not solid.isValid():
+    from vmachining.engines.brep.occt.parts import has_open_shell
+
+    if not BRepCheck_Analyzer(solid).IsValid():
         raise StockError(f"{what} is not a valid shape", file=name, remedy="repair it in the CAD system")
-    if not all(BRep_Tool.IsClosed_s(shell.wrapped) for shell in solid.Shells()):
+    if has_open_shell(solid):
         raise StockError(f"{what} is not closed", file=name, remedy="export the part as a closed solid")
-    if not solid.Volume() > 0.0:
-        raise StockError(
-            f"{what} has the volume {solid.Volume():.6g} mm3", file=name, remedy="check its orientation"
-        )
+    held = _volume(solid)
+    if not held > 0.0:
+        raise StockError(f"{what} has the volume {held:.6g} mm3", file=name, remedy="check its orientation")
 
 
 def _joined(solids: list[Any], name: str) -> Any:
     """A compound of solids that do not share volume."""
-    import cadquery as cq
+    from vmachining.engines.brep.occt.booleans import apart, common
+    from vmachining.engines.brep.occt.parts import compound
 
     for i, one in enumerate(solids):
         for other in solids[i + 1 :]:
-            a, b = one.BoundingBox(), other.BoundingBox()
-            apart = (
-                a.xmax <= b.xmin or b.xmax <= a.xmin or a.ymax <= b.ymin or b.ymax <= a.ymin
-                or a.zmax <= b.zmin or b.zmax <= a.zmin
-            )  # fmt: skip
-            if not apart and one.intersect(other).Volume() > 1e-9 * min(one.Volume(), other.Volume()):
+            if apart(one, other):
+                continue
+            try:
+                shared = _volume(common(one, other, 0.0))
+            except EngineError as exc:
+                raise StockError(
+                    f"OCCT cannot tell whether its solids overlap: {exc.reason}", file=name
+                ) from exc
+            if shared > 1e-9 * min(_volume(one), _volume(other)):
                 raise StockError("holds solids that overlap", file=name, remedy="join them into one")
-    return cq.Compound.makeCompound(solids)
+    return compound(solids)
 
 
 def _triangles(solid: Any, chord: float, name: str) -> tuple[Floats, Ints, Bools]:
     """Outward triangles of every face, points merged by position; and which are of curved faces."""
-    from OCP.BRep import BRep_Tool
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
-    from OCP.TopAbs import TopAbs_Orientation
-    from OCP.TopLoc import TopLoc_Location
+    from OCP.GeomAbs import GeomAbs_SurfaceType
 
-    BRepMesh_IncrementalMesh(solid.wrapped, chord, False, STEP_FACET_RAD, False)
+    from vmachining.engines.brep.occt.parts import faces_of, triangles_of
+
+    BRepMesh_IncrementalMesh(solid, chord, False, STEP_FACET_RAD, False)
     points: list[Floats] = []
     triangles: list[Ints] = []
     curved: list[Bools] = []
     offset = 0
-    for face in solid.Faces():
-        location = TopLoc_Location()
-        mesh = BRep_Tool.Triangulation_s(face.wrapped, location)
+    for face in faces_of(solid):
+        mesh = triangles_of(face)
         if mesh is None:
             raise StockError("a face cannot be triangulated", file=name, remedy="repair it in the CAD system")
-        move = location.Transformation()
-        nodes = [mesh.Node(k).Transformed(move) for k in range(1, mesh.NbNodes() + 1)]
-        points.append(np.array([(p.X(), p.Y(), p.Z()) for p in nodes]))
-        corners = (
-            np.array([mesh.Triangle(k).Get() for k in range(1, mesh.NbTriangles() + 1)], dtype=np.int64) - 1
-        )
-        if face.wrapped.Orientation() == TopAbs_Orientation.TopAbs_REVERSED:
-            corners = corners[:, ::-1]
-        curved.append(np.full(len(corners), face.geomType() != "PLANE"))
+        nodes, corners = mesh
+        flat_face = BRepAdaptor_Surface(face).GetType() == GeomAbs_SurfaceType.GeomAbs_Plane
+        points.append(nodes)
+        curved.append(np.full(len(corners), not flat_face))
         triangles.append(corners + offset)
         offset += len(nodes)
     vertices = np.concatenate(points)

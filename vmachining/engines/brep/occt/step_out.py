@@ -6,7 +6,6 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import cadquery as cq
 from OCP.APIHeaderSection import APIHeaderSection_MakeHeader
 from OCP.IFSelect import IFSelect_ReturnStatus
 from OCP.Interface import Interface_Static
@@ -19,6 +18,8 @@ from OCP.TDocStd import TDocStd_Document
 from OCP.XCAFDoc import XCAFDoc_ColorType, XCAFDoc_DocumentTool
 
 from vmachining.engines.brep.occt.measure import volume
+from vmachining.engines.brep.occt.parts import solids_of
+from vmachining.engines.brep.occt.step import shapes_in
 from vmachining.engines.brep.occt.tolerances import STEP_REL
 from vmachining.errors import EngineError
 
@@ -70,8 +71,7 @@ def write_labelled(path: Path, shape: Any, name: str, faces: Iterable[LabelledFa
 
 def solids_in(path: Path | str) -> list[Any]:
     """TopoDS_Solids of a file that is known to be good; `step.read_step` asks what others hand in."""
-    values = cq.importers.importStep(str(path)).vals()
-    return [solid.wrapped for value in values for solid in cq.Shape.cast(value.wrapped).Solids()]  # type: ignore[union-attr]
+    return [solid for shape in shapes_in(str(path)) for solid in solids_of(shape)]
 
 
 def volumes_in(path: Path) -> list[float]:

@@ -30,7 +30,7 @@ class Facets(NamedTuple):
 def facets_of(stock: MeshStock) -> Facets:
     """Facets of the top, and edges of the outline.
 
-    Raises StockError: The bottom is not level, or something hangs over.
+    Raises StockError: The bottom is not flat, or there are overhangs.
     """
     corners = stock.corners
     a, b, c = corners.transpose(1, 0, 2)
@@ -44,7 +44,7 @@ def facets_of(stock: MeshStock) -> Facets:
     low = float(stock.bounds[0, 2])
     if not below.any() or (corners[below, :, 2] != low).any():
         raise StockError(
-            "columns need a stock with level bottom and nothing that hangs over",
+            "columns need a stock with a flat bottom and no overhangs",
             remedy="take --engine mesh",
         )
     p, slope = corners[top], np.zeros((int(top.sum()), 2))

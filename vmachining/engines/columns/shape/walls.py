@@ -18,7 +18,7 @@ JUMP = 1e-4
 """What is left of it after bisection, in lengths of the edge, above which it is a jump."""
 
 EARLY, HALVINGS = 5, 44
-"""Halvings after which what has shrunk to a quarter is no jump; all halvings."""
+"""Halvings after which what has shrunk to a quarter is not a jump; all halvings."""
 
 NEAR = 1e-3
 """Of an edge: a wall is that far from its ends at least."""
@@ -72,7 +72,7 @@ def bend(
 ) -> tuple[Bools, Bools, Floats, Floats, Floats]:
     """Where a wall from p to q (k, 2) through a cell between corners low and high (k, 2) is farthest from its chord.
 
-    Returns whether it was found there, whether it is no chord, that place (k, 2), and the heights (k,) to its left and right.
+    Returns whether it was found there, whether it is not a chord, that place (k, 2), and the heights (k,) to its left and right.
     """
     way = q - p
     size = np.maximum(np.hypot(*way.T), 1e-300)

@@ -63,7 +63,7 @@ class AnyDirection:
         Raises
         ------
         StockError
-            It is no stock of `solid_of`.
+            It is not a stock of `solid_of`.
         """
         return cls(solid_of(stock), options.width, options.width_mm3)
 
