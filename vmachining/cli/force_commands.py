@@ -34,9 +34,9 @@ class IdentifyOptions:
         Literal["relative", "resultant", "equal"],
         opt("relative|resultant|equal", "Noise: relative to each force, to the resultant, or equal."),
     ] = "relative"
-    layer_ref: Annotated[Literal["mid", "top"], opt("mid|top", "Height that a layer's values are assigned to.")] = (
-        "mid"
-    )
+    layer_ref: Annotated[
+        Literal["mid", "top"], opt("mid|top", "Height that a layer's values are assigned to.")
+    ] = "mid"
     on: Annotated[Literal["tool", "workpiece"], opt("tool|workpiece", "What the measured forces act on.")] = (
         "tool"
     )
