@@ -90,7 +90,7 @@ def test_a_job_from_values(tmp_path):
     )  # fmt: skip
     assert list(job.tools) == [1, 2, 3, 4, 5, 6] and list(job.tools.values()) == TOOLS
     assert vm.run(job.replace(feed=None), contact="none", width="0.1%").removed.holds(6000, 1e-6)
-    with pytest.raises(vm.JobError, match="width '2'"):
+    with pytest.raises(vm.JobError, match=r"width '2\.0'"):
         vm.run(job, width=2.0)
     assert "part.nc" in job._repr_html_() and "box" in job._repr_html_()
 

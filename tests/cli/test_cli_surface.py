@@ -88,7 +88,7 @@ def test_a_part_is_turned_put_to_the_origin_and_moved(block, capsys, words, low,
     [
         (["--step", "1", "--move", "1,2"], "--move 1,2: three numbers"),
         (["--step", "1", "--turn", "1,2,inf"], "--turn 1,2,inf: three numbers"),
-        (["--tool", "drill:6"], "no cutter"),
+        (["--tool", "drill:6"], "not a cutter"),
         (["--lead", "5", "--sharp", "nan"], "'--sharp': nan"),
         (["--lead", "5", "--sharp", "-1"], "from 0 to 180"),
         (["--scallop", "-1"], "a number above 0"),

@@ -280,8 +280,8 @@ def ask(tip=(0, 0, 0), frame=None, phi=(0.0,), velocity=(1, 0, 0)):
         (lambda: ask(velocity=[(1, 0, 0)] * 3), "velocity of shape \\(3, 3\\) for 1 positions"),
         (lambda: ask(phi=[[0.0], [1.0]]), "phi of shape"),
         (lambda: ask(tip=(0, np.nan, 0)), "tip: every value must be finite"),
-        (lambda: ask(frame=np.diag([1, 1, -1.0])), "no rotation"),
-        (lambda: ask(frame=1.1 * np.eye(3)), "no rotation"),
+        (lambda: ask(frame=np.diag([1, 1, -1.0])), "not a rotation"),
+        (lambda: ask(frame=1.1 * np.eye(3)), "not a rotation"),
     ],
 )  # fmt: skip
 def test_bad_input(make, message):

@@ -131,7 +131,7 @@ BAD = {
     "no volume": ("line,volume\n9,1\n", ["r.csv:1", "no column removed_mm3", "line, volume"]),
     "no key": ("n,removed_mm3\n9,1\n", ["r.csv:1", "no column block or line"]),
     "not a number": ("line,removed_mm3\n9,1\n\n10,abc\n", ["r.csv:4", "'abc'", "line 10", "decimal point"]),
-    "nan": ("line,removed_mm3\n9,nan\n", ["r.csv:2", "no finite number"]),
+    "nan": ("line,removed_mm3\n9,nan\n", ["r.csv:2", "not a finite number"]),
     "empty cell": ("line,removed_mm3\n9,\n", ["r.csv:2", "0 for a block that removes nothing"]),
     "half a line": ("line,removed_mm3\n9.5,1\n", ["r.csv:2", "'9.5' is not a whole number"]),
     "twice": ("block,removed_mm3\n3,1\n3,1\n", ["r.csv:3", "block 3 comes twice", "by line"]),

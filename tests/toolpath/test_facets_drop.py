@@ -124,7 +124,7 @@ def test_cutters():
     assert radii(BullNose(diameter=10, corner_radius=1, length=30)) == (5.0, 1.0)
     with pytest.raises(ToolError, match="flat, ball or bull"):
         radii(Taper(diameter=4, taper_deg=5, length=30))
-    with pytest.raises(InputError, match="no cutter"):
+    with pytest.raises(InputError, match="not a cutter"):
         surface([(0, 0, 0), (1, 0, 0), (0, 1, 0)]).drop([(0, 0)], 1.0, 2.0)
 
 
