@@ -90,6 +90,8 @@ def test_the_page_says_what_the_second_engine_said(page, tmp_path):
     assert f"B-rep agreed on {asked} of {asked} blocks" in text and "second engine" not in text
     known, unknown = text.split("Not certified here")
     assert f"was asked about {asked} blocks" in known and "was asked about" not in unknown
+    seen = result.blocks["removed_dexel_mm3"].count()
+    assert seen > 1 and f"Exact rays judged {seen} blocks beside the B-rep engine" in known
     counts.update(agreed=counts["agreed"] - 1, refused=1)
     write_report(result, tmp_path / "r.html")
     text = body((tmp_path / "r.html").read_text(encoding="utf-8"))

@@ -47,7 +47,7 @@ def known(result: RunResult) -> list[str]:
         "A block that does not reach the stock removes exactly 0.",
         *_contact_known(result.blocks),
         *([_second(s["brep"])] if s["brep"]["asked"] else []),
-        *_judged(s),
+        *_judged(s, result.blocks["removed_dexel_mm3"].count()),
     ]
 
 
@@ -83,11 +83,14 @@ def _second(counts: dict[str, Any]) -> str:
     )
 
 
-def _judged(s: dict[str, Any]) -> list[str]:
-    """What exact rays were asked and said, where the B-rep engine was not."""
+def _judged(s: dict[str, Any], looked: int) -> list[str]:
+    """What exact rays were asked and said. looked : blocks of the table that have their interval."""
     told = s.get("second_judge") or {}
     if not told.get("blocks"):
-        return []
+        return [
+            f"Exact rays judged {plural(looked, 'block')} beside the B-rep engine: columns removed_dexel_mm3, "
+            "removed_dexel_lo_mm3 and removed_dexel_hi_mm3."
+        ] if looked else []  # fmt: skip
     agrees = told["blocks"] - told["disputed_blocks"]
     return [
         f"A second engine (exact rays) was asked about {plural(told['blocks'], 'block')} of those that cut; its interval "
