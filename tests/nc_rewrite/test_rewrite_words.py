@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vmachining.nc import BlockEdit, parse_program, rewrite_feeds
+from vmachining.nc import BlockEdit, ToolEntry, parse_program, rewrite_feeds
 
 HEIDENHAIN = """\
 0 BEGIN PGM A MM
@@ -138,7 +138,22 @@ def test_what_an_f_counts_may_change_in_a_sinumerik_program(what):
     moves = parse_program(text.encode(), "a", dialect="sinumerik").moves
     for line in sorted({m.line for m in moves if m.feed_mm_min is not None}):
         _, untouched = edited(text, "a", "sinumerik", {line: 37.0})
-        assert (untouched == ()) == (what in ("lone F", "packed")), line
+        assert (untouched == ()) == (what not in ("inches later", "rounded on and on")), line
+
+
+def test_arcs_whose_contour_keeps_the_feed():
+    """A contour of radius 10 cut from inside by a tool of radius 2: the centre has 0.8 F. 300 there is F375."""
+    text = (
+        "G17 G90 G71 G94\nT1 D1 S5000 M3\nM6\nM3\nG0 X0 Y-20 Z5\nG41 G1 X10 Y-5 F500\nY0\nG3 X0 Y10 CR=10\n"
+        "G1 X-20 F200\nG40 Y0\nM30\n"
+    )
+    tools = {1: ToolEntry(1, 4.0, 50.0)}
+    program = parse_program(text.encode(), "a", dialect="sinumerik", tools=tools)
+    found = rewrite_feeds(program, {8: BlockEdit(8, (300.0,), (1.0,))})
+    lines = found.data.decode().splitlines()
+    assert lines[7] == "G3 X0 Y10 CR=10 F375.0" and lines[8] == "G1 X-20 F200" and found.untouched == ()
+    again = parse_program(found.data, "a", dialect="sinumerik", tools=tools)
+    assert [m.feed_mm_min for m in again.moves if m.line == 8] == [pytest.approx(300.0)]
 
 
 @pytest.mark.parametrize(

@@ -125,8 +125,8 @@ class Reading:
     tools_units: ToolUnits = "mm"
     rotary: Rotary = "ABC"
     home: Home = "0,0,0"
-    crc_entry: CrcEntry = "prev"
-    crc_corner: CrcCorner = "arc"
+    crc_entry: CrcEntry = ""
+    crc_corner: CrcCorner = ""
     taps: Taps = "reference"
     dwell: Dwell = "s"
     max_steps: MaxSteps = 1_000_000

@@ -181,7 +181,7 @@ ToolUnits = Annotated[Literal["mm", "inch"], opt("mm|inch", "Unit of a .tbl tabl
 Rotary = Annotated[str, opt("ABC", "Rotary axes of the machine.")]
 Home = Annotated[str, opt("X,Y,Z", "mm; where the tool starts and G28 returns to.")]
 CrcEntry = Annotated[str, opt("prev|next", "How cutter compensation enters the path.")]
-CrcCorner = Annotated[str, opt("arc|exact|miter", "How compensation treats corners.")]
+CrcCorner = Annotated[str, opt("arc|exact|miter|line", "How compensation treats corners.")]
 Taps = Annotated[str, opt("reference|axis", "Where taps in G18 and G19 go; axis: into holes.")]
 Dwell = Annotated[str, opt("s|ms", "Unit of P in G4 and in canned cycles.")]
 MaxSteps = Annotated[int, opt("N", "Most lines that loops and calls may execute.", min=1)]

@@ -167,7 +167,7 @@ def _read(
             for k, tool in table.items()
         }
         again = parse_program(data, str(path), **given)
-    if any(found.code in ("E353", "E355") for found in again.errors) and is_g_code(again.dialect):
+    if any(found.code in ("E353", "E355") for found in again.errors) and again.dialect in ("iso", "mts"):
         other = parse_program(data, str(path), **given, crc_entry="next")
         if _wrong(other) < _wrong(again):
             return other, notes, "next"
@@ -269,7 +269,8 @@ class _Writer:
         line = f'units = "{self.unit}"'
         if not self.said_unit or self.program.told.inferred:
             why = unit_of(self.lines).why if self.unit else ""
-            return self.guess(line, "no word of the program names it" + (f"; {why}" if why else ""))
+            what = "no word of the program names it" + (f"; {why}" if why else "")
+            return f"{line}   # {what}" if self.program.told.inferred else self.guess(line, what)
         return f"{line}   # of the stock and of home; as in the program"
 
     def program_table(self) -> list[str]:
@@ -282,7 +283,7 @@ class _Writer:
         home = [0.0, 0.0, level / self.scale]
         out.append(self.guess(f"home = {_numbers(home)}", "where the tool starts, and G28 goes"))
         sides = next((k for k, line in enumerate(self.lines, 1) if _SIDES.search(line)), None)
-        if sides is not None and is_g_code(self.program.dialect):
+        if sides is not None and self.program.dialect in ("iso", "mts"):  # the others are like their controls
             other = 'if entries gouge (E355): "next"' if self.entry == "prev" else 'with "prev" entries gouge'
             out.append(
                 self.guess(f'crc_entry = "{self.entry}"', f"line {sides} compensates the radius; {other}")
@@ -377,8 +378,12 @@ class _Writer:
             ]
             above[2] = max((max(m.start[2], m.end[2]) for m in side), default=float(high[2]))
             why = f"{why}, with its top at the highest cut"
+            if above[2] <= low[2]:  # one level: a face, whose allowance nobody tells
+                above[2] += ALLOWANCE_MM
+                why = f"{why} and {ALLOWANCE_MM:g} mm to face"
         if lost:
-            why += f", but for the radius of tool {' and '.join(map(str, lost))}"
+            names = ", ".join(map(str, lost[:-1]))
+            why += f", but for the radius of tool{f's {names} and' if names else ''} {lost[-1]}"
         corner = [np.floor(below / step + 1e-9) * step, np.ceil(above / step - 1e-9) * step]
         first, second = (_numbers([float(v) / self.scale for v in c]) for c in corner)
         return [

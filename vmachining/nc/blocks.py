@@ -14,7 +14,7 @@ from vmachining.errors import NCError
 from vmachining.nc.carried import carried
 from vmachining.nc.control import Structure, find_structure
 from vmachining.nc.fanuc_lines import folded
-from vmachining.nc.fanuc_macro import MacroFlow, steers
+from vmachining.nc.fanuc_macro import NEXT_PROGRAM, MacroFlow, next_program, steers
 from vmachining.nc.flow import Flow, FlowStop
 from vmachining.nc.lexer import MAX_LINE, Word
 from vmachining.nc.model import Motion
@@ -99,6 +99,12 @@ class Reader(OneBlock):
         """Run lines first..stop-1 in the order that they say; returns the 0-based line behind the last one."""
         if self.translator is not None and steers(self.lines[first:stop]):
             return self._macro(first, stop)
+        if self.translator is not None and (last := next_program(self.lines, first, stop)) < stop:
+            at = self._drive(first, last)
+            if not self.state.ended:
+                self._record("W401", last + 1, 1, 0, None, self.lines[last].strip()[:20], NEXT_PROGRAM)
+                self.state.ended = True
+            return at
         structure = find_structure(self.lines, first, stop)
         restart = self.settings.start_line - 1
         if structure is None:

@@ -110,8 +110,8 @@ MORE: Final[dict[str, Entry]] = {
     ),
     "W351": Entry(
         "compensation without a tool",
-        "D0 means the tool in the spindle, and none exists: the path is taken as it is programmed.",
-        "change to a tool, or name one by D",
+        "The radius of the tool is not known, or D0 names the tool of an empty spindle: the path is taken as it is programmed.",
+        "give the tool its diameter by a tool table or in the job",
     ),
     "E352": Entry(
         "compensation starts or ends on an arc",

@@ -6,6 +6,7 @@ the normal axis wait with it at its end.
     corner between tangents t1, t2     sigma (t1 x t2) > 0   both curves are trimmed to where they meet
                                        else                  an arc of the tool radius about the corner, or
                                                              with corner "miter" one point, if within 2 rho;
+                                                             with "line" along the tangents, see `_in_lines`;
                                                              before a rapid a straight rapid, as in LinuxCNC
     entry "prev"   the entry move is a segment like any other whose start is not offset
     entry "next"   the entry move goes straight to the start of the next offset curve
@@ -15,7 +16,7 @@ Nothing is trimmed away altogether: a piece that would run backwards is a gouge 
 the segment before or behind it is a warning (W355, `gouge.py`), because controls cut it. Only neighbours are
 looked at: a contour that crosses itself later is cut as programmed.
 Sources: RS274/NGC; observed behaviour of LinuxCNC 2.9, which passes over corners that turn by less than 0.05 rad.
-That is copied unless the corners are "exact" or "miter".
+That is copied unless the corners are "exact", "miter" or "line".
 In inverse time the feed is the one of the programmed path. Rotary axes turn in the first move of their block,
 which is the corner arc if there is one.
 """
@@ -85,7 +86,7 @@ class Step(NamedTuple):
 class Compensation:
     """Cutter compensation in force. side : +1 left, -1 right. turn : cosine and sine of the work offset.
 
-    short_entry : controls that go straight to the first offset point take entry moves of any length.
+    short_entry : controls that go straight to the first offset point take entry moves of any length. lines : corner "line".
     """
 
     side: int
@@ -97,6 +98,11 @@ class Compensation:
     turn: tuple[float, float] = (1.0, 0.0)
     pending: Pending | None = None
     short_entry: bool = False
+    lines: bool = False
+
+    def is_like(self, side: int, diameter: float) -> bool:
+        """Whether the same compensation is called for again."""
+        return (side if diameter >= 0.0 else -side) == self.side and abs(diameter) / 2.0 == self.radius
 
     @property
     def shift(self) -> float:
@@ -158,7 +164,7 @@ class Compensation:
             text = "the entry move opposes the first cut, so the tool goes round its end"
             warnings.append(("W353", text))
         moves: list[Move] = []
-        smooth = not (self.exact or self.miter) and abs(math.atan2(turn, ahead)) <= SMOOTH
+        smooth = not (self.exact or self.miter or self.lines) and abs(math.atan2(turn, ahead)) <= SMOOTH
         if smooth or math.dist(before.end, curve.start) <= JOINED_MM:
             moves = self._release(held, before.end)
             curve = curve._replace(start=before.end)
@@ -184,9 +190,14 @@ class Compensation:
         elif self.miter and (point := self._miter(before, curve)) is not None:
             moves = self._release(held, point)
             curve = curve._replace(start=point)
+        elif self.lines and not back:
+            moves, curve = self._in_lines(held, move, curve, ahead)
+            if len(moves) > 1 and move.rotary_deg is not None:
+                move = move._replace(rotary_start=move.rotary_deg, duration_s=None)
         else:
             moves = self._release(held, before.end)
-            moves.append(self._corner(moves[-1], move, curve.start, before.corner))
+            center = None if move.motion is Motion.RAPID else before.corner
+            moves.append(self._corner(moves[-1], move, curve.start, center, before.corner))
             if move.rotary_deg is not None:  # the corner arc has turned the axes already
                 move = move._replace(rotary_start=move.rotary_deg, duration_s=None)
         if not warnings:
@@ -232,6 +243,29 @@ class Compensation:
             raise CompensationError("E355", f"this corner {what} {held.move.line} and {move.line}")
         return first, second
 
+    def _in_lines(self, held: Pending, move: Move, curve: Curve, ahead: float) -> tuple[list[Move], Curve]:
+        """About an outer corner along the tangents: to where they meet, or the radius on and straight across.
+
+        A corner of the work from 90 degrees on has one point, a sharper one two (Fanuc 0i, cutter compensation details).
+        """
+        before, r = held.curve, self.radius
+        (ex, ey), (sx, sy) = before.end, curve.start
+        (tx, ty), (ux, uy) = before.last, curve.first
+        far = r * math.sqrt((1.0 - ahead) / (1.0 + ahead)) if ahead >= 0.0 else r  # r tan(turn / 2)
+        points = [(ex + far * tx, ey + far * ty)]
+        if ahead < 0.0:
+            points.append((sx - r * ux, sy - r * uy))
+        moves = self._release(held, before.end if before.center is not None else points[0])
+        if curve.center is not None:
+            points.append(curve.start)
+        else:
+            curve = curve._replace(start=points[-1])
+        for point in points if before.center is not None else points[1:]:
+            moves.append(self._corner(moves[-1], move, point, None, before.corner))
+            if move.rotary_deg is not None:
+                move = move._replace(rotary_start=move.rotary_deg, duration_s=None)
+        return moves, curve
+
     def _miter(self, before: Curve, curve: Curve) -> Pair | None:
         if before.center is not None or curve.center is not None:
             return None
@@ -267,20 +301,20 @@ class Compensation:
         moves += [self._shifted(move, end, end, None, 0) for move in held.followers]
         return moves
 
-    def _corner(self, last: Move, following: Move, end: Pair, corner: Pair) -> Move:
-        """Arc of the tool radius about a convex corner, its chord before a rapid; part of the block behind it."""
-        rapid = following.motion is Motion.RAPID
+    def _corner(self, last: Move, following: Move, end: Pair, center: Pair | None, corner: Pair) -> Move:
+        """A piece of the way about a convex corner, part of the block behind it: an arc, straight without a centre."""
+        straight = Motion.RAPID if following.motion is Motion.RAPID else Motion.LINEAR
         arc = Motion.ARC_CCW if self.side < 0 else Motion.ARC_CW
         level = self._lift(following, corner, following.start[self.plane.normal])
         here = following._replace(
-            motion=Motion.RAPID if rapid else arc,
+            motion=straight if center is None else arc,
             start=level,
             end=level,
             duration_s=None,
             end_machine=add(following.end_machine, subtract(level, following.end)),
             end_program=self._program_of(following, level),
         )
-        return self._shifted(here, self._pair(last.end), end, None if rapid else corner, 0 if rapid else 1)
+        return self._shifted(here, self._pair(last.end), end, center, 0 if center is None else 1)
 
     def _program_of(self, move: Move, point: Point) -> Point:
         """Program coordinates of a point of the simulation frame, by the end of a move that has both."""

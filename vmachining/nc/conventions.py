@@ -11,7 +11,7 @@ from vmachining.nc.checks import finding
 from vmachining.nc.model import Finding
 from vmachining.nc.settings import ArcCentres, Settings
 
-__all__ = ["arcs_open", "closing", "lengths", "worn"]
+__all__ = ["arcs_open", "closing", "lengths", "quill", "times", "worn"]
 
 ARC_CODES: Final = frozenset({"E302", "E304", "E308"})
 """Findings of arcs whose centre is missing or does not fit their ends."""
@@ -46,10 +46,11 @@ _BARE: Final = re.compile(r"[XYZIJRxyzijr][ \t]*[-+]?[0-9]+(?![0-9.])")
 
 def arcs_open(findings: Sequence[Finding]) -> int:
     """How many arcs do not fit."""
-    return sum(_times(item) for item in findings if item.code in ARC_CODES)
+    return sum(times(item) for item in findings if item.code in ARC_CODES)
 
 
-def _times(item: Finding) -> int:
+def times(item: Finding) -> int:
+    """How many lines say it."""
     more = re.search(r"; ([0-9]+) more lines", item.message)
     return 1 + (int(more[1]) if more else 0)
 
@@ -93,6 +94,39 @@ def worn(lines: Sequence[str], settings: Settings) -> tuple[Settings, list[Findi
     hint = 'confirm it: compensation = "wear" under [program.control], or "radius"'
     said = finding("I213", at, None, what, "WEAR COMP")._replace(hint=hint)
     return replace(settings, control=replace(control, compensation="wear")), [said]
+
+
+_W: Final = re.compile(r"(?<![A-Z#])W[ \t]*[-+]?[0-9.]", re.IGNORECASE)
+_Y: Final = re.compile(r"(?<![A-Z#])Y[ \t]*[-+]?[0-9.]", re.IGNORECASE)
+_NO_QUILL: Final = re.compile(
+    r"(?<![A-Z#])(?:U[ \t]*[-+]?[0-9.]|G[ \t]*(?:9[26][ \t]*S|65(?![0-9])|66(?![0-9])|150(?![0-9])))",
+    re.IGNORECASE,
+)
+"""Marks of lathes, where W is a step along Z, of macro calls and cycles that have a W of their own."""
+
+
+def quill(lines: Sequence[str], settings: Settings) -> tuple[Settings, list[Finding]]:
+    """A program with W beside Y, and without U: W is the second axis along Z (ISO 841), a quill or a table."""
+    control = settings.control
+    if control.w or not settings.family:
+        return settings, []
+    at, word, across = 0, "", False
+    for number, line in enumerate(lines, 1):
+        if not any(letter in line for letter in "WwYyUuGg"):
+            continue
+        bare = _COMMENT.sub(" ", line)
+        if _NO_QUILL.search(bare):
+            return settings, []
+        across = across or _Y.search(bare) is not None
+        if not at and (found := _W.search(bare)) is not None:
+            at, word = number, found[0]
+    if not at or not across:
+        return settings, []
+    what = "W moves the tool along Z, beside Z: the depth is the sum of both, and W begins at 0"
+    hint = 'confirm it: w = "z" under [program.control], or --control w=z'
+    return replace(settings, control=replace(control, w="z")), [
+        finding("I213", at, None, what, word)._replace(hint=hint)
+    ]
 
 
 def lengths(lines: Sequence[str], settings: Settings) -> tuple[Settings, list[Finding]]:

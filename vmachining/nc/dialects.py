@@ -16,6 +16,7 @@ from vmachining.installed import Installed
 from vmachining.nc.apt import read_apt
 from vmachining.nc.blocks import Reader
 from vmachining.nc.checks import finding
+from vmachining.nc.conventions import times
 from vmachining.nc.decode import decode_program
 from vmachining.nc.foreign import never_a_program, recognised
 from vmachining.nc.heidenhain import read_heidenhain
@@ -274,11 +275,17 @@ KINDS, CODES = 8, 5
 """Different findings about words, and their codes, above which a program is that of another control."""
 
 
-def strange(findings: Sequence[Finding]) -> Finding | None:
+FEW, SHARE = 3, 0.2
+"""The same for a short program: their codes, and the share of its lines."""
+
+
+def strange(findings: Sequence[Finding], lines: Sequence[str]) -> Finding | None:
     """One finding in place of many different ones about words that are not understood."""
     about = [item for item in findings if item.code.startswith(("E1", "E2"))]
     kinds = {(item.code, item.message[:24]) for item in about}
-    if len(kinds) < KINDS or len({code for code, _ in kinds}) < CODES:
+    codes = len({code for code, _ in kinds})
+    often = sum(map(times, about)) >= SHARE * sum(1 for line in lines if line.strip())
+    if (len(kinds) < KINDS or codes < CODES) and not (codes >= FEW and often):
         return None
     what = f"this is a program of a control that is not read: {len(kinds)} kinds of words mean nothing here"
     return finding("E211", about[0].line, None, what, about[0].word, about[0].col)

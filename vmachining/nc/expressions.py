@@ -30,6 +30,7 @@ __all__ = [
     "evaluate",
     "parse_name",
     "parse_value",
+    "to_least",
 ]
 
 MAX_DEPTH: Final = 40
@@ -75,9 +76,10 @@ class Expression(NamedTuple):
 
 
 class Parameters(Protocol):
-    """What an expression may ask the control for. last : highest number of a parameter."""
+    """What an expression may ask the control for. last : highest number of a parameter. functions : by name."""
 
     last: int
+    functions: Mapping[str, Callable[[float], float]]
 
     def named(self, name: str) -> float | None:
         """Value of `#<name>`, None when it was never set."""
@@ -162,6 +164,14 @@ FUNCTIONS: Final[Mapping[str, Callable[[float], float]]] = {
     "SQRT": _root,
     "TAN": lambda a: math.tan(math.radians(a)),
 }
+
+FANUC: Final[Mapping[str, Callable[[float], float]]] = {
+    **FUNCTIONS,
+    "FIX": lambda a: float(math.trunc(a)),
+    "FUP": lambda a: math.copysign(math.ceil(abs(a)), a),
+}
+"""Of the Fanuc family: FIX drops the fraction and FUP goes away from zero, FIX[-1.2] = -1 and FUP[-1.2] = -2
+(operator's manual 0i/30i, custom macro, arithmetic and logic operation)."""
 
 
 def parse_value(text: str, at: int, depth: int = 0) -> tuple[Expression, int]:
@@ -300,7 +310,17 @@ def _evaluate(node: Expression, parameters: Parameters) -> float:
         return math.degrees(math.atan2(args[0], args[1]))
     if op in BINARY:
         return BINARY[op][1](args[0], args[1])
-    return FUNCTIONS[op](args[0])
+    return parameters.functions[op](args[0])
+
+
+def to_least(node: Expression, parts: float) -> Expression:
+    """An expression in the word of an address of the Fanuc family: there ROUND goes to least increments, `parts` in one."""
+    args = tuple(to_least(arg, parts) for arg in node.args)
+    if node.op != "ROUND" or parts == 1.0:
+        return node._replace(args=args)
+    number = Expression("number", parts)
+    whole = Expression("ROUND", args=(Expression("*", args=(args[0], number)),))
+    return Expression("/", args=(whole, number))
 
 
 def parameter_number(node: Expression, parameters: Parameters) -> int:

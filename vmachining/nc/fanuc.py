@@ -65,7 +65,7 @@ class Translator:
         self.dead: Problem | None = None
         self.quill = self.depth = 0.0
         self.level: float | None = None
-        self.changer = False
+        self.changer = self.k_sizes = False
         self.block: list[tuple[Word, float]] = []
         self.repeated: tuple[Word, int, dict[str, float]] | None = None
         self.least = LEAST.get(settings.control.increments, 0.0)

@@ -37,10 +37,8 @@ def holes(translator: Translator, line: Line, state: State, claimed: bool) -> No
         pecks(translator, line, active)
         has = line.letters()
     elif "K" in has and "L" not in has:
-        repeats, count = line.value("K"), line.word("K")
-        line.drop("K")
-        if repeats != 1.0:
-            line.add("L", repeats or 0.0, count)
+        _repeats(translator, line, active)
+        has = line.letters()
     turning = [(w, v) for w, v in zip(line.words, line.values, strict=True) if w.letter in "ABC"]
     if turning and line.value("L") != 0.0:  # to its hole the control moves all axes together
         line.ahead.append([(turning[0][0]._replace(letter="G", value=0.0), 0.0), *turning])
@@ -67,6 +65,21 @@ def holes(translator: Translator, line: Line, state: State, claimed: bool) -> No
     if active == 870 and depth is not None and clear is not None and state.absolute and depth <= clear:
         what = "G87 whose Z lies below R: it bores downwards, from R to Z"
         translator.say("G87 down", like, what, "I213")
+
+
+def _repeats(translator: Translator, line: Line, active: int) -> None:
+    """K is a number of holes; where the program has parts of one, its control takes K as the peck, or as a dwell."""
+    value, word = line.value("K") or 0.0, line.word("K")
+    letter = {730: "Q", 830: "Q"}.get(active, "P" if "P" in CYCLE_WORDS[active] else "")
+    line.drop("K")
+    if value != int(value) and letter and value > 0.0:
+        translator.k_sizes = True
+    if translator.k_sizes and letter:
+        what = "how deep it pecks" if letter == "Q" else "how long it dwells"
+        translator.say(f"K {letter}", word, f"{word.text} is no number of holes: K is {what}", "I213")
+        line.add(letter, value, word._replace(text=f"{word.text}."))
+    elif value != 1.0:
+        line.add("L", value, word)
 
 
 def _complete(translator: Translator, line: Line, state: State, code: int, has: set[str]) -> None:

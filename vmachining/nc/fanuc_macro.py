@@ -15,12 +15,13 @@ from __future__ import annotations
 import re
 from bisect import bisect_left
 from collections.abc import Callable
-from itertools import chain
+from itertools import chain, islice
 from typing import TYPE_CHECKING, Final
 
 from vmachining.nc.block import Problem
 from vmachining.nc.expressions import ExpressionError, NoValueError, evaluate, parse_value
 from vmachining.nc.fanuc_lines import bracketed
+from vmachining.nc.fanuc_variables import FAMILY_FREE
 from vmachining.nc.flow import Frame
 from vmachining.nc.lexer import Word, lex_line
 from vmachining.nc.subfiles import SubFiles
@@ -28,7 +29,7 @@ from vmachining.nc.subfiles import SubFiles
 if TYPE_CHECKING:
     from vmachining.nc.state import Memory
 
-__all__ = ["MacroFlow", "steers"]
+__all__ = ["NEXT_PROGRAM", "MacroFlow", "next_program", "steers"]
 
 _STEERS: Final = re.compile(
     r"(?<![A-Z])(?:IF[ \t]*\[|WHILE[ \t]*\[|GOTO|DO[ \t]*[0-9]|END[ \t]*[0-9])"
@@ -45,7 +46,8 @@ _DO: Final = re.compile(r"[ \t]*DO[ \t]*([0-9]+)", re.IGNORECASE)
 _END: Final = re.compile(r"END[ \t]*([0-9]+)", re.IGNORECASE)
 _GOTO: Final = re.compile(r"GOTO[ \t]*", re.IGNORECASE)
 _LOOP: Final = re.compile(r"(?<![A-Z])DO[ \t]*([0-9]+)", re.IGNORECASE)
-_NULL: Final = re.compile(r"#([0-9]+)[ \t]*(EQ|NE)[ \t]*#0(?![0-9.])", re.IGNORECASE)
+_NULL: Final = re.compile(r"#([0-9]+)[ \t]*(EQ|NE)[ \t]*(#?)0(?:\.0*)?(?![0-9.])", re.IGNORECASE)
+_ALARM: Final = re.compile(r"[ \t]*#[ \t]*3000[ \t]*=")
 
 ARGUMENTS: Final = {
     **dict(zip("ABCIJKDEFHM", (1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 13), strict=True)),
@@ -69,6 +71,21 @@ def _after_head(text: str) -> int:
 def steers(lines: list[str]) -> bool:
     """Whether some line steers."""
     return any(_STEERS.search(_COMMENT.sub(" ", line)) for line in lines)
+
+
+NEXT_PROGRAM: Final = (
+    "the program before this one has no M2 or M30: reading ends where the next O number stands"
+)
+
+
+def next_program(lines: list[str], first: int, stop: int) -> int:
+    """The line of the second O number, where another program begins; `stop` where there is none."""
+    heads = (
+        k
+        for k in range(first, stop)
+        if lines[k].lstrip(" \t")[:1] in ("O", "o", ":") and _PROGRAM.match(lines[k])
+    )
+    return next(islice(heads, 1, None), stop)
 
 
 def arguments(words: list[tuple[str, float]]) -> dict[int, float]:
@@ -204,7 +221,12 @@ class MacroFlow:
         if self._skipped(index):
             return index + 1
         if found := _BRANCH.match(text, at):
-            holds, end = self._value(text, found.end())
+            try:
+                holds, end = self._value(text, found.end())
+            except NoValueError:
+                if found[1].upper() != "IF" or not self._is_alarm(index, text, found.end()):
+                    raise
+                return index + 1
             if found[1].upper() == "WHILE":
                 loop = _DO.match(text, end)
                 if loop is None:
@@ -226,21 +248,38 @@ class MacroFlow:
             return self._begin_of(index, int(found[1]))
         return self._called(index, stop)
 
+    def _is_alarm(self, index: int, text: str, at: int) -> bool:
+        """IF [what only the machine knows] THEN #3000 = ...: a program that cuts goes on after it."""
+        _, end = parse_value(text, at)
+        then = _THEN.match(text, end)
+        if then is None or then[1] or not _ALARM.match(text, then.end()):
+            return False
+        what = "an alarm on what only the machine knows: it is taken not to be raised"
+        self.report(Problem("I213", self._word(index), what), index)
+        return True
+
     def _next_program(self, index: int) -> int:
         """A line with an O number: a subprogram that runs into it has no M99."""
         if self.calls and any(text.strip(" \t%") for text in self.bare[self.calls[-1].start + 1 : index]):
             what = "the subprogram called is never left (M99)"
             self.report(Problem("E415", None, what), self.calls[-1].start)
             return -index
+        if not self.calls and self.starts.index(index) > 0:
+            self.report(Problem("W401", self._word(index), NEXT_PROGRAM), index)
+            return -index
         return self.run(index, index + 1)
 
     def _value(self, text: str, at: int) -> tuple[float, int]:
-        """Value of an expression; a comparison with #0 asks whether the variable was ever set."""
+        """Value of an expression; a comparison with #0 asks whether the variable was ever set, and null is not 0."""
         node, end = parse_value(_NULL.sub(self._known, text), at)
         return evaluate(node, self.memory), end
 
     def _known(self, hit: re.Match[str]) -> str:
-        holds = (int(hit[1]) in self.memory) != (hit[2].upper() == "EQ")
+        known = int(hit[1]) in self.memory
+        if not hit[3] and (known or int(hit[1]) >= FAMILY_FREE):
+            return hit[0]
+        equal = hit[2].upper() == "EQ"
+        holds = known != equal if hit[3] else not equal
         return ("1 EQ 1" if holds else "1 EQ 0").ljust(len(hit[0]))
 
     def _section(self, index: int, stop: int) -> tuple[int, int]:

@@ -1,9 +1,9 @@
 """Whether a piece of a compensated path comes too near to a neighbouring programmed segment.
 
 Corners are trimmed where two segments meet; a segment that curls back, or an entry from the wrong side, cuts into
-its neighbour elsewhere. Distances are exact for points; the path is looked at in `SAMPLES` points per quarter of
-a circle or per line, so a cut shallower than the sag between them can go unnoticed, and nothing else can be
-reported.
+its neighbour elsewhere. Between two lines the distance is exact. Where one of them is an arc, distances are exact for
+points; the path is looked at in `SAMPLES` points per quarter of a circle or per line, so a cut shallower than the sag
+between them can go unnoticed, and nothing else can be reported.
 """
 
 from __future__ import annotations
@@ -33,7 +33,27 @@ def cuts_into(curve: Curve, neighbour: Move, axes: tuple[int, int, int], radius:
     limit = radius - SHALLOW_MM
     a = neighbour.start[axes[0]], neighbour.start[axes[1]]
     b = neighbour.end[axes[0]], neighbour.end[axes[1]]
+    if curve.center is None and neighbour.center is None:
+        return _apart(curve.start, curve.end, a, b) < limit
     return any(_distance(point, a, b, neighbour) < limit for point in _points(curve))
+
+
+def _apart(p: Pair, q: Pair, a: Pair, b: Pair) -> float:
+    """Between two straight segments: zero where they cross, else between an end of one and the other."""
+    ux, uy, vx, vy = q[0] - p[0], q[1] - p[1], b[0] - a[0], b[1] - a[1]
+    wx, wy = a[0] - p[0], a[1] - p[1]
+    turn = ux * vy - uy * vx
+    if turn and 0.0 <= (wx * vy - wy * vx) / turn <= 1.0 and 0.0 <= (wx * uy - wy * ux) / turn <= 1.0:
+        return 0.0
+    return min(_off(p, a, vx, vy), _off(q, a, vx, vy), _off(a, p, ux, uy), _off(b, p, ux, uy))
+
+
+def _off(point: Pair, a: Pair, vx: float, vy: float) -> float:
+    """From a point to the segment from a along v."""
+    x, y = point[0] - a[0], point[1] - a[1]
+    t = (x * vx + y * vy) / ((vx * vx + vy * vy) or 1.0)
+    t = 0.0 if t < 0.0 else min(t, 1.0)
+    return math.hypot(x - t * vx, y - t * vy)
 
 
 def _points(curve: Curve) -> list[Pair]:

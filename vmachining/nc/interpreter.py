@@ -218,6 +218,9 @@ class _Interpreter(Run):
                 state.tip = tip if tip is not None and math.dist(tip, state.sim) > 0.0 else None
             return
         if state.compensation is not None:
+            side = 1 if code in (410, 411) else -1
+            if self.settings.family and state.compensation.is_like(side, self._diameter(code, word)):
+                return
             what = f"{spell('G', code)} while cutter compensation is on already"
             raise self.fail("E357", word, what)
         if state.rotation != 0.0 and state.plane.name != "xy":
@@ -228,10 +231,12 @@ class _Interpreter(Run):
             side if diameter >= 0.0 else -side,
             abs(diameter) / 2.0,
             state.plane,
-            self.settings.crc_entry,
-            self.settings.crc_corner == "miter",
-            self.settings.crc_corner == "exact",
+            self.settings.entry,
+            self.settings.corner == "miter",
+            self.settings.corner == "exact",
             state.turn,
+            short_entry=self.settings.family,
+            lines=self.settings.corner == "line",
         )
 
     def _diameter(self, code: int, word: Word) -> float:

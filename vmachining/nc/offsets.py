@@ -98,6 +98,7 @@ def write(run: Run, word: Word | None) -> None:
     written = given.get(0, old[0]), given.get(1, old[1]), given.get(2, old[2])
     new = written if kind == 2.0 else _standing(run, code, old, given)
     state.offsets = {**state.offsets, code: new}
+    _first_zero(run, code, new)
     angles = dict(state.rotary_work.get(code, {}))
     for letter in block.rotary:
         axis, value = letter.lower(), block.words[letter][0]
@@ -106,6 +107,17 @@ def write(run: Run, word: Word | None) -> None:
     state.rotary_work = {**state.rotary_work, code: angles}
     if code == state.work:
         state.place_offsets()
+
+
+def _first_zero(run: Run, code: int, new: Point) -> None:
+    """A program of the Fanuc family that gives G54 itself, before it moves: there is the zero of the job.
+
+    The machine stands where it stood over that zero; where the job gives work offsets, it counts from those.
+    """
+    state = run.state
+    untouched = state.sim == run.settings.home and state.synced and state.work == code == WORK_OFFSETS[0]
+    if run.settings.family and not run.settings.work_offsets and untouched:
+        state.start_offset, state.machine = new, add(state.sim, new)
 
 
 def _write_tool(run: Run, kind: int, word: Word | None) -> None:

@@ -84,13 +84,15 @@ class Pen(Placing):
 
         Raises PenError: E351
         """
-        own, table = self._own_radius(), self.settings.tools
-        if own is None:
-            what = (
-                "no tool table was given" if table is None else f"tool {self.tool} is not in the tool table"
+        own = self._own_radius()
+        if own is None and self.settings.tools is not None:
+            raise PenError("E351", f"the tool radius is not known: tool {self.tool} is not in the tool table")
+        if own is None:  # as in the Fanuc family
+            text = (
+                "the tool radius is not known; the programmed contour is taken as the path of the tool centre"
             )
-            raise PenError("E351", f"the tool radius is not known: {what}")
-        return own + self.allowance[1]
+            self.note("W351", text, once=f"radius {self.tool}")
+        return (own or 0.0) + self.allowance[1]
 
     def has_radius(self) -> bool:
         """Whether the radius of the tool in the spindle is known."""
@@ -339,6 +341,21 @@ class Pen(Placing):
             held, self.held = self.held, None
             self._compensated(held)
 
+    def _by_edge(self, move: Move) -> Move:
+        """A programmed arc under compensation, whose feed holds on the contour where `edge_feed` says so.
+
+        The contour at radius R and the centre of the tool at R' turn together: the centre moves with F R' / R.
+        """
+        now = self.compensation
+        if not self.edge_feed or now is None or move.center is None or move.feed_mm_min is None:
+            return move
+        radius = math.dist((move.start[now.plane.first], move.start[now.plane.second]), move.center)
+        inside = (now.side > 0) == (move.motion is Motion.ARC_CCW)
+        centre = radius - now.radius if inside else radius + now.radius
+        if self.feed_mode == "inverse" or centre <= JOINED_MM or (self.edge_feed == "inner" and not inside):
+            return move
+        return move._replace(feed_mm_min=move.feed_mm_min * centre / radius)
+
     def _compensated(self, move: Move) -> None:
         if self.compensation is None:
             if self.tip is not None and move.motion is not Motion.DWELL:
@@ -347,12 +364,17 @@ class Pen(Placing):
             return
         if move.axis_end is not None:
             raise PenError("E361", "cutter compensation while the program gives tool axes")
+        ours = self._by_edge(move)
         try:
-            step = self.compensation.accept(move)
+            step = self.compensation.accept(ours)
         except CompensationError as exc:
             raise PenError(exc.code, str(exc)) from None
         self.compensation = step.after
         for done in step.moves:
+            if (
+                ours is not move and done.line == ours.line
+            ):  # the arc about the corner before it: it has no contour
+                done = done._replace(feed_mm_min=move.feed_mm_min)
             self._out(done)
         for code, text in step.warnings:
             self.note(code, text)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Final, NamedTuple
+from typing import Final, Literal, NamedTuple
 
 from vmachining.nc.arcs import PLANES
 from vmachining.nc.checks import finding
@@ -15,7 +15,10 @@ from vmachining.nc.offset_curves import Pair
 from vmachining.nc.settings import Settings
 from vmachining.nc.vectors import add, subtract
 
-__all__ = ["PIECE_RAD", "Corner", "PenError", "Placing", "swung"]
+__all__ = ["PIECE_RAD", "Corner", "EdgeFeed", "PenError", "Placing", "swung"]
+
+EdgeFeed = Literal["", "inner", "all"]
+"""Which arcs under compensation keep the feed of their contour; the rest keeps that of the centre."""
 
 SWING_DEG: Final = 5.0
 PIECE_RAD: Final = math.pi / 2.0
@@ -62,6 +65,7 @@ class Placing:
         self.called: set[int] = set()
         self.known_radius: dict[int, float] = {}
         self.allowance = (0.0, 0.0)
+        self.edge_feed: EdgeFeed = ""
         self.feed: float | None = None
         self.feed_mode = "min"
         self.compensation: Compensation | None = None

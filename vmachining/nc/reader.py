@@ -9,7 +9,7 @@ from typing import Any
 
 from vmachining.errors import NCError
 from vmachining.nc.checks import check_moves, finding
-from vmachining.nc.conventions import closing, lengths, worn
+from vmachining.nc.conventions import closing, lengths, quill, worn
 from vmachining.nc.decode import MAX_BYTES, decode_program
 from vmachining.nc.dialects import (
     AUTO,
@@ -55,8 +55,9 @@ def _unit(lines: Sequence[str], guessed: bool) -> tuple[UnitName, list[Finding]]
 def _reading(lines: Sequence[str], settings: Settings) -> tuple[Reading, list[Finding]]:
     """A program as its control counts, and what was concluded about that."""
     settings, said = lengths(lines, settings)
-    settings, more = worn(lines, settings)
-    said += more
+    for judge in (worn, quill):
+        settings, more = judge(lines, settings)
+        said += more
     reading = read_lines(lines, settings)
     if any(item.code == "E211" for item in reading.findings):
         return reading, []
@@ -119,7 +120,7 @@ def parse_program(data: bytes, name: str, **options: Any) -> Program:
     guessed = settings.dialect == AUTO
     dialect = recognise(lines) if guessed else settings.dialect
     units = settings.units
-    if not units and TABLE[dialect].g_code and not names_unit(lines):
+    if not units and (TABLE[dialect].g_code or dialect == "sinumerik") and not names_unit(lines):
         units, more_found = _unit(lines, guessed)
         found += more_found
     settings = replace(settings, dialect=dialect, units=units)
@@ -136,7 +137,7 @@ def parse_program(data: bytes, name: str, **options: Any) -> Program:
     found += said
     if guessed and is_g_code(dialect):
         more = folded(more)
-        if (cause := strange(more)) is not None:
+        if (cause := strange(more, lines)) is not None:
             moves, more = [], [cause]
     if guessed and dialect != "iso" and not any(item.code == "E211" for item in more):
         what = f"the program looks like {TABLE[dialect].title}, and is read as that: dialect {dialect}"

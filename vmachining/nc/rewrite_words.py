@@ -4,9 +4,10 @@
    no function, and no neighbour of a rounding or chamfer. Its F becomes a number, or is added where the language has it.
 2. F is modal. A plain motion after it that has no F of its own gets the feed that it had; where the block after it is not plain
    (a loop, a cycle, a chamfer), the feed stays as it was, for that block would inherit it.
-3. What an F counts (mm/min, tenths of inches per minute, mm per revolution) is found from the program itself: the feed
-   of its motions over the number of their F. Where they disagree, as under inverse time, where another mode or unit begins
-   after a motion, or where a feed changes without an F that explains it (S under G95), nothing is written.
+3. What an F counts (mm/min, tenths of inches per minute, mm per revolution, one over minutes) is found for each block from
+   the program itself: its feed over the number of the F in force. That must be one number in the whole program, but for
+   the speed of the spindle in feeds per revolution, the length under inverse time, and arcs under cutter compensation,
+   whose feed may be that of the contour. Where it is not, or where another unit begins after a motion, nothing is written.
 
 Blocks are not divided.
 """
@@ -15,6 +16,7 @@ from __future__ import annotations
 
 import math
 import re
+from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, NamedTuple
@@ -33,7 +35,8 @@ SAME: Final = 1e-9
 @dataclass(frozen=True, slots=True)
 class _Language:
     """plain : a motion that may take an F. never : words that make it something else. word : its F. before : where an F goes.
-    modes : words that say what an F counts, each with those that mean the same as the control does before any of them.
+    modes : words that say what an F counts, those of a feed per revolution, that of inverse time. units : of lengths, and
+    those that mean the same as none of them.
 
     `word` has the number as group 1, where it is one.
     """
@@ -42,7 +45,8 @@ class _Language:
     never: re.Pattern[str]
     word: re.Pattern[str]
     before: re.Pattern[str]
-    modes: tuple[tuple[re.Pattern[str], frozenset[str]], ...]
+    modes: tuple[re.Pattern[str], frozenset[str], str]
+    units: tuple[re.Pattern[str], frozenset[str]] | None = None
 
 
 _I: Final = re.IGNORECASE
@@ -54,7 +58,8 @@ ASIDE: Final = re.compile(
 )
 """Lines whose F is not that of the motions after them."""
 
-PER_TURN: Final = ((re.compile(r"(?<![A-Z_])M\s*0*(13[67])(?!\d)", _I), frozenset({"137"})),)
+PER_TURN: Final = re.compile(r"(?<![A-Z_])M\s*0*(13[67])(?!\d)", _I), frozenset({"136"}), ""
+SIDES: Final = re.compile(r"(?<![A-Z_])(?:G\s*0*4[12](?!\d)|R[LR](?![A-Z\d]))", _I)
 ROUNDED: Final = re.compile(r"(?<![A-Z_])RNDM\s*=\s*([^\s;]+)", _I)
 LANGUAGES: Final = {
     "heidenhain": _Language(
@@ -76,10 +81,8 @@ LANGUAGES: Final = {
         re.compile(r"\b(?!I?AC\b|DC\b|AC[NP]\b)[A-Z_]{2,}\w*\s*\(|\bM?CALL\b|\b(IF|GOTO\w*|REPEAT\w*|L\d+)\b|:\s|\bFB\s*=", _I),
         re.compile(r"(?<![A-Z_])F\s*=?\s*(\d+\.?\d*|\.\d+)(?![\d.*/+-])|(?<![A-Z_])F\s*=\s*\S+", _I),
         re.compile(r"\s*;|\s*$"),
-        (
-            (re.compile(r"(?<![A-Z_])G\s*0*(9[3-7]\d*)(?!\d)", _I), frozenset({"94"})),
-            (re.compile(r"(?<![A-Z_])G\s*0*(7[01]0?)(?!\d)", _I), frozenset({"71", "710"})),
-        ),
+        (re.compile(r"(?<![A-Z_])G\s*0*(9[3-7]\d*)(?!\d)", _I), frozenset({"95", "96", "97"}), "93"),
+        (re.compile(r"(?<![A-Z_])G\s*0*(7[01]0?)(?!\d)", _I), frozenset({"71", "710"})),
     ),
 }  # fmt: skip
 
@@ -92,12 +95,18 @@ class WordsText(NamedTuple):
 
 
 class _Block(NamedTuple):
-    """Motions of one line that follow each other. plain : may take an F. explicit : sets the modal feed itself."""
+    """Motions of one line that follow each other. plain : may take an F. explicit : sets the modal feed itself.
+
+    rpm : speed of the spindle. arc : it may have the feed of a contour. even : all its motions have one feed.
+    """
 
     line: int
     feed: float
     plain: bool
     explicit: bool
+    rpm: float
+    arc: bool
+    even: bool
 
 
 def rewrite_word_feeds(
@@ -111,11 +120,11 @@ def rewrite_word_feeds(
     language = LANGUAGES[dialect]
     texts = [text for text, _ in lines]
     blocks = _blocks(language, texts, moves)
-    scale = _scale(language, texts, blocks)
+    scales = _scales(language, texts, blocks)
     todo, was_changed = dict(feeds), False
-    if scale is None:
+    if scales is None:
         return WordsText([text + end for text, end in lines], tuple(sorted(todo)))
-    for k, block in enumerate(blocks):
+    for k, (block, scale) in enumerate(zip(blocks, scales, strict=True)):
         after = blocks[k + 1] if k + 1 < len(blocks) else None
         may = block.plain and (after is None or after.plain or after.explicit)
         want = _rounded(todo.pop(block.line), scale) if may and block.line in todo else block.feed
@@ -131,11 +140,14 @@ def rewrite_word_feeds(
 def _blocks(language: _Language, texts: Sequence[str], moves: Sequence[Move]) -> list[_Block]:
     """Feed motions by line, in the order in which they run."""
     groups: list[tuple[int, set[float]]] = []
+    kinds: list[tuple[float, bool]] = []
     for move in moves:
         if not groups or groups[-1][0] != move.line:
             groups.append((move.line, set()))
+            kinds.append((abs(move.spindle_rpm), False))
         if move.feed_mm_min is not None:
             groups[-1][1].add(move.feed_mm_min)
+            kinds[-1] = kinds[-1][0], kinds[-1][1] or move.center is not None or move.circle is not None
     highest, lowest = [0] * (len(groups) + 1), [len(texts) + 1] * (len(groups) + 1)
     for k, (line, _) in enumerate(groups):
         highest[k + 1] = max(highest[k], line)
@@ -164,33 +176,57 @@ def _blocks(language: _Language, texts: Sequence[str], moves: Sequence[Move]) ->
                 max(of),
                 plain and once and len(of) == 1,
                 plain and language.word.search(text) is not None,
+                *kinds[k],
+                len(of) == 1,
             )
         )
     return out
 
 
-def _scale(language: _Language, texts: Sequence[str], blocks: Sequence[_Block]) -> float | None:
-    """mm/min of an F of 1, None where the program has none or two."""
+def _scales(language: _Language, texts: Sequence[str], blocks: Sequence[_Block]) -> list[float] | None:
+    """mm/min of an F of 1 in each block, None where the program does not say it of all."""
+    word, turns, inverse = language.modes
+    named = [(line, hit[1]) for line, text in enumerate(texts, 1) for hit in word.finditer(_bare(text))]
+    lines = [line for line, _ in named]
+    sides = any(SIDES.search(_bare(text)) for text in texts)
+    first = min((block.line for block in blocks), default=0)
+    if language.units is not None and _changes(texts, first, *language.units):
+        return None
+    out = list[float]()
     found: float | None = None
+    force: float | None = None
     last: _Block | None = None
     for block in blocks:
-        word = language.word.search(_bare(texts[block.line - 1])) if block.explicit else None
-        numbers = [word[1]] if word is not None else []
-        if block.plain and word is None and last is not None:
+        hit = language.word.search(_bare(texts[block.line - 1])) if block.explicit else None
+        given = [hit[1]] if hit is not None else []
+        if block.plain and hit is None and last is not None:
             between = [_bare(text) for text in texts[last.line : block.line]]
             lone = [language.word.search(text) for text in between if not ASIDE.search(text)]
-            numbers = [hit[1] for hit in lone if hit is not None]
-            if not numbers and abs(block.feed - last.feed) > SAME * last.feed:
-                return None
+            given = [item[1] for item in lone if item is not None]
+        if given:  # a parameter is no number
+            force = float(given[-1]) if given[-1] is not None and float(given[-1]) else None
+        elif last is None or not block.plain:
+            out.append(1.0)
+            if block.plain or block.explicit:
+                last = block
+            continue
         if block.plain or block.explicit:
             last = block
-        ratios = [block.feed / float(number) for number in numbers if number is not None and float(number)]
-        if ratios and found is None:
-            found = ratios[0]
-        if found is not None and ratios and all(abs(ratio - found) > SAME * found for ratio in ratios):
+        if force is None:
+            out.append(1.0)
+            continue
+        ratio = block.feed / force
+        out.append(ratio)
+        place = bisect_right(lines, block.line)
+        mode = named[place - 1][1] if place else ""
+        if not block.even or (mode == inverse and mode) or (block.arc and sides):
+            continue
+        if mode in turns:
+            ratio /= block.rpm or 1.0
+        if found is not None and abs(ratio - found) > SAME * found:
             return None
-    first = min((block.line for block in blocks), default=0)
-    return None if any(_changes(texts, first, *mode) for mode in language.modes) else found
+        found = ratio
+    return None if found is None and not any(mode == inverse for _, mode in named) else out
 
 
 def _changes(texts: Sequence[str], first: int, word: re.Pattern[str], default: frozenset[str]) -> bool:

@@ -16,8 +16,8 @@ from vmachining.nc.tooltable import ToolEntry
 __all__ = ["Control", "Settings"]
 
 UnitName = Literal["", "mm", "inch"]
-CrcEntry = Literal["prev", "next"]
-CrcCorner = Literal["arc", "exact", "miter"]
+CrcEntry = Literal["", "prev", "next"]
+CrcCorner = Literal["", "arc", "exact", "miter", "line"]
 Taps = Literal["reference", "axis"]
 Dwell = Literal["s", "ms"]
 Compensation = Literal["", "radius", "wear"]
@@ -86,9 +86,10 @@ class Settings:
     work_offsets : mm, by "G54" to "G59.3"; those not named are zero. Kept by the number of the code, times ten.
     rotary : letters of the rotary axes of the machine, of "ABC".
     crc_entry : "prev": the entry move of cutter compensation is a segment like any other; "next": it goes straight to the
-        offset start of the next one.
+        offset start of the next one; "": "next" in the Fanuc family (start-up type A), else "prev".
     crc_corner : "arc" about outer corners, corners that turn by less than 0.05 rad passed over as the reference control
-        does; "exact": those are trimmed or rounded too; "miter": points instead of arcs.
+        does; "exact": those are trimmed or rounded too; "miter": points instead of arcs; "line": as Fanuc controls, one
+        point to a right angle, else two, each the radius beyond its segment; "": "line" in that family, else "arc".
     peck_clearance_mm : how far G73 lifts, and G83 stays away, from the last depth.
     taps : in G18 and G19, "reference": beside their holes, as the reference control feeds them; "axis": along it.
     dwell : unit of the P of G4 and of canned cycles (B in mts), "s" or "ms".
@@ -107,8 +108,8 @@ class Settings:
     block_delete: bool = False
     work_offsets: Mapping[int, Point] = field(default_factory=dict)
     rotary: str = ""
-    crc_entry: CrcEntry = "prev"
-    crc_corner: CrcCorner = "arc"
+    crc_entry: CrcEntry = ""
+    crc_corner: CrcCorner = ""
     peck_clearance_mm: float = 0.254
     taps: Taps = "reference"
     dwell: Dwell = "s"
@@ -162,3 +163,13 @@ class Settings:
     def family(self) -> bool:
         """Whether the dialect is of the Fanuc family, whose controls take what others refuse."""
         return self.dialect in ("fanuc", "haas", "mazak", "okuma")
+
+    @property
+    def entry(self) -> CrcEntry:
+        """`crc_entry`, or that of the dialect."""
+        return self.crc_entry or ("next" if self.family else "prev")
+
+    @property
+    def corner(self) -> CrcCorner:
+        """`crc_corner`, or that of the dialect."""
+        return self.crc_corner or ("line" if self.family else "arc")

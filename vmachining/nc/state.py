@@ -22,7 +22,16 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from vmachining.nc.arcs import PLANES, Plane
 from vmachining.nc.codes import spell
-from vmachining.nc.expressions import MAX_NUMBER, Expression, Name, NoValueError, evaluate, parameter_number
+from vmachining.nc.expressions import (
+    FANUC,
+    FUNCTIONS,
+    MAX_NUMBER,
+    Expression,
+    Name,
+    NoValueError,
+    evaluate,
+    parameter_number,
+)
 from vmachining.nc.fanuc_variables import FAMILY_FREE, is_switch, set_variable, variable
 from vmachining.nc.frames import UP, Frame
 from vmachining.nc.model import Move, Point
@@ -260,6 +269,7 @@ class Memory:
     def __init__(self, state: State, family: bool = False) -> None:
         self.state, self.family = state, family
         self.last, self.locals = (99_999, 33) if family else (MAX_NUMBER, LOCALS)
+        self.functions = FANUC if family else FUNCTIONS
         self.line = 0
         self.names: dict[str, float] = {}
         self._global: dict[str, float] = {"_value": 0.0, "_value_returned": 0.0}

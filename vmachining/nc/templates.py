@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Iterator
 from typing import Any, Final
 
-from vmachining.nc.expressions import BINARY, FUNCTIONS, Expression, Name, NoValueError
+from vmachining.nc.expressions import BINARY, FANUC, FUNCTIONS, Expression, Name, NoValueError
 from vmachining.nc.fanuc_variables import FAMILY_FREE
 from vmachining.nc.lexer import MAX_VALUE, Assignment, Word, lex_line
 from vmachining.nc.state import LAST_FREE, Memory
@@ -30,11 +30,22 @@ Compiled = Callable[
 ]
 
 
-_NAMES: Final[dict[str, Any]] = {
-    "__builtins__": {},
-    "binary": {op: function for op, (_, function) in BINARY.items()},
-    "call": {**FUNCTIONS, "ATAN": lambda y, x: math.degrees(math.atan2(y, x))},
-}
+def _whole(value: float) -> int:
+    number = int(value)
+    if number != value:
+        raise _LongWayError
+    return number
+
+
+_NAMES: Final[tuple[dict[str, Any], ...]] = tuple(
+    {
+        "__builtins__": {},
+        "binary": {op: function for op, (_, function) in BINARY.items()},
+        "call": {**functions, "ATAN": lambda y, x: math.degrees(math.atan2(y, x))},
+        "whole": _whole,
+    }
+    for functions in (FUNCTIONS, FANUC)
+)
 """All that the source of a line can name; it is made of parsed nodes, never of text of the program."""
 
 
@@ -68,7 +79,7 @@ class Templates:
         except KeyError:
             known = None
             if len(self.known) < MOST:
-                known = self.known[key] = _compiled(line, parts[1::2])
+                known = self.known[key] = _compiled(line, parts[1::2], self.memory.family)
         if known is None:
             return None
         function, code = known
@@ -92,8 +103,10 @@ class Templates:
         return (number, None if code < 0 else parts[2 * code + 1], *values[2:]), writes
 
 
-def _compiled(line: str, numbers: list[str]) -> tuple[Compiled, int] | None:
+def _compiled(line: str, numbers: list[str], family: bool) -> tuple[Compiled, int] | None:
     """The function of a line, and which of its numbers is the G code (-1: none)."""
+    if family and "ROUND" in line.upper():  # in a word it goes to least increments
+        return None
     lexed = lex_line(line)
     letters = [word.letter for word in lexed.words]
     if (
@@ -143,18 +156,8 @@ def _compiled(line: str, numbers: list[str]) -> tuple[Compiled, int] | None:
     if next(written, None) is not None or ("N" in words and line.lstrip(" \t")[:1] not in ("N", "n")):
         return None
     values = ", ".join(words.get(letter, "None") for letter in _LETTERS)
-    made: Compiled = eval(f"lambda n, read, names: (({values}), ({''.join(writes)}))", _NAMES)
+    made: Compiled = eval(f"lambda n, read, names: (({values}), ({''.join(writes)}))", _NAMES[family])
     return made, code
-
-
-def _whole(value: float) -> int:
-    number = int(value)
-    if number != value:
-        raise _LongWayError
-    return number
-
-
-_NAMES["whole"] = _whole
 
 
 def _word(word: Word, written: Iterator[int], numbers: list[str]) -> str:

@@ -71,16 +71,22 @@ _CORNER: Final = (
 )
 _TAPER: Final = re.compile(r"\b(?:TAPER|ANGLE|TIP)\s*[-:=]\s*(\d+\.?\d*)", re.IGNORECASE)
 _FLUTES: Final = re.compile(r"(?<![\w./])(\d{1,2})[ -]*FL(?:UTES?|T)?\b", re.IGNORECASE)
-_DEGREES: Final = re.compile(r"(?<![\w.])(\d+\.?\d*)\s*(?:DEG|°)", re.IGNORECASE)
+_DEGREES: Final = re.compile(r"(?<![A-Za-z0-9.])(\d+\.?\d*)\s*(?:DEG|GRAD|°)", re.IGNORECASE)
+WHOLE: Final = 80.0
+"""Degrees from which the angle of a chamfer mill is that of its whole tip."""
 _KINDS: Final = (  # the first that fits
-    ("drill", re.compile(r"DRILL|SPOT|CENTER\b", re.IGNORECASE)),
-    ("chamfer", re.compile(r"CHAMFER|COUNTERSINK|V-?BIT|ENGRAV", re.IGNORECASE)),
+    ("tap", re.compile(r"GEWINDE|TARAUD|MASCHIO|\bMACHO\b", re.IGNORECASE)),  # a Gewindebohrer is no drill
+    ("flat", re.compile(r"BOHRNUT|SLOT\s*-?DRILL", re.IGNORECASE)),
+    ("drill", re.compile(r"DRILL|SPOT|CENTER\b|BOHR|\bFORET|\bBROCA|\bPUNTA\b", re.IGNORECASE)),
+    ("chamfer", re.compile(r"CHAMFER|COUNTERSINK|V-?BIT|ENGRAV|FASE|SENKER|ENT(?:GRAT|FR(?:AE|Ä)S)|CHANFREIN|AVELLAN",
+                           re.IGNORECASE)),
     ("tap", re.compile(r"\bTAP\b|\bTHREAD", re.IGNORECASE)),
-    ("bore", re.compile(r"REAM|\bBOR(?:E|ING)\b", re.IGNORECASE)),
-    ("ball", re.compile(r"BALL|SPHER|KUGEL", re.IGNORECASE)),
-    ("bull", re.compile(r"BULL|TORUS|TOROID|CORNER\s+RAD|RADIUS\s+(?:END|MILL)", re.IGNORECASE)),
-    ("taper", re.compile(r"TAPER(?:ED)?\s+MILL|CONICAL", re.IGNORECASE)),
-    ("flat", re.compile(r"FLAT|END\s*-?MILL|SLOT|FACE\s*-?MILL|SHELL|CYLINDRICAL|\bE\.?M\b", re.IGNORECASE)),
+    ("bore", re.compile(r"REAM|\bBOR(?:E|ING)\b|REIBAHLE|AUS(?:DREH|SPINDEL)|AL[EÉ]SOIR", re.IGNORECASE)),
+    ("ball", re.compile(r"BALL|SPHER|KUGEL|H[EÉ]MISPH|SF[EÉ]RIC", re.IGNORECASE)),
+    ("bull", re.compile(r"BULL|TORUS|TORI(?:QUE|SCH)|TOROID|CORNER\s+RAD|RADIUS\s+(?:END|MILL)", re.IGNORECASE)),
+    ("taper", re.compile(r"TAPER(?:ED)?\s+MILL|CONICAL|KEGELFR", re.IGNORECASE)),
+    ("flat", re.compile(r"FLAT|END\s*-?MILL|SLOT|FACE\s*-?MILL|SHELL|CYLINDRICAL|\bE\.?M\b|SCHAFT|WALZEN|MESSERKOPF|PLANFR",
+                        re.IGNORECASE)),
 )  # fmt: skip
 
 
@@ -264,8 +270,9 @@ def _note(line: int, text: str, scale: float) -> ToolNote | None:
         diameter = 2.0 * corner
     if kind is None and diameter is None and corner is None:
         return None
-    return ToolNote(line, text, kind, diameter, corner, float(angle[1]) if angle else None,
-                    int(flutes[1]) or None if flutes else None)  # fmt: skip
+    size = float(angle[1]) if angle else None
+    size = size / 2.0 if size is not None and kind == "chamfer" and WHOLE <= size < 180.0 else size
+    return ToolNote(line, text, kind, diameter, corner, size, int(flutes[1]) or None if flutes else None)
 
 
 def _first(patterns: Sequence[re.Pattern[str]], text: str, scale: float) -> float | None:

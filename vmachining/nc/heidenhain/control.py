@@ -11,14 +11,33 @@ from vmachining.nc.heidenhain.contour import AXES, Contour
 from vmachining.nc.heidenhain.definitions import Definitions
 from vmachining.nc.heidenhain.text import Word, blocks, words
 from vmachining.nc.pen import PenError
+from vmachining.nc.placing import EdgeFeed
 from vmachining.nc.settings import Settings
 
 __all__ = ["Control"]
 
 NOTED_M: Final = frozenset(
-    {*range(7, 89), 90, 94, 95, 96, *range(100, 114), 116, 117, 118, 120, 121, 124, *range(132, 151)}
+    {
+        *range(7, 89),
+        90,
+        94,
+        95,
+        96,
+        *range(100, 109),
+        112,
+        113,
+        116,
+        117,
+        118,
+        120,
+        121,
+        124,
+        *range(132, 151),
+    }
 )
 """No path: coolant, clamps, probes, look-ahead, feeds of corners, and what the builder of the machine gave M10 to M88."""
+_EDGE_FEEDS: Final[dict[int, EdgeFeed]] = {109: "all", 110: "inner", 111: ""}
+"""Which compensated arcs keep the feed of their contour."""
 _CLAMPED: Final = re.compile(r"(\bM[ ]*138)(?:[ ]+[ABC](?![A-Z0-9.+-]))+")
 REFUSED_M: Final = {
     97: "M97 changes compensated corners", 98: "M98 ends compensated contours in another place",
@@ -145,7 +164,9 @@ class Control(Definitions):
         pen = self.pen
         self.rapid = False
         later: list[Callable[[], None]] = []
-        for word in given:
+        for word in sorted(
+            given, key=lambda word: word.key == "COMP"
+        ):  # a radius that is missing takes no feed along
             key, value = word.key, word.value
             if key == "FMAX":
                 self.rapid = True
@@ -213,6 +234,9 @@ class Control(Definitions):
                 self.shortest = code == 126
         elif code in (128, 129):
             pen.set_tcp(code == 128)
+        elif code in (109, 110, 111):
+            pen.flush()
+            pen.edge_feed = _EDGE_FEEDS[code]
         elif code in (136, 137):
             self.feed_kind = "rev" if code == 136 else "min"
             pen.feed, pen.feed_mode = None, self.feed_kind

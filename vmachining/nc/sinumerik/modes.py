@@ -20,6 +20,7 @@ from vmachining.nc.frames import EYE, IDENTITY, UP, Frame, Rows, axis_turn, matm
 from vmachining.nc.model import Point
 from vmachining.nc.offset_curves import Pair
 from vmachining.nc.pen import PenError
+from vmachining.nc.placing import EdgeFeed
 from vmachining.nc.settings import Settings
 from vmachining.nc.sinumerik import cycles
 from vmachining.nc.sinumerik.control import Flow
@@ -30,7 +31,7 @@ __all__ = ["Modes"]
 AXES: Final = {"X": 0, "Y": 1, "Z": 2}
 ROTARY: Final = "ABC"
 _NOTED = """
-    SOFT BRISK DRIVE FFWON FFWOF COMPCAD COMPON COMPCURV COMPSURF COMPOF KONT KONTC KONTT NORM CFC CFTCP CFIN
+    SOFT BRISK DRIVE FFWON FFWOF COMPCAD COMPON COMPCURV COMPSURF COMPOF KONT KONTC KONTT NORM
     STOPRE FNORM FLIN DIAMOF DIAM90 CUT2D CUT2DF CUT3DC FIFOCTRL STARTFIFO STOPFIFO PREPRO BLSYNC DYNNORM DYNPOS
     DYNROUGH DYNSEMIFIN DYNFINISH SUPD SBLOF SBLON ASPLINEOF DISPLOF DISPLON ADISPOSA CPRECON CPRECOF PTP CP UPATH
     SPATH WALIMON WALIMOF BRISKA SOFTA SAVE ACTBLOCNO DELAYFSTON DELAYFSTOF ORISON ORISOF ORICONTO PAROTOF TOROTOF
@@ -45,6 +46,8 @@ NOTED_CALLS: Final = frozenset(_NOTED_CALLS.split())
 NOTED_SET: Final = frozenset({"SPOS", "SPOSA", "ACC", "ADIS", "ADISPOS",
                               "FGREF", "DISC", "SF", "OTOL", "CTOL", "ORISON", "STOLF", "ATOL",
                               "SCC", "LIMS", "G", "H"})  # fmt: skip
+EDGE_FEEDS: Final[dict[str, EdgeFeed]] = {"CFC": "all", "CFIN": "inner", "CFTCP": ""}
+"""Feed on arcs under compensation: of the contour (as the control starts), of inner arcs only, of the tool centre."""
 FEED_SET: Final = frozenset({"FL", "FA", "OVR", "OVRA", "VELOLIM"})
 REFUSED: Final = {
     "ASPLINE": "splines",
@@ -90,6 +93,12 @@ USED: Final = frozenset({
 _TRANSFORM: Final = re.compile(r"\b(A?(?:TRANS|ROT|SCALE|MIRROR))\b(?![ ]*[=(\[])[ ]*(.*)")
 
 
+_QUOTED: Final = re.compile(r'"[^"]*"')
+_CHANGES: Final = re.compile(
+    r"(?<![A-Z0-9_])M[ ]*=?[ ]*0*6(?![0-9.])|(?<![A-Z])L[ ]*0*6(?![0-9])|TOOL|CHANGE", re.IGNORECASE
+)
+"""A tool change, by M6 or by a subprogram that may hold it."""
+
 _MILLS: Final = re.compile(r"POCKET\d|SLOT\d|LONGHOLE|CYCLE(?:6[0-4]|7[0-9]|899)")
 """Cycles for pockets, slots, faces, studs, threads and contours."""
 
@@ -117,6 +126,10 @@ class Modes(Flow):
         self.offset = self.swivel = self.program = IDENTITY
         self.modal: tuple[str, str] | None = None
         self.feed_inch: bool | None = None
+        self.pen.scale = 25.4 if settings.units == "inch" else 1.0
+        self.pen.edge_feed = "all"
+        self.direct = not any(_CHANGES.search(_QUOTED.sub("", line).split(";", 1)[0]) for line in lines)
+        """Whether T changes the tool: no block holds M6."""
         self.pole: Pair = (0.0, 0.0)
         self.selected: int | None = None
         self.rounding = self.corner_feed = 0.0
@@ -390,6 +403,10 @@ class Modes(Flow):
                 self.corner_feed = self.number(value, word.text)
             elif name == "T":
                 self.selected = self._tool(value)
+                if self.direct:
+                    text = "T changes the tool: the program has no M6"
+                    pen.note("I213", text, word.text, once="direct")
+                    pen.change_tool(self.selected)
             elif name == "D" and word.kind in ("word", "set"):
                 if self.number(value, word.text) not in (0.0, 1.0):
                     pen.note(
@@ -478,6 +495,9 @@ class Modes(Flow):
             pen.note("I408", f"{name}: accepted", name, once=name)
         elif name == "CYCLE800":
             self._cycle800([])
+        elif name in EDGE_FEEDS:
+            pen.flush()
+            pen.edge_feed = EDGE_FEEDS[name]
         elif name in NOTED or name in NOTED_CALLS:
             pen.note("I408", f"{name} changes no path: accepted", name, once=name)
         elif name in REFUSED:
