@@ -169,3 +169,36 @@ def test_an_old_control_is_named_by_one_finding():
     )
     errors = parse_program(text.encode(), "p", dialect="auto").errors
     assert [error.code for error in errors] == ["E211"]
+
+
+def test_machine_coordinates_go_home_where_nobody_says_where_the_part_lies():
+    """G53 Z0 is the top of the machine, not of the part."""
+    text = f"{HEAD}G0 X1. Z2.\nG53 G0 Z0\nG53 X-5. Y0\nM30\n"
+    program = parse_program(text.encode(), "p", dialect="fanuc", home=(0.0, 0.0, 90.0))
+    assert [m.end for m in program.moves] == [(1.0, 0.0, 2.0), (1.0, 0.0, 90.0), (0.0, 0.0, 90.0)]
+    assert [f.line for f in program.findings if f.code == "W366"] == [6]
+    known = parse_program(text.encode(), "p", dialect="fanuc", work_offsets={"G54": (-9.0, 0.0, -300.0)})
+    assert [m.end for m in known.moves[1:]] == [(1.0, 0.0, 300.0), (4.0, 0.0, 300.0)]
+    own = text.replace("G0 X1. Z2.", "G10 L2 P1 X-9. Y0 Z-300.\nG0 X1. Z2.")
+    assert [m.end for m in read(own).moves] == [(1.0, 0.0, 2.0), (1.0, 0.0, 300.0), (4.0, 0.0, 300.0)]
+
+
+def test_a_second_work_offset_needs_its_place():
+    text = f"{HEAD}G55\nG54\nG1 X1.\nG55\nG1 X2.\nG54 X3.\nG55 X4.\nG56 X5.\nM30\n"
+    assert [f.line for f in read(text).findings if f.code == "W368"] == [8, 12]
+    some = {"G54": (0.0, 0.0, 0.0), "G55": (100.0, 0.0, 0.0)}
+    program = read(text, work_offsets=some)
+    assert [f.line for f in program.findings if f.code == "W368"] == [12]
+    assert [m.end[0] for m in program.moves] == [1.0, 102.0, 3.0, 104.0, 5.0]
+    assert not [f for f in read(f"{HEAD}G55\nG1 X1.\nM30\n").findings if f.code == "W368"]
+
+
+def test_sinumerik_lines_by_an_angle():
+    """From (10, 0) at 30 degrees to X 40: Y 30 tan 30; then at 180 - 45 to Y + 10: X - 10."""
+    y = 30.0 / 3.0**0.5
+    text = f"G71 G90 G54\nT1 M6\nS1 M3 F100\nG1 X10\nX40 ANG=30\nY{y + 10:.6f} ANG=135\n"
+    program = read(text + "M30\n", "sinumerik")
+    assert program.moves[-2].end == pytest.approx((40.0, y, 0.0))
+    assert program.moves[-1].end == pytest.approx((30.0, y + 10.0, 0.0), abs=1e-6)
+    for wrong, code in (("X0 ANG=30", "E309"), ("ANG=30", "E208"), ("X50 Y50 ANG=30", "E208")):
+        assert [f.code for f in read(f"{text}{wrong}\nM30\n", "sinumerik").errors] == [code]

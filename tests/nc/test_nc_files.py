@@ -134,7 +134,7 @@ def test_tools_that_g10_writes():
     """L1 writes an offset, L10 the one with which the tool stands at the words; nothing moves before G43."""
     text = HEAD + "T1 M6 M3\nG0 Z9\nG10 L1 P1 X1 Z5 R2\nG43 H1\nG0 X0 Y0 Z1\nG49\nG53 G0 Z20\nG10 L10 P1 Z3\n"
     text += "G43\nG0 X0 Z0\nG41 D1 X9\nG0 X40\nM2\n"
-    program = parse_program(text.encode(), "p", home=(0.0, 0.0, 0.0))
+    program = parse_program(text.encode(), "p", home=(0.0, 0.0, 0.0), work_offsets={"G54": (0.0, 0.0, 0.0)})
     program.require_clean()
     machine = [m.end_machine for m in program.moves]
     assert machine[1] == (1, 0, 6)  # program + offset

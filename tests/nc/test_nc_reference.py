@@ -167,7 +167,11 @@ def test_where_a_tool_length_comes_from(word, length):
 
 
 def test_reference_and_machine_coordinates():
-    moves = read("G0 X5 Y6\nG28 G91 Z12\nG90 G92 X100\nG53 G0 X1", home=(0.0, 0.0, 100.0)).moves
+    moves = read(
+        "G0 X5 Y6\nG28 G91 Z12\nG90 G92 X100\nG53 G0 X1",
+        home=(0.0, 0.0, 100.0),
+        work_offsets={"G54": (0, 0, 0)},
+    ).moves
     assert [m.end for m in moves] == [(5, 6, 100), (5, 6, 112), (5, 6, 100), (1, 6, 100)]
     assert moves[-1].end_program == (96, 6, 100)
 

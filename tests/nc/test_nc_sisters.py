@@ -29,6 +29,14 @@ GROUPS = [
     # conversational in inch, DIN/ISO in mm: contours, drilling, pecking
     ("heidenhain/0238_DMC_70V_sample_in.ptp", "fanuc-like-iso/0292_sample_output.txt", 800),
     ("heidenhain/0238_DMC_70V_sample_in.ptp", "fanuc-like-iso/0316_sample_IN.ptp", 800),
+    # one part from posts for Makino, Mazak, Mitsubishi, Makino A-axis and Toyoda mills
+    ("fanuc-like-iso/0316_sample_IN.ptp", "fanuc-like-iso/0286_4_axis_mill.ptp", 1870),
+    ("fanuc-macro/0298_Mitsubishi_VR33_Rhead_output.txt", "fanuc-like-iso/0286_4_axis_mill.ptp", 1870),
+    ("fanuc-like-iso/0228_sample.ptp", "fanuc-like-iso/0286_4_axis_mill.ptp", 810),
+    ("fanuc-like-iso/0321_Toyoda_sample_part.ptp", "fanuc-like-iso/0316_sample_IN.ptp", 410),
+    ("heidenhain/0238_DMC_70V_sample_in.ptp", "fanuc-macro/0298_Mitsubishi_VR33_Rhead_output.txt", 850),
+    # a boring mill whose W stands beside Z, and a mill without it
+    ("fanuc-like-iso/0265_Sample_Kuraki_KBT.ptp", "fanuc-like-iso/0310_MS_NMV_sample_output.txt", 150),
     ("fanuc-like-iso/0289_Gcode_output.txt", "fanuc-like-iso/0292_sample_output.txt", 1600),
 ]
 

@@ -287,6 +287,15 @@ class Job:
         return {role: path for role, path in paths.items() if path is not None}
 
     @property
+    def work_offsets(self) -> dict[str, tuple[float, float, float]]:
+        """Machine coordinates of the zeros, mm, by name."""
+        given = self.keys.program.work_offsets
+        return {
+            name.upper(): (self.scale * x, self.scale * y, self.scale * z)
+            for name, (x, y, z) in given.items()
+        }
+
+    @property
     def home(self) -> tuple[float, float, float]:
         """mm, start position in work coordinates."""
         x, y, z = (self.scale * v for v in self.keys.program.home)

@@ -94,6 +94,10 @@ class ProgramKeys(Keys):
     """of the program, where it names none; left out: inferred, and said"""
     home: Annotated[Triple, Field(examples=["[0, 0, 100]"])] = (0.0, 0.0, 100.0)
     """tool tip at the start, work coordinates; also where G28 goes"""
+    work_offsets: Annotated[
+        dict[str, Triple], Field(examples=["{ G54 = [0, 0, 0], G55 = [120, 0, 0] }"])
+    ] = {}
+    """zeros of G54 to G59.3 in machine coordinates, if the program needs them: G53, or several; G54 is that of the job"""
     block_delete: Annotated[bool, Field(strict=True)] = False
     """skip lines that open with a slash"""
     crc_entry: CrcEntry = ""

@@ -44,7 +44,8 @@ def read_job_program(job: Job, path: Path | None = None) -> Program:
     keys = job.keys.program
     names = job.machine.names if job.machine is not None else ()
     options: dict[str, Any] = {name: getattr(keys, name) for name in ASKED} | {
-        "tools": table, "home": job.home, "control": None if keys.control is None else keys.control.model_dump(),
+        "tools": table, "home": job.home, "work_offsets": job.work_offsets,
+        "control": None if keys.control is None else keys.control.model_dump(),
         "rotary": "".join(letter for letter in "ABC" if letter in names),
     }  # fmt: skip
     # a rewritten program lies elsewhere than the files of its subprograms

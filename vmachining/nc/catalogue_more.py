@@ -382,6 +382,12 @@ MORE: Final[dict[str, Entry]] = {
         "great circle between the two is taken.",
         "post A B C in place of A3 B3 C3, or ORIVECT",
     ),
+    "W368": Entry(
+        "second work offset without a place",
+        "The program cuts in two work offsets, and nothing says how far one lies from the other. Both are taken to be the same "
+        "place: what is cut in the second one falls onto the first.",
+        "give all work offsets of the program: work_offsets = { G54 = [0, 0, 0], G55 = [120, 0, 0] } under [program]",
+    ),
     "W376": Entry(
         "feeds by an override of the program",
         "OVR, OVRA, FL, FA and VELOLIM change or limit the feed of the path or of single axes. The path is right, the feeds "

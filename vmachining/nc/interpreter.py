@@ -16,6 +16,7 @@ from vmachining.nc.codes import CYCLES, spell
 from vmachining.nc.compensation import Compensation
 from vmachining.nc.lexer import Word
 from vmachining.nc.model import Motion, Move, Point
+from vmachining.nc.placing import NO_PLACE
 from vmachining.nc.run import BlockError, Run
 from vmachining.nc.settings import Settings
 from vmachining.nc.state import State
@@ -338,8 +339,11 @@ class _Interpreter(Run):
         rotary, given = dict(state.rotary), {}
         for axis, letter in enumerate("XYZ"):
             value = block.value(letter)
-            if value is not None:
+            if value is not None and state.offsets:
                 given[axis] = value * state.scale
+            elif value is not None:  # nobody says where the part lies on the machine
+                given[axis] = self.settings.home[axis] + state.start_offset[axis]
+                self.warn("W366", word, NO_PLACE.format(spell("G", 530)))
         if state.carried is not None:
             self._line(
                 *offsets.slides(self, {k: v - state.start_offset[k] for k, v in given.items()}), rotary

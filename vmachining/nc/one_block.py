@@ -77,6 +77,10 @@ class OneBlock:
         self.ended = False
         self.errors = 0
         self.warnings: dict[str, int] = {}
+        self.zeros: set[int] = set()
+        self.placed: set[int] = set()
+        """Work offsets that were cut in; those that were told."""
+        self.since = 0
         self.numbers: set[int] = set()
         self.highest = -1
         self.last = -1
@@ -217,9 +221,12 @@ class OneBlock:
                 self.report(problem, number, n)
             return
         for warning in warnings:
-            self.report(warning, number, n)
+            if warning.code != "W366" or not self.warnings.get("W366"):
+                self.report(warning, number, n)
         for change in after:
             change(try_state)
+        if try_state.work != self.state.work:
+            self._other_zero(try_state, number, n, block)
         self.state = self.memory.state = try_state
         for key, value in writes:
             self.memory.store(key, value)
@@ -234,6 +241,19 @@ class OneBlock:
                 what = "M99 starts the main program again, without end: it is read once"
                 self.report(Problem("W415", block.m[10][1], what), number, n)
                 self.state.ended = True
+
+    def _other_zero(self, state: State, line: int, n: int | None, block: Block | None) -> None:
+        """Another work offset: where it lies from the one that was cut in is known only if both are given."""
+        if any(move.feed_mm_min is not None for move in self.moves[self.since :]):
+            self.zeros.add(self.state.work)
+        self.since, new = len(self.moves), state.work
+        known = all(code in state.offsets for code in (*self.zeros, new))
+        if known or not self.zeros or new in self.zeros | self.placed:
+            return
+        self.placed.add(new)
+        word = block.g[12][1] if block is not None and 12 in block.g else None
+        what = "a second work offset: where it lies from the first is not given; both are taken to be one"
+        self.report(Problem("W368", word, what), line, n)
 
     def _pivot(self, line: int, n: int | None, state: State, called: int | None) -> list[Move]:
         """G53.1: the tool axis turns to the plane."""

@@ -104,6 +104,7 @@ class Control(Modes):
         polar = self._polar(found)
         if polar is not None:
             target.update(polar)
+        self._by_angle(found, target)
         vector = self._vector(found)
         if "SUPA" in keys or 53.0 in gs or 153.0 in gs:
             if target or rotary:
@@ -211,6 +212,24 @@ class Control(Modes):
             theta = math.radians(angle) + (theta if step else 0.0)
         distance = math.hypot(x, y) if radius is None else radius * pen.scale
         return {a: self.pole[0] + distance * math.cos(theta), b: self.pole[1] + distance * math.sin(theta)}
+
+    def _by_angle(self, found: list[Word], target: dict[int, float]) -> None:
+        """ANG=: the other coordinate of a straight line whose end gives one of the plane."""
+        angle, pen = self._get(found, "ANG"), self.pen
+        if angle is None:
+            return
+        a, b = pen.plane.first, pen.plane.second
+        given = [axis for axis in (a, b) if axis in target]
+        if self.motion not in (0.0, 1.0) or len(given) != 1:
+            raise PenError("E208", "ANG= beside other than one coordinate of a straight line is not supported", "ANG",
+                           "give the end of the line")  # fmt: skip
+        (one,) = given
+        other = b if one == a else a
+        way = {a: math.cos(math.radians(angle)), b: math.sin(math.radians(angle))}
+        step = target[one] - pen.at[one]
+        if abs(way[one]) < 1e-9 or step * way[one] < 0.0:
+            raise PenError("E309", f"no line at ANG={angle:g} leads to that end", "ANG")
+        target[other] = pen.at[other] + step * way[other] / way[one]
 
     def _circular(self, found: list[Word]) -> bool:
         return self.motion in (2.0, 3.0) and any(w.name in ("I", "J", "K", "CR", "AR") for w in found)

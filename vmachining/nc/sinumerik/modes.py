@@ -88,7 +88,7 @@ KNOWN: Final = frozenset(map(float, (
 )))  # fmt: skip
 USED: Final = frozenset({
     *AXES, *ROTARY, "I", "J", "K", "I1", "J1", "K1", "X1", "Y1", "Z1", "CR", "AR", "TURN", "CHF", "CHR", "RND", "RNDM", "FP",
-    "FRC", "FRCM", "A3", "B3", "C3", "AP", "RP", "F", "S", "T", "D",
+    "FRC", "FRCM", "A3", "B3", "C3", "AP", "RP", "ANG", "F", "S", "T", "D",
 })  # fmt: skip
 _TRANSFORM: Final = re.compile(r"\b(A?(?:TRANS|ROT|SCALE|MIRROR))\b(?![ ]*[=(\[])[ ]*(.*)")
 
