@@ -327,7 +327,14 @@ def compare(feature: str, command: str, count: int, seed: int, folder: Path) -> 
         lines = FEATURES[feature](rng)
         text = "\n".join([*lines, "" if "M2" in lines else "M2", ""])
         theirs, bad = reference(command, text, folder)
-        program = parse_program(text.encode(), "p", home=(0.0, 0.0, 0.0), tools=TOOLS, rotary="ABC")
+        program = parse_program(
+            text.encode(),
+            "p",
+            home=(0.0, 0.0, 0.0),
+            tools=TOOLS,
+            rotary="ABC",
+            work_offsets={"G54": (0.0, 0.0, 0.0)},
+        )
         errors = [f for f in program.errors if f.code != "W401"]
         mine = [ours(m) for m in program.moves if m.motion is not Motion.DWELL]
         problem = None
