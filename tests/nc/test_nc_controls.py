@@ -175,7 +175,7 @@ def test_machine_coordinates_go_home_where_nobody_says_where_the_part_lies():
     """G53 Z0 is the top of the machine, not of the part."""
     text = f"{HEAD}G0 X1. Z2.\nG53 G0 Z0\nG53 X-5. Y0\nM30\n"
     program = parse_program(text.encode(), "p", dialect="fanuc", home=(0.0, 0.0, 90.0))
-    assert [m.end for m in program.moves] == [(1.0, 0.0, 2.0), (1.0, 0.0, 90.0), (0.0, 0.0, 90.0)]
+    assert [m.end for m in program.moves] == [(1.0, 0.0, 2.0), (1.0, 0.0, 90.0), (-5.0, 0.0, 90.0)]
     assert [f.line for f in program.findings if f.code == "W366"] == [6]
     known = parse_program(text.encode(), "p", dialect="fanuc", work_offsets={"G54": (-9.0, 0.0, -300.0)})
     assert [m.end for m in known.moves[1:]] == [(1.0, 0.0, 300.0), (4.0, 0.0, 300.0)]

@@ -13,8 +13,8 @@ from vmachining.nc import parse_program
 POSTS = Path(__file__).parents[3] / "shared" / "data" / "posts"
 
 LEAST = {
-    "apt-cl": (19, 0), "fanuc-like-iso": (35, 25), "fanuc-macro": (4, 8), "grbl-fusion-360-hobby": (15, 2),
-    "haas": (4, 1), "heidenhain": (6, 5), "okuma": (0, 1), "sinumerik": (4, 5),
+    "apt-cl": (19, 0), "fanuc-like-iso": (38, 23), "fanuc-macro": (5, 7), "grbl-fusion-360-hobby": (15, 2),
+    "haas": (4, 1), "heidenhain": (6, 6), "okuma": (0, 1), "sinumerik": (4, 5),
 }  # fmt: skip
 """Files read without an error, and files with one finding that names the cause: counts reached, which may only rise."""
 

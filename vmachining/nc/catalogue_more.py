@@ -325,7 +325,7 @@ MORE: Final[dict[str, Entry]] = {
     "W366": Entry(
         "machine coordinates without a machine",
         "Machine coordinates say where the slides are. The job does not say where the part lies there, so the axes named "
-        "go to home, where the tool started.",
+        "go to home, where the tool started; X and Y of G53 are taken as those of the part.",
         "give the place of the part as a work offset, or set home above the part",
     ),
     "W367": Entry(

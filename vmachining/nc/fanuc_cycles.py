@@ -76,7 +76,7 @@ def _repeats(translator: Translator, line: Line, active: int) -> None:
         translator.k_sizes = True
     if translator.k_sizes and letter:
         what = "how deep it pecks" if letter == "Q" else "how long it dwells"
-        translator.say(f"K {letter}", word, f"{word.text} is no number of holes: K is {what}", "I213")
+        translator.say(f"K {letter}", word, f"{word.text} does not count holes: K is {what}", "I213")
         line.add(letter, value, word._replace(text=f"{word.text}."))
     elif value != 1.0:
         line.add("L", value, word)

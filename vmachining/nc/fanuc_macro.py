@@ -79,7 +79,7 @@ NEXT_PROGRAM: Final = (
 
 
 def next_program(lines: list[str], first: int, stop: int) -> int:
-    """The line of the second O number, where another program begins; `stop` where there is none."""
+    """The line of the second O number, where another program begins; else `stop`."""
     heads = (
         k
         for k in range(first, stop)
@@ -249,7 +249,7 @@ class MacroFlow:
         return self._called(index, stop)
 
     def _is_alarm(self, index: int, text: str, at: int) -> bool:
-        """IF [what only the machine knows] THEN #3000 = ...: a program that cuts goes on after it."""
+        """IF [what only the machine knows] THEN #3000 = ...: a program that cuts continues after it."""
         _, end = parse_value(text, at)
         then = _THEN.match(text, end)
         if then is None or then[1] or not _ALARM.match(text, then.end()):

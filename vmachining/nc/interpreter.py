@@ -16,7 +16,6 @@ from vmachining.nc.codes import CYCLES, spell
 from vmachining.nc.compensation import Compensation
 from vmachining.nc.lexer import Word
 from vmachining.nc.model import Motion, Move, Point
-from vmachining.nc.placing import NO_PLACE
 from vmachining.nc.run import BlockError, Run
 from vmachining.nc.settings import Settings
 from vmachining.nc.state import State
@@ -51,6 +50,9 @@ def execute(
         run.end()
     state.check_sync()
     return run.moves, run.warnings
+
+
+NO_PLACE: Final = "G53: where the part lies on the machine is not given: Z goes to home, X and Y are taken as those of the part"
 
 
 class _Interpreter(Run):
@@ -339,11 +341,12 @@ class _Interpreter(Run):
         rotary, given = dict(state.rotary), {}
         for axis, letter in enumerate("XYZ"):
             value = block.value(letter)
-            if value is not None and state.offsets:
+            if value is not None:
                 given[axis] = value * state.scale
-            elif value is not None:  # nobody says where the part lies on the machine
-                given[axis] = self.settings.home[axis] + state.start_offset[axis]
-                self.warn("W366", word, NO_PLACE.format(spell("G", 530)))
+        if given and not state.offsets:  # nobody says where the part lies on the machine
+            self.warn("W366", word, NO_PLACE)
+            if 2 in given:
+                given[2] = self.settings.home[2] + state.start_offset[2]
         if state.carried is not None:
             self._line(
                 *offsets.slides(self, {k: v - state.start_offset[k] for k, v in given.items()}), rotary

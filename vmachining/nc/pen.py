@@ -24,7 +24,7 @@ from vmachining.nc.corners import CornerError, joined, segment, tangents
 from vmachining.nc.frames import UP, Frame
 from vmachining.nc.model import Motion, Move, Point
 from vmachining.nc.offset_curves import Pair
-from vmachining.nc.placing import NO_PLACE, Corner, PenError, Placing, swung
+from vmachining.nc.placing import Corner, PenError, Placing, swung
 
 __all__ = ["Pen", "PenError"]
 
@@ -160,7 +160,8 @@ class Pen(Placing):
         for k, value in values.items():
             slides[k] = self.settings.home[k] if shift is None else value - shift[k]
         if shift is None and values:
-            self.note("W366", NO_PLACE.format(word), word, once="machine")
+            text = f"{word}: the job does not say where the part lies on the machine: these axes go to home"
+            self.note("W366", text, word, once="machine")
         place = swung(UP, axis, (slides[0], slides[1], slides[2]))
         self._straight(self.frame.invert(place), set(values), rapid=rapid, rotary=None, vector=None)
 

@@ -25,7 +25,6 @@ PIECE_RAD: Final = math.pi / 2.0
 """Arcs under a leaning tool come in pieces of a quarter."""
 
 STILL: Final = 1e-9
-NO_PLACE: Final = "{}: the job does not say where the part lies on the machine: these axes go to home"
 MAX_MOVES: Final = 5_000_000
 """Motions of a program: more is a loop without end."""
 

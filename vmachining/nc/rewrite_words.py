@@ -203,7 +203,7 @@ def _scales(language: _Language, texts: Sequence[str], blocks: Sequence[_Block])
             between = [_bare(text) for text in texts[last.line : block.line]]
             lone = [language.word.search(text) for text in between if not ASIDE.search(text)]
             given = [item[1] for item in lone if item is not None]
-        if given:  # a parameter is no number
+        if given:  # a parameter has its value elsewhere
             force = float(given[-1]) if given[-1] is not None and float(given[-1]) else None
         elif last is None or not block.plain:
             out.append(1.0)
