@@ -134,13 +134,15 @@ BOX = "box = { min = [0, 0, -4], max = [10, 18, 0] }"
 ROUND = "cylinder = { center = [5, 9], radius = 9, z = [-4, 0] }"
 
 
-@pytest.mark.parametrize(("stock", "proven"), [(BOX, True), (ROUND, False)])
-def test_blocks_that_turn_are_proven_where_columns_take_them(tmp_path, stock, proven):
-    """On plane faces all are; where the mesh engine has to cut them they are stated, and so is the total."""
+@pytest.mark.parametrize(
+    ("stock", "lean", "proven"), [(BOX, "0.1", True), (ROUND, "0.1", True), (ROUND, "1.0", False)]
+)
+def test_blocks_that_turn_are_proven_but_for_wide_turns_of_the_mesh_engine(tmp_path, stock, lean, proven):
+    """On plane faces all are; a block of the mesh engine that turns by 45 degrees is stated, and so is the total."""
     job = JOB.replace('file = "tiny.nc"', 'file = "turn.csv"\ndialect = "poses"')
     assert BOX in job
     path = write_job(tmp_path, job=job.replace(BOX, stock))
-    (tmp_path / "turn.csv").write_text(TURNING)
+    (tmp_path / "turn.csv").write_text(TURNING.replace("0.1", lean))
     result = run(Job.load(path), engine="columns")
     told = {row["block"]: row["proven"] for row in result.blocks.iter_rows(named=True)}
     engine = result.blocks.filter(pl.col("engine") == "columns")

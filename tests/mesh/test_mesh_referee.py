@@ -1,4 +1,4 @@
-"""One block told in several ways has one volume: what two engines or two tellings say of it must meet, proven or not.
+"""One block told in several ways has one volume: what two engines or two tellings say of it must meet.
 
 No judge of one kind sees everything: brackets of the same block turned with its stock, of its parts in time, of rays that know
 no mesh, and of columns where the axis stands still."""
@@ -45,7 +45,8 @@ def judged(seed: int) -> dict[str, Removal]:
 def disagreeing(seed: int) -> str | None:
     said = judged(seed)
     lo, hi = max(r.lo for r in said.values()), min(r.hi for r in said.values())
-    return None if lo <= hi else f"{seed} {case_of(seed).name}: {said}"
+    proven = all(said[name].proven for name in ("mesh", "turned", "parts"))
+    return None if lo <= hi and proven else f"{seed} {case_of(seed).name}: {said}"
 
 
 @pytest.mark.slow  # 6 s
@@ -67,8 +68,8 @@ def test_without_a_turn_brackets_meet_those_of_columns(tool: str) -> None:
     start, end, up = np.array([-3.0, 0.5, -2.0]), np.array([-1.5, 1.0, -2.2]), np.array([0.0, 0.0, 1.0])
     truth = ColumnsEngine.of(BOX, Options()).cut(Sweep.along(TOOLS[tool], Line(start, end)))
     assert truth.proven
-    for lean, is_proven in ((0.0, True), (1e-9, False)):
+    for lean in (0.0, 1e-9):
         last = np.array([np.sin(lean), 0.0, np.cos(lean)])
         path = Turn.great_circle(Pose(start, up), Pose(end, last))
         said = MeshEngine.of(BOX, OPTIONS).cut(Sweep.along(TOOLS[tool], path))
-        assert said.lo <= truth.hi and truth.lo <= said.hi and said.proven is is_proven
+        assert said.lo <= truth.hi and truth.lo <= said.hi and said.proven

@@ -95,8 +95,9 @@ class MeshEngine:
             raise EngineError(error.reason, engine=self.name, block=block) from error
         self._stand = stand
         self._gone += removed.estimate
+        doubted = not removed.proven
         removed = self._judged(removed, sweep)
-        if not work.proven:
+        if doubted:
             self._doubted.add(self._box(sweep))
         return removed
 
@@ -151,8 +152,8 @@ class MeshEngine:
         if not len(self._doubted):
             return "two workpieces"
         return (
-            f"two workpieces; not proven for {len(self._doubted)} cuts of a turning axis, whose outer mesh may lack points "
-            "that the tool enters twice, and for what meets them"
+            f"two workpieces; not proven for {len(self._doubted)} cuts that turn too far for hulls of their poses, "
+            "and for what meets them"
         )
 
     # -- workpiece -----------------------------------------------------------------------------------------

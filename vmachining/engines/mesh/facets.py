@@ -36,9 +36,11 @@ __all__ = [
     "arc_steps",
     "circle",
     "grown",
+    "hull",
     "meridian",
     "narrowed",
     "polyhedron",
+    "rings",
 ]
 
 FACET_SHARE: Final = 3.0
@@ -146,8 +148,8 @@ class Polyhedron:
         return 0.5 * float(self.areas @ along - abs(rise) * self.areas[top].sum())
 
 
-def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
-    """Convex hull of circles along the meridian, each with no more facets than the surface there needs.
+def rings(line: Floats, sag: float, side: Side) -> list[Floats]:
+    """Polygons (n, 3) of the circles along the meridian, each with no more facets than the surface there needs.
 
     A facet that is too short by s on a circle is too low by s n_r on the surface, n_r the radial part of its
     normal: circles near a flat or round tip need few facets. Numbers of facets are q 2^k of one q, so that
@@ -162,14 +164,19 @@ def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
         for r, n_r in zip(line[:, 0], steep, strict=True)
     ]
     base = int(np.ceil(max(need) / 2 ** int(np.log2(max(need) / MIN_STEPS))))
-    rings = []
+    out = []
     for (r, z), steps in zip(line, need, strict=True):
         if r == 0.0:
-            rings.append(np.array([[0.0, 0.0, z]]))
+            out.append(np.array([[0.0, 0.0, z]]))
             continue
         polygon = circle(base * 2 ** max(0, int(np.ceil(np.log2(steps / base) - 1e-9))), side) * r
-        rings.append(np.column_stack([polygon, np.full(len(polygon), z)]))
-    points, triangles, planes = _hull(np.concatenate(rings))
+        out.append(np.column_stack([polygon, np.full(len(polygon), z)]))
+    return out
+
+
+def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
+    """Convex hull of circles along the meridian, see `rings`."""
+    _, points, triangles, planes = hull(np.concatenate(rings(line, sag, side)))
     half = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     owner = np.tile(np.arange(len(triangles)), 3)
     left = {(int(u), int(v)): int(t) for (u, v), t in zip(half, owner, strict=True)}
@@ -193,25 +200,30 @@ def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
     )
 
 
-def _hull(cloud: Floats) -> tuple[Floats, Ints, Ints]:
-    """Points (n, 3), outward triangles (m, 3) and their planes (m,) of a convex hull, the same in every process.
+def hull(cloud: Floats) -> tuple[Ints, Floats, Ints, Ints]:
+    """Of a convex hull: which points are its corners (n,), these (n, 3), outward triangles (m, 3), their planes (m,).
+
+    The same in every process. Raises EngineError where it degenerates.
 
     (The hull of manifold3d splits plane facets as its threads happen to meet them.)
     """
-    from scipy.spatial import ConvexHull  # slow to load: commands that cut no mesh start sooner
+    from scipy.spatial import ConvexHull, QhullError  # slow to load: commands that cut no mesh start sooner
 
-    hull = ConvexHull(cloud, qhull_options="Qt")
-    used, corner = np.unique(hull.simplices, return_inverse=True)
+    try:
+        found = ConvexHull(cloud, qhull_options="Qt")
+    except QhullError as error:
+        raise EngineError("a convex hull of facets degenerates", engine="mesh") from error
+    used, corner = np.unique(found.simplices, return_inverse=True)
     triangles = corner.reshape(-1, 3)
     points = cloud[used]
     a, b, c = (points[triangles[:, k]] for k in range(3))
-    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0
+    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), found.equations[:, :3]) < 0.0
     triangles[inward] = triangles[inward][:, ::-1]
     _, planes = np.unique(
-        hull.equations, axis=0, return_inverse=True
+        found.equations, axis=0, return_inverse=True
     )  # parts of one facet have the same numbers
     order = np.argsort(points[triangles, 2].min(axis=1), kind="stable")
-    return points, triangles[order].astype(np.int64), planes.ravel()[order].astype(np.int64)
+    return used, points, triangles[order].astype(np.int64), planes.ravel()[order].astype(np.int64)
 
 
 CHUNK = 256

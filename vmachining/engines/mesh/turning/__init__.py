@@ -1,5 +1,8 @@
 """Sweeps of a tool whose axis turns, as closed meshes that lie inside, around or on the truth.
 
+The engine cuts by hulls of neighbouring poses (`hulls.py`, proven on both sides) wherever they are few. What follows is for
+the rest, for whole sweeps and for unbiased meshes.
+
 Goal: second order in space and time, rigorous on the inside, at the cost of a straight sweep's few pieces.
 
 Symbols: K the convex body, K(t) its pose, T_t the rigid motion that makes it; u angle about the axis, x place
@@ -36,10 +39,11 @@ a proof where a point is entered twice within one part: there the envelope folds
 a fold the mesh may leave crevices of the order of f^2, 2e-5 mm wide where they were measured. One part is used
 for a block only if no facet faces the wrong way; in several parts the way is short. Facets of a grown body fold
 by themselves, if by little, and a chained block leaves out a layer beside the grazing curve of its first
-instant; so no block of a turning tool is called proven (`Cut.proven`, docs/measured/turning_proof.md).
+instant; so nothing that is cut by these meshes is called proven (docs/measured/turning_proof.md).
 
 | file | holds |
 |---|---|
+| `hulls.py` | `turning_hulls`: hulls of neighbouring poses, proven |
 | `pieces.py` | `turning_pieces`: steps, offsets, parts in time |
 | `rows.py` | circles of a body, moved inward or outward |
 | `_kernels.py` | marching cells of the front and its closures |

@@ -17,7 +17,7 @@ from vmachining.errors import EngineError
 from vmachining.sweep import Sweep, Turn
 from vmachining.tool import Profile, convex_cover
 
-__all__ = ["turning_pieces"]
+__all__ = ["BEND", "SAG", "TWIST", "reaching", "turning_pieces"]
 
 SAG, BEND, TWIST = 1 / 4, 1 / 24, 5 / 24
 """Shares of the chord: facets of a circle (and of an arc), bow of a path, turn of a cell between instants.
@@ -70,13 +70,13 @@ def turning_pieces(
     if not isinstance(turn, Turn):
         raise EngineError(f"expected a Turn, got a {type(turn).__name__}", engine="mesh")
     for part in convex_cover(sweep.profile):
-        piece = part if box is None else _reaching(part, turn, box, chord)
+        piece = part if box is None else reaching(part, turn, box, chord)
         if piece is not None:
             yield from _part(piece, turn, chord, Side(side), box, chained)
 
 
-def _reaching(part: Profile, turn: Turn, box: Floats, chord: float) -> Profile | None:
-    """The slice of a body that can reach a box, None if nothing can.
+def reaching(part: Profile, turn: Turn, box: Floats, chord: float) -> Profile | None:
+    """The slice of a body that can reach a box, twice `chord` (mm) wider; None if nothing can.
 
     The circle at height h lies in the plane A . (x - tip) = h, so it meets the box only if h is between the
     extremes of A . (corner - tip). They are taken at instants and widened by what they change in between.
