@@ -202,3 +202,11 @@ def test_sinumerik_lines_by_an_angle():
     assert program.moves[-1].end == pytest.approx((30.0, y + 10.0, 0.0), abs=1e-6)
     for wrong, code in (("X0 ANG=30", "E309"), ("ANG=30", "E208"), ("X50 Y50 ANG=30", "E208")):
         assert [f.code for f in read(f"{text}{wrong}\nM30\n", "sinumerik").errors] == [code]
+
+
+def test_pecks_that_shrink_to_nothing_are_refused():
+    """I 3, J 1 without K: 3 + 2 + 1 mm are 6, and the hole has 9; with K 0.5 the rest comes in pecks of 0.5."""
+    text = f"{HEAD}G0 Z1.\nG83 X1. Z-8. R1. I3. J1. %s\nG80\nM30\n"
+    assert [f.code for f in read(text % "", "haas").errors] == ["E334"]
+    program = read(text % "K.5", "haas")
+    assert [m.end[2] for m in program.moves if m.feed_mm_min] == [-2, -4, -5, -5.5, -6, -6.5, -7, -7.5, -8]

@@ -253,8 +253,13 @@ def _pecks(run: Run, cycle: Cycle, normal: int, clear: float, bottom: float) -> 
         )
     less, least = run.state.shrink or (0.0, 0.0)
     while True:
+        if step <= ROUNDING_MM:
+            word = run.block.word("Q") or run.block.culprit()
+            raise run.fail(
+                "E334", word, "the pecks shrink to nothing above the bottom: K, the least, is missing"
+            )
         depth -= step
-        step = max(step - less, least, ROUNDING_MM) if less else step
+        step = max(step - less, least) if less else step
         if depth - bottom < ROUNDING_MM:
             run.cut({normal: bottom})
             return
