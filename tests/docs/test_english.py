@@ -29,6 +29,11 @@ REFUSED = {
     r"\bhold \w+ engines against\b": "compare",
     r"\bone of both\b": "at least one of them",
     r"\bbeside (a|the) pole\b": "near a pole",
+    r"\brecogni[sz]ed, and said\b": "detected and reported",
+    r"\bif that is sooner\b": "whichever is reached first",
+    r"\brows without one go out\b": "remove rows that have none",
+    r"\bis no (length|cutter|limit|range|circle|rotation|label|log|address|(finite|whole) number)\b": "is not a",
+    r"\bstands behind the\b|\btext behind the end\b": "after",
 }
 
 
@@ -73,7 +78,7 @@ def test_what_is_found():
     """Strings and comments of a module, prose of a page; neither names of a module nor code of a page."""
     samples = [
         "the job goes on behind block 120", "chord: want a positive number", "'x' is no number", "such blocks are told",
-        "every job in a process of its own", "there are none",
+        "every job in a process of its own", "there are none", "spacing 0 mm is no length", "recognised, and said",
     ]  # fmt: skip
     assert all(stumbles([(1, text)]) for text in samples)
     assert not stumbles([(1, "free some disk space, then --resume continues after block 120")])

@@ -63,7 +63,7 @@ class Entry:
 _OWN = {
     "columns": Entry(
         "vmachining.engines.relay:ColumnsFirst",
-        "upright convex tools on stocks with level bottom, proven to a width; hands the rest on to mesh, block by block",
+        "upright convex tools on stocks with a flat bottom, proven to a width; passes the rest to mesh, block by block",
         divisible=True,
         divided_from=4000,
     ),

@@ -23,7 +23,7 @@ JUDGED_WIDTH, PASSED_WIDTH = 1e-3, 0.5
 """Width that columns are asked for of a block that is judged, and of those before it, which only have to be known."""
 
 JUDGED_MM3 = 1e-6
-"""mm^3 of width at which a judged block is done if that is sooner: what a boolean itself may be off, see `gate.py`."""
+"""mm^3; a judged block is finished below this width, too: what a boolean itself may be off, see `gate.py`."""
 
 
 def columns_say(

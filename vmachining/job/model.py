@@ -89,7 +89,7 @@ class ProgramKeys(Keys):
     file: Text
     """the program, relative to the job file"""
     dialect: Dialect = "auto"
-    """auto: recognised, and said; see the page on dialects"""
+    """auto: detected and reported; see the page on dialects"""
     units: UnitName = ""
     """of the program, where it names none; left out: inferred, and said"""
     home: Annotated[Triple, Field(examples=["[0, 0, 100]"])] = (0.0, 0.0, 100.0)

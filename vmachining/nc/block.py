@@ -98,7 +98,7 @@ class Block:
 
 
 def block_number(line: LexedLine) -> int | None:
-    """The N word that opens the line, None when none exists or it is malformed; digits behind a point are left."""
+    """The N word that opens the line, None when none exists or it is malformed; digits after a point are left."""
     if not line.words or line.words[0].letter != "N":
         return None
     found = _BLOCK_NUMBER.fullmatch(re.sub(r"[ \t]", "", line.words[0].text))

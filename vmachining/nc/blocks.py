@@ -47,7 +47,7 @@ class Reader(OneBlock):
     def _run(self) -> None:
         first, stop, closed = find_tape(self.lines)
         if closed and stop < len(self.lines) and first == 0:
-            what = "the only tape mark stands behind the program"
+            what = "the only tape mark stands after the program"
             self._record("I405", stop + 1, 1, 1, None, "%", what)
         at = first
         try:
@@ -76,7 +76,7 @@ class Reader(OneBlock):
                 self._record("I407", self.own, 1, 0, None, "", what)
 
     def _epilogue(self, at: int) -> None:
-        """W401, or W404 for what stands behind the end."""
+        """W401, or W404 for what stands after the end."""
         lines = self.lines
         if not self.ended:
             self._record("W401", max(1, self.own), 1, 0, None, "", "the program has no M2, M30 or closing %")
@@ -91,12 +91,12 @@ class Reader(OneBlock):
                 text = content[:40]
                 col = lines[index].index(content) + 1
                 self._record(
-                    "W404", index + 1, col, len(text), None, text, "text behind the end of the program"
+                    "W404", index + 1, col, len(text), None, text, "text after the end of the program"
                 )
                 return
 
     def _drive(self, first: int, stop: int) -> int:
-        """Run lines first..stop-1 in the order that they say; returns the 0-based line behind the last one."""
+        """Run lines first..stop-1 in the order that they say; returns the 0-based line after the last one."""
         if self.translator is not None and steers(self.lines[first:stop]):
             return self._macro(first, stop)
         if self.translator is not None and (last := next_program(self.lines, first, stop)) < stop:
@@ -233,7 +233,7 @@ class Reader(OneBlock):
                 self._check_number(index + 1, int(found[1]), word)
 
     def _blocks(self, first: int, stop: int) -> int:
-        """Run lines first..stop-1; returns the 0-based line behind the last one run."""
+        """Run lines first..stop-1; returns the 0-based line after the last one run."""
         lines, match, moves = self.lines, BLOCK.fullmatch, self.moves
         state, steered, quick = self.state, self.flow is not None, self.translator
         control = self.settings.control

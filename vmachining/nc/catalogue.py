@@ -22,7 +22,7 @@ CATALOGUE: Final[dict[str, Entry]] = {
     ),
     "E102": Entry(
         "malformed number",
-        "The characters behind the letter do not form one plain number: two decimal points, two signs, or "
+        "The characters after the letter do not form one plain number: two decimal points, two signs, or "
         "a value of a thousand million or more. There is no exponent form.",
         "write one sign and one decimal point at most",
     ),
@@ -226,7 +226,7 @@ CATALOGUE: Final[dict[str, Entry]] = {
     ),
     "W501": Entry(
         "feed with the spindle stopped",
-        "A feed move while the spindle stands. A tool change and M5 stop it. Said once for each stop.",
+        "A feed move while the spindle is stopped. A tool change and M5 stop it. Reported once for each stop.",
         "M3 S...",
     ),
     # ---- the program as a whole ----
@@ -251,7 +251,7 @@ CATALOGUE: Final[dict[str, Entry]] = {
     "I214": Entry(
         "accepted, without effect here",
         "A word of the control that changes no path (coolant, look-ahead, wear, messages), or one whose value is not "
-        "known to the program. Said once for each word.",
+        "known to the program. Reported once for each word.",
     ),
     "I361": Entry(
         "arc read as lines",
@@ -278,13 +278,13 @@ CATALOGUE: Final[dict[str, Entry]] = {
         "renumber the program",
     ),
     "W404": Entry(
-        "text behind the end",
-        "Nothing behind M2, M30 or the closing % is executed.",
+        "text after the end",
+        "Nothing after M2, M30 or the closing % is executed.",
         "remove it",
     ),
     "I405": Entry(
         "tape mark at the end only",
-        "The program has one %, behind its last block. It is taken as the closing mark; read strictly it "
+        "The program has one %, after its last block. It is taken as the closing mark; read strictly it "
         "would open the tape, and everything before it would be ignored.",
         "put a % before the program too",
     ),

@@ -142,7 +142,7 @@ MORE: Final[dict[str, Entry]] = {
     ),
     "W355": Entry(
         "tool over its neighbour",
-        "Compensated as programmed, the tool cuts into the segment before or behind the one that it "
+        "Compensated as programmed, the tool cuts into the segment before or after the one that it "
         "follows, away from their corner: an arc that curls back, an entry from the wrong side, or a "
         "path that turns back by nearly 180 degrees. Controls do it without a word.",
         "take a smaller tool, or check the side of the compensation",
@@ -287,7 +287,7 @@ MORE: Final[dict[str, Entry]] = {
         "main program repeats",
         "M99 in the main program sends it back to its start, for machines that load parts by themselves. "
         "It is read once.",
-        "end the program with M30, and the subprograms behind it",
+        "end the program with M30, and the subprograms after it",
     ),
     "E416": Entry(
         "values in brackets",
@@ -310,7 +310,7 @@ MORE: Final[dict[str, Entry]] = {
     "I408": Entry(
         "accepted, moves nothing",
         "The control does something here that no path depends on: coolant, clamps, look-ahead, tolerances, messages. "
-        "Said once for each code.",
+        "Reported once for each code.",
     ),
     "I409": Entry(
         "preset taken as zero",

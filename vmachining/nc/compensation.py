@@ -13,7 +13,7 @@ the normal axis wait with it at its end.
     exit           the last segment ends beside its programmed end; the next move leaves from there
 
 Nothing is trimmed away altogether: a piece that would run backwards is a gouge (E355). A piece that reaches over
-the segment before or behind it is a warning (W355, `gouge.py`), because controls cut it. Only neighbours are
+the segment before or after it is a warning (W355, `gouge.py`), because controls cut it. Only neighbours are
 looked at: a contour that crosses itself later is cut as programmed.
 Sources: RS274/NGC; observed behaviour of LinuxCNC 2.9, which passes over corners that turn by less than 0.05 rad.
 That is copied unless the corners are "exact", "miter" or "line".
@@ -210,7 +210,7 @@ class Compensation:
         return replace(self, pending=Pending(curve, move, before=None if self._starts(held) else held.move))
 
     def _neighbours(self, held: Pending, curve: Curve, following: Move) -> list[tuple[str, str]]:
-        """W355 if the final path of a segment reaches over the segment before or behind it.
+        """W355 if the final path of a segment reaches over the segment before or after it.
 
         Not of the entry move: it comes from outside and crosses to its side of the path as it comes.
         """

@@ -104,7 +104,7 @@ def arguments(words: list[tuple[str, float]]) -> dict[int, float]:
 class MacroFlow:
     """Where the program goes next.
 
-    run : executes lines first..stop-1, returns the line behind the last one that ran. one : executes a text as that line.
+    run : executes lines first..stop-1, returns the line after the last one that ran. one : executes a text as that line.
     report : takes a problem and its 0-based line. over : whether the program has ended. files : of other programs.
     calls : those in progress. skips : whether lines with a slash are skipped.
     """
@@ -154,7 +154,7 @@ class MacroFlow:
         return self.programs[number]
 
     def drive(self, first: int, stop: int, limit: int) -> tuple[int, bool]:
-        """Run from a line to the end; the line behind the last, and False where over `limit` lines were repeated."""
+        """Run from a line to the end; the line after the last, and False where over `limit` lines were repeated."""
         at, steps = first, 0
         while at < (last := self.files.stop(at, stop)):
             place = bisect_left(self.stops, at)

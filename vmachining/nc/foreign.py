@@ -72,7 +72,7 @@ _NEVER: Final = (
 
 _COMPILED: Final = tuple((what, remedy, re.compile(mark, re.IGNORECASE)) for what, remedy, mark in _MARKS)
 _COMMENT: Final = re.compile(r"(?<![A-Za-z0-9_])\([^()]*\)|;.*")
-"""Not the values behind the name of a Siemens cycle."""
+"""Not the values after the name of a Siemens cycle."""
 
 
 _KEYWORDS: Final = {

@@ -383,7 +383,7 @@ class _Interpreter(Run):
         block, state = self.block, self.state
         plane, word = state.plane, block.culprit()
         if state.tip is not None:
-            raise self.fail("E352", word, "the first motion behind G40 is an arc", "leave on a straight line")
+            raise self.fail("E352", word, "the first motion after G40 is an arc", "leave on a straight line")
         sim, machine = self.target()
         a, b = plane.first, plane.second
         begin, finish = state.program, state.seen(subtract(machine, state.to_machine))

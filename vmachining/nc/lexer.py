@@ -116,7 +116,7 @@ class LexedLine(NamedTuple):
 
     text : the raw line without its line end. words : in order, N included. comments : places, delimiters
     included. percent : the line is a tape mark. label : text of an O word or None; flow : its lower-case
-    control word ("sub", "if", ...) or None; arguments : the values in brackets behind the control word.
+    control word ("sub", "if", ...) or None; arguments : the values in brackets after the control word.
     """
 
     text: str

@@ -156,7 +156,7 @@ def meet(before: Curve, after: Curve) -> Pair | None:
 
 
 def _shortens(before: Curve, after: Curve, point: Pair) -> bool:
-    """Whether a common point lies before the end of one curve and behind the start of the other."""
+    """Whether a common point lies before the end of one curve and after the start of the other."""
     past = _ahead(before, before.end, before.last, point)
     return past <= FORWARD_MM and _ahead(after, after.start, after.first, point) >= -FORWARD_MM
 

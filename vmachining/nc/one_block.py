@@ -44,7 +44,7 @@ _ABORT: Final = re.compile(r"\([ \t]*abort[ \t]*,", re.IGNORECASE)
 
 
 class GiveUpError(Exception):
-    """The rest of the program is not examined: code, 0-based line behind the last one, why."""
+    """The rest of the program is not examined: code, 0-based line after the last one, why."""
 
 
 class OneBlock:

@@ -89,9 +89,7 @@ def read_poses(text: str, settings: Settings) -> tuple[list[Move], list[Finding]
             word, col = (exc.word, exc.col) if isinstance(exc, _RowError) else ("", 1)
             found.append(finding(code, line, None, str(exc), word, col))
             if len(found) >= MAX_ERRORS:
-                what = (
-                    f"{len(found)} findings so far: the {len(lines) - 2 - count} rows behind are not examined"
-                )
+                what = f"{len(found)} findings so far: the {len(lines) - 2 - count} rows after it are not examined"
                 found.append(finding("E408", line, None, what))
                 break
             continue

@@ -2,7 +2,7 @@
 
     rewrite_feeds(program, {line: BlockEdit(line, feeds, ends)}) -> Rewritten
 
-1. A block that keeps one feed: its F word is replaced where it stands, or added behind the last word.
+1. A block that keeps one feed: its F word is replaced where it stands, or added after the last word.
 2. F is modal: where the feed in force in the new program differs from the one the original had there, the
    next block that feeds gets an explicit F. Nothing is written where nothing changes.
 3. A block with several feeds is cut by `rewrite_pieces.split_block`; new lines carry end words and F only.
@@ -249,7 +249,7 @@ class _Rewriter:
         return texts
 
     def _closed(self, line: int, lexed: LexedLine, before: Modes) -> list[str]:
-        """A line that is left alone; where it opens a region, behind the original F if another is in force."""
+        """A line that is left alone; where it opens a region, after the original F if another is in force."""
         texts = [lexed.text]
         if line in self.regions.gates and not self.modal.synced and before.feed != 93 and self.edited:
             move = self.edited[0]

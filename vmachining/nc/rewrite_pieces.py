@@ -118,7 +118,7 @@ class LineEdit:
     added: list[str] = field(default_factory=list)
 
     def swap(self, word: Word, number: str) -> None:
-        """Another number behind the same letter."""
+        """Another number after the same letter."""
         self.swaps[word.col] = (word.length, word.text[0] + number)
 
     def remove(self, word: Word) -> None:
@@ -126,7 +126,7 @@ class LineEdit:
         self.swaps[word.col] = (word.length, "")
 
     def add(self, text: str) -> None:
-        """A word more, behind the last one and before a comment at the end."""
+        """A word more, after the last one and before a comment at the end."""
         self.added.append(text)
 
     def lower(self) -> bool:

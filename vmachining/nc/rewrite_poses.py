@@ -1,6 +1,6 @@
 """New feeds into a table of poses: cells of `feed_mm_min`, every other byte as it was.
 
-An empty cell keeps what the row before had, so a row behind a changed one gets the feed it had, where that was left out. Rows
+An empty cell keeps what the row before had, so a row after a changed one gets the feed it had, where that was left out. Rows
 are not divided. A table without the column, and lines with quotes, are left alone.
 """
 

@@ -125,7 +125,7 @@ class Run:
         return out
 
     def rotary_target(self) -> dict[str, float]:
-        """Machine degrees of the rotary axes behind the block; axes that were never named are left out."""
+        """Machine degrees of the rotary axes after the block; axes that were never named are left out."""
         block, state = self.block, self.state
         out = dict(state.rotary)
         for letter in block.rotary:

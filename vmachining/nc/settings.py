@@ -78,7 +78,7 @@ class Control:
 class Settings:
     """How a program is read; options from `rotary` to `max_steps` are those of G-code.
 
-    dialect : one of `DIALECTS`, that of an installed package, or "auto": recognised, and said (I212).
+    dialect : one of `DIALECTS`, that of an installed package, or "auto": detected and reported (I212).
     units : "mm" or "inch" where the program does not say it; "": inferred where that is safe, and said (I213).
     tools : tool table; None: unknown, tool numbers are not checked and lengths are zero.
     home : mm, simulation frame: where the tool tip starts, and where G28 and G30 go.

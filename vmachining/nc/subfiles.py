@@ -117,7 +117,7 @@ class SubFiles:
         return next((file for file in self.files if file.first <= index < file.stop), None)
 
     def stop(self, index: int, stop: int) -> int:
-        """The line behind the last of the file that holds this one; `stop` for the program."""
+        """The line after the last of the file that holds this one; `stop` for the program."""
         if index < self.own:
             return stop
         file = self.holding(index)

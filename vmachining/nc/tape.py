@@ -8,9 +8,9 @@ __all__ = ["find_tape"]
 
 
 def find_tape(lines: Sequence[str]) -> tuple[int, int, bool]:
-    """First line, line behind the last, and whether a closing mark ends the program (0-based lines).
+    """First line, line after the last, and whether a closing mark ends the program (0-based lines).
 
-    A single mark opens the program, unless nothing stands behind it: then it closes it, and the first line is 0.
+    A single mark opens the program, unless nothing stands after it: then it closes it, and the first line is 0.
     """
     marks = [index for index, line in enumerate(lines) if "%" in line and line.strip(" \t") == "%"]
     if not marks:

@@ -75,7 +75,7 @@ _OPERATOR: Final = re.compile(r"[ ]*(?:==|<>|>=|<=|<<|[-+*/<>]|\b(?:DIV|MOD|AND|
 
 
 def _close(text: str, at: int) -> int:
-    """Place behind the bracket that closes the one at `at`; -1 where none does."""
+    """Place after the bracket that closes the one at `at`; -1 where none does."""
     depth, quoted = 0, False
     for k in range(at, len(text)):
         c = text[k]
@@ -91,7 +91,7 @@ def _close(text: str, at: int) -> int:
 
 
 def _expression(text: str, at: int) -> int:
-    """Place behind the expression that begins at `at`; -1 where none exists."""
+    """Place after the expression that begins at `at`; -1 where none exists."""
     while True:
         found = _OPERAND.match(text, at)
         if found is None:
