@@ -148,3 +148,21 @@ def test_a_step_file_is_triangulated(tmp_path, capsys):
     for row, y in zip(rows, (0.0, 4.0), strict=True):
         exact = np.sqrt((8 + 3) ** 2 - y**2) - 3
         assert exact - 1.5 * chord <= row["z_mm"] <= exact + 1e-6
+
+
+def test_distance_of_facets_from_their_solid(tmp_path, capsys):
+    """Facets with corners on a sphere: middles of edges lie inside by R - |a + b| / 2, those of facets by R - |a + b + c| / 3."""
+    cq = pytest.importorskip("cadquery")
+    ball = trimesh.creation.icosphere(subdivisions=2, radius=10.0)
+    facets, solid = tmp_path / "ball.stl", tmp_path / "ball.step"
+    facets.write_bytes(ball.export(file_type="stl"))
+    cq.exporters.export(cq.Workplane().sphere(10.0), str(solid))
+    assert run(["toolpath", "distance", str(facets), str(solid), "--chord", "0.005", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    sagitta = 10.0 - np.linalg.norm(ball.triangles.mean(axis=1), axis=1).min()
+    assert told["inside_mm"] == pytest.approx(sagitta, abs=told["known_to_mm"])
+    assert told["outside_mm"] <= told["known_to_mm"] and not told["warnings"]
+    assert run(["toolpath", "distance", str(facets), str(solid), "--chord", "0.05", "--scale", "25.4"]) == 0
+    assert "--scale 25.4 for inches" in capsys.readouterr().err
+    assert run(["toolpath", "distance", str(solid), str(facets)]) == 2
+    assert "expected an .stl" in capsys.readouterr().err

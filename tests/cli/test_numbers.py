@@ -11,6 +11,7 @@ from vmachining.cli.main import run
 TOOLPATH = {
     "pocket": ["100", "80", "60", "--radius", "5"],
     "drop": ["part.stl", "--points", "0,0"],
+    "distance": ["part.stl", "part.step"],
     "surface": ["part.stl", "--tool", "ball:6", "--step", "2"],
 }
 OTHERS = [

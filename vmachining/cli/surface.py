@@ -1,4 +1,4 @@
-"""toolpath drop and toolpath surface."""
+"""toolpath drop, toolpath distance and toolpath surface."""
 
 from __future__ import annotations
 
@@ -17,12 +17,13 @@ from vmachining.errors import InputError
 from vmachining.job.files import write_atomic
 from vmachining.job.part import read_part
 from vmachining.machine import load
+from vmachining.stock import MeshStock
 from vmachining.textfile import read_text
 from vmachining.toolpath.clpath import WRITERS, CLPath, Mark, cutter, path_job
 from vmachining.toolpath.facets import FacetMesh, Surface, radii
 from vmachining.toolpath.rotary import rotary_program
 
-__all__ = ["drop", "surface"]
+__all__ = ["distance", "drop", "surface"]
 
 
 def drop(part: Path, o: DropOptions) -> int:
@@ -58,6 +59,41 @@ def drop(part: Path, o: DropOptions) -> int:
             f"{row['x_mm']:.9g},{row['y_mm']:.9g},{'' if row['z_mm'] is None else format(row['z_mm'], '.9f')},"
             f"{row['contact']},{row['facet'] or ''}"
         )
+    return Code.DONE
+
+
+def distance(facets: Path, solid: Path, *, chord: float, scale: float, as_json: bool) -> int:
+    """`vmachining toolpath distance`."""
+    if facets.suffix.lower() != ".stl" or solid.suffix.lower() not in (".step", ".stp"):
+        raise InputError(
+            f"{facets.name} and {solid.name}: expected an .stl and the .step that it was made from"
+        )
+    mesh, exact = read_part(facets, scale=scale), read_part(solid, chord_mm=chord)
+    corners = mesh.corners
+    places = np.concatenate(
+        [mesh.vertices, *(0.5 * (corners[:, k] + corners[:, k - 1]) for k in range(3)), corners.mean(axis=1)]
+    )
+    far = MeshStock(exact.vertices, exact.triangles).signed_distance(places)
+    out, deep = int(np.argmax(far)), int(np.argmin(far))
+    size = float(np.linalg.norm(np.ptp(exact.bounds, axis=0)))
+    notes = list(mesh.notes)
+    if max(far[out], -far[deep]) > 0.05 * size:
+        notes.append(
+            "the facets are far from the solid: another unit (--scale 25.4 for inches), place or part?"
+        )
+    for text in notes:
+        note(f"warning: {text}", quiet=as_json)
+    if as_json:
+        emit({
+            "places": len(places), "outside_mm": max(float(far[out]), 0.0), "outside_at_mm": places[out].tolist(),
+            "inside_mm": max(-float(far[deep]), 0.0), "inside_at_mm": places[deep].tolist(),
+            "rms_mm": float(np.sqrt((far**2).mean())), "known_to_mm": chord, "warnings": notes,
+        })  # fmt: skip
+        return Code.DONE
+    print(f"{facets.name}: {len(mesh.triangles)} facets, {len(places)} places, each known to {chord:g} mm")
+    for name, k in (("outside", out), ("inside", deep)):
+        print(f"  {name:<8}  {abs(far[k]):.6g} mm at {', '.join(f'{v:.6g}' for v in places[k])}")
+    print(f"  rms       {np.sqrt((far**2).mean()):.6g} mm")
     return Code.DONE
 
 

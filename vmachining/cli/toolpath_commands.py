@@ -75,6 +75,21 @@ def toolpath_drop(part: Part, *, options: DropOptions) -> int:
     return room.drop(part, options)
 
 
+@command(toolpath, "distance", shown=("toolpath distance part.stl part.step --chord 0.001 --json",))
+def toolpath_distance(
+    facets: Annotated[Path, arg("PART.stl", "Facets that somebody exported.")],
+    solid: Annotated[Path, arg("PART.step", "What they were made from.")],
+    *,
+    chord: Annotated[float, opt("MM", "The solid is known to so much.", above_zero)] = 0.001,
+    scale: Scale = 1.0,
+    as_json: Json = False,
+) -> int:
+    """How far an STL is from its STEP: corners, middles of edges and of facets, outside and inside."""
+    from vmachining.cli import surface as room
+
+    return room.distance(facets, solid, chord=chord, scale=scale, as_json=as_json)
+
+
 WEIGHTS = "Five axes: normals of facets, or of corners, weighted like this."
 FACETS = "Facets that meet at a larger angle keep their own normals."
 LOOPS = "Loops at this height; repeatable."
