@@ -11,9 +11,12 @@ import numpy as np
 from vmachining.cli.force_commands import IdentifyOptions
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note, progress_bar
+from vmachining.errors import InputError
 from vmachining.force import (
     NAMES,
     Coefficients,
+    Identification,
+    LayerFit,
     Overlay,
     align,
     identify,
@@ -35,6 +38,7 @@ __all__ = ["identify_", "predict_"]
 def identify_(file: Path, o: IdentifyOptions) -> int:
     """`vmachining force identify`."""
     tests = read_tests(file, on=o.on)
+    fit: LayerFit | Identification
     title = o.name or file.stem
     if o.method == "layers":
         fit = layer_coefficients(tests, o.corner_radius, o.teeth)
@@ -43,7 +47,7 @@ def identify_(file: Path, o: IdentifyOptions) -> int:
         more += [f"{key} = {fit.values[:, k].tolist()}" for k, key in enumerate(NAMES)]
         summary: dict[str, Any] = {"method": "layers", "tests": len(tests), "layers": len(fit.low)}
     else:
-        result = identify(
+        result = fit = identify(
             tests, o.corner_radius, o.teeth, degree=o.degree, weights=o.weights,
             confidence=o.confidence, name=title,
         )  # fmt: skip
@@ -67,6 +71,13 @@ def identify_(file: Path, o: IdentifyOptions) -> int:
     if o.out is not None:
         write_atomic(o.out, text)
         note(f"wrote {o.out}", quiet=o.as_json)
+    if o.plot is not None:
+        from vmachining.report.paper import FORMATS, draw_coefficients, is_picture, write_figure
+
+        if not is_picture(o.plot, "--plot"):
+            raise InputError(f"--plot {o.plot}: expected a name that ends in .{', .'.join(FORMATS)}")
+        write_figure(draw_coefficients(fit, tests, degree=o.degree), o.plot)
+        note(f"wrote {o.plot}", quiet=o.as_json)
     if o.as_json:
         emit({
             "name": found.name, "height_mm": list(found.height_mm),

@@ -47,6 +47,7 @@ class IdentifyOptions:
     ] = None
     name: Annotated[str | None, opt(None, "Name of the set; default: the file name.")] = None
     out: Annotated[Path | None, opt("FILE.toml", "Coefficient file; default: stdout.")] = None
+    plot: Annotated[Path | None, opt("FILE", "Coefficients and residuals as .svg, .pdf, .png.")] = None
     as_json: Json = False
 
 

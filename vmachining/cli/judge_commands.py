@@ -32,14 +32,14 @@ class SweepOptions:
     """Options of `vmachining sweep`."""
 
     chord: Annotated[float, opt("MM", "Between inner and outer solid.", within(1e-5, 1e3))] = 0.01
-    step: Annotated[Path | None, opt("FILE", "Write the swept solid as STEP.")] = None
+    step: Annotated[Path | None, opt("FILE", "The solid as STEP, faces named by their region.")] = None
     no_brep: Annotated[
         bool, flag("--no-brep", "The bracket only: OCCT, which takes most of the time, is not asked.")
     ] = False
     seconds: Annotated[
         float, opt("S", "Processor time of OCCT for the solid; the bracket comes first.", above_zero)
     ] = 120.0
-    plot: Annotated[Path | None, opt("FILE", "Picture of the swept solid as .html.")] = None
+    plot: Annotated[Path | None, opt("FILE", "The solid as .html; its regions as .svg, .pdf, .png.")] = None
     as_json: Json = False
 
 
@@ -49,6 +49,7 @@ class SweepOptions:
         "sweep sweep.json --json",
         "sweep sweep.json --no-brep --chord 0.001",
         "sweep sweep.json --step sweep.step",
+        "sweep sweep.json --no-brep --plot regions.pdf",
     ),
 )
 def sweep(

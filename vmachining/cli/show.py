@@ -13,37 +13,44 @@ from vmachining.cli.show_commands import FigureOptions
 from vmachining.errors import InputError
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from vmachining.report.paper import Results
 
 __all__ = ["figure", "strategies"]
 
 
+def _chips(folder: Path, width: float) -> Figure:
+    from vmachining.report.paper import ChipTable, draw_chips
+
+    return draw_chips(ChipTable.load(folder), width_mm=width)
+
+
+def _trace(folder: Path, width: float) -> Figure:
+    from vmachining.report.paper import draw_trace, load_trace
+
+    return draw_trace(load_trace(folder), width_mm=width)
+
+
+OTHERS = {"chips": ("chips.parquet", _chips), "trace": ("forces_measured.csv", _trace)}
+"""Kinds that other commands than `run` leave tables for: the table, and who draws it."""
+
+
 def figure(folder: Path, o: FigureOptions) -> int:
     """`vmachining figure`."""
-    from vmachining.report.paper import (
-        FORMATS,
-        KINDS,
-        OVER,
-        ChipTable,
-        Results,
-        draw,
-        draw_chips,
-        write_figures,
-    )
+    from vmachining.report.paper import FORMATS, KINDS, OVER, Results, draw, write_figures
 
-    chips = (folder / "chips.parquet").is_file()
-    kinds = _chosen(o.kind, ("chips",) if chips else (*KINDS, "chips"), "--kind", every=True)
+    found = [name for name, (file, _) in OTHERS.items() if (folder / file).is_file()]
+    alone = bool(found) and not (folder / "blocks.parquet").is_file()
+    kinds = _chosen(o.kind, tuple(found) if alone else (*KINDS, *OTHERS), "--kind", every=True)
     suffixes = _chosen(o.formats, FORMATS, "--format")
     if o.over is not None and o.over not in OVER:
         raise InputError(f"--over {o.over!r}: expected {' or '.join(OVER)}")
     drawn, missing = {}, []
-    if chips or "chips" in kinds:
-        drawn["chips"] = draw_chips(ChipTable.load(folder), width_mm=o.width)
-    others = (
-        ()
-        if chips
-        else kinds or tuple(k for k in KINDS if k != "logged" or (folder / "logged.parquet").is_file())
-    )
+    for name in [kind for kind in kinds if kind in OTHERS] if kinds else found:
+        drawn[name] = OTHERS[name][1](folder, o.width)
+    every = () if alone else tuple(k for k in KINDS if k != "logged" or (folder / "logged.parquet").is_file())
+    others = [kind for kind in kinds if kind in KINDS] if kinds else every
     results = Results.load(folder) if others else None
     for name in others:
         assert results is not None

@@ -14,7 +14,7 @@ __all__ = ["FigureOptions", "shows"]
 
 shows = typer.Typer()
 
-KINDS = "load, bracket, feed, engagement, stock, schedule, logged, or chips (comma list); all: what the directory has."
+KINDS = "load, bracket, feed, engagement, stock, schedule, program, logged, chips or trace (comma list); all: what there is."
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,7 +35,9 @@ class FigureOptions:
 
 @command(shows, shown=("figure out/slot --kind load,stock --format svg,pdf",))
 def figure(
-    results: Annotated[Path, arg("DIR", "Result directory of run, or of engage --chips.")],
+    results: Annotated[
+        Path, arg("DIR", "Result directory of run, engage --chips, or force predict --measured.")
+    ],
     *,
     options: FigureOptions,
 ) -> int:

@@ -14,8 +14,8 @@ from vmachining.errors import InputError
 
 __all__ = ["bench", "from_clone", "sweep"]
 
-STEP_MARK, PLOT_MARK = b"'vmachining'", b"vmachining sweep"
-"""What tells files of this command from others: the system a STEP file comes from, the generator of a page."""
+STEP_MARK, PLOT_MARK, PICTURE_MARK = b"'vmachining'", b"vmachining sweep", b"vmachining"
+"""What tells files of this command from others: the system a STEP file comes from, the generator of a page or a picture."""
 
 
 def sweep(name: str, o: SweepOptions) -> int:
@@ -25,15 +25,16 @@ def sweep(name: str, o: SweepOptions) -> int:
         raise InputError(
             "--step writes the B-rep solid, which --no-brep leaves out", remedy="drop one of them"
         )
-    if plot is not None and plot.suffix.lower() not in (".html", ".htm"):
-        raise InputError(f"--plot {plot}: expected a name that ends in .html")
     from vmachining.job.folder import refuse_target
     from vmachining.job.sweepfile import read_sweep
+    from vmachining.report.paper import draw_regions, is_picture, write_figure
+
+    drawn = plot is not None and is_picture(plot, "--plot")
 
     if step is not None:
         refuse_target(step, {"sweep": Path(name)}, STEP_MARK)
     if plot is not None:
-        refuse_target(plot, {"sweep": Path(name)}, PLOT_MARK)
+        refuse_target(plot, {"sweep": Path(name)}, PICTURE_MARK if drawn else PLOT_MARK)
     found = read_sweep(name)
     from vmachining.interval import Interval
     from vmachining.job.single import sweep_record
@@ -48,7 +49,10 @@ def sweep(name: str, o: SweepOptions) -> int:
             said(f"writing {plot.name}")
             from vmachining.report.sweep import plot_sweep
 
-            plot_sweep(plot, found, o.chord)
+            if drawn:
+                write_figure(draw_regions(found), plot)
+            else:
+                plot_sweep(plot, found, o.chord)
     refused = record.get("step_refused")
     code = Code.FINDINGS if refused else Code.DONE
     if refused:

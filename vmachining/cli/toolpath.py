@@ -55,9 +55,13 @@ def pocket(sides: tuple[float, float, float], o: PocketOptions) -> int:
         write_atomic(job, pocket_job(Triangle.of(*sides, radius), out.name, depth_mm=o.depth))
         files = [out, job]
     if plot is not None:
-        from vmachining.report.pockets import write_pocket_page
+        from vmachining.report.paper import is_picture, write_figure
+        from vmachining.report.pockets import draw_pockets, write_pocket_page
 
-        write_pocket_page(Triangle.of(*sides, radius), best, plot)
+        if is_picture(plot, "--plot"):
+            write_figure(draw_pockets(Triangle.of(*sides, radius), best), plot)
+        else:
+            write_pocket_page(Triangle.of(*sides, radius), best, plot)
         files.append(plot)
     if o.as_json:
         emit(

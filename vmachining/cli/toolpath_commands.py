@@ -31,12 +31,17 @@ class PocketOptions:
     feed: Annotated[float, opt("MM/MIN", "Along the path.", above_zero)] = 600.0
     plunge: Annotated[float | None, opt("MM/MIN", "Feed of plunges; default: a third.", above_zero)] = None
     out: Annotated[Path | None, opt("FILE.nc", "Write the program, and a job beside it.")] = None
-    plot: Annotated[Path | None, opt("FILE.html", "Paths, and the shortest over all shapes.")] = None
+    plot: Annotated[
+        Path | None,
+        opt(
+            "FILE", "Paths and areas, as .html, .svg, .pdf, .png; the page has the shortest over all shapes."
+        ),
+    ] = None
     as_json: Json = False
 
 
 @command(
-    toolpath, "pocket", shown=("toolpath pocket 100 80 60 --radius 5 --out pocket.nc --plot pocket.html",)
+    toolpath, "pocket", shown=("toolpath pocket 100 80 60 --radius 5 --out pocket.nc --plot pocket.pdf",)
 )
 def toolpath_pocket(
     sides: Annotated[tuple[float, float, float], arg("A B C", "mm, sides; the longest first.")],

@@ -5,21 +5,43 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import radians, sin
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+from shapely.geometry import Polygon
+from shapely.geometry.base import BaseGeometry
 
 from vmachining.arrays import Floats
 from vmachining.report.figures import Panel, html_name, picture, write_page
-from vmachining.report.paper.style import BLUE, GREEN, GREY, RED, canvas, look
-from vmachining.toolpath import STRATEGIES, Pocket, Triangle, needs_centre, path_length, pocket_path
+from vmachining.report.paper.style import BLUE, GREEN, GREY, ORANGE, RED, VIOLET, WIDTH_MM, canvas, look
+from vmachining.toolpath import (
+    STRATEGIES,
+    Pocket,
+    Triangle,
+    bare_path,
+    coverage_shapes,
+    needs_centre,
+    path_length,
+    pocket_path,
+)
 
-__all__ = ["shortest_over_shapes", "write_pocket_page"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["draw_pockets", "draw_shortest", "rings", "shortest_over_shapes", "write_pocket_page"]
 
 COLOURS = dict(zip(STRATEGIES, (GREY, BLUE, RED, GREEN), strict=True))
 LABELS = {
     "dp": "direction parallel", "dpi": "direction parallel, improved",
     "cp": "contour parallel", "cpi": "contour parallel, improved",
+    "lines": "lines alone", "loops": "loops 2r apart alone",
 }  # fmt: skip
+SHADED = ((ORANGE, "///", "uncut"), (VIOLET, "xxx", "gouged"))
+BARE = ("lines", "loops")
+PLACES = ("lines", "dp", "dpi", "loops", "cp", "cpi")
+SEEN_MM2 = 0.01
+"""Areas below come from polygons in place of discs."""
+
 STEP_DEG = 2.0
 
 
@@ -47,40 +69,87 @@ def shortest_over_shapes(share: float, step_deg: float = STEP_DEG) -> tuple[Floa
     return angles, names
 
 
+def rings(shape: BaseGeometry) -> list[Floats]:
+    """Outlines (n, 2) mm of the parts of an area, holes after their part."""
+    parts = [
+        part for part in getattr(shape, "geoms", [shape]) if isinstance(part, Polygon) and not part.is_empty
+    ]
+    return [np.asarray(ring.coords) for part in parts for ring in (part.exterior, *part.interiors)]
+
+
+def draw_pockets(triangle: Triangle, pockets: Sequence[Pocket], *, width_mm: float = WIDTH_MM) -> Figure:
+    """The path of each strategy, what it leaves of the pocket and what it cuts beyond it shaded; first lines and loops alone."""
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path as Outline
+
+    wall = triangle.wall()
+    length = {pocket.strategy: pocket.length for pocket in pockets}
+    path = {pocket.strategy: pocket.path for pocket in pockets}
+    for bare in BARE:
+        path[bare] = bare_path(triangle, bare)
+        length[bare] = path_length(path[bare])
+    with look():
+        wide, tall = np.ptp(wall[:, :2], axis=0)
+        figure = canvas(width_mm, 2.0 * (0.3 * width_mm * tall / wide + 13.0) + 6.0)
+        for axes, name in zip(figure.subplots(2, 3, sharex=True, sharey=True).flat, PLACES, strict=True):
+            axes.fill(*wall[:, :2].T, color="#f3f4f6", zorder=0)
+            axes.plot(*wall[:, :2].T, color="black", lw=1.0)
+            axes.plot(*path[name].T, ".-", ms=2.5, lw=0.8, color=COLOURS.get(name, "black"))
+            words = []
+            for shape, (colour, hatch, what) in zip(
+                coverage_shapes(triangle, path[name]), SHADED, strict=True
+            ):
+                seen = shape.area > SEEN_MM2
+                words.append(f"{what} {shape.area if seen else 0.0:.3g} mm²")
+                if seen:
+                    outline = Outline.make_compound_path(
+                        *(Outline(ring, closed=True) for ring in rings(shape))
+                    )
+                    axes.add_patch(PathPatch(outline, fc=colour, ec="black", lw=0.3, hatch=hatch, zorder=3))
+            axes.set_title(f"{LABELS[name]}\n{length[name]:.1f} mm, {', '.join(words)}", fontsize=6.5)
+            axes.set_aspect("equal")
+            axes.label_outer()
+        figure.supxlabel("x (mm)", fontsize=8.0)
+        figure.supylabel("y (mm)", fontsize=8.0)
+    return figure
+
+
+def draw_shortest(share: float, *, width_mm: float = 120.0) -> Figure:
+    """Which strategy is shortest over the angles at the base. share : radius of the cutter over the inradius of the pocket."""
+    from matplotlib.colors import ListedColormap
+    from matplotlib.patches import Patch
+
+    angles, names = shortest_over_shapes(share)
+    order = list(STRATEGIES)
+    index = np.array([[order.index(name) if name else np.nan for name in row] for row in names])
+    with look():
+        figure = canvas(width_mm, 0.9 * width_mm)
+        axes = figure.subplots()
+        axes.pcolormesh(
+            angles, angles, index, cmap=ListedColormap(list(COLOURS.values())), vmin=-0.5, vmax=3.5
+        )
+        axes.set(
+            xlabel="angle at the left end of the base, β (°)",
+            ylabel="angle at the right end, γ (°)",
+            aspect="equal",
+        )
+        met = [name for k, name in enumerate(order) if (index == k).any()]
+        figure.legend(handles=[Patch(color=COLOURS[name], label=LABELS[name]) for name in met],
+                      loc="outside upper center", ncols=2)  # fmt: skip
+    return figure
+
+
 def write_pocket_page(triangle: Triangle, pockets: Sequence[Pocket], path: Path) -> None:
     """One self-contained HTML page.
 
     Raises InputError: The name does not end in .html.
     """
-    from matplotlib.colors import ListedColormap
-
     share = triangle.r / triangle.inradius
-    wall = triangle.wall()
-    angles, names = shortest_over_shapes(share)
-    order = list(STRATEGIES)
-    index = np.array([[order.index(name) if name else np.nan for name in row] for row in names])
     with look():
-        figure = canvas(174.0, 84.0 * -(-len(pockets) // 2))
-        for axes, pocket in zip(
-            figure.subplots(-(-len(pockets) // 2), 2, squeeze=False).flat, pockets, strict=False
-        ):
-            axes.plot(*wall[:, :2].T, color="black", lw=1.2)
-            axes.plot(*pocket.path[:, :2].T, ".-", ms=3, color=COLOURS[pocket.strategy])
-            axes.set(
-                title=f"{pocket.strategy}, {LABELS[pocket.strategy]}: {pocket.length:.3f} mm",
-                xlabel="x, mm",
-                ylabel="y, mm",
-            )
-            axes.set_aspect("equal")
-        paths = picture(figure, "The path of each strategy in the triangle")
-        figure = canvas(120.0, 100.0)
-        axes = figure.subplots()
-        mesh = axes.pcolormesh(
-            angles, angles, index, cmap=ListedColormap(list(COLOURS.values())), vmin=-0.5, vmax=3.5
+        paths = picture(draw_pockets(triangle, pockets), "The path of each strategy in the triangle")
+        shapes = picture(
+            draw_shortest(share), "Which strategy is shortest over the angles of the triangle", kind="png"
         )
-        figure.colorbar(mesh, ax=axes, ticks=range(4)).ax.set_yticklabels(order)
-        axes.set(xlabel="beta, degrees", ylabel="gamma, degrees", aspect="equal")
-        shapes = picture(figure, "Which strategy is shortest over the angles of the triangle", kind="png")
     best = min(pockets, key=lambda pocket: pocket.length)
     write_page(
         html_name(path, "--plot"),

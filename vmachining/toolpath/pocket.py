@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 from shapely.geometry import LineString, Polygon
+from shapely.geometry.base import BaseGeometry
 
 from vmachining.arrays import Floats
 from vmachining.errors import InputError
@@ -29,7 +30,9 @@ __all__ = [
     "STRATEGIES",
     "Pocket",
     "advice",
+    "bare_path",
     "coverage",
+    "coverage_shapes",
     "needs_centre",
     "path_length",
     "pocket_lengths",
@@ -111,6 +114,15 @@ def pocket_path(triangle: Triangle, strategy: str, *, centre: bool = False) -> F
     return np.asarray(points[np.concatenate([[True], new])])
 
 
+def bare_path(triangle: Triangle, kind: str) -> Floats:
+    """(n, 2) mm: what strategies have in common before they care for what is left: "lines" or "loops", 2 r apart."""
+    if kind == "lines":
+        ends = [(b, a) if i % 2 else (a, b) for i, (a, b, _) in enumerate(_lines(triangle))]
+        return np.concatenate(ends)
+    loops = [_loop(triangle, 2.0 * triangle.r * i) for i in range(passes(triangle, "cpi"))]
+    return np.concatenate([[*loop, loop[0]] for loop in loops])
+
+
 def needs_centre(triangle: Triangle) -> bool:
     """Whether the loops of "cp" leave a triangle in the middle: the inradius of the innermost exceeds that of the cutter."""
     return triangle.inset - (passes(triangle, "cp") - 1) * pitch(triangle, "cp") > triangle.r
@@ -123,9 +135,15 @@ def path_length(path: Floats) -> float:
 
 def coverage(triangle: Triangle, path: Floats) -> tuple[float, float]:
     """mm^2 of the pocket that a path leaves, and that it cuts beyond the pocket."""
+    uncut, gouged = coverage_shapes(triangle, path)
+    return float(uncut.area), float(gouged.area)
+
+
+def coverage_shapes(triangle: Triangle, path: Floats) -> tuple[BaseGeometry, BaseGeometry]:
+    """The same as areas of shapely."""
     pocket = Polygon(triangle.corners).buffer(triangle.r, quad_segs=QUARTER)
     cut = LineString(path).buffer(triangle.r, quad_segs=QUARTER)
-    return float(pocket.difference(cut).area), float(cut.difference(pocket).area)
+    return pocket.difference(cut), cut.difference(pocket)
 
 
 def passes(t: Triangle, strategy: str) -> int:

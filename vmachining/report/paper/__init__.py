@@ -1,9 +1,10 @@
 """Figures for papers, drawn from the directory of a command: vector graphics with embedded fonts, axes with units.
 
 1. `source.py` reads a result directory: its tables, the comparison of strategies, the finished stock.
-2. `kinds.py` draws the kinds as matplotlib figures, `chips.py` the chips that `engage --chips` found.
-3. `body.py` draws a surface or a swept volume; `depth.py` looks at triangles along a direction: what is seen in every
-   pixel, and how far away it is.
+2. `kinds.py` draws the kinds as matplotlib figures, `program.py` the listings, `chips.py` the chips that `engage --chips`
+   found, `forces.py` measured forces and coefficients.
+3. `body.py` draws a surface, a swept volume or its regions; `depth.py` looks at triangles along a direction: what is seen
+   in every pixel, and how far away it is.
 4. `style.py` holds sizes, colours and fonts, and writes files.
 
 | kind | shows |
@@ -14,27 +15,36 @@
 | `engagement` | axial and radial depth, engaged share of a revolution, chip thickness |
 | `stock` | the finished workpiece: its height over the plan, and a view |
 | `logged` | a log joined with the run: feed as programmed, reachable and logged, removal rate, power, spindle load |
+| `program` | lines of the original and of the scheduled program side by side, with the load of each |
 | `schedule` | all feed strategies on the same job: time, peaks and spreads |
 
 The room computes nothing new. Same directory, same bytes: files carry no date and no random names.
 """
 
-from vmachining.report.paper.body import draw_surface, draw_sweep
+from vmachining.report.paper.body import draw_regions, draw_surface, draw_sweep
 from vmachining.report.paper.chips import ChipTable, draw_chips
+from vmachining.report.paper.forces import TRACE_FILE, draw_coefficients, draw_trace, load_trace
 from vmachining.report.paper.kinds import KINDS, OVER, draw, draw_result
 from vmachining.report.paper.source import Results
-from vmachining.report.paper.style import FORMATS, write_figures
+from vmachining.report.paper.style import FORMATS, is_picture, write_figure, write_figures
 
 __all__ = [
     "FORMATS",
     "KINDS",
     "OVER",
+    "TRACE_FILE",
     "ChipTable",
     "Results",
     "draw",
     "draw_chips",
+    "draw_coefficients",
+    "draw_regions",
     "draw_result",
     "draw_surface",
     "draw_sweep",
+    "draw_trace",
+    "is_picture",
+    "load_trace",
+    "write_figure",
     "write_figures",
 ]

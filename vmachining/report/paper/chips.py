@@ -141,11 +141,16 @@ def _chips(d: ChipTable, width_mm: float) -> Figure:
     mesh = area.pcolormesh(
         d.time, d.angle, d.area.T, cmap="viridis", vmin=0.0, shading="nearest", rasterized=True
     )
-    area.set(xlabel="time (s)", ylabel="angle (°)", yticks=range(0, 361, 90))
+    area.set(
+        xlabel="time (s)",
+        ylabel="angle from the feed (°)" if d.fed else "rotation angle (°)",
+        yticks=range(0, 361, 90),
+    )
     area.grid(visible=False)
     rows[1].colorbar(mesh, ax=area, label=f"chip area (mm²{per})", pad=0.02)
     along.plot(d.time, d.length.max(axis=1), color=BLUE)
-    along.set(xlabel="time (s)", ylim=(0.0, None))
+    along.set(xlabel="time (s)")
+    along.set_ylim(0.0, 1.06 * along.get_ylim()[1])
     along.set_ylabel("largest cut length (mm)", color=BLUE)
     twin = along.twinx()
     twin.plot(d.time, d.area.max(axis=1), color=ORANGE)
@@ -183,7 +188,7 @@ def _bodies(d: ChipTable, figure: Any, most: float) -> None:
             xlim=(low[0], low[0] + wide[0]), ylim=(low[1], low[1] + wide[1]), zlim=(low[2], low[2] + wide[2])
         )
         # a long pass is drawn shorter than it is
-        axes.set_box_aspect(np.maximum(wide, wide.max() / 3.0) if axes is space else wide, zoom=0.78)
+        axes.set_box_aspect(np.maximum(wide, wide.max() / 3.0) if axes is space else wide, zoom=0.72)
         axes.set(title=title, xlabel="x (mm)", ylabel="y (mm)", zlabel="z (mm)")
         axes.tick_params(labelsize=6, pad=-1)
         axes.locator_params(nbins=4)

@@ -10,7 +10,7 @@ import numpy as np
 from vmachining.arrays import Floats, Ints
 from vmachining.report.paper._kernels import nearest
 
-__all__ = ["SEEN_PX", "nearest_faces", "png", "view_frame", "viewed"]
+__all__ = ["SEEN_PX", "VIEW", "nearest_faces", "png", "view_frame", "viewed"]
 
 LIGHT = np.array([-0.45, -0.55, 0.70])
 VIEW = np.array([-0.62, -1.0, 0.85])
@@ -37,22 +37,25 @@ def nearest_faces(
     return depth, face
 
 
-def view_frame() -> Floats:
+def view_frame(toward: Floats = VIEW) -> Floats:
     """(3, 3): right, up, and towards the eye of a picture that `viewed` makes."""
-    toward = VIEW / np.linalg.norm(VIEW)
+    toward = toward / np.linalg.norm(toward)
     right = np.cross([0.0, 0.0, 1.0], toward)
     right /= np.linalg.norm(right)
     return np.stack([right, np.cross(toward, right), toward])
 
 
-def viewed(points: Floats, triangles: Ints) -> tuple[Floats, tuple[float, float, float, float]]:
+def viewed(
+    points: Floats, triangles: Ints, colours: Floats | None = None, toward: Floats = VIEW
+) -> tuple[Floats, tuple[float, float, float, float]]:
     """Shaded picture (rows, columns, RGBA) of triangles seen from the front left above, and its extent in mm.
 
+    colours : (m, 3) of the triangles, 0 to 1. toward : (3,) from the body to the eye.
     A picture of nothing, where no stock is left, is one clear pixel.
     """
     if not len(triangles):
         return np.zeros((1, 1, 4)), (0.0, 1.0, 0.0, 1.0)
-    turned = points @ view_frame().T
+    turned = points @ view_frame(toward).T
     low, high = turned[:, :2].min(axis=0), turned[:, :2].max(axis=0)
     pixel = (float((high - low).max()) or 1.0) / (2 * SEEN_PX)  # twice as fine, then averaged: smooth borders
     shape = tuple(int(2 * np.ceil(v / 2)) for v in np.maximum(np.ceil((high - low)[::-1] / pixel), 1))
@@ -60,7 +63,8 @@ def viewed(points: Floats, triangles: Ints) -> tuple[Floats, tuple[float, float,
     corners = points[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-    lit = 0.42 + 0.58 * np.maximum(normal @ (LIGHT / np.linalg.norm(LIGHT)), 0.0)
+    light = LIGHT * np.sign(VIEW * toward)  # it comes from behind the eye
+    lit = 0.42 + 0.58 * np.maximum(normal @ (light / np.linalg.norm(light)), 0.0)
     there = face >= 0
     shade = np.where(there, lit[face], 0.0)
     behind = depth[there].min(initial=0.0) - 1e3
@@ -70,7 +74,8 @@ def viewed(points: Floats, triangles: Ints) -> tuple[Floats, tuple[float, float,
             jump = np.abs(np.diff(np.where(there, depth, behind), axis=axis)) > 12.0 * pixel
         edge |= np.concatenate([jump, np.zeros_like(edge.take([0], axis=axis))], axis=axis)
     shade = np.where(edge & there, 0.35 * shade, shade)
-    colour = shade[..., None] * np.array([0.80, 0.85, 0.92])
+    paint = np.array([[0.80, 0.85, 0.92]]) if colours is None else colours[face]
+    colour = shade[..., None] * paint
     pixels = np.concatenate([colour * there[..., None], there[..., None]], axis=2)
     fine = pixels.reshape(shape[0] // 2, 2, shape[1] // 2, 2, 4).mean(axis=(1, 3))
     alpha = np.maximum(fine[..., 3:], 1e-9)

@@ -11,6 +11,7 @@ import polars as pl
 from vmachining.arrays import Floats
 from vmachining.errors import InputError
 from vmachining.report.paper.depth import SEEN_PX, nearest_faces, viewed
+from vmachining.report.paper.program import program
 from vmachining.report.paper.source import Results
 from vmachining.report.paper.style import (
     BLUE,
@@ -298,7 +299,7 @@ def _force_label(table: pl.DataFrame) -> str:
 
 KINDS: dict[str, Callable[[Results, str, float], Figure]] = {
     "load": load, "bracket": bracket, "feed": feed, "engagement": engagement, "stock": stock, "schedule": schedule,
-    "logged": logged,
+    "program": program, "logged": logged,
 }  # fmt: skip
 
 
@@ -317,7 +318,7 @@ def draw(results: Results, kind: str, *, over: str | None = None, width_mm: floa
 
 def draw_result(result: RunResult, kind: str, *, over: str | None = None) -> Figure:
     """`draw` for a run in memory."""
-    kinds = [name for name in KINDS if name not in ("schedule", "logged")]
+    kinds = [name for name in KINDS if name not in ("schedule", "logged", "program")]
     if kind not in kinds or over not in (None, *OVER):
         wrong = f"kind {kind!r}" if kind not in kinds else f"over {over!r}"
         raise InputError(

@@ -26,9 +26,11 @@ __all__ = [
     "VIOLET",
     "WIDTH_MM",
     "canvas",
+    "is_picture",
     "look",
     "panels",
     "shades",
+    "write_figure",
     "write_figures",
 ]
 
@@ -110,23 +112,41 @@ def panels(
     return figure, list(grid[:, 0])
 
 
+PLAIN: dict[str, dict[str, Any]] = {
+    "svg": {"Date": None, "Creator": "vmachining"}, "pdf": {"CreationDate": None, "ModDate": None, "Creator": "vmachining"},
+    "png": {"Software": "vmachining"},
+}  # fmt: skip
+"""No dates; the name by which a file is known as ours."""
+
+
 def write_figures(figures: dict[str, Figure], folder: Path, formats: Sequence[str]) -> list[Path]:
     """Write figure_KIND.FORMAT of each into a folder, whole or not at all; the files written."""
     make_folder(folder)
-    paths = []
-    plain: dict[str, dict[str, Any]] = {
-        "svg": {"Date": None}, "pdf": {"CreationDate": None, "ModDate": None}, "png": {"Software": None},
-    }  # fmt: skip
+    return [
+        path
+        for kind, figure in figures.items()
+        for path in write_figure(figure, *(folder / f"figure_{kind}.{suffix}" for suffix in formats))
+    ]
+
+
+def write_figure(figure: Figure, *paths: Path) -> tuple[Path, ...]:
+    """Write one figure to files, whole or not at all; their names end in one of `FORMATS`."""
     with look():
-        for kind, figure in figures.items():
-            for _ in range(2):  # the layout settles, and then it is the same in every format
-                figure.draw_without_rendering()
-            figure.set_layout_engine("none")
-            for suffix in formats:
-                path = folder / f"figure_{kind}.{suffix}"
-                with atomic_path(path) as temporary:
-                    figure.savefig(temporary, format=suffix, metadata=plain[suffix], facecolor="white")
-                paths.append(path)
-            for axes in figure.axes:
-                axes.clear()
+        for _ in range(2):  # the layout settles, and then it is the same in every format
+            figure.draw_without_rendering()
+        figure.set_layout_engine("none")
+        for path in paths:
+            suffix = path.suffix[1:].lower()
+            with atomic_path(path) as temporary:
+                figure.savefig(temporary, format=suffix, metadata=PLAIN[suffix], facecolor="white")
+        for axes in figure.axes:
+            axes.clear()
     return paths
+
+
+def is_picture(path: Path, option: str) -> bool:
+    """True for a name of a picture, False for one of a page. InputError: it ends in neither."""
+    suffix = path.suffix[1:].lower()
+    if suffix not in ("html", "htm", *FORMATS):
+        raise InputError(f"{option} {path}: expected a name that ends in .html, .{', .'.join(FORMATS)}")
+    return suffix in FORMATS

@@ -66,6 +66,8 @@ def write_labelled(path: Path, shape: Any, name: str, faces: Iterable[LabelledFa
     writer.SetColorMode(True)
     writer.SetNameMode(True)
     writer.Transfer(document)
+    header = APIHeaderSection_MakeHeader(writer.ChangeWriter().Model())
+    header.SetOriginatingSystem(TCollection_HAsciiString(ORIGIN))
     _written(path, writer.Write(str(path)))
 
 
