@@ -83,13 +83,12 @@ def vectors() -> Iterator[dict[str, Any]]:
             "overcut_mm": max(upright["overcut_mm"], along["overcut_mm"]),
             "undercut_mm": max(upright["undercut_mm"], along["undercut_mm"]), "peak_mb": peak_mb(),
         }  # fmt: skip
-    delta = simulation_spacing(COARSE_ERROR, BALL)
-    yield {
-        "case": "vectors",
-        "run": "pure DNV",
-        "delta_mm": delta,
-        "published_seconds": PUBLISHED_DNV,
-    } | _normal(path, delta, 0.0)
+    for error in (0.01, 0.005, COARSE_ERROR):
+        delta = simulation_spacing(error, BALL)
+        yield {
+            "case": "vectors", "run": "pure DNV", "epsilon_mm": error, "delta_mm": delta,
+            "published_seconds": PUBLISHED_DNV if error == COARSE_ERROR else None,
+        } | _normal(path, delta, 0.0)  # fmt: skip
     for gamma in sorted(PUBLISHED, reverse=True):
         yield {"case": "vectors", "run": "pure DVV", "gamma_mm": gamma} | _grid(path, gamma, pi / 2)
 

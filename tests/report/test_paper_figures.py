@@ -16,7 +16,17 @@ from vmachining.cli.main import run as command
 from vmachining.engines import brep
 from vmachining.errors import InputError
 from vmachining.force import Coefficients, SlotTests, identify
-from vmachining.report.paper import Results, draw, draw_coefficients, draw_trace, load_trace
+from vmachining.report.paper import (
+    Results,
+    draw,
+    draw_bench,
+    draw_coefficients,
+    draw_deviation,
+    draw_trace,
+    load_bench,
+    load_deviation,
+    load_trace,
+)
 from vmachining.report.paper.forces import deviations
 from vmachining.report.paper.program import lines_shown
 from vmachining.report.pockets import draw_pockets, rings
@@ -169,3 +179,50 @@ def test_coefficients_are_drawn_as_they_were_found():
     assert isinstance(found.coefficients, Coefficients)
     left = np.concatenate([line.get_ydata() for line in figure.axes[6].lines[:3]])
     assert np.abs(left).max() < 1e-6
+
+
+def test_places_off_the_design_are_counted_and_drawn_along_their_vectors(tmp_path):
+    n = 50
+    columns = {
+        "kind": ["upright"] * 30 + ["wall"] * 20, "x_mm": np.arange(n) * 1.0, "y_mm": np.zeros(n), "z_mm": np.full(n, 2.0),
+        "nx": np.zeros(n), "ny": np.zeros(n), "nz": np.ones(n), "deviation_mm": np.linspace(-0.1, 0.098, n),
+    }  # fmt: skip
+    pl.DataFrame(columns).write_parquet(tmp_path / "deviation.parquet")
+    rows = load_deviation(tmp_path)
+    figure = draw_deviation(rows)
+    bars = [bar.get_height() for axes in figure.axes for bar in axes.patches]
+    assert sum(bars) == n
+    side = next(axes for axes in figure.axes if axes.get_ylabel() == "z (mm)").lines[0].get_xydata()
+    assert side[0] == pytest.approx([0.0, 2.0])  # the largest first
+    times = (side[1, 1] - 2.0) / -0.1
+    assert times > 1.0 and side[1, 0] == side[0, 0]
+    np.testing.assert_allclose(
+        side[4::3, 1],
+        2.0 + times * rows.sort(pl.col("deviation_mm").abs(), descending=True)["deviation_mm"][1:],
+    )
+    with pytest.raises(InputError, match="no deviation"):
+        load_deviation(tmp_path / "none")
+
+
+def test_lines_of_a_benchmark_become_a_diagram(tmp_path, capsys):
+    base = {"case": "zmap", "tool": "flat", "steps_mm": [1.0, 2.0]}
+    rows = [base | {"method": "analytic", "pitch_mm": None, "ms_per_position": 0.1, "rms_mm": 0.0}]
+    for method, slow in (("vectors", 2.0), ("zmap", 1.0)):
+        rows += [
+            base | {"method": method, "pitch_mm": p, "ms_per_position": slow / p, "rms_mm": p / 9}
+            for p in (0.2, 0.1)
+        ]
+    file = tmp_path / "z.jsonl"
+    file.write_text("\n".join(map(json.dumps, rows)))
+    axes = draw_bench(load_bench(file))["zmap"].axes[0]
+    shown = {line.get_label().split(",")[0]: line.get_xydata().tolist() for line in axes.lines}
+    assert shown["Z-map"] == [[pytest.approx(1 / p), pytest.approx(p / 9)] for p in (0.2, 0.1)]
+    assert shown["vertical vectors"][0] == [pytest.approx(10.0), pytest.approx(0.2 / 9)]
+    for text, words in (
+        ("{", "not a line of JSON"),
+        ('{"case": "nc"}', "vmachining bench zmap or vectors"),
+        ("", "no records"),
+    ):
+        file.write_text(text)
+        assert command(["figure", str(file)]) == 2
+        assert words in capsys.readouterr().err

@@ -32,23 +32,40 @@ def _trace(folder: Path, width: float) -> Figure:
     return draw_trace(load_trace(folder), width_mm=width)
 
 
-OTHERS = {"chips": ("chips.parquet", _chips), "trace": ("forces_measured.csv", _trace)}
+def _deviation(folder: Path, width: float) -> Figure:
+    from vmachining.report.paper import draw_deviation, load_deviation
+
+    return draw_deviation(load_deviation(folder), width_mm=width)
+
+
+OTHERS = {
+    "chips": ("chips.parquet", _chips), "trace": ("forces_measured.csv", _trace),
+    "deviation": ("deviation.parquet", _deviation),
+}  # fmt: skip
 """Kinds that other commands than `run` leave tables for: the table, and who draws it."""
 
 
 def figure(folder: Path, o: FigureOptions) -> int:
     """`vmachining figure`."""
-    from vmachining.report.paper import FORMATS, KINDS, OVER, Results, draw, write_figures
+    from vmachining.report.paper import FORMATS, KINDS, OVER, Results, draw
 
+    if folder.is_file():
+        return _benched(folder, o)
     found = [name for name, (file, _) in OTHERS.items() if (folder / file).is_file()]
     alone = bool(found) and not (folder / "blocks.parquet").is_file()
     kinds = _chosen(o.kind, tuple(found) if alone else (*KINDS, *OTHERS), "--kind", every=True)
     suffixes = _chosen(o.formats, FORMATS, "--format")
     if o.over is not None and o.over not in OVER:
         raise InputError(f"--over {o.over!r}: expected {' or '.join(OVER)}")
-    drawn, missing = {}, []
+    drawn: dict[str, Figure] = {}
+    missing: list[str] = []
     for name in [kind for kind in kinds if kind in OTHERS] if kinds else found:
-        drawn[name] = OTHERS[name][1](folder, o.width)
+        try:
+            drawn[name] = OTHERS[name][1](folder, o.width)
+        except InputError as exc:
+            if kinds or alone:
+                raise
+            missing.append(f"{name}: {exc.message}")
     every = () if alone else tuple(k for k in KINDS if k != "logged" or (folder / "logged.parquet").is_file())
     others = [kind for kind in kinds if kind in KINDS] if kinds else every
     results = Results.load(folder) if others else None
@@ -60,7 +77,25 @@ def figure(folder: Path, o: FigureOptions) -> int:
             if kinds or "matplotlib" in str(exc):
                 raise
             missing.append(f"{name}: {exc.message}")
-    paths = write_figures(drawn, o.out if o.out is not None else folder, suffixes)
+    return _written(drawn, missing, o.out if o.out is not None else folder, suffixes, o)
+
+
+def _benched(file: Path, o: FigureOptions) -> int:
+    """Diagrams of a file of `bench`."""
+    from vmachining.report.paper import FORMATS, draw_bench, load_bench
+
+    drawn = draw_bench(load_bench(file), width_mm=o.width)
+    return _written(
+        drawn, [], o.out if o.out is not None else file.parent, _chosen(o.formats, FORMATS, "--format"), o
+    )
+
+
+def _written(
+    drawn: dict[str, Figure], missing: list[str], folder: Path, suffixes: list[str], o: FigureOptions
+) -> int:
+    from vmachining.report.paper import write_figures
+
+    paths = write_figures(drawn, folder, suffixes)
     if o.as_json:
         emit({"files": [str(path) for path in paths], "missing": missing})
     else:

@@ -14,7 +14,7 @@ __all__ = ["FigureOptions", "shows"]
 
 shows = typer.Typer()
 
-KINDS = "load, bracket, feed, engagement, stock, schedule, program, logged, chips or trace (comma list); all: what there is."
+KINDS = "load, bracket, feed, engagement, stock, schedule, program, logged, chips, trace, deviation (comma list), or all."
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,7 +36,11 @@ class FigureOptions:
 @command(shows, shown=("figure out/slot --kind load,stock --format svg,pdf",))
 def figure(
     results: Annotated[
-        Path, arg("DIR", "Result directory of run, engage --chips, or force predict --measured.")
+        Path,
+        arg(
+            "DIR|FILE",
+            "Result directory of run, engage --chips or force predict --measured; or lines of bench.",
+        ),
     ],
     *,
     options: FigureOptions,

@@ -2,7 +2,7 @@
 
 The sweep without its first thousandth is the same body wherever the surface was made later. What it lacks is what trailed the
 tool at the start, ingress; what the sweep without its last thousandth lacks is egress; all else is grazing. Distances are
-those of `Sweep.signed_distance`, so a facet that stands off the true surface along its normal is told as rightly.
+those of `Sweep.signed_distance`, so a facet that stands off the true surface along its normal gets the right region, too.
 """
 
 from __future__ import annotations

@@ -30,7 +30,7 @@ SHOWN = (BLUE, "#d9d9d9", ORANGE)
 """Colours of `REGIONS`."""
 
 HIDDEN_PX = 4.0
-"""A curve that lies this far behind what is seen is hidden: it lies on facets."""
+"""A curve that lies this much deeper than what is seen is hidden: it lies on facets."""
 
 
 def draw_surface(surface: StockSurface, *, width_mm: float = WIDTH_MM) -> Figure:
