@@ -74,6 +74,23 @@ def test_changes_cost_what_the_machine_says(tmp_path):
     assert (full.ideal_s == plain.ideal_s).all()
 
 
+def test_a_tool_that_is_in_the_spindle_is_not_changed(tmp_path):
+    """T1 M6 twice is one change, T2 between them makes three."""
+    limits = "tool_change_s = 7\n"
+    feeds = times(tmp_path / "a", HEAD + "G1 X10\nM30\n", limits).seconds.sum()
+    again = times(tmp_path / "b", HEAD + "G1 X5\nT1 M6\nG1 X10\nM30\n", limits).seconds.sum()
+    assert again == pytest.approx(feeds, rel=1e-9)
+    there_and_back = HEAD + "G1 X5\nT1\nT2 M6\nG1 X8\nT1\nM6\nG1 X10\nM30\n"
+    assert times(tmp_path / "c", there_and_back, limits).seconds.sum() == pytest.approx(feeds + 14, rel=1e-9)
+
+
+def test_rapids_have_an_acceleration_of_their_own(tmp_path):
+    """From rest to rest twice: 20 mm at 400 mm/s^2 in a rapid of the job's speed, 10 mm at 1000 mm/s^2 and F6000 at feed."""
+    limits = "max_acceleration_mm_s2 = 1000\nrapid_acceleration_mm_s2 = 400\n"  # rapids of 10 m/min
+    found = times(tmp_path, HEAD + "M5\nG61.1\nG0 X20\nG1 X30\nM30\n", limits).seconds[-2:]
+    assert found == pytest.approx([2 * np.sqrt(20 / 400), 0.2], rel=1e-9)
+
+
 def test_overrides_scale_feeds_and_rapids(tmp_path):
     text = HEAD + "G1 X60\nG0 X0\nM30\n"
     plain = times(tmp_path / "a", text, "").seconds

@@ -108,6 +108,20 @@ def test_a_machine_is_found_from_its_log_and_predicts_another_program(made, tmp_
     assert other.times(limits).seconds.sum() == pytest.approx(truth, rel=0.02)
 
 
+def test_a_log_that_names_tools_tells_which_was_in_the_spindle(made, tmp_path):
+    """Of three changes the log names two: the first took no time, as its tool was in."""
+    _, _, driven, entries = made
+    lines = np.flatnonzero(driven.pace.lines[:, 0])
+    changed = [max(t for t, n in entries if n <= line) for line in lines.tolist()]
+    assert len(changed) == 3
+    named = "".join(f"{stamp(t + 1.0)}|Current_Tool|{k}\n" for k, t in enumerate(changed[1:], start=2))
+    text = "".join(f"{stamp(t)}|Block_Number|{n}\n" for t, n in entries)
+    (tmp_path / "run.log").write_text(text + named)
+    plain, told = (lay(read_log(p), driven) for p in (made[0] / "run.log", tmp_path / "run.log"))
+    assert plain.events[:, 0].sum() == 3 and told.events[:, 0].sum() == 2
+    assert plain.predicted(TRUE).sum() - told.predicted(TRUE).sum() == pytest.approx(TRUE.tool_change_s)
+
+
 def test_all_formats_say_the_same(made, tmp_path):
     folder, _, _, entries = made
     piped = read_log(folder / "run.log")

@@ -10,7 +10,7 @@ from oracles.phase_plane import Dense, corner, fastest
 
 from vmachining.job.timing import Driven
 from vmachining.job.toolpath import Toolpath
-from vmachining.machine import MachineLimits, preset
+from vmachining.machine import MachineLimits, Way, drive, preset
 from vmachining.nc import parse_program
 
 PLACES = 400
@@ -100,6 +100,38 @@ def turning(seed):
     return "\n".join([*text, "M30"]), machine, limits, best
 
 
+def straight(seed):
+    """Blocks without tool-centre-point control: all joints of a trunnion go straight, so the tip bends and the slides do not."""
+    rng = np.random.default_rng(seed)
+    machine = preset("xyzac-trt")
+    at = np.round(np.append(rng.uniform(-40.0, 40.0, 3), [rng.uniform(-40, 20), rng.uniform(-180, 180)]), 4)
+    text = ["G21 G90 G94 S1000 M3", f"G0 {words(at[:3])} A{at[3]:.4f} C{at[4]:.4f}", "M0"]
+    blocks, t = [], np.linspace(0.0, 1.0, PLACES + 1)
+    heading, swing = rng.normal(size=3), rng.normal(size=2)
+    for _ in range(int(rng.integers(5, 15))):
+        feed = float(np.round(10.0 ** rng.uniform(2.0, 3.5)))
+        heading, swing = heading + 0.5 * rng.normal(size=3), swing + 0.5 * rng.normal(size=2)
+        size = 10.0 ** rng.uniform(0.0, 0.9)
+        end = np.round(at + size * np.append(heading / np.linalg.norm(heading), 2.0 * swing), 4)
+        end[3] = np.clip(end[3], -90.0, 40.0)
+        text.append(f"G1 {words(end[:3])} A{end[3]:.4f} C{end[4]:.4f} F{feed:.0f}")
+        x, y, z, a, c = (at + t[:, None] * (end - at)).T
+        q = machine.joints(degrees=True, x=x, y=y, z=z, a=a, c=c)
+        fine = np.linspace(0.0, 1.0, 10 * PLACES + 1)[:, None]
+        tips = machine.forward(q[0] + fine * (q[-1] - q[0])).tip
+        length = float(np.linalg.norm(np.diff(tips, axis=0), axis=1).sum())
+        rates = (q[-1] - q[0]) / length  # C, A, then the slides: the order of the chain
+        order = [[axis.name.upper() for axis in machine.axes].index(name) for name in "XYZ"]
+        blocks.append(Dense(length * t, q, 0.0, feed / 60.0, np.tile(rates[order], (2, 1)), rates[:2]))
+        at = end
+    limits = MachineLimits(max_acceleration_mm_s2=WHOLE, corner_tolerance_mm=TOLERANCE)
+    speed = np.array([axis.max_speed for axis in machine.axes])
+    push = np.array([axis.max_acceleration for axis in machine.axes])
+    borders = [corner(a, b, TOLERANCE, WHOLE, push[order], push[:2]) for a, b in pairwise(blocks)]
+    best = fastest(blocks, borders, speed=speed, acceleration=push, whole=WHOLE)
+    return "\n".join([*text, "M30"]), machine, limits, best
+
+
 def timed(case):
     text, machine, limits, best = case
     program = parse_program(
@@ -121,16 +153,43 @@ def close(case):
 
 
 @pytest.mark.parametrize("seed", range(6))
-@pytest.mark.parametrize("kind", [planar, turning])
+@pytest.mark.parametrize("kind", [planar, turning, straight])
 def test_times_are_those_of_a_dense_integration(kind, seed):
     close(kind(seed))
 
 
-@pytest.mark.long  # 12 s: 200 paths, dense
-@pytest.mark.parametrize("kind", [planar, turning])
-def test_two_hundred_random_paths(kind):
+@pytest.mark.long  # 20 s: 300 paths, dense
+@pytest.mark.parametrize("kind", [planar, turning, straight])
+def test_three_hundred_random_paths(kind):
     for seed in range(100):
         close(kind(seed))
+
+
+def test_a_corner_of_straight_joints_costs_what_its_blend_costs():
+    """The slides turn by 11 degrees and get slower while C turns faster: the blend driven densely, no corner rule in it.
+
+    A parabola between the two directions misses the corner by |D| h / 4; it may take half of a block on each side.
+    """
+    slides, turning = np.array([600.0, 600.0, 600.0]), 4.0
+    one, two = np.array([1.0, 0.0, 0.0, 0.02]), np.array([0.78, 0.15, 0.0, 0.05])
+    length, tolerance, acceleration = 10.0, 0.02, np.append(slides, turning)
+    for miss in (tolerance, 1.0):
+        h = min(4.0 * miss / np.linalg.norm((two - one)[:3]), 0.5 * length)
+        s = np.linspace(0.0, 2.0 * length, 8001)
+        share = np.clip((s - length + h) / (2.0 * h), 0.0, 1.0)[:, None]
+        rate = one + share * (two - one)
+        q = np.vstack([np.zeros(4), np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(s)[:, None], axis=0)])
+        # rotary joints take half of the shorter block, whatever the slides may miss
+        wide = np.clip((s - 0.5 * length) / length, 0.0, 1.0)
+        turn = one[3] + wide * (two[3] - one[3])
+        q[:, 3] = np.append(0.0, np.cumsum(0.5 * (turn[1:] + turn[:-1]) * np.diff(s)))
+        dense = Dense(s, q, 0.0, 1e4, np.zeros((2, 3)), np.zeros(0))
+        best = fastest([dense], [], speed=np.full(4, np.inf), acceleration=acceleration, whole=1e9)
+        way = Way(
+            length=np.full(2, length), speed=np.full(2, 1e4), tangent=np.array([one, two]), turned=np.zeros(2),
+            normal=np.full(2, 2), halt=np.zeros(2, dtype=bool), tolerance=np.full(2, miss), push=np.full(2, np.inf),
+        )  # fmt: skip
+        assert drive(way, axes=acceleration).seconds.sum() == pytest.approx(best, rel=5e-3)
 
 
 def test_the_integration_itself_has_its_closed_forms():

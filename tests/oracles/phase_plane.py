@@ -20,7 +20,8 @@ __all__ = ["Dense", "corner", "fastest"]
 class Dense:
     """A block at k + 1 places.
 
-    s (k + 1,) mm, q (k + 1, m) joints, kappa 1/mm of the tip, cap mm/s. tip : (2, 3) unit tangents at both ends.
+    s (k + 1,) mm, q (k + 1, m) joints, kappa 1/mm of the tip, cap mm/s. tip : (2, 3) what the corner rule looks
+    at, d/ds at both ends: of the tip (unit vectors), or of the slides of a block whose joints go straight.
     """
 
     s: np.ndarray
@@ -40,20 +41,22 @@ def corner(
 ) -> float:
     """Largest u where two blocks meet.
 
-    A circle within the tolerance and within half of the shorter block; rotary joints change their rate within half of the
-    shorter block on each side.
+    The direction of the slides changes in a piece that misses the corner by the tolerance at most and takes no more than half
+    of the shorter block on each side; rotary joints change their rate within the same halves.
     """
     least = min(one.length, two.length)
     change = two.tip[0] - one.tip[1]
-    x = np.linalg.norm(change) / 2.0
+    size = np.linalg.norm(change)
     u = np.inf
-    if x > 1e-9:
-        c = np.sqrt(max(1.0 - x * x, 0.0))
-        radius = 0.0 if c < 1e-12 else min(tolerance * c / (1.0 - c), least * c / (2.0 * x))
-        across = np.abs(change) / np.linalg.norm(change)
-        u = radius * min(
-            whole, min((a / n for a, n in zip(slides, across, strict=True) if n > 1e-9), default=np.inf)
+    if size > 2e-9:
+        lengths = np.linalg.norm(one.tip[1]), np.linalg.norm(two.tip[0])
+        cosine = (
+            1.0 if min(lengths) < 1e-9 else np.clip(one.tip[1] @ two.tip[0] / np.prod(lengths), -1.0, 1.0)
         )
+        c = np.cos(np.arccos(cosine) / 2.0)
+        taken = min(least, 4.0 * tolerance * (1.0 + c) / size)
+        most = [a / abs(n) for a, n in zip(slides, change, strict=True) if abs(n) > 1e-9]
+        u = taken * c * min(whole / size, *most)
     for rate, a in zip(np.abs(two.turns - one.turns), turning, strict=True):
         u = min(u, least * a / rate) if rate > 1e-12 else u
     return u

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from oracles.frame_machines import FrameMachine
 from oracles.head_models import ca_acceleration, ca_axis, ca_omega, ca_rate, hexapod_matrix, hexapod_omega
 
 from vmachining.geometry import rotation
-from vmachining.machine import (
-    FrameMachine,
-    preset,
-)
+from vmachining.machine import preset
+from vmachining.machine.classes import class_chain
 
 sin, cos = np.sin, np.cos
 EX, EY, EZ = np.eye(3)
@@ -58,9 +57,10 @@ def test_class_02_with_its_first_offset_in_workpiece_axes():
 @pytest.mark.parametrize("kind", EXAMPLE)
 def test_the_chain_of_a_class_is_its_closed_form(kind):
     rng = np.random.default_rng(1)
-    m = FrameMachine(kind, t12=rng.normal(0, 30, 3), t23=rng.normal(0, 30, 3), t34=rng.normal(0, 80, 3))
+    offsets = dict(zip(("t12", "t23", "t34"), rng.normal(0, [[30], [30], [80]], (3, 3)), strict=True))
+    m = FrameMachine(kind, **offsets)
     w, a, b = rng.normal(0, 50, (1000, 3)), rng.uniform(-3, 3, 1000), rng.uniform(-3, 3, 1000)
-    chain, s = m.chain(), m.slides(w, a, b)
+    chain, s = class_chain(kind, **offsets), m.slides(w, a, b)
     pose = chain.forward(chain.joints(a=a, b=b, x=s[:, 0], y=s[:, 1], z=s[:, 2], degrees=False))
     np.testing.assert_allclose(pose.tip, w, atol=1e-12)
     np.testing.assert_allclose(pose.axis, m.axis(a, b), atol=1e-14)

@@ -146,6 +146,8 @@ class Machine(Keys):
     """largest feed along the path"""
     max_acceleration_mm_s2: Positive | None = None
     """of the tool tip, along and across the path"""
+    rapid_acceleration_mm_s2: Positive | None = None
+    """the same in rapids; default: as at feed"""
     axis_feed_mm_min: tuple[Positive, Positive, Positive] | None = None
     """largest speed of each linear axis while feeding"""
     axis_rapid_mm_min: tuple[Positive, Positive, Positive] | None = None

@@ -25,7 +25,7 @@ __all__ = ["Pace"]
 BEFORE, AFTER = frozenset((6.0,)), frozenset((0.0, 1.0, 2.0, 30.0, 60.0))
 """M codes that stop the axes: before the motion of their line, and after it."""
 
-TELLING = re.compile(r"[MS]|G\s*0*(?:9|20|21|70|71)(?![\d.])|G\s*6[14]|CYCLE832", re.IGNORECASE)
+TELLING = re.compile(r"[MST]|G\s*0*(?:9|20|21|70|71)(?![\d.])|G\s*6[14]|CYCLE832", re.IGNORECASE)
 SMOOTHING = re.compile(r"CYCLE832\s*\(\s*([\d.]+)", re.IGNORECASE)
 INCH_MM = 25.4
 
@@ -104,6 +104,7 @@ class _Lines:
         before, after = np.zeros((2, n), dtype=np.int64)
         events = np.zeros((n, 5))
         asked, turning = 0.0, 0.0  # 1000 rev/min
+        tool: tuple[float | None, float | None] = (None, None)  # that T named last, and in the spindle
         exact, tolerance = np.zeros(n, dtype=np.bool_), np.full(n, np.nan)
         unit, held, mode = 1.0, False, np.nan
         for number, text in enumerate(texts, start=1):
@@ -117,7 +118,16 @@ class _Lines:
                     before[number], after[number] = not m.isdisjoint(BEFORE), not m.isdisjoint(AFTER)
                     speeds = [value for letter, value in words if letter == "S" and value is not None]
                     asked = abs(speeds[-1]) / 1000.0 if speeds else asked
-                    events[number, :3] = 6.0 in m, 60.0 in m, not m.isdisjoint((0.0, 1.0))
+                    named = [value for letter, value in words if letter == "T" and value is not None]
+                    tool = (named[-1] if named else tool[0], tool[1])
+                    # a tool that is in the spindle is not changed
+                    events[number, :3] = (
+                        6.0 in m and (tool[0] is None or tool[0] != tool[1]),
+                        60.0 in m,
+                        not m.isdisjoint((0.0, 1.0)),
+                    )
+                    if 6.0 in m:
+                        tool = (tool[0], tool[0])
                     if turning and not m.isdisjoint((2.0, 5.0, 6.0, 30.0)):
                         events[number, 3:] += 1.0, turning
                         turning = 0.0

@@ -395,7 +395,7 @@ def joint_directions(
 
     Returns
     -------
-    (n, m) dq/ds at the start, slides X, Y, Z first (under tool-centre-point control the tip), then the rotary joints;
+    (n, m) dq/ds at the start, slides X, Y, Z first (where the tip goes straight or in an arc: the tip), then the rotary joints;
     (m,) their accelerations, inf without a limit; (n,) rad that a tip at rest turns, 0 elsewhere; of arcs whose plane or tool
     leans (n, 3) directions of the tip at the end, else NaN, and (n, 4) 1/mm largest curvature of X, Y, Z and the tip, else 0.
     """
@@ -420,6 +420,11 @@ def joint_directions(
         change = (last - first)[list(chain.rotary)]
         if lengths[k] > 0.0:
             out[k, 3:] = change / lengths[k]
+            if not (move.tcp or is_arc(move)):
+                own = {chain.axes[i].name.upper(): i for i in chain.slides}
+                out[k, :3] = [
+                    (last - first)[own[name]] / lengths[k] if name in own else 0.0 for name in "XYZ"
+                ]
         elif (most := float(np.abs(change).max())) > STILL:
             still[k], out[k, 3:] = most, change / most
     limit = np.full(out.shape[1], np.inf)

@@ -213,6 +213,7 @@ class Driven:
         axes = self.acceleration.copy()
         axes[:3] = np.minimum(axes[:3], _numbers(limits.axis_acceleration_mm_s2))
         path = np.inf if limits.max_acceleration_mm_s2 is None else limits.max_acceleration_mm_s2
+        swift = path if limits.rapid_acceleration_mm_s2 is None else limits.rapid_acceleration_mm_s2
         at = np.flatnonzero(long > 0)
         # rounding of ramps by jerk is known for whole moves only
         count = np.ones(len(at), dtype=np.int64) if limits.max_jerk_mm_s3 is not None else self.parts[at]
@@ -225,9 +226,13 @@ class Driven:
             rates = np.minimum(rates, long[k] / limits.block_s)
         if uneven.any():
             seconds[at] = ideal[at] = np.bincount(own, pieces / rates)
-        if len(at) and (np.isfinite(path) or np.isfinite(axes).any() or limits.max_jerk_mm_s3 is not None):
+        if len(at) and (
+            np.isfinite(min(path, swift)) or np.isfinite(axes).any() or limits.max_jerk_mm_s3 is not None
+        ):
             tolerance = np.where(np.isnan(pace.tolerance), limits.corner_tolerance_mm, pace.tolerance)
             halt = _stops(at, pace.halt | (self.dwell > 0), len(long))
+            # a block in which a tip at rest turns has a length of another kind
+            halt[:-1] |= np.diff(length[at] > 0)
             push = np.where(uneven, self.part_push[k, piece], self.push[k])
             if limits.axis_acceleration_mm_s2 is not None:  # the chain does not know them
                 given = _slides(np.abs(self.tangent[k, :3]), _numbers(limits.axis_acceleration_mm_s2))
@@ -239,7 +244,12 @@ class Driven:
                 normal=self.normal[k], halt=halt[own] & last, tolerance=np.where(last, tolerance[k], np.inf),
                 push=push, span=long[k], leaving=self.leaving[k],
             )  # fmt: skip
-            driven = drive(way, whole=path, axes=axes, jerk=limits.max_jerk_mm_s3 or np.inf)
+            driven = drive(
+                way,
+                whole=np.where(self.fast[k], swift, path),
+                axes=axes,
+                jerk=limits.max_jerk_mm_s3 or np.inf,
+            )
             seconds[at] = np.bincount(own, driven.seconds)
             reached[at] = 60.0 * np.maximum.reduceat(driven.peak, np.cumsum(count) - count)
         asked = np.where(self.fast | (length == 0), np.nan, asked)

@@ -22,7 +22,6 @@ from vmachining.machine.block_peaks import (
 from vmachining.machine.branches import JointPath, Jump, follow, jumps
 from vmachining.machine.caps import arc_peaks, line_peaks, path_peaks
 from vmachining.machine.chain import Machine, Rates, Screws, Solutions, ToolPose
-from vmachining.machine.classes import FrameMachine
 from vmachining.machine.dda import (
     Train,
     arc_train,
@@ -60,7 +59,6 @@ __all__ = [
     "PRESETS",
     "Axis",
     "AxisDeviation",
-    "FrameMachine",
     "Hexapod",
     "Interpolator",
     "JointPath",

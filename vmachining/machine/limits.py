@@ -28,6 +28,8 @@ class MachineLimits:
         Largest speed of the x, y and z slides while feeding, and in rapids.
     max_acceleration_mm_s2 : float or None
         Along and across the path; None: speeds change at once.
+    rapid_acceleration_mm_s2 : float or None
+        The same in rapids; None: as at feed.
     axis_acceleration_mm_s2 : three, each float or None; or None
         Of the x, y and z slides.
     max_jerk_mm_s3 : float or None
@@ -47,6 +49,7 @@ class MachineLimits:
     max_feed_mm_min: float | None = None
     axis_feed_mm_min: Axes | None = None
     max_acceleration_mm_s2: float | None = None
+    rapid_acceleration_mm_s2: float | None = None
     axis_rapid_mm_min: Axes | None = None
     axis_acceleration_mm_s2: Axes | None = None
     max_jerk_mm_s3: float | None = None
@@ -71,7 +74,8 @@ class MachineLimits:
                 raise KinematicsError(f"{key} needs three values (x, y, z), got {len(axes)}")
             named |= {f"{key} of {name}": value for name, value in zip("xyz", axes, strict=True)}
         for key in (
-            "rapid_mm_min", "max_feed_mm_min", "max_acceleration_mm_s2", "max_jerk_mm_s3", "feed_override", "rapid_override",
+            "rapid_mm_min", "max_feed_mm_min", "max_acceleration_mm_s2", "rapid_acceleration_mm_s2", "max_jerk_mm_s3",
+            "feed_override", "rapid_override",
         ):  # fmt: skip
             named[key] = getattr(self, key)
         for name, value in named.items():

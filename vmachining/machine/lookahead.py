@@ -1,12 +1,12 @@
 """How fast a machine drives a whole path: speeds at corners, then one pass back and one forward (`_lookahead.py`).
 
-A corner is rounded by a circle that stays within the tolerance e of the corner and within half of the shorter block l.
-With x = |t2 - t1| / 2 = sin(alpha / 2) of the unit tangents and c = cos(alpha / 2),
+Joints q(s) change their direction p = dq/ds at a border within h before it and after it, and the path misses the corner of the
+slides by e at most, within half of the shorter block l. With D = p2 - p1 of the slides and c = cos(alpha / 2) of their turn
 
-    R = min(e c / (1 - c), l c / (2 x)),    v^2 <= R min(A, a_j / |n_j|),   n along t2 - t1           (1)
+    2 h = min(l, 4 e (1 + c) / |D|),    v^2 <= 2 h c min(A / |D|, a_j / |D_j|)             (1)
 
-so chords that stand for an arc cost what the arc costs (l c / 2x is its radius), a reversal is a stop, and rotary joints,
-whose rate per mm changes by d at a border, have v^2 <= l a / d.
+which for unit directions, |D| = 2 sin(alpha / 2), is the circle of radius e c / (1 - c) within the corner. So chords that stand
+for an arc cost what the arc costs, a reversal is a stop, and rotary joints have v^2 <= l a / |D_j|.
 """
 
 from __future__ import annotations
@@ -41,8 +41,9 @@ class Way:
     """n blocks that move, in order.
 
     length : (n,) mm. speed : (n,) mm/s allowed: feed and what the joints can do. tangent : (n, m) dq/ds of the joints at
-    the start, slides X, Y, Z first. turned : (n,) rad of an arc about slide normal (n,), 0 of a line. halt : (n,) whether
-    everything stops at the end. tolerance : (n,) mm at the corner at the end; inf: only half of the shorter block.
+    the start, slides X, Y, Z first, or the tip's in their place. turned : (n,) rad of an arc about slide normal (n,), 0 of a
+    line. halt : (n,) whether everything stops at the end. tolerance : (n,) mm at the corner at the end; inf: only half of
+    the shorter block.
     push : (n,) mm/s^2 along a block by its joints, where the tangent (of the tip) is not that of the slides; else inf.
     span : (n,) mm of the block that a piece belongs to, where blocks are given in pieces; None: length.
     leaving : (n, 3) dq/ds of the slides at the end where it follows from nothing else, NaN elsewhere; None: nowhere.
@@ -88,26 +89,38 @@ class Profile:
     corner: Floats
 
 
-def drive(way: Way, *, whole: float = np.inf, axes: Floats | None = None, jerk: float = np.inf) -> Profile:
+def drive(
+    way: Way, *, whole: Floats | float = np.inf, axes: Floats | None = None, jerk: float = np.inf
+) -> Profile:
     """Fastest way along a path within the limits.
 
-    whole : mm/s^2 along and across the path. axes : (m,) mm/s^2 or rad/s^2 of the joints. jerk : mm/s^3 along the path.
+    whole : mm/s^2 along and across the path, of all blocks or (n,); arcs share the least of theirs. axes : (m,) mm/s^2 or
+    rad/s^2 of the joints. jerk : mm/s^3 along the path.
     """
     n, m = way.tangent.shape
     limit = np.full(m, np.inf) if axes is None else np.asarray(axes, dtype=np.float64)
     size = np.abs(way.tangent)
     by_axis = np.divide(limit, size, out=np.full((n, m), np.inf), where=size > _lookahead.FLAT)
     by_axis[np.isfinite(way.push), :3] = np.inf
-    push = np.minimum(np.minimum(by_axis.min(axis=1), way.push), min(whole, AT_ONCE))
-    corner, rounded = _corners(way, min(whole, AT_ONCE), limit)
+    whole = np.broadcast_to(np.minimum(whole, AT_ONCE), n)
+    push = np.minimum(np.minimum(by_axis.min(axis=1), way.push), whole)
+    corner, rounded = _corners(way, whole, limit)
     speed = np.minimum(way.speed, np.sqrt(rounded))
+    # along and across at most A each: slides of the plane that do sqrt(2) A never bind, and such an arc is driven like a line
+    k = np.arange(n)
+    first, second = (way.normal + 1) % 3, (way.normal + 2) % 3
+    free = (way.turned != 0.0) & (np.minimum(limit[first], limit[second]) >= np.sqrt(2.0) * whole)
+    bend = np.abs(way.turned) / way.length * np.hypot(way.tangent[k, first], way.tangent[k, second])
+    speed = np.where(free, np.minimum(speed, np.sqrt(whole / np.where(free, bend, 1.0))), speed)
     border, seconds, peak = corner.copy(), np.zeros(n), np.zeros(n)
     length, most, pushes, turned = (
-        np.ascontiguousarray(v, dtype=np.float64) for v in (way.length, speed, push, way.turned)
+        np.ascontiguousarray(v, dtype=np.float64)
+        for v in (way.length, speed, push, np.where(free, 0.0, way.turned))
     )
     _lookahead.look_ahead(
         length, most, pushes, turned, np.ascontiguousarray(way.normal, dtype=np.int8),
-        np.ascontiguousarray(way.tangent[:, :3]), np.minimum(limit[:3], AT_ONCE), float(min(whole, AT_ONCE)), border,
+        np.ascontiguousarray(way.tangent[:, :3]), np.minimum(limit[:3], AT_ONCE),
+        float(whole[way.turned != 0.0].min(initial=AT_ONCE)), border,
         np.empty(_lookahead.STEPS + 1), seconds, peak,
     )  # fmt: skip
     driven = np.sqrt(border)
@@ -116,38 +129,45 @@ def drive(way: Way, *, whole: float = np.inf, axes: Floats | None = None, jerk: 
     return Profile(seconds, peak, driven, np.sqrt(corner))
 
 
-def _corners(way: Way, whole: float, limit: Floats) -> tuple[Floats, Floats]:
+def _corners(way: Way, whole: Floats, limit: Floats) -> tuple[Floats, Floats]:
     """(n + 1,) largest u = v^2 at the borders, 0 at both ends; (n,) largest u on blocks that are rounded away as a whole."""
     n, m = way.tangent.shape
     out, inside = np.zeros(n + 1), np.full(n, np.inf)
     if n < 2:
         return out, inside
-    change = way.tangent[1:] - way.end_tangent()[:-1]
+    before, after = way.end_tangent()[:-1], way.tangent[1:]
+    change = after - before
     span = way.length if way.span is None else way.span
     least = np.minimum(span[1:], span[:-1])
     tip = change[:, :3]
-    x = np.minimum(0.5 * np.linalg.norm(tip, axis=1), 1.0)
-    c = np.sqrt(1.0 - x * x)
-    bent = x > 1e-12
-    safe = np.where(bent, x, 1.0)
+    d = np.linalg.norm(tip, axis=1)
+    x, c = 0.5 * d, _half_turn_cos(before[:, :3], after[:, :3])
+    bent = d > 2e-12
+    safe = np.where(bent, d, 1.0)
     tolerance = np.where(x < 0.5 * TANGENT, np.inf, way.tolerance[:-1])
-    # 1 - c = x^2 / (1 + c), without cancellation
-    chord = 0.5 * least * c / safe
-    radius = np.minimum(tolerance * c * (1.0 + c) / safe**2, chord)
-    share = np.abs(tip) / (2.0 * safe)[:, None]
+    # e c / (1 - c) = e c (1 + c) / x^2, without cancellation
+    rounded = 4.0 * tolerance * (1.0 + c) / safe
+    share = np.abs(tip) / safe[:, None]
     along = np.divide(limit[:3], share, out=np.full(share.shape, np.inf), where=share > _lookahead.FLAT)
-    u = np.where(bent, radius * np.minimum(along.min(axis=1), whole), np.inf)
+    most = np.minimum(along.min(axis=1), np.minimum(whole[1:], whole[:-1]))
+    u = np.where(bent, np.minimum(least, rounded) * c / safe * most, np.inf)
     if m > 3:
         rate = np.abs(change[:, 3:])
         turning = np.divide(limit[3:], rate, out=np.full(rate.shape, np.inf), where=rate > 1e-12)
         u = np.minimum(u, least * turning.min(axis=1))
-    # a block in which only rotary joints turn has a length of another kind
-    still = np.abs(way.tangent[:, :3]).max(axis=1) < _lookahead.FLAT
-    u[way.halt[:-1] | (still[1:] != still[:-1])] = 0.0
+    u[way.halt[:-1]] = 0.0
     out[1:-1] = u
     # both halves of a chord belong to the circles about its corners
-    whole_chord = bent & (x < SHALLOW) & (radius >= chord) & ~way.halt[:-1]
+    whole_chord = bent & (x < SHALLOW) & (rounded >= least) & ~way.halt[:-1]
     own = EQUAL * span[1:-1]
     taken = whole_chord[:-1] & whole_chord[1:] & (np.minimum(least[:-1], least[1:]) >= own)
     inside[1:-1] = np.where(taken, np.maximum(u[:-1], u[1:]), np.inf)
     return out, inside
+
+
+def _half_turn_cos(before: Floats, after: Floats) -> Floats:
+    """(k,) cosine of half the turn between two directions (k, 3); 1 where one of them is none."""
+    size = np.linalg.norm(before, axis=1), np.linalg.norm(after, axis=1)
+    none = np.minimum(*size) < _lookahead.FLAT
+    one, two = (v / np.where(none, 1.0, s)[:, None] for v, s in zip((before, after), size, strict=True))
+    return np.where(none, 1.0, np.minimum(0.5 * np.linalg.norm(one + two, axis=1), 1.0))

@@ -21,7 +21,7 @@ from vmachining.errors import KinematicsError
 from vmachining.geometry.rotation import UNIT
 from vmachining.machine.axis import Axis, Kind
 from vmachining.machine.chain import Machine
-from vmachining.machine.classes import FrameMachine
+from vmachining.machine.classes import class_chain
 
 __all__ = [
     "PRESETS",
@@ -141,10 +141,6 @@ def xyzbc_trt(
     return _trt("B", point + [x_offset_mm, 0.0, z_offset_mm], point)
 
 
-def _source(kind: str, **offsets: ArrayLike) -> Machine:
-    return FrameMachine(kind, **offsets).chain()
-
-
 PRESETS: Mapping[str, Callable[..., Machine]] = {
     "xyz": xyz,
     # axis formulas of the sweep files: Rz(c) Rx(a) ez, Rz(c) Ry(b) ez, Rx(a) Ry(b) ez
@@ -167,9 +163,9 @@ PRESETS: Mapping[str, Callable[..., Machine]] = {
     "nutating-table": nutating_table,
     "xyzac-trt": xyzac_trt,
     "xyzbc-trt": xyzbc_trt,
-    "2/0": partial(_source, "2/0"),
-    "1/1": partial(_source, "1/1"),
-    "0/2": partial(_source, "0/2"),
+    "2/0": partial(class_chain, "2/0"),
+    "1/1": partial(class_chain, "1/1"),
+    "0/2": partial(class_chain, "0/2"),
 }
 """Every preset by name."""
 

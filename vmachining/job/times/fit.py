@@ -1,9 +1,10 @@
 """The few numbers of a machine that its times depend on, found from logs.
 
-Windows of consecutive intervals (a whole sequence of changes is never cut) give logged seconds y. For accelerations, corner
-tolerance, rapid speed and time per block z, the look-ahead gives the seconds p(z) of motion; what changes of tool and spindle
-last, c >= 0, enters linearly: y = p(z) + E c. Both are found by least absolute deviations, which a pause that nobody
-logged does not move: c by reweighted least squares, z by a search over one number at a time on a logarithmic scale.
+Windows of consecutive intervals (a whole sequence of changes is never cut) give logged seconds y. For accelerations at feed, in
+rapids and of the z slide, corner tolerance, rapid speed and time per block z, the look-ahead gives the seconds p(z) of motion;
+what changes of tool and spindle last, c >= 0, enters linearly: y = p(z) + E c. Both are found by least absolute deviations,
+which a pause that nobody logged does not move: c by reweighted least squares, z by a search over one number at a time on a
+logarithmic scale.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ __all__ = ["Fitted", "fit", "machine_text"]
 WINDOW_S = 3.0
 """s of a window at least: ten times the distance of entries in common logs, which is the error of its ends."""
 
+AXES = "axis_acceleration_mm_s2"
+
 EVENTS = (
     "tool_change_s",
     "table_change_s",
@@ -32,15 +35,24 @@ EVENTS = (
     "spindle_s_per_1000_rev_min",
 )
 
-SEARCH = {
-    "max_acceleration_mm_s2": (50.0, 20_000.0, 1000.0),
+UNLIMITED = 20_000.0
+"""mm/s^2 of a slide that is not searched: it never decides."""
+
+SEARCH: dict[str, tuple[float, float, float | None]] = {
+    "max_acceleration_mm_s2": (50.0, UNLIMITED, 1000.0),
+    "rapid_acceleration_mm_s2": (50.0, UNLIMITED, None),
+    "axis_acceleration_mm_s2": (50.0, UNLIMITED, None),
     "corner_tolerance_mm": (1e-4, 1.0, 0.01),
     "rapid_mm_min": (1000.0, 100_000.0, 15_000.0),
     "block_s": (1e-5, 0.1, 1e-3),
 }
-"""Least, largest and first value of what is searched."""
+"""Least, largest and first value of what is searched. None: rapids and the z slide have the acceleration of the path at feed,
+unless another one is better; of the slides, only z is searched."""
 
-ROUNDS, FACTORS = 6, (4.0, 2.0, 1.4, 1.15, 1.06, 1.03)
+FACTORS = (4.0, 2.0, 1.4, 1.15, 1.06, 1.03)
+
+GAIN = 0.01
+"""Share of the error that an acceleration of rapids or z has to take away to be one of its own."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -121,26 +133,39 @@ def fit(laid: Sequence[Laid], *, start: MachineLimits | None = None) -> Fitted:
         found = _with(limits, dict(zip(EVENTS, cost.round(4).tolist(), strict=True)))
         return float(rest.sum()), found
 
-    here = start or _with(MachineLimits(), {name: first for name, (_, _, first) in SEARCH.items()})
+    here = start or _with(
+        MachineLimits(), {name: first for name, (_, _, first) in SEARCH.items() if first is not None}
+    )
     least, here = judged(here)
-    for factor in FACTORS[:ROUNDS]:
-        moved = True
-        while moved:
-            moved = False
-            for name, (low, high, first) in SEARCH.items():
-                now = getattr(here, name) or first
-                for value in (now * factor, now / factor):
-                    if low <= value <= high:
-                        cost, trial = judged(_with(here, {name: float(f"{value:.4g}")}))
-                        if cost < least * (1.0 - 1e-4):
-                            least, here, moved = cost, trial, True
-                            break
-            moved = moved and factor < 4.0
+    # what rapids and z have of their own is looked for last, and has to gain: otherwise it stands for another number
+    for names in ([name for name in SEARCH if SEARCH[name][2] is not None], SEARCH):
+        for factor in FACTORS:
+            moved = True
+            while moved:
+                moved = False
+                for name in names:
+                    low, high, first = SEARCH[name]
+                    own = _value(here, name)
+                    now = own or first or here.max_acceleration_mm_s2 or UNLIMITED
+                    for value in (now * factor, now / factor):
+                        if low <= value <= high:
+                            cost, trial = judged(_with(here, {name: float(f"{value:.4g}")}))
+                            if cost < least * (1.0 - (GAIN if own is None else 1e-4)):
+                                least, here, moved = cost, trial, True
+                                break
+                moved = moved and factor < 4.0
     return Fitted(here, least / float(logged.sum()), len(logged), float(logged.sum()), other)
 
 
 def _with(limits: MachineLimits, numbers: dict[str, Any]) -> MachineLimits:
-    return replace(limits, **numbers)
+    axes = {name: (UNLIMITED, UNLIMITED, numbers[name]) for name in (AXES,) if name in numbers}
+    return replace(limits, **{**numbers, **axes})
+
+
+def _value(limits: MachineLimits, name: str) -> float | None:
+    found = getattr(limits, name)
+    value: float | None = found[2] if found and name == AXES else found
+    return value
 
 
 def _events(rest: Floats, events: Floats) -> Floats:
@@ -166,5 +191,12 @@ def machine_text(fitted: Fitted, logs: Sequence[str]) -> str:
     lines = [
         f"# from {', '.join(logs)}: {fitted.seconds:.0f} s in {fitted.windows} windows, mean error {100 * fitted.error:.2g} %"
     ]
-    lines += ["[machine]", *(f"{name} = {float(value)!r}" for name, value in given.items() if value)]
+    lines += [
+        "[machine]",
+        *(
+            f"{name} = {list(value) if name == AXES else float(value)!r}"
+            for name, value in given.items()
+            if value
+        ),
+    ]
     return "\n".join(lines) + "\n"

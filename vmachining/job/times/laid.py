@@ -141,6 +141,14 @@ def lay(log: Log, driven: Driven) -> Laid:
     first, last, logged = number[:-1], number[1:], np.diff(time)
     top = int(lines.max()) + 2
     held = np.zeros((len(first), 5)) if driven.pace.lines is None else _events(driven.pace.lines, first, last)
+    if len(
+        log.tool.time
+    ):  # a log that names tools, and names none during a change: the tool was in the spindle
+        until = np.append(time[2:], time[-1:])
+        named = np.searchsorted(log.tool.time, until, side="right") > np.searchsorted(
+            log.tool.time, time[:-1]
+        )
+        held[~named, 0] = 0.0
     fast, active = np.zeros(top + 1), np.zeros(top + 1)
     moving = driven.length > 0
     np.add.at(fast, lines[driven.fast & moving], 1.0)

@@ -33,6 +33,7 @@ NAMES = {
     "time": ("time", "timestamp", "times", "seconds", "ts", "t"),
     "speed": ("feedrate", "pathfeedrate", "pathfeedrateactual", "fact"),
     "load": ("spindleload", "load", "sload"),
+    "tool": ("currenttool", "toolnumber", "toolnumberrunning", "tool"),
 }
 KNOWN = {name: key for key, names in NAMES.items() for name in names}
 RUNNING = ("ACTIVE", "PROGRAM_COMPLETED", "READY", "")
@@ -70,7 +71,7 @@ class Series(NamedTuple):
 class Log:
     """time : (n,) s from the first entry, at which line (n,) began. feed, rapid : overrides, 1 is 100 %. running : 1 or 0.
 
-    speed : mm/min or the unit of the log. skipped : entries that could not be read.
+    speed : mm/min or the unit of the log. tool : number in the spindle. skipped : entries that could not be read.
     """
 
     name: str
@@ -81,6 +82,7 @@ class Log:
     running: Series
     speed: Series
     load: Series
+    tool: Series
     skipped: int
 
 
@@ -234,5 +236,6 @@ def _columns(path: Path, entries: list[Entry], skipped: list[int]) -> Log:
     table = np.array(lines)
     return Log(
         path.name, table[:, 0] - begin, table[:, 1].astype(np.int64), share(found["feed"]),
-        share(found["rapid"]), series(states), series(found["speed"]), series(found["load"]), skipped[0],
+        share(found["rapid"]), series(states), series(found["speed"]), series(found["load"]), series(found["tool"]),
+        skipped[0],
     )  # fmt: skip
