@@ -166,7 +166,7 @@ def _corners(way: Way, whole: Floats, limit: Floats) -> tuple[Floats, Floats]:
 
 
 def _half_turn_cos(before: Floats, after: Floats) -> Floats:
-    """(k,) cosine of half the turn between two directions (k, 3); 1 where one of them is none."""
+    """(k,) cosine of half the turn between two directions (k, 3); 1 where one has no length."""
     size = np.linalg.norm(before, axis=1), np.linalg.norm(after, axis=1)
     none = np.minimum(*size) < _lookahead.FLAT
     one, two = (v / np.where(none, 1.0, s)[:, None] for v, s in zip((before, after), size, strict=True))

@@ -25,7 +25,7 @@ __all__ = ["Fitted", "fit", "machine_text"]
 WINDOW_S = 3.0
 """s of a window at least: ten times the distance of entries in common logs, which is the error of its ends."""
 
-AXES = "axis_acceleration_mm_s2"
+RAPID, AXES = "rapid_acceleration_mm_s2", "axis_acceleration_mm_s2"
 
 EVENTS = (
     "tool_change_s",
@@ -139,6 +139,18 @@ def fit(laid: Sequence[Laid], *, start: MachineLimits | None = None) -> Fitted:
     least, here = judged(here)
     # what rapids and z have of their own is looked for last, and has to gain: otherwise it stands for another number
     for names in ([name for name in SEARCH if SEARCH[name][2] is not None], SEARCH):
+        if (
+            names is SEARCH
+        ):  # both at once: with one acceleration for all, an error of the one hides that of the other
+            path = here.max_acceleration_mm_s2 or UNLIMITED
+            own_ones = [
+                {RAPID: min(path * r, UNLIMITED), AXES: path * z}
+                for r in (1.0, 2.0, 4.0)
+                for z in (0.5, 0.7, 1.0)
+            ]
+            cost, trial = min((judged(_with(here, own)) for own in own_ones), key=lambda found: found[0])
+            if cost < least * (1.0 - GAIN):
+                least, here = cost, trial
         for factor in FACTORS:
             moved = True
             while moved:
