@@ -11,12 +11,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pagedata import unpacked
+from scipy.spatial.transform import Rotation
 from tinyjob import FEED, JOB, PROGRAM, write_job
 
 import vmachining.report
 from vmachining.job import Job, run
+from vmachining.job.reading import read_job_program
+from vmachining.job.toolpath import Toolpath
 from vmachining.report import write_report
+from vmachining.report.payload import _volume, path_payload
 from vmachining.report.thin import MAX_POINTS, thin_mesh, thin_rows
+from vmachining.stock import CylinderStock
 
 EVIL = "(</script><script>alert`1`</script><img src=x onerror=alert`2`>&amp;)"
 
@@ -133,6 +138,46 @@ def test_raw_heights_are_those_of_the_box(page):
     box, grid = result.job.keys.stock.box, head["grid"]
     assert set(np.unique(arrays["heights"])) == {np.float32(box.max[2])} and grid["floor"] == box.min[2]
     assert grid["columns"] * grid["pitch"] >= box.max[0] - box.min[0]
+
+
+def test_cells_of_a_leaning_tool_hold_distances_to_the_raw_bar():
+    """Of a cylinder, whose distance has a closed form; kept to two cells, in steps of 2 / 127 of one."""
+    radius, (bottom, top) = 7.0, (-20.0, 1.0)
+    made = _volume(CylinderStock((1.0, -2.0), radius, (bottom, top)))
+    low, pitch, size = (np.array(made["volume"][name]) for name in ("low", "pitch", "size"))
+    k, j, i = np.indices(size[::-1])
+    x, y, z = (low[c] + pitch * n for c, n in enumerate((i, j, k)))
+    aside, above = np.hypot(x - 1.0, y + 2.0) - radius, np.maximum(bottom - z, z - top)
+    away = np.where((aside > 0) & (above > 0), np.hypot(aside, above), np.maximum(aside, above))
+    told = made["arrays"]["volume"].reshape(size[::-1]) * (2.0 * pitch / 127.0)
+    assert np.abs(told - np.clip(away, -2.0 * pitch, 2.0 * pitch)).max() <= pitch / 127.0 * 1.001
+    shell = np.ones(size[::-1], dtype=bool)
+    shell[1:-1, 1:-1, 1:-1] = False
+    assert (told[shell] > 0.0).all()  # the surface closes within the cells
+
+
+@pytest.mark.parametrize("chain", ["c-table-b-head", "bc-table", "cb-head"])
+def test_the_machine_that_is_played_holds_the_tool_as_the_path_does(chain, tmp_path):
+    """Tables turned back from the path and the head turned from home agree on the tool axis, whoever carries what."""
+    program = (
+        "G21 G90 G17\nT1 M6\nS6000 M3\nG0 X40 Y-30 Z10\nG0 B70 C20\nG1 X30 Y5 C50 F500\nG1 B-30 Y20\nM30\n"
+    )
+    job = Job.load(
+        write_job(
+            tmp_path, job=JOB.replace("[machine]\n", f'[machine]\nchain = "{chain}"\n'), program=program
+        )
+    )
+    toolpath = Toolpath.of(read_job_program(job), job.machine)
+    told = path_payload(toolpath, job).text
+    head, arrays = unpacked(f'<script id="data" type="application/octet-stream">{told}</script>')
+    leans, turns = arrays["axes"].reshape(-1, 3), arrays["turns"].reshape(len(arrays["axes"]) // 3, -1)
+    assert np.ptp(turns, axis=0).min() >= 50.0
+    for lean, angles in zip(leans, turns, strict=True):
+        part, held = Rotation.identity(), Rotation.identity()
+        for axis, angle in zip(head["machine"], angles, strict=True):
+            turn = Rotation.from_rotvec(axis["sign"] * np.radians(angle) * np.array(axis["direction"]))
+            part, held = (part * turn, held) if axis["table"] else (part, held * turn)
+        assert part.inv().apply(lean) == pytest.approx(held.apply([0, 0, 1]), abs=1e-5)
 
 
 def test_the_bundle_was_made_of_its_sources():

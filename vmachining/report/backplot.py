@@ -39,8 +39,8 @@ def _page(toolpath: Toolpath, job: Job | None) -> str:
     note = "Drag to turn, wheel to zoom; click the path to mark its block."
     if data.stride > 1:
         note += f" One motion in {data.stride} is drawn."
-    if data.heights:
-        note += " The part is drawn over a grid of heights: a picture, not a measurement."
+    if data.field:
+        note += f" {data.played}"
     return rendered(
         "backplot.html.j2", data,
         name=Path(program.name).name if job is None else job.name,

@@ -251,15 +251,7 @@ def _view_note(triangles: int, mesh: ThinMesh, data: Payload) -> str:
         )
     if data.stride > 1:
         note += f" One motion in {data.stride} of the tool path is drawn."
-    return (
-        note
-        + " Drag to turn, wheel to zoom; click a face or the path to mark its block. "
-        + (
-            "While it plays, the part is drawn over a grid of heights: a picture, not a measurement."
-            if data.heights
-            else "While it plays, faces that later blocks make are grey."
-        )
-    )
+    return note + " Drag to turn, wheel to zoom; click a face or the path to mark its block. " + data.played
 
 
 def _plot_note(count: int, drawn: int) -> str:

@@ -20,16 +20,19 @@ import numpy as np
 import polars as pl
 
 from vmachining.arrays import Floats, Ints
+from vmachining.errors import KinematicsError
 from vmachining.geometry import Arc
 from vmachining.job import Job, RunResult
 from vmachining.job.blocks import program_lines
 from vmachining.job.contact import ToolParts
 from vmachining.job.stock import raw_stock
 from vmachining.job.toolpath import Toolpath
+from vmachining.machine import Machine, follow
 from vmachining.nc import Motion, Move, Program
 from vmachining.report.contact_map import contact_maps
 from vmachining.report.design import Deviation
 from vmachining.report.thin import ThinMesh, thin_rows
+from vmachining.stock import Stock
 from vmachining.sweep import Turn
 from vmachining.tool import Profile
 
@@ -47,11 +50,20 @@ CELLS = 50_000
 LEAST_PERCENT = 1e-3
 """Widths of brackets are drawn in decades above it, and linearly from 0 to it: below there is hardly more than rounding."""
 
+CORNERS = 400_000
+"""Of the cubic cells in space that take the place of the grid where a tool leans or undercuts."""
+
+BAND = 2
+"""Cells from the surface within which distances are kept."""
+
+MAX_FOLLOWED = 20_000
+"""Points of a path whose joints are sought where the program does not name them."""
+
 ARC_STEP = 0.1
 """rad of an arc per drawn piece."""
 
 UPRIGHT = 1e-9
-"""Axes that lean by less are played over a grid of heights."""
+"""Axes that lean by less are played over a grid of heights, unless a cutter is narrower above than below."""
 
 LOADS = (
     ("force_n", "force", "N"),
@@ -82,14 +94,21 @@ MORE = (
 class Payload:
     """text : base64 of the container. stride : every how manieth motion is drawn. rows : blocks that are drawn.
 
-    heights : whether the cut is played over a grid of heights. maps : blocks whose contact is drawn.
+    field : what the cut is played over, "grid" of heights, "volume" of cells in space, or nothing. maps : blocks whose
+    contact is drawn.
     """
 
     text: str
     stride: int
     rows: int
-    heights: bool
+    field: str = ""
     maps: int = 0
+
+    @property
+    def played(self) -> str:
+        """How the cut is played, for the reader."""
+        over = {"grid": "a grid of heights", "volume": "cubic cells"}[self.field]
+        return f"While it plays, the part is drawn over {over}: a picture, not a measurement."
 
 
 def load_column(blocks: pl.DataFrame) -> tuple[str, str, str]:
@@ -127,10 +146,9 @@ def payload(
     tools, tool_index = _tools(result.job)
     hits = drawn.filter(pl.col("warning").str.contains("rapid", literal=True).fill_null(False))["block"]
     path, stride = _path(result.toolpath, drawn["block"].to_numpy(), tool_index, set(hits.to_list()))
+    field = _field(result.job, tools, path) | _machine(result.job.machine, path)
     arrays |= path
-    grid = None
-    if "axes" not in path and (made := _grid(result.job)) is not None:
-        grid, arrays["heights"] = made
+    arrays |= field.pop("arrays")
     after = result.schedule is not None
     if after:
         rate = np.asarray(result.schedule.after_rate, dtype="<f4")  # type: ignore[union-attr]
@@ -161,11 +179,11 @@ def payload(
         "curves": _curves(known),
         "ends": {"time": float(time.sum()), "length": float(length.sum())},
         "tools": tools,
-        "grid": grid,
+        **field,
         "contact": contact,
         "job": Path(result.inputs["job"]["file"]).name if "job" in result.inputs else "JOB.toml",
     }  # fmt: skip
-    return Payload(packed(header, arrays), stride, len(rows), grid is not None, len(contact))
+    return Payload(packed(header, arrays), stride, len(rows), next(iter(field)), len(contact))
 
 
 def path_payload(toolpath: Toolpath, job: Job | None = None) -> Payload:
@@ -190,7 +208,9 @@ def path_payload(toolpath: Toolpath, job: Job | None = None) -> Payload:
         size = 0.04 * float(np.ptp(path["points"].reshape(-1, 3), axis=0).max() or 1.0)
         pointer = [[0.0, 0.0], [0.4 * size, size], [0.4 * size, 3.0 * size], [0.0, 3.0 * size]]
         tools = [{"number": n, "meridian": pointer, "shank": None, "holder": None} for n in numbers]
-    grid = None if job is None or "axes" in path else _grid(job)
+    field: dict[str, Any] = (
+        {"arrays": {}} if job is None else _field(job, tools, path) | _machine(job.machine, path)
+    )
     growing = {} if job is None else {name: np.full(len(rows), np.nan, dtype="<f4") for name in GROWING}
     arrays = {
         "block": drawn["block"].to_numpy().astype("<i4"), "line": drawn["line"].to_numpy().astype("<i4"),
@@ -199,7 +219,7 @@ def path_payload(toolpath: Toolpath, job: Job | None = None) -> Payload:
         "warned": np.zeros(len(rows), dtype="u1"),
         "vertices": np.zeros(0, dtype="<f4"), "triangles": np.zeros(0, dtype="<u4"), "face_block": np.zeros(0, dtype="<i4"),
         **{name: _column(drawn, name) for name in ("feed_mm_min", "length_mm", "time_s")}, **path, **growing,
-        **({} if grid is None else {"heights": grid[1]}),
+        **field.pop("arrays"),
     }  # fmt: skip
     words = [entry for entry in (*MORE, *LOADS) if entry[0] in arrays]
     header = {
@@ -212,10 +232,10 @@ def path_payload(toolpath: Toolpath, job: Job | None = None) -> Payload:
         "curves": _curves(set(arrays)),
         "ends": {"time": float(time.sum()), "length": float(length.sum())},
         "tools": tools,
-        "grid": None if grid is None else grid[0],
+        **field,
         "live": job is not None,
     }  # fmt: skip
-    return Payload(packed(header, arrays), stride, len(rows), heights=grid is not None)
+    return Payload(packed(header, arrays), stride, len(rows), next(iter(field), ""))
 
 
 def _feed(move: Move) -> float:
@@ -311,6 +331,12 @@ def _path(
     moving = [(block.number, index) for block in toolpath.blocks for index in block.moves]
     stride = max(1, len(moving) * 2 // MAX_SEGMENTS)
     points, axes, kinds, rows, cutters = [], [], [], [], []
+    turning = (
+        []
+        if toolpath.machine is None
+        else [toolpath.machine.axes[k].name.lower() for k in toolpath.machine.rotary]
+    )
+    turns, angles = [], dict.fromkeys(turning, 0.0)
     for number, index in moving[::stride]:
         move, path = toolpath.moves[index], toolpath.paths[index]
         steps = 1
@@ -323,6 +349,8 @@ def _path(
         axes.append(path.axis(t) if isinstance(path, Turn) else np.tile([0.0, 0.0, 1.0], (steps + 1, 1)))
         kind = (3 if number in hits else 2) if move.motion is Motion.RAPID else 1
         kinds.append([kind] * steps + [0])
+        first, angles = angles | dict(move.rotary_start or {}), angles | dict(move.rotary_deg or {})
+        turns.append([[first[n] + s * (angles[n] - first[n]) for n in turning] for s in t])
         row = max(int(np.searchsorted(numbers, number, side="right")) - 1, 0)
         rows.append([row] * (steps + 1))
         cutters.append([tools.get(move.tool, 255)] * (steps + 1))
@@ -335,14 +363,41 @@ def _path(
     }
     if (np.abs(leans - [0.0, 0.0, 1.0]) > UPRIGHT).any():
         arrays["axes"] = leans.astype("<f4").ravel()
+        if turning:
+            arrays["turns"] = np.concatenate(turns).astype("<f4").ravel()
     return arrays, stride
 
 
-def _grid(job: Job) -> tuple[dict[str, Any], Ints] | None:
-    """Cells and heights of the raw stock; None for a STEP file, which is not read again for a picture."""
-    if job.keys.stock.step is not None:
-        return None
+def _machine(machine: Machine | None, path: dict[str, Any]) -> dict[str, Any]:
+    """The rotary axes of a machine as they lie in the workpiece at home, from the workpiece to the tool.
+
+    Where the program does not name their angles, `turns` (degrees, a row for every point) are added to the path if the
+    machine reaches it.
+    """
+    if machine is None or "axes" not in path:
+        return {}
+    if "turns" not in path:
+        tips, leans = (path[name].reshape(-1, 3).astype(np.float64) for name in ("points", "axes"))
+        if len(tips) > MAX_FOLLOWED:
+            return {}
+        try:
+            joints = follow(machine, tips, leans).joints[:, list(machine.rotary)]
+        except KinematicsError:  # a page of a path that this machine cannot drive still shows the path
+            return {}
+        path["turns"] = np.degrees(joints).astype("<f4").ravel()
+    turn, origin = machine.work[:3, :3], machine.work[:3, 3]
+    return {"machine": [
+        {"name": axis.name, "direction": (axis.direction @ turn).tolist(), "point": ((axis.point - origin) @ turn).tolist(),
+         "sign": axis.sign, "table": k < machine.table}
+        for k in machine.rotary for axis in [machine.axes[k]]
+    ]}  # fmt: skip
+
+
+def _field(job: Job, tools: list[dict[str, Any]], path: dict[str, Any]) -> dict[str, Any]:
+    """The raw stock for the cut that is played: "grid" or "volume" for the header, and "arrays"."""
     stock = raw_stock(job)
+    if "axes" in path or any(_undercuts(tool["meridian"]) for tool in tools):
+        return _volume(stock)
     low, high = stock.bounds
     pitch = float(np.sqrt(np.prod(high[:2] - low[:2]) / CELLS))
     columns, lines = (int(np.ceil((high[k] - low[k]) / pitch)) for k in (0, 1))
@@ -360,7 +415,25 @@ def _grid(job: Job) -> tuple[dict[str, Any], Ints] | None:
         "rows": lines,
         "floor": float(low[2]),
     }
-    return grid, heights.astype("<f4")
+    return {"grid": grid, "arrays": {"heights": heights.astype("<f4")}}
+
+
+def _undercuts(meridian: list[list[float]]) -> bool:
+    """A cutter that is narrower somewhere above than below."""
+    return bool((np.diff([r for r, _ in meridian[:-1]]) < -UPRIGHT).any())
+
+
+def _volume(stock: Stock) -> dict[str, Any]:
+    """Distances to the surface of the stock at the corners of cubic cells: 127 at `BAND` cells outside, -127 inside."""
+    low, high = stock.bounds
+    pitch = float(np.cbrt(np.prod(high - low) / CORNERS))
+    low = low - (BAND - 0.5) * pitch
+    size = np.ceil((high - low) / pitch).astype(int) + BAND
+    x, y, z = (low[k] + pitch * np.arange(size[k]) for k in range(3))
+    places = np.stack(np.meshgrid(z, y, x, indexing="ij")[::-1], axis=-1).reshape(-1, 3)
+    levels = np.round(127.0 * np.clip(stock.signed_distance(places) / (BAND * pitch), -1.0, 1.0))
+    grid = {"low": low.tolist(), "pitch": pitch, "size": size.tolist()}
+    return {"volume": grid, "arrays": {"volume": levels.astype("i1")}}
 
 
 def packed(header: dict[str, Any], arrays: dict[str, Any]) -> str:

@@ -54,6 +54,4 @@ class Scene:
                     record[name] = f"{name}_{k}"
                     arrays[f"{name}_{k}"] = np.asarray(values).astype(form).ravel()
             told.append(record)
-        return Payload(
-            packed({"scene": told, "words": self.words, "reach": self.reach}, arrays), 1, 0, heights=False
-        )
+        return Payload(packed({"scene": told, "words": self.words, "reach": self.reach}, arrays), 1, 0)

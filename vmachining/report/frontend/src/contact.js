@@ -13,10 +13,11 @@ function svg(name, attributes, parent, text) {
   return made;
 }
 
-function ticks(high, count) {
-  const raw = high / count, size = 10 ** Math.floor(Math.log10(raw));
+function ticks(low, high, count) {
+  const raw = (high - low) / count, size = 10 ** Math.floor(Math.log10(raw));
   const step = size * [1, 2, 2.5, 5, 10].find((f) => size * f >= raw * (1 - 1e-9));
-  return [...Array(Math.floor(high / step + 1e-9) + 1).keys()].map((k) => k * step);
+  const first = Math.ceil(low / step - 1e-9);
+  return [...Array(Math.floor(high / step + 1e-9) - first + 1).keys()].map((k) => (first + k) * step);
 }
 
 // Axes from `low` to x and y with their words; hands out the picture and its two scales.
@@ -25,11 +26,11 @@ function axes(root, title, words, { x, y, xs, ys, low = 0 }) {
   caption.textContent = title;
   const picture = svg("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": words, "font-size": 12, fill: "var(--muted)" });
   const across = (v) => LEFT + (v / x) * (WIDTH - LEFT - RIGHT), up = (v) => HEIGHT - BOTTOM - ((v - low) / (y - low)) * (HEIGHT - TOP - BOTTOM);
-  for (const v of ticks(y, 5)) {
+  for (const v of ticks(low, y, 5)) {
     svg("path", { d: `M${LEFT} ${up(v)}H${WIDTH - RIGHT}`, stroke: "var(--grid)" }, picture);
     svg("text", { x: LEFT - 6, y: up(v) + 4, "text-anchor": "end" }, picture, formatted(v, 3));
   }
-  for (const v of x === 360 ? [0, 90, 180, 270, 360] : ticks(x, 4)) {
+  for (const v of x === 360 ? [0, 90, 180, 270, 360] : ticks(0, x, 4)) {
     svg("path", { d: `M${across(v)} ${TOP}V${HEIGHT - BOTTOM}`, stroke: "var(--grid)" }, picture);
     svg("text", { x: across(v), y: HEIGHT - BOTTOM + 15, "text-anchor": "middle" }, picture, formatted(v, 3));
   }

@@ -40,6 +40,13 @@ export function curves(root, data, bus) {
       const box = document.createElement("figure");
       const title = document.createElement("figcaption");
       title.textContent = `${curve.title}, ${curve.unit}`;
+      const shown = curve.lines.filter((line) => !line.hidden);
+      for (const line of shown.length > 1 ? shown : []) {
+        const key = document.createElement("span"), dash = document.createElement("i");
+        dash.style.background = `var(${line.colour})`;
+        key.append(dash, line.label);
+        title.append(key);
+      }
       const value = document.createElement("output");
       title.append(value);
       box.append(title);
@@ -55,7 +62,8 @@ export function curves(root, data, bus) {
             label: last ? { block: "block", length: "path length, mm", time: "time, s" }[along] : undefined, labelSize: 16, labelFont: "12px sans-serif", font: "11px sans-serif",
             values: last ? undefined : (self, ticks) => ticks.map(() => "") },
           { size: 62, stroke: style("--muted"), grid: { stroke: style("--grid"), width: 1 }, ticks: { show: false }, font: "11px sans-serif",
-            splits: curve.log ? (self, i, low, high) => [0, ...[...Array(12).keys()].map((k) => curve.log * 10 ** k).filter((v) => v <= high)] : undefined,
+            splits: curve.log ? (self, i, low, high) => [0, ...[...Array(6).keys()].map((k) => curve.log * 10 ** (2 * k + 1)).filter((v) => v <= high)] : undefined,
+            filter: (self, ticks) => ticks,
             values: (self, ticks) => ticks.map((tick) => (tick === null ? "" : formatted(tick, 3))) },
         ],
         hooks: {

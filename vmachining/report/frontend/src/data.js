@@ -1,6 +1,6 @@
 // What the page was given: a gzipped container, [uint32 length of the header][JSON header][arrays], see payload.py.
 
-const KINDS = { f4: Float32Array, i4: Int32Array, u4: Uint32Array, u1: Uint8Array, u2: Uint16Array };
+const KINDS = { f4: Float32Array, i4: Int32Array, u4: Uint32Array, u1: Uint8Array, i1: Int8Array, u2: Uint16Array };
 
 export async function unpack(text) {
   const packed = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));

@@ -1,43 +1,16 @@
 // The workpiece while it is cut, as heights over a grid: a picture, made from the path and the cutters in the browser.
 // Brackets and volumes of the page come from the engines and never from here.
 
-export class Heights {
+import { Played } from "./played.js";
+
+export class Heights extends Played {
   constructor(grid, path, tools) {
+    super(path, ["z", "owner"], 24);
     Object.assign(this, grid); // low, pitch, columns, rows, start (heights), floor
-    this.path = path;
     this.tools = tools;
     this.z = Float32Array.from(this.start);
     this.owner = new Int32Array(this.z.length).fill(-1);
-    this.done = 0; // segments that have cut
-    this.changed = []; // cells that were cut since the picture was drawn
-    this.all = true;   // or all of them
-    this.marks = [{ done: 0, z: this.start, owner: this.owner.slice() }];
-    this.every = Math.max(1, Math.ceil(path.count / 24));
-  }
-
-  // Bring the picture to the state after `segments` of the path, and `share` of the next one.
-  to(segments, share) {
-    if (segments < this.done || this.partial) {
-      let mark = this.marks[0];
-      for (const candidate of this.marks) if (candidate.done <= segments && candidate.done >= mark.done) mark = candidate;
-      this.z.set(mark.z);
-      this.owner.set(mark.owner);
-      this.done = mark.done;
-      this.partial = false;
-      this.all = true;
-    } else if (segments > this.done + this.every) {
-      let mark = null;
-      for (const candidate of this.marks) if (candidate.done <= segments && candidate.done > this.done) mark = candidate;
-      if (mark) { this.z.set(mark.z); this.owner.set(mark.owner); this.done = mark.done; this.all = true; }
-    }
-    while (this.done < segments) {
-      this.cut(this.done, 1);
-      this.done += 1;
-      if (this.done % this.every === 0 && !this.marks.some((mark) => mark.done === this.done)) {
-        this.marks.push({ done: this.done, z: this.z.slice(), owner: this.owner.slice() });
-      }
-    }
-    if (share > 0 && segments < this.path.count) { this.cut(segments, share); this.partial = true; }
+    this.keep();
   }
 
   cut(segment, share) {

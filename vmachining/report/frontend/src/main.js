@@ -143,6 +143,7 @@ async function start() {
   one("#to-end").addEventListener("click", () => { stop(); bus.play(data.rows, "button"); });
   said();
 
+  one("#machine").hidden = !data.machine;
   for (const box of document.querySelectorAll("[data-show]")) box.addEventListener("change", () => workpiece?.show(box.dataset.show, box.checked));
   one("#home").addEventListener("click", () => workpiece?.home());
   document.addEventListener("click", (event) => {

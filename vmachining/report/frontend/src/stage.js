@@ -25,6 +25,7 @@ export function stage(root, words) {
     return null;
   }
   renderer.outputColorSpace = LinearSRGBColorSpace;
+  if (!isSoftware()) renderer.setPixelRatio(Math.min(2, devicePixelRatio));
   root.replaceChildren(renderer.domElement);
   renderer.domElement.setAttribute("role", "img");
   renderer.domElement.setAttribute("aria-label", words);
@@ -67,13 +68,14 @@ export function stage(root, words) {
   function render() {
     if (waiting) return;
     waiting = true;
-    requestAnimationFrame(() => {
-      waiting = false;
-      lamp.position.copy(camera.position).add(new Vector3(0.4, 0.2, 0.9).multiplyScalar(size.length()));
-      lamp.target.position.copy(controls.target);
-      lamp.target.updateMatrixWorld();
-      renderer.render(scene, camera);
-    });
+    requestAnimationFrame(draw);
+  }
+  function draw() {
+    waiting = false;
+    lamp.position.copy(camera.position).add(new Vector3(0.4, 0.2, 0.9).multiplyScalar(size.length()));
+    lamp.target.position.copy(controls.target);
+    lamp.target.updateMatrixWorld();
+    renderer.render(scene, camera);
   }
   controls.addEventListener("change", render);
   new ResizeObserver(fit).observe(root);

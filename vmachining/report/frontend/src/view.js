@@ -6,8 +6,11 @@ import {
 import { coarse } from "./coarse.js";
 import { MARK, PATHS, RAW } from "./colours.js";
 import { rowOf } from "./data.js";
-import { coarser, Heights, shapeOf } from "./heights.js";
+import { heightField } from "./field.js";
+import { shapeOf } from "./heights.js";
+import { machineOf } from "./machine.js";
 import { isSoftware, stage, UP } from "./stage.js";
+import { volumeField } from "./volume.js";
 
 const DRAGGED = 24_000; // triangles that are drawn while the view turns
 const LIGHT = 2.5; // cells of the played cut are that much wider where no graphics card draws them
@@ -18,23 +21,26 @@ export function view(root, data, bus, load) {
   if (!set) return null; // no WebGL: the picture in the page stays
   const { scene, camera, controls, renderer, render } = set;
 
+  const bench = new Group(); // all that turns with the tables of the machine
+  bench.matrixAutoUpdate = false;
+  scene.add(bench);
+
   // -- the finished surface: a corner of its own for every face, so that faces have colours and edges stay sharp
   const faces = arrays.face_block.length;
   const lacquer = new MeshLambertMaterial({ vertexColors: true, side: DoubleSide });
   function skin(triangles, blocks) {
-    const corners = new Float32Array(3 * triangles.length), tint = new Uint8Array(corners.length);
+    const corners = new Float32Array(3 * triangles.length), paint = new Uint8Array(corners.length);
     triangles.forEach((v, k) => corners.set(arrays.vertices.subarray(3 * v, 3 * v + 3), 3 * k));
     const geometry = new BufferGeometry();
     geometry.setAttribute("position", new BufferAttribute(corners, 3));
-    geometry.setAttribute("color", new BufferAttribute(tint, 3, true));
+    geometry.setAttribute("color", new BufferAttribute(paint, 3, true));
     geometry.computeVertexNormals();
     const mesh = new Mesh(geometry, lacquer);
-    scene.add(mesh);
-    return { mesh, triangles, tint, made: Int32Array.from(blocks, (b) => (b < 0 ? -1 : rowOf(arrays.block, b))), stale: true };
+    return { mesh, triangles, paint, made: Int32Array.from(blocks, (b) => (b < 0 ? -1 : rowOf(arrays.block, b))), stale: true };
   }
   const fine = skin(arrays.triangles, arrays.face_block), part = new Group(), made = fine.made;
   part.add(fine.mesh);
-  scene.add(part);
+  bench.add(part);
   // what turns while the mouse drags, where the surface is too fine to be drawn twenty times a second without a graphics card
   let rough = null;
   if (faces > DRAGGED && isSoftware()) {
@@ -44,7 +50,10 @@ export function view(root, data, bus, load) {
   }
   // what is framed: the part, of a run in hand the stock, or of a program alone the path
   const box = new Box3().setFromArray(faces ? arrays.vertices : arrays.points);
-  if (!faces && data.grid) {
+  if (!faces && data.volume) {
+    const { low, pitch, size } = data.volume;
+    box.setFromArray([...low, ...low.map((v, c) => v + pitch * (size[c] - 1))]);
+  } else if (!faces && data.grid) {
     const { low, pitch, columns, rows: lines, floor } = data.grid;
     box.setFromArray([...low, floor, low[0] + columns * pitch, low[1] + lines * pitch, arrays.heights.reduce((a, b) => Math.max(a, b))]);
   }
@@ -67,11 +76,11 @@ export function view(root, data, bus, load) {
     drawn.userData = { owners, name };
     path.add(drawn);
   }
-  scene.add(path);
+  bench.add(path);
 
   const chosen = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ color: 0xe8590c, depthTest: false }));
   chosen.renderOrder = 5;
-  scene.add(chosen);
+  bench.add(chosen);
 
   // -- first segment and end of every row, for the tool and the played cut
   const firstOf = new Int32Array(rows + 1).fill(count);
@@ -90,75 +99,37 @@ export function view(root, data, bus, load) {
     if (tool.shank) body(tool.shank, 0x8a97a6, 0.5);
     if (tool.holder) body(tool.holder, 0x5c6875, 0.5);
     group.visible = false;
-    scene.add(group);
+    group.userData.top = Math.max(...[...tool.meridian, ...(tool.holder ?? tool.shank ?? [])].map(([, z]) => z));
+    bench.add(group);
     return group;
   });
   const shapes = data.tools.map((tool) => shapeOf(tool.meridian));
 
-  // -- the workpiece as cut so far, where the axis stands upright: over the grid, or over cells `wide` times as wide
-  function fieldOf(wide) {
-    const grid = coarser({ ...data.grid, start: arrays.heights }, wide);
-    const used = { points, kind, row: segmentRow, tool: arrays.segment_tool, count };
-    const heights = new Heights(grid, used, shapes);
-    const { columns, rows: lines } = grid;
-    const geometry = new BufferGeometry();
-    // four corners a cell, so that every cell is a level tile; walls close the steps to its neighbours, a skirt the border
-    const cells = columns * lines, there = (c) => grid.start[c] > grid.floor, index = [];
-    const skirt = []; // [cell, first corner, second corner] of every wall down to the floor
-    for (let j = 0; j < lines; j++) {
-      for (let i = 0; i < columns; i++) {
-        const c = j * columns + i, v = 4 * c;
-        if (!there(c)) continue;
-        index.push(v, v + 1, v + 2, v, v + 2, v + 3);
-        if (i + 1 < columns && there(c + 1)) index.push(v + 1, v + 4, v + 7, v + 1, v + 7, v + 2);
-        else skirt.push([c, 1, 2]);
-        if (j + 1 < lines && there(c + columns)) {
-          const w = 4 * (c + columns);
-          index.push(v + 3, v + 2, w + 1, v + 3, w + 1, w);
-        } else skirt.push([c, 2, 3]);
-        if (i === 0 || !there(c - 1)) skirt.push([c, 3, 0]);
-        if (j === 0 || !there(c - columns)) skirt.push([c, 0, 1]);
-      }
-    }
-    const at = new Float32Array(12 * cells + 6 * skirt.length), hue = new Uint8Array(at.length);
-    for (let j = 0; j < lines; j++) {
-      for (let i = 0; i < columns; i++) {
-        const k = 12 * (j * columns + i), x = grid.low[0] + i * grid.pitch, y = grid.low[1] + j * grid.pitch;
-        at.set([x, y, 0, x + grid.pitch, y, 0, x + grid.pitch, y + grid.pitch, 0, x, y + grid.pitch, 0], k);
-      }
-    }
-    skirt.forEach(([c, a, b], n) => {
-      const k = 12 * cells + 6 * n, v = 4 * cells + 2 * n;
-      for (const [o, corner] of [[0, a], [3, b]]) {
-        at.set([at[12 * c + 3 * corner], at[12 * c + 3 * corner + 1], grid.floor], k + o);
-        hue.set(RAW, k + o);
-      }
-      index.push(4 * c + a, v, v + 1, 4 * c + a, v + 1, 4 * c + b);
-    });
-    geometry.setAttribute("position", new BufferAttribute(at, 3));
-    geometry.setAttribute("color", new BufferAttribute(hue, 3, true));
-    geometry.setIndex(index);
-    const field = new Mesh(geometry, new MeshLambertMaterial({ vertexColors: true, side: DoubleSide, flatShading: true }));
-    field.visible = false;
-    field.frustumCulled = false;
-    scene.add(field);
-    return { heights, mesh: field };
-  }
-  // without a graphics card a light one plays and turns, and the full one stands still
-  const fields = data.grid ? (isSoftware() ? [fieldOf(1), fieldOf(LIGHT)] : [fieldOf(1)]) : [];
+  // -- the workpiece as cut so far; without a graphics card a light one plays and turns, and the full one stands still
+  const used = { points, axes, kind, row: segmentRow, tool: arrays.segment_tool, count };
+  const tint = (row) => (row < 0 ? RAW : row === bus.row ? MARK : hues[row]);
+  const fieldOf = (wide) => {
+    const made = data.volume ? volumeField(data, used, wide, tint) : heightField(data, used, shapes, wide, tint);
+    made.mesh.visible = false;
+    made.mesh.frustumCulled = false;
+    bench.add(made.mesh);
+    return made;
+  };
+  const fields = data.grid || data.volume ? (isSoftware() ? [fieldOf(1), fieldOf(LIGHT)] : [fieldOf(1)]) : [];
   let field = fields[0] ?? null, moving = false;
+  const machine = data.machine ? machineOf(data, box, scene, bench) : null;
 
   let byVertex = null;
-  let palette = new Uint8Array(3 * rows);
+  const hues = Array(rows);
   function recolour() {
     const { values, scale, vertices } = load();
     byVertex = vertices ? Array.from(vertices, (v) => scale.colour(scale.share(v) ?? 0.5)) : null;
     for (let r = 0; r < rows; r++) {
       const share = scale.share(values[r]);
-      palette.set(share === null ? [120, 130, 142] : scale.colour(share), 3 * r);
+      hues[r] = (share === null ? [120, 130, 142] : scale.colour(share)).map(Math.round);
     }
     paint();
-    if (field?.mesh.visible) shape(true);
+    if (field?.mesh.visible) field.shape(true);
     render();
   }
 
@@ -170,38 +141,16 @@ export function view(root, data, bus, load) {
   function coat(one) {
     if (!one?.stale) return;
     one.stale = false;
-    const now = bus.at < bus.count && !field ? bus.at : Infinity, { made, tint, triangles } = one;
+    const { made, paint, triangles } = one;
     for (let f = 0; f < made.length; f++) {
       const row = made[f];
-      const raw = row < 0 || row >= now;
       for (let c = 0; c < 3; c++) {
         const k = 9 * f + 3 * c;
-        if (byVertex && row < now && row !== bus.row) tint.set(byVertex[triangles[3 * f + c]], k);
-        else if (raw) { tint[k] = RAW[0]; tint[k + 1] = RAW[1]; tint[k + 2] = RAW[2]; }
-        else if (row === bus.row) tint.set(MARK, k);
-        else { tint[k] = palette[3 * row]; tint[k + 1] = palette[3 * row + 1]; tint[k + 2] = palette[3 * row + 2]; }
+        const hue = byVertex && row !== bus.row ? byVertex[triangles[3 * f + c]] : tint(row);
+        paint[k] = hue[0]; paint[k + 1] = hue[1]; paint[k + 2] = hue[2];
       }
     }
     one.mesh.geometry.attributes.color.needsUpdate = true;
-  }
-
-  // Bring the picture of the heights up to date; all of it, or the cells that were cut.
-  function shape(all = false) {
-    const { heights, mesh } = field, { z, owner } = heights, { position, color } = mesh.geometry.attributes;
-    const at = position.array, hue = color.array;
-    const one = (c) => {
-      const row = owner[c], h = z[c];
-      let red = RAW[0], green = RAW[1], blue = RAW[2];
-      if (row >= 0 && row === bus.row) [red, green, blue] = MARK;
-      else if (row >= 0) { red = palette[3 * row]; green = palette[3 * row + 1]; blue = palette[3 * row + 2]; }
-      for (let k = 12 * c; k < 12 * c + 12; k += 3) { at[k + 2] = h; hue[k] = red; hue[k + 1] = green; hue[k + 2] = blue; }
-    };
-    if (all || heights.all) for (let c = 0; c < z.length; c++) one(c);
-    else for (const c of heights.changed) one(c);
-    heights.all = false;
-    heights.changed.length = 0;
-    position.needsUpdate = true;
-    color.needsUpdate = true;
   }
 
   // Segment and share of it for a place in the table: `at` counts rows, its fraction goes by the length of the row's segments.
@@ -228,23 +177,26 @@ export function view(root, data, bus, load) {
     const playing = bus.at < bus.count;
     const [segment, share] = playing ? segmentAt(bus.at) : bus.row >= 0 ? segmentAt(bus.row + 0.999) : [count, 0];
     tools.forEach((tool) => { tool.visible = false; });
-    if (segment < count && (playing || bus.row >= 0) && root.dataset.tool !== "off") {
+    let top = null; // of the tool that stands in the part
+    if (segment < count && (playing || bus.row >= 0)) {
       const tool = tools[arrays.segment_tool[segment]];
       if (tool) {
         const a = 3 * segment;
-        tool.visible = true;
+        tool.visible = root.dataset.tool !== "off";
         tool.position.set(
           points[a] + share * (points[a + 3] - points[a]), points[a + 1] + share * (points[a + 4] - points[a + 1]),
           points[a + 2] + share * (points[a + 5] - points[a + 2]));
         const axis = axes ? new Vector3(...axes.subarray(a, a + 3)).lerp(new Vector3(...axes.subarray(a + 3, a + 6)), share).normalize() : UP;
         tool.quaternion.copy(new Quaternion().setFromUnitVectors(UP, axis));
+        top = tool.position.clone().addScaledVector(axis, tool.userData.top);
       }
     }
+    machine?.(top && playing && root.dataset.machine !== "off" ? segment : -1, share, top);
     if (field) {
       field = fields[moving && fields.length > 1 ? 1 : 0];
       for (const one of fields) one.mesh.visible = playing && one === field;
       part.visible = !playing;
-      if (playing) { field.heights.to(segment, share); shape(); }
+      if (playing) { field.to(segment, share); field.shape(); }
     } else {
       paint();
     }
@@ -270,8 +222,7 @@ export function view(root, data, bus, load) {
     let row = -1;
     const hits = ray.intersectObject(field?.mesh.visible ? field.mesh : fine.mesh, false);
     if (hits.length) {
-      if (field?.mesh.visible) row = field.heights.owner[Math.floor(hits[0].face.a / 4)] ?? -1;
-      else row = made[hits[0].faceIndex];
+      row = field?.mesh.visible ? field.rowAt(hits[0].face) : made[hits[0].faceIndex];
     }
     if (row < 0 && path.visible) {
       const line = ray.intersectObjects(path.children, false)[0];
@@ -293,16 +244,15 @@ export function view(root, data, bus, load) {
   function settle() {
     if (moving === (plays || turns)) return;
     moving = plays || turns;
-    if (moving && fields[1]) fields[1].heights.all = true;
-    else if (fields[0]) fields[0].heights.all = true;
     stand();
+    if (field?.mesh.visible) field.shape(true);
     render();
   }
   controls.addEventListener("start", () => turning(true));
   controls.addEventListener("end", () => turning(false));
 
   bus.listen((what, source) => {
-    if (what === "row") { trace(); if (part.visible) paint(); if (field?.mesh.visible) shape(true); }
+    if (what === "row") { trace(); if (part.visible) paint(); if (field?.mesh.visible) field.shape(true); }
     if (what === "at" || what === "rest") { plays = what === "at" && (source === "timer" || source === "slider"); settle(); }
     stand();
     render();
@@ -313,9 +263,8 @@ export function view(root, data, bus, load) {
     recolour, home: set.home, render,
     show(what, on) {
       if (what === "path") path.visible = on;
-      if (what === "tool") { root.dataset.tool = on ? "on" : "off"; stand(); }
+      else { root.dataset[what] = on ? "on" : "off"; stand(); }
       render();
     },
-    isPlayable: Boolean(field),
   };
 }
