@@ -180,32 +180,6 @@ def test_the_slider_shows_the_part_as_it_was_then(browser, page):
     assert picture(browser) == before
 
 
-def test_a_leaning_tool_cuts_the_part_that_is_played(browser, tmp_path):
-    """A flat cutter from the side takes a step off: the picture differs from the raw box, and both turn with the machine."""
-    program = (
-        "G21 G90 G17\nT1 M6\nS6000 M3\nG0 X40 Y-5 Z10\nG0 B90 C0\nG0 Z-1\nG0 X8\nG1 Y23 F500\nG0 X40\nM30\n"
-    )
-    job = JOB.replace("[machine]\n", '[machine]\nchain = "c-table-b-head"\n')
-    result = run(Job.load(write_job(tmp_path, job=job, program=program)), contact="none", workers=1)
-    write_report(result, tmp_path / "report.html")
-    browser.get((tmp_path / "report.html").as_uri())
-    for _ in range(200):
-        if ready(browser):
-            break
-        time.sleep(0.05)
-    seen = []
-    for share in (0.0, 0.9):
-        script(
-            browser,
-            "const s = document.querySelector('#slider'); s.value = arguments[0] * s.max; s.dispatchEvent(new Event('input'));"
-            "s.dispatchEvent(new Event('change'))",
-            share,
-        )
-        seen.append(picture(browser))
-    assert seen[0] != seen[1]
-    assert [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []
-
-
 def test_play_runs_to_the_end(browser, page):
     script(
         browser, "document.querySelector('#speed').value = 'blocks'; document.querySelector('#play').click()"
@@ -290,6 +264,32 @@ def test_a_run_in_hand_grows_on_the_page(browser, page, tmp_path):
     finally:
         server.shutdown()
         browser.get("about:blank")
+
+
+def test_a_leaning_tool_cuts_the_part_that_is_played(browser, tmp_path):
+    """A flat cutter from the side takes a step off: the picture differs from the raw box, and both turn with the machine."""
+    program = (
+        "G21 G90 G17\nT1 M6\nS6000 M3\nG0 X40 Y-5 Z10\nG0 B90 C0\nG0 Z-1\nG0 X8\nG1 Y23 F500\nG0 X40\nM30\n"
+    )
+    job = JOB.replace("[machine]\n", '[machine]\nchain = "c-table-b-head"\n')
+    result = run(Job.load(write_job(tmp_path, job=job, program=program)), contact="none", workers=1)
+    write_report(result, tmp_path / "report.html")
+    browser.get((tmp_path / "report.html").as_uri())
+    for _ in range(200):
+        if ready(browser):
+            break
+        time.sleep(0.05)
+    seen = []
+    for share in (0.0, 0.9):
+        script(
+            browser,
+            "const s = document.querySelector('#slider'); s.value = arguments[0] * s.max; s.dispatchEvent(new Event('input'));"
+            "s.dispatchEvent(new Event('change'))",
+            share,
+        )
+        seen.append(picture(browser))
+    assert seen[0] != seen[1]
+    assert [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"] == []
 
 
 def test_bodies_lines_and_points_are_drawn_without_a_run(browser, tmp_path):
