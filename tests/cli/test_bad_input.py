@@ -10,6 +10,7 @@ import time
 import numpy as np
 import pytest
 import trimesh
+from slowness import slowness
 from tinyjob import FEED, JOB, PROGRAM, write_job
 
 from vmachining.cli.main import run
@@ -138,7 +139,7 @@ def test_ten_megabytes_of_garbage_are_answered_in_seconds(kind, tmp_path, capsys
     (tmp_path / "tiny.nc").write_bytes(garbage(kind))
     begin = time.process_time()
     refused(capsys, ["run", job, "--out", tmp_path / "out"], "tiny.nc:")
-    assert time.process_time() - begin < 10.0
+    assert time.process_time() - begin < 10.0 * slowness()
     assert not (tmp_path / "out").exists()
 
 

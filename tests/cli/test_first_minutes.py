@@ -131,7 +131,7 @@ def test_a_sweep_without_occt_and_its_picture(tmp_path, capsys):
     assert "Swept solid" in page and 'src="http' not in page  # opens offline
     assert run(["sweep", str(file), "--no-brep"]) == 0 and "B-rep" not in capsys.readouterr().out
     assert run(["sweep", str(file), "--no-brep", "--step", str(tmp_path / "s.step")]) == 2
-    assert run(["sweep", str(file), "--plot", str(tmp_path / "s.png")]) == 2
+    assert run(["sweep", str(file), "--plot", str(tmp_path / "s.txt")]) == 2
 
 
 def test_pulse_trains_take_a_tool_table_and_do_not_flood_the_screen(tmp_path, capsys):

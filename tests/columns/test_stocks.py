@@ -82,7 +82,7 @@ def test_the_workpiece_of_one_job_is_the_stock_of_the_next():
 def test_what_hangs_over_or_stands_on_a_slope_is_refused():
     upside_down = wedge()
     turned = MeshStock(upside_down.vertices * [1.0, -1.0, -1.0], upside_down.triangles)
-    with pytest.raises(StockError, match="level bottom"):
+    with pytest.raises(StockError, match="flat bottom"):
         FlatStock.of(turned)
 
 

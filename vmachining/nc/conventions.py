@@ -110,17 +110,13 @@ def quill(lines: Sequence[str], settings: Settings) -> tuple[Settings, list[Find
     control = settings.control
     if control.w or not settings.family:
         return settings, []
-    at, word, across = 0, "", False
-    for number, line in enumerate(lines, 1):
-        if not any(letter in line for letter in "WwYyUuGg"):
-            continue
-        bare = _COMMENT.sub(" ", line)
-        if _NO_QUILL.search(bare):
-            return settings, []
-        across = across or _Y.search(bare) is not None
-        if not at and (found := _W.search(bare)) is not None:
-            at, word = number, found[0]
-    if not at or not across:
+    having = ((n, line) for n, line in enumerate(lines, 1) if "W" in line or "w" in line)
+    words = ((n, _W.search(_COMMENT.sub(" ", line))) for n, line in having)
+    at, word = next(((n, found[0]) for n, found in words if found), (0, ""))
+    if not at:  # nearly every program: not a line more is looked at
+        return settings, []
+    bare = [_COMMENT.sub(" ", line) for line in lines]
+    if any(map(_NO_QUILL.search, bare)) or not any(map(_Y.search, bare)):
         return settings, []
     what = "W moves the tool along Z, beside Z: the depth is the sum of both, and W begins at 0"
     hint = 'confirm it: w = "z" under [program.control], or --control w=z'
