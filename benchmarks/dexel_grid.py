@@ -29,7 +29,7 @@ BYTES = 32
 """Of a ray and block: ends of the interval and block read, end and block written."""
 
 PEERS = {"camotics_s": 6.0, "freecad_s": 0.47, "freecad_error": -5.1e-3}
-"""Public simulators on 2,043 blocks, at 0.5 mm and at 0.1 mm (issue 35)."""
+"""Public simulators on 2,043 blocks, at 0.5 mm and at 0.1 mm."""
 
 
 def dexel_grid() -> Iterator[dict[str, Any]]:

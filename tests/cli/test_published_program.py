@@ -6,26 +6,9 @@ import json
 import re
 from math import pi
 
-from vmachining.cli.main import run
+from published import TESTER
 
-PROGRAM = """\
-%
-O2000
-N00 G20 G91
-N10 M06 T03
-N20 S1500 M03
-N30 G92 X-1 Y+1 Z+1
-N40 G00 X2.75 {n40}
-N50 G01 Z-0.5 F5
-N60 Y-1.25 F10
-N70 X-1.5
-N80 G03 X-0.5 Y-0.5 R0.5
-N90 G01 Y-0.75
-N100 G00 Z0.5
-N110 G28
-N120 M05
-N139 M30
-"""
+from vmachining.cli.main import run
 
 
 def removed_mm3():
@@ -36,7 +19,7 @@ def removed_mm3():
 
 def started(folder, n40):
     program, job = folder / "example.nc", folder / "example.toml"
-    program.write_text(PROGRAM.format(n40=n40), encoding="ascii")
+    program.write_text(TESTER.format(n40=n40), encoding="ascii")
     assert run(["init", str(program), "--out", str(job)]) == 1  # the diameter of the tool must be given
     text = job.read_text(encoding="utf-8")
     # the one thing that must be given, and the part: 0.5 inch thick, its corner an inch beside, in front and below
@@ -60,7 +43,7 @@ def test_the_program_as_printed_never_meets_the_part(tmp_path, capsys):
     """N40 with Y0.25 Z0.1: the cutter stays above the part, whose top is an inch below where it starts."""
     program = tmp_path / "example.nc"
     for n40, told in (("Y0.25 Z0.1", True), ("Y-0.75 Z-0.9", False)):
-        program.write_text(PROGRAM.format(n40=n40), encoding="ascii")
+        program.write_text(TESTER.format(n40=n40), encoding="ascii")
         assert run(["nc", "check", str(program), "--dialect", "iso", "--stock-top", "-25.4"]) == 0
         seen = capsys.readouterr()
         assert ("W520" in seen.out) is told

@@ -133,7 +133,7 @@ def writing(target: Path) -> Iterator[None]:
         raise InputError(
             f"cannot write: {exc.strerror or exc}",
             file=str(target),
-            remedy="choose another --out or make room",
+            remedy="choose another --out or free some disk space",
         ) from exc
 
 

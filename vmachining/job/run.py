@@ -650,7 +650,7 @@ class _Run:
         goes_on = "starts again" if point is None else f"continues after block {point['done']}"
         return InputError(
             f"{cause.message}; {kept} of {total} blocks are in {rows.name}", file=cause.file,
-            remedy=f"make room, then --resume {goes_on}",
+            remedy=f"free some disk space, then --resume {goes_on}",
         )  # fmt: skip
 
     def _shares(self, blocks: int, workers: int) -> int:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from vmachining.nc.arcs import Plane
 from vmachining.nc.model import Motion, Move
-from vmachining.nc.offset_curves import Pair, meet, offset_arc, offset_line
+from vmachining.nc.offset_curves import CompensationError, Pair, meet, offset_arc, offset_line
 from vmachining.nc.vectors import add, subtract
 
 __all__ = ["CornerError", "Segment", "bevel_sides", "chamfer", "joined", "rounding", "segment", "tangents"]
@@ -114,7 +114,7 @@ def rounding(before: Segment, after: Segment, radius: float) -> tuple[Segment, S
     side = math.copysign(radius, turn)
     try:
         first, second = _beside(before, side), _beside(after, side)
-    except Exception as exc:  # the arc is smaller than the rounding
+    except CompensationError as exc:  # the arc is smaller than the rounding
         raise CornerError(f"a rounding of {radius:g} mm does not fit: {exc}") from None
     center = meet(first, second)
     if center is None:
