@@ -62,7 +62,7 @@ def test_a_full_disk_leaves_what_was_done(size, lacks, tmp_path):
         "run", job, "--out", tmp_path / "disk" / "out", "--engine", "mesh", "--quiet", "--workers", "1",
     )  # fmt: skip  # the sizes of disks are those of the files of the mesh engine
     (said,) = err.splitlines()
-    assert codes == [2, 0] and "cannot write" in said and "room" in said
+    assert codes == [2, 0] and "cannot write" in said and "free some disk space" in said
     assert Path(said.split(": ")[1]).name.startswith(lacks) or lacks.replace("\\", "") in said
     assert json.loads((copy / "manifest.json").read_text())["complete"] is False
     rows = (copy / "blocks.partial.csv").read_text()
@@ -89,7 +89,7 @@ def test_a_full_disk_stops_no_batch_in_mid_job(size, lacks, tmp_path):
     err, codes = on_a_small_disk(size, tmp_path / "disk", copy, "batch", *jobs, "--out", out, "--stock", "")
     assert codes == [2, 0], err
     first = err[: err.index("3 of 3 jobs complete")]
-    assert f"{out / lacks}: cannot write" in first and "room" in first and "Traceback" not in err
+    assert f"{out / lacks}: cannot write" in first and "free some disk space" in first and "Traceback" not in err
     assert all(f"] {job}: failed: " in first for job in jobs)
     with (copy / "batch.csv").open(newline="") as file:  # as it was when there was room
         assert [row["status"] for row in csv.DictReader(file)] == ["interrupted"] * 3
