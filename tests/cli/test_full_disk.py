@@ -89,7 +89,9 @@ def test_a_full_disk_stops_no_batch_in_mid_job(size, lacks, tmp_path):
     err, codes = on_a_small_disk(size, tmp_path / "disk", copy, "batch", *jobs, "--out", out, "--stock", "")
     assert codes == [2, 0], err
     first = err[: err.index("3 of 3 jobs complete")]
-    assert f"{out / lacks}: cannot write" in first and "free some disk space" in first and "Traceback" not in err
+    assert (
+        f"{out / lacks}: cannot write" in first and "free some disk space" in first and "Traceback" not in err
+    )
     assert all(f"] {job}: failed: " in first for job in jobs)
     with (copy / "batch.csv").open(newline="") as file:  # as it was when there was room
         assert [row["status"] for row in csv.DictReader(file)] == ["interrupted"] * 3

@@ -20,6 +20,7 @@ from vmachining.machine import MachineLimits
 from vmachining.nc import parse_program
 from vmachining.report.paper.kinds import draw
 from vmachining.report.paper.source import Results
+from vmachining.report.times import mean_feeds
 
 POWER_LOAD = 3.0
 """% of load per W that the log of our own making has."""
@@ -272,3 +273,21 @@ def test_slides_of_a_machine_file_count(result, tmp_path, capsys):
     capsys.readouterr()
     assert run(["times", "join", log, "--results", str(out), "--machine", machine]) == 0
     assert "axes are those of the job" in capsys.readouterr().err
+
+
+def test_a_drawn_mean_feed_is_length_over_time():
+    """0.25 s each at 2400, 1200, 1200 and 2400 mm/min are 30 mm in a second; a rapid between ends a window."""
+    rows = pl.DataFrame(
+        {
+            "logged_s": [0.25, 0.25, 0.25, 0.25, 3.0, 2.0],
+            "logged_mm_min": [2400.0, 1200.0, 1200.0, 2400.0, np.nan, 900.0],
+            "programmed_mm_min": [1200.0, 2400.0, 2400.0, 1200.0, np.nan, 1000.0],
+            "reachable_mm_min": [1800.0] * 4 + [np.nan, 950.0],
+        }
+    )
+    got = mean_feeds(rows)
+    assert got["at_s"].to_list() == [0.0, 1.0, 4.0]
+    # 10 mm at 1200 and 5 mm at 2400 mm/min, twice: 30 mm in 0.5 + 0.125 + 0.125 + 0.5 s
+    np.testing.assert_allclose(got["programmed_mm_min"], [30.0 / 1.25 * 60.0, np.nan, 1000.0], rtol=1e-12)
+    np.testing.assert_allclose(got["reachable_mm_min"], [1800.0, np.nan, 950.0], rtol=1e-12)
+    np.testing.assert_allclose(got["logged_mm_min"], [1800.0, np.nan, 900.0], rtol=1e-12)

@@ -238,6 +238,6 @@ def _laid(logs: list[Path], programs: list[Path], chain: Machine | None = None) 
     for k, path in enumerate(logs):
         log = read_log(path)
         if log.skipped:
-            note(f"{path}: {log.skipped} entries that cannot be read are left out")
+            note(f"{path}: left out {log.skipped} unreadable {'entry' if log.skipped == 1 else 'entries'}")
         out.append(lay(log, driven[programs[k] if len(programs) > 1 else programs[0]]))
     return out

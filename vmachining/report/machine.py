@@ -106,7 +106,7 @@ def write_machine(mill: Mill, out: Path) -> None:
         ),
         Panel(
             title="Limits", head=("key of [machine]", "value"), rows=list(told["limits"].items()),
-            text="" if told["limits"] else "It states none: what is not given does not bind.",
+            text="" if told["limits"] else "None beyond those of the axes: a limit that is not stated does not apply.",
         ),
     ]  # fmt: skip
     if told["options"]:

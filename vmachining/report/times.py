@@ -12,12 +12,13 @@ from vmachining.job.times import Comparison
 from vmachining.report.chart import Curve, chart
 from vmachining.report.figures import Panel, write_page
 
-__all__ = ["FEEDS", "write_times"]
+__all__ = ["FEEDS", "mean_feeds", "write_times"]
 
 FEEDS = {"programmed_mm_min": "programmed", "reachable_mm_min": "reachable", "logged_mm_min": "logged"}
 
 LATE_S = 1.0
-"""Intervals from here on are listed: shorter ones are not resolved by a log of a few entries a second."""
+"""Intervals from here on are listed, and shorter ones are drawn together: a log of a few entries a second does not
+resolve them, and a mean feed over one of them says more of the clock of the log than of the machine."""
 
 
 def write_times(found: Sequence[Comparison], out: Path) -> None:
@@ -25,15 +26,16 @@ def write_times(found: Sequence[Comparison], out: Path) -> None:
     panels = []
     for one in found:
         rows = one.blocks
-        ends = np.cumsum(rows["logged_s"].to_numpy().clip(min=0.0))
-        at = np.concatenate([[0.0], ends])
+        at = np.concatenate([[0.0], np.cumsum(rows["logged_s"].to_numpy().clip(min=0.0))])
+        windows = mean_feeds(rows)
+        edges = np.append(windows["at_s"].to_numpy(), at[-1])
         feeds = [
-            Curve(words, at, _closed(rows[name]), stepped=True, dashed=words == "programmed")
+            Curve(words, edges, _closed(windows[name]), stepped=True, dashed=words == "programmed")
             for name, words in FEEDS.items()
         ]
         panels.append(
             Panel(
-                title=f"{one.name}: mean feed between two entries of the log",
+                title=f"{one.name}: mean feed over {LATE_S:.0f} s and more",
                 svg=chart(feeds, x="logged time, s", y="mm/min", zero=True),
                 text="Intervals with rapids or changes are left out. Programmed: at the overrides of the log.",
             )
@@ -79,6 +81,29 @@ def write_times(found: Sequence[Comparison], out: Path) -> None:
         subtitle=f"predicted {sum(one.predicted_s for one in found):.1f} s, logged {sum(one.logged_s for one in found):.1f} s",
         chips=[("ok" if max(errors) <= 0.02 else "warn", f"largest error of a program {100 * max(errors):.1f} %")],
     )  # fmt: skip
+
+
+def mean_feeds(rows: pl.DataFrame) -> pl.DataFrame:
+    """Mean feeds (mm/min) over windows of consecutive intervals with feeds that last `LATE_S` together: columns at_s
+    (begin, in logged s) and those of `FEEDS`, NaN where an interval has no feed.
+
+    Means are over the way: the length of a window divided by the time that it takes at each of the feeds.
+    """
+    keys, key, spent = [], -1, LATE_S
+    for lasts, known in zip(rows["logged_s"].clip(0.0), rows["logged_mm_min"].is_finite(), strict=True):
+        if not known or spent >= LATE_S:
+            key, spent = key + 1, 0.0 if known else LATE_S
+        keys.append(key)
+        spent += lasts
+    lasts = pl.col("logged_s").clip(0.0)
+    way = pl.col("logged_mm_min") * lasts
+    return (
+        rows.with_columns(window=pl.Series(keys, dtype=pl.Int64), at_s=lasts.cum_sum() - lasts)
+        .group_by("window", maintain_order=True)
+        .agg(
+            pl.col("at_s").first(), *((way.sum() / (way / pl.col(name)).sum()).alias(name) for name in FEEDS)
+        )
+    )
 
 
 def _closed(column: pl.Series) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
