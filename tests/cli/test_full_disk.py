@@ -79,7 +79,10 @@ def test_a_full_disk_leaves_what_was_done(size, lacks, tmp_path):
     assert (copy / "left").read_text().split() == whole
 
 
-@pytest.mark.parametrize(("size", "lacks"), [("8k", "one/manifest.json"), ("16k", "one/blocks.partial.csv")])
+@pytest.mark.parametrize(
+    ("size", "lacks"),
+    [("8k", "one/manifest.json"), pytest.param("16k", "one/blocks.partial.csv", marks=pytest.mark.long)],
+)
 @pytest.mark.slow  # 12 s: two batches each, an interpreter for every one and for its jobs
 def test_a_full_disk_stops_no_batch_in_mid_job(size, lacks, tmp_path):
     """Full while the first job begins, and while its rows come: every job is tried, and the table is not what ends them."""

@@ -151,9 +151,14 @@ def test_the_mill_turn_part_has_its_closed_forms():
         assert part["removed_lo_mm3"].sum() <= value <= part["removed_hi_mm3"].sum()
 
 
-@pytest.mark.slow  # five axes on the mesh engine
+@pytest.mark.slow  # the long ones: a minute and more of five axes
 @pytest.mark.parametrize(
-    "name", ["triangular_pocket", "staircase", "blade", pytest.param("impeller", marks=pytest.mark.long)]
+    "name",
+    [
+        "triangular_pocket",
+        "staircase",
+        *(pytest.param(n, marks=pytest.mark.long) for n in ("blade", "impeller")),
+    ],
 )
 def test_engines_hold_the_known_truths(name):
     make = generator(name)
