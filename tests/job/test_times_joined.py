@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import time
 
 import numpy as np
 import polars as pl
@@ -291,3 +292,19 @@ def test_a_drawn_mean_feed_is_length_over_time():
     np.testing.assert_allclose(got["programmed_mm_min"], [30.0 / 1.25 * 60.0, np.nan, 1000.0], rtol=1e-12)
     np.testing.assert_allclose(got["reachable_mm_min"], [1800.0, np.nan, 950.0], rtol=1e-12)
     np.testing.assert_allclose(got["logged_mm_min"], [1800.0, np.nan, 900.0], rtol=1e-12)
+
+
+def test_a_word_for_inches_is_looked_for_line_by_line():
+    """Also in long programs: a search across lines took 20 s for these 8,000, four times as long for twice as many."""
+    lines = "".join(f"G1 X{k % 97}.5 Y{k % 89}.25\n" for k in range(8_000))
+    limits = MachineLimits(max_acceleration_mm_s2=1.0, corner_tolerance_mm=0.002)
+    program = parse_program(f"S100 M3\n{lines}M30\n".encode(), "p")
+    begin = time.process_time()
+    known = assumed(limits, None, program)
+    assert time.process_time() - begin < 4.0
+    assert any("0.002 mm is below the resolution of the program (0.01 mm)" in words for words in known)
+    for comment in ("(G21)\nG20 G90 X0.5", "(a)\nN10 G20\nX0.5"):
+        program = parse_program(f"S100 M3\n{comment}\nM30\n".encode(), "p")
+        assert any("(2.54 mm)" in words for words in assumed(limits, None, program))
+    program = parse_program(b"S100 M3\n(G20 later) G1 X0.5\nM30\n", "p")
+    assert any("(0.1 mm)" in words for words in assumed(limits, None, program))

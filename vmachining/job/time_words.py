@@ -88,7 +88,7 @@ def assumed(
     return out
 
 
-INCH_WORD = re.compile(rb"^[^(;]*G0*(?:20|70)(?![\d.])", re.IGNORECASE | re.MULTILINE)
+INCH_WORD = re.compile(rb"^[^(;\n]*G0*(?:20|70)(?![\d.])", re.IGNORECASE | re.MULTILINE)
 SMOOTHING = re.compile(r"G64\s*P\s*(\d*\.?\d+)|CYCLE832\s*\(\s*(\d*\.?\d+)", re.IGNORECASE)
 
 
