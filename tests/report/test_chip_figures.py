@@ -38,7 +38,7 @@ def tables(slot, tmp_path_factory):
         found.append(one)
         points.append(chip_points(one, feed_per_tooth=FEED).select(pl.lit(k).alias("position"), pl.all()))
     table = chip_table(found, feed_per_tooth=FEED).with_columns(
-        time_s=pl.col("position") * 1.5, feed_per_tooth_mm=pl.lit(FEED)
+        time_s=pl.col("position") * 1.5, path_mm=pl.col("position") * 25.0, feed_per_tooth_mm=pl.lit(FEED)
     )
     return table, pl.concat(points)
 
@@ -65,13 +65,20 @@ def test_points_are_those_of_a_slot(tables):
 
 def test_the_surface_that_is_drawn_is_half_a_cylinder(tables):
     d = ChipTable.of(*tables)
-    corners, normal, h = d.patches(1)
+    corners, normal, h, s, phi = d.patches(1)
     a, b = corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]
     area = np.linalg.norm(np.cross(a, b), axis=1).sum()
     assert area == pytest.approx(np.pi * 5.0 * 3.0, rel=0.05)  # chords, and an angle at either end
     assert normal.shape == corners.shape and h.max() == pytest.approx(FEED, rel=1e-3)
     assert d.among(6) == [1, 2]  # the first position is in air
-    assert not len(d.patches(0)[0])
+    assert not len(d.patches(0).corners)
+    # over angle and edge: h = f sin(phi), s from 0 to 3, from the feed
+    np.testing.assert_allclose(h, FEED * np.sin(np.radians(phi)), atol=1e-6)
+    assert (
+        (s.min(), s.max()) == pytest.approx((0.0, 3.0), abs=1e-6)
+        and 0.0 <= phi.min() < 3.5
+        and 176.5 < phi.max() <= 180.0
+    )
 
 
 def test_the_figure_holds_the_numbers(tables):

@@ -22,11 +22,13 @@ from vmachining.report.paper import (
     draw_bench,
     draw_coefficients,
     draw_deviation,
+    draw_regions,
     draw_trace,
     load_bench,
     load_deviation,
     load_trace,
 )
+from vmachining.report.paper.depth import VIEW, view_frame
 from vmachining.report.paper.forces import deviations
 from vmachining.report.paper.program import lines_shown
 from vmachining.report.pockets import draw_pockets, rings
@@ -71,6 +73,29 @@ def test_a_facet_that_stands_off_is_told_as_rightly(off):
     assert (regions(sweep, [[x, y, 8.0] for x in (1.0, 15.0, 29.0) for y in (R + off, -R - off)]) == 1).all()
 
 
+def test_curves_are_drawn_at_the_times_asked_for():
+    """Of a level ball: circles across the motion, R about the middle, at the fraction asked for."""
+    sweep = vm.Sweep(vm.BallNose(diameter=2 * R, length=20), (0, 0, 0), (30, 0, 0))
+    figure = draw_regions(sweep, times=(0.1, 0.6))
+    frame = view_frame(VIEW)
+    for t in (0.1, 0.6):
+        lines = [line for line in figure.axes[0].lines if line.get_label() == f"curve at t = {t:g}"]
+        assert len(lines) == 1
+        seen = (
+            np.array([[30.0 * t, R * np.sin(a), R - R * np.cos(a)] for a in np.radians(np.arange(0, 91))])
+            @ frame.T
+        )
+        drawn = np.concatenate(
+            [
+                np.asarray(line.get_xydata())
+                for line in figure.axes[0].lines
+                if line.get_color() == lines[0].get_color()
+            ]
+        )
+        away = np.linalg.norm(drawn[:, None] - seen[None, :, :2], axis=2)
+        assert np.nanmin(away, axis=0).max() < 0.3  # mm, points of the curve
+
+
 def test_the_grazing_curve_of_a_ball_is_a_great_circle():
     sweep = vm.Sweep(vm.BallNose(diameter=2 * R, length=40), (0, 0, 0), RAMP)
     points = np.concatenate(grazing_points(sweep, 0.25)) - 0.25 * RAMP - [0, 0, R]
@@ -103,7 +128,11 @@ def test_sweep_draws_its_regions(tmp_path, capsys):
     (tmp_path / "mine.png").write_bytes(b"a picture of somebody")
     assert command([*words, str(tmp_path / "mine.png")]) == 2
     assert command([*words, str(tmp_path / "s.jpg")]) == 2
+    assert command([*words, str(tmp_path / "s.html"), "--at", "0.5"]) == 2
     assert ".html, .svg, .pdf, .png" in capsys.readouterr().err
+    for wrong in ("0.5,x", "1.5", "nan", ""):
+        assert command([*words, str(tmp_path / "t.svg"), "--at", wrong]) == 2
+        assert "fractions of the motion from 0 to 1" in capsys.readouterr().err
 
 
 def shoelace(ring: np.ndarray) -> float:

@@ -172,6 +172,9 @@ def test_the_machine_that_is_played_holds_the_tool_as_the_path_does(chain, tmp_p
     head, arrays = unpacked(f'<script id="data" type="application/octet-stream">{told}</script>')
     leans, turns = arrays["axes"].reshape(-1, 3), arrays["turns"].reshape(len(arrays["axes"]) // 3, -1)
     assert np.ptp(turns, axis=0).min() >= 50.0
+    for name, expected in (("b", [70.0, 70.0, -30.0]), ("c", [20.0, 50.0, 50.0])):  # curves over the program
+        assert arrays[f"rotary_{name}_deg"][-3:].tolist() == expected
+    assert [line["label"] for line in head["curves"][0]["lines"]] == ["B", "C"]
     for lean, angles in zip(leans, turns, strict=True):
         part, held = Rotation.identity(), Rotation.identity()
         for axis, angle in zip(head["machine"], angles, strict=True):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vmachining.cli.judge_commands import EngageOptions
 from vmachining.cli.main import Code
@@ -13,6 +13,9 @@ from vmachining.errors import EngineError, InputError, SweepError
 from vmachining.job import Job
 from vmachining.job import engage as engaged
 from vmachining.job.folder import engagement_files, engagement_folder
+
+if TYPE_CHECKING:
+    from vmachining.job.engage import Scene
 
 __all__ = ["engage"]
 
@@ -25,7 +28,7 @@ def engage(file: Path, o: EngageOptions) -> int:
     job, block, at, out, as_json = Job.load(file), o.block, o.at, o.out, o.as_json
     names = ("method", "angles", "phase", "edge", "bottom", "seconds", "pitch")
     options: dict[str, Any] = {name: getattr(o, name) for name in names}
-    if o.every is not None or o.chips or not block.strip().isdecimal():
+    if o.every is not None or o.chips or o.section is not None or not block.strip().isdecimal():
         return _many(job, o, options, out or Path("out") / f"{job.name}-engagement")
     if out is not None:
         engagement_folder(out).refuse_foreign(job.inputs)
@@ -85,19 +88,35 @@ def _chips(out: Path) -> list[Path]:
     return [out / "chips.csv", *write_figures({"chips": draw_chips(found)}, out, ["png"])]
 
 
+def _section(scene: Scene, angle_deg: float, out: Path) -> list[Path]:
+    """What the positions touch at one angle, on a section of the workpiece."""
+    import polars as pl
+
+    from vmachining.job.section import section_table
+    from vmachining.report.paper import draw_section, write_figures
+
+    table = section_table(scene, pl.read_parquet(out / "engagement.parquet"), angle_deg)
+    table.write_parquet(out / "section.parquet")
+    return [out / "section.parquet", *write_figures({"section": draw_section(table)}, out, ["png"])]
+
+
 def _many(job: Job, o: EngageOptions, options: dict[str, Any], out: Path) -> int:
     """`--block all|7,10-20`, `--every MM`: tables on disk, a summary on the screen."""
     from vmachining.job.engage import Scene
     from vmachining.job.engage_many import engage_many, positions
 
+    scene = Scene.of(job)
+
     if o.every is not None:
         belong(o, ("at",), "is one place of a block, and --every has many")
-    asked = positions(Scene.of(job), o.block, at=o.at, every_mm=o.every)
+    asked = positions(scene, o.block, at=o.at, every_mm=o.every)
     if o.chips and len(asked) > MOST_CHIPS:
         raise InputError(
             f"--chips of {len(asked)} positions, {MOST_CHIPS} at most",
             remedy="take fewer blocks, or a longer --every",
         )
+    if o.section is not None and o.edge != "straight":
+        raise InputError("--section takes the straight edge: a wound one lies in no plane")
     with engagement_files(out, job.inputs):
         with progress_bar(quiet=o.as_json) as progress:
             table = engage_many(
@@ -107,6 +126,8 @@ def _many(job: Job, o: EngageOptions, options: dict[str, Any], out: Path) -> int
         unanswered = int(table["tip_x_mm"].null_count())
         if o.chips and unanswered < len(asked):
             files += ["chips.parquet", "chip_points.parquet", *(path.name for path in _chips(out))]
+        if o.section is not None:
+            files += [path.name for path in _section(scene, o.section, out)]
     if o.as_json:
         emit({"positions": len(table), "unanswered": unanswered, "out": str(out), "files": files})
     else:

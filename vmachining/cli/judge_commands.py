@@ -40,6 +40,9 @@ class SweepOptions:
         float, opt("S", "Processor time of OCCT for the solid; the bracket comes first.", above_zero)
     ] = 120.0
     plot: Annotated[Path | None, opt("FILE", "The solid as .html; its regions as .svg, .pdf, .png.")] = None
+    at: Annotated[
+        str | None, opt("P,P,...", "Fractions of the motion whose grazing curves the picture shows.")
+    ] = None
     as_json: Json = False
 
 
@@ -49,7 +52,7 @@ class SweepOptions:
         "sweep sweep.json --json",
         "sweep sweep.json --no-brep --chord 0.001",
         "sweep sweep.json --step sweep.step",
-        "sweep sweep.json --no-brep --plot regions.pdf",
+        "sweep sweep.json --no-brep --plot regions.pdf --at 0.1,0.5,0.9",
     ),
 )
 def sweep(
@@ -80,6 +83,10 @@ class EngageOptions:
     out: Annotated[Path | None, opt("DIR", "Write table, map and picture there.")] = None
     workers: Annotated[int, opt(None, "Processes, for many positions.", min=1)] = 1
     chips: Annotated[bool, flag("--chips", "Shapes of chips, cut length and chip area over time.")] = False
+    section: Annotated[
+        float | None,
+        opt("DEG", "Workpiece, UE and LE at this angle from the feed; 90 is ahead.", within(0.0, 360.0)),
+    ] = None
     as_json: Json = False
 
 
@@ -88,6 +95,7 @@ class EngageOptions:
     shown=(
         "engage models/slot/job.toml --block 20 --at 0.5 --out out/block20",
         "engage models/slot/job.toml --block 18-40 --every 1 --method analytic --chips --out out/chips",
+        "engage models/semi_finish/job.toml --block 1-46 --method analytic --section 90 --out out/section",
     ),
 )
 def engage(job: JobArg, *, options: EngageOptions) -> int:

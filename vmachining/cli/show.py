@@ -38,8 +38,14 @@ def _deviation(folder: Path, width: float) -> Figure:
     return draw_deviation(load_deviation(folder), width_mm=width)
 
 
+def _section(folder: Path, width: float) -> Figure:
+    from vmachining.report.paper import draw_section, load_section
+
+    return draw_section(load_section(folder), width_mm=width)
+
+
 OTHERS = {
-    "chips": ("chips.parquet", _chips), "trace": ("forces_measured.csv", _trace),
+    "chips": ("chips.parquet", _chips), "section": ("section.parquet", _section), "trace": ("forces_measured.csv", _trace),
     "deviation": ("deviation.parquet", _deviation),
 }  # fmt: skip
 """Kinds that other commands than `run` leave tables for: the table, and who draws it."""

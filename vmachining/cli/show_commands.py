@@ -14,7 +14,7 @@ __all__ = ["FigureOptions", "shows"]
 
 shows = typer.Typer()
 
-KINDS = "load, bracket, feed, engagement, stock, schedule, program, logged, chips, trace, deviation (comma list), or all."
+KINDS = "load, bracket, feed, engagement, stock, schedule, program, logged, chips, section, trace, deviation, or all."
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -27,10 +27,14 @@ def sweep(name: str, o: SweepOptions) -> int:
         )
     from vmachining.job.folder import refuse_target
     from vmachining.job.sweepfile import read_sweep
-    from vmachining.report.paper import draw_regions, is_picture, write_figure
+    from vmachining.report.paper import TIMES, draw_regions, is_picture, write_figure
 
     drawn = plot is not None and is_picture(plot, "--plot")
-
+    if o.at is not None and not drawn:
+        raise InputError(
+            "--at chooses the curves of a picture", remedy="add --plot regions.pdf, or .svg, .png"
+        )
+    times = TIMES if o.at is None else _fractions(o.at)
     if step is not None:
         refuse_target(step, {"sweep": Path(name)}, STEP_MARK)
     if plot is not None:
@@ -50,7 +54,7 @@ def sweep(name: str, o: SweepOptions) -> int:
             from vmachining.report.sweep import plot_sweep
 
             if drawn:
-                write_figure(draw_regions(found), plot)
+                write_figure(draw_regions(found, times=times), plot)
             else:
                 plot_sweep(plot, found, o.chord)
     refused = record.get("step_refused")
@@ -67,6 +71,17 @@ def sweep(name: str, o: SweepOptions) -> int:
         late = "; --seconds gives it more time" if "no answer within" in str(record["brep_note"]) else ""
         print(f"no B-rep value: {record['brep_note']}{late}")
     return code
+
+
+def _fractions(text: str) -> list[float]:
+    """Numbers of `--at`, rising."""
+    try:
+        found = sorted({float(word) for word in text.split(",")})
+    except ValueError:
+        found = []
+    if not found or not all(0.0 <= t <= 1.0 for t in found):
+        raise InputError(f"--at {text}: expected fractions of the motion from 0 to 1, such as 0.1,0.5,0.9")
+    return found
 
 
 def from_clone(module: str) -> Any:

@@ -75,7 +75,8 @@ def chip_points(
 ) -> pl.DataFrame:
     """The engaged surface of an instant as points of its edge: what a picture of the chip as a body needs.
 
-    Columns phi_deg, interval (number of it at its angle), share (of it), x_mm, y_mm, z_mm, normal nx, ny, nz, thickness_mm.
+    Columns phi_deg, interval (number of it at its angle), share (of it), x_mm, y_mm, z_mm, normal nx, ny, nz, thickness_mm,
+    edge_mm (s along the edge).
 
     angles : at most about so many of the grid. points : of every interval, both ends included.
     """
@@ -102,8 +103,11 @@ def chip_points(
         *where.T,
         *normal.T,
         thick,
+        s,
     )
-    names = ("phi_deg", "interval", "share", "x_mm", "y_mm", "z_mm", "nx", "ny", "nz", "thickness_mm")
+    names = (
+        "phi_deg", "interval", "share", "x_mm", "y_mm", "z_mm", "nx", "ny", "nz", "thickness_mm", "edge_mm",
+    )  # fmt: skip
     return pl.DataFrame({name: np.asarray(v, np.float32) for name, v in zip(names, columns, strict=True)})
 
 

@@ -146,7 +146,7 @@ class Scene:
     ) -> Engagement:
         """See `engage`."""
         _check(at, method, angles, phase, edge, seconds, pitch)
-        index, t = self._place(block, at)
+        index, t = self.place(block, at)
         _, number, path = self.cuts[index]
         tool = self.job.tools[number]
         cutting = Edge(tool, helix_deg=_helix(tool, number) if edge == "helix" else 0.0, bottom=bottom)
@@ -177,8 +177,8 @@ class Scene:
         wall = pitch if method == "analytic" else 0.0
         return Engagement(cutting, stance, found, method, at, block, line, notes, wall)
 
-    def _place(self, block: int, at: float) -> tuple[int, float]:
-        """Position in `cuts`, and t in [0, 1] there."""
+    def place(self, block: int, at: float) -> tuple[int, float]:
+        """Position in `cuts`, and t in [0, 1] there. Raises InputError as `engage` does."""
         if not 0 <= block < len(self.blocks):
             last = len(self.blocks) - 1
             has = f"blocks 0 to {last}" if last >= 0 else "no block that moves"
@@ -272,6 +272,14 @@ class Scene:
             self._kept[method] = (blank(self.job), ()) if method == "brep" else plain_stock(self.job)
         stock, notes = self._kept[method]
         return stock, notes
+
+    def distance(self, index: int, points: Floats) -> Floats:
+        """(n,) mm of points (n, 3) to the workpiece that a cut meets, below 0 inside; a bound where two surfaces are near."""
+        stock, _ = self._stock("dexel")
+        out = stock.signed_distance(points)
+        for one in self._reaching(index, np.stack([points.min(axis=0), points.max(axis=0)])):
+            out = np.maximum(out, -one.signed_distance(points))
+        return np.asarray(out)
 
     def heights(
         self, pitch: float, region: Floats | None = None, after: int | None = None

@@ -104,8 +104,9 @@ def engage_many(
 
     options : of `Scene.engage`: method, angles, phase, edge, bottom, seconds.
     workers : processes.
-    chips : write `chips.parquet`, too: `chip_table` of all positions, with block, at, time_s and feed_per_tooth_mm; where
-        that feed is not known, areas and thicknesses are per mm of it; and `chip_points.parquet`, see `chip_points`.
+    chips : write `chips.parquet`, too: `chip_table` of all positions, with block, at, time_s, path_mm (of the tip, in feed
+        motions of the program) and feed_per_tooth_mm; where that feed is not known, areas and thicknesses are per mm of it;
+        and `chip_points.parquet`, see `chip_points`.
     Returns the table of positions. A position that has no answer (no B-rep solid, OCCT gave up) has a note and no
         numbers.
     Raises Stopped: Ctrl-C; the positions that have answers are in the files.
@@ -194,12 +195,21 @@ class _Desk:
     folder: Path
     options: dict[str, Any]
     clock: Clock | None
+    path: dict[int, tuple[float, float]]
+    """Of every block: mm of feed motions before it, and its own."""
 
     @classmethod
     def open(cls, job: Job, folder: Path, options: dict[str, Any], chips: bool) -> _Desk:
         scene = Scene.of(job)
         clock = Clock.of(job, Toolpath.of(scene.program, job.machine)) if chips else None
-        return cls(scene, folder, options, clock)
+        path: dict[int, tuple[float, float]] = {}
+        gone = 0.0
+        for block, _, cut in scene.cuts:
+            path[block] = (
+                (gone, cut.length) if block not in path else (path[block][0], path[block][1] + cut.length)
+            )
+            gone += cut.length
+        return cls(scene, folder, options, clock, path)
 
     def answer(self, number: int, errand: Sequence[Position]) -> list[dict[str, Any]]:
         tables, rows, chips, points = [], [], [], []
@@ -213,7 +223,8 @@ class _Desk:
             tables.append(found.table())
             rows.append(_row(found))
             if self.clock is not None:
-                table, shape = _chips(found, position, self.clock)
+                start, own = self.path[position.block]
+                table, shape = _chips(found, position, self.clock, start + position.at * own)
                 chips.append(table)
                 points.append(shape)
         if chips:
@@ -237,15 +248,23 @@ def _answer(number: int, errand: Sequence[Position]) -> list[dict[str, Any]]:
     return _desk.answer(number, errand)
 
 
-def _chips(found: Engagement, position: Position, clock: Clock) -> tuple[pl.DataFrame, pl.DataFrame]:
+def _chips(
+    found: Engagement, position: Position, clock: Clock, path_mm: float
+) -> tuple[pl.DataFrame, pl.DataFrame]:
     """The chip of one position at the programmed feed, and its points."""
     feed = float(clock.feed_per_tooth[position.block])
     tooth = feed if feed == feed else 1.0
     head = {
-        "block": position.block, "at": position.at, "time_s": clock.at(*position),
+        "block": position.block, "at": position.at, "time_s": clock.at(*position), "path_mm": path_mm,
         "feed_per_tooth_mm": feed if feed == feed else None,
     }  # fmt: skip
-    kinds = {"block": pl.Int64, "at": pl.Float64, "time_s": pl.Float64, "feed_per_tooth_mm": pl.Float64}
+    kinds = {
+        "block": pl.Int64,
+        "at": pl.Float64,
+        "time_s": pl.Float64,
+        "path_mm": pl.Float64,
+        "feed_per_tooth_mm": pl.Float64,
+    }
     lead = [pl.lit(value, dtype=kinds[name]).alias(name) for name, value in head.items()]
     table, points = chip_table(found, feed_per_tooth=tooth), chip_points(found, feed_per_tooth=tooth)
     return table.select(*lead, pl.all()), points.select(*lead[:2], pl.all())

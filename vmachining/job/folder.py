@@ -68,6 +68,7 @@ ENGAGEMENT = (
     "engagement_chips.csv",
     "positions.csv", "positions.parquet", "chips.csv", "chips.parquet", "chip_points.parquet",
     "figure_chips.svg", "figure_chips.pdf", "figure_chips.png",
+    "section.parquet", "figure_section.svg", "figure_section.pdf", "figure_section.png",
 )  # fmt: skip
 """Files of `vmachining engage`."""
 

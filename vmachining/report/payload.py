@@ -143,6 +143,7 @@ def payload(
     }
     filled = [entry for entry in (*LOADS, *MORE) if drawn[entry[0]].count()]
     arrays |= {name: _column(drawn, name) for name, _, _ in filled} | maps
+    arrays |= _rotary(result.toolpath, drawn["block"].to_numpy())
     tools, tool_index = _tools(result.job)
     hits = drawn.filter(pl.col("warning").str.contains("rapid", literal=True).fill_null(False))["block"]
     path, stride = _path(result.toolpath, drawn["block"].to_numpy(), tool_index, set(hits.to_list()))
@@ -219,6 +220,7 @@ def path_payload(toolpath: Toolpath, job: Job | None = None) -> Payload:
         "warned": np.zeros(len(rows), dtype="u1"),
         "vertices": np.zeros(0, dtype="<f4"), "triangles": np.zeros(0, dtype="<u4"), "face_block": np.zeros(0, dtype="<i4"),
         **{name: _column(drawn, name) for name in ("feed_mm_min", "length_mm", "time_s")}, **path, **growing,
+        **_rotary(toolpath, drawn["block"].to_numpy()),
         **field.pop("arrays"),
     }  # fmt: skip
     words = [entry for entry in (*MORE, *LOADS) if entry[0] in arrays]
@@ -246,6 +248,20 @@ def _column(rows: pl.DataFrame, name: str) -> Floats:
     return np.asarray(rows[name].cast(pl.Float64).fill_null(float("nan")).to_numpy(), dtype="<f4")
 
 
+def _rotary(toolpath: Toolpath, numbers: Ints) -> dict[str, Floats]:
+    """Angles that the program names, `rotary_a_deg` and so on, at the end of blocks; NaN before an axis is first named."""
+    wanted, names = set(numbers.tolist()), {n for move in toolpath.moves for n in move.rotary_deg or ()}
+    found: dict[str, list[float]] = {name: [] for name in sorted(names)}
+    now = dict.fromkeys(found, float("nan"))
+    for block in toolpath.blocks:
+        for index in block.moves:
+            now |= dict(toolpath.moves[index].rotary_deg or {})
+        if block.number in wanted:
+            for name, values in found.items():
+                values.append(now[name])
+    return {f"rotary_{name}_deg": np.array(values, dtype="<f4") for name, values in found.items()}
+
+
 def _bracket_percent(rows: pl.DataFrame) -> Floats:
     """Width of each bracket in percent of the volume; 0 where it is known that nothing is removed."""
     value, lo, hi = (rows[f"removed{end}_mm3"].to_numpy() for end in ("", "_lo", "_hi"))
@@ -271,7 +287,10 @@ def _curves(known: set[str]) -> list[dict[str, Any]]:
         return {"name": name, "label": label, "colour": f"--{colour}", "hidden": hidden}
 
     before, after = "before", "after"
+    turning = sorted(name for name in known if name.startswith("rotary_"))
     wanted = [
+        ("Rotary axes", "degrees", [line(name, name.split("_")[1].upper(), colour) for name, colour in
+            zip(turning, ("first", "second", "third", "fourth", "fifth"), strict=False)], None, None),
         ("Removed volume of a block, with its bracket", "mm³", [line("removed_mm3", "removed", "first"),
             line("removed_hi_mm3", "to", "first", True), line("removed_lo_mm3", "from", "first", True)], [2, 3], None),
         ("Width of the bracket", "% of the volume", [line("bracket_percent", "width", "second")], None, LEAST_PERCENT),

@@ -2,7 +2,7 @@
 
 1. `source.py` reads a result directory: its tables, the comparison of strategies, the finished stock.
 2. `kinds.py` draws the kinds as matplotlib figures, `program.py` the listings, `chips.py` the chips that `engage --chips`
-   found, `forces.py` measured forces and coefficients,
+   found, `section.py` the workpiece where they end, `forces.py` measured forces and coefficients,
    `deviation.py` places off the design, `bench.py` what benchmarks print.
 3. `body.py` draws a surface, a swept volume or its regions; `depth.py` looks at triangles along a direction: what is seen
    in every pixel, and how far away it is.
@@ -23,11 +23,12 @@ The room computes nothing new. Same directory, same bytes: files carry no date a
 """
 
 from vmachining.report.paper.bench import draw_bench, load_bench
-from vmachining.report.paper.body import draw_regions, draw_surface, draw_sweep
+from vmachining.report.paper.body import TIMES, draw_regions, draw_surface, draw_sweep
 from vmachining.report.paper.chips import ChipTable, draw_chips
 from vmachining.report.paper.deviation import draw_deviation, load_deviation
 from vmachining.report.paper.forces import TRACE_FILE, draw_coefficients, draw_trace, load_trace
 from vmachining.report.paper.kinds import KINDS, OVER, draw, draw_result
+from vmachining.report.paper.section import draw_section, load_section
 from vmachining.report.paper.source import Results
 from vmachining.report.paper.style import FORMATS, is_picture, write_figure, write_figures
 
@@ -35,6 +36,7 @@ __all__ = [
     "FORMATS",
     "KINDS",
     "OVER",
+    "TIMES",
     "TRACE_FILE",
     "ChipTable",
     "Results",
@@ -45,12 +47,14 @@ __all__ = [
     "draw_deviation",
     "draw_regions",
     "draw_result",
+    "draw_section",
     "draw_surface",
     "draw_sweep",
     "draw_trace",
     "is_picture",
     "load_bench",
     "load_deviation",
+    "load_section",
     "load_trace",
     "write_figure",
     "write_figures",

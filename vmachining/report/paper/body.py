@@ -18,13 +18,16 @@ if TYPE_CHECKING:
     from vmachining.engines.protocol import StockSurface
     from vmachining.sweep import Sweep
 
-__all__ = ["SHOWN", "draw_regions", "draw_surface", "draw_sweep"]
+__all__ = ["SHOWN", "TIMES", "draw_regions", "draw_surface", "draw_sweep"]
 
 COARSE_MM = 0.05
 """A picture needs no finer facets."""
 
 PLACES = 65
 """Of the tip path."""
+
+TIMES = (0.0, 0.25, 0.5, 0.75, 1.0)
+"""Fractions of a motion whose grazing curves are drawn unless others are asked for."""
 
 SHOWN = (BLUE, "#d9d9d9", ORANGE)
 """Colours of `REGIONS`."""
@@ -45,9 +48,7 @@ def draw_sweep(sweep: Sweep, *, width_mm: float = WIDTH_MM) -> Figure:
     return _view(corners, triangles, tip, width_mm)
 
 
-def draw_regions(
-    sweep: Sweep, *, times: Sequence[float] = (0.0, 0.25, 0.5, 0.75, 1.0), width_mm: float = WIDTH_MM
-) -> Figure:
+def draw_regions(sweep: Sweep, *, times: Sequence[float] = TIMES, width_mm: float = WIDTH_MM) -> Figure:
     """The swept volume from two sides: what the tool left behind at the start, its envelope, what leads at the end.
 
     times : in [0, 1] of the block, at which the grazing curve is drawn; dotted where the body hides it.
