@@ -68,5 +68,7 @@ def in_words(stage_seconds: Mapping[str, float]) -> str:
     """Such as "cut 2.1 s, contact 0.6 s"; stages below a hundredth of the whole are left out."""
     least = 0.01 * sum(stage_seconds.values())
     return ", ".join(
-        f"{stage} {seconds:.2g} s" for stage, seconds in stage_seconds.items() if seconds >= least
+        f"{stage} {seconds:.2g} s" if seconds < 100 else f"{stage} {seconds:.0f} s"
+        for stage, seconds in stage_seconds.items()
+        if seconds >= least
     )
