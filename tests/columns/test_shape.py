@@ -53,6 +53,24 @@ def test_a_flange_has_no_wall_at_its_rim():
     assert abs(volume(surface) - exact) <= sag
 
 
+def test_a_wall_beside_a_node_leaves_no_sliver():
+    """Nodes slide in their level away from walls, and short edges of walls close up: chords of them stay on their circles."""
+    cell = 0.3
+    surface = flange().surface()
+    p = surface.vertices[surface.triangles]
+    sides = np.linalg.norm(p - np.roll(p, -1, axis=1), axis=2)
+    height = np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1) / sides.max(axis=1)
+    assert sides.min() > 0.09 * cell and height.min() > 0.01 * cell
+    assert (height < 0.05 * cell).mean() < 1e-3  # 3 % of them as the lattice and the walls meet
+    r, z = np.hypot(*surface.vertices[:, :2].T), surface.vertices[:, 2]
+    # the crest is where it was: no point of it is farther out, and chords of 1.2 diagonals lose no more than their sag
+    top = (p[:, :, 2] == 0.0).all(axis=1)
+    area = 0.5 * np.cross(p[top, 1] - p[top, 0], p[top, 2] - p[top, 0])[:, 2].sum()
+    assert r[z == 0.0].max() <= 18.0 + 1e-3 * cell
+    assert 0.0 <= pi * 18.0**2 - area <= 2.0 / 3.0 * 2.0 * pi * 18.0 * 1.2**2 * 2.0 * cell**2 / (8.0 * 18.0)
+    assert set(np.round(z, 9).tolist()) == {0.0, -5.0, -20.0}
+
+
 @pytest.mark.parametrize(("angle", "cells"), [(0.0, 1e-6), (0.4, 0.36)])
 def test_slots_that_cross_have_sharp_corners(angle, cells):
     """At round numbers, where the lattice has lines if it begins at the corner of the stock, and turned.

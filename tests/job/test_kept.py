@@ -89,6 +89,27 @@ def test_plunges_keep_their_feed_unless_a_limit_is_given(key, largest, tmp_path)
     assert feeds == [largest, 3000.0, 3000.0]
 
 
+@pytest.mark.parametrize("program", ["plunge", "drill"])
+def test_an_automatic_reference_of_chips_is_not_that_of_a_plunge(program, tmp_path):
+    """D4, two teeth, S8000: the plunge has the larger chips (F900); the passes, 0.2 mm deep at F100 and F300, go up to F300.
+
+    A tool that only plunges is held by its plunges: they are as they were.
+    """
+    drill = (
+        "G21 G90 G17 G94\nT1 M6\nS8000 M3\nG0 X5 Y9 Z5\nG1 Z-1 F120\nG0 Z5\nG0 X9\nG1 Z-1 F60\nG0 Z5\nM30\n"
+    )
+    passes = (
+        "G21 G90 G17 G94\nT1 M6\nS8000 M3\nG0 X5 Y9 Z5\nG1 Z-0.2 F900\nG1 X8 F100\nG1 X11 F300\nG0 Z5\nM30\n"
+    )
+    text, want = (passes, [900.0, 300.0, 300.0]) if program == "plunge" else (drill, [120.0, 60.0])
+    job = JOB.replace("length_mm = 20", "length_mm = 20\nflutes = 2")
+    feed = '\n[feed]\nstrategy = "chip_area"\nmax_mm_min = 3000\n'
+    found = run(Job.load(write_job(tmp_path, job=job + feed, program=text)), out=tmp_path / "out")
+    rows = found.scheduled_blocks.filter(found.scheduled_blocks["motion"] == "linear")
+    assert rows["feed_mm_min"].to_list() == pytest.approx(want, rel=1e-4)
+    assert found.summary["schedule"]["passed"] == []
+
+
 CL = """PARTNO SLOTS
 UNITS/MM
 LOADTL/1

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from vmachining.arrays import Floats, Ints
+from vmachining.arrays import Bools, Floats, Ints
 from vmachining.errors import FeedError
 from vmachining.feed import (
     ChipAreaStrategy,
@@ -102,6 +102,8 @@ def plan(
     # the limit of a plunge is the one given, or the feed that its program gives it
     most = feeds if feed.plunge_max_mm_min is None else np.full(len(feeds), feed.plunge_max_mm_min)
     largest = np.where(down & np.isfinite(most), np.minimum(largest, most), largest)
+    if feed.strategy == "chip_area" and feed.plunge_max_mm_min is None and isinstance(feed.reference, str):
+        kinds = _without_plunges(kinds, down, np.array([block.tool for block in blocks]))
     rows = FeedBlocks(
         line=[block.line for block in blocks],
         kind=kinds,
@@ -139,6 +141,13 @@ def _plunges(toolpath: Toolpath, block: Block) -> bool:
         return False
     chord = path.position(1.0) - path.position(0.0)
     return bool(-(chord @ end_axis(path)) >= math.cos(PLUNGE) * path.length)
+
+
+def _without_plunges(kinds: np.ndarray, down: Bools, tools: Ints) -> np.ndarray:
+    """Plunges keep their feed and set no reference: their chips are of the bottom, and a pass is not to be fed until its own
+    are as large. A tool that only plunges is held by its plunges."""
+    cuts = kinds == str(Kind.CUT)
+    return np.where(cuts & down & np.isin(tools, tools[cuts & ~down]), str(Kind.OTHER), kinds)
 
 
 def _without_unknown(feed: Feed, kinds: np.ndarray, stations: Stations) -> tuple[np.ndarray, dict[int, str]]:

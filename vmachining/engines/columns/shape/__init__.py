@@ -7,6 +7,8 @@
    corner, over the junction where three meet.
 4. Level cells that one block left are joined to squares, twice as large again and again; so is what no tool met, and the bottom.
    A square with finer neighbours takes their nodes and is a fan over its middle: the surface closes (`solid.py`).
+5. Where a wall passes beside a node, triangles are slivers. The node slides in its plane away from the wall, or the short edge is
+   closed up, where no face is left by more than a wall bulges between two nodes (`_kernels.py`).
 
 The lattice does not begin at the corner of the stock, so that walls at round numbers do not run along its lines. Where a border
 of a cut and one of the stock are the same to nine digits, nothing is left between them.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vmachining.arrays import Bools, Floats, Ints
+from vmachining.engines.columns.shape import _kernels
 from vmachining.engines.columns.shape.cells import divide
 from vmachining.engines.columns.shape.lattice import Lattice, Squares, free, joined, unique
 from vmachining.engines.columns.shape.sheets import LEVEL_MM, Border, Edges, Mesh
@@ -12,6 +13,12 @@ from vmachining.engines.columns.shape.walls import Heights
 from vmachining.engines.protocol import StockSurface
 
 __all__ = ["solid_of"]
+
+SLIVER = 0.1
+"""Of a cell: a triangle less high is one, where its points may go elsewhere."""
+
+OFF = 5e-3
+"""Of a cell: by how much a point may then leave the plane of a face; a wall bulges by R / 3200, a cell is R / 20."""
 
 RING = ((0, 0), (1, 0), (1, 1), (0, 1))
 """Corners of a cell, counterclockwise; edge k goes from corner k to the next."""
@@ -109,10 +116,23 @@ def solid_of(at: Heights, lattice: Lattice, bottom: float, top: float, block_of:
         _fans(mesh, lattice, sheets[1], s, False, bottom)
     _around(mesh, lattice, sheets, edges, sides)
     points, triangles = _parted(np.concatenate(mesh.points), np.concatenate(mesh.triangles))
-    kept = unique(triangles.ravel(), len(points))
+    cell = float(min(np.median(np.diff(lines)) for lines in (lattice.xs, lattice.ys)))
+    points, triangles, kept = _tidied(points, triangles, cell)
+    used = unique(triangles.ravel(), len(points))
     number = np.zeros(len(points), dtype=np.int64)
-    number[kept] = np.arange(len(kept))
-    return StockSurface(points[kept], number[triangles], np.concatenate(mesh.blocks))
+    number[used] = np.arange(len(used))
+    return StockSurface(points[used], number[triangles], np.concatenate(mesh.blocks)[kept])
+
+
+def _tidied(points: Floats, triangles: Ints, cell: float) -> tuple[Floats, Ints, Bools]:
+    """Without slivers, which stand where a wall passes beside a node; and which of the triangles are left."""
+    n, box = len(points) + 1, np.stack([points.min(axis=0), points.max(axis=0)])
+    points, triangles = np.concatenate([points, np.zeros((1, 3))]), np.ascontiguousarray(triangles)
+    head, after, mark = (np.empty(k, dtype=np.int64) for k in (n, triangles.size, n))
+    _kernels.tidy(points, triangles, box, head, after, mark, SLIVER * cell, OFF * cell)
+    a, b, c = triangles.T
+    kept = np.asarray((a != b) & (b != c) & (c != a))
+    return points, triangles[kept], kept
 
 
 def _parted(points: Floats, triangles: Ints) -> tuple[Floats, Ints]:
