@@ -157,7 +157,8 @@ def test_a_refused_block_is_one_finding():
 
 
 def test_a_program_for_turning_is_one_finding():
-    errors = read("O1\nG50 S1800\nG96 S200 M3\nG0 X20 Z2\nU2 W1\nG32 Z-5 F1\nM30").errors
+    text = b"O1\nG50 S1800\nG96 S200 M3\nG0 X20 Z2\nU2 W1\nG32 Z-5 F1\nM30"
+    errors = parse_program(text, "p", dialect="fanuc", control={"lathe": "mill"}).errors
     assert len(errors) == 1 and "turning" in errors[0].message
 
 

@@ -180,7 +180,6 @@ def test_cancellations_and_smoothing_with_axes_change_no_path():
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ("O1\nG28 U0\nG28 W0\nT0101\nG0 X4. Z1.\nG1 Z-3. F.2\nG112\nM30", "for turning"),
         ("O1\nG90\nG1 X1. Y2. U.5 V.5\nG41 X3.\nM30", "wire erosion"),
         ("O1\nG0 X0 S9 M3 O0.0 H01\nG1 W2.\nM30", "O words are tool offsets"),
         ("O1\nG21\n{FOR I = 1 TO 5}\nG0 X1.\n{END}\nM30", "template"),

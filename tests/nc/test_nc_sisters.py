@@ -38,6 +38,10 @@ GROUPS = [
     # a boring mill whose W stands beside Z, and a mill without it
     ("fanuc-like-iso/0265_Sample_Kuraki_KBT.ptp", "fanuc-like-iso/0310_MS_NMV_sample_output.txt", 150),
     ("fanuc-like-iso/0289_Gcode_output.txt", "fanuc-like-iso/0292_sample_output.txt", 1600),
+    # one turned part: diameters and radius words; radii and exchanged arcs; radii and reversed centres, twice
+    ("okuma/0314_Okuma_lb15w.ptp", "fanuc-like-iso/0284_testpart.ptp", 250),
+    ("okuma/0314_Okuma_lb15w.ptp", "fanuc-like-iso/0262_test_part.ptp", 250),
+    ("okuma/0314_Okuma_lb15w.ptp", "fanuc-like-iso/0243_Daewoo_Puma_sample.ptp", 100),
 ]
 
 

@@ -22,6 +22,7 @@ from vmachining.nc.settings import (
     CrcEntry,
     Dwell,
     Increments,
+    Lathe,
     Taps,
     UnitName,
 )
@@ -129,6 +130,10 @@ class ControlKeys(Keys):
     """what a length without a decimal point counts: the unit, or least increments (IS-B: 0.001 mm)"""
     w: AlongZ = ""
     """W moves the tool along Z"""
+    lathe: Lathe = ""
+    """a lathe whose X words are diameters or radii, or a mill, whatever its program looks like"""
+    swapped: Annotated[bool, Field(strict=True)] = False
+    """G2 and G3 of that lathe are counted from below"""
 
 
 class Machine(Keys):

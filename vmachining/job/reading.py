@@ -55,6 +55,7 @@ def read_job_program(job: Job, path: Path | None = None) -> Program:
         raise NCError("the program is empty", file=str(path), line=1, remedy="is it the right file?")
     _refuse_axes(program, job)
     program.require_clean(allow=NO_END)
+    refuse_turning(program)
     only = next(iter(job.tools))
     cutting = (m for m in program.moves if m.motion not in IDLE)
     if len(job.tools) == 1 and all(m.tool in (0, only) for m in cutting):
@@ -67,6 +68,17 @@ def read_job_program(job: Job, path: Path | None = None) -> Program:
         program = replace(program, moves=moves)
     program = _feeds_noted(job, program)
     return settled(program, job.machine)
+
+
+def refuse_turning(program: Program) -> None:
+    """NCError for a program of a lathe, whose path is read and whose material nothing here removes."""
+    found = next((item for item in program.findings if item.code == "W380"), None)
+    if found is not None:
+        raise NCError(
+            "a program for turning: its path can be drawn, by vmachining nc plot; turning removes no material here",
+            file=program.name,
+            remedy='where it is a program for a mill: lathe = "mill" under [program.control], or --control lathe=mill',
+        )
 
 
 def _noted(program: Program, line: int, message: str, hint: str) -> Program:

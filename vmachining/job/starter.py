@@ -26,6 +26,7 @@ from vmachining.arrays import Floats
 from vmachining.errors import KinematicsError, NCError, SweepError
 from vmachining.job.jobfile import MM_PER_INCH
 from vmachining.job.paths import move_path, settled
+from vmachining.job.reading import refuse_turning
 from vmachining.machine import Machine, load, with_axes
 from vmachining.nc import (
     MAX_BYTES,
@@ -109,6 +110,7 @@ def draft_job(
     foreign = next((found for found in read.errors if found.code == "E211"), None)
     if foreign is not None:
         read.require_clean(allow={found.code for found in read.errors} - {"E211"})
+    refuse_turning(read)
     unit = _unit(read, lines)
     cutting = [move for move in read.moves if move.motion not in IDLE]
     if not cutting:

@@ -388,6 +388,24 @@ MORE: Final[dict[str, Entry]] = {
         "place: what is cut in the second one falls onto the first.",
         "give all work offsets of the program: work_offsets = { G54 = [0, 0, 0], G55 = [120, 0, 0] } under [program]",
     ),
+    "W379": Entry(
+        "passes that a cycle makes by itself",
+        "The control divides this cycle into passes of its own. They are left out: the tool stays where the cycle ends. The "
+        "contour that it works towards is read where the program finishes it.",
+        "post the passes as single motions where they matter",
+    ),
+    "W380": Entry(
+        "a program for turning",
+        "Its path is read, checked and drawn: radius over Z, in the plane Y = 0. Turning removes no material here, so no job "
+        "runs it.",
+        'confirm what X words are: lathe = "diameter" under [program.control], or --control',
+    ),
+    "W381": Entry(
+        "feed per turn without a speed",
+        "G95 counts the feed in turns of the spindle, and no S tells how fast these are. The path is right; times, chips and "
+        "forces are those of a guess.",
+        "give the speed by S",
+    ),
     "W376": Entry(
         "feeds by an override of the program",
         "OVR, OVRA, FL, FA and VELOLIM change or limit the feed of the path or of single axes. The path is right, the feeds "

@@ -67,6 +67,8 @@ class Translator:
         self.level: float | None = None
         self.changer = self.k_sizes = False
         self.block: list[tuple[Word, float]] = []
+        self.at = 0
+        """Line in work, 0-based."""
         self.repeated: tuple[Word, int, dict[str, float]] | None = None
         self.least = LEAST.get(settings.control.increments, 0.0)
 

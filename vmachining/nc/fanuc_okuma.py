@@ -102,7 +102,7 @@ def back(translator: Translator, word: Word, number: int, line: Line) -> None:
 
 
 _TASK: Final = re.compile(
-    r"\bVC[0-9]|\bCALL[ \t]*O|^[ \t]*RTS\b|(?<![A-Z#0-9])[XYZABCIJKRFSTHDQP][ \t]*=|\]GOTO|\bGOTO[ \t]*N|\][ \t]*N[A-Z0-9]"
+    r"\bVC[0-9]|\bCALL[ \t]*O|^[ \t]*RTS\b|(?<![A-Z#0-9])[XYZABCIJKLRFSTHDQP][ \t]*=|\]GOTO|\bGOTO[ \t]*N|\][ \t]*N[A-Z0-9]"
     r"|^[ \t]*O[A-Z]|^[ \t]*N[A-Z]|^[ \t]*[A-Z]{2,}[A-Z0-9]*[ \t]*=",
     re.IGNORECASE,
 )
@@ -110,7 +110,7 @@ _WORD: Final = re.compile(r"(?<![A-Z0-9#])[A-Z]{2}[A-Z0-9]*(?![A-Z0-9])", re.IGN
 _OWN: Final = re.compile(
     "IF|GOTO|CALL|RTS|NOEX|MODIN|MODOUT|EQ|NE|GT|GE|LT|LE|AND|OR|XOR|NOT|MOD|SIN|COS|TAN|ATAN|ABS|SQRT|FIX|FUP|ROUND|EXP|LN|V.*"
 )
-_GIVEN: Final = re.compile(r"(?<![A-Z0-9#\]])([XYZABCIJKRFSTHDQP])[ \t]*=[ \t]*([^ \t()]+)", re.IGNORECASE)
+_GIVEN: Final = re.compile(r"(?<![A-Z0-9#\]])([XYZABCIJKLRFSTHDQP])[ \t]*=[ \t]*([^ \t()]+)", re.IGNORECASE)
 _BRANCH: Final = re.compile(r"(\][ \t]*)(?:GOTO[ \t]*)?N(?=[A-Z0-9])", re.IGNORECASE)
 _JUMP: Final = re.compile(r"(?<![A-Z])GOTO[ \t]*N(?=[A-Z0-9])", re.IGNORECASE)
 _LABEL: Final = re.compile(r"^([ \t]*)([NO])([A-Z0-9]*[A-Z][A-Z0-9]*)(?![A-Z0-9=])", re.IGNORECASE)

@@ -13,8 +13,10 @@ from vmachining.nc.catalogue import CATALOGUE
 from vmachining.nc.codes import AXIS_CLAIMING, CYCLES, FANUC_G_GROUP, G_GROUP, MTS_G_GROUP
 from vmachining.nc.expressions import NoValueError, evaluate
 from vmachining.nc.fanuc import Translator
+from vmachining.nc.fanuc_lathe import Contour, Lathe
 from vmachining.nc.fanuc_lines import prepare
 from vmachining.nc.fanuc_okuma import user_task
+from vmachining.nc.fanuc_turning import numbered, plain_lathe
 from vmachining.nc.fanuc_variables import FAMILY_FREE
 from vmachining.nc.flow import Flow
 from vmachining.nc.frames import UP
@@ -53,9 +55,10 @@ class OneBlock:
     def __init__(
         self, lines: list[str], settings: Settings, decode: Callable[[bytes, str], str] | None = None
     ) -> None:
-        self.translator = Translator(settings, self._note) if settings.family else None
-        lines = self._plain(lines)
-        self.lines, self.settings = lines, settings
+        kind = Lathe if settings.turning else Translator
+        self.translator = kind(settings, self._note) if settings.family else None
+        self.settings = settings
+        self.lines = lines = self._plain(lines)
         self.files = SubFiles(settings.subroutines, lines, decode, self._plain)
         self.own = len(lines)
         home = settings.home
@@ -71,6 +74,8 @@ class OneBlock:
         )
         self.state.place_offsets()
         self.memory = Memory(self.state, settings.family)
+        if isinstance(self.translator, Lathe):
+            self.translator.start(lines, self.state, self._contour)
         self.templates = Templates(self.memory)
         self.moves: list[Move] = []
         self.findings: list[Finding] = []
@@ -94,7 +99,22 @@ class OneBlock:
         if self.translator is None:
             return lines
         lines = [prepare(line) for line in lines]
+        if self.settings.turning:
+            lines = plain_lathe(lines)
         return user_task(lines) if self.translator.variant == "okuma" else lines
+
+    def _contour(self, first: int, last: int | None) -> Contour | None:
+        """Blocks from N first to N last, or to G80; None where they are not there."""
+        at = next((k for k, line in enumerate(self.lines) if numbered(line) == first), -1)
+        blocks, problems = list[list[tuple[Word, float]]](), list[Problem]()
+        for k in range(at, len(self.lines)) if at >= 0 else ():
+            lexed = self._lexed(k + 1, self.lines[k])
+            values = line_values(lexed, self.memory, problems)[0]
+            blocks.append(list(zip(lexed.words, values, strict=True)))
+            ends = any(w.letter == "G" and v == 80.0 for w, v in blocks[-1])
+            if ends if last is None else numbered(self.lines[k]) == last:
+                return (at, k, blocks) if not problems and not lexed.errors else None
+        return None
 
     def report(self, problem: Problem, line: int, n: int | None) -> None:
         """Record a problem; warnings of one kind only up to a limit."""
@@ -174,6 +194,7 @@ class OneBlock:
         block: Block | None = None
         vector = None
         if self.translator is not None and not problems:
+            self.translator.at = number - 1
             translated = self.translator.translate(lexed.words, values, try_state)
             lexed, values = lexed._replace(words=tuple(translated.words)), translated.values
             problems, after, vector = translated.problems, translated.after, translated.vector
@@ -221,7 +242,7 @@ class OneBlock:
                 self.report(problem, number, n)
             return
         for warning in warnings:
-            if warning.code != "W366" or not self.warnings.get("W366"):
+            if warning.code not in ("W366", "W381") or not self.warnings.get(warning.code):
                 self.report(warning, number, n)
         for change in after:
             change(try_state)

@@ -9,7 +9,7 @@ from typing import Any
 
 from vmachining.errors import NCError
 from vmachining.nc.checks import check_moves, finding
-from vmachining.nc.conventions import closing, lengths, quill, worn
+from vmachining.nc.conventions import arcs_open, closing, lengths, quill, worn
 from vmachining.nc.decode import MAX_BYTES, decode_program
 from vmachining.nc.dialects import (
     AUTO,
@@ -23,6 +23,7 @@ from vmachining.nc.dialects import (
     strange,
 )
 from vmachining.nc.fanuc_lines import folded, without_header
+from vmachining.nc.fanuc_turning import as_lathe, is_lathe, swapped
 from vmachining.nc.lexer import split_lines
 from vmachining.nc.model import Finding, Program
 from vmachining.nc.settings import Settings, UnitName
@@ -61,8 +62,34 @@ def _reading(lines: Sequence[str], settings: Settings) -> tuple[Reading, list[Fi
     reading = read_lines(lines, settings)
     if any(item.code == "E211" for item in reading.findings):
         return reading, []
+    turns = settings.family and not settings.control.lathe and is_lathe(lines, reading.findings)
+    if turns or settings.turning:
+        return _turning(lines, settings, said)
     other, more = closing(settings, reading.findings, lambda s: read_lines(lines, s).findings)
     return (reading, said) if other is settings else (read_lines(lines, other), said + more)
+
+
+def _turning(lines: Sequence[str], settings: Settings, said: list[Finding]) -> tuple[Reading, list[Finding]]:
+    """A program for a lathe: X words are diameters, unless all arcs fit as radii; its centres as `closing` finds them."""
+    best: tuple[Reading, list[Finding]] | None = None
+    given = settings.control.lathe
+    for diameters in (True, False) if not given else (given == "diameter",):
+        taken, more = as_lathe(lines, settings, diameters)
+        first = read_lines(lines, taken)
+        ours, centres = closing(taken, first.findings, lambda s: read_lines(lines, s).findings)
+        reading = first if ours is taken else read_lines(lines, ours)
+        if swapped(reading.moves):
+            ours = replace(ours, control=replace(ours.control, swapped=True))
+            what = "G2 and G3 are counted from below: so no arc of the program goes the long way round"
+            hint = "confirm it: swapped = true under [program.control], or --control"
+            centres = [*centres, finding("I213", 1, None, what)._replace(hint=hint)]
+            reading = read_lines(lines, ours)
+        if best is None or arcs_open(reading.findings) < arcs_open(best[0].findings):
+            best = reading, [*said, *more, *centres]
+        if not arcs_open(reading.findings) and not centres:
+            break
+    assert best is not None
+    return best
 
 
 def read_program(path: Path | str, **options: Any) -> Program:
@@ -131,6 +158,7 @@ def parse_program(data: bytes, name: str, **options: Any) -> Program:
         wrong, left = (sum(item.severity == "E" for item in items) for items in (more, other.findings))
         # a path that is read only because the tool's radius is taken to be in it already is not better than a question
         assumed = any(item.code == "W351" for item in other.findings)
+        assumed = assumed and not any(item.code == "W380" for item in further)
         if (left == 0 and not assumed) or (left > 0 and wrong >= MANY and MANY * left <= wrong):
             dialect = "fanuc"  # nothing speaks for either, and only this one reads it
             (moves, more, ended, files, told), said = other, further
@@ -138,7 +166,7 @@ def parse_program(data: bytes, name: str, **options: Any) -> Program:
     if guessed and is_g_code(dialect):
         more = folded(more)
         if (cause := strange(more, lines)) is not None:
-            moves, more = [], [cause]
+            moves, more, found = [], [cause], [item for item in found if item.code != "W380"]
     if guessed and dialect != "iso" and not any(item.code == "E211" for item in more):
         what = f"the program looks like {TABLE[dialect].title}, and is read as that: dialect {dialect}"
         found.append(finding("I212", 1, None, what))

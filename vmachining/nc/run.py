@@ -20,6 +20,9 @@ __all__ = ["DWELL_UNITS", "BlockError", "Run"]
 SLOWEST_MM_MIN: Final = 0.1
 """Feed of a G93 move without length, the floor of the reference control: a feed is never zero."""
 
+ASSUMED_RPM: Final = 1000.0
+"""For feeds per turn of a program that gives no speed: the path does not depend on it, times and chips do."""
+
 AT_ORIGIN_MM: Final = 1e-9
 """Nearer to the origin than this the direction to the tool is rounding."""
 
@@ -138,7 +141,8 @@ class Run:
 
     def feed_is_missing(self) -> bool:
         """Whether a feed move would be refused."""
-        return not self.state.feed or (self.state.feed_mode == 950 and self.state.rpm == 0.0)
+        state = self.state
+        return not state.feed or (state.feed_mode == 950 and state.rpm == 0.0 and not self.settings.family)
 
     def feed(self, length: float) -> float:
         """Feed in mm/min along a path of this length."""
@@ -153,7 +157,11 @@ class Run:
         if state.feed_mode == 930:
             feed = max(state.feed * length, SLOWEST_MM_MIN)
         elif state.feed_mode == 950:
-            feed = state.feed * abs(state.rpm)
+            feed = state.feed * abs(state.rpm or (state.speed if self.settings.family else 0.0))
+            if feed == 0.0 and self.settings.family:  # a code of the machine may start it
+                what = f"feed per turn and no spindle speed: timed at {ASSUMED_RPM:g} rev/min"
+                self.warn("W381", self.block.culprit(), what)
+                feed = state.feed * ASSUMED_RPM
             if feed == 0.0:
                 what = "feed per revolution (G95) with the spindle stopped"
                 raise self.fail("E301", self.block.culprit(), what)

@@ -24,6 +24,7 @@ Compensation = Literal["", "radius", "wear"]
 ArcCentres = Literal["", "start", "absolute", "reversed"]
 Increments = Literal["", "points", "IS-A", "IS-B", "IS-C"]
 AlongZ = Literal["", "z"]
+Lathe = Literal["", "diameter", "radius", "mill"]
 
 
 @lru_cache
@@ -41,7 +42,8 @@ class Control:
     (then zero). arc_centres : I J K count from the "start" of an arc, are "absolute", or lead from the centre to the
     start ("reversed"). modal_centres : I J K that a block leaves out stay as they were. increments : what a length
     without a point counts, the unit itself ("points") or least increments, 0.01 mm and 0.001 inch (IS-A), a tenth
-    (IS-B) or a hundredth (IS-C) of these. w : "z", W moves the tool along Z.
+    (IS-B) or a hundredth (IS-C) of these. w : "z", W moves the tool along Z. lathe : a lathe whose X words are diameters
+    or radii, or a "mill". swapped : G2 and G3 of that lathe are counted from below.
     """
 
     compensation: Compensation = ""
@@ -49,6 +51,8 @@ class Control:
     modal_centres: bool = False
     increments: Increments = ""
     w: AlongZ = ""
+    lathe: Lathe = ""
+    swapped: bool = False
 
     def __post_init__(self) -> None:
         for key, choices in _choices(Control).items():
@@ -69,8 +73,9 @@ class Control:
             if key not in names:
                 raise NCError(f"a control has no '{key}'", remedy=", ".join(names))
         values: dict[str, Any] = dict(given or {})
-        if "modal_centres" in values:
-            values["modal_centres"] = values["modal_centres"] in (True, "true", "yes")
+        for key in ("modal_centres", "swapped"):
+            if key in values:
+                values[key] = values[key] in (True, "true", "yes")
         return cls(**values)
 
 
@@ -163,6 +168,11 @@ class Settings:
     def family(self) -> bool:
         """Whether the dialect is of the Fanuc family, whose controls take what others refuse."""
         return self.dialect in ("fanuc", "haas", "mazak", "okuma")
+
+    @property
+    def turning(self) -> bool:
+        """Whether the program is one for turning."""
+        return self.family and self.control.lathe in ("diameter", "radius")
 
     @property
     def entry(self) -> CrcEntry:

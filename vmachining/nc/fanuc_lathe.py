@@ -1,0 +1,506 @@
+"""Programs for turning, of the Fanuc family: their path, radius over Z, in the plane Y = 0. No material is turned.
+
+    X U      diameters, or radii where the control is set so      U W V   steps of X, Z, Y
+    G96 S    surface speed, limited by G50 S (system B: G92 S)     T0203   tool 2, register 3
+    G98 G99  feed per minute, per turn (system B: G94 G95)         G32 G33 G34  a thread, F or K its lead
+    G90 G94 G92 X Z R F   one pass: along, across, a thread (system B: G77 G79 G78)
+    G83 to G85, G87 to G89  holes along Z, and along X; R counts from where the tool is
+    G70 P Q, Okuma G87 N    the contour of these blocks, as it is written; then back to where it began
+    G71 to G73, G76, Okuma G85 G86   many passes: left out, and said (W379); the tool comes back to where they began
+    G12.1 G112   polar interpolation: C is a length, Y of the face; G13.1 G113 its end
+
+System B is one with G95 or G91. The radius of the nose is not known: the path is that of its programmed point (W351).
+Source: operator's manual of the Fanuc series 0i-T and 30i (lathe), Okuma OSP-P200L programming manual.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Final, NamedTuple
+
+from vmachining.nc.arcs import PLANES
+from vmachining.nc.block import Problem
+from vmachining.nc.codes import spell
+from vmachining.nc.fanuc import Translator
+from vmachining.nc.fanuc_line import Line
+from vmachining.nc.fanuc_turning import has_system_b
+from vmachining.nc.lexer import Word
+from vmachining.nc.settings import Settings
+from vmachining.nc.state import State
+
+__all__ = ["Contour", "Lathe"]
+
+Words = list[tuple[Word, float]]
+Contour = tuple[int, int, list[Words]]
+"""First and last line, 0-based, and the words of its blocks."""
+
+MOVES: Final = {0: 0, 10: 10, 20: 20, 30: 30, 320: 320, 330: 320, 340: 320}
+PASSES: Final = {770: 900, 790: 940, 780: 920}
+"""Single passes of system B by those of system A."""
+HOLES: Final = {830: "Z", 840: "Z", 850: "Z", 870: "X", 880: "X", 890: "X"}
+MANY: Final = {
+    710: "roughing along", 720: "roughing across", 730: "roughing after a pattern", 740: "pecking along",
+    750: "pecking across", 760: "a thread in several passes", 850: "roughing", 860: "roughing after a pattern",
+}  # fmt: skip
+IGNORED: Final = frozenset({170, 180, 190, 400, 410, 420, 401, 411, 680, 690, 1400, 1410, 250, 260})
+OWN: Final = (
+    IGNORED | MOVES.keys() | PASSES.keys() | MANY.keys() | HOLES.keys() | {90, 530, 700, 800, 810, 960, 970}
+)
+"""G codes that never reach the core as they are."""
+FASTEST_RPM: Final = 3000.0
+"""Where G96 has no limit: what lathes of middle size reach."""
+
+
+def _plain_hole(value: float) -> float:
+    """G83.5, G87.6 and the like peck in other ways to the same depth."""
+    return float(int(value)) if int(value) in (83, 84, 87, 88) else value
+
+
+class _Pass(NamedTuple):
+    """A single pass in force: code of system A, goal, taper, lead or feed."""
+
+    code: int
+    x: float
+    z: float
+    taper: float
+    feed: float | None
+
+
+class Lathe(Translator):
+    """What a lathe remembers beside the state of the core."""
+
+    def __init__(self, settings: Settings, note: Callable[[Problem], None]) -> None:
+        super().__init__(settings, note)
+        self.half = 0.5 if settings.control.lathe == "diameter" else 1.0
+        self.contour: Callable[[int, int | None], Contour | None] = lambda first, last: None
+        self.until = -1
+        """Lines up to this one were taken by a cycle."""
+        self.surface: float | None = None
+        self.limit: float | None = None
+        self.constant = self.steps = self.polar_face = self.flat = self.system_b = False
+        self.lead: float | None = None
+        self.modal = 0
+        self.once: _Pass | None = None
+        self.hole: dict[str, float] = {}
+
+    def start(
+        self, lines: Sequence[str], state: State, contour: Callable[[int, int | None], Contour | None]
+    ) -> None:
+        """As lathes are switched on: feed per turn; system B where a code of it stands somewhere."""
+        self.system_b = has_system_b(lines)
+        self.contour, state.feed_mode, state.plane = contour, 950, PLANES[180]
+
+    @property
+    def quick(self) -> bool:
+        """No block means what it means to a mill."""
+        return False
+
+    # ---- one block ----
+
+    def translate(self, words: tuple[Word, ...], values: list[float], state: State) -> Line:
+        """The block for the core."""
+        if self.at <= self.until:
+            return Line()
+        if self.least:
+            values = [self._counted(w, v, state) for w, v in zip(words, values, strict=True)]
+        least, self.least = self.least, 0.0
+        try:
+            return self._block(list(zip(words, values, strict=True)), state)
+        finally:
+            self.least = least
+
+    def _block(self, given: Words, state: State) -> Line:
+        given = [(w, _plain_hole(v)) if w.letter == "G" else (w, v) for w, v in given]
+        codes = {round(v * 10.0) for w, v in given if w.letter == "G"}
+        has = {w.letter: (w, v) for w, v in given if w.letter not in "GMN"}
+        if not has and not codes:
+            return super().translate(tuple(w for w, _ in given), [v for _, v in given], state)
+        if (
+            self.variant == "okuma" and "L" in has and codes & {750, 760}
+        ):  # a chamfer or a rounding of any motion
+            mark = ",R" if 760 in codes else ",C"
+            has[mark] = (has["L"][0]._replace(letter=mark), has.pop("L")[1])
+            given = [(w, v) for w, v in given if not (w.letter == "G" and v in (75.0, 76.0))]
+            codes -= {750, 760}
+        if 40 in codes and "F" in has and not {"P", "X", "U"} & set(has):  # Okuma
+            given = [
+                (w._replace(letter="X", text=w.text + "."), v) if w.letter == "F" else (w, v)
+                for w, v in given
+            ]
+        if 40 in codes or (100 in codes and "P" in has):
+            if 100 in codes:
+                self.say("G10", given[0][0], "G10 P: tool offsets are those of the job")
+                return Line()
+            return super().translate(tuple(w for w, _ in given), [v for _, v in given], state)
+        scale = 25.4 if 200 in codes else 1.0 if 210 in codes else state.scale
+        here = state.program[0] / scale, state.program[2] / scale
+        before = list[Callable[[State], None]]()
+        after = list[Callable[[State], None]]()
+        ahead = list[Words]()
+        self._surface(codes, has)
+        for place, step in (("X", "U"), ("Z", "W")):
+            if place in has and step in has and not codes & MANY.keys():
+                out = Line()
+                what = f"{place} and {step} name one axis, by its place and by a step"
+                out.refuse(has[step][0], what, "keep one of the words")
+                return out
+        kept = self._modes(given, codes, has, before)
+        x, z = self._goal(has, here)
+        single = next(
+            (
+                PASSES.get(c, c)
+                for c in codes
+                if c in PASSES or (c in (900, 940, 920) and self._is_pass(c, codes, has))
+            ),
+            0,
+        )
+        like = given[0][0] if given else Word("G", 0.0, 1, 0, "")
+        group1 = next((MOVES[c] for c in codes if c in MOVES), None)
+        if group1 is not None or 800 in codes:
+            self.once, self.hole = None, {}
+            self.modal = self.modal if group1 is None else group1
+        if codes & {170, 180, 190} and group1 is None and {"A", "B", "P"} & set(has) and not self.polar_face:
+            out = Line()  # lines by angles, of other controls
+            out.refuse(next(w for w, v in given if w.letter == "G"), "a plane with words of a contour")
+            return out
+        many = next((c for c in codes if c in MANY and not (c in (850, 860) and "P" not in has)), 0)
+        if codes & {700, 710} and not set(has) & set("PQUWDR"):
+            many, codes = 0, codes - {700, 710}  # units
+        home = codes & {280, 300, 530}
+        if single or (
+            self.once is not None and {"X", "Z", "U", "W"} & set(has) and not codes & {500, 920} and not home
+        ):
+            ahead += self._single(single, has, here, x, z, like, before, after, scale, state)
+        elif (many or 700 in codes or (870 in codes and "P" in has and "X" not in has)) and not (
+            codes & HOLES.keys() and "Z" in has
+        ):
+            out = self._many(many, codes, has, here, like, state)
+            out.before[:0] = before
+            return out
+        elif (codes & HOLES.keys() or self.hole) and not home and {"X", "Z", "C", "U", "W", "H"} & set(has):
+            ahead += self._hole(codes, has, here, x, z, like)
+        elif self.modal == 320 and {"X", "Z", "U", "W"} & set(has) and not home:
+            lead = has.get("F") or has.get("K") or has.get("I") or has.get("E")
+            self._threading(lead[1] if lead else None, scale, before, after, state)
+            ahead.append(self._straight(10, x, z, like))
+        else:
+            kept += self._motion(given, codes, has, x, z, group1, here, bool(home))
+        if self.constant and self.surface and ({"X", "U"} & set(has) or 960 in codes):
+            rpm = self._rpm(abs(here[0] + (x if x is not None else here[0])) / 2.0, scale, like)
+            before.append(lambda s: setattr(s, "speed", rpm))
+        out = super().translate(tuple(w for w, _ in kept), [v for _, v in kept], state)
+        out.before[:0] = before
+        out.ahead += ahead
+        out.after += after
+        return out
+
+    def _is_pass(self, code: int, codes: set[int], has: dict[str, tuple[Word, float]]) -> bool:
+        """Whether G90, G94 or G92 is a pass of system A, not a mode of system B."""
+        if self.system_b or codes & MOVES.keys() or not {"X", "U", "Z", "W"} & set(has):
+            return False
+        return not (code == 920 and "S" in has)
+
+    def _modes(
+        self,
+        given: Words,
+        codes: set[int],
+        has: dict[str, tuple[Word, float]],
+        before: list[Callable[[State], None]],
+    ) -> Words:
+        """Words for the core without those of the lathe."""
+        kept: Words = []
+        for word, value in given:
+            code = round(value * 10.0)
+            if word.letter == "G":
+                if code in (940, 950, 980, 990):
+                    system = {980: 94.0, 990: 95.0}
+                    if code < 960 and not self._is_pass(code, codes, has):
+                        kept.append((word, value))
+                    elif code in system and not self.system_b:
+                        kept.append((word._replace(value=system[code]), system[code]))
+                elif code in (900, 910):
+                    if not self._is_pass(code, codes, has):
+                        self.steps = code == 910
+                elif code == 920 and self._is_pass(code, codes, has):
+                    continue
+                elif code in (410, 420):
+                    self.say(
+                        "nose",
+                        word,
+                        f"{word.text}: the radius of the nose is not known; the path is that of the programmed point",
+                        "W351",
+                    )
+                elif code in (121, 1120):
+                    self.polar_face = True
+                elif code in (131, 1130):
+                    self.polar_face = False
+                elif code in (500, 920) and (self.system_b or code == 500):
+                    if "S" in has:
+                        self.limit = has["S"][1]
+                    if {"X", "Z"} & set(has):
+                        kept.append((word._replace(value=92.0), 92.0))
+                elif code not in OWN or (code in (700, 710) and not set(has) & set("PQUWDR")):
+                    kept.append((word, value))
+            elif word.letter == "T":
+                number = int(value) // 100 if value >= 100.0 else int(value)
+                if number:
+                    before.append(lambda s, n=number: setattr(s, "tool", n))  # type: ignore[misc]
+            elif word.letter == "M":
+                if value != 6.0:
+                    kept.append((word, value))
+            elif word.letter in "FN" or (word.letter == "S" and not codes & {500, 920} and not self.constant):
+                kept.append((word, value))
+        return kept
+
+    def _surface(self, codes: set[int], has: dict[str, tuple[Word, float]]) -> None:
+        """G96, G97 and the S that belongs to them."""
+        if codes & {960, 970}:
+            self.constant = 960 in codes
+        if "S" in has and self.constant and not codes & {500, 920}:
+            self.surface = has["S"][1]
+
+    def _rpm(self, radius: float, scale: float, like: Word) -> float:
+        """Of G96 at a radius in units of the program."""
+        assert self.surface is not None
+        around = 2.0 * math.pi * radius
+        wanted = self.surface * (12.0 if scale != 1.0 else 1000.0) / around if around > 0.0 else math.inf
+        if self.limit is None and wanted > FASTEST_RPM:
+            what = f"G96 without a limit by G50 S: the spindle is taken to turn at {FASTEST_RPM:g} rev/min at most"
+            self.say("G96 limit", like, what, "I213")
+        return min(wanted, FASTEST_RPM if self.limit is None else self.limit)
+
+    def _goal(
+        self, has: dict[str, tuple[Word, float]], here: tuple[float, float]
+    ) -> tuple[float | None, float | None]:
+        """Radius and Z that the block names, absolute, in units of the program."""
+        x = z = None
+        if "X" in has:
+            x = has["X"][1] * self.half + (here[0] if self.steps else 0.0)
+        elif "U" in has:
+            x = here[0] + has["U"][1] * self.half
+        if "Z" in has:
+            z = has["Z"][1] + (here[1] if self.steps else 0.0)
+        elif "W" in has:
+            z = here[1] + has["W"][1]
+        return x, z
+
+    # ---- motions ----
+
+    @staticmethod
+    def _straight(
+        code: int, x: float | None, z: float | None, like: Word, feed: float | None = None
+    ) -> Words:
+        out = [(like._replace(letter="G", value=code / 10.0), code / 10.0)]
+        for letter, value in (("X", x), ("Z", z), ("F", feed)):
+            if value is not None:
+                out.append((like._replace(letter=letter, value=value), value))
+        return out
+
+    def _motion(
+        self, given: Words, codes: set[int], has: dict[str, tuple[Word, float]], x: float | None, z: float | None,
+        group1: int | None, here: tuple[float, float], home: bool,
+    ) -> Words:  # fmt: skip
+        """Words of a plain motion for the core."""
+        out: Words = []
+        marks = {w.letter: w for w, _ in given}
+        for word, value in given:
+            code = round(value * 10.0)
+            if word.letter == "G" and code in (0, 10, 20, 30) and not home:
+                out.append((word, value))
+        places = {"X": x, "Z": z}
+        y = has.get("Y") or has.get("V")
+        if home:  # G53 too goes to the machine's own places, which are not known
+            if 530 in codes and (x is not None or z is not None):
+                at = next(w for w, v in given if w.letter == "G" and round(v * 10.0) == 530)
+                out.append((at._replace(value=28.0), 28.0))
+                places = {"X": None if x is None else here[0], "Z": None if z is None else here[1]}
+            y = None
+        for letter, other in (("X", "U"), ("Z", "W")):
+            goal = places[letter]
+            if goal is not None:
+                like = marks.get(letter) or marks.get(other) or given[0][0]
+                out.append((like._replace(letter=letter, value=goal), goal))
+        if y is not None:
+            out.append((y[0]._replace(letter="Y"), y[1]))
+        arc = (group1 if group1 is not None else self.modal) in (20, 30)
+        turn = has.get("C")
+        if turn is not None and not home:
+            if self.polar_face:
+                out.append((turn[0]._replace(letter="Y"), turn[1]))
+            elif "C" in self.settings.rotary:
+                out.append(turn)
+            elif self.modal == 10 and (x is not None or z is not None):
+                out.append((turn[0]._replace(letter=",C"), abs(turn[1])))
+        for letter in ("R", ",R", ",C", "A"):
+            if letter in has and not home:
+                word, value = has[letter]
+                if letter == "A":
+                    self._angle(word, value, x, z, here, out)
+                else:
+                    out.append((word, value))
+        if "L" in has and arc and "R" not in has and not {"I", "K"} & set(has):
+            out.append((has["L"][0]._replace(letter="R"), has["L"][1]))  # Okuma
+        flat = self.polar_face or (arc and "J" in has)
+        at = next((w for w, v in given if w.letter == "G"), given[0][0])
+        if flat or self.flat:
+            out.append((at._replace(letter="G"), 17.0 if flat else 18.0))
+        self.flat = flat
+        if arc:
+            out += [has[letter] for letter in "IJK" if letter in has]
+            if self.settings.control.swapped and not flat:
+                number = group1 if group1 is not None else self.modal
+                out = [(w, v) for w, v in out if not (w.letter == "G" and v in (2.0, 3.0))]
+                out.append((at._replace(letter="G"), 3.0 if number == 20 else 2.0))
+        return out
+
+    def _angle(
+        self,
+        word: Word,
+        value: float,
+        x: float | None,
+        z: float | None,
+        here: tuple[float, float],
+        out: Words,
+    ) -> None:
+        """A: a line by its angle from +Z and one of its coordinates."""
+        slope = math.tan(math.radians(value))
+        if (x is None) == (z is None):
+            return
+        if z is None and x is not None and abs(slope) > 1e-9:
+            end = here[1] + (x - here[0]) / slope
+            out.append((word._replace(letter="Z", value=end), end))
+        elif x is None and z is not None:
+            end = here[0] + (z - here[1]) * slope
+            out.append((word._replace(letter="X", value=end), end))
+
+    # ---- cycles ----
+
+    def _threading(
+        self, lead: float | None, scale: float, before: list[Callable[[State], None]],
+        after: list[Callable[[State], None]], state: State,
+    ) -> None:  # fmt: skip
+        """The lead is the feed of a turn for this block only."""
+        mode, feed = state.feed_mode, state.feed
+        held = self.lead = self.lead if lead is None else lead
+
+        def turn(s: State) -> None:
+            s.feed_mode, s.feed = 950, None if held is None else held * scale
+
+        def back(s: State) -> None:
+            s.feed_mode, s.feed = mode, feed
+
+        before.append(turn)
+        after.append(back)
+
+    def _single(
+        self, code: int, has: dict[str, tuple[Word, float]], here: tuple[float, float], x: float | None, z: float | None,
+        like: Word, before: list[Callable[[State], None]], after: list[Callable[[State], None]], scale: float, state: State,
+    ) -> list[Words]:  # fmt: skip
+        """G90, G94, G92: four motions of a pass that ends where it began."""
+        old = self.once
+        feed = has["F"][1] if "F" in has else old.feed if old is not None and not code else None
+        taper = next(
+            (has[k][1] for k in "RIK" if k in has), old.taper if old is not None and not code else 0.0
+        )
+        keep = old if old is not None and not code else None
+        goal_x = x if x is not None else keep.x if keep else here[0]
+        goal_z = z if z is not None else keep.z if keep else here[1]
+        now = self.once = _Pass(code or (old.code if old else 900), goal_x, goal_z, taper, feed)
+        if now.code == 940:
+            return [
+                self._straight(0, None, goal_z + taper, like), self._straight(10, goal_x, goal_z, like, feed),
+                self._straight(10, None, here[1], like), self._straight(0, here[0], None, like),
+            ]  # fmt: skip
+        if now.code == 920:
+            self._threading(feed, scale, before, after, state)
+            return [
+                self._straight(0, goal_x + taper, None, like), self._straight(10, goal_x, goal_z, like),
+                self._straight(0, here[0], None, like), self._straight(0, None, here[1], like),
+            ]  # fmt: skip
+        return [
+            self._straight(0, goal_x + taper, None, like), self._straight(10, goal_x, goal_z, like, feed),
+            self._straight(10, here[0], None, like), self._straight(0, None, here[1], like),
+        ]  # fmt: skip
+
+    def _hole(
+        self, codes: set[int], has: dict[str, tuple[Word, float]], here: tuple[float, float], x: float | None,
+        z: float | None, like: Word,
+    ) -> list[Words]:  # fmt: skip
+        """G83 to G85 along Z, G87 to G89 along X: to the hole, to R, to the depth, back to the initial level."""
+        now = next((c for c in codes if c in HOLES), 0)
+        if now:
+            self.hole = {"code": float(now), "level": here[1] if HOLES[now] == "Z" else here[0]}
+        axis = HOLES[int(self.hole["code"])]
+        depth, place = (z, x) if axis == "Z" else (x, z)
+        if depth is not None:
+            self.hole["depth"] = depth
+        if "R" in has:
+            self.hole["clear"] = has["R"][1]
+        if "depth" not in self.hole:
+            return []
+        level, deep = self.hole["level"], self.hole["depth"]
+        feed = has["F"][1] if "F" in has else None
+
+        def along(code: int, to: float, f: float | None = None) -> Words:
+            return self._straight(code, None if axis == "Z" else to, to if axis == "Z" else None, like, f)
+
+        first = self._straight(0, place if axis == "Z" else None, None if axis == "Z" else place, like)
+        first += [(w, v) for w, v in has.values() if w.letter == "C" and "C" in self.settings.rotary]
+        out = [first] if len(first) > 1 else []
+        clear = level + self.hole.get("clear", 0.0)
+        slow = int(self.hole["code"]) in (840, 850, 880, 890)
+        return [
+            *out,
+            along(0, clear),
+            along(10, deep, feed),
+            along(10 if slow else 0, clear),
+            along(0, level),
+        ]
+
+    def _many(
+        self, code: int, codes: set[int], has: dict[str, tuple[Word, float]], here: tuple[float, float], like: Word,
+        state: State,
+    ) -> Line:  # fmt: skip
+        """Cycles of many passes: G70 runs the contour, the others are left out; all end where they began."""
+        out = Line()
+        if code:
+            if code not in (740, 750) and not {"P", "X", "Z", "U", "W"} & set(has):
+                return out
+            if code == 710 and "P" not in has:
+                return out  # depth and retract, for the block to come
+            what = f"{spell('G', code)} ({MANY[code]}): its passes are left out, the tool comes back to where they began"
+            self.say(f"many{code}", like, what, "W379")
+        first = has.get("P")
+        if first is None or code in (740, 750, 760):
+            return out
+        lap = code in (850, 860) or 870 in codes
+        last = None if lap else int(has["Q"][1]) if "Q" in has else None
+        found = self.contour(int(first[1]), last)
+        if found is None:
+            out.refuse(first[0], f"{first[0].text}: no block N{int(first[1])} of a contour")
+            return out
+        if found[0] > self.at:
+            self.until = found[1]
+        if code:
+            return out
+        x, z = here
+        modal = self.modal
+        for words in found[2]:
+            held = {w.letter: (w, v) for w, v in words if w.letter not in "GMN"}
+            now = {round(v * 10.0) for w, v in words if w.letter == "G"}
+            group1 = next((MOVES[c] for c in now if c in MOVES), None)
+            modal = modal if group1 is None else group1
+            self.modal = modal
+            to = self._goal(held, (x, z))
+            if to == (None, None):
+                continue
+            block = self._motion(words, now, held, *to, group1, (x, z), False)
+            if not any(w.letter == "G" and v in (0.0, 1.0, 2.0, 3.0) for w, v in block):
+                block.insert(0, (like._replace(letter="G"), modal / 10.0))
+            block += [(w, v) for w, v in words if w.letter == "F"]
+            out.ahead.append(block)
+            ends = {w.letter: v for w, v in block}
+            x, z = ends.get("X", x), ends.get("Z", z)
+        out.ahead.append(self._straight(0, here[0], here[1], like))
+        return out
