@@ -63,9 +63,15 @@ def status_line() -> Iterator[Callable[[str], None]]:
         yield update
 
 
+def _foretold(done: float, total: float) -> bool:
+    """Whether so much is done that the time left can be stated."""
+    return done >= max(FIRST_BLOCKS, FIRST_SHARE * total)
+
+
 def _lines() -> Callable[[str, int, int], None]:
     """Progress for a log: a line after ten seconds of a stage, then every half minute, with the time left."""
     begun: dict[str, tuple[float, int]] = {}
+    warm: dict[str, bool] = {}
     due = 0.0
 
     def update(stage: str, done: int, total: int) -> None:
@@ -74,12 +80,14 @@ def _lines() -> Callable[[str, int, int], None]:
         if stage not in begun:
             begun[stage] = now, done
             due = now + FIRST_LINE_SECONDS
+        elif begun[stage][1] < done and not warm.get(stage):  # the first block waited for kernels
+            begun[stage], warm[stage] = (now, done), True
         start, first = begun[stage]
         if now < due or done >= total:
             return
         due = now + LINE_SECONDS
         left = ""
-        if done > first:
+        if _foretold(done - first, total):
             left = f", about {(now - start) / (done - first) * (total - done):,.0f} s left"
         note(f"{STAGES.get(stage, stage)}: {done} of {total}{left}")
 
@@ -112,8 +120,7 @@ def progress_bar(*, quiet: bool) -> Iterator[Callable[[str, int, int], None] | N
         """Nothing before the first blocks are through: they may wait for kernels that are compiled."""
 
         def render(self, task: Task) -> Text:
-            begun = task.completed >= max(FIRST_BLOCKS, FIRST_SHARE * (task.total or 0.0))
-            return super().render(task) if begun else Text("")
+            return super().render(task) if _foretold(task.completed, task.total or 0.0) else Text("")
 
     class _Rate(ProgressColumn):
         """Blocks per second, of those that this process has done."""
