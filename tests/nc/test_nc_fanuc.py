@@ -242,9 +242,9 @@ def test_a_circle_of_holes_by_a_macro():
 @pytest.mark.parametrize(
     ("text", "code", "line"),
     [
-        ("O1\nG21\nGOTO 5\nG0 X1\nM30", "E108", 3), ("O1\nM98 P7\nG0 X1\nM30", "E412", 2),
+        ("O1\nG21\nGOTO 5\nG0 X1\nM30", "E108", 3), ("O1\nM97 P7\nG0 X1\nM30", "E108", 2),
         ("O1\nN1 G0 X1\nGOTO 1\nM30", "E413", 2), ("O1\n#3000=1 (TOO LONG)\nG0 X1\nM30", "E108", 2),
-        ("O1\nG0 X#5401\nM30", "E108", 2), ("O1\nG0 X1\nG66 P100\nM30", "E412", 3),
+        ("O1\nG0 X#5401\nM30", "E108", 2), ("O1\nG0 X1\nG66\nM30", "E412", 3),
         ("O1\nM98 P1\nG0 X1\nM30", "E414", 2), ("O1\nWHILE [1 EQ 0] DO 1\nG0 X1\nM30", "E108", 2),
     ],
 )  # fmt: skip

@@ -37,8 +37,9 @@ def test_programs_in_files_beside_are_called_by_number(tmp_path):
     assert got == [(F, (k, 0, 5)) for k in range(1, 6)] + [(F, (5, 7, 5)), (F, (6, 7, 5))]
     program = read("G0 X1.\nM98 P2", subroutines=[tmp_path])
     assert program.moves[-1].line == 6 and [file[-8:] for file in program.files] == ["O0002.NC"]
-    assert refused("M98 P9") == [("E412", 5)]
-    assert "O9.nc" in read("M98 P9").errors[0].hint
+    lost = read("M98 P9\nG1 X3. F9")
+    assert [(f.code, f.line) for f in lost.findings if f.code == "W383"] == [("W383", 5)] and not lost.errors
+    assert "O9.nc" in next(f.hint for f in lost.findings if f.code == "W383") and lost.moves[-1].end[0] == 3.0
 
 
 def test_a_modal_macro_comes_after_every_block_that_moves(tmp_path):

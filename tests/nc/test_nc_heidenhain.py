@@ -211,6 +211,13 @@ def test_cycle_207_feeds_by_pitch():
     assert [m.feed_mm_min for m in program.moves if m.motion == "linear"] == [1500.0, 1500.0]
 
 
+def test_a_tap_without_pitch_keeps_its_path():
+    program = read("L X+0 Y+0 Z+50 FMAX\nCYCL DEF 207 Q200=2 Q201=-9 Q239=0 Q203=+0 Q204=5\nM99")
+    assert [m.feed_mm_min for m in program.moves if m.motion == "linear"] == [1000.0, 1000.0]
+    assert [m.end[2] for m in program.moves][-4:] == [2.0, -9.0, 2.0, 5.0]
+    assert [f.code for f in program.findings if f.severity != "I"] == ["W381"]
+
+
 def test_cycle_208_mills_a_helix_and_a_last_circle():
     program = read(f"L X+10 Y+20 Z+50 FMAX\nCYCL DEF 208 {SET} Q201=-6 Q334=4 Q335=16 Q342=0\nM99")
     assert path(program)[1:] == [
@@ -392,7 +399,6 @@ def test_the_blank_and_the_unit_are_told():
         ("L X+1 FMAX M97", "E208"),
         ("L X+Q77 F100\nL Y+Q77", "E108"),
         ("CALL LBL 7", "E412"),
-        ("CALL PGM NOWHERE", "E412"),
         ("PLANE AXIAL A+30 B+30 STAY", "E208"),
         ("L U+5 FMAX", "E209"),
         ("C X+1 Y+1 DR+", "E302"),

@@ -189,7 +189,10 @@ OTHERS = [  # dialect, program, code, line
         "E367",
         4,
     ),
-    ("heidenhain", "BEGIN PGM T MM\nCYCL DEF 247 D Q339=1\nCYCL DEF 247 D Q339=2\nEND PGM T MM", "E368", 3),
+    ("heidenhain", "BEGIN PGM T MM\nCYCL DEF 247 D Q339=1\nCYCL DEF 247 D Q339=2\nEND PGM T MM", "W368", 3),
+    ("heidenhain", "BEGIN PGM T MM\nCALL PGM TNC:\\NOWHERE.H\nL X+1 FMAX\nEND PGM T MM", "W383", 2),
+    ("fanuc", "O1\nG65 P9021\nM30", "W382", 2),
+    ("sinumerik", "G54 G0 X1\nG500 X2", "E368", 2),
     ("heidenhain", "BEGIN PGM T MM\nL X+1 M103 F20 FMAX\nEND PGM T MM", "W372", 2),
     ("heidenhain", "BEGIN PGM T MM\nPLANE AXIAL B+30 STAY\nEND PGM T MM", "W374", 2),
     (

@@ -172,6 +172,19 @@ def test_cycle_84_feeds_by_pitch():
     assert [m.feed_mm_min for m in program.moves if m.motion == "linear"] == [625.0, 625.0]
 
 
+def test_a_tap_without_pitch_keeps_its_path_and_a_missing_program_the_rest():
+    """The control raises an alarm for both; the way is plain, so it is read, and what is guessed is said."""
+    program = read("G0 X0 Y0 Z50\nS500 M3\nCYCLE84(20,0,2,-10,,0,3,,0,0,0,600)\nL54\nG0 X7")
+    assert [(f.code, f.line) for f in program.findings if f.code in ("W381", "W383")] == [
+        ("W381", 6),
+        ("W383", 7),
+    ]
+    assert [m.feed_mm_min for m in program.moves if m.motion == "linear"] == [500.0, 500.0]
+    assert not program.errors and program.moves[-1].end[0] == 7.0
+    flat = read("G0 X0 Y0 Z50\nS500 M3 F100\nCYCLE81(20,0,2,0)")
+    assert [round(m.end[2], 6) for m in flat.moves] == [50.0, 2.0, 0.0, 2.0, 20.0]
+
+
 def test_modal_calls_drill_at_every_position_and_on_patterns():
     program = read(
         "G0 Z50\nMCALL CYCLE81(20,0,2,-10)\nX0 Y0\nX10\nHOLES2(50,50,20,0,90,4)\n"
@@ -227,7 +240,6 @@ def test_machine_coordinates_go_home():
         ("GOTOF NOWHERE", "E412"),
         ("WHILE 1\nR1=1\nENDWHILE", "E413"),
         ("IF 1\nG0 X1", "E411"),
-        ("G54 X1\nG55 X1", "E368"),
         ("BSPLINE X1 Y1", "E208"),
         ("G33 Z1 K1", "E208"),
         ("G1 X1 ?", "E109"),

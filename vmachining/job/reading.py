@@ -56,6 +56,16 @@ def read_job_program(job: Job, path: Path | None = None) -> Program:
     _refuse_axes(program, job)
     program.require_clean(allow=NO_END)
     refuse_turning(program)
+    lost = next((item for item in program.findings if item.code == "W383"), None)
+    if lost is not None:
+        raise NCError(
+            lost.message,
+            file=program.name,
+            line=lost.line,
+            col=lost.col,
+            word=lost.word or None,
+            remedy=lost.hint,
+        )
     only = next(iter(job.tools))
     cutting = (m for m in program.moves if m.motion not in IDLE)
     if len(job.tools) == 1 and all(m.tool in (0, only) for m in cutting):

@@ -402,9 +402,21 @@ MORE: Final[dict[str, Entry]] = {
     ),
     "W381": Entry(
         "feed per turn without a speed",
-        "G95 counts the feed in turns of the spindle, and no S tells how fast these are. The path is right; times, chips and "
-        "forces are those of a guess.",
-        "give the speed by S",
+        "G95 and taps count the feed in turns of the spindle, and no S tells how fast these are, or no pitch how far they lead. "
+        "The path is right; times, chips and forces are those of a guess: 1000 rev/min, a pitch of 1 mm.",
+        "give the speed by S, the pitch in the cycle",
+    ),
+    "W382": Entry(
+        "a macro of the builder",
+        "Programs O8000 to O9999 come with the machine, for tool changes, probes, breakage and pallets. This one is not here, "
+        "and is taken to move nothing that cuts.",
+        "put it beside the program if it cuts",
+    ),
+    "W383": Entry(
+        "a program that is missing",
+        "The call is left out and the rest is read. Where the tool is after it is taken to be where it was before; a job does "
+        "not run without the program.",
+        "put the program beside this one or name its folder; an empty one will do where it moves nothing",
     ),
     "W376": Entry(
         "feeds by an override of the program",

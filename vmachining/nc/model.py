@@ -5,14 +5,18 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, Final, NamedTuple, TypeAlias
 
 from vmachining.errors import NCError
 
-__all__ = ["Finding", "Motion", "Move", "Point", "Program", "Told"]
+__all__ = ["ASSUMED_RPM", "Finding", "Motion", "Move", "Point", "Program", "Told"]
 
 Point: TypeAlias = tuple[float, float, float]
 """X, Y, Z in mm."""
+
+
+ASSUMED_RPM: Final = 1000.0
+"""For feeds per turn of a program that gives no speed: the path does not depend on it, times and chips do."""
 
 
 class Motion(StrEnum):

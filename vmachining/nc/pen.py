@@ -22,7 +22,7 @@ from vmachining.nc.arcs import ArcError, arc_length, check_center, is_rounded
 from vmachining.nc.compensation import JOINED_MM, Compensation, CompensationError
 from vmachining.nc.corners import CornerError, joined, segment, tangents
 from vmachining.nc.frames import UP, Frame
-from vmachining.nc.model import Motion, Move, Point
+from vmachining.nc.model import ASSUMED_RPM, Motion, Move, Point
 from vmachining.nc.offset_curves import Pair
 from vmachining.nc.placing import Corner, PenError, Placing, swung
 
@@ -237,6 +237,14 @@ class Pen(Placing):
         here = self.frame.apply(self.at)
         x, y, z = (p + length * v for p, v in zip(here, self.vector, strict=True))
         return dict(enumerate(self.frame.invert((x, y, z))))
+
+    def tap_feed(self, pitch: float, rpm: float, word: str) -> float:
+        """Feed of a tap in mm/min from its pitch in mm; guessed, and said, where the pitch is zero or the spindle stands."""
+        if not pitch or not rpm:
+            missing = "no pitch" if not pitch else "no spindle speed"
+            what = f"tapping with {missing}: timed at {abs(rpm) or ASSUMED_RPM:g} rev/min and a pitch of {abs(pitch) or 1.0:g} mm"
+            self.note("W381", what, word, once="tap")
+        return (abs(pitch) or 1.0) * (abs(rpm) or ASSUMED_RPM)
 
     def dwell(self, seconds: float) -> None:
         """Stand still."""

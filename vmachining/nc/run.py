@@ -10,7 +10,7 @@ from vmachining.nc.block import Block, Problem
 from vmachining.nc.compensation import JOINED_MM, CompensationError
 from vmachining.nc.corners import CornerError, joined
 from vmachining.nc.lexer import Word
-from vmachining.nc.model import Motion, Move, Point
+from vmachining.nc.model import ASSUMED_RPM, Motion, Move, Point
 from vmachining.nc.settings import Settings
 from vmachining.nc.state import State
 from vmachining.nc.vectors import add, subtract
@@ -19,9 +19,6 @@ __all__ = ["DWELL_UNITS", "BlockError", "Run"]
 
 SLOWEST_MM_MIN: Final = 0.1
 """Feed of a G93 move without length, the floor of the reference control: a feed is never zero."""
-
-ASSUMED_RPM: Final = 1000.0
-"""For feeds per turn of a program that gives no speed: the path does not depend on it, times and chips do."""
 
 AT_ORIGIN_MM: Final = 1e-9
 """Nearer to the origin than this the direction to the tool is rounding."""

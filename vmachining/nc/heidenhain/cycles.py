@@ -185,10 +185,7 @@ def _tap_feed(hole: _Hole) -> float:
     if hole.number == 206:
         return hole.feed
     (pitch,) = (v * hole.pen.scale for v in need(f"cycle {hole.number}", hole.values, "Q239"))
-    feed = abs(pitch * hole.pen.rpm)
-    if feed == 0.0:
-        raise PenError("E301", "tapping with pitch zero, or with the spindle stopped", "Q239")
-    return feed
+    return hole.pen.tap_feed(pitch, hole.pen.rpm, "Q239")
 
 
 def _tap(hole: _Hole) -> None:

@@ -434,8 +434,8 @@ class Definitions(Flow):
 
     def _preset(self, number: float) -> None:
         if self.preset is not None and number != self.preset:
-            raise PenError("E368", f"preset {number:g} after preset {self.preset:g}: where one lies from the other is not given",
-                           "CYCL DEF 247", "split the program there")  # fmt: skip
+            what = "a second preset: where it lies from the first is not given; both are taken to be one"
+            self.pen.note("W368", what, "CYCL DEF 247", once=f"{number:g}")
         self.preset = number
         self.pen.note("I409", f"preset {number:g} is the zero of the job", "CYCL DEF 247", once="preset")
 

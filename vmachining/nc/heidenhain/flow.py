@@ -154,7 +154,10 @@ class Flow(Execution):
     def _call_file(self, name: str) -> None:
         name = (name or self.selected).strip().strip('"')
         plain = re.split(r"[\\/:]", name)[-1].strip()
-        called = self.split(self.lines_of(name, plain.rsplit(".", 1)[0]))
+        stem = plain.rsplit(".", 1)[0]
+        if self.absent(name, stem):
+            return
+        called = self.split(self.lines_of(name, stem))
         line = self.outer or self.pen.line
         self.enter(called, 0)
         self.labels, self.counts, self.outer = _labels(called), {}, line

@@ -309,8 +309,11 @@ class Flow(Execution):
 
     # ---- subprograms ----
 
-    def call(self, name: str, given: Sequence[str] = (), times: int = 1) -> None:
-        """A subprogram of the archive or of a file."""
+    def call(self, name: str, given: Sequence[str] = (), times: int = 1, sure: bool = False) -> None:
+        """A subprogram of the archive or of a file; an unknown word may be one, only L54 and CALL surely are."""
+        plain = self._plain(name)
+        if plain not in self.programs and (sure or re.fullmatch(r"L\d+", plain)) and self.absent(name, plain):
+            return
         blocks, own = self._program(name)
         values = [self.number(text) if text and not text.startswith('"') else 0.0 for text in given]
         for _ in range(max(1, times)):
@@ -327,10 +330,14 @@ class Flow(Execution):
                     {name: values[k] if k < len(values) else 0.0 for k, name in enumerate(names)}
                 )
 
+    @staticmethod
+    def _plain(name: str) -> str:
+        plain = re.split(r"[\\/:]", name.strip().strip('"'))[-1].upper()
+        return re.sub(r"^_N_|[._](?:SPF|MPF)$", "", plain)
+
     def _program(self, name: str) -> tuple[Sequence[Block], bool]:
         """Blocks of a called program, and whether it stands in the archive."""
-        plain = re.split(r"[\\/:]", name.strip().strip('"'))[-1].upper()
-        plain = re.sub(r"^_N_|[._](?:SPF|MPF)$", "", plain)
+        plain = self._plain(name)
         own = self.programs.get(plain)
         return (own, True) if own is not None else (units(self.lines_of(name, plain))[0].blocks, False)
 
@@ -339,14 +346,14 @@ class Flow(Execution):
         if found is None or rest.startswith("BLOCK"):
             raise self.lost(PenError("E208", f"{text[:30]} is not supported", text[:20]))
         self.pen.flush()
-        self.call(found[1] or found[2], arguments(found[3] or ""))
+        self.call(found[1] or found[2], arguments(found[3] or ""), sure=True)
 
     def _on_extcall(self, rest: str, text: str) -> None:
         found = re.search(r'"([^"]*)"', rest)
         if found is None:
             raise self.lost(PenError("E412", "EXTCALL without a name in quotes", text[:20]))
         self.pen.flush()
-        self.call(found[1])
+        self.call(found[1], sure=True)
 
     _on_pcall = _on_call
 

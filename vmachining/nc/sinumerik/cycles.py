@@ -53,7 +53,7 @@ def drill(pen: Pen, number: int, values: Values) -> None:
     sign = -1.0 if (dp is not None and dp * k > reference) else 1.0  # which way it drills
     bottom = dp * k if dp is not None else reference - abs(dpr or 0.0) * k
     safe, back = reference + sign * abs(sdis or 0.0) * k, rtp * k
-    if sign * (back - bottom) < 0.0 or sign * (reference - bottom) <= 0.0:
+    if sign * (back - bottom) < 0.0:
         raise PenError("E333", "a drilling cycle whose planes do not lie above its depth")
 
     def rapid(level: float) -> None:
@@ -78,9 +78,8 @@ def drill(pen: Pen, number: int, values: Values) -> None:
     if number == 83:
         _deep(pen, values, reference, safe, bottom, sign, (rapid, cut, dwell))
     elif number in (84, 840):
-        feed = _pitch(number, values) * (abs(_at(values, 10) or pen.rpm) if number == 84 else abs(pen.rpm))
-        if feed == 0.0:
-            raise PenError("E301", f"CYCLE{number} without a pitch, or with the spindle stopped")
+        rpm = (_at(values, 10) if number == 84 else None) or pen.rpm
+        feed = pen.tap_feed(_pitch(number, values), rpm, f"CYCLE{number}")
         cut(bottom, feed)
         dwell(_at(values, 5))
         cut(safe, feed)

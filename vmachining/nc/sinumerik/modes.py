@@ -224,12 +224,13 @@ class Modes(Flow):
         first = self.first_work if self.first_work is not None else code
         base = known.get({54.0: 540, 55.0: 550, 56.0: 560, 57.0: 570}.get(first, -1), (0.0, 0.0, 0.0))
         if code != first and (iso is None or not known):
-            raise PenError("E368", "a second work offset: where it lies from the first is not given", f"G{code:g}",
-                           "give all offsets of the program as work offsets of the job")  # fmt: skip
+            pen.note("W368", "a second work offset: where it lies from the first is not given; both are taken to be one",
+                     f"G{code:g}", once=f"{code:g}")  # fmt: skip
+            iso = None
         here = known.get(iso or -1, (0.0, 0.0, 0.0))
         self.offset = (
             Frame(origin=(here[0] - base[0], here[1] - base[1], here[2] - base[2]))
-            if code != first
+            if code != first and iso is not None
             else IDENTITY
         )
         self.work, self.first_work = code, first
