@@ -103,6 +103,11 @@ def _vectors(records: Records, width_mm: float) -> Figure:
         color=ORANGE,
         label="upright alone",
     )
+    known = [r for r in normal if r.get("published_seconds")]
+    over_epsilon.loglog(
+        [r["epsilon_mm"] for r in known], [r["published_seconds"] for r in known], "s--", ms=3, color=GREY,
+        label="as published",
+    )  # fmt: skip
     over_gamma.set(xlabel="pitch γ (mm)", ylabel="time (s)")
     over_epsilon.loglog(
         [r["epsilon_mm"] for r in normal],
@@ -113,6 +118,9 @@ def _vectors(records: Records, width_mm: float) -> Figure:
         label="along normals alone",
     )
     over_epsilon.set(xlabel="error ε between vectors (mm)")
+    for axes, places in ((over_gamma, gamma), (over_epsilon, [r["epsilon_mm"] for r in normal])):
+        axes.set_xticks(places, [f"{x:g}" for x in places])
+        axes.minorticks_off()
     over_gamma.legend(fontsize=6.5)
     over_epsilon.legend(fontsize=6.5)
     return figure

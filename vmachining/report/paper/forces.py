@@ -67,7 +67,7 @@ def draw_trace(trace: pl.DataFrame, *, width_mm: float = WIDTH_MM) -> Figure:
             xlabel="time of the trace (s)",
             xlim=(time.min(), time.max()),
         )
-        grid[3].legend(ncols=3, loc="upper right")
+        grid[3].legend(ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
         figure.legend(*grid[0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
         figure.align_ylabels(grid)
     return figure
