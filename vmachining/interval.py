@@ -75,6 +75,13 @@ class Interval:
         """Whether `value` lies in the interval, widened by `slack` on both sides."""
         return self.lo - slack <= value <= self.hi + slack
 
+    def within(self, lo: float, hi: float) -> Interval:
+        """What this interval and [lo, hi], which meet, allow together. An estimate that the other one excludes says nothing of
+        where the truth lies in what is left: it becomes the middle, which is wrong by half of it at most."""
+        lo, hi = max(lo, self.lo), min(hi, self.hi)
+        estimate = self.estimate if lo < self.estimate < hi else 0.5 * (lo + hi)
+        return replace(self, lo=lo, estimate=estimate, hi=hi)
+
     def at_least(self, floor: float) -> Interval:
         """The same interval, cut off at a number that the truth cannot be below."""
         lo, estimate, hi = (max(floor, value) for value in self)

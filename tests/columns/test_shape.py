@@ -53,6 +53,14 @@ def test_a_flange_has_no_wall_at_its_rim():
     assert abs(volume(surface) - exact) <= sag
 
 
+def test_the_estimate_of_what_is_left_is_at_no_end():
+    """Middles of three blocks add up to 3 mm^3 beyond what one look at all that is left allows: the estimate was its end."""
+    left = flange().volume
+    exact = pi * (40.0**2 * 15.0 + 18.0**2 * 5.0)
+    assert left.lo <= exact <= left.hi and left.lo < left.estimate < left.hi
+    assert abs(left.estimate - exact) <= 0.5 * left.width * (1.0 + 1e-9)
+
+
 def test_a_wall_beside_a_node_leaves_no_sliver():
     """Nodes slide in their level away from walls, and short edges of walls close up: chords of them stay on their circles."""
     cell = 0.3
@@ -109,6 +117,13 @@ def test_a_ball_is_as_near_as_its_cells_are_fine():
     assert np.abs(surface.vertices[made, 2] + np.sqrt(r * r - d2[made])).max() < 1e-6 * r
     exact = 60.0 * 40.0 * 30.0 - (20.0 * pi * r * r / 2 + 2.0 / 3.0 * pi * r**3)
     assert abs(volume(surface) - exact) <= 4.0 * SAG * r * (40.0 * r + pi * r * r)
+
+
+def test_what_is_cut_away_whole_has_no_surface():
+    engine = ColumnsEngine(FlatStock((-2.0, -2.0, -5.0), (2.0, 2.0, 0.0)))
+    engine.cut(Sweep.along(vm.FlatEnd(diameter=12, length=50), Line((-9, 0, -6), (9, 0, -6))), 0)
+    surface = engine.surface()
+    assert len(surface.triangles) == len(surface.vertices) == len(surface.block) == 0
 
 
 def test_what_no_tool_met_costs_few_triangles():

@@ -3,7 +3,8 @@
 What all blocks remove lies between the sums of their bounds, and between stock before minus stock after. A proof wins: where
 one of the two is proven and the other is only stated, the proven one is the bracket; where both are alike, it is what both
 allow. The sum of the estimates of the blocks may lie outside of it, because each of them is the middle of what was found of
-one block. It is then brought to the nearer end, and every block by the same share of its way to the end of its own bracket.
+one block. The estimate of the total is then that of the workpiece, and where that lies outside too, the middle; every block
+is brought by the same share of its way to the end of its own bracket.
 """
 
 from __future__ import annotations
@@ -47,13 +48,17 @@ def total_of(rows: pl.DataFrame, before: Interval, final: Interval, slack: float
     """
     lo, estimate, hi = (float(rows[name].sum()) for name in ENDS)
     added, balance = Interval(lo, estimate, hi, bool(rows["proven"].all())), before - final
-    removed, note = _both(added, balance, ROUNDING_REL * before.hi), None
+    rounding = ROUNDING_REL * before.hi
+    removed, note = _both(added, balance, rounding), None
     if removed is None:
         removed = Interval(min(lo, balance.lo), estimate, max(hi, balance.hi), proven=False)
         note = APART.format(lo, hi, balance.lo, balance.hi)
     # of the estimates in the bracket the one that also leaves a workpiece within its own
-    wanted = _within(estimate, before.estimate - final.hi, before.estimate - final.lo)
-    gone = _within(wanted, max(0.0, removed.lo), removed.hi)
+    lowest = max(0.0, removed.lo, before.estimate - final.hi)
+    gone = _inside(
+        (estimate, balance.estimate), lowest, min(removed.hi, before.estimate - final.lo), rounding
+    )
+    gone = _within(gone, max(0.0, removed.lo), removed.hi)
     left = _within(before.estimate - gone, final.lo, final.hi)
     if slack > 0.0:
         removed, final = removed.stated(), final.stated()
@@ -73,6 +78,13 @@ def _both(added: Interval, balance: Interval, rounding: float) -> Interval | Non
     if added.proven != balance.proven:
         return added if added.proven else balance
     return Interval(min(lo, hi), added.estimate, max(lo, hi), added.proven)
+
+
+def _inside(values: tuple[float, ...], lo: float, hi: float, rounding: float) -> float:
+    """The first of the values that lies in [lo, hi] and at none of its ends, else the middle; of a narrow one the nearest."""
+    if hi - lo <= rounding:
+        return _within(values[0], min(lo, hi), max(lo, hi))
+    return next((value for value in values if lo < value < hi), 0.5 * (lo + hi))
 
 
 def _within(value: float, lo: float, hi: float) -> float:
@@ -103,5 +115,5 @@ def _brought(lo: Floats, estimate: Floats, hi: Floats, target: float) -> Floats:
     whole = float(room.sum())
     if off == 0.0 or whole <= 0.0:
         return estimate
-    share = min(abs(off) / whole, 1.0)
+    share = abs(off) / whole if abs(off) < whole else 1.0
     return np.asarray(estimate + np.copysign(share, off) * room)

@@ -372,9 +372,7 @@ class ColumnsEngine:
             return summed
         if self._left is None:
             self._left = self._looked()
-        low, _, high, *_ = self._left
-        low, high = max(low, summed.lo), min(high, summed.hi)
-        return Interval(low, min(max(summed.estimate, low), high), high)
+        return summed.within(self._left.lo, self._left.hi)
 
     def _looked(self) -> Removal:
         """All that is left: what a plunge wider than the stock would take."""

@@ -126,6 +126,8 @@ def solid_of(at: Heights, lattice: Lattice, bottom: float, top: float, block_of:
 
 def _tidied(points: Floats, triangles: Ints, cell: float) -> tuple[Floats, Ints, Bools]:
     """Without slivers, which stand where a wall passes beside a node; and which of the triangles are left."""
+    if not len(triangles):  # nothing is left of the stock
+        return points, triangles, np.ones(0, dtype=np.bool_)
     n, box = len(points) + 1, np.stack([points.min(axis=0), points.max(axis=0)])
     points, triangles = np.concatenate([points, np.zeros((1, 3))]), np.ascontiguousarray(triangles)
     head, after, mark = (np.empty(k, dtype=np.int64) for k in (n, triangles.size, n))
