@@ -62,3 +62,24 @@ def test_every_tool_gets_its_own_comment():
     assert {n: (note.kind, note.diameter_mm) for n, note in notes.items()} == {
         1: ("flat", 4.0), 12: ("ball", 6.0), 3: ("drill", 2.0)
     }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("text", "size", "guess"),
+    [
+        ("ENDMILL 10", 10.0, "ENDMILL 10"), ("ENDMILL 1/2", 12.7, "ENDMILL 1/2"), ("BOHRER 6.8", 6.8, "BOHRER 6.8"),
+        ("3 FLUTE ENDMILL 10", 10.0, "ENDMILL 10"), ("TAP M8X1.25", 8.0, "M8"), ("CUTTER 16", 16.0, "CUTTER 16"),
+        ("ENDMILL 10 R0.5", 10.0, "ENDMILL 10"), ("D12 ENDMILL 3", 12.0, None), ("FLAT END MILL 2", None, None),
+        ("DRILL 4 HOLES", None, None), ("SPOT DRILL 90 DEG", None, None), ("ENDMILL 1234", None, None),
+    ],
+)  # fmt: skip
+def test_a_number_beside_the_name_of_a_cutter_is_a_guess(text, size, guess):
+    """Whole numbers below 3 mm may count flutes or operations; a diameter that is told by its letter is no guess."""
+    note = tool_notes([f"(T1 {text})", "T1 M6"], [1], 1.0).get(1)
+    assert ((note.diameter_mm, note.guess) if note else (None, None)) == (size, guess)
+
+
+def test_what_is_told_stands_against_a_guess():
+    for lines in (["(T1 ENDMILL 10)", "(T1 D=12.)"], ["(T1 D=12.)", "(T1 ENDMILL 10)"]):
+        note = tool_notes([*lines, "T1 M6"], [1], 1.0)[1]
+        assert (note.diameter_mm, note.guess) == (12.0, None)

@@ -148,6 +148,8 @@ def _read(
             notes[number] = ToolNote(1, "the program gives the radius", None, 2.0 * radius, None, None)
     for number, own in (read_tool_library(library, scale) if library is not None else {}).items():
         said = {key: value for key, value in own._asdict().items() if value is not None and key != "line"}
+        if own.diameter_mm is not None:
+            said["guess"] = None
         notes[number] = notes[number]._replace(**said) if number in notes else own
     table = {
         number: ToolEntry(
@@ -218,6 +220,8 @@ class _Writer:
         self.unit, self.scale = unit or "mm", MM_PER_INCH if unit == "inch" else 1.0
         self.guesses: list[str] = []
         self.open: list[str] = []
+        self.unsized: dict[int, int] = {}
+        """First line of feed by tool, of those without a diameter."""
         self.letters = "".join(
             sorted({k.upper() for m in program.moves if m.rotary_deg for k in m.rotary_deg})
         )
@@ -245,6 +249,19 @@ class _Writer:
         self.open.append(why)
         return f"# {line}   # {OPEN}: {why}"
 
+    def sizeless(self, number: int) -> str:
+        """The line of a diameter that nobody tells; the terminal says it once for all tools."""
+        first = next((move.line for move in self.cutting if (move.tool or 1) == number), 1)
+        self.unsized[number] = first
+        return f"# diameter_mm =    # {OPEN}: no comment tells the diameter of tool {number}, which cuts from line {first}"
+
+    def unsized_tools(self) -> str:
+        """All tools whose diameters are left open, and where they cut first."""
+        places = [f"{number} (cuts from line {line})" for number, line in self.unsized.items()]
+        if len(places) == 1:
+            return f"no comment tells the diameter of tool {places[0]}"
+        return f"no comment tells the diameters of tools {', '.join(places[:-1])} and {places[-1]}"
+
     def draft(self) -> Draft:
         """The whole file."""
         low, high = self.extent()
@@ -261,6 +278,8 @@ class _Writer:
         for number in self.tools:
             parts += ["", *self.tool_table(number, low, high)]
         parts += ["", *self.stock_table(low, high), "", *self.rest()]
+        if self.unsized:
+            self.open.insert(0, self.unsized_tools())
         return Draft(
             "\n".join(parts) + "\n", tuple(self.tools), self.program.dialect, self.unit, tuple(self.guesses),
             tuple(self.open), tuple(self.errors),
@@ -408,7 +427,7 @@ class _Writer:
         diameter = note.diameter_mm if note is not None else None
         if note is None or (note.kind is None and diameter is None):
             out.append(self.guess('type = "flat"', f"no comment tells the shape of tool {number}"))
-            out.append(self.missing("diameter_mm = ", f"no comment tells the diameter of tool {number}"))
+            out.append(self.sizeless(number))
         elif diameter is None:
             out += self.shape(number, note, None)
         else:
@@ -439,10 +458,12 @@ class _Writer:
         """Keys of a cutter of which a comment tells the shape, the diameter or both."""
         corner = note.corner_mm
         if diameter is None:
-            size = self.missing("diameter_mm = ", f"no comment tells the diameter of tool {number}")
+            size = self.sizeless(number)
             diameter = math.inf  # so that no corner makes it a ball
         else:
             size = f"diameter_mm = {diameter:.9g}"
+            if note.guess is not None:
+                size = self.guess(size, f"diameter of tool {number}, from its name {_text(note.guess)}")
         if note.text.endswith(".tbl"):
             size = self.guess(size, f"the table names no unit: taken in that of the program, {self.unit}")
         if note.kind in ("drill", "chamfer"):

@@ -48,6 +48,16 @@ _DIAMETER: Final = (
         re.IGNORECASE,
     ),
 )
+_END: Final = r"(?=\s*(?:$|[,;|)_]|C?R\s*=?\s*\d|HM\b|HSS|VHM|CARB|\d+\s*-?FL))"
+_BESIDE: Final = re.compile(
+    rf"\w*(?:MILL|CUTTER|DRILL|NOSE|\bE\.?M\.?|FRAISE|FORET|FRAESER|FRÄSER|BOHRER|REAMER)[\s_:=-]*{NUMBER}{_UNIT}(?![\d./]){_END}",
+    re.IGNORECASE,
+)
+"""A number after the name of a cutter: most likely its diameter, so a guess that is said."""
+_THREAD: Final = re.compile(r"\bM(\d+(?:\.\d+)?)(?=$|[\sX_,;|)-])", re.IGNORECASE)
+LEAST_MM, MOST_MM = 3.0, 130.0
+"""A whole number below the first may count operations or flutes, one above the second may be a name."""
+
 _LENGTHS: Final = r"(?:STICK[ -]?OUT|OVERHANG|PROJECTION|REACH|LENGTH|DEPTH|STEP[ -]?(?:OVER|DOWN))"
 _OTHER: Final = re.compile(
     rf"\b{_LENGTHS}[ :=-]*{NUMBER}{_UNIT}"
@@ -95,6 +105,7 @@ class ToolNote(NamedTuple):
 
     kind : "flat", "ball", "bull", "taper", "drill", "chamfer", "tap", "bore" or None. diameter_mm, corner_mm : or None.
     angle_deg : of the tip of a drill (whole), of a chamfer or taper (half). flutes : number of teeth.
+    guess : where the diameter is a guess, the words that it was taken from.
     """
 
     line: int
@@ -105,6 +116,7 @@ class ToolNote(NamedTuple):
     angle_deg: float | None = None
     flutes: int | None = None
     length_mm: float | None = None
+    guess: str | None = None
 
 
 def tool_notes(lines: Sequence[str], numbers: Sequence[int], scale: float) -> dict[int, ToolNote]:
@@ -230,6 +242,10 @@ def _add(found: dict[int, ToolNote], number: int, note: ToolNote | None) -> None
     if note is None:
         return
     old = found.get(number)
+    if old is not None and old.guess is not None and note.diameter_mm is not None and note.guess is None:
+        old = old._replace(diameter_mm=None, guess=None)
+    if old is not None and old.diameter_mm is not None:
+        note = note._replace(guess=None)
     if old is not None:
         kept: dict[str, Any] = {name: v for name, v in old._asdict().items() if v is not None}
         note = note._replace(**kept)
@@ -268,11 +284,28 @@ def _note(line: int, text: str, scale: float) -> ToolNote | None:
         diameter = 2.0 * radius
     if kind == "ball" and diameter is None and corner is not None:
         diameter = 2.0 * corner
+    guess = None
+    if diameter is None and (found := _beside(kind, sized, scale)) is not None:
+        diameter, guess = found
     if kind is None and diameter is None and corner is None:
         return None
     size = float(angle[1]) if angle else None
     size = size / 2.0 if size is not None and kind == "chamfer" and WHOLE <= size < 180.0 else size
-    return ToolNote(line, text, kind, diameter, corner, size, int(flutes[1]) or None if flutes else None)
+    return ToolNote(
+        line, text, kind, diameter, corner, size, int(flutes[1]) or None if flutes else None, guess=guess
+    )
+
+
+def _beside(kind: str | None, text: str, scale: float) -> tuple[float, str] | None:
+    """A diameter in mm that a name suggests, and the words: ENDMILL 10, FACEMILL 63, TAP M8."""
+    if kind == "tap":
+        thread = _THREAD.search(text)
+        return (float(thread[1]), thread[0]) if thread else None
+    found = _BESIDE.search(text)
+    size = _first((_BESIDE,), text, scale) if found else None
+    if found is None or size is None or (size < LEAST_MM and found[1].isdigit() and not found[2]):
+        return None
+    return (size, found[0].strip()) if 0.0 < size <= MOST_MM else None
 
 
 def _first(patterns: Sequence[re.Pattern[str]], text: str, scale: float) -> float | None:
