@@ -12,6 +12,7 @@ from vmachining.cli.main import run as command
 from vmachining.errors import JobError, NCError
 from vmachining.job import Job, draft_job, run
 from vmachining.job.notes import guesses
+from vmachining.job.reading import read_job_program
 
 ROOT = Path(__file__).parents[2]
 PART = """\
@@ -221,3 +222,11 @@ def test_a_number_beside_the_name_of_a_cutter_is_a_guess_that_is_said(tmp_path):
     assert draft.open == (
         "no comment tells the diameters of tools 2 (cuts from line 8) and 3 (cuts from line 10)",
     )
+
+
+def test_no_job_runs_without_a_program_that_may_cut(tmp_path):
+    """A macro of the builder is left out, any other missing program stops the job, and names its file."""
+    text = "O1\n(T1 D=10. - flat end mill)\nG21 G90 T1 M6 S1 M3\nG65 P9021\nG0 Z1.\nG1 Z-1. F10.\nX3.\nM98 P7\nM30\n"
+    with pytest.raises(NCError, match=r"no program O7 .* O7\.nc"):
+        read_job_program(drafted(tmp_path, text))
+    assert read_job_program(drafted(tmp_path, text.replace("M98 P7\n", ""))).moves[-1].end[0] == 3.0

@@ -201,6 +201,13 @@ def test_a_feed_per_tooth_needs_the_teeth():
     assert codes(read("L X+10 FZ0.1")) == ["E301"]
 
 
+@pytest.mark.parametrize(("cycle", "code"), [(403, "W368"), (410, "W368"), (430, "I408"), (480, "I408")])
+def test_probing_that_places_the_part_is_said(cycle, code):
+    """TNC 640, touch probe cycles: 400 to 405 set a basic rotation, 408 to 419 a datum, 420 and on only measure."""
+    found = read(f"CYCL DEF {cycle} PROBE Q321=+0\nL X+1 FMAX").findings
+    assert [f.code for f in found if f"cycle {cycle}" in f.message] == [code]
+
+
 # ---- conversational programming, "The PLANE function" and "TRANS DATUM"; functions of TCPM ----
 
 

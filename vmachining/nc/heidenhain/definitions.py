@@ -58,6 +58,10 @@ def _refused(number: int) -> PenError:
     return PenError("E208", what, f"CYCL DEF {number}", "post the motions of the cycle as blocks")
 
 
+PLACING: Final = frozenset((*range(400, 407), *range(408, 420)))
+"""Touch probe cycles that set a basic rotation or a datum."""
+
+
 class Definitions(Flow):
     """Definitions of a conversational program."""
 
@@ -196,12 +200,13 @@ class Definitions(Flow):
             self.cycle = (number, values)
         elif number in (32, 239, 332, 392) or 400 <= number < 500:
             self._lose_measured(number)
-            self.pen.note(
-                "I408",
-                f"cycle {number} changes no path: accepted",
-                f"CYCL DEF {number}",
-                once=f"cycle {number}",
-            )
+            code, what = "I408", f"cycle {number} changes no path: accepted"
+            if number in PLACING:
+                code, what = (
+                    "W368",
+                    f"cycle {number} sets the zero or the turn of the part by probing: taken to be those in force",
+                )
+            self.pen.note(code, what, f"CYCL DEF {number}", once=f"cycle {number}")
         elif number == 7:
             raise PenError("E109", "cycle 7 is not understood", text[:40])
         else:
