@@ -3,13 +3,17 @@
 Lips from z = 0 to 20, rim flats 10 wide, walls of 5 degrees draft up to the top at z = 340, and 111 blind slots in it,
 15 x 200 x 8 mm, which the ball cannot enter. Passes along x, straight blocks between places found by the drop cutter; blocks
 that bridge an edge cut its corner.
+
+`python -m benchmarks.mould DIR` writes the job at its size: program, part, stock, for `vmachining run --engine vectors`.
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from itertools import pairwise
 from math import cos, radians, sin, tan
+from pathlib import Path
 from time import process_time
 from typing import Any, Literal
 
@@ -22,12 +26,13 @@ from vmachining.arrays import Floats
 from vmachining.engines.protocol import Options, Request
 from vmachining.engines.vectors import VectorEngine, VectorSettings, simulation_spacing
 from vmachining.geometry import Line
-from vmachining.stock import BoxStock, MeshStock
+from vmachining.job.stock import write_stock
+from vmachining.stock import BoxStock, MeshStock, Triangles
 from vmachining.sweep import Sweep
 from vmachining.sweep.ball import ball_block
 from vmachining.tool import BallNose
 
-__all__ = ["blocks", "body", "vectors_mould", "vectors_mould_small"]
+__all__ = ["blocks", "body", "vectors_mould", "vectors_mould_small", "write_job"]
 
 LENGTH, WIDTH, HEIGHT, RIM, DRAFT = 1000.0, 955.0, 340.0, 20.0, radians(5.0)
 BALL, PASSES, NODES = 15.0, 268, 293
@@ -187,3 +192,72 @@ def _run(path: Floats, gamma: float, delta: float, mode: Literal["dvv", "dnv", "
         "untouched": int((length == CASTING).sum()), "least_mm": float(length.min(initial=0.0)),
         "removed_mm3": removed, "max_overcut_mm": shown and shown["max_overcut_mm"], "peak_mb": peak_mb(),
     }  # fmt: skip
+
+
+JOB = """\
+name = "mould"
+
+[program]
+file = "mould.nc"
+dialect = "iso"
+home = [0, 0, 500]
+
+[machine]
+chain = "xyz"
+rapid_mm_min = 20000
+max_feed_mm_min = 6000
+
+[[tools]]
+number = 1
+type = "ball"
+diameter_mm = 30
+length_mm = 400
+flutes = 2
+
+[stock]
+box = {{ min = [-500, -477.5, 0], max = [500, 477.5, 342] }}
+
+[design]
+stl = "part.stl"
+tolerance_mm = {tolerance}
+
+[vectors]
+mode = "hybrid"
+pitch_mm = {gamma}
+spacing_mm = {delta}
+theta_v_deg = 79.479
+casting_mm = {casting}
+depth_mm = {deepest}
+"""
+
+
+def write_job(folder: Path, gamma: float = 0.1, path: Floats | None = None) -> Path:
+    """Program, part and job file of the experiment; the job file. gamma : mm, pitch of upright vectors. path : of the centre."""
+    tips = (blocks() if path is None else path) - [0.0, 0.0, BALL]
+    folder.mkdir(parents=True, exist_ok=True)
+    first, second, *rest = (f"X{x:.4f} Y{y:.4f} Z{z:.4f}" for x, y, z in tips)
+    lines = [
+        "(MOULD COVER, BALL D30)",
+        "G21 G17 G90 G94",
+        "T1 M6",
+        "S3000 M3",
+        "G0 Z450",
+        f"G0 {first.split(' Z')[0]}",
+    ]
+    lines += [f"G0 {first}", f"G1 {second} F4000", *rest, "G0 Z450", "M30"]
+    (folder / "mould.nc").write_text("\n".join(lines) + "\n", encoding="ascii")
+    part = body()
+    write_stock(Triangles(part.vertices, part.triangles), folder / "part.stl")
+    job = folder / "job.toml"
+    delta = round(simulation_spacing(ERROR, 10.0) * gamma / 0.1, 6)
+    job.write_text(
+        JOB.format(gamma=gamma, delta=delta, tolerance=TOLERANCE, casting=CASTING, deepest=DEEPEST),
+        encoding="utf-8",
+    )
+    return job
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit("usage: python -m benchmarks.mould DIR")
+    print(write_job(Path(sys.argv[1])))

@@ -9,9 +9,12 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from vmachining.arrays import Floats
 from vmachining.errors import InputError
 
-__all__ = ["MAX_TEXT", "parse_json", "parse_toml", "read_bytes", "read_text"]
+__all__ = ["MAX_TEXT", "number_rows", "parse_json", "parse_toml", "read_bytes", "read_text"]
 
 MAX_TEXT = 64 << 20
 """Bytes of a job, machine, tool or CSV file: a million rows of a table fit in."""
@@ -53,6 +56,33 @@ def read_text(
         return read_bytes(path, what, error, missing=missing).decode("utf-8-sig")
     except UnicodeDecodeError as exc:
         raise error(f"not a UTF-8 text (byte {exc.start})", file=str(path), remedy=wrong) from exc
+
+
+def number_rows(path: Path, columns: tuple[str, ...], what: str, error: type[InputError]) -> Floats:
+    """(n, len(columns)): lines of numbers between commas, semicolons or blanks; further columns are left out.
+
+    A first line of names, empty lines and lines that begin with # are left out.
+    Raises error: As `read_text`; a line with fewer numbers; no line.
+    """
+    found: list[list[float]] = []
+    for number, text in enumerate(read_text(path, what, error).splitlines(), 1):
+        words = text.replace(",", " ").replace(";", " ").split()
+        if not words or words[0].startswith("#"):
+            continue
+        try:
+            values = [float(word) for word in words[: len(columns)]]
+        except ValueError:
+            values = []
+        if len(values) == len(columns) and np.isfinite(values).all():
+            found.append(values)
+        elif found or not words[0][0].isalpha():  # names of columns may come first
+            raise error(
+                f"expected {', '.join(columns)}, got {text.strip()[:40]!r}", file=str(path), line=number,
+                remedy="one line has as many numbers as that",
+            )  # fmt: skip
+    if not found:
+        raise error("no line of numbers", file=str(path), remedy=f"give lines of {', '.join(columns)}")
+    return np.array(found)
 
 
 def parse_toml(text: str) -> dict[str, Any]:

@@ -256,6 +256,7 @@ def test_sweep(tmp_path, capsys):
         ),
         ({"tool": tool, "start": {"cl_mm": [0, 0]}, "end": {"cl_mm": [0, 0, 1]}}, "start.cl_mm"),
         ({"tool": {**tool, "diameter_mm": 0}, **pose}, "diameter"),
+        ({"tool": tool, **pose, "control_height_mm": "5"}, "control_height_mm"),
         ({"tool": tool}, "start"),
         ([], "object"),
     ):

@@ -26,7 +26,7 @@ from vmachining.report.paper.depth import nearest_faces
 
 TEXT = (
     JOB.replace("length_mm = 20", "length_mm = 20\nflutes = 2")
-    + FEED.replace('"volume"', '"force"')
+    + FEED.replace('"volume"', '"force"\nreferences = [50, 100]')
     + '\n[force]\ncoefficients = "aluminium_like_constant"\n'
 )
 SVG = "{http://www.w3.org/2000/svg}"

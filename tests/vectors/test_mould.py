@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.mould import BALL, HEIGHT, SLOT_DEPTH, TOP, blocks, body, vectors_mould_small
+import vmachining as vm
+from benchmarks.mould import BALL, HEIGHT, SLOT_DEPTH, TOP, blocks, body, vectors_mould_small, write_job
+from vmachining.job.part import read_part
 
 
 def test_the_body_and_the_path() -> None:
@@ -43,3 +45,19 @@ def test_the_body_has_the_area_of_its_walls() -> None:
     assert area[upright & (z < 20.0)].sum() == pytest.approx(78_200.0)
     assert area[upright & (z > 20.0)].sum() == pytest.approx(381_840.0)
     assert area[np.abs(slope - 85.0) < 1e-6].sum() == pytest.approx(1_194_309.0, abs=1.0)
+
+
+def test_the_job_at_its_size(tmp_path) -> None:
+    path = blocks()[100:160]
+    job = vm.Job.load(write_job(tmp_path / "mould", path=path))
+    moves = vm.read_program(tmp_path / "mould" / "mould.nc").moves
+    ends = np.array([move.end for move in moves[2:-1]])
+    np.testing.assert_allclose(ends, path - [0.0, 0.0, BALL], atol=5.1e-5)
+    assert job.keys.vectors is not None and job.keys.vectors.spacing_mm == 0.547654
+    a, b, c = read_part(tmp_path / "mould" / "part.stl").corners.transpose(1, 0, 2)
+    volume = float((a * np.cross(b, c)).sum()) / 6.0
+    # lips, a frustum of a pyramid over a rectangle, less 111 slots
+    h, t, x, y = 320.0, 2.0 * np.tan(np.radians(5.0)), 980.0, 935.0
+    frustum = x * y * h - (x + y) * t * h**2 / 2.0 + t**2 * h**3 / 3.0
+    exact = 1000.0 * 955.0 * 20.0 + frustum - 111 * 15.0 * 200.0 * 8.0
+    assert volume == pytest.approx(exact, rel=1e-7)

@@ -51,6 +51,10 @@ OTHERS = {
 """Kinds that other commands than `run` leave tables for: the table, and who draws it."""
 
 
+OPTIONAL = {"logged": "logged.parquet", "references": "references.csv"}
+"""Kinds of `run` that are drawn only where their table is there or where they are asked for."""
+
+
 def figure(folder: Path, o: FigureOptions) -> int:
     """`vmachining figure`."""
     from vmachining.report.paper import FORMATS, KINDS, OVER, Results, draw
@@ -72,7 +76,7 @@ def figure(folder: Path, o: FigureOptions) -> int:
             if kinds or alone:
                 raise
             missing.append(f"{name}: {exc.message}")
-    every = () if alone else tuple(k for k in KINDS if k != "logged" or (folder / "logged.parquet").is_file())
+    every = () if alone else tuple(k for k in KINDS if k not in OPTIONAL or (folder / OPTIONAL[k]).is_file())
     others = [kind for kind in kinds if kind in KINDS] if kinds else every
     results = Results.load(folder) if others else None
     for name in others:

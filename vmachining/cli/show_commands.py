@@ -14,7 +14,10 @@ __all__ = ["FigureOptions", "shows"]
 
 shows = typer.Typer()
 
-KINDS = "load, bracket, feed, engagement, stock, schedule, program, logged, chips, section, trace, deviation, or all."
+KINDS = (
+    "load, bracket, feed, engagement, stock, schedule, program, logged, references, chips, section, trace, "
+    "deviation, or all."
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,7 +29,7 @@ class FigureOptions:
         "pdf"
     )
     over: Annotated[
-        str | None, opt("time|block", "What the x axis shows; default: time, and block for bracket.")
+        str | None, opt("time|block", "What the x axis shows; default: time; block for bracket, references.")
     ] = None
     width: Annotated[float, opt("MM", "Width of the figure.", min=50.0, max=1000.0)] = 174.0
     out: Annotated[Path | None, opt("DIR", "Where files go; default: beside the results.")] = None

@@ -1,4 +1,4 @@
-"""toolpath drop, toolpath distance and toolpath surface."""
+"""toolpath drop, toolpath distance, toolpath surface and toolpath flank."""
 
 from __future__ import annotations
 
@@ -12,18 +12,19 @@ from vmachining.arrays import Floats
 from vmachining.cli.main import Code
 from vmachining.cli.options import three
 from vmachining.cli.screen import emit, note
-from vmachining.cli.toolpath_commands import DropOptions, SurfaceOptions
+from vmachining.cli.toolpath_commands import DropOptions, FlankOptions, SurfaceOptions
 from vmachining.errors import InputError
 from vmachining.job.files import write_atomic
 from vmachining.job.part import read_part
 from vmachining.machine import load
 from vmachining.stock import MeshStock
-from vmachining.textfile import read_text
+from vmachining.textfile import number_rows, read_text
+from vmachining.tool import FlatEnd
 from vmachining.toolpath.clpath import WRITERS, CLPath, Mark, cutter, path_job
 from vmachining.toolpath.facets import FacetMesh, Surface, radii
 from vmachining.toolpath.rotary import rotary_program
 
-__all__ = ["distance", "drop", "surface"]
+__all__ = ["distance", "drop", "flank", "surface"]
 
 
 def drop(part: Path, o: DropOptions) -> int:
@@ -127,6 +128,43 @@ def _points(text: str, mesh: FacetMesh) -> Floats:
     return out
 
 
+def flank(rulings: Path, o: FlankOptions) -> int:
+    """`vmachining toolpath flank`."""
+    from vmachining.toolpath import flank_path
+
+    end = cutter(o.tool)
+    if not isinstance(end, FlatEnd):
+        raise InputError(f"--tool {o.tool}: the side of an end mill cuts a ruled face", remedy="give flat:D")
+    table = number_rows(rulings, ("x1", "y1", "z1", "x2", "y2", "z2"), "table of rulings", InputError)
+    low, high = table[:, :3], table[:, 3:]
+    found = flank_path(low, high, 0.5 * end.diameter, side=o.side, below_mm=o.below)
+    files = []
+    if o.out is not None:
+        _check_out(o.out, job=False)
+        writer = WRITERS[o.out.suffix.lower()][1]
+        text = writer(
+            found.path, feed_mm_min=o.feed, spindle_rev_min=o.spindle, title=f"FLANK {o.tool.upper()}"
+        )
+        write_atomic(o.out, text)
+        files = [o.out]
+    worst = int(np.argmax(found.overcut))
+    told = {
+        "rulings": len(low), "feed_length_mm": found.path.feed_length, "overcut_mm": float(found.overcut[worst]),
+        "overcut_at_ruling": worst, "twist_deg": float(np.degrees(found.twist.max())), "files": [str(f) for f in files],
+    }  # fmt: skip
+    if o.as_json:
+        emit(told | {"tips_mm": found.path.tips.tolist(), "axes": found.path.axes.tolist()})
+        return Code.DONE
+    print(
+        f"{len(low)} rulings, {found.path.feed_length:.1f} mm at feed; normals turn by {told['twist_deg']:.3g} degrees at most"
+    )
+    for text in found.path.notes:
+        note(f"warning: {text}, at ruling {worst} most")
+    for file in files:
+        note(f"wrote {file}")
+    return Code.DONE
+
+
 def surface(part: Path, o: SurfaceOptions) -> int:
     """`vmachining toolpath surface`."""
     out, machine = o.out, o.machine
@@ -194,12 +232,13 @@ def _beside(machine: str | None, job: Path) -> str | None:
     return Path(os.path.relpath(machine, job.parent)).as_posix()
 
 
-def _check_out(out: Path) -> None:
+def _check_out(out: Path, *, job: bool = True) -> None:
     if out.suffix.lower() not in WRITERS:
         raise InputError(
             f"--out {out}: expected one of {', '.join(WRITERS)}", remedy=".nc iso, .csv poses, .cls apt"
         )
-    if taken := [str(path) for path in (out, out.with_suffix(".toml")) if path.exists()]:
+    written = (out, out.with_suffix(".toml")) if job else (out,)
+    if taken := [str(path) for path in written if path.exists()]:
         raise InputError(f"{', '.join(taken)} exists", remedy="give another --out; nothing is replaced")
 
 

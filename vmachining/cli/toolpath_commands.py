@@ -10,10 +10,10 @@ import typer
 
 from vmachining.cli.options import Json, above_zero, arg, command, examples, finite, flag, opt, within
 
-__all__ = ["DropOptions", "PocketOptions", "SurfaceOptions", "toolpath"]
+__all__ = ["DropOptions", "FlankOptions", "PocketOptions", "SurfaceOptions", "toolpath"]
 
 toolpath = typer.Typer(
-    help="Generate tool paths: triangular pockets, surfaces of facets.",
+    help="Generate tool paths: triangular pockets, surfaces of facets, ruled faces.",
     epilog=examples("toolpath pocket 100 80 60 --radius 5 --out pocket.nc"),
     no_args_is_help=True, rich_markup_mode=None,
 )  # fmt: skip
@@ -54,8 +54,8 @@ def toolpath_pocket(
     return room.pocket(sides, options)
 
 
-Part = Annotated[Path, arg("PART.stl|.step", "Facets, or a solid that is triangulated.")]
-Scale = Annotated[float, opt("MM", "mm per unit of an STL; 25.4 for inches.", above_zero)]
+Part = Annotated[Path, arg("PART.stl|.step|.csv", "Facets, a solid that is triangulated, or points x, y, z.")]
+Scale = Annotated[float, opt("MM", "mm per unit of an STL or of points; 25.4 for inches.", above_zero)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -154,3 +154,32 @@ def toolpath_surface(part: Part, *, options: SurfaceOptions) -> int:
     from vmachining.cli import surface as room
 
     return room.surface(part, options)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FlankOptions:
+    """Options of `vmachining toolpath flank`."""
+
+    tool: Annotated[str, opt("flat:D", "Diameter of the end mill, mm.")]
+    side: Annotated[
+        Literal["left", "right"], opt("left|right", "Where the tool stands, seen along the feed.")
+    ] = "left"
+    below: Annotated[float, opt("MM", "The tip goes so far below the lower rail.", within(0, 1e3))] = 0.0
+    feed: Annotated[float, opt("MM/MIN", "Along the path.", above_zero)] = 1000.0
+    spindle: Annotated[float, opt("REV/MIN", "Speed to write.", above_zero)] = 6000.0
+    out: Annotated[Path | None, opt("FILE", ".csv (poses), .cls (apt) or .nc (iso, upright tool).")] = None
+    as_json: Json = False
+
+
+@command(toolpath, "flank", shown=("toolpath flank rulings.csv --tool flat:12 --side right --out swarf.csv",))
+def toolpath_flank(
+    rulings: Annotated[
+        Path, arg("RULINGS.csv", "Lines x1,y1,z1,x2,y2,z2: ends of rulings, the lower first.")
+    ],
+    *,
+    options: FlankOptions,
+) -> int:
+    """A ruled face with the side of the tool (swarf): path, and how far the tool cuts into a twisted face."""
+    from vmachining.cli import surface as room
+
+    return room.flank(rulings, options)

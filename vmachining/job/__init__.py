@@ -16,7 +16,7 @@
 | `contact.py`, `engage.py`, `engagement_columns.py`, `stations.py` | rapids, shank and holder; what the cutting edges touch |
 | `chunks.py` | chunks of blocks side by side |
 | `brep.py`, `judges.py`, `audit.py`, `verdicts.py` | `--brep`: which blocks, and what other engines say of them |
-| `schedule.py`, `strategies.py`, `verified.py` | feeds: plan, rewrite, verify |
+| `schedule.py`, `strategies.py`, `references.py`, `verified.py` | feeds: plan, compare, rewrite, verify |
 | `table.py`, `files.py`, `folder.py`, `result.py`, `summary.py`, `total.py` | `COLUMNS`, the files of a result, their manifest |
 | `alone.py`, `single.py` | `blocks_alone`: single blocks to any width, without a run; `swept_volume` of one sweep |
 | `batch/` | many jobs over processes or a cluster |

@@ -56,7 +56,7 @@ PROGRAM_SUFFIX = {
 """Of written programs by their dialect; others are .nc."""
 
 TABLES = (
-    "blocks.csv", "blocks.parquet", "scheduled_blocks.csv", "scheduled_blocks.parquet", "strategies.csv",
+    "blocks.csv", "blocks.parquet", "scheduled_blocks.csv", "scheduled_blocks.parquet", "strategies.csv", "references.csv",
     *(f"scheduled{name}{end}" for name in ("", "_volume", "_chip_area", "_force") for end in (".nc", *PROGRAM_SUFFIX.values())),
     "deviation.csv", "deviation.parquet",
 )  # fmt: skip

@@ -307,6 +307,8 @@ class Feed(Keys):
     """what is kept at or below the reference"""
     reference: Literal["auto", "max", "mean"] | Positive = "auto"
     """largest allowed load: a number in mm³/min, mm², or the unit of the component; or that of the program as it is"""
+    references: tuple[Positive, ...] = ()
+    """more references to compare with: planned, not written; references.csv and `figure --kind references` show them"""
     component: Literal["resultant", "xy", "tangential", "torque", "power", "deflection"] = "resultant"
     """strategy force: peak force (N), its part across the axis (N), tangential force (N), torque (N mm); mean power (W);
     peak deflection of the tool (mm)"""

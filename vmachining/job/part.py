@@ -1,4 +1,4 @@
-"""`read_part`: the facets of a part from an STL or STEP file."""
+"""`read_part`: the facets of a part from an STL or STEP file, or through a cloud of points."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from vmachining.errors import InputError
-from vmachining.toolpath.facets import FacetMesh, read_stl
+from vmachining.toolpath.facets import FacetMesh, read_cloud, read_stl
 
 __all__ = ["read_part"]
 
@@ -16,9 +16,9 @@ def read_part(path: Path, *, chord_mm: float = 0.01, scale: float = 1.0, recover
     """Facets of a part, mm; what is wrong with them is in `notes`.
 
     chord_mm : largest distance of the facets of a STEP file from its surfaces.
-    scale : mm per unit of an STL.
-    Raises InputError: Neither STL nor STEP, or a damaged file; facets that are turned over, because nobody knows which
-        side is outside.
+    scale : mm per unit of an STL or of points.
+    Raises InputError: Neither STL nor STEP nor a table of points, or a damaged file; facets that are turned over, because
+        nobody knows which side is outside.
     Raises StockError: A STEP file without a solid.
     """
     suffix = path.suffix.lower()
@@ -30,8 +30,12 @@ def read_part(path: Path, *, chord_mm: float = 0.01, scale: float = 1.0, recover
 
         solid = read_step(path, chord_mm)
         mesh = FacetMesh.of(solid.vertices[solid.triangles])
+    elif suffix in (".csv", ".xyz"):
+        mesh = read_cloud(path, scale=scale)
     else:
-        raise InputError(f"{path.name}: expected a .stl or a .step file", file=str(path))
+        raise InputError(
+            f"{path.name}: expected a .stl or a .step file, or points as .csv or .xyz", file=str(path)
+        )
     turned = [text for text in mesh.notes if "turned over" in text or "disagree which side" in text]
     if turned:
         raise InputError(

@@ -419,11 +419,10 @@ class _Run:
         if self._every_one or not feed.insert_blocks:
             table = self._every(planned, mine, given, stations)
             planned = replace(planned, comparison=table)
-        with (
-            self.place.making("strategies.csv"),
-            atomic_path(self.folder / "strategies.csv") as temporary,
-        ):
-            planned.comparison.write_csv(temporary)
+        for name, told in (("strategies.csv", planned.comparison), ("references.csv", planned.references)):
+            if told is not None:
+                with self.place.making(name), atomic_path(self.folder / name) as temporary:
+                    told.write_csv(temporary)
         scheduled, report = compare(feed, planned, mine.text, blocks, cut, verdict.passed)
         return Planning(scheduled, report, after)
 

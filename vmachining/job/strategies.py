@@ -30,6 +30,7 @@ from vmachining.feed import (
 from vmachining.job.blocks import Block
 from vmachining.job.model import Feed
 from vmachining.job.paths import end_axis
+from vmachining.job.references import by_reference
 from vmachining.job.stations import Stations
 from vmachining.job.table import read_samples
 from vmachining.job.toolpath import Toolpath
@@ -58,6 +59,7 @@ class Planned:
     schedule : of the strategy asked for. plans : of every strategy. rows : what was scheduled. comparison : one row per
     strategy, see `compared`. notes : {block: words}.
     infeasible : parts that exceed the reference at any feed, with the smallest reference that they could meet; or None.
+    references : the same program by other references, see `by_reference`; or None.
     """
 
     schedule: Schedule
@@ -66,6 +68,7 @@ class Planned:
     comparison: pl.DataFrame
     notes: dict[int, str]
     infeasible: str | None = None
+    references: pl.DataFrame | None = None
 
     def with_schedule(self, name: str, schedule: Schedule) -> Planned:
         """The same with another schedule of the strategy that was asked for."""
@@ -121,10 +124,11 @@ def plan(
     try:
         schedule = plan_feeds(rows, mine, limits, reference=feed.reference, rule=feed.rule, **feed.division)
         told = _infeasible(rows, mine, schedule)
+        others = by_reference(feed, rows, mine, limits, schedule)
     except FeedError as exc:
         raise FeedError(exc.message, file=program.name, line=exc.line, remedy=exc.remedy) from exc
     plans = _plans(feed, rows, known, limits, schedule)
-    return Planned(schedule, plans, rows, compared(feed, rows, known, plans), notes, told)
+    return Planned(schedule, plans, rows, compared(feed, rows, known, plans), notes, told, others)
 
 
 def _kind(program: Program, block: Block) -> Kind:

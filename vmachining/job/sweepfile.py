@@ -20,7 +20,7 @@ from vmachining.tool import Tool, tool_from_mapping
 
 __all__ = ["read_sweep"]
 
-KEYS = ("tool", "start", "end", "interpolation", "chain")
+KEYS = ("tool", "start", "end", "interpolation", "chain", "control_height_mm")
 POSE_KEYS = {"axis": ("cl_mm", "axis"), "rotary": ("cl_mm", "rotary_deg")}
 LETTERS = {"ac": "ac", "bc": "bc", "ab": "ab", "hexa": "ac"}
 
@@ -29,7 +29,8 @@ def read_sweep(name: str) -> Sweep:
     """The sweep in a JSON file, or on standard input if `name` is "-".
 
     `interpolation` is "axis" (great circle between two axes, the default) or "rotary" (linear angles of `chain`,
-    one of ac, bc, ab, hexa). Two equal axes make a motion without turning.
+    one of ac, bc, ab, hexa). Two equal axes make a motion without turning. `control_height_mm`: the point that moves
+    linearly lies so far above the tip on the axis, and `cl_mm` says where it is.
 
     Raises InputError: Whatever cannot be read or swept; names the file and the key.
     """
@@ -40,19 +41,21 @@ def read_sweep(name: str) -> Sweep:
     for where in ("start", "end"):
         _known(data[where], POSE_KEYS[mode], f"{where}.", name)
     tool = _tool(data["tool"], name)
-    tips = [_vector(data[where], "cl_mm", where, name) for where in ("start", "end")]
+    first, last = (_vector(data[where], "cl_mm", where, name) for where in ("start", "end"))
+    height = data.get("control_height_mm", 0.0)
+    if not _finite(height):
+        raise InputError(f"control_height_mm = {height!r}: expected a finite number", file=name)
     try:
         if mode == "axis":
-            poses = (
-                Pose(tip, _axis(data[where], where, name))
-                for tip, where in zip(tips, ("start", "end"), strict=True)
-            )
-            return Sweep(tool, *poses)
+            begin, finish = (_axis(data[where], where, name) for where in ("start", "end"))
+            if height == 0.0:
+                return Sweep(tool, Pose(first, begin), Pose(last, finish))
+            return Sweep.along(tool, Turn.through(first, last, "axis", begin, finish, control_height=height))
         chain = data.get("chain", "ac")
         if chain not in LETTERS:
             raise InputError(f"chain {chain!r}: one of {', '.join(LETTERS)} is expected", file=name)
         angles = [_angles(data[where], LETTERS[chain], where, name) for where in ("start", "end")]
-        return Sweep.along(tool, Turn.rotary(tips[0], tips[1], chain, *angles))
+        return Sweep.along(tool, Turn.through(first, last, chain, *angles, control_height=float(height)))
     except SweepError as exc:
         raise InputError(exc.message, file=name, remedy=exc.remedy) from exc
 

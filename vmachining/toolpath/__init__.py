@@ -6,12 +6,14 @@
 | `pocket.py` | four strategies for it: paths, lengths as published and as they are, coverage, advice |
 | `clpath.py` | `CLPath`: poses in order; as NC program, table of poses, APT file |
 | `rotary.py` | `rotary_program`: a leaning tool as an NC program of one machine, by its inverse kinematics |
+| `flank.py` | `flank_path`: ruled faces with the side of the tool |
 | `facets/` | surfaces of facets: drop cutter, passes in three and five axes, waterlines |
 | `program.py` | a path as a program of dialect `iso`, with the job that cuts it |
 
 Source: spec C for pockets. No engine is imported: the engines compute what a path cuts.
 """
 
+from vmachining.toolpath.flank import Flank, flank_path
 from vmachining.toolpath.pocket import (
     MODES,
     STRATEGIES,
@@ -31,12 +33,14 @@ from vmachining.toolpath.triangle import Triangle
 __all__ = [
     "MODES",
     "STRATEGIES",
+    "Flank",
     "Pocket",
     "Triangle",
     "advice",
     "bare_path",
     "coverage",
     "coverage_shapes",
+    "flank_path",
     "level_program",
     "needs_centre",
     "path_length",

@@ -1,8 +1,9 @@
 """Figures for papers, drawn from the directory of a command: vector graphics with embedded fonts, axes with units.
 
 1. `source.py` reads a result directory: its tables, the comparison of strategies, the finished stock.
-2. `kinds.py` draws the kinds as matplotlib figures, `program.py` the listings, `chips.py` the chips that `engage --chips`
-   found, `section.py` the workpiece where they end, `forces.py` measured forces and coefficients,
+2. `kinds.py` draws the kinds as matplotlib figures, `program.py` the listings, `references.py` several references,
+   `chips.py` the chips that `engage --chips` found, `section.py` the workpiece where they end,
+   `forces.py` measured forces and coefficients,
    `deviation.py` places off the design, `bench.py` what benchmarks print.
 3. `body.py` draws a surface, a swept volume or its regions; `depth.py` looks at triangles along a direction: what is seen
    in every pixel, and how far away it is.
@@ -17,6 +18,7 @@
 | `stock` | the finished workpiece: its height over the plan, and a view |
 | `logged` | a log joined with the run: feed as programmed, reachable and logged, removal rate, power, spindle load |
 | `program` | lines of the original and of the scheduled program side by side, with the load of each |
+| `references` | feed and load by several references, time at feed and time saved over the reference |
 | `schedule` | all feed strategies on the same job: time, peaks and spreads |
 
 The room computes nothing new. Same directory, same bytes: files carry no date and no random names.

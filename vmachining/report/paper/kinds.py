@@ -12,6 +12,7 @@ from vmachining.arrays import Floats
 from vmachining.errors import InputError
 from vmachining.report.paper.depth import SEEN_PX, nearest_faces, viewed
 from vmachining.report.paper.program import program
+from vmachining.report.paper.references import draw_references
 from vmachining.report.paper.source import Results
 from vmachining.report.paper.style import (
     BLUE,
@@ -299,26 +300,30 @@ def _force_label(table: pl.DataFrame) -> str:
 
 KINDS: dict[str, Callable[[Results, str, float], Figure]] = {
     "load": load, "bracket": bracket, "feed": feed, "engagement": engagement, "stock": stock, "schedule": schedule,
-    "program": program, "logged": logged,
+    "program": program, "logged": logged, "references": draw_references,
 }  # fmt: skip
 
 
 def draw(results: Results, kind: str, *, over: str | None = None, width_mm: float = WIDTH_MM) -> Figure:
     """One figure.
 
-    kind : of `KINDS`. over : "time" or "block", what runs along the x axis; None: block for `bracket`, else time where the
-        program has any. width_mm : of the figure.
+    kind : of `KINDS`. over : "time" or "block", what runs along the x axis; None: block for `bracket` and `references`, else time
+        where the program has any. width_mm : of the figure.
     Raises InputError: The directory lacks what the kind shows, or matplotlib is not installed.
     """
     if over is None:
-        over = "block" if kind == "bracket" or not (results.blocks["time_s"].sum() or 0.0) > 0.0 else "time"
+        over = (
+            "block"
+            if kind in ("bracket", "references") or not (results.blocks["time_s"].sum() or 0.0) > 0.0
+            else "time"
+        )
     with look():
         return KINDS[kind](results, over, width_mm)
 
 
 def draw_result(result: RunResult, kind: str, *, over: str | None = None) -> Figure:
     """`draw` for a run in memory."""
-    kinds = [name for name in KINDS if name not in ("schedule", "logged", "program")]
+    kinds = [name for name in KINDS if name not in ("schedule", "logged", "program", "references")]
     if kind not in kinds or over not in (None, *OVER):
         wrong = f"kind {kind!r}" if kind not in kinds else f"over {over!r}"
         raise InputError(

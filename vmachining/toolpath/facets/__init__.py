@@ -4,6 +4,7 @@
 |---|---|
 | `stl.py` | `read_stl`: binary and ASCII, strictly |
 | `mesh.py` | `FacetMesh`: shared vertices, neighbours, normals at vertices and edges, complaints |
+| `cloud.py` | `read_cloud`: measured points as a surface |
 | `fields.py` | `height_field`: facets from heights over a grid |
 | `drop.py`, `_kernels.py` | `Surface`: heights, drop cutter |
 | `contact.py` | `cl_points`: CC point to CL point with lead and tilt; `scallop_step` |
@@ -17,6 +18,7 @@ only the edge of a bull nose is a root, found by Newton's method in a bracket. A
 triangle's plane leave a few triangles to ask.
 """
 
+from vmachining.toolpath.facets.cloud import read_cloud
 from vmachining.toolpath.facets.contact import Located, cl_points, scallop_step
 from vmachining.toolpath.facets.drop import Contact, Dropped, Surface, radii
 from vmachining.toolpath.facets.fields import height_field
@@ -47,6 +49,7 @@ __all__ = [
     "push_cutter",
     "radii",
     "raster",
+    "read_cloud",
     "read_stl",
     "scallop_step",
     "upright_ridges",
