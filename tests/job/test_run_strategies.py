@@ -44,6 +44,16 @@ def test_columns_of_a_slot_and_a_plunge(columns):
     assert plunge["force_n"] == pytest.approx(2 * (250 * f + 18) * 2.0, rel=1e-9)
 
 
+@pytest.mark.parametrize(("radial", "ae"), [(5e-5, 0.0), (2e-3, 2e-3)])
+def test_a_radial_depth_below_a_touch_is_none(radial, ae, tmp_path):
+    """D4 along the side y = 0 of the block, 1 mm deep. What it takes is still in the volume."""
+    program = f"G21 G90 G17\nT1 M6\nS8000 M3\nG0 X-4 Y{radial - 2.0:.5f} Z-1\nG1 X14 F600\nG0 Z5\nM30\n"
+    found = run(job(tmp_path, CUTTER, program=program))
+    row = found.blocks.filter(found.blocks["motion"] == "linear").row(0, named=True)
+    assert row["ae_mm"] == pytest.approx(ae, rel=1e-3, abs=0.0)
+    assert row["removed_lo_mm3"] <= 10.0 * radial <= row["removed_hi_mm3"]
+
+
 def test_rapids_are_empty(columns):
     rapid = columns.blocks.filter(columns.blocks["motion"] == "rapid")
     assert rapid["ap_mm"].null_count() == rapid["force_n"].null_count() == len(rapid)

@@ -144,7 +144,9 @@ def engage_many(
     with atomic_path(folder / "positions.csv") as temporary:
         table.write_csv(temporary)
     if stopped:
-        raise Stopped("engagement", done, len(asked), "position")
+        block = next(errand[0].block for errand, found in zip(errands, rows, strict=True) if not found)
+        then = f"they are in {folder / 'positions.csv'}; the rest begins with block {block} (--block)"
+        raise Stopped("engagement", done, len(asked), "position", then)
     return table
 
 

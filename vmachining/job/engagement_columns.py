@@ -56,6 +56,9 @@ MAX_PARTS = 64
 FLUTES = "flutes "
 """Before the number of a tool without flutes, among what is missing."""
 
+TOUCH_MM = 1e-4
+"""Depths below this are touches, and 0 in the table: a chip of 1e-7 mm has no width that means something."""
+
 EMPTY = "chip, force and power columns are empty where"
 
 LEAST_PITCH_MM = 0.05
@@ -371,6 +374,7 @@ class _Pass:
         rows = np.full((len(asked), len(CONTACT)), np.nan)
         if len(asked):
             area, thick, ae, ap, fraction, planned = np.fmax.reduceat(seen.columns, begin).T
+            ae, ap = (np.where(depth < TOUCH_MM, 0.0, depth) for depth in (ae, ap))
             rows[:, [0, 1, 2, 3, 4, 7]] = np.column_stack(
                 [ae, ap, fraction, scale * area, scale * thick, planned]
             )

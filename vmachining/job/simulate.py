@@ -35,8 +35,8 @@ STRAIGHT = 0.02
 class Stopped(Exception):  # noqa: N818 - not an error: the user asked for it
     """The user asked to stop; everything up to here is on disk."""
 
-    def __init__(self, stage: str, done: int, total: int, what: str = "block") -> None:
-        super().__init__(f"stopped after {what} {done} of {total} ({stage})")
+    def __init__(self, stage: str, done: int, total: int, what: str = "block", then: str = "") -> None:
+        super().__init__(f"stopped after {what} {done} of {total} ({stage})" + (f"; {then}" if then else ""))
         self.stage, self.done, self.total = stage, done, total
 
 

@@ -110,7 +110,7 @@ MEANINGS: dict[str, str] = {
     "removed_dexel_lo_mm3": "lower end of an interval of stated confidence around it, which is not a bound",
     "removed_dexel_hi_mm3": "upper end of that interval",
     "mrr_mm3_min": "material removal rate: removed_mm3 over time_s",
-    "ae_mm": "radial depth of what cuts, largest along the block; empty where the feed is along the axis",
+    "ae_mm": "radial depth of what cuts, largest along the block; 0 below 1e-4 mm (a touch), empty in a plunge",
     "ap_mm": "axial depth of what cuts, below what earlier blocks have left, largest along the block",
     "engaged_fraction": "share of a revolution in which an edge is engaged",
     "chip_area_mm2": "largest chip area of one tooth, needs flutes and a spindle speed",
