@@ -56,7 +56,10 @@ def disputed(tmp_path_factory: pytest.TempPathFactory) -> tuple[int, str, Path]:
 def test_a_dispute_is_told_first_and_ends_with_code_1(disputed: tuple[int, str, Path]) -> None:
     code, said, out = disputed
     assert code == 1
-    first, block = said.splitlines()[:2]
+    told = [
+        line for line in said.splitlines() if not line.startswith("checking by B-rep: ")
+    ]  # a slow machine
+    first, block = told[:2]
     assert (
         first.startswith("DISPUTED") and "block 2 (line 7): mesh 4" in block and "dexel 38 to 39.5" in block
     )
