@@ -155,6 +155,15 @@ def test_triangles_are_a_stock_like_a_box():
     np.testing.assert_allclose(one.chips, other.chips, rtol=1e-6, atol=1e-6)
 
 
+def test_a_bar_given_in_whole_numbers_is_one_of_the_same_numbers():
+    """Its box was one of whole numbers, and so were heights of material: 0.75 mm of a ridge above z = 0 counted as none."""
+    earlier, path = [Line([0, 30, 0.75], [100, 30, 0.75])], Line([0, 30, 0.25], [100, 30, 0.25])
+    one, _ = sample(FLAT, CylinderStock((50, 30), 25, (-20, 2)), path, earlier)
+    other, _ = sample(FLAT, CylinderStock((50.0, 30.0), 25.0, (-20.0, 2.0)), path, earlier)
+    assert one.chips == other.chips
+    assert one.chips.ap == pytest.approx(0.5, abs=1e-6)
+
+
 def test_a_helix_smooths_the_force_and_keeps_the_work():
     """A shoulder: the mean torque of elements that cut later is the same; its peak is lower."""
     path, earlier = Line([-6, 30, -8], [94, 30, -8]), [Line([-60, 27.5, -8], [160, 27.5, -8])]

@@ -143,7 +143,7 @@ class CylinderStock:
     def bounds(self) -> Floats:
         """(2, 3) mm."""
         middle, r = np.array(self.center), self.radius
-        return np.array([[*(middle - r), self.z[0]], [*(middle + r), self.z[1]]])
+        return np.array([[*(middle - r), self.z[0]], [*(middle + r), self.z[1]]], dtype=np.float64)
 
     def crossings(self, places: Floats) -> RayIntervals:
         """See `Stock`."""

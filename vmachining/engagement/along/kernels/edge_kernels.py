@@ -22,6 +22,7 @@ from vmachining.engagement.along.kernels.margin_kernels import (
     into,
     mesh_gap,
 )
+from vmachining.engagement.along.kernels.stretch_kernels import below, facing, standing, under
 from vmachining.engagement.along.kernels.tile_kernels import Tiles
 from vmachining.jit import leaf
 
@@ -36,8 +37,11 @@ THIN_MM, SHARE = (
     0.1,
     95,
 )  # what is thinner than both, in mm and of a piece, may stand unseen beside something as near
-SECANTS = 14
-FLAT = 1e-3  # mm
+SECANTS = 40
+END_MM = 1e-6  # of a part
+ON_MM = 1e-6  # from a surface that a node lies on
+FLAT = 1e-3  # mm: sweeps that are farther than the bracket of an end by this do not end it
+AWAY_MM = 0.02  # of material from an edge that is not looked at
 FAR = 1e9
 DEEP = 5.0  # mm: margins are known up to this
 
@@ -161,28 +165,44 @@ def all_few(work, count):
 
 
 @leaf
-def root(scene, now, count, piece, sp, cp, a, b, f_a, f_b):
-    """s where m crosses -TAU between a and b: regula falsi (Illinois) with halvings, among the sweeps that can be met there.
+def next_share(a, b, c, f, g, e, least):
+    """Share of the way from a to b at which a function is asked next, whose sign changes between them (Chandrupatla 1997).
 
-    A floor that the edge all but touches is level: where an end of the bracket lies within FLAT of zero halvings come first.
+    f, g, e : values at a (asked last), b and c (asked before). The inverse parabola through the three where it is safe, else the
+    middle. least : share of the bracket that is asked at least, from either end.
     """
-    f_a, f_b = f_a + TAU, f_b + TAU
-    s = 0.5 * (a + b)
-    level = 12 if min(abs(f_a), abs(f_b)) < FLAT else 0
+    t = 0.5
+    if c != b and e != g and f != e:
+        xi, phi = (a - b) / (c - b), (f - g) / (e - g)
+        if phi * phi < xi and (1.0 - phi) * (1.0 - phi) < 1.0 - xi:
+            t = f / (g - f) * e / (g - e) + (c - a) / (b - a) * f / (e - f) * g / (e - g)
+    return min(max(t, least), 1.0 - least)
+
+
+@leaf
+def root(scene, now, count, piece, sp, cp, a, b, f, g):
+    """s where m crosses -TAU between a and b, among the sweeps that can be met there; f, g : m at both.
+
+    Where one end all but lies on a surface, a quarter of the cell from it comes first: a thin chip on a floor has its end there.
+    """
+    f, g = f + TAU, g + TAU
+    t = min(max(f / (f - g), 0.05), 0.95)
+    if min(abs(f), abs(g)) < ON_MM:
+        t = 0.25 if abs(f) < abs(g) else 0.75
     all_few(scene.work, count)
-    for step in range(SECANTS + level):
-        s = a + (b - a) * (f_a / (f_a - f_b) if step >= level and step % 4 != 3 else 0.5)
-        if abs(b - a) < 1e-8:
-            break
-        f, count = margin_at(scene, now, count, abs(b - a) + FLAT, piece, s, sp, cp)
-        f += TAU
-        if abs(f) < 1e-9:
-            break
-        if (f > 0.0) == (f_a > 0.0):
-            a, f_a, f_b = s, f, 0.5 * f_b
+    for _ in range(SECANTS):
+        s = a + t * (b - a)
+        v, count = margin_at(scene, now, count, abs(b - a) + FLAT, piece, s, sp, cp)
+        v += TAU
+        if (v > 0.0) == (f > 0.0):
+            c, e = a, f
         else:
-            b, f_b, f_a = s, f, 0.5 * f_a
-    return s
+            c, e, b, g = b, g, a, f
+        a, f = s, v
+        if abs(b - a) < END_MM or abs(v) < TAU:
+            break
+        t = next_share(a, b, c, f, g, e, 0.5 * END_MM / abs(b - a))
+    return a if abs(f) < abs(g) else b
 
 
 @leaf
@@ -219,74 +239,6 @@ def put(blade, part, now, piece, phi, c, a, b, parts, out):
         near = wide if c < 0.0 else min(r0, r1)
         out[5] = max(out[5], -near * c)
     return parts + 1
-
-
-@leaf
-def facing(blade, now, piece, phi):
-    """s between which a straight piece moves into what lies before it; empty if it does nowhere.
-
-    N . V is linear along a line, and cos(beta) P + sin(beta) Q along an arc of normals beta: positive on one interval.
-    """
-    q = blade.rows[piece]
-    a, b = blade.joints[piece], blade.joints[piece + 1]
-    idle = now[19]
-    if q[6] > 0.0:
-        side = into(now, phi, q[4], q[5], 1.0, 0.0)  # beta = 0: n_r, lever cz
-        over = into(now, phi, q[4], q[5], 0.0, 1.0)  # beta = 90 degrees: n_z, lever -cr
-        most = np.sqrt(side * side + over * over)
-        if most <= idle:
-            return a, a
-        middle, half = np.arctan2(over, side), np.arccos(idle / most)
-        low, high = max(q[7], middle - half), min(q[8], middle + half)
-        if low >= high:
-            return a, a
-        # ends of the piece stay what they are
-        return (a if low == q[7] else a + (low - q[7]) * q[6]), (
-            b if high == q[8] else a + (high - q[7]) * q[6]
-        )
-    n_r, n_z = np.cos(q[7]), np.sin(q[7])
-    f = into(now, phi, q[0], q[1], n_r, n_z) - idle
-    g = into(now, phi, q[2], q[3], n_r, n_z) - idle
-    if f <= 0.0 and g <= 0.0:
-        return a, a
-    if f > 0.0 and g > 0.0:
-        return a, b
-    end = a + (b - a) * f / (f - g)
-    return (a, end) if f > 0.0 else (end, b)
-
-
-@leaf
-def below(blade, piece, top, b):
-    """s up to which a piece lies below a height, at most b."""
-    q = blade.rows[piece]
-    if q[3] <= top:
-        return b
-    if q[6] > 0.0:
-        beta = np.arcsin(min(max((top - q[5]) / q[6], -1.0), 1.0))
-        return min(b, blade.joints[piece] + max(beta - q[7], 0.0) * q[6])
-    if q[3] == q[1]:
-        return b
-    share = max(top - q[1], 0.0) / (q[3] - q[1])
-    return min(b, blade.joints[piece] + share * (blade.joints[piece + 1] - blade.joints[piece]))
-
-
-@leaf
-def under(tiles, work, x, y, last, n):
-    """Adds to `keep` the sweeps of the tile that a point lies in, unless it is tile `last`; (how many there are, the tile)."""
-    nx, ny = tiles.head.shape
-    i = min(max(int(np.floor((x - tiles.origin[0]) / tiles.size)), 0), nx - 1)
-    j = min(max(int(np.floor((y - tiles.origin[1]) / tiles.size)), 0), ny - 1)
-    if i * ny + j == last:
-        return n, last
-    at, time = tiles.head[i, j], work.clock[0]
-    while at >= 0:
-        k = tiles.node[at, 0]
-        at = tiles.node[at, 1]
-        if tiles.stamp[k] == work.clock[2] and work.seen[k] != time:
-            work.seen[k] = time
-            work.keep[n] = work.slot[k]
-            n += 1
-    return n, i * ny + j
 
 
 @leaf
@@ -368,7 +320,7 @@ def at_angle(scene, now, count, top, phi, aside, out):
     out[AREA], out[THICK], out[DEPTH] = 0.0, 0.0, -DEEP
     out[2], out[3], out[4], out[5] = -FAR, -FAR, -FAR, -FAR
     x, y, z, m = work.x, work.y, work.z, work.m
-    parts = 0
+    parts, upright = 0, now[5] == 1.0 and now[21] == 0.0
     for piece in range(len(blade.rows)):
         q = blade.rows[piece]
         if q[1] > top:
@@ -379,6 +331,13 @@ def at_angle(scene, now, count, top, phi, aside, out):
             continue
         work.clock[0] += 1
         kept, tile = 0, -1
+        if upright:
+            low, high, lack = standing(scene.tiles, blade, piece, now, e_x, e_y, a, b)
+            if high - low > TOUCH_MM:
+                a, b = low, high
+            elif lack < -AWAY_MM:  # nearer than that ends of arcs are interpolated, and need true margins
+                out[DEPTH] = max(out[DEPTH], lack)
+                continue
         r0, h0, _, _ = edge_point(blade, piece, a)
         r1, h1, _, _ = edge_point(blade, piece, b)
         reach = np.sqrt((r1 - r0) ** 2 + (h1 - h0) ** 2 * (1.0 - now[5] ** 2))

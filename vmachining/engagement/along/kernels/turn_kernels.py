@@ -9,28 +9,31 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vmachining.engagement.along.kernels.edge_kernels import AREA, DEPTH, FAR, TAU, THICK, VALUES, at_angle
+from vmachining.engagement.along.kernels.edge_kernels import (
+    AREA,
+    DEPTH,
+    FAR,
+    TAU,
+    THICK,
+    VALUES,
+    at_angle,
+    next_share,
+)
 from vmachining.jit import leaf
 
 DEGREE = np.pi / 180.0
 GRID = 36  # angles of a turn, through the feed
 STEP = 2.0 * np.pi / GRID
 QUARTER = 0.5 * np.pi
-ROUNDS, ENDS = 6, 14  # times that intervals are halved for maxima, and that an end is narrowed
+ROUNDS, ENDS = 6, 30  # times that intervals are halved for maxima, and that an end is narrowed, at most
 NARROW = np.radians(0.1)  # intervals are not halved below this
 MORE, MORE_MM = 1e-3, 0.002  # of the largest, and mm: what a maximum between two angles must promise
-END_RAD = 2e-6
+END_RAD = 1e-5
 TOUCH_RAD = 1e-4  # less than this of a turn is a line along which tool and wall touch
 PLANNED = 0.01  # of the largest chip
 ROOM = 400  # angles of a turn at most
 COLUMNS = 6
-BESIDE = (
-    0.03 * DEGREE,
-    0.15 * DEGREE,
-    0.6 * DEGREE,
-    1.5 * DEGREE,
-    3.0 * DEGREE,
-)  # beside the ends of what a feed faces
+BESIDE = (0.03 * DEGREE, 3.0 * DEGREE)  # beside the ends of what a feed faces
 
 
 class Turn(NamedTuple):
@@ -76,27 +79,31 @@ def deep(turn, i):
 
 @leaf
 def narrowed(scene, turn, now, count, top, aside, at, n, wide):
-    """Asks angles until the end of an arc between positions at and at + 1 is known; (angles, position of the end's interval)."""
+    """Asks angles until the end of an arc between positions at and at + 1 is known; how many angles there are."""
     i, j = turn.order[at], turn.order[(at + 1) % n]
-    low, high = 0.0, wide
-    f, g = deep(turn, i), deep(turn, j)
-    base = turn.phi[i]
-    cuts = turn.found[i] > 0
-    for step in range(ENDS):
+    base, cuts = turn.phi[i], turn.found[i] > 0
+    a, b, f, g = 0.0, wide, deep(turn, i), deep(turn, j)
+    low, high = a, b
+    t = min(max(f / (f - g), 0.1), 0.9)
+    for _ in range(ENDS):
         if high - low < END_RAD or n >= ROOM - 1:
             break
-        share = min(max(f / (f - g), 0.02), 0.98) if step % 3 != 2 else 0.5
-        angle = low + (high - low) * share
-        n = ask(scene, turn, now, count, top, aside, base + angle, n)
-        d = deep(turn, n - 1)
+        x = a + t * (b - a)
+        n = ask(scene, turn, now, count, top, aside, base + x, n)
+        v = deep(turn, n - 1)
+        insert(turn, at + 1, n - 1)
         if (turn.found[n - 1] > 0) == cuts:
-            low, f, g = angle, d, 0.5 * g
-            insert(turn, at + 1, n - 1)
+            low = x
             at += 1
         else:
-            high, g, f = angle, d, 0.5 * f
-            insert(turn, at + 1, n - 1)
-    return n, at
+            high = x
+        if (v > 0.0) == (f > 0.0):
+            c, e = a, f
+        else:
+            c, e, b, g = b, g, a, f
+        a, f = x, v
+        t = next_share(a, b, c, f, g, e, 0.25 * END_RAD / max(high - low, 1e-300))
+    return n
 
 
 @leaf
@@ -179,12 +186,12 @@ def turn_at(scene, turn, now, count, top, result):
     ring = axial or now[21] > 0.0 or v_a < 0.0 or not scene_convex(scene)
     n = 0
     if not axial:
-        for i in range(5):
+        for i in range(len(BESIDE)):
             n = ask(scene, turn, now, count, top, way, middle - QUARTER + BESIDE[i], n)
     for i in range(-8, 9):
         n = ask(scene, turn, now, count, top, way, middle + i * STEP, n)
     if not axial:
-        for i in range(4, -1, -1):
+        for i in range(len(BESIDE) - 1, -1, -1):
             n = ask(scene, turn, now, count, top, way, middle + QUARTER - BESIDE[i], n)
     if ring:
         for i in range(9, 28):
@@ -200,7 +207,7 @@ def turn_at(scene, turn, now, count, top, result):
         i, j = turn.order[at], turn.order[(at + 1) % n]
         if (turn.found[i] > 0) != (turn.found[j] > 0):
             before = n
-            n, _ = narrowed(scene, turn, now, count, top, way, at, n, gap_after(turn, at, n))
+            n = narrowed(scene, turn, now, count, top, way, at, n, gap_after(turn, at, n))
             at += n - before
         at += 1
     for _ in range(ROUNDS):
