@@ -11,14 +11,14 @@ __all__ = ["MORE"]
 MORE: Final[dict[str, Entry]] = {
     "E109": Entry(
         "record not understood",
-        "The record or row is not written as the format has it.",
+        "The record or row does not follow the format.",
         "check the file and the dialect",
     ),
     # ---- cycles, patterns ----
     "E331": Entry(
         "cycle without depth",
         "The first block of a canned cycle needs the word of the drilling axis (Z in G17, Y in G18, X "
-        "in G19), in dialect mts every stored cycle needs Z.",
+        "in G19); in dialect mts every stored cycle needs Z.",
         "program the depth",
     ),
     "E332": Entry(
@@ -29,64 +29,64 @@ MORE: Final[dict[str, Entry]] = {
     ),
     "E333": Entry(
         "clearance plane below the bottom",
-        "R must not lie below the bottom of the hole; in G91 the depth counts from R and is not positive.",
+        "R must not lie below the bottom of the hole; in G91 the depth is measured from R and must not be positive.",
         "check the signs of R and of the depth",
     ),
     "E334": Entry(
         "no peck depth",
-        "G73 and G83 go down in steps of Q, above zero.",
+        "G73 and G83 drill in steps of Q, which must be above zero.",
         "program Q",
     ),
     "E335": Entry(
         "bad dwell",
-        "A dwell needs P, in seconds, zero or more: G4, and the cycles G82, G86 and G89 in their "
-        "first block.",
+        "G4, and the cycles G82, G86 and G89 in their first block, need P: a time in seconds, zero or "
+        "more.",
         "program P",
     ),
     "W335": Entry(
         "long dwell",
         "P of G4 and of canned cycles counts seconds, as on the open reference control. Fanuc and controls like it "
-        "count milliseconds, so that their G4 P1000, one second, is read as more than a quarter of an hour.",
-        'if the post means milliseconds: dwell = "ms" under [program], or --dwell ms',
+        "count milliseconds: their G4 P1000, one second, is read here as more than a quarter of an hour.",
+        'if the post means milliseconds, set dwell = "ms" under [program], or --dwell ms',
     ),
     "E336": Entry(
         "bad number of repetitions",
-        "L counts holes or calls: a whole number, for holes one or more.",
+        "L counts holes or calls: it must be a whole number, at least one for holes.",
         "make L whole, or remove it",
     ),
     "E337": Entry(
-        "depth upwards",
+        "depth points upwards",
         "Z of a stored cycle (dialect mts) is a step down from the clearance plane, so it is negative.",
         "check the sign of Z",
     ),
     "E338": Entry(
         "negative withdrawal",
-        "W of a stored cycle (dialect mts) is the way up from the clearance plane.",
+        "W of a stored cycle (dialect mts) is the distance up from the clearance plane.",
         "check the sign of W",
     ),
     "E339": Entry(
         "bad step",
-        "G82 and G83 (dialect mts) need K above zero; D and B are not negative, and no hole takes a "
+        "G82 and G83 (dialect mts) need K above zero; D and B must not be negative, and a hole has fewer than a "
         "hundred thousand steps.",
         "check K, D and B",
     ),
     "E340": Entry(
         "nothing to call",
-        "G79 calls the cycle stored before it, and none exists.",
+        "G79 calls the cycle stored before it, but no cycle is stored.",
         "program G81, G82 or G83 first",
     ),
     "E341": Entry(
         "pattern without cycle",
-        "G79 finds a pattern of points, but no stored cycle to repeat there.",
+        "G79 finds a pattern of points, but no stored cycle to repeat at them.",
         "program G81, G82 or G83 first",
     ),
     "E342": Entry(
         "bad number of points",
-        "S of a pattern (dialect mts) counts its points: a whole number, one or more.",
+        "S of a pattern (dialect mts) counts its points: it must be a whole number, one or more.",
         "program S",
     ),
     "E343": Entry(
-        "points at one place",
+        "all points at one position",
         "A pattern of more than one point needs a spacing D that is not zero.",
         "program D",
     ),
@@ -96,27 +96,27 @@ MORE: Final[dict[str, Entry]] = {
         "program G40 before the cycle",
     ),
     "W345": Entry(
-        "tap beside its hole",
-        "In G18 and G19 the reference control sends taps (G84, G74) to the coordinates of the hole in "
-        "another order. That is an error of that control; the moves here are the ones it makes.",
+        "tap misses its hole",
+        "In G18 and G19 the reference control swaps the coordinates of the hole for taps (G84, G74). This is an "
+        "error of that control; the moves here reproduce it.",
         'tap in G17, or read the program with taps = "axis", which feeds along the axis of the plane',
     ),
     # ---- cutter compensation ----
     "E351": Entry(
         "tool radius unknown",
-        "Cutter compensation needs the diameter of the tool: from the tool table, by D or the tool in "
-        "the spindle; G41.1 and G42.1 say it themselves.",
+        "Cutter compensation needs the diameter of the tool, from the tool table through D or the tool in "
+        "the spindle; G41.1 and G42.1 contain it.",
         "give a tool table, or use G41.1 D...",
     ),
     "W351": Entry(
         "compensation without a tool",
-        "The radius of the tool is not known, or D0 names the tool of an empty spindle: the path is taken as it is programmed.",
-        "give the tool its diameter by a tool table or in the job",
+        "The radius of the tool is unknown, or D0 refers to an empty spindle: the programmed path is used without offset.",
+        "give the diameter of the tool in a tool table or in the job",
     ),
     "E352": Entry(
         "compensation starts or ends on an arc",
-        "The way from the programmed path to the offset path is a straight line; with entry rule prev "
-        "an arc may be one if a circle tangent to the offset path exists.",
+        "The move from the programmed path to the offset path must be a straight line; with entry rule prev "
+        "it may be an arc if a circle tangent to the offset path exists.",
         "enter and leave on a straight line",
     ),
     "E353": Entry(
@@ -126,30 +126,30 @@ MORE: Final[dict[str, Entry]] = {
     ),
     "W353": Entry(
         "entry against the first cut",
-        "The entry move points against the first cut, so the tool goes round the end of the entry "
-        "move at depth.",
+        "The entry move points against the first cut, so the tool moves around the end of the entry "
+        "move at full depth.",
         "enter in the direction of the cut, or use the entry rule next",
     ),
     "E354": Entry(
         "arc smaller than the tool",
-        "On its inner side the radius of an arc must be greater than that of the tool.",
-        "take a smaller tool",
+        "On the inside of an arc, its radius must be greater than that of the tool.",
+        "use a smaller tool",
     ),
     "E355": Entry(
         "gouge",
-        "An inner corner cannot be reached: the offset paths do not meet, or a piece would run backwards.",
-        'take a smaller tool, open the corner, or enter as other controls do: crc_entry = "next" under [program]',
+        "The tool cannot reach an inner corner: the offset paths do not meet, or a segment would run backwards.",
+        'use a smaller tool, open the corner, or enter as other controls do: crc_entry = "next" under [program]',
     ),
     "W355": Entry(
-        "tool over its neighbour",
-        "Compensated as programmed, the tool cuts into the segment before or after the one that it "
-        "follows, away from their corner: an arc that curls back, an entry from the wrong side, or a "
-        "path that turns back by nearly 180 degrees. Controls do it without a word.",
-        "take a smaller tool, or check the side of the compensation",
+        "tool cuts into a neighbouring segment",
+        "Compensated as programmed, the tool cuts into the segment before or after the current "
+        "one, away from their corner: an arc that curls back, an entry from the wrong side, or a "
+        "path that turns back by nearly 180 degrees. Controls give no warning.",
+        "use a smaller tool, or check the side of the compensation",
     ),
     "E356": Entry(
         "plane change under compensation",
-        "Left and right are sides in one plane.",
+        "Left and right are defined in one plane.",
         "program G40 first",
     ),
     "E357": Entry(
@@ -159,26 +159,26 @@ MORE: Final[dict[str, Entry]] = {
     ),
     "W358": Entry(
         "end with compensation on",
-        "The program ends without G40; the last move stops beside its programmed end.",
-        "program G40 on the way out",
+        "The program ends without G40; the last move stops one tool radius away from its programmed end.",
+        "program G40 on the retract move",
     ),
     "E359": Entry(
         "change of zero, units or tool under compensation",
-        "The offset path depends on what was there before, so work offsets, G92, units, tool and "
+        "The offset path depends on the moves before, so work offsets, G92, units, tool and "
         "reference points must not change.",
         "program G40 first",
     ),
     # ---- coordinates and axes ----
     "E361": Entry(
         "not in a main plane",
-        "An arc lies in XY, ZX or YZ. A rotated work offset turns the last two out of their place; in "
+        "An arc must lie in XY, ZX or YZ. A rotated work offset tilts the last two; in "
         "a cutter location file the axis of a circle must be X, Y or Z.",
         "post the arc as short lines",
     ),
     "E362": Entry(
         "polar words without a direction",
-        "An angle that is not programmed, or a step in G91, counts from the direction in which the tool "
-        "stands; at the origin of the work offset none exists.",
+        "An angle that is not programmed, or a step in G91, is measured from the direction of the tool as seen from "
+        "the origin of the work offset; at the origin itself there is no direction.",
         "program ^ in G90",
     ),
     "E363": Entry(
@@ -194,12 +194,12 @@ MORE: Final[dict[str, Entry]] = {
     "E364": Entry(
         "tool axis reversed",
         "From one pose to the next the axis turns by 180 degrees, in no particular direction.",
-        "put a pose between",
+        "insert a pose between them",
     ),
     "W364": Entry(
         "tilt without MULTAX",
-        "The file tilts the tool although it never said MULTAX.",
-        "MULTAX/ON",
+        "The file tilts the tool without MULTAX.",
+        "add MULTAX/ON",
     ),
     "E373": Entry(
         "beyond the travel",
@@ -208,25 +208,25 @@ MORE: Final[dict[str, Entry]] = {
     ),
     "I374": Entry(
         "between the increments",
-        "Some targets are not multiples of the smallest step of the machine; it goes to the nearest.",
+        "Some targets are not multiples of the smallest step of the machine; it moves to the nearest multiple.",
     ),
     "E375": Entry(
         "bad offset",
-        "G10 takes L2 or L20, and P: 0 for the work offset in force, 1 to 9 for G54 to G59.3; or L1, L10 or "
-        "L11, and P, the number of a tool.",
+        "G10 takes L2 or L20 with P 0 for the active work offset, 1 to 9 for G54 to G59.3; or L1, L10 or "
+        "L11 with P, the number of a tool.",
         "check L and P",
     ),
     "E376": Entry(
         "incomplete M code",
-        "M19, M62 to M68 and M72 change no path, but a number that they need is missing or outside its range, or "
-        "there is nothing to bring back.",
+        "M19, M62 to M68 and M72 do not change the path, but a number that they need is missing or outside its range, or "
+        "there is nothing to restore.",
         "check the words of the M code",
     ),
     "W377": Entry(
         "feed beyond the machine",
-        "The feed lies outside the range of the machine, or one of its axes would have to go faster than it can. Most "
-        "controls clamp it, so that chips differ from those that were planned.",
-        "write a feed that the machine has, or another machine",
+        "The feed lies outside the range of the machine, or one of its axes would have to move faster than it can. Most "
+        "controls clamp it, so the chip load differs from the planned one.",
+        "program a feed within the range of the machine, or choose another machine",
     ),
     "E377": Entry(
         "legs beyond their reach",
@@ -237,11 +237,11 @@ MORE: Final[dict[str, Entry]] = {
         "spindle speed beyond the machine",
         "The spindle cannot turn as slowly or as fast as the program asks. Most controls clamp it, so that the feed per "
         "tooth differs.",
-        "write a speed that the spindle has, and the feed that belongs to it",
+        "program a speed within the range of the spindle, and the matching feed",
     ),
     "E378": Entry(
         "path that the machine cannot take",
-        "The program needs axes that the machine does not have, or a feed that nobody names.",
+        "The program needs axes that the machine does not have, or a feed that is not given anywhere.",
         "choose a machine with these axes",
     ),
     "W520": Entry(
@@ -249,143 +249,143 @@ MORE: Final[dict[str, Entry]] = {
         "All feed motions lie above the stock.",
         "check Z, and the work offset",
     ),
-    # ---- what steers ----
+    # ---- control flow ----
     "E411": Entry(
         "control structure",
-        "O words pair by label and lie within each other: sub endsub, if elseif else endif, while "
-        "endwhile, do while, repeat endrepeat. The lines of a broken pair steer nothing.",
+        "O words must pair by label and nest: sub endsub, if elseif else endif, while "
+        "endwhile, do while, repeat endrepeat. The lines of a broken pair have no effect.",
         "close the structure with the same label",
     ),
     "W411": Entry(
         "program number used twice",
-        "Two O numbers of this file are equal but for zeros in front; M98 calls the first of them.",
-        "number them apart",
+        "Two O numbers of this file are equal except for leading zeros; M98 calls the first one.",
+        "give them different numbers",
     ),
     "E412": Entry(
         "unknown subprogram",
-        "Nothing in this file has the label called, and no file NAME.ngc beside it or in the folders given; M98 "
-        "calls program numbers, call the labels of sub.",
-        "put the subprogram into the file",
+        "This file does not contain the called label, and there is no file NAME.ngc next to it or in the given folders. M98 "
+        "calls program numbers, call calls the labels of sub.",
+        "add the subprogram to the file",
     ),
     "E413": Entry(
-        "no end in sight",
-        "Loops and calls repeated so many lines that the program is taken to run for ever; the rest "
+        "endless loop",
+        "Loops and calls repeated so many lines that the program probably never ends; the rest "
         "is not examined.",
-        "check the condition of the loop, or raise max_steps: under [program], or --max-steps",
+        "check the condition of the loop, or raise max_steps under [program], or --max-steps",
     ),
     "E414": Entry(
         "calls nested too deep",
-        "A subprogram probably calls itself without end; the rest is not examined.",
-        "let the recursion end",
+        "A subprogram probably calls itself endlessly; the rest is not examined.",
+        "add a condition that ends the recursion",
     ),
     "E415": Entry(
         "return without call",
-        "return, endsub and M99 go back to a call, and here was none; or a call never comes back.",
+        "return, endsub and M99 return to a call, but there was no call; or a call never returns.",
         "end the main program with M30 before its subprograms",
     ),
     "W415": Entry(
         "main program repeats",
-        "M99 in the main program sends it back to its start, for machines that load parts by themselves. "
+        "M99 in the main program repeats it from its start, for machines that load parts automatically. "
         "It is read once.",
         "end the program with M30, and the subprograms after it",
     ),
     "E416": Entry(
         "values in brackets",
-        "if, elseif, while and repeat take one value in brackets, call up to thirty, return and "
-        "endsub one at most.",
-        "o100 if [#1 GT 2]",
+        "if, elseif, while and repeat take one value in brackets, call takes up to thirty, return and "
+        "endsub at most one.",
+        "write for example o100 if [#1 GT 2]",
     ),
     "E418": Entry(
-        "the program gives up",
-        "A comment (ABORT, ...) was reached: the reference control stops there with an error, and so does the "
-        "reading.",
-        "see why the program came to this line",
+        "the program aborts",
+        "The program reached a comment (ABORT, ...): the reference control stops there with an error, and reading "
+        "stops too.",
+        "find out why the program reached this line",
     ),
     "E417": Entry(
         "restart not possible",
-        "The program never comes to the line where it was to restart, or cutter compensation is on there.",
+        "The program never reaches the restart line, or cutter compensation is on there.",
         "restart at another line",
     ),
-    # ---- dialects with words of their own ----
+    # ---- Heidenhain, Sinumerik, Fanuc ----
     "I408": Entry(
-        "accepted, moves nothing",
-        "The control does something here that no path depends on: coolant, clamps, look-ahead, tolerances, messages. "
+        "accepted, without motion",
+        "The control does something here that does not affect the path: coolant, clamps, look-ahead, tolerances, messages. "
         "Reported once for each code.",
     ),
     "I409": Entry(
         "preset taken as zero",
-        "The program calls a datum of the machine's table. The coordinates of the job are those of this datum.",
+        "The program calls a datum of the machine's table. The job uses the coordinates of this datum.",
     ),
     "W365": Entry(
         "swing of the tool",
-        "While rotary axes turn the part and the slides rest, the tip swings around it, how far depends on the machine. "
-        "It is taken on an arc about the zero of the job; the first positions in the new plane are exact again.",
-        "retract before the plane is tilted, or put home well above the part",
+        "While rotary axes turn the part and the slides are at rest, the tip swings around it; how far depends on the machine. "
+        "An arc about the zero of the job is assumed; from the first position in the new plane the path is exact again.",
+        "retract before the plane is tilted, or set home well above the part",
     ),
     "W366": Entry(
         "machine coordinates without a machine",
-        "Machine coordinates say where the slides are. The job does not say where the part lies there, so the axes named "
-        "go to home, where the tool started; X and Y of G53 are taken as those of the part.",
-        "give the place of the part as a work offset, or set home above the part",
+        "Machine coordinates are positions of the slides. The job does not give the position of the part on the machine, so "
+        "the named axes move to home, where the tool started; X and Y of G53 are taken as part coordinates.",
+        "give the position of the part as a work offset, or set home above the part",
     ),
     "W367": Entry(
         "tool by name",
-        "The program calls tools by name; jobs number them, in the order in which the program calls them.",
-        "number the [[tools]] of the job like this",
+        "The program calls tools by name; the job numbers them in the order of their calls.",
+        "number the [[tools]] of the job in this order",
     ),
     "E367": Entry(
         "order of transformations",
-        "A shift, mirror, rotation or scale is defined anew while one that came after it is in force. The manuals leave "
+        "A shift, mirror, rotation or scale is redefined while a later one is active. The manuals leave "
         "open which of the two then acts first.",
-        "cancel the later one before",
+        "cancel the later one first",
     ),
     "E368": Entry(
         "second preset",
-        "The program goes from one datum of the machine's table to another, and nothing here tells how far they are apart.",
-        "split the program, or write the shift into it",
+        "The program changes from one datum of the machine's table to another, but the distance between them is unknown.",
+        "split the program, or program the shift",
     ),
     "W369": Entry(
         "tool axis in a turned frame",
-        "Under tool centre point control the rotary axes stand turned and ROT or AROT has tilted the frame. The tool is taken "
-        "to stand along Z of that frame, as posts arrange it; whether the angles of the machine bring it there is not known.",
-        "write the plane as CYCLE800",
+        "Under tool centre point control the rotary axes are not at zero and ROT or AROT has tilted the frame. The tool is "
+        "assumed to point along Z of that frame, as posts arrange it; the angles of the machine are not checked.",
+        "program the plane with CYCLE800",
     ),
     "W370": Entry(
         "feeds under G70",
-        "G70 changes the unit of lengths and not that of feeds, which is the unit of the machine. It is taken to be inch.",
-        "G700 changes both",
+        "G70 changes the unit of lengths but not of feeds, which stay in the unit of the machine. That is assumed to be inch.",
+        "use G700, which changes both",
     ),
     "W371": Entry(
         "motion code missing",
-        "Coordinates before any of G0, G1, G2, G3: which of them holds at the start is for the data of the machine.",
+        "Coordinates before any of G0, G1, G2, G3: machine data decide which of them is active at the start.",
         "write G0 or G1 into the block",
     ),
     "W372": Entry(
         "feed of plunging moves",
-        "M103 lowers the feed of moves that plunge. They keep the programmed feed here: they take longer on the machine.",
-        "write the feeds into the moves",
+        "M103 lowers the feed of plunging moves. Here they keep the programmed feed, so they take longer on the machine.",
+        "program the feeds in the moves",
     ),
     "W373": Entry(
         "cycle that moves along its own path",
-        "The manual does not measure a part of the way of this cycle, or its tool does not turn there. What is taken is said.",
-        "post the motions of the cycle as blocks",
+        "The manual leaves a part of the path of this cycle open, or the spindle does not turn there. The finding states what "
+        "is assumed.",
+        "post the motions of the cycle as separate blocks",
     ),
     "W374": Entry(
         "plane by an angle of the machine",
-        "PLANE AXIAL names angles of the machine's axes. A alone is taken to turn about X and B alone about Y, as ISO 841 "
-        "names them.",
+        "PLANE AXIAL gives angles of machine axes. A alone is assumed to turn about X and B alone about Y, as in ISO 841.",
         "post it as PLANE SPATIAL",
     ),
     "W375": Entry(
         "tool axis between two vectors",
-        "Under ORIAXES and ORIMKS the rotary axes go evenly from one tool axis to the next, which depends on the machine. The "
-        "great circle between the two is taken.",
+        "Under ORIAXES and ORIMKS the rotary axes turn evenly from one tool axis to the next, which depends on the machine. The "
+        "great circle between the two is used instead.",
         "post A B C in place of A3 B3 C3, or ORIVECT",
     ),
     "W368": Entry(
-        "second work offset without a place",
-        "The program cuts in two work offsets, and nothing says how far one lies from the other. Both are taken to be the same "
-        "place: what is cut in the second one falls onto the first.",
+        "second work offset without a position",
+        "The program cuts in two work offsets, and the distance between them is unknown. Both are assumed to be at the same "
+        "position, so the cuts of the second coincide with those of the first.",
         "give all work offsets of the program: work_offsets = { G54 = [0, 0, 0], G55 = [120, 0, 0] } under [program]",
     ),
     "W379": Entry(
@@ -420,8 +420,8 @@ MORE: Final[dict[str, Entry]] = {
     ),
     "W376": Entry(
         "feeds by an override of the program",
-        "OVR, OVRA, FL, FA and VELOLIM change or limit the feed of the path or of single axes. The path is right, the feeds "
-        "that follow are those of F, so times, chips and forces are those at 100 %.",
-        "write the feed as F",
+        "OVR, OVRA, FL, FA and VELOLIM change or limit the feed of the path or of single axes. The path is right, but feeds "
+        "follow F alone, so times, chips and forces are those at 100 %.",
+        "program the feed with F",
     ),
 }
