@@ -47,7 +47,7 @@ def dexel_shipped() -> Iterator[dict[str, Any]]:
         job = Job.load(models / name / "job.toml")
         job = job.with_width(str(WIDTH))
         found = compare_engines(job, ("columns", "dexel"), blocks=blocks)
-        proven, stated = found.said
+        proven, stated = found.answers
         bound = proven.proven.astype(bool) & proven.has & stated.has
         columns = np.array([proven.lo, proven.estimate, proven.hi, stated.lo, stated.estimate, stated.hi])[
             :, bound

@@ -5,7 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
-__all__ = ["facts_html", "table_html"]
+__all__ = ["box_words", "facts_html", "table_html"]
+
+
+def box_words(low: Iterable[float], high: Iterable[float]) -> str:
+    """Ranges of x, y and z."""
+    return ", ".join(f"{axis} {a:.6g} to {b:.6g}" for axis, a, b in zip("xyz", low, high, strict=True))
 
 
 def facts_html(title: str, facts: Iterable[tuple[str, str]]) -> str:

@@ -45,11 +45,11 @@ class Installed(Mapping[str, T]):
                 entry = point.load()
             except Exception as exc:  # a stranger's module may raise anything at its import
                 raise InputError(
-                    f"{where} does not load: {exc}", remedy=f"mend or uninstall {package}"
+                    f"{where} does not load: {exc}", remedy=f"repair or uninstall {package}"
                 ) from exc
             if not isinstance(entry, self.kind):
                 what = f"{where} is {type(entry).__name__}, not {self.kind.__name__}"
-                raise InputError(what, remedy=f"mend or uninstall {package}")
+                raise InputError(what, remedy=f"repair or uninstall {package}")
             found[point.name] = entry
         return found
 

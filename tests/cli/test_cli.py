@@ -67,7 +67,7 @@ def test_run_tells_people_on_stderr_and_quiet_is_quiet(tmp_path, capsys, monkeyp
     assert run(["run", "job.toml", "--quiet", "--stock", ""]) == 0
     assert capsys.readouterr() == ("", "")
     assert run(["run", "job.toml", "--resume"]) == 0
-    assert "complete already" in capsys.readouterr().err
+    assert "already complete" in capsys.readouterr().err
 
 
 def test_the_first_warnings_are_shown_with_their_lines(tmp_path, capsys):

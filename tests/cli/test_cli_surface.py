@@ -40,7 +40,7 @@ def test_drop_without_a_tool_is_heights(block, capsys, tool):
         None,
     ]
     assert run([*call, "--floor", "0"]) == 2
-    assert "--floor stops a tool" in capsys.readouterr().err
+    assert "--floor limits a tool" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("suffix", [".nc", ".csv", ".cls"])

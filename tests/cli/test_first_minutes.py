@@ -99,9 +99,9 @@ def test_run_takes_another_chord_and_knows_results_by_it(tmp_path, capsys):
         assert json.loads((out / "manifest.json").read_text())["options"]["chord_mm"] == float(chord)
     assert widths[1] < widths[0]
     assert run([*mesh, "--chord", "0.1", "--resume"]) == 0
-    assert "complete already" in capsys.readouterr().err
+    assert "already complete" in capsys.readouterr().err
     assert run([*mesh, "--chord", "0.3", "--resume"]) != 1
-    assert "complete already" not in capsys.readouterr().err
+    assert "already complete" not in capsys.readouterr().err
     assert run(["run", str(path), "--chord", "0"]) == 2 and "above zero" in capsys.readouterr().err
 
 

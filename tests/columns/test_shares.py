@@ -136,7 +136,7 @@ def test_a_block_that_cannot_be_as_narrow_says_so_once_it_is_summed(tmp_path):
     tool, _, _ = bull()
     work = Parts(ColumnsEngine(BOX, 1e-9, 0.0), 2, tmp_path)
     found = work.cut(Sweep.along(tool, Line((-10, -3, -2), (10, 5, -6))))
-    assert found.note is not None and "1e-07 % or 0 mm3 is asked" in found.note
+    assert found.note is not None and "1e-07 % or 0 mm3 as requested" in found.note
     assert f"{100 * found.width / found.estimate:.3g} %" in found.note
 
 

@@ -274,7 +274,7 @@ def ask(tip=(0, 0, 0), frame=None, phi=(0.0,), velocity=(1, 0, 0)):
         (lambda: HeightStock.staircase((0, 1), (1, 2)), "one height for each cell"),
         (lambda: HeightStock.staircase((0, 1), (np.nan,)), "not a number"),
         (lambda: HeightStock.vectors([(0, 0, 1), (0, 1, 1)]), "one x only"),
-        (lambda: HeightStock.vectors([(0, 0, 1), (1, 1, 1), (0, 0, 2)]), "at one place"),
+        (lambda: HeightStock.vectors([(0, 0, 1), (1, 1, 1), (0, 0, 2)]), "at one position"),
         (lambda: Corner(0, 0), "radii"),
         (lambda: ask(tip=(0, 0)), "shape"),
         (lambda: ask(velocity=[(1, 0, 0)] * 3), "velocity of shape \\(3, 3\\) for 1 positions"),

@@ -54,7 +54,7 @@ def test_levels_of_a_slot_are_as_deep_as_each_takes(tmp_path, text):
 @pytest.mark.parametrize("bottom", [False, True])
 def test_every_method_of_engage_knows_levels(tmp_path, method, edge, bottom):
     if method == "analytic" and edge == "helix":
-        pytest.skip("method analytic takes the straight edge")
+        pytest.skip("method analytic works with the straight edge only")
     scene = Scene.of(load(tmp_path, LEVELS))
     cuts = sorted({cut[0] for cut in scene.cuts})
     for number in cuts:

@@ -153,7 +153,7 @@ REFUSED = {
     "method": ({"method": "nx"}, "unknown method 'nx'; one of dexel, brep, analytic"),
     "wound": (
         {"method": "analytic", "edge": "helix"},
-        "'analytic' takes the straight edge; take dexel or brep",
+        "'analytic' works with the straight edge only; take dexel or brep",
     ),
     "pitch": ({"method": "analytic", "pitch": 0.0}, "pitch of 0 mm"),
     "angles": ({"angles": 2}, "2 angles: expected 4 to"),

@@ -71,8 +71,8 @@ def test_what_columns_do_not_take_is_asked_of_mesh_and_named():
     program = Alone(BoxStock((0, 0, -10), (60, 30, 0)), blocks, Options(chord=0.05))
     apart, across, under, first = (program.removed(k) for k in (3, 2, 1, 0))
     assert [r.engine for r in (first, under, across, apart)] == ["columns", "mesh", "mesh", "columns"]
-    assert under.note == "by the mesh engine: columns do not take this block"
-    assert across.note == "by the mesh engine: columns do not take block 1, which it meets"
+    assert under.note == "by the mesh engine: columns cannot compute this block"
+    assert across.note == "by the mesh engine: columns cannot compute block 1, which it meets"
     tan = math.tan(math.radians(20.0))
     section = 2 * (5 * 4 - tan * 8) + 2 * (2 - 4 * tan) ** 2 / (2 * tan)
     assert under.lo <= 30 * section <= under.hi

@@ -76,7 +76,7 @@ def test_step_files_that_are_no_closed_solid(tmp_path, capfd):
     (tmp_path / "text.step").write_text("solid teapot")
     (tmp_path / "torn.step").write_text("ISO-10303-21;\nHEADER; garbage")
     for name, shape, words in (
-        ("open", shell, "no solid but 1 shell"),
+        ("open", shell, "no solid, only 1 shell"),
         ("overlap", cq.Compound.makeCompound(overlap), "overlap"),
         ("face", face, "no solid"),
         ("both", both, "open shell"),

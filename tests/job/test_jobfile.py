@@ -223,7 +223,7 @@ def test_the_limit_of_loops_and_the_unit_of_dwells_are_keys(tmp_path):
 
 def test_a_program_given_as_a_job_is_named(tmp_path):
     write_job(tmp_path)
-    with pytest.raises(JobError, match=r"an NC program, and no job file; vmachining init .*tiny\.nc writes"):
+    with pytest.raises(JobError, match=r"an NC program, not a job file; vmachining init .*tiny\.nc writes"):
         Job.load(tmp_path / "tiny.nc")
 
 

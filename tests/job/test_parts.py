@@ -107,12 +107,12 @@ def test_what_is_no_set_of_parts_is_refused_by_name(tmp_path, small):
     shutil.copytree(two, tmp_path / "copy")
     with pytest.raises(InputError, match=r"part 2/3 is there twice: .*2 and .*copy"):
         read_parts([one, two, three, tmp_path / "copy"])
-    with pytest.raises(InputError, match="holds no part of a run"):
+    with pytest.raises(InputError, match="contains no part of a run"):
         read_parts([one, tmp_path / "job"])
     for key, value, text in (
         ("options", {"width": 0.5}, "part 3/3 was made with another width"),
         ("inputs", {"program": {"file": "p", "sha256": "0"}}, "part 3/3 was made of another program"),
-        ("versions", {"source": "other"}, "part 3/3 was made by another code"),
+        ("versions", {"source": "other"}, "part 3/3 was made by another version of the code"),
     ):
         other = tmp_path / key
         shutil.copytree(three, other)
@@ -173,7 +173,7 @@ def test_a_part_begun_by_another_code_is_not_continued(tmp_path, small, monkeypa
     with pytest.raises(Stopped):
         run_part(job, Part(1, 2), out=tmp_path / "1", stop=lambda: next(asked) >= 12)
     monkeypatch.setattr(sys.modules["vmachining.job.record"], "source_digest", lambda: "other")
-    with pytest.raises(JobError, match="another code of vmachining"):
+    with pytest.raises(JobError, match="another version of the code of vmachining"):
         run_part(job, Part(1, 2), out=tmp_path / "1", resume=True)
 
 

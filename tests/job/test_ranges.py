@@ -200,9 +200,9 @@ def test_a_job_takes_what_its_machine_file_says_and_it_does_not(tmp_path):
     assert job.keys.machine.max_feed_mm_min == 3000 and job.keys.machine.rapid_mm_min == 6000
     assert job.keys.machine.max_acceleration_mm_s2 == 340
     (tmp_path / "mill.toml").write_text('[machine]\nfile = "mill.toml"\n')
-    with pytest.raises(KinematicsError, match="names no other"):
+    with pytest.raises(KinematicsError, match="cannot name another one"):
         Mill.load(tmp_path / "mill.toml", nested=True)
-    with pytest.raises(KinematicsError, match="names no other"):
+    with pytest.raises(KinematicsError, match="cannot name another one"):
         Mill.load(tmp_path / "mill.toml")
     (tmp_path / "mill.toml").write_text("[machine]\nspindle_rev_min = [900, 100]\n")
     with pytest.raises(JobError, match="lower value first"):

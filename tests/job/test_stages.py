@@ -83,7 +83,7 @@ def test_contact_of_a_sample(job: Path, tmp_path: Path, monkeypatch: pytest.Monk
         ),
         (["--contact", "some"], "--contact 'some' is not understood; give none | sample | all"),
         (["--contact", "none"], "[feed] in the job needs the contact of all blocks"),
-        (["--stages", "cut,plan"], "leave out the plan, too: --stages cut,judge,show"),
+        (["--stages", "cut,plan"], "omit the plan as well: --stages cut,judge,show"),
     ],
 )
 def test_what_cannot_be_is_refused(

@@ -37,14 +37,14 @@ def passes(job: Path, out: Path, **asked: object) -> tuple[dict[str, int], pl.Da
 
 
 def test_the_example_of_the_help_text(job: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """`run JOB`, then `run JOB --brep 2,6 --resume`: said "complete already" and did nothing."""
+    """`run JOB`, then `run JOB --brep 2,6 --resume`: said "already complete" and did nothing."""
     out = tmp_path / "out"
     words = ["run", str(job), "--out", str(out)]
     assert command(words) == 0
     before = pl.read_parquet(out / "blocks.parquet")
     assert command([*words, "--brep", "2,6", "--resume"]) == 0
     err = capsys.readouterr().err
-    assert "complete already" not in err and "2 blocks asked" in err
+    assert "already complete" not in err and "2 blocks asked" in err
     after = pl.read_parquet(out / "blocks.parquet")
     assert after.filter(pl.col("brep_status") == "agreed")["block"].to_list() == [2, 6]
     same = [name for name in before.columns if "brep" not in name and "dexel" not in name]
@@ -54,7 +54,7 @@ def test_the_example_of_the_help_text(job: Path, tmp_path: Path, capsys: pytest.
     assert json.loads((out / "summary.json").read_text())["brep"]["asked"] == 2
     for again in (["--brep", "2,6"], []):
         assert command([*words, *again, "--resume"]) == 0
-        assert "complete already" in capsys.readouterr().err
+        assert "already complete" in capsys.readouterr().err
 
 
 def test_nothing_is_cut_again_and_what_is_there_stays(job: Path, tmp_path: Path) -> None:
@@ -110,7 +110,7 @@ def test_more_stocks_are_written(job: Path, tmp_path: Path, capsys: pytest.Captu
     assert command(words) == 0
     assert command([*words, "--stock", "3mf", "--stock-at", "2", "--resume"]) == 0
     assert all((out / name).is_file() for name in ("stock.stl", "stock.3mf", "stock_2.step"))
-    assert "complete already" not in capsys.readouterr().err
+    assert "already complete" not in capsys.readouterr().err
 
 
 def test_a_stage_in_addition_can_be_interrupted(job: Path, tmp_path: Path) -> None:

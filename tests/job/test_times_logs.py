@@ -173,9 +173,9 @@ def write(path, entries, more=()):
 
 
 BAD = {
-    "another program": ("time,line\n0,1\n1,90000\n", "no run in this log goes through half"),
-    "no numbers": ("2020-01-01T00:00:00Z|Feed_Rate|3\n", "no numbers of blocks"),
-    "no columns": ("a,b\n1,2\n", "names no columns time and line"),
+    "another program": ("time,line\n0,1\n1,90000\n", "no run in this log covers half"),
+    "no numbers": ("2020-01-01T00:00:00Z|Feed_Rate|3\n", "no block numbers"),
+    "no columns": ("a,b\n1,2\n", "lacks the columns time and line"),
     "no log": ("hello\n", "is not a log"),
     "document type": ('<?xml version="1.0"?><!DOCTYPE x [<!ENTITY a "b">]><x/>', "document type"),
     "broken": ("<a><b></a>", "is not XML"),

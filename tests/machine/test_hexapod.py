@@ -105,7 +105,7 @@ def test_the_example_of_the_page(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "match"),
     [
-        ("[850, -150, 1100], ", "", "base_mm: six places"),
+        ("[850, -150, 1100], ", "", "base_mm: six joint positions"),
         ("length_mm = [800, 1500]", "length_mm = 800", "shortest and longest"),
         ("length_mm = [800, 1500]", "length_mm = [100, 200]", "home must lie within"),
         ("base_joint_deg", "base_joints_deg", "did you mean base_joint_deg"),

@@ -106,7 +106,7 @@ def test_the_example_of_the_docstring_is_right():
         ("direction = [1, 0, 0]", "direction = [0, 0, 0]", 21, "no length"),
         ("direction = [1, 0, 0]", "direction = [1, 0]", 21, "three finite numbers"),
         ("sign = -1\nmax", "sign = 2\nmax", 14, "sign is"),
-        ('carries = "tool"\ndirection = "z"', 'carries = "work"\ndirection = "z"', 46, "stands behind"),
+        ('carries = "tool"\ndirection = "z"', 'carries = "work"\ndirection = "z"', 46, "comes after one"),
         ('carries = "tool"\ndirection = "z"', 'carries = "bed"\ndirection = "z"', 46, "give work or tool"),
         ("min_mm = -200", "min_mm = 300", 33, "is empty"),
         ("min_mm = -200", "min_mm = true", 33, "expected a number"),

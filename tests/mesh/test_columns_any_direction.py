@@ -204,7 +204,7 @@ def test_checkpoints_of_versions_before_are_refused_by_name(tmp_path: Path) -> N
                 del head["state"]["turns"]
                 data = json.dumps(head).encode()
             old.writestr(name, data)
-    with pytest.raises(EngineError, match=r"earlier version.*run the job anew"):
+    with pytest.raises(EngineError, match=r"earlier version.*run the job again"):
         ColumnsFirst.load(tmp_path / "old.npz")
 
 

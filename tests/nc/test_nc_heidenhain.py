@@ -383,9 +383,9 @@ def test_a_called_program_runs_from_its_file(tmp_path: Path):
 
 def test_the_blank_and_the_unit_are_told():
     program = read("BLK FORM 0.1 Z X+0 Y-10 Z-20\nBLK FORM 0.2 IX+100 Y+50 Z+0\nL X+0 FMAX")
-    assert program.told.stock == {"box": {"min": [0, -10, -20], "max": [100, 50, 0]}}
-    assert program.told.unit == "mm"
-    assert program.told.radii == {1: 5.0}
+    assert program.declared.stock == {"box": {"min": [0, -10, -20], "max": [100, 50, 0]}}
+    assert program.declared.unit == "mm"
+    assert program.declared.radii == {1: 5.0}
 
 
 # ---- what is refused, and told once ----
@@ -494,7 +494,7 @@ def iso(body: str) -> Program:
 def test_din_iso_is_recognised_and_its_blank_is_no_retract():
     program = iso("N50 G00 G40 G90 Z+250 M3 *\nN60 X-30 Y+30 *\nN70 G01 Z-5 F200 *\nN80 G91 X+10 *")
     assert program.dialect == "heidenhain-iso"
-    assert program.told.stock == {"box": {"min": [0, 0, -40], "max": [100, 100, 0]}}
+    assert program.declared.stock == {"box": {"min": [0, 0, -40], "max": [100, 100, 0]}}
     assert codes(program) == ["I212"]
     assert path(program) == [("R", 0, 0, 250), ("R", -30, 30, 250), ("L", -30, 30, -5), ("L", -20, 30, -5)]
 

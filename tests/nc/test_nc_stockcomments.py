@@ -82,7 +82,7 @@ ROUND = {"cylinder": {"center": [0.0, 0.0], "radius": 50.0, "z": [-105.0, 0.0]}}
     ],
 )
 def test_stock_of_controls(text, stock):
-    assert parse_program(text.encode(), "a", dialect="auto").told.stock == stock
+    assert parse_program(text.encode(), "a", dialect="auto").declared.stock == stock
 
 
 @pytest.mark.parametrize(

@@ -218,7 +218,7 @@ def test_results_of_another_program_are_refused_by_their_first_other_line(
     other.write_csv(tmp_path / "other.csv")
     assert run(["compare", str(tmp_path / "other.csv"), str(PACK)]) == 2
     said = capsys.readouterr().err
-    assert f"other.csv:9: is of another program: block 7 is 'G1 X1' here and {text!r}" in said
+    assert f"other.csv:9: belongs to another program: block 7 is 'G1 X1' here and {text!r}" in said
     with pytest.raises(InputError, match=f"another program: line {line} is"):
         vm.compare(other.drop("block"), PACK)
     assert vm.compare(other.drop("text"), PACK).agrees

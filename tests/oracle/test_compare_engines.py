@@ -23,7 +23,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> EngineComparison:
 
 def test_every_engine_knows_the_slot_and_says_how_well(found: EngineComparison) -> None:
     slot = list(found.line).index(7)
-    columns, mesh, dexel, _ = found.said
+    columns, mesh, dexel, _ = found.answers
     for each in (columns, mesh, dexel):
         assert each.lo[slot] <= SLOT_MM3 <= each.hi[slot] and each.seconds.sum() > 0.0
     assert columns.proven[slot] and mesh.proven[slot] and not dexel.proven[slot]
@@ -34,7 +34,7 @@ def test_every_engine_knows_the_slot_and_says_how_well(found: EngineComparison) 
 def test_the_first_blocks_are_enough(tmp_path: Path, found: EngineComparison) -> None:
     part = compare_engines(write_job(tmp_path), ("columns", "dexel"), blocks=2)
     assert list(part.block) == list(found.block)[:2]
-    for each, whole in zip(part.said, (found.said[0], found.said[2]), strict=True):
+    for each, whole in zip(part.answers, (found.answers[0], found.answers[2]), strict=True):
         np.testing.assert_allclose(each.estimate, whole.estimate[:2], rtol=1e-12)
     with pytest.raises(InputError, match="0 blocks: expected one or more"):
         compare_engines(write_job(tmp_path), ("columns", "dexel"), blocks=0)
@@ -48,19 +48,19 @@ def test_an_engine_that_refuses_is_told_and_the_others_go_on(found: EngineCompar
 
 def test_bounds_that_exclude_each_other_are_a_disagreement(found: EngineComparison) -> None:
     """One bracket moved aside: the verdict names block and pair; a stated interval may miss in one of a hundred."""
-    columns, mesh, dexel, vectors = found.said
+    columns, mesh, dexel, vectors = found.answers
     by = np.where(np.array(found.line) == 7, 9.0, 0.0)
     aside = [
         replace(each, lo=each.lo + by, estimate=each.estimate + by, hi=each.hi + by) for each in (mesh, dexel)
     ]
-    wrong = replace(found, said=[columns, aside[0], dexel, vectors])
+    wrong = replace(found, answers=[columns, aside[0], dexel, vectors])
     assert not wrong.agrees
     assert {k: v for k, v in wrong.disagreements[0].items() if k != "blocks"} == {
         "engines": ["columns", "mesh"],
         "proven": 1,
     }
     assert wrong.disagreements[0]["blocks"] == [found.block[list(found.line).index(7)]]
-    missed = replace(found, said=[columns, mesh, aside[1], vectors])
+    missed = replace(found, answers=[columns, mesh, aside[1], vectors])
     assert missed.agrees and missed.disagreements[0]["proven"] == 0
 
 
@@ -82,7 +82,7 @@ def test_the_command_writes_one_table_and_one_page(
 @pytest.mark.slow  # 20 s: OCCT in its processes
 def test_brep_judges_with_its_error(tmp_path: Path) -> None:
     found = compare_engines(write_job(tmp_path), ("columns", "brep"))
-    brep = found.said[1]
+    brep = found.answers[1]
     slot = list(found.line).index(7)
     assert brep.estimate[slot] == pytest.approx(SLOT_MM3, rel=1e-3) and brep.seconds[slot] > 0.0
     assert found.agrees

@@ -49,7 +49,7 @@ def test_what_is_given_is_named(tool, checked, not_checked, tmp_path):
 
 def test_spindle_and_depth_of_a_contact(tmp_path):
     text = words(tmp_path)
-    assert "no feed move with a standing spindle" in text
+    assert "no feed move with a stopped spindle" in text
     assert "shallower than about 0.2 mm (four chords)" in text  # chord 0.05
 
 

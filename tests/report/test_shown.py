@@ -116,6 +116,25 @@ def test_engagements_and_comparisons_are_shown(result, tmp_path):
     assert "verdict" in well_formed(verdict._repr_html_())
 
 
+def test_programs_sweeps_and_surfaces_are_shown():
+    """Boxes by arithmetic; a name and a word of the program that are tags stay text."""
+    program = vm.parse_program(b"G21 G90\nG1 X1 F100\nG99999 X2\nM2\n", "<i>a</i>.nc")
+    cells = well_formed(program._repr_html_())
+    assert cells[cells.index("motions") + 1] == str(len(program.moves)) and "E208" in cells
+    assert "<i>" not in program._repr_html_() and "&lt;i&gt;a" in program._repr_html_()
+
+    tool = vm.FlatEnd(diameter=10, length=40)
+    cells = well_formed(vm.Sweep(tool, (0, 0, -2), (50, 0, -2))._repr_html_())
+    assert cells[cells.index("box, mm") + 1] == "x -5 to 55, y -5 to 5, z -2 to 38"
+    assert "radius 5 mm" in cells[cells.index("cutter") + 1]
+
+    part = vm.Workpiece(vm.Box((0, 0, -20), (60, 40, 0)))
+    part.cut(vm.Sweep(tool, (-10, 20, -5), (70, 20, -5)))
+    cells = well_formed(part.surface()._repr_html_())
+    assert cells[cells.index("box, mm") + 1] == "x 0 to 60, y 0 to 40, z -20 to 0"
+    assert cells[cells.index("cut by blocks") + 1] == "1"
+
+
 def test_names_of_the_package_are_clean():
     names = [name for name in dir(vm) if not name.startswith("__")]
     assert names == sorted(vm.__all__, key=str) or set(names) == set(vm.__all__)

@@ -136,7 +136,7 @@ def test_angles_of_a_machine_keep_the_tip_and_the_axis(dialect: str, chain: str)
 
 def test_what_has_no_words_is_refused():
     first = source(POSES, "poses")
-    with pytest.raises(InputError, match="angles are those of a machine"):
+    with pytest.raises(InputError, match="angles need a machine"):
         post_program(first.moves, "iso")
     with pytest.raises(InputError, match="not written"):
         post_program(first.moves, "mts")

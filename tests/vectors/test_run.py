@@ -111,7 +111,7 @@ def test_an_open_design_and_none_at_all(tmp_path: Path) -> None:
     trimesh.Trimesh(mesh.vertices, mesh.faces[1:], process=False).export(tmp_path / "part.stl")
     with pytest.raises(StockError, match=r"design: .*open: 3 edges"):
         vm.run(file, engine="vectors")
-    with pytest.raises(StockError, match=r"the job has none"):
+    with pytest.raises(StockError, match=r"the job has no design"):
         vm.run(write_job(tmp_path), engine="vectors")
 
 

@@ -53,7 +53,7 @@ class _Lines:
         """Lines cannot be taken back: where nobody watches, blocks are not told."""
 
     def ended(self, index: int, row: dict[str, Any], done: int, total: int) -> None:
-        self.note(f"[{done}/{total}] {_told(row)}")
+        self.note(f"[{done}/{total}] {_line_of(row)}")
 
     def note(self, text: str) -> None:
         note(text, quiet=self._silent)
@@ -101,7 +101,7 @@ def _watching(jobs: Sequence[Path], *, silent: bool) -> Iterator[Watcher]:
         yield _Bars(jobs, bars)
 
 
-def _told(row: dict[str, Any]) -> str:
+def _line_of(row: dict[str, Any]) -> str:
     """A job that is through, in a line: its volume with its bracket and its time, or what is wrong."""
     if row["status"] not in GOOD:
         return f"{row['job']}: {row['status']}: {row['message']}"

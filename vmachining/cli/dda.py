@@ -60,7 +60,7 @@ def dda(name: str, o: DdaOptions) -> int:
         if as_json:
             emit(_record(block))
         elif out is None:
-            print(_told(block))
+            print(_block_line(block))
     if out is not None:
         with atomic_path(out) as temporary:
             if out.suffix.lower() == ".csv":
@@ -143,7 +143,7 @@ def _record(block: PulseBlock) -> dict[str, Any]:
     }
 
 
-def _told(block: PulseBlock) -> str:
+def _block_line(block: PulseBlock) -> str:
     pulses = " ".join(
         f"{axis}{count:+d}" for axis, count in zip("XYZ", block.train.counts.tolist(), strict=True)
     )

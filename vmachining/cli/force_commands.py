@@ -78,7 +78,7 @@ def predict(
     block: Annotated[str, opt("all|3,7-12", "Blocks as in blocks.csv of a run.")] = "all",
     measured: Annotated[
         Path | None,
-        opt("TRACE.csv", "Measured: time_s or phi_deg, fx_n, fy_n, fz_n; laid over the predicted."),
+        opt("TRACE.csv", "Measured: time_s or phi_deg, fx_n, fy_n, fz_n; compared with the prediction."),
     ] = None,
     on: Annotated[Literal["tool", "workpiece"], opt("tool|workpiece", "What the measured forces act on.")] = (
         "tool"

@@ -42,11 +42,11 @@ def init(
     elif str(target) == "-":
         print(draft.text, end="")
     if not as_json:
-        _told(target, program, draft.guesses, draft.open, draft.errors)
+        _print_next_steps(target, program, draft.guesses, draft.open, draft.errors)
     return Code.FINDINGS if draft.open or draft.errors else Code.DONE
 
 
-def _told(
+def _print_next_steps(
     target: Path, program: Path, guesses: tuple[str, ...], missing: tuple[str, ...], errors: tuple[str, ...]
 ) -> None:
     """What was written, what is guessed, what is missing, what comes next."""
@@ -60,7 +60,7 @@ def _told(
     for text in errors[:3]:
         note(f"  program   {text}")
     if errors[3:]:
-        note(f"  program   and {len(errors) - 3} more: vmachining nc check tells all")
+        note(f"  program   and {len(errors) - 3} more: vmachining nc check lists all")
     file = program.with_suffix(".toml").name if printed else str(target)
     begin = f"save the text as {file} in this directory, " if printed else ""
     if missing:

@@ -54,7 +54,7 @@ class RunOptions:
     brep_seconds: Annotated[float | None, opt("S", BREP_SECONDS, min=1.0)] = None
     contact: Annotated[str, opt("WHICH", "Blocks with contact and forces: none, sample or all.")] = "all"
     stages: Annotated[
-        str | None, opt("NAMES", "Of cut, contact, plan, judge, show (default: all), e.g. cut,judge.")
+        str | None, opt("NAMES", "Some of cut, contact, plan, judge, show (default: all), e.g. cut,judge.")
     ] = None
     workers: Annotated[
         int | None, opt(None, "Processes that cut (default: the cores, for long programs).", min=1)
@@ -106,15 +106,15 @@ def run_(
             remedy="give one of them",
         )
     if options.part is not None:
-        belong(options, ("stock",), "goes with merge: no part has the finished stock")
-        belong(options, ("stock_at",), "needs the whole workpiece, which no part has")
+        belong(options, ("stock",), "belongs to merge: a part does not have the finished stock")
+        belong(options, ("stock_at",), "needs the whole workpiece, which a part does not have")
     job = jobs.job_of(job, tools=tools, units=units, quiet=quiet or as_json)
     return jobs.run_job(job, options, out=out, resume=resume, quiet=quiet, as_json=as_json, force=force)
 
 
 @command(jobs, "merge", shown=("merge out/part.part-*-of-4 --out out/part",))
 def merge_(
-    folders: Annotated[list[Path], arg("DIR...", "What `run --part K/N` wrote.")],
+    folders: Annotated[list[Path], arg("DIR...", "Directories that `run --part K/N` wrote.")],
     *,
     out: Out = None,
     stock: StockOut = "stl",
@@ -167,7 +167,7 @@ def init_(
     program: Annotated[Path, arg("PROGRAM", "NC program.")],
     *,
     out: Annotated[
-        Path | None, opt("JOB.toml", "The file to write; default beside the program; - prints it.")
+        Path | None, opt("JOB.toml", "The file to write; default: next to the program; - prints it.")
     ] = None,
     dialect: Annotated[str | None, opt(None, "Of the program; default: detected and reported.")] = None,
     tools: Library = None,

@@ -52,7 +52,7 @@ SHOWN = 5
 """Warnings on the terminal."""
 
 
-def _wanted(o: RunOptions, *, every_strategy: bool) -> dict[str, Any]:
+def _manifest_options(o: RunOptions, *, every_strategy: bool) -> dict[str, Any]:
     """Options that are given and that a result is asked by, with their names and values in its manifest."""
     asked = ("engine", "directions", "brep", "brep_seconds")
     found = {name: value for name, value in o.given().items() if name in asked}
@@ -101,7 +101,7 @@ def job_of(file: Path, *, tools: Path | None, units: str, quiet: bool) -> Path:
         note(f"  guess     {text}", quiet=quiet)
     if draft.open:
         raise InputError(
-            f"{target} is written, and some of it must be given first: {'; '.join(draft.open)}",
+            f"{target} is written, but some values are still missing: {'; '.join(draft.open)}",
             remedy=f"fill in the lines with MUST BE GIVEN, or name a library: --tools; then vmachining run {target}",
         )
     return target
@@ -141,9 +141,10 @@ def run_job(
     folder = out if out is not None else Path("out") / name
     if (
         resume
-        and (summary := finished(job, folder, _wanted(options, every_strategy=every_strategy))) is not None
+        and (summary := finished(job, folder, _manifest_options(options, every_strategy=every_strategy)))
+        is not None
     ):
-        note(f"{folder} is complete already", quiet=silent)
+        note(f"{folder} is already complete", quiet=silent)
         if as_json:
             emit(summary)
         return Code.DONE
@@ -201,7 +202,7 @@ def run_job(
     if as_json:
         emit(result.summary)
     else:
-        note(_told(result, folder), quiet=quiet)
+        note(_closing_lines(result, folder), quiet=quiet)
         note("\n".join(told_disputes(result)), quiet=not quiet or not result.summary["brep"]["disputed"])
     counts = result.summary["brep"]
     refused = counts["disputed"] or counts["refused"] or "stock_step_refused" in result.summary
@@ -244,14 +245,14 @@ def _as_before(
     file = Path(manifest.get("inputs", {}).get("job", {}).get("file", "")).absolute()
     if not file.is_file():
         raise InputError(
-            f"the job of this result is not at {file} any more", file=str(folder),
+            f"the job file of this result is no longer at {file}", file=str(folder),
             remedy="vmachining run JOB.toml --resume --out of this directory, with the same options",
         )  # fmt: skip
     job = Job.load(file)
     if not same_inputs(job, manifest):
         raise InputError(
             "job, program or stock changed since this result was made", file=str(folder),
-            remedy="run the job again; what is here stays valid for the files that it names",
+            remedy="run the job again; this result stays valid for the inputs in its manifest",
         )  # fmt: skip
     stages = [name for name in PARTS if name in before.get("stages", PARTS)]
     wants_contact = asked.get("contact", before.get("contact", "all"))
@@ -350,8 +351,8 @@ def _files(s: dict[str, Any]) -> list[str]:
         if abs(volume - s["final_mm3"]) > 1e-6 * s["final_mm3"]:
             rounding = volume - s["stock_mesh_mm3"]
             told.append(
-                f"  stock     {name} holds {volume - s['final_mm3']:+.2g} mm3 beside the estimate, {rounding:+.2g} of it by "
-                "rounding of its coordinates"
+                f"  stock     {name} differs from the estimate by {volume - s['final_mm3']:+.2g} mm3, {rounding:+.2g} of it "
+                "from rounding of its coordinates"
             )
     return told
 
@@ -401,7 +402,7 @@ def _machine(machine: dict[str, Any] | None) -> list[str]:
     return [] if machine is None else [f"  machine   {machine['name']}: {', '.join(machine['rotary'])}"]
 
 
-def _told(result: RunResult, folder: Path) -> str:
+def _closing_lines(result: RunResult, folder: Path) -> str:
     """The summary for people."""
     s = result.summary
     lines = [
@@ -429,6 +430,6 @@ def _told(result: RunResult, folder: Path) -> str:
     if (schedule := result.schedule) is not None and schedule.note:
         lines.append(f"  schedule  {schedule.note}")
     if left := len(s.get("unsplit_lines", ())) + len(s.get("untouched_lines", ())):
-        lines.append(f"  schedule  {left} lines could not take the feed that was planned, see the warnings")
+        lines.append(f"  schedule  {left} lines could not get the planned feed, see the warnings")
     lines.append(f"  files     {folder}")
     return "\n".join(lines)

@@ -34,7 +34,7 @@ class SweepOptions:
     chord: Annotated[float, opt("MM", "Between inner and outer solid.", within(1e-5, 1e3))] = 0.01
     step: Annotated[Path | None, opt("FILE", "The solid as STEP, faces named by their region.")] = None
     no_brep: Annotated[
-        bool, flag("--no-brep", "The bracket only: OCCT, which takes most of the time, is not asked.")
+        bool, flag("--no-brep", "The bracket only, without OCCT, which takes most of the time.")
     ] = False
     seconds: Annotated[
         float, opt("S", "Processor time of OCCT for the solid; the bracket comes first.", above_zero)
@@ -175,7 +175,7 @@ def compare(
         belong(
             options,
             widened,
-            "widens the brackets that somebody's results are judged by, and no such results are given",
+            "widens the brackets for results of other software, but no such results are given",
         )
     if options.engines is None:
         belong(options, ("out", "blocks"), "goes with --engines")

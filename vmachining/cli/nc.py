@@ -91,7 +91,7 @@ def travel_box(text: str) -> tuple[Point, Point]:
     except ValueError:
         raise InputError(f"--travel {text}: is not a box", remedy=remedy) from None
     if not (x0 < x1 and y0 < y1 and z0 < z1):
-        raise InputError(f"--travel {text}: an axis has no way to go", remedy=remedy)
+        raise InputError(f"--travel {text}: an axis has no travel", remedy=remedy)
     return (x0, y0, z0), (x1, y1, z1)
 
 

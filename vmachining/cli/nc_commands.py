@@ -41,7 +41,7 @@ __all__ = ["Checking", "DdaOptions", "PostOptions", "Reading", "nc", "programs"]
 
 programs = typer.Typer()
 nc = typer.Typer(
-    help="Read NC programs: test them, list their motions.", epilog=examples("nc check part.nc"),
+    help="Read NC programs: check them, list their motions.", epilog=examples("nc check part.nc"),
     no_args_is_help=True, rich_markup_mode=None,
 )  # fmt: skip
 
@@ -53,7 +53,7 @@ class PostOptions:
     out: Annotated[Path, opt("PROGRAM", "The file to write; - prints it.")]
     dialect: Annotated[str, opt(None, "iso, fanuc, sinumerik or heidenhain.")] = "iso"
     machine: Annotated[str | None, opt("NAME|FILE", "Its angles for a leaning tool (iso, fanuc).")] = None
-    source_dialect: Annotated[str, opt(None, "Dialect of the source; default: recognised.")] = "auto"
+    source_dialect: Annotated[str, opt(None, "Dialect of the source; default: detected.")] = "auto"
     decimals: Annotated[int, opt(None, "Decimals of mm, degrees and tool axes.", min=0, max=15)] = 9
     angle: Annotated[
         float, opt("DEG", "Largest deviation of the axis from its great circle.", above_zero)

@@ -158,7 +158,7 @@ finite = within(-MOST, MOST)
 """Callback of an option: a number of any sign."""
 
 
-Json = Annotated[bool, typer.Option("--json", help="Machine-readable output on stdout, nothing else there.")]
+Json = Annotated[bool, typer.Option("--json", help="Machine-readable output on stdout, and nothing else.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no summary; errors only.")]
 Scheduler = Annotated[str | None, opt("ADDRESS", "Workers of this Dask scheduler instead.")]
 Resume = Annotated[bool, flag("--resume", "Continue where an interrupted run stopped.")]
@@ -173,7 +173,7 @@ Engine = Annotated[str | None, opt("NAME", "Of a job; default as in run.")]
 StockOut = Annotated[str, opt("LIST", "Finished stock as stl, 3mf, glb, step (comma list).")]
 LIBRARY = "Tool library: .tools, .json, .fctl, .fctb, .tbl, .t or .csv."
 Library = Annotated[Path | None, typer.Option("--tools", metavar="LIBRARY", help=LIBRARY)]
-Units = Annotated[str, opt(None, "mm or inch, where the program names none.")]
+Units = Annotated[str, opt(None, "mm or inch, if the program does not set it.")]
 DIALECTS = "Program dialect: iso, fanuc, haas, mazak, okuma, mts, apt, poses; auto: detected and reported."
 Dialect = Annotated[str, opt(None, DIALECTS)]
 Tools = Annotated[Path | None, opt("FILE", "Tool table: a job file, or a LinuxCNC .tbl.")]

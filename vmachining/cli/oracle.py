@@ -134,7 +134,7 @@ def compare_pages(one: Path, other: Path | None, page: Path, *, as_json: bool) -
         other, names = one / "scheduled_blocks.parquet", ("as programmed", "scheduled")
         if not other.is_file():
             raise InputError(
-                "the result has no schedule to stand beside it", file=str(one),
+                "the result has no schedule to compare with", file=str(one),
                 remedy="name a second result, or run the job with [feed]",
             )  # fmt: skip
     elif one.name == other.name:
@@ -174,9 +174,7 @@ def _show_engines(found: EngineComparison) -> None:
         blocks = ", ".join(map(str, each["blocks"][:WORST])) + (
             ", ..." if len(each["blocks"]) > WORST else ""
         )
-        console.print(
-            f"{' and '.join(each['engines'])} exclude each other at blocks {blocks}", soft_wrap=True
-        )
+        console.print(f"{' and '.join(each['engines'])} do not overlap at blocks {blocks}", soft_wrap=True)
     console.print("verdict    " + ("they agree" if found.agrees else "they disagree"), soft_wrap=True)
 
 

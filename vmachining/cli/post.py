@@ -39,7 +39,7 @@ def post(source: Path, o: PostOptions) -> int:
     if plot is not None:
         if chain is None or posted.joints is None:
             raise InputError(
-                "--plot: no angles of a machine were asked for", remedy="--machine NAME, --dialect iso"
+                "--plot: no machine was given, so there are no angles", remedy="--machine NAME, --dialect iso"
             )
         from vmachining.report.joints import write_joints
 

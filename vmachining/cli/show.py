@@ -144,7 +144,7 @@ def strategies(
         job = Job.load(target)
         if job.keys.feed is None:
             raise InputError(
-                "no [feed] table: nothing tells between which feeds a strategy may choose",
+                "no [feed] table: the limits of the feed are missing",
                 file=str(target), remedy="give strategy, min_mm_min and max_mm_min under [feed]",
             )  # fmt: skip
         folder = out if out is not None else Path("out") / safe_name(job.name)
@@ -167,7 +167,7 @@ def strategies(
         note(f"not compared: {name.replace('_', ' ')}: {why}")
     if still := results.summary.get("untouched_lines"):
         note(
-            f"{len(still)} lines keep their feed in every program: they cannot take another (from line {still[0]} on)"
+            f"{len(still)} lines keep their feed in every program: it cannot be changed (from line {still[0]} on)"
         )
     return Code.DONE
 

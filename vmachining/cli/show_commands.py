@@ -32,7 +32,7 @@ class FigureOptions:
         str | None, opt("time|block", "What the x axis shows; default: time; block for bracket, references.")
     ] = None
     width: Annotated[float, opt("MM", "Width of the figure.", min=50.0, max=1000.0)] = 174.0
-    out: Annotated[Path | None, opt("DIR", "Where files go; default: beside the results.")] = None
+    out: Annotated[Path | None, opt("DIR", "Where files go; default: next to the results.")] = None
     as_json: Json = False
 
 

@@ -34,7 +34,7 @@ def drop(part: Path, o: DropOptions) -> int:
     model = Surface(mesh)
     tool = None if o.tool == "none" else o.tool
     if tool is None and o.floor is not None:
-        raise InputError("--floor stops a tool: heights of the part have none", remedy="give --tool")
+        raise InputError("--floor limits a tool, and heights of the part have no tool", remedy="give --tool")
     warnings = list(mesh.notes)
     rows: list[dict[str, Any]] = []
     if tool is None:
@@ -80,7 +80,7 @@ def distance(facets: Path, solid: Path, *, chord: float, scale: float, as_json: 
     notes = list(mesh.notes)
     if max(far[out], -far[deep]) > 0.05 * size:
         notes.append(
-            "the facets are far from the solid: another unit (--scale 25.4 for inches), place or part?"
+            "the facets are far from the solid: check the unit (--scale 25.4 for inches), the position and the part"
         )
     for text in notes:
         note(f"warning: {text}", quiet=as_json)
@@ -176,7 +176,7 @@ def surface(part: Path, o: SurfaceOptions) -> int:
     if chain is not None and (out is None or WRITERS[out.suffix.lower()][0] != "iso"):
         raise InputError("--machine writes an NC program", remedy="give --out FILE.nc")
     if o.joint_linear and chain is None:
-        raise InputError("--joint-linear is a way of a machine", remedy="name it by --machine")
+        raise InputError("--joint-linear belongs to a machine", remedy="name it by --machine")
     turn, move = three(o.turn, "--turn", "A,B,C in degrees"), three(o.move, "--move", "X,Y,Z in mm")
     mesh = read_part(part, chord_mm=0.5 * o.chord, scale=o.scale)
     mesh = mesh.placed(turn_deg=turn, to_origin=o.to_origin, move=move)
@@ -246,7 +246,7 @@ def _path(model: Surface, radius: float, corner: float, o: SurfaceOptions) -> CL
     """Waterlines, five axes or three, by what was asked."""
     if o.waterline or o.levels is not None:
         if any(given is not None for given in (o.scallop, o.step, o.lead, o.tilt)):
-            raise InputError("waterlines have heights: no --scallop, --step, --lead or --tilt beside them")
+            raise InputError("waterlines have fixed heights: omit --scallop, --step, --lead and --tilt")
         from vmachining.toolpath.facets.levels import waterline_path
 
         heights = list(o.waterline or [])

@@ -45,7 +45,9 @@ def pocket(sides: tuple[float, float, float], o: PocketOptions) -> int:
             raise InputError(f"--out {str(out)!r} names the program, for instance pocket.nc")
         job = out.with_suffix(".toml")
         if taken := [str(path) for path in (out, job) if path.exists()]:
-            raise InputError(f"{', '.join(taken)} exists", remedy="give another --out; nothing is replaced")
+            raise InputError(
+                f"{', '.join(taken)} exists", remedy="choose another --out; existing files are not replaced"
+            )
         title = f"TRIANGULAR POCKET {' '.join(f'{v:g}' for v in sides)} R{radius:g} {chosen.strategy.upper()}"
         text = level_program(
             chosen.path, depth_mm=o.depth, step_mm=o.step or o.depth, feed_mm_min=o.feed,

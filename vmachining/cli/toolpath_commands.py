@@ -30,7 +30,7 @@ class PocketOptions:
     step: Annotated[float | None, opt("MM", "Largest depth of a pass.", above_zero)] = None
     feed: Annotated[float, opt("MM/MIN", "Along the path.", above_zero)] = 600.0
     plunge: Annotated[float | None, opt("MM/MIN", "Feed of plunges; default: a third.", above_zero)] = None
-    out: Annotated[Path | None, opt("FILE.nc", "Write the program, and a job beside it.")] = None
+    out: Annotated[Path | None, opt("FILE.nc", "Write the program, and a job next to it.")] = None
     plot: Annotated[
         Path | None,
         opt(
@@ -82,10 +82,10 @@ def toolpath_drop(part: Part, *, options: DropOptions) -> int:
 
 @command(toolpath, "distance", shown=("toolpath distance part.stl part.step --chord 0.001 --json",))
 def toolpath_distance(
-    facets: Annotated[Path, arg("PART.stl", "Facets that somebody exported.")],
-    solid: Annotated[Path, arg("PART.step", "What they were made from.")],
+    facets: Annotated[Path, arg("PART.stl", "The exported facets.")],
+    solid: Annotated[Path, arg("PART.step", "The solid that they were exported from.")],
     *,
-    chord: Annotated[float, opt("MM", "The solid is known to so much.", above_zero)] = 0.001,
+    chord: Annotated[float, opt("MM", "Accuracy of the solid.", above_zero)] = 0.001,
     scale: Scale = 1.0,
     as_json: Json = False,
 ) -> int:
@@ -134,7 +134,9 @@ class SurfaceOptions:
     joint_linear: Annotated[
         bool, flag("--joint-linear", "With --machine: no tool centre point control (M128).")
     ] = False
-    out: Annotated[Path | None, opt("FILE", ".nc (iso), .csv (poses) or .cls (apt); a job beside it.")] = None
+    out: Annotated[Path | None, opt("FILE", ".nc (iso), .csv (poses) or .cls (apt); a job next to it.")] = (
+        None
+    )
     as_json: Json = False
 
 

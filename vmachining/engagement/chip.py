@@ -22,7 +22,7 @@ v_w = V . w and g_r = (omega x w) . e_r, V the velocity of the tip. On the corne
 a = v_r + r g_r, b = v_w - rm g_r, the velocity of the centre of the corner.
 
 Source: Hendriko, five-axis milling, 5-7 to 5-15 and 5-28 to 5-31; the normal of the corner, the rotation and the chip
-thickness along the corner are put right.
+thickness along the corner are corrected.
 """
 
 from __future__ import annotations

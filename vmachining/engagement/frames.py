@@ -10,7 +10,7 @@ Every function broadcasts over leading dimensions. Angles in rad, lengths in mm.
 | feed | u = v x w, v = unit(w x V), w: the tool frame turned about w by `feed_angle` |
 
 theta_a and theta_b are rotations about x and y. A positive theta_a leans the tool to **-y**, a positive theta_b to +x.
-Source: Hendriko, five-axis milling, equations 5-1 to 5-6, with the sign of M[2, 0] and the frames put right.
+Source: Hendriko, five-axis milling, equations 5-1 to 5-6, with the sign of M[2, 0] and the frames corrected.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def frame_of(axis: ArrayLike) -> Floats:
 
 
 def feed_direction(velocity: ArrayLike, normal: ArrayLike) -> Floats:
-    """(..., 3) t: the velocity of the tip projected on the tangent plane of a unit normal, unit (5-4 put right)."""
+    """(..., 3) t: the velocity of the tip projected on the tangent plane of a unit normal, unit (5-4 corrected)."""
     v, n = np.asarray(velocity, dtype=np.float64), np.asarray(normal, dtype=np.float64)
     return unit(v - (v * n).sum(axis=-1, keepdims=True) * n)
 

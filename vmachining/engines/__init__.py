@@ -75,7 +75,7 @@ _OWN = {
     ),
     "rays": Entry(
         "vmachining.engines.dexel:RayEngine",
-        "any stock, tool and motion, by rays of its own for each block; intervals are stated, not proven",
+        "any stock, tool and motion, by new rays for each block; intervals are stated, not proven",
     ),
     "vectors": Entry(
         "vmachining.engines.vectors:VectorEngine",

@@ -66,11 +66,11 @@ class Alone:
         ):
             anyway = self._anyway
             if anyway is None or not all(map(anyway.takes, own)):
-                return self._by_mesh(earlier, block, "columns do not take this block")
+                return self._by_mesh(earlier, block, "columns cannot compute this block")
             foreign = [number for sweep, number in earlier if not anyway.takes(sweep)]
             if foreign:
                 return self._by_mesh(
-                    earlier, block, f"columns do not take block {foreign[0]}, which it meets"
+                    earlier, block, f"columns cannot compute block {foreign[0]}, which it meets"
                 )
             parts = [rows_of(sweep) for sweep in own]
             rows = [rows_of(sweep) for sweep, _ in earlier]

@@ -17,6 +17,7 @@ import numpy as np
 from vmachining.arrays import Floats, Ints
 from vmachining.engines.settings import VectorSettings
 from vmachining.errors import InputError
+from vmachining.htmltable import box_words, facts_html
 from vmachining.interval import Interval
 from vmachining.stock import MeshStock, Stock
 from vmachining.sweep import Sweep
@@ -96,6 +97,16 @@ class StockSurface(NamedTuple):
     vertices: Floats
     triangles: Ints
     block: Ints
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: size and box."""
+        facts = [
+            ("triangles", str(len(self.triangles))),
+            ("cut by blocks", str(len(np.unique(self.block[self.block >= 0])))),
+        ]
+        if len(self.vertices):
+            facts.append(("box, mm", box_words(self.vertices.min(axis=0), self.vertices.max(axis=0))))
+        return facts_html("Surface of a workpiece", facts)
 
     def to_trimesh(self) -> trimesh.Trimesh:
         """As `trimesh.Trimesh`, with `face_attributes["block"]`."""

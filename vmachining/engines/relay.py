@@ -325,7 +325,7 @@ class ColumnsFirst:
         self, state, found = cls.__new__(cls), saved.state, saved.arrays
         if "turns" not in state:
             raise ValueError(
-                "an earlier version of vmachining wrote it, which knew no columns in any direction: run the job anew"
+                "an earlier version of vmachining wrote it, without columns in any direction: run the job again"
             )
         noted, forgot = Noted.unpacked(found), bool(state["forgot"])
         chord, width, width_mm3 = state["options"]

@@ -18,7 +18,7 @@
 | `_kernels.py` | sums along edges, Simpson over a turn, envelopes over the feed |
 
 Forces act ON THE TOOL in the tool frame: x, y, z of `engagement.frames.rotation`, z along the tool axis. Source: Hendriko,
-five-axis milling, chapter 7; the direction matrix, the order of its columns and the segments are put right.
+five-axis milling, chapter 7; the direction matrix, the order of its columns and the segments are corrected.
 
 Known limits: teeth are equally spaced and have no run-out; chips are thick to first order in the feed; the tool does not
 bend away from what it cuts; coefficients know nothing of speed and wear.

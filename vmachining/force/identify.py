@@ -189,12 +189,12 @@ def identify(
     depths, feeds = np.unique(tests.depth), np.unique(tests.feed)
     if len(depths) <= degree:
         raise InputError(
-            f"{len(depths)} depths cannot tell polynomials of degree {degree}",
+            f"{len(depths)} depths are too few for polynomials of degree {degree}",
             remedy=f"test {degree + 1} depths or more, or take --degree {len(depths) - 1}",
         )
     if len(feeds) < 2:
         raise InputError(
-            "one feed cannot tell cutting from edge coefficients", remedy="test two feeds or more"
+            "one feed cannot separate cutting from edge coefficients", remedy="test two feeds or more"
         )
     scale = float(depths.max())
     a = _design(tests, corner_radius, teeth, degree, scale)
@@ -210,7 +210,7 @@ def identify(
     u, s, vt = np.linalg.svd(a * weight[:, None], full_matrices=False)
     if s[-1] <= 1e-13 * s[0]:
         raise InputError(
-            "the tests cannot tell all coefficients apart", remedy="test more depths, or a lower degree"
+            "the tests do not determine all coefficients", remedy="test more depths, or a lower degree"
         )
     x = vt.T @ ((u.T @ (y * weight)) / s)
     fitted = a @ x
@@ -304,7 +304,7 @@ def smoothed(
     z = fit.heights(ref)
     if len(z) <= degree:
         raise InputError(
-            f"{len(z)} layers cannot tell polynomials of degree {degree}", remedy="test more depths"
+            f"{len(z)} layers are too few for polynomials of degree {degree}", remedy="test more depths"
         )
     powers = np.polyfit(z, fit.values, degree).T
     return Coefficients(name, powers, (0.0, float(fit.high.max())))

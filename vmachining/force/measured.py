@@ -136,7 +136,7 @@ def read_trace(
     step = np.diff(first)
     if len(first) < 3:
         raise InputError(
-            f"{len(first)} samples are no trace", file=str(path), remedy="give a revolution at least"
+            f"{len(first)} samples are not a trace", file=str(path), remedy="give at least one revolution"
         )
     if (step <= 0.0).any():
         line = int(found.lines[1 + int(np.argmax(step <= 0.0))])
@@ -215,7 +215,7 @@ def _sampling(turns: Turns, trace: Trace) -> tuple[float, float]:
     if trace.seconds[-1] < 0.99 * second:
         raise InputError(
             f"a trace of {trace.seconds[-1]:.4g} s, where one revolution takes {second:.4g} s",
-            remedy="give a revolution at least, in seconds",
+            remedy="give at least one revolution, in seconds",
         )
     if not trace.force.any():
         raise InputError("all forces of the trace are 0")

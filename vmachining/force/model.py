@@ -123,7 +123,7 @@ def edge_forces(
         raise InputError("a lag needs an even grid of angles over one turn")
     speed = np.linalg.norm(v, axis=1)
     if not (speed > 0.0).all():
-        raise InputError("the tip rests at a position: the feed per tooth says nothing there")
+        raise InputError("the tip rests at a position: the feed per tooth is undefined there")
     hits = _hits(tool, low, high)
     at = np.tile(angle, n)
     local = np.column_stack([np.einsum("pji,pj->pi", frames, v), np.einsum("pji,pj->pi", frames, w)[:, :2]])

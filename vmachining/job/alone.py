@@ -92,7 +92,7 @@ def blocks_alone(job: Job, numbers: Sequence[int], *, width: float | None = None
             kind = "a rapid" if block.motion == "rapid" else "no feed motion"
             raise InputError(
                 f"block {number} is {kind}, which cuts nothing", file=toolpath.program.name, line=block.line,
-                remedy="ask for one that moves at feed",
+                remedy="choose one that moves at feed",
             )  # fmt: skip
     stock = raw_stock(job)
     slack = slack_of(stock)

@@ -311,7 +311,9 @@ def _check(
     if not (math.isfinite(pitch) and pitch > 0.0):
         raise InputError(f"a pitch of {pitch:g} mm: expected a positive number")
     if method == "analytic" and edge == "helix":
-        raise InputError("method 'analytic' takes the straight edge", remedy="take dexel or brep for a helix")
+        raise InputError(
+            "method 'analytic' works with the straight edge only", remedy="take dexel or brep for a helix"
+        )
     if edge not in EDGES:
         raise InputError(f"unknown edge {edge!r}", remedy=f"one of {', '.join(EDGES)}")
     if not 0.0 <= at <= 1.0:

@@ -395,7 +395,7 @@ class WorkerPool:
             process.wait(5.0)
         raise EngineError(
             f"worker process {part + 1} of {len(self._workers)} ended with exit code {process.returncode}; "
-            "one that is out of memory is killed (-9): take fewer workers",
+            "-9 usually means out of memory: use fewer workers",
             engine=self.engine,
         )
 

@@ -270,7 +270,7 @@ def refuse_target(path: Path, inputs: Mapping[str, Path], mark: bytes) -> None:
             if mark in file.read(1024):
                 return
     raise InputError(
-        "is there and was not made by this command",
+        "exists and was not made by this command",
         file=str(path),
         remedy="move it away, or choose another name",
     )

@@ -37,7 +37,7 @@ def asked_stages(stages: Sequence[str], contact: str, job: Job) -> list[str]:
     if job.keys.feed is not None and "plan" in chosen and ("contact" not in chosen or contact != "all"):
         raise InputError(
             "[feed] in the job needs the contact of all blocks", **job.where("feed"),
-            remedy="leave --contact and --stages out, or leave out the plan, too: --stages cut,judge,show",
+            remedy="omit --contact and --stages, or omit the plan as well: --stages cut,judge,show",
         )  # fmt: skip
     return chosen
 

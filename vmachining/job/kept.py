@@ -83,7 +83,7 @@ def judged(
     load = np.where(bound, strategy.highest_loads(np.where(on, feeds, 0.0)[part]), 0.0)
     over = bound & (load > goal * (1.0 + SLACK))
     goals = np.array([schedule.references.get(int(tool), 0.0) for tool in rows.groups])
-    told = np.where(on & (goals > 0.0), _told(feed, stations), 0.0) / np.where(goals > 0.0, goals, 1.0)
+    told = np.where(on & (goals > 0.0), _tabled_load(feed, stations), 0.0) / np.where(goals > 0.0, goals, 1.0)
     above = told > 1.0 + SLACK
     if not (over.any() or above.any()):
         return Judged((), None)
@@ -99,7 +99,7 @@ def judged(
     return Judged(passed, _lowered(feed, schedule, asked, owner))
 
 
-def _told(feed: Feed, stations: Stations) -> Floats:
+def _tabled_load(feed: Feed, stations: Stations) -> Floats:
     """(n,) load of each block as its table says it; 0 where the table has no column of what the strategy holds.
 
     Stations hold loads at the angles that matter at the feed of their pass; the table is of the feed that was written.

@@ -55,9 +55,7 @@ def toml_refusal(text: str, exc: tomllib.TOMLDecodeError, file: str) -> JobError
         seen.setdefault(path, at)
     if any(_PROGRAM.match(line) for line in text.splitlines()[:30]):
         remedy = f"vmachining init {shlex.quote(file)} writes a job file for it"
-        return JobError(
-            "this is an NC program, and no job file", file=file, line=line, col=col, remedy=remedy
-        )
+        return JobError("this is an NC program, not a job file", file=file, line=line, col=col, remedy=remedy)
     raw = text.splitlines()[line - 1] if line is not None and line <= len(text.splitlines()) else ""
     if remedy is None and (comma := re.search(r"=\s*([+-]?\d+),(\d+)\s*(#.*)?$", raw)):
         what, remedy = f"{what}: a decimal comma", f"write {comma[1]}.{comma[2]}"

@@ -50,7 +50,7 @@ class Mill:
                 f"[machine] {'.'.join(map(str, first['loc']))}: {first['msg']}", file=str(path)
             ) from exc
         if nested and keys.file:
-            raise KinematicsError("[machine] file: a machine file names no other", file=str(path))
+            raise KinematicsError("[machine] file: a machine file cannot name another one", file=str(path))
         if chain is not None:
             if keys.chain or keys.file:
                 raise KinematicsError(

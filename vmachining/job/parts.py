@@ -277,12 +277,12 @@ def read_parts(folders: Sequence[Path]) -> Parts:
         text = manifest.get("options", {}).get("part")
         if manifest.get("kind") != RUN or text is None:
             raise InputError(
-                "holds no part of a run", file=str(folder), remedy="give what `run --part K/N` wrote"
+                "contains no part of a run", file=str(folder), remedy="give what `run --part K/N` wrote"
             )
         part = parse_part(text)
         if manifest["versions"].get("source", source_digest()) != source_digest():
             raise InputError(
-                f"part {part} was made by another code of vmachining than this", file=str(folder),
+                f"part {part} was made by another version of the code of vmachining", file=str(folder),
                 remedy="make all parts, and merge them, with one version",
             )  # fmt: skip
         if not manifest.get("part_complete"):

@@ -56,7 +56,7 @@ class Prediction:
         if len(speeds) > 1 or len(self.teeth) > 1:
             raise InputError(
                 f"blocks with spindle speeds {', '.join(f'{v:g}' for v in speeds)} rev/min and tools of "
-                f"{', '.join(map(str, sorted(self.teeth)))} teeth: a trace is laid over one of each",
+                f"{', '.join(map(str, sorted(self.teeth)))} teeth: a trace is compared with one of each",
                 remedy="choose blocks with --block",
             )
         grid = np.arange(angles) * 360.0 / angles

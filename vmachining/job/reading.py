@@ -74,7 +74,7 @@ def read_job_program(job: Job, path: Path | None = None) -> Program:
         first = next((m.line for m in program.moves if m.motion not in IDLE and m.tool == 0), None)
         if first is not None and program.dialect in TOOL_CALLS:
             text = f"the program calls no tool before this cut: tool {only} is taken, the only one of the job"
-            program = _noted(program, first, text, "call it by a T word and M6")
+            program = _noted(program, first, text, "call it with a T word and M6")
         program = replace(program, moves=moves)
     program = _feeds_noted(job, program)
     return settled(program, job.machine)
@@ -135,7 +135,7 @@ def _refuse_axes(program: Program, job: Job) -> None:
     if letters:
         known, (_, line, col, word) = with_axes(letters), min(words, key=lambda word: word[1:])
         raise NCError(
-            f"the program turns {' and '.join(letters)}, and the job names no machine that has "
+            f"the program turns {' and '.join(letters)}, but the job names no machine that has "
             f"{'them' if len(letters) > 1 else 'it'}",
             file=program.name, line=line, col=col, word=word or None,
             remedy=f'add [machine] with chain = "{known[0]}" or another with these axes: {", ".join(known[1:])}; '

@@ -125,5 +125,5 @@ def refuse_other_job(old: Mapping[str, Any], new: Mapping[str, Any], folder: Pat
     raise InputError(
         f"holds {ended} of another job, {whose}",
         file=str(folder),
-        remedy="choose another --out, or replace it by --force",
+        remedy="choose another --out, or replace it with --force",
     )

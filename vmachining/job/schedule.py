@@ -124,7 +124,7 @@ def kept_words(passed: Sequence[Passed], unit: str) -> str:
     )
 
 
-def _said(note: str | None) -> str | None:
+def _as_warning(note: str | None) -> str | None:
     return None if note is None else f"schedule: {note}"
 
 
@@ -175,7 +175,7 @@ def compare(
             "scheduled_feed_mm_min": pl.Series(speed, dtype=pl.Float64).fill_nan(None),
             "scheduled_time_s": pl.Series(seconds, dtype=pl.Float64),
             "note": pl.Series(
-                [_said(left.get(block.line, planned.notes.get(block.number))) for block in blocks],
+                [_as_warning(left.get(block.line, planned.notes.get(block.number))) for block in blocks],
                 dtype=pl.String,
             ),
         }
@@ -205,7 +205,7 @@ def compare(
             f"{what} "
             f"(reference: {feed.reference}, {source}), between {feed.min_mm_min:g} and {feed.max_mm_min:g} mm/min"
             f"{inserted}. "
-            + "The written program was read back from its file and simulated again; the numbers are its own. "
+            + "The written program was read back from its file and simulated again; the numbers come from that simulation. "
             + kept_words(passed, schedule.unit)
         ),
         limits=hit,

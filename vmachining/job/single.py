@@ -27,11 +27,11 @@ BREP_REL = 1e-7
 """What spline faces within 1e-6 mm of the truth, and the integral over them, can change of a volume."""
 
 
-Said = Callable[[str], None]
+Report = Callable[[str], None]
 """Told what is done now, for who waits."""
 
 
-def swept_volume(sweep: Sweep, chord: float = CHORD_MM, said: Said = lambda _: None) -> Interval:
+def swept_volume(sweep: Sweep, chord: float = CHORD_MM, report: Report = lambda _: None) -> Interval:
     """Volume of a sweep, mm^3.
 
     Parameters
@@ -39,7 +39,7 @@ def swept_volume(sweep: Sweep, chord: float = CHORD_MM, said: Said = lambda _: N
     sweep : Sweep
     chord : float
         mm, about the distance between the inner and the outer solid.
-    said : called before each of the long steps.
+    report : called before each of the long steps.
 
     Returns
     -------
@@ -56,13 +56,13 @@ def swept_volume(sweep: Sweep, chord: float = CHORD_MM, said: Said = lambda _: N
     standing = sweep.upright()
     if standing is not None:  # a leaning tool that does not turn: as if it stood, where walls are exact
         sweep = standing[0]
-    lo, hi = (_volume(sweep, chord, side, said) for side in ("inner", "outer"))
+    lo, hi = (_volume(sweep, chord, side, report) for side in ("inner", "outer"))
     exact = sweep.volume
     noise = ROUNDING * hi
     if lo > hi + noise:
         raise EngineError(f"the inner solid has {lo:.9g} mm3, the outer one {hi:.9g}", engine="mesh")
     if exact is None:  # the fair solid is a guess: it moves neither bound
-        fair = _volume(sweep, chord, "fair", said)
+        fair = _volume(sweep, chord, "fair", report)
         return Interval(min(lo, hi), min(max(fair, min(lo, hi)), hi), hi)
     if not lo - noise <= exact <= hi + noise:
         raise EngineError(
@@ -71,8 +71,8 @@ def swept_volume(sweep: Sweep, chord: float = CHORD_MM, said: Said = lambda _: N
     return Interval(min(lo, exact), exact, max(hi, exact))
 
 
-def _volume(sweep: Sweep, chord: float, side: Literal["inner", "fair", "outer"], said: Said) -> float:
-    said(f"mesh of the {side} solid")
+def _volume(sweep: Sweep, chord: float, side: Literal["inner", "fair", "outer"], report: Report) -> float:
+    report(f"mesh of the {side} solid")
     return float(solid(sweep, chord=chord, side=side).volume())
 
 
@@ -80,7 +80,7 @@ def sweep_record(
     sweep: Sweep,
     chord: float = CHORD_MM,
     step: Path | None = None,
-    said: Said = lambda _: None,
+    report: Report = lambda _: None,
     *,
     brep: bool = True,
     seconds: float = SWEEP_SECONDS,
@@ -93,14 +93,14 @@ def sweep_record(
 
     step : file to write the solids to. Where none exist, or the file does not read back the same,
     `step_refused` says why and nothing is written; the other values stand.
-    said : called before each of the long steps. brep : False: the bracket only, and no STEP file.
+    report : called before each of the long steps. brep : False: the bracket only, and no STEP file.
     seconds : of a processor, for each thing that OCCT is asked: the solid, its booleans, the file.
     known : called with the bracket before OCCT begins, which may take much longer.
 
     Raises EngineError: As `swept_volume`.
     """
     begin = time.perf_counter()
-    bracket = swept_volume(sweep, chord, said)
+    bracket = swept_volume(sweep, chord, report)
     known(bracket)
     record: dict[str, Any] = {
         "volume_mm3": bracket.estimate, "lo_mm3": bracket.lo, "hi_mm3": bracket.hi,
@@ -111,11 +111,11 @@ def sweep_record(
     begin = time.perf_counter()
     if not brep:
         return record | {"brep_note": "not asked"}
-    said(f"B-rep solid, by OCCT in a separate process, within {seconds:g} s")
+    report(f"B-rep solid, by OCCT in a separate process, within {seconds:g} s")
     record |= _from_brep(sweep, bracket, seconds)
     record["seconds"]["brep"] = time.perf_counter() - begin
     if step is not None:
-        said(f"writing {step.name}")
+        report(f"writing {step.name}")
         record["step_refused"] = _not_written(sweep, step, record, seconds)
     return record
 

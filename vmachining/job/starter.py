@@ -134,16 +134,16 @@ def _read(
     if dialect is None and best.dialect in ("iso", "fanuc") and _wrong(best):
         other = parse_program(data, str(path), dialect="mts", **options)
         best = other if _wrong(other) == 0 else best
-    called = _called(lines, best.dialect) | set(best.told.tools)
+    called = _called(lines, best.dialect) | set(best.declared.tools)
     numbers = sorted({move.tool or 1 for move in best.moves} | called)
     scale = MM_PER_INCH if _unit(best, lines) == "inch" else 1.0
     if not is_g_code(best.dialect) and best.dialect != "apt":
         lines = [_TOOL_CALL.sub("T", line) for line in lines]
     notes = cutter_notes(lines, scale) if best.dialect == "apt" else tool_notes(lines, numbers, scale)
-    for number, name in best.told.names.items():
+    for number, name in best.declared.names.items():
         if number not in notes:
             notes |= tool_notes([f"(T{number} {name})"], [number], 1.0)
-    for number, radius in best.told.radii.items():
+    for number, radius in best.declared.radii.items():
         if number not in notes and radius > 0.0:
             notes[number] = ToolNote(1, "the program gives the radius", None, 2.0 * radius, None, None)
     for number, own in (read_tool_library(library, scale) if library is not None else {}).items():
@@ -161,8 +161,8 @@ def _read(
     home = 0.0, 0.0, _home(best, _unit(best, lines) or "mm")
     given = {**options, "tools": table, "home": home, "dialect": best.dialect}
     again = parse_program(data, str(path), **given)
-    if again.told.unit == "" and best.told.unit:
-        given["units"] = best.told.unit
+    if again.declared.unit == "" and best.declared.unit:
+        given["units"] = best.declared.unit
         again = parse_program(data, str(path), **given)
     if _wrong(again) < len(again.errors) and all(move.motion in IDLE for move in again.moves):
         # all that cuts is beside a radius that nobody tells: what follows is drafted about the contour
@@ -179,7 +179,7 @@ def _read(
 
 
 def _home(program: Program, unit: str) -> float:
-    """A round level above everything, mm: where the tool starts, and G28 goes."""
+    """A round level above everything, mm: where the tool starts and G28 returns to."""
     heights = [float(move.start[2]) for move in program.moves[1:]]
     heights += [float(move.end[2]) for move in program.moves if move.motion not in IDLE]
     step = 10.0 if unit == "mm" else MM_PER_INCH
@@ -196,8 +196,8 @@ def _called(lines: Sequence[str], dialect: str) -> set[int]:
 
 def _unit(program: Program, lines: Sequence[str]) -> str:
     """mm, inch, or "" where the program does not say."""
-    if program.told.unit:
-        return program.told.unit
+    if program.declared.unit:
+        return program.declared.unit
     if program.dialect == "poses":
         return "mm"
     for line in lines:
@@ -288,21 +288,21 @@ class _Writer:
     def units(self) -> str:
         """Of the lengths below whose keys name no unit."""
         line = f'units = "{self.unit}"'
-        if not self.said_unit or self.program.told.inferred:
+        if not self.said_unit or self.program.declared.inferred:
             why = unit_of(self.lines).why if self.unit else ""
-            what = "no word of the program names it" + (f"; {why}" if why else "")
-            return f"{line}   # {what}" if self.program.told.inferred else self.guess(line, what)
+            what = "the program does not define it" + (f"; {why}" if why else "")
+            return f"{line}   # {what}" if self.program.declared.inferred else self.guess(line, what)
         return f"{line}   # of the stock and of home; as in the program"
 
     def program_table(self) -> list[str]:
         """[program]"""
         out = ["[program]", f"file = {_text(os.path.relpath(self.path, self.folder))}"]
         out.append(f'dialect = "{self.program.dialect}"')
-        if self.program.told.inferred:
-            out.append(self.guess(f'units = "{self.unit}"', "no word of the program names it"))
+        if self.program.declared.inferred:
+            out.append(self.guess(f'units = "{self.unit}"', "the program does not define it"))
         level = float(self.program.moves[0].start[2]) if self.program.moves else 100.0
         home = [0.0, 0.0, level / self.scale]
-        out.append(self.guess(f"home = {_numbers(home)}", "where the tool starts, and G28 goes"))
+        out.append(self.guess(f"home = {_numbers(home)}", "where the tool starts and G28 returns to"))
         sides = next((k for k, line in enumerate(self.lines, 1) if _SIDES.search(line)), None)
         if sides is not None and self.program.dialect in ("iso", "mts"):  # the others are like their controls
             other = 'if entries gouge (E355): "next"' if self.entry == "prev" else 'with "prev" entries gouge'
@@ -310,7 +310,7 @@ class _Writer:
                 self.guess(f'crc_entry = "{self.entry}"', f"line {sides} compensates the radius; {other}")
             )
         if any(found.code == "W335" for found in self.program.findings):
-            out.append(self.guess('dwell = "ms"', "dwells would last for minutes in seconds"))
+            out.append(self.guess('dwell = "ms"', "read as seconds, the dwells would last minutes"))
         return [*out, *(f"# a run refuses this program: {error}" for error in self.errors[:3])]
 
     def machine_table(self) -> list[str]:
@@ -353,7 +353,7 @@ class _Writer:
 
     def told_stock(self, low: Floats, high: Floats) -> str | None:
         """The stock that words or comments of the program give; low, high : extent of the feed motions, mm."""
-        told, where, sure = self.program.told.stock, "as the program says", True
+        told, where, sure = self.program.declared.stock, "as the program says", True
         if told is None:
             note, first = stock_note(self.lines, self.scale), self.cutting[0]
             if note is None:
@@ -465,7 +465,7 @@ class _Writer:
             if note.guess is not None:
                 size = self.guess(size, f"diameter of tool {number}, from its name {_text(note.guess)}")
         if note.text.endswith(".tbl"):
-            size = self.guess(size, f"the table names no unit: taken in that of the program, {self.unit}")
+            size = self.guess(size, f"the table has no unit: that of the program is used, {self.unit}")
         if note.kind in ("drill", "chamfer"):
             angle, usual = note.angle_deg, DRILL_DEG if note.kind == "drill" else 2.0 * CHAMFER_DEG
             if angle is not None and note.kind == "chamfer":
@@ -485,12 +485,12 @@ class _Writer:
             return ['type = "ball"', size]
         if note.kind == "bull":
             lost = self.missing(
-                "corner_radius_mm = ", f"no comment tells the corner radius of line {note.line}'s tool"
+                "corner_radius_mm = ", f"no comment gives the corner radius of line {note.line}'s tool"
             )
             return ['type = "bull"', size, lost]
         if note.kind == "flat" or corner == 0.0:
             return ['type = "flat"', size]
-        said = f"a {note.kind}, taken as a cylinder" if note.kind else "no comment tells the shape"
+        said = f"a {note.kind}, taken as a cylinder" if note.kind else "no comment gives the shape"
         if note.line == 0 and not note.kind:
             said = f"the library has '{note.text}', no shape that is known here: taken as a cylinder"
         return [self.guess('type = "flat"', said), size]

@@ -116,7 +116,7 @@ def _other_origin(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[str, 
         return f"the interrupted run was made by vmachining {made_by}, this is {made_with}", ""
     codes = [manifest.get("versions", {}).get("source") for manifest in (old, new)]
     if codes[0] != codes[1]:
-        return "the interrupted part was made by another code of vmachining than this", ""
+        return "the interrupted part was made by another version of the code of vmachining", ""
     for role, entry in new["inputs"].items():
         if old.get("inputs", {}).get(role, {}).get("sha256") != entry["sha256"]:
             return f"the {role} file changed since the interrupted run", entry["file"]

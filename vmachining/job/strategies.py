@@ -257,7 +257,7 @@ def _infeasible(rows: FeedBlocks, strategy: Strategy, schedule: Schedule) -> str
         f"(line {line}); the least that every block can meet is above {lowest:.4g} {strategy.unit}"
     )
     if over[cuts].all():
-        raise FeedError(text, line=line, remedy="raise the reference, or take less depth")
+        raise FeedError(text, line=line, remedy="raise the reference, or reduce the depth of cut")
     return text
 
 

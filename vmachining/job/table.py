@@ -209,7 +209,7 @@ class RowFile:
                 for row in csv.reader(source):
                     if self.count == 0 and row != [*COLUMNS, SAMPLES]:
                         raise JobError(
-                            "was begun by another version of vmachining, with other columns", file=str(self.path),
+                            "was started by another version of vmachining, with other columns", file=str(self.path),
                             remedy="run again without --resume",
                         )  # fmt: skip
                     if self.count > keep:

@@ -64,7 +64,7 @@ def assumed(
     own = machine is not None and any(np.isfinite(axis.max_acceleration) for axis in machine.axes)
     out = []
     if limits.max_acceleration_mm_s2 is None and not limits.axis_acceleration_mm_s2 and not own:
-        out.append("no acceleration is given: speeds change at once, and corners cost nothing")
+        out.append("no acceleration is given: speeds change at once, and corners take no extra time")
     else:
         out.append(
             f"corners may be missed by {limits.corner_tolerance_mm:g} mm where the program does not say (G64 P, G61, CYCLE832)"
@@ -83,7 +83,7 @@ def assumed(
         if least < 0.999 * step:
             out.append(
                 f"a corner tolerance of {least:.3g} mm is below the resolution of the program ({step:.3g} mm): "
-                "corners that are only rounding are slowed down, too"
+                "corners that come from rounding slow the path down as well"
             )
     return out
 
@@ -100,7 +100,7 @@ def _step(program: Program) -> float | None:
 
 def _unit(program: Program) -> float:
     """mm in its unit of length, by G20 or G70 where only a word says it."""
-    inch = program.told.unit == "inch" or (
-        not program.told.unit and INCH_WORD.search(program.data) is not None
+    inch = program.declared.unit == "inch" or (
+        not program.declared.unit and INCH_WORD.search(program.data) is not None
     )
     return MM_PER_INCH if inch else 1.0

@@ -69,10 +69,10 @@ def _words(error: ErrorDetails, path: KeyPath, same: list[ErrorDetails]) -> str:
         return str(error.get("ctx", {}).get("error", error["msg"]))
     value = error.get("input")
     shown = f" = {value!r}" if isinstance(value, str | int | float | bool | list) else ""
-    return f"{name}{shown}: " + " or ".join(dict.fromkeys(_wanted(e, path) for e in same))
+    return f"{name}{shown}: " + " or ".join(dict.fromkeys(_expected(e, path) for e in same))
 
 
-def _wanted(error: ErrorDetails, path: KeyPath) -> str:
+def _expected(error: ErrorDetails, path: KeyPath) -> str:
     kind, context = error["type"], error.get("ctx", {})
     if kind in ("model_type", "dict_type"):
         return "must be a table of keys"

@@ -145,7 +145,7 @@ class _Reader:
         late = next((i for i in range(1, len(table)) if table[i] and not table[i - 1]), None)
         if late is not None:
             raise self.refuse(
-                f"axis {axes[late].name} carries the work but stands behind one that carries the tool",
+                f"axis {axes[late].name} carries the work but comes after one that carries the tool",
                 "carries", late, "list the joints from the workpiece over the bed to the tool",
             )  # fmt: skip
         frame = data.get("work", {})
@@ -181,7 +181,7 @@ class _Reader:
         for key, what in (("base_mm", "on the frame"), ("platform_mm", "on the platform")):
             rows = block.get(key)
             if not isinstance(rows, list) or len(rows) != 6:
-                raise self.refuse(f"{key}: six places of joints {what} are needed", key)
+                raise self.refuse(f"{key}: six joint positions {what} are needed", key)
             places[key] = [self.vector({key: row}, key, None) for row in rows]
         low_high = block.get("length_mm")
         if not isinstance(low_high, list) or len(low_high) != 2:

@@ -29,7 +29,7 @@ from vmachining.nc.apt_frames import UP, Circle, along, cross, dot
 from vmachining.nc.apt_motions import FEED_UNITS, AptMotions
 from vmachining.nc.apt_records import COMMENTS, Record, RecordError, parse_record, records
 from vmachining.nc.lexer import split_lines
-from vmachining.nc.model import Finding, Motion, Move, Point, Told
+from vmachining.nc.model import Declared, Finding, Motion, Move, Point
 from vmachining.nc.poses import unit_axis
 from vmachining.nc.settings import Settings
 from vmachining.nc.vectors import add, subtract
@@ -51,7 +51,9 @@ _NUMBERS: Final = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[ED][-+]?\d+)?")
 _SAID: Final = re.compile(r"^\s*UNITS?\s*/", re.MULTILINE | re.IGNORECASE)
 
 
-def read_apt(text: str, settings: Settings) -> tuple[list[Move], list[Finding], bool, tuple[str, ...], Told]:
+def read_apt(
+    text: str, settings: Settings
+) -> tuple[list[Move], list[Finding], bool, tuple[str, ...], Declared]:
     """Moves, findings, whether FINI, END or END-OF-PATH was reached, no files, and the unit. A wrong record is left out."""
     reader = _Apt(settings)
     lines = split_lines(text)
@@ -71,12 +73,12 @@ def read_apt(text: str, settings: Settings) -> tuple[list[Move], list[Finding], 
             reader.note(exc.code, line, str(exc), word, exc.hint)
         if len(reader.found) >= MAX_ERRORS:
             reader.note("E408", line, f"{len(reader.found)} findings so far: the rest is not examined")
-            return reader.moves, reader.found, False, (), reader.told()
+            return reader.moves, reader.found, False, (), reader.declared()
     if not (reader.ended or reader.path_ended):
         reader.note("W401", max(1, len(lines)), "the file has no FINI or END")
     if not reader.moves and not reader.found:
         reader.note("W406", 1, "the program contains no motion")
-    return reader.moves, reader.found, reader.ended or reader.path_ended, (), reader.told()
+    return reader.moves, reader.found, reader.ended or reader.path_ended, (), reader.declared()
 
 
 def unit_of_feeds(text: str) -> str:
@@ -88,10 +90,10 @@ def unit_of_feeds(text: str) -> str:
 class _Apt(AptMotions):
     """What every word of a cutter location file does."""
 
-    def told(self) -> Told:
+    def declared(self) -> Declared:
         """The unit: a record says it, or what feeds are in speaks for one."""
         unit = "inch" if self.unit != 1.0 else "mm"
-        return Told(unit if self.unit_known else "", inferred=self.unit_known == "feeds")
+        return Declared(unit if self.unit_known else "", inferred=self.unit_known == "feeds")
 
     unit_known = ""
     """What the unit rests on: "UNITS", "feeds", "job", or nothing."""

@@ -84,7 +84,7 @@ def parse_record(line: int, record: str) -> Record:
         if word == name or (word.startswith(name + " ") and name != "TOOL PATH"):
             return Record(line, name, [], [], [], tail.strip() if slash else word.removeprefix(name).strip())
     if not record.isascii():
-        raise RecordError("E106", "only ASCII characters may stand outside a comment")
+        raise RecordError("E106", "only ASCII characters are allowed outside a comment")
     if not _WORD.fullmatch(word):
         raise RecordError("E109", f"'{word[:40]}' is not a word of a cutter location file")
     numbers, names, values = list[float](), list[str](), list[float | str]()

@@ -185,7 +185,7 @@ class Reader(OneBlock):
                 raise GiveUpError("E413", at, what)
         if flow.frames:
             start = flow.frames[-1].start
-            self._record("E415", start + 1, 1, 0, None, "", "the subprogram called is never left (M99)")
+            self._record("E415", start + 1, 1, 0, None, "", "the called subprogram never returns (M99)")
         if restart >= 0:
             self._never_reached(restart)
         return stop

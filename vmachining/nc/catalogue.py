@@ -213,8 +213,7 @@ CATALOGUE: Final[dict[str, Entry]] = {
     ),
     "E372": Entry(
         "G53 without a straight motion",
-        "G53 sends one G0 or G1 block to machine coordinates. It does not work alone, with arcs, or in "
-        "G91.",
+        "G53 sends one G0 or G1 block to machine coordinates. It does not work alone, with arcs, or in G91.",
         "write G53 G0 with axis words, in G90",
     ),
     # ---- warnings about meaning ----

@@ -39,8 +39,7 @@ MORE: Final[dict[str, Entry]] = {
     ),
     "E335": Entry(
         "bad dwell",
-        "G4, and the cycles G82, G86 and G89 in their first block, need P: a time in seconds, zero or "
-        "more.",
+        "G4, and the cycles G82, G86 and G89 in their first block, need P: a time in seconds, zero or more.",
         "program P",
     ),
     "W335": Entry(

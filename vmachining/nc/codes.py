@@ -122,7 +122,7 @@ _REFUSED: Final = {
     ),
     **dict.fromkeys(
         (542, 544),
-        "work offsets that turn with the table or hold an error of set-up (G54.2, G54.4) are not supported",
+        "work offsets that turn with the table or contain a set-up error (G54.2, G54.4) are not supported",
     ),
     470: "engraving (G47), whose letters the control knows, is not supported",
     1500: "pocket milling by the control (G150) is not supported",
@@ -167,5 +167,5 @@ def refuse_g(code: int | None, text: str) -> Refusal:
 def refuse_m(code: int | None, text: str) -> Refusal:
     """Why this M code is not executed."""
     if code is not None and 100 <= code <= 199:
-        return Refusal("E208", f"M{code} is a code of the user's own control, its effect is unknown")
+        return Refusal("E208", f"M{code} is a user-defined code, its effect is unknown")
     return Refusal("E208", f"unknown M code {text}")

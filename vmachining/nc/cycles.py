@@ -236,7 +236,9 @@ def _tap(run: Run, normal: int, level: float) -> None:
     if normal == 2 or run.settings.taps == "axis":
         run.cut({normal: level})
         return
-    run.warn("W345", word, f"in this plane the reference control feeds the tap beside its hole: {level:g} mm")
+    run.warn(
+        "W345", word, f"in this plane the reference control feeds the tap away from its hole: {level:g} mm"
+    )
     sim, machine = run.place({normal: level})
     here = state.program
     hole = [level if axis == normal else here[axis] for axis in range(3)]
@@ -256,7 +258,7 @@ def _pecks(run: Run, cycle: Cycle, normal: int, clear: float, bottom: float) -> 
         if step <= ROUNDING_MM:
             word = run.block.word("Q") or run.block.culprit()
             raise run.fail(
-                "E334", word, "the pecks shrink to nothing above the bottom: K, the least, is missing"
+                "E334", word, "the pecks shrink to zero above the bottom: K, the smallest peck, is missing"
             )
         depth -= step
         step = max(step - less, least) if less else step

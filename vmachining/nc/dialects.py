@@ -21,7 +21,7 @@ from vmachining.nc.decode import decode_program
 from vmachining.nc.foreign import never_a_program, recognised
 from vmachining.nc.heidenhain import read_heidenhain
 from vmachining.nc.lexer import split_lines
-from vmachining.nc.model import Finding, Move, Told
+from vmachining.nc.model import Declared, Finding, Move
 from vmachining.nc.poses import read_poses
 from vmachining.nc.settings import Settings
 from vmachining.nc.sinumerik import read_sinumerik
@@ -57,7 +57,7 @@ class Reading(NamedTuple):
     findings: list[Finding]
     ended: bool
     files: tuple[str, ...] = ()
-    told: Told = Told()
+    declared: Declared = Declared()
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,12 +96,12 @@ def _of_lines(lines: list[str], settings: Settings) -> Reading:
 
 def _heidenhain(text: str, settings: Settings) -> Reading:
     read = read_heidenhain(text, settings, decode_program)
-    return Reading(_from_line(read.moves, settings), read.findings, read.ended, read.files, read.told)
+    return Reading(_from_line(read.moves, settings), read.findings, read.ended, read.files, read.declared)
 
 
 def _heidenhain_iso(text: str, settings: Settings) -> Reading:
     read = read_heidenhain(text, settings, decode_program, din_iso=True)
-    return Reading(_from_line(read.moves, settings), read.findings, read.ended, read.files, read.told)
+    return Reading(_from_line(read.moves, settings), read.findings, read.ended, read.files, read.declared)
 
 
 _TNC_ISO: Final = re.compile(r"^[ \t]*%[ \t]*\S+?[ \t]*G7[01][ \t]*\*?[ \t]*$", re.IGNORECASE)
@@ -120,7 +120,7 @@ def _heidenhain_iso_score(lines: Sequence[str]) -> float:
 
 def _sinumerik(text: str, settings: Settings) -> Reading:
     read = read_sinumerik(text, settings, decode_program)
-    return Reading(_from_line(read.moves, settings), read.findings, read.ended, read.files, read.told)
+    return Reading(_from_line(read.moves, settings), read.findings, read.ended, read.files, read.declared)
 
 
 _SINUMERIK: Final = re.compile(

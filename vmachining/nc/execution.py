@@ -184,9 +184,9 @@ class Execution:
         path = self._find(stem)
         if path is None or self.decode is None:
             raise self.lost(PenError(
-                "E412", f"the program {name[:60]} that is called here is missing", name[:40],
-                f"put {stem[:40]}{self.suffixes[0]} beside the program, or name its folder under subroutines; an empty file "
-                "will do where it moves nothing",
+                "E412", f"the called program {name[:60]} is missing", name[:40],
+                f"put {stem[:40]}{self.suffixes[0]} next to the program, or name its folder under subroutines; an empty file "
+                "is enough if it does not move the tool",
             ))  # fmt: skip
         self.pen.flush()
         try:

@@ -202,8 +202,8 @@ class Translator:
         if codes & {530, 920, 520, 100} and w is not None:
             out.refuse(
                 like,
-                f"{like.text}: W beside a code that takes the axis words",
-                "write Z and W in a block of their own",
+                f"{like.text}: W together with a code that uses the axis words",
+                "write Z and W in a separate block",
             )
             return
         step = not state.absolute if not codes & {900, 910} else 910 in codes
@@ -239,7 +239,7 @@ class Translator:
                 self.say(
                     f"G{code}",
                     word,
-                    f"{word.text}: cylindrical interpolation off, which changes no path here",
+                    f"{word.text}: cylindrical interpolation off, which does not change the path here",
                 )
             drop.update("ABC")
         elif code == 1000 and "T" in given:  # of Brother, or a macro of the builder
@@ -251,7 +251,9 @@ class Translator:
                 out.add("G", 0.0, word)
             self.changer = True
         elif code == 542 and given.get("P", (word, 0.0))[1] == 0.0:
-            self.say("G54.2", word, f"{word.text} P0: dynamic work offset off, which changes no path here")
+            self.say(
+                "G54.2", word, f"{word.text} P0: dynamic work offset off, which does not change the path here"
+            )
             drop.add("P")
         elif code in ENDS and not (code == 500 and set(given) & set("S")):
             if not self.places.end(ENDS[code], out, given):
@@ -260,7 +262,7 @@ class Translator:
             drop.update(letter for letter in "XYZIJKP" if code == 501 and not others)
         elif code in NOTED and not splines:
             what, letters = NOTED[code]
-            self.say(f"G{code}", word, f"{word.text}: {what}, which changes no path here")
+            self.say(f"G{code}", word, f"{word.text}: {what}, which does not change the path here")
             others = codes & (MOVES | CLAIMS | set(CYCLE_WORDS)) - {code}
             drop.update(letter for letter in letters if letter in given and not others)
         elif code == 800:
@@ -369,7 +371,7 @@ class Translator:
         ):
             return
         like = out.word("R")
-        self.say("R corner", like, f"{like.text} beside G1: a rounding to the next move, as ,R", "I213")
+        self.say("R corner", like, f"{like.text} with G1: a rounding to the next move, as ,R", "I213")
         out.drop("R")
         out.add(",R", radius, like)
 
@@ -437,7 +439,9 @@ class Translator:
         elif code == 29:
             self.say("M29", word, "M29: rigid tapping, as G84 is read")
         else:
-            self.say(f"M{value:g}", word, f"{word.text}: a code of the machine, taken to change no path")
+            self.say(
+                f"M{value:g}", word, f"{word.text}: a code of the machine, assumed not to change the path"
+            )
 
     # ---- registers ----
 

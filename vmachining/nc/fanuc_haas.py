@@ -57,7 +57,7 @@ def pecks(translator: Translator, line: Line, active: int) -> None:
                 translator.say(
                     f"cycle {letter}",
                     like,
-                    f"{like.text}: how this cycle retracts or shifts, which is left out",
+                    f"{like.text}: how this cycle retracts or shifts, which is ignored",
                 )
         line.drop("IJK")
         return
@@ -104,7 +104,7 @@ def expand(translator: Translator, line: Line, state: State) -> None:
         if cycle not in CYCLES:
             line.refuse(
                 word,
-                f"{word.text} repeats a canned cycle, and none is in force",
+                f"{word.text} repeats a canned cycle, but none is active",
                 "program the cycle before it, with L0",
             )
             return

@@ -182,7 +182,7 @@ class MacroFlow:
                 return at, False
         if self.calls:
             self.report(
-                Problem("E415", None, "the subprogram called is never left (M99)"), self.calls[-1].start
+                Problem("E415", None, "the called subprogram never returns (M99)"), self.calls[-1].start
             )
         return stop, True
 
@@ -263,7 +263,7 @@ class MacroFlow:
     def _next_program(self, index: int) -> int:
         """A line with an O number: a subprogram that runs into it has no M99."""
         if self.calls and any(text.strip(" \t%") for text in self.bare[self.calls[-1].start + 1 : index]):
-            what = "the subprogram called is never left (M99)"
+            what = "the called subprogram never returns (M99)"
             self.report(Problem("E415", None, what), self.calls[-1].start)
             return -index
         if not self.calls and self.starts.index(index) > 0:

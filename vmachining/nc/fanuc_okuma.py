@@ -93,7 +93,7 @@ def back(translator: Translator, word: Word, number: int, line: Line) -> None:
     level = translator.level if number == 53 else translator.settings.home[2] if number == 52 else None
     translator.say(f"M{number}", word, f"{word.text}: cycles return to {RETURN[number]}", "I213")
     if number == 53 and level is None:
-        line.refuse(word, "M53 returns to the level of G71, which was not given", "write G71 Z before")
+        line.refuse(word, "M53 returns to the level of G71, which was not given", "write G71 Z first")
 
     def to(state: State) -> None:
         state.return_level = level

@@ -73,7 +73,9 @@ class Places:
         """G68 with a centre in the plane and R; in G91 R adds. Returns the letters that it takes."""
         plane = state.plane
         if next((p for code, p in _PLANES.items() if code in line.codes("G")), plane.normal) != plane.normal:
-            line.refuse(word, "G68 beside the code of another plane", "choose the plane in a block before")
+            line.refuse(
+                word, "G68 together with the code of another plane", "choose the plane in an earlier block"
+            )
             return "XYZR"
         if "R" not in given:
             line.refuse(
@@ -127,7 +129,8 @@ class Places:
             self.given = {}
             if found is None:
                 line.refuse(
-                    word, f"G68.2 P{kind:g}: its points or directions span no plane, or some are missing"
+                    word,
+                    f"G68.2 P{kind:g}: its points or directions do not span a plane, or some are missing",
                 )
                 return "XYZIJKPQR"
             rows, zero = found
@@ -137,9 +140,7 @@ class Places:
             )
             return "XYZIJKPQR"
         if state.rotation or any(state.rotary.values()):
-            line.refuse(
-                word, "G68.2 while a rotary axis or the work offset stands turned", "turn it back before"
-            )
+            line.refuse(word, "G68.2 while a rotary axis or the work offset is turned", "turn it back first")
             return "XYZIJKPQR"
         self.parts["tilt"] = Frame(rows, zero)
         self._tell(line)

@@ -75,7 +75,7 @@ def variable(state: State, number: int) -> float:
     }  # fmt: skip
     if number not in modes:
         raise NoValueError(
-            f"#{number} holds the state of a machine, or an offset, that this program does not say"
+            f"#{number} holds the state of a machine, or an offset, that this program does not contain"
         )
     return modes[number]
 

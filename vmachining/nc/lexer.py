@@ -267,7 +267,7 @@ class _Scanner:
         if not char.isascii():
             found = _NON_ASCII.match(text, at)
             end = found.end() if found else at + 1
-            self._error("E106", at, end, "only ASCII characters may stand outside a comment")
+            self._error("E106", at, end, "only ASCII characters are allowed outside a comment")
             return end
         if char == "," and (found := _CORNER.match(text, at)):
             return self._corner(at, found)

@@ -8,8 +8,9 @@ from enum import StrEnum
 from typing import Any, Final, NamedTuple, TypeAlias
 
 from vmachining.errors import NCError
+from vmachining.htmltable import facts_html, table_html
 
-__all__ = ["ASSUMED_RPM", "Finding", "Motion", "Move", "Point", "Program", "Told"]
+__all__ = ["ASSUMED_RPM", "Declared", "Finding", "Motion", "Move", "Point", "Program"]
 
 Point: TypeAlias = tuple[float, float, float]
 """X, Y, Z in mm."""
@@ -102,13 +103,13 @@ class Finding(NamedTuple):
     hint: str
 
 
-class Told(NamedTuple):
+class Declared(NamedTuple):
     """What a program says of its job. unit : "mm", "inch" or "". radii : mm, by tool.
 
     stock : as under [stock] of a job, mm: {"box": {"min": ..., "max": ...}} or {"cylinder": {"center", "radius", "z"}}.
 
     tools : numbers of those that it calls. names : of tools that it calls by name.
-    inferred : the unit was concluded, no word of the program names it.
+    inferred : the unit was concluded, the program does not define it.
     """
 
     unit: str = ""
@@ -119,7 +120,10 @@ class Told(NamedTuple):
     inferred: bool = False
 
 
-NOTHING_TOLD = Told()
+NOTHING_DECLARED = Declared()
+
+SHOWN = 8
+"""Findings of a program that a notebook lists."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +131,7 @@ class Program:
     """A program that was read: its bytes, what it does, and what is wrong with it.
 
     findings are sorted by line, column and code. ended : M2, M30 or a closing tape mark was reached. files : paths
-    of the subprograms that were read from separate files. told : what it says of unit, stock and tools.
+    of the subprograms that were read from separate files. declared : unit, stock and tools that it names.
     """
 
     name: str
@@ -137,11 +141,22 @@ class Program:
     findings: tuple[Finding, ...]
     ended: bool
     files: tuple[str, ...] = ()
-    told: Told = NOTHING_TOLD
+    declared: Declared = NOTHING_DECLARED
 
     def __repr__(self) -> str:
         found = f", {len(self.errors)} errors" if self.errors else ""
         return f"Program({self.name!r}, {self.dialect}, {len(self.moves)} moves{found})"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the size of the program, and its first findings."""
+        facts = [
+            ("dialect", self.dialect),
+            ("motions", str(len(self.moves))),
+            ("findings", str(len(self.findings))),
+        ]
+        rows = [(f.code, f.line, f.message) for f in self.findings[:SHOWN]]
+        found = table_html(("code", "line", "message"), rows) if rows else ""
+        return facts_html(f"Program {self.name}", facts) + found
 
     @property
     def errors(self) -> tuple[Finding, ...]:

@@ -255,7 +255,7 @@ class OneBlock:
         if len(moves) > 1 and len(self.moves) > max(MAX_MOVES, 2 * self.settings.max_steps):
             raise GiveUpError("E413", number, f"over {len(self.moves) - 1} motions: is there an end?")
         if any(_ABORT.match(text, comment.col - 1) for comment in lexed.comments):
-            raise GiveUpError("E418", number - 1, "the program stops itself here, by (ABORT, ...)")
+            raise GiveUpError("E418", number - 1, "the program aborts here, with (ABORT, ...)")
         if block is not None and 10 in block.m and self.flow is not None:
             self.next = self.flow.jump(block, number - 1)
             if self.next is None:
@@ -273,7 +273,7 @@ class OneBlock:
             return
         self.placed.add(new)
         word = block.g[12][1] if block is not None and 12 in block.g else None
-        what = "a second work offset: where it lies from the first is not given; both are taken to be one"
+        what = "a second work offset: its distance from the first is not given; both are taken to be one"
         self.report(Problem("W368", word, what), line, n)
 
     def _pivot(self, line: int, n: int | None, state: State, called: int | None) -> list[Move]:

@@ -289,7 +289,7 @@ class Pen(Placing):
         if self.held is None or size <= 0.0:
             raise PenError(
                 "E109",
-                "no corner to round: it stands between two motions of the plane, with a size above zero",
+                "no corner to round: a rounding lies between two motions of the plane and has a size above zero",
             )
         self.corner = Corner(kind, size, feed, soft)
 
@@ -319,7 +319,7 @@ class Pen(Placing):
             self.corner = None
         if self.corner is not None:
             if not planar:
-                raise PenError("E109", "a rounding or chamfer stands between two motions of the plane")
+                raise PenError("E109", "a rounding or chamfer must lie between two motions of the plane")
             move = self._cornered(move)
         if self.held is not None:
             held, self.held = self.held, None

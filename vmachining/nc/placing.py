@@ -120,9 +120,7 @@ class Placing:
             self._out_plane(move, axis)
             return
         if self.allowance[0] != 0.0:
-            raise PenError(
-                "E208", "an allowance of the tool length (DL) while rotary axes stand turned", "DL"
-            )
+            raise PenError("E208", "an allowance of the tool length (DL) while rotary axes are turned", "DL")
         if angles is None and self.rotary != self.turned:
             self._turn_rapid()
         angles = angles or dict(self.rotary)
@@ -143,7 +141,7 @@ class Placing:
             center = self._center(move)
             begin = self._tip(move.start, UP)
         elif move.center is not None:
-            raise PenError("E361", "an arc in a turned coordinate system while rotary axes stand turned")
+            raise PenError("E361", "an arc in a turned coordinate system while rotary axes are turned")
         else:
             center, begin = None, self.last
         self._add(
@@ -272,7 +270,7 @@ class Placing:
             self._add(move, self.last, place, toward)
             self.last = place
         if not self._swing_pivot:
-            self.note("W365", "where the tip swings while the rotary axes turn depends on the machine: taken about zero",
+            self.note("W365", "how the tip swings while the rotary axes turn depends on the machine: assumed about zero",
                       once="swing")  # fmt: skip
         self._swing_pivot = False
 

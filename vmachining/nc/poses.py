@@ -105,7 +105,7 @@ def _columns(header: Sequence[str]) -> list[str]:
     if len(names) == 1 and (mark := next((mark for mark in ";\t" if mark in names[0]), None)):
         parted = "semicolons" if mark == ";" else "tabs"
         raise _RowError(
-            "E109", f"the columns are parted by {parted}: commas are expected, and decimal points"
+            "E109", f"the columns are separated by {parted}: commas are expected, and decimal points"
         )
     for name in names:
         if name not in (*TIP, *AXIS, *ANGLES, *OTHERS):

@@ -38,7 +38,7 @@ MANY = 3
 
 
 def _unit(lines: Sequence[str], guessed: bool) -> tuple[UnitName, list[Finding]]:
-    """The unit of a program that names none; taken where the dialect is recognised too, else only told."""
+    """The unit of a program that names none; taken if the dialect is detected as well, otherwise only reported."""
     unit = unit_of(lines)
     if not guessed:
         if unit.name != "inch" or not unit.sure:
@@ -151,7 +151,7 @@ def parse_program(data: bytes, name: str, **options: Any) -> Program:
         units, more_found = _unit(lines, guessed)
         found += more_found
     settings = replace(settings, dialect=dialect, units=units)
-    (moves, more, ended, files, told), said = _reading(lines, settings)
+    (moves, more, ended, files, declared), said = _reading(lines, settings)
     unmarked = guessed and dialect == "iso" and not is_marked("iso", lines)
     if unmarked and any(item.severity == "E" for item in more):
         other, further = _reading(lines, replace(settings, dialect="fanuc"))
@@ -161,7 +161,7 @@ def parse_program(data: bytes, name: str, **options: Any) -> Program:
         assumed = assumed and not any(item.code == "W380" for item in further)
         if (left == 0 and not assumed) or (left > 0 and wrong >= MANY and MANY * left <= wrong):
             dialect = "fanuc"  # nothing speaks for either, and only this one reads it
-            (moves, more, ended, files, told), said = other, further
+            (moves, more, ended, files, declared), said = other, further
     found += said
     if guessed and is_g_code(dialect):
         more = folded(more)
@@ -170,9 +170,9 @@ def parse_program(data: bytes, name: str, **options: Any) -> Program:
     if guessed and dialect != "iso" and not any(item.code == "E211" for item in more):
         what = f"the program looks like {TABLE[dialect].title}, and is read as that: dialect {dialect}"
         found.append(finding("I212", 1, None, what))
-    if units and not told.unit:
-        told = told._replace(unit=units, inferred=True)
+    if units and not declared.unit:
+        declared = declared._replace(unit=units, inferred=True)
     found += more
     found += check_moves(moves, settings.stock_top_mm, settings.travel_mm, settings.blu_mm)
     findings: tuple[Finding, ...] = tuple(sorted(found, key=lambda f: (f.line, f.col, f.code)))
-    return Program(name, data, dialect, tuple(moves), findings, ended, files, told)
+    return Program(name, data, dialect, tuple(moves), findings, ended, files, declared)

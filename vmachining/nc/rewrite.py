@@ -319,7 +319,7 @@ class _Rewriter:
         else:
             feeds = edit.feeds_mm_min
         wanted = [
-            self._wanted(cutting, feeds[k], length, unit, whole=not pieces.rest)
+            self._feed_text(cutting, feeds[k], length, unit, whole=not pieces.rest)
             for k, length in zip(pieces.owner, pieces.lengths, strict=True)
         ]
         if any(want is None for want in wanted):
@@ -351,7 +351,7 @@ class _Rewriter:
             out[-1] = " ".join((out[-1], *pieces.tail))
         return out
 
-    def _wanted(
+    def _feed_text(
         self, cutting: Sequence[Move], feed: float, length: float, unit: float, *, whole: bool
     ) -> tuple[str, bool] | None:
         """Text of the number to write for a feed, and whether it is the feed the block has now."""

@@ -261,7 +261,7 @@ class Run:
             or (held is not None and held.plane != move.plane)
         ):
             what = "a corner (,R or ,C) stands between two feed motions of the plane"
-            raise self.fail("E109", word, what, "program its next motion, or leave the word out")
+            raise self.fail("E109", word, what, "program its next motion, or remove the word")
         if held is not None:
             state.held = None
             assert state.corner is not None

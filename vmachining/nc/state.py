@@ -377,7 +377,7 @@ class Memory:
         assert target.number is not None
         key = parameter_number(target.number, self)
         if self.family and key == ALARM:
-            raise NoValueError(f"#3000 = {number:g}: the program stops here with an alarm of its own")
+            raise NoValueError(f"#3000 = {number:g}: the program stops here with its own alarm")
         if self.family and key >= FAMILY_FREE and not is_switch(key):
             set_variable(self.state.clone(), key, number)
         elif key > LAST_FREE and key not in NOTES:

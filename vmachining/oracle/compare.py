@@ -177,7 +177,7 @@ def _refuse_another_program(given: Results, known: Reference) -> None:
         where, theirs = given.texts.get(number, ({}, None))
         if theirs is not None and "".join(theirs.split()) != "".join((ours or "").split()):
             raise InputError(
-                f"is of another program: {given.key} {number} is {theirs.strip()!r} here and "
+                f"belongs to another program: {given.key} {number} is {theirs.strip()!r} here and "
                 f"{(ours or '').strip()!r} in {known.source}",
                 **where,
                 remedy="compare results of one program; without a column text numbers alone are compared",

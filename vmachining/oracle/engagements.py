@@ -129,7 +129,7 @@ def compare_engagement(
     if not 0.0 <= tolerance_mm <= LARGEST:
         raise InputError(f"tolerance_mm {tolerance_mm:g}: expected a number from 0 to {LARGEST:g}")
     known, source = _reference(reference)
-    given, name = _given(results, known)
+    given, name = _intervals_of(results, known)
     rows: list[tuple[Any, ...]] = []
     left = dict(given)
     nearby = _by_cell(given)
@@ -205,7 +205,7 @@ def _reference(reference: Path | str | pl.DataFrame | Engagement) -> tuple[dict[
     return _gathered(_Table(table.to_dict(as_series=False), str(path))), str(folder)
 
 
-def _given(
+def _intervals_of(
     results: Path | str | pl.DataFrame | Mapping[str, Sequence[Any]] | Engagement,
     known: Mapping[Place, list[Interval]],
 ) -> tuple[dict[Place, list[Interval]], str]:
@@ -232,7 +232,7 @@ def _given(
 def _csv(path: Path) -> _Table:
     """The columns of a CSV file that are needed."""
     line, names, rows = csv_table(path)
-    _wanted(names, str(path), line)
+    _check_columns(names, str(path), line)
     needed = [name for name in (*KEYS, "at") if name in names]
     refuse_twice(names, needed, str(path), line)
     read = list(rows)
@@ -240,7 +240,7 @@ def _csv(path: Path) -> _Table:
     return _Table(columns, str(path), [number for number, _ in read])
 
 
-def _wanted(columns: Iterable[str], source: str, line: int | None = None) -> None:
+def _check_columns(columns: Iterable[str], source: str, line: int | None = None) -> None:
     lacking = next((name for name in KEYS if name not in set(columns)), None)
     if lacking is not None:
         raise InputError(f"no column {lacking}", file=source, line=line, remedy=WANTED)
@@ -253,7 +253,7 @@ def _gathered(
 
     only : the instant of every block, where there is no column of them. nameless : whether a block may be empty.
     """
-    _wanted(table.columns, table.source)
+    _check_columns(table.columns, table.source)
     used = [*KEYS, "at"] if "at" in table.columns else [*KEYS]
     columns = {name: list(table.columns[name]) for name in used}
     rows = len(columns["block"])
@@ -264,7 +264,7 @@ def _gathered(
         raise InputError(
             "a header and no results",
             file=table.source,
-            remedy="one row per interval, and one without ends where an angle touches nothing",
+            remedy="one row per interval, and one row without ends for an angle without contact",
         )
     out: dict[Place, list[Interval]] = {}
     for row, (block, *cells) in enumerate(zip(*columns.values(), strict=True)):

@@ -27,7 +27,7 @@ from vmachining.job.workpiece import raw_engine
 from vmachining.sweep import Sweep
 from vmachining.tolerance import BREP_SECONDS
 
-__all__ = ["BREP", "EngineComparison", "Said", "compare_engines", "engine_names"]
+__all__ = ["BREP", "Answers", "EngineComparison", "compare_engines", "engine_names"]
 
 BREP = "brep"
 """Judges blocks and cuts none: its intervals are its values with their errors, where they are agreed."""
@@ -43,7 +43,7 @@ NEAR = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Said:
+class Answers:
     """What one engine says. lo, estimate, hi : (n,) mm^3, NaN where it gives no answer. seconds : (n,) of a processor.
 
     proven : (n,) whether the interval is a bound. refused : why it does not take the job, or ended early; None.
@@ -75,9 +75,9 @@ class EngineComparison:
     block: Sequence[int]
     line: Sequence[int]
     text: Sequence[str]
-    said: Sequence[Said]
+    answers: Sequence[Answers]
 
-    def excluded(self, one: Said, other: Said) -> list[int]:
+    def excluded(self, one: Answers, other: Answers) -> list[int]:
         """Numbers of the blocks at which the intervals of two engines exclude each other."""
         lo, hi = np.maximum(one.lo, other.lo), np.minimum(one.hi, other.hi)
         with np.errstate(invalid="ignore"):
@@ -89,7 +89,7 @@ class EngineComparison:
         """Pairs of engines that exclude each other somewhere: engines, blocks, and whether both are proven there."""
         row = {number: k for k, number in enumerate(self.block)}
         out = []
-        for one, other in combinations(self.said, 2):
+        for one, other in combinations(self.answers, 2):
             if blocks := self.excluded(one, other):
                 at = [row[number] for number in blocks]
                 proven = int((one.proven[at].astype(bool) & other.proven[at].astype(bool)).sum())
@@ -106,7 +106,7 @@ class EngineComparison:
         """A row per engine: blocks answered, total, time, width, distance to the narrowest proven answer."""
         truth = self.narrowest()
         out = []
-        for each in self.said:
+        for each in self.answers:
             has = each.has
             width, size = (each.hi - each.lo)[has], each.estimate[has]
             real = size > 0.0
@@ -128,7 +128,7 @@ class EngineComparison:
     def narrowest(self) -> Floats:
         """(n,) mm^3: middle of the intersection of all proven intervals, NaN where none exists."""
         lo, hi = np.full(len(self.block), -np.inf), np.full(len(self.block), np.inf)
-        for each in self.said:
+        for each in self.answers:
             bound = each.proven.astype(bool) & each.has
             lo[bound], hi[bound] = np.maximum(lo, each.lo)[bound], np.minimum(hi, each.hi)[bound]
         fine = np.isfinite(lo) & np.isfinite(hi) & (lo <= hi)
@@ -141,7 +141,7 @@ class EngineComparison:
             "line": list(self.line),
             "text": list(self.text),
         }
-        for each in self.said:
+        for each in self.answers:
             for name, values in (
                 ("mm3", each.estimate),
                 ("lo_mm3", each.lo),
@@ -197,10 +197,10 @@ def compare_engines(
     blocks : only so many of the blocks that cut, from the first one on; None: all.
 
     Kernels are compiled before the clock runs. An engine that refuses the job, or fails at a block, is named with its reason and
-    keeps what it has said; the others continue.
+    keeps the answers it has given; the others continue.
 
     Raises InputError: The job cannot be used by any of them.
-    Raises Stopped: `stop` said so.
+    Raises Stopped: `stop` returned true.
     """
     job = Job.of(job)
     names = engine_names(",".join(engines))
@@ -241,9 +241,9 @@ def compare_engines(
     )  # fmt: skip
 
 
-def _nothing(name: str, n: int) -> Said:
+def _nothing(name: str, n: int) -> Answers:
     lo, estimate, hi = np.full((3, n), np.nan)
-    return Said(name, lo.copy(), estimate.copy(), hi.copy(), np.zeros(n), np.zeros(n))
+    return Answers(name, lo.copy(), estimate.copy(), hi.copy(), np.zeros(n), np.zeros(n))
 
 
 def _cut(engine: Engine, work: Sequence[tuple[Any, Sequence[Sweep]]]) -> Iterator[tuple[int, Removal, float]]:
@@ -288,7 +288,7 @@ def _by_brep(
     seconds: float,
     progress: Callable[[str, int, int], None],
     stop: Callable[[], bool],
-) -> Said:
+) -> Answers:
     """Values of the B-rep engine where they are agreed, with their errors; its time is that of its own processes.
 
     whole : whether `numbers` are all blocks of the job that cut.

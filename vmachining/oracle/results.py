@@ -158,7 +158,7 @@ def refuse_twice(names: Sequence[str], needed: Iterable[str], source: str, line:
     """InputError where a header names a needed column twice."""
     twice = next((name for name in needed if names.count(name) > 1), None)
     if twice is not None:
-        raise InputError(f"column {twice} twice", file=source, line=line, remedy="name one of them otherwise")
+        raise InputError(f"column {twice} twice", file=source, line=line, remedy="rename one of them")
 
 
 def _gather(key: str, rows: Iterable[tuple[int, Any, Any, Any]], source: str, unit: str) -> Results:

@@ -94,7 +94,7 @@ def compare_set(
             )  # fmt: skip
     found = {
         name: compare(table, reference / name, tolerance_rel=tolerance_rel, tolerance_mm3=tolerance_mm3)
-        for name, table in _given(results, tuple(known))
+        for name, table in _tables_by_case(results, tuple(known))
     }
     if not found:
         raise InputError(
@@ -105,7 +105,7 @@ def compare_set(
     return SetComparison(found, tuple(name for name in known if name not in found), str(reference))
 
 
-def _given(results: Path, known: Sequence[str]) -> Iterator[tuple[str, Any]]:
+def _tables_by_case(results: Path, known: Sequence[str]) -> Iterator[tuple[str, Any]]:
     """Results by case."""
     if results.is_dir():
         for name in known:

@@ -228,15 +228,15 @@ def _words(found: Beside, differ: int, pieces: int, word: str, same: bool) -> li
         f"“{b.name}” takes {takes}, “{a.name}” {took} ({percent(before, after)}).",
     ]
     if found.is_one_to_one:
-        lines.append("Every block of one has its like in the other.")
+        lines.append("Every block of one has a counterpart in the other.")
     else:
         lines.append(
-            f"{plural(len(a.blocks), 'block')} of “{a.name}” and {number(len(b.blocks))} of “{b.name}” stand beside each "
-            f"other in {plural(pieces, 'piece')} of the path that end at the same place."
+            f"{plural(len(a.blocks), 'block')} of “{a.name}” and {number(len(b.blocks))} of “{b.name}” are matched in "
+            f"{plural(pieces, 'piece')} of the path that end at the same point."
         )
     lines.append(
-        f"In {number(differ)} of {plural(pieces, word)} the two brackets exclude each other."
-        if differ else f"There is no {word} whose two brackets exclude each other."
+        f"In {number(differ)} of {plural(pieces, word)} the two brackets do not overlap."
+        if differ else f"There is no {word} whose two brackets do not overlap."
     )  # fmt: skip
     stated = [(side, int((~side.proven).sum())) for side in (a, b)]
     if any(count for _, count in stated):

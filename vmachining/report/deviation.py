@@ -64,7 +64,7 @@ def _scene(mesh: MeshStock, layers: list[Layer], reach: float) -> Scene:
     )
     return Scene(
         title="Where it was measured", layers=[part, *layers], reach=reach,
-        words="Red: too much is taken, blue: material is left; the pointer tells a place",
+        words="Red: too much is removed, blue: material is left; hover to see the values of a point",
     )  # fmt: skip
 
 

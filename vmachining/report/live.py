@@ -108,7 +108,7 @@ class _Handler(BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         live, port = self.server.live, self.server.server_port
         if self.headers.get("Host") not in (f"{LOOPBACK}:{port}", f"localhost:{port}"):
-            self.send_error(HTTPStatus.FORBIDDEN, "ask for this machine by its own name")
+            self.send_error(HTTPStatus.FORBIDDEN, "use the name of this machine")
             return
         name = unquote(urlsplit(self.path).path).lstrip("/")
         if not name:

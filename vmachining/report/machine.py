@@ -37,7 +37,7 @@ def machine_record(mill: Mill) -> dict[str, Any]:
     count = (sum(turning), len(turning) - sum(turning))
     stated = mill.keys.model_dump(exclude_unset=True, exclude={"chain", "options", "file"})
     name = mill.keys.chain or mill.name
-    words = CLASSES.get(count, "a chain of its own")
+    words = CLASSES.get(count, "a custom chain")
     if mill.legs is not None or name == "hexa":
         words = (
             "six legs carry the spindle"
@@ -106,7 +106,7 @@ def write_machine(mill: Mill, out: Path) -> None:
         ),
         Panel(
             title="Limits", head=("key of [machine]", "value"), rows=list(told["limits"].items()),
-            text="" if told["limits"] else "None beyond those of the axes: a limit that is not stated does not apply.",
+            text="" if told["limits"] else "Only those of the axes: a limit that is not stated does not apply.",
         ),
     ]  # fmt: skip
     if told["options"]:

@@ -158,7 +158,7 @@ def _chips(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
     )
     if guessed := summary.get("guesses"):
         chips.append({"kind": "warn", "text": f"{plural(len(guessed), 'line')} of the job guessed"})
-    chips.append({"kind": "", "text": f"{result.stock.name} engine, {_asked(result)}"})
+    chips.append({"kind": "", "text": f"{result.stock.name} engine, {_accuracy(result)}"})
     if stated := summary["stated_blocks"]:
         chips.append({"kind": "warn", "text": f"{plural(stated, 'block')} stated, not proven"})
     if result.schedule:
@@ -167,7 +167,7 @@ def _chips(result: RunResult, blocks: pl.DataFrame) -> list[dict[str, str]]:
     return [second, *chips] if summary["brep"]["disputed"] else [*chips, second]
 
 
-def _asked(result: RunResult) -> str:
+def _accuracy(result: RunResult) -> str:
     """The knob of the engine."""
     if result.stock.name == "columns":
         return f"width {100 * result.summary['width']:.3g} %"

@@ -99,7 +99,7 @@ def _judged(s: dict[str, Any], looked: int) -> list[str]:
     ]
 
 
-def _not_given(result: RunResult) -> list[str]:
+def _missing_inputs(result: RunResult) -> list[str]:
     """What the job does not describe of its tools, in words for the reader."""
     tools = result.job.tools
     lacking = []
@@ -131,8 +131,8 @@ def checked(result: RunResult) -> str:
     if parts:
         said.append(f"none of {' or '.join(parts)}")
     if is_g_code(result.program.dialect):
-        said.append("no feed move with a standing spindle")
-    lacking = _not_given(result)
+        said.append("no feed move with a stopped spindle")
+    lacking = _missing_inputs(result)
     told = ", ".join(said)
     return f"{told[0].upper()}{told[1:]}." + (f" Not checked: {'; '.join(lacking)}." if lacking else "")
 
@@ -145,7 +145,7 @@ def _contact_limits(result: RunResult) -> list[str]:
         f"given. Contacts shallower than about {4 * chord:g} mm (four chords) may go unseen, of a tool that leans or "
         f"turns {4 * max(chord, TURNING_CHORD_MM):g} mm."
     ]
-    return [*lines, *(f"{text[0].upper()}{text[1:]}." for text in _not_given(result))]
+    return [*lines, *(f"{text[0].upper()}{text[1:]}." for text in _missing_inputs(result))]
 
 
 def _contact_known(blocks: pl.DataFrame) -> list[str]:
@@ -158,7 +158,7 @@ def _contact_known(blocks: pl.DataFrame) -> list[str]:
         "earlier sweeps, a chip to first order in the feed."
     ]
     if blocks["force_n"].count():
-        lines.append("Forces are as good as the coefficients of the job: nothing here measures them.")
+        lines.append("Forces are as good as the coefficients of the job; they are not measured here.")
     return lines
 
 

@@ -60,7 +60,7 @@ def read_mesh(path: Path, *, scale: float = 1.0) -> MeshStock:
     kind = path.suffix.lower()
     if kind not in MEMORY_PER_BYTE:
         raise StockError(
-            f"{kind or 'a file without a suffix'} is not a mesh format that is read here",
+            f"{kind or 'a file without a suffix'} is not a supported mesh format",
             file=str(path),
             remedy="export it as STL, 3MF, OBJ or PLY",
         )

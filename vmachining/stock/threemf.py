@@ -151,7 +151,7 @@ class _Reader:
         if entry is None:
             raise self.refusal(f"has no part {name}")
         if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-            raise self.refusal(f"{name} is neither stored nor deflated, which 3MF asks for")
+            raise self.refusal(f"{name} is neither stored nor deflated, as 3MF requires")
         if entry.file_size > self.left:
             raise self.refusal(f"{name} unpacks to {entry.file_size / 2**20:.0f} MB", size=True)
         parser = expat.ParserCreate(namespace_separator=" ")

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from vmachining.arrays import Bools, Floats, Ints, rows
 from vmachining.errors import SweepError
 from vmachining.geometry import Arc, Line, Path, RayIntervals
+from vmachining.htmltable import box_words, facts_html
 from vmachining.numerics.series import Series
 from vmachining.sweep import _kernels
 from vmachining.sweep.bounds import body_bounds
@@ -127,6 +128,18 @@ class Sweep:
 
     def __repr__(self) -> str:
         return f"Sweep({self.profile!r}, {self.path!r})"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: cutter, motion and box."""
+        facts = [
+            (
+                "cutter",
+                f"radius {self.profile.max_radius:g} mm, height {self.profile.z_max - self.profile.z_min:g} mm",
+            ),
+            ("motion", repr(self.path)),
+            ("box, mm", box_words(*self.bounds)),
+        ]
+        return facts_html("Sweep", facts)
 
     def plot(self) -> Figure:
         """A shaded view of the swept volume with the path of the tip, as a matplotlib figure; a notebook shows it."""

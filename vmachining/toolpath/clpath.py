@@ -111,7 +111,7 @@ def _above(piece: CLPath, k: int, z: float) -> CLPath:
     tip, axis = piece.tips[k], piece.axes[k]
     if axis[2] < 0.05:
         raise InputError(
-            f"the tool lies on its side at ({tip[0]:.4g}, {tip[1]:.4g}, {tip[2]:.4g}): it cannot be drawn back upwards",
+            f"the tool lies on its side at ({tip[0]:.4g}, {tip[1]:.4g}, {tip[2]:.4g}): it cannot be retracted upwards",
             remedy="less lead or tilt, or turn the part",
         )
     over = tip + max(z - tip[2], 0.0) / axis[2] * axis

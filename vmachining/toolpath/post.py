@@ -75,7 +75,7 @@ def post_program(
     )
     if leaning is not None:
         raise InputError(
-            f"line {leaning.line}: an arc under a leaning tool has no words here",
+            f"line {leaning.line}: an arc under a leaning tool cannot be written",
             remedy="post it as short lines",
         )
     joints = next(
@@ -101,7 +101,7 @@ def post_program(
     if dialect in ("iso", "fanuc") and any(m.axis_end is not None for m in moves):
         if machine is None or not machine.rotary:
             raise InputError(
-                "the tool leans: its angles are those of a machine", remedy="name one: --machine ac-table"
+                "the tool leans: its angles need a machine", remedy="name one: --machine ac-table"
             )
         moves, notes, found, lines, rapid = _with_angles(moves, machine, angle_deg, start_deg)
     writer.write(moves)

@@ -22,7 +22,7 @@ forces, and exact for the workpiece as it is given.
 | `finish.py`, `finish_corner.py` | direct solve; published stages for the cylinder and for the corner |
 | `workpiece.py` | `HeightWorkpiece`, `corner_of` |
 
-Source: Hendriko, five-axis milling, chapters 5 and 6; the printed equations are put right, tests show where they fail, and
+Source: Hendriko, five-axis milling, chapters 5 and 6; the printed equations are corrected, tests show where they fail, and
 docs/engagement_analytic.md maps every symbol to its function.
 
 Known limits: the edge is straight (no helix). The workpiece is what heights can say: no overhang. Contacts with a

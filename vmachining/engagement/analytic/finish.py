@@ -3,10 +3,10 @@
 | function | is |
 |---|---|
 | `finished` | every rotation angle by the general interval rule on any `Surface`; the default |
-| `staged_length`, `staged_lengths` | the published three stages for the cylinder, put right; over angles, one patch or more |
+| `staged_length`, `staged_lengths` | the published three stages for the cylinder, corrected; over angles, one patch or more |
 | `circle_length`, `slope_length`, `section_through` | its parts |
 
-Angles rad, lengths mm; plain numbers and arrays. Source: Hendriko, five-axis milling, 6-8 to 6-42, put right. The stages
+Angles rad, lengths mm; plain numbers and arrays. Source: Hendriko, five-axis milling, 6-8 to 6-42, corrected. The stages
 are exact on the model where S_x is flat or the tool leans in one direction only, else off by up to 0.3 %.
 """
 
@@ -61,7 +61,7 @@ def circle_length(cq: ArrayLike, tilt: ArrayLike, radius: ArrayLike, lean: Array
     Notes
     -----
     p = (R sin d, R cos d - Cq), e = (sin th, cos th), s = -p.e +- sqrt((p.e)^2 - |p|^2 + R^2): the same as the chains of
-    triangles 6-8 to 6-19 put right, without their cancellation.
+    triangles 6-8 to 6-19 corrected, without their cancellation.
     """
     q, d, big, th = (np.asarray(v, dtype=np.float64) for v in (cq, tilt, radius, lean))
     px, pz = big * np.sin(d), big * np.cos(d) - q
@@ -111,7 +111,7 @@ class Stages(NamedTuple):
 
 
 def staged_length(patch: Patch, point: ArrayLike, theta_a: float, theta_b: float) -> Stages:
-    """Length of cut of a flat cutter by the published stages, put right: from a point C of the rim, below the surface.
+    """Length of cut of a flat cutter by the published stages, corrected: from a point C of the rim, below the surface.
 
     Stage 1 leans by theta_b in the x-z plane, stage 2 finds the radius there, stage 3 leans by -theta_a toward +y.
 
@@ -151,7 +151,7 @@ def staged_lengths(
     *,
     patches: int | None = 1,
 ) -> Floats:
-    """(m,) mm, lengths of cut of a flat cutter at angles phi (m,) by the published stages, put right.
+    """(m,) mm, lengths of cut of a flat cutter at angles phi (m,) by the published stages, corrected.
 
     Parameters
     ----------

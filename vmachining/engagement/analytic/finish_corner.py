@@ -1,4 +1,4 @@
-"""Finish passes with a corner: the published stages at three rotation angles and their interpolation, put right.
+"""Finish passes with a corner: the published stages at three rotation angles and their interpolation, corrected.
 
 | function | is |
 |---|---|
@@ -10,7 +10,7 @@
 
 The direct solve at every angle is `finish.finished`; the interpolation is the dominating error of the published
 procedure (up to 40 % of the length, see docs/measured/abs.md). Angles rad, lengths mm. Source: Hendriko, five-axis
-milling, 6-43 to 6-58, put right: signs of the leans at 0 and 180 degrees, 6-51, 6-52, 6-55, 6-56.
+milling, 6-43 to 6-58, corrected: signs of the leans at 0 and 180 degrees, 6-51, 6-52, 6-55, 6-56.
 """
 
 from __future__ import annotations
@@ -114,7 +114,7 @@ class StationEnd(NamedTuple):
 
 
 def station(patch: Patch, corner: Corner, tip: ArrayLike, frame: ArrayLike, phi: float) -> StationEnd:
-    """UE at phi = 0, 90 or 180 degrees by the published stages, put right.
+    """UE at phi = 0, 90 or 180 degrees by the published stages, corrected.
 
     Raises InputError: Another angle, or a model without a height over the edge.
     """

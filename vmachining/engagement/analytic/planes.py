@@ -1,7 +1,7 @@
 """Where the edge crosses a plane n . Q = c, in closed form, as functions of plain numbers and arrays.
 
 n = e_x, e_y, e_z gives the walls and tops of blocks ("X-, Y-, Z-boundary"), any other n a sloping face. Source: Hendriko,
-five-axis milling, 5-16 to 5-27, with 5-19, 5-23, 5-24, 5-26 and 5-27 put right.
+five-axis milling, 5-16 to 5-27, with 5-19, 5-23, 5-24, 5-26 and 5-27 corrected.
 """
 
 from __future__ import annotations

@@ -95,7 +95,7 @@ class HeightStock:
         top = np.full((len(breaks[0]) - 1, len(breaks[1]) - 1), -np.inf)
         flat = index[0] * top.shape[1] + index[1]
         if len(np.unique(flat)) < len(flat):
-            raise StockError("two vertical vectors at one place")
+            raise StockError("two vertical vectors at one position")
         top.ravel()[flat] = p[:, 2]
         return cls(breaks[0], breaks[1], top, floor)
 

@@ -2,7 +2,7 @@
 
 mu is the tilt of the upward normal from z, signed: positive toward +x (or +y), mu = atan(-dz/dx). A profile through two
 normals is a circle of radius R > 0 where it is convex, R < 0 where it is concave, and straight where both tilts agree.
-Source: Hendriko, five-axis milling, 6-1 to 6-7; the sign of the chord and of 6-7 is put right, and straight is a shape of
+Source: Hendriko, five-axis milling, 6-1 to 6-7; the sign of the chord and of 6-7 is corrected, and straight is a shape of
 its own instead of R = 0.
 """
 

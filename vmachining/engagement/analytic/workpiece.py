@@ -36,7 +36,7 @@ def corner_of(profile: Profile) -> Corner:
     fits &= len(rod) <= 1 and all(abs(s.r0 - s.r1) <= LENGTH_EPS_MM and not s.is_arc for s in rod)
     if not fits:
         raise ToolError(
-            "method analytic knows flat, bull and ball cutters only",
+            "method analytic works for flat, bull and ball cutters only",
             remedy="take dexel or brep for this tool",
         )
     return Corner(rm, r, rod[0].z1 - r if rod else 0.0)
@@ -56,7 +56,7 @@ class HeightWorkpiece:
         corner = corner_of(edge.profile)
         if edge.twist != 0.0:
             raise ToolError(
-                "method analytic takes the straight edge", remedy="take dexel or brep for a helix"
+                "method analytic works with the straight edge only", remedy="take dexel or brep for a helix"
             )
         stock = self.stock
         if stock is None or not len(parts.row):

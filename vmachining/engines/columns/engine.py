@@ -140,7 +140,7 @@ class ColumnsEngine:
         EngineError
             The sweep turns, its cutter is not convex, or its top dips below the top of the stock.
         """
-        found = self._asked(sweep, block, keep=True)
+        found = self._removal(sweep, block, keep=True)
         self._gone, self._left = self._gone.plus(found), None
         if self._count >= self._tidy_from:
             self.tidy()
@@ -208,9 +208,9 @@ class ColumnsEngine:
     def touch(self, sweep: Sweep, within: float | None = None) -> Removal:
         """What the sweep would take, as narrow as `cut` or as a layer of `within` mm on half a ball of the cutter."""
         floor = 0.0 if within is None else within * 2.0 * np.pi * sweep.profile.max_radius**2
-        return self._asked(sweep, None, keep=False, floor=floor)
+        return self._removal(sweep, None, keep=False, floor=floor)
 
-    def _asked(self, sweep: Sweep, block: int | None, *, keep: bool, floor: float = 0.0) -> Removal:
+    def _removal(self, sweep: Sweep, block: int | None, *, keep: bool, floor: float = 0.0) -> Removal:
         if not self.takes(sweep):
             raise EngineError("the tool turns or is not convex", engine=self.name, block=block)
         if not self.meets(sweep):
@@ -254,7 +254,7 @@ class ColumnsEngine:
         found, pieces = NOTHING, self._count - first
         for k in range(first, self._count):
             found = found.plus(self._one(k, goal_of(COARSE, wanted / pieces), True))
-        asked = _kernels.wanted(self._goal(first, wanted), found.lo)
+        asked = _kernels.goal_width(self._goal(first, wanted), found.lo)
         if found.width <= asked:
             return found
         self._ready(first).restore(before)

@@ -29,4 +29,6 @@ def judged(found: Removal, relative: float, absolute: float) -> Removal:
         return found._replace(note=None)
     asked = f"{100.0 * relative:.3g} % or {absolute:.3g} mm3"
     share = 100.0 * found.width / found.estimate if found.estimate > 0.0 else 100.0
-    return found._replace(note=f"removed volume known to {share:.3g} % where {asked} is asked: {found.note}")
+    return found._replace(
+        note=f"removed volume known to {share:.3g} %, not to {asked} as requested: {found.note}"
+    )

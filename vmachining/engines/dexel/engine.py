@@ -72,15 +72,15 @@ class DexelEngine(Summed):
 
     def cut(self, sweep: Sweep, block: int | None = None) -> Removal:
         """See `Engine`."""
-        found = self._asked(sweep, -1 if block is None else block, cut=True)
+        found = self._removal(sweep, -1 if block is None else block, cut=True)
         self._removed = self._removed.plus(found)
         return found
 
     def touch(self, sweep: Sweep, within: float | None = None) -> Removal:
         """See `Engine`."""
-        return self._asked(sweep, -1, cut=False)
+        return self._removal(sweep, -1, cut=False)
 
-    def _asked(self, sweep: Sweep, block: int, *, cut: bool) -> Removal:
+    def _removal(self, sweep: Sweep, block: int, *, cut: bool) -> Removal:
         short = reaching(sweep, self._box)
         if not meets(short, self._box):
             return NOTHING

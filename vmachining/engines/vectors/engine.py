@@ -56,7 +56,7 @@ class VectorEngine(Summed):
     def __init__(self, stock: Stock, options: Options) -> None:
         if options.design is None:
             raise StockError(
-                "the vectors engine measures against a design, and the job has none",
+                "the vectors engine measures against a design, but the job has no design",
                 remedy='add [design] with step = "..." or stl = "..."',
             )
         _refuse_elsewhere(options.design, stock)

@@ -140,7 +140,7 @@ class UprightVectors:
 
     # -- tiles ---------------------------------------------------------------------------------------------
 
-    def _wanted(self, ranges: Ints) -> int:
+    def _load(self, ranges: Ints) -> int:
         """Load the tiles of ranges of cells (k, 4) and answer how many they are; none is loaded if they are too many."""
         self._now += 1
         missing = np.empty((self._slot.size, 2), dtype=np.int64)
@@ -211,7 +211,7 @@ class UprightVectors:
         todo = [(0, len(balls))]
         while todo:
             first, stop = todo.pop()
-            if self._wanted(ranges[first:stop]) > KEPT and stop - first > 1:
+            if self._load(ranges[first:stop]) > KEPT and stop - first > 1:
                 middle = (first + stop) // 2
                 todo += [(middle, stop), (first, middle)]
                 continue
@@ -283,7 +283,7 @@ class UprightVectors:
         if cells is None:
             return NOTHING
         i0, i1, j0, j1 = cells
-        self._wanted(np.array([cells]))
+        self._load(np.array([cells]))
         depth, span = self._scratch(i1 - i0, j1 - j0)
         x, y = self.centres(*cells)
         box, under = sweep.bounds[:, :2], 0

@@ -249,7 +249,7 @@ class _Batch:
         except InputError as exc:
             self._table_due = self._page_due = time.monotonic() + PAGE_SECONDS
             if str(exc) not in self._refused:
-                self.watcher.note(f"{exc}; it is tried again while jobs continue")
+                self.watcher.note(f"{exc}; it will be retried while jobs continue")
             self._refused.add(str(exc))
             return False
         return True

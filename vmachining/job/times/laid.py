@@ -235,7 +235,7 @@ def _run(log: Log, lines: Ints) -> tuple[int, int]:
     if cover < LEAST_COVER:
         told = f"its lines reach {int(log.line.max())}, the program moves in lines {head} to {tail}"
         raise InputError(
-            f"no run in this log goes through half of the program: {told}", file=log.name,
+            f"no run in this log covers half of the program: {told}", file=log.name,
             remedy="is it the log of another program, or of another version?",
         )  # fmt: skip
     return best

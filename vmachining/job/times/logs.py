@@ -161,7 +161,7 @@ def _piped(text: str, skipped: list[int]) -> Iterator[Entry]:
 
 def _xml(path: Path, text: str) -> Iterator[Entry]:
     if re.search(r"<!(DOCTYPE|ENTITY)", text, re.IGNORECASE):
-        raise InputError("has a document type, which logs have not", file=str(path))
+        raise InputError("declares a document type, which logs do not have", file=str(path))
     try:
         root = ElementTree.fromstring(text.encode("utf-8"))
     except ElementTree.ParseError as exc:
@@ -189,7 +189,7 @@ def _table(path: Path, text: str, skipped: list[int]) -> Iterator[Entry]:
     keys = [_key(cell) for cell in next(reader)]
     if "time" not in keys or "line" not in keys:
         raise InputError(
-            f"its first line names no columns time and line: {first[:80]!r}", file=str(path),
+            f"its first line lacks the columns time and line: {first[:80]!r}", file=str(path),
             remedy="name them, e.g. time,line,feed_override,rapid_override",
         )  # fmt: skip
     at = keys.index("time")
@@ -218,9 +218,9 @@ def _columns(path: Path, entries: list[Entry], skipped: list[int]) -> Log:
     lines = [(t, v) for t, v in found["line"] if v >= 0 and v == int(v)]
     if len(lines) < 2:
         raise InputError(
-            "has no numbers of blocks",
+            "has no block numbers",
             file=str(path),
-            remedy="items Block_Number, Line or LineNumber are looked for",
+            remedy="expected an item Block_Number, Line or LineNumber",
         )
     begin = lines[0][0]
 

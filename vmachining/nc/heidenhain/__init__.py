@@ -25,7 +25,7 @@ from vmachining.nc.heidenhain.control import Control
 from vmachining.nc.heidenhain.din_iso import conversational
 from vmachining.nc.heidenhain.text import blocks
 from vmachining.nc.lexer import split_lines
-from vmachining.nc.model import Finding, Move, Told
+from vmachining.nc.model import Declared, Finding, Move
 from vmachining.nc.settings import Settings
 
 __all__ = ["Read", "read_heidenhain"]
@@ -38,7 +38,7 @@ class Read(NamedTuple):
     findings: list[Finding]
     ended: bool
     files: tuple[str, ...]
-    told: Told
+    declared: Declared
 
 
 def read_heidenhain(
@@ -59,5 +59,7 @@ def read_heidenhain(
         pen.note("W406", "the program contains no motion")
     unit = "" if not control.begun else "mm" if pen.scale == 1.0 else "inch"
     names = {number: name for name, number in control.names.items()}
-    told = Told(unit, control.told_stock(), dict(pen.known_radius), tuple(sorted(pen.called)), names=names)
-    return Read(pen.moves, pen.findings, control.ended, tuple(map(str, control.paths)), told)
+    declared = Declared(
+        unit, control.declared_stock(), dict(pen.known_radius), tuple(sorted(pen.called)), names=names
+    )
+    return Read(pen.moves, pen.findings, control.ended, tuple(map(str, control.paths)), declared)

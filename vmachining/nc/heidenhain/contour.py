@@ -76,7 +76,7 @@ class Contour:
                 radius = value + (radius if word.incremental else 0.0)
             elif word.key == "PA":
                 if word.incremental and not known:
-                    raise PenError("E362", "an angle step while the tool stands on the pole", word.text)
+                    raise PenError("E362", "an angle step while the tool is on the pole", word.text)
                 angle = q.number(word.value) + (angle if word.incremental else 0.0)
             elif word.key in AXES:
                 axis = AXES[word.key]
@@ -269,7 +269,7 @@ class Contour:
                 )
             touch = _touch(came, center, inner, ccw)
             if touch is None:
-                raise PenError("E305", "the tool stands inside the approach arc")
+                raise PenError("E305", "the tool is inside the approach arc")
             share = abs(radius) / inner
             start = center[0] + share * (touch[0] - center[0]), center[1] + share * (touch[1] - center[1])
         pen.go(place(start), rapid=False)

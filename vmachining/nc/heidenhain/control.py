@@ -150,7 +150,7 @@ class Control(Definitions):
             pen.go_machine({2: 0.0}, rapid=True, word="M140")
             return
         if pen.tcp and pen.vector is None and any(pen.rotary.values()):
-            raise PenError("E208", "M140 MB while rotary axes stand turned under M128: where the tool points only the "
+            raise PenError("E208", "M140 MB while rotary axes are turned under M128: where the tool points only the "
                            "machine knows", "M140", "write M140 MB MAX, or M129 before")  # fmt: skip
         kept = pen.feed, pen.feed_mode
         pen.feed, pen.feed_mode = (feed, "min") if feed else kept
@@ -249,7 +249,7 @@ class Control(Definitions):
             if code == 103 and any(w.key == "M103 F" for w in given):
                 pen.note("W372", "M103 lowers the feed of plunging moves: they keep the full feed here",
                          word.text, once="M103")  # fmt: skip
-            pen.note("I408", f"M{code} changes no path: accepted{what}", word.text, once=f"M{code}")
+            pen.note("I408", f"M{code} does not change the path: accepted{what}", word.text, once=f"M{code}")
 
     def _stop(self) -> None:
         self.pen.flush()

@@ -93,7 +93,7 @@ class _Hole:
             yield z
             step = max(step - less, least) if less > 0.0 else step
             if step <= ROUNDING_MM:
-                raise PenError("E339", "the steps of the hole shrink to nothing", "Q212")
+                raise PenError("E339", "the steps of the hole shrink to zero", "Q212")
 
 
 def drill(pen: Pen, number: int, values: Values, *, surface: float = 0.0) -> None:

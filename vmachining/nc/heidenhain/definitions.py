@@ -105,7 +105,7 @@ class Definitions(Flow):
 
     blank: dict[str, dict[str, Any]] | None = None
 
-    def told_stock(self) -> dict[str, dict[str, Any]] | None:
+    def declared_stock(self) -> dict[str, dict[str, Any]] | None:
         """Stock that BLK FORM gives, as under [stock] of a job, mm."""
         if len(self.stock) == 2 and all(set(given) == {0, 1, 2} for _, given in self.stock):
             low, high = ([given[axis] for axis in range(3)] for _, given in self.stock)
@@ -230,7 +230,7 @@ class Definitions(Flow):
         elif number in (13, 32):
             self.pen.note(
                 "I408",
-                f"cycle {number} changes no path: accepted",
+                f"cycle {number} does not change the path: accepted",
                 f"CYCL DEF {number}",
                 once=f"cycle {number}",
             )
@@ -244,7 +244,7 @@ class Definitions(Flow):
         if "#" in rest:
             raise PenError(
                 "E208",
-                "a datum table (cycle 7 with #) is not given here",
+                "the datum table (cycle 7 with #) is not available",
                 rest[:20],
                 "write the shift as X Y Z",
             )
@@ -439,7 +439,7 @@ class Definitions(Flow):
 
     def _preset(self, number: float) -> None:
         if self.preset is not None and number != self.preset:
-            what = "a second preset: where it lies from the first is not given; both are taken to be one"
+            what = "a second preset: its distance from the first is not given; both are assumed to be the same"
             self.pen.note("W368", what, "CYCL DEF 247", once=f"{number:g}")
         self.preset = number
         self.pen.note("I409", f"preset {number:g} is the zero of the job", "CYCL DEF 247", once="preset")

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from vmachining.nc.lexer import split_lines
-from vmachining.nc.model import Finding, Move, Told
+from vmachining.nc.model import Declared, Finding, Move
 from vmachining.nc.settings import Settings
 from vmachining.nc.sinumerik.blocks import Control
 
@@ -30,7 +30,7 @@ class Read(NamedTuple):
     findings: list[Finding]
     ended: bool
     files: tuple[str, ...]
-    told: Told
+    declared: Declared
 
 
 def read_sinumerik(text: str, settings: Settings, decode: Callable[[bytes, str], str] | None) -> Read:
@@ -46,5 +46,5 @@ def read_sinumerik(text: str, settings: Settings, decode: Callable[[bytes, str],
         pen.note("W406", "the program contains no motion")
     unit = "" if control.feed_inch is None else "inch" if control.feed_inch else "mm"
     names = {number: name for name, number in control.names.items()}
-    told = Told(unit, control.stock, tools=tuple(sorted(pen.called)), names=names)
-    return Read(pen.moves, pen.findings, control.ended, tuple(map(str, control.paths)), told)
+    declared = Declared(unit, control.stock, tools=tuple(sorted(pen.called)), names=names)
+    return Read(pen.moves, pen.findings, control.ended, tuple(map(str, control.paths)), declared)

@@ -120,7 +120,7 @@ class Control(Modes):
             if self.first_work is not None:
                 raise PenError(
                     "E368",
-                    f"motions under G500 after G{self.first_work:g}: where its zero lies is not given",
+                    f"motions under G500 after G{self.first_work:g}: the position of its zero is not given",
                     "G500",
                 )
             self.basic_moved = True
@@ -176,8 +176,8 @@ class Control(Modes):
         if not self.pen.tcp:
             raise PenError("E208", "A3 B3 C3 without TRAORI", "A3")
         if self.by_axes:
-            self.pen.note("W375", "A3 B3 C3 with ORIAXES or ORIMKS: the way between two tool axes depends on the kinematics, "
-                          "the great circle is taken", "A3", once="by_axes")  # fmt: skip
+            self.pen.note("W375", "A3 B3 C3 with ORIAXES or ORIMKS: the path between two tool axes depends on the kinematics, "
+                          "the great circle is used", "A3", once="by_axes")  # fmt: skip
         return parts["A3"] or 0.0, parts["B3"] or 0.0, parts["C3"] or 0.0
 
     def _dwell(self, found: list[Word]) -> None:
@@ -221,7 +221,7 @@ class Control(Modes):
         a, b = pen.plane.first, pen.plane.second
         given = [axis for axis in (a, b) if axis in target]
         if self.motion not in (0.0, 1.0) or len(given) != 1:
-            raise PenError("E208", "ANG= beside other than one coordinate of a straight line is not supported", "ANG",
+            raise PenError("E208", "ANG= needs exactly one end coordinate of a straight line", "ANG",
                            "give the end of the line")  # fmt: skip
         (one,) = given
         other = b if one == a else a

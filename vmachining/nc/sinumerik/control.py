@@ -142,7 +142,7 @@ class Flow(Execution):
         if re.match(r"\$P_\w*FR(?:AME)?\b|\$M[ACN]_", base):
             raise PenError("E208", f"{base} sets a frame or the data of the machine", base,
                            "write TRANS and ROT, or give the work offsets in the job")  # fmt: skip
-        pen.note("I408", f"{base}= changes no path: accepted", base, once=base)
+        pen.note("I408", f"{base}= does not change the path: accepted", base, once=base)
 
     # ---- running ----
 

@@ -195,7 +195,7 @@ class Modes(Flow):
     def zero_changed(self) -> None:
         """A settable offset has another value from its next G54 on."""
         if self.first_work is not None and self.home_zero is None:
-            raise PenError("E208", "$P_UIFR sets an offset after one was used whose place is not given", "$P_UIFR",
+            raise PenError("E208", "$P_UIFR sets an offset after use of an offset whose position is not given", "$P_UIFR",
                            "set it before the first G54")  # fmt: skip
         self.work = None
 
@@ -206,7 +206,7 @@ class Modes(Flow):
         if self.basic_moved:
             raise PenError(
                 "E368",
-                f"G{code:g} after motions under G500: where one lies from the other is not given",
+                f"G{code:g} after motions under G500: the distance between them is not given",
                 f"G{code:g}",
             )
         index = {54.0: 1, 55.0: 2, 56.0: 3, 57.0: 4}.get(code, int(code) - 500)
@@ -224,7 +224,7 @@ class Modes(Flow):
         first = self.first_work if self.first_work is not None else code
         base = known.get({54.0: 540, 55.0: 550, 56.0: 560, 57.0: 570}.get(first, -1), (0.0, 0.0, 0.0))
         if code != first and (iso is None or not known):
-            pen.note("W368", "a second work offset: where it lies from the first is not given; both are taken to be one",
+            pen.note("W368", "a second work offset: its distance from the first is not given; both are assumed to be the same",
                      f"G{code:g}", once=f"{code:g}")  # fmt: skip
             iso = None
         here = known.get(iso or -1, (0.0, 0.0, 0.0))
@@ -362,10 +362,12 @@ class Modes(Flow):
             elif code == 500.0:
                 self.work = 500.0
             elif code in GNOTED:
-                pen.note("I408", f"G{code:g} changes no path: accepted", f"G{code:g}", once=f"G{code:g}")
+                pen.note(
+                    "I408", f"G{code:g} does not change the path: accepted", f"G{code:g}", once=f"G{code:g}"
+                )
             elif code == 291.0:
                 raise self.lost(PenError("E208", "G291: from here on the program is in the language of Fanuc's controls", "G291",
-                                         'give that part as a program of its own: dialect = "fanuc"'))  # fmt: skip
+                                         'give that part as a separate program: dialect = "fanuc"'))  # fmt: skip
             elif code not in KNOWN:
                 hint = "settable offsets are G54 to G57 and G505 to G599" if 501.0 <= code <= 504.0 else ""
                 raise PenError("E208", f"G{code:g} is not supported", f"G{code:g}", hint)
@@ -427,16 +429,16 @@ class Modes(Flow):
         name = word.name
         if name in USED or (word.kind == "word" and name in "GMPHE"):
             if name in "HE":
-                self.pen.note("I408", f"{name} changes no path: accepted", word.text, once=name)
+                self.pen.note("I408", f"{name} does not change the path: accepted", word.text, once=name)
             return True
         base = name.split("[", 1)[0]
         if base in FEED_SET:
             self.pen.note(
-                "W376", f"{base}= changes or limits feeds: they are taken without it", word.text, once=base
+                "W376", f"{base}= changes or limits feeds: the feeds here ignore it", word.text, once=base
             )
             return True
         if base in NOTED_SET:
-            self.pen.note("I408", f"{base}= changes no path: accepted", word.text, once=base)
+            self.pen.note("I408", f"{base}= does not change the path: accepted", word.text, once=base)
             return True
         return False
 
@@ -466,7 +468,7 @@ class Modes(Flow):
         elif code in (0, 1):
             after.append(pen.flush)
         else:
-            pen.note("I408", f"M{code} changes no path: accepted", word.text, once=f"M{code}")
+            pen.note("I408", f"M{code} does not change the path: accepted", word.text, once=f"M{code}")
 
     def _stop(self) -> None:
         self.pen.flush()
@@ -500,7 +502,7 @@ class Modes(Flow):
             pen.flush()
             pen.edge_feed = EDGE_FEEDS[name]
         elif name in NOTED or name in NOTED_CALLS:
-            pen.note("I408", f"{name} changes no path: accepted", name, once=name)
+            pen.note("I408", f"{name} does not change the path: accepted", name, once=name)
         elif name in REFUSED:
             raise PenError("E208", f"{REFUSED[name]}: {name} is not supported", name)
         elif name in cycles.PATTERNS or re.fullmatch(r"CYCLE\d+|POCKET\d|SLOT\d|LONGHOLE", name):
@@ -530,7 +532,7 @@ class Modes(Flow):
         elif name in NOTED_CALLS or re.fullmatch(r"M\d+", name):
             if name == "WORKPIECE":
                 self._workpiece(given)
-            pen.note("I408", f"{name} changes no path: accepted", name, once=name)
+            pen.note("I408", f"{name} does not change the path: accepted", name, once=name)
         elif name in REFUSED or number is not None or _MILLS.fullmatch(name):
             raise _refused(name)
         else:

@@ -42,7 +42,7 @@ def program(results: Results, over: str, width_mm: float) -> Figure:
     after = results.scheduled
     if after is None:
         raise InputError(
-            "no schedule to put beside it", file=str(results.folder), remedy="run a job with a [feed] table"
+            "no schedule to compare with", file=str(results.folder), remedy="run a job with a [feed] table"
         )
     load, label = next((row for row in LOAD if results.blocks[row[0]].count()), LOAD[-1])
     first, last = lines_shown(results.blocks, load)

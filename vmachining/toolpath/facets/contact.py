@@ -58,9 +58,7 @@ def cl_points(
     up = (n * t).sum(axis=1)
     if (up <= 0.0).any():
         k = int(np.argmax(up <= 0.0))
-        raise InputError(
-            f"the tool stands below the surface at CC point {k}: normal {n[k].round(6).tolist()}"
-        )
+        raise InputError(f"the tool is below the surface at CC point {k}: normal {n[k].round(6).tolist()}")
     w = n - up[:, None] * t
     size = np.linalg.norm(w, axis=1)[:, None]
     aside = np.divide(w, size, out=np.zeros_like(w), where=size >= ALONG)

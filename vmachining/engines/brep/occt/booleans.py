@@ -32,7 +32,7 @@ def _operated(operation: Any, one: Any, others: Sequence[Any], fuzzy: float) -> 
     except Exception as exc:  # OCCT raises whatever it meets
         raise EngineError(f"the boolean failed: {exc}", engine="brep") from exc
     if not operation.IsDone() or operation.Shape().IsNull():
-        raise EngineError("the boolean gives nothing back", engine="brep")
+        raise EngineError("the boolean returns nothing", engine="brep")
     return operation.Shape()
 
 

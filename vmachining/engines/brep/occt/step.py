@@ -72,10 +72,12 @@ def read_step(path: Path | str, chord: float = 0.01) -> StepSolid:
     )
     if not solids:
         what = f"{loose} shell{'s' if loose != 1 else ''}" if loose > 0 else "no shape with a volume"
-        raise StockError(f"holds no solid but {what}", file=name, remedy="export the part as a closed solid")
+        raise StockError(
+            f"contains no solid, only {what}", file=name, remedy="export the part as a closed solid"
+        )
     if loose > 0:
         raise StockError(
-            f"holds {loose} open shell(s) beside its solid(s)", file=name, remedy="export solids only"
+            f"holds {loose} open shell(s) in addition to its solid(s)", file=name, remedy="export solids only"
         )
     for number, solid in enumerate(solids, start=1):
         _check(solid, f"solid {number} of {len(solids)}" if len(solids) > 1 else "the solid", name)
@@ -167,7 +169,7 @@ def _joined(solids: list[Any], name: str) -> Any:
                     f"OCCT cannot tell whether its solids overlap: {exc.reason}", file=name
                 ) from exc
             if shared > 1e-9 * min(_volume(one), _volume(other)):
-                raise StockError("holds solids that overlap", file=name, remedy="join them into one")
+                raise StockError("contains solids that overlap", file=name, remedy="join them into one")
     return compound(solids)
 
 

@@ -141,7 +141,7 @@ def _height_field(stock: MeshStock, normals: Floats) -> Solid:
     top = np.concatenate([stock.vertices[triangles], _beyond(stock, triangles, walls)])
     solid = Solid.under(np.concatenate([walls, bottom]), stock.vertices, top)
     if not solid.stands(np.array([0.0, 0.0, 1.0])):
-        raise StockError("columns in any direction do not take this stock's top", remedy="take --engine mesh")
+        raise StockError("columns in any direction cannot use this stock's top", remedy="take --engine mesh")
     return solid
 
 
@@ -161,7 +161,7 @@ def _beyond(stock: MeshStock, top: Ints, walls: Floats) -> Floats:
     on = (np.abs(p @ walls[:, :3].T - walls[:, 3]) <= FLAT_MM).all(axis=1)
     if (on.sum(axis=1) != 1).any():
         raise StockError(
-            "columns in any direction do not take this stock's outline", remedy="take --engine mesh"
+            "columns in any direction cannot use this stock's outline", remedy="take --engine mesh"
         )
     out = far * walls[np.argmax(on, axis=1), :3]
     strips = [
