@@ -156,7 +156,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """PEP 562: load a name from its room when it is asked for."""
+    """PEP 562: load a name from its room when it is requested."""
     if name in _HOME:
         value = getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
     elif name in _PACKAGES:

@@ -187,7 +187,7 @@ def test_a_part_takes_no_option_that_only_the_merge_can_keep(tmp_path, small, ca
     """Both were ignored without a word, and merge had no way to ask for the second."""
     write_job(tmp_path / "job")
     words = ["run", str(tmp_path / "job" / "job.toml"), "--part", "1/2", "--out", str(tmp_path / "1")]
-    for option, text in ((["--stock", "3mf"], "goes with merge"), (["--stock-at", "3"], "needs the whole")):
+    for option, text in ((["--stock", "3mf"], "belongs to merge"), (["--stock-at", "3"], "needs the whole")):
         assert command([*words, *option]) == 2 and text in capsys.readouterr().err
     assert command([*words, "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == {"part": "1/2", "out": str(tmp_path / "1")}

@@ -42,7 +42,7 @@ def test_the_first_blocks_are_enough(tmp_path: Path, found: EngineComparison) ->
 
 def test_an_engine_that_refuses_is_told_and_the_others_go_on(found: EngineComparison) -> None:
     rows = {row["engine"]: row for row in found.summary()}
-    assert "has none; add [design]" in rows["vectors"]["refused"] and rows["vectors"]["blocks"] == 0
+    assert "has no design; add [design]" in rows["vectors"]["refused"] and rows["vectors"]["blocks"] == 0
     assert rows["mesh"]["refused"] is None and rows["mesh"]["blocks"] == len(found.block)
 
 

@@ -14,7 +14,7 @@ __all__ = ["block"]
 
 
 def block(file: Path, asked: Sequence[str], *, width: str | None, as_json: bool) -> int:
-    """`vmachining block`. Exit code 1: a block is wider than was asked for."""
+    """`vmachining block`. Exit code 1: a block is wider than was requested."""
     numbers = [k for text in asked for part in parse_blocks(text, "BLOCKS") for k in part]
     job, share = Job.load(file), None
     if width is not None:

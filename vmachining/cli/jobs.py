@@ -67,12 +67,12 @@ def _manifest_options(o: RunOptions, *, every_strategy: bool) -> dict[str, Any]:
 
 
 def _parts(o: RunOptions) -> list[str]:
-    """Stages of the run that are asked for."""
+    """Stages of the run that are requested."""
     return list(PARTS) if o.stages is None else [part.strip() for part in o.stages.split(",")]
 
 
 def job_of(file: Path, *, tools: Path | None, units: str, quiet: bool) -> Path:
-    """The job file that is meant: itself, or of a program the one beside it, which is drafted where none exists.
+    """The job file that is meant: itself, or of a program the one next to it, which is drafted where none exists.
 
     Raises
     ------
@@ -326,7 +326,7 @@ def _takes(readme: Path) -> float | None:
 
 
 def demo_models() -> dict[str, Path]:
-    """Job of each shipped model by its name: inside an installed package, or beside it in a source tree."""
+    """Job of each shipped model by its name: inside an installed package, or next to it in a source tree."""
     package = Path(str(files("vmachining")))
     for root in (package / "models", package.parent / "models"):
         # the reference set has a script and no job of its own
@@ -358,7 +358,7 @@ def _files(s: dict[str, Any]) -> list[str]:
 
 
 def _no_step(summary: dict[str, Any]) -> list[str]:
-    """Why there is no STEP of the workpiece, if one was asked for."""
+    """Why there is no STEP of the workpiece, if one was requested."""
     return [f"  stock     {summary['stock_step_refused']}"] if "stock_step_refused" in summary else []
 
 
@@ -398,7 +398,7 @@ def _first_warnings(result: RunResult) -> list[str]:
 
 
 def _machine(machine: dict[str, Any] | None) -> list[str]:
-    """Where the rotary axes of the machine lie: presets have offsets of their own."""
+    """Where the rotary axes of the machine lie: presets have their own offsets."""
     return [] if machine is None else [f"  machine   {machine['name']}: {', '.join(machine['rotary'])}"]
 
 

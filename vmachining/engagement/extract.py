@@ -36,7 +36,7 @@ TOUCH_RAD = 1e-4
 """Arcs narrower than this are a line along which tool and wall touch: sqrt(2 x 1e-9 mm / R) for R = 0.2 mm."""
 
 JUMP, JUMP_MM = 1.1, 0.02
-"""A change of length from angle to angle may be a jump if it is this many times those beside it, and this much
+"""A change of length from angle to angle may be a jump if it is this many times those next to it, and this much
 more. Steep ends of a smooth curve are taken for one too: two angles more, which are as true as the others."""
 
 GAUSS = 8
@@ -204,7 +204,7 @@ def _arcs(cutting: Bools, phi: Floats, engaged: Callable[[Floats], EdgeParts]) -
 def _jumps(parts: EdgeParts, phi: Floats, engaged: Callable[[Floats], EdgeParts]) -> Floats:
     """(2 k,) rad: both sides of the angles where the engaged length jumps, because edges lie along edges there.
 
-    A jump stands out from the changes beside it; the largest change within is followed until `PHI_RAD`.
+    A jump stands out from the changes next to it; the largest change within is followed until `PHI_RAD`.
     """
     length = _lengths(parts, len(phi))
     after = np.roll(length, -1)

@@ -319,7 +319,7 @@ class Engagement:
         return points @ self.stance.axis, points @ (sideways / size if size > 0.0 else sideways)
 
     def _cutting(self, parts: EdgeParts) -> EdgeParts:
-        """Parts that enter material. Of one that slides along a wall it is the limit of what cuts beside it; see `GRAZING`."""
+        """Parts that enter material. Of one that slides along a wall it is the limit of what cuts next to it; see `GRAZING`."""
         phi = self.contact.phi
         least = max(GRAZING, np.sqrt(2.0 * self.wall_mm / self.edge.profile.max_radius))
         cuts = entering(self.edge, self.stance, phi, parts, least)

@@ -31,7 +31,7 @@ class Alone:
 
     stock : Stock, raw.
     blocks : what each sweeps, in the order that they run.
-    options : Options, width asked for; chord of the mesh engine.
+    options : Options, requested width; chord of the mesh engine.
     """
 
     def __init__(self, stock: Stock, blocks: Sequence[Sequence[Sweep]], options: Options) -> None:

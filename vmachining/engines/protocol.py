@@ -48,7 +48,7 @@ class Removal(NamedTuple):
     proven : True: `lo` and `hi` are bounds. False: an interval of stated confidence, which is never called a
         bracket, or an interval of which a step is not proven; the room of the engine says which.
     engine : who answered, where an engine hands blocks on to another one; None: the engine itself.
-    note : why the interval is wider than was asked for; None: it is not.
+    note : why the interval is wider than was requested; None: it is not.
     """
 
     lo: float
@@ -146,7 +146,7 @@ class StockSurface(NamedTuple):
 class Options:
     """What a job asks of its engine.
 
-    chord : mm, how far surfaces may lie apart that stand for each other.
+    chord : mm, how far surfaces may lie apart that represent each other.
     design : the part as designed, for engines that measure against it.
     vectors : how dense discrete vectors stand.
     width, width_mm3 : of a block's bracket, relative and in mm^3; the block is done when it is as narrow as either.

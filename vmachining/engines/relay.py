@@ -2,7 +2,7 @@
 
 The rule (`best_engine`): columns, where they take the stock and at least half of the feed motions; else mesh.
 Of what is proven, columns are the narrowest for the time. Grids of rays (`dexel`) are 10 to 50 times as fast as mesh where
-tools turn (docs/measured/dexel_grid.md), but their intervals are stated: they are asked for by name.
+tools turn (docs/measured/dexel_grid.md), but their intervals are stated: they are requested by name.
 
 1. A block that columns take is cut by columns alone; its sweep is noted for the mesh engine, as long as it is lowest
    somewhere: the union of all sweeps is that of those which the tiles still know, up to rounding, which is added.
@@ -316,7 +316,7 @@ class ColumnsFirst:
 
     @classmethod
     def load(cls, path: Path, *, share: Share = WHOLE) -> Self:
-        """See `Divisible`. Columns and the mesh engine have a division of their own each: a block is the sum over either."""
+        """See `Divisible`. Columns and the mesh engine have their own division each: a block is the sum over either."""
         with opened(path, CHECKPOINT) as saved:
             return cls._unpacked(saved, share)
 

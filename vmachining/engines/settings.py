@@ -21,7 +21,7 @@ class VectorSettings:
     theta_sharp : angle between facets above which their edge is sharp.
     allowance : length of normal vectors before the first cut at most; None: `depth`.
     depth : largest overcut that normal vectors measure.
-    casting : the raw part has this allowance everywhere, instead of a stock of its own.
+    casting : the raw part has this allowance everywhere, instead of its own stock.
 
     Raises InputError: A length or an angle out of range; gamma not below delta where theta_v has to follow from them.
     """

@@ -18,7 +18,7 @@ def meshed_volume(stock: Stock, chord: float) -> Interval:
     """mm^3 of a raw stock between its inner and outer triangles, which lie within `chord` (mm) of its surface.
 
     The estimate is twice the inscribed and once the circumscribed polygon: Huygens' rule for circles. Stated where the
-    triangles stand for curved faces of a STEP file: they lie on both sides of these.
+    triangles represent curved faces of a STEP file: they lie on both sides of these.
     """
     outer, inner = (mesh.volume for mesh in stock.mesh(chord))
     proven = stock.slack_near(np.array(stock.bounds)) == 0.0

@@ -25,7 +25,7 @@ class MeasuredColumns(NamedTuple):
 
 
 def read_columns(path: Path | str, wanted: tuple[str, ...], what: str) -> MeasuredColumns:
-    """The wanted columns in their order, others are left alone; "a|b" stands for either.
+    """The wanted columns in their order, others are left alone; "a|b" represents either.
 
     Raises InputError: No such file, columns that are missing or name another unit, cells that are no numbers, no row;
         names line and column.

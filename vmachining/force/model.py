@@ -192,7 +192,7 @@ def _hits(tool: Cutter, low: Floats, high: Floats) -> Floats:
 def _lagged(
     edge: Edge, hits: Floats, at: Floats, motion: Floats, chi: float, segments: int
 ) -> tuple[Floats, Floats, Floats, tuple[Ints, Floats]]:
-    """Every segment a row of its own, and how far ahead of it the tip of its edge stands."""
+    """Every segment its own row, and how far ahead of it the tip of its edge stands."""
     share = np.arange(segments + 1) / segments
     ends = hits[:, 2, None] + (hits[:, 3] - hits[:, 2])[:, None] * share
     owner = np.repeat(hits[:, 0].astype(np.int64), segments)

@@ -22,7 +22,7 @@ from vmachining.job.toolpath import Toolpath
 __all__ = ["SingleBlock", "blocks_alone"]
 
 FLOOR_MM3 = 1e-6
-"""mm^3 of width at which a block is done where a width is asked for: narrower ones are those of rounding."""
+"""mm^3 of width at which a block is done where a width is requested: narrower ones are those of rounding."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,7 +32,7 @@ class SingleBlock:
     block, line, text : as in the table of a run. removed_mm3, removed_lo_mm3, removed_hi_mm3 : with its proven bracket.
     width_asked, width_mm3 : relative to the volume, or in mm^3, whichever is reached first.
     earlier : sweeps before it that had to be known. engine : who answered.
-    warning : why it is wider than was asked for, or not by columns. seconds : that it took.
+    warning : why it is wider than was requested, or not by columns. seconds : that it took.
     """
 
     block: int
@@ -55,7 +55,7 @@ class SingleBlock:
 
     @property
     def is_wider(self) -> bool:
-        """Whether the bracket is wider than was asked for."""
+        """Whether the bracket is wider than was requested."""
         asked = max(self.width_mm3, self.width_asked * self.removed_mm3)
         return self.removed_hi_mm3 - self.removed_lo_mm3 > asked
 

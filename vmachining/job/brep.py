@@ -137,7 +137,7 @@ def chosen(asked: Asked, rows: pl.DataFrame) -> list[int]:
 
 
 def asked_numbers(text: str, rows: pl.DataFrame) -> list[int]:
-    """Blocks of everything that was asked for one after the other, such as "sample+3,7-12", from the rows of the run."""
+    """Blocks of everything that was requested one after the other, such as "sample+3,7-12", from the rows of the run."""
     return sorted({k for part in text.split("+") for k in chosen(parse_brep(part), rows)})
 
 

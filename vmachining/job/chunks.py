@@ -16,7 +16,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 AHEAD = 2
-"""Chunks of each thread that may be done or under way before their results are asked for."""
+"""Chunks of each thread that may be done or under way before their results are requested."""
 
 MOST_THREADS = 8
 """What is left in Python would have more of them wait for each other."""

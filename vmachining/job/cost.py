@@ -101,7 +101,7 @@ def cutter_facets(profile: Profile, chord: float) -> float:
 def feed_motions(
     toolpath: Toolpath, tools: Mapping[int, ToolParts]
 ) -> tuple[list[tuple[int, CutterPath]], float]:
-    """(tool and path of some feed motions, spread over the program; how many each of them stands for)."""
+    """(tool and path of some feed motions, spread over the program; how many each of them represents)."""
     moves = [
         (m.tool, path)
         for m, path in zip(toolpath.moves, toolpath.paths, strict=True)

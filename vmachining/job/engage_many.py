@@ -42,7 +42,7 @@ straight ahead), else of the tool; arcs: how many there are. chip_per_feed_max_m
 note: what a reader must know, or why there is no answer."""
 
 BATCH = 16
-"""Positions of one errand at most: a message costs little beside them, and progress is seen."""
+"""Positions of one errand at most: a message costs little next to them, and progress is seen."""
 
 
 class Position(NamedTuple):
@@ -100,7 +100,7 @@ def engage_many(
     """What the edge touches at many positions.
 
     Writes `engagement.parquet` (a row per position, angle and interval, see `Engagement.table`) and `positions.csv` and
-    `.parquet` (a row per position, see `POSITION_COLUMNS`) into `folder`, ordered as asked.
+    `.parquet` (a row per position, see `POSITION_COLUMNS`) into `folder`, ordered as requested.
 
     options : of `Scene.engage`: method, angles, phase, edge, bottom, seconds.
     workers : processes.
@@ -176,7 +176,7 @@ def _answers(
         for number, errand in enumerate(errands):
             yield number, desk.answer(number, errand)
         return
-    # fresh interpreters: a fork would copy kernels that run threads of their own
+    # fresh interpreters: a fork would copy kernels that run their own threads
     with ProcessPoolExecutor(
         workers, get_context("spawn"), _open_desk, (job, folder, options, chips)
     ) as pool:

@@ -1,13 +1,13 @@
 """Which processes cut the workpiece of a job: this one, or several that each have all sweeps and cut their own part.
 
-Nobody waits: orders are sent ahead, answers are collected when they are asked for, and the volumes of a block
+Nobody waits: orders are sent ahead, answers are collected when they are requested, and the volumes of a block
 are the sums over the shares of the workpiece, in their order. Numbers depend on how many shares there are (those of the mesh
-engine by rounding, brackets of columns within the width that is asked for) and on nothing else: with a fixed number of them
+engine by rounding, brackets of columns within the width that is requested) and on nothing else: with a fixed number of them
 one process and many give the same to the last digit. Any engine can be cut in this process; more than one share needs an
 engine that is `Divisible`.
 
 Workers are fresh interpreters (threads would queue for one interpreter lock, forks would copy kernels that
-run threads of their own). They ignore Ctrl-C, which is for this process to decide about, and end with it.
+run their own threads). They ignore Ctrl-C, which is for this process to decide about, and end with it.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class Executor(Protocol):
     """Who cuts. Orders are carried out in the order they are given in.
 
     engine : name of the engine. chord : mm, of the engine.
-    ahead : blocks to order before the first of them is asked for, so that nobody is idle.
+    ahead : blocks to order before the first of them is requested, so that nobody is idle.
     """
 
     engine: str

@@ -353,7 +353,7 @@ class FolderLock:
 
 
 def engagement_folder(path: Path) -> ResultFolder:
-    """A directory as `vmachining engage` sees it: it may be that of a run, so the manifest has a name of its own."""
+    """A directory as `vmachining engage` sees it: it may be that of a run, so the manifest has its own name."""
     return ResultFolder(
         path,
         kind="vmachining engagement",

@@ -1,4 +1,4 @@
-"""What the stages of a run hand to each other, and which stages are asked for."""
+"""What the stages of a run hand to each other, and which stages are requested."""
 
 from __future__ import annotations
 

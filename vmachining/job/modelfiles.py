@@ -35,7 +35,7 @@ def word(letter: str, value: float, decimals: int = 5) -> str:
 def write_model(
     script: str, files: Callable[[], Mapping[str, str | bytes | FacetMesh]], table: Callable[[], str]
 ) -> None:
-    """`main` of a make.py: writes its files beside it, or prints its table.
+    """`main` of a make.py: writes its files next to it, or prints its table.
 
     script : `__file__`. files : what to write by name, meshes as STL. table : the known truths as text.
     """
@@ -92,7 +92,7 @@ def part_below(
 
 
 def write_part(script: str, part: Any) -> None:
-    """`main` of a part.py: part.step beside it, without the time of day."""
+    """`main` of a part.py: part.step next to it, without the time of day."""
     from build123d import export_step
 
     target = Path(script).parent / "part.step"

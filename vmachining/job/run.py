@@ -126,7 +126,7 @@ def run(
     out : directory for tables while they grow; None: a temporary one, until `RunResult.write`.
     resume : continue after an interruption, from the checkpoint in `out`.
     workers : processes that cut; None: one per core where the program is long enough. Where columns take every motion
-        no number depends on it; else `mesh` changes by rounding, and columns within the width that is asked for.
+        no number depends on it; else `mesh` changes by rounding, and columns within the width that is requested.
     brep : blocks whose volume the B-rep engine checks: "none", "sample", "all" or numbers such as "3,7-12".
     brep_seconds : of a processor, limit of one such block, and of the solids and every mesh of each sweep that it needs.
     every_strategy : judge all feed strategies by simulation, also where [feed] inserts blocks: one simulation more. Without

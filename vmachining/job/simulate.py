@@ -97,7 +97,7 @@ class Stage:
     notes : {line: text} findings of the program to repeat beside the rows.
     contacts : checks rapids, shank and holder; None to skip them.
     save_every : s between checkpoints.
-    stock : raw; blocks near faces that triangles only stand for are not proven. None: it is what the engine cuts.
+    stock : raw; blocks near faces that triangles only represent are not proven. None: it is what the engine cuts.
     sample_counts : number of equal parts that a path of a length (mm) is measured in; None: whole blocks.
     """
 

@@ -218,7 +218,7 @@ def _stl(vertices: Floats, triangles: Ints, block: Ints | None = None) -> bytes:
 
 
 def _glb(vertices: Floats, triangles: Ints, block: Ints | None) -> bytes:
-    """Binary glTF 2.0: every triangle with corners of its own, so that viewers shade it flat and faces have one colour.
+    """Binary glTF 2.0: every triangle with its own corners, so that viewers shade it flat and faces have one colour.
 
     Its unit is the metre and its second axis stands upright; a node turns and scales the coordinates, which stay in mm.
     """

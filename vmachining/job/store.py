@@ -55,7 +55,7 @@ def refuse_other_options(
 ) -> None:
     """Refuse to continue a run with options that would have given other numbers.
 
-    before, after : options of the run that is there and those that are asked for. ended : whether it is complete.
+    before, after : options of the run that is there and those that are requested. ended : whether it is complete.
 
     Raises JobError: Names every such option with both values.
     """
@@ -140,7 +140,7 @@ def same_inputs(job: Job, manifest: Mapping[str, Any] | None) -> bool:
 def finished(job: Job, folder: Path, wanted: Mapping[str, Any] | None = None) -> dict[str, Any] | None:
     """The summary of a complete run of exactly these inputs to which nothing is added; None: there is something to do.
 
-    wanted : options that are asked for, by their names in the manifest; what is not named is taken as it is there.
+    wanted : options that are requested, by their names in the manifest; what is not named is taken as it is there.
 
     Raises JobError: An option that would have given other numbers, see `refuse_other_options`.
     """

@@ -71,7 +71,7 @@ class Planned:
     references: pl.DataFrame | None = None
 
     def with_schedule(self, name: str, schedule: Schedule) -> Planned:
-        """The same with another schedule of the strategy that was asked for."""
+        """The same with another schedule of the strategy that was requested."""
         return replace(self, schedule=schedule, plans={**self.plans, name: schedule})
 
 

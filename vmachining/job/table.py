@@ -289,7 +289,7 @@ def read_samples(path: Path) -> Iterator[tuple[int, tuple[float, ...]]]:
 
 @contextmanager
 def _room(path: Path) -> Iterator[None]:
-    """Polars has an error of its own for a disk that is full."""
+    """Polars has its own error for a disk that is full."""
     try:
         yield
     except pl.exceptions.PolarsError as exc:

@@ -7,7 +7,7 @@ rounding joins corners. Readers then say that the solid is open. Here
    each other from both sides (what is between them has no volume),
 2. at an edge of more than two triangles, those that bound one wedge of material are paired: seen along the edge,
    directions of triangles alternate between leaving and entering material,
-3. every pair but the first gets a point of its own in the middle of the edge, moved a little into its wedge, and its
+3. every pair but the first gets its own point in the middle of the edge, moved a little into its wedge, and its
    two triangles are divided there. No other point moves.
 """
 

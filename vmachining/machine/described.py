@@ -1,4 +1,4 @@
-"""A machine in words, for who must know where its rotary axes lie: presets have offsets of their own."""
+"""A machine in words, for who must know where its rotary axes lie: presets have their own offsets."""
 
 from __future__ import annotations
 

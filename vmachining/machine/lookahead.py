@@ -30,7 +30,7 @@ TANGENT = 1e-3
 
 
 SHALLOW = 0.26
-"""sin of half a turn of 30 degrees: chords that turn further stand for no arc."""
+"""sin of half a turn of 30 degrees: chords that turn further represent no arc."""
 
 EQUAL = 0.99
 """A neighbour that is shorter by no more than this share leaves no straight part of a chord between two roundings."""

@@ -128,7 +128,7 @@ def _trt(tilt: str, tilt_point: ArrayLike, rot_point: ArrayLike) -> Machine:
 def xyzac_trt(
     *, rot_point: ArrayLike = ORIGIN, y_offset_mm: float = 20.0, z_offset_mm: float = 10.0
 ) -> Machine:
-    """LinuxCNC's `xyzac-trt`: C through `rot_point`, A beside it by the offsets in y and z."""
+    """LinuxCNC's `xyzac-trt`: C through `rot_point`, A next to it by the offsets in y and z."""
     point = np.asarray(rot_point, dtype=np.float64)
     return _trt("A", point + [0.0, y_offset_mm, z_offset_mm], point)
 
@@ -136,7 +136,7 @@ def xyzac_trt(
 def xyzbc_trt(
     *, rot_point: ArrayLike = ORIGIN, x_offset_mm: float = 20.0, z_offset_mm: float = 10.0
 ) -> Machine:
-    """LinuxCNC's `xyzbc-trt`: C through `rot_point`, B beside it by the offsets in x and z."""
+    """LinuxCNC's `xyzbc-trt`: C through `rot_point`, B next to it by the offsets in x and z."""
     point = np.asarray(rot_point, dtype=np.float64)
     return _trt("B", point + [x_offset_mm, 0.0, z_offset_mm], point)
 

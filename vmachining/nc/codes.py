@@ -66,7 +66,7 @@ M_GROUP: Final = {
 """Modal group of every M code that is executed (or, like switches and signals, changes no path)."""
 
 AXIS_CLAIMING: Final = frozenset({100, 280, 290, 300, 431, 520, 920})
-"""G codes that take the axis words for themselves, so that no motion code may stand beside them."""
+"""G codes that take the axis words for themselves, so that no motion code may stand next to them."""
 
 _GROUPS: Final = {
     0: "non-modal", 1: "motion", 2: "plane", 3: "distance", 4: "arc centre", 5: "feed mode", 6: "units",

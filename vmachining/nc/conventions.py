@@ -102,7 +102,7 @@ _NO_QUILL: Final = re.compile(
     r"(?<![A-Z#])(?:U[ \t]*[-+]?[0-9.]|G[ \t]*(?:9[26][ \t]*S|65(?![0-9])|66(?![0-9])|150(?![0-9])))",
     re.IGNORECASE,
 )
-"""Marks of lathes, where W is a step along Z, of macro calls and cycles that have a W of their own."""
+"""Marks of lathes, where W is a step along Z, of macro calls and cycles that have their own W."""
 
 
 def quill(lines: Sequence[str], settings: Settings) -> tuple[Settings, list[Finding]]:

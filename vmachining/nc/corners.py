@@ -1,6 +1,6 @@
 """Roundings and chamfers between two programmed segments of one plane, as controls put them in.
 
-rounding r : an arc tangent to both; its centre is where the curves beside them at distance r meet, on the side to
+rounding r : an arc tangent to both; its centre is where the curves next to them at distance r meet, on the side to
              which the path turns, and touches each at the foot of that centre
 chamfer c  : both are shortened by c, measured along them from the corner, and joined by a line (lines only)
 """

@@ -20,7 +20,7 @@ In G90 all words are coordinates. In G91 X and Y are steps, R counts from the in
 and P hold for the blocks that follow with the same code; L (repetitions, default 1) for its own block only.
 The initial level is where the tool was when the series of cycles began.
 Source: RS274/NGC; the moves of LinuxCNC 2.9, observed. Its taps in G18 and G19 take the coordinates of the hole
-in another order, so that they feed beside it: copied, with a warning, unless the option `taps` is "axis".
+in another order, so that they feed next to it: copied, with a warning, unless the option `taps` is "axis".
 Departures: the reference control makes a peck without depth where rounding leaves 1e-15 mm of a depth of whole
 steps; with an initial level below R, a later block whose R is lower does not go down before it is over its
 hole.
@@ -192,7 +192,7 @@ def _body(run: Run, cycle: Cycle, normal: int, clear: float, bottom: float, back
 
 
 def _back_bore(run: Run, cycle: Cycle, plane: Plane, over: dict[int, float]) -> None:
-    """G87: beside the hole down to R, into it, feed up to Z, beside it again and out."""
+    """G87: beside the hole down to R, into it, feed up to Z, next to it again and out."""
     clear, bottom, _ = _levels(run, cycle)
     first, normal = plane.first, plane.normal
     aside = over[first] + (cycle.q or 0.0)
@@ -231,7 +231,7 @@ def tap_rigid(run: Run) -> None:
 
 
 def _tap(run: Run, normal: int, level: float) -> None:
-    """Feed a tap to a level of its axis; beside it in G18 and G19, as the reference control does."""
+    """Feed a tap to a level of its axis; next to it in G18 and G19, as the reference control does."""
     state, word = run.state, run.block.culprit()
     if normal == 2 or run.settings.taps == "axis":
         run.cut({normal: level})

@@ -1,6 +1,6 @@
 """The languages that are read: each a name, a reader, and a judgement of how much a text looks like it.
 
-A dialect that is no kin of G-code (`apt`, `poses`, conversational ones) brings a reader of its own: text and `Settings`
+A dialect that is no kin of G-code (`apt`, `poses`, conversational ones) brings its own reader: text and `Settings`
 in, a `Reading` out. Dialects of G-code share `blocks.Reader` and differ by data. Another package adds a language by the
 entry-point group `vmachining.dialects`, see `docs/add_a_dialect.md`.
 """

@@ -261,7 +261,7 @@ def _explained(words: dict[str, Word], move: Move, modes: Modes, start: Floats, 
 def _fractions(
     path: Line | Arc, ends: Sequence[float], radius_form: bool
 ) -> tuple[list[float], tuple[int, ...]]:
-    """Ends of the pieces, and the sub-block each belongs to. Large arcs get more pieces than asked for."""
+    """Ends of the pieces, and the sub-block each belongs to. Large arcs get more pieces than requested."""
     out: list[float] = []
     owner: list[int] = []
     for k, (a, b) in enumerate(pairwise([0.0, *ends])):

@@ -284,7 +284,7 @@ class Memory:
         self.values.update(enumerate(values, 1))
 
     def enter_words(self, values: Mapping[int, float]) -> None:
-        """A macro call: a level of its own whose #1 to #33 are these."""
+        """A macro call: its own level whose #1 to #33 are these."""
         self.enter([])
         self.values.update(values)
 

@@ -167,7 +167,7 @@ def tool_notes(lines: Sequence[str], numbers: Sequence[int], scale: float) -> di
 
 
 def cutter_notes(lines: Sequence[str], scale: float) -> dict[int, ToolNote]:
-    """Cutters of a cutter location file: CUTTER/d,r,e,f,alpha,beta,h or TLDATA of the tool that is loaded beside it.
+    """Cutters of a cutter location file: CUTTER/d,r,e,f,alpha,beta,h or TLDATA of the tool that is loaded next to it.
 
     Parameters
     ----------

@@ -26,7 +26,7 @@ Rules
 -----
 A feed block without a result is missing, which is a finding; a rapid removes 0 by definition and may be left
 out. A result for a block or line that the reference does not have is extra; it is a finding unless it is 0.
-Brackets are taken as they are: a tolerance widens them only if it is asked for, and the verdict then says so.
+Brackets are taken as they are: a tolerance widens them only if it is requested, and the verdict then says so.
 
 Known limits: inside the bracket is not proof of being right, only of not being provably wrong by more than
 its width; a smaller `chord_mm` narrows it. Where a curved STEP stock was triangulated, every bracket is

@@ -35,7 +35,7 @@ class Comparison:
         bracket as judged, tolerances included), error_mm3 = theirs - ours, relative_error, outside_mm3 (how
         far outside the bracket, 0 inside). Empty where there is nothing to compare.
     removed_mm3, total : their sum; our (lo, estimate, hi), tolerances included.
-    tolerance_rel, tolerance_mm3 : what was asked for. slack_mm3 : see `Reference`.
+    tolerance_rel, tolerance_mm3 : what was requested. slack_mm3 : see `Reference`.
     """
 
     key: str

@@ -1,4 +1,4 @@
-"""The map of engagement as a page that opens offline and as a PNG, and the tables beside it."""
+"""The map of engagement as a page that opens offline and as a PNG, and the tables next to it."""
 
 from __future__ import annotations
 

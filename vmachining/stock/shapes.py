@@ -75,7 +75,7 @@ class Stock(Protocol):
         ...
 
     def slack_near(self, box: Floats) -> float:
-        """mm^3 by which it may differ from what it stands for inside of a box (2, 3) mm: 0 if it is exact there."""
+        """mm^3 by which it may differ from what it represents inside of a box (2, 3) mm: 0 if it is exact there."""
         ...
 
 

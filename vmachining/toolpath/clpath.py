@@ -50,7 +50,7 @@ class Mark(IntEnum):
     RAISED = 3
     """Lifted along its axis, because it would have cut into the part elsewhere."""
     TURNED = 4
-    """Tilted otherwise than asked, for the same reason."""
+    """Tilted otherwise than requested, for the same reason."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

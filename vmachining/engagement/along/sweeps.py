@@ -120,7 +120,7 @@ class Sweeps:
         return len(self.motions)
 
     def twin(self) -> Self:
-        """For another thread: the same sweeps, in tables of its own, because questions write to their spare rows."""
+        """For another thread: the same sweeps, in its own tables, because questions write to their spare rows."""
         twin = copy(self)
         names = (
             "_box",

@@ -69,7 +69,7 @@ def bounds(stock: Stock) -> tuple[Floats, Floats]:
 
 
 def tops(stock: Stock, x: Floats, y: Floats) -> Floats:
-    """(n, m) mm, highest point of the stock on vertical lines at x (n,) and y (m,); -inf beside it."""
+    """(n, m) mm, highest point of the stock on vertical lines at x (n,) and y (m,); -inf next to it."""
     if isinstance(stock, BoxStock):
         inside = [(v >= stock.lo[k]) & (v <= stock.hi[k]) for k, v in enumerate((x, y))]
         return np.where(inside[0][:, None] & inside[1], stock.hi[2], -np.inf)

@@ -1,6 +1,6 @@
 """A process of our own that runs OCCT: it may crash or hang without harm.
 
-Every worker is an interpreter of its own, asked over pipes by pickles. It ignores Ctrl-C and a polite end, which are for the
+Every worker is its own interpreter, asked over pipes by pickles. It ignores Ctrl-C and a polite end, which are for the
 process that drives it to decide about, and ends with it.
 """
 

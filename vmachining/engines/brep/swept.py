@@ -124,7 +124,7 @@ def _inspected(shape: Any) -> Inspection:
 
 
 def _carried(path: Arc) -> Turn:
-    """An arc about x or y as a motion of its own: its grazing curve changes along the way."""
+    """An arc about x or y as its own motion: its grazing curve changes along the way."""
     return Turn(path.position(0.0), path.position(1.0), arc_series(path), Series.constant(UP))
 
 

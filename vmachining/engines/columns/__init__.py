@@ -3,7 +3,7 @@
     engine = ColumnsEngine(FlatStock((0, 0, -20), (100, 60, 0)), width=0.01)
     lo, estimate, hi, *_ = engine.cut(Sweep.along(cutter, Line((0, 30, -2), (100, 30, -2))))
 
-Goal: a bracket that holds the truth, rounding included, as narrow as asked, at the price of a simulation.
+Goal: a bracket that holds the truth, rounding included, as narrow as requested, at the price of a simulation.
 
 1. A convex cutter with upright axis that moves in a straight line sweeps, with all that lies above it, a convex body:
    its lower surface f is a convex function on a convex footprint (`surface/`).
@@ -11,7 +11,7 @@ Goal: a bracket that holds the truth, rounding included, as narrow as asked, at 
    the list of sweeps that may be lowest.
 3. On a rectangle of the plan, tangent planes bound f from below, values at corners from above, second derivatives both;
    borders of footprints are cut off along chords and outer tangents (`cells/`).
-4. The rectangle whose bracket is widest is divided into four, until the block is as narrow as asked (`_kernels.py`).
+4. The rectangle whose bracket is widest is divided into four, until the block is as narrow as requested (`_kernels.py`).
 5. Tiles keep the sweeps that may still be lowest in them (`tiles.py`): time and memory do not grow with the program.
 6. Arcs and helices about any coordinate direction are chords that a shrunk and a grown cutter follow, one for each cell
    (`arcs/`, `paths.py`, `cutters.py`).
@@ -24,7 +24,7 @@ Goal: a bracket that holds the truth, rounding included, as narrow as asked, at 
 | `table.py` | `CutterTable`: the cutters of a job by number |
 | `tiles.py` | `Tiling`: lists of sweeps and facets by tiles |
 | `paths.py` | `pieces` of arcs |
-| `goal.py` | how narrow a bracket is asked for, of a block and of a share of it |
+| `goal.py` | how narrow a bracket is requested, of a block and of a share of it |
 | `shape/` | the workpiece as closed triangles over a lattice |
 | `roof/` | facets of the top and edges of the outline of a stock, by tiles |
 | `store.py` | profiles and paths as arrays |

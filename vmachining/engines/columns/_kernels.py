@@ -118,7 +118,7 @@ def _replace(tiles, t, ids, at, count):
 
 
 @leaf
-def goal_width(goal: Goal, volume: float) -> float:
+def wanted(goal: Goal, volume: float) -> float:
     """mm^3 of width at which a removed volume is known well enough."""
     wide = goal.relative * volume
     return max(wide - goal.less, goal.weight * wide + goal.floor)
@@ -174,7 +174,7 @@ def remove(
             src = used
             a, b, m = bounds(
                 head, part, lift, ladder, rows, rules, roof, k, rim, top, bottom, x, y, 0.5 * w, 0.5 * h,
-                ids, src, count, src + count, slack, min(goal_width(goal, least) / MANY, 1e30), lines, E, C, P, W,
+                ids, src, count, src + count, slack, min(wanted(goal, least) / MANY, 1e30), lines, E, C, P, W,
             )  # fmt: skip
             if b <= 0.0:
                 continue
@@ -216,7 +216,7 @@ def remove(
     for c in range(n):
         sift_up(heap, cell, c, LOW)
     begun = n
-    while n > 0 and hi - lo > goal_width(goal, 0.5 * (lo + hi)):
+    while n > 0 and hi - lo > wanted(goal, 0.5 * (lo + hi)):
         c = heap[0]
         x, y, hx, hy = cell[c, 0], cell[c, 1], 0.5 * cell[c, 2], 0.5 * cell[c, 3]
         src, count = span[c, 0], span[c, 1]

@@ -59,7 +59,7 @@ CELLS = 60_000
 """Of a line, or of a piece of an arc."""
 
 ADDED = 1e-3
-"""Share of the width asked for that kernels leave to the rounding that is added to what they find."""
+"""Share of the requested width that kernels leave to the rounding that is added to what they find."""
 
 COARSE = 0.25
 """Relative width of the first look at the pieces of a block."""
@@ -235,7 +235,7 @@ class ColumnsEngine:
         return found if self._share.parts > 1 else self._judged(found)
 
     def summed(self, parts: Sequence[Removal]) -> Removal:
-        """See `Divisible`: whether a block is wider than asked is seen by the sum; parts say why it would be."""
+        """See `Divisible`: whether a block is wider than requested is seen by the sum; parts say why it would be."""
         found = reduce(Removal.plus, parts)
         return found if found.note is None else self._judged(found)
 
@@ -243,7 +243,7 @@ class ColumnsEngine:
         return judged(found, self.width, self.width_mm3)
 
     def _goal(self, first: int, wanted: float) -> _kernels.Goal:
-        """Of the block with rows from `first` on: as it was asked for, without what rounding adds."""
+        """Of the block with rows from `first` on: as it was requested, without what rounding adds."""
         share = 1.0
         if self._share.parts > 1:
             share = self._ready(first).share_of(self._shapes, first, self._count)
@@ -254,7 +254,7 @@ class ColumnsEngine:
         found, pieces = NOTHING, self._count - first
         for k in range(first, self._count):
             found = found.plus(self._one(k, goal_of(COARSE, wanted / pieces), True))
-        asked = _kernels.goal_width(self._goal(first, wanted), found.lo)
+        asked = _kernels.wanted(self._goal(first, wanted), found.lo)
         if found.width <= asked:
             return found
         self._ready(first).restore(before)

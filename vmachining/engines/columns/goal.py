@@ -1,4 +1,4 @@
-"""How narrow a bracket is asked for, of a block and of what several processes each find of it."""
+"""How narrow a bracket is requested, of a block and of what several processes each find of it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def goal_of(relative: float, absolute: float, share: float = 1.0) -> Goal:
 
 
 def judged(found: Removal, relative: float, absolute: float) -> Removal:
-    """A block as it is reported: its note says that it is wider than was asked for and why, or nothing."""
+    """A block as it is reported: its note says that it is wider than was requested and why, or nothing."""
     if found.width <= max(absolute, relative * found.estimate):
         return found._replace(note=None)
     asked = f"{100.0 * relative:.3g} % or {absolute:.3g} mm3"

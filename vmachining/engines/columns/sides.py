@@ -4,7 +4,7 @@ E[i] of surface i, i = 0 the top of the stock, 1 sweep k, 2 ... n - 1 earlier sw
 cutter that the sweep holds), 8-15 the lower side (of the cutter that holds it): value, gx, gy, Mxx, Mxy, Myy, radius, flag, about
 the middle of the cell; radius bounds |f'' - M|. Of the top of a stock of facets: planes above and below it.
 C[i] = (nx, ny, c_in, c_out) of surfaces whose border crosses the cell: there inside n.p <= c_in, absent beyond n.p >= c_out.
-lines[i] the straight sweep that stands for surface i in the cell, see arcs/_kernels.py. P[q] polygons, corners (x, y). W room.
+lines[i] the straight sweep that represents surface i in the cell, see arcs/_kernels.py. P[q] polygons, corners (x, y). W room.
 
 Kernels are handed these arrays one by one: in one tuple of five they took a third longer (docs/measured/columns.md).
 """

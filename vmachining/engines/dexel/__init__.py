@@ -11,7 +11,7 @@ block, and a closed surface in the end.
    the sweep is exact (`Sweep.ray_intervals`). What a ray loses is taken off its intervals: sums over a ray are exact.
 4. Each direction gives a volume, the sum of lengths times the area of a cell, and half of an interval (`grid.look`):
    1.5 standard errors of random places + 3 cells of what is left beside the sweep. The standard error comes from squared
-   differences of neighbouring rays; the second part stands for what lies between rays that all of them miss.
+   differences of neighbouring rays; the second part represents what lies between rays that all of them miss.
 5. Directions are three judges of one number with independent errors: the interval of a block is what they share, cut to the
    width of their weighted mean. Where they share nothing the interval is what any of them says.
 6. The surface is a dual contour: signs of nodes by the upright rays, vertices on the planes through ends of rays (`contour`).

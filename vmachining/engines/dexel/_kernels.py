@@ -82,7 +82,7 @@ def stands(lat, ray, o):
 
 
 @kernel
-def candidate_rays(lat, lists, i0, i1, j0, j1, st, low, high, out) -> int:
+def asked(lat, lists, i0, i1, j0, j1, st, low, high, out) -> int:
     """Rays of a rectangle that can lose something, and their neighbours in the prism: numbers in `out`, how many.
 
     low, high : ends of the sweep's box along the rays.

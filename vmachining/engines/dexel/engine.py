@@ -235,7 +235,7 @@ class DexelEngine(Summed):
 def agreed(looks: Sequence[Look]) -> Removal:
     """One interval of those of all directions: what they share, and where they share nothing all that they say.
 
-    Rays of each direction stand at places of their own, so errors of directions are independent and none of them leans to a
+    Rays of each direction stand at their own places, so errors of directions are independent and none of them leans to a
     side: the mean with weights 1 / half^2 is known to (sum of 1 / half^2)^(-1/2), and what is shared is cut to that.
     The estimate is their mean by their weights, or the end of the interval that it lies beyond.
     """

@@ -125,7 +125,7 @@ class RayGrid:
         window = self.window(box)
         rays = np.empty((window[1] - window[0]) * (window[3] - window[2]), dtype=np.int64)
         low, high = float(box[0, lat.axis]) - lat.ha, float(box[1, lat.axis]) + lat.ha
-        rays = rays[: _kernels.candidate_rays(lat, self.lists, *window, around, low, high, rays)]
+        rays = rays[: _kernels.asked(lat, self.lists, *window, around, low, high, rays)]
         if not len(rays):
             return Look(0.0, 0.0)
         inside = self.crossed(sweep, rays, low, high)

@@ -43,7 +43,7 @@ class Lattice(NamedTuple):
 
     @property
     def cell(self) -> float:
-        """mm^2 that a ray stands for."""
+        """mm^2 that a ray represents."""
         return self.ha * self.hb
 
 

@@ -71,7 +71,7 @@ def arc_steps(radius: float, angle: float, sag: float) -> int:
 
 
 def unit_arc(begin: float, end: float, steps: int, side: Side) -> Floats:
-    """Vertices (k, 2) that stand for the unit arc from angle `begin` to `end` > `begin`, both ends exact."""
+    """Vertices (k, 2) that represent the unit arc from angle `begin` to `end` > `begin`, both ends exact."""
     width = (end - begin) / steps
     if side is Side.OUTER:
         tangents = np.concatenate([[begin], begin + width * (np.arange(steps) + 0.5), [end]])

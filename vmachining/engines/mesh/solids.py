@@ -1,6 +1,6 @@
 """Sweeps as closed meshes, whole or as much of them as a tile can see.
 
-A sweep is a union of pieces, each a closed mesh of its own:
+A sweep is a union of pieces, each its own closed mesh:
 
 | motion | pieces | error in space |
 |---|---|---|

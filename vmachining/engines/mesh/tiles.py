@@ -84,7 +84,7 @@ class Tile:
 
     @property
     def window(self) -> Window:
-        """What it lets be seen, made when it is asked for."""
+        """What it lets be seen, made when it is requested."""
         if self._window is None:
             mesh = self.solids[Side.INNER].to_mesh64()
             margin = 1e-6 * (1.0 + float(np.abs(self.box).max()))

@@ -1,4 +1,4 @@
-"""How far apart vectors may stand for an error that is given (spec E.3, equations 4-1 to 4-5, corrected)."""
+"""How far apart vectors may represent an error that is given (spec E.3, equations 4-1 to 4-5, corrected)."""
 
 from __future__ import annotations
 

@@ -91,7 +91,7 @@ class Piece(NamedTuple):
 
 
 class NormalVectors:
-    """Vectors with a direction of their own.
+    """Vectors with their own direction.
 
     lattice : what the kernels work on. patches : what they stand on. Properties `point`, `normal`, ... lay all of them out.
     """
@@ -131,7 +131,7 @@ class NormalVectors:
 
     @classmethod
     def of(cls, points: Points, low: Floats | float, length: Floats | float) -> Self:
-        """Vectors at points of their own, with their ends.
+        """Vectors at their own points, with their ends.
 
         Raises InputError: A normal without length, or lambda not below 0 and L.
         """

@@ -19,7 +19,7 @@ from vmachining.engines.vectors.upright import TILE, Base, UprightVectors
 __all__ = ["COLUMNS", "KINDS", "Deviation", "measured"]
 
 KINDS = ("upright", "wall", "overhang", "edge", "normal")
-"""What a vector stands for; `normal` are facets of pure DNV that are not features."""
+"""What a vector represents; `normal` are facets of pure DNV that are not features."""
 
 COLUMNS = (
     "kind",

@@ -1,4 +1,4 @@
-"""Many jobs: each in a directory of its own, a table, a data set and a page over all of them.
+"""Many jobs: each in its own directory, a table, a data set and a page over all of them.
 
 1. `run_many` (`many.py`) gives jobs to a pool as it has room, writes rows down as they come, and learns when to stop.
 2. A pool is either the processes of this machine (`local.py`) or a Dask cluster (`cluster.py`). Both have the same

@@ -126,7 +126,7 @@ _idle = _Idle()
 
 
 def host(order: Order, token: str, index: int) -> Row | None:
-    """Task of a worker: have a job done by a process beside it. None: that process died."""
+    """Task of a worker: have a job done by a process next to it. None: that process died."""
     from distributed import Status, get_worker
 
     worker = get_worker()

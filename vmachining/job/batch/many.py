@@ -232,7 +232,7 @@ class _Batch:
             row |= {
                 "status": status, "exit_code": 130 if status == "interrupted" else 3, "message": ended.message
             }  # fmt: skip
-        # as it was asked for, whatever a worker calls it
+        # as it was requested, whatever a worker calls it
         row |= {"job": str(self.files[index]), "out": str(folder) if wrote else None}
         if row["status"] in ("done", "skipped"):
             try:

@@ -27,7 +27,7 @@ PLACES = 65
 """Of the tip path."""
 
 TIMES = (0.0, 0.25, 0.5, 0.75, 1.0)
-"""Fractions of a motion whose grazing curves are drawn unless others are asked for."""
+"""Fractions of a motion whose grazing curves are drawn unless others are requested."""
 
 SHOWN = (BLUE, "#d9d9d9", ORANGE)
 """Colours of `REGIONS`."""

@@ -103,7 +103,7 @@ def load(results: Results, over: str, width_mm: float) -> Figure:
 
 
 def bracket(results: Results, over: str, width_mm: float) -> Figure:
-    """Removed volume per block with its bounds, other judges beside it, and how far the bounds are apart."""
+    """Removed volume per block with its bounds, other judges next to it, and how far the bounds are apart."""
     axis = _axes_of(results, over)[0]
     rows = axis.rows
     value, low, high = (_column(rows, f"removed_{k}mm3") for k in ("", "lo_", "hi_"))

@@ -59,7 +59,7 @@ LOOK: Any = {
 
 @contextmanager
 def look() -> Iterator[None]:
-    """The style, for as long as it is asked for.
+    """The style, for as long as it is requested.
 
     Raises InputError: matplotlib is not installed.
     """

@@ -4,7 +4,7 @@ A pivot in the tool folds the envelope inside the sweep. There the tool is cut: 
 by some poses of the whole tool, the bodies below and above it have envelopes that do not fold
 (`vmachining.sweep.folds`). What has no slab, or bodies without a solid, is halved in time, until some poses cover it:
 at an instant at which the grazing curve jumps no envelope is smooth, but nothing moves far. Every part is built and
-gated like a block of its own; that nothing is missing between them is measured in exact distances (`MISS_MM`).
+gated like its own block; that nothing is missing between them is measured in exact distances (`MISS_MM`).
 
 A motion that hardly leaves a plane through the axis is taken for one that stays in it, in as many parts of the block
 as keep it within `MISS_MM` of the truth: what is planar has simpler solids than what is nearly so.
@@ -58,7 +58,7 @@ END = 1e-3
 """Closer to an end of a part than this it is not cut."""
 
 FLAT_PARTS = 8
-"""Most parts of a block with a plane of their own each."""
+"""Most parts of a block with their own plane each."""
 
 PLANAR = 1e-9
 """A motion leaves its plane by less than this share of its size, or stays in it."""
@@ -68,7 +68,7 @@ Build = Callable[[Profile, Turn, float], list[T]]
 """Solids of a part; the number is how far (mm) its motion is off."""
 
 Special = Callable[[Profile, Turn, float, float], list[T]]
-"""Solids of a motion of a kind of its own, or one off by less than the third number (mm); none of others. The last
+"""Solids of a motion of its own kind, or one off by less than the third number (mm); none of others. The last
 one is how far the motion is off already."""
 
 

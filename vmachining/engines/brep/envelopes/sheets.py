@@ -222,7 +222,7 @@ class _Envelope:
             return [self.build.edge(Straight(poles[0], poles[-1]))]
         whole = Spline(BSpline(along.t, poles, along.k), 0.0)
         inside = [0.5] if (segment.element, sign) in self.cuts and _turns(segment) else []
-        if isinstance(segment, EdgeSpan):  # a cap beside it may be cut there
+        if isinstance(segment, EdgeSpan):  # a cap next to it may be cut there
             joint = self.grazing.rings[segment.ends[0][0]].joint
             ua, ub = self.grazing.span(segment.ends, self.states[sign], np.array([0.0, 1.0]))[0].tolist()
             turns = 2.0 * np.pi * np.arange(-3, 4)

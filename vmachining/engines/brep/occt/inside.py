@@ -82,7 +82,7 @@ class _Faces:
     def odd(self, point: Floats, way: Floats) -> bool | None:
         """Whether a ray leaves through the faces an odd number of times; None where OCCT cannot tell.
 
-        The whole line is asked for: a spline face is looked for near facets of it, and of a line that begins between
+        The whole line is requested: a spline face is looked for near facets of it, and of a line that begins between
         these and the face the first crossing was lost.
         """
         from OCP.gp import gp_Dir, gp_Lin, gp_Pnt

@@ -47,7 +47,7 @@ def polyhedron(triangles: Sequence[Sequence[float]]) -> Any:
     a, b, c = (corners - corners.mean(axis=(0, 1))).transpose(1, 0, 2)
     exact = float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
     why = ""
-    # corners rounded to 32 bits spoil planes that neighbours share: then every triangle is a face of its own
+    # corners rounded to 32 bits spoil planes that neighbours share: then every triangle is its own face
     for solid in (merged.Shape(), bare):
         found = inspect(solid)
         if not (found.valid and found.closed):

@@ -182,7 +182,7 @@ class Circle(Curve):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Spline(Curve):
-    """B-spline curve; `error` is its measured distance (mm) from what it stands for."""
+    """B-spline curve; `error` is its measured distance (mm) from what it represents."""
 
     spline: BSpline
     error: float

@@ -71,7 +71,7 @@ CURVE_FIT_MM: Final = 3e-8
 of two ramps of a torus take 2.4 times as long."""
 
 EDGE_CURVE_FIT_MM: Final = 1e-9
-"""Of splines that stand for wound cutting edges: questions about lines through them, no booleans."""
+"""Of splines that represent wound cutting edges: questions about lines through them, no booleans."""
 
 SHEET_FIT_MM: Final = 1e-6
 """Of the sheets of a tool that turns: ten times the confusion, 1e-8 of a volume."""

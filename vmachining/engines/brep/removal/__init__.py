@@ -6,7 +6,7 @@
    done in any order and in parallel.
 3. A boolean of tangent solids may return anything, valid or not. So there are several ways of asking for the same volume
    (`attempts.py`), made one after the other until the value of one lies in T.
-4. A value in T is as good as T is narrow: its error stands beside it, and where that is not below the value itself it does
+4. A value in T is as good as T is narrow: its error stands next to it, and where that is not below the value itself it does
    not stand.
 5. None in T: refused, with what every attempt said. T stands, and no other block is affected.
 

@@ -39,7 +39,7 @@ class Mesh:
 
 
 class Border:
-    """What lies on the lines of the lattice in one sheet, for squares beside it: nodes and walls, as numbers that rise."""
+    """What lies on the lines of the lattice in one sheet, for squares next to it: nodes and walls, as numbers that rise."""
 
     def __init__(self, lattice: Lattice, i: Ints, j: Ints, ids: Ints) -> None:
         """i, j : doubled, so that what stands on an edge is odd."""

@@ -171,7 +171,7 @@ def _parted(points: Floats, triangles: Ints) -> tuple[Floats, Ints]:
 
 
 def _touches(edges: Edges, wall: Ints, bottom: float) -> Bools:
-    """Whether some wall of a cell stands where there is nothing beside it."""
+    """Whether some wall of a cell stands where there is nothing next to it."""
     if not len(edges.key):
         return np.zeros(len(wall), dtype=np.bool_)
     return np.asarray(((wall >= 0) & (edges.z.min(axis=0) <= bottom)[wall]).any(axis=1))

@@ -11,7 +11,7 @@ Goal: an answer for any tool and motion that needs no solid and no mesh, and inh
    set a ray stands where a half turn brings its neighbour's, which cancels what slopes evenly. The spread of the sets tells how
    good their mean is.
 5. A pilot of few rays says where they differ. Cells are divided, half of the rays by that, half by height, into as few
-   parts as let expect the width asked for; the answer is of the rays after the pilot alone, so that the choice does not
+   parts as let expect the requested width; the answer is of the rays after the pilot alone, so that the choice does not
    lean on what it chose.
 6. Interval: mean +- (t S + u + e). S is the standard error of the mean, t Student's quantile for `SETS` - 1 degrees of
    freedom; u is what may lie where no ray of any set stands; e is rounding. It holds the truth with probability

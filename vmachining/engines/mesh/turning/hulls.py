@@ -56,7 +56,7 @@ STILL_MM = 1e-6
 """Turning that moves points by less is left out, and added to errors: facets that are all but one plane make slivers."""
 
 BREAKS = 32
-"""Parts of an arc of the meridian that have normals of their own."""
+"""Parts of an arc of the meridian that have their own normals."""
 
 SLOPES = 360
 """Normals at which the ball within a body is measured."""

@@ -121,7 +121,7 @@ def _part(
     known: Rows | None = None
 
     def body(number: int) -> Rows | None:
-        """Rows of the body for part `number`, a little smaller (inner) or larger (outer) than asked for."""
+        """Rows of the body for part `number`, a little smaller (inner) or larger (outer) than requested."""
         share = (mark + 0.6180339887498949 * number) % 1.0
         apart = APART * chord * {Side.INNER: -share, Side.FAIR: share - 0.5, Side.OUTER: share}[side]
         return rows_of(part, plan.sag, offset + apart, plan.spacing, plan.columns, side)

@@ -1,4 +1,4 @@
-"""Rows of circles that stand for a convex body of revolution while its axis turns.
+"""Rows of circles that represent a convex body of revolution while its axis turns.
 
 A row is one circle of the body with one normal (n_r, n_z). Arcs get rows as their facets need, lines as the
 twist of the motion needs, a sharp edge gets two rows of the same circle, one for each of its normals, and the
