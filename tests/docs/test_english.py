@@ -33,6 +33,11 @@ REFUSED = {
     r"\bif that is sooner\b": "whichever is reached first",
     r"\brows without one go out\b": "remove rows that have none",
     r"\bis no (length|cutter|limit|range|circle|rotation|label|log|address|(finite|whole) number)\b": "is not a",
+    r"\bstands? turned\b": "is turned",
+    r"\b(run|made|cut|computed)( \w+)? anew\b": "again",
+    r"\bat its word\b": "taken as exact",
+    r"\bsay it:": "name the setting",
+    r"\b(is|are) believed\b": "is accepted",
     r"\bstands behind the\b|\btext behind the end\b": "after",
 }
 

@@ -340,7 +340,8 @@ MORE: Final[dict[str, Entry]] = {
     ),
     "E368": Entry(
         "second preset",
-        "The program changes from one datum of the machine's table to another, but the distance between them is unknown.",
+        "The program moves under the base coordinate system (G500) and under a settable offset, but the distance between them "
+        "is unknown.",
         "split the program, or program the shift",
     ),
     "W369": Entry(

@@ -172,7 +172,7 @@ class Execution:
         """Whether the file of a called program is missing: that is said, and the rest is read."""
         if self.decode is not None and self._find(stem) is not None:
             return False
-        self.pen.note("W383", f"the program {name[:60]} that is called here is missing: what it moves is not read", name[:40],
+        self.pen.note("W383", f"the program {name[:60]} that is called here is missing: its moves are not read", name[:40],
                       once=stem)  # fmt: skip
         return True
 

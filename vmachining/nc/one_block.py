@@ -273,7 +273,9 @@ class OneBlock:
             return
         self.placed.add(new)
         word = block.g[12][1] if block is not None and 12 in block.g else None
-        what = "a second work offset: its distance from the first is not given; both are taken to be one"
+        what = (
+            "a second work offset: its distance from the first is not given; both are assumed to be the same"
+        )
         self.report(Problem("W368", word, what), line, n)
 
     def _pivot(self, line: int, n: int | None, state: State, called: int | None) -> list[Move]:

@@ -1,7 +1,7 @@
 """What the page draws: columns, surface, path, tools and raw heights in one compressed container.
 
 The container is gzip of `[uint32 length][JSON header][arrays]`; `frontend/src/data.js` reads it. Its size is bounded:
-rows, triangles and motions beyond a budget are thinned, and the page says so. Nothing here is computed anew; the cut
+rows, triangles and motions beyond a budget are thinned, and the page says so. Nothing here is computed again; the cut
 that the page plays is a picture made in the browser from the path and the cutters.
 """
 

@@ -439,7 +439,9 @@ class Definitions(Flow):
 
     def _preset(self, number: float) -> None:
         if self.preset is not None and number != self.preset:
-            what = "a second preset: its distance from the first is not given; both are assumed to be the same"
+            what = (
+                "a second preset: its distance from the first is not given; both are assumed to be the same"
+            )
             self.pen.note("W368", what, "CYCL DEF 247", once=f"{number:g}")
         self.preset = number
         self.pen.note("I409", f"preset {number:g} is the zero of the job", "CYCL DEF 247", once="preset")
