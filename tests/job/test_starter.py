@@ -82,7 +82,7 @@ def test_inch_programs_have_their_stock_in_inches(tmp_path):
 def test_a_diameter_that_nobody_tells_is_asked_for_and_not_invented(tmp_path):
     (tmp_path / "part.nc").write_text("G21 G90 T5 M6 S1 M3\nG0 Z1\nG1 Z-1 F10\nX3\nM2\n")
     draft = draft_job(tmp_path / "part.nc", tmp_path)
-    assert draft.open == ("no comment tells the diameter of tool 5 (cuts from line 3)",)
+    assert draft.open == ("no comment gives the diameter of tool 5 (cuts from line 3)",)
     assert "# diameter_mm =    # MUST BE GIVEN" in draft.text
     with pytest.raises(JobError, match="tool 5: diameter_mm is missing"):
         Job.from_mapping(tomllib.loads(draft.text), tmp_path)
@@ -209,7 +209,7 @@ def test_a_shape_without_a_diameter_is_kept_and_its_diameter_asked_for(tmp_path)
     path.write_text("G21 G90\n(T1 NO 7 DRILL)\nT1 M6\nS1000 M3\nG0 X5 Y5 Z2\nG81 Z-5 R1 F100\nG80\nM30\n")
     draft = draft_job(path, tmp_path)
     assert 'type = "drill"' in draft.text
-    assert draft.open == ("no comment tells the diameter of tool 1 (cuts from line 6)",)
+    assert draft.open == ("no comment gives the diameter of tool 1 (cuts from line 6)",)
 
 
 def test_a_number_beside_the_name_of_a_cutter_is_a_guess_that_is_said(tmp_path):
@@ -220,7 +220,7 @@ def test_a_number_beside_the_name_of_a_cutter_is_a_guess_that_is_said(tmp_path):
     draft = draft_job(path, tmp_path)
     assert 'diameter_mm = 10   # GUESS: diameter of tool 1, from its name "ENDMILL 10"' in draft.text
     assert draft.open == (
-        "no comment tells the diameters of tools 2 (cuts from line 8) and 3 (cuts from line 10)",
+        "no comment gives the diameters of tools 2 (cuts from line 8) and 3 (cuts from line 10)",
     )
 
 

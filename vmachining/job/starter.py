@@ -253,14 +253,14 @@ class _Writer:
         """The line of a diameter that nobody tells; the terminal says it once for all tools."""
         first = next((move.line for move in self.cutting if (move.tool or 1) == number), 1)
         self.unsized[number] = first
-        return f"# diameter_mm =    # {OPEN}: no comment tells the diameter of tool {number}, which cuts from line {first}"
+        return f"# diameter_mm =    # {OPEN}: no comment gives the diameter of tool {number}, which cuts from line {first}"
 
     def unsized_tools(self) -> str:
         """All tools whose diameters are left open, and where they cut first."""
         places = [f"{number} (cuts from line {line})" for number, line in self.unsized.items()]
         if len(places) == 1:
-            return f"no comment tells the diameter of tool {places[0]}"
-        return f"no comment tells the diameters of tools {', '.join(places[:-1])} and {places[-1]}"
+            return f"no comment gives the diameter of tool {places[0]}"
+        return f"no comment gives the diameters of tools {', '.join(places[:-1])} and {places[-1]}"
 
     def draft(self) -> Draft:
         """The whole file."""
@@ -426,7 +426,7 @@ class _Writer:
         length = max(50.0, 10.0 * math.ceil((depth + 20.0) / 10.0))
         diameter = note.diameter_mm if note is not None else None
         if note is None or (note.kind is None and diameter is None):
-            out.append(self.guess('type = "flat"', f"no comment tells the shape of tool {number}"))
+            out.append(self.guess('type = "flat"', f"no comment gives the shape of tool {number}"))
             out.append(self.sizeless(number))
         elif diameter is None:
             out += self.shape(number, note, None)

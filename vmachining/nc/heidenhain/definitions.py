@@ -200,7 +200,7 @@ class Definitions(Flow):
             self.cycle = (number, values)
         elif number in (32, 239, 332, 392) or 400 <= number < 500:
             self._lose_measured(number)
-            code, what = "I408", f"cycle {number} changes no path: accepted"
+            code, what = "I408", f"cycle {number} does not change the path: accepted"
             if number in PLACING:
                 code, what = (
                     "W368",
