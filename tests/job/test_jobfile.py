@@ -210,6 +210,16 @@ def test_rotary_axes_without_a_machine_are_told_what_is_missing(tmp_path):
     assert caught.value.line == 2 and "ac-table" in str(caught.value.remedy)
 
 
+def test_programs_that_are_not_read_whole_run_in_no_job(tmp_path):
+    path = write_job(tmp_path, swap={"[program]": '[program]\ndialect = "fanuc"'})
+    turned = "O1\nG21 G99 G97 S1000 M3\nT0101\nG0 X40. Z2.\nG1 Z-9. F.2\nM30\n"
+    lost = "G21 G90 S1000 M3 T1 M6\nM98 P8077\nG1 X9. F90.\nM30\n"
+    for text, said in ((turned, "for turning"), (lost, "no program O8077")):
+        (tmp_path / "tiny.nc").write_text(text)
+        with pytest.raises(NCError, match=said):
+            read_job_program(Job.load(path))
+
+
 def test_the_limit_of_loops_and_the_unit_of_dwells_are_keys(tmp_path):
     loop = "G21 G90 S100 M3 T1 M6\n#1 = 0\no1 while [#1 LT 300]\n#1 = [#1 + 1]\no1 endwhile\nG4 P500\nG0 X#1\nM2\n"
     path = write_job(tmp_path, swap={"[machine]": "max_steps = 200\n[machine]"})

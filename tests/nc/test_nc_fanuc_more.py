@@ -39,6 +39,9 @@ def test_programs_in_files_beside_are_called_by_number(tmp_path):
     assert program.moves[-1].line == 6 and [file[-8:] for file in program.files] == ["O0002.NC"]
     lost = read("M98 P9\nG1 X3. F9")
     assert [(f.code, f.line) for f in lost.findings if f.code == "W383"] == [("W383", 5)] and not lost.errors
+    kinds = [("M98 P9001", "W383"), ("M98 P8001", "W383"), ("G65 P8001", "W383"), ("G65 P9001", "W382")]
+    for call, code in kinds:
+        assert [f.code for f in read(call).findings if f.code in ("W382", "W383")] == [code]
     assert "O9.nc" in next(f.hint for f in lost.findings if f.code == "W383") and lost.moves[-1].end[0] == 3.0
 
 

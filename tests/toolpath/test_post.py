@@ -154,6 +154,25 @@ def test_the_door_writes_a_program(tmp_path, capsys):
     assert "exists already" in capsys.readouterr().err
 
 
+def test_what_is_not_read_whole_is_not_written(tmp_path, capsys):
+    """A program of a lathe, and one whose subprogram is missing: refused by the door as by a job."""
+    lost = "G21 G90 S1000 M3 T1 M6\nM98 P77\nG1 X9. F90.\nM30\n"
+    turned = "O1\nG21 G99 G97 S1000 M3\nT0101\nG0 X40. Z2.\nG1 Z-9. F.2\nM30\n"
+    for text, said in (
+        (turned, "a program for turning"),
+        (lost, "no program O77"),
+        (lost.replace("77", "8077"), "no program O8077"),
+    ):
+        (tmp_path / "p.nc").write_text(text)
+        assert (
+            main(
+                ["post", str(tmp_path / "p.nc"), "--source-dialect", "fanuc", "--out", str(tmp_path / "q.nc")]
+            )
+            == 2
+        )
+        assert said in capsys.readouterr().err and not (tmp_path / "q.nc").exists()
+
+
 def test_rewinds_are_told_and_drawn(tmp_path, capsys):
     """A spiral of 3 turns on a table of 2, where 1.25 turns are left from C90 on: one rewind; page and record name its line."""
     chain = tmp_path / "m.toml"

@@ -11,6 +11,7 @@ from vmachining.cli.nc_commands import PostOptions
 from vmachining.cli.screen import emit, note
 from vmachining.errors import InputError
 from vmachining.job.files import write_atomic
+from vmachining.job.reading import refuse_unread
 from vmachining.machine import load
 from vmachining.nc import read_program
 from vmachining.report.figures import html_name
@@ -30,6 +31,7 @@ def post(source: Path, o: PostOptions) -> int:
         html_name(plot, "--plot")
     program = read_program(source, dialect=o.source_dialect, rotary="ABC", home=(0.0, 0.0, 100.0))
     program.require_clean()
+    refuse_unread(program)
     chain = None if o.machine is None else load(o.machine)
     posted = post_program(
         program.moves, o.dialect, machine=chain, name=source.stem, decimals=o.decimals, angle_deg=o.angle,

@@ -215,7 +215,8 @@ def join_command(
 
 def _laid(logs: list[Path], programs: list[Path], chain: Machine | None = None) -> list[Laid]:
     from vmachining.cli.screen import note
-    from vmachining.errors import InputError
+    from vmachining.errors import InputError, NCError
+    from vmachining.job.reading import refuse_unread
     from vmachining.job.times import lay, read_log
     from vmachining.job.timing import Driven
     from vmachining.job.toolpath import Toolpath
@@ -233,6 +234,10 @@ def _laid(logs: list[Path], programs: list[Path], chain: Machine | None = None) 
                 note(
                     f"{path}: {len(program.errors)} findings that `vmachining nc check` names; what is read is timed"
                 )
+            try:
+                refuse_unread(program)
+            except NCError as exc:
+                note(f"{exc}; the path that is read is timed")
             driven[path] = Driven.of(Toolpath.of(program, chain))
     out = []
     for k, path in enumerate(logs):

@@ -14,7 +14,7 @@ from vmachining.job.paths import settled
 from vmachining.machine import with_axes
 from vmachining.nc import Finding, Motion, Program, ToolEntry, read_program
 
-__all__ = ["read_job_program", "refuse_unknown_tools"]
+__all__ = ["read_job_program", "refuse_turning", "refuse_unknown_tools", "refuse_unread"]
 
 ASKED = ("dialect", "units", "block_delete", "crc_entry", "crc_corner", "taps", "dwell", "max_steps")
 """Keys of [program] that the reader has under the same names."""
@@ -55,17 +55,7 @@ def read_job_program(job: Job, path: Path | None = None) -> Program:
         raise NCError("the program is empty", file=str(path), line=1, remedy="is it the right file?")
     _refuse_axes(program, job)
     program.require_clean(allow=NO_END)
-    refuse_turning(program)
-    lost = next((item for item in program.findings if item.code == "W383"), None)
-    if lost is not None:
-        raise NCError(
-            lost.message,
-            file=program.name,
-            line=lost.line,
-            col=lost.col,
-            word=lost.word or None,
-            remedy=lost.hint,
-        )
+    refuse_unread(program)
     only = next(iter(job.tools))
     cutting = (m for m in program.moves if m.motion not in IDLE)
     if len(job.tools) == 1 and all(m.tool in (0, only) for m in cutting):
@@ -89,6 +79,16 @@ def refuse_turning(program: Program) -> None:
             file=program.name,
             remedy='where it is a program for a mill: lathe = "mill" under [program.control], or --control lathe=mill',
         )
+
+
+def refuse_unread(program: Program) -> None:
+    """NCError for a program of a lathe, and for one that calls a program that is missing."""
+    refuse_turning(program)
+    lost = next((item for item in program.findings if item.code == "W383"), None)
+    if lost is not None:
+        raise NCError(
+            lost.message, file=program.name, line=lost.line, col=lost.col, word=lost.word or None, remedy=lost.hint
+        )  # fmt: skip
 
 
 def _noted(program: Program, line: int, message: str, hint: str) -> Program:

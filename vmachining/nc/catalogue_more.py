@@ -408,8 +408,8 @@ MORE: Final[dict[str, Entry]] = {
     ),
     "W382": Entry(
         "a macro of the builder",
-        "Programs O8000 to O9999 come with the machine, for tool changes, probes, breakage and pallets. This one is not here, "
-        "and is taken to move nothing that cuts.",
+        "Macros O9000 to O9999, called by G65 or G66, come with the machine, for tool changes, probes, breakage and pallets. "
+        "This one is not here, and is taken to move nothing that cuts.",
         "put it beside the program if it cuts",
     ),
     "W383": Entry(

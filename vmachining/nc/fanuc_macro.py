@@ -56,8 +56,8 @@ ARGUMENTS: Final = {
 """Local variables of the words of G65, type I of the manual; of type II, I J K again and again, are #4 to #33."""
 
 MACROS: Final = ("G65", "G66", "G66.1")
-BUILDER: Final = range(8000, 10000)
-"""O numbers that parameters protect: macros of the builder for tools, probes and pallets."""
+BUILDER: Final = range(9000, 10000)
+"""O numbers of the builder's macros for tools, probes and pallets, which G65 and G66 call."""
 MAX_DEPTH: Final = 64
 MISSING: Final = "put O{}.nc beside the program or name its folder by --subroutines; M99 alone will do where it moves nothing"
 _PLACES: Final = re.compile(r"(?<![A-Z])[XYZABC][ \t]*[-+.0-9#\[]", re.IGNORECASE)
@@ -380,13 +380,12 @@ class MacroFlow:
             start = self._program(target)
         if start is None:
             what = f"no program O{target} in this file or in one beside it"
-            if target in BUILDER:
+            own = code in MACROS and target in BUILDER
+            if own:
                 what = f"O{target}, a program of the builder of the machine, is not here: it is taken to move nothing"
             else:
                 what += ": what it moves is not read"
-            self.report(
-                Problem("W382" if target in BUILDER else "W383", word, what, MISSING.format(target)), index
-            )
+            self.report(Problem("W382" if own else "W383", word, what, MISSING.format(target)), index)
             return index + 1
         if repeats <= 0:
             return index + 1
