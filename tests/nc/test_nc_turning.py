@@ -108,6 +108,49 @@ def test_the_finishing_cycle_runs_the_contour_and_roughing_is_named():
     assert [item.code for item in read(text.replace("G70 P10", "G70 P11")).errors] == ["E208"]
 
 
+def test_a_cycle_takes_its_own_contour_and_no_more():
+    """N numbers that come again, and a contour in a subprogram: the cycle takes the blocks after it, the main program goes on."""
+    again = "N10 G0 X30.\nG1 Z-5. F.1\nN20 X44.\n"
+    text = f"{HEAD}G0 X60. Z2.\nG71 P10 Q20 U.5 F.3\n{CONTOUR}G70 P10 Q20\nG71 P10 Q20 U.5\n{again}G70 P10 Q20\nM30\n"
+    assert [(r, z) for line, r, z in path(text) if line == 15] == [(15, 2), (15, -5), (22, -5), (30, 2)]
+    assert [(r, z) for line, r, z in path(text) if line == 10] == [
+        (10, 2),
+        (10, -10),
+        (15, -15),
+        (20, -15),
+        (30, 2),
+    ]
+    sub = f"M98 P2\nG0 X80.\nG1 Z-9. F.2\nM30\nO2\nG71 P10 Q20 U.5\n{CONTOUR}M99\n"
+    assert path(f"{HEAD}G0 X60. Z2.\n{sub}")[1:] == [(6, 40.0, 2.0), (7, 40.0, -9.0)]
+    other = f"{HEAD}G0 X60. Z2.\nG71 P10 Q20 U.5\nM30\nO2\n{CONTOUR}M99\n"
+    assert [item.code for item in read(other).errors] == ["E208"]
+
+
+def test_blocks_of_a_contour_are_read_as_any_others():
+    """A dwell is no move, a slash skips, R of a line rounds (r 3 at z -10), words without a point count 0.001."""
+    more = "N10 G0 X20.\nG4 X1.\n/X26.\nG1 Z-10. R3. F.1\nX30.\nN20 X40.\n"
+    text = f"{HEAD}G0 X60. Z2.\n{more.replace('N10', 'GOTO 30' + chr(10) + 'N10')}N30 G70 P10 Q20\nM30\n"
+    program = read(text, block_delete=True)
+    assert not program.errors
+    ends_ = [(round(m.end[0], 6), round(m.end[2], 6)) for m in program.moves[1:] if m.motion != "dwell"]
+    assert ends_ == [(10, 2), (10, -7), (13, -10), (15, -10), (20, -10), (30, 2)]
+    least = f"{HEAD}G0 X60. Z2.\nG71 P10 Q20 U.5 W.1\nN10 G0 X20000\nG1 Z-10000 F.1\nN20 X40000\nG70 P10 Q20\nM30\n"
+    assert [(r, z) for _, r, z in path(least, control={"increments": "IS-B"})][1:] == [
+        (10, 2),
+        (10, -10),
+        (20, -10),
+        (30, 2),
+    ]
+
+
+def test_what_stands_beside_a_cycle_is_not_lost():
+    """The feed of a cycle is that of the blocks after it; warnings of its motions are told."""
+    text = f"{HEAD}G0 X60. Z2.\nG71 P10 Q20 U.5 F.3\n{CONTOUR}G1 X58.\nM30\n"
+    assert read(text).moves[-1].feed_mm_min == pytest.approx(300.0)
+    deep = read("O1\nG21 G99\nT0101\nG0 X0 Z5.\nG83 Z-20. R-3. F.1\nG80\nM30\n")
+    assert {"W381"} <= {item.code for item in deep.findings}
+
+
 def test_laps_of_okuma_skip_their_contour_and_finish_it():
     lap = f"{HEAD}G0 X60. Z2.\nG85 N0010 D7 F0.4 U0.4 W0.1\nN0010 G81\nG0 X20.\nG1 Z-10. F.1\nG80\n"
     text = f"{lap}G87 N0010\nM2\n"

@@ -32,8 +32,10 @@ from vmachining.nc.state import State
 __all__ = ["Contour", "Lathe"]
 
 Words = list[tuple[Word, float]]
-Contour = tuple[int, int, list[Words]]
-"""First and last line, 0-based, and the words of its blocks."""
+Contour = tuple[int, int]
+"""First and last line, 0-based."""
+Find = Callable[[int, int | None, int, bool], Contour | None]
+"""Of the blocks N first to N last (None: to G80), looked for from a line on; again: the one that was roughed."""
 
 MOVES: Final = {0: 0, 10: 10, 20: 20, 30: 30, 320: 320, 330: 320, 340: 320}
 PASSES: Final = {770: 900, 790: 940, 780: 920}
@@ -73,9 +75,12 @@ class Lathe(Translator):
     def __init__(self, settings: Settings, note: Callable[[Problem], None]) -> None:
         super().__init__(settings, note)
         self.half = 0.5 if settings.control.lathe == "diameter" else 1.0
-        self.contour: Callable[[int, int | None], Contour | None] = lambda first, last: None
-        self.until = -1
-        """Lines up to this one were taken by a cycle."""
+        self.contour: Find = lambda first, last, at, again: None
+        self.skipped: Contour = (0, -1)
+        """Lines that the last cycle took."""
+        self.runs: Contour | None = None
+        self.inside = False
+        """Of a finishing cycle: the contour that runs after its block; whether one runs."""
         self.surface: float | None = None
         self.limit: float | None = None
         self.constant = self.steps = self.polar_face = self.flat = self.system_b = False
@@ -84,9 +89,7 @@ class Lathe(Translator):
         self.once: _Pass | None = None
         self.hole: dict[str, float] = {}
 
-    def start(
-        self, lines: Sequence[str], state: State, contour: Callable[[int, int | None], Contour | None]
-    ) -> None:
+    def start(self, lines: Sequence[str], state: State, contour: Find) -> None:
         """As lathes are switched on: feed per turn; system B where a code of it stands somewhere."""
         self.system_b = has_system_b(lines)
         self.contour, state.feed_mode, state.plane = contour, 950, PLANES[180]
@@ -100,10 +103,14 @@ class Lathe(Translator):
 
     def translate(self, words: tuple[Word, ...], values: list[float], state: State) -> Line:
         """The block for the core."""
-        if self.at <= self.until:
+        self.runs = None
+        if self.skipped[0] <= self.at <= self.skipped[1] and not self.inside:
             return Line()
         if self.least:
-            values = [self._counted(w, v, state) for w, v in zip(words, values, strict=True)]
+            values = [
+                v if w.letter == "Q" else self._counted(w, v, state)
+                for w, v in zip(words, values, strict=True)
+            ]
         least, self.least = self.least, 0.0
         try:
             return self._block(list(zip(words, values, strict=True)), state)
@@ -175,7 +182,9 @@ class Lathe(Translator):
         elif (many or 700 in codes or (870 in codes and "P" in has and "X" not in has)) and not (
             codes & HOLES.keys() and "Z" in has
         ):
-            out = self._many(many, codes, has, here, like, state)
+            kept = [(w, v) for w, v in kept if w.letter != "F" or many != 760]  # F of a thread is its lead
+            out = super().translate(tuple(w for w, _ in kept), [v for _, v in kept], state)
+            self._many(many, codes, has, like, out)
             out.before[:0] = before
             return out
         elif (codes & HOLES.keys() or self.hole) and not home and {"X", "Z", "C", "U", "W", "H"} & set(has):
@@ -459,48 +468,28 @@ class Lathe(Translator):
         ]
 
     def _many(
-        self, code: int, codes: set[int], has: dict[str, tuple[Word, float]], here: tuple[float, float], like: Word,
-        state: State,
-    ) -> Line:  # fmt: skip
+        self, code: int, codes: set[int], has: dict[str, tuple[Word, float]], like: Word, out: Line
+    ) -> None:
         """Cycles of many passes: G70 runs the contour, the others are left out; all end where they began."""
-        out = Line()
         if code:
             if code not in (740, 750) and not {"P", "X", "Z", "U", "W"} & set(has):
-                return out
+                return
             if code == 710 and "P" not in has:
                 return out  # depth and retract, for the block to come
             what = f"{spell('G', code)} ({MANY[code]}): its passes are left out, the tool comes back to where they began"
             self.say(f"many{code}", like, what, "W379")
         first = has.get("P")
         if first is None or code in (740, 750, 760):
-            return out
+            return
         lap = code in (850, 860) or 870 in codes
         last = None if lap else int(has["Q"][1]) if "Q" in has else None
-        found = self.contour(int(first[1]), last)
-        if found is None:
-            out.refuse(first[0], f"{first[0].text}: no block N{int(first[1])} of a contour")
-            return out
-        if found[0] > self.at:
-            self.until = found[1]
-        if code:
-            return out
-        x, z = here
-        modal = self.modal
-        for words in found[2]:
-            held = {w.letter: (w, v) for w, v in words if w.letter not in "GMN"}
-            now = {round(v * 10.0) for w, v in words if w.letter == "G"}
-            group1 = next((MOVES[c] for c in now if c in MOVES), None)
-            modal = modal if group1 is None else group1
-            self.modal = modal
-            to = self._goal(held, (x, z))
-            if to == (None, None):
-                continue
-            block = self._motion(words, now, held, *to, group1, (x, z), False)
-            if not any(w.letter == "G" and v in (0.0, 1.0, 2.0, 3.0) for w, v in block):
-                block.insert(0, (like._replace(letter="G"), modal / 10.0))
-            block += [(w, v) for w, v in words if w.letter == "F"]
-            out.ahead.append(block)
-            ends = {w.letter: v for w, v in block}
-            x, z = ends.get("X", x), ends.get("Z", z)
-        out.ahead.append(self._straight(0, here[0], here[1], like))
-        return out
+        name = int(first[1])
+        found = self.contour(name, last, self.at, not code)
+        if self.inside or found is None or (not code and found[0] <= self.at <= found[1]):
+            what = "a cycle inside of a contour" if found else f"no block N{name} of a contour"
+            out.refuse(first[0], f"{first[0].text}: {what}")
+            return
+        if code or lap:
+            self.skipped = found
+        if not code:
+            self.runs = found

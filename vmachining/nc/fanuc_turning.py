@@ -12,7 +12,7 @@ from vmachining.nc.checks import finding
 from vmachining.nc.model import Finding, Motion, Move, Point
 from vmachining.nc.settings import Settings
 
-__all__ = ["as_lathe", "has_system_b", "is_lathe", "numbered", "plain_lathe", "swapped"]
+__all__ = ["as_lathe", "has_system_b", "heads", "is_lathe", "numbered", "plain_lathe", "swapped"]
 
 _COMMENT: Final = re.compile(r"\([^()]*\)?|;.*")
 _AXIS: Final = re.compile(r"(?<![A-Z#])([XYZ])[ \t]*=?[ \t]*([-+]?[0-9]*\.?[0-9]*)", re.IGNORECASE)
@@ -33,6 +33,7 @@ _ASSIGNED: Final = re.compile(
 _SYSTEM_B: Final = re.compile(r"(?<![A-Z])G9[15](?![0-9.])", re.IGNORECASE)
 _INCH: Final = re.compile(r"(?<![A-Z#])G(?:20|70)(?![0-9.])[^PQ]*$", re.IGNORECASE)
 _N: Final = re.compile(r"[ \t]*/?[ \t]*N[ \t]*([0-9]{1,9})(?![0-9.])", re.IGNORECASE)
+_HEAD: Final = re.compile(r"[ \t]*[O:][ \t]*[0-9]+", re.IGNORECASE)
 _LAP: Final = re.compile(r"(G0*8[567])[ \t]*N[ \t]*([0-9]+)", re.IGNORECASE)
 _DRAWING: Final = re.compile(r"^[ \t]*(?:DEF[ \t]+WORK|PT[ \t]+L|CLEAR|DRAW|END[ \t]*$)", re.IGNORECASE)
 
@@ -105,6 +106,11 @@ def numbered(line: str) -> int:
     """N of a line, -1 without."""
     found = _N.match(line)
     return int(found[1]) if found else -1
+
+
+def heads(line: str) -> bool:
+    """Whether another program begins here."""
+    return bool(_HEAD.match(line))
 
 
 def has_system_b(lines: Sequence[str]) -> bool:

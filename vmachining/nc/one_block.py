@@ -16,7 +16,7 @@ from vmachining.nc.fanuc import Translator
 from vmachining.nc.fanuc_lathe import Contour, Lathe
 from vmachining.nc.fanuc_lines import prepare
 from vmachining.nc.fanuc_okuma import user_task
-from vmachining.nc.fanuc_turning import numbered, plain_lathe
+from vmachining.nc.fanuc_turning import heads, numbered, plain_lathe
 from vmachining.nc.fanuc_variables import FAMILY_FREE
 from vmachining.nc.flow import Flow
 from vmachining.nc.frames import UP
@@ -74,6 +74,7 @@ class OneBlock:
         )
         self.state.place_offsets()
         self.memory = Memory(self.state, settings.family)
+        self.roughed: dict[tuple[int, int], Contour] = {}
         if isinstance(self.translator, Lathe):
             self.translator.start(lines, self.state, self._contour)
         self.templates = Templates(self.memory)
@@ -103,18 +104,40 @@ class OneBlock:
             lines = plain_lathe(lines)
         return user_task(lines) if self.translator.variant == "okuma" else lines
 
-    def _contour(self, first: int, last: int | None) -> Contour | None:
-        """Blocks from N first to N last, or to G80; None where they are not there."""
-        at = next((k for k, line in enumerate(self.lines) if numbered(line) == first), -1)
-        blocks, problems = list[list[tuple[Word, float]]](), list[Problem]()
-        for k in range(at, len(self.lines)) if at >= 0 else ():
-            lexed = self._lexed(k + 1, self.lines[k])
-            values = line_values(lexed, self.memory, problems)[0]
-            blocks.append(list(zip(lexed.words, values, strict=True)))
-            ends = any(w.letter == "G" and v == 80.0 for w, v in blocks[-1])
-            if ends if last is None else numbered(self.lines[k]) == last:
-                return (at, k, blocks) if not problems and not lexed.errors else None
+    def _contour(self, first: int, last: int | None, at: int, again: bool) -> Contour | None:
+        """Blocks from N first to N last, or to G80, of the same program: from this line on, else from its beginning."""
+        lines = self.lines
+        begin = next((k for k in range(at, -1, -1) if heads(lines[k])), 0)
+        if again and (begin, first) in self.roughed:
+            return self.roughed[begin, first]
+        stop = next((k for k in range(at + 1, len(lines)) if heads(lines[k])), len(lines))
+        read = [
+            k for k in range(begin, stop) if not (self.settings.block_delete and lines[k].lstrip()[:1] == "/")
+        ]
+        named = [k for k in read if numbered(lines[k]) == first]
+        start = next((k for k in named if k > at), named[0] if named else stop)
+        for k in read:
+            words = self._lexed(k + 1, lines[k]).words if last is None and k >= start else ()
+            ends = any(w.letter == "G" and w.value == 80.0 for w in words)
+            if k >= start and (ends if last is None else numbered(lines[k]) == last):
+                self.roughed[begin, first] = start, k
+                return start, k
         return None
+
+    def _finish(self, lathe: Lathe, number: int, n: int | None, called: int | None) -> None:
+        """The contour of a finishing cycle, block by block; then a rapid to where it began."""
+        assert lathe.runs is not None
+        (first, last), (x, _, z), scale = lathe.runs, self.state.program, self.state.scale
+        lathe.runs, lathe.inside = None, True
+        for k in range(first, last + 1):
+            if not self.state.ended:
+                self._block(k + 1, self.lines[k], called or number)
+        lathe.inside = False
+        words = [(Word(c, None, 1, 0, ""), v) for c, v in (("G", 0.0), ("X", x / scale), ("Z", z / scale))]
+        problems = self._ahead(tuple(w for w, _ in words), [v for _, v in words], self.state, called or number, n,
+                               self.moves, [])  # fmt: skip
+        for problem in problems:
+            self.report(problem, number, n)
 
     def report(self, problem: Problem, line: int, n: int | None) -> None:
         """Record a problem; warnings of one kind only up to a limit."""
@@ -177,7 +200,13 @@ class OneBlock:
         if lexed.percent or (lexed.block_delete and self.settings.block_delete):
             return
         n = block_number(lexed)
-        if n is not None and self.flow is None and "." not in lexed.words[0].text:
+        lathe = self.translator if isinstance(self.translator, Lathe) else None
+        if (
+            n is not None
+            and self.flow is None
+            and not (lathe and lathe.inside)
+            and "." not in lexed.words[0].text
+        ):
             self._check_number(number, n, lexed.words[0])
         problems: list[Problem] = []
         if lexed.errors:
@@ -206,7 +235,7 @@ class OneBlock:
                 if not problems:
                     first, numbers = zip(*ahead, strict=True)
                     problems += self._ahead(
-                        tuple(first), list(numbers), try_state, called or number, n, moves
+                        tuple(first), list(numbers), try_state, called or number, n, moves, warnings
                     )
         if not problems:
             mts = self.settings.dialect == "mts"
@@ -227,10 +256,11 @@ class OneBlock:
             if not problems:
                 frame = try_state.carried
                 try:
-                    done, warnings = execute(block, try_state, called or number, n, self.settings)
+                    done, more = execute(block, try_state, called or number, n, self.settings)
                     if frame is not None or vector is not None or try_state.axis != UP:
                         done = carried(done, try_state, self.settings, vector)
                     moves += done
+                    warnings += more
                 except BlockError as exc:
                     problems = [exc.problem]
         if problems and self.translator is not None:
@@ -256,6 +286,8 @@ class OneBlock:
             raise GiveUpError("E413", number, f"over {len(self.moves) - 1} motions: is there an end?")
         if any(_ABORT.match(text, comment.col - 1) for comment in lexed.comments):
             raise GiveUpError("E418", number - 1, "the program aborts here, with (ABORT, ...)")
+        if lathe is not None and lathe.runs is not None:
+            self._finish(lathe, number, n, called)
         if block is not None and 10 in block.m and self.flow is not None:
             self.next = self.flow.jump(block, number - 1)
             if self.next is None:
@@ -298,6 +330,7 @@ class OneBlock:
         line: int,
         n: int | None,
         moves: list[Move],
+        warnings: list[Problem],
     ) -> list[Problem]:
         """A block that the control executes before the one that is written: its moves are added; what is wrong."""
         motion, cycle = state.motion, state.cycle
@@ -306,7 +339,9 @@ class OneBlock:
         )
         if not block.problems:
             try:
-                moves += execute(block, state, line, n, self.settings)[0]
+                done, more = execute(block, state, line, n, self.settings)
+                moves += done
+                warnings += more
             except BlockError as exc:
                 return [exc.problem]
             state.motion, state.cycle = motion, cycle
