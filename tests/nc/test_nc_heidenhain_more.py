@@ -206,6 +206,7 @@ def test_probing_that_places_the_part_is_said(cycle, code):
     """TNC 640, touch probe cycles: 400 to 405 set a basic rotation, 408 to 419 a datum, 420 and on only measure."""
     found = read(f"CYCL DEF {cycle} PROBE Q321=+0\nL X+1 FMAX").findings
     assert [f.code for f in found if f"cycle {cycle}" in f.message] == [code]
+    assert not any("work_offsets" in f.hint for f in found)
 
 
 # ---- conversational programming, "The PLANE function" and "TRANS DATUM"; functions of TCPM ----

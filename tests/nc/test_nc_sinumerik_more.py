@@ -168,6 +168,16 @@ def test_milling_cycles_offsets_and_the_other_language_are_one_finding_each():
         )
     ) == ["E208"]
     assert codes(read("G54\nG0 X1\nG55\nX2\nG56\nX3")) == ["W368", "W368"]
+    text = "G54 G1 X5 F100\nG55\nG1 X5\nG505\nG1 X5"  # the job gives one of two, both, and G505 as its G58
+    places = {"G54": (100, 0, 0), "G55": (120, 0, 0), "G58": (150, 0, 0)}
+    for given, said, ends in (
+        ("G54", 2, [5, 5, 5]),
+        ("G55", 2, [5, 5, 5]),
+        ("G54 G55", 1, [5, 25, 5]),
+        ("G54 G55 G58", 0, [5, 25, 55]),
+    ):
+        program = read(text, work_offsets={name: places[name] for name in given.split()})
+        assert codes(program).count("W368") == said and [m.end[0] for m in program.moves] == ends
     other = read("G0 X1\nG291\nG81 X5 R2 Z-3\nX9")
     assert codes(other) == ["E208"] and other.errors[0].line == 5 and len(other.moves) == 1
 

@@ -339,7 +339,7 @@ MORE: Final[dict[str, Entry]] = {
         "cancel the later one first",
     ),
     "E368": Entry(
-        "second preset",
+        "motions under G500 and an offset",
         "The program moves under the base coordinate system (G500) and under a settable offset, but the distance between them "
         "is unknown.",
         "split the program, or program the shift",

@@ -475,7 +475,7 @@ class Lathe(Translator):
             if code not in (740, 750) and not {"P", "X", "Z", "U", "W"} & set(has):
                 return
             if code == 710 and "P" not in has:
-                return out  # depth and retract, for the block to come
+                return  # depth and retract, for the block to come
             what = f"{spell('G', code)} ({MANY[code]}): its passes are left out, the tool comes back to where they began"
             self.say(f"many{code}", like, what, "W379")
         first = has.get("P")

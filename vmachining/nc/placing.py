@@ -86,14 +86,17 @@ class Placing:
         """Tool axis that belongs to the frame: its own Z, or what the dialect says."""
         return self.frame.axis if self.lean is None else self.lean
 
-    def note(self, code: str, message: str, word: str = "", *, once: str | None = None) -> None:
+    def note(
+        self, code: str, message: str, word: str = "", *, once: str | None = None, hint: str = ""
+    ) -> None:
         """Add a finding of this line; once : only the first with this key."""
         if once is not None:
             if (code, once) in self._once:
                 return
             self._once.add((code, once))
         col = max(self.text.upper().find(word.upper()), 0) + 1 if word else 1
-        self.findings.append(finding(code, self.line, self.n, message, word[:40], col))
+        found = finding(code, self.line, self.n, message, word[:40], col)
+        self.findings.append(found._replace(hint=hint or found.hint))
 
     def _move(self, motion: Motion, end: Point, feed: float | None) -> Move:
         if len(self.moves) > MAX_MOVES:

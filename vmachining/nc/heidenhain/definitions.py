@@ -200,13 +200,14 @@ class Definitions(Flow):
             self.cycle = (number, values)
         elif number in (32, 239, 332, 392) or 400 <= number < 500:
             self._lose_measured(number)
-            code, what = "I408", f"cycle {number} does not change the path: accepted"
+            code, hint, what = "I408", "", f"cycle {number} does not change the path: accepted"
             if number in PLACING:
-                code, what = (
+                code, hint, what = (
                     "W368",
+                    "set up the part on the machine as the program expects it, or leave the cycle out",
                     f"cycle {number} sets the zero or the turn of the part by probing: taken to be those in force",
                 )
-            self.pen.note(code, what, f"CYCL DEF {number}", once=f"cycle {number}")
+            self.pen.note(code, what, f"CYCL DEF {number}", once=f"cycle {number}", hint=hint)
         elif number == 7:
             raise PenError("E109", "cycle 7 is not understood", text[:40])
         else:

@@ -30,6 +30,8 @@ __all__ = ["Modes"]
 
 AXES: Final = {"X": 0, "Y": 1, "Z": 2}
 ROTARY: Final = "ABC"
+OF_JOB: Final = {54.0: 540, 55.0: 550, 56.0: 560, 57.0: 570, 505.0: 580, 506.0: 590}
+"""Settable offsets that the job can give, as G54 to G59."""
 _NOTED = """
     SOFT BRISK DRIVE FFWON FFWOF COMPCAD COMPON COMPCURV COMPSURF COMPOF KONT KONTC KONTT NORM
     STOPRE FNORM FLIN DIAMOF DIAM90 CUT2D CUT2DF CUT3DC FIFOCTRL STARTFIFO STOPFIFO PREPRO BLSYNC DYNNORM DYNPOS
@@ -219,20 +221,15 @@ class Modes(Flow):
             pen.flush()
             self._place()
             return
-        iso = {54.0: 540, 55.0: 550, 56.0: 560, 57.0: 570, 505.0: 580, 506.0: 590}.get(code)
         known = self.settings.work_offsets
         first = self.first_work if self.first_work is not None else code
-        base = known.get({54.0: 540, 55.0: 550, 56.0: 560, 57.0: 570}.get(first, -1), (0.0, 0.0, 0.0))
-        if code != first and (iso is None or not known):
+        here, base = known.get(OF_JOB.get(code, -1)), known.get(OF_JOB.get(first, -1))
+        self.offset = IDENTITY
+        if code != first and here is not None and base is not None:
+            self.offset = Frame(origin=(here[0] - base[0], here[1] - base[1], here[2] - base[2]))
+        elif code != first:
             pen.note("W368", "a second work offset: its distance from the first is not given; both are assumed to be the same",
                      f"G{code:g}", once=f"{code:g}")  # fmt: skip
-            iso = None
-        here = known.get(iso or -1, (0.0, 0.0, 0.0))
-        self.offset = (
-            Frame(origin=(here[0] - base[0], here[1] - base[1], here[2] - base[2]))
-            if code != first and iso is not None
-            else IDENTITY
-        )
         self.work, self.first_work = code, first
         pen.flush()
         self._place()
