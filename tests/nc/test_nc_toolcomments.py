@@ -79,6 +79,20 @@ def test_a_number_beside_the_name_of_a_cutter_is_a_guess(text, size, guess):
     assert ((note.diameter_mm, note.guess) if note else (None, None)) == (size, guess)
 
 
+@pytest.mark.parametrize(
+    ("text", "unit", "size"),
+    [
+        ("SPOT DRILL 90", 1.0, None), ("CHAMFER MILL 45", 1.0, None), ("DRILL 118", 1.0, None), ("DRILL 12", 1.0, 12.0),
+        ("ENDMILL 45", 1.0, 45.0), ("DRILL 2", 25.4, None), ("ENDMILL 4", 25.4, None), ("ENDMILL .5", 25.4, 12.7),
+        ("ENDMILL 2.", 25.4, 50.8), ("ENDMILL 3/8", 25.4, 9.525),
+    ],
+)  # fmt: skip
+def test_angles_and_counts_are_no_diameters(text, unit, size):
+    """What stands beside a drill or a chamfer mill may be its angle; sizes in inches are fractions or decimals."""
+    note = tool_notes([f"(T1 {text})", "T1 M6"], [1], unit).get(1)
+    assert (note.diameter_mm if note else None) == (size if size is None else pytest.approx(size))
+
+
 def test_what_is_told_stands_against_a_guess():
     for lines in (["(T1 ENDMILL 10)", "(T1 D=12.)"], ["(T1 D=12.)", "(T1 ENDMILL 10)"]):
         note = tool_notes([*lines, "T1 M6"], [1], 1.0)[1]

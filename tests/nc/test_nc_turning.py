@@ -170,11 +170,60 @@ def test_holes_along_z_and_across():
 
 
 def test_polar_interpolation_turns_c_into_a_length():
-    program = read(f"{HEAD}G98 G0 X40. Z2. C0\nG112\nG1 X20. C-5. F100\nG2 X10. C-10. I-5. J0\nG113\nM30\n")
+    program = read(
+        f"{HEAD}G98 G0 X40. Z2. C0\nG112\nG1 X20. C-5. F100\nG2 X10. C-10. I-5. J0\nG1 C0\nG113\nM30\n"
+    )
     assert not program.errors
-    line, arc = program.moves[-2:]
+    line, arc = program.moves[-3:-1]
     assert line.end[:2] == (10.0, -5.0) and arc.end[:2] == (5.0, -10.0)
     assert (arc.plane, arc.center) == ("xy", (5.0, -5.0))
+
+
+WRONG = [  # dialect, block at diameter 40, z 2: what would be read as something else is refused
+    ("okuma", "G33 X38. Z-20. F1.5"), ("okuma", "G31 X38. Z-20. F1.5"), ("okuma", "G71 X38. Z-20. H2. F2."),
+    ("okuma", "G77 X38. Z-20. F2."), ("okuma", "G83 Z-20. F.1"), ("okuma", "G50 X0 Z0"), ("okuma", "G1 U2. F.1"),
+    ("fanuc", "G50 U2. W1."), ("fanuc", "G1 A135. F.1"), ("fanuc", "G1 X50. A0 F.1"), ("fanuc", "G1 V2. F.1"),
+    ("fanuc", "G112\nG1 X20. C-5. F.1\nG113"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("dialect", "block"), WRONG)
+def test_what_would_be_read_as_something_else_is_refused(dialect, block):
+    assert [item.code for item in read(f"{HEAD}G0 X40. Z2. C0\n{block}\nM30\n", dialect).errors] == ["E208"]
+
+
+def test_words_of_okuma_and_of_system_b_are_modes():
+    """G90 and G94 are no passes: from diameter 40, z 2 one line to 36, -5 at 100 mm/min; G94 alone tells system B."""
+    text = f"{HEAD}G0 X40. Z2.\nG94\nG90 G1 X36. Z-5. F100\nM2\n"
+    for dialect in ("okuma", "fanuc"):
+        program = read(text, dialect)
+        assert not program.errors and program.moves[-1].end == (18.0, 0.0, -5.0)
+        assert program.moves[-1].feed_mm_min == 100.0 and len(program.moves) == 2
+
+
+def test_steps_of_c_and_the_mode_after_the_way_home():
+    """H turns on from C30 by 45 degrees, and on to the next hole; after G0 G28 a block without a code is a rapid."""
+    program = read(f"{HEAD}G0 X40. Z2. C30.\nG0 H45.\nG87 X30. R-3. F.1\nH90.\nG80\nM30\n")
+    assert not program.errors
+    assert [m.rotary_deg["c"] for m in program.moves if m.feed_mm_min] == [75.0, 165.0]
+    assert program.moves[1].rotary_deg["c"] == 75.0
+    home = read(f"{HEAD}G0 X40. Z2.\nG1 Z-9. F.2\nG0 G28 U0 W0\nX40. Z2.\nM30\n")
+    assert not home.errors and [m.motion for m in home.moves if m.line == 7] == ["rapid"]
+
+
+def test_shifts_of_the_work_zero_are_said():
+    """Each may place what is cut after it elsewhere: the path is that of one zero."""
+    for dialect, block in (
+        ("fanuc", "G10 P0 Z-50."),
+        ("fanuc", "G10 L2 P1 Z-50."),
+        ("okuma", "VZOFZ=-50"),
+        ("okuma", "VZSHZ=50"),
+    ):
+        program = read(f"{HEAD}G0 X40. Z2.\n{block}\nG1 Z-9. F.2\nM2\n", dialect)
+        assert [item.line for item in program.findings if item.code == "W368"] == [5] and not program.errors
+        assert program.moves[-1].end == (20.0, 0.0, -9.0)
+    wear = read(f"{HEAD}G10 P3 X.1\nG0 X40. Z2.\nM2\n")
+    assert not any(item.code == "W368" for item in wear.findings)
 
 
 def test_a_turret_without_tool_changes_and_no_y_is_a_lathe():

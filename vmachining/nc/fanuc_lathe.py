@@ -45,6 +45,12 @@ MANY: Final = {
     710: "roughing along", 720: "roughing across", 730: "roughing after a pattern", 740: "pecking along",
     750: "pecking across", 760: "a thread in several passes", 850: "roughing", 860: "roughing after a pattern",
 }  # fmt: skip
+OKUMA: Final = {
+    **dict.fromkeys((310, 320, 330, 340, 350), "a thread cycle"), 710: "a thread cycle", 720: "a thread cycle",
+    **dict.fromkeys((730, 740), "a grooving cycle"), 750: "a chamfer without L", 760: "a rounding without L",
+    770: "tapping", 780: "tapping", 790: "a cycle",
+}  # fmt: skip
+"""Codes that mean something else there, or differ in words."""
 IGNORED: Final = frozenset({170, 180, 190, 400, 410, 420, 401, 411, 680, 690, 1400, 1410, 250, 260})
 OWN: Final = (
     IGNORED | MOVES.keys() | PASSES.keys() | MANY.keys() | HOLES.keys() | {90, 530, 700, 800, 810, 960, 970}
@@ -91,7 +97,7 @@ class Lathe(Translator):
 
     def start(self, lines: Sequence[str], state: State, contour: Find) -> None:
         """As lathes are switched on: feed per turn; system B where a code of it stands somewhere."""
-        self.system_b = has_system_b(lines)
+        self.system_b = self.variant == "okuma" or has_system_b(lines)
         self.contour, state.feed_mode, state.plane = contour, 950, PLANES[180]
 
     @property
@@ -135,13 +141,27 @@ class Lathe(Translator):
                 (w._replace(letter="X", text=w.text + "."), v) if w.letter == "F" else (w, v)
                 for w, v in given
             ]
-        if 40 in codes or (100 in codes and "P" in has):
-            if 100 in codes:
+        if (refused := self._unread(given, codes, has, state)) is not None:
+            out = Line()
+            out.problems = [refused]
+            return out
+        kind = has["L"][1] if "L" in has else None
+        if 100 in codes and "P" in has and kind in (None, 2.0, 20.0):
+            if kind is not None or has["P"][1] == 0.0:
+                what = (
+                    "a shift of the work zero is left out: what is cut after it lies where it would without"
+                )
+                self.note(Problem("W368", given[0][0], what, "write the program from one zero"))
+            else:
                 self.say("G10", given[0][0], "G10 P: tool offsets are those of the job")
-                return Line()
+            return Line()
+        if 40 in codes:
             return super().translate(tuple(w for w, _ in given), [v for _, v in given], state)
         scale = 25.4 if 200 in codes else 1.0 if 210 in codes else state.scale
         here = state.program[0] / scale, state.program[2] / scale
+        if "H" in has and "C" not in has and not codes & MANY.keys():  # a step of C
+            c = state.rotary.get("c", 0.0) - state.rotary_shift("c") + has["H"][1]
+            has["C"] = has["H"][0]._replace(letter="C"), c
         before = list[Callable[[State], None]]()
         after = list[Callable[[State], None]]()
         ahead = list[Words]()
@@ -203,6 +223,59 @@ class Lathe(Translator):
         out.ahead += ahead
         out.after += after
         return out
+
+    def _unread(
+        self, given: Words, codes: set[int], has: dict[str, tuple[Word, float]], state: State
+    ) -> Problem | None:
+        """What would be read as something else: codes of Okuma, steps of G50, angles and lengths of C and Y."""
+        many = codes & (MANY.keys() | {700, 870, 1160})
+        words = {k: has[k][0] for k in has}
+        first = next((w for w, _ in given if w.letter == "G"), given[0][0])
+        if self.variant == "okuma":
+            moves = set(has) & set("XZUW")
+            lap = codes & {850, 860, 870} and "P" in has
+            code = next((c for c in codes if c in OKUMA or (c in HOLES and not lap)), None)
+            if code is not None and not (code in (750, 760) and "L" in has):
+                what = OKUMA.get(code, "a cycle")
+                return Problem("E208", first, f"{spell('G', code)} of Okuma ({what}) is not supported")
+            if 500 in codes and moves:
+                return Problem(
+                    "E208", first, "G50 of Okuma with axis words (a shift of the zero) is not supported"
+                )
+            if not many and set(has) & set("UW"):
+                what = f"{words.get('U', words.get('W', first)).text}: U and W of Okuma are axes, which are not supported"
+                return Problem("E208", first, what)
+        shifts = 500 in codes or (920 in codes and self.system_b)
+        if shifts and set(has) & set("UW"):
+            return Problem(
+                "E208", first, f"{first.text} with U or W (a shift of the zero by a step) is not supported"
+            )
+        if codes & {131, 1130} and abs(state.program[1]) > 1e-6:
+            what = f"{first.text} where C is not zero: the place of X and C after it is not read"
+            return Problem("E208", first, what, "end polar interpolation at C0")
+        steps = 910 in codes or (self.steps and 900 not in codes)
+        if "V" in has or (steps and set(has) & set("CY")) or ("H" in has and self.polar_face):
+            word = next(words[k] for k in "VCYH" if k in words)
+            return Problem(
+                "E208",
+                word,
+                f"{word.text}: a step of Y, or of C where it is a length or under G91, is not supported",
+            )
+        if "H" in has and not many and "C" not in self.settings.rotary:
+            return Problem(
+                "E208", words["H"], f"{words['H'].text}: H is a step of C, which this lathe does not have"
+            )
+        straight = not codes & (
+            MANY.keys() | HOLES.keys() | PASSES.keys() | {40, 280, 300, 530, 170, 180, 190}
+        )
+        if "A" in has and straight and self.once is None and not self.hole:
+            x, z = bool(set(has) & set("XU")), bool(set(has) & set("ZW"))
+            across = abs(math.cos(math.radians(has["A"][1]))) < 1e-9
+            along = abs(math.sin(math.radians(has["A"][1]))) < 1e-9
+            if not (x or z) or (not z and along) or (not x and across):
+                what = f"{words['A'].text}: the end of a line by its angle is not determined in its block"
+                return Problem("E208", words["A"], what, "write X and Z")
+        return None
 
     def _is_pass(self, code: int, codes: set[int], has: dict[str, tuple[Word, float]]) -> bool:
         """Whether G90, G94 or G92 is a pass of system A, not a mode of system B."""
@@ -315,10 +388,10 @@ class Lathe(Translator):
         marks = {w.letter: w for w, _ in given}
         for word, value in given:
             code = round(value * 10.0)
-            if word.letter == "G" and code in (0, 10, 20, 30) and not home:
+            if word.letter == "G" and code in (0, 10, 20, 30):
                 out.append((word, value))
         places = {"X": x, "Z": z}
-        y = has.get("Y") or has.get("V")
+        y = has.get("Y")
         if home:  # G53 too goes to the machine's own places, which are not known
             if 530 in codes and (x is not None or z is not None):
                 at = next(w for w, v in given if w.letter == "G" and round(v * 10.0) == 530)

@@ -30,7 +30,9 @@ _ASSIGNED: Final = re.compile(
     r"|\b[TO]G[ \t]*=[ \t]*[0-9]+|\bTLID\b"
 )
 """Offsets, loads and drawings, numbers of tools, and their life: system variables of Okuma that change no path."""
-_SYSTEM_B: Final = re.compile(r"(?<![A-Z])G9[15](?![0-9.])", re.IGNORECASE)
+_SYSTEM_B: Final = re.compile(
+    r"(?<![A-Z])G9[15](?![0-9.])|^[^XZUW]*(?<![A-Z])G94(?![0-9.])[^XZUW]*$", re.IGNORECASE
+)
 _INCH: Final = re.compile(r"(?<![A-Z#])G(?:20|70)(?![0-9.])[^PQ]*$", re.IGNORECASE)
 _N: Final = re.compile(r"[ \t]*/?[ \t]*N[ \t]*([0-9]{1,9})(?![0-9.])", re.IGNORECASE)
 _HEAD: Final = re.compile(r"[ \t]*[O:][ \t]*[0-9]+", re.IGNORECASE)
@@ -90,6 +92,11 @@ def swapped(moves: Sequence[Move]) -> bool:
     return 2 * long > arcs
 
 
+def _assigned(hit: re.Match[str]) -> str:
+    """Nothing; of a shift of the zero the code of Fanuc."""
+    return ("G10 P0" if hit[0].upper().startswith(("VZOF", "VZSH")) else "").ljust(len(hit[0]))
+
+
 def plain_lathe(lines: list[str]) -> list[str]:
     """Lines of Okuma lathes: offsets and drawings that change no path become empty, `G85 N10` becomes `G85 P10`."""
     out = []
@@ -97,7 +104,7 @@ def plain_lathe(lines: list[str]) -> list[str]:
         if _DRAWING.match(line):
             line = ""
         elif "=" in line or "TLID" in line:
-            line = _ASSIGNED.sub(lambda hit: " " * len(hit[0]), line)
+            line = _ASSIGNED.sub(_assigned, line)
         out.append(_LAP.sub(r"\1 P\2", line))
     return out
 

@@ -57,6 +57,8 @@ _BESIDE: Final = re.compile(
 _THREAD: Final = re.compile(r"\bM(\d+(?:\.\d+)?)(?=$|[\sX_,;|)-])", re.IGNORECASE)
 LEAST_MM, MOST_MM = 3.0, 130.0
 """A whole number below the first may count operations or flutes, one above the second may be a name."""
+ANGLES: Final = frozenset({45.0, 60.0, 82.0, 90.0, 100.0, 118.0, 120.0, 135.0, 140.0, 145.0})
+"""Of the tips of drills and chamfer mills: beside their names no diameters."""
 
 _LENGTHS: Final = r"(?:STICK[ -]?OUT|OVERHANG|PROJECTION|REACH|LENGTH|DEPTH|STEP[ -]?(?:OVER|DOWN))"
 _OTHER: Final = re.compile(
@@ -303,7 +305,13 @@ def _beside(kind: str | None, text: str, scale: float) -> tuple[float, str] | No
         return (float(thread[1]), thread[0]) if thread else None
     found = _BESIDE.search(text)
     size = _first((_BESIDE,), text, scale) if found else None
-    if found is None or size is None or (size < LEAST_MM and found[1].isdigit() and not found[2]):
+    if found is None or size is None:
+        return None
+    angle = kind in ("drill", "chamfer") and value_of(found[1]) in ANGLES
+    counts = found[1].isdigit() and (
+        scale != 1.0 or size < LEAST_MM
+    )  # in inches sizes are fractions or decimals
+    if (angle or counts) and not found[2]:
         return None
     return (size, found[0].strip()) if 0.0 < size <= MOST_MM else None
 

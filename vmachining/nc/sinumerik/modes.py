@@ -223,10 +223,10 @@ class Modes(Flow):
             return
         known = self.settings.work_offsets
         first = self.first_work if self.first_work is not None else code
-        here, base = known.get(OF_JOB.get(code, -1)), known.get(OF_JOB.get(first, -1))
+        there, base = known.get(OF_JOB.get(code, -1)), known.get(OF_JOB.get(first, -1))
         self.offset = IDENTITY
-        if code != first and here is not None and base is not None:
-            self.offset = Frame(origin=(here[0] - base[0], here[1] - base[1], here[2] - base[2]))
+        if code != first and there is not None and base is not None:
+            self.offset = Frame(origin=(there[0] - base[0], there[1] - base[1], there[2] - base[2]))
         elif code != first:
             pen.note("W368", "a second work offset: its distance from the first is not given; both are assumed to be the same",
                      f"G{code:g}", once=f"{code:g}")  # fmt: skip
