@@ -154,7 +154,12 @@ def test_what_stands_beside_a_cycle_is_not_lost():
 def test_laps_of_okuma_skip_their_contour_and_finish_it():
     lap = f"{HEAD}G0 X60. Z2.\nG85 N0010 D7 F0.4 U0.4 W0.1\nN0010 G81\nG0 X20.\nG1 Z-10. F.1\nG80\n"
     text = f"{lap}G87 N0010\nM2\n"
-    assert [(r, z) for _, r, z in path(text, "okuma")][1:] == [(10, 2), (10, -10), (30, 2)]
+    for begin in ("G81", "G82"):
+        assert [(r, z) for _, r, z in path(text.replace("G81", begin), "okuma")][1:] == [
+            (10, 2),
+            (10, -10),
+            (30, 2),
+        ]
     corner = f"{HEAD}G0 X20. Z0\nG76 G1 X40. L5. F.1\nZ-20.\nM2\n"
     assert [(r, z) for _, r, z in path(corner, "okuma")][1:] == [(15, 0), (20, -5), (20, -20)]
 
@@ -169,6 +174,13 @@ def test_holes_along_z_and_across():
     assert [m.rotary_deg["c"] for m in program.moves if m.feed_mm_min] == [0.0, 90.0]
 
 
+def test_a_hole_or_a_cycle_ends_single_passes():
+    """After G90 a hole is one, from z 5 to the R level at z 2 along the axis, and U of G71 is a depth."""
+    text = f"{HEAD}G0 X40. Z5.\nG90 X38. Z-9. F.2\nG85 X0 Z-20. R-3. F.1\nG80\nM30\n"
+    assert [(r, z) for line, r, z in path(text) if line == 6] == [(0, 5), (0, 2), (0, -20), (0, 2), (0, 5)]
+    assert len(path(f"{HEAD}G0 X40. Z5.\nG90 X38. Z-9. F.2\nG71 U2. R1.\nM30\n")) == 5
+
+
 def test_polar_interpolation_turns_c_into_a_length():
     program = read(
         f"{HEAD}G98 G0 X40. Z2. C0\nG112\nG1 X20. C-5. F100\nG2 X10. C-10. I-5. J0\nG1 C0\nG113\nM30\n"
@@ -181,8 +193,10 @@ def test_polar_interpolation_turns_c_into_a_length():
 
 WRONG = [  # dialect, block at diameter 40, z 2: what would be read as something else is refused
     ("okuma", "G33 X38. Z-20. F1.5"), ("okuma", "G31 X38. Z-20. F1.5"), ("okuma", "G71 X38. Z-20. H2. F2."),
-    ("okuma", "G77 X38. Z-20. F2."), ("okuma", "G83 Z-20. F.1"), ("okuma", "G50 X0 Z0"), ("okuma", "G1 U2. F.1"),
+    ("okuma", "G77 X38. Z-20. F2."), ("okuma", "G20"),
+    ("okuma", "G83 Z-20. F.1"), ("okuma", "G50 X0 Z0"), ("okuma", "G1 U2. F.1"),
     ("fanuc", "G50 U2. W1."), ("fanuc", "G1 A135. F.1"), ("fanuc", "G1 X50. A0 F.1"), ("fanuc", "G1 V2. F.1"),
+    ("fanuc", "G88 Z-5. R1. F.1"), ("fanuc", "G83 X0 R-1. F.1"),
     ("fanuc", "G112\nG1 X20. C-5. F.1\nG113"),
 ]  # fmt: skip
 

@@ -48,7 +48,7 @@ MANY: Final = {
 OKUMA: Final = {
     **dict.fromkeys((310, 320, 330, 340, 350), "a thread cycle"), 710: "a thread cycle", 720: "a thread cycle",
     **dict.fromkeys((730, 740), "a grooving cycle"), 750: "a chamfer without L", 760: "a rounding without L",
-    770: "tapping", 780: "tapping", 790: "a cycle",
+    770: "tapping", 780: "tapping", 790: "a cycle", 200: "the way home",
 }  # fmt: skip
 """Codes that mean something else there, or differ in words."""
 IGNORED: Final = frozenset({170, 180, 190, 400, 410, 420, 401, 411, 680, 690, 1400, 1410, 250, 260})
@@ -184,8 +184,8 @@ class Lathe(Translator):
         )
         like = given[0][0] if given else Word("G", 0.0, 1, 0, "")
         group1 = next((MOVES[c] for c in codes if c in MOVES), None)
-        if group1 is not None or 800 in codes:
-            self.once, self.hole = None, {}
+        if group1 is not None or codes & ({700, 800} | HOLES.keys() | MANY.keys()):
+            self.once, self.hole = None, self.hole if codes & HOLES.keys() else {}
             self.modal = self.modal if group1 is None else group1
         if codes & {170, 180, 190} and group1 is None and {"A", "B", "P"} & set(has) and not self.polar_face:
             out = Line()  # lines by angles, of other controls
@@ -245,6 +245,13 @@ class Lathe(Translator):
             if not many and set(has) & set("UW"):
                 what = f"{words.get('U', words.get('W', first)).text}: U and W of Okuma are axes, which are not supported"
                 return Problem("E208", first, what)
+        hole = next((c for c in codes if c in HOLES and not (c in (850, 860, 870) and "P" in has)), None)
+        if (
+            hole is not None
+            and set(has) & set("XZUWCH")
+            and not set(has) & set("XU" if HOLES[hole] == "X" else "ZW")
+        ):
+            return Problem("E208", first, f"{first.text} without the depth of its hole, {HOLES[hole]}")
         shifts = 500 in codes or (920 in codes and self.system_b)
         if shifts and set(has) & set("UW"):
             return Problem(
@@ -322,7 +329,9 @@ class Lathe(Translator):
                         self.limit = has["S"][1]
                     if {"X", "Z"} & set(has):
                         kept.append((word._replace(value=92.0), 92.0))
-                elif code not in OWN or (code in (700, 710) and not set(has) & set("PQUWDR")):
+                elif (code not in OWN and (code != 820 or self.variant != "okuma")) or (
+                    code in (700, 710) and not set(has) & set("PQUWDR")
+                ):
                     kept.append((word, value))
             elif word.letter == "T":
                 number = int(value) // 100 if value >= 100.0 else int(value)
