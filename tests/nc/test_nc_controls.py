@@ -190,6 +190,7 @@ def test_a_second_work_offset_needs_its_place():
     program = read(text, work_offsets=some)
     assert [f.line for f in program.findings if f.code == "W368"] == [12]
     assert [m.end[0] for m in program.moves] == [1.0, 102.0, 3.0, 104.0, 5.0]
+    assert "counts as zero" in next(f.message for f in program.findings if f.code == "W368")
     assert not [f for f in read(f"{HEAD}G55\nG1 X1.\nM30\n").findings if f.code == "W368"]
 
 

@@ -305,9 +305,8 @@ class OneBlock:
             return
         self.placed.add(new)
         word = block.g[12][1] if block is not None and 12 in block.g else None
-        what = (
-            "a second work offset: its distance from the first is not given; both are assumed to be the same"
-        )
+        taken = "what is not given counts as zero" if state.offsets else "both are assumed to be the same"
+        what = f"a second work offset: its distance from the first is not given; {taken}"
         self.report(Problem("W368", word, what), line, n)
 
     def _pivot(self, line: int, n: int | None, state: State, called: int | None) -> list[Move]:
