@@ -385,8 +385,8 @@ MORE: Final[dict[str, Entry]] = {
     "W368": Entry(
         "second work offset without a position",
         "The program cuts in two work offsets, and the distance between them is unknown. Both are assumed to be at the same "
-        "position, so the cuts of the second coincide with those of the first. In G code that gives some of its offsets, the others "
-        "count as zero.",
+        "position, so the cuts of the second coincide with those of the first. In G code, where some offsets "
+        "are given, the others count as zero.",
         "give all work offsets of the program: work_offsets = { G54 = [0, 0, 0], G55 = [120, 0, 0] } under [program]",
     ),
     "W379": Entry(
