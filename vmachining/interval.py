@@ -79,7 +79,8 @@ class Interval:
         """What this interval and [lo, hi], which meet, allow together. An estimate that the other one excludes says nothing of
         where the truth lies in what is left: it becomes the middle, which is wrong by half of it at most."""
         lo, hi = max(lo, self.lo), min(hi, self.hi)
-        estimate = self.estimate if lo < self.estimate < hi else 0.5 * (lo + hi)
+        known = lo < self.estimate < hi or self.estimate == lo == 0.0  # an estimate of nothing is at no end
+        estimate = self.estimate if known else 0.5 * (lo + hi)
         return replace(self, lo=lo, estimate=estimate, hi=hi)
 
     def at_least(self, floor: float) -> Interval:

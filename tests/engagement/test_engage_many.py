@@ -61,7 +61,9 @@ def test_what_was_asked_before_a_stop_is_kept(tmp_path):
     def stop(stage, done, total):
         raise KeyboardInterrupt
 
-    words = rf"stopped after position \d+ of 90 \(engagement\); they are in .*positions.csv; .* block {SLOT} "
+    words = (
+        rf"stopped after position \d+ of 90 \(engagement\); they are in .*positions.csv; .* block {SLOT}: "
+    )
     with pytest.raises(Stopped, match=words):
         engage_many(job, asked, tmp_path, angles=24, progress=stop)
     kept = pl.read_parquet(tmp_path / "positions.parquet")

@@ -70,6 +70,20 @@ def test_the_proof_wins(case):
     np.testing.assert_allclose(moved["mrr_mm3_min"], 30.0 * new)
 
 
+def test_an_estimate_of_nothing_stays_one():
+    """Two methods find nothing, and no proof says otherwise."""
+    rows = pl.DataFrame(
+        {
+            "removed_lo_mm3": [0.0, 0.0],
+            "removed_mm3": [0.0, 0.0],
+            "removed_hi_mm3": [0.3, 0.2],
+            "proven": [True, True],
+        }
+    )
+    total = total_of(rows, Interval(1000, 1000, 1000), Interval(999.5, 1000, 1000))
+    assert total.removed.estimate == 0.0 and total.final.estimate == 1000.0 and not total.moved
+
+
 def test_brackets_that_exclude_each_other_are_said():
     rows = pl.DataFrame(
         {"removed_lo_mm3": [5.0], "removed_mm3": [6.0], "removed_hi_mm3": [7.0], "proven": [True]}

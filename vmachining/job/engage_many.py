@@ -144,8 +144,15 @@ def engage_many(
     with atomic_path(folder / "positions.csv") as temporary:
         table.write_csv(temporary)
     if stopped:
-        block = next(errand[0].block for errand, found in zip(errands, rows, strict=True) if not found)
-        then = f"they are in {folder / 'positions.csv'}; the rest begins with block {block} (--block)"
+        left = (errand[0].block for errand, found in zip(errands, rows, strict=True) if not found)
+        begin = next(left, None)  # none, if the stop came with the last one
+        block = f"{begin}-{errands[-1][-1].block}"
+        rest = (
+            ""
+            if begin is None
+            else f"; the rest begins with block {begin}: --block {block} --out another directory"
+        )
+        then = f"they are in {folder / 'positions.csv'}{rest}"
         raise Stopped("engagement", done, len(asked), "position", then)
     return table
 

@@ -81,10 +81,11 @@ def _both(added: Interval, balance: Interval, rounding: float) -> Interval | Non
 
 
 def _inside(values: tuple[float, ...], lo: float, hi: float, rounding: float) -> float:
-    """The first of the values that lies in [lo, hi] and at none of its ends, else the middle; of a narrow one the nearest."""
+    """The first of the values that lies in [lo, hi] and at none of its ends, else the middle; of a narrow one the nearest.
+    An estimate of nothing is at no end: less than nothing cannot be removed."""
     if hi - lo <= rounding:
         return _within(values[0], min(lo, hi), max(lo, hi))
-    return next((value for value in values if lo < value < hi), 0.5 * (lo + hi))
+    return next((value for value in values if lo < value < hi or value == lo == 0.0), 0.5 * (lo + hi))
 
 
 def _within(value: float, lo: float, hi: float) -> float:
