@@ -102,6 +102,21 @@ def test_a_shallow_wall_is_not_missed_between_angles():
     assert seen.chips.fraction == pytest.approx(np.arccos(1 - ae / 5) / (2 * np.pi), rel=1e-3)
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("low, high", [(0.5, 4.0), (20.0, 21.2), (2.0, 3.2)])
+def test_a_rib_between_two_angles_is_seen(low, high, side):
+    """A flat end of 50 mm crosses a rib of 3.5 or 1.2 mm: it cuts over 8.0 to 3 degrees, between angles ten degrees apart."""
+    y = sorted((side * low, side * high))
+    stock = BoxStock((-60, y[0], -10), (60, y[1], 0))
+    seen, _ = sample(FlatEnd(diameter=50, length=50), stock, Line([-30, 0, -2], [30, 0, -2]), at=0.5)
+    assert seen.chips.ae == pytest.approx(high - low, abs=2e-3) and seen.chips.ap == pytest.approx(
+        2.0, abs=1e-6
+    )
+    arc = np.arcsin(high / 25.0) - np.arcsin(low / 25.0)
+    assert seen.chips.fraction == pytest.approx(arc / (2 * np.pi), rel=1e-3)
+    assert seen.chips.area_rate == pytest.approx(60.0 * 2.0 * np.sqrt(1.0 - (low / 25.0) ** 2), rel=2e-3)
+
+
 def cases():
     """Tools, stocks, earlier passes and a block: pockets, arcs, ramps, three and five axes."""
     bull, ball = BullNose(diameter=12, corner_radius=3, length=50), BallNose(diameter=8, length=50)

@@ -32,8 +32,9 @@ END_RAD = 1e-5
 TOUCH_RAD = 1e-4  # less than this of a turn is a line along which tool and wall touch
 PLANNED = 0.01  # of the largest chip
 ROOM = 400  # angles of a turn at most
+SEEK = 2  # times that all gaps are halved before a turn is called idle
 COLUMNS = 6
-BESIDE = (0.03 * DEGREE, 3.0 * DEGREE)  # beside the ends of what a feed faces
+BESIDE = (0.03 * DEGREE, 0.6 * DEGREE, 3.0 * DEGREE)  # beside the ends of what a feed faces
 
 
 class Turn(NamedTuple):
@@ -200,6 +201,16 @@ def turn_at(scene, turn, now, count, top, result):
     for i in range(n):
         turn.order[i] = i
         engaged += turn.found[i] > 0
+    for _ in range(SEEK):  # a rib narrower than the gaps
+        at = 0
+        while engaged == 0 and at < (n if ring else n - 1) and n < ROOM - 1:
+            i, wide = turn.order[at], gap_after(turn, at, n)
+            if wide > NARROW:
+                n = ask(scene, turn, now, count, top, way, turn.phi[i] + 0.5 * wide, n)
+                insert(turn, at + 1, n - 1)
+                engaged += turn.found[n - 1] > 0
+                at += 1
+            at += 1
     if engaged == 0:
         return n, ring
     at = 0
