@@ -95,3 +95,7 @@ def test_bad_tables_are_refused(tables, tmp_path):
         ChipTable.of(tables[0].head(0), tables[1])
     with pytest.raises(InputError, match="no chips"):
         ChipTable.load(tmp_path)
+    tables[0].drop("path_mm").write_parquet(tmp_path / "chips.parquet")
+    tables[1].write_parquet(tmp_path / "chip_points.parquet")
+    with pytest.raises(InputError, match="earlier version"):
+        ChipTable.load(tmp_path)

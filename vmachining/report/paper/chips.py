@@ -68,13 +68,20 @@ class ChipTable:
 
     @classmethod
     def load(cls, folder: Path) -> ChipTable:
-        """Raises InputError where `engage --chips` has not written, or found nothing."""
+        """Raises InputError where `engage --chips` has not written, found nothing, or was of an earlier version."""
         files = folder / "chips.parquet", folder / "chip_points.parquet"
         if not all(file.is_file() for file in files):
             raise InputError(
                 "no chips in this directory", file=str(folder), remedy="run engage --chips --out"
             )
-        return cls.of(*(pl.read_parquet(file) for file in files))
+        table, points = (pl.read_parquet(file) for file in files)
+        if "path_mm" not in table.columns or not set(POINT) <= set(points.columns):
+            raise InputError(
+                "the chips in this directory are of an earlier version",
+                file=str(folder),
+                remedy="run engage --chips again",
+            )
+        return cls.of(table, points)
 
     @classmethod
     def of(cls, table: pl.DataFrame, points: pl.DataFrame) -> ChipTable:
