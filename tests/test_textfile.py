@@ -10,7 +10,7 @@ import pytest
 
 from vmachining.cli.main import run
 from vmachining.errors import InputError
-from vmachining.textfile import MAX_TEXT, parse_json, parse_toml, read_text
+from vmachining.textfile import MAX_TEXT, number_rows, parse_json, parse_toml, read_text
 
 TOML = {
     "nested": "a = " + "[" * 100_000,
@@ -65,3 +65,39 @@ def test_what_never_ends_is_refused(tmp_path):
         pytest.skip("no /dev/zero here")
     with pytest.raises(InputError, match=f"larger than {MAX_TEXT >> 20} MB"):
         read_text(endless, "table", InputError)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "1,2.5,3\n", "1; 2.5 ;3;more words\n", "# said\n\nx_mm,y_mm,z_mm,kind\n1,2.5,3,none\n",
+        "x [mm] y [mm] z [mm]\n1\t2.5\t3\n", "x, mm;y, mm;z, mm\n1;2.5;3;\n", "X,Y,Z\n1,2.5,3,,\n",
+    ],
+)  # fmt: skip
+def test_lines_of_numbers(tmp_path, text):
+    (tmp_path / "t.csv").write_text(text)
+    assert number_rows(tmp_path / "t.csv", ("x", "y", "z"), "table", InputError).tolist() == [[1.0, 2.5, 3.0]]
+
+
+@pytest.mark.parametrize(
+    ("text", "words", "line"),
+    [
+        ("x;y;z\n12,5341;7,25;1,5\n", "a decimal comma", 2),
+        ("12,5 7,25 1,5\n", "a decimal comma", 1),
+        ("x,y,z\n12,5,7,25,1,5\n", "6 cells below 3 names", 2),
+        ("nan,0,1\n1,2,3\n", "expected x, y, z", 1),
+        ("inf 0 1\n1 2 3\n", "expected x, y, z", 1),
+        ("x,y,z\nmm,mm,mm\n1,2,3\n", "expected x, y, z", 2),
+        ("x,0,1\n1,2,3\n", "expected x, y, z", 1),
+        ("1,2,3\n1,,2,3\n", "expected x, y, z", 2),
+        ("\t1\t2\t3\n", "expected x, y, z", 1),
+        ("1\t\t2\t3\n", "expected x, y, z", 1),
+        (",x,y,z\n0,1,2,3\n", "expected x, y, z", 1),
+        ("id,x,y,z\n0,1,2,3\n", "column 2 is called x", 1),
+    ],
+)
+def test_lines_that_could_be_other_numbers(tmp_path, text, words, line):
+    (tmp_path / "t.csv").write_text(text)
+    with pytest.raises(InputError, match=words) as said:
+        number_rows(tmp_path / "t.csv", ("x", "y", "z"), "table", InputError)
+    assert f"t.csv:{line}:" in str(said.value)

@@ -19,6 +19,9 @@ __all__ = ["MAX_TEXT", "number_rows", "parse_json", "parse_toml", "read_bytes", 
 MAX_TEXT = 64 << 20
 """Bytes of a job, machine, tool or CSV file: a million rows of a table fit in."""
 
+SEPARATORS = ";,\t"
+"""Of the cells of a table: the first of them that a line holds, or blanks."""
+
 MAX_DEPTH = 64
 """Tables in tables. Job files have four levels; parsers recurse, and tomllib takes memory with the square of it."""
 
@@ -59,30 +62,78 @@ def read_text(
 
 
 def number_rows(path: Path, columns: tuple[str, ...], what: str, error: type[InputError]) -> Floats:
-    """(n, len(columns)): lines of numbers between commas, semicolons or blanks; further columns are left out.
+    """(n, len(columns)): lines of numbers between commas, semicolons, tabs or blanks; further columns are left out.
 
-    A first line of names, empty lines and lines that begin with # are left out.
-    Raises error: As `read_text`; a line with fewer numbers; no line.
+    One line of names may come first; empty lines and lines that begin with # are left out.
+    Raises error: As `read_text`; a line with fewer numbers, with decimal commas, nan, inf or an empty cell, or with more cells
+    than the line of names; names in another order; no line.
     """
     found: list[list[float]] = []
+    names: list[str] | None = None
     for number, text in enumerate(read_text(path, what, error).splitlines(), 1):
-        words = text.replace(",", " ").replace(";", " ").split()
-        if not words or words[0].startswith("#"):
+        if not text.strip() or text.lstrip().startswith("#"):
             continue
+        said = repr(text.strip()[:40])
+        if names is None and not found and _is_header(text):
+            names = _names(text)
+            labels = [label[0] if (label := re.match(r"[a-z]+\d*", name.lower())) else "" for name in names]
+            wrong = [name for k, name in enumerate(columns) if name in labels and labels.index(name) != k]
+            if wrong:
+                raise error(
+                    f"column {labels.index(wrong[0]) + 1} is called {wrong[0]}, in {said}", file=str(path), line=number,
+                    remedy=f"give the columns in the order {', '.join(columns)}",
+                )  # fmt: skip
+            continue
+        mark = next((mark for mark in SEPARATORS if mark in text), None)
+        cells = [cell.strip() for cell in text.split(mark)]
+        if "," in text and (";" in text or any(len(cell.split()) > 1 for cell in cells[: len(columns)])):
+            raise error(
+                f"a decimal comma, or two kinds of separator: {said}",
+                file=str(path),
+                line=number,
+                remedy="write 12.5 for 12,5",
+            )
         try:
-            values = [float(word) for word in words[: len(columns)]]
+            values = [float(cell) for cell in cells[: len(columns)]]
         except ValueError:
             values = []
-        if len(values) == len(columns) and np.isfinite(values).all():
-            found.append(values)
-        elif found or not words[0][0].isalpha():  # names of columns may come first
+        if len(values) < len(columns) or not np.isfinite(values).all():
             raise error(
-                f"expected {', '.join(columns)}, got {text.strip()[:40]!r}", file=str(path), line=number,
-                remedy="one line has as many numbers as that",
+                f"expected {', '.join(columns)}, got {said}", file=str(path), line=number,
+                remedy="one line has as many numbers as that; one line of names may come first",
             )  # fmt: skip
+        while cells and not cells[-1]:
+            cells.pop()
+        if names is not None and len(cells) > len(names):
+            raise error(
+                f"{len(cells)} cells below {len(names)} names: {said}", file=str(path), line=number,
+                remedy="are there decimal commas? write 12.5 for 12,5",
+            )  # fmt: skip
+        found.append(values)
     if not found:
         raise error("no line of numbers", file=str(path), remedy=f"give lines of {', '.join(columns)}")
     return np.array(found)
+
+
+def _is_header(text: str) -> bool:
+    """It begins with a letter, and none of its words is a number, nan or inf."""
+    return text.lstrip()[0].isalpha() and not any(map(_is_float, re.split(r"[,;\s]+", text)))
+
+
+def _is_float(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def _names(text: str) -> list[str]:
+    """Names of a header: between semicolons, commas or tabs; between blanks without their units in brackets."""
+    for mark in SEPARATORS:
+        if mark in text:
+            return [name.strip() for name in text.rstrip(f"{mark} ").split(mark)]
+    return [name for name in text.split() if name[0] not in "[("]
 
 
 def parse_toml(text: str) -> dict[str, Any]:

@@ -86,6 +86,27 @@ def test_what_is_no_surface_is_refused(tmp_path, text, words):
         read_cloud(tmp_path / "c.xyz")
 
 
+def test_a_cloud_far_from_the_origin_keeps_its_points(tmp_path):
+    at = np.stack(np.meshgrid(np.arange(20.0), np.arange(20.0), indexing="ij"), axis=-1).reshape(-1, 2) / 64.0
+    near, far = (read_cloud_of(tmp_path, np.column_stack([at + move, plane(at)])) for move in (0.0, 5e6))
+    for mesh in (near, far):
+        assert len(np.unique(mesh.triangles)) == 400 and mesh.notes == (
+            "surface through 400 points, flat between them",
+        )
+    assert far.areas.sum() == pytest.approx(near.areas.sum(), rel=1e-9)
+
+
+def test_points_closer_than_rounding_are_one(tmp_path):
+    at = np.stack(np.meshgrid(np.arange(5.0), np.arange(5.0), indexing="ij"), axis=-1).reshape(-1, 2)
+    grid = np.column_stack([at, plane(at)])
+    close = grid[[3, 7, 12]] + [[1e-13, 0.0, 0.0], [0.0, -1e-13, 1e-13], [0.0, 0.0, 0.0]]
+    mesh = read_cloud_of(tmp_path, np.concatenate([grid, close]))
+    assert len(np.unique(mesh.triangles)) == len(mesh.vertices) == 25
+    assert mesh.notes[1] == "3 points that repeat others were dropped"
+    with pytest.raises(InputError, match="two heights at x 1, y 2"):
+        read_cloud_of(tmp_path, np.concatenate([grid, close + [0.0, 0.0, 1.0]])[[*range(25), 26]])
+
+
 def test_a_gap_is_told(tmp_path):
     at = np.stack(np.meshgrid(np.r_[0:5, 40:45], np.arange(5), indexing="ij"), axis=-1).reshape(-1, 2)
     mesh = read_cloud_of(tmp_path, np.column_stack([at, 0.0 * at[:, 0]]))

@@ -147,10 +147,12 @@ def flank(rulings: Path, o: FlankOptions) -> int:
         )
         write_atomic(o.out, text)
         files = [o.out]
-    worst = int(np.argmax(found.overcut))
+    at, after = float(found.overcut.max()), float(found.between.max())
+    worst = int(np.argmax((found.between if after > at else found.overcut).round(12)))
     told = {
-        "rulings": len(low), "feed_length_mm": found.path.feed_length, "overcut_mm": float(found.overcut[worst]),
-        "overcut_at_ruling": worst, "twist_deg": float(np.degrees(found.twist.max())), "files": [str(f) for f in files],
+        "rulings": len(low), "feed_length_mm": found.path.feed_length, "overcut_mm": max(at, after), "overcut_at_ruling": worst,
+        "overcut_at_rulings_mm": at, "overcut_between_mm": after, "warnings": list(found.path.notes),
+        "twist_deg": float(np.degrees(found.twist.max())), "files": [str(f) for f in files],
     }  # fmt: skip
     if o.as_json:
         emit(told | {"tips_mm": found.path.tips.tolist(), "axes": found.path.axes.tolist()})
@@ -159,7 +161,7 @@ def flank(rulings: Path, o: FlankOptions) -> int:
         f"{len(low)} rulings, {found.path.feed_length:.1f} mm at feed; normals turn by {told['twist_deg']:.3g} degrees at most"
     )
     for text in found.path.notes:
-        note(f"warning: {text}, at ruling {worst} most")
+        note(f"warning: {text}")
     for file in files:
         note(f"wrote {file}")
     return Code.DONE

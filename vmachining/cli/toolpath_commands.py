@@ -181,7 +181,7 @@ def toolpath_flank(
     *,
     options: FlankOptions,
 ) -> int:
-    """A ruled face with the side of the tool (swarf): path, and how far the tool cuts into a twisted face."""
+    """A ruled face with the side of the tool (swarf): path, and how far the tool cuts into the face."""
     from vmachining.cli import surface as room
 
     return room.flank(rulings, options)
