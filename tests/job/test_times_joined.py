@@ -272,6 +272,10 @@ def test_slides_of_a_machine_file_count(result, tmp_path, capsys):
     slot = pl.read_csv(table).filter(pl.col("line") == 7).row(0, named=True)
     assert slot["predicted_s"] == pytest.approx(3.6, rel=1e-6)
     capsys.readouterr()
+    turned = tmp_path / "turned.nc"  # a program that no job runs is timed, and that is said
+    turned.write_text("O1\nG21 G99 G97 S1000 M3\nT0101\nG0 X40. Z2.\nG1 Z-9. F.2\nX44.\nZ-18.\nX50.\nM30\n")
+    assert run(["times", "compare", log, "--program", str(turned), "--machine", machine]) == 0
+    assert "a program for turning" in capsys.readouterr().err
     assert run(["times", "join", log, "--results", str(out), "--machine", machine]) == 0
     assert "axes are those of the job" in capsys.readouterr().err
 

@@ -193,7 +193,7 @@ def test_polar_interpolation_turns_c_into_a_length():
 
 WRONG = [  # dialect, block at diameter 40, z 2: what would be read as something else is refused
     ("okuma", "G33 X38. Z-20. F1.5"), ("okuma", "G31 X38. Z-20. F1.5"), ("okuma", "G71 X38. Z-20. H2. F2."),
-    ("okuma", "G77 X38. Z-20. F2."), ("okuma", "G20"),
+    ("okuma", "G77 X38. Z-20. F2."), ("okuma", "G20"), ("okuma", "G28"),
     ("okuma", "G83 Z-20. F.1"), ("okuma", "G50 X0 Z0"), ("okuma", "G1 U2. F.1"),
     ("fanuc", "G50 U2. W1."), ("fanuc", "G1 A135. F.1"), ("fanuc", "G1 X50. A0 F.1"), ("fanuc", "G1 V2. F.1"),
     ("fanuc", "G88 Z-5. R1. F.1"), ("fanuc", "G83 X0 R-1. F.1"),

@@ -229,7 +229,7 @@ def _laid(logs: list[Path], programs: list[Path], chain: Machine | None = None) 
     driven: dict[Path, Driven] = {}
     for path in programs:
         if path not in driven:
-            program = read_program(path)
+            program = read_program(path, dialect="auto")
             if program.errors:
                 note(
                     f"{path}: {len(program.errors)} findings that `vmachining nc check` names; what is read is timed"

@@ -49,6 +49,7 @@ OKUMA: Final = {
     **dict.fromkeys((310, 320, 330, 340, 350), "a thread cycle"), 710: "a thread cycle", 720: "a thread cycle",
     **dict.fromkeys((730, 740), "a grooving cycle"), 750: "a chamfer without L", 760: "a rounding without L",
     770: "tapping", 780: "tapping", 790: "a cycle", 200: "the way home",
+    **dict.fromkeys((280, 290, 300), "limits of torque, skips"), 920: "not a code of its lathes",
 }  # fmt: skip
 """Codes that mean something else there, or differ in words."""
 IGNORED: Final = frozenset({170, 180, 190, 400, 410, 420, 401, 411, 680, 690, 1400, 1410, 250, 260})
