@@ -195,7 +195,8 @@ WRONG = [  # dialect, block at diameter 40, z 2: what would be read as something
     ("okuma", "G33 X38. Z-20. F1.5"), ("okuma", "G31 X38. Z-20. F1.5"), ("okuma", "G71 X38. Z-20. H2. F2."),
     ("okuma", "G77 X38. Z-20. F2."), ("okuma", "G20"), ("okuma", "G28"),
     ("okuma", "G83 Z-20. F.1"), ("okuma", "G50 X0 Z0"), ("okuma", "G1 U2. F.1"),
-    ("fanuc", "G50 U2. W1."), ("fanuc", "G1 A135. F.1"), ("fanuc", "G1 X50. A0 F.1"), ("fanuc", "G1 V2. F.1"),
+    ("fanuc", "G50 U2. W1."),
+    ("fanuc", "G1 A135. F.1"), ("fanuc", "G1 ,A135. F.1"), ("fanuc", "G1 X50. A0 F.1"), ("fanuc", "G1 V2. F.1"),
     ("fanuc", "G88 Z-5. R1. F.1"), ("fanuc", "G83 X0 R-1. F.1"),
     ("fanuc", "G112\nG1 X20. C-5. F.1\nG113"),
 ]  # fmt: skip
@@ -213,6 +214,12 @@ def test_words_of_okuma_and_of_system_b_are_modes():
         program = read(text, dialect)
         assert not program.errors and program.moves[-1].end == (18.0, 0.0, -5.0)
         assert program.moves[-1].feed_mm_min == 100.0 and len(program.moves) == 2
+
+
+def test_lines_by_their_angle():
+    """From radius 20, z 2 at 135 degrees from +Z to radius 25: 5 to the left; with or without a comma."""
+    for word in ("A", ",A"):
+        assert path(f"{HEAD}G0 X40. Z2.\nG1 X50. {word}135. F.1\nM30\n")[-1] == (5, 25.0, -3.0)
 
 
 def test_steps_of_c_and_the_mode_after_the_way_home():

@@ -125,6 +125,7 @@ class Lathe(Translator):
             self.least = least
 
     def _block(self, given: Words, state: State) -> Line:
+        given = [(w._replace(letter="A") if w.letter == ",A" else w, v) for w, v in given]
         given = [(w, _plain_hole(v)) if w.letter == "G" else (w, v) for w, v in given]
         codes = {round(v * 10.0) for w, v in given if w.letter == "G"}
         has = {w.letter: (w, v) for w, v in given if w.letter not in "GMN"}
