@@ -12,6 +12,7 @@ TOOLPATH = {
     "pocket": ["100", "80", "60", "--radius", "5"],
     "drop": ["part.stl", "--points", "0,0"],
     "distance": ["part.stl", "part.step"],
+    "flank": ["rulings.csv", "--tool", "flat:12"],
     "surface": ["part.stl", "--tool", "ball:6", "--step", "2"],
 }
 OTHERS = [
