@@ -64,6 +64,7 @@ def test_notebook_runs(path: Path, kernel: Any) -> None:
         if "image/png" in output.get("data", {})
     ]
     assert images
+    assert not [o for cell in notebook.cells for o in cell.get("outputs", ()) if o.get("name") == "stderr"]
     assert [_shape(cell) for cell in notebook.cells] == kept, "python notebooks/refresh.py"
 
 

@@ -18,7 +18,7 @@ from vmachining.job.files import write_atomic
 from vmachining.job.part import read_part
 from vmachining.machine import load
 from vmachining.stock import MeshStock
-from vmachining.textfile import number_rows, read_text
+from vmachining.textfile import number_rows
 from vmachining.tool import FlatEnd
 from vmachining.toolpath.clpath import WRITERS, CLPath, Mark, cutter, path_job
 from vmachining.toolpath.facets import FacetMesh, Surface, radii
@@ -111,10 +111,8 @@ def _points(text: str, mesh: FacetMesh) -> Floats:
                 raise InputError(f"--points {text}: {len(sides[0]) * len(sides[1])} points, at most 2000000")
             return np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, 2)
         if Path(text).is_file():
-            lines = read_text(Path(text), "list of points", InputError).splitlines()
-            pairs = [line.split(",")[:2] for line in lines if line.strip() and line.lstrip()[0] not in "#xX"]
-        else:
-            pairs = [pair.split(",") for pair in text.split(";") if pair.strip()]
+            return number_rows(Path(text), ("x", "y"), "list of points", InputError)
+        pairs = [pair.split(",") for pair in text.split(";") if pair.strip()]
         out = np.array([[float(x), float(y)] for x, y in pairs])
     except InputError:
         raise

@@ -20,6 +20,7 @@ import polars as pl
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.checkpoint import Saved, opened
 from vmachining.engagement.along import Sample, Seen, Sweeps, Teeth, contact_along, fractions
+from vmachining.engagement.along.kernels.edge_kernels import TOUCH_MM
 from vmachining.errors import InputError, JobError
 from vmachining.force import Coefficients, Load, deflection_force, load_rows, power_w, shipped, turn_load
 from vmachining.job.blocks import Block
@@ -55,9 +56,6 @@ MAX_PARTS = 64
 
 FLUTES = "flutes "
 """Before the number of a tool without flutes, among what is missing."""
-
-TOUCH_MM = 1e-4
-"""Depths below this are touches, and 0 in the table: a chip of 1e-7 mm has no width that means something."""
 
 EMPTY = "chip, force and power columns are empty where"
 
@@ -374,6 +372,7 @@ class _Pass:
         rows = np.full((len(asked), len(CONTACT)), np.nan)
         if len(asked):
             area, thick, ae, ap, fraction, planned = np.fmax.reduceat(seen.columns, begin).T
+            # a chip of 1e-7 mm has no width that means something
             ae, ap = (np.where(depth < TOUCH_MM, 0.0, depth) for depth in (ae, ap))
             rows[:, [0, 1, 2, 3, 4, 7]] = np.column_stack(
                 [ae, ap, fraction, scale * area, scale * thick, planned]

@@ -17,7 +17,7 @@ from vmachining.tolerance import WIDTH_MM3
 __all__ = ["RayWitness", "columns_say", "widened"]
 
 WANT_REL, MOST = 1.5e-3, 20_000
-"""Half requested width, and rays of a set at most; four times as many rays where a block is disputed."""
+"""Half the requested width, and rays of a set at most; four times as many rays where a block is disputed."""
 
 JUDGED_WIDTH, PASSED_WIDTH = 1e-3, 0.5
 """Width that columns are asked for of a block that is judged, and of those before it, which only have to be known."""

@@ -51,7 +51,7 @@ ALLOWANCE_MM = 2.0
 """Around what the tools sweep, on each side and below."""
 
 CONTOUR_MM = 1e-3
-"""Diameter that represents one that nobody tells, where nothing else is known of the path."""
+"""Diameter assumed for a tool whose diameter is not given, where nothing else is known of the path."""
 
 HOME_ABOVE_MM = 50.0
 _SIDES = re.compile(r"^[^(;]*G4[12](?![0-9.])", re.IGNORECASE)

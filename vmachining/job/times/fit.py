@@ -137,7 +137,7 @@ def fit(laid: Sequence[Laid], *, start: MachineLimits | None = None) -> Fitted:
         MachineLimits(), {name: first for name, (_, _, first) in SEARCH.items() if first is not None}
     )
     least, here = judged(here)
-    # what rapids and z have of their own is looked for last, and has to gain: otherwise it represents another number
+    # what rapids and z have of their own is looked for last, and has to gain: otherwise it stands in for another number
     for names in ([name for name in SEARCH if SEARCH[name][2] is not None], SEARCH):
         if (
             names is SEARCH
