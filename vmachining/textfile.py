@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import tomllib
 from itertools import groupby
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from vmachining.arrays import Floats
 from vmachining.errors import InputError
+
+if TYPE_CHECKING:
+    from vmachining.arrays import Floats
 
 __all__ = ["MAX_TEXT", "number_rows", "parse_json", "parse_toml", "read_bytes", "read_text"]
 
@@ -97,7 +98,7 @@ def number_rows(path: Path, columns: tuple[str, ...], what: str, error: type[Inp
             values = [float(cell) for cell in cells[: len(columns)]]
         except ValueError:
             values = []
-        if len(values) < len(columns) or not np.isfinite(values).all():
+        if len(values) < len(columns) or not all(map(math.isfinite, values)):
             raise error(
                 f"expected {', '.join(columns)}, got {said}", file=str(path), line=number,
                 remedy="one line has as many numbers as that; one line of names may come first",
@@ -112,6 +113,8 @@ def number_rows(path: Path, columns: tuple[str, ...], what: str, error: type[Inp
         found.append(values)
     if not found:
         raise error("no line of numbers", file=str(path), remedy=f"give lines of {', '.join(columns)}")
+    import numpy as np  # only tables need it, programs are read without
+
     return np.array(found)
 
 

@@ -48,6 +48,20 @@ def test_help_is_quick_and_loads_no_kernel():
     assert done.returncode == 0, done.stderr
 
 
+def test_a_check_loads_neither_arrays_nor_kernels(tmp_path):
+    program = tmp_path / "part.nc"
+    program.write_text("G21 G90\nT1 M6\nS1000 M3\nG0 X0 Y0 Z5\nG1 Z-1 F100\nG2 X10 I5 J0\nM30\n")
+    code = (
+        "import sys; from vmachining.cli.main import run; code = run(['nc', 'check', sys.argv[1]]);"
+        "heavy = {'numpy', 'numba', 'polars', 'OCP', 'vmachining.job'} & set(sys.modules);"
+        "print(code, heavy); sys.exit(code or bool(heavy))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(program)], capture_output=True, text=True, timeout=20
+    )
+    assert done.returncode == 0, done.stdout
+
+
 def test_run_writes_everything_and_json_is_pure(tmp_path):
     job = write_job(tmp_path)
     done = shell("run", job, "--out", tmp_path / "out", "--json", "--stock", "stl,3mf")

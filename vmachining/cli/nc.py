@@ -5,14 +5,13 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vmachining.cli.main import Code
 from vmachining.cli.nc_commands import Checking, Reading
 from vmachining.cli.options import belong, three
 from vmachining.cli.screen import emit, note
 from vmachining.errors import InputError
-from vmachining.job.mill import Mill
 from vmachining.nc import (
     CATALOGUE,
     MAX_BYTES,
@@ -27,6 +26,9 @@ from vmachining.nc import (
     read_program,
     read_tool_table,
 )
+
+if TYPE_CHECKING:
+    from vmachining.job.mill import Mill
 
 __all__ = ["check", "explain_code", "moves", "note_findings", "plot", "read", "travel_box"]
 
@@ -48,8 +50,15 @@ def read(name: str, reading: Reading) -> Program:
         travel = None if reading.travel is None else travel_box(reading.travel)
         options |= {"stock_top_mm": reading.stock_top, "travel_mm": travel, "blu_mm": reading.blu}
         if reading.machine is not None:
-            return _ranged(name, options, Mill.load(reading.machine))
+            return _ranged(name, options, _mill(reading.machine))
     return _read(name, options)
+
+
+def _mill(machine: str) -> Mill:
+    """A preset or a machine file: only with one the room of jobs and its kernels are loaded."""
+    from vmachining.job.mill import Mill
+
+    return Mill.load(machine)
 
 
 def _ranged(name: str, options: dict[str, Any], mill: Mill) -> Program:
@@ -157,7 +166,7 @@ def _on(reading: Reading, machine: str | None) -> Reading:
     """With the rotary axes of a preset or a machine file."""
     if machine is None:
         return reading
-    return replace(reading, rotary=rotary_letters(Mill.load(machine)))
+    return replace(reading, rotary=rotary_letters(_mill(machine)))
 
 
 def moves(name: str, reading: Reading, *, machine: str | None, coordinates: str, as_json: bool) -> int:
@@ -182,7 +191,7 @@ def plot(name: str, reading: Reading, *, machine: str | None, out: Path | None) 
     from vmachining.report.backplot import write_backplot
 
     program = read(name, _on(reading, machine))
-    toolpath = Toolpath.of(program, None if machine is None else Mill.load(machine).chain)
+    toolpath = Toolpath.of(program, None if machine is None else _mill(machine).chain)
     if not toolpath.blocks:
         found = f": {program.errors[0].message}" if program.errors else ""
         raise InputError(

@@ -11,6 +11,10 @@ Imports `geometry` and the shared shelf; knows G-codes, no kernels and no machin
 departures from LinuxCNC and limits: docs/reading_programs.md.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 from vmachining.nc.catalogue import CATALOGUE, explain
 from vmachining.nc.checks import beyond_travel, finding
 from vmachining.nc.decode import MAX_BYTES, decode_program
@@ -19,9 +23,11 @@ from vmachining.nc.lexer import LexedLine, Word, lex_line, split_lines
 from vmachining.nc.model import Finding, Motion, Move, Point, Program
 from vmachining.nc.reader import parse_program, read_program
 from vmachining.nc.records import finding_record, move_record
-from vmachining.nc.rewrite import BlockEdit, Rewritten, rewrite_feeds
 from vmachining.nc.settings import Settings
 from vmachining.nc.tooltable import ToolEntry, read_tool_table
+
+if TYPE_CHECKING:
+    from vmachining.nc.rewrite import BlockEdit, Rewritten, rewrite_feeds
 
 __all__ = [
     "CATALOGUE",
@@ -52,3 +58,13 @@ __all__ = [
     "rewrite_feeds",
     "split_lines",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """PEP 562: what writes programs loads arrays; a check of a program does without."""
+    if name not in ("BlockEdit", "Rewritten", "rewrite_feeds"):
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from vmachining.nc import rewrite
+
+    value = globals()[name] = getattr(rewrite, name)
+    return value

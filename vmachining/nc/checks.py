@@ -6,7 +6,6 @@ from collections.abc import Iterable, Sequence
 
 from vmachining.nc.catalogue import CATALOGUE
 from vmachining.nc.model import Finding, Motion, Move, Point
-from vmachining.nc.rewrite_pieces import move_path
 from vmachining.nc.vectors import add, subtract
 
 __all__ = ["beyond_travel", "check_moves", "finding"]
@@ -55,6 +54,8 @@ def beyond_travel(moves: Iterable[Move], low: Point, high: Point) -> Iterable[Fi
 
 def _arc_box(move: Move) -> tuple[Point, Point]:
     """Machine coordinates of the corners of the box of an arc."""
+    from vmachining.nc.rewrite_pieces import move_path  # with arrays, which most checks do without
+
     path = move_path(move)
     assert path is not None
     shift = subtract(move.end_machine, move.end)
