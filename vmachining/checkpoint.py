@@ -21,8 +21,6 @@ import numpy as np
 
 from vmachining.errors import EngineError, VMachiningError
 
-__all__ = ["DAMAGE", "Saved", "opened"]
-
 FORMAT = 1
 STATE = "state.json"
 ARRAY = ".npy"

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
-__all__ = ["box_words", "facts_html", "table_html"]
-
 
 def box_words(low: Iterable[float], high: Iterable[float]) -> str:
     """Ranges of x, y and z."""

@@ -14,8 +14,6 @@ from typing import TypeVar
 
 from vmachining.errors import InputError
 
-__all__ = ["Installed"]
-
 T = TypeVar("T")
 
 

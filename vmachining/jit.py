@@ -32,8 +32,6 @@ from numba.core import event, types
 
 from vmachining.notice import notice
 
-__all__ = ["forget_sources", "imported", "inner", "kernel", "leaf"]
-
 F = TypeVar("F", bound=Callable[..., Any])
 
 IMPORT = re.compile(r"^from ((?:vmachining|benchmarks)[\w.]*) import ", re.MULTILINE)

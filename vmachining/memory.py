@@ -6,8 +6,6 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
-__all__ = ["available_bytes"]
-
 
 def available_bytes() -> int:
     """Memory that a process can still get: what the system has free, or its container allows."""

@@ -9,8 +9,6 @@ import sys
 from collections.abc import Mapping
 from multiprocessing.connection import Connection
 
-__all__ = ["start"]
-
 QUIET = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
 """Ctrl-C reaches every process of a terminal; what it means is decided by the one that was started first."""
 

@@ -9,8 +9,6 @@ from contextlib import contextmanager
 from html import escape
 from typing import Any
 
-__all__ = ["Progress", "shown"]
-
 Progress = Callable[[str, int, int], None]
 """Called with the name of the stage, what is done and how much there is, mostly blocks."""
 

@@ -15,8 +15,6 @@ from vmachining.errors import InputError
 if TYPE_CHECKING:
     from vmachining.arrays import Floats
 
-__all__ = ["MAX_TEXT", "number_rows", "parse_json", "parse_toml", "read_bytes", "read_text"]
-
 MAX_TEXT = 64 << 20
 """Bytes of a job, machine, tool or CSV file: a million rows of a table fit in."""
 

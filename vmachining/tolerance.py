@@ -4,17 +4,6 @@ from __future__ import annotations
 
 from typing import Final
 
-__all__ = [
-    "ANGLE_EPS",
-    "ARC_RADIUS_MM",
-    "BREP_SECONDS",
-    "CHORD_MM",
-    "LENGTH_EPS_MM",
-    "VOLUME_REL",
-    "WIDTH",
-    "WIDTH_MM3",
-]
-
 CHORD_MM: Final = 0.01
 """Default distance asked for between the inner and the outer sweep; the usual CAM chordal tolerance."""
 

@@ -14,8 +14,6 @@ from vmachining.stock import BoxStock, CylinderStock, MeshStock, Stock, read_mes
 from vmachining.sweep import Sweep
 from vmachining.tolerance import CHORD_MM, WIDTH, WIDTH_MM3
 
-__all__ = ["Box", "Cylinder", "Mesh", "Step", "Workpiece"]
-
 Box = BoxStock
 Cylinder = CylinderStock
 

@@ -15,8 +15,6 @@ from vmachining.cli.show_commands import shows
 from vmachining.cli.times_commands import times
 from vmachining.cli.toolpath_commands import toolpath
 
-__all__ = ["app", "command"]
-
 SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 
 

@@ -15,8 +15,6 @@ from vmachining.errors import InputError
 from vmachining.job import check_formats
 from vmachining.job.batch import BATCH_COLUMNS, Watcher, run_many
 
-__all__ = ["run_batch"]
-
 GOOD = ("done", "skipped")
 
 

@@ -10,8 +10,6 @@ from vmachining.cli.screen import emit
 from vmachining.job import Job, blocks_alone
 from vmachining.job.brep import parse_blocks
 
-__all__ = ["block"]
-
 
 def block(file: Path, asked: Sequence[str], *, width: str | None, as_json: bool) -> int:
     """`vmachining block`. Exit code 1: a block is wider than was requested."""

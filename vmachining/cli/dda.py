@@ -20,8 +20,6 @@ from vmachining.job.folder import refuse_target
 from vmachining.machine import Interpolator, PulseBlock, write_csv, write_npz
 from vmachining.nc import Motion, Move, Program
 
-__all__ = ["dda"]
-
 CSV_HEADER, NPZ_MEMBER, GENERATOR = b"block,line,tick,time_s,x,y,z\n", b"steps.npy", b"vmachining dda"
 """What tells files of this command from others."""
 

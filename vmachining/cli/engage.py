@@ -17,8 +17,6 @@ from vmachining.job.folder import engagement_files, engagement_folder
 if TYPE_CHECKING:
     from vmachining.job.engage import Scene
 
-__all__ = ["engage"]
-
 MOST_CHIPS = 2000
 """Positions whose chips are drawn in one picture."""
 

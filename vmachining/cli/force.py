@@ -32,8 +32,6 @@ from vmachining.job.files import atomic_path, write_atomic
 from vmachining.job.reading import read_job_program
 from vmachining.nc import Motion
 
-__all__ = ["identify_", "predict_"]
-
 
 def identify_(file: Path, o: IdentifyOptions) -> int:
     """`vmachining force identify`."""

@@ -10,8 +10,6 @@ import typer
 
 from vmachining.cli.options import Json, Quiet, arg, command, examples, opt
 
-__all__ = ["IdentifyOptions", "force"]
-
 EXAMPLE = "force identify slots.csv --corner-radius 4 --teeth 2 --out coefficients.toml"
 
 force = typer.Typer(

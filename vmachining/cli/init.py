@@ -10,8 +10,6 @@ from vmachining.errors import InputError
 from vmachining.job.files import write_atomic
 from vmachining.job.starter import draft_job
 
-__all__ = ["init"]
-
 
 def init(
     program: Path, *, out: Path | None, dialect: str | None, force: bool, as_json: bool, units: str = "",

@@ -31,17 +31,6 @@ from vmachining.job.store import PARTS, finished, same_inputs
 from vmachining.job.toolpath import Toolpath
 from vmachining.tolerance import BREP_SECONDS
 
-__all__ = [
-    "demo_job",
-    "demo_models",
-    "job_of",
-    "list_demos",
-    "merge_parts",
-    "run_demo",
-    "run_job",
-    "told_disputes",
-]
-
 ENGINES_OF_DEMOS = {"mould_cover": "vectors"}
 """What a model shows is another engine's than that of `run`: vectors measure a part."""
 

@@ -22,8 +22,6 @@ from vmachining.cli.options import (
     within,
 )
 
-__all__ = ["CompareOptions", "EngageOptions", "PackOptions", "SweepOptions", "judges"]
-
 judges = typer.Typer()
 
 

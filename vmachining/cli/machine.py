@@ -11,8 +11,6 @@ from vmachining.machine import PRESETS, described
 from vmachining.report.figures import html_name
 from vmachining.report.machine import machine_record, write_machine
 
-__all__ = ["machine"]
-
 
 def machine(name: str | None, *, out: Path | None, as_json: bool) -> int:
     """`vmachining machine`."""

@@ -16,8 +16,6 @@ from types import FrameType
 from vmachining.errors import EngineError, VMachiningError
 from vmachining.notice import notice
 
-__all__ = ["Code", "main"]
-
 REPORT_TO = "https://github.com/vmachining/vmachining/issues"
 
 

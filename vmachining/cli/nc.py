@@ -30,8 +30,6 @@ from vmachining.nc import (
 if TYPE_CHECKING:
     from vmachining.job.mill import Mill
 
-__all__ = ["check", "explain_code", "moves", "note_findings", "plot", "read", "travel_box"]
-
 
 def read(name: str, reading: Reading) -> Program:
     """Read a program; "-" is standard input. With a machine, what is beyond its ranges is a finding."""

@@ -37,8 +37,6 @@ from vmachining.cli.options import (
     opt,
 )
 
-__all__ = ["Checking", "DdaOptions", "PostOptions", "Reading", "nc", "programs"]
-
 programs = typer.Typer()
 nc = typer.Typer(
     help="Read NC programs: check them, list their motions.", epilog=examples("nc check part.nc"),

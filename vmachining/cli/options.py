@@ -13,45 +13,6 @@ import typer
 
 from vmachining.errors import InputError
 
-__all__ = [
-    "BlockDelete",
-    "ControlKeys",
-    "CrcCorner",
-    "CrcEntry",
-    "Dialect",
-    "Dwell",
-    "Engine",
-    "FromLine",
-    "Home",
-    "JobArg",
-    "Json",
-    "Library",
-    "MaxSteps",
-    "OfMachine",
-    "Out",
-    "ProgramArg",
-    "Quiet",
-    "Resume",
-    "Rotary",
-    "Scheduler",
-    "StockOut",
-    "Subroutines",
-    "Taps",
-    "ToolUnits",
-    "Tools",
-    "Travel",
-    "Units",
-    "above_zero",
-    "arg",
-    "belong",
-    "command",
-    "examples",
-    "finite",
-    "flag",
-    "opt",
-    "within",
-]
-
 MOST = 1e9
 """Largest number of an option; NaN is beyond every limit. Job files have the same (`job.jobfile.MOST`)."""
 

@@ -37,8 +37,6 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-__all__ = ["compare", "compare_engines", "compare_pages", "pack"]
-
 WORST = 10
 
 

@@ -17,8 +17,6 @@ from vmachining.nc import read_program
 from vmachining.report.figures import html_name
 from vmachining.toolpath.post import post_program
 
-__all__ = ["post"]
-
 
 def post(source: Path, o: PostOptions) -> int:
     """`vmachining post`."""

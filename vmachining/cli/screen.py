@@ -9,8 +9,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-__all__ = ["emit", "note", "progress_bar", "status_line"]
-
 FIRST_BLOCKS, FIRST_SHARE = 5, 0.05
 """Blocks, and part of all of them, before which nothing is said of the time left."""
 

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from vmachining.report.paper import Results
 
-__all__ = ["figure", "strategies"]
-
 
 def _chips(folder: Path, width: float) -> Figure:
     from vmachining.report.paper import ChipTable, draw_chips

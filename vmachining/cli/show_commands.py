@@ -10,8 +10,6 @@ import typer
 
 from vmachining.cli.options import Engine, Json, Out, Quiet, arg, command, flag, opt
 
-__all__ = ["FigureOptions", "shows"]
-
 shows = typer.Typer()
 
 KINDS = (

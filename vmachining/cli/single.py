@@ -12,8 +12,6 @@ from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note, status_line
 from vmachining.errors import InputError
 
-__all__ = ["bench", "from_clone", "sweep"]
-
 STEP_MARK, PLOT_MARK, PICTURE_MARK = b"'vmachining'", b"vmachining sweep", b"vmachining"
 """What tells files of this command from others: the system a STEP file comes from, the generator of a page or a picture."""
 

@@ -25,8 +25,6 @@ from typing import NoReturn
 from vmachining.cli.main import Code
 from vmachining.job.files import Scratch
 
-__all__ = ["Watch", "descendants", "watched"]
-
 IDLE_SECONDS = 1.5
 """Without a block done after a signal: the block in hand is a long one."""
 

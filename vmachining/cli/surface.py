@@ -24,8 +24,6 @@ from vmachining.toolpath.clpath import WRITERS, CLPath, Mark, cutter, path_job
 from vmachining.toolpath.facets import FacetMesh, Surface, radii
 from vmachining.toolpath.rotary import rotary_program
 
-__all__ = ["distance", "drop", "flank", "surface"]
-
 
 def drop(part: Path, o: DropOptions) -> int:
     """`vmachining toolpath drop`."""

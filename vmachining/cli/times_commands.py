@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from vmachining.job.times import Laid
     from vmachining.machine import Machine
 
-__all__ = ["times"]
-
 times = typer.Typer(
     help="Machine times: fit a machine to its logs, compare predicted with logged times.",
     epilog=examples("times compare run.log --program part.nc --machine mill.toml"),

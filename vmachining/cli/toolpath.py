@@ -11,8 +11,6 @@ from vmachining.cli.toolpath_commands import PocketOptions
 from vmachining.errors import InputError
 from vmachining.job.files import write_atomic
 
-__all__ = ["pocket"]
-
 
 def pocket(sides: tuple[float, float, float], o: PocketOptions) -> int:
     """`vmachining toolpath pocket`."""

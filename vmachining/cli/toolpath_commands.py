@@ -10,8 +10,6 @@ import typer
 
 from vmachining.cli.options import Json, above_zero, arg, command, examples, finite, flag, opt, within
 
-__all__ = ["DropOptions", "FlankOptions", "PocketOptions", "SurfaceOptions", "toolpath"]
-
 toolpath = typer.Typer(
     help="Generate tool paths: triangular pockets, surfaces of facets, ruled faces.",
     epilog=examples("toolpath pocket 100 80 60 --radius 5 --out pocket.nc"),

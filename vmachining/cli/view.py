@@ -17,8 +17,6 @@ from vmachining.job.files import read_manifest
 from vmachining.report.backplot import live_page
 from vmachining.report.live import LOOPBACK, REPORT, Live, serve
 
-__all__ = ["view"]
-
 LOOK_SECONDS = 0.5
 """Between two looks at the files of a job."""
 

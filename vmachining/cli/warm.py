@@ -11,8 +11,6 @@ from tempfile import TemporaryDirectory
 
 from vmachining.cli.screen import note
 
-__all__ = ["demonstrated", "part", "warm"]
-
 PROGRAM = """\
 G21 G17 G90 G94 T1 M6 S5000 M3
 G0 X-5 Y5 Z5

@@ -23,8 +23,6 @@ from vmachining.engines.relay import takers
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 
-__all__ = ["Alone"]
-
 
 class Alone:
     """The blocks of one program.

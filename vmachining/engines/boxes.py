@@ -8,8 +8,6 @@ import numpy as np
 
 from vmachining.arrays import Bools, Floats
 
-__all__ = ["Boxes"]
-
 
 class Boxes:
     """Boxes of sweeps in the order that they came in, in an array that grows.

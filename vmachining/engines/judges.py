@@ -7,8 +7,6 @@ from typing import NamedTuple
 
 from vmachining.engines.protocol import Removal
 
-__all__ = ["Judge", "in_words", "intersection"]
-
 
 class Judge(NamedTuple):
     """name : of the engine. removal : what it says."""

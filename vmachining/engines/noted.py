@@ -22,8 +22,6 @@ from vmachining.engines.packed import (
 from vmachining.sweep import Sweep, Turn
 from vmachining.tool import Profile
 
-__all__ = ["Noted"]
-
 NO_BLOCK = -1
 
 TOOL, BLOCK, LASTS, CUT, NUMBER = range(PATH, PATH + 5)

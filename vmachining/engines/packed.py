@@ -15,23 +15,6 @@ from vmachining.stock import BoxStock, CylinderStock, MeshStock, StepStock, Stoc
 from vmachining.sweep import Sweep, Turn
 from vmachining.tool import Profile
 
-__all__ = [
-    "PATH",
-    "bracket_of",
-    "mesh_of",
-    "packed_bracket",
-    "packed_path",
-    "packed_profiles",
-    "packed_stock",
-    "packed_sweeps",
-    "packed_turns",
-    "path_of",
-    "profiles_of",
-    "stock_of",
-    "sweeps_of",
-    "turns_of",
-]
-
 PATH = 10
 """Numbers that say a path."""
 

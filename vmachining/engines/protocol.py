@@ -28,19 +28,6 @@ if TYPE_CHECKING:
     import trimesh
     from matplotlib.figure import Figure
 
-__all__ = [
-    "NOTHING",
-    "WHOLE",
-    "Batched",
-    "Divisible",
-    "Engine",
-    "Options",
-    "Removal",
-    "Request",
-    "Share",
-    "StockSurface",
-]
-
 
 class Removal(NamedTuple):
     """Removed volume of one block, mm^3.

@@ -46,8 +46,6 @@ from vmachining.interval import Interval
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 
-__all__ = ["ColumnsFirst", "best_engine", "handed_on"]
-
 THIN_MM = 1e-6
 """How far a surface may move when faces are joined: coordinates of its files are coarser."""
 

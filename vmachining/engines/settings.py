@@ -8,8 +8,6 @@ from typing import Literal
 
 from vmachining.errors import InputError
 
-__all__ = ["VectorSettings"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VectorSettings:

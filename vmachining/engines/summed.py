@@ -11,8 +11,6 @@ from vmachining.interval import Interval
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 
-__all__ = ["Summed", "meshed_volume"]
-
 
 def meshed_volume(stock: Stock, chord: float) -> Interval:
     """mm^3 of a raw stock between its inner and outer triangles, which lie within `chord` (mm) of its surface.

@@ -12,8 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.errors import FeedError
 
-__all__ = ["FeedBlocks", "FeedSamples", "Kind"]
-
 NOISE_MM3 = 1e-9
 """Negative volumes up to this size are rounding of a difference of two solids and count as zero."""
 

@@ -9,8 +9,6 @@ import numpy as np
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.feed.strategy import Parts, no_mean
 
-__all__ = ["ChipAreaStrategy"]
-
 AIR_MM2_MIN_MM = 1e-15
 """Chip area per feed that counts as none: 1e-9 mm^2 at the largest feeds of machines."""
 

@@ -10,8 +10,6 @@ from vmachining.arrays import Bools, Floats, Ints
 from vmachining.feed.strategy import Parts, no_mean
 from vmachining.force import Component, feasible_feeds, peak_levels
 
-__all__ = ["UNITS", "ForceStrategy"]
-
 UNITS: dict[Component, tuple[str, str]] = {
     "resultant": ("peak force", "N"),
     "xy": ("peak force across the axis", "N"),

@@ -12,8 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from vmachining.arrays import Floats
 from vmachining.errors import FeedError
 
-__all__ = ["STEP_MM_MIN", "FeedLimits", "Limit", "clamp", "floor_feed"]
-
 STEP_MM_MIN = 0.1
 """Written feeds are multiples of this."""
 

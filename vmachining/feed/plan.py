@@ -16,8 +16,6 @@ from vmachining.feed.schedule import Schedule
 from vmachining.feed.strategy import Parts, Reference, Rule, Strategy
 from vmachining.tolerance import LENGTH_EPS_MM
 
-__all__ = ["plan_feeds", "references", "schedulable"]
-
 
 def plan_feeds(
     blocks: FeedBlocks,

@@ -12,8 +12,6 @@ from vmachining.feed.blocks import FeedBlocks
 from vmachining.feed.limits import WORDS, Limit
 from vmachining.nc.rewrite import BlockEdit
 
-__all__ = ["Schedule"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Schedule:

@@ -15,8 +15,6 @@ from vmachining.arrays import Bools, Floats, Ints
 from vmachining.errors import FeedError
 from vmachining.feed.blocks import FeedBlocks
 
-__all__ = ["Parts", "Reference", "Rule", "Strategy"]
-
 Reference = Literal["auto", "max", "mean"] | float
 """A load, "auto" or "max" (the largest at the original feeds), or "mean" (where the strategy has one)."""
 

@@ -12,8 +12,6 @@ from vmachining.errors import FeedError
 from vmachining.feed.blocks import FeedBlocks, FeedSamples
 from vmachining.feed.strategy import Parts
 
-__all__ = ["AIR_MM3", "VolumeStrategy", "sampled"]
-
 AIR_MM3 = 1e-9
 """A block that removes no more than this cuts air: rounding of a difference of two solids."""
 

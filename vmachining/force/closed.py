@@ -8,8 +8,6 @@ import numpy as np
 
 from vmachining.arrays import Floats
 
-__all__ = ["LayerIntegrals", "layer_integrals"]
-
 
 class LayerIntegrals(NamedTuple):
     """Integrals along the edge between two heights, mm: of sin^2 lam, sin lam, sin lam cos lam, cos lam and 1."""

@@ -22,8 +22,6 @@ from vmachining.arrays import Floats
 from vmachining.errors import InputError
 from vmachining.textfile import parse_toml, read_text
 
-__all__ = ["NAMES", "Coefficients", "shipped"]
-
 NAMES = ("Ktc", "Krc", "Kac", "Kte", "Kre", "Kae")
 """Order of the rows."""
 

@@ -13,8 +13,6 @@ from vmachining.arrays import Floats, Ints
 from vmachining.errors import InputError
 from vmachining.textfile import read_text
 
-__all__ = ["MeasuredColumns", "read_columns"]
-
 
 class MeasuredColumns(NamedTuple):
     """names : of the columns found. values : (n, columns). lines : (n,) in the file."""

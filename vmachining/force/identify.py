@@ -24,19 +24,6 @@ from vmachining.force.closed import layer_integrals
 from vmachining.force.coefficients import NAMES, Coefficients
 from vmachining.force.columns import read_columns
 
-__all__ = [
-    "COLUMNS",
-    "Identification",
-    "LayerFit",
-    "SlotTests",
-    "identify",
-    "layer_coefficients",
-    "predicted_means",
-    "read_tests",
-    "smoothed",
-    "weighted_integrals",
-]
-
 Weights = Literal["relative", "resultant", "equal"]
 
 COLUMNS = ("depth_mm", "feed_mm_per_tooth", "fx_n", "fy_n", "fz_n")

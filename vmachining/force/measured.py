@@ -18,8 +18,6 @@ from vmachining.arrays import Bools, Floats, Ints
 from vmachining.errors import InputError
 from vmachining.force.columns import read_columns
 
-__all__ = ["AxisDeviation", "Overlay", "Trace", "Turns", "align", "read_trace"]
-
 FORCES = ("fx_n", "fy_n", "fz_n")
 GAP = 1.5
 """Steps of the median sampling that make a gap."""

@@ -14,8 +14,6 @@ from vmachining.force import _kernels
 from vmachining.force.coefficients import Coefficients
 from vmachining.tool import BullNose, Cutter, Edge
 
-__all__ = ["Forces", "bull_edge", "cantilever_mm", "deflection_force", "edge_forces", "midpoints", "power_w"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Forces:

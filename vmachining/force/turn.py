@@ -11,17 +11,6 @@ from vmachining.engagement.along import Cutting, Sample, Teeth, blade
 from vmachining.force import _kernels
 from vmachining.force.coefficients import Coefficients
 
-__all__ = [
-    "COMPONENTS",
-    "Component",
-    "Load",
-    "feasible_feeds",
-    "load_rows",
-    "peak_levels",
-    "turn_load",
-    "turn_series",
-]
-
 Component = Literal["resultant", "xy", "tangential", "torque", "power", "deflection"]
 COMPONENTS: tuple[Component, ...] = ("resultant", "xy", "tangential", "torque", "power", "deflection")
 """What a limit may be put on: peak of the force in space, of its part across the axis, of the sum of the tangential

@@ -6,8 +6,6 @@ import numpy as np
 
 from vmachining.arrays import Floats, Ints
 
-__all__ = ["box_tree", "curve_order"]
-
 BITS = 21
 """Of each coordinate in a Morton code of 64 bits."""
 

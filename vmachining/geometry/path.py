@@ -15,8 +15,6 @@ from numpy.typing import ArrayLike
 
 from vmachining.arrays import Floats, brief, rows
 
-__all__ = ["Arc", "Line", "Path", "arc_between"]
-
 PLANE_AXES = {0: (1, 2), 1: (2, 0), 2: (0, 1)}
 """First and second in-plane axis of a plane named by its normal axis; right-handed about the normal."""
 

@@ -8,8 +8,6 @@ import numpy as np
 
 from vmachining.arrays import Floats, Ints
 
-__all__ = ["RayIntervals"]
-
 
 class RayIntervals(NamedTuple):
     """Where rays are inside a solid: intervals of ray i follow those of ray i - 1, in rising order.

@@ -7,8 +7,6 @@ from numpy.typing import ArrayLike
 
 from vmachining.arrays import Floats
 
-__all__ = ["UNIT", "angle_between", "great_circle", "rotation", "unit"]
-
 UNIT = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 """Coordinate directions by letter."""
 

@@ -12,8 +12,6 @@ from numpy.typing import ArrayLike
 from vmachining.arrays import Floats, rows
 from vmachining.errors import KinematicsError
 
-__all__ = ["Axis", "Kind"]
-
 
 class Kind(StrEnum):
     """What a joint does."""

@@ -20,8 +20,6 @@ from vmachining.arrays import Floats, rows
 from vmachining.errors import KinematicsError
 from vmachining.machine.chain import SLIDE_EPS, Machine
 
-__all__ = ["Peaks", "linear_peaks", "peak_accelerations", "peak_times", "tcp_block_peaks"]
-
 PER_RADIAN = 16
 """Samples for each half radian that the rotary joints turn, at least this many for a block."""
 

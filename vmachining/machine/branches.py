@@ -14,8 +14,6 @@ from vmachining.geometry.rotation import angle_between
 from vmachining.machine import _kernels
 from vmachining.machine.chain import Machine, Solutions
 
-__all__ = ["JointPath", "Jump", "follow", "jumps"]
-
 SUM_WEIGHT = 1e-6
 """Weight of the sum of changes against the largest one: breaks ties, decides nothing else."""
 

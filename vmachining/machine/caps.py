@@ -14,12 +14,6 @@ from vmachining.arrays import Floats, rows
 from vmachining.errors import KinematicsError
 from vmachining.geometry import Arc, Line
 
-__all__ = [
-    "arc_peaks",
-    "line_peaks",
-    "path_peaks",
-]
-
 IN_PLANE = np.array([[1, 2], [2, 0], [0, 1]])
 """First and second in-plane slide by normal axis, right-handed about the normal."""
 

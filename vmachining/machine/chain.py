@@ -21,8 +21,6 @@ from vmachining.errors import KinematicsError
 from vmachining.geometry.rotation import angle_between, rotation
 from vmachining.machine.axis import Axis, Kind
 
-__all__ = ["REACH_EPS", "SINGULAR_EPS", "Machine", "Rates", "Screws", "Solutions", "ToolPose"]
-
 SINGULAR_EPS = 1e-9
 """rad; a tool axis nearer than this to the first rotary axis is parallel to it, so that this axis is free.
 Ten metres of lever then move by 10 nm."""

@@ -24,8 +24,6 @@ from vmachining.geometry.rotation import UNIT
 from vmachining.machine.axis import Axis, Kind
 from vmachining.machine.chain import Machine
 
-__all__ = ["class_chain"]
-
 REALIGN = {
     "2/0": np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]),
     "1/1": np.diag([-1.0, 1.0, -1.0]),

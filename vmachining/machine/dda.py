@@ -24,20 +24,6 @@ from vmachining.arrays import Floats, Ints
 from vmachining.errors import KinematicsError
 from vmachining.machine import _kernels
 
-__all__ = [
-    "MAX_CAPACITY",
-    "MAX_PULSES",
-    "Train",
-    "arc_corners",
-    "arc_train",
-    "helix_train",
-    "line_limit",
-    "line_train",
-    "nearest_arc",
-    "pulse_counts",
-    "s1_quadrant_train",
-]
-
 MAX_CAPACITY = 2**31
 """Products of two register contents stay exact in 64 bits."""
 

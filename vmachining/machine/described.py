@@ -7,8 +7,6 @@ from typing import Any
 from vmachining.machine.axis import Kind
 from vmachining.machine.chain import Machine
 
-__all__ = ["described"]
-
 
 def described(machine: Machine) -> dict[str, Any]:
     """name; axes from the workpiece to the tool; rotary: a sentence for each rotary axis, lengths in mm."""

@@ -16,8 +16,6 @@ from vmachining.errors import KinematicsError
 from vmachining.geometry.rotation import great_circle
 from vmachining.machine.chain import Machine
 
-__all__ = ["AxisDeviation", "TipDeviation", "axis_deviation", "derivative_bounds", "tip_deviation"]
-
 SAMPLES = 65
 ZOOMS, ZOOM_SAMPLES = 6, 17
 """Each zoom narrows the place of a maximum by 8; six give 1e-7 of the block and the value to 1e-12."""

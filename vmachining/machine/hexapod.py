@@ -15,8 +15,6 @@ from numpy.typing import ArrayLike
 from vmachining.arrays import Bools, Floats, rows
 from vmachining.errors import KinematicsError
 
-__all__ = ["Hexapod", "Legs"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Legs:

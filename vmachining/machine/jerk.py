@@ -16,8 +16,6 @@ import numpy as np
 
 from vmachining.arrays import Floats
 
-__all__ = ["add_jerk", "ramp_s", "rest_to_rest_s"]
-
 
 def ramp_s(change: float, acceleration: float, jerk: float) -> float:
     """Seconds of a change of speed, eq. (1)."""

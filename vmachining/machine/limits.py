@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 from vmachining.errors import KinematicsError
 
-__all__ = ["CORNER_TOLERANCE_MM", "MachineLimits"]
-
 CORNER_TOLERANCE_MM = 0.01
 """What controls are commonly set to for semi-finishing (G64 P0.01), where neither job nor program says it."""
 

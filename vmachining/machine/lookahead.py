@@ -20,8 +20,6 @@ from vmachining.errors import KinematicsError
 from vmachining.machine import _lookahead
 from vmachining.machine.jerk import add_jerk
 
-__all__ = ["AT_ONCE", "Profile", "Way", "drive"]
-
 AT_ONCE = 1e12
 """mm/s^2; takes a nanosecond to a metre per second."""
 

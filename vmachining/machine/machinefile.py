@@ -40,8 +40,6 @@ from vmachining.machine.hexapod import Hexapod
 from vmachining.machine.presets import PRESETS, preset
 from vmachining.textfile import parse_toml, read_text
 
-__all__ = ["load", "machine_from_mapping", "read_machine", "read_parts"]
-
 TOP_KEYS = ("name", "tool_axis", "gauge_mm", "tool_length_mm", "work", "axes", "legs", "machine")
 LEG_KEYS = ("base_mm", "platform_mm", "length_mm", "base_joint_deg", "platform_joint_deg")
 WORK_KEYS = ("origin_mm", "rotation_deg")

@@ -23,20 +23,6 @@ from vmachining.machine.axis import Axis, Kind
 from vmachining.machine.chain import Machine
 from vmachining.machine.classes import class_chain
 
-__all__ = [
-    "PRESETS",
-    "head_head",
-    "nutating_head",
-    "nutating_table",
-    "preset",
-    "preset_options",
-    "table_head",
-    "table_table",
-    "with_axes",
-    "xyzac_trt",
-    "xyzbc_trt",
-]
-
 ABOUT = {"A": "x", "B": "y", "C": "z"}
 ORIGIN = (0.0, 0.0, 0.0)
 

@@ -37,17 +37,6 @@ from vmachining.machine.dda import (
     s1_quadrant_train,
 )
 
-__all__ = [
-    "BLU_MM",
-    "REGISTER",
-    "Interpolator",
-    "PulseBlock",
-    "feed_rate_number",
-    "source_clock_hz",
-    "write_csv",
-    "write_npz",
-]
-
 BLU_MM = 0.02
 """4 mm screw lead, 200 full steps per turn."""
 REGISTER = 20_000

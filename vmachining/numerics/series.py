@@ -17,8 +17,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from vmachining.arrays import Floats
 
-__all__ = ["Amplitudes", "Series", "bounds", "rotation"]
-
 Amplitudes: TypeAlias = NDArray[np.complex128]
 
 

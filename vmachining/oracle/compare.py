@@ -17,8 +17,6 @@ from vmachining.job.result import RunResult
 from vmachining.oracle.reference import BRACKET, Reference, read_reference
 from vmachining.oracle.results import LARGEST, Results, read_results
 
-__all__ = ["STATUSES", "Comparison", "compare"]
-
 STATUSES = ("inside", "low", "high", "missing", "extra", "disputed", "idle")
 """low, high: provably too little, too much. disputed: engines of the reference exclude each other, nobody can be judged by it.
 idle: a rapid left out, or a zero for what the reference does not have; it is not a finding."""

@@ -17,8 +17,6 @@ from vmachining.errors import InputError
 from vmachining.job.files import read_manifest, sha256
 from vmachining.oracle.results import LARGEST, csv_rows, csv_table, finite, refuse_twice, whole
 
-__all__ = ["EngagementComparison", "compare_engagement", "is_engagement_table"]
-
 TOLERANCE_MM = 1e-4
 """What our own two methods promise to agree to on curved stock; planes are good to 1e-6 mm."""
 

@@ -27,8 +27,6 @@ from vmachining.job.workpiece import raw_engine
 from vmachining.sweep import Sweep
 from vmachining.tolerance import BREP_SECONDS
 
-__all__ = ["BREP", "Answers", "EngineComparison", "compare_engines", "engine_names"]
-
 BREP = "brep"
 """Judges blocks and cuts none: its intervals are its values with their errors, where they are agreed."""
 

@@ -41,8 +41,6 @@ from vmachining.job.table import readable
 from vmachining.oracle.readme import CC0, COLUMNS_MEAN, NO_LICENCE, readme
 from vmachining.stock import Triangles
 
-__all__ = ["KIND", "write_pack"]
-
 KIND = "vmachining reference pack"
 COLUMNS = [*COLUMNS_MEAN]
 COLUMNS[COLUMNS.index("x_mm") + 1 : COLUMNS.index("i")] = ["y_mm", "z_mm"]

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-__all__ = ["CC0", "COLUMNS_MEAN", "NO_LICENCE", "readme"]
-
 CC0 = """\
 SPDX-License-Identifier: CC0-1.0
 

@@ -14,8 +14,6 @@ from vmachining.job.result import RunResult
 from vmachining.oracle.results import VOLUME, finite
 from vmachining.textfile import parse_json
 
-__all__ = ["BRACKET", "Reference", "read_reference"]
-
 BRACKET = ("removed_lo_mm3", VOLUME, "removed_hi_mm3")
 NEEDED = ("block", "line", "text", "motion", *BRACKET)
 NO_FOLDER = "give the directory that vmachining run or vmachining pack wrote"

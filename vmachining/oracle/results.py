@@ -15,20 +15,6 @@ from vmachining.textfile import read_text
 if TYPE_CHECKING:
     import polars as pl
 
-__all__ = [
-    "KEYS",
-    "LARGEST",
-    "TEXT",
-    "VOLUME",
-    "Results",
-    "csv_rows",
-    "csv_table",
-    "finite",
-    "read_results",
-    "refuse_twice",
-    "whole",
-]
-
 KEYS = ("block", "line")
 """In this order: a table that has both is keyed by block, the finer of the two."""
 

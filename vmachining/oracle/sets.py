@@ -14,8 +14,6 @@ from vmachining.job.files import MANIFEST, read_manifest, sha256
 from vmachining.oracle.compare import Comparison, compare
 from vmachining.oracle.results import csv_table
 
-__all__ = ["SET_KIND", "SetComparison", "compare_set", "is_set"]
-
 SET_KIND = "vmachining reference set"
 CASE = "case"
 """Column of a table of results that names the case of a row."""

@@ -12,8 +12,6 @@ from vmachining.report.numbers import number, plural
 from vmachining.report.page import rendered
 from vmachining.report.payload import path_payload
 
-__all__ = ["live_page", "write_backplot"]
-
 MAX_FINDINGS = 200
 """Rows of the table; `nc check` prints them all."""
 

@@ -17,8 +17,6 @@ from vmachining.job.files import write_atomic
 from vmachining.report.numbers import duration, number, percent, plural
 from vmachining.report.page import rendered
 
-__all__ = ["write_index"]
-
 GOOD = ("done", "skipped")
 HEADS = (
     ("count", "blocks"), ("volume", "removed mm³"), ("bracket", "between"), ("", "±"), ("seconds", "time"),

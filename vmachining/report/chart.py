@@ -11,8 +11,6 @@ import numpy as np
 
 from vmachining.arrays import Floats
 
-__all__ = ["Curve", "Mark", "chart", "ticks"]
-
 Scale = Callable[[Floats], Floats]
 
 WIDTH, LEFT, RIGHT, TOP, BOTTOM = 1100, 64, 14, 12, 40

@@ -25,8 +25,6 @@ from vmachining.report.figures import Panel, write_page
 from vmachining.report.numbers import duration, number, percent, plural
 from vmachining.report.payload import LOADS
 
-__all__ = ["Beside", "Side", "compare_results", "write_comparison"]
-
 PLACE = ("x_mm", "y_mm", "z_mm", "i", "j", "k")
 SAME_MM = 1e-6
 """Ends of motions closer than this are one place."""

@@ -9,8 +9,6 @@ import polars as pl
 from vmachining.report.numbers import duration, number, plural
 from vmachining.report.payload import LOADS, load_column
 
-__all__ = ["compared", "doubtful", "loaded", "peaks"]
-
 MOST_MM3_MIN = 2e7
 """Removal rates beyond it are questioned: large machines for aluminium reach about half of it."""
 

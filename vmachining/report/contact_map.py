@@ -17,8 +17,6 @@ from vmachining.job import RunResult
 from vmachining.job.engagement_columns import Watched, coefficients_of, engagement_pass, spin_of
 from vmachining.sweep import Stance
 
-__all__ = ["contact_maps"]
-
 MOST_LOADED, SPREAD = 24, 40
 """Blocks with a map: those with the largest load, and others evenly through the program."""
 

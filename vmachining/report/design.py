@@ -12,8 +12,6 @@ from vmachining.job.stock import design_mesh
 from vmachining.report.numbers import number
 from vmachining.report.thin import ThinMesh
 
-__all__ = ["Deviation", "deviation_of", "worst_places"]
-
 COLOURED = 0.95
 """Share of the cut surface whose deviations the colours resolve; the rest has the colours of the ends."""
 

@@ -17,8 +17,6 @@ from vmachining.report.scene import Layer, Scene
 from vmachining.report.thin import thin_mesh
 from vmachining.stock import MeshStock
 
-__all__ = ["deviation_scene", "write_deviation"]
-
 MOST_POINTS = 40_000
 """Drawn; those outside of the tolerance first."""
 

@@ -19,8 +19,6 @@ from vmachining.report.paper.style import BLUE, GREEN, GREY, RED, canvas, look
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["draw_engagement", "write_engagement", "write_engagement_page", "write_engagement_png"]
-
 CELLS = 240
 """Of the picture along the edge."""
 

@@ -15,8 +15,6 @@ from vmachining.report.numbers import number, plural, share, trusted
 from vmachining.report.page import rendered
 from vmachining.report.paper.style import BLUE, canvas, look
 
-__all__ = ["engine_figure", "write_engines"]
-
 MOST = 2000
 """Blocks on the page."""
 

@@ -19,8 +19,6 @@ from vmachining.report.scene import Scene
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Panel", "html_name", "picture", "write_page"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Panel:

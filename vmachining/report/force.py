@@ -10,8 +10,6 @@ from vmachining.report.chart import Curve, chart
 from vmachining.report.figures import Panel, write_page
 from vmachining.report.numbers import number, plural
 
-__all__ = ["force_panels", "write_forces"]
-
 
 def force_panels(found: Prediction) -> list[Panel]:
     """Largest force and mean power at the stations over time, and the forces over the turn with the largest one."""

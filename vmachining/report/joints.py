@@ -11,8 +11,6 @@ from vmachining.machine import JointPath, Machine
 from vmachining.report.chart import Curve, Mark, chart
 from vmachining.report.figures import Panel, write_page
 
-__all__ = ["write_joints"]
-
 
 def write_joints(
     machine: Machine, path: JointPath, lines: Sequence[int], out: Path, *, name: str = "path"

@@ -21,8 +21,6 @@ from vmachining.job.files import read_manifest
 from vmachining.job.folder import WORKING
 from vmachining.report.payload import GROWING
 
-__all__ = ["LOOPBACK", "Live", "serve"]
-
 LOOPBACK = "127.0.0.1"
 REPORT = "report.html"
 MOST_ROWS = 5_000

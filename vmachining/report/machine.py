@@ -16,8 +16,6 @@ from vmachining.machine import PRESETS, Axis, Machine, preset, preset_options
 from vmachining.report.chart import Curve, chart
 from vmachining.report.figures import Panel, write_page
 
-__all__ = ["machine_record", "write_machine"]
-
 CLASSES = {
     (2, 0): "both rotary axes carry the workpiece", (1, 1): "one rotary axis carries the workpiece, one the tool",
     (0, 2): "both rotary axes carry the tool", (0, 0): "no rotary axis",

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = ["difference", "duration", "number", "percent", "plural", "share", "trusted"]
-
 ROUNDING_REL = 1e-9
 """Two sums over meshes differ by less than this part of the stock for no other reason than rounding."""
 

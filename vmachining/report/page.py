@@ -26,8 +26,6 @@ from vmachining.report.payload import Payload, load_column, payload
 from vmachining.report.thin import ThinMesh, thin_mesh
 from vmachining.report.trust import checked, known, unknown, widest
 
-__all__ = ["rendered", "write_report"]
-
 MAX_ROWS = 500
 """Rows of one table on the page; the CSV has them all."""
 

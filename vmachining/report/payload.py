@@ -36,8 +36,6 @@ from vmachining.stock import Stock
 from vmachining.sweep import Turn
 from vmachining.tool import Profile
 
-__all__ = ["GROWING", "LOADS", "Payload", "load_column", "packed", "path_payload", "payload"]
-
 MAX_SEGMENTS = 200_000
 """Straight pieces of the drawn path; beyond it every n-th motion is drawn."""
 

@@ -28,8 +28,6 @@ from vmachining.toolpath import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["draw_pockets", "draw_shortest", "rings", "shortest_over_shapes", "write_pocket_page"]
-
 COLOURS = dict(zip(STRATEGIES, (GREY, BLUE, RED, GREEN), strict=True))
 LABELS = {
     "dp": "direction parallel", "dpi": "direction parallel, improved",

@@ -14,8 +14,6 @@ from vmachining.report.figures import html_name, write_page
 from vmachining.report.numbers import plural
 from vmachining.report.scene import Layer, Scene
 
-__all__ = ["write_pulses"]
-
 PLACES = 91
 """Of a drawn arc."""
 

@@ -11,8 +11,6 @@ import numpy as np
 from vmachining.arrays import Floats, Ints
 from vmachining.report.payload import Payload, packed
 
-__all__ = ["Layer", "Scene"]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Layer:

@@ -12,8 +12,6 @@ from vmachining.report.scene import Layer, Scene
 from vmachining.sweep import Sweep
 from vmachining.tolerance import CHORD_MM
 
-__all__ = ["plot_sweep"]
-
 PLACES = 33
 """Of the tip path."""
 

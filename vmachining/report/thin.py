@@ -9,8 +9,6 @@ import numpy as np
 
 from vmachining.arrays import Floats, Ints
 
-__all__ = ["MAX_POINTS", "MAX_TRIANGLES", "ThinMesh", "thin_mesh", "thin_rows"]
-
 MAX_TRIANGLES = 250_000
 """What a browser turns smoothly on an ordinary notebook; about 10 MB of page."""
 

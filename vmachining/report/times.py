@@ -12,8 +12,6 @@ from vmachining.job.times import Comparison
 from vmachining.report.chart import Curve, chart
 from vmachining.report.figures import Panel, write_page
 
-__all__ = ["FEEDS", "mean_feeds", "write_times"]
-
 FEEDS = {"programmed_mm_min": "programmed", "reachable_mm_min": "reachable", "logged_mm_min": "logged"}
 
 LATE_S = 1.0

@@ -12,8 +12,6 @@ from vmachining.job.table import CONTACT
 from vmachining.nc import is_g_code
 from vmachining.report.numbers import difference, number, plural
 
-__all__ = ["checked", "known", "unknown", "widest"]
-
 
 def known(result: RunResult) -> list[str]:
     """Sentences about what is known, with its error."""

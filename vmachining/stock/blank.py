@@ -8,8 +8,6 @@ import numpy as np
 
 from vmachining.arrays import Floats
 
-__all__ = ["Blank"]
-
 
 @dataclass(frozen=True, slots=True)
 class Blank:

@@ -13,8 +13,6 @@ from vmachining.memory import available_bytes
 from vmachining.stock.shapes import MeshStock
 from vmachining.stock.threemf import read_3mf
 
-__all__ = ["closed_mesh", "read_mesh"]
-
 MEMORY_PER_BYTE = {".stl": 19, ".obj": 18, ".3mf": 15, ".ply": 42}
 """Peak memory per byte of a file (unpacked, for 3MF), measured on a sphere of 1,310,720 triangles."""
 

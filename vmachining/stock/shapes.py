@@ -17,8 +17,6 @@ from vmachining.stock import _kernels
 from vmachining.stock.blank import Blank
 from vmachining.tolerance import LENGTH_EPS_MM
 
-__all__ = ["BoxStock", "CylinderStock", "MeshStock", "StepStock", "Stock", "Triangles"]
-
 SAG_SHARE = 3.0
 """chord / depth of a facet: facets inside and outside of a circle are then no more than the chord apart."""
 

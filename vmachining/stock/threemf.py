@@ -22,8 +22,6 @@ import numpy as np
 from vmachining.arrays import Floats, Ints
 from vmachining.errors import StockError
 
-__all__ = ["read_3mf"]
-
 UNITS_MM = {
     "micron": 1e-3, "millimeter": 1.0, "centimeter": 10.0, "inch": 25.4, "foot": 304.8, "meter": 1000.0,
 }  # fmt: skip

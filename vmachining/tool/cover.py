@@ -8,8 +8,6 @@ import numpy as np
 
 from vmachining.tool.profile import Profile, Segment
 
-__all__ = ["convex_cover"]
-
 
 @lru_cache(maxsize=256)
 def convex_cover(profile: Profile) -> tuple[Profile, ...]:

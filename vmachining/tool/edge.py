@@ -17,8 +17,6 @@ from vmachining.errors import ToolError
 from vmachining.tool.cutters import Cutter
 from vmachining.tool.profile import Profile, Segment
 
-__all__ = ["Edge", "EdgeParts", "EdgePoints"]
-
 FLAT = Segment(0.0, 0.0, 0.0, 0.0, float("nan"), float("nan"), 0.0)
 
 

@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 from vmachining.errors import ToolError
 
-__all__ = ["Named"]
-
 
 class Named(ABCMeta):
     """Metaclass of dataclasses whose fields are given by name."""

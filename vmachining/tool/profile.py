@@ -18,8 +18,6 @@ from numpy.typing import ArrayLike
 from vmachining.arrays import Floats
 from vmachining.errors import ToolError
 
-__all__ = ["Profile", "Segment"]
-
 JOINT_RAD = 1e-9
 """Two directions closer than this are tangent; over 100 mm the chord between them is 1e-7 mm."""
 

@@ -11,8 +11,6 @@ from vmachining.errors import ToolError
 from vmachining.tool.apt import AptTool
 from vmachining.tool.cutters import BallNose, BullNose, Cutter, FlatEnd, ProfileTool, Taper
 
-__all__ = ["MEANINGS", "mapping_of_tool", "tool_from_mapping"]
-
 COMMON = (
     "number",
     "name",

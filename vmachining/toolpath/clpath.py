@@ -13,19 +13,6 @@ from vmachining.arrays import Bools, Floats, Ints, rows
 from vmachining.errors import InputError
 from vmachining.tool import BallNose, BullNose, FlatEnd
 
-__all__ = [
-    "WRITERS",
-    "CLPath",
-    "Mark",
-    "apt_file",
-    "checked_feed",
-    "cutter",
-    "iso_program",
-    "path_job",
-    "pose_table",
-    "words_of",
-]
-
 DECIMALS = 5
 """Of millimetres: a point moves by at most 9e-6 mm."""
 

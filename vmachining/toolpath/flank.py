@@ -23,8 +23,6 @@ from vmachining.arrays import Bools, Floats, Ints, rows
 from vmachining.errors import InputError
 from vmachining.toolpath.clpath import CLPath, Mark
 
-__all__ = ["Flank", "flank_path"]
-
 PLACES = np.linspace(0.0, 1.0, 17)
 LEAST_MM = 1e-9
 TOLD_MM = 1e-6

@@ -25,20 +25,6 @@ from vmachining.arrays import Floats
 from vmachining.errors import InputError
 from vmachining.toolpath.triangle import Triangle
 
-__all__ = [
-    "MODES",
-    "STRATEGIES",
-    "Pocket",
-    "advice",
-    "bare_path",
-    "coverage",
-    "coverage_shapes",
-    "needs_centre",
-    "path_length",
-    "pocket_lengths",
-    "pocket_path",
-]
-
 MODES = ("true", "book", "book_corrected")
 SAME_MM = 1e-9
 """Consecutive points closer than this are one."""

@@ -23,8 +23,6 @@ from vmachining.nc import Motion, Move
 from vmachining.nc.arcs import PLANES
 from vmachining.nc.model import Point
 
-__all__ = ["POSTS", "Posted", "post_program"]
-
 POSTS: Final = ("iso", "fanuc", "sinumerik", "heidenhain")
 ROUNDS: Final = 10
 UP: Final = (0.0, 0.0, 1.0)

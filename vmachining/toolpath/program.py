@@ -12,8 +12,6 @@ from vmachining.arrays import Floats
 from vmachining.errors import InputError
 from vmachining.toolpath.triangle import Triangle
 
-__all__ = ["level_program", "pocket_job"]
-
 
 def level_program(
     path: Floats,

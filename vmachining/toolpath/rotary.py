@@ -19,8 +19,6 @@ from vmachining.geometry.rotation import great_circle
 from vmachining.machine import Machine, axis_deviation, follow, tip_deviation
 from vmachining.toolpath.clpath import CLPath, checked_feed, words_of
 
-__all__ = ["rotary_program"]
-
 ROUNDS = 10
 """Halvings of a block: a thousandth of it."""
 

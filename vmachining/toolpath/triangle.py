@@ -10,8 +10,6 @@ import numpy as np
 from vmachining.arrays import Floats
 from vmachining.errors import InputError
 
-__all__ = ["Triangle"]
-
 CONSISTENT = 1e-6
 """Largest misfit of given angles: of their sum in rad, and of the sine rule, relative."""
 

@@ -22,8 +22,6 @@ from typing import Any, TypeVar
 
 from vmachining.errors import EngineError, SweepError
 
-__all__ = ["END", "Late", "WorkerLost", "WorkerProcess", "isolated", "isolated_steps", "obey_driver"]
-
 T = TypeVar("T")
 
 PATIENCE = 8.0

@@ -28,8 +28,6 @@ from vmachining.sweep import Sweep, Turn, swept_volume
 from vmachining.sweep.rotating import arc_series
 from vmachining.tool import Profile, convex_cover
 
-__all__ = ["Swept", "solid", "solids"]
-
 MOST_BENT = 0.95 * np.pi
 """rad: beyond this, an arc whose inner side ends in a point on its axis is swept as two."""
 

@@ -18,8 +18,6 @@ from typing import Any
 from vmachining.engines.brep.process import obey_driver
 from vmachining.errors import EngineError, VMachiningError
 
-__all__ = ["main"]
-
 
 def main() -> None:
     """Answer until stdin ends."""

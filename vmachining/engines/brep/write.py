@@ -23,8 +23,6 @@ from vmachining.errors import EngineError
 from vmachining.sweep import Sweep
 from vmachining.sweep.regions import REGIONS, regions
 
-__all__ = ["Described", "described", "write_solids", "write_sweep"]
-
 INSIDE_MM = 1e-3
 """What lies deeper is no boundary; splines are nearer to the truth."""
 

@@ -17,8 +17,6 @@ from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.solids import checked
 from vmachining.engines.mesh.tiles import SIDES, Tile
 
-__all__ = ["packed_tiles", "tiles_of"]
-
 RAW = -1
 
 

@@ -24,8 +24,6 @@ from vmachining.engines.mesh.window import Window
 from vmachining.geometry import Arc
 from vmachining.geometry.path import PLANE_AXES
 
-__all__ = ["level_arc", "polygon"]
-
 
 def level_arc(part: Part, tool: Facets, path: Arc, window: Window | None, chained: bool) -> Iterator[Piece]:
     """The cutter at both ends and the ring between; without the cutter at a `chained` start."""

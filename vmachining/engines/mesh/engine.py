@@ -33,8 +33,6 @@ from vmachining.stock import Stock
 from vmachining.sweep import Sweep, Turn
 from vmachining.tolerance import CHORD_MM
 
-__all__ = ["MeshEngine"]
-
 
 class MeshEngine:
     """Workpiece of one job, cut block by block.

@@ -29,20 +29,6 @@ from vmachining.arrays import Bools, Floats, Ints
 from vmachining.errors import EngineError
 from vmachining.tool import Profile
 
-__all__ = [
-    "FACET_SHARE",
-    "Polyhedron",
-    "Side",
-    "arc_steps",
-    "circle",
-    "grown",
-    "hull",
-    "meridian",
-    "narrowed",
-    "polyhedron",
-    "rings",
-]
-
 FACET_SHARE: Final = 3.0
 """chord / sag of a facet. The gap between inner and outer adds up from circle, meridian and path: one each."""
 

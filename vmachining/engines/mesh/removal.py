@@ -28,8 +28,6 @@ from vmachining.errors import EngineError
 from vmachining.sweep import Sweep, Turn
 from vmachining.tolerance import VOLUME_REL
 
-__all__ = ["Cut", "cut", "shared", "touch"]
-
 TWICE_REL = 3e-6
 """Part of a turning sweep that its meshes may count twice or leave as crevices, at most, where a disc tilts into
 what it has just left; seen on hundreds of random blocks, see `turning`. Brackets are widened by it."""

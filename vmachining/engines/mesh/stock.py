@@ -20,8 +20,6 @@ from vmachining.errors import StockError
 from vmachining.stock import BoxStock, CylinderStock, Stock, Triangles, closed_mesh
 from vmachining.tolerance import CHORD_MM
 
-__all__ = ["StockMesh", "box_stock", "cylinder_stock", "mesh_stock"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StockMesh:

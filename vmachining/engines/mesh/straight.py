@@ -26,8 +26,6 @@ from vmachining.engines.mesh.facets import (
 from vmachining.engines.mesh.window import Window
 from vmachining.tool import Profile
 
-__all__ = ["Facets", "Part", "Piece", "facets", "shape_key", "shifted", "straight"]
-
 _NO_GRID = np.zeros((1, 1))
 
 

@@ -11,8 +11,6 @@ from vmachining.engines.protocol import StockSurface
 from vmachining.stock import Stock
 from vmachining.tolerance import CHORD_MM
 
-__all__ = ["thinned"]
-
 
 def thinned(
     surface: StockSurface, tolerance: float, within: Stock | None = None, chord: float = CHORD_MM

@@ -29,8 +29,6 @@ from vmachining.engines.mesh.solids import checked
 from vmachining.engines.mesh.window import Window, roofed
 from vmachining.engines.protocol import Share
 
-__all__ = ["Tile", "joined", "reached"]
-
 SHAPE = np.array([1.0, 1.0, 1.0 / 8.0])
 """Tiles are columns: walls along the tool axis are few tall facets, so cutting them in height only adds tiles."""
 

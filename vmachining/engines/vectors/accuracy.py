@@ -6,8 +6,6 @@ from math import acos, cos, inf, sqrt
 
 from vmachining.errors import InputError
 
-__all__ = ["grid_pitch", "representation_spacing", "simulation_spacing", "spacing_for", "wall_angle"]
-
 
 def representation_spacing(error: float, curvature_radius: float) -> float:
     """(4-1): delta_R = 2 sqrt(2 rho e - e^2), the chord whose sagitta on a circle of radius rho is e. mm.

@@ -22,8 +22,6 @@ from vmachining.stock import MeshStock, Stock
 from vmachining.sweep import Sweep
 from vmachining.sweep.ball import ball_block
 
-__all__ = ["PATCH_BYTES", "NormalVectors", "Patches", "Piece"]
-
 PATCH_BYTES = 113
 """What a patch takes beside its vectors."""
 

@@ -16,8 +16,6 @@ from vmachining.memory import available_bytes
 if TYPE_CHECKING:
     from vmachining.engines.vectors.engine import VectorEngine
 
-__all__ = ["refuse_too_many"]
-
 UPRIGHT_BYTES, NORMAL_BYTES, BASE_BYTES = 4, 17, 16
 """Lengths alone; lengths and lambda, twice while they are laid, and a share of a group; a cell of a tile that is kept."""
 

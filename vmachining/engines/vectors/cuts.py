@@ -14,8 +14,6 @@ from vmachining.engines.vectors.grid import _kernels
 from vmachining.sweep import Sweep
 from vmachining.sweep.ball import BallBlock
 
-__all__ = ["Cuts"]
-
 TOLD = 1e-6
 """mm by which a tip may lie off the sweep that made it, beside the rounding of its float32 length."""
 

@@ -16,8 +16,6 @@ from vmachining.engines.vectors.cuts import Cuts
 from vmachining.engines.vectors.part import DesignPart
 from vmachining.engines.vectors.upright import TILE, Base, UprightVectors
 
-__all__ = ["COLUMNS", "KINDS", "Deviation", "measured"]
-
 KINDS = ("upright", "wall", "overhang", "edge", "normal")
 """What a vector represents; `normal` are facets of pure DNV that are not features."""
 

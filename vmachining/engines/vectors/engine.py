@@ -30,8 +30,6 @@ from vmachining.stock import MeshStock, Stock
 from vmachining.sweep import Sweep
 from vmachining.sweep.ball import ball_block
 
-__all__ = ["VectorEngine"]
-
 WALL_RAD = radians(75.0)
 """theta_V where neither it nor gamma is given: gamma is then about a quarter of delta."""
 

@@ -13,8 +13,6 @@ from vmachining.arrays import Bools, Floats, Ints
 from vmachining.engines.vectors import _kernels
 from vmachining.stock import MeshStock
 
-__all__ = ["OVERHANG_RAD", "DesignPart", "Features", "Points", "features"]
-
 OVERHANG_RAD = 90.01 * pi / 180.0
 """Slope above which a facet is an overhang: exported walls have n_z = +-1e-8 (spec E.2)."""
 

@@ -10,8 +10,6 @@ from vmachining.engines.vectors.cuts import Cuts
 from vmachining.engines.vectors.upright import TILE, UprightVectors
 from vmachining.stock import BoxStock
 
-__all__ = ["prisms"]
-
 ACROSS = 160
 """Prisms along the longer side at most."""
 

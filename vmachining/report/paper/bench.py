@@ -13,8 +13,6 @@ from vmachining.textfile import parse_json, read_text
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["BENCHED", "draw_bench", "load_bench"]
-
 Records = Sequence[dict[str, Any]]
 EXACT_MM = 1e-9
 """What an error of 0 is drawn at, on an axis of powers of ten."""

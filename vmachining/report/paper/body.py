@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from vmachining.engines.protocol import StockSurface
     from vmachining.sweep import Sweep
 
-__all__ = ["SHOWN", "TIMES", "draw_regions", "draw_surface", "draw_sweep"]
-
 COARSE_MM = 0.05
 """A picture needs no finer facets."""
 

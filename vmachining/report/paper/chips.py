@@ -16,8 +16,6 @@ from vmachining.report.paper.style import BLUE, ORANGE, WIDTH_MM, canvas, look, 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["ChipTable", "draw_chips"]
-
 SHAPES = 6
 """Chips that are drawn on their own, at even distances along what cuts."""
 

@@ -10,8 +10,6 @@ import numpy as np
 from vmachining.arrays import Floats, Ints
 from vmachining.report.paper._kernels import nearest
 
-__all__ = ["SEEN_PX", "VIEW", "nearest_faces", "png", "view_frame", "viewed"]
-
 LIGHT = np.array([-0.45, -0.55, 0.70])
 VIEW = np.array([-0.62, -1.0, 0.85])
 

@@ -14,8 +14,6 @@ from vmachining.report.paper.style import BLUE, GREEN, GREY, ORANGE, VIOLET, WID
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["draw_deviation", "load_deviation"]
-
 BINS = 60
 DRAWN = 0.08
 """Length of the largest vector as a share of the picture."""

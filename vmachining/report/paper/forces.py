@@ -16,8 +16,6 @@ from vmachining.report.paper.style import BLUE, GREEN, GREY, RED, WIDTH_MM, canv
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["TRACE_FILE", "deviations", "draw_coefficients", "draw_trace", "load_trace"]
-
 TRACE_FILE = "forces_measured.csv"
 FORCES = tuple((f"f{k}_n", f"f{k}_measured_n", f"$F_{k}$ (N)") for k in "xyz")
 

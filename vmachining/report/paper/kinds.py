@@ -33,8 +33,6 @@ if TYPE_CHECKING:
 
     from vmachining.job import RunResult
 
-__all__ = ["KINDS", "OVER", "draw", "draw_result"]
-
 OVER = ("time", "block")
 SHORT_SCALE = 30.0
 """A logarithmic axis that spans less names the steps between its decades."""

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["LOAD", "lines_shown", "program"]
-
 LOAD = (
     ("force_n", "peak force (N)"), ("chip_area_mm2", "chip area (mm²)"), ("mrr_mm3_min", "volume rate (mm³/min)"),
 )  # fmt: skip

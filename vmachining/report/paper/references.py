@@ -14,8 +14,6 @@ from vmachining.report.paper.style import GREY, WIDTH_MM, canvas, look, shades
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["draw_references"]
-
 WORDS = {"mm³/min": "volume rate", "mm²": "chip area", "N mm": "torque", "W": "power", "mm": "deflection"}
 """Loads by their unit; force where it is another one."""
 

@@ -15,8 +15,6 @@ from vmachining.report.paper.style import BLUE, GREY, RED, WIDTH_MM, canvas, loo
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["draw_section", "load_section"]
-
 MATERIAL = "#d5dbe3"
 
 

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from vmachining.engines.protocol import StockSurface
     from vmachining.job import RunResult
 
-__all__ = ["Results"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Results:

@@ -16,24 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = [
-    "BLUE",
-    "FORMATS",
-    "GREEN",
-    "GREY",
-    "ORANGE",
-    "RED",
-    "VIOLET",
-    "WIDTH_MM",
-    "canvas",
-    "is_picture",
-    "look",
-    "panels",
-    "shades",
-    "write_figure",
-    "write_figures",
-]
-
 FORMATS = ("svg", "pdf", "png")
 WIDTH_MM = 174.0
 """Two columns of most journals."""

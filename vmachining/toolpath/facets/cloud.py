@@ -12,8 +12,6 @@ from vmachining.errors import InputError
 from vmachining.textfile import number_rows
 from vmachining.toolpath.facets.mesh import FacetMesh
 
-__all__ = ["read_cloud"]
-
 LONG = 5.0
 """Edges longer than this many times the median one close a gap in the cloud."""
 

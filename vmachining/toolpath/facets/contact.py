@@ -10,8 +10,6 @@ from numpy.typing import ArrayLike
 from vmachining.arrays import Floats, rows
 from vmachining.errors import InputError
 
-__all__ = ["Located", "cl_points", "scallop_step"]
-
 ALONG = 1e-12
 """An axis that leaves the normal by less stands on it: the flat bottom lies on the surface and the tip on the CC point."""
 

@@ -16,8 +16,6 @@ from vmachining.tool import BallNose, BullNose, FlatEnd, Tool
 from vmachining.toolpath.facets import _kernels
 from vmachining.toolpath.facets.mesh import FacetMesh
 
-__all__ = ["Contact", "Dropped", "Surface", "radii"]
-
 UPRIGHT = 1e-9
 """A facet whose unit normal has less of z has no height."""
 

@@ -9,8 +9,6 @@ from vmachining.arrays import Floats, Ints, rows
 from vmachining.errors import InputError
 from vmachining.toolpath.facets.mesh import FacetMesh
 
-__all__ = ["height_field"]
-
 
 def height_field(x: ArrayLike, y: ArrayLike, z: ArrayLike, *, bottom: float | None = None) -> FacetMesh:
     """Two triangles in each cell of a grid, split from its first corner to its last.

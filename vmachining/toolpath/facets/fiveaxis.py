@@ -30,8 +30,6 @@ from vmachining.toolpath.facets.mesh import FacetMesh
 from vmachining.toolpath.facets.passes import checked_sizes, overhang_notes
 from vmachining.toolpath.facets.ridges import leaning_ridges, widest_step
 
-__all__ = ["SHARP_DEG", "NormalKind", "five_axis_raster", "normals_at"]
-
 NormalKind = Literal["facet", "resultant", "area", "angle"]
 SHARP_DEG = 30.0
 """Edges of round surfaces turn by less (a full circle of 12 facets has 30), edges of a part mostly by more."""

@@ -23,8 +23,6 @@ from vmachining.toolpath.clpath import CLPath, Mark
 from vmachining.toolpath.facets import _kernels
 from vmachining.toolpath.facets.drop import Surface
 
-__all__ = ["Fibres", "push_cutter", "waterline", "waterline_path"]
-
 SHIFT = 0.5641895835
 """Fibres stand off round numbers by this share of their distance: edges of parts lie on round numbers."""
 

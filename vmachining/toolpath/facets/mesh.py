@@ -13,8 +13,6 @@ from vmachining.arrays import Floats, Ints, rows
 from vmachining.errors import InputError
 from vmachining.geometry import rotation
 
-__all__ = ["FacetMesh", "Weights", "edge_normal"]
-
 Weights = Literal["resultant", "area", "angle"]
 WELD = 1e-6
 """Vertices closer than this share of the diagonal are one."""

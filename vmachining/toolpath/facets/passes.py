@@ -26,15 +26,6 @@ from vmachining.toolpath.facets.drop import Surface
 from vmachining.toolpath.facets.mesh import FacetMesh
 from vmachining.toolpath.facets.ridges import upright_ridges, widest_step
 
-__all__ = [
-    "Chords",
-    "Raster",
-    "checked_sizes",
-    "on_part",
-    "overhang_notes",
-    "raster",
-]
-
 INNER = np.array([0.25, 0.5, 0.75])
 STEEP_DEG = 75.0
 LEAST_STEP = 0.05

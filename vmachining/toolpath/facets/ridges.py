@@ -14,8 +14,6 @@ import numpy as np
 from vmachining.arrays import Floats
 from vmachining.toolpath.facets import _kernels
 
-__all__ = ["leaning_ridges", "upright_ridges", "widest_step"]
-
 OUTLINE, OUTLINE_NORMALS = np.radians(85.0), 171
 """Normals of an outline that are looked at, to both sides of the part's, a degree apart: between them it is a chord, which lies
 above it by 4e-5 of its radius."""

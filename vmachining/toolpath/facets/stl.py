@@ -12,8 +12,6 @@ import numpy as np
 from vmachining.arrays import Floats
 from vmachining.errors import InputError
 
-__all__ = ["Facets", "read_stl"]
-
 HEADER, RECORD = 84, 50
 OFF_DEG = 1.0
 """A stored normal that differs by more from that of the corners is reported."""

@@ -10,8 +10,6 @@ import numpy as np
 from vmachining.arrays import Floats
 from vmachining.errors import EngineError
 
-__all__ = ["apart", "box_of", "common", "is_empty", "minus", "quiet"]
-
 
 def _operated(operation: Any, one: Any, others: Sequence[Any], fuzzy: float) -> Any:
     """Result of a boolean; asked whether it worked."""

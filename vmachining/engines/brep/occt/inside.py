@@ -18,8 +18,6 @@ from vmachining.arrays import Bools, Floats
 from vmachining.engines.brep.occt.tolerances import CONFUSION_MM, SAME_CROSSING_MM
 from vmachining.errors import EngineError
 
-__all__ = ["held", "inside_out"]
-
 FAR_MM = 1e6
 
 RAYS = 3

@@ -37,8 +37,6 @@ from scipy.interpolate import BSpline
 from vmachining.arrays import Floats
 from vmachining.errors import EngineError
 
-__all__ = ["area", "volume"]
-
 KIND = GeomAbs_SurfaceType
 NODES = 10
 """Gauss points per knot span of an edge: exact for polynomials of degree 19."""

@@ -24,22 +24,6 @@ from vmachining.engines.brep.occt.measure import volume
 from vmachining.engines.brep.occt.tolerances import CRUMB_MM3
 from vmachining.errors import EngineError
 
-__all__ = [
-    "compound",
-    "distance",
-    "faces_of",
-    "from_bytes",
-    "has_loose_faces",
-    "has_open_shell",
-    "place",
-    "point_inside",
-    "shells_of",
-    "solids_of",
-    "to_bytes",
-    "triangles_of",
-    "without_crumbs",
-]
-
 
 def solids_of(shape: Any) -> list[Any]:
     """TopoDS_Solids, each once."""

@@ -11,8 +11,6 @@ from vmachining.engines.brep.occt.tolerances import CONFUSION_MM, POLYHEDRON_REL
 from vmachining.engines.brep.occt.validity import inspect
 from vmachining.errors import EngineError
 
-__all__ = ["polyhedron"]
-
 
 def polyhedron(triangles: Sequence[Sequence[float]]) -> Any:
     """TopoDS_Solid inside triangles (n, 9), mm, whose corners turn counterclockwise seen from outside.

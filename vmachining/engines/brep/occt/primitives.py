@@ -22,8 +22,6 @@ from vmachining.engines.brep.occt.shapes import Curve, pnt
 from vmachining.engines.brep.occt.tolerances import ODD_RAD
 from vmachining.errors import EngineError
 
-__all__ = ["box", "cylinder", "oddly_turned", "revolved", "rotated"]
-
 
 def box(lo: Sequence[float], hi: Sequence[float]) -> Any:
     """Axis-parallel, (3,) mm each."""

@@ -16,8 +16,6 @@ from vmachining.engines.brep.occt.booleans import box_of
 from vmachining.engines.brep.occt.shapes import Curve, pnt
 from vmachining.engines.brep.occt.tolerances import ON_FACE_MM, ON_FACE_SLANTED_MM
 
-__all__ = ["Probe"]
-
 ODD = (
     (0.5347, 0.3126, 0.7851),
     (-0.6218, 0.5803, 0.5257),

@@ -32,28 +32,6 @@ from scipy.interpolate import BSpline, make_interp_spline
 
 from vmachining.arrays import Floats
 
-__all__ = [
-    "Circle",
-    "Cone",
-    "Curve",
-    "Cylinder",
-    "Extrusion",
-    "Frame",
-    "Part",
-    "Plane",
-    "Sphere",
-    "Spline",
-    "SplineSheet",
-    "Straight",
-    "Surface",
-    "Torus",
-    "interpolated",
-    "knots_of",
-    "nodes_for",
-    "pnt",
-    "solved",
-]
-
 TURN = 2.0 * np.pi
 DEGREE = 5
 """Of every interpolated curve: the error falls with the sixth power of the spacing, so few knots serve."""

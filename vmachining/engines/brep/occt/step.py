@@ -17,8 +17,6 @@ from vmachining.engines.brep.occt.tolerances import STEP_FACET_RAD, STEP_MESH_RE
 from vmachining.errors import EngineError, StockError
 from vmachining.stock.shapes import Triangles
 
-__all__ = ["StepSolid", "read_step", "shapes_in"]
-
 MOST_SOLIDS = 1000
 """In one file; each pair is looked at for overlap."""
 

@@ -23,8 +23,6 @@ from vmachining.engines.brep.occt.step import shapes_in
 from vmachining.engines.brep.occt.tolerances import STEP_REL
 from vmachining.errors import EngineError
 
-__all__ = ["LabelledFace", "difference", "solids_in", "volumes_in", "write_labelled", "write_plain"]
-
 ORIGIN = "vmachining"
 """In the header of a STEP file, as the system it comes from: files of ours are known by it."""
 

@@ -8,39 +8,6 @@ from __future__ import annotations
 
 from typing import Final
 
-__all__ = [
-    "APART_MM",
-    "CONFUSION_MM",
-    "CRUMB_MM3",
-    "CURVE_FIT_MM",
-    "EDGE_CURVE_FIT_MM",
-    "END_GAP_MM",
-    "FLAT_MM",
-    "GAP_MM",
-    "LEVEL_MM",
-    "MISS_MM",
-    "NARROW_WALL_MM",
-    "ODD_RAD",
-    "ON_FACE_MM",
-    "ON_FACE_SLANTED_MM",
-    "ON_SWEEP_MM",
-    "PARAMETER_FIT_MM",
-    "POLYHEDRON_REL",
-    "SAME_ANGLE_RAD",
-    "SAME_CROSSING_MM",
-    "SAME_VERTEX_MM",
-    "SHEET_FIT_MM",
-    "SHORT_EDGE_MM",
-    "SHORT_PIECE_MM",
-    "SLIVER_MM",
-    "SNAP_MM",
-    "STEP_FACET_RAD",
-    "STEP_MESH_REL",
-    "STEP_REL",
-    "SWEPT_REL",
-    "WORKPIECE_STEP_REL",
-]
-
 # -- what OCCT takes for the same ------------------------------------------------------------------------------
 
 CONFUSION_MM: Final = 1e-7

@@ -28,8 +28,6 @@ from vmachining.engines.brep.occt.shapes import Curve, Part, Spline, Surface, in
 from vmachining.engines.brep.occt.tolerances import CONFUSION_MM, PARAMETER_FIT_MM, SAME_VERTEX_MM
 from vmachining.errors import EngineError
 
-__all__ = ["Builder", "Edge", "Use", "run_of"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Edge:

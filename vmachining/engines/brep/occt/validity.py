@@ -11,8 +11,6 @@ from vmachining.engines.brep.occt.measure import volume
 from vmachining.engines.brep.occt.parts import has_loose_faces, has_open_shell, without_crumbs
 from vmachining.errors import EngineError
 
-__all__ = ["Inspection", "inspect", "refuse_unsound"]
-
 
 class Inspection(NamedTuple):
     """valid : by BRepCheck. closed : one shell, every edge on two faces. faces, edges : counts.

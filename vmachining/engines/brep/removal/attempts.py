@@ -19,8 +19,6 @@ from vmachining.engines.brep.removal.gate import GROWTH_MM, Value
 from vmachining.engines.brep.swept import solids
 from vmachining.sweep import Sweep
 
-__all__ = ["ATTEMPTS", "Attempt", "Task", "shapes"]
-
 
 class Task(NamedTuple):
     """A motion of a block.

@@ -20,8 +20,6 @@ from vmachining.sweep import Sweep
 from vmachining.sweep.near import SweepIndex
 from vmachining.sweep.reach import meets, reaching
 
-__all__ = ["JUDGES", "SOLIDS", "BlockChecker", "Witness", "checker"]
-
 JUDGES, SOLIDS = "judges", "solids"
 """What is under way before any attempt."""
 

@@ -17,8 +17,6 @@ from typing import NamedTuple
 from vmachining.engines.judges import Judge
 from vmachining.engines.protocol import Removal
 
-__all__ = ["ATTEMPT_SHARE", "GROWTH_MM", "OWN_MM3", "OWN_REL", "Status", "Value", "Verdict", "error_of"]
-
 OWN_MM3, OWN_REL = 1e-6, 1e-5
 """Own error of a boolean: edges of 100 mm and faces that move by 1e-8 mm; what spline faces are asked to be good to."""
 

@@ -19,8 +19,6 @@ from vmachining.checkpoint import Saved, opened
 from vmachining.engines.brep.occt.parts import from_bytes, to_bytes
 from vmachining.errors import EngineError, SweepError
 
-__all__ = ["NOTHING_KEPT", "Store"]
-
 KIND = "solids"
 
 SLOW_S = 0.5

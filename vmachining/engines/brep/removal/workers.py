@@ -26,8 +26,6 @@ from vmachining.interval import Interval
 from vmachining.sweep import Sweep
 from vmachining.tolerance import BREP_SECONDS
 
-__all__ = ["check_blocks", "step_file"]
-
 RUN = 16
 """Blocks in a row for one worker: neighbours need the same earlier solids."""
 

@@ -31,8 +31,6 @@ from vmachining.engines.brep.occt.tolerances import FLAT_MM
 from vmachining.engines.brep.occt.topology import Builder, Edge
 from vmachining.tool import Profile, Segment
 
-__all__ = ["UP", "Pose", "Tool", "around", "meridian_curve", "sphere_frame"]
-
 UP = np.array([0.0, 0.0, 1.0])
 
 

@@ -33,8 +33,6 @@ from vmachining.engines.brep.translations.ramp import Ramp
 from vmachining.geometry import Arc
 from vmachining.tool import Profile, Segment
 
-__all__ = ["front"]
-
 WIDER = 0.02
 """Of the radius of the cusp: by how much its cylinder is wider, if the ends of the segment leave room for that."""
 

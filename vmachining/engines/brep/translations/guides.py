@@ -30,8 +30,6 @@ from vmachining.engines.brep.occt.tolerances import CURVE_FIT_MM, NARROW_WALL_MM
 from vmachining.engines.brep.translations.caps import UP, Pose
 from vmachining.geometry import Arc, Line
 
-__all__ = ["HelixGuide", "LineGuide", "RampGuide"]
-
 
 class RampGuide(ABC):
     """A rising motion. start, end: poses; gamma: slope, rad; error: of its own splines, mm."""

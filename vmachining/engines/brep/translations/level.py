@@ -40,8 +40,6 @@ from vmachining.engines.brep.translations.caps import UP, Pose, Tool, around, me
 from vmachining.geometry import Arc, Line
 from vmachining.tool import Profile, Segment
 
-__all__ = ["Guide", "bent_guide", "level", "straight_guide"]
-
 LEFT, RIGHT = np.pi / 2, -np.pi / 2
 
 

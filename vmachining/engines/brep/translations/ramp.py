@@ -39,8 +39,6 @@ from vmachining.engines.brep.translations.caps import UP, Rings, Tool, meridian_
 from vmachining.engines.brep.translations.guides import RampGuide
 from vmachining.tool import Profile
 
-__all__ = ["Ramp", "ramp"]
-
 WHOLE = np.pi
 
 STEEP = 1.0

@@ -16,8 +16,6 @@ from vmachining.engines.brep.occt.shapes import Curve, Straight
 from vmachining.engines.brep.translations.caps import UP, Tool, meridian_curve
 from vmachining.tool import Profile
 
-__all__ = ["plunged", "ring"]
-
 OUT = np.array([1.0, 0.0, 0.0])
 
 

@@ -42,8 +42,6 @@ from vmachining.sweep import Sweep
 from vmachining.sweep.near import SweepIndex
 from vmachining.sweep.reach import meets, reaching
 
-__all__ = ["block_solids", "owners", "workpiece", "write_step"]
-
 FUZZY = (0.0, 1e-5, 1e-4, 1e-3)
 
 BACK, MORE = 3, 60

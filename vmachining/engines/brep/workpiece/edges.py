@@ -19,8 +19,6 @@ from vmachining.errors import EngineError, SweepError
 from vmachining.sweep import Stance, Sweep
 from vmachining.tool import Edge, EdgeParts
 
-__all__ = ["BrepWorkpiece"]
-
 
 @dataclass(slots=True, eq=False)
 class BrepWorkpiece:

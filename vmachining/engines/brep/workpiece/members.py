@@ -29,8 +29,6 @@ from vmachining.engines.brep.workpiece.cut import block_solids
 from vmachining.sweep import Stance, Sweep
 from vmachining.tool import Edge, EdgeParts
 
-__all__ = ["Members", "edge_curve"]
-
 PIECES = 8
 """Even cuts of a part beside its intersections: a feature longer than an eighth of a part is not lost."""
 

@@ -44,8 +44,6 @@ from vmachining.sweep import Sweep, Turn
 from vmachining.sweep.bounds import reach, support
 from vmachining.tool import Profile, convex_cover
 
-__all__ = ["turning_hulls"]
-
 MOST = 32
 """Hulls of one convex body in one tile, above which a block is left unproven: each is a boolean."""
 

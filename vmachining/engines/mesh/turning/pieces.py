@@ -17,8 +17,6 @@ from vmachining.errors import EngineError
 from vmachining.sweep import Sweep, Turn
 from vmachining.tool import Profile, convex_cover
 
-__all__ = ["BEND", "SAG", "TWIST", "reaching", "turning_pieces"]
-
 SAG, BEND, TWIST = 1 / 4, 1 / 24, 5 / 24
 """Shares of the chord: facets of a circle (and of an arc), bow of a path, turn of a cell between instants.
 

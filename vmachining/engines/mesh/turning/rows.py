@@ -17,8 +17,6 @@ from vmachining.arrays import Floats, Ints
 from vmachining.engines.mesh.facets import Side, arc_steps, grown, meridian, narrowed
 from vmachining.tool import Profile
 
-__all__ = ["LINE", "RIM", "ROUND", "Rows", "rows_of"]
-
 LINE, ROUND, RIM = 0, 1, 2
 """What lies between two rows: a line, an arc, or nothing but the fan of normals of an edge."""
 
