@@ -209,6 +209,12 @@ OTHERS = [  # dialect, program, code, line
     ("fanuc", "O1\nG96 S9 M3\nG71 U1\nG71 P1 Q2\nN1 G0 X1 Z1\nN2 X2\nM30", "W379", 4),
     ("fanuc", "O1\nG96 S9 M3\nG1 X1 Z2 F9\nM30", "W380", 1),
     ("fanuc", "O1\nG95 G1 X1 F9\nM30", "W381", 2),
+    (
+        "sinumerik",
+        "G710\n$TC_DP6[1,1]=5\nT1 M6\nS9 M3 F9\nPOCKET4(9,0,2,-5,8,0,0,9,0,0,9,9,0,1)\nM30",
+        "W384",
+        5,
+    ),
     ("apt", "GOTO/1,2", "E109", 1),
     ("apt", "GOTO/1,2,3x3", "E102", 1),
     ("apt", "SPLINE/1,2", "E208", 1),

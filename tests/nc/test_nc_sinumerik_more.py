@@ -164,7 +164,7 @@ def test_a_code_that_is_written_as_a_power_of_ten_is_a_number_like_others():
 def test_milling_cycles_offsets_and_the_other_language_are_one_finding_each():
     assert codes(
         read(
-            "G0 X1\nCYCLE61(35,25,5,0)\nPOCKET4(10,0,2,15)\nMCALL POCKET3(10,0,2)\nX1\nMCALL\nSLOT1(1,2)\nCYCLE76(1)"
+            "G0 X1\nCYCLE63(35,25,5,0)\nLONGHOLE(10,0,2,15)\nMCALL CYCLE899(10,0,2)\nX1\nMCALL\nSLOT1(1,2)\nCYCLE79(1)"
         )
     ) == ["E208"]
     assert codes(read("G54\nG0 X1\nG55\nX2\nG56\nX3")) == ["W368", "W368"]

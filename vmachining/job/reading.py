@@ -82,9 +82,9 @@ def refuse_turning(program: Program) -> None:
 
 
 def refuse_unread(program: Program) -> None:
-    """NCError for a program of a lathe, and for one that calls a program that is missing."""
+    """NCError for a program of a lathe, and for one that calls a program that is missing or whose passes are left out."""
     refuse_turning(program)
-    lost = next((item for item in program.findings if item.code == "W383"), None)
+    lost = next((item for item in program.findings if item.code in ("W379", "W383")), None)
     if lost is not None:
         raise NCError(
             lost.message, file=program.name, line=lost.line, col=lost.col, word=lost.word or None, remedy=lost.hint

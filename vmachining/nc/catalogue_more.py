@@ -391,9 +391,10 @@ MORE: Final[dict[str, Entry]] = {
     ),
     "W379": Entry(
         "passes that a cycle makes by itself",
-        "The control divides this cycle into passes of its own. They are left out: the tool stays where the cycle ends. The "
-        "contour that it works towards is read where the program finishes it.",
-        "post the passes as single motions where they matter",
+        "The control divides this cycle into passes of its own. They are left out: the tool stays where the cycle ends. For "
+        "turning, the contour that it works towards is read where the program finishes it; a milling cycle is left out "
+        "only where the radius of its tool is not known. No job runs a program whose passes are left out.",
+        "give the tool in the job, or post the passes as single motions",
     ),
     "W380": Entry(
         "a program for turning",
@@ -418,6 +419,13 @@ MORE: Final[dict[str, Entry]] = {
         "The call is left out and the rest is read. Where the tool is after it is taken to be where it was before; a job does "
         "not run without the program.",
         "put the program beside this one or name its folder; an empty one will do where it moves nothing",
+    ),
+    "W384": Entry(
+        "a milling cycle of the control",
+        "The shape that it leaves, its depths, allowances and sense are those of the manual. Where the passes that clear it lie "
+        "is the control's own; those here run parallel to the wall. The finished shape and its volume hold; chips, forces and "
+        "times of the clearing are those of our passes.",
+        "post the passes as single motions where they matter",
     ),
     "W376": Entry(
         "feeds by an override of the program",

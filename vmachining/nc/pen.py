@@ -268,9 +268,10 @@ class Pen(Placing):
             raise PenError("E301", "a feed move without feed")
         feed = self.feed
         if self.feed_mode == "rev":
-            feed *= abs(self.rpm)
-            if feed == 0.0:
-                raise PenError("E301", "feed per revolution with the spindle stopped")
+            if self.rpm == 0.0:
+                what = f"feed per revolution with the spindle stopped: timed at {ASSUMED_RPM:g} rev/min"
+                self.note("W381", what, once="rev")
+            feed *= abs(self.rpm) or ASSUMED_RPM
         elif self.feed_mode == "inverse":
             feed = max(feed * length, 0.1)
         if self.rpm == 0.0 and not self._stopped_told:

@@ -58,7 +58,8 @@ class Control(Modes):
                 axis = AXES[word.name]
                 if axis in out:
                     raise PenError("E202", f"{word.name} is given twice", word.text)
-                out[axis] = value * pen.scale + (pen.at[axis] if step else 0.0)
+                k = pen.scale * (self.half(step=step) if axis == 0 else 1.0)
+                out[axis] = value * k + (pen.at[axis] if step else 0.0)
             else:
                 letter = word.name.lower()
                 here = pen.rotary.get(letter, 0.0)
@@ -124,6 +125,9 @@ class Control(Modes):
                     "G500",
                 )
             self.basic_moved = True
+        if self.on_face and rotary:
+            raise PenError("E208", "a rotary word under TRANSMIT", "TRANSMIT", "end it by TRAFOOF before")
+        self.at_radius(target.get(0, pen.at[0]))
         motion = self.motion
         if motion is None:
             motion = 0.0  # after power-on G1 or G0 by machine data: said
@@ -132,7 +136,7 @@ class Control(Modes):
             self._special(keys, found, target)
         elif motion in (0.0, 1.0):
             self._straight(found, target, rotary, vector, rapid=motion == 0.0)
-        elif motion in (331.0, 332.0):
+        elif motion in (33.0, 331.0, 332.0):
             self._thread(found, target)
         else:
             if rotary:
@@ -284,7 +288,7 @@ class Control(Modes):
         if given == [None, None]:
             return None
         out = [
-            (value or 0.0) * pen.scale
+            (value or 0.0) * pen.scale * (self.half(step=False) if letter == "I" else 1.0)
             if self._absolute(found, letter)
             else origin + (value or 0.0) * pen.scale
             for letter, value, origin in zip(letters, given, start, strict=True)
@@ -332,16 +336,27 @@ class Control(Modes):
         pen.arc(end, (start[0] + ux, start[1] + uy), ccw=d > 0.0, word="CIP", checked=False)
 
     def _thread(self, found: list[Word], target: dict[int, float]) -> None:
-        """G331, G332: rigid tapping by the pitch, without retracting by itself."""
+        """G33, G331, G332: by the lead along the axis that goes farthest; the tool does not retract by itself."""
         pen = self.pen
-        pitch = self._get(found, pen.plane.wrong)
-        speed = abs(pen.rpm) or self.speed
-        if not pitch or not speed:
+        steps = {axis: abs(value - pen.at[axis]) for axis, value in target.items()}
+        longest = max(steps, key=lambda axis: steps[axis], default=2)
+        lead = self._get(found, "IJK"[longest]) or 0.0
+        if not lead and self.motion != 33.0:
             raise PenError("E301", f"G{self.motion:g} needs a pitch and a speed", f"G{self.motion:g}")
+        if lead or self.motion != 33.0:
+            self.lead = abs(lead) * pen.scale
+        rpm = pen.rpm or self.speed
+        if self.motion != 33.0 and not rpm:
+            raise PenError("E301", f"G{self.motion:g} needs a pitch and a speed", f"G{self.motion:g}")
+        feed = pen.tap_feed(self.lead, rpm, f"G{self.motion:g}")
+        reach = math.hypot(*steps.values())
         kept = pen.feed, pen.feed_mode
-        pen.feed, pen.feed_mode = abs(pitch) * pen.scale * speed, "min"
+        pen.feed, pen.feed_mode = feed * (reach / steps[longest] if reach else 1.0), "min"
         pen.go(target, rapid=False)
         pen.feed, pen.feed_mode = kept
+
+    lead = 0.0
+    """mm, of the thread in force."""
 
     def _corner(self, found: list[Word]) -> None:
         pen = self.pen

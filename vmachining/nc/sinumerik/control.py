@@ -309,10 +309,10 @@ class Flow(Execution):
 
     # ---- subprograms ----
 
-    def call(self, name: str, given: Sequence[str] = (), times: int = 1, sure: bool = False) -> None:
-        """A subprogram of the archive or of a file; an unknown word may be one, only L54 and CALL surely are."""
+    def call(self, name: str, given: Sequence[str] = (), times: int = 1) -> None:
+        """A subprogram of the archive or of a file; an unknown word is one, or a cycle of the machine's builder."""
         plain = self._plain(name)
-        if plain not in self.programs and (sure or re.fullmatch(r"L\d+", plain)) and self.absent(name, plain):
+        if plain not in self.programs and self.absent(name, plain):
             return
         blocks, own = self._program(name)
         values = [self.number(text) if text and not text.startswith('"') else 0.0 for text in given]
@@ -346,14 +346,14 @@ class Flow(Execution):
         if found is None or rest.startswith("BLOCK"):
             raise self.lost(PenError("E208", f"{text[:30]} is not supported", text[:20]))
         self.pen.flush()
-        self.call(found[1] or found[2], arguments(found[3] or ""), sure=True)
+        self.call(found[1] or found[2], arguments(found[3] or ""))
 
     def _on_extcall(self, rest: str, text: str) -> None:
         found = re.search(r'"([^"]*)"', rest)
         if found is None:
             raise self.lost(PenError("E412", "EXTCALL without a name in quotes", text[:20]))
         self.pen.flush()
-        self.call(found[1], sure=True)
+        self.call(found[1])
 
     _on_pcall = _on_call
 

@@ -1,0 +1,206 @@
+"""Cycles that mill a shape by themselves: what is left, worked out by hand and by another kind of geometry.
+
+Rules: SINUMERIK 840D sl/828D, Programming Manual Cycles, "Milling cycles"; HEIDENHAIN TNC 640, user's manual cycle
+programming, "Pocket milling / stud milling / slot milling" (public). The area that passes cover is the union of the tool's
+circles along them (shapely), against the closed form of the shape.
+"""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from shapely.geometry import LineString, Point, Polygon, box
+from shapely.ops import unary_union
+
+from vmachining.nc import Motion, Program, ToolEntry, parse_program
+
+FINE = 0.02
+
+
+def sinumerik(body: str, tool: float = 10.0, **more) -> Program:
+    text = f"G17 G90 G710 G40\nT1 M6\nS1000 M3 F200\nG0 X0 Y0 Z50\n{body}\nM30\n"
+    options = {"tools": {1: ToolEntry(1, tool, 0.0)}, **more}
+    return parse_program(text.encode(), "t.mpf", dialect="sinumerik", home=(0.0, 0.0, 100.0), **options)
+
+
+def points(move) -> list[tuple[float, float]]:
+    """A move seen from above."""
+    if move.center is None:
+        return [move.start[:2], move.end[:2]]
+    (x, y), (a, b) = move.center, (move.start[0] - move.center[0], move.start[1] - move.center[1])
+    radius, first = math.hypot(a, b), math.atan2(b, a)
+    sweep = (math.atan2(move.end[1] - y, move.end[0] - x) - first) % math.tau or math.tau
+    if move.motion is Motion.ARC_CW:
+        sweep = sweep - math.tau or -math.tau
+    count = max(2, math.ceil(abs(sweep) * radius / FINE / 5))
+    return [(x + radius * math.cos(first + sweep * k / count), y + radius * math.sin(first + sweep * k / count))
+            for k in range(count + 1)]  # fmt: skip
+
+
+def covered(program: Program, level: float, radius: float = 5.0):
+    """Area that the tool covers at one level."""
+    cuts = [m for m in program.moves if m.motion is not Motion.RAPID and abs(m.end[2] - level) < 1e-9]
+    return unary_union([LineString(points(m)).buffer(radius, quad_segs=90) for m in cuts])
+
+
+def rounded(along: float, across: float, corner: float, turn: float = 0.0, at=(0.0, 0.0)):
+    """The shape itself."""
+    inner = box(-along / 2 + corner, -across / 2 + corner, along / 2 - corner, across / 2 - corner)
+    shape = inner.buffer(corner, quad_segs=90) if corner else inner
+    from shapely import affinity
+
+    return affinity.translate(affinity.rotate(shape, turn, origin=(0, 0)), *at)
+
+
+def says(program: Program) -> list[str]:
+    return [f.code for f in program.findings if f.severity != "I"]
+
+
+# ---- Sinumerik ----
+
+
+def test_a_circular_pocket_of_one_pass_by_hand():
+    """POCKET4: radius 8, tool of radius 5: the pass has radius 3. Two cuts of 2.5 for 5 deep with at most 3."""
+    program = sinumerik("POCKET4(10,0,2,-5,8,20,30,3,0,0,300,100,0,1)")
+    assert says(program) == ["W384"]
+    rows = [(m.motion.value, *(round(v, 6) for v in m.end), m.feed_mm_min) for m in program.moves[2:]]
+    level = lambda z: [  # noqa: E731
+        ("linear", 20, 30, z, 100), ("linear", 23, 30, z, 300), ("arc_ccw", 23, 30, z, 300),
+    ]  # fmt: skip
+    assert program.moves[0].end == (0, 0, 50)
+    assert rows == [
+        ("rapid", 20, 30, 2, None), *level(-2.5), ("rapid", 23, 30, -0.5, None),
+        ("rapid", 20, 30, -0.5, None), *level(-5), ("rapid", 23, 30, -3, None),
+        ("rapid", 23, 30, 2, None), ("rapid", 20, 30, 2, None), ("rapid", 20, 30, 10, None),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("call", "shape", "allowance"),
+    [
+        ("POCKET3(10,0,2,-5,60,40,8,10,20,30,5,0,0,300,100,0,11,5)", rounded(60, 40, 8, 30, (10, 20)), 0.0),
+        ("POCKET3(10,0,2,-5,60,40,8,0,0,0,5,0.5,0,300,100,0,21,8)", rounded(60, 40, 8), 0.5),
+        ("POCKET3(10,0,2,-5,30,10,5,0,0,90,5,0,0,300,100,0,31,5)", rounded(30, 10, 5, 90), 0.0),
+        ("POCKET4(10,0,2,-5,25,5,6,5,0,0,300,100,0,21,5)", rounded(50, 50, 25, 0, (5, 6)), 0.0),
+        ("POCKET1(10,0,2,-5,,60,40,8,0,0,0,100,300,5,2,0,1)", rounded(60, 40, 8), 0.0),
+        ("POCKET2(10,0,2,,5,25,0,0,100,300,5,2,0.4,1)", rounded(50, 50, 25), 0.4),
+    ],
+)
+def test_roughing_covers_the_pocket_and_no_more(call: str, shape, allowance: float):
+    program = sinumerik(call)
+    assert says(program) == ["W384"]
+    ideal = shape.buffer(-allowance, quad_segs=90)
+    assert covered(program, -5.0).symmetric_difference(ideal).area < 2e-3 * ideal.area
+    assert min(m.end[2] for m in program.moves) == -5.0
+    assert program.moves[-1].end[2] == 10.0
+
+
+def test_a_corner_sharper_than_the_tool_is_left_with_its_radius():
+    program = sinumerik("POCKET3(10,0,2,-5,60,40,0,0,0,0,5,0,0,300,100,0,1,8)")
+    assert covered(program, -5.0).symmetric_difference(rounded(60, 40, 5)).area < 5.0
+
+
+def test_a_tool_that_does_not_fit_and_a_tool_that_is_not_known():
+    assert says(sinumerik("POCKET4(10,0,2,-5,4,0,0,3,0,0,300,100,0,1)")) == ["E354", "W384"]
+    program = sinumerik("POCKET4(10,0,2,-5,8,20,30,3,0,0,300,100,0,1)", tools=None)
+    assert says(program) == ["W379"]
+    assert min(m.end[2] for m in program.moves) == 2.0
+    assert program.moves[-1].end == (20, 30, 10)
+
+
+def test_finishing_goes_along_the_wall_by_quarter_circles():
+    program = sinumerik("POCKET4(10,0,2,-5,20,0,0,3,0.5,0.2,300,100,0,2)")
+    wall = [
+        m for m in program.moves if m.motion is Motion.ARC_CCW and m.center == (0, 0) and m.end == (15, 0, -5)
+    ]
+    assert len(wall) == 1  # the floor keeps off the wall by its allowance
+    on = program.moves[program.moves.index(wall[-1]) - 1]
+    assert on.center == pytest.approx((10, 0)) and on.start == pytest.approx((10, -5, -5))
+
+
+@pytest.mark.parametrize(
+    ("cdir", "m", "word"),
+    [(0, 3, "arc_ccw"), (1, 3, "arc_cw"), (2, 3, "arc_cw"), (3, 4, "arc_ccw"), (0, 4, "arc_cw")],
+)
+def test_the_sense_of_a_pocket(cdir: int, m: int, word: str):
+    """CDIR 0 is climb: the tool has the wall on its right with M3; 2 and 3 are G2 and G3."""
+    program = sinumerik(f"M{m}\nPOCKET4(10,0,2,-5,8,0,0,5,0,0,300,100,{cdir},1)")
+    assert [x.motion.value for x in program.moves if x.center is not None] == [word]
+
+
+def test_newer_controls_say_depth_and_step_by_digits_and_give_the_diameter():
+    """AMODE 111: depth below the plane, step in percent of the tool; the fifth value is the diameter."""
+    old = sinumerik("POCKET4(10,0,2,-5,20,0,0,5,0,0,300,100,0,1,5)")
+    new = sinumerik("POCKET4(10,0,2,5,40,0,0,5,0,0,300,100,0,1,50,0,0,0,0,0,0,0,0,111,111)")
+    assert [m.end for m in new.moves] == [m.end for m in old.moves]
+    assert says(new) == ["W384", "W384"]
+
+
+@pytest.mark.parametrize(
+    ("call", "finished", "blank"),
+    [
+        (
+            "CYCLE77(10,0,2,-5,,40,10,20,5,0,0,300,100,0,1,70)",
+            rounded(40, 40, 20, 0, (10, 20)),
+            rounded(70, 70, 35, 0, (10, 20)),
+        ),
+        ("CYCLE76(10,0,2,-5,,40,30,5,0,0,0,5,0,0,300,100,0,1,60,50)", rounded(40, 30, 5), rounded(60, 50, 5)),
+    ],
+)
+def test_a_stud_is_left_and_its_blank_is_gone(call: str, finished, blank):
+    program = sinumerik(call)
+    area = covered(program, -5.0)
+    assert area.intersection(finished).area < 1e-3 * finished.area
+    assert blank.difference(finished).difference(area).area < 1e-3 * blank.area
+    senses = {m.motion for m in program.moves if m.center is not None}
+    assert senses == {Motion.ARC_CW}  # climb about a stud
+
+
+def test_slots_along_an_arc():
+    """SLOT2: two slots of 12 on a circle of 30, from 0 and 180 degrees, 60 degrees long between the centres of their ends."""
+    program = sinumerik("SLOT2(10,0,2,-4,,2,60,12,0,0,30,0,180,100,300,4,3,0,1)")
+    line = LineString([(30 * math.cos(math.radians(a)), 30 * math.sin(math.radians(a))) for a in range(61)])
+    slot = line.buffer(6, quad_segs=90)
+    both = slot.union(Polygon([(-x, -y) for x, y in slot.exterior.coords]))
+    assert covered(program, -4.0).symmetric_difference(both).area < 0.01 * both.area
+    assert {m.motion for m in program.moves if m.center == (0, 0) and math.hypot(*m.end[:2]) > 30.5} == {
+        Motion.ARC_CCW
+    }
+
+
+@pytest.mark.parametrize(
+    ("call", "fro"),
+    [
+        ("CYCLE71(10,0,2,-2,5,6,60,40,0,2,8,3,0,300,11)", False),
+        ("CYCLE71(10,0,2,-2,5,6,60,40,0,2,8,3,0,300,31)", True),
+        ("CYCLE71(10,0,2,-2,5,6,60,40,0,2,8,3,0,300,41)", True),
+    ],
+)
+def test_a_face_is_covered(call: str, fro: bool):
+    program = sinumerik(call)
+    area = covered(program, -2.0)
+    face = Polygon([(5, 6), (65, 6), (65, 46), (5, 46)])
+    assert face.difference(area).area < 1e-9
+    cuts = [m for m in program.moves if m.motion is Motion.LINEAR and m.end[2] == -2.0 and m.start[2] == -2.0]
+    long = [m for m in cuts if math.dist(m.start, m.end) > 30]
+    assert len(long) == (8 if "41" in call[-3:] else 5)
+    ways = {math.copysign(1, (m.end[0] - m.start[0]) or (m.end[1] - m.start[1])) for m in long}
+    assert ways == ({1, -1} if fro else {1})
+
+
+def test_a_face_by_its_second_corner_needs_the_first_at_zero():
+    """CYCLE61 gives lengths or coordinates by a digit of AMODE: at the first corner zero both are the same."""
+    assert says(sinumerik("CYCLE61(10,0,2,-1,0,0,60,40,2,80,0,300,31,0,1,10)")) == ["W384"]
+    assert says(sinumerik("CYCLE61(10,0,2,-1,5,0,60,40,2,80,0,300,31,0,1,10)")) == ["E208"]
+
+
+def test_pockets_in_a_pattern():
+    program = sinumerik("MCALL POCKET4(10,0,2,-5,8,0,0,5,0,0,300,100,0,1)\nMCALL\nG0 X1")
+    assert program.moves[-1].end[0] == 1
+
+
+def test_covered_knows_a_disc():
+    """The judge: a full circle of radius 3 with a tool of 5 covers a disc of 8 about its centre."""
+    program = sinumerik("G0 X3 Y0\nG1 Z-1 F9\nG3 X3 Y0 I-3 J0")
+    assert covered(program, -1.0).symmetric_difference(Point(0, 0).buffer(8, quad_segs=90)).area < 0.2

@@ -1,0 +1,97 @@
+"""Words of Sinumerik programs: what is known, accepted with a note, and refused by name."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from vmachining.nc.placing import EdgeFeed
+
+AXES: Final = {"X": 0, "Y": 1, "Z": 2}
+ROTARY: Final = "ABC"
+_NOTED = """
+    SOFT BRISK DRIVE FFWON FFWOF COMPCAD COMPON COMPCURV COMPSURF COMPOF KONT KONTC KONTT NORM
+    STOPRE FNORM FLIN DIAMOF CUT2D CUT2DF CUT3DC FIFOCTRL STARTFIFO STOPFIFO PREPRO BLSYNC DYNNORM DYNPOS
+    DYNROUGH DYNSEMIFIN DYNFINISH SUPD SBLOF SBLON ASPLINEOF DISPLOF DISPLON ADISPOSA CPRECON CPRECOF PTP CP UPATH
+    SPATH WALIMON WALIMOF BRISKA SOFTA SAVE ACTBLOCNO DELAYFSTON DELAYFSTOF ORISON ORISOF ORICONTO PAROTOF TOROTOF
+    TOFRAMEOF PRECON LEADOF RTLION RTLIOF EXTERNAL
+"""
+NOTED: Final = frozenset(_NOTED.split())
+_NOTED_CALLS = """
+    MSG WORKPIECE CYCLE832 SETMS SETAL GROUP_BEGIN GROUP_END GROUP_ADDEND TRAORI TRAFOOF CLEARM WAITM INIT START
+    DELT CYCLE_HSC STOPRE GETT SPOS FXS CTRANS PRIO WAITP M SETM WAITMC WAITE WAITS RELEASE GET GETD CHANDATA
+"""
+NOTED_CALLS: Final = frozenset(_NOTED_CALLS.split())
+NOTED_SET: Final = frozenset({"SPOS", "SPOSA", "ACC", "ADIS", "ADISPOS",
+                              "FGREF", "DISC", "SF", "OTOL", "CTOL", "ORISON", "STOLF", "ATOL",
+                              "SCC", "G", "H"})  # fmt: skip
+EDGE_FEEDS: Final[dict[str, EdgeFeed]] = {"CFC": "all", "CFIN": "inner", "CFTCP": ""}
+"""Feed on arcs under compensation: of the contour (as the control starts), of inner arcs only, of the tool centre."""
+FEED_SET: Final = frozenset({"FL", "FA", "OVR", "OVRA", "VELOLIM"})
+REFUSED: Final = {
+    "ASPLINE": "splines",
+    "BSPLINE": "splines",
+    "CSPLINE": "splines",
+    "POLY": "polynomials",
+    "TRANSMIT": "TRANSMIT",
+    "TRACYL": "TRACYL",
+    "INVCW": "involutes",
+    "INVCCW": "involutes",
+    "ROTS": "ROTS",
+    "AROTS": "AROTS",
+    "CRPL": "CRPL",
+    "TOFRAME": "TOFRAME",
+    "TOROT": "TOROT",
+    "TOROTX": "TOROTX",
+    "TOROTY": "TOROTY",
+    "PAROT": "PAROT",
+    "CUT3DF": "compensation in space",
+    "CUT3DFS": "compensation in space",
+    "MEAS": "probing",
+    "MEAW": "probing",
+    "OEMIPO1": "OEM interpolation",
+    "TRAANG": "TRAANG",
+    "GEOAX": "GEOAX",
+    "WRITE": "files",
+    "CONTPRON": "contour tables",
+    "DIAMON": "diameters (a lathe)",
+    "DIAM90": "diameters (a lathe)",
+    "TANG": "TANG",
+    "TANGON": "TANG",
+    "COUPON": "coupled axes",
+    "TRAILON": "coupled axes",
+    "LEADON": "coupled axes",
+    "CTABDEF": "curve tables",
+    "OFFN": "OFFN",
+    "TRACON": "TRACON",
+    "CUT3DFF": "compensation in space",
+    "CUT3DCC": "compensation in space",
+    "CUT3DCCD": "compensation in space",
+    "POLYPATH": "polynomials",
+    "SPLINEPATH": "splines",
+    "REPOSL": "REPOS",
+    "REPOSA": "REPOS",
+    "PRESETON": "PRESETON",
+    "PRESETONS": "PRESETON",
+    "WHEN": "synchronized actions",
+    "WHENEVER": "synchronized actions",
+    "EVERY": "synchronized actions",
+    "MEAC": "probing",
+    "MEAWA": "probing",
+    "MEASA": "probing",
+    "TCARR": "TCARR",
+    "TCOABS": "TCOABS",
+    "TCOFR": "TCOFR",
+    "PAROTS": "PAROT",
+    "ORICURVE": "ORICURVE",
+    "ORIPLANE": "ORIPLANE",
+}
+GNOTED: Final = frozenset({9.0, 25.0, 26.0, 60.0, 62.0, 64.0, 290.0, 450.0, 460.0, 461.0, 462.0, 601.0, 602.0, 603.0,
+                           621.0, 641.0, 642.0, 643.0, 644.0, 645.0, 810.0,})  # fmt: skip
+KNOWN: Final = frozenset(map(float, (
+    *range(5), 17, 18, 19, 33, 40, 41, 42, 53, 54, 55, 56, 57, 70, 71, 74, 75, 90, 91, 93, 94, 95, 96, 97, 110, 111, 112, 153,
+    331, 332, 451, 700, 710, 961, 962, 971, 973,
+)))  # fmt: skip
+USED: Final = frozenset({
+    *AXES, *ROTARY, "I", "J", "K", "I1", "J1", "K1", "X1", "Y1", "Z1", "CR", "AR", "TURN", "CHF", "CHR", "RND", "RNDM", "FP",
+    "FRC", "FRCM", "A3", "B3", "C3", "AP", "RP", "ANG", "F", "S", "T", "D",
+})  # fmt: skip

@@ -1,0 +1,186 @@
+"""Where program coordinates lie: settable offsets, TRANS ROT SCALE MIRROR, swivelled planes.
+
+Frames, from the machine inward: work offset, swivelled plane (CYCLE800), TRANS ROT SCALE MIRROR in the order they were
+programmed. ROT of several angles turns about Z, then the new Y, then the new X: R = Rz Ry Rx. The tool leans with
+CYCLE800; under TRAORI with turned axes it is taken to stand along Z of a frame that ROT tilted, and that is said (W369).
+Source: SINUMERIK 840D sl/828D, Programming Manuals Fundamentals, Job Planning and Cycles (public).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+from vmachining.nc.execution import Decode
+from vmachining.nc.frames import EYE, IDENTITY, UP, Frame, Rows, axis_turn, matmul
+from vmachining.nc.model import Point
+from vmachining.nc.pen import PenError
+from vmachining.nc.settings import Settings
+from vmachining.nc.sinumerik.control import Flow
+from vmachining.nc.sinumerik.known import AXES, ROTARY
+from vmachining.nc.sinumerik.text import words
+
+__all__ = ["Places"]
+
+OF_JOB: Final = {54.0: 540, 55.0: 550, 56.0: 560, 57.0: 570, 505.0: 580, 506.0: 590}
+"""Settable offsets that the job can give, as G54 to G59."""
+
+
+class Places(Flow):
+    """Frames of a program."""
+
+    def __init__(self, lines: Sequence[str], settings: Settings, decode: Decode | None) -> None:
+        super().__init__(lines, settings, decode)
+        self.work: float | None = None
+        self.home_zero: Point | None = None
+        """Of the first offset, where the program itself gives the offsets: the zero of the job."""
+        self.basic_moved = False
+        """Motions under G500, which knows no offset."""
+        self.first_work: float | None = None
+        self.offset = self.swivel = self.program = IDENTITY
+
+    def _place(self) -> None:
+        """The frames in force, and the tool axis in them."""
+        pen = self.pen
+        frame = self.offset.then(self.swivel).then(self.program)
+        lean = self.swivel.axis
+        if pen.tcp and frame.axis != UP and lean == UP and any(pen.rotary.values()):
+            lean = frame.axis
+            text = "the tool is taken to stand along Z of the turned frame: whether the axes bring it there is not looked at"
+            pen.note("W369", text, once="frame")
+        if pen.compensation is not None and frame != pen.frame:
+            raise PenError("E359", "the coordinate system cannot change under cutter compensation")
+        pen.set_frame(frame, lean=None if lean == frame.axis else lean)
+
+    def _transform(self, name: str, rest: str) -> None:
+        additive, kind = name.startswith("A"), name.removeprefix("A")
+        given: dict[int, float] = {}
+        pen = self.pen
+        found, left = words(rest)
+        if left:
+            raise PenError("E109", f"'{left[:30]}' is not understood", left[:30])
+        spin = None
+        for word in found:
+            if word.name in AXES and word.kind in ("word", "set"):
+                given[AXES[word.name]] = self.number(word.value, word.text)
+            elif word.name == "RPL":
+                spin = self.number(word.value, word.text)
+            elif word.name in ROTARY and kind == "TRANS" and self.number(word.value, word.text) == 0.0:
+                continue
+            else:
+                raise PenError("E208", f"{name} of {word.text[:20]} is not supported", word.text)
+        if kind == "TRANS":
+            k = pen.scale
+            step = Frame(origin=(given.get(0, 0.0) * k, given.get(1, 0.0) * k, given.get(2, 0.0) * k))
+        elif kind == "ROT":
+            rows: Rows = EYE
+            if spin is not None:
+                rows = axis_turn(pen.plane.normal, spin)
+            for axis in (2, 1, 0):
+                if given.get(axis):
+                    rows = matmul(rows, axis_turn(axis, given[axis]))
+            step = Frame(rows)
+        elif kind == "SCALE":
+            factors = [given.get(axis, 1.0) for axis in range(3)]
+            if any(not 1e-6 <= f <= 1e6 for f in factors):
+                raise PenError("E109", "SCALE needs factors above zero", rest[:20])
+            step = IDENTITY.scaled(*factors)
+        else:
+            step = IDENTITY.scaled(*(-1.0 if axis in given else 1.0 for axis in range(3)))
+        kept = self.program
+        self.program = self.program.then(step) if additive else step
+        try:
+            self._place()
+        except PenError:
+            self.program = kept
+            raise
+
+    def zero_changed(self) -> None:
+        """A settable offset has another value from its next G54 on."""
+        if self.first_work is not None and self.home_zero is None:
+            raise PenError("E208", "$P_UIFR sets an offset after use of an offset whose position is not given", "$P_UIFR",
+                           "set it before the first G54")  # fmt: skip
+        self.work = None
+
+    def _work_offset(self, code: float) -> None:
+        pen = self.pen
+        if code == self.work:
+            return
+        if self.basic_moved:
+            raise PenError(
+                "E368",
+                f"G{code:g} after motions under G500: the distance between them is not given",
+                f"G{code:g}",
+            )
+        index = {54.0: 1, 55.0: 2, 56.0: 3, 57.0: 4}.get(code, int(code) - 500)
+        own = self.zeros.get(index)
+        if own is not None and (self.first_work is None or self.home_zero is not None):
+            here = own.get("X", 0.0), own.get("Y", 0.0), own.get("Z", 0.0)
+            home = self.home_zero = self.home_zero or here
+            self.work, self.first_work = code, self.first_work or code
+            self.offset = IDENTITY.shifted((here[0] - home[0], here[1] - home[1], here[2] - home[2]))
+            pen.flush()
+            self._place()
+            return
+        known = self.settings.work_offsets
+        first = self.first_work if self.first_work is not None else code
+        there, base = known.get(OF_JOB.get(code, -1)), known.get(OF_JOB.get(first, -1))
+        self.offset = IDENTITY
+        if code != first and there is not None and base is not None:
+            self.offset = Frame(origin=(there[0] - base[0], there[1] - base[1], there[2] - base[2]))
+        elif code != first:
+            pen.note("W368", "a second work offset: its distance from the first is not given; both are assumed to be the same",
+                     f"G{code:g}", once=f"{code:g}")  # fmt: skip
+        self.work, self.first_work = code, first
+        pen.flush()
+        self._place()
+
+    def _cycle800(self, given: list[str]) -> None:
+        v = [self._maybe(text) for text in given] + [None] * 16
+        if not given:
+            self.swivel = self.program = IDENTITY
+            self._place()
+            return
+        mode, additive = int(v[3] or 0.0), int(v[2] or 0.0) % 10 == 1
+        numbers = [0.0 if x is None else x for x in v[4:13]]
+        k = self.pen.scale
+        if mode // 64 == 3 and any(numbers[3:6]):
+            raise PenError(
+                "E208",
+                "CYCLE800 by the angles of the machine's axes is not supported",
+                "CYCLE800",
+                "post it axis by axis",
+            )
+        if mode // 64 == 2:
+            raise PenError(
+                "E208", f"CYCLE800 with mode {mode} is not supported", "CYCLE800", "post it axis by axis"
+            )
+        rows: Rows = EYE
+        if mode // 64 == 3:
+            pass  # all angles are zero
+        elif mode // 64 == 0:
+            for place in range(3):
+                axis = (mode >> 2 * place & 3) - 1
+                if numbers[3 + place]:
+                    if axis < 0:
+                        raise PenError(
+                            "E109", f"CYCLE800: mode {mode} names no axis for an angle", "CYCLE800"
+                        )
+                    rows = matmul(rows, axis_turn(axis, numbers[3 + place]))
+        else:  # solid angle: turned about Z by the first, tilted about the new Y by the second
+            rows = matmul(axis_turn(2, numbers[3]), axis_turn(1, numbers[4]))
+        step = IDENTITY.shifted((numbers[0] * k, numbers[1] * k, numbers[2] * k)).turned(rows)
+        step = step.shifted((numbers[6] * k, numbers[7] * k, numbers[8] * k))
+        kept = self.swivel, self.program
+        self.swivel = self.swivel.then(self.program).then(step) if additive else step
+        self.program = IDENTITY
+        if step.matrix == EYE and not additive:
+            self.pen.rotary = dict.fromkeys(self.pen.rotary, 0.0)
+        try:
+            self._place()
+        except PenError:
+            self.swivel, self.program = kept
+            raise
+
+    def _maybe(self, text: str) -> float | None:
+        return None if not text or text.startswith('"') else self.number(text)
