@@ -125,7 +125,7 @@ class ControlKeys(Keys):
     arc_centres: ArcCentres = ""
     """I J K count from the start of the arc, are absolute, or lead from the centre to the start"""
     modal_centres: Annotated[bool, Field(strict=True)] = False
-    """I J K that a block leaves out stay as they were"""
+    """I J K or R that a block leaves out stay as they were"""
     increments: Increments = ""
     """what a length without a decimal point counts: the unit, or least increments (IS-B: 0.001 mm)"""
     w: AlongZ = ""

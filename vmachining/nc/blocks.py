@@ -262,6 +262,8 @@ class Reader(OneBlock):
                         if writes:
                             for key, value in writes:
                                 self.memory.store(key, value)
+                                if quick is not None and isinstance(key, int):
+                                    quick.register(key, value * state.scale)
                         if n is not None and not steered:
                             if n <= self.highest:
                                 at = line.upper().index("N")

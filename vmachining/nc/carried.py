@@ -56,10 +56,15 @@ def carried(moves: Sequence[Move], state: State, settings: Settings, vector: Poi
 
 
 def pivoted(cause: Move, state: State, settings: Settings, axis: Point) -> tuple[list[Move], list[Finding]]:
-    """The tool axis turns while the slides stand; where the tip goes is taken as if the table turned about zero."""
+    """The tool axis turns while the slides stand; where the tip goes is taken as if the table turned about zero.
+
+    Where words of the rotary axes have turned it before, it does not move again.
+    """
     out = _Carrier(settings, state.carried, state.axis)
     out.last = out.frame.apply(state.sim)
     out.swing(cause, axis)
+    if state.axis == UP != axis and any(state.rotary.values()):
+        out.moves.clear()
     state.axis = out.axis
     state.sim = out.frame.invert(out.last)
     state.machine = add(state.sim, state.lag)

@@ -32,6 +32,12 @@ MORE: Final[dict[str, Entry]] = {
         "R must not lie below the bottom of the hole; in G91 the depth is measured from R and must not be positive.",
         "check the signs of R and of the depth",
     ),
+    "W333": Entry(
+        "clearance plane below the bottom",
+        "The tool goes down to R by a rapid, through the part where it is still there, and cuts upwards to Z. Controls "
+        "of the Fanuc family execute it as it stands; posts that count R from the surface mean something else.",
+        "check R and Z",
+    ),
     "E334": Entry(
         "no peck depth",
         "G73 and G83 drill in steps of Q, which must be above zero.",

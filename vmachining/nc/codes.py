@@ -161,6 +161,8 @@ def refuse_g(code: int | None, text: str) -> Refusal:
     if code in _MTS:
         what = f"{spell('G', code)} ({_MTS[code]}) exists in the mts dialect only"
         return Refusal("E210", what, "is this an mts program? choose the mts dialect")
+    if len(text) == 5 and text[1] == "1" and text[1:].isdigit():
+        return Refusal("E208", f"{text} is a cycle of Manual Guide i, whose path the control makes")
     return Refusal("E208", f"unknown G code {text}")
 
 

@@ -17,7 +17,7 @@ ARC_CODES: Final = frozenset({"E302", "E304", "E308"})
 """Findings of arcs whose centre is missing or does not fit their ends."""
 
 CENTRES: Final[tuple[tuple[ArcCentres, bool, str], ...]] = (
-    ("start", True, "I J K that a block leaves out stay as they were"),
+    ("start", True, "I J K or R that a block leaves out stay as they were"),
     ("reversed", False, "I J K lead from the centre to the start of their arc"),
     (
         "reversed",
@@ -49,6 +49,11 @@ def arcs_open(findings: Sequence[Finding]) -> int:
     return sum(times(item) for item in findings if item.code in ARC_CODES)
 
 
+def _small(findings: Sequence[Finding]) -> int:
+    """How many radii are too small for their arcs."""
+    return sum(times(item) for item in findings if item.code == "E305")
+
+
 def times(item: Finding) -> int:
     """How many lines say it."""
     more = re.search(r"; ([0-9]+) more lines", item.message)
@@ -68,7 +73,8 @@ def closing(
     first = next(item for item in findings if item.code in ARC_CODES)
     for centres, modal, what in CENTRES:
         other = replace(settings, control=replace(control, arc_centres=centres, modal_centres=modal))
-        if arcs_open(read(other)):
+        now = read(other)
+        if arcs_open(now) or _small(now) > _small(findings):
             continue
         text = f"{what}: so all arcs of the program fit, {count} do not as Fanuc counts"
         keys = [f'arc_centres = "{centres}"'] * (centres != "start") + ["modal_centres = true"] * modal

@@ -127,6 +127,9 @@ def _remember(run: Run, code: int, plane: Plane, fresh: bool) -> Cycle:
         raise run.fail("E335", block.word("P") or word, what)
     if not run.settings.family and ((z > 0.0) if not state.absolute else (r < z)):
         raise run.fail("E333", block.word("R") or word, "R is below the bottom of the hole")
+    if run.settings.family and state.absolute and code != 870 and r < z - ROUNDING_MM:
+        what = f"R {r / scale:g} lies below the bottom of the hole, {z / scale:g}: a rapid to R, and a cut upwards"
+        run.warn("W333", block.word("R") or word, what)
     return Cycle(code, plane.name, old.initial, z, r, q, p)
 
 

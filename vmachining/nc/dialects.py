@@ -185,7 +185,7 @@ def _apt_score(lines: Sequence[str]) -> float:
 
 
 _FANUC: Final = re.compile(
-    r"^[ \t]*(?:N[0-9]+[ \t]*)?(?:O[0-9]{1,8}[ \t]*(?:\(.*)?|O[A-Z][^<]*|:[0-9]{1,8}[ \t]*(?:\(.*)?)$"
+    r"^[ \t]*(?:%[ \t]*|N[0-9]+[ \t]*)?(?:O[0-9]{1,8}[ \t]*(?:\(.*)?|O[A-Z][^<]*|:[0-9]{1,8}[ \t]*(?:\(.*)?)$"
     r"|\bG0?5\.1[ \t]*[QPR]|\bG0?8[ \t]*P[01]|\bG54\.1[ \t]*P|\bG43\.4[ \t]*H|^[ \t]*IF[ \t]*\[.*\][ \t]*(?:GOTO|THEN)"
     r"|^[ \t]*(?:N[0-9]+[ \t]*)?(?:G91[ \t]*G28|G28[ \t]*G91)|^[ \t]*GOTO[ \t]*[0-9]+"
     r"|\bM29[ \t]*S|\bG65[ \t]*P|\bG10[ \t]*L2[ \t]*P",
@@ -198,7 +198,8 @@ _HAAS: Final = re.compile(
 )
 _MAZAK: Final = re.compile(r"\(.*\bMAZAK|\(.*\bMAZATROL", re.IGNORECASE)
 _OKUMA: Final = re.compile(
-    r"^[ \t]*\$[^%]*%|\bG15[ \t]*H[0-9]|\bG116[ \t]*T|\bVC[0-9]+[ \t]*=|^[ \t]*CALL[ \t]*O|\bG56[ \t]*HA|\(.*\bOKUMA\b|\bVZOF",
+    r"^[ \t]*\$[^%]*%|\bG15[ \t]*H[0-9]|\bG116[ \t]*T|\bVC[0-9]+[ \t]*=|^[ \t]*CALL[ \t]*O|\bG56[ \t]*HA|\(.*\bOKUMA\b|\bVZOF"
+    r"|^[ \t]*N(?:AT|LAP|STRT|END)[A-Z]*[0-9]*(?:[ \t]|$)|\bVT[A-Z]{2,4}\[|\bCALL[ \t]+OO[0-9]",
     re.IGNORECASE,
 )
 _LINUXCNC: Final = re.compile(

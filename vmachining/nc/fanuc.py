@@ -17,7 +17,7 @@ from vmachining.nc.codes import CYCLES
 from vmachining.nc.fanuc_cycles import BORING, CYCLE_WORDS, dwell, holes
 from vmachining.nc.fanuc_line import Line
 from vmachining.nc.fanuc_places import Given, Places, extended, polar
-from vmachining.nc.frames import unit
+from vmachining.nc.frames import UP, unit
 from vmachining.nc.lexer import Word
 from vmachining.nc.settings import Settings
 from vmachining.nc.state import State
@@ -36,6 +36,7 @@ NOTED: Final[dict[int, tuple[str, str]]] = {
     250: ("spindle speed detection", "PQR"), 260: ("spindle speed detection", "PQR"), 670: ("modal macro off", ""),
     970: ("spindle in rev/min", ""), 1600: ("load control", "PQR"), 1870: ("accuracy of the contour", "PE"),
     2550: ("dynamic work offset off", ""),
+    **dict.fromkeys((19000, 19010, 19020, 19030), ("the stock, for a drawing on the screen", "ABCDEFHIJKLPQRSTUVWXYZ")),
     2540: ("dynamic work offset: the zero of the part turns with the rotary axes, as here", ""),
 }  # fmt: skip
 """G codes (ten times their number) that change no path: what they do, and the letters that belong to them."""
@@ -61,11 +62,17 @@ class Translator:
         self.polar: tuple[float, float] | None = None
         self.places = Places()
         self.radii: dict[int, float] = {}
+        self.worn: dict[int, float] = {}
+        """Radii by the number of their system variable, geometry (#13001) and wear (#12001)."""
         self.skipping = self.vectors = False
         self.dead: Problem | None = None
         self.quill = self.depth = 0.0
         self.level: float | None = None
         self.changer = self.k_sizes = False
+        self.alias: dict[int, int] = {}
+        """Work offsets of Okuma that are others, turned with the rotary axes."""
+        self.changes_by = 0
+        """M code that changes tools in a program without M6."""
         self.block: list[tuple[Word, float]] = []
         self.at = 0
         """Line in work, 0-based."""
@@ -132,6 +139,10 @@ class Translator:
             polar(self, out, codes, state)
         for letter in drop:
             out.drop(letter)
+        if out.letters() & set("ABC") and (self.places.tilted or state.axis != UP) and 690 not in codes:
+            self.places.rotary(self, out, given, state)
+        elif axes and out.pivot is None and not codes & (CLAIMS - {530}):
+            self._leaning(out, codes, state)
         if self.repeated is not None:
             haas.expand(self, out, state)
         if self.changer and {"X", "Y"} & out.letters():  # with a new tool the control goes down last
@@ -306,7 +317,7 @@ class Translator:
             self._place(word, code, out, given, drop, codes, state)
         elif code == 531:
             if self.places.tilted:
-                out.pivot = True
+                out.pivot = self.places.parts["tilt"].axis
                 drop.update("PRQ")
             else:
                 out.refuse(word, "G53.1 without a tilted plane (G68.2)")
@@ -413,6 +424,19 @@ class Translator:
             self.places.mirror({k: (w, v * state.scale) for k, (w, v) in given.items()}, out)
             drop.update("XYZ")
 
+    def _leaning(self, out: Line, codes: set[int], state: State) -> None:
+        """Motions in a plane that the turned table has not reached, and cuts after its end while the table still stands."""
+        if self.places.tilted and any(state.rotary.values()) and state.axis == UP:
+            what = "a tilted plane (G68.2) without G53.1 while rotary axes are turned"
+            out.refuse(
+                out.words[0] if out.words else None, what, "write G53.1, or the rotary axes, after G68.2"
+            )
+        elif (
+            state.axis != UP and not self.places.tilted and 0 not in codes and (codes & MOVES or state.motion)
+        ):
+            what = "a cut after the end of its tilted plane (G69), while the rotary axes stand as G53.1 has left them"
+            out.refuse(out.words[0] if out.words else None, what, "name the rotary axes, or cut before G69")
+
     # ---- axis words without a motion code ----
 
     def _no_motion(self, out: Line, codes: set[int], axes: set[str], state: State) -> None:
@@ -438,12 +462,25 @@ class Translator:
             out.add("M", 8.0, word)
         elif code == 29:
             self.say("M29", word, "M29: rigid tapping, as G84 is read")
+        elif code > 30 and self.changes_by == code and any(w.letter == "T" for w, _ in self.block):
+            what = f"{word.text} beside T, in a program without M6: taken as its tool change"
+            self.say("M6 by", word, what, "I213")
+            out.add("M", 6.0, word)
         else:
             self.say(
                 f"M{value:g}", word, f"{word.text}: a code of the machine, assumed not to change the path"
             )
 
     # ---- registers ----
+
+    def register(self, number: int, value: float) -> None:
+        """A variable of a tool register is set, value in mm: geometry and wear of radii count, lengths are of the job."""
+        for first in (12000, 13000):
+            if first < number <= first + 400:
+                other = self.worn.get(25000 - first + number - first, 0.0)
+                self.worn[number], self.radii[number - first] = value, value + other
+        if 10000 < number <= 10400 or 11000 < number <= 11400:
+            self.say("#11001", None, f"#{number}: tool lengths are those of the tool table")
 
     def _two_tools(self, out: Line) -> None:
         """T1 T2 M6: the first is loaded, the second is made ready."""

@@ -39,6 +39,12 @@ def holes(translator: Translator, line: Line, state: State, claimed: bool) -> No
     elif "K" in has and "L" not in has:
         _repeats(translator, line, active)
         has = line.letters()
+    elif {"I"} == has & set("IJQ") and now & {730, 830} and (line.value("I") or 0.0) > 0.0:
+        like, peck = line.word("I"), line.value("I") or 0.0
+        translator.say("cycle I", like, f"{like.text} in a peck cycle without Q: how deep it pecks", "I213")
+        line.drop("I")
+        line.add("Q", peck, like)
+        has = line.letters()
     turning = [(w, v) for w, v in zip(line.words, line.values, strict=True) if w.letter in "ABC"]
     if turning and line.value("L") != 0.0:  # to its hole the control moves all axes together
         line.ahead.append([(turning[0][0]._replace(letter="G", value=0.0), 0.0), *turning])

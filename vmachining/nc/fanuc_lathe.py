@@ -25,7 +25,7 @@ from vmachining.nc.codes import spell
 from vmachining.nc.fanuc import Translator
 from vmachining.nc.fanuc_line import Line
 from vmachining.nc.fanuc_turning import has_system_b
-from vmachining.nc.lexer import Word
+from vmachining.nc.lexer import Word, lex_line
 from vmachining.nc.settings import Settings
 from vmachining.nc.state import State
 
@@ -82,6 +82,7 @@ class Lathe(Translator):
     def __init__(self, settings: Settings, note: Callable[[Problem], None]) -> None:
         super().__init__(settings, note)
         self.half = 0.5 if settings.control.lathe == "diameter" else 1.0
+        self.lines: Sequence[str] = ()
         self.contour: Find = lambda first, last, at, again: None
         self.skipped: Contour = (0, -1)
         """Lines that the last cycle took."""
@@ -99,6 +100,7 @@ class Lathe(Translator):
     def start(self, lines: Sequence[str], state: State, contour: Find) -> None:
         """As lathes are switched on: feed per turn; system B where a code of it stands somewhere."""
         self.system_b = self.variant == "okuma" or has_system_b(lines)
+        self.lines = lines
         self.contour, state.feed_mode, state.plane = contour, 950, PLANES[180]
 
     @property
@@ -143,6 +145,14 @@ class Lathe(Translator):
                 (w._replace(letter="X", text=w.text + "."), v) if w.letter == "F" else (w, v)
                 for w, v in given
             ]
+        alone = (
+            "A" in has and not set(has) & set("XZUWYI") and not codes - {10} and (codes or self.modal == 10)
+        )
+        if alone and (meets := self._crossing(has["A"][1], state)) is not None:
+            like = has.pop("A")[0]
+            for letter, value in zip("XZ", meets, strict=True):
+                has[letter] = like._replace(letter=letter), value
+            given = [(w, v) for w, v in given if w.letter != "A"]
         if (refused := self._unread(given, codes, has, state)) is not None:
             out = Line()
             out.problems = [refused]
@@ -337,6 +347,8 @@ class Lathe(Translator):
                     kept.append((word, value))
             elif word.letter == "T":
                 number = int(value) // 100 if value >= 100.0 else int(value)
+                if self.variant == "okuma":  # T010203: nose, tool, register
+                    number %= 100
                 if number:
                     before.append(lambda s, n=number: setattr(s, "tool", n))  # type: ignore[misc]
             elif word.letter == "M":
@@ -430,8 +442,8 @@ class Lathe(Translator):
                 word, value = has[letter]
                 if letter == "A":
                     self._angle(word, value, x, z, here, out)
-                else:
-                    out.append((word, value))
+                else:  # the sign of a rounding only repeats where the next line leads
+                    out.append((word, value if arc or letter != "R" else abs(value)))
         if "L" in has and arc and "R" not in has and not {"I", "K"} & set(has):
             out.append((has["L"][0]._replace(letter="R"), has["L"][1]))  # Okuma
         flat = self.polar_face or (arc and "J" in has)
@@ -466,6 +478,23 @@ class Lathe(Translator):
         elif x is None and z is not None:
             end = here[0] + (z - here[1]) * slope
             out.append((word._replace(letter="X", value=end), end))
+
+    def _crossing(self, angle: float, state: State) -> tuple[float, float] | None:
+        """X and Z, as they are written, where a line by its angle meets the line of the next block, which has X Z A."""
+        text = self.lines[self.at + 1] if self.at + 1 < len(self.lines) else ""
+        words = lex_line(text).words
+        has = {w.letter.removeprefix(","): w.value for w in words}
+        x, z, other = (has.get(letter) for letter in "XZA")
+        if x is None or z is None or other is None or self.steps or "U" in has or "W" in has:
+            return None
+        (s, c), (t, d) = ((math.sin(a), math.cos(a)) for a in (math.radians(angle), math.radians(other)))
+        det = c * t - s * d
+        if abs(det) < 1e-9:
+            return None
+        up0, z0 = state.program[0] / state.scale, state.program[2] / state.scale
+        up, along = x * self.half - up0, z - z0
+        reach = (along * t - up * d) / det
+        return (up0 + reach * s) / self.half, z0 + reach * c
 
     # ---- cycles ----
 

@@ -14,7 +14,7 @@ __all__ = ["Line"]
 class Line:
     """words, values : for the core. before, after : on the state, around the block. ahead : blocks before it.
 
-    vector : direction of the tool that the block gives (G43.5). pivot : the tool axis turns to its plane (G53.1).
+    vector : direction of the tool that the block gives (G43.5). pivot : direction that the tool turns to first (G53.1).
     """
 
     __slots__ = ("after", "ahead", "before", "pivot", "problems", "values", "vector", "words")
@@ -27,7 +27,7 @@ class Line:
         self.after: list[Callable[[State], None]] = []
         self.ahead: list[list[tuple[Word, float]]] = []
         self.vector: tuple[float, float, float] | None = None
-        self.pivot = False
+        self.pivot: tuple[float, float, float] | None = None
 
     def codes(self, kind: str) -> set[int]:
         """Ten times the numbers of the G or M words."""

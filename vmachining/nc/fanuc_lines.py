@@ -8,7 +8,7 @@ from typing import Final
 from vmachining.nc.lexer import MAX_LINE
 from vmachining.nc.model import Finding
 
-__all__ = ["bracketed", "folded", "prepare", "without_header"]
+__all__ = ["bracketed", "folded", "prepare", "tool_changer", "without_header"]
 
 _NX_HEADER: Final = re.compile(r"^\s*Information listing created by\b", re.IGNORECASE)
 _RULE: Final = re.compile(r"^\s*={20,}\s*$")
@@ -20,7 +20,9 @@ _BLOCK: Final = re.compile(r"^[ \t]*:[ \t]*[A-Za-z]")
 _O_WORDS: Final = re.compile(r"^([ \t]*)[oO][ \t]*([0-9]{1,9})(?=[ \t]*[GMXYZTSF][ \t]*[-+0-9.])")
 _ANGLED: Final = re.compile(r"<[^<>]*>")
 _SKIP: Final = re.compile(r"(?<=[0-9 \t])/[1-9]?(?=[ \t]*[A-Za-z])|^[ \t]*/[1-9](?=[A-Za-z \t])|//[0-9]?")
-_PERCENT: Final = re.compile(r"^[ \t]*%[ \t]*[A-Za-z][A-Za-z0-9]*[ \t]*$|^[ \t]*%[ \t]*[oO:][0-9]+[ \t]*$")
+_PERCENT: Final = re.compile(
+    r"^[ \t]*%[ \t]*[A-Za-z][A-Za-z0-9]*[ \t]*$|^[ \t]*%[ \t]*[oO:][0-9]+[ \t]*(?:\(.*)?$"
+)
 _OKUMA_NAME: Final = re.compile(r"^[ \t]*\$[^%]*%[ \t]*$")
 _PRINT: Final = re.compile(
     r"^[ \t]*(?:[Nn][0-9]+[ \t]*)?(?:POPEN|PCLOS|DPRNT|BPRNT|SETVN|MSG_OK)\b.*",
@@ -126,6 +128,28 @@ def without_header(lines: list[str]) -> list[str]:
     return ["" if k <= rules[1] else line for k, line in enumerate(lines)]
 
 
+_CHANGE: Final = re.compile(r"(?<![A-Z#])T[ \t]*[0-9]", re.IGNORECASE)
+_M: Final = re.compile(r"(?<![A-Z#])M[ \t]*0*([0-9]{1,4})(?![0-9.])", re.IGNORECASE)
+_REMARKS: Final = re.compile(r"\([^()]*\)|;.*")
+
+
+def tool_changer(lines: list[str]) -> int:
+    """The M code that stands beside every T, in a program without M6; 0 where none does."""
+    found = set[int]()
+    for line in lines:
+        if "T" not in line and "M" not in line:
+            continue
+        bare = _REMARKS.sub(" ", line) if "(" in line or ";" in line else line
+        codes = {int(text) for text in _M.findall(bare)}
+        if 6 in codes:
+            return 0
+        if _CHANGE.search(bare):
+            found = found & codes if found else codes
+            if not found:
+                return 0
+    return found.pop() if len(found) == 1 else 0
+
+
 _NUMBERS: Final = re.compile(r"[-+]?[0-9.]+")
 _OTHER_MACHINES: Final = (
     (frozenset("UW"), "U and W are steps of X and Z: this is a program for turning, which is not read"),
@@ -150,7 +174,7 @@ def folded(findings: list[Finding]) -> list[Finding]:
     out, places, more = list[Finding](), dict[tuple[str, str], int](), dict[int, int]()
     for item in findings:
         key = item.code, _NUMBERS.sub("#", item.message.partition(" uses ")[0])
-        if item.severity == "E" and key in places:
+        if (item.severity == "E" or item.code == "W382") and key in places:
             more[places[key]] = more.get(places[key], 0) + 1
             continue
         places.setdefault(key, len(out))

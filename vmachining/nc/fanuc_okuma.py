@@ -1,6 +1,7 @@
 """What Okuma's OSP does otherwise than Fanuc: words of work offsets, tool lengths and return levels, and its own macro language.
 
     G15 Hn, G16 Hn   work offset n, G16 for its block only      G53, G56 H   no tool length, length along Z
+    CALL OO88        work offset PP is PH turned with the rotary axes, as the zero is here
     G11 X Y Z P, G10 a shift and a turn by P, and their end     G71 Z        level that M53 returns to
     M52 M53 M54      return of cycles: upper end of Z, the level of G71, the clearance plane      G116 T   tool change
 
@@ -25,6 +26,8 @@ __all__ = ["RETURN", "back", "code", "user_task"]
 
 RETURN: Final = {52: "the upper end of Z", 53: "the level of G71", 54: "the clearance plane"}
 OFFSETS: Final = 400
+TURNED_ZERO: Final = 88.0
+"""L of the G10 that stands for `CALL OO88 PH=1 PP=2`: work offset 2 is the turned 1."""
 LIKE_FANUC: Final = 6
 """Work offsets 1 to 6 are those that the job knows as G54 to G59."""
 
@@ -45,6 +48,16 @@ def code(
         line.keep(word._replace(value=43.0), 43.0)
     elif number == 110:
         drop.update(translator.places.shift(given, line, state))
+    elif number == 100 and "L" in given and given["L"][1] == TURNED_ZERO:
+        place, of = (int(given[letter][1]) if letter in given else 0 for letter in "PH")
+        if not (place and of) or any(given[letter][1] for letter in "XYZ" if letter in given):
+            what = "CALL OO88 needs PH and PP, work offsets, and PX PY PZ of zero"
+            line.refuse(word, what, "post a tilted plane or tool centre point control")
+        else:
+            translator.alias[place] = translator.alias.get(of, of)
+            what = f"CALL OO88: work offset {place} is {of} turned with the rotary axes, as its zero is here"
+            translator.say(f"OO88 {place}", word, what, "I213")
+        drop.update("LPHXYZ")
     elif number == 100 and "L" not in given:
         translator.places.end("shift", line, {})
     elif number == 710 and "Z" in given:
@@ -67,7 +80,7 @@ def _work(translator: Translator, word: Word, number: int, line: Line, given: Gi
         )
         return
     drop.add("H")
-    chosen = int(place)
+    chosen = translator.alias.get(int(place), int(place))
     work = WORK_OFFSETS[chosen - 1] if chosen <= LIKE_FANUC else 100000 + chosen
     which = f", G5{3 + chosen} of the job" if chosen <= LIKE_FANUC else ""
     translator.say(f"G15 H{chosen}", word, f"{word.text} H{chosen}: work offset {chosen}{which}", "I213")
@@ -116,6 +129,11 @@ _JUMP: Final = re.compile(r"(?<![A-Z])GOTO[ \t]*N(?=[A-Z0-9])", re.IGNORECASE)
 _LABEL: Final = re.compile(r"^([ \t]*)([NO])([A-Z0-9]*[A-Z][A-Z0-9]*)(?![A-Z0-9=])", re.IGNORECASE)
 _CALL: Final = re.compile(r"(?<![A-Z])CALL[ \t]*O([A-Z0-9]+)", re.IGNORECASE)
 _VARIABLE: Final = re.compile(r"(?<![A-Z0-9])VC([0-9]{1,3})(?![0-9])", re.IGNORECASE)
+_TURNED: Final = re.compile(
+    r"^[ \t]*(?:N[0-9]+[ \t]*)?CALL[ \t]+OO88((?:[ \t]+P[XYZABCHP][ \t]*=[ \t]*-?[0-9]*\.?[0-9]+\.?)+)[ \t]*$",
+    re.IGNORECASE,
+)
+_PAIR: Final = re.compile(r"P([XYZHP])[ \t]*=[ \t]*(-?[0-9.]+)", re.IGNORECASE)
 _FIRST: Final = re.compile(r"(?<![A-Z0-9])[HD]A(?![A-Z0-9=.\[-])(?![^(]*\))", re.IGNORECASE)
 _SET: Final = re.compile(r"(#[0-9]+)[ \t]*=[ \t]*([^ \t()=]+)")
 
@@ -146,6 +164,10 @@ def user_task(lines: list[str]) -> list[str]:
     out = []
     for line in lines:
         code, mark, rest = line.partition("(")
+        if (turned := _TURNED.match(code)) is not None:
+            words = " ".join(f"{letter}{number}" for letter, number in _PAIR.findall(turned[1]))
+            out.append(f"G10 L{TURNED_ZERO:g} {words} {mark}{rest}")
+            continue
         if not _TASK.search(code):
             out.append(line)
             continue

@@ -15,11 +15,12 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Final
 
 from vmachining.nc.fanuc_line import Line
-from vmachining.nc.frames import EYE, IDENTITY, Frame, Rows, axis_turn, cross, dot, matmul, unit
+from vmachining.nc.frames import EYE, IDENTITY, UP, Frame, Rows, axis_turn, cross, dot, matmul, unit
 from vmachining.nc.lexer import Word
 from vmachining.nc.model import Point
+from vmachining.nc.placing import swung
 from vmachining.nc.state import ORIGIN, State
-from vmachining.nc.vectors import subtract
+from vmachining.nc.vectors import add, subtract
 
 if TYPE_CHECKING:
     from vmachining.nc.fanuc import Translator
@@ -33,6 +34,8 @@ CODES: Final = {
 """What a code sets or, where it stands alone, ends."""
 
 Given = Mapping[str, tuple[Word, float]]
+TURNED: Final = 1e-4
+"""Degrees: beyond it two angles differ."""
 
 
 class Places:
@@ -61,7 +64,34 @@ class Places:
             self.mirrors = {axis: at for axis, at in self.mirrors.items() if named and axis not in named}
             self._mirror()
         self._tell(line)
+        if "tilt" in was:
+            line.before.append(_angled)
         return bool(was)
+
+    def rotary(self, translator: Translator, line: Line, given: Given, state: State) -> None:
+        """Words of rotary axes where a plane is, or was, in force: they reach its axis, or name what G53.1 has done.
+
+        They would turn the tool away from it where they name other angles than those that it has.
+        """
+        letters = [letter for letter in "ABC" if letter in given]
+        if not self.tilted:
+            line.pivot = UP
+            return
+        axis, word = self.parts["tilt"].axis, given[letters[0]][0]
+        stands = state.axis == axis
+        if stands and any(
+            abs(given[c][1] - state.rotary[c.lower()]) > TURNED for c in letters if c.lower() in state.rotary
+        ):
+            line.refuse(
+                word, f"{word.text} turns the tool away from its tilted plane", "end the plane by G69"
+            )
+        else:
+            line.pivot = None if stands else axis
+            what = f"{word.text}: in a tilted plane the angles are taken to reach its axis"
+            translator.say("rotary in tilt", word, what, "I213")
+            angles = {letter.lower(): given[letter][1] for letter in letters}
+            line.after.append(lambda s: setattr(s, "rotary", {**s.rotary, **angles}))
+        line.drop("ABC")
 
     def _tell(self, line: Line) -> None:
         plan = IDENTITY
@@ -139,8 +169,8 @@ class Places:
                 word, f"G68.2 P{kind:g}: planes by projected angles are not supported", "post Euler angles"
             )
             return "XYZIJKPQR"
-        if state.rotation or any(state.rotary.values()):
-            line.refuse(word, "G68.2 while a rotary axis or the work offset is turned", "turn it back first")
+        if state.rotation:
+            line.refuse(word, "G68.2 while the work offset is turned", "turn it back first")
             return "XYZIJKPQR"
         self.parts["tilt"] = Frame(rows, zero)
         self._tell(line)
@@ -218,6 +248,14 @@ class Places:
         x, y, z = (c - t for c, t in zip(center, turned, strict=True))
         self.parts[kind] = like._replace(matrix=rows, origin=(x, y, z))
         self._tell(line)
+
+
+def _angled(state: State) -> None:
+    """The tool leans by angles that the program has named: from here on they say how, no more the plane that ends."""
+    if state.axis != UP and any(state.rotary.values()):
+        state.sim = swung(state.axis, UP, state.sim)
+        state.axis, state.machine = UP, add(state.sim, state.lag)
+        state.check_sync()
 
 
 def _point(given: Given, letters: str, scale: float = 1.0) -> Point:

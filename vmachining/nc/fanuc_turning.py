@@ -16,7 +16,9 @@ __all__ = ["as_lathe", "has_system_b", "heads", "is_lathe", "numbered", "plain_l
 
 _COMMENT: Final = re.compile(r"\([^()]*\)?|;.*")
 _AXIS: Final = re.compile(r"(?<![A-Z#])([XYZ])[ \t]*=?[ \t]*([-+]?[0-9]*\.?[0-9]*)", re.IGNORECASE)
-_TURRET: Final = re.compile(r"(?<![A-Z#])T[ \t]*(?:0[1-9]|[1-9][0-9])[0-9]{2}(?![0-9])", re.IGNORECASE)
+_TURRET: Final = re.compile(
+    r"(?<![A-Z#])T[ \t]*(?:0[1-9]|[1-9][0-9])[0-9]{2}(?:[0-9]{2})?(?![0-9])", re.IGNORECASE
+)
 _ARC_K: Final = re.compile(r"(?<![A-Z#])G0*[23](?![0-9.]).*(?<![A-Z#])K[-+.0-9]", re.IGNORECASE)
 _PLANE: Final = re.compile(r"(?<![A-Z#])G1[789](?![0-9.])", re.IGNORECASE)
 _CHANGE: Final = re.compile(r"(?<![A-Z#])M0*6(?![0-9])", re.IGNORECASE)

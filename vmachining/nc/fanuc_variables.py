@@ -6,7 +6,7 @@
 | #4001 to #4014, #4109 to #4130 | codes of the modal groups; F, S, T, P of G54.1 |
 | #5001 #5021 #5041 and on | end of the last block, machine coordinates, position |
 | #5221 to #5323, #7001 to #7943 | G54 to G59, G54.1 P1 to P48: read and set |
-| #11001 to #11400, #13001 to #13400 | length and radius of a tool of the table |
+| #11001 to #11400, #13001 to #13400 | length and radius of a tool of the table, or as they were set; #10001, #12001 their wear |
 
 Timers, clocks, inputs, counters and tool life hold the state of a machine, which no program knows: refused by name.
 """
@@ -34,7 +34,12 @@ EXTENDED: Final = 100000
 
 def is_switch(number: int) -> bool:
     """Whether setting it changes no path."""
-    return number in (3003, 3004, 3006) or 1100 <= number <= 1135
+    return number in (3003, 3004, 3006) or 1100 <= number <= 1135 or is_register(number)
+
+
+def is_register(number: int) -> bool:
+    """Whether it is a length or a radius of a tool: once set, it holds what was set."""
+    return 10000 < number <= 13400 and 1 <= number % 1000 <= 400
 
 
 def _offset(number: int) -> tuple[int, int] | None:

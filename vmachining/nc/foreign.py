@@ -65,6 +65,12 @@ _NEVER: Final = (
      re.compile(r"CGTECH_(?:MACRO|VAR)\b|;[^\n]*VERICUT[^\n]*\bSUBROUTINE", re.IGNORECASE)),
     ("a program of an older control (SINUMERIK 8xx), with commands @", "post it for SINUMERIK 840D",
      re.compile(r"^[ \t]*(?:N[0-9]+[ \t]*)?@[0-9]{2,3}[ \t]+[RK][0-9]", re.MULTILINE)),
+    ("a library of subprograms of an Okuma control, not a program", "give the program that calls them",
+     re.compile(r"\A\s*\$[\w-]+\.(?:SSB|SUB|LIB)%", re.IGNORECASE)),
+    ("a program for wire erosion", "it cuts with a wire, which is not read",
+     re.compile(r"^[ \t]*(?:E[0-9]{3}[ \t]*=(?:[ \t]*[0-9.]+){6}|//[^\n]*\bWEDM\b)", re.IGNORECASE | re.MULTILINE)),
+    ("a program of a General Electric control, whose G86 and G87 only move Z", "post it for a control that is read",
+     re.compile(r"^[ \t]*(?:N[0-9]+[ \t]*)?G8[67][ \t]*R([-+]?[0-9]+)[ \t]*Z\1(?![0-9.])", re.IGNORECASE | re.MULTILINE)),
     ("a file of event definitions of a post-processor (CDL), not a program", "give the program that the post wrote",
      re.compile(r"^[ \t]*EVENT[ \t]+\w+[^}]*?\bUI_LABEL\b", re.MULTILINE)),
 )  # fmt: skip

@@ -68,7 +68,10 @@ class _Interpreter(Run):
         if 5 in block.g:
             mode = block.g[5][0]
             if mode != state.feed_mode:
-                state.feed_mode, state.feed = mode, None
+                held = state.held_feed if self.settings.family and state.feed is None else None
+                if state.feed is not None:
+                    state.held_feed = state.feed_mode, state.feed
+                state.feed_mode, state.feed = mode, held[1] if held is not None and held[0] == mode else None
         feed = block.value("F")
         if state.feed_mode == 930:
             state.feed = None
@@ -167,7 +170,7 @@ class _Interpreter(Run):
         block, state = self.block, self.state
         if feed < 0.0:
             raise self.fail("E301", block.word("F"), f"the feed {feed:g} is negative")
-        state.feed = feed if state.feed_mode == 930 else feed * state.scale
+        state.feed, state.held_feed = feed if state.feed_mode == 930 else feed * state.scale, None
         units = block.g.get(6)
         if units and state.feed_mode != 930 and _scale(units[0]) != state.scale:
             old = "mm" if state.scale == 1.0 else "inch"
@@ -445,6 +448,10 @@ class _Interpreter(Run):
             raise self.fail("E307", block.word(plane.wrong), what)
         if radius is not None and block.centre:
             raise self.fail("E303", block.word("R"), "both R and centre words")
+        if self.settings.control.modal_centres:
+            radius = state.centre.get("R") if radius is None and not block.centre else radius
+            held = {k: v for k, v in state.centre.items() if k != "R"}
+            state.centre = held if radius is None else {**held, "R": radius}
         if radius is not None:
             return center_from_radius(start, end, radius * state.scale, ccw)
         given = [block.value(letter) for letter in plane.words]

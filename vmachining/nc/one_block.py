@@ -14,7 +14,7 @@ from vmachining.nc.codes import AXIS_CLAIMING, CYCLES, FANUC_G_GROUP, G_GROUP, M
 from vmachining.nc.expressions import NoValueError, evaluate
 from vmachining.nc.fanuc import Translator
 from vmachining.nc.fanuc_lathe import Contour, Lathe
-from vmachining.nc.fanuc_lines import prepare
+from vmachining.nc.fanuc_lines import prepare, tool_changer
 from vmachining.nc.fanuc_okuma import user_task
 from vmachining.nc.fanuc_turning import heads, numbered, plain_lathe
 from vmachining.nc.fanuc_variables import FAMILY_FREE
@@ -77,6 +77,8 @@ class OneBlock:
         self.roughed: dict[tuple[int, int], Contour] = {}
         if isinstance(self.translator, Lathe):
             self.translator.start(lines, self.state, self._contour)
+        elif self.translator is not None:
+            self.translator.changes_by = tool_changer(lines)
         self.templates = Templates(self.memory)
         self.moves: list[Move] = []
         self.findings: list[Finding] = []
@@ -229,8 +231,8 @@ class OneBlock:
             problems, after, vector = translated.problems, translated.after, translated.vector
             for change in translated.before:
                 change(try_state)
-            if translated.pivot and try_state.carried is not None:
-                moves += self._pivot(number, n, try_state, called)
+            if translated.pivot is not None and not problems:
+                moves += self._pivot(number, n, try_state, called, translated.pivot)
             for ahead in translated.ahead:
                 if not problems:
                     first, numbers = zip(*ahead, strict=True)
@@ -267,12 +269,16 @@ class OneBlock:
             self._go_on(block, problems)
         if any(problem.code == "E413" for problem in problems):  # it may stand in a loop
             raise GiveUpError("E413", number - 1, problems[0].message)
+        if any(problem.message.startswith("#3000 =") for problem in problems):
+            raise GiveUpError(
+                "E108", number - 1, next(p.message for p in problems if p.message[:6] == "#3000 ")
+            )
         if problems:
             for problem in problems:
                 self.report(problem, number, n)
             return
         for warning in warnings:
-            if warning.code not in ("W366", "W381") or not self.warnings.get(warning.code):
+            if warning.code not in ("W333", "W366", "W381") or not self.warnings.get(warning.code):
                 self.report(warning, number, n)
         for change in after:
             change(try_state)
@@ -281,6 +287,8 @@ class OneBlock:
         self.state = self.memory.state = try_state
         for key, value in writes:
             self.memory.store(key, value)
+            if self.translator is not None and isinstance(key, int):
+                self.translator.register(key, value * try_state.scale)
         self.moves.extend(moves)
         if len(moves) > 1 and len(self.moves) > max(MAX_MOVES, 2 * self.settings.max_steps):
             raise GiveUpError("E413", number, f"over {len(self.moves) - 1} motions: is there an end?")
@@ -309,14 +317,15 @@ class OneBlock:
         what = f"a second work offset: its distance from the first is not given; {taken}"
         self.report(Problem("W368", word, what), line, n)
 
-    def _pivot(self, line: int, n: int | None, state: State, called: int | None) -> list[Move]:
+    def _pivot(
+        self, line: int, n: int | None, state: State, called: int | None, axis: tuple[float, float, float]
+    ) -> list[Move]:
         """G53.1: the tool axis turns to the plane."""
-        assert state.carried is not None
         cause = Move(
             called or line, n, Motion.RAPID, state.sim, state.sim, state.plane.name, None, 0, None, state.tool, state.rpm,
             0.0, state.machine, state.program,
         )  # fmt: skip
-        moves, findings = pivoted(cause, state, self.settings, state.carried.axis)
+        moves, findings = pivoted(cause, state, self.settings, axis)
         for item in findings:
             self._record(item.code, line, 1, 0, n, "", item.message)
         return moves

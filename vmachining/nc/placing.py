@@ -281,7 +281,14 @@ class Placing:
         shift = self.settings.work_offsets.get(540)
         machine = end if shift is None else add(end, shift)
         move = move._replace(
-            start=start, end=end, end_machine=machine, center=None, rotary_deg=None, axis_end=None
+            start=start,
+            end=end,
+            end_machine=machine,
+            center=None,
+            rotary_start=None,
+            rotary_deg=None,
+            rotary_program=None,
+            axis_end=None,
         )
         if axis is not None and (axis != UP or self.axis != UP):
             more = {**more, "axis_start": self.axis, "axis_end": axis}

@@ -40,7 +40,7 @@ class Control:
 
     compensation : what D registers hold, the "radius" of the tool, or its "wear" beside a programmed path of the centre
     (then zero). arc_centres : I J K count from the "start" of an arc, are "absolute", or lead from the centre to the
-    start ("reversed"). modal_centres : I J K that a block leaves out stay as they were. increments : what a length
+    start ("reversed"). modal_centres : I J K or R that a block leaves out stay as they were. increments : what a length
     without a point counts, the unit itself ("points") or least increments, 0.01 mm and 0.001 inch (IS-A), a tenth
     (IS-B) or a hundredth (IS-C) of these. w : "z", W moves the tool along Z. lathe : a lathe whose X words are diameters
     or radii, or a "mill". swapped : G2 and G3 of that lathe are counted from below.

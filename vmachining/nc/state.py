@@ -78,6 +78,7 @@ class State:
     """Modal state and position. Codes are ten times the G number; lengths mm.
 
     feed : mm/min in G94, mm/rev in G95, 1/min in G93 (then of the block only); None after a change of mode.
+    held_feed : feed mode and feed before it, where no F was given since.
     direction : +1 M3, -1 M4, 0 stopped. selected : last T. length : tool length offset per axis.
     warned_stopped : W501 was given since the spindle stopped. rotations : degrees, per work offset; rotation and
     turn (its cosine and sine) : of the one in force. references : where G28 and G30 go, simulation frame;
@@ -116,6 +117,7 @@ class State:
     scale: float = 1.0
     feed_mode: int = 940
     feed: float | None = None
+    held_feed: tuple[int, float] | None = None
     speed: float = 0.0
     direction: int = 0
     selected: int | None = None
@@ -380,7 +382,7 @@ class Memory:
             raise NoValueError(f"#3000 = {number:g}: the program stops here with its own alarm")
         if self.family and key >= FAMILY_FREE and not is_switch(key):
             set_variable(self.state.clone(), key, number)
-        elif key > LAST_FREE and key not in NOTES:
+        elif key > LAST_FREE and key not in NOTES and not (self.family and is_switch(key)):
             raise NoValueError(f"#{key} belongs to the control, setting it is not supported")
         return key, number
 
