@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 import zipfile
 from math import pi, radians, tan
+from pathlib import Path
 
 import pytest
 
 from vmachining.cli.main import run as command
+from vmachining.errors import InputError
 from vmachining.job import Job, draft_job, run
 from vmachining.nc.toolcomments import cutter_notes
 from vmachining.nc.toollibrary import read_tool_library
@@ -57,18 +60,111 @@ def test_a_cl_file_runs_by_one_command(tmp_path, monkeypatch, capsys):
     assert summary["removed_lo_mm3"] <= volume_of_nx() <= summary["removed_hi_mm3"]
 
 
-def test_what_a_draft_leaves_open_is_asked_for_and_a_library_tells_it(tmp_path, monkeypatch, capsys):
+OPEN = "%\nO1\nG21 G90\nT3 M6\nS900 M3\nG0 X0 Y0 Z5\nG1 Z-1 F100\nX20\nG0 Z9\nT4 M6\nG0 Y9\nG1 Z-2\nG0 Z9\nM30\n%\n"
+SLOT_AND_PLUNGE = 8 * 20 + pi * 16 + pi * 9 * 2
+"""A flat end of 8 mm over 20 mm, 1 deep; one of 6 mm, 2 deep."""
+
+
+def removed(folder: Path) -> tuple[float, float]:
+    summary = json.loads((folder / "summary.json").read_text())
+    return summary["removed_lo_mm3"], summary["removed_hi_mm3"]
+
+
+def test_what_a_draft_leaves_open_is_asked_for_once_in_words_to_type(tmp_path, monkeypatch, capsys):
+    """One sentence with line and option for each tool; an untouched draft takes them, and keeps them for the next time."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "part.nc").write_text(
-        "%\nO1\nG21 G90\nT3 M6\nS900 M3\nG0 X0 Y0 Z5\nG1 Z-1 F100\nX20\nG0 Z9\nM30\n%\n"
-    )
+    (tmp_path / "part.nc").write_text(OPEN)
     assert command(["run", "part.nc", "--out", "out"]) == 2
-    assert "diameter of tool 3" in capsys.readouterr().err
-    (tmp_path / "part.toml").unlink()
-    (tmp_path / "shop.csv").write_text("number,type,diameter_mm,flutes\n3,flat end mill,8,4\n")
-    assert command(["run", "part.nc", "--out", "out", "--tools", "shop.csv"]) in (0, 1)
-    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
-    assert summary["removed_lo_mm3"] <= 8 * 20 + pi * 16 <= summary["removed_hi_mm3"]
+    told = capsys.readouterr().err
+    assert (
+        "part.nc: no comment gives the diameters of tools 3 (cuts from line 7) and 4 (cuts from line 12);"
+        in told
+    )
+    assert "vmachining run part.nc --tool 3=TYPE:DIAMETER --tool 4=TYPE:DIAMETER (TYPE is flat, ball" in told
+    assert command(["run", "part.nc", "--out", "out", "--tool", "3=flat:8"]) == 2
+    assert "--tool 4=TYPE:DIAMETER" in (told := capsys.readouterr().err) and "--tool 3" not in told
+    assert command(["run", "part.nc", "--out", "out", "--stages", "cut", "--tool", "4=flat:6"]) == 0
+    low, high = removed(tmp_path / "out")
+    assert low <= SLOT_AND_PLUNGE <= high
+    before = (tmp_path / "part.toml").read_text()
+    assert before.count("# given by --tool") == 2 and "# MUST BE GIVEN:" not in before
+    assert command(["run", "part.nc", "--out", "out", "--stages", "cut", "--resume"]) == 0
+    assert (tmp_path / "part.toml").read_text() == before
+
+
+def test_an_edited_draft_is_never_written_anew(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "part.nc").write_text(OPEN)
+    assert command(["run", "part.nc"]) == 2
+    mine = (tmp_path / "part.toml").read_text().replace("[stock]", "[stock]  # mine")
+    (tmp_path / "part.toml").write_text(mine)
+    capsys.readouterr()
+    assert command(["run", "part.nc", "--tool", "3=flat:8", "--tool", "4=flat:6"]) == 2
+    assert "has been edited" in capsys.readouterr().err and (tmp_path / "part.toml").read_text() == mine
+
+
+def test_a_library_tells_what_a_program_does_not(tmp_path, monkeypatch):
+    """Named, it is believed; the only one beside the program is a guess; of two that know the tools neither is taken."""
+    (tmp_path / "part.nc").write_text(OPEN)
+    (tmp_path / "shop.csv").write_text(
+        "number,type,diameter_mm,flutes\n3,flat end mill,8,4\n4,flat end mill,6,4\n"
+    )
+    named = draft_job(tmp_path / "part.nc", tmp_path, library=tmp_path / "shop.csv")
+    assert not named.open and not any("diameter" in guess for guess in named.guesses)
+    (tmp_path / "shop.csv").rename(tmp_path / "tools.csv")
+    beside = draft_job(tmp_path / "part.nc", tmp_path)
+    assert not beside.open
+    assert sum("from tools.csv, which lies beside the program" in guess for guess in beside.guesses) == 2
+    job = Job.from_mapping(tomllib.loads(beside.text), tmp_path)
+    assert [tool.profile.max_radius for tool in job.tools.values()] == [4.0, 3.0]
+    (tmp_path / "TOOL.T").write_text(
+        "BEGIN TOOL .T MM\nT   NAME     L      R     R2\n3   MILL     80.5   5     0\n[END]\n"
+    )
+    two = draft_job(tmp_path / "part.nc", tmp_path)
+    assert len(two.ask) == 2 and two.beside == ("TOOL.T", "tools.csv")
+
+
+@pytest.mark.parametrize(
+    ("word", "kind", "radius"),
+    [
+        ("3=flat:8", "flat", 4.0), ("3=ball:1/2in", "ball", 6.35), ("3=bull:10mm:.0625in", "bull", 5.0),
+        ("3=drill:8.5:140", "drill", 4.25), ("3=taper:1:7", "taper", None), ("3=chamfer:10:90deg", "drill", 5.0),
+        ("3=1-1/2in", "flat", 19.05), ("03 = ball : 6", "ball", 3.0),
+    ],
+)  # fmt: skip
+def test_tools_in_words(tmp_path, word, kind, radius):
+    (tmp_path / "part.nc").write_text(OPEN.replace("T4 M6", ""))
+    draft = draft_job(tmp_path / "part.nc", tmp_path, tools=[word])
+    assert f'type = "{kind}"' in draft.text and not draft.open
+    profile = Job.from_mapping(tomllib.loads(draft.text), tmp_path).tools[3].profile
+    assert radius is None or profile.max_radius == pytest.approx(radius)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["3=flat"], "it must be NUMBER=TYPE:DIAMETER"), (["3=flat:0"], "a diameter of 0 mm"), (["9=flat:8"], "has no tool 9"),
+        (["3=flat:8", "3=ball:6"], "given twice"), (["3=bull:8"], "needs its corner radius"),
+        (["3=flat:8:1"], "flat has one size"),        (["3=bull:8:9"], "at most half"), (["3=drill:8:3mm"], "has one size"),
+        (["3=taper:1"], "half angle"),
+        (["3=cone:4"], "it must be"),
+    ],
+)  # fmt: skip
+def test_words_that_tell_no_tool(tmp_path, words, said):
+    (tmp_path / "part.nc").write_text(OPEN)
+    with pytest.raises(InputError, match=re.escape(said)):
+        draft_job(tmp_path / "part.nc", tmp_path, tools=words)
+
+
+def test_a_missing_subprogram_is_said_by_the_draft_too(tmp_path, capsys):
+    text = (
+        "%\nO1\nG21 G90\n(T3 D=8 CR=0 - flat end mill)\nT3 M6\nS900 M3\nG0 Z5\nG1 Z-1 F100\nM98 P77\nM30\n%\n"
+    )
+    (tmp_path / "part.nc").write_text(text)
+    assert command(["init", str(tmp_path / "part.nc")]) == 1
+    assert "W383" in capsys.readouterr().err
+    (tmp_path / "O0077.nc").write_text("O77\nX20.\nM99\n")
+    assert command(["init", str(tmp_path / "part.nc"), "--force"]) == 0
 
 
 def test_a_program_with_findings_keeps_its_dialect(tmp_path):

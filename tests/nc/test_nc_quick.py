@@ -9,6 +9,7 @@ import re
 import pytest
 
 from vmachining.nc import ToolEntry, blocks, move_record, parse_program
+from vmachining.nc.repeated import Repeated
 from vmachining.nc.templates import Templates
 
 TOOLS = {1: ToolEntry(1, 10.0, 50.0)}
@@ -93,6 +94,68 @@ def test_both_ways_make_the_same_moves(dialect, seed):
     kept = ("M48", "I214")
     notes = [[(f.line, f.code, f.message) for f in p.findings if f.word != kept[0]] for p in (short, long)]
     assert notes[0] == notes[1]
+
+
+CALLS = ["G81{} Z-3 R1", "G99 G83{} Z-5.5 R2 Q2", "G98 G83{} Z-5.5 R2 Q2", "G82{} Z-1 R1 P0.5", "G73{} Z-4 R1 Q1.5",
+         "G84{} Z-2 R1", "G85{} Z-2 R1", "G86{} Z-2 R1 P.1", "G89{} Z-2 R1 P.1", "G81{} R1 Z-2 F60",
+         "G90 G81{} Z-3 R1 L2"]  # fmt: skip
+BETWEEN = [
+    "G80", "G98", "G99", "G91", "G90", "G54", "G55", "G43 H1", "G49", "G20", "G21", "G92 X1", "G18", "G17", "F70", "F80",
+    "S5 M3", "M8", "M9", "G0 Z9", "G0 Z.5", "G1 Z-1", "G10 L2 P1 X3 R20", "G10 L2 P1 X0 R0", "G0 A5", "Z-3.5", "R1.5", "L2 X7",
+]  # fmt: skip
+
+
+def place(rng: random.Random) -> str:
+    return " ".join(letter + rng.choice((number(rng), "7")) for letter in "XY" if rng.random() < 0.8)
+
+
+def series(rng: random.Random) -> list[str]:
+    """A call of a cycle, holes, what may stand between them, and mostly an end."""
+    out = [rng.choice(CALLS).format(f" {place(rng)}" if rng.random() < 0.8 else "")]
+    for _ in range(rng.randrange(1, 7)):
+        out.append(place(rng) or "X1")
+        if rng.random() < 0.12:
+            out.append(rng.choice(BETWEEN))
+    return [
+        *out,
+        *(["G80"] if rng.random() < 0.7 else []),
+        *([rng.choice(BETWEEN)] if rng.random() < 0.2 else []),
+    ]
+
+
+@pytest.mark.parametrize("dialect", ["iso", "fanuc"])
+@pytest.mark.parametrize("seed", range(4))
+def test_holes_that_repeat_a_pattern_are_those_of_the_long_way(dialect, seed, monkeypatch):
+    rng = random.Random(1000 + seed)
+    body = [text for _ in range(50) for text in ("G90 G17 G21 G94", *series(rng))]
+    body = [f"N{k}{text}" if rng.random() < 0.2 else text for k, text in enumerate(body, 1)]
+    if seed % 3 == 0:
+        body += ["M98 P7 L3", "M98 P7"]
+    head = ["O1" if dialect == "fanuc" else "G21", "G21 G90 G17 G94 F50 S1 M3", "T1 M6", "M3", "G0 Z9"]
+    tail = ["M2", "O7", "G81 X1 Y2 Z-1 R1", "X3", "X4 Y5", "G80", "M99"]
+    data = "\n".join([*head, *body, *tail]).encode()
+    options = {"dialect": dialect, "tools": TOOLS, "rotary": "A", "work_offsets": {"G55": (1.0, 2.0, 3.0)}}
+    taken, real = [], Repeated.moves
+    monkeypatch.setattr(Repeated, "moves", lambda *a: taken.append(real(*a)) or taken[-1])
+    short = parse_program(data, "p", **options)
+    monkeypatch.setattr(blocks, "AGAIN", re.compile("(?!)"))
+    long = parse_program(data, "p", **options)
+    assert (short.moves, short.findings) == (long.moves, long.findings)
+    assert sum(made is not None for made in taken) > 20
+
+
+def test_a_pattern_of_another_level_offset_or_feed_is_not_taken():
+    """Smallest programs: the second hole differs by what stands between, and lies where the control puts it."""
+    head = "G21 G90 S1 M3 F100\nG0 X0 Y0 Z5\nG81 X1 Y1 Z-1 R1\nX2\n"
+    for between, level, feed in (
+        ("G0 Z9\nG81 X2 Z-1 R1", 9.0, 100.0),
+        ("F50", 5.0, 50.0),
+        ("G99", 1.0, 100.0),
+    ):
+        moves = parse_program(f"{head}{between}\nX3\nX4\nM2".encode(), "p").moves
+        assert (moves[-1].end, moves[-2].feed_mm_min) == ((4.0, 1.0, level), feed)
+    moves = parse_program(f"{head}G92 X0 Y0\nX3\nX4 Y7\nM2".encode(), "p").moves
+    assert moves[-1].end == (6.0, 8.0, 5.0) and moves[-1].end_program == (4.0, 7.0, 5.0)
 
 
 def test_moves_carry_spindle_and_coolant_on_both_ways():

@@ -29,7 +29,23 @@ SAID = [  # comment, unit in mm; kind, diameter, corner, angle
     ("(TOOL 1/4 DRILL)\nT1 M6", 25.4, ("drill", 6.35, None, None)),
     ("(T1 1/2 3 FLUTE CARBIDE END MILL)", 25.4, ("flat", 12.7, None, None)),
     ("(T1 6.8 DRILL)", 1.0, ("drill", 6.8, None, None)),
-    ("(T1 1/4-20 TAP)", 25.4, ("tap", None, None, None)),
+    ("(T1 1/4-20 TAP)", 25.4, ("tap", 6.35, None, None)),
+    ("( T1 | 90 SPOT DRILL | H1 )", 1.0, ("drill", None, None, 90.0)),
+    ("( T1 | 90. CHAMFER MILL | H1 | D1 )", 25.4, ("chamfer", None, None, 45.0)),
+    ("( T1 | 10. SPOT DRILL | H1 )", 1.0, ("drill", 10.0, None, None)),
+    ("(T1 V-BIT 60 DEG 6MM)", 1.0, ("chamfer", 6.0, None, 30.0)),
+    ("T1 M6 (.500 EM)", 25.4, ("flat", 12.7, None, None)),
+    ("T1 M6 (1/2 EM)", 25.4, ("flat", 12.7, None, None)),
+    ("T1 M6 (.75 RGH EM .03R)", 25.4, ("flat", 19.05, None, None)),
+    ("T1 M6 (FRESA DE TOPO 10MM)", 1.0, (None, 10.0, None, None)),
+    ("T1 M6 (FRAISE DIAM 20)", 1.0, (None, 20.0, None, None)),
+    ("T1 M6 (FREZA FI10)", 1.0, (None, 10.0, None, None)),
+    ("T1 M6 (СВЕРЛО D8.5)", 1.0, ("drill", 8.5, None, None)),
+    ("T1 M6 (平刀D10)", 1.0, ("flat", 10.0, None, None)),
+    ("T1 M6 (球刀R3)", 1.0, ("ball", 6.0, 3.0, None)),
+    ("T1 M6 (SPIRALBOHRER D8,5)", 1.0, ("drill", 8.5, None, None)),
+    ("T1 M6 (D10,4FL END MILL)", 1.0, ("flat", 10.0, None, None)),
+    ("T1 M6 (10MM CARBIDE 4FL R0.5)", 1.0, (None, 10.0, 0.5, None)),
     ("(T1 3 FLUTE END MILL)", 1.0, ("flat", None, None, None)),
     ("(T1 D6)\n(CHAMFER EDGES)\nT1 M6", 1.0, ("chamfer", 6.0, None, None)),
 ]  # fmt: skip
@@ -51,7 +67,17 @@ def test_flutes_that_a_comment_counts(text, flutes):
     assert tool_notes([text], [1], 25.4)[1].flutes == flutes
 
 
-@pytest.mark.parametrize("text", ["(T1 hello)", "(FINISH FEED 10 MM)\nT1 M6", "(STEP 3)\nT1 M6", "T1 M6"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(T1 hello)",
+        "(FINISH FEED 10 MM)\nT1 M6",
+        "(MILL POCKET 10MM)\nT1 M6",
+        "(FRESATURA 10MM)\nT1 M6",
+        "(STEP 3)\nT1 M6",
+        "T1 M6",
+    ],
+)
 def test_nothing_is_read_into_other_comments(text):
     assert tool_notes(text.split("\n"), [1], 1.0) == {}
 
@@ -69,7 +95,9 @@ def test_every_tool_gets_its_own_comment():
     [
         ("ENDMILL 10", 10.0, "ENDMILL 10"), ("ENDMILL 1/2", 12.7, "ENDMILL 1/2"), ("BOHRER 6.8", 6.8, "BOHRER 6.8"),
         ("3 FLUTE ENDMILL 10", 10.0, "ENDMILL 10"), ("TAP M8X1.25", 8.0, "M8"), ("CUTTER 16", 16.0, "CUTTER 16"),
-        ("ENDMILL 10 R0.5", 10.0, "ENDMILL 10"), ("D12 ENDMILL 3", 12.0, None), ("FLAT END MILL 2", None, None),
+        ("ENDMILL 10 R0.5", 10.0, "ENDMILL 10"), ("D12 ENDMILL 3", 12.0, None), ("FRESA 10", 10.0, "FRESA 10"),
+        ("EM10R1", 10.0, "EM10"), ("FRESA D.10", 10.0, "D.10"), ("D.1 CUTTER", None, None), ("ФРЕЗА 8", 8.0, "ФРЕЗА 8"),
+        ("FLAT END MILL 2", None, None),
         ("DRILL 4 HOLES", None, None), ("SPOT DRILL 90 DEG", None, None), ("ENDMILL 1234", None, None),
     ],
 )  # fmt: skip

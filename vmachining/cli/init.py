@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note
 from vmachining.errors import InputError
 from vmachining.job.files import write_atomic
-from vmachining.job.starter import draft_job
+from vmachining.job.starter import Draft, draft_job
 
 
 def init(
     program: Path, *, out: Path | None, dialect: str | None, force: bool, as_json: bool, units: str = "",
-    tools: Path | None = None,
+    tools: Path | None = None, given: Sequence[str] = (),
 ) -> int:  # fmt: skip
     """`vmachining init`. Exit code 0: the job runs as it is, 1: values have to be given first."""
     target = out if out is not None else program.with_suffix(".toml")
@@ -25,7 +26,12 @@ def init(
         if not target.parent.is_dir():
             raise InputError(f"--out {target}: there is no directory {target.parent}")
     draft = draft_job(
-        program, target.parent if str(target) != "-" else Path(), dialect, units=units, library=tools
+        program,
+        target.parent if str(target) != "-" else Path(),
+        dialect,
+        units=units,
+        library=tools,
+        tools=given,
     )
     if target.exists() and target.samefile(program):
         raise InputError(f"--out {target}: that is the program itself")
@@ -34,26 +40,24 @@ def init(
     if as_json:
         emit({
             "job": str(target), "dialect": draft.dialect, "units": draft.units, "tools": list(draft.tools),
-            "guesses": list(draft.guesses), "open": list(draft.open), "errors": list(draft.errors),
+            "guesses": list(draft.guesses), "open": list(draft.open), "errors": list(draft.errors), "ask": list(draft.ask),
             "text": draft.text,
         })  # fmt: skip
     elif str(target) == "-":
         print(draft.text, end="")
     if not as_json:
-        _print_next_steps(target, program, draft.guesses, draft.open, draft.errors)
+        _print_next_steps(target, program, draft)
     return Code.FINDINGS if draft.open or draft.errors else Code.DONE
 
 
-def _print_next_steps(
-    target: Path, program: Path, guesses: tuple[str, ...], missing: tuple[str, ...], errors: tuple[str, ...]
-) -> None:
+def _print_next_steps(target: Path, program: Path, draft: Draft) -> None:
     """What was written, what is guessed, what is missing, what comes next."""
-    printed = str(target) == "-"
+    printed, errors = str(target) == "-", draft.errors
     if not printed:
         note(f"{target}: written")
-    for text in guesses:
+    for text in draft.guesses:
         note(f"  guess     {text}")
-    for text in missing:
+    for text in draft.open:
         note(f"  missing   {text}")
     for text in errors[:3]:
         note(f"  program   {text}")
@@ -61,9 +65,10 @@ def _print_next_steps(
         note(f"  program   and {len(errors) - 3} more: vmachining nc check lists all")
     file = program.with_suffix(".toml").name if printed else str(target)
     begin = f"save the text as {file} in this directory, " if printed else ""
-    if missing:
+    if draft.open:
+        words = f" (or in words: {' '.join(draft.ask)})" if draft.ask else ""
         note(
-            f"  next      {begin}give what is missing (lines with MUST BE GIVEN), then: vmachining run {file}"
+            f"  next      {begin}give what is missing (lines with MUST BE GIVEN), then: vmachining run {file}{words}"
         )
     elif not errors:
         note(f"  next      {begin}look at the guesses, then: vmachining run {file}")

@@ -11,6 +11,7 @@ import typer
 from vmachining.cli.options import (
     Json,
     Library,
+    OneTool,
     Out,
     Quiet,
     Resume,
@@ -83,6 +84,7 @@ class RunOptions:
         "run part.toml --out out/fine --width 0.1% --stock stl,3mf",
         "run part.toml --brep sample --resume",
         "run part.toml --part 3/64",
+        "run part.nc --tool 1=flat:10 --tool 3=ball:6",
     ),
 )
 def run_(
@@ -90,6 +92,7 @@ def run_(
     *,
     out: Out = None,
     tools: Library = None,
+    tool: OneTool = None,
     units: Units = "",
     options: RunOptions,
     resume: Resume = False,
@@ -108,7 +111,7 @@ def run_(
     if options.part is not None:
         belong(options, ("stock",), "belongs to merge: a part does not have the finished stock")
         belong(options, ("stock_at",), "needs the whole workpiece, which a part does not have")
-    job = jobs.job_of(job, tools=tools, units=units, quiet=quiet or as_json)
+    job = jobs.job_of(job, tools=tools, units=units, given=tool or (), quiet=quiet or as_json)
     return jobs.run_job(job, options, out=out, resume=resume, quiet=quiet, as_json=as_json, force=force)
 
 
@@ -171,6 +174,7 @@ def init_(
     ] = None,
     dialect: Annotated[str | None, opt(None, "Of the program; default: detected and reported.")] = None,
     tools: Library = None,
+    tool: OneTool = None,
     units: Units = "",
     force: Annotated[bool, flag("--force", "Overwrite the file.")] = False,
     as_json: Json = False,
@@ -179,8 +183,9 @@ def init_(
     from vmachining.cli import init
 
     return init.init(
-        program, out=out, dialect=dialect, force=force, as_json=as_json, units=units, tools=tools
-    )
+        program, out=out, dialect=dialect, force=force, as_json=as_json, units=units, tools=tools,
+        given=tool or (),
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,7 +15,8 @@ from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note, progress_bar
 from vmachining.cli.stop import Watch, watched
 from vmachining.errors import InputError
-from vmachining.job import Job, RunResult, Stopped, check_formats, draft_job, run
+from vmachining.job import Draft, Job, RunResult, Stopped, check_formats, draft_job, run
+from vmachining.job.asked import made_with
 from vmachining.job.batch import safe_name
 from vmachining.job.batch.one import ACCURACY, with_accuracy
 from vmachining.job.brep import JUDGED, blank, disputes, parse_blocks, parse_brep, refuse_beyond
@@ -29,10 +30,14 @@ from vmachining.job.simulate import Progress
 from vmachining.job.spent import in_words
 from vmachining.job.store import PARTS, finished, same_inputs
 from vmachining.job.toolpath import Toolpath
+from vmachining.textfile import parse_toml, read_text
 from vmachining.tolerance import BREP_SECONDS
 
 ENGINES_OF_DEMOS = {"mould_cover": "vectors"}
 """What a model shows is another engine's than that of `run`: vectors measure a part."""
+
+TYPES = "TYPE is flat, ball, bull, drill, chamfer or taper; mm, or 1/2in"
+"""What stands after an option that asks for the shape of a tool."""
 
 FEW = 10
 """Disputed blocks on the terminal; the table has them all."""
@@ -60,40 +65,88 @@ def _parts(o: RunOptions) -> list[str]:
     return list(PARTS) if o.stages is None else [part.strip() for part in o.stages.split(",")]
 
 
-def job_of(file: Path, *, tools: Path | None, units: str, quiet: bool) -> Path:
+def job_of(file: Path, *, tools: Path | None, units: str, quiet: bool, given: Sequence[str] = ()) -> Path:
     """The job file that is meant: itself, or of a program the one next to it, which is drafted where none exists.
+
+    A draft that nobody has edited is written again where it is open, or where options come in addition: those that it was made
+    with hold on. given : tools as of `--tool`.
 
     Raises
     ------
     InputError
         Values that the draft leaves open, or options of a draft beside a job file.
     """
+    asked = tools is not None or bool(units) or bool(given)
     if file.suffix.lower() == ".toml" or not file.is_file() or _says_job(file):
-        if tools is not None or units:
-            raise InputError("--tools and --units belong to a program", remedy="write them into the job file")
+        if asked:
+            raise InputError(
+                "--tools, --tool and --units belong to a program", remedy="write them into the job file"
+            )
         return file
     target = file.with_suffix(".toml")
+    words: list[str] | None = []
     if target.exists():
-        if tools is not None or units:
-            raise InputError(f"{target} exists already", remedy=f"vmachining run {target}, or remove it")
-        program = Job.load(target).program_path
-        if not (program.exists() and program.samefile(file)):
+        program = _program_of(target)
+        if program is not None and not (program.exists() and program.samefile(file)):
             raise InputError(
                 f"{target} is the job of another program, {program}",
                 remedy=f"vmachining init {file} --out JOB.toml, then vmachining run JOB.toml",
             )
-        note(f"{target} is the job of {file.name}: it is run", quiet=quiet)
-        return target
-    draft = draft_job(file, target.parent, units=units, library=tools)
+        words = made_with(target)
+        if words is None and asked:
+            raise InputError(
+                f"{target} exists already, and has been edited: --tools, --tool and --units would change it",
+                remedy=f"write them into it, then vmachining run {target}; or remove it",
+            )
+        if words is None or not (asked or "# MUST BE GIVEN:" in target.read_text(encoding="utf-8")):
+            note(f"{target} is the job of {file.name}: it is run", quiet=quiet)
+            return target
+    draft = draft_again(file, target, words or [], tools=tools, units=units, given=given)
     write_atomic(target, draft.text)
     for text in draft.guesses:
         note(f"  guess     {text}", quiet=quiet)
     if draft.open:
         raise InputError(
-            f"{target} is written, but some values are still missing: {'; '.join(draft.open)}",
-            remedy=f"fill in the lines with MUST BE GIVEN, or name a library: --tools; then vmachining run {target}",
+            f"{file}: {'; '.join((*draft.open, *draft.errors[:2]))}", remedy=remedy_of(draft, file, target)
         )
     return target
+
+
+def _program_of(target: Path) -> Path | None:
+    """The program of a job file, which may have open values; None of another file, which loading refuses."""
+    try:
+        table = parse_toml(read_text(target, "job file", InputError)).get("program")
+    except (InputError, ValueError):
+        return None
+    name = table.get("file") if isinstance(table, dict) else None
+    return target.parent / name if isinstance(name, str) else None
+
+
+def draft_again(
+    file: Path, target: Path, words: Sequence[str], *, tools: Path | None, units: str, given: Sequence[str]
+) -> Draft:
+    """The draft of a program with options in addition to those that it was made with; a later one stands for an earlier one."""
+    before: dict[str, list[str]] = {}
+    for name, value in zip(words[::2], words[1::2], strict=False):
+        before.setdefault(name, []).append(value)
+    held = {text.partition("=")[0].strip(): text for text in before.get("--tool", ())}
+    for text in given:
+        held.pop(text.partition("=")[0].strip(), None)
+    library = tools if tools is not None else next(map(Path, before.get("--tools", ())), None)
+    return draft_job(
+        file, target.parent, next(iter(before.get("--dialect", ())), None), library=library,
+        units=units or next(iter(before.get("--units", ())), ""), tools=(*held.values(), *given),
+    )  # fmt: skip
+
+
+def remedy_of(draft: Draft, program: Path, target: Path) -> str:
+    """How what a draft leaves open is given: in the words of a command line, by a library, in the file."""
+    library = " or ".join(shlex.quote(name) for name in draft.beside) or "LIBRARY"
+    ways = [f"--tools {library}", f"the lines with MUST BE GIVEN in {target}, then vmachining run {target}"]
+    if draft.ask:
+        kinds = f" ({TYPES})" if any("=TYPE:" in word for word in draft.ask) else ""
+        ways.insert(0, f"{shlex.join(['vmachining', 'run', str(program)])} {' '.join(draft.ask)}{kinds}")
+    return "; or ".join(ways)
 
 
 def _says_job(file: Path) -> bool:

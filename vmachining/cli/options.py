@@ -134,6 +134,10 @@ Engine = Annotated[str | None, opt("NAME", "Of a job; default as in run.")]
 StockOut = Annotated[str, opt("LIST", "Finished stock as stl, 3mf, glb, step (comma list).")]
 LIBRARY = "Tool library: .tools, .json, .fctl, .fctb, .tbl, .t or .csv."
 Library = Annotated[Path | None, typer.Option("--tools", metavar="LIBRARY", help=LIBRARY)]
+ONE_TOOL = (
+    "A tool that the program does not tell, such as 3=ball:10 or 1=flat:1/2in; repeatable, before --tools."
+)
+OneTool = Annotated[list[str] | None, typer.Option("--tool", metavar="N=TYPE:SIZE", help=ONE_TOOL)]
 Units = Annotated[str, opt(None, "mm or inch, if the program does not set it.")]
 DIALECTS = "Program dialect: iso, fanuc, haas, mazak, okuma, mts, apt, poses; auto: detected and reported."
 Dialect = Annotated[str, opt(None, DIALECTS)]

@@ -20,7 +20,8 @@
 | `table.py`, `files.py`, `folder.py`, `result.py`, `summary.py`, `total.py` | `COLUMNS`, the files of a result, their manifest |
 | `alone.py`, `single.py` | `blocks_alone`: single blocks to any width, without a run; `swept_volume` of one sweep |
 | `batch/` | many jobs over processes or a cluster |
-| `starter.py`, `heights.py` | a job file from a program; the workpiece as heights over cells |
+| `starter.py`, `starter_reading.py`, `asked.py` | a job file from a program; what is asked for and given in words |
+| `heights.py` | the workpiece as heights over cells |
 
 Conventions: stock, home and all columns are in work coordinates. Rapids remove 0 by definition; one that meets
 material warns with the volume. A block's time holds its dwells. `removed_lo_mm3` and `removed_hi_mm3` of the summary

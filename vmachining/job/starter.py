@@ -1,8 +1,9 @@
 """A job file from a program: what the program says is written down, what it does not say is marked.
 
 1. The dialect is recognised; the program gives the unit, or what speaks for one, which is a guess then.
-2. Tools are those that cut; their shapes come from comments (`vmachining.nc.toolcomments`). A diameter that nobody
-   gives is left open, and the run asks for it: an invented one would make numbers that look like results.
+2. Tools are those that cut; their shapes come from comments (`vmachining.nc.toolcomments`), from a library, from the
+   user, and where all those are silent from the one library that lies beside the program, as a guess. A diameter that
+   nobody gives is left open, and the run asks for it: an invented one would make numbers that look like results.
 3. The stock is a box around everything that feed motions sweep, with an allowance: a guess, and called one.
 4. Where axes turn, the machine is the first preset that has them: a guess as well.
 
@@ -18,30 +19,25 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.errors import KinematicsError, NCError, SweepError
+from vmachining.errors import InputError, KinematicsError, NCError, SweepError
+from vmachining.job.asked import GIVEN, libraries_beside, parse_tools, signed, word_of
 from vmachining.job.jobfile import MM_PER_INCH
 from vmachining.job.paths import move_path, settled
-from vmachining.job.reading import refuse_turning
+from vmachining.job.reading import refuse_turning, refuse_unread
+from vmachining.job.starter_reading import IDLE, read_with_tools, unit_said
 from vmachining.machine import Machine, load, with_axes
 from vmachining.nc import (
     MAX_BYTES,
-    Motion,
     Program,
-    ToolEntry,
     decode_program,
-    is_g_code,
-    lex_line,
-    parse_program,
     split_lines,
 )
 from vmachining.nc.stockcomments import placed, stock_note
-from vmachining.nc.toolcomments import ToolNote, cutter_notes, tool_notes
-from vmachining.nc.toollibrary import read_tool_library
+from vmachining.nc.toolcomments import ToolNote
 from vmachining.nc.units import unit_of
 from vmachining.sweep import Turn
 
@@ -50,10 +46,7 @@ __all__ = ["Draft", "draft_job"]
 ALLOWANCE_MM = 2.0
 """Around what the tools sweep, on each side and below."""
 
-CONTOUR_MM = 1e-3
-"""Diameter assumed for a tool whose diameter is not given, where nothing else is known of the path."""
 
-HOME_ABOVE_MM = 50.0
 _SIDES = re.compile(r"^[^(;]*G4[12](?![0-9.])", re.IGNORECASE)
 SAMPLES = 17
 """Places along a five-axis motion that its extent is taken from."""
@@ -61,10 +54,7 @@ SAMPLES = 17
 DRILL_DEG, CHAMFER_DEG = 118.0, 45.0
 """Tip angle of a standard twist drill, half angle of a standard chamfer mill (ISO 5419, DIN 6518)."""
 
-_TOOL_CALL = re.compile(r"TOOL CALL[ \t]+(?=\d)", re.IGNORECASE)
-_CALLED = re.compile(r"[ \t]*\d*[ \t]*TOOL CALL[ \t]+(\d{1,6})\b", re.IGNORECASE)
 
-IDLE = (Motion.RAPID, Motion.DWELL)
 GUESS, OPEN = "GUESS", "MUST BE GIVEN"
 
 
@@ -72,7 +62,8 @@ GUESS, OPEN = "GUESS", "MUST BE GIVEN"
 class Draft:
     """A job file to be. guesses, open : one line each, for people; `open` values keep it from running.
 
-    errors : what the program itself has wrong, which keeps it from running as well.
+    errors : what the program itself has wrong, which keeps it from running as well. ask : options that would give what is
+    open, such as `--tool 3=ball:DIAMETER`. beside : tool libraries in the directory of the program.
     """
 
     text: str
@@ -82,23 +73,35 @@ class Draft:
     guesses: tuple[str, ...]
     open: tuple[str, ...]
     errors: tuple[str, ...]
+    ask: tuple[str, ...] = ()
+    beside: tuple[str, ...] = ()
 
 
 def draft_job(
-    program: Path, folder: Path, dialect: str | None = None, *, units: str = "", library: Path | None = None
+    program: Path,
+    folder: Path,
+    dialect: str | None = None,
+    *,
+    units: str = "",
+    library: Path | None = None,
+    tools: Sequence[str] = (),
 ) -> Draft:
     """The job file of a program, as it would lie in `folder`.
 
     Parameters
     ----------
     dialect : None: recognised. units : "mm" or "inch", where the program names none. library : tools, in a format of
-        `vmachining.nc.toollibrary`; comments of the program say what it does not.
+        `vmachining.nc.toollibrary`; comments of the program say what it does not. tools : such as "3=ball:10", which
+        are taken before both.
 
     Raises
     ------
     NCError
         The program cannot be read, is written for another control, or has no feed motion.
+    InputError
+        `tools` in another form, or of numbers that the program does not have.
     """
+    own = parse_tools(tools)
     try:
         with program.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
@@ -106,107 +109,28 @@ def draft_job(
         raise NCError(f"cannot read the program: {exc.strerror or exc}", file=str(program)) from exc
     lines = split_lines(decode_program(data, str(program)))
     options = {"rotary": "ABC", "subroutines": (program.parent,), "units": units}
-    read, tables, entry = _read(data, program, lines, dialect, options, library)
+    read, tables, entry = read_with_tools(data, program, lines, dialect, options, library, own)
     foreign = next((found for found in read.errors if found.code == "E211"), None)
     if foreign is not None:
         read.require_clean(allow={found.code for found in read.errors} - {"E211"})
     refuse_turning(read)
-    unit = _unit(read, lines)
+    unit = unit_said(read, lines)
     cutting = [move for move in read.moves if move.motion not in IDLE]
     if not cutting:
         if read.errors:
             read.require_clean()
+        refuse_unread(read)
         raise NCError("no feed motion: nothing is cut", file=str(program), remedy="is it the right file?")
-    return _Writer(read, lines, unit, tables, program, folder, entry).draft()
-
-
-def _wrong(program: Program) -> int:
-    """Errors but for what only tools or the end of the file lack."""
-    return sum(found.code != "E351" for found in program.errors)
-
-
-def _read(
-    data: bytes, path: Path, lines: Sequence[str], dialect: str | None, options: dict[str, Any],
-    library: Path | None,
-) -> tuple[Program, dict[int, ToolNote], str]:  # fmt: skip
-    """The program in its dialect, read with its tools, from the home that the job will name; and its crc_entry."""
-    best = parse_program(data, str(path), dialect=dialect or "auto", **options)
-    if dialect is None and best.dialect in ("iso", "fanuc") and _wrong(best):
-        other = parse_program(data, str(path), dialect="mts", **options)
-        best = other if _wrong(other) == 0 else best
-    called = _called(lines, best.dialect) | set(best.declared.tools)
-    numbers = sorted({move.tool or 1 for move in best.moves} | called)
-    scale = MM_PER_INCH if _unit(best, lines) == "inch" else 1.0
-    if not is_g_code(best.dialect) and best.dialect != "apt":
-        lines = [_TOOL_CALL.sub("T", line) for line in lines]
-    notes = cutter_notes(lines, scale) if best.dialect == "apt" else tool_notes(lines, numbers, scale)
-    for number, name in best.declared.names.items():
-        if number not in notes:
-            notes |= tool_notes([f"(T{number} {name})"], [number], 1.0)
-    for number, radius in best.declared.radii.items():
-        if number not in notes and radius > 0.0:
-            notes[number] = ToolNote(1, "the program gives the radius", None, 2.0 * radius, None, None)
-    for number, own in (read_tool_library(library, scale) if library is not None else {}).items():
-        said = {key: value for key, value in own._asdict().items() if value is not None and key != "line"}
-        if own.diameter_mm is not None:
-            said["guess"] = None
-        notes[number] = notes[number]._replace(**said) if number in notes else own
-    table = {
-        number: ToolEntry(
-            number, (note and note.diameter_mm) or math.nan, 0.0, flutes=(note and note.flutes) or 0
+    if strange := sorted(set(own) - set(tables)):
+        known = ", ".join(map(str, sorted({move.tool or 1 for move in cutting})))
+        raise InputError(
+            f"--tool {strange[0]}=...: the program has no tool {strange[0]}", remedy=f"it cuts with {known}"
         )
-        for number in numbers
-        for note in [notes.get(number)]
-    }
-    home = 0.0, 0.0, _home(best, _unit(best, lines) or "mm")
-    given = {**options, "tools": table, "home": home, "dialect": best.dialect}
-    again = parse_program(data, str(path), **given)
-    if again.declared.unit == "" and best.declared.unit:
-        given["units"] = best.declared.unit
-        again = parse_program(data, str(path), **given)
-    if _wrong(again) < len(again.errors) and all(move.motion in IDLE for move in again.moves):
-        # all that cuts is beside a radius that nobody tells: what follows is drafted about the contour
-        given["tools"] = {
-            k: tool._replace(diameter_mm=CONTOUR_MM) if math.isnan(tool.diameter_mm) else tool
-            for k, tool in table.items()
-        }
-        again = parse_program(data, str(path), **given)
-    if any(found.code in ("E353", "E355") for found in again.errors) and again.dialect in ("iso", "mts"):
-        other = parse_program(data, str(path), **given, crc_entry="next")
-        if _wrong(other) < _wrong(again):
-            return other, notes, "next"
-    return again, notes, "prev"
-
-
-def _home(program: Program, unit: str) -> float:
-    """A round level above everything, mm: where the tool starts and G28 returns to."""
-    heights = [float(move.start[2]) for move in program.moves[1:]]
-    heights += [float(move.end[2]) for move in program.moves if move.motion not in IDLE]
-    step = 10.0 if unit == "mm" else MM_PER_INCH
-    return math.ceil(max(100.0, max(heights, default=0.0) + HOME_ABOVE_MM) / step - 1e-9) * step
-
-
-def _called(lines: Sequence[str], dialect: str) -> set[int]:
-    """Numbers of T words, so that tools of offsets (G43 H, D) are in the table as well."""
-    if not is_g_code(dialect):
-        return {1} | {int(found[1]) for line in lines if (found := _CALLED.match(line))}
-    words = (word for line in lines if "T" in line.upper() for word in lex_line(line).words)
-    return {int(word.value) for word in words if word.letter == "T" and word.value and word.value >= 1.0}
-
-
-def _unit(program: Program, lines: Sequence[str]) -> str:
-    """mm, inch, or "" where the program does not say."""
-    if program.declared.unit:
-        return program.declared.unit
-    if program.dialect == "poses":
-        return "mm"
-    for line in lines:
-        if "2" not in line:
-            continue
-        for word in lex_line(line).words:
-            if word.letter == "G" and word.value in (20.0, 21.0):
-                return "inch" if word.value == 20.0 else "mm"
-    return ""
+    words = [
+        *(("--dialect", dialect) if dialect else ()), *(("--units", units) if units else ()),
+        *(("--tools", str(library)) if library else ()), *(word for text in tools for word in ("--tool", text)),
+    ]  # fmt: skip
+    return _Writer(read, lines, unit, tables, program, folder, entry).draft(words)
 
 
 class _Writer:
@@ -222,14 +146,16 @@ class _Writer:
         self.open: list[str] = []
         self.unsized: dict[int, int] = {}
         """First line of feed by tool, of those without a diameter."""
+        self.ask: list[str] = []
         self.letters = "".join(
             sorted({k.upper() for m in program.moves if m.rotary_deg for k in m.rotary_deg})
         )
         self.presets = with_axes(self.letters) if self.letters else []
         self.machine: Machine | None = load(self.presets[0]) if self.presets else None
         self.errors = [
-            f"line {f.line}: {f.code} {f.message}" for f in program.errors if f.code not in ("W401", "E351")
-        ]
+            f"line {f.line}: {f.code} {f.message}" for f in program.findings
+            if (f.severity == "E" and f.code != "E351") or f.code == "W383"
+        ]  # fmt: skip
         try:
             program = settled(program, self.machine)
         except NCError as exc:
@@ -253,6 +179,8 @@ class _Writer:
         """The line of a diameter that nobody tells; the terminal says it once for all tools."""
         first = next((move.line for move in self.cutting if (move.tool or 1) == number), 1)
         self.unsized[number] = first
+        note = self.notes.get(number)
+        self.ask.append(word_of(number, note and note.kind, self.unit == "inch"))
         return f"# diameter_mm =    # {OPEN}: no comment gives the diameter of tool {number}, which cuts from line {first}"
 
     def unsized_tools(self) -> str:
@@ -262,8 +190,8 @@ class _Writer:
             return f"no comment gives the diameter of tool {places[0]}"
         return f"no comment gives the diameters of tools {', '.join(places[:-1])} and {places[-1]}"
 
-    def draft(self) -> Draft:
-        """The whole file."""
+    def draft(self, words: Sequence[str]) -> Draft:
+        """The whole file. words : options that it is made with."""
         low, high = self.extent()
         parts = [
             f"# Job of {self.path.name}, made by vmachining init. Lines with {GUESS} or {OPEN} need your eye.",
@@ -280,9 +208,10 @@ class _Writer:
         parts += ["", *self.stock_table(low, high), "", *self.rest()]
         if self.unsized:
             self.open.insert(0, self.unsized_tools())
+        beside = tuple(path.name for path in libraries_beside(self.path, self.scale)) if self.open else ()
         return Draft(
-            "\n".join(parts) + "\n", tuple(self.tools), self.program.dialect, self.unit, tuple(self.guesses),
-            tuple(self.open), tuple(self.errors),
+            signed("\n".join(parts) + "\n", words), tuple(self.tools), self.program.dialect, self.unit,
+            tuple(self.guesses), tuple(self.open), tuple(self.errors), tuple(self.ask), beside,
         )  # fmt: skip
 
     def units(self) -> str:
@@ -419,7 +348,9 @@ class _Writer:
         note = self.notes.get(number)
         out = ["[[tools]]", f"number = {number}"]
         if note is not None:
-            out.insert(1, f"# line {note.line}: ({note.text})")
+            out.insert(
+                1, f"# given by {GIVEN}" if note.text == GIVEN else f"# line {note.line}: ({note.text})"
+            )
         elif not any(move.tool for move in self.cutting):
             out.insert(1, "# the program calls no tool")
         depth = float(high[2] - low[2])
@@ -464,6 +395,10 @@ class _Writer:
             size = f"diameter_mm = {diameter:.9g}"
             if note.guess is not None:
                 size = self.guess(size, f"diameter of tool {number}, from its name {_text(note.guess)}")
+            elif note.place is not None:
+                size = self.guess(
+                    size, f"diameter of tool {number}, from {note.place}, which lies beside the program"
+                )
         if note.text.endswith(".tbl"):
             size = self.guess(size, f"the table has no unit: that of the program is used, {self.unit}")
         if note.kind in ("drill", "chamfer"):
@@ -484,9 +419,9 @@ class _Writer:
         if note.kind == "ball":
             return ['type = "ball"', size]
         if note.kind == "bull":
-            lost = self.missing(
-                "corner_radius_mm = ", f"no comment gives the corner radius of line {note.line}'s tool"
-            )
+            if number not in self.unsized:
+                self.ask.append(word_of(number, "bull", self.unit == "inch"))
+            lost = self.missing("corner_radius_mm = ", f"no comment gives the corner radius of tool {number}")
             return ['type = "bull"', size, lost]
         if note.kind == "flat" or corner == 0.0:
             return ['type = "flat"', size]

@@ -20,6 +20,7 @@ from vmachining.nc.lexer import MAX_LINE, Word
 from vmachining.nc.model import Motion
 from vmachining.nc.one_block import MAX_ERRORS, MAX_WARNINGS, GiveUpError, OneBlock
 from vmachining.nc.quick import BLOCK, quick_move
+from vmachining.nc.repeated import AGAIN
 from vmachining.nc.tape import find_tape
 
 __all__ = ["Reader"]
@@ -232,6 +233,16 @@ class Reader(OneBlock):
                 word = Word("N", float(found[1]), col, len(written), written)
                 self._check_number(index + 1, int(found[1]), word)
 
+    def _count(self, index: int, line: str, n: int, number: str) -> None:
+        """The block number of a line that took a short cut."""
+        if n <= self.highest:
+            at = line.upper().index("N")
+            end = line.index(number, at) + len(number)
+            self._check_number(index + 1, n, Word("N", float(n), at + 1, end - at, line[at:end]))
+        else:
+            self.numbers.add(n)
+            self.highest = self.last = n
+
     def _blocks(self, first: int, stop: int) -> int:
         """Run lines first..stop-1; returns the 0-based line after the last one run."""
         lines, match, moves = self.lines, BLOCK.fullmatch, self.moves
@@ -244,6 +255,7 @@ class Reader(OneBlock):
             line = lines[index]
             if not line:
                 continue
+            again = None
             if fast and len(line) <= MAX_LINE:
                 found = match(line)
                 words, writes = found.groups() if found is not None else None, None
@@ -265,16 +277,29 @@ class Reader(OneBlock):
                                 if quick is not None and isinstance(key, int):
                                     quick.register(key, value * state.scale)
                         if n is not None and not steered:
-                            if n <= self.highest:
-                                at = line.upper().index("N")
-                                end = line.index(number, at) + len(number)
-                                word = Word("N", float(n), at + 1, end - at, line[at:end])
-                                self._check_number(index + 1, n, word)
-                            else:
-                                self.numbers.add(n)
-                                self.highest = self.last = n
+                            self._count(index, line, n, number)
                         continue
+                if (again := AGAIN.fullmatch(line)) is not None and (
+                    quick is None or not (again[2] or again[5])
+                ):
+                    n = None if (number := again[1]) is None else int(number)
+                    place = called or index + 1, n if called is None else None
+                    made = self.repeated.moves(state, again.groups(), *place)
+                    if made is not None:
+                        moves.extend(made)
+                        if n is not None and not steered:
+                            self._count(index, line, n, number)
+                        if len(made) > 1 and len(moves) > self.most:
+                            raise self._too_long(index + 1)
+                        continue
+            told, made_before = sum(self.warnings.values()) + len(self.findings), len(moves)
             self._block(index + 1, line, called)
+            if (
+                again is not None
+                and moves is self.moves
+                and told == sum(self.warnings.values()) + len(self.findings)
+            ):
+                self.repeated.keep(again.groups(), state, self.state, moves[made_before:])
             state, moves = self.state, self.moves
             fast = state.plain and (quick is None or quick.quick)
             if state.ended:

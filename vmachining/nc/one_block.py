@@ -23,6 +23,7 @@ from vmachining.nc.frames import UP
 from vmachining.nc.interpreter import INCH, BlockError, execute
 from vmachining.nc.lexer import LexedLine, Word, lex_line
 from vmachining.nc.model import Finding, Motion, Move
+from vmachining.nc.repeated import Repeated
 from vmachining.nc.run import Run
 from vmachining.nc.settings import Settings
 from vmachining.nc.state import ORIGIN, Memory, State
@@ -80,6 +81,7 @@ class OneBlock:
         elif self.translator is not None:
             self.translator.changes_by = tool_changer(lines)
         self.templates = Templates(self.memory)
+        self.repeated, self.most = Repeated(), max(MAX_MOVES, 2 * settings.max_steps)
         self.moves: list[Move] = []
         self.findings: list[Finding] = []
         self.ended = False
@@ -184,6 +186,9 @@ class OneBlock:
         self.report(problem, index + 1, None)
         if self.errors >= MAX_ERRORS:
             raise self._too_many(index + 1)
+
+    def _too_long(self, behind: int) -> GiveUpError:
+        return GiveUpError("E413", behind, f"over {len(self.moves) - 1} motions: is there an end?")
 
     def _too_many(self, behind: int) -> GiveUpError:
         what = (
@@ -290,8 +295,8 @@ class OneBlock:
             if self.translator is not None and isinstance(key, int):
                 self.translator.register(key, value * try_state.scale)
         self.moves.extend(moves)
-        if len(moves) > 1 and len(self.moves) > max(MAX_MOVES, 2 * self.settings.max_steps):
-            raise GiveUpError("E413", number, f"over {len(self.moves) - 1} motions: is there an end?")
+        if len(moves) > 1 and len(self.moves) > self.most:
+            raise self._too_long(number)
         if any(_ABORT.match(text, comment.col - 1) for comment in lexed.comments):
             raise GiveUpError("E418", number - 1, "the program aborts here, with (ABORT, ...)")
         if lathe is not None and lathe.runs is not None:

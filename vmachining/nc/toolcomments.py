@@ -35,32 +35,43 @@ _DIAMETER: Final = (
     re.compile(rf"\bTOOL\s+DIA(?:METER)?\.?\s*[-:=]?\s*{NUMBER}{_UNIT}", re.IGNORECASE),
     re.compile(rf"(?<![\w.=-]){NUMBER}{_UNIT}\s*DIA\b", re.IGNORECASE),
     re.compile(
-        rf"\bDIA(?:METER|M)?(?:\.?(?:\s+OUTIL)?(?!\s*OFF)\s*[-:=]|\.)\s*{NUMBER}{_UNIT}", re.IGNORECASE
+        rf"\bDIA(?:METER|M)?(?:\.?(?:\s+OUTIL)?(?!\s*OFF)\s*[-:=]|\.|(?<=[MR])\s)\s*{NUMBER}{_UNIT}",
+        re.IGNORECASE,
     ),
-    re.compile(rf"(?:\bD\s*=\s*|[Øø⌀]\s*){NUMBER}{_UNIT}", re.IGNORECASE),
-    re.compile(rf"(?:\b|_)D{NUMBER}{_UNIT}(?=[\s,;_|R)-]|$)", re.IGNORECASE),
+    re.compile(rf"(?:\bD\s*=\s*|\bFI\s*|[Øø⌀]\s*){NUMBER}{_UNIT}", re.IGNORECASE),
+    re.compile(rf"(?<![A-Za-z0-9])D{NUMBER}{_UNIT}(?=[\s,;_|R)-]|$)", re.IGNORECASE),
     re.compile(rf"(?<![\w.=-]){NUMBER}\s*(mm\b|inch\b|in\b|\")", re.IGNORECASE),
-    re.compile(rf"\|\s*{NUMBER}(\s)(?=[A-Z ]*(?:MILL|DRILL|NOSE|CUTTER|TAP|REAM))", re.IGNORECASE),
     re.compile(rf"^T\d+\s*:\s*{NUMBER}(\s*)$", re.IGNORECASE),
+)
+_NAMING: Final = (
+    re.compile(rf"\|\s*{NUMBER}(\s)(?=[A-Z ]*(?:MILL|DRILL|NOSE|CUTTER|TAP|REAM))", re.IGNORECASE),
     re.compile(
         r"(?<![\w./=#-])((?:\d+[\s-])?\d+/\d+|\d*\.\d+)(\s+)(?=(?:[A-Z0-9]+[ -]+){0,3}?(?:BALL|BULL|FLAT|END *MILL|"
-        r"FACE *MILL|(?:SPOT *)?DRILL|REAM|CHAMFER|CENTER))",
+        r"FACE *MILL|(?:SPOT *)?DRILL|REAM|CHAMFER|CENTER|E\.?M\b|ROUGH|RGH|RUFF|UP-?CUT|INDEX|INSERT|SHELL|\d+ *-?FL))",
         re.IGNORECASE,
     ),
 )
+"""A number before the name of a cutter: its diameter, but for the angles of tips (90 SPOT DRILL)."""
 _END: Final = r"(?=\s*(?:$|[,;|)_]|C?R\s*=?\s*\d|HM\b|HSS|VHM|CARB|\d+\s*-?FL))"
 _BESIDE: Final = re.compile(
-    rf"\w*(?:MILL|CUTTER|DRILL|NOSE|\bE\.?M\.?|FRAISE|FORET|FRAESER|FRÄSER|BOHRER|REAMER)[\s_:=-]*{NUMBER}{_UNIT}(?![\d./]){_END}",
+    rf"\w*(?:MILL|CUTTER|DRILL|NOSE|\bE\.?M\.?|FR(?:AE|Ä)S(?:ER)?|FRAISE|FRES[AE]?|FREES|FREZA?|ФРЕЗА|BOHRER|BROCA|PUNTA|FORET|"
+    rf"WIERTLO|WIERTŁO|СВЕРЛО|REAMER)[\s_:=-]*{NUMBER}{_UNIT}(?![\d./]){_END}",
     re.IGNORECASE,
 )
 """A number after the name of a cutter: most likely its diameter, so a guess that is said."""
-_THREAD: Final = re.compile(r"\bM(\d+(?:\.\d+)?)(?=$|[\sX_,;|)-])", re.IGNORECASE)
+_DOTTED: Final = re.compile(r"(?<![A-Za-z0-9])D\.(\d{1,2})(?![\d.])", re.IGNORECASE)
+"""In mm an abbreviation (FRESA D.10) or a tenth: a guess, where it is large enough for the first."""
+_THREAD: Final = re.compile(
+    r"\bM(\d+(?:\.\d+)?)(?=$|[\sX_,;|)-])|(?<![\d./])((?:\d-)?\d+/\d+)-\d+\b", re.IGNORECASE
+)
+_COMMA: Final = re.compile(r"(?<=\d),(?=\d{1,3}(?!\d|,|\s*-?FL))", re.IGNORECASE)
+"""Of a decimal number; lists of numbers have more of them."""
 LEAST_MM, MOST_MM = 3.0, 130.0
 """A whole number below the first may count operations or flutes, one above the second may be a name."""
 ANGLES: Final = frozenset({45.0, 60.0, 82.0, 90.0, 100.0, 118.0, 120.0, 135.0, 140.0, 145.0})
 """Of the tips of drills and chamfer mills: beside their names no diameters."""
 
-_LENGTHS: Final = r"(?:STICK[ -]?OUT|OVERHANG|PROJECTION|REACH|LENGTH|DEPTH|STEP[ -]?(?:OVER|DOWN))"
+_LENGTHS: Final = r"(?:STICK[ -]?OUT|OVERHANG|PROJECTION|REACH|LENGTH|DEPTH|DEEP|STEP[ -]?(?:OVER|DOWN))"
 _OTHER: Final = re.compile(
     rf"\b{_LENGTHS}[ :=-]*{NUMBER}{_UNIT}"
     rf"|(?<![\w.=-]){NUMBER}{_UNIT}\s*(?:{_LENGTHS}|LONG(?![ -]*(?:REACH|SERIES|END|BALL|DRILL)))\b"
@@ -74,12 +85,21 @@ _REGISTER: Final = re.compile(r"\b([HD])0*(\d+)(?![\d.])", re.IGNORECASE)
 LONGEST: Final = 400
 """Characters of a comment that are looked at: the cost of some patterns is the square of a length."""
 
+_MILL: Final = re.compile(
+    r"FR(?:AE|Ä)SER|FRAISE\b|FRES[AE]?\b|FREES\b|FREZA?\b|ФРЕЗА\b|铣刀|CUTTER|ROUGHER|\bRGH\b|UP-?CUT|CARBIDE|"
+    r"\bVHM\b|\bHSS|\d *-?FL(?:UTES?|T)?\b",
+    re.IGNORECASE,
+)
+"""Words that tell a cutter, and nothing of its shape."""
+_WHOLE: Final = re.compile(r"V-?BIT|ENGRAV", re.IGNORECASE)
+"""Of these the angle is that of the whole tip."""
+
 _CUTVIEWER: Final = re.compile(r"TOOL/(MILL|DRILL|CHAMFER)((?:[ ]*,[ ]*-?[\d.]+)+)", re.IGNORECASE)
 _CUTTER: Final = re.compile(r"\b(?:TOOL|BIT|CUTTER|MILL)\b.*\bDIA|TOOL_RADIUS", re.IGNORECASE)
 _RADIUS: Final = re.compile(rf"\bTOOL_RADIUS\s*=\s*{NUMBER}{_UNIT}", re.IGNORECASE)
 _CORNER: Final = (
     re.compile(rf"\b(?:CR|CORNER\s+(?:RADIUS|RAD\.?)|RAYON)\s*[-:=]?\s*{NUMBER}{_UNIT}", re.IGNORECASE),
-    re.compile(rf"(?:\b|_|(?<=[\d.]))R\s*=?\s*{NUMBER}{_UNIT}(?=[\s,;_|)-]|$)", re.IGNORECASE),
+    re.compile(rf"(?<![A-Za-z])R\s*=?\s*{NUMBER}{_UNIT}(?=[\s,;_|)-]|$)", re.IGNORECASE),
 )
 _TAPER: Final = re.compile(r"\b(?:TAPER|ANGLE|TIP)\s*[-:=]\s*(\d+\.?\d*)", re.IGNORECASE)
 _FLUTES: Final = re.compile(r"(?<![\w./])(\d{1,2})[ -]*FL(?:UTES?|T)?\b", re.IGNORECASE)
@@ -87,17 +107,18 @@ _DEGREES: Final = re.compile(r"(?<![A-Za-z0-9.])(\d+\.?\d*)\s*(?:DEG|GRAD|°)", 
 WHOLE: Final = 80.0
 """Degrees from which the angle of a chamfer mill is that of its whole tip."""
 _KINDS: Final = (  # the first that fits
-    ("tap", re.compile(r"GEWINDE|TARAUD|MASCHIO|\bMACHO\b", re.IGNORECASE)),  # a Gewindebohrer is no drill
+    ("tap", re.compile(r"GEWINDE|TARAUD|MASCHIO|\bMACHO\b|МЕТЧИК|GWINT|丝锥|丝攻", re.IGNORECASE)),  # a Gewindebohrer is no drill
     ("flat", re.compile(r"BOHRNUT|SLOT\s*-?DRILL", re.IGNORECASE)),
-    ("drill", re.compile(r"DRILL|SPOT|CENTER\b|BOHR|\bFORET|\bBROCA|\bPUNTA\b", re.IGNORECASE)),
-    ("chamfer", re.compile(r"CHAMFER|COUNTERSINK|V-?BIT|ENGRAV|FASE|SENKER|ENT(?:GRAT|FR(?:AE|Ä)S)|CHANFREIN|AVELLAN",
+    ("drill", re.compile(r"DRILL|SPOT|CENTER\b|BOHR|\bFORET|\bBROCA|\bPUNTA\b|СВЕРЛО|WIERT[LŁ]O|钻", re.IGNORECASE)),
+    ("chamfer", re.compile(r"CHAMFER|COUNTERSINK|V-?BIT|ENGRAV|FASE|SENKER|ENT(?:GRAT|FR(?:AE|Ä)S)|CHANFREIN|AVELLAN|倒角",
                            re.IGNORECASE)),
     ("tap", re.compile(r"\bTAP\b|\bTHREAD", re.IGNORECASE)),
     ("bore", re.compile(r"REAM|\bBOR(?:E|ING)\b|REIBAHLE|AUS(?:DREH|SPINDEL)|AL[EÉ]SOIR", re.IGNORECASE)),
-    ("ball", re.compile(r"BALL|SPHER|KUGEL|H[EÉ]MISPH|SF[EÉ]RIC", re.IGNORECASE)),
+    ("ball", re.compile(r"BALL|SPHER|KUGEL|H[EÉ]MISPH|SF[EÉ]RIC|СФЕР|球", re.IGNORECASE)),
     ("bull", re.compile(r"BULL|TORUS|TORI(?:QUE|SCH)|TOROID|CORNER\s+RAD|RADIUS\s+(?:END|MILL)", re.IGNORECASE)),
     ("taper", re.compile(r"TAPER(?:ED)?\s+MILL|CONICAL|KEGELFR", re.IGNORECASE)),
-    ("flat", re.compile(r"FLAT|END\s*-?MILL|SLOT|FACE\s*-?MILL|SHELL|CYLINDRICAL|\bE\.?M\b|SCHAFT|WALZEN|MESSERKOPF|PLANFR",
+    ("flat", re.compile(r"FLAT|END\s*-?MILL|SLOT|FACE\s*-?MILL|SHELL|CYLINDRICAL|\bE\.?M(?![A-Z])|平刀|立铣|"
+                        r"SCHAFT|WALZEN|MESSERKOPF|PLANFR",
                         re.IGNORECASE)),
 )  # fmt: skip
 
@@ -107,7 +128,8 @@ class ToolNote(NamedTuple):
 
     kind : "flat", "ball", "bull", "taper", "drill", "chamfer", "tap", "bore" or None. diameter_mm, corner_mm : or None.
     angle_deg : of the tip of a drill (whole), of a chamfer or taper (half). flutes : number of teeth.
-    guess : where the diameter is a guess, the words that it was taken from.
+    guess : where the diameter is a guess, the words that it was taken from. place : of a library that nobody named,
+        its file.
     """
 
     line: int
@@ -119,6 +141,7 @@ class ToolNote(NamedTuple):
     flutes: int | None = None
     length_mm: float | None = None
     guess: str | None = None
+    place: str | None = None
 
 
 def tool_notes(lines: Sequence[str], numbers: Sequence[int], scale: float) -> dict[int, ToolNote]:
@@ -257,9 +280,9 @@ def _add(found: dict[int, ToolNote], number: int, note: ToolNote | None) -> None
 def _loose(line: int, text: str, scale: float) -> ToolNote | None:
     """What a comment without a tool number says: only where it names a cutter, or a diameter by its letter."""
     note = _note(line, text, scale)
-    if note is None or (note.kind is None and _first((*_DIAMETER[:5], _RADIUS), text, scale) is None):
-        return None
-    return note
+    if note is None or note.kind is not None or _MILL.search(text):
+        return note
+    return note if _first((*_DIAMETER[:5], _RADIUS), _COMMA.sub(".", text), scale) is not None else None
 
 
 def _note(line: int, text: str, scale: float) -> ToolNote | None:
@@ -273,12 +296,16 @@ def _note(line: int, text: str, scale: float) -> ToolNote | None:
                 line, text, "taper" if sizes[3] else "flat", width, scale * sizes[1], sizes[3] or None
             )
         return ToolNote(line, text, name, width, None, sizes[1] / (1.0 if name == "drill" else 2.0) or None)
+    said, text = text, _COMMA.sub(".", text)
     kind = next((name for name, words in _KINDS if words.search(text)), None)
     heights = {hit[2] for hit in _REGISTER.finditer(text) if hit[1] in "Hh"}
     # H3 and D3: registers, where both numbers are the same
     sized = _REGISTER.sub(lambda hit: " " if hit[2] in heights else hit[0], _OTHER.sub(" ", text))
     sized = _NAMED.sub("T0", sized, 1)  # the number of the tool is no whole part of a fraction after it
-    diameter = _first(_DIAMETER, sized, scale)
+    dotted = _DOTTED.search(sized) if scale == 1.0 else None
+    sized = sized if dotted is None else sized.replace(dotted[0], " ")
+    tip = _tip(kind, sized)
+    diameter = _first(_DIAMETER if tip else (*_DIAMETER, *_NAMING), sized, scale)
     flutes = _FLUTES.search(text)
     corner = _first(_CORNER[: 2 if kind or diameter else 1], text, scale)
     angle = _TAPER.search(text) or (_DEGREES.search(text) if kind in ("drill", "chamfer", "taper") else None)
@@ -287,22 +314,33 @@ def _note(line: int, text: str, scale: float) -> ToolNote | None:
     if kind == "ball" and diameter is None and corner is not None:
         diameter = 2.0 * corner
     guess = None
-    if diameter is None and (found := _beside(kind, sized, scale)) is not None:
+    if diameter is None and dotted is not None:
+        diameter, guess = (float(dotted[1]), dotted[0]) if float(dotted[1]) >= LEAST_MM else (None, None)
+    elif diameter is None and (found := _beside(kind, sized, scale)) is not None:
         diameter, guess = found
     if kind is None and diameter is None and corner is None:
         return None
-    size = float(angle[1]) if angle else None
-    size = size / 2.0 if size is not None and kind == "chamfer" and WHOLE <= size < 180.0 else size
+    size = float(angle[1]) if angle else tip
+    whole = size is not None and (WHOLE <= size < 180.0 or _WHOLE.search(text) is not None)
+    size = size / 2.0 if size is not None and kind == "chamfer" and whole else size
     return ToolNote(
-        line, text, kind, diameter, corner, size, int(flutes[1]) or None if flutes else None, guess=guess
+        line, said, kind, diameter, corner, size, int(flutes[1]) or None if flutes else None, guess=guess
     )
+
+
+def _tip(kind: str | None, text: str) -> float | None:
+    """The angle that stands before the name of a drill or chamfer mill, as in `| 90 SPOT DRILL |`."""
+    found = _NAMING[0].search(text) if kind in ("drill", "chamfer") else None
+    return value_of(found[1]) if found and "/" not in found[1] and value_of(found[1]) in ANGLES else None
 
 
 def _beside(kind: str | None, text: str, scale: float) -> tuple[float, str] | None:
     """A diameter in mm that a name suggests, and the words: ENDMILL 10, FACEMILL 63, TAP M8."""
     if kind == "tap":
         thread = _THREAD.search(text)
-        return (float(thread[1]), thread[0]) if thread else None
+        if thread is None:
+            return None
+        return (float(thread[1]) if thread[1] else INCH * value_of(thread[2]), thread[0])
     found = _BESIDE.search(text)
     size = _first((_BESIDE,), text, scale) if found else None
     if found is None or size is None:
