@@ -14,8 +14,6 @@ from vmachining.nc.toolcomments import INCH, NUMBER, ToolNote, value_of
 from vmachining.nc.toollibrary import read_tool_library
 from vmachining.textfile import MAX_TEXT
 
-__all__ = ["GIVEN", "libraries_beside", "made_with", "parse_tools", "signed", "word_of"]
-
 GIVEN: Final = "--tool"
 """Text of a note that the user gave on the command line."""
 

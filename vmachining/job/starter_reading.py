@@ -14,8 +14,6 @@ from vmachining.nc import Motion, Program, ToolEntry, is_g_code, lex_line, parse
 from vmachining.nc.toolcomments import ToolNote, cutter_notes, tool_notes
 from vmachining.nc.toollibrary import read_tool_library
 
-__all__ = ["IDLE", "read_with_tools", "unit_said"]
-
 CONTOUR_MM = 1e-3
 """Diameter assumed for a tool whose diameter is not given, where nothing else is known of the path."""
 

@@ -19,8 +19,6 @@ from vmachining.nc.arcs import PLANES
 from vmachining.nc.model import Motion, Move
 from vmachining.nc.state import State
 
-__all__ = ["AGAIN", "Repeated"]
-
 _N = r"([+-]?(?:[0-9]{1,9}(?:\.[0-9]*)?|\.[0-9]+))[ \t]*"
 _ANY = r"[+-]?(?:[0-9]{1,9}(?:\.[0-9]*)?|\.[0-9]+)[ \t]*"
 AGAIN: Final = re.compile(
@@ -87,14 +85,12 @@ class Repeated:
             seen = there[0] - mx, there[1] - my
             old, was = (sim[0], sim[1]), (machine[0] - mx, machine[1] - my)
             plane = state.plane.name
+            over, aside = (new, there, seen), (old, (machine[0], machine[1]), was)
             for starts, ends, (low, high, deep, shown), motion, middle, rest in pattern.steps:
-                begin, end, place, view = (
-                    new if starts else old,
-                    *((new, there, seen) if ends else (old, machine, was)),
-                )
+                end, place, view = over if ends else aside
+                begin = new if starts else old
                 made.append(_make(Move, (
-                    line, n, motion, (*begin, low), (*end, high), plane, *middle,
-                    (place[0], place[1], deep), (*view, shown), *rest,
+                    line, n, motion, (*begin, low), (*end, high), plane, *middle, (*place, deep), (*view, shown), *rest,
                 )))  # fmt: skip
             state.sim, state.machine = (*new, pattern.height[0]), (*there, pattern.height[1])
         for name, value in pattern.changes:
