@@ -170,3 +170,20 @@ def test_feeds_written_into_a_cl_file_are_those_that_it_is_read_with(head):
         [*feeds.values()], rel=1e-6
     )
     assert [(m.motion, m.end) for m in second.moves] == [(m.motion, m.end) for m in first.moves]
+
+
+def test_records_that_look_like_a_fanuc_head_are_a_cl_file_and_user_events_are_noted():
+    """OPSTOP alone in a line is no program number; NX writes the events that a user gave his post as they are called."""
+    text = NX.replace(
+        "PAINT/PATH\n", "PAINT/PATH\nOPSTOP\nNX_PROCESSOR_CS_NAME/G54\nNX_PROCESSOR_CS_NAME/G55\n", 1
+    )
+    program = read(text)
+    assert len(program.moves) == len(read(NX).moves)
+    assert sum("event of the user's post" in f.message for f in program.findings) == 1
+
+
+def test_a_file_for_turning_is_one_finding():
+    program = parse_program(
+        b"LOADTL/2\nSPINDL/RPM,900,CLW\nFEDRAT/9,IPM\nGOTO/1.,.1\nGOTO/.8,-1.\nFINI\n", "t", dialect="auto"
+    )
+    assert [(f.code, f.line) for f in program.errors] == [("E109", 4)]

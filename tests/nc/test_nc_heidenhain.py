@@ -394,8 +394,9 @@ def test_the_blank_and_the_unit_are_told():
 @pytest.mark.parametrize(
     ("body", "code"),
     [
-        ("CYCL DEF 251 RECTANGULAR POCKET Q218=60\nL X+0 FMAX M99\nL X+1 FMAX M99", "E208"),
-        ("CYCL DEF 251 POCKET Q200=1", "E208"),
+        ("CYCL DEF 258 POLYGON STUD Q218=60\nL X+0 FMAX M99\nL X+1 FMAX M99", "E208"),
+        ("CYCL DEF 212 POCKET Q200=1", "E208"),
+        ("CYCL DEF 251 POCKET Q200=1\nL X+0 FMAX M99", "E331"),
         ("L X+1 FMAX M97", "E208"),
         ("L X+Q77 F100\nL Y+Q77", "E108"),
         ("CALL LBL 7", "E412"),

@@ -198,7 +198,9 @@ def test_m140_goes_along_the_tool_axis_of_a_vector():
 def test_a_feed_per_tooth_needs_the_teeth():
     table = {1: ToolEntry(1, 10.0, 50.0, flutes=3)}
     assert read("L X+10 FZ0.1", tools=table).moves[0].feed_mm_min == pytest.approx(0.1 * 3 * 1000)
-    assert codes(read("L X+10 FZ0.1")) == ["E301"]
+    assert codes(read("L X+10 FZ0.1", tools={1: ToolEntry(1, 10.0, 50.0)})) == ["E301"]
+    program = read("L X+10 FZ0.1")  # without any tool table: two teeth, and said
+    assert codes(program) == ["W381"] and program.moves[0].feed_mm_min == pytest.approx(200)
 
 
 @pytest.mark.parametrize(("cycle", "code"), [(403, "W368"), (410, "W368"), (430, "I408"), (480, "I408")])
@@ -248,6 +250,78 @@ def test_free_contours_and_milling_cycles_are_one_finding_each():
     free = read("FPOL X+0 Y+0\nFL AN+0\nFC DR+ R5 CCX+10 CCY+5\nFLT\nFCT DR- R3\nFSELECT 2\nL X+5")
     assert codes(free) == ["E208"] and "FK" in free.errors[0].message
     pockets = read(
-        "CYCL DEF 251 Q215=0 Q218=60\nL X+5 FMAX M99\nCYCL DEF 4.0 POCKET\nCYCL DEF 4.1 SET UP2\nL X+9 FMAX M99"
+        "CYCL DEF 212 Q215=0 Q218=60\nL X+5 FMAX M99\nCYCL DEF 4.0 POCKET\nCYCL DEF 4.1 SET UP2\nL X+9 FMAX M99"
     )
     assert codes(pockets) == ["E208"] and pockets.errors[0].line == 5
+
+
+# ---- conversational programming, "Circular path about circle centre CC": other planes; tool data, feeds; presets ----
+
+
+def test_an_arc_in_a_plane_beside_the_working_plane():
+    """Pole at Y-50 Z-6.8, start at Y-48.8: a quarter clockwise about X leads from +Y to -Z, to Y-50 Z-8."""
+    program = read(
+        "L X+200 Y-48.8 Z-6.8 R0 FMAX\nCC Y-50 Z-6.8\nCP IPA-90 DR- F100\nCC X+201 Y-50\nCP IPA+180 DR+"
+    )
+    assert codes(program) == []
+    arc, back = program.moves[-2:]
+    assert arc.end == pytest.approx((200, -50, -8)) and arc.plane == "yz"
+    assert back.end == pytest.approx((202, -50, -8)) and back.plane == "xy"
+    program = read("L X+10 Y+0 Z+0 R0 FMAX\nCC X+0 Z+0\nC X+0 Z-10 DR+ F100")
+    assert program.moves[-1].end == pytest.approx((0, 0, -10)) and program.moves[-1].plane == "zx"
+
+
+def test_an_arc_beside_the_working_plane_takes_no_compensation():
+    assert codes(read("L X+0 Y+0 RL F100\nL X+20\nCC Y+0 Z+0\nC Y+0 Z+0 DR+"))[0] == "E361"
+
+
+def test_speeds_and_feeds_of_the_tool_call():
+    """VC 120 m/min on a diameter of 10: 3819.7 rev/min; FZ 0.05 with four teeth; FAUTO is the feed of the call."""
+    more = {"tools": {1: ToolEntry(1, 10.0, 0.0, flutes=4)}}
+    head = "TOOL CALL 1 Z S(VC=120) F(FZ=0.05)\nM3"
+    program = read("L X+1 R0\nL X+2 F100\nL X+3 FAUTO", head=head, **more)
+    assert program.moves[0].spindle_rpm == pytest.approx(120000 / (10 * math.pi))
+    assert [m.feed_mm_min for m in program.moves] == pytest.approx([763.944, 100, 763.944], abs=1e-3)
+    assert codes(read("L X+1 FZ0.1", head="TOOL CALL 1 Z S(VC=120)\nM3")) == ["W381", "W381"]
+
+
+def test_feeds_of_cycles_by_their_kind():
+    program = read(DRILL.replace("Q206=100", "Q206=FAUTO") + "L X+1 FMAX M99")
+    assert [m.feed_mm_min for m in program.moves if m.feed_mm_min] == [200.0]
+    program = read(DRILL.replace("Q206=100", "Q206=FU0.1") + "L X+1 FMAX M99")
+    assert [m.feed_mm_min for m in program.moves if m.feed_mm_min] == [100.0]
+
+
+def test_values_of_global_def_are_taken_by_predef():
+    known = "GLOBAL DEF 100 GENERAL Q200=+3 Q204=+30 Q253=750 Q208=999\n"
+    program = read(known + DRILL.replace("Q200=2", "Q200=PREDEF") + "L X+1 FMAX M99")
+    assert rows(program)[1] == ("rapid", 1, 0, 3)
+    assert codes(read(DRILL.replace("Q200=2", "Q200=PREDEF")))[0] == "E331"
+
+
+def test_another_preset_ends_shifts_mirrors_and_scales():
+    """Cycle 247: datum shift, mirror, rotation and scale are reset; PRESET SELECT may keep them."""
+    shift = "CYCL DEF 7.0 DATUM\nCYCL DEF 7.1 X+10\n"
+    assert rows(read(shift + "CYCL DEF 247 SET Q339=1\nL X+1 FMAX"))[-1] == ("rapid", 1, 0, 100)
+    assert rows(read(shift + "PRESET SELECT #1\nL X+1 FMAX"))[-1] == ("rapid", 1, 0, 100)
+    assert rows(read(shift + "PRESET SELECT #1 KEEP TRANS\nL X+1 FMAX"))[-1] == ("rapid", 11, 0, 100)
+
+
+def test_adaptive_feeds_and_remarks():
+    assert codes(
+        read("FUNCTION AFC CUT BEGIN TIME5\nL X+1 FMAX (GO THERE)\n(A LINE)\nFUNCTION AFC CUT END")
+    ) == ["W376"]
+
+
+def test_a_cycle_written_with_blanks():
+    assert [m.dwell_s for m in read("CYCL DEF9 .0 DWELL\nCYCL DEF9.1 V.ZEIT 5").moves] == [5]
+
+
+def test_a_block_parallel_to_an_axis():
+    """Axis keys write X+20 R0 F100 without a path function: a straight line."""
+    lines = rows(read("L X+1 Y+2 FMAX\nY+5 R0 F100\nIX+3 M8"))
+    assert lines == [("rapid", 1, 2, 100), ("linear", 1, 5, 100), ("linear", 4, 5, 100)]
+    assert codes(read("X+5 R+ F100")) == ["E208"]
+    parts = ("0 PECKING", "1 SET UP 2", "2 DEPTH -5", "3 PECKG 5", "4 DWELL", "5 F90")
+    old = "".join(f"CYCL DEF 1.{part}\n" for part in parts)
+    assert codes(read(f"L Z+2 FMAX\n{old}X+5 R0 FMAX M99")) == []

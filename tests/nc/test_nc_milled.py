@@ -189,18 +189,139 @@ def test_a_face_is_covered(call: str, fro: bool):
     assert ways == ({1, -1} if fro else {1})
 
 
-def test_a_face_by_its_second_corner_needs_the_first_at_zero():
-    """CYCLE61 gives lengths or coordinates by a digit of AMODE: at the first corner zero both are the same."""
+def test_a_face_by_its_second_corner():
+    """CYCLE61: the fourth and fifth digit of AMODE say that the second corner is a place; without AMODE that is open."""
     assert says(sinumerik("CYCLE61(10,0,2,-1,0,0,60,40,2,80,0,300,31,0,1,10)")) == ["W384"]
-    assert says(sinumerik("CYCLE61(10,0,2,-1,5,0,60,40,2,80,0,300,31,0,1,10)")) == ["E208"]
+    assert says(sinumerik("CYCLE61(10,0,2,-1,5,0,60,40,2,80,0,300,31,0)")) == ["E208"]
+    place = sinumerik("CYCLE61(10,0,2,-1,-24,2,20,35,2,80,0,300,31,0,1,11010)")
+    length = sinumerik("CYCLE61(10,0,2,-1,-24,2,44,33,2,80,0,300,31,0,1,10)")
+    assert says(place) == ["W384", "W384"] and [m.end for m in place.moves] == [m.end for m in length.moves]
 
 
-def test_pockets_in_a_pattern():
-    program = sinumerik("MCALL POCKET4(10,0,2,-5,8,0,0,5,0,0,300,100,0,1)\nMCALL\nG0 X1")
-    assert program.moves[-1].end[0] == 1
+@pytest.mark.parametrize(
+    "call",
+    [
+        "POCKET4(10,0,2,-500,800,0,0,.1,0,0,300,100,0,1,.1)",
+        "POCKET4(10,0,2,-1e6,8,0,0,.1,0,0,300,100,0,1)",
+        "CYCLE71(10,0,2,-20,5,6,6000,4000,0,.1,.1,3,0,300,11)",
+    ],
+)
+def test_a_slip_of_the_pen_ends_at_a_number_of_passes(call: str):
+    assert "E339" in says(sinumerik(call.replace("1e6", "1000000")))
+
+
+def test_a_pocket_at_every_position_is_refused():
+    program = sinumerik("MCALL POCKET4(10,0,2,-5,8,0,0,5,0,0,300,100,0,1)\nX1\nX2\nMCALL\nG0 X3")
+    assert says(program) == ["E208"]
+    assert program.moves[-1].end[0] == 3
 
 
 def test_covered_knows_a_disc():
     """The judge: a full circle of radius 3 with a tool of 5 covers a disc of 8 about its centre."""
     program = sinumerik("G0 X3 Y0\nG1 Z-1 F9\nG3 X3 Y0 I-3 J0")
     assert covered(program, -1.0).symmetric_difference(Point(0, 0).buffer(8, quad_segs=90)).area < 0.2
+
+
+# ---- Heidenhain ----
+
+
+def heidenhain(body: str, tool: float = 10.0, **more) -> Program:
+    text = f"BEGIN PGM T MM\nTOOL CALL 1 Z S1000 F200\nM3\nL X+10 Y+20 Z+50 R0 FMAX\n{body}\nCYCL CALL\nEND PGM T MM\n"
+    options = {"tools": {1: ToolEntry(1, tool, 0.0)}, **more}
+    return parse_program(text.encode(), "t.h", dialect="heidenhain", home=(0.0, 0.0, 100.0), **options)
+
+
+COMMON = "Q207=300 Q351=+1 Q201=-5 Q202=5 Q369=0 Q206=100 Q338=0 Q200=2 Q203=+0 Q204=20"
+
+
+@pytest.mark.parametrize(
+    ("cycle", "shape"),
+    [
+        (
+            "251 R Q215=1 Q218=60 Q219=40 Q220=8 Q368=0 Q224=0 Q367=0 Q370=1 Q366=1",
+            rounded(60, 40, 8, 0, (10, 20)),
+        ),
+        # the tool stands at the lower left corner, and the pocket turns about it
+        (
+            "251 R Q215=1 Q218=60 Q219=40 Q220=8 Q368=0 Q224=90 Q367=1 Q370=1 Q366=0",
+            rounded(60, 40, 8, 90, (-10, 50)),
+        ),
+        (
+            "251 R Q215=1 Q218=60 Q219=40 Q220=8 Q368=0 Q224=0 Q367=3 Q370=1 Q366=0",
+            rounded(60, 40, 8, 0, (-20, 0)),
+        ),
+        ("252 K Q215=1 Q223=50 Q368=0 Q370=1.4 Q366=1", rounded(50, 50, 25, 0, (10, 20))),
+        ("253 N Q215=1 Q218=60 Q219=14 Q368=0 Q374=0 Q367=1 Q366=2", rounded(60, 14, 7, 0, (40, 20))),
+        ("253 N Q215=1 Q218=60 Q219=14 Q368=0 Q374=90 Q367=2 Q366=0", rounded(60, 14, 7, 90, (10, 43))),
+    ],
+)
+def test_pockets_and_slots_of_tnc_controls(cycle: str, shape):
+    program = heidenhain(f"CYCL DEF {cycle} {COMMON}")
+    assert says(program) == ["W384"]
+    assert covered(program, -5.0).symmetric_difference(shape).area < 3e-3 * shape.area
+    assert program.moves[-1].end[2] == 20.0
+
+
+def test_a_whole_pocket_leaves_its_allowance_and_takes_it():
+    """251 with Q215=0: roughing stays 0.5 off wall and floor, finishing takes both."""
+    program = heidenhain(f"CYCL DEF 251 R Q215=0 Q218=60 Q219=40 Q220=8 Q368=0.5 Q224=0 Q367=0 Q370=1 Q366=0 Q385=250 "
+                         f"{COMMON.replace('Q369=0', 'Q369=0.2')}")  # fmt: skip
+    ideal = rounded(60, 40, 8, 0, (10, 20))
+    rough = ideal.buffer(-0.5, quad_segs=90)
+    assert covered(program, -4.8).symmetric_difference(rough).area < 2e-3 * rough.area
+    assert covered(program, -5.0).symmetric_difference(ideal).area < 2e-3 * ideal.area
+    assert {m.feed_mm_min for m in program.moves if m.feed_mm_min} == {100.0, 300.0, 250.0}
+
+
+def test_studs_of_tnc_controls():
+    program = heidenhain(f"CYCL DEF 257 Z Q223=40 Q222=70 Q368=0 Q376=0 Q370=1 {COMMON}")
+    area = covered(program, -5.0)
+    ring = rounded(70, 70, 35, 0, (10, 20)).difference(rounded(40, 40, 20, 0, (10, 20)))
+    assert ring.difference(area).area < 1e-3 * ring.area
+    assert area.intersection(rounded(40, 40, 20, 0, (10, 20))).area < 1.5
+    program = heidenhain(
+        f"CYCL DEF 256 Z Q218=40 Q424=60 Q219=30 Q425=50 Q220=5 Q368=0 Q224=0 Q367=0 Q370=1 {COMMON}"
+    )
+    ring = rounded(60, 50, 0, 0, (10, 20)).difference(rounded(40, 30, 5, 0, (10, 20)))
+    assert ring.difference(covered(program, -5.0)).area < 1e-3 * ring.area
+
+
+def test_arcs_of_cycle_254():
+    cycle = (
+        "254 B Q215=1 Q219=12 Q368=0 Q375=60 Q367=0 Q216=+10 Q217=+20 Q376=0 Q248=60 Q378=180 Q377=2 Q366=0"
+    )
+    program = heidenhain(f"CYCL DEF {cycle} {COMMON}")
+    line = LineString(
+        [(10 + 30 * math.cos(math.radians(a)), 20 + 30 * math.sin(math.radians(a))) for a in range(61)]
+    )
+    slot = line.buffer(6, quad_segs=90)
+    both = slot.union(Polygon([(20 - x, 40 - y) for x, y in slot.exterior.coords]))
+    assert covered(program, -5.0).symmetric_difference(both).area < 0.01 * both.area
+
+
+@pytest.mark.parametrize("way", [0, 1, 2])
+def test_a_face_of_cycle_232(way: int):
+    """From X10 Y5 over 60 by 40, 2 mm in cuts of 1 with 0.2 left for the last; Q357 lies beside both ends but for Q389=1."""
+    cycle = (f"232 F Q389={way} Q225=10 Q226=5 Q227=2 Q386=0 Q218=60 Q219=40 Q202=1 Q369=0.2 Q370=1 Q207=300 Q385=250 Q253=750 "
+             "Q200=2 Q357=3 Q204=20")  # fmt: skip
+    program = heidenhain(f"CYCL DEF {cycle}")
+    assert says(program) == ["W384"]
+    cuts = [m for m in program.moves if m.motion is Motion.LINEAR and m.start[2] == m.end[2] == 0.0]
+    reach = 0 if way == 1 else 8
+    low, high = (15, 65) if way == 1 else (10 - reach, 70 + reach)
+    ends = [x for m in cuts for x in (m.start[0], m.end[0])]
+    assert (min(ends), max(ends)) == (low, high)
+    rest = Polygon([(10, 5), (70, 5), (70, 45), (10, 45)]).difference(covered(program, 0.0))
+    assert rest.area < (
+        22 if way == 1 else 1e-6
+    )  # under Q389=1 the corners keep the radius of the tool: 4 (1 - pi/4) 25
+    assert sorted({round(m.end[2], 6) for m in program.moves if m.feed_mm_min}) == [0.0, 0.2, 1.1]
+
+
+def test_a_pocket_at_every_point_of_a_pattern():
+    body = (f"CYCL DEF 252 K Q215=1 Q223=16 Q368=0 Q370=1 Q366=0 {COMMON}\n"
+            "CYCL DEF 221 P Q225=0 Q226=0 Q237=40 Q238=0 Q242=2 Q243=1 Q224=0 Q200=2 Q203=0 Q204=20 Q301=1")  # fmt: skip
+    program = heidenhain(body)
+    assert {m.center for m in program.moves if m.center} == {(0, 0), (40, 0)} | {
+        m.center for m in program.moves[-6:] if m.center
+    }

@@ -208,3 +208,30 @@ def test_words_that_change_feeds_are_a_warning():
         6,
     ]
     assert program.moves[-1].feed_mm_min == 200.0
+
+
+# ---- job planning, "Array variables"; fundamentals, "Feed for one block (FB)", "Travel commands with polar coordinates" ----
+
+
+def test_arrays_have_elements():
+    program = read("DEF REAL PT[3],Q\nPT[0]=1 PT[1]=2\nR1=1\nPT[R1+1]=PT[0]+PT[R1]\nG0 X=PT[2] Y=PT[1]")
+    assert rows(program) == [("rapid", 3, 2, 100)]
+    assert codes(read("DEF REAL PT[3]\nG0 X=PT[2]")) == ["E108"]
+
+
+def test_a_feed_for_one_block():
+    program = read("G1 X10 F100\nX20 FB=300\nX30")
+    assert [m.feed_mm_min for m in program.moves] == [100, 300, 100]
+
+
+def test_an_arc_by_polar_words_runs_about_the_pole():
+    """Pole 20 20, radius 10: from 0 to 90 degrees."""
+    program = read("G111 X20 Y20\nG1 AP=0 RP=10\nG3 AP=90")
+    assert program.moves[-1].end == pytest.approx((20, 30, 100)) and program.moves[-1].center == (20, 20)
+
+
+def test_variables_of_the_machine_are_noted_and_words_of_the_path_are_not():
+    program = read("WEARCHANGED=FALSE\nDRZ=170\nG0 X1")
+    assert codes(program) == [] and sum(f.code == "I408" for f in program.findings) == 2
+    for word in ("OFFN=2", "POS[X]=5", "LEAD=3", "A4=1"):
+        assert codes(read(f"{word}\nG0 X1")) in (["E207"], ["E208"]), word

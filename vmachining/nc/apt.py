@@ -67,7 +67,7 @@ def read_apt(
             reader.record(parse_record(line, record))
         except RecordError as exc:
             word = record.split("/")[0].strip()[:40]
-            if exc.code == "E208" and str(exc) in refused:
+            if (exc.code == "E208" or str(exc) == _TURNED) and str(exc) in refused:
                 continue  # one cause, one finding
             refused.add(str(exc))
             reader.note(exc.code, line, str(exc), word, exc.hint)
@@ -79,6 +79,9 @@ def read_apt(
     if not reader.moves and not reader.found:
         reader.note("W406", 1, "the program contains no motion")
     return reader.moves, reader.found, reader.ended or reader.path_ended, (), reader.declared()
+
+
+_TURNED: Final = "places of two numbers: a cutter location file for turning is not read"
 
 
 def unit_of_feeds(text: str) -> str:
@@ -124,7 +127,11 @@ class _Apt(AptMotions):
         handler = getattr(self, "_do_" + name, None)
         if handler is not None:
             handler(record)
-        elif record.word not in NO_MOTION | COMMENTS and not record.word.startswith("CSI_"):
+        elif record.word in NO_MOTION | COMMENTS or record.word.startswith("CSI_"):
+            return
+        elif "_" in record.word:  # no word of the language has one: an event that a user gave his post
+            self.once("I408", record.line, f"{record.word} is an event of the user's post: accepted")
+        else:
             raise RecordError("E208", f"{record.word} is not supported", "post it as GOTO records")
 
     # ---- what motions use ----
@@ -326,6 +333,8 @@ class _Apt(AptMotions):
 
     def _target(self, record: Record) -> tuple[Point, Point]:
         numbers = record.numbers
+        if len(numbers) == 2 and not record.names:
+            raise RecordError("E109", _TURNED, "post it for a mill, with x, y and z")
         if len(numbers) not in (3, 6) or record.names:
             raise RecordError("E109", f"{record.word}/x,y,z or {record.word}/x,y,z,i,j,k is expected")
         return self._point(numbers), self._unit(record, numbers[3:]) if len(numbers) == 6 else self.axis

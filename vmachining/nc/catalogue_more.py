@@ -410,8 +410,9 @@ MORE: Final[dict[str, Entry]] = {
     ),
     "W381": Entry(
         "feed per turn without a speed",
-        "G95 and taps count the feed in turns of the spindle, and no S tells how fast these are, or no pitch how far they lead. "
-        "The path is right; times, chips and forces are those of a guess: 1000 rev/min, a pitch of 1 mm.",
+        "G95 and taps count the feed in turns of the spindle, and no S tells how fast these are, or no pitch how far they lead; "
+        "FZ needs the teeth of the tool, VC its radius. The path is right; times, chips and forces are those of a guess: 1000 "
+        "rev/min, a pitch of 1 mm, 2 teeth.",
         "give the speed by S, the pitch in the cycle",
     ),
     "W382": Entry(

@@ -139,11 +139,16 @@ def _sinumerik_score(lines: Sequence[str]) -> float:
     bare = [line.split(";", 1)[0] for line in lines if not line.lstrip().startswith(("(", "$$"))]
     hits = sum(_SINUMERIK.search(line) is not None for line in bare)
     foreign = sum(_OTHERS.search(line) is not None for line in bare[:400])
-    if any(line.lstrip().upper().startswith("%_N_") for line in lines):
+    if any(line.lstrip().upper().startswith("%_N_") or _DECLARED.match(line) for line in lines):
         return 0.95
     return 0.0 if hits < 1 or foreign > hits else min(0.85, 0.5 + 0.02 * hits)
 
 
+_DECLARED: Final = re.compile(
+    r"[ \t]*(?:N\d+[ \t]+)?DEF[ \t]+(?:REAL|INT|BOOL|CHAR|STRING|AXIS|FRAME)\b|[ \t]*(?:N\d+[ \t]+)?MCALL\b",
+    re.IGNORECASE,
+)
+"""What no other control has: declared variables, cycles that are called at every point."""
 _OTHERS: Final = re.compile(
     r"#\d+|\bG65\b|\b(?:VC\d+|CALL O)|\[|^[ \t]*O\d{4}|^\s*\([^()]*\)\s*$|\bG43\b|\bG54\.1|\bG15[ \t]*H|\bM98\b",
     re.IGNORECASE,
@@ -179,8 +184,13 @@ _APT: Final = re.compile(
 _POSES: Final = re.compile(r"^[ \t]*x_mm[ \t]*,", re.IGNORECASE)
 
 
+_RECORD: Final = re.compile(r"[ \t]*(?:GOTO|FEDRAT|TLDATA|LOADTL|TOOL PATH|CUTTER)[ \t]*/", re.IGNORECASE)
+
+
 def _apt_score(lines: Sequence[str]) -> float:
     found = share(lines, _APT)
+    if found > 0.1 and sum(_RECORD.match(line) is not None for line in lines) > 1:
+        return 0.95  # no block of G-code has a major word and a slash
     return 0.9 * found if found > 0.1 else 0.0
 
 

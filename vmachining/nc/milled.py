@@ -363,7 +363,9 @@ class _Mill:
         if cut.rough:
             floor = cut.bottom + self.up * cut.floor
             start, above = self.begin(cut.side), cut.top
-            for level in levels(cut.top, floor, cut.most, even=cut.even):
+            depths = list(levels(cut.top, floor, cut.most, even=cut.even))
+            _limit(len(depths) * len(self.insets(cut.side)), self.what)
+            for level in depths:
                 self.over(start)
                 self.rapid(above + self.up * clearance)
                 self.clear(above + self.up * (0.0 if cut.outside else clearance), level, cut.side)
@@ -379,6 +381,11 @@ class _Mill:
             for level in levels(cut.top, cut.bottom, cut.finish_most):
                 self.wall(level)
                 self.rapid(cut.safe)
+
+
+def _limit(passes: int, what: str) -> None:
+    if passes > MOST:
+        raise PenError("E339", f"{what}: over {MOST} passes")
 
 
 def mill(pen: Pen, shape: Shape, cut: Cut, what: str) -> None:
@@ -451,7 +458,9 @@ def face(pen: Pen, area: Face, cut: Cut, what: str) -> None:
     job.rapid(cut.safe)
     clearance = abs(cut.safe - cut.top)
     floor = cut.bottom + job.up * (cut.floor if cut.rough else 0.0)
-    for level in levels(cut.top, floor, cut.most if cut.rough else 0.0, even=cut.even):
+    depths = list(levels(cut.top, floor, cut.most if cut.rough else 0.0, even=cut.even))
+    _limit(len(depths) * count, what)
+    for level in depths:
         back = False
         for k, row in enumerate(rows):
             begin, end = (far, near) if back else (near, far)

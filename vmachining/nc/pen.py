@@ -28,6 +28,9 @@ from vmachining.nc.placing import Corner, PenError, Placing, swung
 
 __all__ = ["Pen", "PenError"]
 
+ASSUMED_TEETH = 2
+"""Of a tool that nobody describes."""
+
 
 class Pen(Placing):
     """The tool of a program that is being executed. Lengths mm, program coordinates unless said otherwise.
@@ -106,15 +109,19 @@ class Pen(Placing):
         return self.known_radius.get(self.tool)
 
     def teeth(self) -> int:
-        """Of the tool in the spindle.
+        """Of the tool in the spindle; guessed, and said, where nobody gives tools.
 
         Raises PenError: E301
         """
         entry = (self.settings.tools or {}).get(self.tool)
-        if entry is None or entry.flutes <= 0:
-            raise PenError("E301", f"a feed per tooth: the teeth of tool {self.tool} are not known", "",
-                           "give the tool its flutes in the job")  # fmt: skip
-        return entry.flutes
+        if entry is not None and entry.flutes > 0:
+            return entry.flutes
+        if self.settings.tools is None:
+            what = f"a feed per tooth, and the teeth of tool {self.tool} are not known here: timed with {ASSUMED_TEETH}"
+            self.note("W381", what, once="teeth")
+            return ASSUMED_TEETH
+        raise PenError("E301", f"a feed per tooth: the teeth of tool {self.tool} are not known", "",
+                       "give the tool its flutes in the job")  # fmt: skip
 
     def change_tool(self, number: int) -> None:
         """Another tool in the spindle."""

@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
-from vmachining.nc.arcs import ArcError, center_from_radius
+from vmachining.nc.arcs import PLANES, ArcError, Plane, center_from_radius
 from vmachining.nc.heidenhain.text import Word
 from vmachining.nc.model import Point
 from vmachining.nc.offset_curves import Pair
@@ -32,6 +32,8 @@ class Contour:
     def __init__(self, control: Control) -> None:
         self.control, self.pen = control, control.pen
         self.pole: Pair | None = None
+        self.plane: Plane | None = None
+        """Of a pole outside the working plane."""
 
     # ---- where to ----
 
@@ -65,7 +67,8 @@ class Contour:
         pen, q = self.pen, self.control.q
         if self.pole is None:
             raise PenError("E362", "polar coordinates without a pole", "", "program CC before")
-        a, b, normal = pen.plane.first, pen.plane.second, pen.plane.normal
+        plane = self.plane or pen.plane
+        a, b, normal = plane.first, plane.second, plane.normal
         x, y = pen.at[a] - self.pole[0], pen.at[b] - self.pole[1]
         radius, angle = math.hypot(x, y), math.degrees(math.atan2(y, x))
         known = radius > 1e-9
@@ -91,13 +94,48 @@ class Contour:
         """CC: centre of circles and pole; CC alone is where the tool stands."""
         pen = self.pen
         given, _ = self.target(words)
-        a, b = pen.plane.first, pen.plane.second
-        if any(axis not in (a, b) for axis in given):
-            raise PenError(
-                "E361", "a circle centre outside the working plane", "CC", "post the arc as short lines"
+        plane = (
+            self.plane
+            if self.plane is not None and len(given) == 1 and not set(given) - self._axes(self.plane)
+            else None
+        )
+        if set(given) - self._axes(plane or pen.plane):
+            plane = next(
+                (p for p in PLANES.values() if len(given) == 2 and set(given) == self._axes(p)), None
             )
-        old = self.pole if given and self.pole is not None else (pen.at[a], pen.at[b])
-        self.pole = given.get(a, old[0]), given.get(b, old[1])
+            if plane is None:
+                raise PenError(
+                    "E361", "a circle centre outside the working plane", "CC", "post the arc as short lines"
+                )
+        now = plane or pen.plane
+        old = (
+            self.pole
+            if given and self.pole is not None and plane is self.plane
+            else (pen.at[now.first], pen.at[now.second])
+        )
+        self.plane = plane
+        self.pole = given.get(now.first, old[0]), given.get(now.second, old[1])
+
+    @staticmethod
+    def _axes(plane: Plane) -> set[int]:
+        return {plane.first, plane.second}
+
+    def _arc(self, end: Point, *, ccw: bool, turns: int = 1, word: str) -> None:
+        """About the pole, in its own plane."""
+        pen = self.pen
+        assert self.pole is not None
+        if self.plane is None:
+            pen.arc(end, self.pole, ccw=ccw, turns=turns, word=word)
+            return
+        if pen.compensation is not None:
+            raise PenError("E361", "an arc outside the working plane under cutter compensation", word)
+        pen.flush()
+        kept, pen.plane = pen.plane, self.plane
+        try:
+            pen.arc(end, self.pole, ccw=ccw, turns=turns, word=word)
+            pen.flush()
+        finally:
+            pen.plane = kept
 
     # ---- motions ----
 
@@ -144,7 +182,7 @@ class Contour:
         given, rotary = self.target(words)
         if rotary:
             raise PenError("E361", "an arc that turns rotary axes", "C")
-        self.pen.arc(self._whole(given), self.pole, ccw=self._ccw(words), word="C")
+        self._arc(self._whole(given), ccw=self._ccw(words), word="C")
 
     def circle_radius(self, words: list[Word]) -> None:
         """CR: R above zero is the shorter arc."""
@@ -163,7 +201,6 @@ class Contour:
 
     def circle_polar(self, words: list[Word]) -> None:
         """CP: about the pole by PA, a helix with IPA and the axis along the tool."""
-        pen = self.pen
         end = self.polar([w for w in words if w.key not in ("PR",)])
         assert self.pole is not None
         step = next((self.control.q.number(w.value) for w in words if w.key == "PA" and w.incremental), None)
@@ -181,7 +218,7 @@ class Contour:
             turns = max(1, math.ceil(swept / 360.0 - 1e-9))
             if turns > 100_000:
                 raise PenError("E309", f"CP: {turns} turns", "CP")
-        pen.arc(end, self.pole, ccw=ccw, turns=turns, word="CP")
+        self._arc(end, ccw=ccw, turns=turns, word="CP")
 
     def tangential(self, words: list[Word], *, polar: bool) -> None:
         """CT, CTP: an arc that continues along the last tangent."""

@@ -39,6 +39,7 @@ NOTED_M: Final = frozenset(
 _EDGE_FEEDS: Final[dict[int, EdgeFeed]] = {109: "all", 110: "inner", 111: ""}
 """Which compensated arcs keep the feed of their contour."""
 _CLAMPED: Final = re.compile(r"(\bM[ ]*138)(?:[ ]+[ABC](?![A-Z0-9.+-]))+")
+_REMARK: Final = re.compile(r"[ ]*\([A-Z][^()=]*\)[ ]*$")
 REFUSED_M: Final = {
     97: "M97 changes compensated corners", 98: "M98 ends compensated contours in another place",
     114: "M114 corrects for the machine's geometry", 143: "M143 removes a basic rotation", 93: "M93 is not supported",
@@ -66,6 +67,14 @@ class Control(Definitions):
 
     def _path(self, found: re.Match[str], rest: str) -> None:
         kind = found[3] or found[1]
+        if (aside := _REMARK.search(rest)) is not None:
+            self.pen.note(
+                "I408",
+                "text in round brackets after a block is taken as a remark",
+                aside[0].strip()[:20],
+                once="aside",
+            )
+            rest = rest[: aside.start()]
         given = self._read_words(
             re.sub(r"^[ ]*(?=[\dQ.+-])", "R", rest) if kind in ("CHF", "RND") else rest.strip()
         )

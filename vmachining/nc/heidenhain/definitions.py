@@ -2,28 +2,32 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from typing import Any, Final
 
 from vmachining.nc.execution import MILLS
 from vmachining.nc.frames import EYE, IDENTITY, Rows, axis_turn, cross, matmul
-from vmachining.nc.heidenhain import cycles, patterns
+from vmachining.nc.heidenhain import cycles, milling, patterns
 from vmachining.nc.heidenhain.contour import AXES, Contour
 from vmachining.nc.heidenhain.flow import Flow
 from vmachining.nc.heidenhain.planes import euler, projected, spatial, vectors
 from vmachining.nc.heidenhain.text import words
+from vmachining.nc.model import ASSUMED_RPM
 from vmachining.nc.pen import PenError
 
 __all__ = ["Definitions"]
 
-_SUB_CYCLE: Final = re.compile(r"CYCL\s+DEF\s+(\d{1,3})\.(\d{1,2})\s*(.*)")
-_CYCLE: Final = re.compile(r"CYCL\s+DEF\s+(\d{1,3})\b\s*(.*)")
+_SUB_CYCLE: Final = re.compile(r"CYCL\s+DEF\s*(\d{1,3})\s*\.\s*(\d{1,2})\s*(.*)")
+_CYCLE: Final = re.compile(r"CYCL\s+DEF\s*(\d{1,3})\b\s*(.*)")
 _VALUES: Final = re.compile(
-    r"(Q\d{3,4})\s*=\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+|MAX|FMAX|FAUTO|FU\s*\d*|PREDEF))"
+    r"(Q\d{3,4})\s*=\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+|MAX|FMAX|FAUTO|F[UZ]\s*[\d.]*|PREDEF))"
 )
 _TOOL: Final = re.compile(r'TOOL\s+CALL\s*("[^"]*"|Q[SLR]?\d+|\d+(?:\.\d+)?)?\s*([XYZUVW](?![A-Z]))?\s*(.*)')
-_DELTA: Final = re.compile(r"(DL|DR2|DR|S|F|VC)\s*[:=]?\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))")
+_DELTA: Final = re.compile(
+    r"(DL|DR2|DR|VC|FZ|FU|S|F)\s*\(?\s*[:=]?\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))"
+)
 _ANGLE: Final = re.compile(r"\b(I?[A-Z]{1,6})\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))")
 _ROUND: Final = re.compile(r"\b(RI|DI|R|D|L|DIST)\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))")
 _POINT: Final = re.compile(r"\b(P[123][XYZ])\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))")
@@ -38,7 +42,7 @@ _TCPM: Final = {
 
 
 _MILLS: Final = frozenset(
-    {
+    (
         *range(3, 7),
         14,
         *range(20, 26),
@@ -46,11 +50,12 @@ _MILLS: Final = frozenset(
         28,
         *range(210, 216),
         *range(225, 236),
-        *range(251, 262),
+        255,
+        *range(258, 262),
         *range(270, 292),
-    }
+    )
 )
-"""Cycles for pockets, slots, studs, faces and contours."""
+"""Cycles for pockets, slots, studs, faces and contours that are not built."""
 
 
 def _refused(number: int) -> PenError:
@@ -136,6 +141,8 @@ class Definitions(Flow):
             pen.allowance = given.get("DL", 0.0) * pen.scale, given.get("DR", 0.0) * pen.scale
         if given.get("DR2"):
             raise PenError("E208", "DR2, another corner radius, is not supported", "DR2")
+        if given.get("VC", 0.0) > 0.0:
+            given["S"] = self._speed_of(given["VC"])
         if "S" in given:
             if given["S"] < 0.0:
                 raise PenError("E312", f"the spindle speed {given['S']:g} is negative", "S")
@@ -145,6 +152,20 @@ class Definitions(Flow):
         if "F" in given:
             self.tool_feed = given["F"] * pen.scale or None
             pen.feed, pen.feed_mode = self.tool_feed, "min"
+        turned = given.get("FU", 0.0) or given.get("FZ", 0.0) * (pen.teeth() if "FZ" in given else 1)
+        if turned:
+            self.tool_feed = turned * pen.scale * self.speed or None
+            pen.feed, pen.feed_mode = turned * pen.scale, "rev"
+
+    def _speed_of(self, surface: float) -> float:
+        """rev/min of a cutting speed in m/min (ft/min in inch)."""
+        pen = self.pen
+        radius = pen.radius() if pen.has_radius() else 0.0
+        if radius <= 0.0:
+            what = f"S(VC={surface:g}) of a tool whose radius is not known: timed at {ASSUMED_RPM:g} rev/min"
+            pen.note("W381", what, "VC", once="vc")
+            return ASSUMED_RPM
+        return surface * (1000.0 if pen.scale == 1.0 else 12.0 * 25.4) / (math.tau * radius)
 
     speed = 0.0
     tool_feed: float | None = None
@@ -189,14 +210,13 @@ class Definitions(Flow):
         number = int(found[1])
         values: dict[str, float] = {}
         for key, value in _VALUES.findall(found[2]):
-            value = value.replace(" ", "")
-            values[key] = 0.0 if value[0] in "FMP" else self.q.number(value)
+            values[key] = self._value(key, value.replace(" ", ""))
             self.q.values[key] = values[key]
         if number == 247:
             self._preset(values.get("Q339", 0.0))
         elif number in (220, 221):
             self._pattern(number, values)
-        elif number in cycles.HOLES:
+        elif number in cycles.HOLES or number in milling.BUILT:
             self.cycle = (number, values)
         elif number in (32, 239, 332, 392) or 400 <= number < 500:
             self._lose_measured(number)
@@ -214,6 +234,42 @@ class Definitions(Flow):
             self.cycle = (-number, values)
             raise _refused(number)
 
+    predefined: dict[str, float] | None = None
+    """Of GLOBAL DEF, which PREDEF means."""
+
+    def _value(self, key: str, text: str) -> float:
+        """Value of a cycle parameter: a number, a feed by its kind, or one of GLOBAL DEF."""
+        if text == "PREDEF":
+            if self.predefined is None or key not in self.predefined:
+                raise PenError(
+                    "E331", f"{key}=PREDEF, and no GLOBAL DEF gives it", key, f"write the value of {key}"
+                )
+            return self.predefined[key]
+        if text[0] in "FM":
+            feed = self.tool_feed or 0.0
+            if text[:2] in ("FU", "FZ"):
+                rate = float(text[2:] or 0.0) * (self.pen.teeth() if text[1] == "Z" else 1)
+                return rate * (abs(self.pen.rpm) or self.speed)
+            return feed / self.pen.scale if text == "FAUTO" else 0.0
+        return self.q.number(text)
+
+    def _do_global(self, text: str) -> None:
+        """GLOBAL DEF: values that cycles take by PREDEF."""
+        found = re.match(r"GLOBAL\s+DEF\s+\d{3}\b(.*)", text)
+        if found is None:
+            raise PenError("E109", f"'{text[:40]}' is not understood", text[:40])
+        given = {key: self._value(key, value.replace(" ", "")) for key, value in _VALUES.findall(found[1])}
+        self.predefined = {**(self.predefined or {}), **given}
+
+    def _do_preset(self, text: str) -> None:
+        """PRESET SELECT #5 is cycle 247; KEEP TRANS leaves the transformations."""
+        found = re.match(r"PRESET\s+SELECT\s*#?\s*(\d+|Q[LR]?\d+)(.*)", text)
+        if found is None:
+            raise PenError(
+                "E208", f"{text[:40]} changes the table of presets", text[:30], "set up the part in the job"
+            )
+        self._preset(self.q.number(found[1]), keep="KEEP" in found[2])
+
     def _sub_cycle(self, number: int, part: int, rest: str) -> None:
         handler = getattr(self, f"_cycle_{number}", None)
         if handler is not None:
@@ -222,6 +278,8 @@ class Definitions(Flow):
         if part != 0:
             if self.cycle is not None and self.cycle[0] in (number, -number) and number in cycles.OLD:
                 bare = re.findall(r"(F?)\s*[A-Z .:-]*?\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))\s*$", rest)
+                if not bare and rest.strip() == "DWELL":
+                    bare = [("", "0")]
                 if not bare:
                     raise PenError("E109", f"'{rest[:40]}' of cycle {number} is not understood", rest[:40])
                 self.cycle[1][str(part)] = self.q.number(bare[0][1])
@@ -407,6 +465,13 @@ class Definitions(Flow):
         elif re.match(r"FUNCTION\s+(?:MODE\s+(?:MILL|SET)|FEED|S-PULSE|PROG\s+PATH|DCM|COUNT|FILE|LIFTOFF|PARAXCOMP|"
                       r"CORRDATA\s+RESET|RESET\s+\w+)", text):  # fmt: skip
             self.pen.note("I408", f"{text[:30]} moves nothing: accepted", text[:20], once=text[:20])
+        elif re.match(r"FUNCTION\s+(?:AFC|ACC)\b", text):
+            self.pen.note(
+                "W376",
+                "FUNCTION AFC adapts feeds while it cuts: the feeds here ignore it",
+                "FUNCTION",
+                once="AFC",
+            )
         else:
             raise PenError("E208", f"{text[:40]} is not supported", text[:30])
 
@@ -438,7 +503,10 @@ class Definitions(Flow):
             for k in (*range(115, 120), *range(150, 200)):
                 self.q.lose(f"Q{k}", f"what touch probe cycle {number} measured")
 
-    def _preset(self, number: float) -> None:
+    def _preset(self, number: float, *, keep: bool = False) -> None:
+        if not keep:  # datum shift, mirror, rotation and scales end with it, a tilted plane does not
+            self._replan(self.planes.reset)
+            self.rotation = 0.0
         if self.preset is not None and number != self.preset:
             what = (
                 "a second preset: its distance from the first is not given; both are assumed to be the same"
@@ -455,7 +523,7 @@ class Definitions(Flow):
         kind, own = self.cycle
         if kind < 0:
             return  # refused when it was defined
-        if kind not in cycles.HOLES:
+        if kind not in cycles.HOLES and kind not in milling.BUILT:
             raise PenError("E208", f"a pattern of cycle {kind} is not supported", "CYCL DEF")
         own = {**own, **{k: v for k, v in values.items() if k in ("Q200", "Q203", "Q204")}}
         pen, k = self.pen, self.pen.scale
@@ -466,7 +534,7 @@ class Definitions(Flow):
             pen.go({2: up * k}, rapid=True)
         for place, spot in enumerate(spots):
             pen.go({0: spot.x * k, 1: spot.y * k}, rapid=True)
-            cycles.drill(pen, kind, own if place == len(spots) - 1 else between)
+            self._act(kind, own if place == len(spots) - 1 else between)
 
     spots: list[patterns.Spot] | None = None
 
@@ -511,4 +579,10 @@ class Definitions(Flow):
         if number == 12:
             self._call_file(self.selected)
         elif number > 0:
+            self._act(number, values, surface)
+
+    def _act(self, number: int, values: dict[str, float], surface: float = 0.0) -> None:
+        if number in milling.BUILT:
+            milling.milled(self.pen, number, values, surface)
+        else:
             cycles.drill(self.pen, number, values, surface=surface)

@@ -94,7 +94,12 @@ class Flow(Execution):
         rest = self._read_words(text)
         if not rest:
             raise PenError("E109", f"'{text[:40]}' is not understood", text[:40])
-        if any(w.key in AXES or w.key in ("PR", "PA") for w in rest):
+        if all(w.key not in ("PR", "PA") for w in rest) and any(w.key in AXES for w in rest):
+            line = _SIMPLE.match("L")  # a block parallel to an axis, by the axis keys: X+20 R0 F100
+            assert line is not None
+            self._path(line, text)
+            return
+        if any(w.key in ("PR", "PA") for w in rest):
             raise PenError("E109", f"'{text[:40]}' has coordinates and no path function", text[:40])
         self._modes(rest, moves=False)
 

@@ -107,6 +107,11 @@ class Planes:
         self.define(kind, Frame(origin=new))
         self.shift[kind] = new
 
+    def reset(self) -> None:
+        """Another preset: what a tilted plane is not ends."""
+        self.chain = [item for item in self.chain if item[0] == "tilt"]
+        self.shift = {}
+
     def tilt(self, rows: Rows) -> None:
         """A plane, or none; what was defined in the old one goes with it."""
         if rows == EYE:

@@ -29,6 +29,8 @@ class Word(NamedTuple):
 _NUMBERED: Final = re.compile(r"[ \t]*(\d+)(?:[ \t]+|$)")
 _PARAMETER: Final = re.compile(r"[ \t]*Q\d{3,4}[ \t]*=", re.IGNORECASE)
 _CYCLE: Final = re.compile(r"[ \t]*\d*[ \t]*CYCL[ \t]+DEF[ \t]+\d{3}\b", re.IGNORECASE)
+_ASIDE: Final = re.compile(r"\(.*\)")
+"""A line in round brackets, which no block is: a remark that editors and simulators write."""
 _COMMA: Final = re.compile(r"(?<=\d),(?=\d)")
 _QUOTED: Final = re.compile(r'"[^"]*"')
 
@@ -56,6 +58,8 @@ def blocks(lines: Sequence[str]) -> list[Block]:
         text = " ".join(_bare(part) for part in parts).strip()
         skip = text.startswith("/")
         text = text[1:].lstrip() if skip else text
+        if _ASIDE.fullmatch(text):
+            continue
         if text and not text.startswith("*") and not parts[0].lstrip().startswith(";"):
             out.append(Block(first + 1, n, text, raw, skip=skip))
     return out

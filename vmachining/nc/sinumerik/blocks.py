@@ -236,7 +236,9 @@ class Control(Modes):
         target[other] = pen.at[other] + step * way[other] / way[one]
 
     def _circular(self, found: list[Word]) -> bool:
-        return self.motion in (2.0, 3.0) and any(w.name in ("I", "J", "K", "CR", "AR") for w in found)
+        return self.motion in (2.0, 3.0) and any(
+            w.name in ("I", "J", "K", "CR", "AR", "AP", "RP") for w in found
+        )
 
     def _whole(self, target: dict[int, float]) -> Point:
         at = self.pen.at
@@ -276,6 +278,8 @@ class Control(Modes):
                 end = place[0], place[1], place[2]
         elif centre is not None:
             center = centre
+        elif any(w.name in ("AP", "RP") for w in found):
+            center = self.pole  # an arc by polar words runs about the pole
         else:
             raise PenError("E302", "an arc without centre, CR= or AR=", f"G{self.motion:g}")
         pen.arc(end, center, ccw=ccw, turns=int(extra) + 1, checked=radius is None, word=f"G{self.motion:g}")

@@ -42,6 +42,8 @@ class Flow(Execution):
         self.pairs = _pair(self.blocks)
         self.r: dict[str, float] = {}
         self.variables: dict[str, float] = {}
+        self.arrays: set[str] = set()
+        """Names declared with an index: their elements are variables NAME[1] and NAME[1,2]."""
         self.unknown: dict[str, str] = {}
         """Names that hold what only the machine knows: what they were set to."""
         self.zeros: dict[int, dict[str, float]] = {}
@@ -62,6 +64,7 @@ class Flow(Execution):
         """What a name in a formula is worth."""
         if re.fullmatch(r"R\d{1,5}", name):
             return self.r.get(f"R{int(name[1:])}")
+        name = self._element(name)
         found = self.variables.get(name)
         if found is not None:
             return found
@@ -74,6 +77,14 @@ class Flow(Execution):
         if (hit := re.fullmatch(r"\$(?:P_EP|AA_IW|AA_IM|P_GP)\[([XYZ])\]", name)) is not None:
             return pen.at["XYZ".index(hit[1])] / pen.scale
         return known.get(name)
+
+    def _element(self, name: str) -> str:
+        """NAME[R1+1] with the value of its index."""
+        base, bracket, inside = name.partition("[")
+        if not bracket or base not in self.arrays:
+            return name
+        parts = (self.number(part) for part in arguments(inside.rstrip().removesuffix("]")))
+        return f"{base}[{','.join(f'{part:g}' for part in parts)}]"
 
     def number(self, text: str, word: str = "") -> float:
         """Value of an expression.
@@ -102,10 +113,15 @@ class Flow(Execution):
         if name.startswith("$"):
             self._machine_data(name, text)
             return True
+        name = self._element(name)
         store, key = self.variables, name
         if (hit := re.fullmatch(r"R(?:(\d{1,5})|\[(.+)\])", name)) is not None:
             store, key = self.r, f"R{int(hit[1] or self.number(hit[2])) % 100000}"
-        elif name not in self.variables and name not in self.unknown:
+        elif (
+            name not in self.variables
+            and name not in self.unknown
+            and name.partition("[")[0] not in self.arrays
+        ):
             return False
         if text.startswith('"'):
             store[key] = 0.0
@@ -379,6 +395,9 @@ class Flow(Execution):
         for part in arguments(found[2]):
             name, equal, value = part.partition("=")
             name, value = name.strip(), value.strip()
+            if (array := re.fullmatch(r"([A-Z_][A-Z0-9_]*)[ ]*\[[^\]]*\]", name)) is not None:
+                self.arrays.add(array[1])
+                continue  # its elements have no value before one is set
             if not re.fullmatch(r"[A-Z_][A-Z0-9_]*", name):
                 raise PenError("E109", f"'{part[:40]}' is not a variable that is supported", part[:40])
             plain = equal and found[1] in ("REAL", "INT", "BOOL") and not value.startswith('"')

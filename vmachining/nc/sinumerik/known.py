@@ -93,5 +93,12 @@ KNOWN: Final = frozenset(map(float, (
 )))  # fmt: skip
 USED: Final = frozenset({
     *AXES, *ROTARY, "I", "J", "K", "I1", "J1", "K1", "X1", "Y1", "Z1", "CR", "AR", "TURN", "CHF", "CHR", "RND", "RNDM", "FP",
-    "FRC", "FRCM", "A3", "B3", "C3", "AP", "RP", "ANG", "F", "S", "T", "D",
+    "FB", "FRC", "FRCM", "A3", "B3", "C3", "AP", "RP", "ANG", "F", "S", "T", "D",
 })  # fmt: skip
+NOT_A_VARIABLE: Final = frozenset({
+    "OFFN", "POS", "POSA", "POSP", "THETA", "PHI", "PSI", "NUT", "LEAD", "TILT", "ISD", "DILF", "POLF", "ANG1", "ANG2", "DISR",
+    "DISCL", "DISRP", "FAD", "FPR", "FPRAON", "CRPL", "RPL", "OSCILL", "OSP1", "OSP2", "OSCTRL", "TCARR", "TOFFL", "TOFFR",
+    "TOFF", "MEAS", "MEAW", "MEASA", "FENDNORM", "GEOAX", "PUTFTOC", "TANG", "CUTMOD", "CUTMODK", "OFFNX", "SPOS", "ROTS",
+    "AROTS", "DITS", "DITE", "OVRRAP", "VELOLIMA", "ACCLIMA", "JERKLIMA", "MOV", "SPATH", "UPATH", "XE", "ZE",
+})  # fmt: skip
+"""Addresses that act on the path and are not supported: no variables of the machine."""

@@ -184,8 +184,13 @@ def _face(v: _Values) -> None:
         raise PenError("E208", f"{v.name} with sides that limit it is not supported", v.name)
     x, y, along, across = v["PA"], v["PO"], v["LENG"], v["WID"]
     if v.name == "CYCLE61" and (x or y):
-        raise PenError("E208", "CYCLE61 from another corner than zero: whether its second is a length or a place is not known",
-                       v.name, "shift the zero by TRANS onto the first corner")  # fmt: skip
+        if not v.new:
+            raise PenError("E208", "CYCLE61 from another corner than zero: only AMODE says what its second is", v.name,
+                           "write all sixteen values")  # fmt: skip
+        places = _digit(v.mode, 3), _digit(v.mode, 4)
+        along, across = along - x * places[0], across - y * places[1]
+        what = "CYCLE61 from another corner than zero: the second is a place where AMODE has 1 in its 4th and 5th digit"
+        v.pen.note("W384", what, v.name, once="cycle61")
     turn, beside = v["STA"], abs(v["FDP1"]) or abs(v["FDP"])
     if way in (2, 4):  # lines along the second axis: the rectangle turned by 90 degrees, its sides exchanged
         along, across, turn = across, -along, turn + 90.0

@@ -19,6 +19,7 @@ from vmachining.nc.sinumerik.known import (
     FEED_SET,
     GNOTED,
     KNOWN,
+    NOT_A_VARIABLE,
     NOTED,
     NOTED_CALLS,
     NOTED_SET,
@@ -34,6 +35,7 @@ __all__ = ["Modes"]
 _TRANSFORM: Final = re.compile(r"\b(A?(?:TRANS|ROT|SCALE|MIRROR))\b(?![ ]*[=(\[])[ ]*(.*)")
 
 
+_OF_MACHINE: Final = re.compile(r"(?!\$)[A-Z_]*[A-Z_]{3}[A-Z0-9_]*")
 _FEED_MODES: Final[dict[float, str]] = {
     93.0: "inverse", 94.0: "min", 95.0: "rev", 96.0: "rev", 97.0: "rev", 961.0: "min", 971.0: "min",
 }  # fmt: skip
@@ -101,7 +103,9 @@ class Modes(Turning):
     def _check_cycle(self, name: str) -> None:
         number = re.fullmatch(r"CYCLE(\d+)", name)
         if name in BUILT:
-            return
+            self.modal = ("", "")
+            raise PenError("E208", f"MCALL {name}: what its own position means at each point is not known", name,
+                           "call it alone, with its position")  # fmt: skip
         if _MILLS.fullmatch(name) or (number is not None and int(number[1]) not in cycles.CYCLES):
             self.modal = ("", "")
             raise _refused(name)
@@ -113,7 +117,16 @@ class Modes(Turning):
         gs = [self.number(w.value, w.text) for w in found if w.kind == "word" and w.name == "G"]
         self._g_modes(gs, found)
         after = self._settings(found)
-        self._move(gs, found)
+        own = next((self.number(w.value, w.text) for w in found if w.name == "FB" and w.kind == "set"), None)
+        kept = self.pen.feed
+        if own is not None:  # the feed of this block alone
+            if own <= 0.0 or self.pen.feed_mode == "inverse":
+                raise PenError("E301", "FB is a feed of G94 and G95 above zero", "FB")
+            self.pen.feed = own * self.pen.scale
+        try:
+            self._move(gs, found)
+        finally:
+            self.pen.feed = kept
         for act in after:
             act()
 
@@ -217,6 +230,16 @@ class Modes(Turning):
                 times = next((self.number(w.value) for w in found if w.kind == "word" and w.name == "P"), 1.0)
                 pen.flush()
                 after.append(partial(self.call, word.text.replace(" ", ""), (), int(times)))
+            elif (
+                word.kind == "set"
+                and _OF_MACHINE.fullmatch(name)
+                and name not in NOT_A_VARIABLE
+                and not self._is_known(word)
+            ):
+                what = f"{name} is not defined here: taken as a variable of the machine, which moves nothing"
+                pen.note("I408", what, word.text, once=name)
+                self.variables[name] = 0.0
+                self.assign(name, value)
             elif not self._is_known(word):
                 raise PenError("E207", f"{word.text[:30]} is not used here", word.text)
         return after
