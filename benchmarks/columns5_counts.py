@@ -27,8 +27,8 @@ from vmachining.sweep import Sweep, Turn
 __all__ = ["BOX", "RULES", "asked", "brackets", "columns5_counts", "rays", "stock_of", "ways"]
 
 BOX = BoxStock(LO, HI)
-ALL = 7
-RULES = (ALL, 6, 5, 3, 0)
+ALL = 15
+RULES = (ALL, 14, 13, 11, 7, 0)
 """All in force; without covers of earlier sweeps; without shared poses (L5); without ranges of poses (L4); none."""
 
 
@@ -37,7 +37,7 @@ class Along(AnyDirection):
 
     way: Floats
 
-    def _directions(self, rows: Rows, k: int) -> list[Floats]:
+    def _directions(self, rows: Rows, k: int, begins: bool = False) -> list[Floats]:
         return [self.way]
 
 

@@ -12,12 +12,12 @@ from zipfile import ZipFile
 import numpy as np
 import pytest
 
-from benchmarks.columns5_counts import BOX, asked, brackets, rays
+from benchmarks.columns5_counts import BOX, asked, brackets, rays, ways
 from benchmarks.turned_blocks import KINDS, TOOLS, Case, case_of, stairs, tilted, unit
 from vmachining.engines.columns import ColumnsEngine
 from vmachining.engines.columns.turning import AnyDirection, Rows, rows_of
 from vmachining.engines.dexel import RayEngine
-from vmachining.engines.protocol import Options
+from vmachining.engines.protocol import Options, Removal
 from vmachining.engines.relay import ColumnsFirst
 from vmachining.errors import EngineError, StockError
 from vmachining.geometry import Arc, Line
@@ -56,15 +56,29 @@ def test_without_a_turn_brackets_meet_those_of_upright_columns(tool: str, lean: 
     assert said.width <= 0.02 * upright.estimate
 
 
-def test_a_leaning_slot_of_a_ball_has_its_closed_form() -> None:
+@pytest.mark.parametrize("width", [0.01, 2e-3])
+def test_a_leaning_slot_of_a_ball_has_its_closed_form(width: float) -> None:
     """A tool that leans and does not turn, its ball alone in the stock: a half round slot of given depth."""
     r, depth = 3.0, 1.2
     axis = np.array([np.sin(0.3), 0.0, np.cos(0.3)])
     tips = [np.array([x, 0.0, r - depth]) - r * axis for x in (-20.0, 20.0)]
     sweep = Sweep.along(TOOLS["ball"], Turn.great_circle(Pose(tips[0], axis), Pose(tips[1], axis)))
     section = r**2 * np.arccos(1.0 - depth / r) - (r - depth) * np.sqrt(depth * (2.0 * r - depth))
-    found = asked([], [sweep])
-    assert found.lo <= 16.0 * section <= found.hi and found.width <= 0.011 * found.estimate
+    found = asked([], [sweep], width=width)
+    assert found.lo <= 16.0 * section <= found.hi and found.width <= 1.1 * width * found.estimate
+
+
+@pytest.mark.parametrize("seed", [0, 2, 18, 24])  # a ball that mills with its tip and digs a slot, two cones
+def test_second_derivatives_of_balls_say_what_planes_say(seed: int) -> None:
+    """L8 for balls, ten times as narrow as planes can be asked for: on and off, and along two directions."""
+    case, said = case_of(seed), list[Removal]()
+    for way in ways(case)[:2]:
+        said += [
+            asked(case.earlier, [case.block], BOX, way, rules, width)
+            for rules, width in ((15, 3e-4), (7, 3e-3))
+        ]
+    assert max(r.lo for r in said) <= min(r.hi for r in said)
+    assert min(r.width for r in said) <= 4e-4 * said[0].estimate + 1e-3
 
 
 @pytest.mark.parametrize("tool", ["ball", "cone", "bull"])
@@ -132,7 +146,7 @@ def test_a_block_in_air_has_a_bracket_about_zero_however_narrow_it_is_asked_for(
 def test_directions_that_contradict_each_other_are_no_proof(monkeypatch: pytest.MonkeyPatch) -> None:
     answers = iter([(1.0, 1.5, 1), (2.0, 2.5, 1)])
     monkeypatch.setattr(AnyDirection, "_look", lambda *_: next(answers))
-    case = case_of(0)
+    case = case_of(6)  # a bull nose: of balls one direction is asked
     said = AnyDirection.of(BOX, Options()).cut(rows_of(case.block), None)
     assert not said.proven and (said.lo, said.hi) == (1.0, 2.5) and "contradict" in str(said.note)
 

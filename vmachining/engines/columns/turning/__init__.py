@@ -1,7 +1,8 @@
 """Columns in any direction: proven removed volumes of blocks whose axis leans or turns.
 
 Rules and proofs: docs/columns_any_direction.md. `rows`: sweeps as numbers; `engine`: directions and divided blocks; kernels:
-`_kernels` one sweep over one cell (L1 to L5), `triangles` what is removed over a quarter of a cell (L6, L7), `cells` the
+`_kernels` one sweep over one cell (L1 to L5), `triangles` what is removed over a quarter of a cell (L6, L7), `bends` what is
+removed below curved surfaces of balls (L8), `cells` the
 cells of a block.
 """
 

@@ -23,6 +23,7 @@ from vmachining.engines.columns.turning._kernels import (
     starts_first,
     state,
 )
+from vmachining.engines.columns.turning.bends._kernels import between
 from vmachining.engines.columns.turning.triangles._kernels import (
     COVERS,
     KEPT,
@@ -39,9 +40,10 @@ from vmachining.jit import kernel, leaf
 LOW = np.int64(3)  # column of a cell's lower end; the upper one stands beside it
 NOWHERE = -1e6  # height of a plane below all, where none is known
 TRIES = 2
+SURE = 1e-3  # relative width of what smooth surfaces say up to which triangles are not asked
 LEVELS = 1 << 18  # divisions of half a first cell that tell nodes apart
 MIX = np.int64(-7046029254386353131)  # 2^64 / golden ratio
-STARTS, RANGES = np.int64(2), np.int64(4)  # bits of rules besides COVERS: L5, L4
+STARTS, RANGES, BENDS = np.int64(2), np.int64(4), np.int64(8)  # bits of rules besides COVERS: L5, L4, L8
 
 
 @leaf
@@ -172,10 +174,10 @@ def bounds(
 ):
     """(lo, hi, entries left) of one cell. ids[src:src + count] with ranges rng; those left go to dst, ids[dst] is k.
 
-    heights: (2,) between which all of it lies; narrowed into out (2,). starts: (2,) whether the first and the last pose of k are
-    those of another sweep.
+    heights: (3,) between which all of it lies, and whether a shared pose raised the lower one; narrowed into out (3,).
+    starts: (2,) whether the first and the last pose of k are those of another sweep.
     """
-    t0, t1 = heights[0], heights[1]
+    t0, t1, raised = heights[0], heights[1], heights[2]
     for f in range(len(F)):
         c, more = F[f, 3] - F[f, 0] * u - F[f, 1] * v, (abs(F[f, 0]) + abs(F[f, 1])) * h
         if abs(F[f, 2]) < UPRIGHT:
@@ -204,7 +206,9 @@ def bounds(
             if starts[e] == 0 or t0 >= t1:
                 continue
             if starts_first(rows, waves, 0, float(e), u, v, h, room.P[0], room.B):
-                t0 = max(t0, least_exit(rows, waves, 0, float(e), u, v, h, slack, room.P[0], room.B))
+                place = least_exit(rows, waves, 0, float(e), u, v, h, slack, room.P[0], room.B)
+                if place > -np.inf:
+                    t0, raised = max(t0, place), 1.0
             if t0 < t1 and starts_first(rows, waves, 1, float(e), u, v, h, room.P[0], room.B):
                 t1 = min(t1, -least_exit(rows, waves, 1, float(e), u, v, h, slack, room.P[0], room.B))
     if t0 >= t1:
@@ -249,10 +253,22 @@ def bounds(
                     rows, waves, side, B, 0.0, 1.0, u, v, h, a, b, slack, room.P[0], room.P[1], room.H[4], 0
                 ):
                     worst, border = B[PHI], True
-    lo, hi = 0.0, 0.0
-    for tri in range(4):
-        a, b = triangle(room, F, len(roof.plane) > 0, tri, m, u, v, h, t0, t1, border, rules)
-        lo, hi = lo + a, hi + b
+    lo, hi = 0.0, np.inf
+    if rules & BENDS != 0:
+        one, others = ZERO, ZERO
+        for q in range(1, m):
+            if room.D[q] == 0:
+                one, others = np.int64(q), others + 1
+        if others <= 1:
+            lo, hi = between(
+                rows, waves, F, len(roof.plane) > 0, room, ids, rng, dst, one, looked == count, u, v, h, t1, raised > 0.0, slack
+            )  # fmt: skip
+    if hi - lo > SURE * hi or hi == np.inf:
+        low, high = 0.0, 0.0
+        for tri in range(4):
+            a, b = triangle(room, F, len(roof.plane) > 0, tri, m, u, v, h, t0, t1, border, rules)
+            low, high = low + a, high + b
+        lo, hi = max(lo, low), min(hi, high)
     left = ZERO + 1
     for q in range(1, m):
         if room.D[q] == 0:
@@ -266,14 +282,14 @@ def bounds(
         for c in range(4):
             rng[dst + left, c] = rng[src + e, c]
         left += 1
-    out[0], out[1] = t0, t1
+    out[0], out[1], out[2] = t0, t1, raised
     return min(lo, hi), hi, left
 
 
 @leaf
 def _store(cell, n, u, v, h, lo, hi, heights):
     cell[n, 0], cell[n, 1], cell[n, 2], cell[n, 3], cell[n, 4] = u, v, h, lo, hi
-    cell[n, 5], cell[n, 6] = heights[0], heights[1]
+    cell[n, 5], cell[n, 6], cell[n, 7] = heights[0], heights[1], heights[2]
 
 
 @kernel
@@ -290,7 +306,7 @@ def remove(
     nu, nv, h = int(root[3]), int(root[4]), root[2]
     room.K[:] = -1
     room.H[1, 0], room.H[1, 1], room.H[1, 2] = root[0], root[1], h
-    cell = np.zeros((limit + nu * nv + 8, 7))  # u, v, h, lo, hi, t0, t1
+    cell = np.zeros((limit + nu * nv + 8, 8))  # u, v, h, lo, hi, t0, t1, raised
     span = np.zeros((len(cell), 2), dtype=np.int64)
     heap = np.zeros(len(cell), dtype=np.int64)
     ids = np.zeros(
@@ -301,7 +317,7 @@ def remove(
         ids[q] = q
         rng[q, 1], rng[q, 3] = 1.0, 1.0
     used, n, lo, hi, made = count, ZERO, 0.0, 0.0, ZERO
-    heights, inner = np.array([root[5], root[6]]), np.zeros(2)
+    heights, inner = np.array([root[5], root[6], 0.0]), np.zeros(3)
     for place in range(nu * nv):
         u, v = root[0] + (2 * (place % nu) + 1) * h, root[1] + (2 * (place // nu) + 1) * h
         x, y, m = bounds(
@@ -343,7 +359,7 @@ def remove(
         if used + 4 * size > len(ids) or n + 4 > len(cell):
             break
         u, v, h = cell[c, 0], cell[c, 1], 0.5 * cell[c, 2]
-        heights[0], heights[1] = cell[c, 5], cell[c, 6]
+        heights[0], heights[1], heights[2] = cell[c, 5], cell[c, 6], cell[c, 7]
         lo, hi = lo - cell[c, 3], hi - cell[c, 4]
         for q in range(4):
             cu, cv = u + (h if q % 2 else -h), v + (h if q > 1 else -h)

@@ -21,6 +21,7 @@ class Room(NamedTuple):
     """N (64, 2, 5, 12), L (64, 2, 3), C (64, 2, 5, 3): see above. P (2, 12) poses, B (12,) a witness, H (6, 3) planes: the top
     of the stock lies at most H[2, 0] below H[3], H[4] is a border, H[5] scratch, H[1] (u0, v0, half edge) of the first cells.
     K (KEPT,) keys of witnesses W (KEPT, 12) by node, see cells/_kernels.py.
+    T (2, 10) smooth surfaces, see bends/_kernels.py.
 
     Over a triangle: G (256, 6) lower and upper ends as affine functions, Q (2, 68, 2) polygons, S (256,) an order of G or of
     slots, D (64,) slots that are dropped.
@@ -38,6 +39,7 @@ class Room(NamedTuple):
     H: NDArray[np.float64]
     K: NDArray[np.int64]
     W: NDArray[np.float64]
+    T: NDArray[np.float64]
 
 
 def room() -> Room:
@@ -46,6 +48,7 @@ def room() -> Room:
         np.zeros((SLOTS, 2, 5, 12)), np.zeros((SLOTS, 2, 3)), np.zeros((SLOTS, 2, 5, 3)), np.zeros((2, 12)), np.zeros(12),
         np.zeros((4 * SLOTS, 6)), np.zeros((2, FACES + 4, 2)), np.zeros(4 * SLOTS, dtype=np.int64),
         np.zeros(SLOTS, dtype=np.int64), np.zeros((6, 3)), np.zeros(KEPT, dtype=np.int64), np.zeros((KEPT, 12)),
+        np.zeros((2, 10)),
     )  # fmt: skip
 
 
