@@ -191,3 +191,46 @@ def test_tools_and_names_of_okuma_lathes():
     program = parse_program(text.encode(), "p.min", dialect="auto", units="mm")
     assert program.dialect == "okuma" and not program.errors and program.moves[-1].tool == 2
     assert program.moves[-1].end[0] == pytest.approx(20) and math.isclose(program.moves[-1].spindle_rpm, 500)
+
+
+TURNED = {"control": {"lathe": "diameter"}}
+
+
+def test_a_call_within_a_contour_whose_passes_are_left_out_is_left_out_too():
+    """0i-TD manual, G71: the blocks from P to Q only describe the contour."""
+    text = "G0 X50. Z2.\nG71 P10 Q20 U.2 W.1 F.2\nN10 G0 X20.\nM98 P100\nN20 X50.\nG0 Z5.\nM30\nO100\nG1 Z-5. F.1\nM99"
+    assert [m.end[2] for m in clean(LATHE + text, **TURNED).moves] == [2, 5]
+
+
+def test_the_lead_of_a_thread_stays_in_the_register_of_feeds():
+    """0i-TD manual, G32: F is the lead, and the one F of the control; K of an older control is not."""
+    text = LATHE + "G1 X20. Z2. F.2\n{}\nG1 X25.\nM30"
+    assert clean(text.format("G32 Z-10. F1.5"), **TURNED).moves[-1].feed_mm_min == pytest.approx(750)
+    assert clean(text.format("G33 Z-10. K1.5"), **TURNED).moves[-1].feed_mm_min == pytest.approx(100)
+
+
+def test_a_lathe_with_a_y_axis_is_known_by_its_tools_and_their_registers():
+    text = b"O1\nG21\nT0101\nG97 S500 M3\nG0 X50. Z2. Y5.\nG1 Z-5. F.1\nT0200\nG0 X20.\nM30"
+    program = parse_program(text, "p.nc", dialect="auto")
+    assert "W380" in codes(program) and program.moves[0].end == pytest.approx((25, 5, 2))
+    mill = parse_program(text.replace(b"T0200", b"T0200 M6"), "p.nc", dialect="auto")
+    assert "W380" not in codes(mill) and mill.moves[0].end[0] == pytest.approx(50)
+
+
+def test_a_cut_under_g53_goes_where_its_words_say():
+    """Posts for lathes write G53 to end a work offset: a cut to the machine's own places makes no sense."""
+    program = clean(LATHE + "G0 X50. Z2.\nG53 G1 X40. F.2\nG0 G53 X0 Z0\nM30", **TURNED)
+    assert program.moves[1].motion is Motion.LINEAR and program.moves[1].end == pytest.approx((20, 0, 2))
+    assert "W366" in codes(program) and program.moves[-1].end[0] > 25  # a rapid goes home
+
+
+def test_w_of_a_macro_call_does_not_hide_the_quill():
+    text = HEAD + "G0 W2. X0 Y0\nG65 P9021 W7.\nG1 Z-5. F100\nM30"
+    assert [m.end[2] for m in clean(text).moves] == pytest.approx([202, -3])
+
+
+def test_a_tool_length_by_g56_and_h_is_one_of_okuma():
+    program = parse_program(
+        b"O1\nT1\nM6\nG0 X1. Y2.\nG56 Z5. H01\nG1 Z-1. F9.\nM2", "p.txt", dialect="auto", units="mm"
+    )
+    assert program.dialect == "okuma" and "W368" not in codes(program) and program.moves[-1].end[2] == -1

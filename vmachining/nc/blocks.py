@@ -13,6 +13,7 @@ from typing import Final
 from vmachining.errors import NCError
 from vmachining.nc.carried import carried
 from vmachining.nc.control import Structure, find_structure
+from vmachining.nc.fanuc_lathe import Lathe
 from vmachining.nc.fanuc_lines import folded
 from vmachining.nc.fanuc_macro import NEXT_PROGRAM, MacroFlow, next_program, steers
 from vmachining.nc.flow import Flow, FlowStop
@@ -135,6 +136,8 @@ class Reader(OneBlock):
             self.lines, self.memory, self._blocks, one, self._flow_problem, lambda: self.state.ended, self.files,
             flow.frames, skips=self.settings.block_delete,
         )  # fmt: skip
+        if isinstance(self.translator, Lathe):
+            steps.left_out = self.translator.leaves_out
         try:
             at, ends = steps.drive(first, stop, self.settings.max_steps)
         except (OSError, NCError) as exc:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Final
 
 from vmachining.nc.checks import finding
+from vmachining.nc.fanuc_lines import REMARK
 from vmachining.nc.model import Finding
 from vmachining.nc.settings import ArcCentres, Settings
 
@@ -32,7 +33,6 @@ CENTRES: Final[tuple[tuple[ArcCentres, bool, str], ...]] = (
 ABSURD: Final = 10_000.0
 """Ten metres, or ten thousand inches: no mill is programmed so far without a decimal point."""
 
-_COMMENT: Final = re.compile(r"\([^()]*\)?|;.*")
 _LENGTH: Final = re.compile(r"(?<![A-Z#\[])[XYZIJR][ \t]*([-+]?[0-9]*\.?[0-9]*)(?![0-9.\[#])", re.IGNORECASE)
 _NO_LENGTHS: Final = re.compile(
     r"\bG(?:0?5(?:\.[0-9])?|332|187)(?![0-9.]).*|G8[0-9].*(?=\bJ[0-9]\b)J[0-9]", re.IGNORECASE
@@ -104,11 +104,9 @@ def worn(lines: Sequence[str], settings: Settings) -> tuple[Settings, list[Findi
 
 _W: Final = re.compile(r"(?<![A-Z#])W[ \t]*[-+]?[0-9.]", re.IGNORECASE)
 _Y: Final = re.compile(r"(?<![A-Z#])Y[ \t]*[-+]?[0-9.]", re.IGNORECASE)
-_NO_QUILL: Final = re.compile(
-    r"(?<![A-Z#])(?:U[ \t]*[-+]?[0-9.]|G[ \t]*(?:9[26][ \t]*S|65(?![0-9])|66(?![0-9])|150(?![0-9])))",
-    re.IGNORECASE,
-)
-"""Marks of lathes, where W is a step along Z, of macro calls and cycles that have their own W."""
+_NO_QUILL: Final = re.compile(r"(?<![A-Z#])(?:U[ \t]*[-+]?[0-9.]|G[ \t]*9[26][ \t]*S)", re.IGNORECASE)
+_OWN_W: Final = re.compile(r"(?<![A-Z#])G[ \t]*(?:6[56]|150)(?![0-9]).*", re.IGNORECASE)
+"""Marks of lathes, where W is a step along Z; calls of macros and cycles that have their own W."""
 
 
 def quill(lines: Sequence[str], settings: Settings) -> tuple[Settings, list[Finding]]:
@@ -117,11 +115,11 @@ def quill(lines: Sequence[str], settings: Settings) -> tuple[Settings, list[Find
     if control.w or not settings.family:
         return settings, []
     having = ((n, line) for n, line in enumerate(lines, 1) if "W" in line or "w" in line)
-    words = ((n, _W.search(_COMMENT.sub(" ", line))) for n, line in having)
+    words = ((n, _W.search(_OWN_W.sub(" ", REMARK.sub(" ", line)))) for n, line in having)
     at, word = next(((n, found[0]) for n, found in words if found), (0, ""))
     if not at:  # nearly every program: not a line more is looked at
         return settings, []
-    bare = [_COMMENT.sub(" ", line) for line in lines]
+    bare = [_OWN_W.sub(" ", REMARK.sub(" ", line)) for line in lines]
     if any(map(_NO_QUILL.search, bare)) or not any(map(_Y.search, bare)):
         return settings, []
     what = "W moves the tool along Z, beside Z: the depth is the sum of both, and W begins at 0"
@@ -141,7 +139,7 @@ def lengths(lines: Sequence[str], settings: Settings) -> tuple[Settings, list[Fi
     for number, line in enumerate(lines, 1):
         if pointed and not _BARE.search(line):
             continue
-        for hit in _LENGTH.finditer(_NO_LENGTHS.sub(" ", _COMMENT.sub(" ", line))):
+        for hit in _LENGTH.finditer(_NO_LENGTHS.sub(" ", REMARK.sub(" ", line))):
             text = hit[1]
             if "." in text:
                 pointed = True

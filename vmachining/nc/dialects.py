@@ -209,7 +209,8 @@ _HAAS: Final = re.compile(
 _MAZAK: Final = re.compile(r"\(.*\bMAZAK|\(.*\bMAZATROL", re.IGNORECASE)
 _OKUMA: Final = re.compile(
     r"^[ \t]*\$[^%]*%|\bG15[ \t]*H[0-9]|\bG116[ \t]*T|\bVC[0-9]+[ \t]*=|^[ \t]*CALL[ \t]*O|\bG56[ \t]*HA|\(.*\bOKUMA\b|\bVZOF"
-    r"|^[ \t]*N(?:AT|LAP|STRT|END)[A-Z]*[0-9]*(?:[ \t]|$)|\bVT[A-Z]{2,4}\[|\bCALL[ \t]+OO[0-9]",
+    r"|^[ \t]*N(?:AT|LAP|STRT|END)[A-Z]*[0-9]*(?:[ \t]|$)|\bVT[A-Z]{2,4}\[|\bCALL[ \t]+OO[0-9]"
+    r"|^(?!.*G43)[^(]*\bG56(?![0-9.])[^(]*\bH[0-9]",
     re.IGNORECASE,
 )
 _LINUXCNC: Final = re.compile(

@@ -3,10 +3,6 @@
     X U      diameters, or radii where the control is set so      U W V   steps of X, Z, Y
     G96 S    surface speed, limited by G50 S (system B: G92 S)     T0203   tool 2, register 3
     G98 G99  feed per minute, per turn (system B: G94 G95)         G32 G33 G34  a thread, F or K its lead
-    G90 G94 G92 X Z R F   one pass: along, across, a thread (system B: G77 G79 G78)
-    G83 to G85, G87 to G89  holes along Z, and along X; R counts from where the tool is
-    G70 P Q, Okuma G87 N    the contour of these blocks, as it is written; then back to where it began
-    G71 to G73, G76, Okuma G85 G86   many passes: left out, and said (W379); the tool comes back to where they began
     G12.1 G112   polar interpolation: C is a length, Y of the face; G13.1 G113 its end
 
 System B is one with G95 or G91. The radius of the nose is not known: the path is that of its programmed point (W351).
@@ -17,12 +13,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Final, NamedTuple
+from typing import Final
 
 from vmachining.nc.arcs import PLANES
 from vmachining.nc.block import Problem
 from vmachining.nc.codes import spell
-from vmachining.nc.fanuc import Translator
+from vmachining.nc.fanuc_lathe_cycles import HOLES, MANY, PASSES, Contour, Cycles, Find, Words
 from vmachining.nc.fanuc_line import Line
 from vmachining.nc.fanuc_turning import has_system_b
 from vmachining.nc.lexer import Word, lex_line
@@ -31,20 +27,7 @@ from vmachining.nc.state import State
 
 __all__ = ["Contour", "Lathe"]
 
-Words = list[tuple[Word, float]]
-Contour = tuple[int, int]
-"""First and last line, 0-based."""
-Find = Callable[[int, int | None, int, bool], Contour | None]
-"""Of the blocks N first to N last (None: to G80), looked for from a line on; again: the one that was roughed."""
-
 MOVES: Final = {0: 0, 10: 10, 20: 20, 30: 30, 320: 320, 330: 320, 340: 320}
-PASSES: Final = {770: 900, 790: 940, 780: 920}
-"""Single passes of system B by those of system A."""
-HOLES: Final = {830: "Z", 840: "Z", 850: "Z", 870: "X", 880: "X", 890: "X"}
-MANY: Final = {
-    710: "roughing along", 720: "roughing across", 730: "roughing after a pattern", 740: "pecking along",
-    750: "pecking across", 760: "a thread in several passes", 850: "roughing", 860: "roughing after a pattern",
-}  # fmt: skip
 OKUMA: Final = {
     **dict.fromkeys((310, 320, 330, 340, 350), "a thread cycle"), 710: "a thread cycle", 720: "a thread cycle",
     **dict.fromkeys((730, 740), "a grooving cycle"), 750: "a chamfer without L", 760: "a rounding without L",
@@ -66,36 +49,17 @@ def _plain_hole(value: float) -> float:
     return float(int(value)) if int(value) in (83, 84, 87, 88) else value
 
 
-class _Pass(NamedTuple):
-    """A single pass in force: code of system A, goal, taper, lead or feed."""
-
-    code: int
-    x: float
-    z: float
-    taper: float
-    feed: float | None
-
-
-class Lathe(Translator):
+class Lathe(Cycles):
     """What a lathe remembers beside the state of the core."""
 
     def __init__(self, settings: Settings, note: Callable[[Problem], None]) -> None:
         super().__init__(settings, note)
         self.half = 0.5 if settings.control.lathe == "diameter" else 1.0
         self.lines: Sequence[str] = ()
-        self.contour: Find = lambda first, last, at, again: None
-        self.skipped: Contour = (0, -1)
-        """Lines that the last cycle took."""
-        self.runs: Contour | None = None
-        self.inside = False
-        """Of a finishing cycle: the contour that runs after its block; whether one runs."""
         self.surface: float | None = None
         self.limit: float | None = None
         self.constant = self.steps = self.polar_face = self.flat = self.system_b = False
-        self.lead: float | None = None
         self.modal = 0
-        self.once: _Pass | None = None
-        self.hole: dict[str, float] = {}
 
     def start(self, lines: Sequence[str], state: State, contour: Find) -> None:
         """As lathes are switched on: feed per turn; system B where a code of it stands somewhere."""
@@ -113,7 +77,7 @@ class Lathe(Translator):
     def translate(self, words: tuple[Word, ...], values: list[float], state: State) -> Line:
         """The block for the core."""
         self.runs = None
-        if self.skipped[0] <= self.at <= self.skipped[1] and not self.inside:
+        if self.leaves_out(self.at):
             return Line()
         if self.least:
             values = [
@@ -207,6 +171,12 @@ class Lathe(Translator):
         if codes & {700, 710} and not set(has) & set("PQUWDR"):
             many, codes = 0, codes - {700, 710}  # units
         home = codes & {280, 300, 530}
+        if 530 in codes and not codes & {280, 300} and (self.modal if group1 is None else group1):
+            what = (
+                "G53 with a cut: no lathe cuts to its own places; it goes where the words say, as without G53"
+            )
+            self.say("G53 cut", next(w for w, v in given if w.letter == "G" and v == 53.0), what, "W366")
+            home = set()
         if single or (
             self.once is not None and {"X", "Z", "U", "W"} & set(has) and not codes & {500, 920} and not home
         ):
@@ -223,7 +193,7 @@ class Lathe(Translator):
             ahead += self._hole(codes, has, here, x, z, like)
         elif self.modal == 320 and {"X", "Z", "U", "W"} & set(has) and not home:
             lead = has.get("F") or has.get("K") or has.get("I") or has.get("E")
-            self._threading(lead[1] if lead else None, scale, before, after, state)
+            self._threading(lead[1] if lead else None, scale, before, after, state, modal="F" in has)
             ahead.append(self._straight(10, x, z, like))
         else:
             kept += self._motion(given, codes, has, x, z, group1, here, bool(home))
@@ -392,16 +362,6 @@ class Lathe(Translator):
 
     # ---- motions ----
 
-    @staticmethod
-    def _straight(
-        code: int, x: float | None, z: float | None, like: Word, feed: float | None = None
-    ) -> Words:
-        out = [(like._replace(letter="G", value=code / 10.0), code / 10.0)]
-        for letter, value in (("X", x), ("Z", z), ("F", feed)):
-            if value is not None:
-                out.append((like._replace(letter=letter, value=value), value))
-        return out
-
     def _motion(
         self, given: Words, codes: set[int], has: dict[str, tuple[Word, float]], x: float | None, z: float | None,
         group1: int | None, here: tuple[float, float], home: bool,
@@ -495,114 +455,3 @@ class Lathe(Translator):
         up, along = x * self.half - up0, z - z0
         reach = (along * t - up * d) / det
         return (up0 + reach * s) / self.half, z0 + reach * c
-
-    # ---- cycles ----
-
-    def _threading(
-        self, lead: float | None, scale: float, before: list[Callable[[State], None]],
-        after: list[Callable[[State], None]], state: State,
-    ) -> None:  # fmt: skip
-        """The lead is the feed of a turn for this block only."""
-        mode, feed = state.feed_mode, state.feed
-        held = self.lead = self.lead if lead is None else lead
-
-        def turn(s: State) -> None:
-            s.feed_mode, s.feed = 950, None if held is None else held * scale
-
-        def back(s: State) -> None:
-            s.feed_mode, s.feed = mode, feed
-
-        before.append(turn)
-        after.append(back)
-
-    def _single(
-        self, code: int, has: dict[str, tuple[Word, float]], here: tuple[float, float], x: float | None, z: float | None,
-        like: Word, before: list[Callable[[State], None]], after: list[Callable[[State], None]], scale: float, state: State,
-    ) -> list[Words]:  # fmt: skip
-        """G90, G94, G92: four motions of a pass that ends where it began."""
-        old = self.once
-        feed = has["F"][1] if "F" in has else old.feed if old is not None and not code else None
-        taper = next(
-            (has[k][1] for k in "RIK" if k in has), old.taper if old is not None and not code else 0.0
-        )
-        keep = old if old is not None and not code else None
-        goal_x = x if x is not None else keep.x if keep else here[0]
-        goal_z = z if z is not None else keep.z if keep else here[1]
-        now = self.once = _Pass(code or (old.code if old else 900), goal_x, goal_z, taper, feed)
-        if now.code == 940:
-            return [
-                self._straight(0, None, goal_z + taper, like), self._straight(10, goal_x, goal_z, like, feed),
-                self._straight(10, None, here[1], like), self._straight(0, here[0], None, like),
-            ]  # fmt: skip
-        if now.code == 920:
-            self._threading(feed, scale, before, after, state)
-            return [
-                self._straight(0, goal_x + taper, None, like), self._straight(10, goal_x, goal_z, like),
-                self._straight(0, here[0], None, like), self._straight(0, None, here[1], like),
-            ]  # fmt: skip
-        return [
-            self._straight(0, goal_x + taper, None, like), self._straight(10, goal_x, goal_z, like, feed),
-            self._straight(10, here[0], None, like), self._straight(0, None, here[1], like),
-        ]  # fmt: skip
-
-    def _hole(
-        self, codes: set[int], has: dict[str, tuple[Word, float]], here: tuple[float, float], x: float | None,
-        z: float | None, like: Word,
-    ) -> list[Words]:  # fmt: skip
-        """G83 to G85 along Z, G87 to G89 along X: to the hole, to R, to the depth, back to the initial level."""
-        now = next((c for c in codes if c in HOLES), 0)
-        if now:
-            self.hole = {"code": float(now), "level": here[1] if HOLES[now] == "Z" else here[0]}
-        axis = HOLES[int(self.hole["code"])]
-        depth, place = (z, x) if axis == "Z" else (x, z)
-        if depth is not None:
-            self.hole["depth"] = depth
-        if "R" in has:
-            self.hole["clear"] = has["R"][1]
-        if "depth" not in self.hole:
-            return []
-        level, deep = self.hole["level"], self.hole["depth"]
-        feed = has["F"][1] if "F" in has else None
-
-        def along(code: int, to: float, f: float | None = None) -> Words:
-            return self._straight(code, None if axis == "Z" else to, to if axis == "Z" else None, like, f)
-
-        first = self._straight(0, place if axis == "Z" else None, None if axis == "Z" else place, like)
-        first += [(w, v) for w, v in has.values() if w.letter == "C" and "C" in self.settings.rotary]
-        out = [first] if len(first) > 1 else []
-        clear = level + self.hole.get("clear", 0.0)
-        slow = int(self.hole["code"]) in (840, 850, 880, 890)
-        return [
-            *out,
-            along(0, clear),
-            along(10, deep, feed),
-            along(10 if slow else 0, clear),
-            along(0, level),
-        ]
-
-    def _many(
-        self, code: int, codes: set[int], has: dict[str, tuple[Word, float]], like: Word, out: Line
-    ) -> None:
-        """Cycles of many passes: G70 runs the contour, the others are left out; all end where they began."""
-        if code:
-            if code not in (740, 750) and not {"P", "X", "Z", "U", "W"} & set(has):
-                return
-            if code == 710 and "P" not in has:
-                return  # depth and retract, for the block to come
-            what = f"{spell('G', code)} ({MANY[code]}): its passes are left out, the tool comes back to where they began"
-            self.say(f"many{code}", like, what, "W379")
-        first = has.get("P")
-        if first is None or code in (740, 750, 760):
-            return
-        lap = code in (850, 860) or 870 in codes
-        last = None if lap else int(has["Q"][1]) if "Q" in has else None
-        name = int(first[1])
-        found = self.contour(name, last, self.at, not code)
-        if self.inside or found is None or (not code and found[0] <= self.at <= found[1]):
-            what = "a cycle inside of a contour" if found else f"no block N{name} of a contour"
-            out.refuse(first[0], f"{first[0].text}: {what}")
-            return
-        if code or lap:
-            self.skipped = found
-        if not code:
-            self.runs = found

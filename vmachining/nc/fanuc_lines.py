@@ -8,7 +8,7 @@ from typing import Final
 from vmachining.nc.lexer import MAX_LINE
 from vmachining.nc.model import Finding
 
-__all__ = ["bracketed", "folded", "prepare", "tool_changer", "without_header"]
+__all__ = ["REMARK", "bracketed", "folded", "prepare", "tool_changer", "without_header"]
 
 _NX_HEADER: Final = re.compile(r"^\s*Information listing created by\b", re.IGNORECASE)
 _RULE: Final = re.compile(r"^\s*={20,}\s*$")
@@ -130,7 +130,8 @@ def without_header(lines: list[str]) -> list[str]:
 
 _CHANGE: Final = re.compile(r"(?<![A-Z#])T[ \t]*[0-9]", re.IGNORECASE)
 _M: Final = re.compile(r"(?<![A-Z#])M[ \t]*0*([0-9]{1,4})(?![0-9.])", re.IGNORECASE)
-_REMARKS: Final = re.compile(r"\([^()]*\)|;.*")
+REMARK: Final = re.compile(r"\([^()]*\)?|;.*")
+"""A comment, closed or not."""
 
 
 def tool_changer(lines: list[str]) -> int:
@@ -139,7 +140,7 @@ def tool_changer(lines: list[str]) -> int:
     for line in lines:
         if "T" not in line and "M" not in line:
             continue
-        bare = _REMARKS.sub(" ", line) if "(" in line or ";" in line else line
+        bare = REMARK.sub(" ", line) if "(" in line or ";" in line else line
         codes = {int(text) for text in _M.findall(bare)}
         if 6 in codes:
             return 0

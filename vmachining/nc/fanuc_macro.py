@@ -129,6 +129,8 @@ class MacroFlow:
         self.bare, self.stops, self.starts = list[str](), list[int](), list[int]()
         self.programs: dict[int, int] = {}
         self.modal: tuple[Frame, int, bool] | None = None
+        self.left_out: Callable[[int], bool] = lambda index: False
+        """Whether a line belongs to the contour of a cycle whose passes are left out."""
         self._look()
 
     def _look(self) -> None:
@@ -220,7 +222,7 @@ class MacroFlow:
         at = _after_head(text)
         if _PROGRAM.match(text):
             return self._next_program(index)
-        if self._skipped(index):
+        if self._skipped(index) or self.left_out(index):
             return index + 1
         if found := _BRANCH.match(text, at):
             try:

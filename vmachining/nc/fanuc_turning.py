@@ -9,16 +9,23 @@ from dataclasses import replace
 from typing import Final, Literal
 
 from vmachining.nc.checks import finding
+from vmachining.nc.fanuc_lines import REMARK
 from vmachining.nc.model import Finding, Motion, Move, Point
 from vmachining.nc.settings import Settings
 
 __all__ = ["as_lathe", "has_system_b", "heads", "is_lathe", "numbered", "plain_lathe", "swapped"]
 
-_COMMENT: Final = re.compile(r"\([^()]*\)?|;.*")
 _AXIS: Final = re.compile(r"(?<![A-Z#])([XYZ])[ \t]*=?[ \t]*([-+]?[0-9]*\.?[0-9]*)", re.IGNORECASE)
 _TURRET: Final = re.compile(
     r"(?<![A-Z#])T[ \t]*(?:0[1-9]|[1-9][0-9])[0-9]{2}(?:[0-9]{2})?(?![0-9])", re.IGNORECASE
 )
+_ANY_T: Final = re.compile(r"(?<![A-Z#])T[ \t]*([0-9]+)", re.IGNORECASE)
+_PAIR: Final = re.compile(r"([0-9]{2})(?:\1|00)")
+_TURNS: Final = re.compile(r"(?<![A-Z])G0*9[679](?![0-9.])", re.IGNORECASE)
+_MILLS: Final = re.compile(
+    r"(?<![A-Z#])(?:M[ \t]*0*6(?![0-9])|G[ \t]*4[34](?![0-9])|H[ \t]*[0-9])", re.IGNORECASE
+)
+"""Every T; one with its register; spindles and feeds of lathes; tool changes and tool lengths of mills."""
 _ARC_K: Final = re.compile(r"(?<![A-Z#])G0*[23](?![0-9.]).*(?<![A-Z#])K[-+.0-9]", re.IGNORECASE)
 _PLANE: Final = re.compile(r"(?<![A-Z#])G1[789](?![0-9.])", re.IGNORECASE)
 _CHANGE: Final = re.compile(r"(?<![A-Z#])M0*6(?![0-9])", re.IGNORECASE)
@@ -47,9 +54,15 @@ def is_lathe(lines: Sequence[str], findings: Sequence[Finding]) -> bool:
     for item in findings:
         if item.code == "E209" and ("lathe" in item.message or "turning" in item.message):
             return True
-    bare = [_COMMENT.sub(" ", line) for line in lines[:2000]]
+    bare = [REMARK.sub(" ", line) for line in lines[:2000]]
     seen = {hit[1].upper() for line in bare for hit in _AXIS.finditer(line)}
-    if "Y" in seen or not {"X", "Z"} <= seen:
+    if (
+        "Y" in seen
+    ):  # a lathe with a Y axis: every T names a tool and its register, and no word is one of a mill
+        tools = [hit[1] for line in bare for hit in _ANY_T.finditer(line)]
+        paired = bool(tools) and all(_PAIR.fullmatch(text) for text in tools)
+        return paired and any(map(_TURNS.search, bare)) and not any(map(_MILLS.search, bare))
+    if not {"X", "Z"} <= seen:
         return False
     turret = any(map(_TURRET.search, bare)) and not any(map(_CHANGE.search, bare))
     return turret or (any(map(_ARC_K.search, bare)) and not any(map(_PLANE.search, bare)))
@@ -60,7 +73,7 @@ def as_lathe(lines: Sequence[str], settings: Settings, diameters: bool) -> tuple
     kind: Literal["diameter", "radius"] = "diameter" if diameters else "radius"
     far = {"X": 0.0, "Z": 0.0}
     for line in lines:
-        for hit in _AXIS.finditer(_COMMENT.sub(" ", line)):
+        for hit in _AXIS.finditer(REMARK.sub(" ", line)):
             try:
                 far[hit[1].upper()] = max(far.get(hit[1].upper(), 0.0), float(hit[2]))
             except ValueError:
@@ -72,7 +85,7 @@ def as_lathe(lines: Sequence[str], settings: Settings, diameters: bool) -> tuple
         0.0,
         max(settings.home[2], scale * far["Z"] + 50.0),
     )
-    turns = "C" if any(_ROTARY.search(_COMMENT.sub(" ", line)) for line in lines[:2000]) else ""
+    turns = "C" if any(_ROTARY.search(REMARK.sub(" ", line)) for line in lines[:2000]) else ""
     rotary = settings.rotary if turns in settings.rotary else settings.rotary + turns
     control = replace(settings.control, lathe=kind)
     what = f"a program for turning, X words are {'diameters' if diameters else 'radii'}: its path is read, no material is turned"
@@ -124,4 +137,4 @@ def heads(line: str) -> bool:
 
 def has_system_b(lines: Sequence[str]) -> bool:
     """Whether a code of G code system B stands somewhere."""
-    return any(_SYSTEM_B.search(_COMMENT.sub(" ", line)) for line in lines)
+    return any(_SYSTEM_B.search(REMARK.sub(" ", line)) for line in lines)
