@@ -30,6 +30,8 @@ SAID = [  # comment, unit in mm; kind, diameter, corner, angle
     ("(T1 1/2 3 FLUTE CARBIDE END MILL)", 25.4, ("flat", 12.7, None, None)),
     ("(T1 6.8 DRILL)", 1.0, ("drill", 6.8, None, None)),
     ("(T1 1/4-20 TAP)", 25.4, ("tap", 6.35, None, None)),
+    ("T1 M6\n( MILL_6.0_DIA )", 1.0, (None, 6.0, None, None)),
+    ("T1 M6 ( D12 )\nT2\n( DRILL-45 )\nT2 M6 ( D8 )\nT1\n( DRILL_PLUS45 )", 1.0, (None, 12.0, None, None)),
     ("( T1 | 90 SPOT DRILL | H1 )", 1.0, ("drill", None, None, 90.0)),
     ("( T1 | 90. CHAMFER MILL | H1 | D1 )", 25.4, ("chamfer", None, None, 45.0)),
     ("( T1 | 10. SPOT DRILL | H1 )", 1.0, ("drill", 10.0, None, None)),

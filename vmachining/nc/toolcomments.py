@@ -29,11 +29,16 @@ _NAMED: Final = re.compile(
     r"(?:\bTOOL\s*(?:NUMBER|NO\.?|NR\.?|#)?\s*[-:=#]?\s*T?|\bT)\s*0*(\d{1,5})(?![\d./])", re.IGNORECASE
 )
 _CALL: Final = re.compile(r"(?<![A-Za-z])[Tt][ \t]*0*(\d{1,5})(?![\d.])")
+_CHANGE: Final = re.compile(
+    r"(?<![A-Za-z])T[ \t]*\d+.*?M[ \t]*0*6(?![\d.])|M[ \t]*0*6(?![\d.]).*?(?<![A-Za-z])T[ \t]*\d",
+    re.IGNORECASE,
+)
+"""T and M6 in one line: in such a program a T word alone only gets the next tool ready."""
 NUMBER: Final = r"(\d+[\s-]\d+/\d+|\d+/\d+|\d*\.\d+|\d+\.?)"
 _UNIT: Final = r"\s*(mm\b|inch\b|in\b|\")?"
 _DIAMETER: Final = (
     re.compile(rf"\bTOOL\s+DIA(?:METER)?\.?\s*[-:=]?\s*{NUMBER}{_UNIT}", re.IGNORECASE),
-    re.compile(rf"(?<![\w.=-]){NUMBER}{_UNIT}\s*DIA\b", re.IGNORECASE),
+    re.compile(rf"(?<![A-Za-z0-9.=-]){NUMBER}{_UNIT}[\s_]*DIA\b", re.IGNORECASE),
     re.compile(
         rf"\bDIA(?:METER|M)?(?:\.?(?:\s+OUTIL)?(?!\s*OFF)\s*[-:=]|\.|(?<=[MR])\s)\s*{NUMBER}{_UNIT}",
         re.IGNORECASE,
@@ -154,10 +159,14 @@ def tool_notes(lines: Sequence[str], numbers: Sequence[int], scale: float) -> di
     named, nearby, after = dict[int, ToolNote](), dict[int, ToolNote](), list[tuple[int, int, str]]()
     waiting: list[tuple[int, str]] = []
     last, change = 0, 0
+    changing = any("T" in raw.upper() and _CHANGE.search(_COMMENT.sub(" ", raw)) for raw in lines)
     for line, raw in enumerate(lines, start=1):
         if "(" not in raw and ";" not in raw and "T" not in raw.upper():
             continue
-        call = _CALL.search(_COMMENT.sub(" ", raw))
+        bare = _COMMENT.sub(" ", raw)
+        call = _CALL.search(bare)
+        if call and changing and not _CHANGE.search(bare) and bare.strip() == call[0].strip():
+            continue  # the next tool gets ready
         called = int(call[1]) if call else None
         for text in comments(raw):
             own = _NAMED.search(text, 0, LONGEST)
@@ -280,7 +289,7 @@ def _add(found: dict[int, ToolNote], number: int, note: ToolNote | None) -> None
 def _loose(line: int, text: str, scale: float) -> ToolNote | None:
     """What a comment without a tool number says: only where it names a cutter, or a diameter by its letter."""
     note = _note(line, text, scale)
-    if note is None or note.kind is not None or _MILL.search(text):
+    if note is None or note.kind is not None or note.guess is not None or _MILL.search(text):
         return note
     return note if _first((*_DIAMETER[:5], _RADIUS), _COMMA.sub(".", text), scale) is not None else None
 
