@@ -158,6 +158,55 @@ def test_a_pattern_of_another_level_offset_or_feed_is_not_taken():
     assert moves[-1].end == (6.0, 8.0, 5.0) and moves[-1].end_program == (4.0, 7.0, 5.0)
 
 
+def contour(rng: random.Random) -> list[str]:
+    """Compensation on, lines and arcs of half and whole turns, levels, feeds and dwells, and off again."""
+    x, y = rng.randrange(-90, 90), rng.randrange(-90, 90)
+    out = [
+        f"G0 X{x} Y{y}",
+        rng.choice(("G41 D1", "G42 D1", "G41", "G42 D2")) + f" G1 X{x + 30} F{rng.randrange(50, 99)}",
+    ]
+    for _ in range(rng.randrange(2, 9)):
+        dx, dy = rng.randrange(-60, 60), rng.randrange(-60, 60)
+        out.append(rng.choice((
+            f"G1 X{x + dx} Y{y + dy}", f"X{x + dx}.5", f"Y{y + dy}", f"G2 X{x + dx} Y{y + dy} R{abs(dx) + abs(dy) + 9}",
+            f"G91 G3 X{dx} Y{dy} I{dx / 2} J{dy / 2}", f"G90 G1 X{x + dx} Y{y + dy} F{abs(dx) + 9}", f"G91 G1 X{dx} Y{dy}",
+            f"Z-{rng.randrange(9)}", f"G1 X{x + dx} Y{y + dy} Z-3", f"G90 G0 X{x + dx}", "G4 P.1", "M8", "X#1", "Y[#1+2]",
+            "G1 G90",
+        )))  # fmt: skip
+    return [*out, f"G90 G40 G1 X{x} Y{y} F90", "G91 X5" if rng.random() < 0.2 else "X9", "G90"]
+
+
+@pytest.mark.parametrize("dialect", ["iso", "fanuc"])
+@pytest.mark.parametrize("corner", ["arc", "exact", "line"])
+def test_compensated_moves_are_those_of_the_long_way(dialect, corner, monkeypatch):
+    rng = random.Random(f"{dialect} {corner}")
+    head = [
+        "O1" if dialect == "fanuc" else "G21",
+        "G21 G90 G17 G94 F50 S1 M3",
+        "#1=2",
+        "T1 M6",
+        "M3",
+        "G0 Z9",
+    ]
+    data = "\n".join([*head, *(text for _ in range(20) for text in contour(rng)), "M2"]).encode()
+    options = {
+        "dialect": dialect,
+        "crc_corner": corner,
+        "tools": {1: ToolEntry(1, 6.0, 0.0), 2: ToolEntry(2, 1.0, 0.0)},
+    }
+    taken, real = [], blocks.offset
+    monkeypatch.setattr(blocks, "offset", lambda *a: taken.append(real(*a)) or taken[-1])
+    short = parse_program(data, "p", **options)
+    monkeypatch.setattr(blocks, "BLOCK", re.compile("(?!)"))
+    monkeypatch.setattr(Templates, "words", lambda self, line: None)
+    long = parse_program(data, "p", **options)
+    assert len(short.moves) == len(long.moves) > 50 and short.findings == long.findings
+    for one, two in zip(short.moves, long.moves, strict=True):
+        for name, a, b in zip(one._fields, one, two, strict=True):
+            assert a == b or a == pytest.approx(b, abs=1e-9, rel=1e-12), (name, one, two)
+    assert sum(made is not None for made in taken) > 20
+
+
 def test_moves_carry_spindle_and_coolant_on_both_ways():
     text = "G21 S9 M3 M8 F1\nG1 X1\nM7\nX2\nX3 M48\nM9 M5\nG0 X4\nX5 A1\nA2 M8\nX6\nM2"
     moves = parse_program(text.encode(), "p", rotary="A").moves

@@ -20,7 +20,7 @@ from vmachining.nc.flow import Flow, FlowStop
 from vmachining.nc.lexer import MAX_LINE, Word
 from vmachining.nc.model import Motion
 from vmachining.nc.one_block import MAX_ERRORS, MAX_WARNINGS, GiveUpError, OneBlock
-from vmachining.nc.quick import BLOCK, quick_move
+from vmachining.nc.quick import BLOCK, CHANGED, offset, quick_move
 from vmachining.nc.repeated import AGAIN
 from vmachining.nc.tape import find_tape
 
@@ -253,7 +253,7 @@ class Reader(OneBlock):
         control = self.settings.control
         arcs = control.arc_centres in ("", "start") and not control.modal_centres
         called = None if self.flow is None or first < self.own else self.flow.origin(self.own, first) + 1
-        fast = state.plain and (quick is None or quick.quick)
+        fast = (state.plain or state.offset) and (quick is None or quick.quick)
         for index in range(first, stop):
             line = lines[index]
             if not line:
@@ -270,10 +270,16 @@ class Reader(OneBlock):
                     words, writes = seen
                 if words is not None:
                     n = None if (number := words[0]) is None else int(number)
+                    before = None if state.compensation is None else CHANGED(state)
                     move = quick_move(state, words, called or index + 1, n if called is None else None, arcs)
+                    done = [] if move is None or before is None else offset(state, move, before)
+                    if done is None:
+                        move = None
                     if move is not None or (writes and not any(word is not None for word in words[1:])):
-                        if move is not None:
+                        if move is not None and before is None:
                             moves.append(move)
+                        elif done:
+                            moves.extend(done)
                         if writes:
                             for key, value in writes:
                                 self.memory.store(key, value)
@@ -304,7 +310,7 @@ class Reader(OneBlock):
             ):
                 self.repeated.keep(again.groups(), state, self.state, moves[made_before:])
             state, moves = self.state, self.moves
-            fast = state.plain and (quick is None or quick.quick)
+            fast = (state.plain or state.offset) and (quick is None or quick.quick)
             if state.ended:
                 return index + 1
             if self.next is not None:

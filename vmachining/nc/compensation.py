@@ -24,7 +24,6 @@ which is the corner arc if there is one.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
 from vmachining.nc.arcs import Plane
@@ -43,6 +42,8 @@ from vmachining.nc.offset_curves import (
 from vmachining.nc.vectors import add, subtract
 
 __all__ = ["Compensation", "CompensationError", "Step"]
+
+_make = tuple.__new__  # of named tuples: their own constructors take twice as long
 
 JOINED_MM: Final = 1e-6
 """Offset curves whose ends are this near need no corner: a thousandth of the finest programmed digit."""
@@ -82,8 +83,7 @@ class Step(NamedTuple):
     warnings: list[tuple[str, str]]
 
 
-@dataclass(frozen=True, slots=True)
-class Compensation:
+class Compensation(NamedTuple):
     """Cutter compensation in force. side : +1 left, -1 right. turn : cosine and sine of the work offset.
 
     short_entry : controls that go straight to the first offset point take entry moves of any length. lines : corner "line".
@@ -96,9 +96,9 @@ class Compensation:
     miter: bool = False
     exact: bool = False
     turn: tuple[float, float] = (1.0, 0.0)
-    pending: Pending | None = None
     short_entry: bool = False
     lines: bool = False
+    pending: Pending | None = None
 
     def is_like(self, side: int, diameter: float) -> bool:
         """Whether the same compensation is called for again."""
@@ -121,9 +121,9 @@ class Compensation:
             if self.pending is None:
                 return Step(self, [move], [])
             held = self.pending._replace(followers=(*self.pending.followers, move))
-            return Step(replace(self, pending=held), [], [])
+            return Step(self._holding(held), [], [])
         if self.pending is None:
-            return Step(replace(self, pending=self._enter(move, start, end)), [], [])
+            return Step(self._holding(self._enter(move, start, end)), [], [])
         return self._follow(self.pending, move, start, end)
 
     def finish(self) -> tuple[list[Move], Point | None]:
@@ -207,7 +207,10 @@ class Compensation:
 
     def _with(self, held: Pending, curve: Curve, move: Move) -> Compensation:
         """The same with the next segment held back."""
-        return replace(self, pending=Pending(curve, move, before=None if self._starts(held) else held.move))
+        return self._holding(Pending(curve, move, before=None if self._starts(held) else held.move))
+
+    def _holding(self, pending: Pending) -> Compensation:
+        return _make(Compensation, (*self[:-1], pending))
 
     def _neighbours(self, held: Pending, curve: Curve, following: Move) -> list[tuple[str, str]]:
         """W355 if the final path of a segment reaches over the segment before or after it.
@@ -220,9 +223,8 @@ class Compensation:
         for other in (held.before, following):
             if other is None or other.feed_mm_min is None or held.move.feed_mm_min is None:
                 continue  # rapids are above the part
-            levels = [(min(m.start[axes[2]], m.end[axes[2]]), max(m.start[axes[2]], m.end[axes[2]]))
-                      for m in (held.move, other)]  # fmt: skip
-            if levels[0][0] > levels[1][1] or levels[1][0] > levels[0][1]:
+            (a, b), (c, d) = ((m.start[axes[2]], m.end[axes[2]]) for m in (held.move, other))
+            if min(a, b) > max(c, d) or min(c, d) > max(a, b):
                 continue
             if cuts_into(curve, other, axes, self.radius):
                 text = f"on the path of line {held.move.line} the tool reaches over that of line {other.line}"
@@ -274,25 +276,24 @@ class Compensation:
 
     # ---- moves of the tool centre ----
 
-    def _lift(self, move: Move, pair: Pair, level: float) -> Point:
+    def _lift(self, pair: Pair, level: float) -> Point:
+        if self.plane.normal == 2:
+            return pair[0], pair[1], level
         out = [0.0, 0.0, 0.0]
         out[self.plane.first], out[self.plane.second], out[self.plane.normal] = pair[0], pair[1], level
         return out[0], out[1], out[2]
 
     def _shifted(self, move: Move, start: Pair, end: Pair, center: Pair | None, turns: int) -> Move:
         normal = self.plane.normal
-        there = self._lift(move, end, move.end[normal])
+        there = self._lift(end, move.end[normal])
         aside = subtract(there, move.end)
         c, s = self.turn
         seen = (c * aside[0] + s * aside[1], c * aside[1] - s * aside[0], aside[2])
-        return move._replace(
-            start=self._lift(move, start, move.start[normal]),
-            end=there,
-            center=center,
-            turns=turns,
-            end_machine=add(move.end_machine, aside),
-            end_program=add(move.end_program, seen),
-        )
+        shifted: Move = _make(Move, (
+            *move[:3], self._lift(start, move.start[normal]), there, move.plane, center, turns, *move[8:12],
+            add(move.end_machine, aside), add(move.end_program, seen), *move[14:],
+        ))  # fmt: skip
+        return shifted
 
     def _release(self, held: Pending, end: Pair) -> list[Move]:
         curve = held.curve
@@ -305,7 +306,7 @@ class Compensation:
         """A piece of the way about a convex corner, part of the block behind it: an arc, straight without a centre."""
         straight = Motion.RAPID if following.motion is Motion.RAPID else Motion.LINEAR
         arc = Motion.ARC_CCW if self.side < 0 else Motion.ARC_CW
-        level = self._lift(following, corner, following.start[self.plane.normal])
+        level = self._lift(corner, following.start[self.plane.normal])
         here = following._replace(
             motion=straight if center is None else arc,
             start=level,

@@ -34,26 +34,28 @@ def cuts_into(curve: Curve, neighbour: Move, axes: tuple[int, int, int], radius:
     a = neighbour.start[axes[0]], neighbour.start[axes[1]]
     b = neighbour.end[axes[0]], neighbour.end[axes[1]]
     if curve.center is None and neighbour.center is None:
-        return _apart(curve.start, curve.end, a, b) < limit
+        return limit > 0.0 and _within(curve.start, curve.end, a, b, limit * limit)
     return any(_distance(point, a, b, neighbour) < limit for point in _points(curve))
 
 
-def _apart(p: Pair, q: Pair, a: Pair, b: Pair) -> float:
-    """Between two straight segments: zero where they cross, else between an end of one and the other."""
-    ux, uy, vx, vy = q[0] - p[0], q[1] - p[1], b[0] - a[0], b[1] - a[1]
-    wx, wy = a[0] - p[0], a[1] - p[1]
+def _within(p: Pair, q: Pair, a: Pair, b: Pair, square: float) -> bool:
+    """Whether two straight segments cross, or an end of one lies nearer to the other than the root of `square`."""
+    px, py, ax, ay = *p, *a
+    ux, uy, vx, vy = q[0] - px, q[1] - py, b[0] - ax, b[1] - ay
+    wx, wy = ax - px, ay - py
     turn = ux * vy - uy * vx
     if turn and 0.0 <= (wx * vy - wy * vx) / turn <= 1.0 and 0.0 <= (wx * uy - wy * ux) / turn <= 1.0:
-        return 0.0
-    return min(_off(p, a, vx, vy), _off(q, a, vx, vy), _off(a, p, ux, uy), _off(b, p, ux, uy))
-
-
-def _off(point: Pair, a: Pair, vx: float, vy: float) -> float:
-    """From a point to the segment from a along v."""
-    x, y = point[0] - a[0], point[1] - a[1]
-    t = (x * vx + y * vy) / ((vx * vx + vy * vy) or 1.0)
-    t = 0.0 if t < 0.0 else min(t, 1.0)
-    return math.hypot(x - t * vx, y - t * vy)
+        return True
+    uu, vv = ux * ux + uy * uy or 1.0, vx * vx + vy * vy or 1.0
+    # ends p and q from the segment a b, then a and b from p q
+    for x, y, dx, dy, length in ((-wx, -wy, vx, vy, vv), (ux - wx, uy - wy, vx, vy, vv), (wx, wy, ux, uy, uu),
+                                 (wx + vx, wy + vy, ux, uy, uu)):  # fmt: skip
+        t = (x * dx + y * dy) / length
+        t = 0.0 if t < 0.0 else 1.0 if t > 1.0 else t
+        x, y = x - t * dx, y - t * dy
+        if x * x + y * y < square:
+            return True
+    return False
 
 
 def _points(curve: Curve) -> list[Pair]:

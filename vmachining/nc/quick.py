@@ -2,17 +2,19 @@
 
     [N] [G0 G1 G2 G3] [X] [Y] [Z] [A] [B] [C] [I] [J] [K] [F] [comment]
 
-What needs more than the modal state (compensation, turned coordinates, centres by R, the first word of a rotary axis, an
-error, a warning about the arc) is left to the long way.
+Under cutter compensation the move goes through it (`offset`). What needs more than the modal state (turned coordinates,
+centres by R, the first word of a rotary axis, an error, a warning about the arc) is left to the long way.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from typing import Final
+from operator import attrgetter
+from typing import Any, Final
 
 from vmachining.nc.arcs import ArcError, check_center, is_rounded
+from vmachining.nc.compensation import CompensationError
 from vmachining.nc.model import Motion, Move
 from vmachining.nc.run import SLOWEST_MM_MIN
 from vmachining.nc.state import ORIGIN, State
@@ -34,6 +36,9 @@ _CODES: Final = {"0": 0, "1": 10, "2": 20, "3": 30, "00": 0, "01": 10, "02": 20,
 _MOTIONS: Final = {0: Motion.RAPID, 10: Motion.LINEAR, 20: Motion.ARC_CW, 30: Motion.ARC_CCW}
 _THREE_AXES: Final = tuple(Move._field_defaults.values())
 """The fields of a move that three axes do not use."""
+
+CHANGED: Final = attrgetter("motion", "feed", "sim", "machine", "rotary")
+"""What a move changes of a state."""
 
 _make = tuple.__new__  # Move(...) itself takes twice as long
 
@@ -132,3 +137,17 @@ def quick_move(state: State, words: Groups, line: int, n: int | None, arcs: bool
         ),
     )  # fmt: skip
     return move
+
+
+def offset(state: State, move: Move, before: tuple[Any, ...]) -> list[Move] | None:
+    """What cutter compensation makes of a move. None, and the state as `before`, where it has to say something."""
+    assert state.compensation is not None
+    try:
+        step = state.compensation.accept(move)
+    except CompensationError:
+        step = None
+    if step is None or step.warnings:
+        state.motion, state.feed, state.sim, state.machine, state.rotary = before
+        return None
+    state.compensation = step.after
+    return step.moves

@@ -87,8 +87,9 @@ class State:
     offsets. tcp, tcp_length : tool centre point control, by an M code until its counterpart, by G43.4 until
     another code of its group. cycle : canned cycle in force; to_r : G99. compensation : cutter
     radius; tip : where the tool really is, when compensation left it beside the programmed point. plain : the
-    short cut of the reader may be taken. stored, pattern : dialect mts. table : tools by number, as G10 left
-    them. levels : modes saved by M70 and M73 (or None), one item for the main program and one per call.
+    short cut of the reader may be taken; offset : it may, under compensation. stored, pattern : dialect mts. table :
+    tools by number, as G10 left them. levels : modes saved by M70 and M73 (or None), one item for the main program and
+    one per call.
     plan : of the Fanuc family, what turns, scales, mirrors or tilts program coordinates; carried : the same as a map
     of `sim`, which then are coordinates before it, onto the simulation frame. axis : of the tool. corner : kind and size
     of the rounding or chamfer after `held`, the move that waits for its neighbour. return_level : where cycles go back
@@ -142,6 +143,7 @@ class State:
     compensation: Compensation | None = None
     tip: Point | None = None
     plain: bool = True
+    offset: bool = False
     stored: Stored | None = None
     pattern: Pattern | None = None
     table: Mapping[int, ToolEntry] = field(default_factory=dict)
@@ -229,15 +231,16 @@ class State:
         """Set `synced`: machine = simulation + lag; and `plain`: nothing bends the short cut."""
         gap = subtract(subtract(self.machine, self.sim), self.lag)
         self.synced = max(abs(gap[0]), abs(gap[1]), abs(gap[2])) < SYNC_MM
-        self.plain = (
+        straight = (
             self.synced
             and self.rotation == 0.0
-            and self.compensation is None
             and self.tip is None
             and self.carried is None
             and self.held is None
             and self.axis == UP
         )
+        self.plain = straight and self.compensation is None
+        self.offset = straight and self.compensation is not None
 
     def save(self, automatic: bool) -> None:
         """M70; automatic : M73, the modes come back when the subprogram ends."""
