@@ -161,6 +161,7 @@ def test_the_radius_of_the_tool_is_in_the_unit_of_the_program():
 
 def test_a_tool_is_named_by_a_text():
     assert read('QS1 = "T12"\nTOOL CALL QS1 Z S100').declared.names == {1: "T12"}
+    assert read('DECLARE STRING QS1 = "T12"\nTOOL CALL QS1 Z S100').declared.names == {1: "T12"}
     assert codes(read("TOOL CALL QS7 Z S100")) == ["E108"]
 
 

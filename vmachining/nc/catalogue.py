@@ -172,8 +172,8 @@ CATALOGUE: Final[dict[str, Entry]] = {
     ),
     "E309": Entry(
         "bad number of turns",
-        "P of an arc counts its turns: a whole number, one or more.",
-        "remove P, or make it whole",
+        "P (TURN in Sinumerik) counts the turns of an arc: a whole number.",
+        "make the number whole, or remove it",
     ),
     "E311": Entry(
         "spindle without speed",

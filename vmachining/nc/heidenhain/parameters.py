@@ -13,7 +13,7 @@ __all__ = ["Parameters"]
 
 _ASSIGN: Final = re.compile(r"(Q[LR]?\d+)\s*=\s*(.+)")
 _FN: Final = re.compile(r"FN\s*(\d+)\s*:?\s*(.*)")
-_TEXT: Final = re.compile(r'(QS\d+)\s*=\s*(?:"([^"]*)"$)?')
+_TEXT: Final = re.compile(r'(?:DECLARE\s+STRING\s+)?(QS\d+)\s*=\s*(?:"([^"]*)"$)?')
 _NAMES: Final = re.compile(r"Q[LR]?\d+")
 _TERM: Final = r"\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))\s*"
 _BINARY: Final = {
