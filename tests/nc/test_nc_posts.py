@@ -234,3 +234,27 @@ def test_a_tool_length_by_g56_and_h_is_one_of_okuma():
         b"O1\nT1\nM6\nG0 X1. Y2.\nG56 Z5. H01\nG1 Z-1. F9.\nM2", "p.txt", dialect="auto", units="mm"
     )
     assert program.dialect == "okuma" and "W368" not in codes(program) and program.moves[-1].end[2] == -1
+
+
+def test_rigid_taps_by_other_names():
+    """Fanuc 15 format G84.2, Brother G77 (I threads to the inch, J pitch), Okuma G284: F 1.5 times 1000 turns, R no rounding."""
+    text = HEAD + "G0 Z50.\nG1 X5. F100\n{} X10. Y0 Z-9. R2. {}\nG80\nM30"
+    wanted = [(10, 0, 50), (10, 0, 2), (10, 0, -9)]
+    for code, words, dialect in (
+        ("G84.2", "F1500.", "fanuc"), ("G77", "J1.5", "fanuc"), ("G77", "I16.9333333", "fanuc"), ("G284", "F1500.", "okuma"),
+    ):  # fmt: skip
+        moves = [m for m in clean(text.format(code, words), dialect).moves if m.line == 6]
+        assert [m.end for m in moves[:3]] == [pytest.approx(p) for p in wanted], code
+        assert moves[2].feed_mm_min == pytest.approx(1500, rel=1e-6)
+
+
+def test_small_words_of_mazak_okuma_and_lathes():
+    """G54.4 P0 ends a set-up error, G20 HP=1 is the home of Okuma mills, G154 P of a Haas lathe a work offset."""
+    assert [m.end[0] for m in clean(HEAD + "G54.4 P0\nG0 X1.\nM30", "mazak").moves] == [1]
+    assert [m.end for m in clean("O1\nG21 G90\nG0 X9.\nG20 HP=1\nG0 X1.\nM2", "okuma").moves][-1] == (
+        1,
+        0,
+        200,
+    )
+    assert [m.end[0] for m in clean(LATHE + "G154 P1\nG0 X2. Z1.\nM30", "haas", **TURNED).moves] == [1]
+    assert clean(HEAD + "#3001=0\n#1=#4012\nG0 X#1\nM30").moves[-1].end[0] == 67

@@ -14,7 +14,7 @@ from vmachining.nc import fanuc_haas as haas
 from vmachining.nc import fanuc_okuma as okuma
 from vmachining.nc.block import Block, Problem
 from vmachining.nc.codes import CYCLES
-from vmachining.nc.fanuc_cycles import BORING, CYCLE_WORDS, dwell, holes
+from vmachining.nc.fanuc_cycles import BORING, CYCLE_WORDS, TAPS, dwell, holes, taps
 from vmachining.nc.fanuc_line import Line
 from vmachining.nc.fanuc_places import Given, Places, extended, polar
 from vmachining.nc.frames import UP, unit
@@ -95,6 +95,8 @@ class Translator:
 
     def translate(self, words: tuple[Word, ...], values: list[float], state: State) -> Line:
         """The block for the core."""
+        if any(w.letter == "G" and v in TAPS for w, v in zip(words, values, strict=True)):
+            words, values = taps(list(zip(words, values, strict=True)), state, self.variant)
         if state.motion in MOVES:
             self.group1 = state.motion or 0
             self.cycle.clear()
@@ -142,7 +144,7 @@ class Translator:
         if out.letters() & set("ABC") and (self.places.tilted or state.axis != UP) and 690 not in codes:
             self.places.rotary(self, out, given, state)
         elif axes and out.pivot is None and not codes & (CLAIMS - {530}):
-            self._leaning(out, codes, state)
+            self.places.leaning(out, codes, state)
         if self.repeated is not None:
             haas.expand(self, out, state)
         if self.changer and {"X", "Y"} & out.letters():  # with a new tool the control goes down last
@@ -261,7 +263,7 @@ class Translator:
             if axes and not codes & MOVES:
                 out.add("G", 0.0, word)
             self.changer = True
-        elif code == 542 and given.get("P", (word, 0.0))[1] == 0.0:
+        elif code in (542, 544) and given.get("P", (word, 0.0))[1] == 0.0:
             self.say(
                 "G54.2", word, f"{word.text} P0: dynamic work offset off, which does not change the path here"
             )
@@ -332,9 +334,6 @@ class Translator:
                 "post G43.4, or G68.2 and G43",
             )
             return
-        if code in (842, 843):
-            code = 840 if code == 842 else 740
-            word = word._replace(value=code / 10.0)
         if code in BORING:
             self.say(f"G{code}", word, BORING[code], "I213")
         if code == 2340:
@@ -423,19 +422,6 @@ class Translator:
         else:
             self.places.mirror({k: (w, v * state.scale) for k, (w, v) in given.items()}, out)
             drop.update("XYZ")
-
-    def _leaning(self, out: Line, codes: set[int], state: State) -> None:
-        """Motions in a plane that the turned table has not reached, and cuts after its end while the table still stands."""
-        if self.places.tilted and any(state.rotary.values()) and state.axis == UP:
-            what = "a tilted plane (G68.2) without G53.1 while rotary axes are turned"
-            out.refuse(
-                out.words[0] if out.words else None, what, "write G53.1, or the rotary axes, after G68.2"
-            )
-        elif (
-            state.axis != UP and not self.places.tilted and 0 not in codes and (codes & MOVES or state.motion)
-        ):
-            what = "a cut after the end of its tilted plane (G69), while the rotary axes stand as G53.1 has left them"
-            out.refuse(out.words[0] if out.words else None, what, "name the rotary axes, or cut before G69")
 
     # ---- axis words without a motion code ----
 

@@ -7,22 +7,47 @@ from typing import TYPE_CHECKING, Final
 from vmachining.nc.codes import CYCLES
 from vmachining.nc.fanuc_haas import pecks
 from vmachining.nc.fanuc_line import Line
+from vmachining.nc.lexer import Word
 from vmachining.nc.state import State
 
 if TYPE_CHECKING:
     from vmachining.nc.fanuc import Translator
 
-__all__ = ["BORING", "CYCLE_WORDS", "dwell", "holes"]
+__all__ = ["BORING", "CYCLE_WORDS", "TAPS", "dwell", "holes", "taps"]
 
 CYCLE_WORDS: Final = {
     810: "", 820: "P", 730: "Q", 830: "Q", 740: "P", 840: "P", 850: "", 860: "P", 890: "P", 760: "P", 870: "PQ", 880: "P",
 }  # fmt: skip
+
+TAPS: Final = {84.2: 84.0, 84.3: 74.0, 77.0: 84.0, 78.0: 74.0, 284.0: 84.0, 274.0: 74.0}
+"""Rigid tapping of Fanuc 15 format, of Brother, of Okuma."""
 
 BORING: Final = {
     760: "G76: fine boring; the shift at the bottom, away from the wall, is left out",
     870: "G87: back boring; the shift goes along +X, as the control is delivered",
     880: "G88: the retract by hand is taken as a rapid",
 }
+
+
+def taps(block: list[tuple[Word, float]], state: State, variant: str) -> tuple[tuple[Word, ...], list[float]]:
+    """Rigid taps by other names as G84 and G74; of Brother's G77 and G78 I is threads to the inch, J the pitch."""
+    given = {w.letter: v for w, v in block if w.letter != "G"}
+    brother = {"Z", "R"} <= set(given) and bool(given.get("I") or given.get("J"))
+    out, pitch, like = list[tuple[Word, float]](), 0.0, block[0][0]
+    for word, value in block:
+        if word.letter != "G" or value not in TAPS or (value > 100.0 and variant != "okuma"):
+            out.append((word, value))
+        elif value not in (77.0, 78.0):
+            out.append((word._replace(value=TAPS[value]), TAPS[value]))
+        elif brother:
+            out.append((word._replace(value=TAPS[value]), TAPS[value]))
+            pitch, like = given.get("J") or 25.4 / given["I"] / state.scale, word
+        else:
+            out.append((word, value))
+    if pitch:
+        feed = pitch * (given.get("S", state.speed) if state.feed_mode == 940 else 1.0)
+        out = [(w, v) for w, v in out if w.letter not in "IJF"] + [(like._replace(letter="F"), feed)]
+    return tuple(w for w, _ in out), [v for _, v in out]
 
 
 def holes(translator: Translator, line: Line, state: State, claimed: bool) -> None:

@@ -324,7 +324,11 @@ class Lathe(Cycles):
             elif word.letter == "M":
                 if value != 6.0:
                     kept.append((word, value))
-            elif word.letter in "FN" or (word.letter == "S" and not codes & {500, 920} and not self.constant):
+            elif (
+                word.letter in "FN"
+                or (word.letter == "P" and codes & {541, 1540})
+                or (word.letter == "S" and not codes & {500, 920} and not self.constant)
+            ):
                 kept.append((word, value))
         return kept
 

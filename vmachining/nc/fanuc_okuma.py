@@ -115,7 +115,8 @@ def back(translator: Translator, word: Word, number: int, line: Line) -> None:
 
 
 _TASK: Final = re.compile(
-    r"\bVC[0-9]|\bCALL[ \t]*O|^[ \t]*RTS\b|(?<![A-Z#0-9])[XYZABCIJKLRFSTHDQP][ \t]*=|\]GOTO|\bGOTO[ \t]*N|\][ \t]*N[A-Z0-9]"
+    r"\bHP[ \t]*=|\bVC[0-9]|\bCALL[ \t]*O|^[ \t]*RTS\b|(?<![A-Z#0-9])[XYZABCIJKLRFSTHDQP][ \t]*=|\]GOTO"
+    r"|\bGOTO[ \t]*N|\][ \t]*N[A-Z0-9]"
     r"|^[ \t]*O[A-Z]|^[ \t]*N[A-Z]|^[ \t]*[A-Z]{2,}[A-Z0-9]*[ \t]*=",
     re.IGNORECASE,
 )
@@ -134,6 +135,7 @@ _TURNED: Final = re.compile(
     re.IGNORECASE,
 )
 _PAIR: Final = re.compile(r"P([XYZHP])[ \t]*=[ \t]*(-?[0-9.]+)", re.IGNORECASE)
+_HOME: Final = re.compile(r"(?<![A-Z0-9])G2[01][ \t]*HP[ \t]*=[ \t]*([0-9]+)", re.IGNORECASE)
 _FIRST: Final = re.compile(r"(?<![A-Z0-9])[HD]A(?![A-Z0-9=.\[-])(?![^(]*\))", re.IGNORECASE)
 _SET: Final = re.compile(r"(#[0-9]+)[ \t]*=[ \t]*([^ \t()=]+)")
 
@@ -168,8 +170,9 @@ def user_task(lines: list[str]) -> list[str]:
             words = " ".join(f"{letter}{number}" for letter, number in _PAIR.findall(turned[1]))
             out.append(f"G10 L{TURNED_ZERO:g} {words} {mark}{rest}")
             continue
+        code = _HOME.sub(r"G30 P\1", code)
         if not _TASK.search(code):
-            out.append(line)
+            out.append(code + mark + rest)
             continue
         code = re.sub(
             r"^([ \t]*)RTS\b",

@@ -93,6 +93,24 @@ class Places:
             line.after.append(lambda s: setattr(s, "rotary", {**s.rotary, **angles}))
         line.drop("ABC")
 
+    def leaning(self, line: Line, codes: set[int], state: State) -> None:
+        """Motions in a plane that the turned table has not reached, and cuts after its end while the table still stands."""
+        if self.tilted and any(state.rotary.values()) and state.axis == UP:
+            what = "a tilted plane (G68.2) without G53.1 while rotary axes are turned"
+            line.refuse(
+                line.words[0] if line.words else None, what, "write G53.1, or the rotary axes, after G68.2"
+            )
+        elif (
+            state.axis != UP
+            and not self.tilted
+            and 0 not in codes
+            and (codes & {0, 10, 20, 30} or state.motion)
+        ):
+            what = "a cut after the end of its tilted plane (G69), while the rotary axes stand as G53.1 has left them"
+            line.refuse(
+                line.words[0] if line.words else None, what, "name the rotary axes, or cut before G69"
+            )
+
     def _tell(self, line: Line) -> None:
         plan = IDENTITY
         for kind in ORDER:

@@ -2,7 +2,7 @@
 
 | number | holds |
 |---|---|
-| #3003 #3004 #3006 #1100 to #1135 | switches, messages and outputs: they are set, and change no path |
+| #3001 to #3004, #3006 #1100 to #1135 | switches, messages and outputs: they are set, and change no path |
 | #4001 to #4014, #4109 to #4130 | codes of the modal groups; F, S, T, P of G54.1 |
 | #5001 #5021 #5041 and on | end of the last block, machine coordinates, position |
 | #5221 to #5323, #7001 to #7943 | G54 to G59, G54.1 P1 to P48: read and set |
@@ -34,7 +34,7 @@ EXTENDED: Final = 100000
 
 def is_switch(number: int) -> bool:
     """Whether setting it changes no path."""
-    return number in (3003, 3004, 3006) or 1100 <= number <= 1135 or is_register(number)
+    return number in (3001, 3002, 3003, 3004, 3006) or 1100 <= number <= 1135 or is_register(number)
 
 
 def is_register(number: int) -> bool:
@@ -75,7 +75,7 @@ def variable(state: State, number: int) -> float:
         4005: state.feed_mode / 10.0, 4006: 21.0 if state.scale == 1.0 else 20.0,
         4007: {0: 40.0, 1: 41.0, -1: 42.0}[side], 4008: 43.0 if any(state.length) else 49.0,
         4009: (cycle or 800) / 10.0, 4010: 99.0 if state.to_r else 98.0,
-        4014: work / 10.0 if work < EXTENDED else 54.1, 4130: float(work - EXTENDED) if work > EXTENDED else 0.0,
+        4012: 67.0, 4014: work / 10.0 if work < EXTENDED else 54.1, 4130: float(work - EXTENDED) if work > EXTENDED else 0.0,
         4109: (state.feed or 0.0) / state.scale, 4119: state.speed, 4120: float(state.tool),
     }  # fmt: skip
     if number not in modes:
