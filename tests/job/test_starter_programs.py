@@ -156,6 +156,25 @@ def test_words_that_tell_no_tool(tmp_path, words, said):
         draft_job(tmp_path / "part.nc", tmp_path, tools=words)
 
 
+def test_a_tool_that_only_plunges_is_taken_as_a_drill_with_a_mark(tmp_path):
+    text = "G21 G90\nT3 M6 (D8)\nS900 M3\nG0 Z5\nG81 X0 Z-9 R1 F90\nX20\n{}G80\nM30\n"
+    for more, kind in (("X40\n", "drill"), ("", "flat"), ("X40\nG1 Z-1\nX50\n", "flat")):
+        (tmp_path / "part.nc").write_text(text.format(more))
+        draft = draft_job(tmp_path / "part.nc", tmp_path)
+        assert f'type = "{kind}"   # GUESS: ' in draft.text and "diameter_mm = 8\n" in draft.text
+    (tmp_path / "part.nc").write_text(text.replace("(D8)", "").format("X40\n"))
+    assert draft_job(tmp_path / "part.nc", tmp_path).ask == ("--tool 3=drill:DIAMETER",)
+
+
+def test_cuts_without_a_tool_beside_others_are_said_by_the_draft(tmp_path):
+    """No job runs it: the tool of such a cut is none."""
+    text = (
+        "0 BEGIN PGM A MM\n1 TOOL CALL 2 Z S900\n2 L X+9 F90\n3 TOOL CALL 0 Z\n4 L X+20 F90\n5 END PGM A MM\n"
+    )
+    (tmp_path / "part.h").write_text(text)
+    assert any("line 5: a cut without a tool" in e for e in draft_job(tmp_path / "part.h", tmp_path).errors)
+
+
 def test_a_missing_subprogram_is_said_by_the_draft_too(tmp_path, capsys):
     text = (
         "%\nO1\nG21 G90\n(T3 D=8 CR=0 - flat end mill)\nT3 M6\nS900 M3\nG0 Z5\nG1 Z-1 F100\nM98 P77\nM30\n%\n"

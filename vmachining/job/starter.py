@@ -32,6 +32,7 @@ from vmachining.job.starter_reading import IDLE, read_with_tools, unit_said
 from vmachining.machine import Machine, load, with_axes
 from vmachining.nc import (
     MAX_BYTES,
+    Motion,
     Program,
     decode_program,
     split_lines,
@@ -55,6 +56,7 @@ DRILL_DEG, CHAMFER_DEG = 118.0, 45.0
 """Tip angle of a standard twist drill, half angle of a standard chamfer mill (ISO 5419, DIN 6518)."""
 
 
+HOLES, DRILLS = 3, "no comment gives the shape, and the tool only plunges"
 GUESS, OPEN = "GUESS", "MUST BE GIVEN"
 
 
@@ -163,6 +165,10 @@ class _Writer:
         self.program, self.said_unit = program, bool(unit)
         self.cutting = [move for move in program.moves if move.motion not in IDLE]
         self.tools = list(dict.fromkeys(move.tool or 1 for move in self.cutting))
+        bare = next((move for move in self.cutting if not move.tool), None)
+        if bare is not None and len(self.tools) > 1:
+            self.errors.append(f"line {bare.line}: a cut without a tool in the spindle, beside those of tools "
+                               f"{', '.join(str(n) for n in dict.fromkeys(m.tool for m in self.cutting) if n)}")  # fmt: skip
         self.lines = lines
 
     def guess(self, line: str, why: str) -> str:
@@ -353,6 +359,9 @@ class _Writer:
             )
         elif not any(move.tool for move in self.cutting):
             out.insert(1, "# the program calls no tool")
+        if (note is None or (note.kind is None and note.corner_mm is None)) and self.only_drills(number):
+            note = (note or ToolNote(0, ""))._replace(kind="drill", guess_kind=DRILLS)
+            self.notes[number] = note
         depth = float(high[2] - low[2])
         length = max(50.0, 10.0 * math.ceil((depth + 20.0) / 10.0))
         diameter = note.diameter_mm if note is not None else None
@@ -385,6 +394,19 @@ class _Writer:
         ]
         return out
 
+    def only_drills(self, number: int) -> bool:
+        """Whether all feed motions of a tool are plunges, at `HOLES` places or more."""
+        own = [move for move in self.cutting if (move.tool or 1) == number]
+        places = {tuple(round(v, 6) for v in move.end[:2]) for move in own}
+        plunges = all(
+            move.motion is Motion.LINEAR
+            and move.axis_end is None
+            and not move.tcp
+            and move.start[:2] == move.end[:2]
+            for move in own
+        )
+        return plunges and len(places) >= HOLES
+
     def shape(self, number: int, note: ToolNote, diameter: float | None) -> list[str]:
         """Keys of a cutter of which a comment tells the shape, the diameter or both."""
         corner = note.corner_mm
@@ -406,6 +428,7 @@ class _Writer:
             if angle is not None and note.kind == "chamfer":
                 angle *= 2.0
             kind = 'type = "drill"' + ("" if note.kind == "drill" else f"   # a {note.kind}")
+            kind = kind if note.guess_kind is None else self.guess(kind, note.guess_kind)
             if angle is not None and 0.0 < angle <= 180.0:
                 return [kind, size, f"tip_deg = {angle:.9g}"]
             return [kind, size, self.guess(f"tip_deg = {usual:g}", "the usual angle of such a tool")]

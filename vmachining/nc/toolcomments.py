@@ -134,7 +134,7 @@ class ToolNote(NamedTuple):
     kind : "flat", "ball", "bull", "taper", "drill", "chamfer", "tap", "bore" or None. diameter_mm, corner_mm : or None.
     angle_deg : of the tip of a drill (whole), of a chamfer or taper (half). flutes : number of teeth.
     guess : where the diameter is a guess, the words that it was taken from. place : of a library that nobody named,
-        its file.
+        its file. guess_kind : why the kind is one that no comment gives.
     """
 
     line: int
@@ -147,6 +147,7 @@ class ToolNote(NamedTuple):
     length_mm: float | None = None
     guess: str | None = None
     place: str | None = None
+    guess_kind: str | None = None
 
 
 def tool_notes(lines: Sequence[str], numbers: Sequence[int], scale: float) -> dict[int, ToolNote]:
