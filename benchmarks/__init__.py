@@ -47,11 +47,15 @@ Times of one run are compared with each other only; machines are noisy.
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Callable, Iterator
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
-__all__ = ["CASES", "SEEDED", "SIZED", "case", "described"]
+from vmachining.errors import InputError
+
+__all__ = ["CASES", "SEEDED", "SIZED", "bench", "case", "described"]
 
 CASES = {
     "abs": "abs",
@@ -156,3 +160,53 @@ def case(name: str) -> Callable[..., Iterator[dict[str, Any]]]:
     module = import_module(f"{__name__}.{CASES[name]}")
     found: Callable[..., Iterator[dict[str, Any]]] = getattr(module, name.replace("-", "_"))
     return found
+
+
+def bench(
+    names: list[str],
+    *,
+    listed: bool,
+    blocks: int | None,
+    seeds: str | None,
+    journal: Path | None,
+    as_json: bool,
+    emit: Callable[[Any], None],
+) -> int:
+    """`vmachining bench`. emit : takes each record."""
+    for name in names:
+        if name not in CASES:
+            raise InputError(f"unknown case {name!r}", remedy=f"known: {', '.join(sorted(CASES))}")
+    if listed:
+        for name in names or sorted(CASES):
+            about, takes = described(name)
+            if as_json:
+                emit({"case": name, "about": about, "takes": takes})
+            else:
+                print(f"{name:<19}  {takes:<14}  {about}")
+        return 0
+    options = _seeded(seeds, journal)
+    if options and not (names and set(names) <= set(SEEDED)):
+        raise InputError("--seeds and --journal belong to one case", remedy=f"name {', '.join(SEEDED)}")
+    if blocks is not None:
+        if options or not (names and set(names) <= set(SIZED)):
+            raise InputError("--blocks belongs to some cases", remedy=f"name {', '.join(SIZED)}")
+        options["blocks"] = blocks
+    for name in names or sorted(CASES):
+        for record in case(name)(**options):
+            emit(record)
+            sys.stdout.flush()
+    return 0
+
+
+def _seeded(seeds: str | None, journal: Path | None) -> dict[str, Any]:
+    """Arguments of a case that goes by seeds."""
+    options: dict[str, Any] = {} if journal is None else {"journal": journal}
+    if seeds is not None:
+        try:
+            first, last = (int(word) for word in seeds.split(":"))
+        except ValueError as exc:
+            raise InputError(
+                f"--seeds {seeds!r} is not a range", remedy="give FIRST:LAST, like 0:200"
+            ) from exc
+        options |= {"first": first, "blocks": last - first}
+    return options

@@ -12,6 +12,7 @@ import pytest
 from tinyjob import FEED, JOB, write_job
 
 import vmachining as vm
+from benchmarks.figures import draw_bench, load_bench
 from vmachining.cli.main import run as command
 from vmachining.engines import brep
 from vmachining.errors import InputError
@@ -19,12 +20,10 @@ from vmachining.force import Coefficients, SlotTests, identify
 from vmachining.report.paper import (
     Results,
     draw,
-    draw_bench,
     draw_coefficients,
     draw_deviation,
     draw_regions,
     draw_trace,
-    load_bench,
     load_deviation,
     load_trace,
 )

@@ -234,8 +234,10 @@ def bench(
     as_json: Json = False,
 ) -> int:
     """Run benchmarks; one JSON object per line."""
-    from vmachining.cli import single
+    from vmachining.cli.screen import emit
+    from vmachining.cli.single import from_clone
 
-    return single.bench(
-        cases or [], listed=listed, blocks=blocks, seeds=seeds, journal=journal, as_json=as_json
+    done: int = from_clone("benchmarks").bench(
+        cases or [], listed=listed, blocks=blocks, seeds=seeds, journal=journal, as_json=as_json, emit=emit
     )
+    return done

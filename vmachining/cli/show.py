@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +11,7 @@ from vmachining.cli.jobs import run_job
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note
 from vmachining.cli.show_commands import FigureOptions
+from vmachining.cli.single import from_clone
 from vmachining.errors import InputError
 
 if TYPE_CHECKING:
@@ -18,58 +20,36 @@ if TYPE_CHECKING:
     from vmachining.report.paper import Results
 
 
-def _chips(folder: Path, width: float) -> Figure:
-    from vmachining.report.paper import ChipTable, draw_chips
-
-    return draw_chips(ChipTable.load(folder), width_mm=width)
-
-
-def _trace(folder: Path, width: float) -> Figure:
-    from vmachining.report.paper import draw_trace, load_trace
-
-    return draw_trace(load_trace(folder), width_mm=width)
-
-
-def _deviation(folder: Path, width: float) -> Figure:
-    from vmachining.report.paper import draw_deviation, load_deviation
-
-    return draw_deviation(load_deviation(folder), width_mm=width)
-
-
-def _section(folder: Path, width: float) -> Figure:
-    from vmachining.report.paper import draw_section, load_section
-
-    return draw_section(load_section(folder), width_mm=width)
-
-
-OTHERS = {
-    "chips": ("chips.parquet", _chips), "section": ("section.parquet", _section), "trace": ("forces_measured.csv", _trace),
-    "deviation": ("deviation.parquet", _deviation),
-}  # fmt: skip
-"""Kinds that other commands than `run` leave tables for: the table, and who draws it."""
-
-
 OPTIONAL = {"logged": "logged.parquet", "references": "references.csv"}
 """Kinds of `run` that are drawn only where their table is there or where they are asked for."""
 
 
 def figure(folder: Path, o: FigureOptions) -> int:
     """`vmachining figure`."""
+    from vmachining.report import paper
     from vmachining.report.paper import FORMATS, KINDS, OVER, Results, draw
 
     if folder.is_file():
         return _benched(folder, o)
-    found = [name for name, (file, _) in OTHERS.items() if (folder / file).is_file()]
+    # kinds that other commands than `run` leave tables for: the table, who reads it, who draws it
+    more: dict[str, tuple[str, Callable[[Path], Any], Callable[..., Figure]]] = {
+        "chips": ("chips.parquet", paper.ChipTable.load, paper.draw_chips),
+        "section": ("section.parquet", paper.load_section, paper.draw_section),
+        "trace": ("forces_measured.csv", paper.load_trace, paper.draw_trace),
+        "deviation": ("deviation.parquet", paper.load_deviation, paper.draw_deviation),
+    }
+    found = [name for name, (file, _, _) in more.items() if (folder / file).is_file()]
     alone = bool(found) and not (folder / "blocks.parquet").is_file()
-    kinds = _chosen(o.kind, tuple(found) if alone else (*KINDS, *OTHERS), "--kind", every=True)
+    kinds = _chosen(o.kind, tuple(found) if alone else (*KINDS, *more), "--kind", every=True)
     suffixes = _chosen(o.formats, FORMATS, "--format")
     if o.over is not None and o.over not in OVER:
         raise InputError(f"--over {o.over!r}: expected {' or '.join(OVER)}")
     drawn: dict[str, Figure] = {}
     missing: list[str] = []
-    for name in [kind for kind in kinds if kind in OTHERS] if kinds else found:
+    for name in [kind for kind in kinds if kind in more] if kinds else found:
         try:
-            drawn[name] = OTHERS[name][1](folder, o.width)
+            _, load, drawer = more[name]
+            drawn[name] = drawer(load(folder), width_mm=o.width)
         except InputError as exc:
             if kinds or alone:
                 raise
@@ -90,9 +70,10 @@ def figure(folder: Path, o: FigureOptions) -> int:
 
 def _benched(file: Path, o: FigureOptions) -> int:
     """Diagrams of a file of `bench`."""
-    from vmachining.report.paper import FORMATS, draw_bench, load_bench
+    from vmachining.report.paper import FORMATS
 
-    drawn = draw_bench(load_bench(file), width_mm=o.width)
+    figures = from_clone("benchmarks.figures")
+    drawn = figures.draw_bench(figures.load_bench(file), width_mm=o.width)
     return _written(
         drawn, [], o.out if o.out is not None else file.parent, _chosen(o.formats, FORMATS, "--format"), o
     )

@@ -1,8 +1,7 @@
-"""sweep and bench."""
+"""sweep, and what only a clone has."""
 
 from __future__ import annotations
 
-import sys
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -96,54 +95,3 @@ def from_clone(module: str) -> Any:
             "benchmarks and the making of reference sets are not installed with the package",
             remedy="clone the source: the same command works there",
         ) from exc
-
-
-def bench(
-    names: list[str],
-    *,
-    listed: bool,
-    blocks: int | None,
-    seeds: str | None,
-    journal: Path | None,
-    as_json: bool,
-) -> int:
-    """`vmachining bench`."""
-    clone = from_clone("benchmarks")
-    known, seeded, sized = clone.CASES, clone.SEEDED, clone.SIZED
-    for name in names:
-        if name not in known:
-            raise InputError(f"unknown case {name!r}", remedy=f"known: {', '.join(sorted(known))}")
-    if listed:
-        for name in names or sorted(known):
-            about, takes = clone.described(name)
-            if as_json:
-                emit({"case": name, "about": about, "takes": takes})
-            else:
-                print(f"{name:<19}  {takes:<14}  {about}")
-        return Code.DONE
-    options = _seeded(seeds, journal)
-    if options and not (names and set(names) <= set(seeded)):
-        raise InputError("--seeds and --journal belong to one case", remedy=f"name {', '.join(seeded)}")
-    if blocks is not None:
-        if options or not (names and set(names) <= set(sized)):
-            raise InputError("--blocks belongs to some cases", remedy=f"name {', '.join(sized)}")
-        options["blocks"] = blocks
-    for name in names or sorted(known):
-        for record in clone.case(name)(**options):
-            emit(record)
-            sys.stdout.flush()
-    return Code.DONE
-
-
-def _seeded(seeds: str | None, journal: Path | None) -> dict[str, Any]:
-    """Arguments of a case that goes by seeds."""
-    options: dict[str, Any] = {} if journal is None else {"journal": journal}
-    if seeds is not None:
-        try:
-            first, last = (int(word) for word in seeds.split(":"))
-        except ValueError as exc:
-            raise InputError(
-                f"--seeds {seeds!r} is not a range", remedy="give FIRST:LAST, like 0:200"
-            ) from exc
-        options |= {"first": first, "blocks": last - first}
-    return options

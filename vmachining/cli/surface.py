@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
@@ -221,13 +220,6 @@ def surface(part: Path, o: SurfaceOptions) -> int:
     for file in files:
         note(f"wrote {file}")
     return Code.DONE
-
-
-def _beside(machine: str | None, job: Path) -> str | None:
-    """A machine as its job file names it: a name, or a file relative to the job."""
-    if machine is None or not machine.endswith(".toml"):
-        return machine
-    return Path(os.path.relpath(machine, job.parent)).as_posix()
 
 
 def _check_out(out: Path, *, job: bool = True) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vmachining.cli.options import Json, examples
+from vmachining.cli.options import Json, arg, command, examples, opt
 
 if TYPE_CHECKING:
     from vmachining.job.times import Laid
@@ -21,24 +21,17 @@ times = typer.Typer(
 )  # fmt: skip
 
 Logs = Annotated[
-    list[Path],
-    typer.Argument(
-        metavar="LOG...", help="time|item|value, MTConnect XML, or CSV with time and line; also .gz."
-    ),
+    list[Path], arg("LOG...", "time|item|value, MTConnect XML, or CSV with time and line; also .gz.")
 ]
-Programs = Annotated[
-    list[Path],
-    typer.Option(
-        "--program", metavar="P", help="Program that ran: one for all logs, or one per log, in order."
-    ),
-]
+Programs = Annotated[list[Path], opt("P", "Program that ran: one for all logs, or one per log, in order.")]
 
 
-@times.command("fit", epilog=examples("times fit a.log b.log --program a.nc --program b.nc --out mill.toml"))
+@command(times, "fit", shown=("times fit a.log b.log --program a.nc --program b.nc --out mill.toml",))
 def fit_command(
     logs: Logs,
+    *,
     program: Programs,
-    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The machine file that is written.")],
+    out: Annotated[Path, opt("FILE", "The machine file that is written.")],
     as_json: Json = False,
 ) -> int:
     """Fit the parameters of a machine to its logs: accelerations, corner tolerance, rapid, tool changes.
@@ -67,25 +60,15 @@ def fit_command(
     return Code.DONE
 
 
-@times.command(
-    "compare", epilog=examples("times compare run.log --program part.nc --machine mill.toml --json")
-)
+@command(times, "compare", shown=("times compare run.log --program part.nc --machine mill.toml --json",))
 def compare_command(
     logs: Logs,
+    *,
     program: Programs,
-    machine: Annotated[
-        Path | None,
-        typer.Option("--machine", metavar="FILE", help="From `times fit`; without it: feeds alone."),
-    ] = None,
-    table: Annotated[
-        Path | None,
-        typer.Option("--table", metavar="CSV", help="Every interval of the log, with its load."),
-    ] = None,
+    machine: Annotated[Path | None, opt("FILE", "From `times fit`; without it: feeds alone.")] = None,
+    table: Annotated[Path | None, opt("CSV", "Every interval of the log, with its load.")] = None,
     figure: Annotated[
-        Path | None,
-        typer.Option(
-            "--figure", metavar="HTML", help="Page: feed as programmed, reachable and logged; tools; loads."
-        ),
+        Path | None, opt("HTML", "Page: feed as programmed, reachable and logged; tools; loads.")
     ] = None,
     as_json: Json = False,
 ) -> int:
@@ -138,21 +121,16 @@ def compare_command(
     return Code.DONE
 
 
-@times.command(
+@command(
+    times,
     "join",
-    epilog=examples(
-        "times join run.log --results out/part", "times join a.log b.log --results out/part --json"
-    ),
+    shown=("times join run.log --results out/part", "times join a.log b.log --results out/part --json"),
 )
 def join_command(
     logs: Logs,
-    results: Annotated[
-        Path, typer.Option("--results", metavar="DIR", help="Result directory of run, of the same program.")
-    ],
-    machine: Annotated[
-        Path | None,
-        typer.Option("--machine", metavar="FILE", help="From `times fit`; default: [machine] of the job."),
-    ] = None,
+    *,
+    results: Annotated[Path, opt("DIR", "Result directory of run, of the same program.")],
+    machine: Annotated[Path | None, opt("FILE", "From `times fit`; default: [machine] of the job.")] = None,
     as_json: Json = False,
 ) -> int:
     """Join logs with the table of a run: removal rate, force and power beside feed and load of the log, per interval.

@@ -4,7 +4,7 @@
 2. `kinds.py` draws the kinds as matplotlib figures, `program.py` the listings, `references.py` several references,
    `chips.py` the chips that `engage --chips` found, `section.py` the workpiece where they end,
    `forces.py` measured forces and coefficients,
-   `deviation.py` places off the design, `bench.py` what benchmarks print.
+   `deviation.py` places off the design.
 3. `body.py` draws a surface, a swept volume or its regions; `depth.py` looks at triangles along a direction: what is seen
    in every pixel, and how far away it is.
 4. `style.py` holds sizes, colours and fonts, and writes files.
@@ -24,7 +24,6 @@
 The room computes nothing new. Same directory, same bytes: files carry no date and no random names.
 """
 
-from vmachining.report.paper.bench import draw_bench, load_bench
 from vmachining.report.paper.body import TIMES, draw_regions, draw_surface, draw_sweep
 from vmachining.report.paper.chips import ChipTable, draw_chips
 from vmachining.report.paper.deviation import draw_deviation, load_deviation
@@ -43,7 +42,6 @@ __all__ = [
     "ChipTable",
     "Results",
     "draw",
-    "draw_bench",
     "draw_chips",
     "draw_coefficients",
     "draw_deviation",
@@ -54,7 +52,6 @@ __all__ = [
     "draw_sweep",
     "draw_trace",
     "is_picture",
-    "load_bench",
     "load_deviation",
     "load_section",
     "load_trace",

@@ -1,4 +1,4 @@
-"""Diagrams of what `vmachining bench` prints: one JSON object per line."""
+"""Diagrams of what `vmachining bench` prints, for `vmachining figure FILE`: one JSON object per line."""
 
 from __future__ import annotations
 
