@@ -17,8 +17,6 @@ from vmachining.errors import KinematicsError
 from vmachining.geometry import Arc, Line
 from vmachining.machine import (
     Interpolator,
-    feed_rate_number,
-    source_clock_hz,
     write_csv,
     write_npz,
 )
@@ -42,18 +40,11 @@ N90 M30
 )
 def test_feed_of_lines(length, feed, frn, clock, seconds):
     """Published examples with registers of 20000."""
-    assert feed_rate_number(feed, length) == frn
     way = np.array([0.6, 0.8, 0.0])
     (block,) = Interpolator().blocks(Line((0, 0, 0), length * way), feed)
     assert block.frn == pytest.approx(frn) and block.clock_hz == pytest.approx(clock, rel=1e-6)
     assert block.time_s == pytest.approx(seconds)
     assert block.peak_hz == pytest.approx(0.8 * feed / 60 / 0.02)
-
-
-def test_source_clocks():
-    """Published examples: two 10-bit and two 16-bit registers."""
-    assert source_clock_hz(10, 10) == pytest.approx(1747.627, abs=6e-4)
-    assert source_clock_hz(16, 16) == pytest.approx(7158278.8, abs=0.06)
 
 
 @pytest.mark.parametrize("angle", [np.pi / 2, -np.pi / 2, 2 * np.pi, -4 * np.pi, 1.0])
@@ -154,7 +145,6 @@ def test_the_engraver_keeps_its_errors():
          "3: feed too high: 200 pulses/s, the drives follow 100; feed at most 120 mm/min"),
         (lambda: Interpolator(register=100).blocks(Arc((4, 0, 0), (0, 0, 0), angle=1.0), 100.0, 5),
          "5: register overflow"),
-        (lambda: feed_rate_number(100, 0), "over 0 mm"),
     ],
 )  # fmt: skip
 def test_refusals(make, message):

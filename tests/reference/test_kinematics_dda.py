@@ -21,7 +21,6 @@ from vmachining.machine.dda import (
     helix_train,
     line_limit,
     line_train,
-    nearest_arc,
     pulse_counts,
     radius_error,
     s1_quadrant_train,
@@ -64,8 +63,6 @@ ARCS = [
 TICKS = [5, 4, 8, 7, 13, 12, 13, 12, 16, 15, 31, 50, 8, 12, 37, 31, 9]
 """Ticks of ARCS, idle ones included."""
 
-NEAREST = {3: "N NW NW W", 5: "N N NW NW NW W W", 8: "N N NW N NW NW NW W NW W W",
-           10: "N N N NW N NW NW NW NW W NW W W W"}  # fmt: skip
 S1_SUMS = {50: (49, 50), 200: (199, 201), 1000: (999, 1001), 7500: (7494, 7501), 15000: (14988, 15001)}
 
 
@@ -254,19 +251,6 @@ def test_arcs_between_any_lattice_points():
         # it turns the right way: the area swept has the sign of the direction
         swept = (path[:-1, 0] * path[1:, 1] - path[1:, 0] * path[:-1, 1]).sum()
         assert (swept > 0) == ccw or (s == e).all() or abs(swept) <= 4 * radius
-
-
-@pytest.mark.parametrize("radius", NEAREST)
-def test_nearest_steps(radius):
-    train = nearest_arc((radius, 0), (0, radius), ccw=True)
-    assert compass(train) == NEAREST[radius]
-
-
-def test_nearest_steps_stay_within_half_a_unit():
-    for radius in range(1, 600):
-        path = nearest_arc((radius, 0), (0, radius), ccw=True).positions((radius, 0))
-        assert path[-1].tolist() == [0, radius]
-        assert radius_error(path, radius).max() <= 0.4995
 
 
 @pytest.mark.parametrize("radius", S1_SUMS)

@@ -28,7 +28,6 @@ from vmachining.machine.dda import (
     helix_train,
     line_limit,
     line_train,
-    nearest_arc,
     pulse_counts,
     s1_quadrant_train,
 )
@@ -48,8 +47,6 @@ from vmachining.machine.presets import PRESETS, preset, preset_options, with_axe
 from vmachining.machine.pulses import (
     Interpolator,
     PulseBlock,
-    feed_rate_number,
-    source_clock_hz,
     write_csv,
     write_npz,
 )
@@ -83,7 +80,6 @@ __all__ = [
     "derivative_bounds",
     "described",
     "drive",
-    "feed_rate_number",
     "follow",
     "helix_train",
     "jumps",
@@ -93,7 +89,6 @@ __all__ = [
     "linear_peaks",
     "load",
     "machine_from_mapping",
-    "nearest_arc",
     "path_peaks",
     "peak_accelerations",
     "peak_times",
@@ -103,7 +98,6 @@ __all__ = [
     "read_machine",
     "read_parts",
     "s1_quadrant_train",
-    "source_clock_hz",
     "tcp_block_peaks",
     "tip_deviation",
     "with_axes",

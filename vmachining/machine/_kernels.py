@@ -241,28 +241,3 @@ def quadrant_s1(
         if dx or dy:
             tick[n], steps[n, 0], steps[n, 1] = j, dx * out_x, dy * out_y
             n += 1
-
-
-@leaf
-def nearest_steps(corners: NDArray[np.int64], square: float, steps: NDArray[np.int8]) -> int:
-    """Steps that each stay nearest to the circle of squared radius `square`; returns their number."""
-    n = 0
-    for leg in range(corners.shape[0] - 1):
-        x, y = corners[leg, 0], corners[leg, 1]
-        ex, ey = corners[leg + 1, 0], corners[leg + 1, 1]
-        while x != ex or y != ey:
-            sx = 0 if x == ex else (1 if ex > x else -1)
-            sy = 0 if y == ey else (1 if ey > y else -1)
-            bx, by = sx, sy
-            if sx != 0 and sy != 0:
-                best = abs((x + sx) ** 2 + (y + sy) ** 2 - square)
-                one = abs((x + sx) ** 2 + y * y - square)
-                other = abs(x * x + (y + sy) ** 2 - square)
-                if one < best and one <= other:
-                    by = 0
-                elif other < best:
-                    bx = 0
-            x, y = x + bx, y + by
-            steps[n, 0], steps[n, 1] = bx, by
-            n += 1
-    return n

@@ -244,14 +244,6 @@ def s1_quadrant_train(quadrant: int, radius: int, capacity: int, *, ccw: bool = 
     return _train(tick[:n], steps[:n], ticks)
 
 
-def nearest_arc(start: ArrayLike, end: ArrayLike, *, ccw: bool) -> Train:
-    """Steps that minimise |x^2 + y^2 - R^2| one by one: within half a BLU of the circle, not uniform in time."""
-    corners = arc_corners(start, end, ccw=ccw)
-    steps = np.zeros((int(np.abs(np.diff(corners, axis=0)).sum()) + 1, 2), dtype=np.int8)
-    n = _kernels.nearest_steps(corners, float((corners[0] ** 2).sum()), steps)
-    return _train(np.arange(n), steps[:n], n)
-
-
 def arc_limit(corners: Ints, turns: int) -> float:
     """BLU the radius of an arc train may err, see `ARC_LIMITS`; corners from `arc_corners`."""
     start, end = corners[0], corners[-1]

@@ -253,18 +253,6 @@ class Interpolator:
         return Train(np.concatenate([t for t, _ in trains]), np.concatenate([s for _, s in trains]), ticks)
 
 
-def feed_rate_number(feed_mm_min: float, size_mm: float) -> float:
-    """FRN = 10 V / L, or 10 V / R for an arc; ten times the F word of inverse-time feed (G93)."""
-    if not (feed_mm_min > 0 and size_mm > 0):
-        raise KinematicsError(f"feed {feed_mm_min} mm/min over {size_mm} mm")
-    return 10.0 * feed_mm_min / size_mm
-
-
-def source_clock_hz(m: int, n: int) -> float:
-    """Clock of the feed register (n bits) that makes FRN the feed of axis registers with m bits: 2^(m+n)/600."""
-    return float(2.0 ** (m + n) / 600.0)
-
-
 def write_csv(path: str | Path, blocks: Iterable[PulseBlock]) -> None:
     """One row per pulsing tick: block, line, tick, time_s (from the start of the path), x, y, z."""
     with Path(path).open("w", encoding="utf-8", newline="") as file:
