@@ -14,13 +14,14 @@ import numpy as np
 from manifold3d import Manifold
 
 from vmachining.arrays import Floats
-from vmachining.engines.mesh import MeshEngine, mesh_stock
+from vmachining.engines.mesh import MeshEngine
 from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.solids import facets, manifold
 from vmachining.engines.mesh.stock import StockMesh
 from vmachining.engines.protocol import Removal
 from vmachining.geometry import Line
 from vmachining.job.executor import Executor, Later, executor
+from vmachining.stock import closed_mesh
 from vmachining.sweep import Sweep
 from vmachining.tool import BallNose, Profile
 
@@ -55,7 +56,8 @@ def stock(length: float) -> StockMesh:
     i, j = np.arange(n), (np.arange(n) + 1) % n
     cap = np.stack([np.zeros(n - 2, int), np.arange(1, n - 1), np.arange(2, n)], axis=1)
     sides = [np.stack([i, i + n, j + n], 1), np.stack([i, j + n, j], 1)]
-    return mesh_stock(points, np.concatenate([*(s[:, ::-1] for s in sides), cap[:, ::-1], cap + n]))
+    triangles = np.concatenate([*(s[:, ::-1] for s in sides), cap[:, ::-1], cap + n])
+    return StockMesh.of(closed_mesh(points, triangles))
 
 
 def half_cylinder(blocks: int = 2000) -> Iterator[dict[str, Any]]:

@@ -13,7 +13,7 @@ import vmachining as vm
 from vmachining.cli.main import run
 from vmachining.engagement.analytic import Corner, engaged, heights_of
 from vmachining.engagement.analytic.heights import tops
-from vmachining.engines.mesh import cylinder_stock
+from vmachining.engines.mesh import StockMesh
 from vmachining.engines.mesh.facets import Side
 from vmachining.errors import InputError, ToolError
 from vmachining.job import Scene, height_map
@@ -97,7 +97,7 @@ def test_a_semi_finish_of_a_roughed_part(tmp_path):
 
 def test_heights_of_stocks_of_three_kinds():
     bar = CylinderStock((1.0, 2.0), 5.0, (-3.0, 4.0))
-    mesh = cylinder_stock((1.0, 2.0), 5.0, (-3.0, 4.0), chord=0.001).solids[Side.INNER].to_mesh64()
+    mesh = StockMesh.of(bar, 0.001).solids[Side.INNER].to_mesh64()
     facets = MeshStock(np.asarray(mesh.vert_properties)[:, :3], np.asarray(mesh.tri_verts, dtype=np.int64))
     one, two = (heights_of(s, [], 0.5, np.array([[-3.0, -2, -9], [5, 6, 9]])) for s in (bar, facets))
     assert (np.isfinite(one.top) == np.isfinite(two.top)).all() and one.top[8, 8] == two.top[8, 8] == 4.0

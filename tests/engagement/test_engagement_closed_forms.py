@@ -23,7 +23,7 @@ from vmachining.engagement import (
     engaged_parts,
     facing_parts,
 )
-from vmachining.engines.mesh import cylinder_stock
+from vmachining.engines.mesh import StockMesh
 from vmachining.engines.mesh.facets import Side
 from vmachining.geometry import Arc, Line
 from vmachining.sweep import Pose, Stance, Sweep, Turn
@@ -393,7 +393,7 @@ def test_triangles_are_met_as_exactly_as_planes():
 
 def test_a_round_mesh_is_as_good_as_its_chord():
     chord = 0.01
-    solid = cylinder_stock((0, 0), 10.0, (-20, 0), chord=chord).solids[Side.INNER].to_mesh64()
+    solid = StockMesh.of(CylinderStock((0, 0), 10.0, (-20, 0)), chord).solids[Side.INNER].to_mesh64()
     mesh = MeshStock(np.array(solid.vert_properties)[:, :3], np.array(solid.tri_verts, dtype=np.int64))
     edge, now = Edge(BallNose(diameter=10, length=30)), stance((12, 0, -3), velocity=(0, 1, 0))
     fine, coarse = (

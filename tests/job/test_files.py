@@ -54,9 +54,10 @@ def test_a_step_part_comes_back_with_its_volume(tmp_path, capfd):
     exact = (200 - (4 - np.pi) * 4 - 4 * np.pi) * 5
     solid = read_step(export(part.val(), tmp_path / "part.step"), chord=0.01)
     assert solid.volume == pytest.approx(exact, rel=1e-9)
-    from vmachining.engines.mesh import mesh_stock
+    from vmachining.engines.mesh import StockMesh
+    from vmachining.stock import closed_mesh
 
-    stock = mesh_stock(solid.vertices, solid.triangles)
+    stock = StockMesh.of(closed_mesh(solid.vertices, solid.triangles))
     np.testing.assert_allclose(stock.bounds, [[-10, -5, -2.5], [10, 5, 2.5]], atol=1e-7)
     assert capfd.readouterr().out == ""
 

@@ -7,10 +7,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from vmachining.engines.mesh import MeshEngine, box_stock, cylinder_stock, mesh_stock, solid
+from vmachining.engines.mesh import MeshEngine, StockMesh, box_stock, solid
 from vmachining.errors import StockError
 from vmachining.geometry import Arc, Line
 from vmachining.interval import Interval
+from vmachining.stock import CylinderStock, closed_mesh
 from vmachining.sweep import Sweep
 from vmachining.tool import BallNose, BullNose, FlatEnd, Taper
 
@@ -125,11 +126,11 @@ def test_a_saved_workpiece_goes_on_where_it_stopped(tmp_path) -> None:
 
 
 def test_round_stock_is_bracketed() -> None:
-    engine = MeshEngine(cylinder_stock((0, 0), 10.0, (0, 5)), 0.01)
+    engine = MeshEngine(StockMesh.of(CylinderStock((0, 0), 10.0, (0, 5))), 0.01)
     assert engine.stock_volume.holds(np.pi * 100 * 5)
 
 
 def test_an_open_mesh_is_refused_with_a_count() -> None:
     points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]]
     with pytest.raises(StockError, match="open"):
-        mesh_stock(points, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 4]])
+        closed_mesh(points, [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 4]])

@@ -9,12 +9,13 @@ from hypothesis import strategies as st
 from manifold3d import Manifold
 from strategies import programs
 
-from vmachining.engines.mesh import MeshEngine, box_stock, cylinder_stock
+from vmachining.engines.mesh import MeshEngine, StockMesh, box_stock
 from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.removal import shared
 from vmachining.engines.mesh.solids import cutters, manifold, pieces
 from vmachining.engines.mesh.straight import facets
 from vmachining.geometry import Arc, Line
+from vmachining.stock import CylinderStock
 from vmachining.sweep import Sweep
 from vmachining.tool import BallNose, BullNose, FlatEnd, Taper
 
@@ -64,7 +65,7 @@ def test_brackets_of_two_chords_hold_one_truth(program, tool, is_round, chord):
     """Random programs: both brackets contain the truth, so they overlap. What a block would take is what it takes."""
 
     def stock():
-        return cylinder_stock((12, 9), 9.0, (-10, 0), chord=chord) if is_round else box_stock(LO, HI)
+        return StockMesh.of(CylinderStock((12, 9), 9.0, (-10, 0)), chord) if is_round else box_stock(LO, HI)
 
     wide, narrow = MeshEngine(stock(), chord), MeshEngine(stock(), 0.4 * chord)
     cutter = TOOLS[tool].cutter

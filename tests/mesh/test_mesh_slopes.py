@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from manifold3d import Manifold
 
-from vmachining.engines.mesh import MeshEngine, mesh_stock
+from vmachining.engines.mesh import MeshEngine, StockMesh
 from vmachining.geometry import Line
+from vmachining.stock import closed_mesh
 from vmachining.sweep import Sweep
 from vmachining.tool import BallNose
 
@@ -21,7 +22,7 @@ def test_ball_slot_along_a_slope_has_the_area_of_a_segment_times_its_length(degr
     turn = np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])
     corners = [(x, y, z) for x in (0, LENGTH) for y in (-10, 10) for z in (-10, 0)]
     block = Manifold.hull_points(np.array(corners, dtype=float) @ turn.T).to_mesh64()
-    engine = MeshEngine(mesh_stock(block.vert_properties, block.tri_verts), 0.01)
+    engine = MeshEngine(StockMesh.of(closed_mesh(block.vert_properties, block.tri_verts)), 0.01)
     cutter = BallNose(diameter=2 * RADIUS, length=60).cutter
     tips = [turn @ [x, 0, RADIUS - DEPTH] - [0, 0, RADIUS] for x in np.linspace(-7, LENGTH + 7, 4)]
     lo, estimate, hi = np.sum(

@@ -25,7 +25,7 @@
 | `straight.py`, `curved.py` | cutters as facets on a straight way; arcs and helices |
 | `facets.py` | meridians and polyhedra of cutters |
 | `turning/` | meshes of five-axis sweeps |
-| `stock.py` | `box_stock`, `cylinder_stock`, `mesh_stock` |
+| `stock.py` | `StockMesh`, `box_stock` |
 | `checkpoint.py` | tiles on disk |
 | `_kernels.py` | facets of straight sweeps |
 
@@ -42,18 +42,11 @@ joined surface can keep a slit of no width where two tiles met; its volume is ri
 
 from vmachining.engines.mesh.engine import MeshEngine
 from vmachining.engines.mesh.solids import solid
-from vmachining.engines.mesh.stock import (
-    StockMesh,
-    box_stock,
-    cylinder_stock,
-    mesh_stock,
-)
+from vmachining.engines.mesh.stock import StockMesh, box_stock
 
 __all__ = [
     "MeshEngine",
     "StockMesh",
     "box_stock",
-    "cylinder_stock",
-    "mesh_stock",
     "solid",
 ]

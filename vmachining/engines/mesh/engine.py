@@ -23,7 +23,7 @@ from vmachining.engines.mesh.checkpoint import packed_tiles, tiles_of
 from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.removal import Cut, cut, touch
 from vmachining.engines.mesh.solids import checked, shape_key
-from vmachining.engines.mesh.stock import StockMesh
+from vmachining.engines.mesh.stock import StockMesh, surface_of
 from vmachining.engines.mesh.tiles import SIDES, Tile, joined, reached
 from vmachining.engines.packed import bracket_of, packed_bracket
 from vmachining.engines.protocol import NOTHING, WHOLE, Options, Removal, Share, StockSurface
@@ -37,7 +37,7 @@ from vmachining.tolerance import CHORD_MM
 class MeshEngine:
     """Workpiece of one job, cut block by block.
 
-    stock : StockMesh, closed solid, see `box_stock`, `cylinder_stock`, `mesh_stock`.
+    stock : StockMesh, closed solid, see `StockMesh.of`, `box_stock`.
     chord : float, mm, about the largest distance between inner and outer sweep.
     tile_mm : float or None
         Largest tile that a sweep works on; None chooses from the cutter.
@@ -172,18 +172,7 @@ class MeshEngine:
 
         Not simplified: collapsing short edges was seen to move a wall by more than its tolerance.
         """
-        mesh = self.whole().to_mesh64()
-        ends = np.array(mesh.run_index, dtype=np.uint64).astype(np.int64) // 3
-        owner = [self._blocks.get(int(run), -1) for run in mesh.run_original_id]
-        # a vertex stands once for every run that meets there: one each for the file formats
-        to = np.arange(len(mesh.vert_properties))
-        to[np.array(mesh.merge_from_vert, dtype=np.int64)] = np.array(mesh.merge_to_vert, dtype=np.int64)
-        kept, triangles = np.unique(to[np.array(mesh.tri_verts, dtype=np.int64)], return_inverse=True)
-        return StockSurface(
-            np.array(mesh.vert_properties)[kept, :3],
-            triangles.reshape(-1, 3).astype(np.int64),
-            np.repeat(np.array(owner, dtype=np.int64), ends[1:] - ends[:-1]),
-        )
+        return surface_of(self.whole(), self._blocks)
 
     def whole(self) -> Manifold:
         """The workpiece (inner-cut) as one solid, tiles joined."""

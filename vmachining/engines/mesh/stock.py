@@ -6,7 +6,7 @@ outside, so that the bracket holds for the round stock too.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,8 +16,9 @@ from numpy.typing import ArrayLike
 from vmachining.arrays import Floats
 from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.solids import manifold
+from vmachining.engines.protocol import StockSurface
 from vmachining.errors import StockError
-from vmachining.stock import BoxStock, CylinderStock, Stock, Triangles, closed_mesh
+from vmachining.stock import BoxStock, Stock, Triangles
 from vmachining.tolerance import CHORD_MM
 
 
@@ -59,18 +60,17 @@ def box_stock(lo: ArrayLike, hi: ArrayLike) -> StockMesh:
         raise StockError(str(error)) from error
 
 
-def cylinder_stock(
-    center: Sequence[float], radius: float, z: Sequence[float], *, chord: float = CHORD_MM
-) -> StockMesh:
-    """Upright cylinder about `center` (x, y) from z[0] to z[1], mm.
-
-    Raises StockError: Not a positive size, or not finite.
-    """
-    x, y = center
-    low, high = z
-    return StockMesh.of(CylinderStock((x, y), radius, (low, high)), chord)
-
-
-def mesh_stock(vertices: ArrayLike, triangles: ArrayLike, *, source: str = "stock") -> StockMesh:
-    """Closed triangle mesh, taken as the exact stock, see `vmachining.stock.closed_mesh`."""
-    return StockMesh.of(closed_mesh(vertices, triangles, source=source))
+def surface_of(solid: Manifold, blocks: Mapping[int, int]) -> StockSurface:
+    """Triangles of a workpiece with the block that cut each, by run id; -1: raw stock."""
+    mesh = solid.to_mesh64()
+    ends = np.array(mesh.run_index, dtype=np.uint64).astype(np.int64) // 3
+    owner = [blocks.get(int(run), -1) for run in mesh.run_original_id]
+    # a vertex stands once for every run that meets there: one each for the file formats
+    to = np.arange(len(mesh.vert_properties))
+    to[np.array(mesh.merge_from_vert, dtype=np.int64)] = np.array(mesh.merge_to_vert, dtype=np.int64)
+    kept, triangles = np.unique(to[np.array(mesh.tri_verts, dtype=np.int64)], return_inverse=True)
+    return StockSurface(
+        np.array(mesh.vert_properties)[kept, :3],
+        triangles.reshape(-1, 3).astype(np.int64),
+        np.repeat(np.array(owner, dtype=np.int64), ends[1:] - ends[:-1]),
+    )

@@ -6,7 +6,7 @@ import numpy as np
 from manifold3d import Error, Manifold, Mesh64
 
 from vmachining.engines.mesh.facets import Side
-from vmachining.engines.mesh.stock import StockMesh
+from vmachining.engines.mesh.stock import StockMesh, surface_of
 from vmachining.engines.protocol import StockSurface
 from vmachining.stock import Stock
 from vmachining.tolerance import CHORD_MM
@@ -40,15 +40,4 @@ def thinned(
     solid = solid.simplify(tolerance)
     if solid.status() != Error.NoError or solid.is_empty():
         return None
-    mesh = solid.to_mesh64()
-    ends = np.array(mesh.run_index, dtype=np.uint64).astype(np.int64) // 3
-    known = dict(zip(ids.tolist(), block[starts].tolist(), strict=True))
-    owner = [known.get(int(run), -1) for run in mesh.run_original_id]
-    to = np.arange(len(mesh.vert_properties))
-    to[np.array(mesh.merge_from_vert, dtype=np.int64)] = np.array(mesh.merge_to_vert, dtype=np.int64)
-    kept, triangles = np.unique(to[np.array(mesh.tri_verts, dtype=np.int64)], return_inverse=True)
-    return StockSurface(
-        np.array(mesh.vert_properties)[kept, :3],
-        triangles.reshape(-1, 3).astype(np.int64),
-        np.repeat(np.array(owner, dtype=np.int64), ends[1:] - ends[:-1]),
-    )
+    return surface_of(solid, dict(zip(ids.tolist(), block[starts].tolist(), strict=True)))
