@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from volume_schedules import schedule_volume, schedule_volume_inserting
+from volume_schedules import Samples, schedule_volume, schedule_volume_inserting
 
 from vmachining.feed import (
     FeedBlocks,
     FeedLimits,
-    FeedSamples,
     Limit,
 )
 
@@ -50,7 +49,7 @@ def sampled(draw, caps=True):
     blocks = FeedBlocks(
         range(1, count + 1), ["cut"] * count, length, [600.0] * count, [sum(p) for p in parts], cap_mm_min=cap
     )
-    return blocks, FeedSamples(np.concatenate(parts), np.cumsum([0] + [len(p) for p in parts]))
+    return blocks, Samples(np.concatenate(parts), np.cumsum([0] + [len(p) for p in parts]))
 
 
 @quiet
@@ -184,7 +183,7 @@ def test_a_smaller_threshold_means_no_fewer_blocks_and_no_more_time(case, refere
 def test_the_mean_rule_takes_the_same_time_at_any_threshold(case, taus):
     blocks, samples = case
     # no air: a leaf without volume would take no time at an unlimited feed
-    samples = FeedSamples(samples.volume_mm3 + 0.5, samples.offset)
+    samples = Samples(samples.volume_mm3 + 0.5, samples.offset)
     for tau in taus:
         schedule = schedule_volume_inserting(blocks, samples, OPEN, reference=5000.0, tau=tau, rule="mean")
         want = 60 * samples.volume_mm3.sum() / 5000.0
@@ -211,7 +210,7 @@ def test_the_inserted_blocks_scheduled_again_stay_as_they_are(case, reference, t
     )
     again = schedule_volume_inserting(
         pieces,
-        FeedSamples(samples.volume_mm3, np.concatenate([[0], stop])),
+        Samples(samples.volume_mm3, np.concatenate([[0], stop])),
         LIMITS,
         reference=reference,
         tau=tau,

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from volume_schedules import schedule_volume, schedule_volume_inserting
+from volume_schedules import Samples, schedule_volume, schedule_volume_inserting
 
 from vmachining.errors import FeedError
 from vmachining.feed import (
     FeedBlocks,
     FeedLimits,
-    FeedSamples,
     Limit,
     floor_feed,
+    sampled,
 )
 from vmachining.nc.rewrite import BlockEdit
 
@@ -43,7 +43,7 @@ def entry(tau, rule):
     volume = slot_entry()
     blocks = FeedBlocks([1], ["cut"], [10.0], [600.0], [volume.sum()])
     return schedule_volume_inserting(
-        blocks, FeedSamples(volume, [0, 20]), FeedLimits(min_mm_min=100, max_mm_min=1500),
+        blocks, Samples(volume, [0, 20]), FeedLimits(min_mm_min=100, max_mm_min=1500),
         reference=12000, tau=tau, rule=rule,
     )  # fmt: skip
 
@@ -88,11 +88,6 @@ def test_the_conservative_schedule_uses_the_upper_end_of_the_bracket():
         1200,
         2000,
     ]
-    samples = FeedSamples([10, 10], [0, 2, 2], [10, 15])
-    schedule = schedule_volume_inserting(
-        blocks, samples, WIDE, reference=6000, conservative=True, min_length_mm=5
-    )
-    assert schedule.sub_feed_mm_min.tolist() == [1000, 2000]
     with pytest.raises(FeedError, match="volume_hi_mm3"):
         schedule_volume(SIX, WIDE, conservative=True)
 
@@ -131,7 +126,7 @@ def test_a_line_that_runs_twice_gets_its_smallest_feed():
     schedule = schedule_volume(blocks, WIDE, reference=6000)
     assert schedule.feed_mm_min.tolist() == [750, 1500, 750, 600, 600]
     assert schedule.edits() == {1: BlockEdit(1, (750.0,), (1.0,)), 2: BlockEdit(2, (1500.0,), (1.0,))}
-    samples = FeedSamples([1, 19, 1, 39, 1, 1], [0, 2, 2, 4, 5, 6])
+    samples = Samples([1, 19, 1, 39, 1, 1], [0, 2, 2, 4, 5, 6])
     inserted = schedule_volume_inserting(blocks, samples, WIDE, reference=6000)
     assert inserted.inserted == 0
 
@@ -142,13 +137,13 @@ def test_nothing_cut_means_all_air():
         schedule = schedule_volume(blocks, WIDE, reference=reference)
         assert schedule.feed_mm_min.tolist() == [2000, 2000]
     assert schedule_volume(FeedBlocks([], [], [], [], []), WIDE).edits() == {}
-    empty = schedule_volume_inserting(FeedBlocks([], [], [], [], []), FeedSamples([], [0]), WIDE)
+    empty = schedule_volume_inserting(FeedBlocks([], [], [], [], []), Samples([], [0]), WIDE)
     assert (empty.total_time_s, empty.limit, empty.inserted) == (0.0, (), 0)
 
 
 def test_neighbours_written_alike_become_one_block():
     blocks = FeedBlocks([1], ["cut"], [16.0], [600.0], [7 * 10.0])
-    samples = FeedSamples([0] * 9 + [10.0] * 7, [0, 16])
+    samples = Samples([0] * 9 + [10.0] * 7, [0, 16])
     schedule = schedule_volume_inserting(blocks, samples, WIDE, reference=6000)
     assert (schedule.sub_end * 16).tolist() == [9, 16]
     assert schedule.sub_feed_mm_min.tolist() == [2000, 600]
@@ -156,7 +151,7 @@ def test_neighbours_written_alike_become_one_block():
 
 def test_samples_shorter_than_the_shortest_block():
     blocks = FeedBlocks([1, 2], ["cut"] * 2, [1.0, 0.4], [600.0] * 2, [11.0, 11.0])
-    samples = FeedSamples([10, 1, 0, 0, 10, 1], [0, 4, 6])
+    samples = Samples([10, 1, 0, 0, 10, 1], [0, 4, 6])
     schedule = schedule_volume_inserting(blocks, samples, WIDE, reference=6000, min_length_mm=0.5)
     assert schedule.sub_end.tolist() == [0.5, 1.0, 1.0]
     exact = schedule_volume_inserting(blocks, samples, WIDE, reference=6000, min_length_mm=0.25)
@@ -229,14 +224,14 @@ def test_noise_below_zero_is_zero():
 
 
 def test_impossible_samples_are_refused():
-    for offset in ([0, 2], [1, 3], [0, 3, 2, 3], []):
-        with pytest.raises(FeedError, match="offset"):
-            FeedSamples([1, 1, 1], offset)
-    samples = FeedSamples([1, 1, 1], [0, 3])
+    for volume, counts in (([1, 1, 1], [2]), ([-1.0], [1]), ([np.nan], [1])):
+        with pytest.raises(FeedError, match="sample volume_mm3"):
+            sampled(FeedBlocks([1], ["cut"], [5], [600], [3]), volume, np.array(counts))
+    samples = Samples([1, 1, 1], [0, 3])
     with pytest.raises(FeedError, match="samples are for 1 blocks"):
         schedule_volume_inserting(SIX, samples, WIDE)
     one = FeedBlocks([1], ["cut"], [5], [600], [3])
-    for option, value in (("tau", -1.0), ("min_length_mm", 0.0), ("rule", "fast"), ("air_mm3", -1.0)):
+    for option, value in (("tau", -1.0), ("min_length_mm", 0.0), ("rule", "fast")):
         with pytest.raises(FeedError, match=option):
             schedule_volume_inserting(one, samples, WIDE, **{option: value})
 

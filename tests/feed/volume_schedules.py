@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
+import numpy as np
+
 from vmachining.feed import VolumeStrategy, plan_feeds, sampled
 from vmachining.feed.strategy import Parts
 
@@ -12,6 +16,14 @@ def schedule_volume(blocks, limits, *, reference="auto", conservative=False):
     return plan_feeds(blocks, strategy, limits, reference=reference)
 
 
-def schedule_volume_inserting(blocks, samples, limits, *, conservative=False, air_mm3=1e-9, **options):
+class Samples(NamedTuple):
+    """Equal samples of every block, one after the other. offset : (n + 1,) where those of a block begin."""
+
+    volume_mm3: Any
+    offset: Any
+
+
+def schedule_volume_inserting(blocks, samples, limits, **options):
     """Several feeds in a block, by the volume along it."""
-    return plan_feeds(blocks, sampled(blocks, samples, conservative, air_mm3), limits, insert=True, **options)
+    strategy = sampled(blocks, samples.volume_mm3, np.diff(samples.offset).astype(np.int64))
+    return plan_feeds(blocks, strategy, limits, insert=True, **options)

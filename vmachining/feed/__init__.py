@@ -12,7 +12,7 @@ user asks for, while air is crossed as fast as the machine allows. The feed is I
 
 | file | holds |
 |---|---|
-| `blocks.py` | `FeedBlocks`, `FeedSamples`, `Kind` |
+| `blocks.py` | `FeedBlocks`, `Kind` |
 | `limits.py` | `FeedLimits`, `Limit`, `clamp`, `floor_feed` |
 | `volume.py` | `VolumeStrategy`, `sampled` |
 | `plan.py` | `plan_feeds`, `references` |
@@ -43,7 +43,7 @@ Known limits
 - A line that runs several times gets one feed, the smallest any of its runs asks for, and no inserted blocks.
 """
 
-from vmachining.feed.blocks import FeedBlocks, FeedSamples, Kind
+from vmachining.feed.blocks import FeedBlocks, Kind
 from vmachining.feed.chip_area import ChipAreaStrategy
 from vmachining.feed.force import UNITS, ForceStrategy
 from vmachining.feed.limits import FeedLimits, Limit, clamp, floor_feed
@@ -57,7 +57,6 @@ __all__ = [
     "ChipAreaStrategy",
     "FeedBlocks",
     "FeedLimits",
-    "FeedSamples",
     "ForceStrategy",
     "Kind",
     "Limit",

@@ -1,4 +1,4 @@
-"""What the schedulers know of a program: one row per block, and the samples inside the blocks."""
+"""What the schedulers know of a program: one row per block."""
 
 from __future__ import annotations
 
@@ -84,8 +84,8 @@ class FeedBlocks:
         if (odd := ~np.isin(kinds, known)).any():
             raise FeedError(f"kind {str(kinds[odd][0])!r} is not one of {', '.join(known)}")
         lengths = _column(length_mm, n, "length_mm", lines)
-        volumes = _volumes(volume_mm3, n, "volume_mm3", lines)
-        upper = None if volume_hi_mm3 is None else _volumes(volume_hi_mm3, n, "volume_hi_mm3", lines)
+        volumes = sure_volumes(volume_mm3, n, "volume_mm3", lines)
+        upper = None if volume_hi_mm3 is None else sure_volumes(volume_hi_mm3, n, "volume_hi_mm3", lines)
         if upper is not None and (low := upper < volumes).any():
             raise FeedError("volume_hi_mm3 is below volume_mm3", line=int(lines[low][0]))
         feeds = np.array(feed_mm_min, dtype=np.float64)
@@ -135,55 +135,6 @@ class FeedBlocks:
         return self.volume_hi_mm3
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FeedSamples:
-    """Removed volume along the blocks: block k has the samples offset[k]:offset[k+1], of equal length.
-
-    volume_mm3 : (m,)
-        Removed volume of each sample; their sum is the volume of the block.
-    offset : (n + 1,) int
-        A block without samples is scheduled as a whole.
-    volume_hi_mm3 : (m,), optional
-        Upper ends of the brackets.
-
-    Raises FeedError: Offsets that do not start at 0, fall, or do not end at m; bad volumes.
-    """
-
-    volume_mm3: Floats
-    offset: Ints
-    volume_hi_mm3: Floats | None = None
-
-    def __init__(
-        self, volume_mm3: ArrayLike, offset: ArrayLike, volume_hi_mm3: ArrayLike | None = None
-    ) -> None:
-        starts = np.array(offset, dtype=np.int64)
-        m = int(np.size(np.asarray(volume_mm3)))
-        if (
-            starts.ndim != 1
-            or not len(starts)
-            or starts[0] != 0
-            or starts[-1] != m
-            or (np.diff(starts) < 0).any()
-        ):
-            raise FeedError(f"offset: expected n + 1 rising numbers from 0 to the number of samples ({m})")
-        volumes = _volumes(volume_mm3, m, "sample volume_mm3", None)
-        upper = None if volume_hi_mm3 is None else _volumes(volume_hi_mm3, m, "sample volume_hi_mm3", None)
-        if upper is not None and (upper < volumes).any():
-            raise FeedError("sample volume_hi_mm3 is below volume_mm3")
-        for name, value in (("volume_mm3", volumes), ("offset", starts), ("volume_hi_mm3", upper)):
-            if value is not None:
-                value.setflags(write=False)
-            object.__setattr__(self, name, value)
-
-    def volumes(self, conservative: bool) -> Floats:
-        """(m,) estimates, or upper ends of the brackets."""
-        if not conservative:
-            return self.volume_mm3
-        if self.volume_hi_mm3 is None:
-            raise FeedError("conservative scheduling needs volume_hi_mm3 for the samples")
-        return self.volume_hi_mm3
-
-
 def _column(values: ArrayLike, n: int, name: str, lines: Ints | None) -> Floats:
     """(n,) finite and not negative."""
     array = np.array(values, dtype=np.float64)
@@ -197,7 +148,8 @@ def _column(values: ArrayLike, n: int, name: str, lines: Ints | None) -> Floats:
     return array
 
 
-def _volumes(values: ArrayLike, n: int, name: str, lines: Ints | None) -> Floats:
+def sure_volumes(values: ArrayLike, n: int, name: str, lines: Ints | None = None) -> Floats:
+    """(n,) mm^3, finite and not negative; noise below zero is zero. Raises FeedError."""
     array = np.array(values, dtype=np.float64)
     return _column(np.where((array < 0) & (array >= -NOISE_MM3), 0.0, array), n, name, lines)
 

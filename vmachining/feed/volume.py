@@ -2,43 +2,38 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.errors import FeedError
-from vmachining.feed.blocks import FeedBlocks, FeedSamples
+from vmachining.feed.blocks import FeedBlocks, sure_volumes
 from vmachining.feed.strategy import Parts
 
 AIR_MM3 = 1e-9
-"""A block that removes no more than this cuts air: rounding of a difference of two solids."""
+"""A part that removes no more than this cuts air: rounding of a difference of two solids."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class VolumeStrategy:
     """Removal rate Q = v F / l, mm^3/min.
 
-    volume : (m,) mm^3 of every part. air_mm3 : a part that removes no more cuts air. upper : (m,) upper ends of the
+    volume : (m,) mm^3 of every part. upper : (m,) upper ends of the
     brackets, by which feeds are found, so that the true rate keeps the goal; None: the volumes are taken as exact.
     """
 
     parts: Parts
     volume: Floats
     group: Ints
-    air_mm3: float = AIR_MM3
     upper: Floats | None = None
     name: str = "volume"
     unit: str = "mm³/min"
 
-    def __post_init__(self) -> None:
-        if not (math.isfinite(self.air_mm3) and self.air_mm3 >= 0):
-            raise FeedError(f"air_mm3 is {self.air_mm3}, expected a finite number that is not negative")
-
     @property
     def cuts(self) -> Bools:
-        return np.asarray(self.volume > self.air_mm3)
+        return np.asarray(self.volume > AIR_MM3)
 
     @property
     def highest(self) -> Floats:
@@ -66,26 +61,23 @@ class VolumeStrategy:
 
     def mean_feeds(self, goal: Floats, start: Ints) -> Floats:
         volume, length = (np.add.reduceat(column, start) for column in (self.volume, self.parts.length))
-        air = volume <= self.air_mm3
+        air = volume <= AIR_MM3
         return np.asarray(
             np.divide(goal[start] * length, volume, out=np.full(len(start), np.inf), where=~air)
         )
 
 
-def sampled(
-    blocks: FeedBlocks, samples: FeedSamples, conservative: bool = False, air_mm3: float = AIR_MM3
-) -> VolumeStrategy:
-    """The strategy of equal samples; a block without samples is one sample of its own volume.
+def sampled(blocks: FeedBlocks, volume_mm3: ArrayLike, counts: Ints) -> VolumeStrategy:
+    """The strategy of equal samples: `counts` (n,) of every block, one after the other; a block without is one of its own volume.
 
-    Raises FeedError: Samples of another number of blocks.
+    Raises FeedError: Samples of another number of blocks; volumes that are not finite or negative.
     """
-    if len(samples.offset) != len(blocks) + 1:
-        raise FeedError(f"samples are for {len(samples.offset) - 1} blocks, there are {len(blocks)}")
-    counts = np.diff(samples.offset)
+    if len(counts) != len(blocks):
+        raise FeedError(f"samples are for {len(counts)} blocks, there are {len(blocks)}")
     filled = np.maximum(counts, 1)
     parts = Parts.equal(blocks, filled)
     volume = np.empty(len(parts.end))
     given = np.repeat(counts > 0, filled)
-    volume[given] = samples.volumes(conservative)
-    volume[~given] = blocks.volumes(conservative)[counts == 0]
-    return VolumeStrategy(parts, volume, blocks.groups[parts.block], air_mm3)
+    volume[given] = sure_volumes(volume_mm3, int(counts.sum()), "sample volume_mm3")
+    volume[~given] = blocks.volume_mm3[counts == 0]
+    return VolumeStrategy(parts, volume, blocks.groups[parts.block])

@@ -16,7 +16,6 @@ from vmachining.feed import (
     ChipAreaStrategy,
     FeedBlocks,
     FeedLimits,
-    FeedSamples,
     ForceStrategy,
     Kind,
     Parts,
@@ -189,7 +188,7 @@ def strategies(
             if rows.kind[index] == str(Kind.CUT):
                 volumes.extend(samples)
                 counts[index] = len(samples)
-        equal = sampled(rows, FeedSamples(volumes, np.concatenate([[0], np.cumsum(counts)])))
+        equal = sampled(rows, volumes, counts)
         # parts are measured without brackets: they share that of their block
         found["volume"] = replace(equal, upper=equal.volume * _widened(rows)[equal.parts.block])
         divided = every
