@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -150,24 +150,29 @@ def iso_program(
         raise InputError(TILTED[0], remedy=TILTED[1])
     lines = [f"({title})"] if title else []
     lines += ["G21 G17 G90 G94 G40", f"T{tool} M6", f"S{spindle_rev_min:g} M3"]
-    last: list[str] = ["", "", ""]
-    mode, feed = "", ""
-    for k, tip in enumerate(path.tips):
-        words = words_of("XYZ", tip)
-        new = "G0" if path.rapid[k] else "G1"
-        if not mode:  # sideways first, high above
-            lines += [f"{new} {words[0]} {words[1]}", words[2]]
-            mode, last = new, words
-            continue
-        moved = [word for word, old in zip(words, last, strict=True) if word != old]
+    rows = [words_of("XYZ", tip) for tip in path.tips]
+    mode = "G0" if path.rapid[0] else "G1"
+    lines += [f"{mode} {rows[0][0]} {rows[0][1]}", rows[0][2]]  # sideways first, high above
+    lines += changed_lines(rows[1:], path.rapid[1:], feed_mm_min, mode, rows[0])
+    return "\n".join([*lines, "M5", "M2"]) + "\n"
+
+
+def changed_lines(
+    rows: Sequence[list[str]], rapid: Bools, feed_mm_min: float, mode: str = "", last: Sequence[str] = ()
+) -> list[str]:
+    """Lines G0 and G1 of rows of words, each word only where it changes; the feed once."""
+    lines: list[str] = []
+    feed = False
+    for words, quick in zip(rows, rapid, strict=True):
+        moved = [word for n, word in enumerate(words) if not last or word != last[n]]
         if not moved:
             continue
+        new = "G0" if quick else "G1"
         head = [new] if new != mode else []
         tail = [f"F{feed_mm_min:g}"] if new == "G1" and not feed else []
         lines.append(" ".join(head + moved + tail))
-        mode, last = new, words
-        feed = feed or ("set" if tail else "")
-    return "\n".join([*lines, "M5", "M2"]) + "\n"
+        mode, last, feed = new, words, feed or bool(tail)
+    return lines
 
 
 def pose_table(path: CLPath, *, feed_mm_min: float, tool: int = 1, **_: object) -> str:

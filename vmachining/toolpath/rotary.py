@@ -17,7 +17,7 @@ from vmachining.arrays import Bools, Floats
 from vmachining.errors import InputError
 from vmachining.geometry.rotation import great_circle
 from vmachining.machine import Machine, axis_deviation, follow, tip_deviation
-from vmachining.toolpath.clpath import CLPath, checked_feed, words_of
+from vmachining.toolpath.clpath import CLPath, changed_lines, checked_feed, words_of
 
 ROUNDS = 10
 """Halvings of a block: a thousandth of it."""
@@ -80,18 +80,11 @@ def rotary_program(
         f"S{spindle_rev_min:g} M3",
     ]
     lines += ["M128"] if tcp else []
-    last: list[str] = []
-    mode, feed = "", False
-    for k in range(len(tips)):
-        words = [*words_of(letters, places[k]), *words_of("".join(turning), angles[k])]
-        moved = [word for n, word in enumerate(words) if not last or word != last[n]]
-        if not moved:
-            continue
-        new = "G0" if rapid[k] else "G1"
-        head = [new] if new != mode else []
-        tail = [f"F{feed_mm_min:g}"] if new == "G1" and not feed else []
-        lines.append(" ".join(head + moved + tail))
-        mode, last, feed = new, words, feed or bool(tail)
+    rows = [
+        [*words_of(letters, place), *words_of("".join(turning), angle)]
+        for place, angle in zip(places, angles, strict=True)
+    ]
+    lines += changed_lines(rows, rapid, feed_mm_min)
     lines += (["M129"] if tcp else []) + ["M5", "M2"]
     return "\n".join(lines) + "\n", tuple(notes)
 

@@ -27,7 +27,7 @@ from vmachining.toolpath.clpath import CLPath, Mark
 from vmachining.toolpath.facets.contact import cl_points, scallop_step
 from vmachining.toolpath.facets.drop import Surface
 from vmachining.toolpath.facets.mesh import FacetMesh
-from vmachining.toolpath.facets.passes import checked_sizes, overhang_notes
+from vmachining.toolpath.facets.passes import checked_sizes, directions, overhang_notes
 from vmachining.toolpath.facets.ridges import leaning_ridges, widest_step
 
 NormalKind = Literal["facet", "resultant", "area", "angle"]
@@ -143,9 +143,7 @@ def five_axis_raster(
     mesh = surface.mesh
     low, high = mesh.bounds
     top = float(high[2]) + radius + 5.0 if clear is None else clear
-    turn = np.radians(direction_deg)
-    along = np.array([np.cos(turn), np.sin(turn)])
-    across = np.array([-along[1], along[0]])
+    along, across = directions(direction_deg)
     corners = np.array([[x, y] for x in (low[0], high[0]) for y in (low[1], high[1])])
     (u0, u1), (v0, v1) = ((float((corners @ d).min()), float((corners @ d).max())) for d in (along, across))
     inset = 1e-9 * (v1 - v0)  # a line on the border of the part may miss it by rounding

@@ -115,7 +115,7 @@ def raster(
     low, high = surface.mesh.bounds
     bottom = float(low[2]) if floor is None else floor
     top = float(high[2]) + 5.0 if clear is None else clear
-    along, across = _directions(direction_deg)
+    along, across = directions(direction_deg)
     corners = np.array([[x, y] for x in (low[0], high[0]) for y in (low[1], high[1])])
     u0, u1 = (corners @ along).min(), (corners @ along).max()
     v0, v1 = (corners @ across).min(), (corners @ across).max()
@@ -129,33 +129,28 @@ def raster(
         )
         notes += more
     starts, ends = (u * along + offsets[:, None] * across for u in (u0, u1))
+    ways = np.stack([starts, ends], axis=1)
     if zigzag:  # line, link, line back, ...
         back = np.arange(len(offsets)) % 2 == 1
-        starts[back], ends[back] = ends[back].copy(), starts[back].copy()
-        if len(offsets) > 1:
-            ways = np.concatenate(
-                [np.stack([starts, ends], axis=1), np.stack([ends[:-1], starts[1:]], axis=1)]
-            )
-            place = np.concatenate([np.arange(len(offsets)) * 2, np.arange(len(offsets) - 1) * 2 + 1])
-            ways = ways[np.argsort(place)]
-        else:
-            ways = np.stack([starts, ends], axis=1)
-        found = on_part(surface, radius, corner_radius, ways, chord=chord, floor=bottom)
-        marks = np.where(found.touches, Mark.CONTACT, Mark.FREE)
+        ways[back] = ways[back, ::-1]
+        links = np.stack([ways[:-1, 1], ways[1:, 0]], axis=1)
+        place = np.concatenate([np.arange(len(ways)) * 2, np.arange(len(links)) * 2 + 1])
+        ways = np.concatenate([ways, links])[np.argsort(place)]
+    found = on_part(surface, radius, corner_radius, ways, chord=chord, floor=bottom)
+    marks = np.where(found.touches, Mark.CONTACT, Mark.FREE)
+    tips = np.column_stack([found.xy, found.z])
+    if zigzag:
         marks[found.way % 2 == 1] = Mark.LINK
-        pieces = [CLPath.upright(np.column_stack([found.xy, found.z]), marks)]
+        pieces = [CLPath.upright(tips, marks)]
     else:
-        ways = np.stack([starts, ends], axis=1)
-        found = on_part(surface, radius, corner_radius, ways, chord=chord, floor=bottom)
-        marks = np.where(found.touches, Mark.CONTACT, Mark.FREE)
-        tips = np.column_stack([found.xy, found.z])
         pieces = [CLPath.upright(tips[found.way == k], marks[found.way == k]) for k in range(len(offsets))]
     if not found.touches.any():
         raise InputError("the tool touches nothing above the floor", remedy="a lower floor")
     return Raster(CLPath.joined(pieces, clear_mm=top, notes=tuple(notes)), offsets)
 
 
-def _directions(degrees: float) -> tuple[Floats, Floats]:
+def directions(degrees: float) -> tuple[Floats, Floats]:
+    """(2,) unit in plan, along passes at an angle from +x, and across them to the left."""
     turn = np.radians(degrees)
     along = np.array([np.cos(turn), np.sin(turn)])
     return along, np.array([-along[1], along[0]])
