@@ -41,6 +41,7 @@ from vmachining.engines.mesh.thinned import thinned
 from vmachining.engines.noted import Noted
 from vmachining.engines.packed import bracket_of, packed_bracket, packed_stock, stock_of
 from vmachining.engines.protocol import NOTHING, WHOLE, Options, Removal, Share, StockSurface
+from vmachining.engines.summed import Summed
 from vmachining.errors import EngineError, StockError
 from vmachining.interval import Interval
 from vmachining.stock import Stock
@@ -93,8 +94,8 @@ def best_engine(handed: Sequence[bool]) -> str:
     return ColumnsFirst.name if handed and taken >= ENOUGH * len(handed) else MeshEngine.name
 
 
-class ColumnsFirst:
-    """Workpiece of one job, known to columns and, where they do not suffice, to the mesh engine."""
+class ColumnsFirst(Summed):
+    """Workpiece of one job, known to columns and, where they do not suffice, to the mesh engine: both take all."""
 
     name = "columns"
 
@@ -111,7 +112,7 @@ class ColumnsFirst:
             self.why = error.message
         self._begin()
         self._tidy_from, self._forgot = TIDY, False
-        self._gone = NOTHING
+        self._removed = NOTHING
         self._share = WHOLE
         self.stock_volume = (self._columns or self._meshed()).stock_volume
 
@@ -121,16 +122,6 @@ class ColumnsFirst:
         self._anyway = takers(self._stock, self._options)[1]
         self._rows: dict[int, Rows] = {}
         self._turns = 0
-
-    @classmethod
-    def of(cls, stock: Stock, options: Options) -> Self:
-        """See `Engine`."""
-        return cls(stock, options)
-
-    @classmethod
-    def takes(cls, sweep: Sweep) -> bool:
-        """Everything: what columns do not take is handed on."""
-        return True
 
     def cut(self, sweep: Sweep, block: int | None = None) -> Removal:
         """See `Engine`; the removal names who answered."""
@@ -153,7 +144,7 @@ class ColumnsFirst:
             self._noted.add(sweep, block)
             if len(self._noted) >= self._tidy_from and self._share.parts == 1:
                 self.forget_others(self.in_use())
-        self._gone = self._gone.plus(removed)
+        self._removed = self._removed.plus(removed)
         return removed
 
     def _by_mesh(self, sweep: Sweep, block: int | None) -> Removal:
@@ -278,7 +269,7 @@ class ColumnsFirst:
         """Of the workpiece, mm^3."""
         if self._columns is not None and not len(self._foreign):
             return self._columns.volume
-        return (self.stock_volume - self._gone.bracket).at_least(0.0)
+        return super().volume
 
     def surface(self) -> StockSurface:
         """Heights of the columns over a grid, with upright walls, what lies in one plane as one face; where the mesh engine
@@ -300,7 +291,7 @@ class ColumnsFirst:
         parts = {e.name: e.packed() for e in (self._columns, self._mesh) if e is not None}
         state: dict[str, Any] = {name: part.state for name, part in parts.items()}
         state |= {
-            "gone": list(self._gone[:4]), "why": self.why, "stock": packed_bracket(self.stock_volume),
+            "gone": list(self._removed[:4]), "why": self.why, "stock": packed_bracket(self.stock_volume),
             "options": [self.chord, self._options.width, self._options.width_mm3], "forgot": self._forgot,
             "share": list(self._share),
         }  # fmt: skip
@@ -330,7 +321,7 @@ class ColumnsFirst:
         self._options, self.why = Options(chord=chord, width=width, width_mm3=width_mm3), state["why"]
         self.chord, self.stock_volume = self._options.chord, bracket_of(state["stock"])
         mine = share.part == 0 or state.get("share") == list(share)  # of a whole, the first share has it
-        self._gone = Removal(*state["gone"]) if mine else NOTHING
+        self._removed = Removal(*state["gone"]) if mine else NOTHING
         self._stock, self._share = stock_of(state["raw"], saved.part("raw", "stock").arrays), share
         self._begin()
         self._noted, self._foreign, self._unknown = noted, Boxes(found["foreign"]), Boxes(found["unknown"])
@@ -347,7 +338,7 @@ class ColumnsFirst:
     def join(cls, engines: Sequence[Self]) -> Self:
         """See `Divisible`. All parts had all orders, so that they know the same sweeps by the same engines."""
         whole = engines[0]
-        whole._share, whole._gone = WHOLE, reduce(Removal.plus, (e._gone for e in engines))
+        whole._share, whole._removed = WHOLE, reduce(Removal.plus, (e._removed for e in engines))
         if whole._columns is not None:
             whole._columns = ColumnsEngine.join([e._columns for e in engines if e._columns is not None])
         if whole._mesh is not None:

@@ -62,19 +62,6 @@ def volume(shape: Any) -> float:
     return total
 
 
-def area(shape: Any) -> float:
-    """mm^2 of the plane faces of a TopoDS_Shape."""
-    total = 0.0
-    faces = TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE)
-    while faces.More():
-        face = TopoDS.Face_s(faces.Current())
-        faces.Next()
-        total += float(
-            np.linalg.norm(_face(TopoDS.Face_s(face.Oriented(TopAbs_Orientation.TopAbs_FORWARD)))[2])
-        )
-    return total
-
-
 def _face(face: Any) -> tuple[Floats, float, Floats]:
     """(P, flux of (x - P) / 3, area vector) of a face along the normal of its surface."""
     surface = BRepAdaptor_Surface(face)
