@@ -258,3 +258,10 @@ def test_small_words_of_mazak_okuma_and_lathes():
     )
     assert [m.end[0] for m in clean(LATHE + "G154 P1\nG0 X2. Z1.\nM30", "haas", **TURNED).moves] == [1]
     assert clean(HEAD + "#3001=0\n#1=#4012\nG0 X#1\nM30").moves[-1].end[0] == 67
+
+
+def test_tool_centre_point_control_of_okuma():
+    """OSP-P300M, five-axis machining: between G169 H and G170 the words are the tip on the part."""
+    program = clean("O1\nG21 G90\nT1 M6\nG169 H1\nG1 X5. A10. C20. F100\nG170\nG0 X1.\nM2", "okuma")
+    assert [m.tcp for m in program.moves] == [True, False]
+    assert program.moves[0].rotary_deg == {"a": 10.0, "c": 20.0}

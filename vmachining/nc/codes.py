@@ -124,6 +124,15 @@ _REFUSED: Final = {
         (542, 544),
         "work offsets that turn with the table or contain a set-up error (G54.2, G54.4) are not supported",
     ),
+    **dict.fromkeys(
+        (450, 460, 480), "steps longer or shorter by a tool offset (G45 to G48) are not supported"
+    ),
+    536: "a tool that turns about its tip (G53.6) is not supported",
+    925: "a turn of the part's coordinates (G92.5) is not supported",
+    **dict.fromkeys(
+        (1530, 1550, 1560, 1610, 1640, 1650, 1690, 1740, 1840),
+        "cycles along the axis of a tool that leans (G153 to G184) are not supported",
+    ),
     470: "engraving (G47), whose letters the control knows, is not supported",
     1500: "pocket milling by the control (G150) is not supported",
     **dict.fromkeys(

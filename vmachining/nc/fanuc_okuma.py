@@ -1,6 +1,7 @@
 """What Okuma's OSP does otherwise than Fanuc: words of work offsets, tool lengths and return levels, and its own macro language.
 
     G15 Hn, G16 Hn   work offset n, G16 for its block only      G53, G56 H   no tool length, length along Z
+    G169 H, G170     tool centre point control, and its end
     CALL OO88        work offset PP is PH turned with the rotary axes, as the zero is here
     G11 X Y Z P, G10 a shift and a turn by P, and their end     G71 Z        level that M53 returns to
     M52 M53 M54      return of cycles: upper end of Z, the level of G71, the clearance plane      G116 T   tool change
@@ -41,9 +42,10 @@ def code(
     elif number == 530:
         line.keep(word._replace(value=49.0), 49.0)
     elif number in (540, 550):
-        line.refuse(
-            word, f"{word.text}: a tool length along {'X' if number == 540 else 'Y'} is not supported"
-        )
+        line.refuse(word, "G54 and G55, a tool length along X or Y, are not supported")
+    elif number in (1690, 1700):
+        value = 43.4 if number == 1690 else 49.0
+        line.keep(word._replace(value=value), value)
     elif number == 560:
         line.keep(word._replace(value=43.0), 43.0)
     elif number == 110:
