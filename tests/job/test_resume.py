@@ -163,8 +163,8 @@ def test_the_partial_table_reads_back_bit_for_bit(tmp_path):
     row["warning"] = None
     path = tmp_path / "x.partial.csv"
     with RowFile(path) as rows:
-        rows.add(row | {"samples_mm3": "0.1 0.30000000000000004"})
-        rows.add(row | {"block": 8, "text": "µ ; <b>"})
+        for one in (row | {"samples_mm3": "0.1 0.30000000000000004"}, row | {"block": 8, "text": "µ ; <b>"}):
+            rows.write({name: [value] for name, value in one.items()})
     frame = read_partial(path)
     assert frame.row(0, named=True) == row and frame["text"][1] == "µ ; <b>"
     assert dict(read_samples(path)) == {7: (0.1, 0.1 + 0.2)}

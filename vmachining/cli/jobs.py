@@ -26,10 +26,10 @@ from vmachining.job.parts import Parts, parse_part, read_parts
 from vmachining.job.reading import read_job_program
 from vmachining.job.run import run_part
 from vmachining.job.shown import how_sure
-from vmachining.job.simulate import Progress
 from vmachining.job.spent import in_words
 from vmachining.job.store import PARTS, finished, same_inputs
 from vmachining.job.toolpath import Toolpath
+from vmachining.progress import Progress
 from vmachining.textfile import parse_toml, read_text
 from vmachining.tolerance import BREP_SECONDS
 

@@ -62,7 +62,7 @@ class Removal(NamedTuple):
             self.estimate + other.estimate,
             self.hi + other.hi,
             self.proven and other.proven,
-            "+".join(sorted({*_names(self), *_names(other)})) or None,
+            self.engine if self.engine == other.engine else "+".join(sorted({*_names(self), *_names(other)})),
             self.note or other.note,
         )
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from math import sqrt
 from typing import TypeAlias
 
 import numpy as np
@@ -36,7 +37,8 @@ class Line:
     @property
     def length(self) -> float:
         """mm."""
-        return float(np.linalg.norm(self.end - self.start))
+        way = self.end - self.start
+        return sqrt(way.dot(way))
 
     @property
     def bounds(self) -> Floats:

@@ -11,7 +11,7 @@
 |---|---|
 | `jobfile.py`, `model.py`, `keys.py`, `words.py` | `Job`: the job file, units, refusals with line and suggestion |
 | `reading.py`, `paths.py`, `blocks.py`, `toolpath.py`, `timing.py` | the program of a job: paths, blocks, times |
-| `run.py`, `given.py`, `simulate.py`, `executor.py`, `stopping.py` | `run`, its stages and what they hand on, signals |
+| `run.py`, `given.py`, `cutting.py`, `simulate.py`, `executor.py`, `stopping.py` | `run`, its stages, signals |
 | `record.py`, `store.py`, `spent.py` | manifest and checkpoints of a run; what may differ when it continues; what stages cost |
 | `contact.py`, `engage.py`, `engagement_columns.py`, `stations.py` | rapids, shank and holder; what the cutting edges touch |
 | `chunks.py` | chunks of blocks side by side |

@@ -19,8 +19,6 @@ from vmachining.job.reading import read_job_program, refuse_unknown_tools
 from vmachining.job.stock import raw_stock
 from vmachining.job.toolpath import Toolpath
 
-__all__ = ["SingleBlock", "blocks_alone"]
-
 FLOOR_MM3 = 1e-6
 """mm^3 of width at which a block is done where a width is requested: narrower ones are those of rounding."""
 

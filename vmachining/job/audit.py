@@ -14,12 +14,11 @@ from vmachining.engines.judges import Judge, in_words, intersection
 from vmachining.job.brep import JUDGED, judges_of
 from vmachining.job.contact import ToolParts
 from vmachining.job.judges import RayWitness
-from vmachining.job.simulate import Progress, Stopped
+from vmachining.job.simulate import Stopped
 from vmachining.job.table import COLUMNS, OPINION
 from vmachining.job.toolpath import Toolpath
+from vmachining.progress import Progress
 from vmachining.stock import Stock
-
-__all__ = ["MOST", "audited"]
 
 EVERY, FEWEST, MOST = 40, 8, 100
 """One block of so many that remove something, at least and at most so many: heights take 2 to 4 ms for a block, cutting 0.5 to 1,

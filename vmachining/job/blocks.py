@@ -6,10 +6,8 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 from typing import NamedTuple
 
-from vmachining.job.paths import CutterPath, moves
+from vmachining.job.paths import CutterPath, lengths, moving
 from vmachining.nc import Motion, Program, decode_program, split_lines
-
-__all__ = ["Block", "group_blocks", "program_lines"]
 
 TRAVEL = {Motion.RAPID, Motion.LINEAR, Motion.ARC_CW, Motion.ARC_CCW}
 
@@ -50,20 +48,21 @@ def group_blocks(program: Program, paths: Sequence[CutterPath]) -> Iterator[Bloc
     that runs several times with other lines between gives a block each time. Lines that do not move (dwell,
     spindle, modes) give none.
     """
-    lines = program_lines(program)
+    lines, steps = program_lines(program), program.moves
+    goes = moving(paths, lengths(paths)).tolist()
     number = 0
-    for line, group in groupby(range(len(program.moves)), key=lambda i: program.moves[i].line):
+    for line, group in groupby(range(len(steps)), key=lambda i: steps[i].line):
         members = list(group)
-        travel = [i for i in members if program.moves[i].motion in TRAVEL and moves(paths[i])]
+        travel = [i for i in members if goes[i] and steps[i].motion in TRAVEL]
         if not travel:
             continue
-        first = program.moves[travel[0]]
+        first = steps[travel[0]]
         yield Block(
             number=number,
             line=line,
             text=lines[line - 1] if 0 < line <= len(lines) else "",
             tool=first.tool,
-            motion=_kind([program.moves[i].motion for i in travel]),
+            motion=_kind([steps[i].motion for i in travel]),
             moves=tuple(travel),
             members=range(members[0], members[-1] + 1),
         )

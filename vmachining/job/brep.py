@@ -20,10 +20,11 @@ from vmachining.interval import Interval
 from vmachining.job.contact import ToolParts
 from vmachining.job.jobfile import Job
 from vmachining.job.judges import RayWitness, columns_say, widened
-from vmachining.job.simulate import Progress, Stopped
+from vmachining.job.simulate import Stopped
 from vmachining.job.stock import raw_stock
 from vmachining.job.table import COLUMNS, OPINION
 from vmachining.job.toolpath import Toolpath
+from vmachining.progress import Progress
 from vmachining.stock import Blank, MeshStock, Stock
 from vmachining.sweep import Sweep
 
@@ -32,22 +33,6 @@ if TYPE_CHECKING:
 
     from vmachining.engines.brep import Verdict
     from vmachining.job.result import RunResult
-
-__all__ = [
-    "BREP_HELP",
-    "JUDGED",
-    "Asked",
-    "asked_numbers",
-    "blank",
-    "brep_columns",
-    "disputes",
-    "judges_of",
-    "note_of",
-    "parse_blocks",
-    "parse_brep",
-    "refuse_beyond",
-    "write_step",
-]
 
 TRIANGLES = 5000
 """Most triangles of an STL that become faces: booleans of more take too long."""

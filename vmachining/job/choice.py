@@ -13,8 +13,6 @@ from vmachining.job.toolpath import Toolpath
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 
-__all__ = ["SHARES", "Choice", "affordable"]
-
 SHARES = 4
 """Shares of the workpiece that columns cut where processes pay (`Entry.divided_from`), however many processes
 there are, so that numbers do not depend on how many: one needs 8 to 15 % more time for them than for an undivided workpiece."""

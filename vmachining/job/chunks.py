@@ -9,8 +9,6 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from queue import SimpleQueue
 from typing import TypeVar
 
-__all__ = ["AHEAD", "in_order", "threads_for"]
-
 Hand = TypeVar("Hand")
 Item = TypeVar("Item")
 Result = TypeVar("Result")

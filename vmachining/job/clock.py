@@ -11,8 +11,6 @@ from vmachining.job.jobfile import Job
 from vmachining.job.timing import machine_limits, move_times
 from vmachining.job.toolpath import Toolpath
 
-__all__ = ["Clock"]
-
 
 class Clock(NamedTuple):
     """begin, seconds : (n,) s of every block. feed_per_tooth : (n,) mm, NaN where feed, speed or teeth are unknown."""

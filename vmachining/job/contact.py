@@ -18,8 +18,6 @@ from vmachining.job.paths import CutterPath
 from vmachining.sweep import Sweep, Turn
 from vmachining.tool import Profile, Tool
 
-__all__ = ["Contacts", "Found", "ToolParts", "nothing"]
-
 TURNING_CHORD_MM = 0.1
 """Checks of a tool that turns use facets at least this coarse: rapids turn far, and a warning needs no digits."""
 

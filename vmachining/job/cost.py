@@ -33,17 +33,6 @@ from vmachining.nc import Motion
 from vmachining.sweep import Sweep, Turn
 from vmachining.tool import Profile
 
-__all__ = [
-    "APART_SAVES",
-    "APART_SECONDS",
-    "Cost",
-    "cutter_facets",
-    "estimate",
-    "feed_motions",
-    "refuse_costly",
-    "refuse_fine",
-]
-
 MOST_FACETS = 300_000
 """Triangles of one cutter: about two minutes to prepare, and 1 GB with those of its other side."""
 

@@ -15,8 +15,6 @@ from vmachining.job.model import Vectors
 from vmachining.job.stock import design_mesh
 from vmachining.job.table import DIGITS
 
-__all__ = ["deviation_tables", "vector_settings"]
-
 
 def vector_settings(job: Job) -> VectorSettings:
     """What a job asks of discrete vectors.

@@ -44,8 +44,6 @@ from vmachining.tool import Edge, EdgeParts, Profile, Tool
 if TYPE_CHECKING:
     from vmachining.engines.brep import Blank
 
-__all__ = ["EDGES", "METHODS", "PITCH_MM", "EdgeKind", "Method", "Scene", "engage", "plain_stock"]
-
 Method = Literal["dexel", "brep", "analytic"]
 EdgeKind = Literal["straight", "helix"]
 METHODS: tuple[str, ...] = get_args(Method)

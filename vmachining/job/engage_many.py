@@ -27,8 +27,6 @@ from vmachining.job.simulate import Stopped
 from vmachining.job.toolpath import Toolpath
 from vmachining.tolerance import LENGTH_EPS_MM
 
-__all__ = ["POSITION_COLUMNS", "Position", "engage_many", "positions"]
-
 MOST_POSITIONS = 1_000_000
 
 POSITION_COLUMNS: dict[str, Any] = {

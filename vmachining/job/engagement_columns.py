@@ -30,22 +30,14 @@ from vmachining.job.folder import usable
 from vmachining.job.jobfile import Job
 from vmachining.job.model import Feed
 from vmachining.job.paths import CutterPath
-from vmachining.job.simulate import CHECKPOINT_SECONDS, Progress, Stopped
+from vmachining.job.simulate import CHECKPOINT_SECONDS, Stopped
 from vmachining.job.stations import Stations
 from vmachining.job.table import CONTACT
 from vmachining.job.toolpath import Toolpath
-from vmachining.nc import Move
+from vmachining.nc import Motion, Move
+from vmachining.progress import Progress
 from vmachining.tolerance import LENGTH_EPS_MM
 from vmachining.tool import Edge, Tool
-
-__all__ = [
-    "Forcing",
-    "Watched",
-    "coefficients_of",
-    "engagement_pass",
-    "spin_of",
-    "step_mm",
-]
 
 CHUNK, CHUNK_SLOW = 256, 32
 """Blocks that are asked together: where distances have closed forms, and elsewhere, so that a stop is heard within seconds."""
@@ -237,14 +229,16 @@ class _Motions(NamedTuple):
     def of(cls, toolpath: Toolpath, tools: Mapping[int, Tool], rev_min: float | None) -> _Motions:
         """rev_min : where the program gives none."""
         nan = float("nan")
+        steps = toolpath.moves
         cuts = [
-            (block.number, move, path) for block in toolpath.blocks for move, path in toolpath.cuts(block) if move.tool in tools
+            (block.number, k) for block in toolpath.blocks for k in block.moves
+            if steps[k].motion is not Motion.RAPID and steps[k].tool in tools
         ]  # fmt: skip
-        moves, paths = [move for _, move, _ in cuts], [path for _, _, path in cuts]
+        moves, paths = [steps[k] for _, k in cuts], [toolpath.paths[k] for _, k in cuts]
         block, tool = (
-            np.array(ids, dtype=np.int64) for ids in ([k for k, *_ in cuts], [m.tool for m in moves])
+            np.array(ids, dtype=np.int64) for ids in ([k for k, _ in cuts], [m.tool for m in moves])
         )
-        length = np.array([path.length for path in paths])
+        length = toolpath.length[[k for _, k in cuts]] if cuts else np.zeros(0)
         feed = np.array([move.feed_mm_min or nan for move in moves])
         lasts = np.array([move.duration_s or nan for move in moves])
         speed = np.array([abs(move.spindle_rpm) or rev_min or nan for move in moves])

@@ -37,8 +37,6 @@ from vmachining.geometry import Arc, Line
 from vmachining.sweep import Sweep, Turn
 from vmachining.tool import Profile
 
-__all__ = ["Executor", "InProcess", "Later", "Together", "WorkerPool", "executor"]
-
 BATCH = 16
 """Orders in one message: a message costs about as much as an order in air."""
 
@@ -422,11 +420,7 @@ def _hire() -> tuple[subprocess.Popen[bytes], Connection]:
     here, there = socket.socketpair()
     with there:
         process = subprocess.Popen(
-            [
-                sys.executable,
-                "-c",
-                f"from vmachining.job.executor import serve; serve({there.fileno()})",
-            ],
+            [sys.executable, "-c", f"from vmachining.job.executor import serve; serve({there.fileno()})"],
             pass_fds=[there.fileno()],
             env=os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
             process_group=0,  # signals to a group, as of a terminal or `timeout`, are for this process to decide about

@@ -20,28 +20,6 @@ from typing import Any
 from vmachining.errors import InputError, JobError
 from vmachining.textfile import parse_json
 
-__all__ = [
-    "MANIFEST",
-    "OUTPUTS",
-    "PROGRAM_SUFFIX",
-    "STAGES",
-    "TABLES",
-    "Scratch",
-    "atomic_path",
-    "between",
-    "fingerprints",
-    "is_full",
-    "make_folder",
-    "read_manifest",
-    "sha256",
-    "source_digest",
-    "temporary_name",
-    "versions",
-    "write_atomic",
-    "write_json",
-    "writing",
-]
-
 MANIFEST = "manifest.json"
 STAGES = "stages.zip"
 """Rows and checkpoints of all passes of a complete run, see `job/store.py`."""

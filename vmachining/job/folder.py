@@ -35,19 +35,6 @@ from vmachining.job.files import (
     writing,
 )
 
-__all__ = [
-    "PATTERN",
-    "RUN",
-    "WORKING",
-    "FolderLock",
-    "ResultFolder",
-    "engagement_files",
-    "engagement_folder",
-    "now",
-    "refuse_target",
-    "usable",
-]
-
 RUN = "vmachining run"
 """Kind of the manifest of a run."""
 

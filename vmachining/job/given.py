@@ -1,13 +1,15 @@
-"""What the stages of a run hand to each other, and which stages are requested."""
+"""What a run is asked for, and what its stages hand to each other."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vmachining.errors import InputError
 from vmachining.job.contact import ToolParts
 from vmachining.job.jobfile import Job
+from vmachining.job.parts import Part, Parts
 from vmachining.job.schedule import ScheduleReport
 from vmachining.job.store import CONTACTS, PARTS
 from vmachining.job.summary import NO_BREP
@@ -15,11 +17,47 @@ from vmachining.job.timing import MoveTimes
 from vmachining.job.toolpath import Toolpath
 from vmachining.job.verified import Written
 from vmachining.stock import Stock
+from vmachining.tolerance import BREP_SECONDS
 
 if TYPE_CHECKING:
     import polars as pl
 
-__all__ = ["Given", "Opinion", "Planning", "asked_stages"]
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunOptions:
+    """What is asked for beside the job, see `run`. part : of the run, that alone is made."""
+
+    engine: str | None = None
+    chord: float | None = None
+    resume: bool = False
+    workers: int | None = None
+    brep: str = "none"
+    brep_seconds: float = BREP_SECONDS
+    every_strategy: bool = False
+    contact: str = "all"
+    stages: Sequence[str] = PARTS
+    command: Sequence[str] | None = None
+    force: bool = False
+    part: Part | None = None
+    parts: Parts | None = None
+
+    def of(self, job: Job) -> dict[str, Any]:
+        """The options of the manifest, with those of the job that change numbers; workers join them when something is cut.
+
+        Raises InputError: See `asked_stages`; a limit that is not above 0.
+        """
+        if not self.brep_seconds > 0.0:
+            raise InputError(
+                f"brep_seconds {self.brep_seconds:g} is not a limit", remedy="give seconds above 0"
+            )
+        accuracy = job.keys.accuracy
+        names = ("chord_mm", "width", "width_mm3", "spacing_mm", "directions")
+        found = {name: getattr(accuracy, name) for name in names} | {
+            "engine": self.engine, "brep": self.brep, "brep_seconds": self.brep_seconds, "contact": self.contact,
+            "stages": asked_stages(self.stages, self.contact, job),
+        }  # fmt: skip
+        rare = {"every_strategy": self.every_strategy, "part": None if self.part is None else str(self.part)}
+        return found | {name: value for name, value in rare.items() if value}
 
 
 def asked_stages(stages: Sequence[str], contact: str, job: Job) -> list[str]:

@@ -10,8 +10,6 @@ from vmachining.arrays import Floats
 from vmachining.engines.dexel import DexelEngine
 from vmachining.stock import MeshStock
 
-__all__ = ["ends_against"]
-
 MOST_ROWS = 100_000
 """Rows of the table; those that deviate most."""
 

@@ -11,8 +11,6 @@ from vmachining.errors import InputError
 from vmachining.job.engage import Scene
 from vmachining.job.jobfile import Job
 
-__all__ = ["height_map"]
-
 
 def height_map(
     job: Job, *, pitch: float, after: int | None = None, region: ArrayLike | None = None

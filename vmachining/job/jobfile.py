@@ -24,8 +24,6 @@ from vmachining.stock import BoxStock, CylinderStock
 from vmachining.textfile import parse_toml, read_text
 from vmachining.tool import Cutter, Tool, mapping_of_tool, tool_from_mapping
 
-__all__ = ["MM_PER_INCH", "Job"]
-
 MM_PER_INCH = 25.4
 MOST = 1e9
 """Above every length, speed and acceleration in mm and minutes: a thousand kilometres, as for programs."""

@@ -14,8 +14,6 @@ from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 from vmachining.tolerance import WIDTH_MM3
 
-__all__ = ["RayWitness", "columns_say", "widened"]
-
 WANT_REL, MOST = 1.5e-3, 20_000
 """Half the requested width, and rays of a set at most; four times as many rays where a block is disputed."""
 

@@ -24,8 +24,6 @@ from vmachining.job.strategies import Planned, strategies
 from vmachining.job.table import read_partial
 from vmachining.job.verified import Written
 
-__all__ = ["Judged", "finer", "judged"]
-
 FINER = 0.25
 """Share of the shortest block in which the blocks of a divided program are measured."""
 

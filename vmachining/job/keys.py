@@ -14,8 +14,6 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from vmachining.errors import JobError
 
-__all__ = ["KeyPath", "key_positions", "nearest", "position_of", "toml_refusal"]
-
 KeyPath = tuple[str | int, ...]
 """E.g. ("tools", 0, "diameter_mm")."""
 

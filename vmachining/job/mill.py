@@ -12,8 +12,6 @@ from vmachining.errors import JobError, KinematicsError
 from vmachining.job.model import Machine as MachineKeys
 from vmachining.machine import Hexapod, Machine, MachineLimits, load, preset, read_parts
 
-__all__ = ["Mill", "limits_of"]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mill:

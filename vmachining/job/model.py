@@ -28,21 +28,6 @@ from vmachining.nc.settings import (
 )
 from vmachining.tolerance import CHORD_MM, WIDTH, WIDTH_MM3
 
-__all__ = [
-    "TOOL_KEYS",
-    "Accuracy",
-    "Box",
-    "Cylinder",
-    "Design",
-    "Feed",
-    "Force",
-    "JobFile",
-    "Machine",
-    "ProgramKeys",
-    "Stock",
-    "Vectors",
-]
-
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
 NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]

@@ -19,8 +19,6 @@ from vmachining.job.stock import write_stock
 from vmachining.stock import Triangles
 from vmachining.toolpath.facets import FacetMesh
 
-__all__ = ["finishing_bounds", "number", "part_below", "word", "write_model", "write_part"]
-
 
 def number(value: float, decimals: int = 5) -> str:
     """At most so many decimals, no trailing zeros and no negative zero."""

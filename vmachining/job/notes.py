@@ -12,8 +12,6 @@ from vmachining.nc import Program
 from vmachining.stock import StepStock, Stock
 from vmachining.textfile import read_text
 
-__all__ = ["guesses", "job_notes", "notes_of", "quiet_findings", "slack_of"]
-
 
 def slack_of(stock: Stock) -> float:
     """mm^3 between a STEP stock and its triangles; 0 for the others."""

@@ -20,8 +20,6 @@ from vmachining.arrays import Bools, Floats, Ints
 from vmachining.machine import MachineLimits
 from vmachining.nc import Motion, Program, decode_program, is_g_code, lex_line, split_lines
 
-__all__ = ["Pace"]
-
 BEFORE, AFTER = frozenset((6.0,)), frozenset((0.0, 1.0, 2.0, 30.0, 60.0))
 """M codes that stop the axes: before the motion of their line, and after it."""
 

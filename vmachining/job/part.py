@@ -9,8 +9,6 @@ import numpy as np
 from vmachining.errors import InputError
 from vmachining.toolpath.facets import FacetMesh, read_cloud, read_stl
 
-__all__ = ["read_part"]
-
 
 def read_part(path: Path, *, chord_mm: float = 0.01, scale: float = 1.0, recover: bool = False) -> FacetMesh:
     """Facets of a part, mm; what is wrong with them is in `notes`.

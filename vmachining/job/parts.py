@@ -31,8 +31,6 @@ from vmachining.job.folder import RUN, usable
 from vmachining.job.paths import CutterPath
 from vmachining.tool import Profile
 
-__all__ = ["Noted", "Part", "Parts", "Replayed", "parse_part", "read_parts"]
-
 ANSWERS = "answers.npz"
 
 

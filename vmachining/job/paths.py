@@ -20,27 +20,13 @@ from typing import TypeAlias
 
 import numpy as np
 
-from vmachining.arrays import Floats
+from vmachining.arrays import Bools, Floats
 from vmachining.errors import KinematicsError, NCError, SweepError
 from vmachining.geometry import Arc, Line, arc_between
 from vmachining.machine import Machine, Peaks, linear_peaks, peak_accelerations, peak_times, tcp_block_peaks
 from vmachining.nc import Motion, Move, Point, Program, decode_program, lex_line, split_lines
 from vmachining.sweep import Pose, Turn
 from vmachining.tolerance import LENGTH_EPS_MM
-
-__all__ = [
-    "CutterPath",
-    "JointDemands",
-    "end_axis",
-    "is_arc",
-    "joint_demands",
-    "joint_directions",
-    "joint_feeds",
-    "move_path",
-    "moves",
-    "places",
-    "settled",
-]
 
 CutterPath: TypeAlias = Line | Arc | Turn
 
@@ -80,9 +66,32 @@ def move_path(move: Move, machine: Machine | None = None) -> CutterPath:
     return Line(turn.start, turn.end) if turn.is_upright and turn.is_straight else turn
 
 
-def moves(path: CutterPath) -> bool:
-    """Whether the cutter goes anywhere: a tip at rest may turn."""
-    return path.length > LENGTH_EPS_MM or (isinstance(path, Turn) and not path.is_steady)
+def lengths(paths: Sequence[CutterPath]) -> Floats:
+    """(n,) mm, of each path."""
+    out, straight = np.empty(len(paths)), [isinstance(path, Line) for path in paths]
+    way = np.array([path.end - path.start for path in paths if isinstance(path, Line)]).reshape(-1, 3)
+    out[straight] = np.sqrt(np.vecdot(way, way))  # the same digits as `Line.length`
+    out[~np.array(straight, dtype=np.bool_)] = [path.length for path in paths if not isinstance(path, Line)]
+    return out
+
+
+def moving(paths: Sequence[CutterPath], length: Floats) -> Bools:
+    """(n,) whether the cutter goes anywhere: a tip at rest may turn."""
+    out = length > LENGTH_EPS_MM
+    for k in np.flatnonzero(~out).tolist():
+        path = paths[k]
+        out[k] = isinstance(path, Turn) and not path.is_steady
+    return out
+
+
+def ends(paths: Sequence[CutterPath]) -> tuple[Floats, Floats]:
+    """(n, 3) mm, tips at the ends of paths, and (n, 3) unit tool axes there."""
+    tips, axes = np.empty((len(paths), 3)), np.tile(np.array(UP), (len(paths), 1))
+    for k, path in enumerate(paths):
+        tips[k] = path.end + 0.0 * path.start if isinstance(path, Line) else path.position(1.0)
+        if isinstance(path, Turn):
+            axes[k] = path.axis(1.0)
+    return tips, axes
 
 
 def end_axis(path: CutterPath) -> Floats:

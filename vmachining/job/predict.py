@@ -15,11 +15,9 @@ from vmachining.force import Overlay, Turns, power_w, shipped, turn_load, turn_s
 from vmachining.job.engagement_columns import Watched, coefficients_of, engagement_pass, spin_of
 from vmachining.job.jobfile import Job
 from vmachining.job.reading import read_job_program, refuse_unknown_tools
-from vmachining.job.simulate import Progress
 from vmachining.job.timing import machine_limits, move_times
 from vmachining.job.toolpath import Toolpath
-
-__all__ = ["SERIES", "STATIONS", "Prediction", "measured_table", "predict"]
+from vmachining.progress import Progress
 
 SERIES: dict[str, Any] = {
     "block": pl.Int64, "line": pl.Int64, "at": pl.Float64, "time_s": pl.Float64, "phi_deg": pl.Float64,

@@ -25,8 +25,6 @@ from vmachining.nc import (
     split_lines,
 )
 
-__all__ = ["range_findings", "unchecked"]
-
 OVER = 1.0 + 1e-6
 """Feeds and speeds are printed with a few digits."""
 

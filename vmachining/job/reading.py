@@ -14,8 +14,6 @@ from vmachining.job.paths import settled
 from vmachining.machine import with_axes
 from vmachining.nc import Finding, Motion, Program, ToolEntry, read_program
 
-__all__ = ["read_job_program", "refuse_turning", "refuse_unknown_tools", "refuse_unread"]
-
 ASKED = ("dialect", "units", "block_delete", "crc_entry", "crc_corner", "taps", "dwell", "max_steps")
 """Keys of [program] that the reader has under the same names."""
 

@@ -13,12 +13,10 @@ from vmachining.job.engagement_columns import Saves
 from vmachining.job.files import atomic_path, fingerprints, source_digest, versions
 from vmachining.job.folder import RUN, WORKING, ResultFolder, now
 from vmachining.job.jobfile import Job
-from vmachining.job.simulate import Progress
 from vmachining.job.spent import Spent
 from vmachining.job.store import continued
 from vmachining.machine import described
-
-__all__ = ["Record", "refuse_other_job"]
+from vmachining.progress import Progress
 
 
 class Record:

@@ -9,8 +9,6 @@ from vmachining.arrays import Floats, Ints
 from vmachining.feed import FeedBlocks, FeedLimits, Schedule, Strategy, plan_feeds
 from vmachining.job.model import Feed
 
-__all__ = ["by_reference"]
-
 
 def by_reference(
     feed: Feed, rows: FeedBlocks, strategy: Strategy, limits: FeedLimits, chosen: Schedule

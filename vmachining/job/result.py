@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     import polars as pl
     from matplotlib.figure import Figure
 
-__all__ = ["PAGE", "RunResult"]
-
 Kind = Literal["load", "bracket", "feed", "engagement", "stock"]
 """Of figures over the program."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
@@ -11,41 +10,29 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from vmachining.engines import RAYS, engine_class, entry_of
+from vmachining.engines import RAYS, engine_class
 from vmachining.engines.protocol import Engine
 from vmachining.errors import InputError, NCError, StockError
 from vmachining.job.audit import MOST, audited
 from vmachining.job.brep import Asked, asked_numbers, blank, brep_columns, parse_brep, refuse_beyond
-from vmachining.job.choice import SHARES, affordable
-from vmachining.job.contact import Contacts, ToolParts
-from vmachining.job.cost import APART_SAVES, APART_SECONDS, refuse_fine
+from vmachining.job.choice import affordable
+from vmachining.job.contact import ToolParts
+from vmachining.job.cost import refuse_fine
+from vmachining.job.cutting import ROWS, Cutting
 from vmachining.job.deviation import deviation_tables
 from vmachining.job.engagement_columns import coefficients_of, engagement_pass
-from vmachining.job.executor import Executor, executor
-from vmachining.job.files import (
-    Scratch,
-    atomic_path,
-    is_full,
-    make_folder,
-)
-from vmachining.job.folder import (
-    WORKING,
-    FolderLock,
-    ResultFolder,
-    program_words,
-    usable,
-)
-from vmachining.job.given import Given, Opinion, Planning, asked_stages
+from vmachining.job.files import Scratch, atomic_path, make_folder
+from vmachining.job.folder import FolderLock, ResultFolder, program_words
+from vmachining.job.given import Given, Opinion, Planning, RunOptions
 from vmachining.job.jobfile import Job
 from vmachining.job.kept import finer, judged
 from vmachining.job.model import Feed
-from vmachining.job.notes import notes_of, quiet_findings, slack_of
-from vmachining.job.parts import Noted, Part, Parts, Replayed
+from vmachining.job.notes import quiet_findings, slack_of
+from vmachining.job.parts import Part, Parts
 from vmachining.job.reading import read_job_program, refuse_unknown_tools
 from vmachining.job.record import Record
 from vmachining.job.result import RunResult
 from vmachining.job.schedule import compare, sample_count
-from vmachining.job.simulate import CHECKPOINT_SECONDS, Stage
 from vmachining.job.spent import Spent
 from vmachining.job.stations import Stations, no_stations
 from vmachining.job.stock import raw_stock
@@ -53,7 +40,7 @@ from vmachining.job.stopping import stop_flag
 from vmachining.job.store import PARTS
 from vmachining.job.strategies import Planned, plan
 from vmachining.job.summary import run_summary
-from vmachining.job.table import RowFile, drop_torn_row, finish, read_partial, refeed
+from vmachining.job.table import finish, read_partial, refeed
 from vmachining.job.timing import block_feeds, machine_limits, move_times
 from vmachining.job.toolpath import Toolpath
 from vmachining.job.total import ENDS, Total, settled, total_of
@@ -65,7 +52,6 @@ from vmachining.job.verified import (
     verified,
     write_again,
 )
-from vmachining.job.workpiece import raw_engine
 from vmachining.nc import Motion
 from vmachining.progress import Progress, shown
 from vmachining.stock import Stock
@@ -74,19 +60,11 @@ from vmachining.tolerance import BREP_SECONDS
 if TYPE_CHECKING:
     import polars as pl
 
-__all__ = ["run", "run_part"]
-
 CONTACT_SAMPLE = 200
 """Blocks of `--contact sample`, spread evenly over those that remove something."""
 
-MAX_WORKERS = 8
-"""Neighbouring tiles have few colours, so more processes would wait for each other."""
-
 FAST_AUDIT = 4
 """Blocks that exact rays look at after the vectors engine, which cuts a hundred blocks in the time of one such block."""
-
-ROWS = dict(zip(("program", "scheduled", "pieces"), WORKING, strict=False))
-"""Where the rows of a pass grow."""
 
 LEFT_OUT = "contact columns are empty: they were left out (`vmachining contact` computes them)"
 
@@ -154,18 +132,30 @@ def run(
         raise InputError("resume needs the directory of the interrupted run")
     keep = Scratch() if out is None else None
     job = Job.of(job) if width is None else Job.of(job).with_width(width)
-    with shown(progress) as seen, _working(
-        job, Path(keep.name if keep else str(out)), engine=engine, chord=chord, resume=resume, workers=workers,
-        brep=brep, brep_seconds=brep_seconds, contact=contact, stages=stages, progress=seen, stop=stop, lock=lock,
-        command=command, force=force, parts=parts, added={"every_strategy": True} if every_strategy else {},
-    ) as work:  # fmt: skip
+    asked = RunOptions(
+        engine=engine, chord=chord, resume=resume, workers=workers, brep=brep, brep_seconds=brep_seconds,
+        every_strategy=every_strategy, contact=contact, stages=stages, command=command, force=force, parts=parts,
+    )  # fmt: skip
+    with (
+        shown(progress) as seen,
+        _working(job, Path(keep.name if keep else str(out)), asked, seen, stop, lock) as work,
+    ):
         result = work.go()
     result.account()
     result._keep = keep
     return result
 
 
-def run_part(job: Job | Path | str, part: Part, *, out: Path | str, **options: Any) -> None:
+def run_part(
+    job: Job | Path | str,
+    part: Part,
+    *,
+    out: Path | str,
+    progress: Progress | None = None,
+    stop: Callable[[], bool] | None = None,
+    lock: FolderLock | None = None,
+    **options: Any,
+) -> None:
     """One of several parts of a run: its shares of the workpiece, its chunks of contact. options : as those of `run`.
 
     Raises
@@ -173,13 +163,8 @@ def run_part(job: Job | Path | str, part: Part, *, out: Path | str, **options: A
     InputError, Stopped, EngineError
         See `run`.
     """
-    given: dict[str, Any] = {
-        "engine": None, "chord": None, "resume": False, "workers": 1, "brep": "none", "brep_seconds": BREP_SECONDS,
-        "contact": "all", "stages": PARTS, "progress": None, "stop": None, "lock": None, "command": None, "force": False,
-    }  # fmt: skip
-    with _working(
-        Job.of(job), Path(out), **given | options, parts=None, added={"part": str(part)}, part=part
-    ) as work:
+    asked = RunOptions(**{"workers": 1} | options, part=part)
+    with _working(Job.of(job), Path(out), asked, progress, stop, lock) as work:
         work.go_part(part)
 
 
@@ -187,45 +172,19 @@ def run_part(job: Job | Path | str, part: Part, *, out: Path | str, **options: A
 def _working(
     job: Job,
     folder: Path,
-    *,
-    engine: str | None,
-    chord: float | None,
-    resume: bool,
-    workers: int | None,
-    brep: str,
-    brep_seconds: float,
-    contact: str,
-    stages: Sequence[str],
+    asked: RunOptions,
     progress: Progress | None,
     stop: Callable[[], bool] | None,
     lock: FolderLock | None,
-    command: Sequence[str] | None,
-    force: bool,
-    parts: Parts | None,
-    added: dict[str, Any],
-    part: Part | None = None,
 ) -> Iterator[_Run]:
-    """A run about to begin, whose record is saved however it ends. added : options that are rare."""
-    if engine is not None:
-        engine_class(engine)
-    if chord is not None:
-        job = job.with_chord(chord)
-    asked = parse_brep(brep)
-    if not brep_seconds > 0.0:
-        raise InputError(f"brep_seconds {brep_seconds:g} is not a limit", remedy="give seconds above 0")
-    options: dict[str, Any] = {
-        "engine": engine, "chord_mm": job.keys.accuracy.chord_mm, "brep": brep,
-        "width": job.keys.accuracy.width, "width_mm3": job.keys.accuracy.width_mm3,
-        "spacing_mm": job.keys.accuracy.spacing_mm, "directions": job.keys.accuracy.directions,
-        "brep_seconds": brep_seconds, "contact": contact, "stages": asked_stages(stages, contact, job),
-    } | added  # fmt: skip
+    """A run about to begin, whose record is saved however it ends."""
+    if asked.engine is not None:
+        engine_class(asked.engine)
+    if asked.chord is not None:
+        job = job.with_chord(asked.chord)
+    brep, options = parse_brep(asked.brep), asked.of(job)
     with stop_flag(stop) as stopped, FolderLock(folder) as own:
-        work = _Run(
-            job, folder, options, resume, workers, asked, brep_seconds, progress or (lambda *_: None),
-            stopped, lock or own,
-            [*(program_words() if command is None else command)], chord_given=chord is not None, force=force,
-            part=part, parts=parts,
-        )  # fmt: skip
+        work = _Run(job, folder, asked, options, brep, progress or (lambda *_: None), stopped, lock or own)
         try:
             yield work
         except BaseException:
@@ -241,27 +200,21 @@ class _Run:
 
     job: Job
     folder: Path
+    asked: RunOptions
     options: dict[str, Any]
-    resume: bool
-    workers: int | None
     brep: Asked
-    brep_seconds: float
     progress: Progress
     stop: Callable[[], bool]
     lock: FolderLock
-    command: list[str]
-    chord_given: bool = False
-    force: bool = False
-    part: Part | None = None
-    parts: Parts | None = None
     record: Record = field(init=False)
-    raw: Engine | None = None
-    longest_s: float = 0.0
-    by_columns: bool = False
+    cutting: Cutting = field(init=False)
     spent: Spent = field(default_factory=Spent)
 
     def __post_init__(self) -> None:
         self.record = Record(self.folder, self.spent, self.progress)
+        self.cutting = Cutting(
+            self.job, self.record, self.options, self.asked.workers, self.progress, self.stop
+        )
 
     @property
     def place(self) -> ResultFolder:
@@ -277,7 +230,7 @@ class _Run:
         """One stage after the other, see `spent.STAGES`."""
         with self.spent.on("read"):
             given = self._read()
-        engine = self._stage("program", given, self._counts(), check=True)
+        engine = self._stage("program", given, self._counts())
         with self.spent.on("cut"):
             total = self._total(given, engine)
         stations = self._contact(given.toolpath, "engagement", divided=self._stations_along())
@@ -305,8 +258,8 @@ class _Run:
         """What this part owes the merge; the rows on the way are of its shares alone."""
         with self.spent.on("read"):
             given = self._read()
-        if self._apart and part.shares(self._shares(len(given.toolpath.blocks), 1)):
-            self._stage("program", given, None, check=True)
+        if self._apart and part.shares(self.cutting.shares(len(given.toolpath.blocks), 1)):
+            self._stage("program", given, None)
         if self.options["contact"] == "all":
             self._contact(given.toolpath, "engagement", divided=self._stations_along())
         self.manifest["part_complete"] = True
@@ -314,7 +267,7 @@ class _Run:
     @property
     def _apart(self) -> bool:
         """Whether parts cut: shares have fixed borders, and no order depends on answers of all of them."""
-        return self.by_columns and self._counts() is None
+        return self.cutting.by_columns and self._counts() is None
 
     @property
     def rows(self) -> Path:
@@ -342,10 +295,10 @@ class _Run:
         self._refuse_early(toolpath, tools, stock)
         if asked in (None, "columns", "mesh"):
             choice = affordable(job, toolpath, tools, stock, asked, chord)
-            self.options["engine"], self.by_columns = choice.engine, choice.alone
-            self.longest_s = choice.longest_s if choice.engine == "mesh" else 0.0
-        if not self.resume:  # what an engine refuses is refused before the first byte
-            self.raw = self._raw(stock)
+            self.options["engine"], self.cutting.by_columns = choice.engine, choice.alone
+            self.cutting.longest_s = choice.longest_s if choice.engine == "mesh" else 0.0
+        if not self.asked.resume:  # what an engine refuses is refused before the first byte
+            self.cutting.raw = self.cutting.of(stock)
         refuse_beyond(self.brep, blocks[-1].number)
         if isinstance(self.brep, tuple) and all(
             blocks[k].motion == "rapid" for part in self.brep for k in part
@@ -354,12 +307,15 @@ class _Run:
         coefficients_of(job)  # a missing file is said now
         make_folder(self.folder)
         self.lock.acquire()
-        self.record.open(job, self.options, self.command, program.files, resume=self.resume, force=self.force)
+        words = [*(program_words() if self.asked.command is None else self.asked.command)]
+        self.record.open(
+            job, self.options, words, program.files, resume=self.asked.resume, force=self.asked.force
+        )
         return Given(tools, toolpath, times, stock)
 
     @property
     def _every_one(self) -> bool:
-        return bool(self.options.get("every_strategy"))
+        return self.asked.every_strategy
 
     def _counts(self) -> Callable[[float], int] | None:
         """In how many equal parts a path of a length (mm) is measured; None: whole blocks."""
@@ -395,9 +351,9 @@ class _Run:
             if feed.insert_blocks and self._counts() is not None
             else None
         )
-        self._stage("scheduled", given.written(mine), parts, check=False)
+        self._stage("scheduled", given.written(mine), parts)
         new_rows = self.folder / ROWS["scheduled"]
-        if self.resume:  # they may have the feeds of the lowered schedule already
+        if self.asked.resume:  # they may have the feeds of the lowered schedule already
             refeed(new_rows, *block_feeds(mine.toolpath, mine.times))
         contact = self._contact(mine.toolpath, "engagement, scheduled")
         verdict = judged(feed, planned, mine, new_rows, contact, blocks)
@@ -433,8 +389,8 @@ class _Run:
             with self.spent.on("check"):
                 return Opinion(*brep_columns(
                     self.job, toolpath, tools, table, asked_numbers(self.options["brep"], table),
-                    stock=stock, file=self.folder / "brep.partial.csv", workers=self.workers,
-                    seconds=self.brep_seconds, stop=self.stop, progress=self.progress,
+                    stock=stock, file=self.folder / "brep.partial.csv", workers=self.asked.workers,
+                    seconds=self.asked.brep_seconds, stop=self.stop, progress=self.progress,
                 ))  # fmt: skip
         if "judge" not in self.options["stages"] or self.options["engine"] in RAYS:
             return Opinion()
@@ -471,7 +427,13 @@ class _Run:
             earlier=dict(self.options) if "stages" in self.manifest else None,
         )
         result.summary = run_summary(
-            result, given.stock, total, given.times, planned.times, self.options, chord_given=self.chord_given
+            result,
+            given.stock,
+            total,
+            given.times,
+            planned.times,
+            self.options,
+            chord_given=self.asked.chord is not None,
         )
         if (deviation := deviation_tables(job, engine, self.place)) is not None:
             result.summary |= deviation
@@ -485,17 +447,7 @@ class _Run:
         result.summary["contact_notes"] = list(notes)
         return result
 
-    def _raw(self, stock: Stock) -> Engine:
-        """The raw workpiece."""
-        return raw_engine(self.job, self.options["engine"], stock)
-
-    def _every(
-        self,
-        planned: Planned,
-        mine: Written,
-        given: Given,
-        stations: Stations,
-    ) -> pl.DataFrame:
+    def _every(self, planned: Planned, mine: Written, given: Given, stations: Stations) -> pl.DataFrame:
         """The comparison of all strategies, of written programs."""
         feed, program = self.job.keys.feed, given.toolpath.program
         assert feed is not None
@@ -512,7 +464,7 @@ class _Run:
             divided = write_again(
                 self.job, self.place, program, divided_edits(planned.plans), scheduled_name(program, "pieces")
             )
-            self._stage("pieces", given.written(divided), None, check=False)
+            self._stage("pieces", given.written(divided), None)
             rows = read_partial(self.folder / ROWS["pieces"], ["length_mm", "removed_mm3", "removed_hi_mm3"])
             return divided, rows, self._contact(divided.toolpath, "engagement, pieces", divided=True)
 
@@ -536,12 +488,12 @@ class _Run:
         point, total = name.replace(", ", "_"), len(toolpath.blocks)
         known = self.record.known(point)
         files = [] if known is None else [self.folder / known["file"]]
-        if self.parts is not None and point == "engagement":
-            files = self.parts.contact
+        if self.asked.parts is not None and point == "engagement":
+            files = self.asked.parts.contact
         stations = engagement_pass(
             self.job, toolpath, stop=self.stop, progress=self.progress, name=name, feed=keys.feed, divided=divided,
-            only=only, workers=self.workers,
-            known=files, part=None if self.part is None else (self.part.number - 1, self.part.of),
+            only=only, workers=self.asked.workers,
+            known=files, part=None if self.asked.part is None else (self.asked.part.number - 1, self.asked.part.of),
             checkpoint=lambda state, done: self.record.checkpoint(point, state, done, total),
         )  # fmt: skip
         if only is not None:
@@ -576,91 +528,10 @@ class _Run:
             remedy = f"program cuts with G1, G2 or G3, or {remedy}"
         return StockError(what, **self.job.where("stock"), remedy=remedy)
 
-    # -- stages, checkpoints, manifest ---------------------------------------------------------------------
-
-    def _stage(
-        self,
-        name: str,
-        given: Given,
-        counts: Callable[[float], int] | None,
-        *,
-        check: bool,
-    ) -> Engine:
-        """Run or finish one pass; its rows are on disk and its last state is a checkpoint."""
+    def _stage(self, name: str, given: Given, counts: Callable[[float], int] | None) -> Engine:
+        """A pass of the run, see `Cutting.run`; only the program itself is divided in parts."""
+        own = name == "program"
         with self.spent.on("cut"):
-            return self._cut(name, given, counts, check=check)
-
-    def _cut(self, name: str, given: Given, counts: Callable[[float], int] | None, *, check: bool) -> Engine:
-        tools, toolpath, times, stock = given
-        known = self.record.known(name)
-        replays = self.parts is not None and name == "program" and self._apart
-        if replays and known is not None and known["done"] < len(toolpath.blocks):
-            known = None  # of a run without parts: they answer from the first order on
-        kind, first = engine_class(self.options["engine"]), 0
-        own = None if self.part is None else self.part.shares(self._shares(len(toolpath.blocks), 1))
-        if known is not None:
-            first = int(known["done"])
-        if known is not None and own is None:
-            with usable(self.folder / known["file"]) as file:
-                engine = kind.load(file)
-        else:
-            engine = self.raw or self._raw(stock)
-            self.raw = None
-        rows_path = self.folder / ROWS[name]
-        workers = self._workers(len(toolpath.blocks) - first)
-        self.options["workers"] = max(workers, self.options.get("workers", 1))
-        apart, shares = self.longest_s > APART_SECONDS, self._shares(len(toolpath.blocks), workers)
-        hands: Executor
-        if own is not None:
-            hands = Noted(engine, shares, own, None if known is None else self.folder / known["file"])
-        elif replays and self.parts is not None:
-            hands = Replayed(engine, self.parts.cut)
-        else:
-            hands = executor(engine, workers, shares=shares, apart=apart)
-        stage = Stage(
-            name=name, toolpath=toolpath, move_time_s=times.seconds.tolist(), tools=tools,
-            notes=notes_of(toolpath.program) if check else {}, executor=hands,
-            contacts=Contacts(hands, stock.bounds) if check else None, sample_counts=counts,
-            save_every=APART_SAVES if apart else CHECKPOINT_SECONDS, stock=stock,
-        )  # fmt: skip
-
-        def checkpoint(done: int) -> None:
-            if isinstance(hands, Replayed) and done < len(toolpath.blocks):
-                return  # parts have the workpiece at the end only
-            self.record.checkpoint(name, hands, done, len(toolpath.blocks))
-
-        try:
-            with RowFile(rows_path, keep=first) as rows:
-                stage.run(rows, first=first, stop=self.stop, progress=self.progress, checkpoint=checkpoint)
-            if first < len(toolpath.blocks):
-                checkpoint(len(toolpath.blocks))  # what comes may be interrupted, this pass is done
-            self.spent.workers_mb = max(self.spent.workers_mb, hands.peak_mb())
-            return hands.finish()
-        except InputError as exc:
-            if is_full(exc):
-                raise self._disk_full(name, rows_path, len(toolpath.blocks), exc) from exc
-            raise
-        finally:
-            hands.close()
-
-    def _disk_full(self, name: str, rows: Path, total: int, cause: InputError) -> InputError:
-        """What is there of a pass that could not continue."""
-        kept, point = drop_torn_row(rows), self.record.known(name)
-        goes_on = "starts again" if point is None else f"continues after block {point['done']}"
-        return InputError(
-            f"{cause.message}; {kept} of {total} blocks are in {rows.name}", file=cause.file,
-            remedy=f"free some disk space, then --resume {goes_on}",
-        )  # fmt: skip
-
-    def _shares(self, blocks: int, workers: int) -> int:
-        """Shares of the workpiece: where columns take every motion a matter of the program alone, so that numbers are, too."""
-        if not self.by_columns:
-            return workers
-        return SHARES if blocks >= entry_of(self.options["engine"]).divided_from else 1
-
-    def _workers(self, blocks: int) -> int:
-        """Processes that cut: as asked for; else all cores, where starting them is worth it."""
-        if self.workers is not None:
-            return self.workers
-        entry = entry_of(self.options["engine"])
-        return min(os.cpu_count() or 1, MAX_WORKERS) if blocks >= entry.divided_from else 1
+            engine = self.cutting.run(name, given, counts, self.asked.part, self.asked.parts if own else None)
+        self.spent.workers_mb = self.cutting.peak_mb
+        return engine

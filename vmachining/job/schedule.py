@@ -22,8 +22,6 @@ from vmachining.job.strategies import Planned
 from vmachining.job.verified import owners
 from vmachining.nc import Rewritten
 
-__all__ = ["MAX_SAMPLES", "ScheduleReport", "compare", "sample_count"]
-
 MAX_SAMPLES = 64
 """Parts in which one block is measured at most: a sub-block of 1/64 of a block is fine enough for a feed."""
 

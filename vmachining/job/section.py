@@ -20,8 +20,6 @@ from vmachining.job.engage import Scene
 from vmachining.sweep import Stance
 from vmachining.tool import Edge
 
-__all__ = ["SECTION_COLUMNS", "section_table"]
-
 SECTION_COLUMNS = ("part", "u", "v", "w")
 """`part` says what a row is; lengths in mm, angles in degrees. Surface: distance to the workpiece, below 0 inside.
 

@@ -10,8 +10,6 @@ from vmachining.htmltable import facts_html, table_html
 if TYPE_CHECKING:
     from vmachining.job.result import RunResult
 
-__all__ = ["how_sure", "result_html"]
-
 HEAD = (
     "block",
     "line",

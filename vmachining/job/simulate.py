@@ -6,27 +6,29 @@ import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.engines.protocol import NOTHING
+from vmachining.engines.protocol import NOTHING, Removal
 from vmachining.job.blocks import Block
 from vmachining.job.contact import Contacts, Found, ToolParts
 from vmachining.job.executor import Executor, Later
-from vmachining.job.paths import CutterPath, end_axis
+from vmachining.job.paths import CutterPath, ends
 from vmachining.job.table import RowFile
 from vmachining.job.toolpath import Toolpath
+from vmachining.job.total import ENDS
 from vmachining.nc import Motion
 from vmachining.progress import Progress
 from vmachining.stock import StepStock, Stock
 from vmachining.tool import Profile
 
-__all__ = ["CHECKPOINT_SECONDS", "Progress", "Stage", "Stopped"]
-
 CHECKPOINT_SECONDS = 120.0
 """A kill that cannot be caught loses at most this much work."""
+
+AT_ONCE = 256
+"""Rows that are written together."""
 
 STRAIGHT = 0.02
 """Relative bend of the removed volume below which a cut counts as steady: a tenth of the default tau."""
@@ -79,11 +81,16 @@ class Ordered:
     removed: list[Later] = field(default_factory=list)
     warnings: list[Found] = field(default_factory=list)
     samples: list[float] = field(default_factory=list)
-    end: Floats = field(default_factory=lambda: np.zeros(3))
-    axis: Floats = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
-    length: float = 0.0
-    driven_mm: float = 0.0
-    driven_min: float = 0.0
+
+
+class Told(NamedTuple):
+    """What is known of a block once it is cut, see `table.COLUMNS`."""
+
+    block: int
+    removed: Removal
+    proven: bool
+    samples: str | None
+    warning: str | None
 
 
 @dataclass(slots=True, eq=False)
@@ -92,7 +99,7 @@ class Stage:
 
     name : shown in the progress bar.
     toolpath : what to run; block k is row k.
-    move_time_s : seconds of each move.
+    feed, seconds : (n,) mm/min and s of each block, see `timing.block_feeds`.
     tools : by number.
     notes : {line: text} findings of the program to repeat beside the rows.
     contacts : checks rapids, shank and holder; None to skip them.
@@ -103,7 +110,8 @@ class Stage:
 
     name: str
     toolpath: Toolpath
-    move_time_s: Sequence[float]
+    feed: Floats
+    seconds: Floats
     tools: Mapping[int, ToolParts]
     notes: Mapping[int, str]
     executor: Executor
@@ -134,27 +142,38 @@ class Stage:
         last_save = time.monotonic()
         progress(self.name, first, total)
         ordered: deque[Ordered] = deque()
+        told: list[Told] = []
 
-        def written(left: int) -> None:
+        def answered(left: int) -> None:
             while len(ordered) > left:
-                order = ordered.popleft()
-                rows.add(self._row(order))
-                progress(self.name, order.block.number + 1, total)
+                told.append(self._told(ordered.popleft()))
+                progress(self.name, told[-1].block + 1, total)
+                if len(told) >= AT_ONCE:
+                    write()
 
-        for block in self.toolpath.blocks[first:]:
-            if stop():
-                written(0)
-                rows.flush()
-                checkpoint(block.number)
-                raise Stopped(self.name, block.number, total)
-            ordered.append(self._order(block))
-            written(self.executor.ahead)
-            if time.monotonic() - last_save > self.save_every:
-                written(0)
-                rows.flush()
-                checkpoint(block.number + 1)
-                last_save = time.monotonic()
-        written(0)
+        def write() -> None:
+            if told:
+                some = self._columns(told)
+                told.clear()
+                rows.write(some)
+
+        try:
+            for block in self.toolpath.blocks[first:]:
+                stopped = stop()
+                if not stopped:
+                    ordered.append(self._order(block))
+                    answered(self.executor.ahead)
+                if stopped or time.monotonic() - last_save > self.save_every:
+                    answered(0)
+                    write()
+                    rows.flush()
+                    checkpoint(block.number + (not stopped))
+                    last_save = time.monotonic()
+                if stopped:
+                    raise Stopped(self.name, block.number, total)
+            answered(0)
+        finally:
+            write()
         rows.flush()
 
     def _order(self, block: Block) -> Ordered:
@@ -163,8 +182,6 @@ class Stage:
         contacts = self.contacts
         for index in block.moves:
             move, path = self.toolpath.moves[index], self.toolpath.paths[index]
-            order.end, order.axis = path.position(1.0), end_axis(path)
-            order.length += path.length
             tool = self.tools.get(move.tool)
             if tool is None:  # no tool in the spindle yet; a cut without one is refused beforehand
                 continue
@@ -172,10 +189,7 @@ class Stage:
                 if contacts is not None:
                     order.warnings.append(contacts.rapid(tool, path))
                 continue
-            if move.feed_mm_min:
-                order.driven_mm += path.length
-                order.driven_min += path.length / move.feed_mm_min
-            if (count := self.sample_counts(path.length) if self.sample_counts else 1) > 1:
+            if self.sample_counts is not None and (count := self.sample_counts(path.length)) > 1:
                 order.samples += sampled_volumes(self.executor, tool.cutter, path, count)
             order.removed.append(self.executor.cut(tool.cutter, path, block.number))
             if contacts is not None:
@@ -190,49 +204,41 @@ class Stage:
             self.stock.slack_near(sweep.bounds) > 0.0 for sweep in self.toolpath.sweeps(block, self.tools)
         )
 
-    def _row(self, order: Ordered) -> dict[str, Any]:
-        """The row of a block, once its orders are carried out."""
-        block = order.block
-        removed = NOTHING
-        for part in order.removed:
-            removed = removed.plus(part())
+    def _told(self, order: Ordered) -> Told:
+        """The answers to the orders of a block."""
+        block, removed = order.block, NOTHING
+        for k, part in enumerate(order.removed):
+            removed = removed.plus(part()) if k else part()
         warnings = [text for found in order.warnings for text in found()]
-        if removed.note is not None:
-            warnings.append(removed.note)
-        if (note := self.notes.get(block.line)) is not None:
-            warnings.append(note)
-        end = order.end
-        feeds = {
-            move.feed_mm_min for index in block.moves if (move := self.toolpath.moves[index]).feed_mm_min
-        }
-        # several feeds on one line: the one that takes the same time
-        mean = order.driven_mm / order.driven_min if order.driven_min > 0 else None
-        feed = feeds.pop() if len(feeds) == 1 else mean
-        seconds = float(sum(self.move_time_s[index] for index in block.members))
-        rate = 60.0 * removed.estimate / seconds if seconds > 0 else None
+        warnings += [text for text in (removed.note, self.notes.get(block.line)) if text is not None]
+        proven = removed.proven and not (removed.hi > 0.0 and self._curved(block))
+        samples = " ".join(map(repr, order.samples)) or None
+        return Told(block.number, removed, proven, samples, "; ".join(warnings) or None)
+
+    def _columns(self, told: Sequence[Told]) -> dict[str, Any]:
+        """Rows of consecutive blocks."""
+        here, moves = slice(told[0].block, told[-1].block + 1), self.toolpath.moves
+        blocks = self.toolpath.blocks[here]
+        last = [moves[block.members[-1]] for block in blocks]
+        tips, axes = ends([self.toolpath.paths[block.moves[-1]] for block in blocks])
+        length = self.toolpath.length.tolist()
+        volumes = np.array([one.removed[:3] for one in told])
+        seconds = self.seconds[here]
+        rate = np.divide(60.0 * volumes[:, 1], seconds, out=np.full(len(told), np.nan), where=seconds > 0.0)
         return {
-            "block": block.number,
-            "line": block.line,
-            "text": block.text,
-            "tool": block.tool,
-            "motion": block.motion,
-            "x_mm": float(end[0]),
-            "y_mm": float(end[1]),
-            "z_mm": float(end[2]),
-            "i": float(order.axis[0]),
-            "j": float(order.axis[1]),
-            "k": float(order.axis[2]),
-            "length_mm": order.length,
-            "feed_mm_min": feed,
+            **{name: [getattr(block, name) for block in blocks] for name in ("line", "tool", "motion")},
+            "block": [block.number for block in blocks],
+            "text": [block.text or None for block in blocks],
+            **dict(zip(("x_mm", "y_mm", "z_mm", "i", "j", "k"), (*tips.T, *axes.T), strict=True)),
+            "length_mm": [sum(length[k] for k in block.moves) for block in blocks],
+            "feed_mm_min": self.feed[here],
             "time_s": seconds,
-            "removed_mm3": removed.estimate,
-            "removed_lo_mm3": removed.lo,
-            "removed_hi_mm3": removed.hi,
-            "engine": removed.engine or self.executor.engine,
-            "proven": removed.proven and not (removed.hi > 0.0 and self._curved(block)),
+            **dict(zip(ENDS, volumes.T, strict=True)),
+            "engine": [one.removed.engine or self.executor.engine for one in told],
+            "proven": [one.proven for one in told],
             "mrr_mm3_min": rate,
-            "spindle_rpm": self.toolpath.moves[block.members[-1]].spindle_rpm,
-            "coolant": self.toolpath.moves[block.members[-1]].coolant or None,
-            "samples_mm3": " ".join(map(repr, order.samples)) or None,
-            "warning": "; ".join(warnings) or None,
+            "spindle_rpm": [move.spindle_rpm for move in last],
+            "coolant": [move.coolant or None for move in last],
+            "samples_mm3": [one.samples for one in told],
+            "warning": [one.warning for one in told],
         }

@@ -15,8 +15,6 @@ from vmachining.job.files import atomic_path
 from vmachining.sweep import Sweep
 from vmachining.tolerance import CHORD_MM
 
-__all__ = ["SWEEP_SECONDS", "sweep_record", "swept_volume"]
-
 ROUNDING = 1e-9
 """Relative rounding of a mesh volume."""
 

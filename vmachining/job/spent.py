@@ -9,8 +9,6 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
-__all__ = ["STAGES", "Spent", "in_words"]
-
 STAGES = ("read", "cut", "contact", "plan", "judge", "check", "files")
 """In their order: program and stock; removed volumes; contact, chips and forces; feeds and the program with them; second opinions
 of exact rays; the B-rep engine; tables, surface and report."""

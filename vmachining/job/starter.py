@@ -42,8 +42,6 @@ from vmachining.nc.toolcomments import ToolNote
 from vmachining.nc.units import unit_of
 from vmachining.sweep import Turn
 
-__all__ = ["Draft", "draft_job"]
-
 ALLOWANCE_MM = 2.0
 """Around what the tools sweep, on each side and below."""
 

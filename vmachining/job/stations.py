@@ -10,8 +10,6 @@ import polars as pl
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.job.table import CONTACT
 
-__all__ = ["Stations", "no_stations"]
-
 
 @dataclass(slots=True, eq=False)
 class Stations:

@@ -26,14 +26,6 @@ from vmachining.stock import (
 )
 from vmachining.tolerance import LENGTH_EPS_MM
 
-__all__ = [
-    "STOCK_FORMATS",
-    "check_formats",
-    "design_mesh",
-    "raw_stock",
-    "write_stock",
-]
-
 STOCK_FORMATS = ("stl", "3mf", "glb", "step")
 
 XML = '<?xml version="1.0" encoding="UTF-8"?>\n'

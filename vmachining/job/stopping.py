@@ -8,8 +8,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-__all__ = ["stop_flag"]
-
 
 @contextmanager
 def stop_flag(given: Callable[[], bool] | None = None) -> Iterator[Callable[[], bool]]:

@@ -26,18 +26,6 @@ from vmachining.job.folder import PATTERN, WORKING, ResultFolder
 from vmachining.job.jobfile import Job
 from vmachining.textfile import parse_json
 
-__all__ = [
-    "CONTACTS",
-    "FREE",
-    "PARTS",
-    "continued",
-    "finished",
-    "keep_stages",
-    "refuse_other_options",
-    "same_inputs",
-    "together",
-]
-
 PARTS = ("cut", "contact", "plan", "judge", "show")
 """What a run consists of, and a user may leave out: all but the first."""
 

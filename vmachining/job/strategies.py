@@ -36,8 +36,6 @@ from vmachining.job.toolpath import Toolpath
 from vmachining.nc import Motion, Program
 from vmachining.tolerance import LENGTH_EPS_MM
 
-__all__ = ["LOADS", "PROGRAMMED", "Planned", "loads_of", "plan", "row_of", "strategies"]
-
 LOADS = ("volume", "chip_area", "force")
 """Strategies, and the loads that all of them are judged by."""
 

@@ -18,8 +18,6 @@ from vmachining.stock import BoxStock, StepStock, Stock
 if TYPE_CHECKING:
     import polars as pl
 
-__all__ = ["NO_BREP", "run_summary"]
-
 NO_BREP = {"asked": 0, **dict.fromkeys(JUDGED, 0)}
 
 CHORD_UNUSED = (

@@ -18,8 +18,6 @@ from vmachining.sweep import Pose, Sweep, Turn
 from vmachining.textfile import parse_json, read_text
 from vmachining.tool import Tool, tool_from_mapping
 
-__all__ = ["read_sweep"]
-
 KEYS = ("tool", "start", "end", "interpolation", "chain", "control_height_mm")
 POSE_KEYS = {"axis": ("cl_mm", "axis"), "rotary": ("cl_mm", "rotary_deg")}
 LETTERS = {"ac": "ac", "bc": "bc", "ab": "ab", "hexa": "ac"}

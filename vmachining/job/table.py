@@ -14,6 +14,7 @@ import os
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from itertools import islice
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -23,20 +24,6 @@ import polars as pl
 from vmachining.arrays import Floats
 from vmachining.errors import JobError
 from vmachining.job.files import atomic_path, writing
-
-__all__ = [
-    "COLUMNS",
-    "CONTACT",
-    "MEANINGS",
-    "OPINION",
-    "RowFile",
-    "drop_torn_row",
-    "finish",
-    "read_partial",
-    "read_samples",
-    "readable",
-    "refeed",
-]
 
 COLUMNS: dict[str, type[pl.DataType]] = {
     "block": pl.Int64,
@@ -142,6 +129,8 @@ ROOM = 2**20
 SAMPLES = "samples_mm3"
 """Extra column of the partial file: volumes of the equal parts of a block, for the scheduler."""
 
+SCHEMA: dict[str, Any] = {**COLUMNS, SAMPLES: pl.String}
+HEADER = ",".join(SCHEMA) + "\n"
 
 DIGITS = 15
 """Significant digits of a CSV file: every decimal of 15 digits survives the way through a double, and the rest is
@@ -179,55 +168,44 @@ def _to_digits(values: Floats) -> Floats:
     return np.asarray(out + 0.0)  # no negative zeros
 
 
-def _cell(value: Any) -> str:
-    if value is None or isinstance(value, bool):
-        return "" if value is None else str(value).lower()
-    return repr(value) if isinstance(value, float) else str(value)
-
-
 class RowFile:
     """Append rows to a partial table. A torn last line (power cut) is dropped when the file is reopened."""
 
     def __init__(self, path: Path, *, keep: int = 0) -> None:
         self.path = path
-        self.count = 0
-        names = [*COLUMNS, SAMPLES]
         if keep:
             self._trim(keep)
         else:
             with writing(path):
-                path.write_text(",".join(names) + "\n", encoding="utf-8")
+                path.write_text(HEADER, encoding="utf-8")
         self._file: TextIO = path.open("a", encoding="utf-8", newline="")
-        self._writer = csv.writer(self._file, lineterminator="\n")
-        self._names = names
 
     def _trim(self, keep: int) -> None:
         """Leave exactly the first `keep` rows; rows after a checkpoint are made again."""
-        with self.path.open(encoding="utf-8", newline="") as source, atomic_path(self.path) as temporary:
-            with temporary.open("w", encoding="utf-8", newline="") as sink:
-                writer = csv.writer(sink, lineterminator="\n")
-                for row in csv.reader(source):
-                    if self.count == 0 and row != [*COLUMNS, SAMPLES]:
-                        raise JobError(
-                            "was started by another version of vmachining, with other columns", file=str(self.path),
-                            remedy="run again without --resume",
-                        )  # fmt: skip
-                    if self.count > keep:
-                        break
-                    writer.writerow(row)
-                    self.count += 1
-            self.count -= 1
-            if self.count != keep:
+        with self.path.open("rb+") as file:
+            if file.readline().decode("utf-8", "replace") != HEADER:
                 raise JobError(
-                    f"holds {self.count} blocks where the checkpoint has {keep}", file=str(self.path),
+                    "was started by another version of vmachining, with other columns", file=str(self.path),
                     remedy="run again without --resume",
                 )  # fmt: skip
+            count = sum(line.endswith(b"\n") for line in islice(file, keep))
+            if count != keep:
+                raise JobError(
+                    f"holds {count} blocks where the checkpoint has {keep}", file=str(self.path),
+                    remedy="run again without --resume",
+                )  # fmt: skip
+            file.seek(0)
+            file.truncate(sum(map(len, islice(file, keep + 1))))
 
-    def add(self, row: Mapping[str, Any]) -> None:
-        """Write one row; absent columns stay empty."""
+    def write(self, rows: Mapping[str, Any]) -> None:
+        """Some rows, by columns; absent ones stay empty, as NaN does."""
+        n = len(rows["block"])
+        frame = pl.DataFrame(
+            {name: pl.Series(rows.get(name, [None] * n), dtype=kind) for name, kind in SCHEMA.items()}
+        )
+        text = frame.with_columns(pl.col(pl.Float64).fill_nan(None)).write_csv(include_header=False)
         with writing(self.path):
-            self._writer.writerow([_cell(row.get(name)) for name in self._names])
-        self.count += 1
+            self._file.write(text)
 
     def flush(self) -> None:
         """Hand everything to the operating system."""
@@ -258,8 +236,7 @@ def drop_torn_row(path: Path) -> int:
 
 
 def _lazy(path: Path) -> pl.LazyFrame:
-    schema: dict[str, Any] = {**COLUMNS, SAMPLES: pl.String}
-    return pl.scan_csv(path, schema=schema)
+    return pl.scan_csv(path, schema=SCHEMA)
 
 
 def read_partial(path: Path, columns: Sequence[str] = tuple(COLUMNS)) -> pl.DataFrame:

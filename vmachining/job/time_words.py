@@ -13,8 +13,6 @@ from vmachining.job.toolpath import Toolpath
 from vmachining.machine import Machine, MachineLimits
 from vmachining.nc import Program, decode_program
 
-__all__ = ["assumed", "times_summary"]
-
 WORST = 10
 """Blocks that are named, by the time that they lose."""
 
@@ -32,8 +30,7 @@ def times_summary(
         tools[move.tool] = tools.get(move.tool, 0.0) + seconds
     lost = np.where(times.late, times.seconds - times.ideal_s, 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        length = np.array([path.length for path in toolpath.paths])
-        plain = 60.0 * length / times.programmed_mm_min
+        plain = 60.0 * toolpath.length / times.programmed_mm_min
     lost = np.where(np.isfinite(plain) & (lost != 0.0), times.seconds - plain, lost)
     worst, late, why = [], times.late, times.why
     for block in toolpath.blocks:

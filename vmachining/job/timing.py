@@ -23,8 +23,6 @@ from vmachining.nc import Motion
 from vmachining.sweep import Turn
 from vmachining.tolerance import LENGTH_EPS_MM
 
-__all__ = ["Driven", "MoveTimes", "Why", "block_feeds", "machine_limits", "move_times", "slide_speeds"]
-
 SLOWER = 0.99
 """Share of the programmed feed below which a move is said not to reach it."""
 
@@ -145,7 +143,7 @@ class Driven:
         Raises NCError: A feed move without a feed; names file and line.
         """
         program, moves, paths = toolpath.program, toolpath.moves, toolpath.paths
-        length = np.array([path.length if path.length > LENGTH_EPS_MM else 0.0 for path in paths])
+        length = np.where(toolpath.length > LENGTH_EPS_MM, toolpath.length, 0.0)
         fast = np.array([move.motion is Motion.RAPID for move in moves], dtype=np.bool_)
         feed = np.array([np.nan if move.feed_mm_min is None else move.feed_mm_min for move in moves])
         bad = ~fast & (length > 0) & ~(feed > 0)
@@ -309,17 +307,18 @@ def _stops(at: Ints, halt: Bools, n: int) -> Bools:
 
 def block_feeds(toolpath: Toolpath, times: MoveTimes) -> tuple[Floats, Floats]:
     """(n,) mm/min and seconds of the blocks; NaN without a feed; of several motions the feed that takes their time."""
-    feed, seconds = np.full(len(toolpath.blocks), np.nan), np.zeros(len(toolpath.blocks))
-    for block in toolpath.blocks:
-        seconds[block.number] = float(sum(times.seconds[k] for k in block.members))
-        driven, minutes = 0.0, 0.0
-        fed = [k for k in block.moves if toolpath.moves[k].feed_mm_min]
-        for k in fed:
-            driven += toolpath.paths[k].length
-            minutes += toolpath.paths[k].length / (toolpath.moves[k].feed_mm_min or np.nan)
-        feeds = {toolpath.moves[k].feed_mm_min for k in fed}
-        if len(feeds) == 1:
-            feed[block.number] = feeds.pop()
-        elif minutes > 0.0:
-            feed[block.number] = driven / minutes
-    return feed, seconds
+    seconds, length = times.seconds.tolist(), toolpath.length.tolist()
+    given = [move.feed_mm_min or np.nan for move in toolpath.moves]
+    feed = [given[block.moves[0]] for block in toolpath.blocks]
+    time = [seconds[block.members.start] for block in toolpath.blocks]
+    for k, block in enumerate(toolpath.blocks):
+        if len(block.members) == 1:
+            continue
+        time[k] = sum(seconds[j] for j in block.members)
+        fed = [j for j in block.moves if given[j] > 0.0]
+        if len({given[j] for j in fed}) != 1:
+            minutes = sum(length[j] / given[j] for j in fed)
+            feed[k] = sum(length[j] for j in fed) / minutes if minutes > 0.0 else np.nan
+        else:
+            feed[k] = given[fed[0]]
+    return np.array(feed), np.array(time)

@@ -8,25 +8,25 @@ from dataclasses import dataclass
 from vmachining.arrays import Floats
 from vmachining.job.blocks import Block, group_blocks
 from vmachining.job.contact import ToolParts
-from vmachining.job.paths import CutterPath, move_path
+from vmachining.job.paths import CutterPath, lengths, move_path
 from vmachining.machine import Machine
 from vmachining.nc import Motion, Move, Program
 from vmachining.sweep import Sweep
-
-__all__ = ["Toolpath"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Toolpath:
     """What a program moves.
 
-    paths : one per move of the program. blocks : those that move, in the order they run; block k has the number k.
+    paths : one per move of the program, of `length` mm (n,). blocks : those that move, in the order they run; block k has the
+    number k.
     machine : of programs with rotary words.
     """
 
     program: Program
     machine: Machine | None
     paths: tuple[CutterPath, ...]
+    length: Floats
     blocks: tuple[Block, ...]
 
     @classmethod
@@ -36,7 +36,7 @@ class Toolpath:
         Raises NCError: A move that cannot be one, see `move_path`.
         """
         paths = tuple(move_path(move, machine) for move in program.moves)
-        return cls(program, machine, paths, tuple(group_blocks(program, paths)))
+        return cls(program, machine, paths, lengths(paths), tuple(group_blocks(program, paths)))
 
     @property
     def moves(self) -> Sequence[Move]:

@@ -17,8 +17,6 @@ import polars as pl
 from vmachining.arrays import Floats
 from vmachining.interval import Interval
 
-__all__ = ["ENDS", "Total", "settled", "total_of"]
-
 ENDS = ("removed_lo_mm3", "removed_mm3", "removed_hi_mm3")
 
 ROUNDING_REL = 1e-9

@@ -22,8 +22,6 @@ import numpy as np
 from vmachining.arrays import Floats, Ints
 from vmachining.stock import _kernels
 
-__all__ = ["twofold", "twofold_from"]
-
 Edge: TypeAlias = tuple[int, int]
 
 STEPS = 4.0

@@ -15,8 +15,6 @@ from vmachining.engines.judges import Judge, intersection
 from vmachining.engines.protocol import Removal
 from vmachining.job.files import atomic_path, writing
 
-__all__ = ["VerdictFile"]
-
 NAMES = (
     "block", "status", "removed_brep_mm3", "removed_brep_error_mm3", "number", "attempt", "seconds", "sweeps", "reason",
     "limit_s", "dexel_lo_mm3", "dexel_mm3", "dexel_hi_mm3",

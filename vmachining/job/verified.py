@@ -34,16 +34,6 @@ from vmachining.job.timing import MoveTimes, machine_limits, move_times
 from vmachining.job.toolpath import Toolpath
 from vmachining.nc import BlockEdit, Motion, Program, Rewritten, rewrite_feeds
 
-__all__ = [
-    "Written",
-    "divided_edits",
-    "owners",
-    "refuse_other_motions",
-    "scheduled_name",
-    "verified",
-    "write_again",
-]
-
 THERE = np.array([0.0, 0.4, 1.0])
 """Shares of a motion at which two are compared."""
 

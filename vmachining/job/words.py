@@ -15,8 +15,6 @@ from vmachining.force import shipped
 from vmachining.job.keys import KeyPath, dotted, nearest
 from vmachining.job.model import JobFile
 
-__all__ = ["Refuse", "first_refusal"]
-
 MEANT: dict[tuple[str, ...], str] = {
     ("stock", "cylinder", "diameter"): "give radius, half of it",
     ("stock", "cylinder", "diameter_mm"): "give radius, half of it",

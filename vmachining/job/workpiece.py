@@ -12,8 +12,6 @@ from vmachining.job.jobfile import Job
 from vmachining.job.stock import design_mesh
 from vmachining.stock import Stock
 
-__all__ = ["raw_engine"]
-
 
 def raw_engine(job: Job, name: str, stock: Stock) -> Engine:
     """The workpiece before the first block, with what the job asks of the engine `name`.

@@ -35,10 +35,10 @@ from vmachining.job.files import (
 )
 from vmachining.job.folder import LOCK_FILE, FolderLock, ResultFolder
 from vmachining.job.reading import read_job_program
-from vmachining.job.simulate import Progress
 from vmachining.job.stock import STOCK_FORMATS, raw_stock, write_stock
 from vmachining.job.table import readable
 from vmachining.oracle.readme import CC0, COLUMNS_MEAN, NO_LICENCE, readme
+from vmachining.progress import Progress
 from vmachining.stock import Triangles
 
 KIND = "vmachining reference pack"

@@ -68,7 +68,7 @@ class Sweep:
 
     profile: Profile
     path: Motion
-    _near: _Packed | None = field(repr=False)
+    _rows: _Packed | None = field(repr=False)
     _turned: Packed | None = field(repr=False)
     _known: dict[float, FluxVolume] = field(repr=False)
     _box: Floats | None = field(repr=False)
@@ -98,16 +98,12 @@ class Sweep:
         object.__setattr__(self, "path", path)
         object.__setattr__(self, "_known", {})
         object.__setattr__(self, "_box", None)
-        cover = convex_cover(profile)
-        curved = isinstance(path, Turn) or not _is_straight(path)
-        level = isinstance(path, Arc) and path.axis == 2 and path.rise == 0.0
-        near = _pack(cover, path) if not isinstance(path, Turn) and (level or not curved) else None
-        turned = None
+        cover, turned = convex_cover(profile), None
         if isinstance(path, Turn):
             turned = pack(cover, path.tip_series, path.axis_series, path.start)
-        elif curved and isinstance(path, Arc):
+        elif isinstance(path, Arc) and not _is_straight(path):
             turned = pack(cover, arc_series(path), Series.constant(UP), path.start)
-        object.__setattr__(self, "_near", near)
+        object.__setattr__(self, "_rows", None)
         object.__setattr__(self, "_turned", turned)
 
     def upright(self) -> tuple[Sweep, Floats] | None:
@@ -144,6 +140,14 @@ class Sweep:
     def plot(self) -> Figure:
         """A shaded view of the swept volume with the path of the tip, as a matplotlib figure; a notebook shows it."""
         return resolve_name("vmachining.report.paper:draw_sweep")(self)  # type: ignore[no-any-return]
+
+    @property
+    def _near(self) -> _Packed | None:
+        """Made when somebody asks for distances: most sweeps of a run are only cut."""
+        path = self.path
+        if self._rows is None and not isinstance(path, Turn) and (_is_straight(path) or _is_level(path)):
+            object.__setattr__(self, "_rows", _pack(convex_cover(self.profile), path))
+        return self._rows
 
     @property
     def packed(self) -> tuple[_Packed | None, Packed | None]:
@@ -365,6 +369,10 @@ class _Packed(NamedTuple):
 def _is_straight(path: Path) -> bool:
     """A line, or an arc that is a line."""
     return isinstance(path, Line) or path.angle == 0.0 or path.radius == 0.0
+
+
+def _is_level(path: Path) -> bool:
+    return isinstance(path, Arc) and path.axis == 2 and path.rise == 0.0
 
 
 def _pack(pieces: Sequence[Profile], path: Path) -> _Packed:

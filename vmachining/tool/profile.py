@@ -294,10 +294,12 @@ class Profile:
                 best, height = s.cr + s.radius, s.cz
         return best, height
 
-    def _reflex(self) -> list[int]:
+    @lru_cache(maxsize=1024)  # noqa: B019  see above
+    def _reflex(self) -> tuple[int, ...]:
         """Indices of the points (as first segment above them) where the meridian turns outward."""
         beta = [s.beta for s in self.segments]
-        return [k + 1 for k, (below, above) in enumerate(pairwise(beta)) if above[0] < below[1] - JOINT_RAD]
+        pairs = enumerate(pairwise(beta), 1)
+        return tuple(k for k, (below, above) in pairs if above[0] < below[1] - JOINT_RAD)
 
 
 def _bulge(s: Segment) -> float:

@@ -143,7 +143,10 @@ class Sweeps:
 
     def add(self, cutter: Profile, path: Motion) -> None:
         """The next motion."""
-        known = self._cutters.setdefault(id(cutter), (cutter, len(self._cutters), corner_of(cutter)))
+        known = self._cutters.get(id(cutter))
+        if known is None:
+            known = (cutter, len(self._cutters), corner_of(cutter))
+            self._cutters[id(cutter)] = known
         first = self._rows[0].count
         kinds, num, box = _closed(known[2], path, self.bounds[1, 2])
         tool = known[1]

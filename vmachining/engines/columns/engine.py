@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from functools import reduce
 from math import hypot
 from pathlib import Path
+from threading import local
 from typing import Self
 
 import numpy as np
@@ -74,6 +75,10 @@ NUMBER = 12
 """Column of rows: their order."""
 
 
+ROOM = local()
+"""`work` of a thread, 35 MB for all of its workpieces: nothing in it is kept between two questions."""
+
+
 class ColumnsEngine:
     """Workpiece of one job, cut block by block.
 
@@ -107,7 +112,6 @@ class ColumnsEngine:
         self._rows, self._count, self._made, self._tidy_from = np.zeros((64, 13)), 0, 0, TIDY
         self._blocks: list[int] = []
         self._tiles: Tiling | None = None
-        self._work = _kernels.work()
         self._left: Removal | None = None
         self._share = WHOLE
         self._rim = self._round_stock()
@@ -278,7 +282,7 @@ class ColumnsEngine:
             )  # fmt: skip
             if out[4] != _kernels.LONG:
                 break
-            self._work = _kernels.work(2 * len(self._work.cell), 2 * len(self._work.E))
+            ROOM.work = _kernels.work(2 * len(self._work.cell), 2 * len(self._work.E))
         lo, hi, cells, longest, state = out.tolist()
         self.cells, self._looked_at = self.cells + int(cells), int(cells)
         if hi <= 0.0:
@@ -387,6 +391,13 @@ class ColumnsEngine:
             return self.touch(sweep)
         finally:
             self.width = width
+
+    @property
+    def _work(self) -> _kernels.Work:
+        if not hasattr(ROOM, "work"):
+            ROOM.work = _kernels.work()
+        found: _kernels.Work = ROOM.work
+        return found
 
     @property
     def last_cells(self) -> Floats:

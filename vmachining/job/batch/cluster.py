@@ -36,8 +36,6 @@ from vmachining.job.batch.one import Order, Row
 from vmachining.job.batch.pool import Ended, JobProgress
 from vmachining.job.files import source_digest, versions, write_atomic, writing
 
-__all__ = ["ClusterPool"]
-
 CONNECT_SECONDS = 10.0
 """For a scheduler to answer, and for its first worker to come."""
 

@@ -16,8 +16,6 @@ from typing import Any
 from vmachining.errors import InputError
 from vmachining.job.files import make_folder, sha256, temporary_name, writing
 
-__all__ = ["DATASET", "Dataset"]
-
 DATASET = "dataset"
 TABLE = "blocks.parquet"
 

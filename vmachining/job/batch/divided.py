@@ -18,10 +18,9 @@ from vmachining.job.folder import FolderLock, ResultFolder, program_words
 from vmachining.job.jobfile import Job
 from vmachining.job.parts import Part, Parts, read_parts
 from vmachining.job.record import refuse_other_job
-from vmachining.job.simulate import Progress, Stopped
+from vmachining.job.simulate import Stopped
 from vmachining.job.stopping import stop_flag
-
-__all__ = ["forget_parts", "on_cluster"]
+from vmachining.progress import Progress
 
 PARTS = "parts"
 """Directory of the parts in that of the result, until they are merged."""

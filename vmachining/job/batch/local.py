@@ -16,8 +16,6 @@ from vmachining.job.batch.one import Order, one_job, sparing
 from vmachining.job.batch.pool import Ended, JobProgress
 from vmachining.processes import start
 
-__all__ = ["STOP", "Child", "LocalPool", "dismiss", "serve", "start_child"]
-
 STOP = ("stop",)
 """What a process receives when the user asks to stop."""
 

@@ -22,8 +22,6 @@ from vmachining.job.folder import FolderLock, ResultFolder, now, program_words
 from vmachining.job.jobfile import Job
 from vmachining.job.stopping import stop_flag
 
-__all__ = ["Watcher", "folders_of", "run_many", "safe_name"]
-
 LEDGER = "batch.json"
 """Manifest of a batch: what made its table, page and data set."""
 

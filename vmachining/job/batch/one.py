@@ -14,10 +14,9 @@ from vmachining.job.folder import FolderLock, ResultFolder
 from vmachining.job.jobfile import Job
 from vmachining.job.parts import Part
 from vmachining.job.run import run, run_part
-from vmachining.job.simulate import Progress, Stopped
+from vmachining.job.simulate import Stopped
 from vmachining.job.store import finished, same_inputs
-
-__all__ = ["ACCURACY", "BATCH_COLUMNS", "Order", "Row", "mark", "one_job", "sparing", "with_accuracy"]
+from vmachining.progress import Progress
 
 NUMBERS = (
     "blocks", "removed_mm3", "removed_lo_mm3", "removed_hi_mm3", "proven", "stated_blocks", "stock_mm3", "final_mm3", "time_s",

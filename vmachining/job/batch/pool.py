@@ -7,8 +7,6 @@ from typing import NamedTuple, Protocol, TypeAlias
 
 from vmachining.job.batch.one import Order, Row
 
-__all__ = ["Ended", "JobProgress", "Pool"]
-
 JobProgress: TypeAlias = Callable[[int, str, int, int], None]
 """Called with the number of the job, the name of its stage, blocks done and blocks in all."""
 

@@ -14,8 +14,6 @@ from vmachining.errors import InputError
 from vmachining.job.times.laid import Laid
 from vmachining.machine import MachineLimits
 
-__all__ = ["Comparison", "compare", "together"]
-
 LONG_S = 1.0
 """Intervals from here on are compared one by one: shorter ones are not resolved by a log of a few entries a second."""
 

@@ -20,8 +20,6 @@ from vmachining.errors import InputError
 from vmachining.job.times.laid import Laid
 from vmachining.machine import MachineLimits
 
-__all__ = ["Fitted", "fit", "machine_text"]
-
 WINDOW_S = 3.0
 """s of a window at least: ten times the distance of entries in common logs, which is the error of its ends."""
 

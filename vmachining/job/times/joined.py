@@ -16,8 +16,6 @@ from vmachining.job.times.compared import Comparison
 from vmachining.job.timing import Driven
 from vmachining.job.toolpath import Toolpath
 
-__all__ = ["join", "of_result"]
-
 
 def of_result(folder: Path) -> tuple[Job, Driven, pl.DataFrame]:
     """Job, moves and table of blocks of a result directory.

@@ -21,8 +21,6 @@ from vmachining.job.times.logs import Log, Series
 from vmachining.job.timing import Driven, MoveTimes
 from vmachining.machine import MachineLimits
 
-__all__ = ["Laid", "lay"]
-
 PERSON_S = 15.0
 """A stop by the program that lasts longer waits for a person: on five logs without anybody they last 2 to 8 s."""
 

@@ -22,8 +22,6 @@ import numpy as np
 from vmachining.arrays import Floats, Ints
 from vmachining.errors import InputError
 
-__all__ = ["Log", "Series", "read_log"]
-
 NAMES = {
     "line": ("blocknumber", "linenumber", "line", "programline", "currentline", "seqline", "block"),
     "feed": ("feedoverride", "pathfeedrateoverride", "pathfeedrateoverrideprogrammed", "fovr", "feedovr"),
@@ -218,9 +216,7 @@ def _columns(path: Path, entries: list[Entry], skipped: list[int]) -> Log:
     lines = [(t, v) for t, v in found["line"] if v >= 0 and v == int(v)]
     if len(lines) < 2:
         raise InputError(
-            "has no block numbers",
-            file=str(path),
-            remedy="expected an item Block_Number, Line or LineNumber",
+            "has no block numbers", file=str(path), remedy="expected an item Block_Number, Line or LineNumber"
         )
     begin = lines[0][0]
 

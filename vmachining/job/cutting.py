@@ -1,0 +1,155 @@
+"""One pass of a run: the blocks of a program cut in order, by whom it pays, with rows and checkpoints on disk."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from vmachining.engines import engine_class, entry_of
+from vmachining.engines.protocol import Engine
+from vmachining.errors import InputError
+from vmachining.job.choice import SHARES
+from vmachining.job.contact import Contacts
+from vmachining.job.cost import APART_SAVES, APART_SECONDS
+from vmachining.job.executor import Executor, executor
+from vmachining.job.files import is_full
+from vmachining.job.folder import WORKING, usable
+from vmachining.job.given import Given
+from vmachining.job.jobfile import Job
+from vmachining.job.notes import notes_of
+from vmachining.job.parts import Noted, Part, Parts, Replayed
+from vmachining.job.record import Record
+from vmachining.job.simulate import CHECKPOINT_SECONDS, Stage
+from vmachining.job.table import RowFile, drop_torn_row
+from vmachining.job.timing import block_feeds
+from vmachining.job.workpiece import raw_engine
+from vmachining.progress import Progress
+from vmachining.stock import Stock
+
+MAX_WORKERS = 8
+"""Neighbouring tiles have few colours, so more processes would wait for each other."""
+
+ROWS = dict(zip(("program", "scheduled", "pieces"), WORKING, strict=False))
+"""Where the rows of a pass grow."""
+
+
+@dataclass(slots=True, eq=False)
+class Cutting:
+    """Who cuts.
+
+    options : of the run, with the engine; the processes that were used join them. workers : processes, None: as it pays.
+    by_columns : whether columns take every motion. longest_s : s of the longest block of the mesh engine. raw : the raw
+    workpiece, if it is already made. peak_mb : of other processes.
+    """
+
+    job: Job
+    record: Record
+    options: dict[str, Any]
+    workers: int | None
+    progress: Progress
+    stop: Callable[[], bool]
+    by_columns: bool = False
+    longest_s: float = 0.0
+    raw: Engine | None = None
+    peak_mb: float = 0.0
+
+    @property
+    def engine(self) -> str:
+        """Its name."""
+        return str(self.options["engine"])
+
+    def of(self, stock: Stock) -> Engine:
+        """The raw workpiece."""
+        return raw_engine(self.job, self.engine, stock)
+
+    def run(
+        self,
+        name: str,
+        given: Given,
+        counts: Callable[[float], int] | None,
+        part: Part | None,
+        parts: Parts | None,
+    ) -> Engine:
+        """Run or finish one pass; its rows are on disk and its last state is a checkpoint.
+
+        name : "program", which is also checked for rapids, shank and holder, or a key of `ROWS`. counts : see `Stage`.
+        part : whose shares are cut alone. parts : that answer instead.
+        """
+        tools, toolpath, times, stock = given
+        known = self.record.known(name)
+        replays = parts is not None and self.by_columns and counts is None
+        if replays and known is not None and known["done"] < len(toolpath.blocks):
+            known = None  # of a run without parts: they answer from the first order on
+        kind, first = engine_class(self.engine), 0
+        own = None if part is None else part.shares(self.shares(len(toolpath.blocks), 1))
+        if known is not None:
+            first = int(known["done"])
+        if known is not None and own is None:
+            with usable(self.record.place.path / known["file"]) as file:
+                engine = kind.load(file)
+        else:
+            engine, self.raw = self.raw or self.of(stock), None
+        rows_path = self.record.place.path / ROWS[name]
+        workers = self.workers_for(len(toolpath.blocks) - first)
+        self.options["workers"] = max(workers, self.options.get("workers", 1))
+        apart, shares = self.longest_s > APART_SECONDS, self.shares(len(toolpath.blocks), workers)
+        hands: Executor
+        if own is not None:
+            hands = Noted(
+                engine, shares, own, None if known is None else self.record.place.path / known["file"]
+            )
+        elif replays and parts is not None:
+            hands = Replayed(engine, parts.cut)
+        else:
+            hands = executor(engine, workers, shares=shares, apart=apart)
+        feed, seconds = block_feeds(toolpath, times)
+        stage = Stage(
+            name=name, toolpath=toolpath, feed=feed, seconds=seconds, tools=tools,
+            notes=notes_of(toolpath.program) if name == "program" else {}, executor=hands,
+            contacts=Contacts(hands, stock.bounds) if name == "program" else None, sample_counts=counts,
+            save_every=APART_SAVES if apart else CHECKPOINT_SECONDS, stock=stock,
+        )  # fmt: skip
+
+        def checkpoint(done: int) -> None:
+            if isinstance(hands, Replayed) and done < len(toolpath.blocks):
+                return  # parts have the workpiece at the end only
+            self.record.checkpoint(name, hands, done, len(toolpath.blocks))
+
+        try:
+            with RowFile(rows_path, keep=first) as rows:
+                stage.run(rows, first=first, stop=self.stop, progress=self.progress, checkpoint=checkpoint)
+            if first < len(toolpath.blocks):
+                checkpoint(len(toolpath.blocks))  # what comes may be interrupted, this pass is done
+            self.peak_mb = max(self.peak_mb, hands.peak_mb())
+            return hands.finish()
+        except InputError as exc:
+            if is_full(exc):
+                raise self._disk_full(name, rows_path, len(toolpath.blocks), exc) from exc
+            raise
+        finally:
+            hands.close()
+
+    def _disk_full(self, name: str, rows: Path, total: int, cause: InputError) -> InputError:
+        """What is there of a pass that could not continue."""
+        kept, point = drop_torn_row(rows), self.record.known(name)
+        goes_on = "starts again" if point is None else f"continues after block {point['done']}"
+        return InputError(
+            f"{cause.message}; {kept} of {total} blocks are in {rows.name}", file=cause.file,
+            remedy=f"free some disk space, then --resume {goes_on}",
+        )  # fmt: skip
+
+    def shares(self, blocks: int, workers: int) -> int:
+        """Shares of the workpiece: where columns take every motion a matter of the program alone, so that numbers are, too."""
+        if not self.by_columns:
+            return workers
+        return SHARES if blocks >= entry_of(self.engine).divided_from else 1
+
+    def workers_for(self, blocks: int) -> int:
+        """Processes that cut: as asked for; else all cores, where starting them is worth it."""
+        if self.workers is not None:
+            return self.workers
+        entry = entry_of(self.engine)
+        return min(os.cpu_count() or 1, MAX_WORKERS) if blocks >= entry.divided_from else 1
