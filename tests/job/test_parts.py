@@ -33,7 +33,9 @@ DEEP = "G1 Z-3.5\nG1 X7\nG0 X5 Y15\nM30"
 def small(monkeypatch):
     """Four shares and many chunks of a program that a test can wait for."""
     monkeypatch.setattr(
-        sys.modules["vmachining.job.cutting"], "entry_of", lambda name: replace(entry_of(name), divided_from=1)
+        sys.modules["vmachining.job.cutting"],
+        "entry_of",
+        lambda name: replace(entry_of(name), divided_from=1),
     )
     monkeypatch.setattr(engagement_columns, "CHUNK", 4)
     monkeypatch.setattr(engagement_columns, "CHUNK_SLOW", 4)
