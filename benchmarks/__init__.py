@@ -12,6 +12,7 @@
 | `columns-solid` | 2,000 deep blocks of a ball: columns against one manifold3d solid cut block by block |
 | `columns-plates` | cutters of 0.5 to 50 mm on plates of 1 to 2,000 mm: a matrix, then random ones, against counts |
 | `columns5-counts` | columns in any direction: brackets of a block in six directions, in parts, turned, and rays: all meet |
+| `columns5-widths` | turning blocks by tool and family: time and width of columns, mesh (0.05 mm) and dexels (0.1 mm) |
 | `columns-counts` | brackets of columns against counts: random programs, none may lie outside; by family, cutter and seed |
 | `dexel-grid` | dexel grids: blocks a second, errors, widths, five-axis blocks, share of the memory's bandwidth |
 | `dexel-grid-long` | 500,000 blocks over 100 x 60 x 20 mm at 0.5 mm: whether time a block stays flat |
@@ -66,6 +67,7 @@ CASES = {
     "columns": "columns",
     "columns-counts": "columns_counts",
     "columns5-counts": "columns5_counts",
+    "columns5-widths": "columns5_widths",
     "columns-long": "columns_long",
     "columns-plates": "columns_plates",
     "columns-solid": "columns",
@@ -115,6 +117,7 @@ TAKES = {
     "columns": "2 min",
     "columns-counts": "90 s",
     "columns5-counts": "2 min",
+    "columns5-widths": "3 min",
     "columns-long": "1 min",
     "columns-plates": "1 min",
     "columns-solid": "1 min",

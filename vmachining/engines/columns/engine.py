@@ -65,7 +65,6 @@ ADDED = 1e-3
 COARSE = 0.25
 """Relative width of the first look at the pieces of a block."""
 
-
 TIDY = 4096
 """Rows above which it is asked, whenever they are twice as many as before, which of them are still of use."""
 
@@ -158,9 +157,7 @@ class ColumnsEngine:
 
     def meets(self, sweep: Sweep) -> bool:
         """Whether the box of a sweep meets that of the stock."""
-        (x0, y0, z0), (x1, y1, z1) = (
-            sweep.bounds.tolist()
-        )  # plain numbers: ten times as fast as arrays of three
+        (x0, y0, z0), (x1, y1, z1) = sweep.bounds.tolist()  # plain numbers: ten times as fast as arrays
         (a0, b0, c0), (a1, b1, c1) = self.stock[:2]
         return bool(x0 < a1 and y0 < b1 and z0 < c1 and x1 > a0 and y1 > b0 and z1 > c0)
 
@@ -215,12 +212,10 @@ class ColumnsEngine:
         return self._removal(sweep, None, keep=False, floor=floor)
 
     def _removal(self, sweep: Sweep, block: int | None, *, keep: bool, floor: float = 0.0) -> Removal:
-        if not self.takes(sweep):
+        if isinstance(sweep.path, Turn) or not self.takes(sweep):
             raise EngineError("the tool turns or is not convex", engine=self.name, block=block)
         if not self.meets(sweep):
             return NOTHING
-        if isinstance(sweep.path, Turn):  # never: for the type checker
-            raise AssertionError
         wanted = max(self.width_mm3, floor)
         first = self._count
         self._add(sweep.profile, sweep.path, block)
@@ -442,17 +437,8 @@ class ColumnsEngine:
 
         def at(places: Floats) -> tuple[Floats, Ints]:
             z, owner = np.zeros(len(places)), np.zeros(len(places), dtype=np.int64)
-            _kernels.heights(
-                shapes,
-                tiles,
-                self._work.lines,
-                self._rim,
-                bottom,
-                top,
-                np.ascontiguousarray(places),
-                z,
-                owner,
-            )
+            where = np.ascontiguousarray(places)
+            _kernels.heights(shapes, tiles, self._work.lines, self._rim, bottom, top, where, z, owner)
             return z, owner
 
         lattice = lattice_of(tiles.grid, tiles.size, self.stock.high[:2], busy, per)
@@ -494,9 +480,7 @@ class ColumnsEngine:
         engine._cutters = CutterTable.unpacked(found)
         engine._take_rows(found["rows"])
         engine._blocks = state["blocks"]
-        mine = share.part == 0 or state.get("share") == list(
-            share
-        )  # of a whole, the first share has what is gone
+        mine = share.part == 0 or state.get("share") == list(share)  # of a whole, the first has what is gone
         engine._gone = Removal(*state["gone"]) if mine else NOTHING
         engine._made, engine._share = int(state["made"]), share
         if "tiles_grid" in found:

@@ -18,7 +18,7 @@ from vmachining.sweep import Sweep
 
 __all__ = ["AnyDirection"]
 
-CELLS, FIRST, TRIAL = 6000, 2400, 60
+CELLS, FIRST, TRIAL = 6000, 2400, 200
 """Of a row at most, along the direction by rule of a ball, and of a comparison of all directions."""
 
 SNAP = np.cos(np.radians(12.0))
