@@ -202,9 +202,9 @@ def _page(cases: CaseSet, out: Path, summaries: Mapping[str, Mapping[str, Any]])
 ## What is in a case
 
 `job.toml` and the program say what is cut, in which stock, with which cutters. `blocks.csv` has one row per NC block with the
-volume that it removes, between `removed_lo_mm3` and `removed_hi_mm3`; the column `proven` says whether these are proven bounds
-(where a tool turns they are not). `engagement.csv` has the engaged
-intervals of the cutting edge in the middle of chosen blocks. `stock_before.stl` and `stock_after.3mf` are the workpiece.
+volume that it removes, between `removed_lo_mm3` and `removed_hi_mm3`; the column `proven` says whether these are proven bounds.
+`engagement.csv` has the engaged intervals of the cutting edge in the middle of chosen blocks. `stock_before.stl` and
+`stock_after.3mf` are the workpiece.
 `README.md` explains every column. Nothing has to be installed to use them.
 
 ## How to judge a simulation

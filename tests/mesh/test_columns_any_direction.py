@@ -56,16 +56,38 @@ def test_without_a_turn_brackets_meet_those_of_upright_columns(tool: str, lean: 
     assert said.width <= 0.02 * upright.estimate
 
 
-@pytest.mark.parametrize("width", [0.01, 2e-3])
-def test_a_leaning_slot_of_a_ball_has_its_closed_form(width: float) -> None:
-    """A tool that leans and does not turn, its ball alone in the stock: a half round slot of given depth."""
-    r, depth = 3.0, 1.2
+def leaning_slot(depth: float) -> tuple[Sweep, float]:
+    """A tool that leans and does not turn, its ball alone in the stock: a half round slot, and its volume."""
+    r = 3.0
     axis = np.array([np.sin(0.3), 0.0, np.cos(0.3)])
     tips = [np.array([x, 0.0, r - depth]) - r * axis for x in (-20.0, 20.0)]
     sweep = Sweep.along(TOOLS["ball"], Turn.great_circle(Pose(tips[0], axis), Pose(tips[1], axis)))
     section = r**2 * np.arccos(1.0 - depth / r) - (r - depth) * np.sqrt(depth * (2.0 * r - depth))
+    return sweep, 16.0 * float(section)
+
+
+@pytest.mark.parametrize("width", [0.01, 2e-3])
+def test_a_leaning_slot_of_a_ball_has_its_closed_form(width: float) -> None:
+    sweep, volume = leaning_slot(1.2)
     found = asked([], [sweep], width=width)
-    assert found.lo <= 16.0 * section <= found.hi and found.width <= 1.1 * width * found.estimate
+    assert found.lo <= volume <= found.hi and found.width <= 1.1 * width * found.estimate
+
+
+def test_the_surface_after_a_leaning_slot_is_closed_and_holds_what_is_left(tmp_path: Path) -> None:
+    """Through ends of rays, after a checkpoint: volume by the divergence theorem, every edge twice, distances of the sweep."""
+    sweep, volume = leaning_slot(1.2)
+    engine = ColumnsFirst.of(BOX, Options(width=0.1))
+    engine.cut(sweep, 7)
+    engine.save(tmp_path / "state.npz")
+    surface = ColumnsFirst.load(tmp_path / "state.npz").surface()
+    corners = surface.vertices[surface.triangles]
+    held = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
+    assert held == pytest.approx(2048.0 - volume, abs=2e-3 * volume)
+    ends = surface.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    assert np.array_equal(np.unique(ends, axis=0), np.unique(ends[:, ::-1], axis=0))
+    assert set(surface.block.tolist()) == {-1, 7}
+    off = np.abs(sweep.signed_distance(corners[surface.block == 7].mean(axis=1)))
+    assert np.median(off) < 1e-3 and off.max() < 0.1  # a cell: beside edges
 
 
 @pytest.mark.parametrize("seed", [0, 2, 18, 24])  # a ball that mills with its tip and digs a slot, two cones

@@ -203,7 +203,7 @@ def test_a_search_that_is_given_up_says_so(monkeypatch):
     What such points enter is uncertain, and has to be in the error estimate.
     """
     pivot = Sweep.along(B10, Turn.through((0, 0, 0), (0, 0, 0), "ac", (0, 0), (0.5, 0), control_height=5))
-    q = pivot._turned
+    q = pivot._moved()
     room = np.zeros((160, 7)), np.zeros(12)
 
     def visited(z: float) -> tuple[bool, bool]:

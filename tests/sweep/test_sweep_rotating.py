@@ -190,7 +190,7 @@ def test_faces_that_slide_in_their_plane_and_axes_that_only_spin():
 def test_the_search_asks_for_more_room_rather_than_drop_a_stretch(name):
     """A stack of one row has to grow until it finds what a large one finds."""
     sweep = Sweep.along(FLAT, MOTIONS[name])
-    q = sweep._turned
+    q = sweep._moved()
     poses = np.zeros((3, 12))
     for k in range(3):
         pose.state(q.waves, 0.5 * k, poses[k])

@@ -21,7 +21,7 @@ FULL = 1
 
 
 def packed(profile: Profile, turn: Turn):
-    q = Sweep.along(profile, turn)._turned
+    q = Sweep.along(profile, turn)._moved()
     assert q is not None
     poses = np.zeros((3, 12))
     for k in range(3):

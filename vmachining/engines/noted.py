@@ -57,8 +57,8 @@ class Noted:
         """(n,) which of them are never forgotten."""
         return np.asarray(self._rows[: len(self), LASTS] == 1.0)
 
-    def add(self, sweep: Sweep, block: int | None, *, lasts: bool = False, cut: bool = False) -> None:
-        """One more."""
+    def add(self, sweep: Sweep, block: int | None, *, lasts: bool = False, cut: bool = False) -> int:
+        """One more; its serial number."""
         k = len(self)
         if k == len(self._rows):
             self._rows = np.concatenate([self._rows, np.zeros((max(64, k), NUMBER + 1))])
@@ -73,6 +73,7 @@ class Noted:
             self._turns[self._made] = sweep.path
         self._made += 1
         self.boxes.add(sweep.bounds)
+        return self._made - 1
 
     def mark(self, which: Bools) -> None:
         """The other engine has cut these."""

@@ -17,7 +17,7 @@ tools turn (docs/measured/dexel_grid.md), but their intervals are stated: they a
    that do not meet are a dispute, and no proof.
 5. A check of shank or holder is asked in the same order.
 
-The mesh engine is not asked at all where columns take everything, but for the surface of what was not only cut upright.
+The mesh engine is not asked at all where columns take everything.
 """
 
 from __future__ import annotations
@@ -36,11 +36,13 @@ from vmachining.engines.boxes import Boxes
 from vmachining.engines.columns import ColumnsEngine
 from vmachining.engines.columns.goal import judged
 from vmachining.engines.columns.turning import AnyDirection, Rows, rows_of
+from vmachining.engines.dexel import DexelEngine
+from vmachining.engines.dexel.budget import default_spacing
 from vmachining.engines.mesh import MeshEngine
 from vmachining.engines.mesh.thinned import thinned
 from vmachining.engines.noted import Noted
 from vmachining.engines.packed import bracket_of, packed_bracket, packed_stock, stock_of
-from vmachining.engines.protocol import NOTHING, WHOLE, Options, Removal, Share, StockSurface
+from vmachining.engines.protocol import NOTHING, WHOLE, Options, Removal, Request, Share, StockSurface
 from vmachining.engines.summed import Summed
 from vmachining.errors import EngineError, StockError
 from vmachining.interval import Interval
@@ -49,6 +51,9 @@ from vmachining.sweep import Sweep
 
 THIN_MM = 1e-6
 """How far a surface may move when faces are joined: coordinates of its files are coarser."""
+
+SHOWN = 3.0
+"""Rays of a surface that is shown stand so much wider than those that measure volumes: 55,000 in all."""
 
 CHECKPOINT = "columns and mesh"
 """Kind of its checkpoints."""
@@ -121,6 +126,7 @@ class ColumnsFirst(Summed):
         self._noted, self._foreign, self._unknown = Noted(), Boxes(), Boxes()
         self._anyway = takers(self._stock, self._options)[1]
         self._rows: dict[int, Rows] = {}
+        self._last: tuple[Sweep, Rows] | None = None
         self._turns = 0
 
     def cut(self, sweep: Sweep, block: int | None = None) -> Removal:
@@ -137,7 +143,8 @@ class ColumnsFirst(Summed):
                 return removed._replace(engine=ColumnsEngine.name)
             self._foreign.add(sweep.bounds)
             if self._anyway is not None and self._anyway.takes(sweep):
-                self._noted.add(sweep, block, lasts=True, cut=by_mesh)
+                number = self._noted.add(sweep, block, lasts=True, cut=by_mesh)
+                self._rows[number] = self._own(sweep)
             else:
                 self._unknown.add(sweep.bounds)
         elif self._columns is not None and self._columns.meets(sweep):
@@ -152,7 +159,13 @@ class ColumnsFirst(Summed):
 
     def _short(self, sweep: Sweep) -> bool:
         """Whether the mesh engine surely has an answer in good time."""
-        return self._share.parts == 1 and len(rows_of(sweep)) <= SHORT
+        return self._share.parts == 1 and len(self._own(sweep)) <= SHORT
+
+    def _own(self, sweep: Sweep) -> Rows:
+        """Its rows, made once while it is asked about."""
+        if self._last is None or self._last[0] is not sweep:
+            self._last = sweep, rows_of(sweep)
+        return self._last[1]
 
     def _in_any_direction(self, sweep: Sweep, floor: float = 0.0) -> Removal | None:
         """What columns in any direction say, one part of a divided workpiece after the other by turns; None: nothing."""
@@ -173,7 +186,7 @@ class ColumnsFirst(Summed):
         before = [self._rows[number] for number in numbers]
         while len(self._rows) > ROWS_KEPT:
             del self._rows[next(iter(self._rows))]
-        found = anyway.cut(rows_of(sweep), Rows.join(before) if before else None, floor)
+        found = anyway.cut(self._own(sweep), Rows.join(before) if before else None, floor)
         found = self._rounded(found, sweep)._replace(engine=ColumnsEngine.name)
         return found if self._share.parts > 1 or floor else judged(found, anyway.width, anyway.width_mm3)
 
@@ -272,14 +285,22 @@ class ColumnsFirst(Summed):
         return super().volume
 
     def surface(self) -> StockSurface:
-        """Heights of the columns over a grid, with upright walls, what lies in one plane as one face; where the mesh engine
-        has cut, its facets, after it has cut all other blocks, too."""
+        """Heights of the columns over a grid, with upright walls, what lies in one plane as one face; after other than upright
+        cuts the ends of rays in three directions; after sweeps that columns do not know the facets of the mesh engine."""
         columns = self._columns
         if columns is not None and columns.is_cut and not len(self._foreign):
             surface = columns.over_box()
             if columns.stock.mesh is None:
                 return surface
             thin = thinned(surface, THIN_MM, columns.stock.shape, self.chord)
+            if thin is not None:
+                return thin
+        if self._anyway is not None and not len(self._unknown):  # 2 % of the time of two meshes
+            box = np.array(self._stock.bounds)
+            grid = DexelEngine(self._stock, Options(spacing=SHOWN * default_spacing(box, (0, 1, 2))))
+            everything = np.ones(len(self._noted), dtype=bool)
+            grid.answer([Request(sweep, block) for sweep, block in self._noted.sweeps(everything)])
+            thin = thinned(grid.surface(), THIN_MM)
             if thin is not None:
                 return thin
         return self._meshed().surface()

@@ -21,6 +21,9 @@ ROUNDING = 1e-9
 SWEEP_SECONDS = 120.0
 """Processor time of OCCT for the solid of one sweep; most take below ten."""
 
+LOOK = 0.02
+"""Chord of the first look at a tool that turns, as a share of its radius."""
+
 BREP_REL = 1e-7
 """What spline faces within 1e-6 mm of the truth, and the integral over them, can change of a volume."""
 
@@ -44,7 +47,7 @@ def swept_volume(sweep: Sweep, chord: float = CHORD_MM, report: Report = lambda 
     Interval
         lo and hi are the volumes of the inner and the outer solid of the mesh engine. estimate is the closed
         form or flux integral where the sweep has one (`sweep.volume`), otherwise the volume of the fair solid,
-        or the end of the bracket it lies beyond.
+        or the end of the bracket it lies beyond. Not proven where the axis turns: outer meshes of whole sweeps are not.
 
     Raises
     ------
@@ -61,12 +64,23 @@ def swept_volume(sweep: Sweep, chord: float = CHORD_MM, report: Report = lambda 
         raise EngineError(f"the inner solid has {lo:.9g} mm3, the outer one {hi:.9g}", engine="mesh")
     if exact is None:  # the fair solid is a guess: it moves neither bound
         fair = _volume(sweep, chord, "fair", report)
-        return Interval(min(lo, hi), min(max(fair, min(lo, hi)), hi), hi)
-    if not lo - noise <= exact <= hi + noise:
+        found = Interval(min(lo, hi), min(max(fair, min(lo, hi)), hi), hi)
+    elif lo - noise <= exact <= hi + noise:
+        found = Interval(min(lo, exact), exact, max(hi, exact))
+    else:
         raise EngineError(
             f"the formula gives {exact:.9g} mm3, outside of [{lo:.9g}, {hi:.9g}]", engine="mesh"
         )
-    return Interval(min(lo, exact), exact, max(hi, exact))
+    return found if standing is not None else found.stated()
+
+
+def _first_look(sweep: Sweep) -> Interval:
+    """Bracket by coarse facets, about a second: the flux integral and fine facets of a wide turn take many."""
+    lo, fair, hi = (
+        float(solid(sweep, chord=LOOK * sweep.profile.max_radius, side=side).volume())
+        for side in ("inner", "fair", "outer")
+    )
+    return Interval(lo, min(max(fair, lo), hi), hi, proven=False)
 
 
 def _volume(sweep: Sweep, chord: float, side: Literal["inner", "fair", "outer"], report: Report) -> float:
@@ -93,11 +107,14 @@ def sweep_record(
     `step_refused` says why and nothing is written; the other values stand.
     report : called before each of the long steps. brep : False: the bracket only, and no STEP file.
     seconds : of a processor, for each thing that OCCT is asked: the solid, its booleans, the file.
-    known : called with the bracket before OCCT begins, which may take much longer.
+    known : called with the bracket before OCCT begins, which may take much longer; before that with a coarser one where the
+        axis turns.
 
     Raises EngineError: As `swept_volume`.
     """
     begin = time.perf_counter()
+    if sweep.upright() is None and chord < LOOK * sweep.profile.max_radius:
+        known(_first_look(sweep))
     bracket = swept_volume(sweep, chord, report)
     known(bracket)
     record: dict[str, Any] = {

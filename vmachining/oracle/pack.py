@@ -64,7 +64,7 @@ STATIONS, MOST_STATIONS, ANGLES = 10, 10_000, 36
 """Tables of engagement: how many blocks, how many at most, rotation angles of each."""
 
 PROVEN = ("mesh", "columns")
-"""Engines whose intervals are bounds wherever no tool turns."""
+"""Engines that can prove their intervals; the column `proven` says of which blocks they do."""
 
 WORDS = {"none": NO_LICENCE, "cc0": CC0}
 """Licences that have a name."""

@@ -98,13 +98,21 @@ class Sweep:
         object.__setattr__(self, "path", path)
         object.__setattr__(self, "_known", {})
         object.__setattr__(self, "_box", None)
-        cover, turned = convex_cover(profile), None
-        if isinstance(path, Turn):
-            turned = pack(cover, path.tip_series, path.axis_series, path.start)
-        elif isinstance(path, Arc) and not _is_straight(path):
-            turned = pack(cover, arc_series(path), Series.constant(UP), path.start)
         object.__setattr__(self, "_rows", None)
-        object.__setattr__(self, "_turned", turned)
+        object.__setattr__(self, "_turned", None)
+
+    def _moved(self) -> Packed | None:
+        """Rows of `rotating/`, made when they are first asked for: milliseconds, and most sweeps of a run never are."""
+        path = self.path
+        if self._turned is None and (isinstance(path, Turn) or not _is_straight(path)):
+            cover = convex_cover(self.profile)
+            if isinstance(path, Turn):
+                made = pack(cover, path.tip_series, path.axis_series, path.start)
+            else:
+                assert isinstance(path, Arc)
+                made = pack(cover, arc_series(path), Series.constant(UP), path.start)
+            object.__setattr__(self, "_turned", made)
+        return self._turned
 
     def upright(self) -> tuple[Sweep, Floats] | None:
         """The same sweep seen from a tool whose axis keeps its direction, None if the axis turns.
@@ -152,7 +160,7 @@ class Sweep:
     @property
     def packed(self) -> tuple[_Packed | None, Packed | None]:
         """Rows of the kernels, of `_kernels.py` where distances are those to the nearest pose, and of `rotating/`."""
-        return self._near, self._turned
+        return self._near, self._moved()
 
     @property
     def bounds(self) -> Floats:
@@ -192,10 +200,11 @@ class Sweep:
         SweepError
             The path is straight: `volume` knows a formula.
         """
-        if self._turned is None:
+        moved = self._moved()
+        if moved is None:
             raise SweepError("the flux is computed for curved paths only", remedy="take `volume`")
         if wanted not in self._known:
-            self._known[wanted] = flux_volume(self.profile, self._turned, wanted=wanted)
+            self._known[wanted] = flux_volume(self.profile, moved, wanted=wanted)
         return self._known[wanted]
 
     def split(self, fractions: Sequence[float]) -> list[Sweep]:
@@ -246,8 +255,8 @@ class Sweep:
             p = self._near
             _kernels.distances(p.seg, p.first, p.path, where, p.tol, out)
         else:
-            assert self._turned is not None
-            q = self._turned
+            q = self._moved()
+            assert q is not None
             rotating.distances(q.seg, q.ends, q.limits, q.waves, where, q.tol, level, out)
         return out
 
@@ -301,7 +310,7 @@ class Sweep:
         return RayIntervals(*(np.concatenate(column) for column in zip(*found, strict=True)))
 
     def _rays(self, origins: Floats, directions: Floats, between: Floats) -> RayIntervals:
-        p, q = self._near, self._turned
+        p, q = self._near, self._moved()
         easy = np.full(len(origins), q is None)
         if p is not None and q is not None:  # level circle
             easy = (directions[:, 0] == 0.0) & (directions[:, 1] == 0.0)
@@ -337,7 +346,7 @@ class Sweep:
         self, near: bool, origins: Floats, directions: Floats, counts: Ints, lo: Floats, hi: Floats
     ) -> None:
         """Ends of the intervals of lines into rows of `lo` and `hi`, their numbers (-1: no room) into `counts`."""
-        p, q = self._near, self._turned
+        p, q = self._near, self._moved()
         if near:
             assert p is not None
             _kernels.rays(p.seg, p.first, p.size, p.path, origins, directions, p.tol, counts, lo, hi)

@@ -30,8 +30,8 @@ the rare blocks that have one."""
 ROUND_MM = 1e-9
 """Ends of rays: what the cells of a block may be off by together, in mm of height."""
 
-THREADED = 1000
-"""Rays of a curved motion above which two threads share them: a millisecond each."""
+THREADED = 8000
+"""Rays of a curved motion for each thread that shares them, 3 to 6 us each: a thread costs milliseconds, too."""
 
 Window = tuple[int, int, int, int]
 

@@ -162,7 +162,8 @@ def rings(line: Floats, sag: float, side: Side) -> list[Floats]:
 
 def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
     """Convex hull of circles along the meridian, see `rings`."""
-    _, points, triangles, planes = hull(np.concatenate(rings(line, sag, side)))
+    _, points, triangles, equations = hull(np.concatenate(rings(line, sag, side)))
+    _, planes = np.unique(equations, axis=0, return_inverse=True)  # parts of one facet have the same numbers
     half = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     owner = np.tile(np.arange(len(triangles)), 3)
     left = {(int(u), int(v)): int(t) for (u, v), t in zip(half, owner, strict=True)}
@@ -171,7 +172,7 @@ def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
     areas = 0.5 * np.linalg.norm(
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
     )
-    normals = _alike(_support_normals(points, triangles, left), planes, areas)
+    normals = _alike(_support_normals(points, triangles, left), planes.ravel(), areas)
     bends = np.arccos(np.clip(np.einsum("ij,ij->i", normals[edges[:, 2]], normals[edges[:, 3]]), -1.0, 1.0))
     bend = float(bends[bends < SHARP].max(initial=0.0))
     return Polyhedron(
@@ -186,8 +187,8 @@ def polyhedron(line: Floats, sag: float, side: Side) -> Polyhedron:
     )
 
 
-def hull(cloud: Floats) -> tuple[Ints, Floats, Ints, Ints]:
-    """Of a convex hull: which points are its corners (n,), these (n, 3), outward triangles (m, 3), their planes (m,).
+def hull(cloud: Floats) -> tuple[Ints, Floats, Ints, Floats]:
+    """Of a convex hull: which points are its corners (n,), these (n, 3), outward triangles (m, 3), their equations (m, 4).
 
     The same in every process. Raises EngineError where it degenerates.
 
@@ -205,11 +206,8 @@ def hull(cloud: Floats) -> tuple[Ints, Floats, Ints, Ints]:
     a, b, c = (points[triangles[:, k]] for k in range(3))
     inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), found.equations[:, :3]) < 0.0
     triangles[inward] = triangles[inward][:, ::-1]
-    _, planes = np.unique(
-        found.equations, axis=0, return_inverse=True
-    )  # parts of one facet have the same numbers
     order = np.argsort(points[triangles, 2].min(axis=1), kind="stable")
-    return used, points, triangles[order].astype(np.int64), planes.ravel()[order].astype(np.int64)
+    return used, points, triangles[order].astype(np.int64), found.equations[order]
 
 
 CHUNK = 256
