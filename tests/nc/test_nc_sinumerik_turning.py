@@ -111,3 +111,10 @@ def test_both_spindles_and_channels_are_noted():
 def test_a_cycle_of_the_builder_is_a_missing_program():
     program = read("G0 X1 Y2\nHOME\nL7\nMYCYCLE(1,2)\nG0 X2", head="G17 G90 G710\n")
     assert codes(program) == ["W383", "W383", "W383"] and program.moves[-1].end[0] == 2
+
+
+def test_a_call_with_values_marks_the_dialect():
+    """OTWOR_M6(10, 10) would be the name of a program, O and a text, to a Fanuc control: the call would be lost."""
+    data = b"G17 G90 G71 G54\nT1 M6\nOTWOR_M6(10, 10)\nG0 X5\nM30\n"
+    read = parse_program(data, "p.mpf", dialect="auto")
+    assert (read.dialect, [f.code for f in read.findings if f.severity != "I"]) == ("sinumerik", ["W383"])

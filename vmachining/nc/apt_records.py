@@ -11,7 +11,7 @@ __all__ = ["Record", "RecordError", "parse_record", "records"]
 MAX_RECORD: Final = 4096
 
 COMMENTS: Final = frozenset(
-    {"PARTNO", "PPRINT", "REMARK", "TOOL PATH", "MACHIN", "LEADER", "PAINT", "INSERT", "TPRINT", "PRINT", "LETTER",
+    {"PARTNO", "PPRINT", "REMARK", "TOOL PATH", "MACHIN", "LEADER", "PAINT", "INSERT", "TPRINT", "TDATA", "PRINT", "LETTER",
      "NOTE", "OP NAME", "OPNAME", "$$", "LOAD TOOL NAME"}
 )  # fmt: skip
 """Words whose rest is text; `TOOL PATH` and `INSERT` are looked at for what they say of tools."""

@@ -129,7 +129,8 @@ _SINUMERIK: Final = re.compile(
     r"|\bDEF[ \t]+(?:REAL|INT|STRING|BOOL)\b"
     r"|\b(?:GOTO[FB]|A?TRANS|A?ROT|A?SCALE|A?MIRROR|EXTCALL|ENDWHILE|ENDIF|ENDFOR)\b|\b(?:CR|TURN|RND|CHF|CHR|AR|SPOS)[ \t]*="
     r"|\b[XYZIJKABC][ \t]*=[ \t]*(?:I?AC|DC|IC|ACP|ACN)[ \t]*\(|\bR\d+[ \t]*=|\bG(?:290|500|505|601|602|641|642|710|700)\b"
-    r"|\bT[ \t]*=[ \t]*\"|\$(?:P|AA|TC|MN|MC|A)_|^[ \t]*(?:N\d+[ \t]+)?[A-Z_]\w+:[ \t]*(?:$|[A-Z])|^[ \t]*(?:N\d+[ \t]+)?PROC\b",
+    r"|\bT[ \t]*=[ \t]*\"|\$(?:P|AA|TC|MN|MC|A)_|^[ \t]*(?:N\d+[ \t]+)?[A-Z_]\w+:[ \t]*(?:$|[A-Z])|^[ \t]*(?:N\d+[ \t]+)?PROC\b"
+    r"|^[ \t]*(?:N\d+[ \t]+)?(?:[A-Z][A-Z0-9]*)?_\w*[ \t]*\([-+.,\d \t]*\)",
     re.IGNORECASE,
 )
 
@@ -145,7 +146,8 @@ def _sinumerik_score(lines: Sequence[str]) -> float:
 
 
 _DECLARED: Final = re.compile(
-    r"[ \t]*(?:N\d+[ \t]+)?DEF[ \t]+(?:REAL|INT|BOOL|CHAR|STRING|AXIS|FRAME)\b|[ \t]*(?:N\d+[ \t]+)?MCALL\b",
+    r"[ \t]*(?:N\d+[ \t]+)?DEF[ \t]+(?:REAL|INT|BOOL|CHAR|STRING|AXIS|FRAME)\b|[ \t]*(?:N\d+[ \t]+)?MCALL\b"
+    r"|[ \t]*(?:N\d+[ \t]+)?(?:[A-Z][A-Z0-9]*)?_\w*[ \t]*\([-+.,\d \t]*\)",
     re.IGNORECASE,
 )
 """What no other control has: declared variables, cycles that are called at every point."""
