@@ -228,8 +228,10 @@ def contact_along(
         cutter, path = sweeps.motions[k]
         nows[here], tips[here] = _places(path, t, edge, sweeps.bounds)
         boxes[here] = _box(cutter.max_radius, cutter.z_min, cutter.z_max, nows[here])
-        behind = BEHIND_MM / max(path.length, BEHIND_MM)
-        station[here] = np.column_stack([np.full(len(t), k), t, np.full(len(t), behind), t == 1.0])
+        behind = np.full(len(t), BEHIND_MM / max(path.length, BEHIND_MM))
+        if sweeps.is_posed(k):
+            behind = t - _before_end(path, t)
+        station[here] = np.column_stack([np.full(len(t), k), t, behind, t == 1.0])
         if sweeps.cuts[k, 2] == 2:
             for j, one in enumerate(_before_end(path, t)):
                 if one > 1e-6:  # exact distances know what only touches: this ends where the tool stands
@@ -287,8 +289,8 @@ class _Walk:
         self.mark = np.array([0, begin])
         self.tile_row = np.empty(8)
         self.room = Room(
-            np.zeros((512, 7)), np.zeros(12), np.zeros((2, 12)), np.zeros((1, 3)), np.zeros(128, np.int64),
-            np.zeros(128), np.zeros(1, np.int64),
+            np.zeros((512, 7)), np.zeros(12), np.zeros((2, 12)), np.zeros(4), np.zeros(128, np.int64),
+            np.zeros(128), np.zeros(2, np.int64),
         )  # fmt: skip
         self.turn = Turn(
             np.empty(ROOM), np.empty(ROOM, np.int64), np.empty((ROOM, VALUES)), np.empty((ROOM, PARTS, 3)),
@@ -333,7 +335,7 @@ class _Walk:
         while True:
             work = Work(
                 np.empty(NODES), np.empty(NODES), np.empty(NODES), np.empty(NODES), np.empty(NODES), np.empty(NODES),
-                np.empty(NODES), np.empty(self.list, np.int64),
+                np.empty(NODES), np.empty(self.list, np.int64), np.empty(self.list + 1),
                 np.empty(self.list, np.int64), np.empty(self.list, np.int64), np.empty(self.list, np.int64),
                 np.empty(self.turn.part.shape[1:]),
                 self.slot, self.seen, self.clock,

@@ -8,45 +8,67 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from vmachining.arrays import Floats, Ints
-from vmachining.engagement.along.kernels.distance_kernels import BALL, CIRCLE, EXACT, HELIX, LEVEL, RAMP, Rows
+from vmachining.engagement.along.kernels.distance_kernels import (
+    BALL,
+    CIRCLE,
+    EXACT,
+    HELIX,
+    LEVEL,
+    POSES,
+    RAMP,
+    Rows,
+)
 from vmachining.engagement.along.kernels.margin_kernels import World
-from vmachining.engagement.workpiece import Past
+from vmachining.engagement.workpiece import SLIDING_MM, Past
 from vmachining.errors import StockError
 from vmachining.geometry import Arc, Line
 from vmachining.stock import BoxStock, CylinderStock, MeshStock, Stock
 from vmachining.sweep import Motion, Sweep, Turn
+from vmachining.sweep.rotating import rate_bound
 from vmachining.tolerance import LENGTH_EPS_MM
 from vmachining.tool import Profile
 
-__all__ = ["Corner", "Sweeps", "corner_of"]
+__all__ = ["Sweeps"]
 
 QUARTER = 0.5 * np.pi
-WIDTH = 29
+WIDTH = 35
 """Columns of a row, see the kernels."""
 
 
+CUBIC_MM = 5e-8
+"""How far cubics of a pose may be off its motion."""
+
+BEND_MM = 2e-3
+"""What a minimum of the distance over poses may hide, see the kernels: more is divided."""
+
+
 class Corner(NamedTuple):
-    """A flat end, a bull or a ball nose: radius of the corner's centre, of the corner; height of the wall's end. mm."""
+    """A flat end, a bull or a ball nose: radius of the corner's centre, of the corner; height of the wall's end. mm.
+
+    lean : rad, of the wall.
+    """
 
     rc: float
     r: float
     top: float
+    lean: float
 
 
-def corner_of(profile: Profile) -> Corner | None:
-    """The cutter as a rounded box, None of another shape."""
+def _corner(profile: Profile) -> Corner | None:
+    """The cutter as a rounded box or cone, None of another shape."""
     first, *rest = profile.segments
     r = first.radius if first.is_arc else 0.0
-    rc = profile.max_radius - r
+    rc = first.cr if first.is_arc else first.r0
     rc = 0.0 if abs(rc) <= LENGTH_EPS_MM else rc
-    fits = abs(first.z0) <= LENGTH_EPS_MM and abs(first.r0 - rc) <= LENGTH_EPS_MM
+    lean = -first.beta[1]
+    fits = abs(first.z0) <= LENGTH_EPS_MM and abs(first.r0 - rc) <= LENGTH_EPS_MM and rc >= 0.0
     if r > 0.0:
-        fits &= abs(first.cr - rc) <= LENGTH_EPS_MM and abs(first.cz - r) <= LENGTH_EPS_MM
-        fits &= abs(first.z1 - r) <= LENGTH_EPS_MM
-    else:
-        rest = [first, *rest]
-    fits &= all(not s.is_arc and s.r0 == s.r1 == profile.max_radius for s in rest)
-    return Corner(max(rc, 0.0), r, float(profile.z_max)) if fits else None
+        fits &= abs(first.cz - r) <= LENGTH_EPS_MM
+    # one straight wall whose tangent the corner ends in
+    fits &= all(not s.is_arc and abs(s.beta[0] + lean) * s.z1 <= LENGTH_EPS_MM for s in rest)
+    fits &= profile.is_convex and -LENGTH_EPS_MM <= lean < 1.5
+    lean = 0.0 if abs(lean) * profile.z_max <= LENGTH_EPS_MM else lean
+    return Corner(rc, r, float(profile.z_max), lean) if fits else None
 
 
 class _Rows:
@@ -105,14 +127,9 @@ class Sweeps:
         self._start, self._path, self._tol = _Rows(3), _Rows(10), _Rows(2)
         self._frames, self._pieces = _Rows(3, 3), _Rows(4, kind=np.int64)
         self._seg, self._limits, self._waves = _Rows(10), _Rows(7), _Rows(19)
-        self._tables = (
-            self._box, self._form, self._start, self._path, self._tol, self._frames, self._pieces, self._seg,
-            self._limits, self._waves,
-        )  # fmt: skip
         self._known: dict[int, tuple[Floats, int]] = {}
         self._cutters: dict[int, tuple[Profile, int, Corner | None]] = {}
-        kinds = (_Rows(kind=np.int64), _Rows(kind=np.int64), _Rows(kind=np.int64), _Rows(WIDTH), _Rows(6))
-        self._rows = kinds
+        self._rows: tuple[_Rows, ...] = (*(_Rows(kind=np.int64) for _ in range(3)), _Rows(WIDTH), _Rows(6))
         self.motions: list[tuple[Profile, Motion]] = []
         self._cuts = _Rows(3, kind=np.int64)
 
@@ -122,44 +139,39 @@ class Sweeps:
     def twin(self) -> Self:
         """For another thread: the same sweeps, in its own tables, because questions write to their spare rows."""
         twin = copy(self)
-        names = (
-            "_box",
-            "_form",
-            "_start",
-            "_path",
-            "_tol",
-            "_frames",
-            "_pieces",
-            "_seg",
-            "_limits",
-            "_waves",
-        )
-        for name in names:
-            setattr(twin, name, getattr(self, name).copy())
-        twin._tables = tuple(getattr(twin, name) for name in names)
-        kinds, tools, exact, numbers, boxes = (rows.copy() for rows in self._rows)
-        twin._rows, twin._known = (kinds, tools, exact, numbers, boxes), dict(self._known)
+        for name, value in vars(self).items():
+            if isinstance(value, _Rows):
+                setattr(twin, name, value.copy())
+        twin._rows, twin._known = tuple(rows.copy() for rows in self._rows), dict(self._known)
         return twin
 
     def add(self, cutter: Profile, path: Motion) -> None:
         """The next motion."""
         known = self._cutters.get(id(cutter))
         if known is None:
-            known = (cutter, len(self._cutters), corner_of(cutter))
+            known = (cutter, len(self._cutters), _corner(cutter))
             self._cutters[id(cutter)] = known
         first = self._rows[0].count
         kinds, num, box = _closed(known[2], path, self.bounds[1, 2])
         tool = known[1]
         exact = np.full(len(kinds), -1)
         own = int(isinstance(path, Turn) or not (isinstance(path, Line) and cutter.is_convex))
+        tool = -1 if isinstance(path, Turn) else tool
         if kinds[0] == EXACT:
             sweep = Sweep.along(cutter, path)
-            exact[0], box = self.push(sweep), sweep.bounds.reshape(1, 6)
-            tool, own = (-1, 2 * own) if isinstance(path, Turn) else (tool, 2 * own)
+            exact[0], box, own = self.push(sweep), sweep.bounds.reshape(1, 6), 2 * own
         for table, rows in zip(self._rows, (kinds, np.full(len(kinds), tool), exact, num, box), strict=True):
             table.add(rows)
         self._cuts.add(np.array([[first, self._rows[0].count, own]]))
         self.motions.append((cutter, path))
+
+    @property
+    def _tables(self) -> tuple[_Rows, ...]:
+        """Of the world of exact distances."""
+        return (
+            self._box, self._form, self._start, self._path, self._tol, self._frames, self._pieces, self._seg,
+            self._limits, self._waves,
+        )  # fmt: skip
 
     @property
     def cuts(self) -> Ints:
@@ -171,6 +183,10 @@ class Sweeps:
         """Whether every distance has a closed form."""
         return self.kind != 2 and not (self._rows[0].view == EXACT).any()
 
+    def is_posed(self, motion: int) -> bool:
+        """Whether a motion turns, in closed form: what it has swept so far ends where the tool stands."""
+        return bool(self._rows[0].view[self._cuts.view[motion, 0]] == POSES)
+
     def tool_of(self, cutter: Profile) -> int:
         """Number of a cutter in the rows."""
         return self._cutters[id(cutter)][1] if id(cutter) in self._cutters else -1
@@ -181,7 +197,6 @@ class Sweeps:
 
     def push(self, sweep: Sweep) -> int:
         """Rows of a sweep in the world of exact distances; its index."""
-        self._before = [rows.count for rows in self._tables]
         past = Past(0, sweep)
         plain, frame = past.plain
         near, turned = plain.packed
@@ -244,13 +259,15 @@ def _closed(corner: Corner | None, path: Motion, top: float) -> tuple[Ints, Floa
     top : mm, of the stock: cutters that reach above it all along are endless upwards for all that is asked of them.
     """
     q = np.zeros((1, WIDTH))
+    if isinstance(path, Turn) and corner is not None:
+        return _posed(path, corner)
     if isinstance(path, Turn) or (isinstance(path, Arc) and path.axis != 2):
         return np.array([EXACT]), q, np.zeros((1, 6))
     start, end = path.start, path.end
     q[0, 0:3], q[0, 14:16], q[0, 26] = start, end[:2], end[2]
-    if corner is None or min(start[2], end[2]) + corner.top < top:
+    if corner is None or corner.lean > 0.0 or min(start[2], end[2]) + corner.top < top:
         return np.array([EXACT]), q, np.zeros((1, 6))
-    rc, r, _ = corner
+    rc, r, _, _ = corner
     reach = np.array([rc + r, rc + r, 0.0])
     if isinstance(path, Line):
         d = end - start
@@ -262,6 +279,43 @@ def _closed(corner: Corner | None, path: Motion, top: float) -> tuple[Ints, Floa
         low, high = path.bounds - reach, path.bounds + reach
         return np.array([kind]), q, np.array([[*low[0], high[1, 0], high[1, 1], top + 1.0]])
     return _curved(path, rc, r, top)
+
+
+def _posed(path: Turn, corner: Corner) -> tuple[Ints, Floats, Floats]:
+    """The same of a motion that turns: cubics through the poses at both ends of pieces, with their rates."""
+    rc, r, high, lean = corner
+    tip, axis = path.tip_series, path.axis_series
+    reach = max(high, rc + r)
+    off = (tip.bound(4) + reach * axis.bound(4)) / 384.0
+    turn, far = rate_bound(axis, 1), float(np.hypot(high, rc + r))
+    # of the path of a point as the tool sees it: |y''| <= |c''| + 2 |A'| |c'| + (|A''| + |A'|^2) far, and w^2 / 8 of it
+    speed = rate_bound(tip, 1)
+    bend = (tip.bound(2) + 2.0 * turn * speed + (axis.bound(2) + turn**2) * far) / 8.0
+    n = max(1, int(np.ceil(max((off / CUBIC_MM) ** 0.25, (bend / BEND_MM) ** 0.5))))
+    share, step = np.arange(n + 1) / n, 1.0 / n
+    q, hull = np.zeros((n, WIDTH)), np.zeros((2, n, 4, 3))
+    for k, (series, columns) in enumerate(((tip, (0, 3, 6, 9)), (axis, (20, 23, 27, 30)))):
+        at, rate = series.at(share), series.at(share, 1) * step
+        a, b, c, d = at[:-1], rate[:-1], at[1:], rate[1:]
+        for column, part in zip(
+            columns, (a, b, 3.0 * (c - a) - 2.0 * b - d, 2.0 * (a - c) + b + d), strict=True
+        ):
+            q[:, column : column + 3] = part
+        hull[k] = np.stack([a, a + b / 3.0, c - d / 3.0, c], axis=1)  # a cubic lies in the hull of these
+    q[:, 12], q[:, 13], q[:, 16], q[:, 17], q[:, 18] = np.cos(lean), np.sin(lean), rc, r, high
+    ends = path.position(share[1:])
+    q[:, 14:16], q[:, 26] = ends[:, :2], ends[:, 2]
+    q[:, 19], q[:, 33] = bend * step**2, SLIDING_MM
+    q[:, 34] = 0.5 * step * (speed + turn * far)
+    wide = rc + (r + (high - r) * np.sin(lean)) / np.cos(lean)
+    least = np.where(hull[1].min(axis=1) * hull[1].max(axis=1) > 0.0, np.abs(hull[1]).min(axis=1), 0.0)
+    side = wide * np.sqrt(np.maximum(1.0 - least**2, 0.0)) + 1e-6
+    points = np.concatenate([hull[0], hull[0] + high * hull[1]], axis=1)
+    return (
+        np.full(n, POSES),
+        q,
+        np.concatenate([points.min(axis=1) - side, points.max(axis=1) + side], axis=1),
+    )
 
 
 def _curved(path: Arc, rc: float, r: float, top: float) -> tuple[Ints, Floats, Floats]:

@@ -3,10 +3,14 @@
 # Legend: a cutter is a rounded box in (rho, w), w the height above the tip: corner radius r about (rc, r), wall at R = rc + r, no
 #   top. g(rho, w) = |(u+, v+)| + min(max(u, v), 0) - r with u = rho - rc, v = r - w: its distance. Ball: rc = 0, flat: r = 0.
 # Kinds of a sweep: BALL ball on a line, LEVEL any rounded box on a level line, CIRCLE on a level arc about z, RAMP on a sloped
-#   line, HELIX on at most a quarter of a turn of a helix; EXACT by the general distances of `margin`.
+#   line, HELIX on at most a quarter of a turn of a helix; EXACT by the general distances of `margin`; POSES see below.
 # Columns of num, one row each: 0 start (3), 3 D (3) to the end, 6 centre x y, 8 radius of the path, 9 angle of the start, 10
 #   turned angle, 11 direction of the middle (2), 13 cosine of half the angle (-1.1: whole circle), 14 end x y, 16 rc, 17 r,
 #   18 |D_xy|^2, 19 |D|^2, 20 unit velocity at the start (3), 23 at the end (3), 26 end z, 27 lowest and 28 highest z of the tip.
+# POSES, a cutter with a wall that may lean by tau and with a top at w = H, whose tip and axis are cubics of t: 0 tip (3), its
+#   coefficients of t, t^2, t^3 (3 each), 12 cosine and sine of tau, 14 end x y, 16 rc, 17 r, 18 H, 19 bend (mm, how far minima
+#   over t may lie below a convex function), 20 axis (3), 23 coefficient of t (3), 26 end z, 27 of t^2 (3), 30 of t^3 (3), 33
+#   depth up to which a point counts as on the surface, 34 way of any point of the cutter to the middle of the motion, at most.
 
 from typing import NamedTuple
 
@@ -16,13 +20,13 @@ from numpy.typing import NDArray
 from vmachining.engagement.along.kernels.margin_kernels import sweep_gap
 from vmachining.jit import leaf
 
-BALL, LEVEL, CIRCLE, RAMP, HELIX, EXACT = 0, 1, 2, 3, 4, 5
+BALL, LEVEL, CIRCLE, RAMP, HELIX, EXACT, POSES = 0, 1, 2, 3, 4, 5, 6
 FINE, COARSE = 1e-10, 1e-4  # mm: how well minima over a motion are known near the surface, and elsewhere
 NEAR = 0.01  # mm: from the surface
 
 
 class Rows(NamedTuple):
-    """Sweeps in program order. kind, tool, exact (row of the World, -1) : (n,). num : (n, 29), see the legend. box : (n, 6)."""
+    """Sweeps in program order. kind, tool, exact (row of the World, -1) : (n,). num : (n, 35), see the legend. box : (n, 6)."""
 
     kind: NDArray[np.int64]
     tool: NDArray[np.int64]
@@ -115,6 +119,89 @@ def least(q, helix, best, x, y, z, away, along, lead):
 
 
 @leaf
+def at_pose(q, x, y, z, t):
+    """Distance of a point to the cutter at one pose, and its derivative with t."""
+    dx = x - q[0] - t * (q[3] + t * (q[6] + t * q[9]))
+    dy = y - q[1] - t * (q[4] + t * (q[7] + t * q[10]))
+    dz = z - q[2] - t * (q[5] + t * (q[8] + t * q[11]))
+    ax = q[20] + t * (q[23] + t * (q[27] + t * q[30]))
+    ay = q[21] + t * (q[24] + t * (q[28] + t * q[31]))
+    az = q[22] + t * (q[25] + t * (q[29] + t * q[32]))
+    vx = q[3] + t * (2.0 * q[6] + 3.0 * t * q[9])
+    vy = q[4] + t * (2.0 * q[7] + 3.0 * t * q[10])
+    vz = q[5] + t * (2.0 * q[8] + 3.0 * t * q[11])
+    bx = q[23] + t * (2.0 * q[27] + 3.0 * t * q[30])
+    by = q[24] + t * (2.0 * q[28] + 3.0 * t * q[31])
+    bz = q[25] + t * (2.0 * q[29] + 3.0 * t * q[32])
+    w = dx * ax + dy * ay + dz * az
+    dw = dx * bx + dy * by + dz * bz - (vx * ax + vy * ay + vz * az)
+    rx, ry, rz = dx - w * ax, dy - w * ay, dz - w * az
+    rho = np.sqrt(rx * rx + ry * ry + rz * rz)
+    # radial direction times the rates: of the tip, and of the axis at height w
+    d_rho = -(rx * (vx + w * bx) + ry * (vy + w * by) + rz * (vz + w * bz)) / rho if rho > 1e-12 else 0.0
+    u, v = rho - q[16], q[17] - w
+    cos, sin = q[12], q[13]
+    side = u * cos + v * sin
+    if u > 0.0 and v * cos - u * sin > 0.0:
+        size = np.sqrt(u * u + v * v)
+        d, slope = size, (u * d_rho - v * dw) / size
+    elif v > side:
+        d, slope = v, -dw
+    else:
+        d, slope = side, cos * d_rho - sin * dw
+    d -= q[17]
+    return (d, slope) if d >= w - q[18] else (w - q[18], dw)
+
+
+@leaf
+def valley(q, best, x, y, z, low, high, d0, s0, d1, s1):
+    """The smaller of `best` and the minimum over poses between two whose slopes lead down to what lies between."""
+    found = min(d0, d1)
+    best = min(best, found)
+    for step in range(60):
+        width = high - low
+        floor = (d0 * s1 - d1 * s0 + s0 * s1 * width) / (s1 - s0)
+        fine = COARSE if abs(found) > NEAR else FINE
+        if found - floor <= fine or floor - q[19] * width * width > best or width < 1e-9:
+            break
+        t = low - s0 * width / (s1 - s0) if step % 3 != 2 else 0.5 * (low + high)
+        if not low < t < high:
+            t = 0.5 * (low + high)
+        d, s = at_pose(q, x, y, z, t)
+        found = min(found, d)
+        if s < 0.0:
+            low, d0, s0 = t, d, s
+        elif s > 0.0:
+            high, d1, s1 = t, d, s
+        else:
+            break
+    return min(best, found)
+
+
+@leaf
+def among_poses(q, best, x, y, z):
+    """The smaller of `best` and the distance to a cutter on all its poses.
+
+    Slopes fall by 8 `bend` at most: where those at the ends do not lead down to what lies between, and do not forbid a minimum
+    there, the middle is asked, once. Such a minimum lies at most `bend` deeper than the ends.
+    """
+    d0, s0 = at_pose(q, x, y, z, 0.0)
+    d1, s1 = at_pose(q, x, y, z, 1.0)
+    if s0 < 0.0 < s1:
+        return valley(q, best, x, y, z, 0.0, 1.0, d0, s0, d1, s1)
+    best = min(best, min(d0, d1))
+    if q[19] < FINE or min(d0, d1) - q[19] > best or max(s0, 0.0) - min(s1, 0.0) >= 8.0 * q[19]:
+        return best
+    d, s = at_pose(q, x, y, z, 0.5)
+    best = min(best, d)
+    if s0 < 0.0 < s:
+        best = valley(q, best, x, y, z, 0.0, 0.5, d0, s0, d, s)
+    if s < 0.0 < s1:
+        best = valley(q, best, x, y, z, 0.5, 1.0, d, s, d1, s1)
+    return best
+
+
+@leaf
 def path_gap(q, x, y):
     """Distance in plan to a level arc; x, y from the centre."""
     reach = np.sqrt(x * x + y * y)
@@ -140,6 +227,8 @@ def gap(num, kind, k, x, y, z, best):
     The world is not handed down here: so many arrays cost more than the distance.
     """
     q = num[k]
+    if kind == POSES:
+        return min(best, among_poses(q, best - q[33], x, y, z) + q[33])
     if kind == CIRCLE:
         return min(best, rounded(path_gap(q, x - q[6], y - q[7]), z - q[2], q[16], q[17]))
     if kind == HELIX:

@@ -12,8 +12,19 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vmachining.engagement.along.kernels.distance_kernels import CIRCLE, EXACT, HELIX, Rows, exact, gap, lower
+from vmachining.engagement.along.kernels.distance_kernels import (
+    CIRCLE,
+    EXACT,
+    HELIX,
+    POSES,
+    Rows,
+    at_pose,
+    exact,
+    gap,
+    lower,
+)
 from vmachining.engagement.along.kernels.margin_kernels import (
+    FAR,
     Blade,
     Room,
     World,
@@ -24,7 +35,7 @@ from vmachining.engagement.along.kernels.margin_kernels import (
 )
 from vmachining.engagement.along.kernels.stretch_kernels import below, facing, standing, under
 from vmachining.engagement.along.kernels.tile_kernels import Tiles
-from vmachining.jit import leaf
+from vmachining.jit import inner, leaf
 
 TAU = 1e-9  # mm: a sweep that covers a point by less than this touches it
 TOUCH_MM = 1e-4  # parts shorter than this are touches
@@ -32,7 +43,12 @@ GRAZING = 4e-4  # of what normals could enter: slower parts slide along a finish
 VALUES = 7
 AREA, THICK, DEPTH = 0, 1, 6
 NODES = 96  # of a piece, at most
-ARC, DISC, WALL = 24, 12, 6  # cells of a quarter of a circle and of lines
+ARC, DISC, WALL, LEANING = (
+    24,
+    12,
+    6,
+    16,
+)  # cells of a quarter of a circle, of lines, of lines on a tool that leans
 THIN_MM, SHARE = (
     0.1,
     95,
@@ -42,15 +58,15 @@ END_MM = 1e-6  # of a part
 ON_MM = 1e-6  # from a surface that a node lies on
 FLAT = 1e-3  # mm: sweeps that are farther than the bracket of an end by this do not end it
 AWAY_MM = 0.02  # of material from an edge that is not looked at
-FAR = 1e9
 DEEP = 5.0  # mm: margins are known up to this
 
 
 class Work(NamedTuple):
     """Space of the kernels.
 
-    x .. m : (NODES,). near, mode : see the legend. keep : of a piece, as places in `near`; few : of those what may end it in a
-    bracket. part : (n, 3) piece, s0, s1; a full one may have left parts out, and is made larger.
+    x .. m : (NODES,). near, mode : see the legend. keep : of a piece, as places in `near`; low : (sweeps + 1,) see `margin_on`;
+    few : of those what may end it in a bracket. part : (n, 3) piece, s0, s1; a full one may have left parts out, and is made
+    larger.
     slot, seen : (sweeps,) place in `near`, and the stretch that saw a sweep last. clock : (3,) stretches so far, places in `near`
     that tiles know, stamp of the station.
     """
@@ -63,6 +79,7 @@ class Work(NamedTuple):
     s: NDArray[np.float64]
     m: NDArray[np.float64]
     keep: NDArray[np.int64]
+    low: NDArray[np.float64]
     few: NDArray[np.int64]
     near: NDArray[np.int64]
     mode: NDArray[np.int64]
@@ -113,48 +130,84 @@ def depth(kind, q, x, y, z):
     return -np.sqrt(side * side + c0 * c0) - min(max(a, c), 0.0)
 
 
-@leaf
+@inner
+def place(scene, now, piece, s, sp, cp):
+    """A point of the edge and its normal, (x, y, z, N)."""
+    r, h, n_r, n_z = edge_point(scene.blade, piece, s)
+    e_x, e_y, e_z = sp * now[12] + cp * now[15], sp * now[13] + cp * now[16], sp * now[14] + cp * now[17]
+    return (
+        now[0] + h * now[3] + r * e_x, now[1] + h * now[4] + r * e_y, now[2] + h * now[5] + r * e_z,
+        n_r * e_x + n_z * now[3], n_r * e_y + n_z * now[4], n_r * e_z + n_z * now[5],
+    )  # fmt: skip
+
+
+@inner
+def gap_of(scene, c, at, near, most):
+    """Signed distance of a `place` to the sweep in `near` at c, or a number up to it: one that is above `near`, or `most`."""
+    rows, x, y, z = scene.rows, at[0], at[1], at[2]
+    k, mode = scene.work.near[c], scene.work.mode[c]
+    kind = rows.kind[k]
+    if mode != 0:
+        side = sided(rows.num[k], mode, at[3], at[4], at[5])
+        return around(kind, 0.0 if kind < CIRCLE else gap(rows.num, kind, k, x, y, z, FAR), side)
+    if kind != EXACT:
+        return gap(rows.num, kind, k, x, y, z, most)
+    d = box_gap(rows.box[k], x, y, z)
+    return d if d > near else exact(rows, scene.world, k, x, y, z, most, scene.room)
+
+
+@inner
 def margin_at(scene, now, count, most, piece, s, sp, cp):
     """m of one point of the edge against the first `count` sweeps of `few`, at most `most`; (m, sweeps nearer than that).
 
     These are the first of `few` afterwards: no other one comes to the surface within `most`.
     """
-    rows, world, work, room = scene.rows, scene.world, scene.work, scene.room
-    r, z, n_r, n_z = edge_point(scene.blade, piece, s)
-    e_x, e_y, e_z = (
-        sp * now[12] + cp * now[15],
-        sp * now[13] + cp * now[16],
-        sp * now[14] + cp * now[17],
-    )
-    x = now[0] + z * now[3] + r * e_x
-    y = now[1] + z * now[4] + r * e_y
-    w = now[2] + z * now[5] + r * e_z
+    world, work = scene.world, scene.work
+    at = place(scene, now, piece, s, sp, cp)
     m, n = most, 0
     for i in range(count):
         c = work.few[i]
-        k, mode = work.near[c], work.mode[c]
-        kind, d = rows.kind[k], most
-        if kind == EXACT:
-            if box_gap(rows.box[k], x, y, w) < most:
-                d = exact(rows, world, k, x, y, w, most, room)
-        elif mode == 0:
-            d = gap(rows.num, kind, k, x, y, w, most)
-        else:
-            side = sided(
-                rows.num[k],
-                mode,
-                n_r * e_x + n_z * now[3],
-                n_r * e_y + n_z * now[4],
-                n_r * e_z + n_z * now[5],
-            )
-            d = around(kind, 0.0 if kind < CIRCLE else gap(rows.num, kind, k, x, y, w, FAR), side)
-        if d < most or mode != 0:
+        d = gap_of(scene, c, at, most, most)
+        if d < most or work.mode[c] != 0:
             work.few[n] = c
             n += 1
         m = min(m, d)
     if world.kind != 2:
-        return min(m, depth(world.kind, world.stock, x, y, w)), n
-    return (min(m, -mesh_gap(world, x, y, w, room)) if m > -TAU else m), n
+        return min(m, depth(world.kind, world.stock, at[0], at[1], at[2])), n
+    if m > -TAU and scene.room.last[1] > 0:
+        m = min(m, -mesh_gap(world, at[0], at[1], at[2], scene.room))
+    return m, n
+
+
+@inner
+def margin_on(scene, now, count, piece, s, sp, cp):
+    """m of one point of the edge against `keep`, after points of smaller s; the nearest sweep comes first afterwards.
+
+    work.low : distance + s where a sweep was asked last, at `count` that of the triangles: it falls by 1 mm per mm at most, and
+    who cannot be nearest is not asked.
+    """
+    world, work = scene.world, scene.work
+    at = place(scene, now, piece, s, sp, cp)
+    m, first = DEEP, 0
+    if world.kind != 2:
+        m = min(m, depth(world.kind, world.stock, at[0], at[1], at[2]))
+    for i in range(count):
+        if work.low[i] - s > m:
+            continue
+        c = work.keep[i]
+        d = gap_of(scene, c, at, m, DEEP)
+        if work.mode[c] == 0:
+            work.low[i] = d + s
+        if d < m:
+            m, first = d, i
+    if count > 0:
+        work.keep[0], work.keep[first] = work.keep[first], work.keep[0]
+        work.low[0], work.low[first] = work.low[first], work.low[0]
+    if world.kind == 2 and scene.room.last[1] > 0 and m > -TAU and work.low[count] - s <= m:
+        d = -mesh_gap(world, at[0], at[1], at[2], scene.room)
+        work.low[count] = d + s
+        m = min(m, d)
+    return m
 
 
 @leaf
@@ -181,7 +234,7 @@ def next_share(a, b, c, f, g, e, least):
 
 @leaf
 def root(scene, now, count, piece, sp, cp, a, b, f, g):
-    """s where m crosses -TAU between a and b, among the sweeps that can be met there; f, g : m at both.
+    """s where m crosses -TAU between a and b, among the first `count` of `few`; f, g : m at both.
 
     Where one end all but lies on a surface, a quarter of the cell from it comes first: a thin chip on a floor has its end there.
     """
@@ -189,7 +242,6 @@ def root(scene, now, count, piece, sp, cp, a, b, f, g):
     t = min(max(f / (f - g), 0.05), 0.95)
     if min(abs(f), abs(g)) < ON_MM:
         t = 0.25 if abs(f) < abs(g) else 0.75
-    all_few(scene.work, count)
     for _ in range(SECANTS):
         s = a + t * (b - a)
         v, count = margin_at(scene, now, count, abs(b - a) + FLAT, piece, s, sp, cp)
@@ -241,14 +293,15 @@ def put(blade, part, now, piece, phi, c, a, b, parts, out):
     return parts + 1
 
 
-@leaf
+@inner
 def keep_near(scene, now, count, piece, a, b, sp, cp):
-    """Leaves in `keep` what may end or cover the stretch; how many; -1 where one covers all of it, and how deep in m[0]."""
+    """Leaves in `keep` what may end or cover the stretch; how many; -1 where one covers all of it, and how deep in m[0].
+
+    room.last[1] : whether triangles of the stock may end it.
+    """
     rows, world, work, room = scene.rows, scene.world, scene.work, scene.room
-    r, z, _, _ = edge_point(scene.blade, piece, 0.5 * (a + b))
-    x = now[0] + z * now[3] + r * (sp * now[12] + cp * now[15])
-    y = now[1] + z * now[4] + r * (sp * now[13] + cp * now[16])
-    w = now[2] + z * now[5] + r * (sp * now[14] + cp * now[17])
+    at = place(scene, now, piece, 0.5 * (a + b), sp, cp)
+    x, y, w = at[0], at[1], at[2]
     half, n = 0.5 * (b - a) + TAU, 0
     for i in range(count):
         c = work.keep[i]
@@ -260,10 +313,9 @@ def keep_near(scene, now, count, piece, a, b, sp, cp):
                 or q[2] - w > half or w - q[5] > half
             ):  # fmt: skip
                 continue
-            if rows.kind[k] == EXACT:
-                d = exact(rows, world, k, x, y, w, half + TAU, room)
-            else:
-                d = gap(rows.num, rows.kind[k], k, x, y, w, half + TAU)
+            if rows.kind[k] == POSES and at_pose(rows.num[k], x, y, w, 0.5)[0] - rows.num[k, 34] > half:
+                continue
+            d = gap_of(scene, c, at, half + TAU, half + TAU)
             if d > half:
                 continue
             if d < -half:
@@ -271,29 +323,47 @@ def keep_near(scene, now, count, piece, a, b, sp, cp):
                 return -1
         work.keep[n] = c
         n += 1
+    if world.kind == 2:
+        free = room.free  # no triangle comes into this sphere
+        d = free[3]
+        d -= np.copysign(np.sqrt((x - free[0]) ** 2 + (y - free[1]) ** 2 + (w - free[2]) ** 2), d)
+        if abs(d) <= half or d * free[3] <= 0.0:
+            d = mesh_gap(world, x, y, w, room)
+            free[0], free[1], free[2], free[3] = x, y, w, d
+        if d > half:
+            work.m[0] = -d
+            return -1
+        room.last[1] = d > -half
     return n
 
 
 @leaf
 def march(scene, now, count, piece, phi, across, span, parts, out):
-    """Adds the parts between a and b among triangles, or sweeps without a closed form, that may stand in any number between.
+    """Adds the parts between a and b among triangles and sweeps of any kind, which may stand in any number between.
 
     No step is longer than the margin at its beginning, which changes by 1 mm per mm at most, or what is taken to be thin.
-    span : a, b and the longest step. across : see `put`.
+    span : a, b, the shortest and the longest step. across : see `put`.
     """
-    a, b, longest = span
-    sp, cp, thin = np.sin(phi), np.cos(phi), min(THIN_MM, (b - a) / SHARE)
-    all_few(scene.work, count)
-    f, _ = margin_at(scene, now, count, DEEP, piece, a, sp, cp)
+    a, b, thin, longest = span
+    sp, cp, work, last = np.sin(phi), np.cos(phi), scene.work, scene.room.last
+    for i in range(count + 1):
+        work.low[i] = -FAR
+    f = margin_on(scene, now, count, piece, a, sp, cp)
     begin = s = a
     while s < b:
         t = min(s + min(max(abs(f), thin), longest), b)
-        all_few(scene.work, count)
-        g, _ = margin_at(scene, now, count, DEEP, piece, t, sp, cp)
+        g = margin_on(scene, now, count, piece, t, sp, cp)
         if t < b:  # ends of a piece may lie on a floor at every angle
             out[DEPTH] = max(out[DEPTH], g)
         if (f > -TAU) != (g > -TAU):
-            e = root(scene, now, count, piece, sp, cp, s, t, f, g)
+            few, mesh = 0, last[1]  # who cannot come to the surface between s and t does not end the part
+            for i in range(count):
+                if work.low[i] <= 2.0 * t - s + FLAT:
+                    work.few[few] = work.keep[i]
+                    few += 1
+            last[1] = mesh > 0 and work.low[count] <= 2.0 * t - s + FLAT
+            e = root(scene, now, few, piece, sp, cp, s, t, f, g)
+            last[1] = mesh
             if f > -TAU:
                 parts = put(scene.blade, scene.work.part, now, piece, phi, across, begin, e, parts, out)
             begin = e
@@ -303,13 +373,13 @@ def march(scene, now, count, piece, phi, across, span, parts, out):
     return parts
 
 
-@leaf
+@inner
 def at_angle(scene, now, count, top, phi, aside, out):
     """Parts that cut at an angle, in work.part, and their values; how many parts.
 
     top : mm above the tip, no material is higher. aside (3,) : unit direction across axis and feed.
     """
-    rows, world, blade, work = scene.rows, scene.world, scene.blade, scene.work
+    rows, world, blade, work, room = scene.rows, scene.world, scene.blade, scene.work, scene.room
     sp, cp = np.sin(phi), np.cos(phi)
     e_x, e_y, e_z = (
         sp * now[12] + cp * now[15],
@@ -330,7 +400,6 @@ def at_angle(scene, now, count, top, phi, aside, out):
         if b - a <= TOUCH_MM:
             continue
         work.clock[0] += 1
-        kept, tile = 0, -1
         if upright:
             low, high, lack = standing(scene.tiles, blade, piece, now, e_x, e_y, a, b)
             if high - low > TOUCH_MM:
@@ -338,15 +407,7 @@ def at_angle(scene, now, count, top, phi, aside, out):
             elif lack < -AWAY_MM:  # nearer than that ends of arcs are interpolated, and need true margins
                 out[DEPTH] = max(out[DEPTH], lack)
                 continue
-        r0, h0, _, _ = edge_point(blade, piece, a)
-        r1, h1, _, _ = edge_point(blade, piece, b)
-        reach = np.sqrt((r1 - r0) ** 2 + (h1 - h0) ** 2 * (1.0 - now[5] ** 2))
-        looks = 1 + int(4.0 * reach / scene.tiles.size)
-        for i in range(looks + 1):
-            r, h, _, _ = edge_point(blade, piece, a + (b - a) * i / looks)
-            kept, tile = under(
-                scene.tiles, work, now[0] + h * now[3] + r * e_x, now[1] + h * now[4] + r * e_y, tile, kept
-            )
+        kept = under(scene.tiles, work, blade, piece, now, e_x, e_y, a, b)
         for c in range(work.clock[1], count):
             work.keep[kept] = c
             kept += 1
@@ -354,9 +415,11 @@ def at_angle(scene, now, count, top, phi, aside, out):
         if kept < 0:
             out[DEPTH] = max(out[DEPTH], m[0])
             continue
-        guided = world.kind == 2
+        unknown, guided = world.kind == 2 and room.last[1] > 0, False
         for i in range(kept):
-            guided |= rows.kind[work.near[work.keep[i]]] == EXACT
+            kind = rows.kind[work.near[work.keep[i]]]
+            unknown |= kind == EXACT
+            guided |= kind == POSES
         if q[6] > 0.0:
             cells = int(np.ceil(ARC * (b - a) / (0.5 * np.pi * q[6]) - 1e-9))
         elif q[3] == q[1]:
@@ -365,8 +428,10 @@ def at_angle(scene, now, count, top, phi, aside, out):
             cells = WALL
         cells = min(max(cells, 4), NODES - 1)
         step = (b - a) / cells
-        if guided:
-            parts = march(scene, now, kept, piece, phi, across, (a, b, step), parts, out)
+        if unknown or guided:
+            thin = min(THIN_MM, (b - a) / SHARE) if unknown else min(step, (b - a) / LEANING)
+            longest = step if upright else 0.25 * (b - a)
+            parts = march(scene, now, kept, piece, phi, across, (a, b, thin, longest), parts, out)
             continue
         flat = q[6] == 0.0
         n_r, n_z = (np.cos(q[7]), np.sin(q[7])) if flat else (0.0, 0.0)
@@ -383,7 +448,9 @@ def at_angle(scene, now, count, top, phi, aside, out):
             x[i] = now[0] + h * now[3] + r * e_x
             y[i] = now[1] + h * now[4] + r * e_y
             z[i] = now[2] + h * now[5] + r * e_z
-            m[i] = min(DEEP, depth(world.kind, world.stock, x[i], y[i], z[i]))
+            m[i] = DEEP  # triangles are farther than the stretch is long
+            if world.kind != 2:
+                m[i] = min(DEEP, depth(world.kind, world.stock, x[i], y[i], z[i]))
         for i in range(kept):
             k, mode = work.near[work.keep[i]], work.mode[work.keep[i]]
             kind = rows.kind[k]
@@ -407,6 +474,7 @@ def at_angle(scene, now, count, top, phi, aside, out):
             if i > 0:  # ends of a piece may lie on a floor at every angle
                 out[DEPTH] = max(out[DEPTH], f)
             if (f > -TAU) != (g > -TAU):
+                all_few(work, kept)
                 e = root(scene, now, kept, piece, sp, cp, s, t, f, g)
                 if f > -TAU:
                     parts = put(blade, work.part, now, piece, phi, across, begin, e, parts, out)
@@ -420,7 +488,9 @@ def at_angle(scene, now, count, top, phi, aside, out):
                     v, _ = margin_at(scene, now, kept, DEEP, piece, middle, sp, cp)
                     out[DEPTH] = max(out[DEPTH], v)
                     if (v > -TAU) != (f > -TAU):
+                        all_few(work, kept)
                         e0 = root(scene, now, kept, piece, sp, cp, s, middle, f, v)
+                        all_few(work, kept)
                         e1 = root(scene, now, kept, piece, sp, cp, middle, t, v, g)
                         if f > -TAU:
                             parts = put(blade, work.part, now, piece, phi, across, begin, e0, parts, out)

@@ -11,7 +11,6 @@
 #   and waves as in sweep/rotating.
 # Tool: rows r0 z0 r1 z1 cr cz R beta0 beta1 of the meridian, joints (s of their ends), twist rad/mm of height.
 # now (22,): tip, axis, velocity, rate of the axis, right, ahead (3 each), speed, idle speed, highest z, steepness added.
-# hit rows: piece, s0, s1.
 
 from typing import NamedTuple
 
@@ -60,12 +59,16 @@ class Blade(NamedTuple):
 
 
 class Room(NamedTuple):
-    """Work space of the kernels."""
+    """Work space of the kernels.
+
+    free (4,): point that triangles were asked for last, and its signed distance. last (2,): the triangle that was nearest, and
+    whether triangles may end the stretch.
+    """
 
     cells: NDArray[np.float64]
     p: NDArray[np.float64]
     poses: NDArray[np.float64]
-    hit: NDArray[np.float64]
+    free: NDArray[np.float64]
     stack: NDArray[np.int64]
     square: NDArray[np.float64]
     last: NDArray[np.int64]
@@ -76,9 +79,10 @@ def mesh_gap(world, x, y, z, room):
     """Signed distance to the triangles."""
     p = room.p
     p[0], p[1], p[2] = x, y, z
-    return mesh_distance(
-        p, world.a, world.b, world.c, world.normals, world.boxes, room.stack, room.square, 0
-    )[0]
+    d, room.last[0] = mesh_distance(
+        p, world.a, world.b, world.c, world.normals, world.boxes, room.stack, room.square, room.last[0]
+    )
+    return d
 
 
 @leaf

@@ -5,10 +5,8 @@
 
 import numpy as np
 
-from vmachining.engagement.along.kernels.margin_kernels import edge_point, into
-from vmachining.jit import leaf
-
-FAR = 1e9
+from vmachining.engagement.along.kernels.margin_kernels import FAR, edge_point, into
+from vmachining.jit import inner, leaf
 
 
 @leaf
@@ -79,7 +77,7 @@ def height_at(q, r):
     return q[1] + (r - q[0]) / (q[2] - q[0]) * (q[3] - q[1]) if q[2] > q[0] else q[1]
 
 
-@leaf
+@inner
 def standing(tiles, blade, piece, now, e_x, e_y, a, b):
     """What of a..b may stand in material of the tiles under it, tool upright; (a, b, most of material over the edge, mm).
 
@@ -120,20 +118,27 @@ def standing(tiles, blade, piece, now, e_x, e_y, a, b):
     return low, below(blade, piece, top, high), most
 
 
-@leaf
-def under(tiles, work, x, y, last, n):
-    """Adds to `keep` the sweeps of the tile that a point lies in, unless it is tile `last`; (how many there are, the tile)."""
+@inner
+def under(tiles, work, blade, piece, now, e_x, e_y, a, b):
+    """Leaves in `keep` the sweeps of the tiles under a stretch of the edge; how many."""
     nx, ny = tiles.head.shape
-    i = min(max(int(np.floor((x - tiles.origin[0]) / tiles.size)), 0), nx - 1)
-    j = min(max(int(np.floor((y - tiles.origin[1]) / tiles.size)), 0), ny - 1)
-    if i * ny + j == last:
-        return n, last
-    at, time = tiles.head[i, j], work.clock[0]
-    while at >= 0:
-        k = tiles.node[at, 0]
-        at = tiles.node[at, 1]
-        if tiles.stamp[k] == work.clock[2] and work.seen[k] != time:
-            work.seen[k] = time
-            work.keep[n] = work.slot[k]
-            n += 1
-    return n, i * ny + j
+    r0, h0, _, _ = edge_point(blade, piece, a)
+    r1, h1, _, _ = edge_point(blade, piece, b)
+    reach = np.sqrt((r1 - r0) ** 2 + (h1 - h0) ** 2 * (1.0 - now[5] ** 2))
+    looks, last, n = 1 + int(4.0 * reach / tiles.size), -1, 0
+    for look in range(looks + 1):
+        r, h, _, _ = edge_point(blade, piece, a + (b - a) * look / looks)
+        x, y = now[0] + h * now[3] + r * e_x, now[1] + h * now[4] + r * e_y
+        i = min(max(int(np.floor((x - tiles.origin[0]) / tiles.size)), 0), nx - 1)
+        j = min(max(int(np.floor((y - tiles.origin[1]) / tiles.size)), 0), ny - 1)
+        if i * ny + j == last:
+            continue
+        last, at = i * ny + j, tiles.head[i, j]
+        while at >= 0:
+            k = tiles.node[at, 0]
+            at = tiles.node[at, 1]
+            if tiles.stamp[k] == work.clock[2] and work.seen[k] != work.clock[0]:
+                work.seen[k] = work.clock[0]
+                work.keep[n] = work.slot[k]
+                n += 1
+    return n

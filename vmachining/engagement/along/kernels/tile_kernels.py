@@ -70,7 +70,7 @@ def bounds(rows, k, x, y, half, out):
     q, kind = rows.num[k], rows.kind[k]
     for c in range(4):
         out[c], out[4 + c] = INF, -INF
-    if kind == EXACT:
+    if kind >= EXACT:
         return True
     away = half * np.sqrt(2.0)
     if kind >= CIRCLE and kind != 3:
@@ -111,7 +111,7 @@ def bounds(rows, k, x, y, half, out):
 
 
 @leaf
-def below(a, b):
+def hides(a, b):
     """Whether the first bounds' up lies below the second bounds' lo at every corner."""
     return a[0] <= b[4] and a[1] <= b[5] and a[2] <= b[6] and a[3] <= b[7]
 
@@ -140,10 +140,10 @@ def enter(tiles, rows, k, work):
             while at >= 0:
                 after = tiles.node[at, 1]
                 known = tiles.bound[at]
-                if below(known, work):
+                if hides(known, work):
                     drop = True
                     break
-                if below(work, known):
+                if hides(work, known):
                     if last < 0:
                         tiles.head[i, j] = after
                     else:

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from vmachining.engagement.along.kernels.edge_kernels import (
     AREA,
     DEPTH,
-    FAR,
     TAU,
     THICK,
     VALUES,
     at_angle,
     next_share,
 )
+from vmachining.engagement.along.kernels.margin_kernels import FAR
 from vmachining.jit import leaf
 
 DEGREE = np.pi / 180.0

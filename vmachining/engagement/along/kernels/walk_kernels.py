@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vmachining.engagement.along.kernels.distance_kernels import CIRCLE, EXACT, HELIX
+from vmachining.engagement.along.kernels.distance_kernels import CIRCLE, EXACT, HELIX, POSES
 from vmachining.engagement.along.kernels.edge_kernels import Scene
 from vmachining.engagement.along.kernels.tile_kernels import enter, gather
 from vmachining.engagement.along.kernels.turn_kernels import ROOM, scene_convex, turn_at
@@ -39,6 +39,18 @@ def shorten(rows, k, spare, share):
         rows.box[spare, c] = rows.box[k, c]
     rows.kind[spare], rows.tool[spare], rows.exact[spare] = rows.kind[k], rows.tool[k], -1
     q = rows.num[spare]
+    if rows.kind[k] == POSES:
+        square = share * share
+        for c in range(3):
+            q[3 + c] *= share
+            q[6 + c] *= square
+            q[9 + c] *= square * share
+            q[23 + c] *= share
+            q[27 + c] *= square
+            q[30 + c] *= square * share
+        q[19] *= square
+        q[34] *= share
+        return
     q[10] *= share
     q[5] *= share
     half = 0.5 * abs(q[10])
@@ -65,7 +77,7 @@ def own_sweeps(scene, cut, station, extra, s, near, n, spare):
     done = station[s, 1] - station[s, 2]
     for k in range(first, last):
         share = done * (last - first) - (k - first)
-        if share <= 1e-6 or (rows.kind[k] != CIRCLE and rows.kind[k] != HELIX):
+        if share <= 1e-6 or (rows.kind[k] != POSES and rows.kind[k] != CIRCLE and rows.kind[k] != HELIX):
             break
         if share < 1.0:
             shorten(rows, k, spare, share)
@@ -175,7 +187,7 @@ def walk(
                 if mode > 0:
                     if station[s, 3] > 0.0:
                         gone = True  # nothing of the tool at the end of the motion is material
-                    elif scene.rows.kind[k] != EXACT:
+                    elif scene.rows.kind[k] < EXACT:
                         work.mode[i] = mode
             work.slot[k] = i
         if gone:
