@@ -157,6 +157,43 @@ def test_a_stud_is_left_and_its_blank_is_gone(call: str, finished, blank):
     assert senses == {Motion.ARC_CW}  # climb about a stud
 
 
+@pytest.mark.parametrize(
+    ("tool", "finished", "blank", "side", "step"),
+    [(4, 20, 24, 3, 0.3), (16, 55, 55, 0.3, 0.3), (4, 30, 40, 0, 1.9), (10, 30, 32, 0, 1)],
+)
+def test_passes_about_a_stud_reach_its_blank_and_never_into_it(tool, finished, blank, side, step):
+    """Steps that are smaller or larger than the tool needs: all of the blank goes, and nothing within the allowance."""
+    cycle = f"257 Z Q215=1 Q223={finished} Q222={blank} Q368={side} Q376=0 Q370={step}"
+    area = covered(heidenhain(f"CYCL DEF {cycle} {COMMON}", tool), -5.0, tool / 2)
+    left = Point(10, 20).buffer(finished / 2 + side, quad_segs=180)
+    assert area.intersection(left.buffer(-FINE)).area < 1e-9
+    assert Point(10, 20).buffer(blank / 2).difference(left.buffer(FINE)).difference(area).area < 1e-9
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        "POCKET3(10,0,2,-5,60,40,8,10,20,30,5,-1,0,300,100,0,1)",
+        "POCKET3(10,0,2,-5,60,40,8,10,20,30,-5,0,0,300,100,0,1)",
+        "POCKET3(10,0,2,-5,60,40,8,10,20,30,5,0,7,300,100,0,1)",
+        "CYCLE71(10,0,2,-2,5,6,60,40,0,2,8,3,5,300,11)",
+        "SLOT2(10,0,2,-4,,1,0,12,0,0,30,0,180,100,300,4,3,0,1)",
+        "SLOT2(10,0,2,-4,,1,400,12,0,0,30,0,180,100,300,4,3,0,1)",
+    ],
+)
+def test_allowances_cuts_and_arcs_that_no_control_takes(call: str):
+    program = sinumerik(call)
+    assert "E339" in says(program) and min(m.end[2] for m in program.moves) >= 0.0
+
+
+def test_a_pocket_by_its_corner_in_another_plane_or_with_an_unknown_depth_is_refused():
+    """The fourth digit of GMODE: 1 its centre, 2 to 5 a corner; the first of DMODE: 1 G17; the first of AMODE: 1 below RFP."""
+    call = "POCKET3(10,0,2,5,60,40,8,10,20,30,5,0,0,300,100,0,1,50,0,0,0,0,0,0,0,0,{},{},{})"
+    assert says(sinumerik(call.format(11100, 11, 111))) == ["W384"]
+    for digits in ((12100, 11, 111), (11100, 12, 111), (11100, 11, 112)):
+        assert says(sinumerik(call.format(*digits))) == ["E208"]
+
+
 def test_slots_along_an_arc():
     """SLOT2: two slots of 12 on a circle of 30, from 0 and 180 degrees, 60 degrees long between the centres of their ends."""
     program = sinumerik("SLOT2(10,0,2,-4,,2,60,12,0,0,30,0,180,100,300,4,3,0,1)")

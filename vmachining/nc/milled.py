@@ -112,6 +112,8 @@ class ArcSlot(NamedTuple):
             return self.x + radius * math.cos(turn), self.y + radius * math.sin(turn)
 
         middle, outer, inner = (self.x, self.y), self.radius + w, self.radius - w
+        if not 0.0 < high - low <= 360.0:
+            raise PenError("E339", "a slot along an arc whose opening is not between 0 and 360 degrees")
         if inner <= 0.0:
             raise PenError("E339", "a slot wider than the circle that it lies on")
         start = at(outer, low)
@@ -231,21 +233,20 @@ class _Mill:
 
     def insets(self, side: float) -> list[float]:
         """Passes from the inside outwards; of a stud from the outside in."""
-        last = (-self.radius if self.cut.outside else self.radius) + (-side if self.cut.outside else side)
         step = min(self.cut.step, WIDEST * self.radius) if self.cut.step > 0.0 else self.radius
-        if self.cut.outside:
-            first = -self.cut.blank
+        if self.cut.outside:  # the outermost pass reaches the rim of the blank
+            last = self.radius + side
+            count = max(0, math.ceil((self.cut.blank - last - self.radius) / step - SAME_MM))
+            first = last + step * count
         else:
-            first = self.shape.depth
+            last, first = self.radius + side, self.shape.depth
             if last > first + SAME_MM:
                 raise PenError("E354", f"the tool does not fit into {self.what}")
-        count = max(0, math.ceil(abs(first - last) / step - SAME_MM))
+            count = max(0, math.ceil((first - last) / step - SAME_MM))
         if count > MOST:
             raise PenError("E339", f"over {MOST} passes in one pocket")
-        sign = math.copysign(1.0, first - last)
-        # of a stud the pass on the rim of its blank would cut nothing
-        outermost = count - 1 if self.cut.outside and count else count
-        return [last + sign * step * k if k < count else first for k in range(outermost, -1, -1)]
+        sign = -1.0 if self.cut.outside else 1.0
+        return [sign * (last + step * k if k < count else first) for k in range(count, -1, -1)]
 
     def enter(self, ring: _Ring, above: float, level: float) -> None:
         """Into the material at the start of a ring."""
@@ -310,7 +311,7 @@ class _Mill:
         ring = self.shape.ring(self.insets(side)[0])
         if not self.cut.outside:
             return ring.start
-        away = self.cut.blank + self.radius + 2.0 - (-self.insets(side)[0])
+        away = max(self.cut.blank + self.radius + self.insets(side)[0], 0.0) + 2.0
         hx, hy = ring.heading
         return ring.start[0] + hy * away, ring.start[1] - hx * away
 
@@ -388,15 +389,23 @@ def _limit(passes: int, what: str) -> None:
         raise PenError("E339", f"{what}: over {MOST} passes")
 
 
+def _possible(pen: Pen, cut: Cut, what: str) -> None:
+    if pen.compensation is not None:
+        raise PenError("E344", f"{what} while cutter compensation is on")
+    if cut.top == cut.bottom or (cut.safe - cut.bottom) * (cut.top - cut.bottom) < 0.0:
+        raise PenError("E333", f"{what}: its planes do not lie above its depth")
+    if min(cut.side, cut.floor, cut.most) < 0.0:
+        raise PenError("E339", f"{what}: an allowance or a depth of cut below zero")
+    if cut.rough and cut.floor >= abs(cut.top - cut.bottom):
+        raise PenError("E339", f"{what}: the allowance at the bottom is all of its depth")
+
+
 def mill(pen: Pen, shape: Shape, cut: Cut, what: str) -> None:
     """A pocket, slot or stud. what : its name in the program.
 
     Raises PenError: E344, E333, E339, E351, E354, E301
     """
-    if pen.compensation is not None:
-        raise PenError("E344", f"{what} while cutter compensation is on")
-    if cut.top == cut.bottom or (cut.safe - cut.bottom) * (cut.top - cut.bottom) < 0.0:
-        raise PenError("E333", f"{what}: its planes do not lie above its depth")
+    _possible(pen, cut, what)
     job = _Mill(pen, shape, cut, what)
     job.whole()
     job.rapid(cut.safe)
@@ -423,10 +432,7 @@ def face(pen: Pen, area: Face, cut: Cut, what: str) -> None:
 
     Raises PenError: E344, E333, E339, E351, E354, E301
     """
-    if pen.compensation is not None:
-        raise PenError("E344", f"{what} while cutter compensation is on")
-    if cut.top == cut.bottom or (cut.safe - cut.bottom) * (cut.top - cut.bottom) < 0.0:
-        raise PenError("E333", f"{what}: its planes do not lie above its depth")
+    _possible(pen, cut, what)
     job = _Mill(pen, Rounded(area.x, area.y, 0.0, 0.0, 0.0), cut, what)
     if not pen.has_radius() and pen.settings.tools is None:
         job.whole()

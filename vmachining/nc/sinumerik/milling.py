@@ -12,8 +12,9 @@
 | CYCLE71 | face | RTP RFP SDIS DP PA PO LENG WID STA MID MIDA FDP FALD FFP1 VARI FDP1 |
 | CYCLE61 | face | RTP RFP SDIS DP PA PO LENG WID MID MIDA FALD FFP1 VARI LIM DMODE AMODE |
 
-Behind these POCKET3, POCKET4 and CYCLE61 have the values of newer controls: GMODE, DMODE, and AMODE, whose digits say how
-depths and steps count. With them the fifth value of POCKET4 is a diameter, which is said.
+Behind these POCKET3, POCKET4 and CYCLE61 have the values of newer controls: GMODE, whose fourth digit says from where the
+place counts, DMODE, whose first is the plane, and AMODE, whose digits say how depths and steps count. With them the fifth
+value of POCKET4 is a diameter, which is said.
 CDIR: 0 climb, 1 conventional, 2 by G2, 3 by G3. VARI, units: 1 roughing, 2 finishing (POCKET1, POCKET2, SLOT2: 0 both);
 tens: 0 and 1 straight down, 2 on a helix, 3 to and fro. Source: SINUMERIK 840D sl/828D, Programming Manual Cycles (public).
 """
@@ -23,6 +24,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
+from vmachining.nc.arcs import PLANES
 from vmachining.nc.milled import ArcSlot, Cut, Face, Rounded, face, mill, stud_blank
 from vmachining.nc.pen import Pen, PenError
 
@@ -63,6 +65,15 @@ class _Values:
         self.given = {key: value for key, value in zip(names, given, strict=False) if value is not None}
         self.new = name in ("POCKET3", "POCKET4", "CYCLE61") and len(given) >= len(names)
         self.mode = self.given.get("AMODE", 0.0) if self.new else 0.0
+        plane = _digit(self.given.get("DMODE", 0.0), 0)
+        if (
+            _digit(self.mode, 0) > 1
+            or _digit(self.given.get("GMODE", 0.0), 3) > 1
+            or (plane and PLANES.get(160 + 10 * plane) is not pen.plane)
+        ):
+            digits = "/".join(f"{self.given.get(key, 0.0):g}" for key in ("GMODE", "DMODE", "AMODE"))
+            raise PenError("E208", f"{name} from a corner, in another plane or with its own depth (GMODE/DMODE/AMODE {digits})",
+                           name, "give it by its centre, in the plane that is on")  # fmt: skip
 
     def __getitem__(self, key: str) -> float:
         return self.given.get(key, 0.0) * (self.pen.scale if key in _LENGTHS else 1.0)
