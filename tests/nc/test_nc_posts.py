@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from vmachining.nc import Motion, Program, parse_program
+from vmachining.nc import Motion, Program, ToolEntry, parse_program
 
 HEAD = "O0001\nG21 G90 G17 G40 G80\nS1000 M3\n"
 LATHE = "O1\nG21 G40 G99\nT0101\nG97 S500 M3\n"
@@ -114,6 +114,21 @@ def test_radii_that_a_macro_sets_are_those_of_the_compensation():
     program = clean(text)
     assert program.moves[-2].end == pytest.approx((20, 5, 200))
     assert "W351" not in codes(program)
+
+
+@pytest.mark.parametrize(
+    ("lines", "radius"),
+    [
+        ("#12001=.1", 3.1), ("G10 L13 P1 R.1", 3.1), ("G10 L13 P1 R.2\nG10 L13 P1 R.1", 3.1),
+        ("G10 L13 P1 R.1\nG91 G10 L13 P1 R.1\nG90", 3.2), ("G10 L12 P1 R4.\n#12001=.1", 4.1), ("#12001=.1\nG10 L12 P1 R4.", 4.1),
+        ("G10 L13 P1 R.1\n#13001=4.", 4.1), ("#13001=4.", 4.0),
+    ],
+)  # fmt: skip
+def test_a_wear_is_added_to_the_radius_of_its_tool(lines: str, radius: float):
+    """30i manual, tool compensation memory C: geometry (L12, #13001) and wear (L13, #12001) are two registers, D their sum."""
+    text = HEAD + f"T1 M6\n{lines}\nG0 X0 Y0\nG1 G41 D1 X10. Y0 F100\nX20.\nX25.\nM30"
+    program = clean(text, tools={1: ToolEntry(1, 6.0, 0.0)})
+    assert program.moves[-2].end[1] == pytest.approx(radius)
 
 
 NO_PROGRAMS = {

@@ -7,6 +7,7 @@ to refuse. Sources: operator manuals of the Fanuc series 0i/30i, and of Haas, Ma
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Final
 
@@ -21,6 +22,7 @@ from vmachining.nc.frames import UP, unit
 from vmachining.nc.lexer import Word
 from vmachining.nc.settings import Settings
 from vmachining.nc.state import State
+from vmachining.nc.tooltable import ToolEntry
 
 __all__ = ["Translator"]
 
@@ -62,8 +64,7 @@ class Translator:
         self.polar: tuple[float, float] | None = None
         self.places = Places()
         self.radii: dict[int, float] = {}
-        self.worn: dict[int, float] = {}
-        """Radii by the number of their system variable, geometry (#13001) and wear (#12001)."""
+        """That the program sets, mm, by their system variable: geometry from #13001, wear from #12001 on."""
         self.skipping = self.vectors = False
         self.dead: Problem | None = None
         self.quill = self.depth = 0.0
@@ -344,8 +345,11 @@ class Translator:
         elif code == 100 and "L" in given and given["L"][1] in (10.0, 11.0, 12.0, 13.0):
             kind, place, r = given["L"][1], given.get("P"), given.get("R")
             if kind >= 12.0 and place and r:
-                wear = self.radii.get(int(place[1]), 0.0) if kind == 13.0 else 0.0
-                self.radii[int(place[1])] = wear + r[1] * state.scale
+                number = int(place[1]) + (13000 if kind == 12.0 else 12000)
+                given_codes = {round(v * 10.0) for w, v in self.block if w.letter == "G"}
+                steps = 910 in given_codes or not (state.absolute or 900 in given_codes)
+                before = self.radii.get(number, 0.0) if steps else 0.0
+                self.radii[number] = before + r[1] * state.scale
             else:
                 self.say("G10 L10", word, "G10 L10, L11: tool lengths are those of the tool table")
             drop.update("LPR")
@@ -461,12 +465,23 @@ class Translator:
 
     def register(self, number: int, value: float) -> None:
         """A variable of a tool register is set, value in mm: geometry and wear of radii count, lengths are of the job."""
-        for first in (12000, 13000):
-            if first < number <= first + 400:
-                other = self.worn.get(25000 - first + number - first, 0.0)
-                self.worn[number], self.radii[number - first] = value, value + other
+        if 12000 < number <= 12400 or 13000 < number <= 13400:
+            self.radii[number] = value
         if 10000 < number <= 10400 or 11000 < number <= 11400:
             self.say("#11001", None, f"#{number}: tool lengths are those of the tool table")
+
+    def own_radius(self, register: int, entry: ToolEntry | None) -> float | None:
+        """Of a register that the program sets, mm: geometry and wear; None where nothing but a wear of who knows what is set.
+
+        entry : of the tool in the spindle, whose radius is the geometry where the program sets the wear alone.
+        """
+        wear, radius = self.radii.get(12000 + register), self.radii.get(13000 + register)
+        if radius is None and wear is not None:
+            if self.settings.control.compensation == "wear":
+                radius = 0.0
+            elif entry is not None and not math.isnan(entry.diameter_mm):
+                radius = entry.diameter_mm / 2.0
+        return None if radius is None else radius + (wear or 0.0)
 
     def _two_tools(self, out: Line) -> None:
         """T1 T2 M6: the first is loaded, the second is made ready."""
@@ -513,11 +528,12 @@ class Translator:
         own = int(out.value("D") or 0.0) if "D" in has else None
         like = out.word("D") if own is not None else next(w for w in out.words if w.letter == "G")
         wear = self.settings.control.compensation == "wear"
-        if own in self.radii or own == 0 or wear:
+        radius = self.own_radius(own or 0, state.table.get(tool))
+        if radius is not None or own == 0 or wear:
             for old, new in ((410, 411), (420, 421)):
                 out.replace(old, new)
             out.drop("D")
-            out.add("D", 2.0 * self.radii.get(own or 0, 0.0) / state.scale, like)
+            out.add("D", 2.0 * (radius or 0.0) / state.scale, like)
             return
         if own is not None and own != tool and tool:
             what = f"{like.text}: a register of tool radii; the radius of the tool in the spindle is taken"

@@ -152,9 +152,8 @@ def _pocket(
     entry, register = state.table.get(state.tool), given.get("D")
     radius = 0.0
     wear = translator.settings.control.compensation == "wear"
-    if register is None or (
-        register and entry is None and not wear and int(register) not in translator.radii
-    ):
+    own = translator.own_radius(int(register), entry) if register else None
+    if register is None or (register and entry is None and not wear and own is None):
         line.refuse(
             word,
             f"{word.text}: the tool radius is not known",
@@ -162,7 +161,7 @@ def _pocket(
         )
         return
     if register:
-        own = translator.radii.get(int(register), 0.0 if wear else None)
+        own = 0.0 if own is None and wear else own
         radius = (
             own / state.scale
             if own is not None
