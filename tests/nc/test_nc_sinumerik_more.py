@@ -126,6 +126,14 @@ def test_direct_angles_are_those_of_the_machine():
     assert codes(read('CYCLE800(1,"T",0,192,0,0,0,30,0,0,0,0,0,1,)\nG0 X1')) == ["E208"]
 
 
+@pytest.mark.parametrize("block", ["G1 X1=10 Y5", "Y1=3", "G1 ZPOS=30 X1", "G1 X10 RTCP=1"])
+def test_an_address_that_is_not_known_beside_a_motion_is_no_variable(block: str):
+    """Job planning, "Variables": what is assigned stands in a block of its own; beside a motion a name may be an axis."""
+    program = read(f"{block}\nG1 X20")
+    assert "E207" in codes(program)
+    assert codes(read("SETPOS=5\nG1 X=SETPOS")) == []
+
+
 # ---- fundamentals, "Reference point approach (G74)", "Fixed point approach (G75)"; machine coordinates ----
 
 

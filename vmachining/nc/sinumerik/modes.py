@@ -15,6 +15,7 @@ from vmachining.nc.pen import PenError
 from vmachining.nc.settings import Settings
 from vmachining.nc.sinumerik import cycles
 from vmachining.nc.sinumerik.known import (
+    AXES,
     EDGE_FEEDS,
     FEED_SET,
     GNOTED,
@@ -24,6 +25,7 @@ from vmachining.nc.sinumerik.known import (
     NOTED_CALLS,
     NOTED_SET,
     REFUSED,
+    ROTARY,
     USED,
 )
 from vmachining.nc.sinumerik.milling import BUILT, milled
@@ -235,12 +237,18 @@ class Modes(Turning):
                 and _OF_MACHINE.fullmatch(name)
                 and name not in NOT_A_VARIABLE
                 and not self._is_known(word)
+                and not any(
+                    w.name in AXES or w.name in ROTARY or w.name == "G" for w in found
+                )  # then it is an address
             ):
                 what = f"{name} is not defined here: taken as a variable of the machine, which moves nothing"
                 pen.note("I408", what, word.text, once=name)
                 self.variables[name] = 0.0
                 self.assign(name, value)
-            elif not self._is_known(word):
+            elif not self._is_known(word) or (
+                name in ("X1", "Y1", "Z1")
+                and not {74.0, 75.0} & {self.number(w.value) for w in found if w.name == "G"}
+            ):
                 raise PenError("E207", f"{word.text[:30]} is not used here", word.text)
         return after
 
