@@ -101,6 +101,12 @@ def test_a_line_by_its_angle_ends_where_the_line_of_the_next_block_begins():
     assert [m.end for m in program.moves[-2:]] == [pytest.approx((20, 0, -20)), pytest.approx((20, 0, -30))]
 
 
+def test_an_angle_that_stands_alone_in_its_block():
+    """G1 is modal: the block is one word, and its end is where its line meets the next."""
+    program = clean(LATHE + "G1 X0 Z0 F0.2\nA135.\nX40. Z-30. A180.\nM30", control={"lathe": "diameter"})
+    assert [m.end for m in program.moves[-2:]] == [pytest.approx((20, 0, -20)), pytest.approx((20, 0, -30))]
+
+
 def test_an_alarm_of_the_program_ends_it_with_one_finding():
     """Macro B, #3000: the control stops, nothing after it runs."""
     text = HEAD + "G0 X1.\nIF [#1 EQ #0] THEN #3000=1 (NO ARGUMENT)\n#2=1/0\nG0 X2.\nM30"

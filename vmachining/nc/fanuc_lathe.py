@@ -116,7 +116,7 @@ class Lathe(Cycles):
             like = has.pop("A")[0]
             for letter, value in zip("XZ", meets, strict=True):
                 has[letter] = like._replace(letter=letter), value
-            given = [(w, v) for w, v in given if w.letter != "A"]
+            given = [*((w, v) for w, v in given if w.letter != "A"), has["X"], has["Z"]]
         if (refused := self._unread(given, codes, has, state)) is not None:
             out = Line()
             out.problems = [refused]
