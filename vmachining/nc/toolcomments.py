@@ -38,7 +38,9 @@ NUMBER: Final = r"(\d+[\s-]\d+/\d+|\d+/\d+|\d*\.\d+|\d+\.?)"
 _UNIT: Final = r"\s*(mm\b|inch\b|in\b|\")?"
 _DIAMETER: Final = (
     re.compile(rf"\bTOOL\s+DIA(?:METER)?\.?\s*[-:=]?\s*{NUMBER}{_UNIT}", re.IGNORECASE),
-    re.compile(rf"(?<![A-Za-z0-9.=-]){NUMBER}{_UNIT}[\s_]*DIA\b", re.IGNORECASE),
+    re.compile(
+        rf"(?<![A-Za-z0-9.=-])(?<!LEN\. - )(?<!OFF\. - )(?<!LEN - ){NUMBER}{_UNIT}[\s_]*DIA\b", re.IGNORECASE
+    ),
     re.compile(
         rf"\bDIA(?:METER|M)?(?:\.?(?:\s+OUTIL)?(?!\s*OFF)\s*[-:=]|\.|(?<=[MR])\s)\s*{NUMBER}{_UNIT}",
         re.IGNORECASE,
@@ -51,7 +53,8 @@ _DIAMETER: Final = (
 _NAMING: Final = (
     re.compile(rf"\|\s*{NUMBER}(\s)(?=[A-Z ]*(?:MILL|DRILL|NOSE|CUTTER|TAP|REAM))", re.IGNORECASE),
     re.compile(
-        r"(?<![\w./=#-])((?:\d+[\s-])?\d+/\d+|\d*\.\d+)(\s+)(?=(?:[A-Z0-9]+[ -]+){0,3}?(?:BALL|BULL|FLAT|END *MILL|"
+        r"(?<![\w./=#-])((?:\d+[\s-])?\d+/\d+|\d*\.\d+)(\s+)"
+        r"(?=(?:(?!C?R(?:AD\w*)?\b|CORNER)[A-Z0-9]+[ -]+){0,3}?(?:BALL|BULL|FLAT|END *MILL|"
         r"FACE *MILL|(?:SPOT *)?DRILL|REAM|CHAMFER|CENTER|E\.?M\b|ROUGH|RGH|RUFF|UP-?CUT|INDEX|INSERT|SHELL|\d+ *-?FL))",
         re.IGNORECASE,
     ),
@@ -76,10 +79,12 @@ LEAST_MM, MOST_MM = 3.0, 130.0
 ANGLES: Final = frozenset({45.0, 60.0, 82.0, 90.0, 100.0, 118.0, 120.0, 135.0, 140.0, 145.0})
 """Of the tips of drills and chamfer mills: beside their names no diameters."""
 
-_LENGTHS: Final = r"(?:STICK[ -]?OUT|OVERHANG|PROJECTION|REACH|LENGTH|DEPTH|DEEP|STEP[ -]?(?:OVER|DOWN))"
+_BEFORE: Final = r"(?:STICK[ -]?OUT|OVERHANG|PROJECTION|REACH|LENGTH|DEPTH|STEP[ -]?(?:OVER|DOWN))"
+_LENGTHS: Final = rf"(?:{_BEFORE}|DEEP|LEAVE|STOCK)"
 _OTHER: Final = re.compile(
     rf"\b{_LENGTHS}[ :=-]*{NUMBER}{_UNIT}"
-    rf"|(?<![\w.=-]){NUMBER}{_UNIT}\s*(?:{_LENGTHS}|LONG(?![ -]*(?:REACH|SERIES|END|BALL|DRILL)))\b"
+    rf"|(?<![\w.=-]){NUMBER}{_UNIT}\s*(?:{_BEFORE}(?![ :=-]*\.?\d)|DEEP|LEAVE|STOCK|"
+    r"LONG(?![ -]*(?:REACH|SERIES|END|BALL|DRILL)))\b"
     rf"|\b(?:CLEARANCE|ALLOWANCE|LEAVE|FEED|HOLDER|SHANK|ARBOR)(?:[ ]*DIA\w*\.?)?[ :=-]*[DØø⌀]?[ =]*{NUMBER}{_UNIT}"
     r"|\bOFF(?:SET)?\.?[ :=#-]*[HD][ =]*\d+|\b[HD][ =]*\d+[ ]*OFF(?:SET)?\b",
     re.IGNORECASE,
