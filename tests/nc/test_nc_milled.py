@@ -170,6 +170,14 @@ def test_passes_about_a_stud_reach_its_blank_and_never_into_it(tool, finished, b
     assert Point(10, 20).buffer(blank / 2).difference(left.buffer(FINE)).difference(area).area < 1e-9
 
 
+def test_the_floor_about_a_stud_is_finished():
+    """257 with Q215=0: all of the ring ends at the depth, Q369 is taken after roughing."""
+    cycle = f"257 Z Q215=0 Q223=40 Q222=70 Q368=0.5 Q376=0 Q370=1 {COMMON.replace('Q369=0', 'Q369=0.2')}"
+    program = heidenhain(f"CYCL DEF {cycle}")
+    ring = Point(10, 20).buffer(35).difference(Point(10, 20).buffer(20 + FINE, quad_segs=90))
+    assert ring.difference(covered(program, -5.0)).area < 1e-9 < covered(program, -4.8).area
+
+
 @pytest.mark.parametrize(
     "call",
     [

@@ -373,7 +373,7 @@ class _Mill:
                 above = level
                 self.rapid(level + self.up * clearance)
             self.rapid(cut.safe)
-        if cut.finish and not cut.outside and (cut.floor > 0.0 or not cut.rough):
+        if cut.finish and (cut.floor > 0.0 or not (cut.rough or cut.outside)):
             self.over(self.begin(cut.side))
             self.rapid(cut.bottom + self.up * (cut.floor + clearance))
             self.clear(cut.bottom + self.up * (cut.floor + clearance), cut.bottom, cut.side)
