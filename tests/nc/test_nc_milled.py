@@ -170,6 +170,22 @@ def test_passes_about_a_stud_reach_its_blank_and_never_into_it(tool, finished, b
     assert Point(10, 20).buffer(blank / 2).difference(left.buffer(FINE)).difference(area).area < 1e-9
 
 
+@pytest.mark.parametrize(
+    "call",
+    [
+        "POCKET1(10,0,2,-5,3,60,40,8,0,0,0,100,300,5,2,0,1)",
+        "CYCLE81(10,0,2,-5,3)",
+        "POCKET4(10,0,2,5,8,5,0,5,0,0,300,100,3,1)",
+        "POCKET4(-10,0,2,-5,8,5,0,5,0,0,300,100,3,1)",
+    ],
+)
+def test_two_depths_and_a_return_plane_on_the_wrong_side(call: str):
+    """DPR is the distance from RFP to DP; RTP lies on the side that the tool comes from."""
+    program = sinumerik(call)
+    assert says(program) == ["E333"] and len(program.moves) == 1
+    assert says(sinumerik("CYCLE81(10,1,2,-5,6)")) == []
+
+
 def test_the_floor_about_a_stud_is_finished():
     """257 with Q215=0: all of the ring ends at the depth, Q369 is taken after roughing."""
     cycle = f"257 Z Q215=0 Q223=40 Q222=70 Q368=0.5 Q376=0 Q370=1 {COMMON.replace('Q369=0', 'Q369=0.2')}"

@@ -392,7 +392,8 @@ def _limit(passes: int, what: str) -> None:
 def _possible(pen: Pen, cut: Cut, what: str) -> None:
     if pen.compensation is not None:
         raise PenError("E344", f"{what} while cutter compensation is on")
-    if cut.top == cut.bottom or (cut.safe - cut.bottom) * (cut.top - cut.bottom) < 0.0:
+    up = cut.top - cut.bottom
+    if up == 0.0 or (cut.safe - cut.bottom) * up < 0.0 or (cut.back - cut.top) * up < 0.0:
         raise PenError("E333", f"{what}: its planes do not lie above its depth")
     if min(cut.side, cut.floor, cut.most) < 0.0:
         raise PenError("E339", f"{what}: an allowance or a depth of cut below zero")

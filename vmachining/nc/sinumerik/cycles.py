@@ -41,6 +41,17 @@ def _at(values: Values, place: int) -> float | None:
     return values[place] if place < len(values) else None
 
 
+def one_depth(name: str, reference: float, absolute: float | None, relative: float | None) -> None:
+    """Raises PenError: E333 where DP and DPR disagree, of which controls take the second and say so."""
+    if absolute is not None and relative and abs(abs(absolute - reference) - abs(relative)) > 1e-3:
+        raise PenError(
+            "E333",
+            f"{name}: DP {absolute:g} and DPR {relative:g} are two depths",
+            name,
+            "leave one of them out",
+        )
+
+
 def drill(pen: Pen, number: int, values: Values) -> None:
     """The cycle where the tool stands; lengths in program units."""
     if pen.compensation is not None:
@@ -49,6 +60,7 @@ def drill(pen: Pen, number: int, values: Values) -> None:
     rtp, rfp, sdis, dp, dpr = (_at(values, i) for i in range(5))
     if rtp is None or (dp is None and dpr is None):
         raise PenError("E331", f"CYCLE{number} needs its return plane and its depth")
+    one_depth(f"CYCLE{number}", rfp or 0.0, dp, dpr)
     reference = (rfp or 0.0) * k
     sign = -1.0 if (dp is not None and dp * k > reference) else 1.0  # which way it drills
     bottom = dp * k if dp is not None else reference - abs(dpr or 0.0) * k

@@ -27,6 +27,7 @@ from typing import Final
 from vmachining.nc.arcs import PLANES
 from vmachining.nc.milled import ArcSlot, Cut, Face, Rounded, face, mill, stud_blank
 from vmachining.nc.pen import Pen, PenError
+from vmachining.nc.sinumerik.cycles import one_depth
 
 __all__ = ["BUILT", "milled"]
 
@@ -87,6 +88,7 @@ class _Values:
     def bottom(self) -> float:
         """Absolute, by DPR below the reference plane, or with the mode of newer controls incremental."""
         top = self["RFP"]
+        one_depth(self.name, self.given.get("RFP", 0.0), self.given.get("DP"), self.given.get("DPR"))
         if "DP" in self.given and not _digit(self.mode, 0):
             return self["DP"]
         deep = self["DP"] if _digit(self.mode, 0) else self["DPR"]
