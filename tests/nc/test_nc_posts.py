@@ -125,7 +125,7 @@ def test_radii_that_a_macro_sets_are_those_of_the_compensation():
 @pytest.mark.parametrize(
     ("lines", "radius"),
     [
-        ("#12001=.1", 3.1), ("G10 L13 P1 R.1", 3.1), ("G10 L13 P1 R.2\nG10 L13 P1 R.1", 3.1),
+        ("#12001=.1", 3.1), ("G91 G10 L12 P1 R.5\nG90", 3.5), ("G10 L13 P1 R.1", 3.1), ("G10 L13 P1 R.2\nG10 L13 P1 R.1", 3.1),
         ("G10 L13 P1 R.1\nG91 G10 L13 P1 R.1\nG90", 3.2), ("G10 L12 P1 R4.\n#12001=.1", 4.1), ("#12001=.1\nG10 L12 P1 R4.", 4.1),
         ("G10 L13 P1 R.1\n#13001=4.", 4.1), ("#13001=4.", 4.0),
     ],

@@ -345,9 +345,13 @@ class Translator:
         elif code == 100 and "L" in given and given["L"][1] in (10.0, 11.0, 12.0, 13.0):
             kind, place, r = given["L"][1], given.get("P"), given.get("R")
             if kind >= 12.0 and place and r:
-                number = int(place[1]) + (13000 if kind == 12.0 else 12000)
-                given_codes = {round(v * 10.0) for w, v in self.block if w.letter == "G"}
-                steps = 910 in given_codes or not (state.absolute or 900 in given_codes)
+                codes = {round(v * 10.0) for w, v in self.block if w.letter == "G"}
+                steps = 910 in codes or not (state.absolute or 900 in codes)
+                number = int(place[1]) + 13000
+                if kind == 13.0 or (
+                    steps and number not in self.radii
+                ):  # a step from the radius of the table
+                    number -= 1000
                 before = self.radii.get(number, 0.0) if steps else 0.0
                 self.radii[number] = before + r[1] * state.scale
             else:
