@@ -29,7 +29,8 @@ __all__ = ["BOX", "RULES", "asked", "brackets", "columns5_counts", "rays", "stoc
 BOX = BoxStock(LO, HI)
 ALL = 15
 RULES = (ALL, 14, 13, 11, 7, 0)
-"""All in force; without covers of earlier sweeps; without shared poses (L5); without ranges of poses (L4); none."""
+"""All in force; without covers of earlier sweeps; without shared poses (L5); without ranges of poses (L4); without curved
+surfaces of balls (L8); none."""
 
 
 class Along(AnyDirection):

@@ -170,6 +170,18 @@ def test_the_partial_table_reads_back_bit_for_bit(tmp_path):
     assert dict(read_samples(path)) == {7: (0.1, 0.1 + 0.2)}
 
 
+def test_a_warning_of_two_lines_is_one_row_when_a_run_continues(tmp_path):
+    from vmachining.job.table import RowFile, read_partial
+
+    path = tmp_path / "x.partial.csv"
+    with RowFile(path) as rows:
+        rows.write({"block": [0, 1, 2], "warning": ["one\r\ntwo", None, "three"]})
+    with RowFile(path, keep=2):
+        pass
+    frame = read_partial(path)
+    assert frame["block"].to_list() == [0, 1] and frame["warning"].to_list() == ["one two", None]
+
+
 @pytest.mark.slow  # 11 s
 def test_verdicts_are_not_asked_for_again(tmp_path):
     job = Job.load(write_job(tmp_path, job=JOB + FEED))

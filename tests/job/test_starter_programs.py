@@ -11,9 +11,11 @@ from pathlib import Path
 
 import pytest
 
+from vmachining.cli.jobs import draft_again
 from vmachining.cli.main import run as command
 from vmachining.errors import InputError
 from vmachining.job import Job, draft_job, run
+from vmachining.job.asked import made_with
 from vmachining.nc.toolcomments import cutter_notes
 from vmachining.nc.toollibrary import read_tool_library
 
@@ -92,6 +94,26 @@ def test_what_a_draft_leaves_open_is_asked_for_once_in_words_to_type(tmp_path, m
     assert (tmp_path / "part.toml").read_text() == before
 
 
+def test_a_draft_remembers_its_library_from_everywhere(tmp_path, monkeypatch):
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "part.nc").write_text(OPEN)
+    (tmp_path / "shop.csv").write_text("number,type,diameter_mm\n3,flat end mill,8\n")
+    monkeypatch.chdir(tmp_path)
+    assert command(["run", "parts/part.nc", "--tools", "shop.csv"]) == 2  # tool 4 is missing
+    monkeypatch.chdir(tmp_path / "parts")
+    assert command(["init", "part.nc", "--tool", "4=6", "--tools", "../shop.csv", "--out", "own.toml"]) == 0
+    assert "GUESS: --tool gives the diameter of tool 4 alone" in (tmp_path / "parts" / "own.toml").read_text()
+    draft = draft_again(
+        Path("part.nc"),
+        Path("part.toml"),
+        made_with(Path("part.toml")) or [],
+        tools=None,
+        units="",
+        given=["4=ball:6"],
+    )
+    assert not draft.open and draft.text.count("diameter_mm = 8") == 1
+
+
 def test_an_edited_draft_is_never_written_anew(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "part.nc").write_text(OPEN)
@@ -147,7 +169,7 @@ def test_tools_in_words(tmp_path, word, kind, radius):
         (["3=flat:8", "3=ball:6"], "given twice"), (["3=bull:8"], "needs its corner radius"),
         (["3=flat:8:1"], "flat has one size"),        (["3=bull:8:9"], "at most half"), (["3=drill:8:3mm"], "has one size"),
         (["3=taper:1"], "half angle"),
-        (["3=cone:4"], "it must be"),
+        (["3=cone:4"], "it must be"), (["3=flat:1/0in"], "a fraction over 0"),
     ],
 )  # fmt: skip
 def test_words_that_tell_no_tool(tmp_path, words, said):

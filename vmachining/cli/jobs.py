@@ -132,7 +132,9 @@ def draft_again(
     held = {text.partition("=")[0].strip(): text for text in before.get("--tool", ())}
     for text in given:
         held.pop(text.partition("=")[0].strip(), None)
-    library = tools if tools is not None else next(map(Path, before.get("--tools", ())), None)
+    library = tools
+    if library is None and "--tools" in before:  # as seen from the job
+        library = target.parent / before["--tools"][0]
     return draft_job(
         file, target.parent, next(iter(before.get("--dialect", ())), None), library=library,
         units=units or next(iter(before.get("--units", ())), ""), tools=(*held.values(), *given),

@@ -295,7 +295,7 @@ class ColumnsFirst(Summed):
             thin = thinned(surface, THIN_MM, columns.stock.shape, self.chord)
             if thin is not None:
                 return thin
-        if self._anyway is not None and not len(self._unknown):  # 2 % of the time of two meshes
+        if self._anyway is not None and not len(self._unknown):  # a few per cent of the time of two meshes
             box = np.array(self._stock.bounds)
             grid = DexelEngine(self._stock, Options(spacing=SHOWN * default_spacing(box, (0, 1, 2))))
             everything = np.ones(len(self._noted), dtype=bool)

@@ -46,6 +46,8 @@ def parse_tools(words: Sequence[str]) -> dict[int, ToolNote]:
         hit = _WORD.fullmatch(word.strip())
         if hit is None:
             raise InputError(f"--tool {word}: it must be {_FORM}")
+        if any(re.search(r"/0+$", text) for text in (hit[3], hit[5]) if text is not None):
+            raise InputError(f"--tool {word}: a fraction over 0", remedy=f"it must be {_FORM}")
         number, kind = int(hit[1]), (hit[2] or "").lower() or None
         diameter = _mm(hit[3], hit[4])
         if not 0.0 < diameter <= MOST_MM:

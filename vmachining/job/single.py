@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Literal
 
@@ -75,7 +76,7 @@ def swept_volume(sweep: Sweep, chord: float = CHORD_MM, report: Report = lambda 
 
 
 def _first_look(sweep: Sweep) -> Interval:
-    """Bracket by coarse facets, about a second: the flux integral and fine facets of a wide turn take many."""
+    """Bracket by coarse facets, which take less time than the flux integral and fine facets of a wide turn."""
     lo, fair, hi = (
         float(solid(sweep, chord=LOOK * sweep.profile.max_radius, side=side).volume())
         for side in ("inner", "fair", "outer")
@@ -114,7 +115,8 @@ def sweep_record(
     """
     begin = time.perf_counter()
     if sweep.upright() is None and chord < LOOK * sweep.profile.max_radius:
-        known(_first_look(sweep))
+        with suppress(EngineError):  # finer facets may do, and say what is wrong if not
+            known(_first_look(sweep))
     bracket = swept_volume(sweep, chord, report)
     known(bracket)
     record: dict[str, Any] = {

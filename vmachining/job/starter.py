@@ -128,7 +128,8 @@ def draft_job(
         )
     words = [
         *(("--dialect", dialect) if dialect else ()), *(("--units", units) if units else ()),
-        *(("--tools", str(library)) if library else ()), *(word for text in tools for word in ("--tool", text)),
+        *(("--tools", os.path.relpath(library, folder)) if library else ()),
+        *(word for text in tools for word in ("--tool", text)),
     ]  # fmt: skip
     return _Writer(read, lines, unit, tables, program, folder, entry).draft(words)
 
@@ -447,7 +448,9 @@ class _Writer:
         if note.kind == "flat" or corner == 0.0:
             return ['type = "flat"', size]
         said = f"a {note.kind}, taken as a cylinder" if note.kind else "no comment gives the shape"
-        if note.line == 0 and not note.kind:
+        if note.text == GIVEN and not note.kind:
+            said = f"{GIVEN} gives the diameter of tool {number} alone: taken as a cylinder"
+        elif note.line == 0 and not note.kind:
             said = f"the library has '{note.text}', no shape that is known here: taken as a cylinder"
         return [self.guess('type = "flat"', said), size]
 

@@ -198,12 +198,15 @@ class RowFile:
             file.truncate(sum(map(len, islice(file, keep + 1))))
 
     def write(self, rows: Mapping[str, Any]) -> None:
-        """Some rows, by columns; absent ones stay empty, as NaN does."""
+        """Some rows, by columns; absent ones stay empty, as NaN does. A row is one line: `_trim` counts them."""
         n = len(rows["block"])
         frame = pl.DataFrame(
             {name: pl.Series(rows.get(name, [None] * n), dtype=kind) for name, kind in SCHEMA.items()}
         )
-        text = frame.with_columns(pl.col(pl.Float64).fill_nan(None)).write_csv(include_header=False)
+        frame = frame.with_columns(
+            pl.col(pl.Float64).fill_nan(None), pl.col(pl.String).str.replace_all(r"[\r\n]+", " ")
+        )
+        text = frame.write_csv(include_header=False)
         with writing(self.path):
             self._file.write(text)
 

@@ -345,8 +345,10 @@ def _outputs(result: RunResult, made: Path, formats: tuple[str, ...]) -> dict[st
         if suffix != "step":
             vertices, triangles, _ = result.surface
             write_stock(Triangles(vertices, triangles), target)
-            told[target.name] = (
-                "the finished workpiece as triangles, mm; but for rounding nowhere less material than there is"
+            told[target.name] = "the finished workpiece as triangles, mm; " + (
+                "but for rounding nowhere less material than there is"
+                if result.stock.name == "mesh"
+                else "through exact points, and off by parts of their distance between them"
             )
             continue
         try:
