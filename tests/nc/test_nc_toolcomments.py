@@ -17,6 +17,7 @@ SAID = [  # comment, unit in mm; kind, diameter, corner, angle
     ("(T1|10. BALL ENDMILL|H1)", 1.0, ("ball", 10.0, None, None)),
     ("(TOOL - 1  DIA. OFF. - 1  LEN. - 1  TOOL DIA. - .5)", 25.4, (None, 12.7, None, None)),
     ("(1/2 FLAT ENDMILL TOOL - 1 DIA. OFF. - 21 LEN. - 1 DIA. - .5)", 25.4, ("flat", 12.7, None, None)),
+    ("(T1 1/2 FLAT ENDMILL TOOL - 1 DIA. OFF. - 21 LEN. - 1 DIA. - .5)", 25.4, ("flat", 12.7, None, None)),
     ("(T1 ENDMILL 10MM REACH 30MM)", 1.0, ("flat", 10.0, None, None)),
     ("(T1 1.0 DEEP 1/2 EM)", 25.4, ("flat", 12.7, None, None)),
     ("(T1 .030 RAD BULL .5 EM)", 25.4, ("bull", 12.7, None, None)),

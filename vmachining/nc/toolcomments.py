@@ -39,7 +39,8 @@ _UNIT: Final = r"\s*(mm\b|inch\b|in\b|\")?"
 _DIAMETER: Final = (
     re.compile(rf"\bTOOL\s+DIA(?:METER)?\.?\s*[-:=]?\s*{NUMBER}{_UNIT}", re.IGNORECASE),
     re.compile(
-        rf"(?<![A-Za-z0-9.=-])(?<!LEN\. - )(?<!OFF\. - )(?<!LEN - ){NUMBER}{_UNIT}[\s_]*DIA\b", re.IGNORECASE
+        rf"(?<![A-Za-z0-9.=-])(?<!LEN\. - )(?<!OFF\. - )(?<!LEN - ){NUMBER}{_UNIT}[\s_]*DIA\b(?!\.?\s*OFF)",
+        re.IGNORECASE,
     ),
     re.compile(
         rf"\bDIA(?:METER|M)?(?:\.?(?:\s+OUTIL)?(?!\s*OFF)\s*[-:=]|\.|(?<=[MR])\s)\s*{NUMBER}{_UNIT}",
