@@ -397,7 +397,7 @@ class ColumnsEngine:
     @property
     def last_cells(self) -> Floats:
         """(n, 6) centre and half sizes (mm), lower and upper bound (mm^3) of the cells that the last straight piece was
-        divided into; those that became exact on the way are not among them."""
+        divided into, before another workpiece is asked; those that became exact on the way are not among them."""
         return self._work.cell[: self._looked_at].copy()
 
     @property

@@ -27,6 +27,9 @@ SNAP = np.cos(np.radians(12.0))
 STILL_MM = 1e-6
 """Way of a tip that stands still."""
 
+SAME = 1.0 - 1e-12
+"""Cosine of directions that are one: of pivots and plunges all four are."""
+
 UP = np.array([0.0, 0.0, 1.0])
 
 SLACK_MM, ULPS = 1e-9, 4096
@@ -150,12 +153,12 @@ class AnyDirection:
         aside /= max(float(np.linalg.norm(feed)), STILL_MM)
         side = np.cross(axis, aside)
         wanted = (axis, axis - aside) if begins else (axis - aside, axis)
-        out, faces = [], np.concatenate([self.solid.faces[:, :3], UP[None]])
+        out, faces = list[Floats](), np.concatenate([self.solid.faces[:, :3], UP[None]])
         for d in (*wanted, axis + side, axis - side):
             n = d / np.linalg.norm(d)
             near = int(np.argmax(faces @ n))
             way = faces[near] if faces[near] @ n >= SNAP else n
-            if self.solid.stands(way):
+            if self.solid.stands(way) and not any(way @ other > SAME for other in out):
                 out.append(way)
         return out or [UP]
 
