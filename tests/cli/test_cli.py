@@ -260,6 +260,7 @@ def test_sweep(tmp_path, capsys):
     file.write_text(json.dumps({"tool": tool, **turning}))
     assert run(["sweep", str(file), "--json", "--chord", "0.1"]) == 0
     turned = json.loads(capsys.readouterr().out)
+    assert straight["proven"] and not turned["proven"]
     assert straight["lo_mm3"] < turned["lo_mm3"] <= turned["volume_mm3"] <= turned["hi_mm3"]
     assert turned["brep_mm3"] is not None or "turns" in turned["brep_note"]
     for broken, words in (

@@ -129,7 +129,12 @@ def test_a_sweep_without_occt_and_its_picture(tmp_path, capsys):
     assert record["lo_mm3"] <= (10 * 30 + 25 * 3.141592653589793) * 20 <= record["hi_mm3"]
     page = picture.read_text()
     assert "Swept solid" in page and 'src="http' not in page  # opens offline
-    assert run(["sweep", str(file), "--no-brep"]) == 0 and "B-rep" not in capsys.readouterr().out
+    assert run(["sweep", str(file), "--no-brep"]) == 0
+    said = capsys.readouterr().out
+    assert "B-rep" not in said and "stated" not in said
+    file.write_text(json.dumps(SWEEP | {"end": SWEEP["end"] | {"axis": [0.02, 0, 1]}}))
+    assert run(["sweep", str(file), "--no-brep", "--chord", "0.05"]) == 0
+    assert [line.endswith("]   stated") for line in capsys.readouterr().out.splitlines()] == [True, True]
     assert run(["sweep", str(file), "--no-brep", "--step", str(tmp_path / "s.step")]) == 2
     assert run(["sweep", str(file), "--plot", str(tmp_path / "s.txt")]) == 2
 

@@ -42,7 +42,8 @@ def sweep(name: str, o: SweepOptions) -> int:
 
     def tell(bracket: Interval) -> None:
         if not o.as_json:
-            print(f"{bracket.estimate:.9g} mm3   [{bracket.lo:.9g}, {bracket.hi:.9g}]", flush=True)
+            sure = "" if bracket.proven else "   stated"
+            print(f"{bracket.estimate:.9g} mm3   [{bracket.lo:.9g}, {bracket.hi:.9g}]{sure}", flush=True)
 
     with status_line() as said:
         record = sweep_record(found, o.chord, step, said, brep=brep, seconds=o.seconds, known=tell)

@@ -120,7 +120,7 @@ def sweep_record(
     bracket = swept_volume(sweep, chord, report)
     known(bracket)
     record: dict[str, Any] = {
-        "volume_mm3": bracket.estimate, "lo_mm3": bracket.lo, "hi_mm3": bracket.hi,
+        "volume_mm3": bracket.estimate, "lo_mm3": bracket.lo, "hi_mm3": bracket.hi, "proven": bracket.proven,
         "brep_mm3": None, "brep_valid": None, "brep_faces": None, "brep_note": None,
         "brep_solids": 0, "brep_fit_mm": None,
         "seconds": {"mesh": time.perf_counter() - begin},
