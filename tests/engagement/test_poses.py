@@ -62,6 +62,18 @@ def test_cubics_of_poses_have_the_sign_of_exact_distances(tool, degrees):
         assert boxes.all(axis=2).any(axis=1)[exact < 0.0].all()
 
 
+@pytest.mark.parametrize("tool", TOOLS, ids=lambda tool: f"{type(tool).__name__} {tool.diameter:g}")
+def test_no_point_of_a_cutter_moves_farther_than_its_row_says(tool):
+    """By how far sweeps are left out: the rim of a top that is wider than the bottom moves farthest, as rotations say."""
+    path = Turn.great_circle(Pose([1, 2, 3], [0, 0, 1]), Pose([1, 2, 3], [np.sin(0.3), 0, np.cos(0.3)]))
+    sweeps = Sweeps(BoxStock([-50, -50, -50], [50, 50, 50]))
+    sweeps.add(tool.cutter, path)
+    way = sweeps.rows().num[:-1, 34]
+    rim = np.hypot(tool.cutter.max_radius, tool.cutter.z_max)
+    chord = 2.0 * rim * np.sin(0.25 * 0.3 / len(way))  # half the turn of a row
+    assert (chord <= way).all() and (way <= 1.001 * chord).all()
+
+
 @pytest.mark.parametrize("tool", TOOLS[:3], ids=lambda tool: type(tool).__name__)
 @pytest.mark.parametrize("rise", [0.0, -3.0])
 def test_a_tool_that_lies_cuts_what_it_cuts_upright(tool, rise):

@@ -103,6 +103,16 @@ def test_second_derivatives_of_balls_say_what_planes_say(seed: int) -> None:
     assert min(r.width for r in said) <= 4e-4 * said[0].estimate + 1e-3
 
 
+@pytest.mark.parametrize(
+    ("seed", "width"), [(16, 0.03), (46, 0.06), (15, 0.8)]
+)  # of a flat end: plunges, a pivot
+def test_tools_without_a_side_are_asked_along_more_than_their_axis(seed: int, width: float) -> None:
+    """Along the axis alone, these are two to five times as wide; exact rays say the same."""
+    case = case_of(seed)
+    said, seen = asked(case.earlier, [case.block]), rays(case)
+    assert said.lo <= seen.hi and seen.lo <= said.hi and said.width <= width * said.estimate
+
+
 @pytest.mark.parametrize("tool", ["ball", "cone", "bull"])
 def test_rotary_angles_and_arcs_meet_rays(tool: str) -> None:
     """Linear rotary angles, a control point above the tip, joints, and an arc: everything that has bounds of its rates."""

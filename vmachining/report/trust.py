@@ -32,7 +32,11 @@ def known(result: RunResult) -> list[str]:
             f"It rests on {result.stock.proof}; {100 * s['width']:.3g} % or {s['width_mm3']:g} mm³ of each block were asked "
             f"for, {s['wider_blocks']} blocks are wider; the mesh engine cut {s['blocks_by_mesh']}."
         )
-        shown = "The file and the picture show heights of the true surface on a grid, straight between its places."
+        shown = (
+            "The file and the picture show places of the true surface, straight between them: heights on a grid or, once a tool "
+            "leaned or turned, ends of rays in three directions (facets where only the mesh engine knows a block). What is "
+            "thinner than their spacing may be missing."
+        )
     return [
         f"Removed volume: {number(s['removed_lo_mm3'], 8)} to {number(s['removed_hi_mm3'], 8)} mm³. "
         f"The {word} is {number(width, 3)} mm³ wide{share}.",

@@ -285,9 +285,9 @@ def _posed(path: Turn, corner: Corner) -> tuple[Ints, Floats, Floats]:
     """The same of a motion that turns: cubics through the poses at both ends of pieces, with their rates."""
     rc, r, high, lean = corner
     tip, axis = path.tip_series, path.axis_series
-    reach = max(high, rc + r)
-    off = (tip.bound(4) + reach * axis.bound(4)) / 384.0
-    turn, far = rate_bound(axis, 1), float(np.hypot(high, rc + r))
+    wide = rc + (r + (high - r) * np.sin(lean)) / np.cos(lean)
+    turn, far = rate_bound(axis, 1), float(np.hypot(high, wide))
+    off = (tip.bound(4) + far * axis.bound(4)) / 384.0
     # of the path of a point as the tool sees it: |y''| <= |c''| + 2 |A'| |c'| + (|A''| + |A'|^2) far, and w^2 / 8 of it
     speed = rate_bound(tip, 1)
     bend = (tip.bound(2) + 2.0 * turn * speed + (axis.bound(2) + turn**2) * far) / 8.0
@@ -307,7 +307,6 @@ def _posed(path: Turn, corner: Corner) -> tuple[Ints, Floats, Floats]:
     q[:, 14:16], q[:, 26] = ends[:, :2], ends[:, 2]
     q[:, 19], q[:, 33] = bend * step**2, SLIDING_MM
     q[:, 34] = 0.5 * step * (speed + turn * far)
-    wide = rc + (r + (high - r) * np.sin(lean)) / np.cos(lean)
     least = np.where(hull[1].min(axis=1) * hull[1].max(axis=1) > 0.0, np.abs(hull[1]).min(axis=1), 0.0)
     side = wide * np.sqrt(np.maximum(1.0 - least**2, 0.0)) + 1e-6
     points = np.concatenate([hull[0], hull[0] + high * hull[1]], axis=1)

@@ -162,7 +162,7 @@ def valley(q, best, x, y, z, low, high, d0, s0, d1, s1):
         width = high - low
         floor = (d0 * s1 - d1 * s0 + s0 * s1 * width) / (s1 - s0)
         fine = COARSE if abs(found) > NEAR else FINE
-        if found - floor <= fine or floor - q[19] * width * width > best or width < 1e-9:
+        if found - floor <= fine or floor - 4.0 * q[19] * width * width > best or width < 1e-9:
             break
         t = low - s0 * width / (s1 - s0) if step % 3 != 2 else 0.5 * (low + high)
         if not low < t < high:
@@ -183,14 +183,15 @@ def among_poses(q, best, x, y, z):
     """The smaller of `best` and the distance to a cutter on all its poses.
 
     Slopes fall by 8 `bend` at most: where those at the ends do not lead down to what lies between, and do not forbid a minimum
-    there, the middle is asked, once. Such a minimum lies at most `bend` deeper than the ends.
+    there, the middle is asked, once. Such a minimum lies at most 4 `bend` deeper than the ends (d falls by 4 bend t^2 from a
+    level start, and may rise in a kink at its end), beside the middle at most `bend`.
     """
     d0, s0 = at_pose(q, x, y, z, 0.0)
     d1, s1 = at_pose(q, x, y, z, 1.0)
     if s0 < 0.0 < s1:
         return valley(q, best, x, y, z, 0.0, 1.0, d0, s0, d1, s1)
     best = min(best, min(d0, d1))
-    if q[19] < FINE or min(d0, d1) - q[19] > best or max(s0, 0.0) - min(s1, 0.0) >= 8.0 * q[19]:
+    if q[19] < FINE or min(d0, d1) - 4.0 * q[19] > best or max(s0, 0.0) - min(s1, 0.0) >= 8.0 * q[19]:
         return best
     d, s = at_pose(q, x, y, z, 0.5)
     best = min(best, d)

@@ -28,7 +28,10 @@ STILL_MM = 1e-6
 """Way of a tip that stands still."""
 
 SAME = 1.0 - 1e-12
-"""Cosine of directions that are one: of pivots and plunges all four are."""
+"""Cosine of directions that are one, as two are that snap to one face of the stock."""
+
+NO_SIDE = 0.1
+"""Part of a feed across the axis below which the tool plunges or stands still: any side will do, else all directions are one."""
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -151,8 +154,12 @@ class AnyDirection:
         feed = rows.ends[k, 1, :3] - rows.ends[k, 0, :3]
         aside = feed - (feed @ axis) * axis
         aside /= max(float(np.linalg.norm(feed)), STILL_MM)
+        first, still = (axis if begins else axis - aside), np.linalg.norm(aside) < NO_SIDE
+        if still:
+            aside = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+            aside /= np.linalg.norm(aside)
         side = np.cross(axis, aside)
-        wanted = (axis, axis - aside) if begins else (axis - aside, axis)
+        wanted = (first, axis - aside if begins or still else axis)
         out, faces = list[Floats](), np.concatenate([self.solid.faces[:, :3], UP[None]])
         for d in (*wanted, axis + side, axis - side):
             n = d / np.linalg.norm(d)
