@@ -30,7 +30,7 @@ def test_a_plate_of_any_size(seed):
     assert row["outside"] == 0, row
 
 
-@pytest.mark.slow  # 40 s: kernels are compiled with their bounds checked, once for each state of their sources
+@pytest.mark.long  # 40 s to minutes: kernels are compiled with their bounds checked; `./run bounds` does the same
 def test_no_kernel_writes_outside_its_arrays(request):
     """In a process of its own: a kernel that does may take the process with it."""
     cache = request.config.cache.mkdir("bounds")

@@ -97,3 +97,20 @@ def test_a_tool_that_lies_cuts_what_it_cuts_upright(tool, rise):
     np.testing.assert_allclose(other[:, :2], one[:, :2], rtol=2e-3)
     np.testing.assert_allclose(other[:, 2:4], one[:, 2:4], atol=5e-3)
     np.testing.assert_allclose(other[:, 4:], one[:, 4:], atol=2e-3)
+
+
+@pytest.mark.parametrize("thick", [2.0, 0.5])
+def test_a_rib_on_the_wall_of_a_leaning_tool_is_cut(thick):
+    """30 mm up a wall of 40: over the front half it covers thick / cos of the axis, and r tan beside that."""
+    lean, r = 0.1, 5.0
+    tool, wide = FlatEnd(diameter=2 * r, length=60), FlatEnd(diameter=200, length=200)
+    sweeps = Sweeps(BoxStock([-20, -20, -40], [20, 20, 0]))
+    for z, up in ((-30.5 + thick, 1.0), (-30.5, -1.0)):
+        sweeps.add(
+            wide.cutter, Turn.great_circle(Pose([-30, 0, z], [0, 0, up]), Pose([30, 0, z], [0, 0, up]))
+        )
+    axis = np.array([np.sin(lean), 0.0, np.cos(lean)])
+    sweeps.add(tool.cutter, Turn.great_circle(Pose([-5, 0, -39], axis), Pose([5, 0, -39], axis)))
+    told = contact_along(sweeps, [(2, np.array([0.5]))], [Edge(tool, bottom=True)]).columns[0]
+    assert told[3] == pytest.approx(thick / np.cos(lean) + r * np.tan(lean), rel=1e-3)
+    assert told[4] == pytest.approx(0.5, abs=2e-3)

@@ -41,7 +41,7 @@ def random_triangles(count, seed):
 
 
 @pytest.mark.parametrize(
-    "count", [1_000, pytest.param(10_000, marks=pytest.mark.slow)]
+    "count", [1_000, pytest.param(10_000, marks=pytest.mark.long)]
 )  # OpenCAMLib, one by one
 @pytest.mark.parametrize(
     ("radius", "corner", "error"), [(4.0, 0.0, 1e-9), (4.0, 4.0, 1e-9), (4.0, 1.0, 1e-8), (3.0, 2.7, 1e-8)]

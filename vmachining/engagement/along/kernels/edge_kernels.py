@@ -337,6 +337,18 @@ def keep_near(scene, now, count, piece, a, b, sp, cp):
     return n
 
 
+@inner
+def may_end(work, last, count, s, t):
+    """Leaves in `few` who can come to the surface between s and t, both asked by `margin_on`; how many, and the old last[1]."""
+    few, mesh = 0, last[1]
+    for i in range(count):
+        if work.low[i] <= 2.0 * t - s + FLAT:
+            work.few[few] = work.keep[i]
+            few += 1
+    last[1] = mesh > 0 and work.low[count] <= 2.0 * t - s + FLAT
+    return few, mesh
+
+
 @leaf
 def march(scene, now, count, piece, phi, across, span, parts, out):
     """Adds the parts between a and b among triangles and sweeps of any kind, which may stand in any number between.
@@ -349,25 +361,37 @@ def march(scene, now, count, piece, phi, across, span, parts, out):
     for i in range(count + 1):
         work.low[i] = -FAR
     f = margin_on(scene, now, count, piece, a, sp, cp)
-    begin = s = a
+    begin, s, before = a, a, f
     while s < b:
         t = min(s + min(max(abs(f), thin), longest), b)
         g = margin_on(scene, now, count, piece, t, sp, cp)
         if t < b:  # ends of a piece may lie on a floor at every angle
             out[DEPTH] = max(out[DEPTH], g)
-        if (f > -TAU) != (g > -TAU):
-            few, mesh = 0, last[1]  # who cannot come to the surface between s and t does not end the part
-            for i in range(count):
-                if work.low[i] <= 2.0 * t - s + FLAT:
-                    work.few[few] = work.keep[i]
-                    few += 1
-            last[1] = mesh > 0 and work.low[count] <= 2.0 * t - s + FLAT
-            e = root(scene, now, few, piece, sp, cp, s, t, f, g)
+        u, v = t, g
+        hidden = t - s > max(abs(f) + abs(g), THIN_MM)  # a rib or a slot may stand between
+        if hidden and (f > -TAU) == (g > -TAU) and max(abs(f), abs(g), abs(before)) > AWAY_MM:
+            u = s + 0.5 * (t - s + abs(f) - abs(g))  # where steep sides of it meet
+            few, mesh = may_end(work, last, count, s, t)
+            v, _ = margin_at(scene, now, few, DEEP, piece, u, sp, cp)
+            last[1] = mesh
+            out[DEPTH] = max(out[DEPTH], min(v, t - s))
+            if (v > -TAU) == (f > -TAU):
+                u, v = t, g
+        if (f > -TAU) != (v > -TAU):
+            few, mesh = may_end(work, last, count, s, t)
+            e = root(scene, now, few, piece, sp, cp, s, u, f, v)
             last[1] = mesh
             if f > -TAU:
                 parts = put(scene.blade, scene.work.part, now, piece, phi, across, begin, e, parts, out)
             begin = e
-        s, f = t, g
+            if u < t:
+                few, mesh = may_end(work, last, count, s, t)
+                e = root(scene, now, few, piece, sp, cp, u, t, v, g)
+                last[1] = mesh
+                if v > -TAU:
+                    parts = put(scene.blade, scene.work.part, now, piece, phi, across, begin, e, parts, out)
+                begin = e
+        before, s, f = f, t, g
     if f > -TAU:
         parts = put(scene.blade, scene.work.part, now, piece, phi, across, begin, b, parts, out)
     return parts
