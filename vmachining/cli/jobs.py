@@ -125,7 +125,7 @@ def _program_of(target: Path) -> Path | None:
 def draft_again(
     file: Path, target: Path, words: Sequence[str], *, tools: Path | None, units: str, given: Sequence[str]
 ) -> Draft:
-    """The draft of a program with options in addition to those that it was made with; a later one stands for an earlier one."""
+    """The draft of a program with options added to those it was made with; a later option replaces an earlier one."""
     before: dict[str, list[str]] = {}
     for name, value in zip(words[::2], words[1::2], strict=False):
         before.setdefault(name, []).append(value)

@@ -68,7 +68,7 @@ class VolumeStrategy:
 
 
 def sampled(blocks: FeedBlocks, volume_mm3: ArrayLike, counts: Ints) -> VolumeStrategy:
-    """The strategy of equal samples: `counts` (n,) of every block, one after the other; a block without is one of its own volume.
+    """The strategy of equal samples: `counts` (n,) of every block, one after the other; a block without samples is one sample.
 
     Raises FeedError: Samples of another number of blocks; volumes that are not finite or negative.
     """

@@ -84,7 +84,7 @@ def _mm(text: str, unit: str | None) -> float:
 
 
 def word_of(number: int, kind: str | None, inch: bool) -> str:
-    """The option that gives a tool, with what nobody told as words to replace."""
+    """The option that gives a tool; what is not known stands there as words to replace."""
     unit = "in" if inch else ""
     more = {"bull": f":CORNER{unit}", "taper": ":HALF_ANGLE"}.get(kind or "", "")
     return f"--tool {number}={kind if kind in KINDS else 'TYPE'}:DIAMETER{unit}{more}"

@@ -1,4 +1,4 @@
-"""One pass of a run: the blocks of a program cut in order, by whom it pays, with rows and checkpoints on disk."""
+"""One pass of a run: the blocks of a program cut in order, here or in several processes, with rows and checkpoints on disk."""
 
 from __future__ import annotations
 

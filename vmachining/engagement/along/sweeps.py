@@ -282,7 +282,7 @@ def _closed(corner: Corner | None, path: Motion, top: float) -> tuple[Ints, Floa
 
 
 def _posed(path: Turn, corner: Corner) -> tuple[Ints, Floats, Floats]:
-    """The same of a motion that turns: cubics through the poses at both ends of pieces, with their rates."""
+    """The same for a motion that turns: cubics through the poses at both ends of pieces, with their rates."""
     rc, r, high, lean = corner
     tip, axis = path.tip_series, path.axis_series
     wide = rc + (r + (high - r) * np.sin(lean)) / np.cos(lean)
