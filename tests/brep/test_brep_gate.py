@@ -217,7 +217,7 @@ def test_what_runs_in_a_process_of_its_own_cannot_take_us_with_it() -> None:
         isolated(time.sleep, 60.0, seconds=0.1)
 
 
-@pytest.mark.slow  # 5 s
+@pytest.mark.long  # 15 s
 def test_solids_that_cannot_be_built_are_told_once() -> None:
     """A block whose neighbour has no solid is refused with that reason, whatever the attempts."""
     stepped = ProfileTool(points=[[0, 0], [1, 0.2], [1, 1], [2, 2], [2, 20]])

@@ -37,8 +37,13 @@ PATHS = {
 }
 
 
-@pytest.mark.parametrize("motion", PATHS)
-@pytest.mark.parametrize("name", TOOLS)
+CASES = [(name, motion) for name in TOOLS for motion in PATHS]
+
+
+@pytest.mark.parametrize(
+    ("name", "motion"),
+    [pytest.param(*case, marks=[pytest.mark.long] if n % 3 else []) for n, case in enumerate(CASES)],
+)
 @pytest.mark.slow  # 4 s
 def test_solids_hold_the_points_of_the_sweep(name: str, motion: str) -> None:
     from OCP.BRepClass3d import BRepClass3d_SolidClassifier

@@ -103,7 +103,10 @@ def test_a_refusal_is_told_and_ends_with_code_1(tmp_path: Path) -> None:
     assert all(text.partition("B-rep refused: ")[2] for text in rows["warning"])
 
 
-@pytest.mark.parametrize("group", [False, True], ids=["the command", "its whole group"])
+@pytest.mark.parametrize(
+    "group",
+    [pytest.param(False, marks=pytest.mark.long, id="the command"), pytest.param(True, id="its whole group")],
+)
 @pytest.mark.slow  # 5 s
 def test_a_polite_end_is_an_interruption(group: bool, tmp_path: Path) -> None:
     """SIGTERM while OCCT is at work: 130, what is complete is told, and --resume continues."""

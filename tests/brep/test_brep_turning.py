@@ -107,7 +107,10 @@ def strangers(sweep: Sweep, count: int, slack: float = GAP + FOLD) -> list[float
     ("cutter", "height", "drift"),
     [
         (FlatEnd(diameter=9, length=25), 15.0, (0.02, 0.03, 0.01)),
-        (Taper(diameter=4, corner_radius=1, taper_deg=10, length=14), 8.0, (0.01, -0.01, 0.02)),
+        pytest.param(
+            *(Taper(diameter=4, corner_radius=1, taper_deg=10, length=14), 8.0, (0.01, -0.01, 0.02)),
+            marks=pytest.mark.long,
+        ),
         (BallNose(diameter=8, length=20), 12.0, (0.0, 0.0, 0.0)),
     ],
 )

@@ -128,7 +128,7 @@ def test_a_step_of_too_many_triangles_is_refused_before_anything_is_written(
     assert "at most 5000 triangles" in capsys.readouterr().err and not (tmp_path / "out").exists()
 
 
-@pytest.mark.slow  # 26 s
+@pytest.mark.long  # 26 s
 def test_a_cut_over_which_the_next_one_falls_is_done_again(tmp_path: Path) -> None:
     """models/slot, block 68: after block 67 without fuzzy value it loses 1306 mm3 instead of 54 or none at all."""
     job = Path(__file__).parents[2] / "models" / "slot" / "job.toml"

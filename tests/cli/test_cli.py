@@ -328,7 +328,7 @@ def test_the_line_that_goes_on_names_what_was_asked_for():
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.long)])
 @pytest.mark.slow  # 17 s
 def test_an_interrupted_run_exits_130_and_goes_on(number, tmp_path):
     steps = "".join(f"G1 X{1 + k % 9} Y{1 + k % 13} Z{-0.01 * k:.2f}\n" for k in range(60))

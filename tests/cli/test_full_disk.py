@@ -47,8 +47,8 @@ def on_a_small_disk(size, disk, copy, *words):
     ("size", "lacks"),
     [
         ("12k", r"of 61 blocks are in blocks\.partial\.csv"),
-        ("28k", "checkpoint"),
-        ("44k", "blocks"),
+        pytest.param("28k", "checkpoint", marks=pytest.mark.long),
+        pytest.param("44k", "blocks", marks=pytest.mark.long),
         ("400k", "report"),
     ],
 )

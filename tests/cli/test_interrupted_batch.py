@@ -43,9 +43,9 @@ def rows(out: Path) -> list[dict[str, str]]:
     ("number", "whom"),
     [
         (signal.SIGKILL, "batch"),
-        (signal.SIGINT, "batch"),
+        pytest.param(signal.SIGINT, "batch", marks=pytest.mark.long),
         (signal.SIGINT, "group"),
-        (signal.SIGTERM, "group"),
+        pytest.param(signal.SIGTERM, "group", marks=pytest.mark.long),
     ],
 )
 @pytest.mark.slow  # 15 s

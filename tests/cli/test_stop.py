@@ -28,7 +28,7 @@ def is_alive(process):
         return False
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("number", [signal.SIGTERM, pytest.param(signal.SIGINT, marks=pytest.mark.long)])
 @pytest.mark.slow  # 7 s
 def test_a_signal_to_the_whole_group_while_solids_are_checked_is_an_interruption(number, tmp_path):
     """As `timeout` and a terminal send it: to the workers of OCCT, too."""

@@ -27,7 +27,12 @@ pytestmark = pytest.mark.filterwarnings("ignore::vmachining.errors.AccuracyWarni
 # cheap rows of every kind here; all of them at 0.01 mm are the bench case `sweep5`
 @pytest.mark.parametrize(
     ("motion", "tool"),
-    [(m, t) for m, row in VOLUMES.items() for t in row if m in ("twist",) or t == "B10" or "lean" in m]
+    [
+        pytest.param(m, t, marks=[pytest.mark.long] if m == "in the plane of the tilt" else [])
+        for m, row in VOLUMES.items()
+        for t in row
+        if m in ("twist",) or t == "B10" or "lean" in m
+    ]
     + [("tilt about the tip", "F20"), ("skew", "N20"), ("rolling forward", "N30")],
 )
 @pytest.mark.slow  # 4 s

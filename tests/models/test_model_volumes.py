@@ -120,7 +120,10 @@ def test_pocket(tmp_path: Path) -> None:
     assert warnings.str.starts_with("removed volume known to").all() and len(warnings) <= 1
 
 
-@pytest.mark.parametrize(("passes", "spacing"), [(2, 10.0), (3, 4.0)], ids=["apart", "overlapping"])
+@pytest.mark.parametrize(
+    ("passes", "spacing"),
+    [pytest.param(2, 10.0, marks=pytest.mark.long, id="apart"), pytest.param(3, 4.0, id="overlapping")],
+)
 @pytest.mark.slow  # 33 s
 def test_half_cylinder(tmp_path: Path, passes: int, spacing: float) -> None:
     make = generator("half_cylinder")

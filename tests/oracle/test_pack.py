@@ -92,7 +92,9 @@ def test_a_pack_is_deterministic_and_serves_as_a_job(tmp_path: Path) -> None:
     assert "No licence was chosen" in (a / "LICENCE.md").read_text()
 
 
-@pytest.mark.parametrize("licence", ["none", "cc0", "terms.txt"])
+@pytest.mark.parametrize(
+    "licence", [*(pytest.param(n, marks=pytest.mark.long) for n in ("none", "cc0")), "terms.txt"]
+)
 @pytest.mark.slow  # 5 s
 def test_the_command_of_the_readme_makes_the_same_pack(
     licence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -39,7 +39,9 @@ def test_a_pass_needs_the_last_one_and_few_before_it() -> None:
     assert 6 in needed and len(needed) <= 2
 
 
-@pytest.mark.parametrize("number", [2, 4, 5, 13, 17, 97])
+@pytest.mark.parametrize(
+    "number", [2, 5, 17, *(pytest.param(n, marks=pytest.mark.long) for n in (4, 13, 97))]
+)
 @pytest.mark.slow  # 7 s
 def test_sweeps_that_are_not_needed_take_nothing_from_what_is_left(number: int) -> None:
     """Random points of a block in the stock: those in any earlier sweep are in one that is needed."""
@@ -58,7 +60,7 @@ def test_sweeps_that_are_not_needed_take_nothing_from_what_is_left(number: int) 
     assert held > 1000
 
 
-@pytest.mark.parametrize("number", [0, 1, 2, 3, 5, 6])
+@pytest.mark.parametrize("number", [0, 1, 2, 3, 5, pytest.param(6, marks=pytest.mark.long)])
 def test_a_block_takes_nothing_beside_its_columns(number: int) -> None:
     """Chains of the gauntlet, one family each: places all over the sweep, and what uprights lose there, as deep as is said."""
     bar, sweeps = sweeps_of(number)
