@@ -16,7 +16,8 @@ from vmachining.arrays import Floats
 from vmachining.engines.columns import ColumnsEngine, FlatStock
 from vmachining.engines.mesh import MeshEngine
 from vmachining.engines.mesh.facets import Side
-from vmachining.engines.mesh.solids import facets, manifold
+from vmachining.engines.mesh.solids import manifold
+from vmachining.engines.mesh.straight import facets
 from vmachining.engines.protocol import Options, Removal
 from vmachining.geometry import Arc, Line
 from vmachining.sweep import Sweep

@@ -16,8 +16,9 @@ from manifold3d import Manifold
 from vmachining.arrays import Floats
 from vmachining.engines.mesh import MeshEngine
 from vmachining.engines.mesh.facets import Side
-from vmachining.engines.mesh.solids import facets, manifold
+from vmachining.engines.mesh.solids import manifold
 from vmachining.engines.mesh.stock import StockMesh
+from vmachining.engines.mesh.straight import facets
 from vmachining.engines.protocol import Removal
 from vmachining.geometry import Line
 from vmachining.job.executor import Executor, Later, executor

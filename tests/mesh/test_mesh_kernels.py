@@ -9,7 +9,8 @@ from scipy.spatial import ConvexHull
 
 from vmachining.engines.mesh._kernels import _closed
 from vmachining.engines.mesh.facets import Side
-from vmachining.engines.mesh.solids import facets, pieces
+from vmachining.engines.mesh.solids import pieces
+from vmachining.engines.mesh.straight import facets
 from vmachining.engines.mesh.window._kernels import roof
 from vmachining.geometry import Line
 from vmachining.sweep import Sweep

@@ -26,8 +26,6 @@ from vmachining.cli.options import (
 )
 from vmachining.errors import InputError
 
-__all__ = ["BatchOptions", "RunOptions", "jobs"]
-
 jobs = typer.Typer()
 
 BREP_SECONDS = "Limit of one B-rep check (default: 120)."

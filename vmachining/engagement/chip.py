@@ -35,30 +35,6 @@ from numpy.typing import ArrayLike
 
 from vmachining.arrays import Floats, Ints
 
-__all__ = [
-    "EdgePiece",
-    "FacingRange",
-    "Speeds",
-    "arc_length",
-    "axial_depth",
-    "book_chip_area",
-    "chip_area",
-    "chip_thickness",
-    "corner_speeds",
-    "cut_length",
-    "edge_points",
-    "edge_speeds",
-    "elevation",
-    "exact_depth",
-    "facing_range",
-    "feed_scale",
-    "height",
-    "normal_speed",
-    "pieces",
-    "radial",
-    "radius",
-]
-
 QUARTER = 0.5 * np.pi
 
 

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
 
     from vmachining.engagement.analytic import Pass
 
-__all__ = ["CHIP_COLUMNS", "chip_points", "chip_table", "depths"]
-
 CHIP_COLUMNS = (
     "position", "phi_deg", "phi_feed_deg", "length_mm", "axial_mm", "depth_mm", "thickness_mm", "area_mm2",
 )  # fmt: skip

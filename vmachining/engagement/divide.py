@@ -17,8 +17,6 @@ import numpy as np
 from vmachining.arrays import Bools, Floats, Ints
 from vmachining.tool import EdgeParts
 
-__all__ = ["RESOLUTION_MM", "Function", "divided"]
-
 RESOLUTION_MM = 0.01
 """Gaps and contacts along the edge that are shorter than this may be overlooked; longer ones may not."""
 

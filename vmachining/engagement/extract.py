@@ -14,18 +14,6 @@ from vmachining.engagement.workpiece import By, Past, Workpiece, without
 from vmachining.sweep import Stance
 from vmachining.tool import Edge, EdgeParts
 
-__all__ = [
-    "BESIDE_TOUCH",
-    "GAUSS",
-    "GRAZING",
-    "Contact",
-    "contact",
-    "engaged_parts",
-    "entering",
-    "facing_parts",
-    "nodes",
-]
-
 IDLE = 1e-12
 """N . V below this share of the speed of the edge counts as zero: an edge that slides along a wall cuts nothing."""
 

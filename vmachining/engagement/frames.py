@@ -23,19 +23,6 @@ from numpy.typing import ArrayLike
 from vmachining.arrays import Floats
 from vmachining.errors import InputError
 
-__all__ = [
-    "Tilts",
-    "angles_of",
-    "axis_of",
-    "axis_of_lean",
-    "feed_angle",
-    "feed_direction",
-    "frame_of",
-    "rotation",
-    "tip_of_contact",
-    "unit",
-]
-
 LEVEL = 1e-12
 """Sine of the angle between axis and normal below which the contact of a corner has no direction."""
 

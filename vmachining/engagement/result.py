@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     import polars as pl
     from matplotlib.figure import Figure
 
-__all__ = ["COLUMNS", "Engagement", "EngagementMap", "end_name"]
-
 JOINT_MM = 1e-9
 """Intervals on both sides of a joint of the meridian that come closer than this are one interval."""
 

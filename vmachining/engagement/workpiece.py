@@ -17,8 +17,6 @@ from vmachining.sweep import Stance, Sweep, Turn
 from vmachining.tolerance import LENGTH_EPS_MM
 from vmachining.tool import Edge, EdgeParts
 
-__all__ = ["By", "Past", "RayWorkpiece", "Workpiece", "sweeps_near", "without"]
-
 SLIDING_MM = 2e-7
 """Twice what distances to sweeps promise where a surface of a curved motion slides along itself."""
 

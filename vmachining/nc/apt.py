@@ -34,8 +34,6 @@ from vmachining.nc.poses import unit_axis
 from vmachining.nc.settings import Settings
 from vmachining.nc.vectors import add, subtract
 
-__all__ = ["read_apt", "unit_of_feeds"]
-
 NO_MOTION: Final = frozenset(
     {"COOLNT", "CUTTER", "INTOL", "OUTTOL", "TOLER", "OPSTOP", "STOP", "REWIND", "AUTOPS", "CLPRNT", "SETUP", "OP",
      "NOPOST", "DISPLY", "SEQNO", "SELCTL", "SELECT", "TLDATA", "PREFUN", "AUXFUN", "OPSKIP", "LINTOL", "MCHTOL",

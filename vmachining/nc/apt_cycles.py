@@ -12,8 +12,6 @@ from typing import Final, NamedTuple
 
 from vmachining.nc.apt_records import Record, RecordError
 
-__all__ = ["CycleStep", "HoleCycle", "cycle_of"]
-
 UNITS: Final = {"MMPM", "IPM", "MMPR", "IPR", "PERMIN", "PERREV"}
 _PLAIN: Final = frozenset(
     {"DRILL", "FACE", "SPOT", "CDRILL", "REAM", "THRU", "BORE", "BOREOS", "BORE5", "STAND", "STD"}

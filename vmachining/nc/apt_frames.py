@@ -6,8 +6,6 @@ from typing import Final, NamedTuple
 
 from vmachining.nc.model import Point
 
-__all__ = ["UP", "Circle", "Frame", "along", "cross", "dot"]
-
 UP: Final[Point] = (0.0, 0.0, 1.0)
 
 

@@ -16,8 +16,6 @@ from vmachining.nc.poses import AXIS_TOLERANCE, unit_axis
 from vmachining.nc.settings import Settings
 from vmachining.nc.vectors import add, subtract
 
-__all__ = ["FEED_UNITS", "AptMotions"]
-
 CHORD_MM: Final = 5e-4
 """Of a circle that lies in no main plane: an eighth of the finest tolerance that CAM systems cut with."""
 

@@ -6,8 +6,6 @@ import re
 from collections.abc import Iterator
 from typing import Final, NamedTuple
 
-__all__ = ["Record", "RecordError", "parse_record", "records"]
-
 MAX_RECORD: Final = 4096
 
 COMMENTS: Final = frozenset(

@@ -11,8 +11,6 @@ from typing import Final, NamedTuple, TypeAlias
 
 from vmachining.tolerance import ARC_RADIUS_MM, LENGTH_EPS_MM
 
-__all__ = ["PLANES", "ArcError", "Plane", "arc_length", "center_from_radius", "check_center"]
-
 Pair: TypeAlias = tuple[float, float]
 
 

@@ -21,8 +21,6 @@ from vmachining.nc.codes import (
 )
 from vmachining.nc.lexer import LexedLine, Word
 
-__all__ = ["SIGNAL_WORDS", "Block", "Problem", "block_number", "build_block"]
-
 _BLOCK_NUMBER: Final = re.compile(r"[Nn]([0-9]{1,9})(?:\.[0-9]*)?")
 _PROBE: Final = re.compile(r"[Gg]0*38\.[2-5]")
 _ALWAYS: Final = frozenset("GMNFST")

@@ -24,8 +24,6 @@ from vmachining.nc.quick import BLOCK, CHANGED, offset, quick_move
 from vmachining.nc.repeated import AGAIN
 from vmachining.nc.tape import find_tape
 
-__all__ = ["Reader"]
-
 _PROGRAM_NUMBER: Final = re.compile(r"(?:[oO][ \t]*[0-9]+|:[0-9]+)[ \t]*(?:\(|;|$)|[oO].*\b[sS][uU][bB]\b")
 _LOCAL: Final = re.compile(r"M0*97[ \t]*P", re.IGNORECASE)
 _NUMBERED: Final = re.compile(r"[ \t]*/?[ \t]*[Nn][ \t]*([0-9]{1,9})(?![0-9.])")

@@ -13,9 +13,6 @@ from vmachining.nc.settings import Settings
 from vmachining.nc.state import State
 from vmachining.nc.vectors import add, subtract
 
-__all__ = ["carried", "pivoted", "turned_arc"]
-
-
 _BY_NAME: Final = {plane.name: plane for plane in PLANES.values()}
 
 

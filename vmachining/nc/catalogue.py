@@ -10,8 +10,6 @@ from typing import Final
 from vmachining.nc.catalogue_entry import Entry
 from vmachining.nc.catalogue_more import MORE
 
-__all__ = ["CATALOGUE", "Entry", "explain"]
-
 CATALOGUE: Final[dict[str, Entry]] = {
     # ---- E1: characters and numbers ----
     "E101": Entry(

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["Entry"]
-
 
 class Entry(NamedTuple):
     """Title (a few words), explanation (sentences), hint (what to do; used where no better one is known)."""

@@ -6,8 +6,6 @@ from typing import Final
 
 from vmachining.nc.catalogue_entry import Entry
 
-__all__ = ["MORE"]
-
 MORE: Final[dict[str, Entry]] = {
     "E109": Entry(
         "record not understood",

@@ -8,8 +8,6 @@ from vmachining.nc.catalogue import CATALOGUE
 from vmachining.nc.model import Finding, Motion, Move, Point
 from vmachining.nc.vectors import add, subtract
 
-__all__ = ["beyond_travel", "check_moves", "finding"]
-
 NEAR: float = 1e-6
 """mm: a coordinate this near to a multiple of the increment, or to the end of travel, is one."""
 

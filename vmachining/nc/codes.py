@@ -4,20 +4,6 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple
 
-__all__ = [
-    "AXIS_CLAIMING",
-    "CYCLES",
-    "FANUC_G_GROUP",
-    "G_GROUP",
-    "MTS_G_GROUP",
-    "M_GROUP",
-    "Refusal",
-    "group_name",
-    "refuse_g",
-    "refuse_m",
-    "spell",
-]
-
 _CYCLES: Final = frozenset({730, 740, 810, 820, 830, 840, 850, 860, 890})
 """Canned cycles of dialect `iso`."""
 

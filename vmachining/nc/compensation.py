@@ -41,8 +41,6 @@ from vmachining.nc.offset_curves import (
 )
 from vmachining.nc.vectors import add, subtract
 
-__all__ = ["Compensation", "CompensationError", "Step"]
-
 _make = tuple.__new__  # of named tuples: their own constructors take twice as long
 
 JOINED_MM: Final = 1e-6

@@ -19,8 +19,6 @@ from typing import Final
 from vmachining.nc.block import Problem
 from vmachining.nc.lexer import LexedLine, LexError, Word, lex_line
 
-__all__ = ["Item", "Structure", "find_structure", "label_of"]
-
 MAX_ARGUMENTS: Final = 30
 _STEERS: Final = re.compile(r"^[ \t]*/?[ \t]*(?:[Nn][ \t0-9]*)?[oO:]", re.MULTILINE)
 _M98: Final = re.compile(r"[Mm][ \t0]*9[ \t]*[89](?![0-9.])")

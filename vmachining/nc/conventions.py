@@ -12,8 +12,6 @@ from vmachining.nc.fanuc_lines import REMARK
 from vmachining.nc.model import Finding
 from vmachining.nc.settings import ArcCentres, Settings
 
-__all__ = ["arcs_open", "closing", "lengths", "quill", "times", "worn"]
-
 ARC_CODES: Final = frozenset({"E302", "E304", "E308"})
 """Findings of arcs whose centre is missing or does not fit their ends."""
 

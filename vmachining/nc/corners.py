@@ -15,8 +15,6 @@ from vmachining.nc.model import Motion, Move
 from vmachining.nc.offset_curves import CompensationError, Pair, meet, offset_arc, offset_line
 from vmachining.nc.vectors import add, subtract
 
-__all__ = ["CornerError", "Segment", "bevel_sides", "chamfer", "joined", "rounding", "segment", "tangents"]
-
 
 class CornerError(Exception):
     """The corner cannot be made."""

@@ -35,8 +35,6 @@ from vmachining.nc.codes import spell
 from vmachining.nc.model import Motion
 from vmachining.nc.run import Run
 
-__all__ = ["Cycle", "drill", "tap_rigid"]
-
 MAX_REPEATS: Final = 100_000
 MAX_PECKS: Final = 1_000_000
 """Holes of a block, and steps of a hole: beyond it is a typing error, not a program."""

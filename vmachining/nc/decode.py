@@ -8,8 +8,6 @@ from typing import Final
 from vmachining.errors import NCError
 from vmachining.nc.foreign import binary_kind
 
-__all__ = ["MAX_BYTES", "decode_program"]
-
 MAX_BYTES: Final = 128 * 1024 * 1024
 """Largest program: some four million lines. Its moves take about ten times the memory of its text."""
 

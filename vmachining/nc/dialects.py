@@ -26,20 +26,6 @@ from vmachining.nc.poses import read_poses
 from vmachining.nc.settings import Settings
 from vmachining.nc.sinumerik import read_sinumerik
 
-__all__ = [
-    "AUTO",
-    "DIALECTS",
-    "TABLE",
-    "Dialect",
-    "Reading",
-    "is_g_code",
-    "is_marked",
-    "read_lines",
-    "recognise",
-    "share",
-    "strange",
-]
-
 AUTO: Final = "auto"
 """In place of a name: the dialect is recognised."""
 

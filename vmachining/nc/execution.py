@@ -13,10 +13,9 @@ from typing import Any, Final, NamedTuple
 
 from vmachining.errors import NCError
 from vmachining.nc.lexer import split_lines
-from vmachining.nc.pen import Pen, PenError
+from vmachining.nc.pen import Pen
+from vmachining.nc.placing import PenError
 from vmachining.nc.settings import Settings
-
-__all__ = ["FREE", "MILLS", "Block", "Decode", "Execution"]
 
 MAX_FINDINGS: Final = 1000
 ONCE: Final = frozenset({"E368"})

@@ -21,18 +21,6 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Final, NamedTuple, Protocol
 
-__all__ = [
-    "Expression",
-    "ExpressionError",
-    "Name",
-    "NoValueError",
-    "Parameters",
-    "evaluate",
-    "parse_name",
-    "parse_value",
-    "to_least",
-]
-
 MAX_DEPTH: Final = 40
 """Brackets within brackets; a line holds 256 characters, nobody nests by hand beyond ten."""
 

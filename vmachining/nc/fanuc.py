@@ -24,8 +24,6 @@ from vmachining.nc.settings import Settings
 from vmachining.nc.state import State
 from vmachining.nc.tooltable import ToolEntry
 
-__all__ = ["Translator"]
-
 LOOK_AHEAD: Final = "look-ahead, smoothing or accuracy"
 NOTED: Final[dict[int, tuple[str, str]]] = {
     **dict.fromkeys((50, 51, 54, 80, 611, 640, 1300, 1310), (LOOK_AHEAD, "PQRLFJEK")),

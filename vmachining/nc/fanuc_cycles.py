@@ -13,8 +13,6 @@ from vmachining.nc.state import State
 if TYPE_CHECKING:
     from vmachining.nc.fanuc import Translator
 
-__all__ = ["BORING", "CYCLE_WORDS", "TAPS", "dwell", "holes", "taps"]
-
 CYCLE_WORDS: Final = {
     810: "", 820: "P", 730: "Q", 830: "Q", 740: "P", 840: "P", 850: "", 860: "P", 890: "P", 760: "P", 870: "PQ", 880: "P",
 }  # fmt: skip

@@ -22,8 +22,6 @@ from vmachining.nc.state import State
 if TYPE_CHECKING:
     from vmachining.nc.fanuc import Translator
 
-__all__ = ["code", "expand", "pecks"]
-
 PATTERNS: Final = (700, 710, 720)
 MOST: Final = 10_000
 """Holes of a pattern, circles of a pocket: beyond it is a typing error."""

@@ -18,14 +18,12 @@ from typing import Final
 from vmachining.nc.arcs import PLANES
 from vmachining.nc.block import Problem
 from vmachining.nc.codes import spell
-from vmachining.nc.fanuc_lathe_cycles import HOLES, MANY, PASSES, Contour, Cycles, Find, Words
+from vmachining.nc.fanuc_lathe_cycles import HOLES, MANY, PASSES, Cycles, Find, Words
 from vmachining.nc.fanuc_line import Line
 from vmachining.nc.fanuc_turning import has_system_b
 from vmachining.nc.lexer import Word, lex_line
 from vmachining.nc.settings import Settings
 from vmachining.nc.state import State
-
-__all__ = ["Contour", "Lathe"]
 
 MOVES: Final = {0: 0, 10: 10, 20: 20, 30: 30, 320: 320, 330: 320, 340: 320}
 OKUMA: Final = {

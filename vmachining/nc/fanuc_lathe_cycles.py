@@ -21,8 +21,6 @@ from vmachining.nc.lexer import Word
 from vmachining.nc.settings import Settings
 from vmachining.nc.state import State
 
-__all__ = ["HOLES", "MANY", "PASSES", "Contour", "Cycles", "Find", "Words"]
-
 Words = list[tuple[Word, float]]
 Contour = tuple[int, int]
 """First and last line, 0-based."""

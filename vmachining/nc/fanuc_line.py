@@ -8,8 +8,6 @@ from vmachining.nc.block import Problem
 from vmachining.nc.lexer import Word
 from vmachining.nc.state import State
 
-__all__ = ["Line"]
-
 
 class Line:
     """words, values : for the core. before, after : on the state, around the block. ahead : blocks before it.

@@ -8,8 +8,6 @@ from typing import Final
 from vmachining.nc.lexer import MAX_LINE
 from vmachining.nc.model import Finding
 
-__all__ = ["REMARK", "bracketed", "folded", "prepare", "tool_changer", "without_header"]
-
 _NX_HEADER: Final = re.compile(r"^\s*Information listing created by\b", re.IGNORECASE)
 _RULE: Final = re.compile(r"^\s*={20,}\s*$")
 _NAMED: Final = re.compile(

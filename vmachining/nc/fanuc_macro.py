@@ -29,8 +29,6 @@ from vmachining.nc.subfiles import SubFiles
 if TYPE_CHECKING:
     from vmachining.nc.state import Memory
 
-__all__ = ["NEXT_PROGRAM", "MacroFlow", "next_program", "steers"]
-
 _STEERS: Final = re.compile(
     r"(?<![A-Z])(?:IF[ \t]*\[|WHILE[ \t]*\[|GOTO|DO[ \t]*[0-9]|END[ \t]*[0-9])"
     r"|M[ \t]*0*1?9[789](?![0-9.])|G[ \t]*0*6(?:[57](?![0-9.])|6(?:\.1)?(?![0-9]))",

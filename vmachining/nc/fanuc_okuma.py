@@ -23,8 +23,6 @@ from vmachining.nc.state import WORK_OFFSETS, State
 if TYPE_CHECKING:
     from vmachining.nc.fanuc import Translator
 
-__all__ = ["RETURN", "back", "code", "user_task"]
-
 RETURN: Final = {52: "the upper end of Z", 53: "the level of G71", 54: "the clearance plane"}
 OFFSETS: Final = 400
 TURNED_ZERO: Final = 88.0

@@ -25,8 +25,6 @@ from vmachining.nc.vectors import add, subtract
 if TYPE_CHECKING:
     from vmachining.nc.fanuc import Translator
 
-__all__ = ["Places", "extended", "polar"]
-
 ORDER: Final = ("tilt", "shift", "turn", "scale", "mirror")
 CODES: Final = {
     680: "turn", 682: "tilt", 510: "scale", 511: "mirror", 690: "turn tilt", 691: "tilt", 500: "scale", 501: "mirror",

@@ -13,8 +13,6 @@ from vmachining.nc.fanuc_lines import REMARK
 from vmachining.nc.model import Finding, Motion, Move, Point
 from vmachining.nc.settings import Settings
 
-__all__ = ["as_lathe", "has_system_b", "heads", "is_lathe", "numbered", "plain_lathe", "swapped"]
-
 _AXIS: Final = re.compile(r"(?<![A-Z#])([XYZ])[ \t]*=?[ \t]*([-+]?[0-9]*\.?[0-9]*)", re.IGNORECASE)
 _TURRET: Final = re.compile(
     r"(?<![A-Z#])T[ \t]*(?:0[1-9]|[1-9][0-9])[0-9]{2}(?:[0-9]{2})?(?![0-9])", re.IGNORECASE

@@ -22,8 +22,6 @@ from vmachining.nc.expressions import NoValueError
 if TYPE_CHECKING:
     from vmachining.nc.state import State
 
-__all__ = ["FAMILY_FREE", "is_switch", "set_variable", "variable"]
-
 FAMILY_FREE: Final = 1000
 """Numbered parameters from this on belong to the control."""
 

@@ -12,8 +12,6 @@ from vmachining.nc.expressions import NoValueError, evaluate
 from vmachining.nc.lexer import Word
 from vmachining.nc.state import Memory
 
-__all__ = ["Flow", "FlowStop"]
-
 MAX_DEPTH: Final = 64
 """Calls within calls; controls allow 4 to 10, a recursion written by hand ends earlier."""
 

@@ -14,8 +14,6 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import Final, NamedTuple
 
-__all__ = ["Foreign", "binary_kind", "keyword_control", "never_a_program", "recognised"]
-
 
 class Foreign(NamedTuple):
     """line : 1-based, of the first mark. word : the mark, as it stands there, in column `col`."""

@@ -11,8 +11,6 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Final
 
-__all__ = ["FormulaError", "evaluate"]
-
 MOST: Final = 1e12
 DEEPEST: Final = 60
 

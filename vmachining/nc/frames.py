@@ -10,8 +10,6 @@ from typing import Final, NamedTuple, TypeAlias
 
 from vmachining.nc.model import Point
 
-__all__ = ["EYE", "IDENTITY", "UP", "Frame", "Rows", "axis_turn", "cross", "dot", "matmul", "unit"]
-
 Rows: TypeAlias = tuple[Point, Point, Point]
 
 EYE: Final[Rows] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))

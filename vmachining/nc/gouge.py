@@ -14,8 +14,6 @@ from typing import Final
 from vmachining.nc.model import Motion, Move
 from vmachining.nc.offset_curves import Curve, Pair
 
-__all__ = ["cuts_into"]
-
 SAMPLES: Final = 12
 SHALLOW_MM: Final = 1e-3
 """Nearer than the tool radius by less than this is rounding of printed coordinates."""

@@ -16,12 +16,10 @@ from vmachining.nc.codes import CYCLES, spell
 from vmachining.nc.compensation import Compensation
 from vmachining.nc.lexer import Word
 from vmachining.nc.model import Motion, Move, Point
-from vmachining.nc.run import BlockError, Run
+from vmachining.nc.run import Run
 from vmachining.nc.settings import Settings
 from vmachining.nc.state import State
 from vmachining.nc.vectors import add, subtract
-
-__all__ = ["INCH", "BlockError", "execute"]
 
 INCH: Final = 25.4
 _FIXED: Final = {12: "work offset", 6: "units", 8: "tool length"}

@@ -18,18 +18,6 @@ from typing import Final, NamedTuple
 from vmachining.nc.expressions import Expression, ExpressionError, Name, parse_name, parse_value
 from vmachining.nc.foreign import keyword_control
 
-__all__ = [
-    "MAX_LINE",
-    "MAX_VALUE",
-    "Assignment",
-    "LexError",
-    "LexedLine",
-    "Span",
-    "Word",
-    "lex_line",
-    "split_lines",
-]
-
 MAX_LINE: Final = 256
 """Longest line in characters; the line buffer of RS-274 controls."""
 

@@ -18,9 +18,8 @@ from collections.abc import Callable, Iterator
 from typing import Final, NamedTuple, Protocol
 
 from vmachining.nc.offset_curves import Pair
-from vmachining.nc.pen import Pen, PenError
-
-__all__ = ["ArcSlot", "Cut", "Face", "Rounded", "face", "levels", "mill", "stud_blank"]
+from vmachining.nc.pen import Pen
+from vmachining.nc.placing import PenError
 
 MOST: Final = 20_000
 WIDEST: Final = 1.7

@@ -10,8 +10,6 @@ from typing import Any, Final, NamedTuple, TypeAlias
 from vmachining.errors import NCError
 from vmachining.htmltable import facts_html, table_html
 
-__all__ = ["ASSUMED_RPM", "Declared", "Finding", "Motion", "Move", "Point", "Program"]
-
 Point: TypeAlias = tuple[float, float, float]
 """X, Y, Z in mm."""
 

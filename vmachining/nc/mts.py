@@ -24,8 +24,6 @@ from vmachining.nc.codes import spell
 from vmachining.nc.cycles import ROUNDING_MM
 from vmachining.nc.run import Run
 
-__all__ = ["Pattern", "Stored", "degression", "execute"]
-
 LIFT_MM: Final = 1.0
 MAX_POINTS: Final = 100_000
 """Points of a pattern, steps of a hole: more is a typing error."""

@@ -10,17 +10,6 @@ from __future__ import annotations
 import math
 from typing import Final, NamedTuple, TypeAlias
 
-__all__ = [
-    "CompensationError",
-    "Curve",
-    "Pair",
-    "meet",
-    "offset_arc",
-    "offset_line",
-    "trim_end",
-    "trim_start",
-]
-
 Pair: TypeAlias = tuple[float, float]
 
 FORWARD_MM: Final = 1e-9

@@ -18,11 +18,6 @@ from vmachining.nc.state import ORIGIN, WORK_OFFSETS
 from vmachining.nc.tooltable import ToolEntry
 from vmachining.nc.vectors import add, subtract
 
-__all__ = [
-    "declare", "from_reference", "g92", "keep_reference", "local", "reference", "slides", "tool_length", "work_offset",
-    "write",
-]  # fmt: skip
-
 AXES: Final = "XYZ"
 
 

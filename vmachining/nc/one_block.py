@@ -13,26 +13,25 @@ from vmachining.nc.catalogue import CATALOGUE
 from vmachining.nc.codes import AXIS_CLAIMING, CYCLES, FANUC_G_GROUP, G_GROUP, MTS_G_GROUP
 from vmachining.nc.expressions import NoValueError, evaluate
 from vmachining.nc.fanuc import Translator
-from vmachining.nc.fanuc_lathe import Contour, Lathe
+from vmachining.nc.fanuc_lathe import Lathe
+from vmachining.nc.fanuc_lathe_cycles import Contour
 from vmachining.nc.fanuc_lines import prepare, tool_changer
 from vmachining.nc.fanuc_okuma import user_task
 from vmachining.nc.fanuc_turning import heads, numbered, plain_lathe
 from vmachining.nc.fanuc_variables import FAMILY_FREE
 from vmachining.nc.flow import Flow
 from vmachining.nc.frames import UP
-from vmachining.nc.interpreter import INCH, BlockError, execute
+from vmachining.nc.interpreter import INCH, execute
 from vmachining.nc.lexer import LexedLine, Word, lex_line
 from vmachining.nc.model import Finding, Motion, Move
 from vmachining.nc.repeated import Repeated
-from vmachining.nc.run import Run
+from vmachining.nc.run import BlockError, Run
 from vmachining.nc.settings import Settings
 from vmachining.nc.state import ORIGIN, Memory, State
 from vmachining.nc.subfiles import SubFiles
 from vmachining.nc.templates import Templates
 from vmachining.nc.values import line_values
 from vmachining.nc.vectors import add
-
-__all__ = ["MAX_ERRORS", "MAX_WARNINGS", "GiveUpError", "OneBlock"]
 
 MAX_ERRORS: Final = 1000
 """Records of severity E after which a file is given up."""

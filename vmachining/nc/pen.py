@@ -19,14 +19,12 @@ import math
 from collections.abc import Mapping
 
 from vmachining.nc.arcs import ArcError, arc_length, check_center, is_rounded
-from vmachining.nc.compensation import JOINED_MM, Compensation, CompensationError
+from vmachining.nc.compensation import JOINED_MM, Compensation
 from vmachining.nc.corners import CornerError, joined, segment, tangents
 from vmachining.nc.frames import UP, Frame
 from vmachining.nc.model import ASSUMED_RPM, Motion, Move, Point
-from vmachining.nc.offset_curves import Pair
+from vmachining.nc.offset_curves import CompensationError, Pair
 from vmachining.nc.placing import Corner, PenError, Placing, swung
-
-__all__ = ["Pen", "PenError"]
 
 ASSUMED_TEETH = 2
 """Of a tool that nobody describes."""

@@ -15,8 +15,6 @@ from vmachining.nc.offset_curves import Pair
 from vmachining.nc.settings import Settings
 from vmachining.nc.vectors import add, subtract
 
-__all__ = ["PIECE_RAD", "Corner", "EdgeFeed", "PenError", "Placing", "swung"]
-
 EdgeFeed = Literal["", "inner", "all"]
 """Which arcs under compensation keep the feed of their contour; the rest keeps that of the centre."""
 

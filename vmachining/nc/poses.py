@@ -21,8 +21,6 @@ from vmachining.nc.lexer import MAX_VALUE, split_lines
 from vmachining.nc.model import Finding, Motion, Move, Point
 from vmachining.nc.settings import Settings
 
-__all__ = ["AXIS_TOLERANCE", "read_poses", "unit_axis"]
-
 AXIS_TOLERANCE: Final = 1e-6
 """Length of an axis may differ from 1 by this much: vectors are printed with six digits."""
 

@@ -14,13 +14,11 @@ from operator import attrgetter
 from typing import Any, Final
 
 from vmachining.nc.arcs import ArcError, check_center, is_rounded
-from vmachining.nc.compensation import CompensationError
 from vmachining.nc.model import Motion, Move
+from vmachining.nc.offset_curves import CompensationError
 from vmachining.nc.run import SLOWEST_MM_MIN
 from vmachining.nc.state import ORIGIN, State
 from vmachining.nc.vectors import add
-
-__all__ = ["BLOCK", "Groups", "quick_move"]
 
 _N = r"([+-]?(?:[0-9]{1,9}(?:\.[0-9]*)?|\.[0-9]+))[ \t]*"
 BLOCK: Final = re.compile(

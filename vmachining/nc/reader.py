@@ -13,7 +13,6 @@ from vmachining.nc.conventions import arcs_open, closing, lengths, quill, worn
 from vmachining.nc.decode import MAX_BYTES, decode_program
 from vmachining.nc.dialects import (
     AUTO,
-    DIALECTS,
     TABLE,
     Reading,
     is_g_code,
@@ -29,9 +28,6 @@ from vmachining.nc.model import Finding, Program
 from vmachining.nc.settings import Settings, UnitName
 from vmachining.nc.state import work_offset_codes
 from vmachining.nc.units import names_unit, unit_of
-
-__all__ = ["DIALECTS", "MAX_BYTES", "decode_program", "parse_program", "read_program"]
-
 
 MANY = 3
 """Errors of the default dialect for each of another one, from which that one gives the better account."""

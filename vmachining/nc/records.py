@@ -8,8 +8,6 @@ from typing import Any
 from vmachining.nc.arcs import PLANES
 from vmachining.nc.model import Finding, Motion, Move
 
-__all__ = ["finding_record", "move_record"]
-
 _AXES = {plane.name: (plane.first, plane.second) for plane in PLANES.values()}
 
 

@@ -43,8 +43,6 @@ from vmachining.tolerance import LENGTH_EPS_MM
 if TYPE_CHECKING:
     from vmachining.nc.model import Move, Program
 
-__all__ = ["BlockEdit", "Rewritten", "rewrite_feeds"]
-
 LINES: Final = re.compile(r"([^\r\n]*)(\r\n|\r|\n|\Z)")
 
 SLACK: Final = 1e-12

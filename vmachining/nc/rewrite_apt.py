@@ -17,8 +17,6 @@ from vmachining.nc.apt import unit_of_feeds
 from vmachining.nc.apt_records import records
 from vmachining.nc.rewrite_pieces import number_text
 
-__all__ = ["AptText", "rewrite_apt_feeds"]
-
 HEAD: Final = re.compile(r"\s*([A-Za-z][A-Za-z0-9-]*)\s*(?:,\s*\w+\s*)*(?:/(.*))?$", re.DOTALL)
 MOTIONS: Final = ("GOTO", "GODLTA", "TLON")
 ARCS: Final = ("CIRCLE", "MOVARC", "INDIRV")

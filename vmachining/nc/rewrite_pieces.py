@@ -27,8 +27,6 @@ from vmachining.nc.lexer import LexedLine, Word
 if TYPE_CHECKING:
     from vmachining.nc.model import Move
 
-__all__ = ["LineEdit", "Modes", "Pieces", "move_path", "number_text", "split_block"]
-
 MIN_PIECE_MM: Final = 0.01
 """Shorter pieces are not written: rounded ends would turn the direction, or close an arc to a full circle."""
 

@@ -11,8 +11,6 @@ from typing import NamedTuple
 
 from vmachining.nc.rewrite_pieces import number_text
 
-__all__ = ["PosesText", "rewrite_pose_feeds"]
-
 FEED = "feed_mm_min"
 
 

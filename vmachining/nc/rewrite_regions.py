@@ -15,8 +15,6 @@ from vmachining.nc.control import find_structure
 from vmachining.nc.lexer import LexedLine
 from vmachining.nc.rewrite_pieces import MODE_CHANGES
 
-__all__ = ["Regions", "find_regions"]
-
 SAVING = frozenset({70.0, 72.0, 73.0})
 PAIRED = frozenset({"sub", "if", "while", "do", "repeat"})
 

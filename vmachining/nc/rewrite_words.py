@@ -26,8 +26,6 @@ from vmachining.nc.rewrite_pieces import number_text
 if TYPE_CHECKING:
     from vmachining.nc.model import Move
 
-__all__ = ["WordsText", "rewrite_word_feeds"]
-
 SAME: Final = 1e-9
 """Relative: feeds that differ by less are one."""
 

@@ -7,15 +7,14 @@ from collections.abc import Mapping
 from typing import Final
 
 from vmachining.nc.block import Block, Problem
-from vmachining.nc.compensation import JOINED_MM, CompensationError
+from vmachining.nc.compensation import JOINED_MM
 from vmachining.nc.corners import CornerError, joined
 from vmachining.nc.lexer import Word
 from vmachining.nc.model import ASSUMED_RPM, Motion, Move, Point
+from vmachining.nc.offset_curves import CompensationError
 from vmachining.nc.settings import Settings
 from vmachining.nc.state import State
 from vmachining.nc.vectors import add, subtract
-
-__all__ = ["DWELL_UNITS", "BlockError", "Run"]
 
 SLOWEST_MM_MIN: Final = 0.1
 """Feed of a G93 move without length, the floor of the reference control: a feed is never zero."""

@@ -13,8 +13,6 @@ from vmachining.errors import NCError
 from vmachining.nc.model import Point
 from vmachining.nc.tooltable import ToolEntry
 
-__all__ = ["Control", "Settings"]
-
 UnitName = Literal["", "mm", "inch"]
 CrcEntry = Literal["", "prev", "next"]
 CrcCorner = Literal["", "arc", "exact", "miter", "line"]

@@ -43,8 +43,6 @@ if TYPE_CHECKING:
     from vmachining.nc.mts import Pattern, Stored
     from vmachining.nc.tooltable import ToolEntry
 
-__all__ = ["MODES", "ORIGIN", "WORK_OFFSETS", "Memory", "Saved", "State", "work_offset_codes"]
-
 ORIGIN: Final[Point] = (0.0, 0.0, 0.0)
 LOCALS: Final = 30
 """Numbered parameters that each call of a subprogram has for itself."""

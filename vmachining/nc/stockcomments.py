@@ -19,8 +19,6 @@ from typing import Final, NamedTuple
 from vmachining.nc.model import Point
 from vmachining.nc.toolcomments import INCH, NUMBER, comments, value_of
 
-__all__ = ["StockNote", "placed", "stock_note"]
-
 HEAD: Final = 400
 """Lines that are searched."""
 

@@ -21,8 +21,6 @@ from vmachining.nc.decode import MAX_BYTES
 from vmachining.nc.lexer import split_lines
 from vmachining.nc.tape import find_tape
 
-__all__ = ["SubFile", "SubFiles"]
-
 SUFFIXES: Final = (".ngc", ".nc")
 SUFFIXES_OF_FAMILY: Final = "nc|ngc|txt|tap|cnc|eia|min|ssb|sub|prg|ptp|mac"
 _NAME: Final = re.compile(r"[a-z0-9_+\-][a-z0-9_+.\-]*")

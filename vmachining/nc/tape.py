@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-__all__ = ["find_tape"]
-
 
 def find_tape(lines: Sequence[str]) -> tuple[int, int, bool]:
     """First line, line after the last, and whether a closing mark ends the program (0-based lines).

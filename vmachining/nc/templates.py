@@ -16,8 +16,6 @@ from vmachining.nc.fanuc_variables import FAMILY_FREE
 from vmachining.nc.lexer import MAX_VALUE, Assignment, Word, lex_line
 from vmachining.nc.state import LAST_FREE, Memory
 
-__all__ = ["Templates"]
-
 _NUMBER: Final = re.compile(r"([0-9]+\.?[0-9]*|\.[0-9]+)")
 _LETTERS: Final = "NGXYZABCIJKF"
 _NATIVE: Final = ("+", "-", "*")

@@ -17,8 +17,6 @@ import re
 from collections.abc import Sequence
 from typing import Any, Final, NamedTuple
 
-__all__ = ["INCH", "NUMBER", "ToolNote", "comments", "cutter_notes", "tool_notes", "value_of"]
-
 INCH: Final = 25.4
 HEADER: Final = 60
 NEAR: Final = 3

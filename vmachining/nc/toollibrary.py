@@ -25,8 +25,6 @@ from vmachining.errors import ToolError
 from vmachining.nc.toolcomments import INCH, ToolNote, tool_notes
 from vmachining.nc.tooltable import read_tool_table
 
-__all__ = ["read_tool_library"]
-
 _TBL: Final = re.compile(r"^[ \t]*T[ \t]*(\d+)[^;\n]*;([^\n()]*)", re.MULTILINE | re.IGNORECASE)
 LARGEST: Final = 64 * 2**20
 """Bytes of a library, packed or not; a shop has some thousand tools of a kilobyte."""

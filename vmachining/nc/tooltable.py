@@ -11,8 +11,6 @@ from typing import Any, Final, NamedTuple
 from vmachining.errors import ToolError
 from vmachining.textfile import parse_toml, read_bytes
 
-__all__ = ["ToolEntry", "read_tool_table"]
-
 UNITS: Final = {"mm": 1.0, "inch": 25.4}
 _WORD: Final = re.compile(r"([A-Za-z])[ \t]*([+-]?(?:\d+\.?\d*|\.\d+))")
 

@@ -9,8 +9,6 @@ from typing import Final, NamedTuple
 
 from vmachining.nc.settings import UnitName
 
-__all__ = ["Unit", "names_unit", "unit_of"]
-
 _NAMED: Final = re.compile(r"(?<![A-Z#\[])G[ \t]*0*(?:20|21|70|71)(?![0-9.])|\bG7[01]0\b", re.IGNORECASE)
 _COMMENT: Final = re.compile(r"\(([^()]*)\)|;(.*)")
 _INCH: Final = re.compile(r"\b(?:INCH|INCHES|IPM|IN/MIN)\b|\bUNITS?[ :=]+IN\b|[0-9]\"", re.IGNORECASE)

@@ -7,8 +7,6 @@ from vmachining.nc.expressions import Expression, NoValueError, evaluate, to_lea
 from vmachining.nc.lexer import MAX_VALUE, LexedLine, Word
 from vmachining.nc.state import Memory
 
-__all__ = ["line_values"]
-
 
 def line_values(
     lexed: LexedLine, memory: Memory, problems: list[Problem]

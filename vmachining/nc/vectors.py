@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from vmachining.nc.model import Point
 
-__all__ = ["add", "subtract"]
-
 
 def add(a: Point, b: Point) -> Point:
     """a + b."""

@@ -12,7 +12,8 @@ Imports `tool`, `geometry` and `numerics`; every engine imports it. Methods, fil
 limits: docs/sweeps.md.
 """
 
-from vmachining.sweep.motion import Motion, RayIntervals, Sweep
+from vmachining.geometry import RayIntervals
+from vmachining.sweep.motion import Motion, Sweep
 from vmachining.sweep.pose import Pose
 from vmachining.sweep.stance import Stance
 from vmachining.sweep.topology import breaks

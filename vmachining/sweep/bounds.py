@@ -8,8 +8,6 @@ from vmachining.arrays import Floats
 from vmachining.sweep.turning import Turn
 from vmachining.tool import Profile
 
-__all__ = ["body_bounds", "reach", "reaches"]
-
 CELLS = 256
 """Time intervals of the block; the slack falls with the square of this."""
 

@@ -16,8 +16,6 @@ from vmachining.arrays import Floats, Ints
 from vmachining.sweep import Sweep
 from vmachining.sweep.near import CELLS, LEVELS
 
-__all__ = ["Columns", "columns"]
-
 MOST = 2000
 """Cells that are divided: eight times as many are asked next."""
 

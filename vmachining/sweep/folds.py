@@ -28,8 +28,6 @@ from vmachining.sweep.motion import Sweep
 from vmachining.sweep.turning import Turn
 from vmachining.tool import Profile, Segment
 
-__all__ = ["Slab", "plans", "poses", "slabs", "standing", "uncovered"]
-
 TIMES = 9
 """Instants at which folds are looked for."""
 

@@ -30,8 +30,6 @@ from vmachining.tool import Cutter, Profile, convex_cover
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Motion", "Pose", "RayIntervals", "Sweep"]
-
 ULPS = 16
 """Rounding of a distance in ulp of the extent of the sweep: a dozen operations on its coordinates."""
 

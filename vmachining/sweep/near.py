@@ -20,8 +20,6 @@ import numpy as np
 from vmachining.arrays import Floats
 from vmachining.sweep import Sweep
 
-__all__ = ["SweepIndex"]
-
 CELLS = 1500
 """Cells of one block to begin with: enough to see a chip a tenth of the tool wide, few enough to cost milliseconds."""
 

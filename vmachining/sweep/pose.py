@@ -11,8 +11,6 @@ from numpy.typing import ArrayLike
 from vmachining.arrays import Floats, rows
 from vmachining.errors import AccuracyWarning, SweepError
 
-__all__ = ["Pose", "tip", "tool_frame", "unit_axis"]
-
 UNIT = 1e-6
 """An axis of another length than one by more than this is named in a warning: CL files carry six digits."""
 

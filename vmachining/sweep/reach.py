@@ -8,8 +8,6 @@ from vmachining.arrays import Floats
 from vmachining.geometry import Arc, Line
 from vmachining.sweep import Sweep, Turn
 
-__all__ = ["meets", "reaching"]
-
 
 def meets(sweep: Sweep, box: Floats) -> bool:
     """Whether the box of a sweep meets another one."""

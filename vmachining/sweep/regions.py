@@ -21,8 +21,6 @@ from vmachining.sweep.grazing import (
 )
 from vmachining.sweep.motion import Sweep
 
-__all__ = ["REGIONS", "grazing_points", "regions"]
-
 REGIONS = ("ingress", "grazing", "egress")
 
 FIRST = 1e-3

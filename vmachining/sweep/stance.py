@@ -16,8 +16,6 @@ from vmachining.sweep.grazing import instant
 from vmachining.sweep.motion import Motion
 from vmachining.tool import Edge
 
-__all__ = ["Stance"]
-
 ALONG = 1e-9
 """Share of the velocity across the axis below which the feed has no direction: plunges, turns on the spot."""
 

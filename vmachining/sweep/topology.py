@@ -25,8 +25,6 @@ from vmachining.sweep.motion import Sweep
 from vmachining.sweep.turning import Turn
 from vmachining.tool import Profile, Segment
 
-__all__ = ["Change", "breaks", "changes"]
-
 GRID, LEVELS = 128, 7
 """First division of the block and halvings after it: what is left, 1e-4 of it, has a root, a touch or neither."""
 

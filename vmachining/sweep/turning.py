@@ -19,8 +19,6 @@ from vmachining.errors import SweepError
 from vmachining.numerics.series import Series, rotation
 from vmachining.sweep.pose import Pose, tip, unit_axis
 
-__all__ = ["CHAINS", "Turn"]
-
 Angles: TypeAlias = Mapping[str, float] | ArrayLike
 
 CHAINS = {"ac": "ca", "bc": "cb", "ab": "ab", "hexa": "ca"}

@@ -16,8 +16,6 @@ from vmachining.arrays import Floats
 from vmachining.geometry import Arc, Line, Path
 from vmachining.tool import Profile, Segment
 
-__all__ = ["arc_volume", "helix_volume", "line_volume", "shadow", "swept_volume"]
-
 NODES = 48
 """Gauss points per smooth piece; 24 already give 1e-13 on the cases of tests/reference."""
 

@@ -23,19 +23,6 @@ from vmachining.arrays import Floats, rows
 from vmachining.errors import SweepError
 from vmachining.sweep.turning import LETTERS
 
-__all__ = [
-    "Frame",
-    "angular_velocity",
-    "axis_rate",
-    "cylinder_angles",
-    "moving_frame",
-    "torus_angle",
-    "torus_arcs",
-    "torus_normal_speed",
-    "torus_profile",
-    "torus_terms",
-]
-
 TINY = 1e-14
 """Relative size below which a vector has no direction."""
 

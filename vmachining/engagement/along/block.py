@@ -25,8 +25,6 @@ from vmachining.geometry import Arc, Line
 from vmachining.sweep import Motion, Stance, Sweep
 from vmachining.tool import Edge
 
-__all__ = ["ANGLES", "Chips", "Cutting", "Sample", "Seen", "Teeth", "blade", "contact_along", "fractions"]
-
 ANGLES = 72
 """Rotation angles at which forces are summed, at least; angles where values jump come to it."""
 

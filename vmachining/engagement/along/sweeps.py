@@ -28,8 +28,6 @@ from vmachining.sweep.rotating import rate_bound
 from vmachining.tolerance import LENGTH_EPS_MM
 from vmachining.tool import Profile
 
-__all__ = ["Sweeps"]
-
 QUARTER = 0.5 * np.pi
 WIDTH = 35
 """Columns of a row, see the kernels."""

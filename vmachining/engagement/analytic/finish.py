@@ -25,17 +25,6 @@ from vmachining.engagement.analytic.surface import NormalGrid, Patch, Section, S
 from vmachining.engagement.frames import angles_of, feed_angle
 from vmachining.errors import InputError
 
-__all__ = [
-    "Stages",
-    "circle_length",
-    "finished",
-    "rooted",
-    "section_through",
-    "slope_length",
-    "staged_length",
-    "staged_lengths",
-]
-
 ROOT = 1e-13
 """Brackets of a root are narrowed to this share of their ends, or until they are neighbours."""
 

@@ -30,19 +30,6 @@ from vmachining.engagement.analytic.surface import Patch, Section, Shape
 from vmachining.engagement.frames import angles_of
 from vmachining.errors import InputError
 
-__all__ = [
-    "STATIONS",
-    "EndPlace",
-    "StationEnd",
-    "corner_circle",
-    "corner_line",
-    "end_at_height",
-    "end_place",
-    "interpolated_heights",
-    "station",
-    "station_ends",
-]
-
 STATIONS = (0.0, 0.5 * np.pi, np.pi)
 """rad of phi: places A, B and C of the published procedure."""
 

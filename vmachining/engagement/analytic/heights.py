@@ -14,8 +14,6 @@ from vmachining.errors import StockError
 from vmachining.stock import BoxStock, CylinderStock, MeshStock, Stock
 from vmachining.tolerance import LENGTH_EPS_MM
 
-__all__ = ["bounds", "grid", "heights_of", "lowered", "tops"]
-
 MOST_CELLS = 4_000_000
 """Of one grid of heights: 32 MB, and some seconds for every sweep that covers all of it."""
 

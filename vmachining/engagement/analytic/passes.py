@@ -15,8 +15,6 @@ from vmachining.engagement.analytic.stairs import HeightStock
 from vmachining.engagement.frames import feed_angle
 from vmachining.errors import InputError, ToolError
 
-__all__ = ["Corner", "Pass", "engaged", "found_intervals", "moving"]
-
 FIRST_CAPACITY = 4
 """Intervals per edge that room is made for at first; more are counted and asked for again."""
 

@@ -14,8 +14,6 @@ from numpy.typing import ArrayLike
 from vmachining.arrays import Floats
 from vmachining.engagement import chip
 
-__all__ = ["CornerCrossings", "corner_plane", "cylinder_plane"]
-
 
 class CornerCrossings(NamedTuple):
     """a cos lam + b sin lam = g on the corner, k = hypot(a, b), tau = atan2(b, a). up, down : (...,) rad of lam where

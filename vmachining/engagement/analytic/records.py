@@ -12,8 +12,6 @@ from vmachining.arrays import Floats
 from vmachining.engagement.frames import angles_of, rotation
 from vmachining.errors import InputError
 
-__all__ = ["Poses", "Records", "axis_rate_of"]
-
 
 class Poses(NamedTuple):
     """tip (n, 3) mm, frame (n, 3, 3), velocity and axis_rate (n, 3), per s; arguments of `engaged`."""

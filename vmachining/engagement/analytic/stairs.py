@@ -12,8 +12,6 @@ from vmachining.engagement.analytic._kernels import Stairs
 from vmachining.errors import StockError
 from vmachining.tolerance import LENGTH_EPS_MM
 
-__all__ = ["HeightStock"]
-
 
 @dataclass(frozen=True, slots=True, eq=False, init=False)
 class HeightStock:

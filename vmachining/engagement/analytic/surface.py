@@ -18,8 +18,6 @@ from numpy.typing import ArrayLike
 from vmachining.arrays import Floats
 from vmachining.errors import InputError
 
-__all__ = ["NormalGrid", "Patch", "Section", "Shape", "Surface", "section", "section_radius"]
-
 STRAIGHT_RAD = 1e-9
 """Tilts that differ by less are one: a radius of 1e9 chords."""
 

@@ -16,8 +16,6 @@ from vmachining.sweep import Stance
 from vmachining.tolerance import LENGTH_EPS_MM
 from vmachining.tool import Edge, EdgeParts, Profile
 
-__all__ = ["HeightWorkpiece", "corner_of"]
-
 
 def corner_of(profile: Profile) -> Corner:
     """The cutter of a meridian as `Corner`.

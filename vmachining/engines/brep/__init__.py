@@ -37,7 +37,7 @@ from typing import TYPE_CHECKING, Any
 from vmachining.engines.brep.occt.step import StepSolid, read_step
 
 if TYPE_CHECKING:
-    from vmachining.engines.brep.blank import Blank, shape_of
+    from vmachining.engines.brep.blank import shape_of
     from vmachining.engines.brep.occt.inside import held
     from vmachining.engines.brep.occt.measure import volume
     from vmachining.engines.brep.occt.validity import Inspection, inspect
@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from vmachining.engines.brep.swept import solid, solids
     from vmachining.engines.brep.workpiece.edges import BrepWorkpiece
     from vmachining.engines.brep.write import Described, described, write_solids, write_sweep
+    from vmachining.stock import Blank
 
 __all__ = [
     "ATTEMPTS",

@@ -7,8 +7,6 @@ from typing import Any
 from vmachining.engines.brep.occt.polyhedron import polyhedron
 from vmachining.stock import Blank
 
-__all__ = ["Blank", "shape_of"]
-
 
 def shape_of(blank: Blank) -> Any:
     """TopoDS_Shape. Raises EngineError for triangles that OCCT makes no solid of."""

@@ -11,8 +11,6 @@ from vmachining.arrays import Floats
 from vmachining.engines.columns.surface._kernels import profile as profile_at
 from vmachining.tool import Profile, Segment
 
-__all__ = ["Underside", "grown", "lift", "underside", "widened"]
-
 LINE, ARC, VERTEX = 0.0, 1.0, 2.0
 """Kinds of parts, see `surface/_kernels.py`."""
 

@@ -33,8 +33,6 @@ from vmachining.sweep import Sweep, Turn
 from vmachining.tolerance import CHORD_MM
 from vmachining.tool import Profile
 
-__all__ = ["ColumnsEngine"]
-
 UPRIGHT = 2
 """Axis of arcs whose plane is level."""
 

@@ -10,8 +10,6 @@ from vmachining.engines.columns.roof import facets_of
 from vmachining.errors import StockError
 from vmachining.stock import BoxStock, CylinderStock, MeshStock, StepStock, Stock
 
-__all__ = ["FlatStock"]
-
 
 class FlatStock(NamedTuple):
     """Stock with level bottom and upright walls.

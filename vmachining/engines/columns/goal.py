@@ -5,8 +5,6 @@ from __future__ import annotations
 from vmachining.engines.columns._kernels import Goal
 from vmachining.engines.protocol import Removal
 
-__all__ = ["goal_of", "judged"]
-
 
 def goal_of(relative: float, absolute: float, share: float = 1.0) -> Goal:
     r"""What one of those that cut a block together has to reach, so that the sum is as narrow as was asked.

@@ -7,8 +7,6 @@ import numpy as np
 from vmachining.engines.columns.surface._kernels import STEEP
 from vmachining.geometry import Arc
 
-__all__ = ["pieces", "widest"]
-
 SHARE = 0.125
 """Of the radius of the cutter, by which the first pair is shrunk and grown."""
 

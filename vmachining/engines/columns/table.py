@@ -13,8 +13,6 @@ from vmachining.engines.packed import packed_profiles, profiles_of
 from vmachining.errors import EngineError
 from vmachining.tool import Profile
 
-__all__ = ["CutterTable"]
-
 ASIDE, ANYWHERE = 1, 2
 """Columns of the ladder: cutters for points at the same height, and for any."""
 

@@ -14,8 +14,6 @@ from vmachining.engines.columns.flat_stock import FlatStock
 from vmachining.engines.columns.roof import facets_of, roof_of, seams
 from vmachining.engines.protocol import Share
 
-__all__ = ["Tiling"]
-
 FIELD = 6
 """Edge of the squares that are dealt to parts, in tiles, see docs/measured/columns.md."""
 

@@ -8,8 +8,6 @@ from vmachining.arrays import Floats
 from vmachining.geometry import Line
 from vmachining.sweep import Sweep, Turn
 
-__all__ = ["stadium"]
-
 SAMPLES = 33
 """Poses of a curved path; between two of them a point of the axis moves by half of their distance at most from the nearer."""
 

@@ -12,8 +12,6 @@ from vmachining.engines.dexel.lattice import BYTES
 from vmachining.errors import InputError
 from vmachining.memory import available_bytes
 
-__all__ = ["count_of_rays", "default_spacing", "refuse_too_fine"]
-
 RAYS = 500_000
 """Rays of all directions if nobody asks for a spacing: seconds for a small job, and 30 MB."""
 

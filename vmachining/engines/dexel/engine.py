@@ -31,8 +31,6 @@ from vmachining.sweep.ball import ball_block
 from vmachining.sweep.reach import meets, reaching
 from vmachining.tool import Cutter, Profile
 
-__all__ = ["CONFIDENCE", "DexelEngine", "agreed"]
-
 CONFIDENCE = 0.99
 """Of the interval of a block, as tested: at least so many of random blocks hold their closed forms."""
 

@@ -17,8 +17,6 @@ from vmachining.geometry import Line, RayIntervals
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 
-__all__ = ["CHANCES", "SIGMAS", "Look", "RayGrid", "look"]
-
 SIGMAS = 1.5
 """Half width of an interval in standard errors of rays at random places of their cells: 2.6, of 99 %, times 0.59, the most
 that the places of a `Lattice` leave of it on long walls at any angle (docs/measured/dexel_grid.md)."""

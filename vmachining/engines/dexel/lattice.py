@@ -12,8 +12,6 @@ from vmachining.engines.dexel import _kernels
 from vmachining.geometry import RayIntervals
 from vmachining.stock import BoxStock, CylinderStock, MeshStock, Stock
 
-__all__ = ["BYTES", "Lattice", "Lists", "filled", "lattice", "places"]
-
 STRATA = 16
 """Of so many neighbouring rows (or columns) each has its rays in another sixteenth of the cell, in random order: a wall along
 the rows meets rays at all distances, and no other direction meets them in a pattern."""

@@ -12,8 +12,6 @@ from vmachining.engines.dexel.grid import RayGrid
 from vmachining.engines.dexel.lattice import Lattice, Lists
 from vmachining.engines.protocol import StockSurface
 
-__all__ = ["MOST_QUADS", "triangles"]
-
 MOST_QUADS = 600_000
 """Pairs of triangles; above that every second, third, ... ray is taken."""
 

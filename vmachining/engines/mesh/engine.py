@@ -22,8 +22,9 @@ from vmachining.engines.boxes import Boxes
 from vmachining.engines.mesh.checkpoint import packed_tiles, tiles_of
 from vmachining.engines.mesh.facets import Side
 from vmachining.engines.mesh.removal import Cut, cut, touch
-from vmachining.engines.mesh.solids import checked, shape_key
+from vmachining.engines.mesh.solids import checked
 from vmachining.engines.mesh.stock import StockMesh, surface_of
+from vmachining.engines.mesh.straight import shape_key
 from vmachining.engines.mesh.tiles import SIDES, Tile, joined, reached
 from vmachining.engines.packed import bracket_of, packed_bracket
 from vmachining.engines.protocol import NOTHING, WHOLE, Options, Removal, Share, StockSurface

@@ -20,7 +20,8 @@ import numpy as np
 from manifold3d import Manifold, OpType
 
 from vmachining.engines.mesh.facets import Side
-from vmachining.engines.mesh.solids import HULLS, balance, checked, cutters, facets, manifold, united
+from vmachining.engines.mesh.solids import HULLS, balance, checked, cutters, manifold, united
+from vmachining.engines.mesh.straight import facets
 from vmachining.engines.mesh.tiles import SIDES, Tile
 from vmachining.engines.mesh.turning.hulls import turning_hulls
 from vmachining.engines.protocol import NOTHING, Removal

@@ -21,27 +21,12 @@ from manifold3d import Error, Manifold, Mesh64
 from vmachining.arrays import Floats, Ints
 from vmachining.engines.mesh.curved import level_arc, polygon
 from vmachining.engines.mesh.facets import FACET_SHARE, Side
-from vmachining.engines.mesh.straight import Facets, Piece, facets, shape_key, straight
+from vmachining.engines.mesh.straight import Facets, Piece, facets, straight
 from vmachining.engines.mesh.turning import turning_pieces
 from vmachining.engines.mesh.window import Window
 from vmachining.errors import EngineError
 from vmachining.geometry import Arc, Line
 from vmachining.sweep import Sweep, Turn, shadow
-
-__all__ = [
-    "HULLS",
-    "Facets",
-    "balance",
-    "checked",
-    "cutters",
-    "facets",
-    "manifold",
-    "pieces",
-    "shape_key",
-    "solid",
-    "united",
-]
-
 
 SHORT_ARC = 1e-7
 """rad; an arc below is its chord, from which it departs by 1e-15 of its radius."""

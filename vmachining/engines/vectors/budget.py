@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vmachining.engines.vectors.along import PATCH_BYTES, Patches
+from vmachining.engines.vectors.grid._kernels import TILE
 from vmachining.engines.vectors.lattice._kernels import count_vectors
-from vmachining.engines.vectors.upright import KEPT, TILE, grid_shape
+from vmachining.engines.vectors.upright import KEPT, grid_shape
 from vmachining.errors import InputError
 from vmachining.memory import available_bytes
 

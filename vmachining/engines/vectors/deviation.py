@@ -13,8 +13,9 @@ from vmachining.arrays import Bools, Floats, Ints
 from vmachining.engines.vectors import _kernels
 from vmachining.engines.vectors.along import NormalVectors, Piece
 from vmachining.engines.vectors.cuts import Cuts
+from vmachining.engines.vectors.grid._kernels import TILE
 from vmachining.engines.vectors.part import DesignPart
-from vmachining.engines.vectors.upright import TILE, Base, UprightVectors
+from vmachining.engines.vectors.upright import Base, UprightVectors
 
 KINDS = ("upright", "wall", "overhang", "edge", "normal")
 """What a vector represents; `normal` are facets of pure DNV that are not features."""

@@ -7,7 +7,8 @@ import numpy as np
 from vmachining.arrays import Floats
 from vmachining.engines.protocol import StockSurface
 from vmachining.engines.vectors.cuts import Cuts
-from vmachining.engines.vectors.upright import TILE, UprightVectors
+from vmachining.engines.vectors.grid._kernels import TILE
+from vmachining.engines.vectors.upright import UprightVectors
 from vmachining.stock import BoxStock
 
 ACROSS = 160

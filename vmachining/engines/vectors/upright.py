@@ -22,8 +22,6 @@ from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 from vmachining.sweep.ball import ball_block
 
-__all__ = ["TILE", "Base", "UprightVectors"]
-
 KEPT = 1024
 """Tiles whose bases are kept: 67 MB. One block that is over more has them all."""
 

@@ -16,12 +16,10 @@ from vmachining.nc.arcs import PLANES, ArcError, Plane, center_from_radius
 from vmachining.nc.heidenhain.text import Word
 from vmachining.nc.model import Point
 from vmachining.nc.offset_curves import Pair
-from vmachining.nc.pen import PenError
+from vmachining.nc.placing import PenError
 
 if TYPE_CHECKING:
     from vmachining.nc.heidenhain.control import Control
-
-__all__ = ["Contour"]
 
 AXES: Final = {"X": 0, "Y": 1, "Z": 2}
 

@@ -10,11 +10,8 @@ from vmachining.nc.execution import Block, Decode
 from vmachining.nc.heidenhain.contour import AXES, Contour
 from vmachining.nc.heidenhain.definitions import Definitions
 from vmachining.nc.heidenhain.text import Word, blocks, words
-from vmachining.nc.pen import PenError
-from vmachining.nc.placing import EdgeFeed
+from vmachining.nc.placing import EdgeFeed, PenError
 from vmachining.nc.settings import Settings
-
-__all__ = ["Control"]
 
 NOTED_M: Final = frozenset(
     {

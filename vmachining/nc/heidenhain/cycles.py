@@ -27,9 +27,8 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Final
 
 from vmachining.nc.heidenhain.patterns import MOST, need
-from vmachining.nc.pen import Pen, PenError
-
-__all__ = ["HOLES", "OLD", "drill"]
+from vmachining.nc.pen import Pen
+from vmachining.nc.placing import PenError
 
 HOLES: Final = frozenset({200, 201, 202, 203, 204, 205, 206, 207, 208, 209, 240, 241, 262})
 OLD: Final = frozenset({1, 2, 17})

@@ -15,9 +15,7 @@ from vmachining.nc.heidenhain.flow import Flow
 from vmachining.nc.heidenhain.planes import euler, projected, spatial, vectors
 from vmachining.nc.heidenhain.text import words
 from vmachining.nc.model import ASSUMED_RPM
-from vmachining.nc.pen import PenError
-
-__all__ = ["Definitions"]
+from vmachining.nc.placing import PenError
 
 _SUB_CYCLE: Final = re.compile(r"CYCL\s+DEF\s*(\d{1,3})\s*\.\s*(\d{1,2})\s*(.*)")
 _CYCLE: Final = re.compile(r"CYCL\s+DEF\s*(\d{1,3})\b\s*(.*)")

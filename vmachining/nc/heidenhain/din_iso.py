@@ -26,8 +26,6 @@ from typing import Final
 
 from vmachining.nc.execution import Block
 
-__all__ = ["conversational"]
-
 _VALUE: Final = r"[ ]*([+-]?[ ]*(?:\d+\.?\d*|\.\d+|Q[LR]?\d+))"
 _WORD: Final = re.compile(rf"[ ]*(?:(Q\d{{3,4}})[ ]*=[ ]*([+-]?(?:\d+\.?\d*|\.\d+|Q\d+))|([A-Z]){_VALUE})")
 _HEAD: Final = re.compile(r"%[ ]*(\S+?)[ ]*(?:[ ]G(7[01])|G(7[01]))[ ]*$")

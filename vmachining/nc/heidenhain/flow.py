@@ -11,10 +11,8 @@ from vmachining.nc.heidenhain.contour import AXES
 from vmachining.nc.heidenhain.parameters import Parameters
 from vmachining.nc.heidenhain.planes import Planes
 from vmachining.nc.heidenhain.text import Word, blocks
-from vmachining.nc.pen import PenError
+from vmachining.nc.placing import PenError
 from vmachining.nc.settings import Settings
-
-__all__ = ["Flow"]
 
 _LABEL: Final = re.compile(r'LBL\s*(?:(\d+)|"([^"]*)"|([A-Z_]\w*))$')
 _CALL: Final = re.compile(

@@ -18,9 +18,7 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Final, NamedTuple
 
-from vmachining.nc.pen import PenError
-
-__all__ = ["MOST", "Spot", "defined", "need", "points"]
+from vmachining.nc.placing import PenError
 
 MOST: Final = 20_000
 """Holes of a pattern, or steps in a hole: more is a slip of the pen."""

@@ -15,9 +15,7 @@ from math import cos, radians, sin
 
 from vmachining.nc.frames import EYE, IDENTITY, Frame, Rows, axis_turn, cross, dot, matmul, unit
 from vmachining.nc.model import Point
-from vmachining.nc.pen import PenError
-
-__all__ = ["Planes", "euler", "projected", "spatial", "vectors"]
+from vmachining.nc.placing import PenError
 
 SAME = 1e-9
 

@@ -12,8 +12,6 @@ from typing import Final, NamedTuple
 
 from vmachining.nc.execution import Block
 
-__all__ = ["Word", "blocks", "words"]
-
 LONGEST: Final = 4096
 
 

@@ -9,11 +9,9 @@ from typing import Final
 from vmachining.nc.arcs import ArcError, center_from_radius
 from vmachining.nc.model import Point
 from vmachining.nc.offset_curves import Pair
-from vmachining.nc.pen import PenError
+from vmachining.nc.placing import PenError
 from vmachining.nc.sinumerik.modes import Modes
 from vmachining.nc.sinumerik.text import Word
-
-__all__ = ["Control"]
 
 AXES: Final = {"X": 0, "Y": 1, "Z": 2}
 ROTARY: Final = "ABC"

@@ -8,11 +8,9 @@ from typing import Final
 
 from vmachining.nc.execution import Block, Decode, Execution
 from vmachining.nc.formula import FormulaError, evaluate
-from vmachining.nc.pen import PenError
+from vmachining.nc.placing import PenError
 from vmachining.nc.settings import Settings
 from vmachining.nc.sinumerik.text import arguments, units
-
-__all__ = ["Flow"]
 
 _HEADS: Final = re.compile(r"(IF|ELSE|ENDIF|WHILE|ENDWHILE|FOR|ENDFOR|LOOP|ENDLOOP|UNTIL|REPEATB|REPEAT|"
                            r"GOTOF|GOTOB|GOTOC|GOTOS|GOTO|CASE|"

@@ -21,9 +21,8 @@ import math
 from collections.abc import Sequence
 from typing import Final
 
-from vmachining.nc.pen import Pen, PenError
-
-__all__ = ["CYCLES", "PATTERNS", "drill", "points"]
+from vmachining.nc.pen import Pen
+from vmachining.nc.placing import PenError
 
 CYCLES: Final = frozenset({81, 82, 83, 84, 85, 86, 87, 88, 89, 840})
 PATTERNS: Final = ("HOLES1", "HOLES2", "CYCLE801", "CYCLE802")

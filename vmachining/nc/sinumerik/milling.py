@@ -26,10 +26,9 @@ from typing import Final
 
 from vmachining.nc.arcs import PLANES
 from vmachining.nc.milled import ArcSlot, Cut, Face, Rounded, face, mill, stud_blank
-from vmachining.nc.pen import Pen, PenError
+from vmachining.nc.pen import Pen
+from vmachining.nc.placing import PenError
 from vmachining.nc.sinumerik.cycles import one_depth
-
-__all__ = ["BUILT", "milled"]
 
 _COMMON: Final = "RTP RFP SDIS DP"
 _ORDER: Final = {

@@ -11,7 +11,7 @@ from typing import Any, Final
 from vmachining.nc.arcs import PLANES
 from vmachining.nc.execution import MILLS, Decode
 from vmachining.nc.offset_curves import Pair
-from vmachining.nc.pen import PenError
+from vmachining.nc.placing import PenError
 from vmachining.nc.settings import Settings
 from vmachining.nc.sinumerik import cycles
 from vmachining.nc.sinumerik.known import (
@@ -31,8 +31,6 @@ from vmachining.nc.sinumerik.known import (
 from vmachining.nc.sinumerik.milling import BUILT, milled
 from vmachining.nc.sinumerik.text import Word, arguments, words
 from vmachining.nc.sinumerik.turning import PASSES, Turning
-
-__all__ = ["Modes"]
 
 _TRANSFORM: Final = re.compile(r"\b(A?(?:TRANS|ROT|SCALE|MIRROR))\b(?![ ]*[=(\[])[ ]*(.*)")
 

@@ -14,13 +14,11 @@ from typing import Final
 from vmachining.nc.execution import Decode
 from vmachining.nc.frames import EYE, IDENTITY, UP, Frame, Rows, axis_turn, matmul
 from vmachining.nc.model import Point
-from vmachining.nc.pen import PenError
+from vmachining.nc.placing import PenError
 from vmachining.nc.settings import Settings
 from vmachining.nc.sinumerik.control import Flow
 from vmachining.nc.sinumerik.known import AXES, ROTARY
 from vmachining.nc.sinumerik.text import words
-
-__all__ = ["Places"]
 
 OF_JOB: Final = {54.0: 540, 55.0: 550, 56.0: 560, 57.0: 570, 505.0: 580, 506.0: 590}
 """Settable offsets that the job can give, as G54 to G59."""

@@ -11,8 +11,6 @@ from typing import Final, NamedTuple
 
 from vmachining.nc.execution import Block
 
-__all__ = ["Unit", "Word", "arguments", "units", "words"]
-
 
 class Word(NamedTuple):
     """kind : "word" (X10), "set" (X=..., R1=...), "call" (NAME(...)) or "key" (NAME alone)."""

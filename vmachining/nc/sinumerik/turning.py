@@ -26,11 +26,9 @@ from vmachining.nc.checks import finding
 from vmachining.nc.execution import Decode
 from vmachining.nc.fanuc_turning import as_lathe
 from vmachining.nc.model import Finding
-from vmachining.nc.pen import PenError
+from vmachining.nc.placing import PenError
 from vmachining.nc.settings import Settings
 from vmachining.nc.sinumerik.places import Places
-
-__all__ = ["PASSES", "Turning", "as_turning"]
 
 PASSES: Final = {
     "CYCLE92": "parting off", "CYCLE93": "grooves", "CYCLE94": "undercuts", "CYCLE95": "roughing",

@@ -16,8 +16,6 @@ from vmachining.sweep.rotating._kernels import PATIENCE
 from vmachining.sweep.rotating.pose import _kernels as pose
 from vmachining.tool import Profile
 
-__all__ = ["FluxVolume", "flux_volume"]
-
 NODES = 24
 """Gauss points per smooth piece of the meridian; half-integer powers at its ends are mapped away."""
 

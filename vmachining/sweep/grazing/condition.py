@@ -28,20 +28,6 @@ from vmachining.geometry import Arc, Line, Path
 from vmachining.sweep.grazing._kernels import speed
 from vmachining.sweep.turning import Turn
 
-__all__ = [
-    "Circles",
-    "Instant",
-    "across",
-    "chord",
-    "circles",
-    "circles_along",
-    "edge_open",
-    "folding",
-    "grazing_angles",
-    "instant",
-    "normal_speed",
-]
-
 ON_AXIS = 1e-9
 """mm: a point this close to the axis is on it."""
 

@@ -20,16 +20,6 @@ from vmachining.arrays import Floats
 from vmachining.sweep.grazing.condition import Instant
 from vmachining.tool import Profile, Segment
 
-__all__ = [
-    "arc_terms",
-    "circle_terms",
-    "grazing_stretches",
-    "line_terms",
-    "scalars",
-    "terms_of",
-    "whole_meridian",
-]
-
 
 def whole_meridian(profile: Profile) -> list[Segment]:
     """Segments with the discs at both ends, from the axis at the bottom to the axis at the top."""

@@ -13,8 +13,6 @@ from vmachining.numerics.series import Amplitudes, Series, bounds
 from vmachining.sweep.bounds import reaches
 from vmachining.tool import Profile
 
-__all__ = ["Packed", "arc_series", "meridian_rows", "pack", "rate_bound", "waves_of"]
-
 ULPS = 16
 """Rounding of a distance in ulp of the extent of the sweep: a dozen operations on its coordinates."""
 

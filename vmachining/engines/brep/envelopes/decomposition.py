@@ -30,8 +30,6 @@ from vmachining.sweep.folds import plans, poses, standing
 from vmachining.sweep.topology import changes
 from vmachining.tool import Profile
 
-__all__ = ["Budget", "decomposed"]
-
 DEEP_MM = 0.5 * MISS_MM
 """A fold that lies deeper belongs into the slab: half of what may be missing, the other half is for the poses."""
 

@@ -62,8 +62,6 @@ from vmachining.errors import SweepError
 from vmachining.sweep import Turn
 from vmachining.tool import Profile, Segment
 
-__all__ = ["FixedAxis", "halves"]
-
 TIMES = 17
 """Instants at which a motion is looked at."""
 

@@ -52,8 +52,6 @@ from vmachining.errors import SweepError
 from vmachining.sweep.grazing import Circles, across, arc_terms, folding, instant, line_terms, scalars
 from vmachining.tool import Segment
 
-__all__ = ["Divide", "GrazingCurve"]
-
 SHUT = 1e-4
 """sin^2 of half the angle of a chord that is all but a point: on a rim of 10 mm it cuts off 5e-4 mm,
 and what it hides there lies that times the turn of the block below the face."""

@@ -27,8 +27,6 @@ from vmachining.engines.brep.envelopes.rings import Ring
 from vmachining.engines.brep.envelopes.segments import Moving, State, angle, wave
 from vmachining.sweep.grazing import Circles, across, folding, instant, normal_speed
 
-__all__ = ["Lens", "lens_opens", "lens_span", "risen", "side_speed"]
-
 
 class Lens(NamedTuple):
     """ring : of the disc. sign : pose at which the lens is open, 1 the last. lo, hi : rad, its ends there.

@@ -40,8 +40,6 @@ from vmachining.sweep.folds import Slab, uncovered
 from vmachining.sweep.topology import changes
 from vmachining.tool import Profile
 
-__all__ = ["Piece", "turn_pieces"]
-
 PARTS = 64
 """Most pieces of one block before it is refused."""
 

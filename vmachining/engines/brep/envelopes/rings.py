@@ -13,8 +13,6 @@ from vmachining.engines.brep.translations.caps import Tool
 from vmachining.errors import SweepError
 from vmachining.tool import Segment
 
-__all__ = ["Element", "Ring", "rings_of"]
-
 
 class Ring(NamedTuple):
     """Circle of the body with a normal. joint : of the tool. disc : whether it bounds a disc: -1 below, 1 above."""

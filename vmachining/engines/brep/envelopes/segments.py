@@ -39,25 +39,6 @@ from vmachining.sweep.grazing import Circles, circles_along, grazing_angles, lin
 from vmachining.sweep.weinert import torus_angle, torus_terms
 from vmachining.tool import Segment
 
-__all__ = [
-    "ArcSide",
-    "ArcTurn",
-    "BallTurn",
-    "Chord",
-    "CurveSegment",
-    "EdgeSpan",
-    "End",
-    "LineSide",
-    "LineTurn",
-    "Moving",
-    "RimPatch",
-    "State",
-    "angle",
-    "graze_beta",
-    "near",
-    "wave",
-]  # fmt: skip
-
 CORNERS = 97
 """Of the polygon that measures a curve."""
 

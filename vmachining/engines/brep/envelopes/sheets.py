@@ -45,8 +45,6 @@ from vmachining.engines.brep.occt.topology import Builder, Edge, Use, run_of
 from vmachining.engines.brep.translations.caps import Rings, meridian_curve, normals
 from vmachining.errors import SweepError
 
-__all__ = ["Built", "enveloped"]
-
 NODES, TIMES = 640, 160
 """Most nodes of a segment and of the time; a block that needs more is refused."""
 

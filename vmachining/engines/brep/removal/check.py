@@ -9,13 +9,14 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from vmachining.engines.brep.blank import Blank, shape_of
+from vmachining.engines.brep.blank import shape_of
 from vmachining.engines.brep.occt.booleans import box_of
 from vmachining.engines.brep.removal.attempts import ATTEMPTS, Attempt, Task, shapes
 from vmachining.engines.brep.removal.gate import Status, Value, Verdict, error_of
 from vmachining.engines.brep.removal.store import NOTHING_KEPT, Store
 from vmachining.engines.judges import Judge, in_words, intersection
 from vmachining.errors import EngineError, SweepError
+from vmachining.stock import Blank
 from vmachining.sweep import Sweep
 from vmachining.sweep.near import SweepIndex
 from vmachining.sweep.reach import meets, reaching

@@ -15,7 +15,6 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
-from vmachining.engines.brep.blank import Blank
 from vmachining.engines.brep.process import START_SECONDS, Late, WorkerLost, WorkerProcess, isolated
 from vmachining.engines.brep.removal.attempts import ATTEMPTS
 from vmachining.engines.brep.removal.check import JUDGES, SOLIDS, Witness, checker
@@ -23,6 +22,7 @@ from vmachining.engines.brep.removal.gate import ATTEMPT_SHARE, Status, Verdict
 from vmachining.engines.judges import Judge
 from vmachining.errors import EngineError, SweepError
 from vmachining.interval import Interval
+from vmachining.stock import Blank
 from vmachining.sweep import Sweep
 from vmachining.tolerance import BREP_SECONDS
 

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.blank import Blank, shape_of
+from vmachining.engines.brep.blank import shape_of
 from vmachining.engines.brep.occt.booleans import box_of, minus
 from vmachining.engines.brep.occt.measure import volume
 from vmachining.engines.brep.occt.parts import (
@@ -38,6 +38,7 @@ from vmachining.engines.brep.removal.gate import OWN_MM3
 from vmachining.engines.brep.swept import solids
 from vmachining.errors import EngineError, SweepError
 from vmachining.interval import Interval
+from vmachining.stock import Blank
 from vmachining.sweep import Sweep
 from vmachining.sweep.near import SweepIndex
 from vmachining.sweep.reach import meets, reaching

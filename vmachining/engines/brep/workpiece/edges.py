@@ -13,9 +13,9 @@ from types import TracebackType
 from typing import Any
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.blank import Blank
 from vmachining.engines.brep.process import WorkerLost, WorkerProcess
 from vmachining.errors import EngineError, SweepError
+from vmachining.stock import Blank
 from vmachining.sweep import Stance, Sweep
 from vmachining.tool import Edge, EdgeParts
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from vmachining.arrays import Bools, Floats
-from vmachining.engines.brep.blank import Blank, shape_of
+from vmachining.engines.brep.blank import shape_of
 from vmachining.engines.brep.occt.booleans import box_of
 from vmachining.engines.brep.occt.parts import solids_of
 from vmachining.engines.brep.occt.probe import Probe
@@ -26,6 +26,7 @@ from vmachining.engines.brep.occt.tolerances import (
     SLIVER_MM,
 )
 from vmachining.engines.brep.workpiece.cut import block_solids
+from vmachining.stock import Blank
 from vmachining.sweep import Stance, Sweep
 from vmachining.tool import Edge, EdgeParts
 

@@ -11,8 +11,6 @@ from vmachining.engines.columns.roof._kernels import Roof, binned
 from vmachining.errors import StockError
 from vmachining.stock import MeshStock
 
-__all__ = ["Facets", "facets_of", "roof_of", "seams"]
-
 THIN_ULPS = 64
 """Width in plan of a facet that counts as upright, in units in the last place of the extent: three points of a wall on one
 line are so wide, by rounding. Brackets are widened by as much along every edge."""

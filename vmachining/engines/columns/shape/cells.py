@@ -9,8 +9,6 @@ from vmachining.engines.columns.shape.lattice import Lattice
 from vmachining.engines.columns.shape.sheets import LEVEL_MM, Edges, Mesh
 from vmachining.engines.columns.shape.walls import Heights, bend, junction
 
-__all__ = ["divide"]
-
 
 def divide(
     mesh: Mesh, at: Heights, lattice: Lattice, edges: Edges, bottom: float, kinds: tuple[Bools, Bools], wall: Ints,

@@ -8,8 +8,6 @@ import numpy as np
 
 from vmachining.arrays import Bools, Floats, Ints
 
-__all__ = ["Lattice", "Squares", "free", "joined", "lattice_of", "unique"]
-
 SHIFT = 0.2360679775
 """Of the inner lines, in steps: no simple share of a tile."""
 

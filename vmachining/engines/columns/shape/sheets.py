@@ -8,8 +8,6 @@ from vmachining.arrays import Floats, Ints
 from vmachining.engines.columns.shape.lattice import Lattice, unique
 from vmachining.engines.columns.shape.walls import STEP, Heights, jumps
 
-__all__ = ["LEVEL_MM", "Border", "Edges", "Mesh"]
-
 LEVEL_MM = 1e-9
 """By which heights may differ that are one."""
 

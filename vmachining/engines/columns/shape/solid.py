@@ -12,8 +12,6 @@ from vmachining.engines.columns.shape.sheets import LEVEL_MM, Border, Edges, Mes
 from vmachining.engines.columns.shape.walls import Heights
 from vmachining.engines.protocol import StockSurface
 
-__all__ = ["solid_of"]
-
 SLIVER = 0.1
 """Of a cell: a triangle less high is one, where its points may go elsewhere."""
 

@@ -9,8 +9,6 @@ import numpy as np
 
 from vmachining.arrays import Bools, Floats, Ints
 
-__all__ = ["Heights", "Jumps", "bend", "jumps", "junction"]
-
 STEP = 1e-3
 """Difference of height along an edge, in lengths of it, above which a jump is looked for where two sweeps meet."""
 

@@ -16,8 +16,6 @@ from vmachining.engines.protocol import NOTHING, Options, Removal
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 
-__all__ = ["AnyDirection"]
-
 CELLS, FIRST, TRIAL = 6000, 2400, 200
 """Of a row at most, along the direction by rule of a ball, and of a comparison of all directions."""
 

@@ -16,8 +16,6 @@ from vmachining.sweep import Sweep, Turn
 from vmachining.sweep.rotating import arc_series, rate_bound, waves_of
 from vmachining.tool import Profile
 
-__all__ = ["Rows", "meridian", "rows_of"]
-
 MOST_TURN = np.radians(1.0)
 """Of one row: longer turns are divided in time (docs/columns_any_direction.md)."""
 

@@ -13,8 +13,6 @@ from vmachining.engines.columns.turning.triangles._kernels import FACES
 from vmachining.errors import StockError
 from vmachining.stock import BoxStock, MeshStock, StepStock, Stock
 
-__all__ = ["Solid", "solid_of"]
-
 FLAT_MM = 1e-9
 """How far corners of a convex stock may lie beyond its faces."""
 

@@ -12,8 +12,6 @@ from vmachining.sweep import Sweep
 from vmachining.sweep.ball import ball_block
 from vmachining.sweep.rotating import meridian_rows
 
-__all__ = ["cut_sides", "takes_side"]
-
 
 def takes_side(sweep: Sweep) -> bool:
     """Whether this way takes the block: any cutter on a level line, a ball on any line."""

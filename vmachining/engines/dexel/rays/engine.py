@@ -20,8 +20,6 @@ from vmachining.sweep import Sweep
 from vmachining.sweep.near import SweepIndex
 from vmachining.sweep.reach import meets, reaching
 
-__all__ = ["RayEngine"]
-
 WANT_REL = 0.01
 """Half width of intervals asked for, relative to the volume, if nobody says otherwise."""
 

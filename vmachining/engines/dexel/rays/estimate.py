@@ -15,8 +15,6 @@ from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 from vmachining.sweep.candidates import Columns, columns
 
-__all__ = ["CONFIDENCE", "MOST", "SETS", "Take", "estimated"]
-
 CONFIDENCE = 0.9999
 """Of an interval. Half of what is left is for the spread, half for what no ray meets."""
 

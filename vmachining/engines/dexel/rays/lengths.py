@@ -11,8 +11,6 @@ from vmachining.arrays import Floats, Ints
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 
-__all__ = ["Cells", "divided", "material", "places"]
-
 UP = (0.0, 0.0, 1.0)
 
 
