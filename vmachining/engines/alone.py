@@ -19,7 +19,7 @@ from vmachining.engines.columns.goal import judged
 from vmachining.engines.columns.turning import Rows, rows_of
 from vmachining.engines.mesh import MeshEngine
 from vmachining.engines.protocol import NOTHING, Options, Removal
-from vmachining.engines.relay import takers
+from vmachining.engines.relay import other_taker, upright_taker
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep
 
@@ -38,7 +38,7 @@ class Alone:
         self._sweeps = [sweep for sweeps in blocks for sweep in sweeps]
         boxes = np.array([sweep.bounds for sweep in self._sweeps]).reshape(-1, 2, 3)
         self._low, self._high = boxes[:, 0], boxes[:, 1]
-        self._upright, self._anyway = takers(stock, options)
+        self._upright, self._anyway = upright_taker(stock, options), other_taker(stock, options)
         self._columns: dict[float, ColumnsEngine] = {}
 
     def meeting(self, block: int) -> list[int]:

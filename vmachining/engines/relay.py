@@ -17,29 +17,27 @@ tools turn (docs/measured/dexel_grid.md), but their intervals are stated: they a
    that do not meet are a dispute, and no proof.
 5. A check of shank or holder is asked in the same order.
 
-The mesh engine is not asked at all where columns take everything.
+The mesh engine is not asked at all where columns take everything. What a program does not need is not loaded, kernels
+of turning tools among it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from functools import reduce
+from functools import cache, cached_property, reduce
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from vmachining.arrays import Ints
 from vmachining.checkpoint import Saved, opened
+from vmachining.engines import dexel, mesh
 from vmachining.engines.boxes import Boxes
 from vmachining.engines.columns import ColumnsEngine
 from vmachining.engines.columns.goal import judged
-from vmachining.engines.columns.turning import AnyDirection, Rows, rows_of
-from vmachining.engines.dexel import DexelEngine
 from vmachining.engines.dexel.budget import default_spacing
-from vmachining.engines.mesh import MeshEngine
-from vmachining.engines.mesh.thinned import thinned
 from vmachining.engines.noted import Noted
 from vmachining.engines.packed import bracket_of, packed_bracket, packed_stock, stock_of
 from vmachining.engines.protocol import NOTHING, WHOLE, Options, Removal, Request, Share, StockSurface
@@ -48,6 +46,10 @@ from vmachining.errors import EngineError, StockError
 from vmachining.interval import Interval
 from vmachining.stock import Stock
 from vmachining.sweep import Sweep
+
+if TYPE_CHECKING:
+    from vmachining.engines.columns.turning import AnyDirection, Rows
+    from vmachining.engines.mesh import MeshEngine
 
 THIN_MM = 1e-6
 """How far a surface may move when faces are joined: coordinates of its files are coarser."""
@@ -77,26 +79,41 @@ ROWS_KEPT = 20_000
 
 def handed_on(stock: Stock) -> Callable[[Sweep], bool]:
     """Whether columns would hand a sweep on to the mesh engine; every one where they do not take the stock."""
-    upright, anyway = takers(stock, Options())
-    return lambda sweep: (
-        not ((upright is not None and upright.accepts(sweep)) or (anyway is not None and anyway.takes(sweep)))
-    )
+    upright = upright_taker(stock, Options())
+
+    @cache
+    def anyway() -> AnyDirection | None:
+        return other_taker(stock, Options())
+
+    def handed(sweep: Sweep) -> bool:
+        if upright is not None and upright.accepts(sweep):
+            return False
+        other = anyway()
+        return other is None or not other.takes(sweep)
+
+    return handed
 
 
-def takers(stock: Stock, options: Options) -> tuple[ColumnsEngine | None, AnyDirection | None]:
-    """Upright columns and columns in any direction for a stock; None where they do not take it."""
-    upright, anyway = None, None
+def upright_taker(stock: Stock, options: Options) -> ColumnsEngine | None:
+    """Upright columns for a stock; None where they do not take it."""
     with suppress(StockError):
-        upright = ColumnsEngine.of(stock, options)
+        return ColumnsEngine.of(stock, options)
+    return None
+
+
+def other_taker(stock: Stock, options: Options) -> AnyDirection | None:
+    """Columns in any direction for a stock; None where they do not take it."""
+    from vmachining.engines.columns.turning import AnyDirection
+
     with suppress(StockError):
-        anyway = AnyDirection.of(stock, options)
-    return upright, anyway
+        return AnyDirection.of(stock, options)
+    return None
 
 
 def best_engine(handed: Sequence[bool]) -> str:
     """Name of the engine for a job that asks for none, from what `handed_on` says of its sweeps."""
     taken = len(handed) - sum(handed)
-    return ColumnsFirst.name if handed and taken >= ENOUGH * len(handed) else MeshEngine.name
+    return ColumnsFirst.name if handed and taken >= ENOUGH * len(handed) else mesh.MeshEngine.name
 
 
 class ColumnsFirst(Summed):
@@ -124,10 +141,14 @@ class ColumnsFirst(Summed):
     def _begin(self) -> None:
         """What no checkpoint holds, and what is empty at first."""
         self._noted, self._foreign, self._unknown = Noted(), Boxes(), Boxes()
-        self._anyway = takers(self._stock, self._options)[1]
         self._rows: dict[int, Rows] = {}
         self._last: tuple[Sweep, Rows] | None = None
         self._turns = 0
+
+    @cached_property
+    def _anyway(self) -> AnyDirection | None:
+        """Columns in any direction."""
+        return other_taker(self._stock, self._options)
 
     def cut(self, sweep: Sweep, block: int | None = None) -> Removal:
         """See `Engine`; the removal names who answered."""
@@ -155,7 +176,9 @@ class ColumnsFirst(Summed):
         return removed
 
     def _by_mesh(self, sweep: Sweep, block: int | None) -> Removal:
-        return self._rounded(self._meshed(sweep).cut(sweep, block), sweep)._replace(engine=MeshEngine.name)
+        return self._rounded(self._meshed(sweep).cut(sweep, block), sweep)._replace(
+            engine=mesh.MeshEngine.name
+        )
 
     def _short(self, sweep: Sweep) -> bool:
         """Whether the mesh engine surely has an answer in good time."""
@@ -163,12 +186,16 @@ class ColumnsFirst(Summed):
 
     def _own(self, sweep: Sweep) -> Rows:
         """Its rows, made once while it is asked about."""
+        from vmachining.engines.columns.turning import rows_of
+
         if self._last is None or self._last[0] is not sweep:
             self._last = sweep, rows_of(sweep)
         return self._last[1]
 
     def _in_any_direction(self, sweep: Sweep, floor: float = 0.0) -> Removal | None:
         """What columns in any direction say, one part of a divided workpiece after the other by turns; None: nothing."""
+        from vmachining.engines.columns.turning import Rows, rows_of
+
         anyway = self._anyway
         if anyway is None or not anyway.takes(sweep) or self._unknown.meeting(sweep.bounds, 3).any():
             return None
@@ -248,7 +275,7 @@ class ColumnsFirst(Summed):
     def _meshed(self, near: Sweep | None = None) -> MeshEngine:
         """The mesh engine after all sweeps so far, or after those that meet the box of one."""
         if self._mesh is None:
-            self._mesh = MeshEngine.of(self._stock, self._options)
+            self._mesh = mesh.MeshEngine.of(self._stock, self._options)
             self._mesh.take(self._share)
         wanted = self._noted.uncut
         if near is not None:
@@ -287,6 +314,8 @@ class ColumnsFirst(Summed):
     def surface(self) -> StockSurface:
         """Heights of the columns over a grid, with upright walls, what lies in one plane as one face; after other than upright
         cuts the ends of rays in three directions; after sweeps that columns do not know the facets of the mesh engine."""
+        from vmachining.engines.mesh.thinned import thinned
+
         columns = self._columns
         if columns is not None and columns.is_cut and not len(self._foreign):
             surface = columns.over_box()
@@ -297,7 +326,7 @@ class ColumnsFirst(Summed):
                 return thin
         if self._anyway is not None and not len(self._unknown):  # a few per cent of the time of two meshes
             box = np.array(self._stock.bounds)
-            grid = DexelEngine(self._stock, Options(spacing=SHOWN * default_spacing(box, (0, 1, 2))))
+            grid = dexel.DexelEngine(self._stock, Options(spacing=SHOWN * default_spacing(box, (0, 1, 2))))
             everything = np.ones(len(self._noted), dtype=bool)
             grid.answer([Request(sweep, block) for sweep, block in self._noted.sweeps(everything)])
             thin = thinned(grid.surface(), THIN_MM)
@@ -352,7 +381,7 @@ class ColumnsFirst(Summed):
         if "columns" in state:
             self._columns = ColumnsEngine.unpacked(saved.part("columns", ColumnsEngine.name), share)
         if "mesh" in state:
-            self._mesh = MeshEngine.unpacked(saved.part("mesh", MeshEngine.name), share)
+            self._mesh = mesh.MeshEngine.unpacked(saved.part("mesh", mesh.MeshEngine.name), share)
         return self
 
     @classmethod
@@ -363,7 +392,7 @@ class ColumnsFirst(Summed):
         if whole._columns is not None:
             whole._columns = ColumnsEngine.join([e._columns for e in engines if e._columns is not None])
         if whole._mesh is not None:
-            whole._mesh = MeshEngine.join([e._mesh for e in engines if e._mesh is not None])
+            whole._mesh = mesh.MeshEngine.join([e._mesh for e in engines if e._mesh is not None])
         return whole
 
     def summed(self, parts: Sequence[Removal]) -> Removal:
@@ -374,15 +403,15 @@ class ColumnsFirst(Summed):
         return found
 
 
-def _both(columns: Removal, mesh: Removal) -> Removal:
+def _both(columns: Removal, meshed: Removal) -> Removal:
     """What a proven bracket of columns and the interval of the mesh engine say together; see rule 4."""
-    name = f"{ColumnsEngine.name}+{MeshEngine.name}"
+    name = f"{ColumnsEngine.name}+{mesh.MeshEngine.name}"
     lo, hi = columns.lo, columns.hi
-    if mesh.lo > hi or mesh.hi < lo:
-        note = f"columns say {lo:.6g} to {hi:.6g} mm3, mesh {mesh.lo:.6g} to {mesh.hi:.6g}: they dispute each other"
-        if mesh.proven:
-            return Removal(min(lo, mesh.lo), columns.estimate, max(hi, mesh.hi), False, name, note)
+    if meshed.lo > hi or meshed.hi < lo:
+        note = f"columns say {lo:.6g} to {hi:.6g} mm3, mesh {meshed.lo:.6g} to {meshed.hi:.6g}: they dispute each other"
+        if meshed.proven:
+            return Removal(min(lo, meshed.lo), columns.estimate, max(hi, meshed.hi), False, name, note)
         return columns._replace(engine=name, note=note)
-    if mesh.proven:
-        lo, hi = max(lo, mesh.lo), min(hi, mesh.hi)
-    return Removal(lo, min(max(mesh.estimate, lo), hi), hi, columns.proven, name, columns.note)
+    if meshed.proven:
+        lo, hi = max(lo, meshed.lo), min(hi, meshed.hi)
+    return Removal(lo, min(max(meshed.estimate, lo), hi), hi, columns.proven, name, columns.note)

@@ -34,12 +34,17 @@ is refused leaves the result directory as it was; one that starts removes the fi
 Known limits: a STEP stock with curved faces is triangulated within the chord; the totals include what that can do to
 a volume (`stock_slack_mm3`), brackets of single blocks do not, and a note says so. Lines of several feed motions keep
 their feed in a schedule. Feeds that could not be written are warnings of their block.
+
+What a run does not need is loaded when it is first used.
 """
 
-from vmachining.job.alone import SingleBlock, blocks_alone
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
 from vmachining.job.blocks import Block, group_blocks
 from vmachining.job.engage import Scene, engage
-from vmachining.job.heights import height_map
 from vmachining.job.jobfile import Job
 from vmachining.job.model import Feed, Force
 from vmachining.job.paths import move_path
@@ -47,10 +52,19 @@ from vmachining.job.result import RunResult
 from vmachining.job.run import run
 from vmachining.job.schedule import ScheduleReport
 from vmachining.job.simulate import Stopped
-from vmachining.job.single import swept_volume
-from vmachining.job.starter import Draft, draft_job
 from vmachining.job.stock import check_formats
 from vmachining.job.table import COLUMNS
+
+if TYPE_CHECKING:
+    from vmachining.job.alone import SingleBlock, blocks_alone
+    from vmachining.job.heights import height_map
+    from vmachining.job.single import swept_volume
+    from vmachining.job.starter import Draft, draft_job
+
+_LATER = {
+    "SingleBlock": "alone", "blocks_alone": "alone", "height_map": "heights", "swept_volume": "single",
+    "Draft": "starter", "draft_job": "starter",
+}  # fmt: skip
 
 __all__ = [
     "COLUMNS",
@@ -74,3 +88,11 @@ __all__ = [
     "run",
     "swept_volume",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """PEP 562: load a name from its file when it is requested."""
+    if name not in _LATER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = globals()[name] = getattr(importlib.import_module(f"{__name__}.{_LATER[name]}"), name)
+    return value

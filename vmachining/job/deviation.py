@@ -41,12 +41,12 @@ def vector_settings(job: Job) -> VectorSettings:
 
 def deviation_tables(job: Job, engine: Engine, place: ResultFolder) -> dict[str, Any] | None:
     """Write deviation.csv and deviation.parquet; the keys of the summary. None for engines that measure none."""
-    from vmachining.engines.dexel import DexelEngine
-    from vmachining.engines.vectors import VectorEngine
-
     design = job.keys.design
     if design is None:
         return None
+    from vmachining.engines.dexel import DexelEngine
+    from vmachining.engines.vectors import VectorEngine
+
     if isinstance(engine, DexelEngine):
         part = design_mesh(job)
         assert part is not None

@@ -24,8 +24,9 @@ import numpy as np
 from vmachining.checkpoint import DAMAGE, Saved, opened
 from vmachining.engines import engine_class
 from vmachining.engines.protocol import Divisible, Engine, Removal, Share
+from vmachining.engines.serving import joined
 from vmachining.errors import EngineError, InputError
-from vmachining.job.executor import InProcess, Later, joined
+from vmachining.job.executor import InProcess, Later
 from vmachining.job.files import read_manifest, source_digest
 from vmachining.job.folder import RUN, usable
 from vmachining.job.paths import CutterPath

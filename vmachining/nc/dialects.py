@@ -1,8 +1,8 @@
 """The languages that are read: each a name, a reader, and a judgement of how much a text looks like it.
 
 A dialect that is no kin of G-code (`apt`, `poses`, conversational ones) brings its own reader: text and `Settings`
-in, a `Reading` out. Dialects of G-code share `blocks.Reader` and differ by data. Another package adds a language by the
-entry-point group `vmachining.dialects`, see `docs/add_a_dialect.md`.
+in, a `Reading` out; it is loaded when a program needs it. Dialects of G-code share `blocks.Reader` and differ by data. Another
+package adds a language by the entry-point group `vmachining.dialects`, see `docs/add_a_dialect.md`.
 """
 
 from __future__ import annotations
@@ -10,21 +10,18 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Final, NamedTuple
 
 from vmachining.installed import Installed
-from vmachining.nc.apt import read_apt
 from vmachining.nc.blocks import Reader
 from vmachining.nc.checks import finding
 from vmachining.nc.conventions import times
 from vmachining.nc.decode import decode_program
 from vmachining.nc.foreign import never_a_program, recognised
-from vmachining.nc.heidenhain import read_heidenhain
 from vmachining.nc.lexer import split_lines
 from vmachining.nc.model import Declared, Finding, Move
-from vmachining.nc.poses import read_poses
 from vmachining.nc.settings import Settings
-from vmachining.nc.sinumerik import read_sinumerik
 
 AUTO: Final = "auto"
 """In place of a name: the dialect is recognised."""
@@ -80,13 +77,22 @@ def _of_lines(lines: list[str], settings: Settings) -> Reading:
     return Reading(reader.moves, reader.findings, reader.ended, files)
 
 
-def _heidenhain(text: str, settings: Settings) -> Reading:
-    read = read_heidenhain(text, settings, decode_program)
-    return Reading(_from_line(read.moves, settings), read.findings, read.ended, read.files, read.declared)
+def _apt(text: str, settings: Settings) -> Reading:
+    from vmachining.nc.apt import read_apt
+
+    return Reading(*read_apt(text, settings))
 
 
-def _heidenhain_iso(text: str, settings: Settings) -> Reading:
-    read = read_heidenhain(text, settings, decode_program, din_iso=True)
+def _poses(text: str, settings: Settings) -> Reading:
+    from vmachining.nc.poses import read_poses
+
+    return Reading(*read_poses(text, settings))
+
+
+def _heidenhain(text: str, settings: Settings, *, din_iso: bool = False) -> Reading:
+    from vmachining.nc.heidenhain import read_heidenhain
+
+    read = read_heidenhain(text, settings, decode_program, din_iso=din_iso)
     return Reading(_from_line(read.moves, settings), read.findings, read.ended, read.files, read.declared)
 
 
@@ -105,6 +111,8 @@ def _heidenhain_iso_score(lines: Sequence[str]) -> float:
 
 
 def _sinumerik(text: str, settings: Settings) -> Reading:
+    from vmachining.nc.sinumerik import read_sinumerik
+
     read = read_sinumerik(text, settings, decode_program)
     return Reading(_from_line(read.moves, settings), read.findings, read.ended, read.files, read.declared)
 
@@ -221,14 +229,15 @@ _OWN: Final[dict[str, Dialect]] = {
         Dialect("okuma", "a program of an Okuma mill", _words, _marks(_OKUMA, 0.72), g_code=True),
         Dialect("fanuc", "a program of a Fanuc control", _words, _marks(_FANUC, 0.6), g_code=True),
         Dialect("mts", "G-code of a training control", _words, lambda _: 0.0, g_code=True),
-        Dialect("apt", "a cutter location file", lambda t, s: Reading(*read_apt(t, s)), _apt_score),
+        Dialect("apt", "a cutter location file", _apt, _apt_score),
         Dialect(
-            "poses", "a table of poses", lambda t, s: Reading(*read_poses(t, s)),
+            "poses", "a table of poses", _poses,
             lambda lines: float(any(_POSES.search(line) for line in lines[:50])),
         ),
         Dialect("sinumerik", "a program of a Sinumerik control", _sinumerik, _sinumerik_score),
         Dialect(
-            "heidenhain-iso", "a DIN/ISO program of a Heidenhain control", _heidenhain_iso, _heidenhain_iso_score
+            "heidenhain-iso", "a DIN/ISO program of a Heidenhain control", partial(_heidenhain, din_iso=True),
+            _heidenhain_iso_score,
         ),
         Dialect("heidenhain", "a conversational program of a Heidenhain control", _heidenhain, _heidenhain_score),
     )

@@ -37,8 +37,30 @@ Known limits: the interval is stated, not proven. What is thinner than the spaci
 thinner in one is seen by the others. The surface shows no feature below the spacing.
 """
 
-from vmachining.engines.dexel.engine import CONFIDENCE, DexelEngine
-from vmachining.engines.dexel.rays import RayEngine
-from vmachining.engines.dexel.upright import UprightJudge, Way
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from vmachining.engines.dexel.engine import CONFIDENCE, DexelEngine
+    from vmachining.engines.dexel.rays import RayEngine
+    from vmachining.engines.dexel.upright import UprightJudge, Way
 
 __all__ = ["CONFIDENCE", "DexelEngine", "RayEngine", "UprightJudge", "Way"]
+
+_LATER = {
+    "CONFIDENCE": "engine",
+    "DexelEngine": "engine",
+    "RayEngine": "rays",
+    "UprightJudge": "upright",
+    "Way": "upright",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """PEP 562: load a name, and its kernels, when it is requested."""
+    if name not in _LATER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = globals()[name] = getattr(import_module(f"{__name__}.{_LATER[name]}"), name)
+    return value

@@ -40,9 +40,15 @@ one cancels. Chains of hulls make helices and upright arcs dear, and turning too
 joined surface can keep a slit of no width where two tiles met; its volume is right.
 """
 
-from vmachining.engines.mesh.engine import MeshEngine
-from vmachining.engines.mesh.solids import solid
-from vmachining.engines.mesh.stock import StockMesh, box_stock
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from vmachining.engines.mesh.engine import MeshEngine
+    from vmachining.engines.mesh.solids import solid
+    from vmachining.engines.mesh.stock import StockMesh, box_stock
 
 __all__ = [
     "MeshEngine",
@@ -50,3 +56,13 @@ __all__ = [
     "box_stock",
     "solid",
 ]
+
+_LATER = {"MeshEngine": "engine", "solid": "solids", "StockMesh": "stock", "box_stock": "stock"}
+
+
+def __getattr__(name: str) -> Any:
+    """PEP 562: load a name, and its kernels, when it is requested."""
+    if name not in _LATER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = globals()[name] = getattr(import_module(f"{__name__}.{_LATER[name]}"), name)
+    return value

@@ -1,0 +1,100 @@
+"""Shares of a workpiece, and the life of a process that cuts some of them: it loads an engine and what that takes, no more.
+
+Who asks is `job/executor.py`; what it asks are orders, answered in their order.
+"""
+
+from __future__ import annotations
+
+import gc
+import signal
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
+from multiprocessing.connection import Connection
+from pathlib import Path
+from resource import RUSAGE_SELF, getrusage
+from typing import Any, cast
+
+from vmachining.engines import engine_class
+from vmachining.engines.protocol import NOTHING, Divisible, Engine, Removal, Share
+from vmachining.errors import EngineError
+from vmachining.sweep import Sweep
+from vmachining.tool import Profile
+
+
+def shares_of(name: str, start: Path, shares: Iterable[int], count: int) -> list[Engine]:
+    """Some of `count` shares of the workpiece in a file of `Engine.save`."""
+    kind = cast("type[Divisible]", engine_class(name))
+    return [kind.load(start, share=Share(share, count)) for share in shares]
+
+
+def joined(name: str, files: Sequence[Path]) -> Divisible:
+    """The workpiece whose shares lie in files, in their order. What is of use to others no share knows: `forget_others`."""
+    kind = cast("type[Divisible]", engine_class(name))
+    return kind.join([kind.load(file) for file in files])
+
+
+def serve(descriptor: int) -> None:
+    """Life of a worker: orders in, answers out, until the line is closed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    line = Connection(descriptor)
+    profiles: dict[int, Profile] = {}
+    with suppress(EOFError, BrokenPipeError, ConnectionResetError):
+        name, start, own, shares = line.recv()
+        engines: dict[int, Engine] = {}
+        failed: EngineError | None = None
+        try:
+            engines = dict(zip(own, shares_of(name, Path(start), own, shares), strict=True))
+        except EngineError as error:
+            failed = error
+        gc.collect()
+        gc.freeze()  # what is there stays: no need to look through it again and again
+        while True:
+            answers: list[Any] = []
+            for order in line.recv():
+                if order[0] == "profile":
+                    profiles[order[1]] = order[2]
+                    continue
+                try:
+                    if failed is not None:  # the first failure is the one to report
+                        raise failed
+                    answers.append(_done(engines, profiles, order))
+                except EngineError as error:
+                    failed = error
+                    answers.append(error)
+                except Exception as error:  # whatever it is, it must reach the one who asked
+                    failed = EngineError(f"{type(error).__name__}: {error}", engine=name)
+                    answers.append(failed)
+            line.send(answers)
+
+
+def _done(engines: dict[int, Engine], profiles: dict[int, Profile], order: tuple[Any, ...]) -> list[Removal]:
+    """Carry out one order with every share of this process; what each of them answers."""
+    match order:
+        case ("cut", profile, path, block):
+            sweep = Sweep.along(profiles[profile], path)
+            return [engine.cut(sweep, block) for engine in engines.values()]
+        case ("touch", profile, path, within):
+            sweep = Sweep.along(profiles[profile], path)
+            return [engine.touch(sweep, within) for engine in engines.values()]
+        case ("save", folder):
+            for share, engine in engines.items():
+                engine.save(Path(folder) / f"{share}.npz")
+        case ("forget others", blocks):
+            for engine in engines.values():
+                cast("Divisible", engine).forget_others(blocks)
+        case ("peak",):
+            peak = _peak_mb()
+            return [Removal(peak, peak, peak)] * len(engines)
+        case _:
+            raise EngineError(f"unknown order {order[0]!r}", engine=next(iter(engines.values())).name)
+    return [NOTHING] * len(engines)
+
+
+def _peak_mb() -> float:
+    """Largest memory of this process. `getrusage` would count what its parent had when it was started."""
+    try:
+        status = Path("/proc/self/status").read_text()
+        return float(status.split("VmHWM:")[1].split()[0]) / 1024.0
+    except (OSError, IndexError, ValueError):
+        return getrusage(RUSAGE_SELF).ru_maxrss / 1024.0
