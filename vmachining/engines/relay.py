@@ -314,17 +314,19 @@ class ColumnsFirst(Summed):
     def surface(self) -> StockSurface:
         """Heights of the columns over a grid, with upright walls, what lies in one plane as one face; after other than upright
         cuts the ends of rays in three directions; after sweeps that columns do not know the facets of the mesh engine."""
-        from vmachining.engines.mesh.thinned import thinned
-
         columns = self._columns
         if columns is not None and columns.is_cut and not len(self._foreign):
             surface = columns.over_box()
             if columns.stock.mesh is None:
                 return surface
+            from vmachining.engines.mesh.thinned import thinned
+
             thin = thinned(surface, THIN_MM, columns.stock.shape, self.chord)
             if thin is not None:
                 return thin
         if self._anyway is not None and not len(self._unknown):  # a few per cent of the time of two meshes
+            from vmachining.engines.mesh.thinned import thinned
+
             box = np.array(self._stock.bounds)
             grid = dexel.DexelEngine(self._stock, Options(spacing=SHOWN * default_spacing(box, (0, 1, 2))))
             everything = np.ones(len(self._noted), dtype=bool)

@@ -168,6 +168,7 @@ def engagement_pass(
     checkpoint: Checkpoint = lambda *_: None,
     workers: int | None = 1,
     part: tuple[int, int] | None = None,
+    sweeps: Sweeps | None = None,
 ) -> Stations:
     """The columns of contact of every block of a program, and the loads a scheduler needs.
 
@@ -176,7 +177,8 @@ def engagement_pass(
     with every motion that cuts. only : blocks to look at; the others sweep. known : checkpoints, whose chunks are not done
     again. checkpoint : called with what can save its state, and the blocks done: now and then, when stopped, and at the end.
     workers : threads that do chunks of blocks side by side; None: one for each core. They change no number.
-    part : (k, n) does every n-th chunk only, from number k on; what it returns is of these.
+    part : (k, n) does every n-th chunk only, from number k on; what it returns is of these. sweeps : those of an earlier pass
+    over the same program.
 
     Raises
     ------
@@ -185,7 +187,7 @@ def engagement_pass(
     JobError
         Coefficients that are not there.
     """
-    work = _Pass(job, toolpath, coefficients_of(job), feed, divided, watch, only)
+    work = _Pass(job, toolpath, coefficients_of(job), feed, divided, watch, only, sweeps)
     for path in known:
         with usable(path) as file:
             work.load(file)
@@ -263,13 +265,13 @@ class _Pass:
         divided: bool | None = None,
         watch: Watch | None = None,
         only: Container[int] | None = None,
+        sweeps: Sweeps | None = None,
     ) -> None:
         self.watch, self.only = watch, only
         self.job, self.toolpath, self.forcing, self.feed = job, toolpath, forcing, feed
-        stock, _ = plain_stock(job)
         self.teeth = {number: _teeth(tool, forcing is not None) for number, tool in job.tools.items()}
         self.cutters = {number: tool.cutter for number, tool in job.tools.items()}
-        self.sweeps = Sweeps(stock)
+        self.sweeps = sweeps or Sweeps(plain_stock(job)[0])
         self.motions = _Motions.of(toolpath, job.tools, forcing.rev_min if forcing is not None else None)
         self.done: dict[int, _Chunk] = {}  # by first block
         self.size = 0  # blocks of a chunk, where a checkpoint says it
@@ -341,6 +343,8 @@ class _Pass:
         return self._result()
 
     def _sweep(self) -> None:
+        if len(self.sweeps):
+            return
         for tool, path in zip(self.motions.tool.tolist(), self.motions.path, strict=True):
             self.sweeps.add(self.cutters[tool], path)
 
@@ -491,6 +495,7 @@ class _Pass:
             out.step,
             out.known,
             self._notes(out.missing),
+            self.sweeps if len(self.sweeps) else None,
         )
 
     def _notes(self, missing: Mapping[str, str]) -> tuple[str, ...]:

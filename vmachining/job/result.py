@@ -11,6 +11,7 @@ from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, Literal
 
 from vmachining.engagement import Engagement
+from vmachining.engagement.along import Sweeps
 from vmachining.engines.protocol import Engine, StockSurface
 from vmachining.errors import EngineError
 from vmachining.interval import Interval
@@ -69,6 +70,8 @@ class RunResult:
     _keep: Scratch | None = field(default=None, repr=False)
     _surface: StockSurface | None = field(default=None, repr=False)
     _scene: Scene | None = field(default=None, repr=False)
+    sweeps: Sweeps | None = field(default=None, repr=False)
+    """All motions as contact has laid them out, for the maps of the page; None: they are laid out again."""
 
     def __repr__(self) -> str:
         s = self.summary

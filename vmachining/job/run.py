@@ -252,7 +252,7 @@ class _Run:
                     stations.columns,
                     estimates,
                 )
-            return self._result(given, engine, total, planned, opinion, stations.notes)
+            return self._result(given, engine, total, planned, opinion, stations)
 
     def go_part(self, part: Part) -> None:
         """What this part owes the merge; the rows on the way are of its shares alone."""
@@ -408,7 +408,7 @@ class _Run:
         total: Total,
         planned: Planning,
         opinion: Opinion,
-        notes: Sequence[str],
+        stations: Stations,
     ) -> RunResult:
         """What is known, without its files."""
         job = self.job
@@ -425,6 +425,7 @@ class _Run:
             findings=quiet_findings(given.toolpath),
             spent=self.spent,
             earlier=dict(self.options) if "stages" in self.manifest else None,
+            sweeps=stations.sweeps,
         )
         result.summary = run_summary(
             result,
@@ -444,7 +445,7 @@ class _Run:
         result.summary["brep"] = dict(opinion.brep)
         if opinion.second is not None:
             result.summary["second_judge"] = opinion.second
-        result.summary["contact_notes"] = list(notes)
+        result.summary["contact_notes"] = list(stations.notes)
         return result
 
     def _every(self, planned: Planned, mine: Written, given: Given, stations: Stations) -> pl.DataFrame:

@@ -8,6 +8,7 @@ import numpy as np
 import polars as pl
 
 from vmachining.arrays import Bools, Floats, Ints
+from vmachining.engagement.along import Sweeps
 from vmachining.job.table import CONTACT
 
 
@@ -18,7 +19,8 @@ class Stations:
     block : (s,) of every station, in program order. area_per_feed : mm^2 per mm/min, NaN where nothing is known of the
     spindle or the teeth. rows : p, q, r of the load in F mm/min (see `ForceStrategy`); first, last : of every station.
     step : (n,) mm between stations of block k, NaN where they are at equal fractions. known : (n,) bool, force known.
-    columns : block, the seven columns, note. notes : of the job.
+    columns : block, the seven columns, note. notes : of the job. sweeps : all motions as contact knows them, None where they
+    were not laid out.
     """
 
     columns: pl.DataFrame
@@ -30,6 +32,7 @@ class Stations:
     step: Floats
     known: Bools
     notes: tuple[str, ...] = ()
+    sweeps: Sweeps | None = None
 
     def parts(self, *, divided: bool) -> tuple[Ints, Ints]:
         """First and last station of every part, both ends included; a part without stations has last < first.

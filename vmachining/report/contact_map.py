@@ -21,7 +21,7 @@ MOST_LOADED, SPREAD = 24, 40
 """Blocks with a map: those with the largest load, and others evenly through the program."""
 
 MOST_BLOCKS = 200_000
-"""Of a longer program nothing is drawn: its sweeps would be laid out once more for 64 pictures."""
+"""Of a longer program nothing is drawn: where they are not there, its sweeps are laid out for 64 pictures."""
 
 CELLS = 48
 """Of a map along the edge, from its lower end to a little beyond the highest place that cuts."""
@@ -53,7 +53,9 @@ def contact_maps(
             if sample.straight is not None and size > best.get(seen.block.number, ((0.0, 0.0),))[0]:
                 best[seen.block.number] = size, seen, sample
 
-    engagement_pass(result.job, result.toolpath, watch=watch, only=frozenset(chosen), divided=False)
+    engagement_pass(
+        result.job, result.toolpath, watch=watch, only=frozenset(chosen), divided=False, sweeps=result.sweeps
+    )
     records: list[dict[str, Any]] = []
     maps: list[Ints] = []
     turns: list[Floats] = []

@@ -21,10 +21,11 @@ import polars as pl
 
 from vmachining.arrays import Floats, Ints
 from vmachining.errors import KinematicsError
-from vmachining.geometry import Arc
+from vmachining.geometry import Arc, Line
 from vmachining.job import Job, RunResult
 from vmachining.job.blocks import program_lines
 from vmachining.job.contact import ToolParts
+from vmachining.job.paths import CutterPath
 from vmachining.job.stock import raw_stock
 from vmachining.job.toolpath import Toolpath
 from vmachining.machine import Machine, follow
@@ -347,42 +348,56 @@ def _path(
     """Straight pieces of the path: kind 1 feed, 2 rapid, 3 rapid through material, 0 a jump that is not drawn."""
     moving = [(block.number, index) for block in toolpath.blocks for index in block.moves]
     stride = max(1, len(moving) * 2 // MAX_SEGMENTS)
-    points, axes, kinds, rows, cutters = [], [], [], [], []
     turning = (
         []
         if toolpath.machine is None
         else [toolpath.machine.axes[k].name.lower() for k in toolpath.machine.rotary]
     )
+    drawn = moving[::stride]
+    moves, paths = [toolpath.moves[k] for _, k in drawn], [toolpath.paths[k] for _, k in drawn]
+    steps = np.array([_pieces(path) for path in paths], dtype=np.int64)
+    last = np.cumsum(steps + 1) - 1
+    points, leans = list[Floats](), np.tile([0.0, 0.0, 1.0], (int(last[-1]) + 1, 1))
     turns, angles = [], dict.fromkeys(turning, 0.0)
-    for number, index in moving[::stride]:
-        move, path = toolpath.moves[index], toolpath.paths[index]
-        steps = 1
-        if isinstance(path, Arc):
-            steps = max(2, int(np.ceil(abs(path.angle) / ARC_STEP)))
-        elif isinstance(path, Turn) and not path.is_straight:
-            steps = 8
-        t = np.linspace(0.0, 1.0, steps + 1)
-        points.append(path.position(t))
-        axes.append(path.axis(t) if isinstance(path, Turn) else np.tile([0.0, 0.0, 1.0], (steps + 1, 1)))
-        kind = (3 if number in hits else 2) if move.motion is Motion.RAPID else 1
-        kinds.append([kind] * steps + [0])
-        first, angles = angles | dict(move.rotary_start or {}), angles | dict(move.rotary_deg or {})
-        turns.append([[first[n] + s * (angles[n] - first[n]) for n in turning] for s in t])
-        row = max(int(np.searchsorted(numbers, number, side="right")) - 1, 0)
-        rows.append([row] * (steps + 1))
-        cutters.append([tools.get(move.tool, 255)] * (steps + 1))
-    leans = np.concatenate(axes)
+    for move, path, n, end in zip(moves, paths, steps.tolist(), last.tolist(), strict=True):
+        if isinstance(path, Line):
+            points += path.start, path.end
+        else:
+            t = np.linspace(0.0, 1.0, n + 1)
+            points.append(path.position(t).ravel())
+            if isinstance(path, Turn):
+                leans[end - n : end + 1] = path.axis(t)
+        if turning:
+            first, angles = angles | dict(move.rotary_start or {}), angles | dict(move.rotary_deg or {})
+            share = np.linspace(0.0, 1.0, n + 1)
+            turns.append([[first[k] + s * (angles[k] - first[k]) for k in turning] for s in share])
+    owner = np.array([number for number, _ in drawn])
+    kind = np.array([
+        1 if move.motion is not Motion.RAPID else 3 if number in hits else 2
+        for move, (number, _) in zip(moves, drawn, strict=True)
+    ])  # fmt: skip
+    kinds = np.repeat(kind, steps + 1)
+    kinds[last] = 0
+    row = np.maximum(np.searchsorted(numbers, owner, side="right") - 1, 0)
+    cutter = np.array([tools.get(move.tool, 255) for move in moves])
     arrays = {
-        "points": np.concatenate(points).astype("<f4").ravel(),
-        "kind": np.concatenate(kinds)[:-1].astype("u1"),
-        "segment_row": np.concatenate(rows)[:-1].astype("<i4"),
-        "segment_tool": np.concatenate(cutters)[:-1].astype("u1"),
+        "points": np.concatenate(points).astype("<f4"),
+        "kind": kinds[:-1].astype("u1"),
+        "segment_row": np.repeat(row, steps + 1)[:-1].astype("<i4"),
+        "segment_tool": np.repeat(cutter, steps + 1)[:-1].astype("u1"),
     }
     if (np.abs(leans - [0.0, 0.0, 1.0]) > UPRIGHT).any():
         arrays["axes"] = leans.astype("<f4").ravel()
         if turning:
             arrays["turns"] = np.concatenate(turns).astype("<f4").ravel()
     return arrays, stride
+
+
+def _pieces(path: CutterPath) -> int:
+    """Straight pieces that a path is drawn by."""
+    if isinstance(path, Arc):
+        return max(2, int(np.ceil(abs(path.angle) / ARC_STEP)))
+    return 8 if isinstance(path, Turn) and not path.is_straight else 1
 
 
 def _machine(machine: Machine | None, path: dict[str, Any]) -> dict[str, Any]:
