@@ -9,12 +9,14 @@
 import numpy as np
 
 from vmachining.jit import inner, leaf
+from vmachining.sweep.rotating.pose._kernels import state as pose
 
 A, Z, R, SIN, COS, TOPR, TOPZ, OMEGA, ACC, BEND, FIRST, COUNT = range(12)
 HIT, TIME, AT, NU, NV, NT, YU, YV, YT, SPEED, PHI = range(11)
 
 FLAT = 0.15  # least |n.t| of a plane below a surface: steeper ones are laid down to it
 EXACT = 1e-12  # mm, of Newton's entry
+ROUNDED = 1e-10  # mm, of one in closed form
 GAIN = 1e-8  # mm of height up to which a better pose is looked for
 STEPS = 100
 LESS_RANGE = 0.02  # of the time of a block: shorter rests of ranges are not looked at
@@ -24,21 +26,15 @@ HALF = np.int64(2)
 @leaf
 def state(rows, waves, i, s, P):
     """Tip, axis and their rates."""
-    for k in range(12):
-        P[k] = 0.0
     first = int(rows[i, FIRST])
-    for j in range(first, first + int(rows[i, COUNT])):
-        w = waves[j, 0]
-        cos, sin = 1.0, 0.0
-        if w != 0.0:
-            cos, sin = np.cos(w * s), np.sin(w * s)
-        for k in range(3):
-            re = waves[j, 1 + k] + s * waves[j, 7 + k]
-            im = waves[j, 4 + k] + s * waves[j, 10 + k]
-            P[k] += re * cos - im * sin
-            P[6 + k] += w * (-re * sin - im * cos) + waves[j, 7 + k] * cos - waves[j, 10 + k] * sin
-            P[3 + k] += waves[j, 13 + k] * cos - waves[j, 16 + k] * sin
-            P[9 + k] -= w * (waves[j, 13 + k] * sin + waves[j, 16 + k] * cos)
+    pose(waves[first : first + int(rows[i, COUNT])], s, P)
+
+
+@inner
+def _mirror(P, Q):
+    """The same pose in the mirrored frame."""
+    for k in range(12):
+        Q[k] = -P[k] if k % 3 == 2 else P[k]
 
 
 @inner
@@ -85,6 +81,37 @@ def _look(rows, i, P, x, y, w):
     return far, g * a + dz * P[3], g * b + dz * P[4], g * c + dz * P[5]
 
 
+@inner
+def _closed(rows, i, P, x, y, low):
+    """Height from the tip, above `low`, below which a line is outside for sure but for rounding: where it enters the half space
+    above the bottom and the cone of the flank; or where it enters the ball of a tip."""
+    sin, cos, r, up = rows[i, SIN], rows[i, COS], rows[i, R], rows[i, Z]
+    z, w = x * P[3] + y * P[4], low
+    if rows[i, A] == 0.0:
+        a, b = x - up * P[3], y - up * P[4]
+        q = r * r - a * a - b * b
+        if q > 0.0:
+            w = up * P[5] - np.sqrt(q)
+            if z + w * P[5] - up <= -r * sin:
+                return w
+    w = low
+    if P[5] > 1e-3:
+        w = max(w, (up - r - z) / P[5])
+    # rho = ring + grow * height
+    grow = sin / cos
+    ring, wide = rows[i, A] + r / cos - up * grow, 1.0 + grow * grow
+    a, b = 1.0 - wide * P[5] * P[5], -P[5] * (wide * z + ring * grow)
+    if a > 1e-6:
+        c = x * x + y * y - wide * z * z - ring * (2.0 * grow * z + ring)
+        gap = b * b - a * c
+        if gap > 0.0:
+            q = -(b + np.copysign(np.sqrt(gap), b))
+            root = min(q / a, c / q) if q != 0.0 else 0.0
+            if ring + grow * (z + root * P[5]) > 0.0:
+                w = max(w, root)
+    return w
+
+
 @leaf
 def enter(rows, i, P, u, v, B):
     """Witness of the line over (u, v) in a pose. Newton on a convex function from outside: it never passes the entry."""
@@ -93,8 +120,11 @@ def enter(rows, i, P, u, v, B):
     low = -max(low, top) - 1e-3
     a, b = support(rows, i, P[5])
     high = max(a, b) + 1e-3
-    w, last, hit = low, low, False
+    w, last, hit = _closed(rows, i, P, x, y, low), low, False
     far, n0, n1, n2 = _look(rows, i, P, x, y, w)
+    if far < -ROUNDED:
+        w = low
+        far, n0, n1, n2 = _look(rows, i, P, x, y, w)
     for _ in range(STEPS):
         if far <= EXACT:
             hit = True
@@ -339,7 +369,7 @@ def _lift(rows, i, P, u, v, t, way, least, cap, steep):
 def cover(rows, waves, i, mirrored, N, u, v, h, cap_t, slack, P, B, out):
     """L1 for the witnesses N (5, 12) of a cell: heights between which all is in the sweep, into out (5, 3) = known?, from, to.
 
-    Affine over each of the four triangles of middle and corners. Above cap_t nobody asks.
+    Affine over each of the four triangles of middle and corners. Above cap_t nobody asks. P (6, 12).
     """
     m = rows[i, OMEGA], rows[i, ACC], rows[i, BEND]
     lo, hi, hits = np.inf, -np.inf, 0
@@ -352,6 +382,8 @@ def cover(rows, waves, i, mirrored, N, u, v, h, cap_t, slack, P, B, out):
             out[k, 0] = 0.0
         return False
     span = hi - lo
+    for k in range(5):
+        state(rows, waves, i, N[k, TIME], P[k])
     for upper in range(2):
         b0, b1, b2, e0, e1, e2, far = np.inf, np.inf, np.inf, -np.inf, -np.inf, -np.inf, 0.0
         for k in range(5):
@@ -360,15 +392,14 @@ def cover(rows, waves, i, mirrored, N, u, v, h, cap_t, slack, P, B, out):
             y0, y1, y2 = N[k, YU], N[k, YV], N[k, YT]
             if upper:
                 tip = N[k, AT] - N[k, YT]
-                state(rows, waves, i, N[k, TIME], P)
                 cx, cy = (
                     u + (0.0 if k == 0 else (h if k == 2 or k == 3 else -h)),
                     v + (0.0 if k == 0 else (h if k > 2 else -h)),
                 )
                 t = cap_t
-                if t <= N[k, AT] or depth(rows, i, P, cx, cy, t) <= 0.0:
-                    state(rows, waves, mirrored, N[k, TIME], P)  # the exit is the entry of the mirrored pose
-                    if not enter(rows, mirrored, P, cx, cy, B):
+                if t <= N[k, AT] or depth(rows, i, P[k], cx, cy, t) <= 0.0:
+                    _mirror(P[k], P[5])  # the exit is the entry of the mirrored pose
+                    if not enter(rows, mirrored, P[5], cx, cy, B):
                         out[k, 0] = 0.0
                         continue
                     t = -B[AT]
@@ -394,17 +425,16 @@ def cover(rows, waves, i, mirrored, N, u, v, h, cap_t, slack, P, B, out):
                 u + (0.0 if k == 0 else (h if k == 2 or k == 3 else -h)),
                 v + (0.0 if k == 0 else (h if k > 2 else -h)),
             )
-            state(rows, waves, i, N[k, TIME], P)
             if upper:
                 t = N[k, 11]
                 lift = 0.0
-                if depth(rows, i, P, cx, cy, t) < least:
-                    lift = _lift(rows, i, P, cx, cy, t, -1.0, least, cap, out[k, 2])
+                if depth(rows, i, P[k], cx, cy, t) < least:
+                    lift = _lift(rows, i, P[k], cx, cy, t, -1.0, least, cap, out[k, 2])
                 out[k, 2] = t - lift
                 if out[k, 2] < out[k, 1]:
                     out[k, 0] = 0.0
             else:
-                lift = _lift(rows, i, P, cx, cy, N[k, AT], 1.0, least, cap, abs(N[k, NT]))
+                lift = _lift(rows, i, P[k], cx, cy, N[k, AT], 1.0, least, cap, abs(N[k, NT]))
                 out[k, 1] = N[k, AT] + lift
             if lift < 0.0:
                 out[k, 0] = 0.0

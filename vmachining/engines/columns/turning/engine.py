@@ -31,6 +31,10 @@ SAME = 1.0 - 1e-12
 NO_SIDE = 0.1
 """Part of a feed across the axis below which the tool plunges or stands still: any side will do, else all directions are one."""
 
+HALF = len(_kernels.WAYS)
+UVT = np.array([0, 1, HALF - 5])
+"""Which of the kernel's directions are the axes of its frame."""
+
 UP = np.array([0.0, 0.0, 1.0])
 
 SLACK_MM, ULPS = 1e-9, 4096
@@ -45,6 +49,7 @@ class Scene(NamedTuple):
 
     rows: Floats
     waves: Floats
+    reach: Floats
     faces: Floats
     roof: Roof
     starts: Ints
@@ -169,14 +174,19 @@ class AnyDirection:
 
     def _scene(self, rows: Rows, order: Ints, frame: Floats, origin: Floats) -> Scene | None:
         """What the kernel gets for one direction; None where no column meets the sweep and the stock."""
-        ways = np.concatenate([frame, -frame])
+        ways = _kernels.WAYS @ frame
+        ways = np.concatenate([ways, -ways])
         reach = rows.reach(ways) - ways @ origin
         stock = (self.solid.corners - origin) @ frame.T
         own = reach[order[0]]
-        high, low = np.minimum(own[:3], stock.max(axis=0)), np.maximum(-own[3:], stock.min(axis=0))
+        high, low = np.minimum(own[UVT], stock.max(axis=0)), np.maximum(-own[UVT + HALF], stock.min(axis=0))
         if (high <= low).any():
             return None
-        near = (np.minimum(reach[order, :3], high) > np.maximum(-reach[order, 3:], low)).all(axis=1)
+        # no plane stands between a sweep and what row order[0] has in the stock
+        box = _kernels.WAYS
+        box = np.concatenate([box, -box])
+        most = np.minimum(own, np.maximum(box * low, box * high).sum(axis=1))
+        near = (reach[order] > -np.roll(most, HALF)).all(axis=1)
         some = rows.take(order[near])
         seen, waves = some.seen_from(frame, origin)
         starts = np.array([some.with_pose(0, end)[1:].any() for end in (0, 1)], dtype=np.int64)
@@ -189,14 +199,16 @@ class AnyDirection:
         extent = float(np.abs([*low, *high]).max() + np.abs(origin).max() + rows.cutter[:, 6].max())
         slack = max(SLACK_MM, ULPS * float(np.finfo(float).eps) * extent)
         roof = self.solid.roof(frame, origin, root)
-        return Scene(seen, waves, np.ascontiguousarray(faces), roof, starts, root, slack)
+        return Scene(
+            seen, waves, reach[order[near]] + slack, np.ascontiguousarray(faces), roof, starts, root, slack
+        )
 
     def _look(self, scene: Scene, floor: float, cells: int) -> tuple[float, float, int]:
         """(lo, hi, cells) along one direction; R10: planes and covers keep off by the slack, and sums are rounded as well."""
         out, root = np.zeros(3), scene.root
         _kernels.remove(
-            scene.rows, scene.waves, scene.faces, scene.roof, scene.starts, self.rules, self._room, root, len(scene.rows) // 2,
-            self.width, floor, cells, scene.slack, out,
+            scene.rows, scene.waves, scene.reach, scene.faces, scene.roof, scene.starts, self.rules, self._room, root,
+            len(scene.rows) // 2, self.width, floor, cells, scene.slack, out,
         )  # fmt: skip
         self.cells += int(out[2])
         error = 4.0 * scene.slack * float(root[2] ** 2 * root[3] * root[4])

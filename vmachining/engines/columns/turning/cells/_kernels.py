@@ -1,8 +1,11 @@
 # A cell of columns in any direction: what is known of each sweep over it, and the heap of cells of one block.
 #
-# Legend: see ../_kernels.py. Slot 0 is sweep k, slot q of a list has rows 2 ids[q], 2 ids[q] + 1. rng (4,) of an entry: poses
-# that matter, of lower and of upper ends. F (faces, 4): a.X <= c of the stock. Affine functions: value at the middle of the
+# Legend: see ../_kernels.py. Slot 0 is sweep k, slot q of a list has rows 2 ids[q], 2 ids[q] + 1. rng (10,) of an entry: poses
+# that matter, of lower and of upper ends, then planes below either in the cell that kept it. reach (n, 26): no point of a sweep
+# lies farther along WAYS, and against them. F (faces, 4): a.X <= c of the stock. Affine functions: value at the middle of the
 # cell, slopes.
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +46,12 @@ TRIES = 2
 SURE = 1e-3  # relative width of what smooth surfaces say up to which triangles are not asked
 LEVELS = 1 << 18  # divisions of half a first cell that tell nodes apart
 MIX = np.int64(-7046029254386353131)  # 2^64 / golden ratio
+FEW = 4.0  # sweeps that are looked at in a first cell; twice as many in its parts, and so on
+WAYS = np.array(
+    [(1, 0, 0), (0, 1, 0), (1, 1, 0), (1, -1, 0)] + [(x, y, 1) for x in (-1, 0, 1) for y in (-1, 0, 1)],
+    dtype=float,
+)
+WAYS /= np.sqrt((WAYS**2).sum(axis=1))[:, None]
 STARTS, RANGES, BENDS = np.int64(2), np.int64(4), np.int64(8)  # bits of rules besides COVERS: L5, L4, L8
 
 
@@ -73,63 +82,123 @@ def _outer(rows, waves, i, room, q, side, rng, at, u, v, h, slack):
 
 
 @leaf
-def _first_look(rows, waves, j, room, q, rng, e, u, v, h, t0, t1, slack):
-    """Middle witnesses and planes of both sides; False: the sweep has no point over the cell between t0 and t1."""
-    for side in range(2):
-        i = 2 * j + side
-        _witness(rows, waves, i, u, v, h, rng[e, 2 * side], rng[e, 2 * side + 1], room, room.N[q, side, 0])
-        if room.N[q, side, 0, HIT] == 0.0:
-            a, b = (t0, t1) if side == 0 else (-t1, -t0)
-            N, P, m = room.N[q, side, 0], room.P, room.H[5]
-            known = beyond(rows, waves, i, N, 0.0, 1.0, u, v, h, a, b, slack, P[0], P[1], m, 0)
-            if known and m[2] < -(abs(m[0]) + abs(m[1])) * h:
-                return False
-        _outer(rows, waves, i, room, q, side, rng[e], 2 * side, u, v, h, slack)
-    return True
-
-
-@leaf
 def _lowest(L, h):
     """Least value of a plane over the cell."""
     return L[0] - (abs(L[1]) + abs(L[2])) * h
 
 
 @leaf
-def _covered(room, q, side, rows, waves, j, rng, e, u, v, h, cap_t, slack, rules):
-    """Corner witnesses, cover and the range of poses that matter (L4) of one side; the plane anew where the range shrank."""
+def _misses(rows, waves, i, room, q, side, rng, e, u, v, h, t0, t1, slack):
+    """Middle witness and plane of one side; True: the sweep has no point over the cell between t0 and t1."""
+    N, at = room.N[q, side, 0], 2 * side
+    _witness(rows, waves, i, u, v, h, rng[e, at], rng[e, at + 1], room, N)
+    if N[HIT] == 0.0:
+        a, b = (t0, t1) if side == 0 else (-t1, -t0)
+        P, m = room.P, room.H[5]
+        known = beyond(rows, waves, i, N, 0.0, 1.0, u, v, h, a, b, slack, P[0], P[1], m, 0)
+        if known and m[2] < -(abs(m[0]) + abs(m[1])) * h:
+            return True
+    _outer(rows, waves, i, room, q, side, rng[e], at, u, v, h, slack)
+    return False
+
+
+@leaf
+def _known(room, q, side, way):
+    """Nothing but a plane is known of one side of a sweep; its corners count as hit where `way` is 1."""
+    for k in range(5):
+        room.C[q, side, k, 0], room.N[q, side, k, HIT] = 0.0, way
+
+
+@leaf
+def _look(rows, waves, j, room, q, rng, e, u, v, h, t0, t1, slack, rules):
+    """All that is known of an earlier sweep into slot q; False: it has no point over the cell between t0 and t1.
+
+    Where it reaches from its lower end through all that is asked, nobody asks for its upper end.
+    """
+    if (
+        _misses(rows, waves, 2 * j, room, q, 0, rng, e, u, v, h, t0, t1, slack)
+        or _lowest(room.L[q, 0], h) >= t1
+    ):
+        return False
+    if room.N[q, 0, 0, HIT] > 0.0 and _covered(
+        room, q, 0, rows, waves, j, rng, e, u, v, h, t0, t1, slack, rules
+    ):
+        _known(room, q, 1, 1.0)
+        room.L[q, 1, 0], room.L[q, 1, 1], room.L[q, 1, 2] = NOWHERE, 0.0, 0.0
+        return True
+    if (
+        _misses(rows, waves, 2 * j + 1, room, q, 1, rng, e, u, v, h, t0, t1, slack)
+        or -_lowest(room.L[q, 1], h) <= t0
+    ):
+        return False
+    if room.N[q, 0, 0, HIT] == 0.0:
+        _known(room, q, 0, 0.0)
+    if room.N[q, 1, 0, HIT] == 0.0:
+        _known(room, q, 1, 0.0)
+    else:
+        _covered(room, q, 1, rows, waves, j, rng, e, u, v, h, t0, t1, slack, rules)
+    return True
+
+
+@leaf
+def _apart(reach, j, u, v, h, t0, t1):
+    """Height at the middle below which a sweep has no point, by tangent planes of 13 pairs; inf: it has none over the cell
+    between t0 and t1."""
+    least, t, ht = -np.inf, 0.5 * (t0 + t1), 0.5 * (t1 - t0)
+    for d in range(len(WAYS)):
+        x, y, z = WAYS[d, 0], WAYS[d, 1], WAYS[d, 2]
+        at, more = x * u + y * v, (abs(x) + abs(y)) * h + abs(z) * ht
+        if at + z * t - more > reach[j, d] or -at - z * t - more > reach[j, d + len(WAYS)]:
+            return np.inf
+        if z > 0.0:
+            least = max(least, (-at - reach[j, d + len(WAYS)]) / z)
+    return least
+
+
+@leaf
+def _covered(room, q, side, rows, waves, j, rng, e, u, v, h, t0, t1, slack, rules):
+    """Corner witnesses, cover and the range of poses that matter (L4) of one side; the plane anew where the range shrank.
+
+    True: all that lies above the cover's lower end and below t1 (or t0, mirrored) is in the cover.
+    """
     i, N, C = 2 * j + side, room.N[q, side], room.C[q, side]
+    end = t1 if side == 0 else -t0
+    cap_t = end + 0.1 * (t1 - t0)
     lo, hi = rng[e, 2 * side], rng[e, 2 * side + 1]
     for k in range(1, 5):
         _witness(rows, waves, i, u + du(k, h), v + dv(k, h), h, lo, hi, room, N[k])
-    cover(rows, waves, i, 2 * j + 1 - side, N, u, v, h, cap_t, slack, room.P[0], room.B, C)
+    cover(rows, waves, i, 2 * j + 1 - side, N, u, v, h, cap_t, slack, room.P[2:], room.B, C)
+    whole = True
+    for k in range(5):
+        whole = whole and C[k, 0] > 0.0 and C[k, 2] >= end
     if rules & RANGES == 0:
-        return
+        return whole
     a, b = np.inf, -np.inf
     for k in range(5):
         if C[k, 0] == 0.0:
-            return
+            return whole
         a, b = min(a, N[k, TIME]), max(b, N[k, TIME])
     more = max(0.5 * (b - a), LESS_RANGE)
     shrunk = False
-    for end in range(2):
-        rest = a - lo if end == 0 else hi - b
+    for last in range(2):
+        rest = a - lo if last == 0 else hi - b
         if rest <= 2.0 * more:
             continue
         away = more
         for _ in range(TRIES):
-            s = a - away if end == 0 else b + away
+            s = a - away if last == 0 else b + away
             state(rows, waves, i, s, room.P[0])
             enter(rows, i, room.P[0], u, v, room.B)
             room.B[TIME] = s
-            first, last = (lo, s) if end == 0 else (s, hi)
-            if plane(rows, waves, i, room.B, first, last, u, v, h, slack, room.P[0], room.P[1], room.H[5], 0):
+            begin, stop = (lo, s) if last == 0 else (s, hi)
+            if plane(rows, waves, i, room.B, begin, stop, u, v, h, slack, room.P[0], room.P[1], room.H[5], 0):
                 above = True
                 for k in range(5):
                     above = (
                         above and room.H[5, 0] + room.H[5, 1] * du(k, h) + room.H[5, 2] * dv(k, h) > C[k, 1]
                     )
                 if above:
-                    if end == 0:
+                    if last == 0:
                         lo = s
                     else:
                         hi = s
@@ -139,6 +208,7 @@ def _covered(room, q, side, rows, waves, j, rng, e, u, v, h, cap_t, slack, rules
     if shrunk:
         rng[e, 2 * side], rng[e, 2 * side + 1] = lo, hi
         _outer(rows, waves, i, room, q, side, rng[e], 2 * side, u, v, h, slack)
+    return whole
 
 
 @leaf
@@ -169,14 +239,32 @@ def _hides(room, a, b, h, t0, t1):
 
 
 @leaf
-def bounds(
-    rows, waves, F, roof, starts, rules, room, u, v, h, heights, ids, rng, src, count, dst, slack, out
-):
-    """(lo, hi, entries left) of one cell. ids[src:src + count] with ranges rng; those left go to dst, ids[dst] is k.
+def keep(ids, rng, src, dst):
+    """One entry of a list in another place."""
+    ids[dst] = ids[src]
+    for c in range(10):
+        rng[dst, c] = rng[src, c]
+
+
+class Lists(NamedTuple):
+    """ids and rng of all lists, reach (n, 26): see above. at (2,): middle of the cell that kept a list. queue, keys: an order."""
+
+    ids: NDArray[np.int64]
+    rng: NDArray[np.float64]
+    reach: NDArray[np.float64]
+    at: NDArray[np.float64]
+    queue: NDArray[np.int64]
+    keys: NDArray[np.float64]
+
+
+@leaf
+def bounds(rows, waves, lists, F, roof, starts, rules, room, u, v, h, heights, src, count, dst, slack, out):
+    """(lo, hi, entries left) of one cell. Its list is src:src + count; those left go to dst, where k comes first.
 
     heights: (3,) between which all of it lies, and whether a shared pose raised the lower one; narrowed into out (3,).
     starts: (2,) whether the first and the last pose of k are those of another sweep.
     """
+    ids, rng, queue, keys = lists.ids, lists.rng, lists.queue, lists.keys
     t0, t1, raised = heights[0], heights[1], heights[2]
     for f in range(len(F)):
         c, more = F[f, 3] - F[f, 0] * u - F[f, 1] * v, (abs(F[f, 0]) + abs(F[f, 1])) * h
@@ -195,11 +283,10 @@ def bounds(
         t1 = min(t1, up + slack + (abs(gx) + abs(gy)) * h)
     if t0 >= t1:
         return 0.0, 0.0, ZERO
-    ids[dst] = ids[src]
-    for c in range(4):
-        rng[dst, c] = rng[src, c]
-    if not _first_look(rows, waves, ids[dst], room, 0, rng, dst, u, v, h, t0, t1, slack):
-        return 0.0, 0.0, ZERO
+    keep(ids, rng, src, dst)
+    for side in range(2):
+        if _misses(rows, waves, side, room, 0, side, rng, dst, u, v, h, t0, t1, slack):
+            return 0.0, 0.0, ZERO
     t0, t1 = max(t0, _lowest(room.L[0, 0], h)), min(t1, -_lowest(room.L[0, 1], h))
     if rules & STARTS != 0:
         for e in range(2):
@@ -213,30 +300,57 @@ def bounds(
                 t1 = min(t1, -least_exit(rows, waves, 1, float(e), u, v, h, slack, room.P[0], room.B))
     if t0 >= t1:
         return 0.0, 0.0, ZERO
-    m, looked = ZERO + 1, count
-    for e in range(1, count):
-        if m >= SLOTS:  # more sweeps than there is room for: they are kept, and nothing is known from below
-            looked = ZERO + e
-            break
-        j = ids[src + e]
-        ids[dst + m] = j
-        for c in range(4):
-            rng[dst + m, c] = rng[src + e, c]
-        if not _first_look(rows, waves, j, room, m, rng, dst + m, u, v, h, t0, t1, slack):
+    # those that may have points here, by planes of the cell that this one is a part of
+    some, x, y = ZERO, u - lists.at[0], v - lists.at[1]
+    for e in range(src + 1, src + count):
+        key = _apart(lists.reach, ids[e], u, v, h, t0, t1)
+        f = rng[e, 4] + rng[e, 5] * x + rng[e, 6] * y
+        g = rng[e, 7] + rng[e, 8] * x + rng[e, 9] * y
+        if (
+            key == np.inf
+            or f - (abs(rng[e, 5]) + abs(rng[e, 6])) * h >= t1
+            or (abs(rng[e, 8]) + abs(rng[e, 9])) * h - g <= t0
+        ):
             continue
-        if _lowest(room.L[m, 0], h) >= t1 or -_lowest(room.L[m, 1], h) <= t0:
-            continue
-        m += 1
-    for q in range(m):
-        room.D[q] = 0
-        j = ids[dst + q]
+        queue[some], keys[some] = e, max(key, f)
+        some += 1
+    # the lowest first, as it hides the most; few in large cells, of which no bracket is narrow
+    m, seen, most = ZERO + 1, ZERO, min(SLOTS, np.int64(FEW * room.H[1, 2] / h))
+    while seen < some and m < most:
+        pick = seen
+        for c in range(seen + 1, some):
+            if keys[c] < keys[pick]:
+                pick = c
+        e = queue[pick]
+        queue[pick], keys[pick] = queue[seen], keys[seen]
+        queue[seen] = e
+        seen += 1
         for side in range(2):
-            cap = t1 + 0.1 * (t1 - t0) if side == 0 else -t0 + 0.1 * (t1 - t0)
-            _covered(room, q, side, rows, waves, j, rng, dst + q, u, v, h, cap, slack, rules)
-        if q > 0 and rules & COVERS != 0 and _hides(room, q, 0, h, t0, t1):
+            c = 4 + 3 * side
+            room.L[m, side, 0] = rng[e, c] + rng[e, c + 1] * x + rng[e, c + 2] * y
+            room.L[m, side, 1], room.L[m, side, 2] = rng[e, c + 1], rng[e, c + 2]
+        hidden = False
+        for p in range(1, m):
+            if rules & COVERS != 0 and _hides(room, p, m, h, t0, t1):
+                hidden = True
+                break
+        if hidden:
+            continue
+        keep(ids, rng, e, dst + m)
+        if not _look(rows, waves, ids[e], room, m, rng, dst + m, u, v, h, t0, t1, slack, rules):
+            continue
+        if rules & COVERS != 0 and _hides(room, m, 0, h, t0, t1):
             return 0.0, 0.0, ZERO
+        room.D[m] = 0
+        m += 1
+    if _covered(room, 0, 0, rows, waves, ZERO, rng, dst, u, v, h, t0, t1, slack, rules):
+        _known(room, 0, 1, 1.0)
+    else:
+        _covered(room, 0, 1, rows, waves, ZERO, rng, dst, u, v, h, t0, t1, slack, rules)
     if rules & COVERS != 0:
         for q in range(1, m):
+            if _hides(room, q, 0, h, t0, t1):
+                return 0.0, 0.0, ZERO
             for p in range(1, m):
                 if p != q and room.D[p] == 0 and _hides(room, p, q, h, t0, t1):
                     room.D[q] = 1
@@ -261,7 +375,7 @@ def bounds(
                 one, others = np.int64(q), others + 1
         if others <= 1:
             lo, hi = between(
-                rows, waves, F, len(roof.plane) > 0, room, ids, rng, dst, one, looked == count, u, v, h, t1, raised > 0.0, slack
+                rows, waves, F, len(roof.plane) > 0, room, ids, rng, dst, one, seen == some, u, v, h, t1, raised > 0.0, slack
             )  # fmt: skip
     if hi - lo > SURE * hi or hi == np.inf:
         low, high = 0.0, 0.0
@@ -272,15 +386,17 @@ def bounds(
     left = ZERO + 1
     for q in range(1, m):
         if room.D[q] == 0:
-            ids[dst + left] = ids[dst + q]
-            for c in range(4):
-                rng[dst + left, c] = rng[dst + q, c]
+            keep(ids, rng, dst + q, dst + left)
+            for side in range(2):
+                for c in range(3):
+                    rng[dst + left, 4 + 3 * side + c] = room.L[q, side, c]
             left += 1
-    for e in range(looked, count):
-        lo = 0.0
-        ids[dst + left] = ids[src + e]
-        for c in range(4):
-            rng[dst + left, c] = rng[src + e, c]
+    for c in range(seen, some):
+        lo, e = 0.0, queue[c]
+        keep(ids, rng, e, dst + left)
+        for side in range(2):
+            at = 4 + 3 * side
+            rng[dst + left, at] += rng[e, at + 1] * x + rng[e, at + 2] * y
         left += 1
     out[0], out[1], out[2] = t0, t1, raised
     return min(lo, hi), hi, left
@@ -294,9 +410,9 @@ def _store(cell, n, u, v, h, lo, hi, heights):
 
 @kernel
 def remove(
-    rows: NDArray[np.float64], waves: NDArray[np.float64], F: NDArray[np.float64], roof: Roof, starts: NDArray[np.int64],
-    rules: int, room: Room, root: NDArray[np.float64], count: int, relative: float, floor: float, limit: int, slack: float,
-    out: NDArray[np.float64],
+    rows: NDArray[np.float64], waves: NDArray[np.float64], reach: NDArray[np.float64], F: NDArray[np.float64], roof: Roof,
+    starts: NDArray[np.int64], rules: int, room: Room, root: NDArray[np.float64], count: int, relative: float, floor: float,
+    limit: int, slack: float, out: NDArray[np.float64],
 ) -> None:  # fmt: skip
     """Bracket of what the sweep of rows 0 and 1 removes, into out = (lo, hi, cells).
 
@@ -310,36 +426,21 @@ def remove(
     span = np.zeros((len(cell), 2), dtype=np.int64)
     heap = np.zeros(len(cell), dtype=np.int64)
     ids = np.zeros(
-        len(cell) * min(count, 12) + (nu * nv + 5) * count, dtype=np.int64
+        len(cell) * min(count, 16) + (nu * nv + 5) * count, dtype=np.int64
     )  # the first look always fits
-    rng = np.zeros((len(ids), 4))
+    rng = np.zeros((len(ids), 10))
+    queue, keys = np.zeros(count, dtype=np.int64), np.zeros(count)
+    lists = Lists(ids, rng, reach, np.zeros(2), queue, keys)
     for q in range(count):
         ids[q] = q
-        rng[q, 1], rng[q, 3] = 1.0, 1.0
+        rng[q, 1], rng[q, 3], rng[q, 4], rng[q, 7] = 1.0, 1.0, NOWHERE, NOWHERE
     used, n, lo, hi, made = count, ZERO, 0.0, 0.0, ZERO
     heights, inner = np.array([root[5], root[6], 0.0]), np.zeros(3)
     for place in range(nu * nv):
         u, v = root[0] + (2 * (place % nu) + 1) * h, root[1] + (2 * (place // nu) + 1) * h
         x, y, m = bounds(
-            rows,
-            waves,
-            F,
-            roof,
-            starts,
-            rules,
-            room,
-            u,
-            v,
-            h,
-            heights,
-            ids,
-            rng,
-            ZERO,
-            count,
-            used,
-            slack,
-            inner,
-        )
+            rows, waves, lists, F, roof, starts, rules, room, u, v, h, heights, ZERO, count, used, slack, inner
+        )  # fmt: skip
         made += 1
         lo, hi = lo + x, hi + y
         if y > x:
@@ -359,13 +460,30 @@ def remove(
         if used + 4 * size > len(ids) or n + 4 > len(cell):
             break
         u, v, h = cell[c, 0], cell[c, 1], 0.5 * cell[c, 2]
+        lists.at[0], lists.at[1] = u, v
         heights[0], heights[1], heights[2] = cell[c, 5], cell[c, 6], cell[c, 7]
         lo, hi = lo - cell[c, 3], hi - cell[c, 4]
         for q in range(4):
             cu, cv = u + (h if q % 2 else -h), v + (h if q > 1 else -h)
             x, y, m = bounds(
-                rows, waves, F, roof, starts, rules, room, cu, cv, h, heights, ids, rng, src, size, used, slack, inner
-            )  # fmt: skip
+                rows,
+                waves,
+                lists,
+                F,
+                roof,
+                starts,
+                rules,
+                room,
+                cu,
+                cv,
+                h,
+                heights,
+                src,
+                size,
+                used,
+                slack,
+                inner,
+            )
             made += 1
             lo, hi = lo + x, hi + y
             new = c if q == 0 else n

@@ -18,7 +18,7 @@ ZERO = np.int64(0)
 
 
 class Room(NamedTuple):
-    """N (64, 2, 5, 12), L (64, 2, 3), C (64, 2, 5, 3): see above. P (2, 12) poses, B (12,) a witness, H (6, 3) planes: the top
+    """N (64, 2, 5, 12), L (64, 2, 3), C (64, 2, 5, 3): see above. P (8, 12) poses, B (12,) a witness, H (6, 3) planes: the top
     of the stock lies at most H[2, 0] below H[3], H[4] is a border, H[5] scratch, H[1] (u0, v0, half edge) of the first cells.
     K (KEPT,) keys of witnesses W (KEPT, 12) by node, see cells/_kernels.py.
     T (2, 10) smooth surfaces, see bends/_kernels.py.
@@ -45,7 +45,7 @@ class Room(NamedTuple):
 def room() -> Room:
     """Room for one thread."""
     return Room(
-        np.zeros((SLOTS, 2, 5, 12)), np.zeros((SLOTS, 2, 3)), np.zeros((SLOTS, 2, 5, 3)), np.zeros((2, 12)), np.zeros(12),
+        np.zeros((SLOTS, 2, 5, 12)), np.zeros((SLOTS, 2, 3)), np.zeros((SLOTS, 2, 5, 3)), np.zeros((8, 12)), np.zeros(12),
         np.zeros((4 * SLOTS, 6)), np.zeros((2, FACES + 4, 2)), np.zeros(4 * SLOTS, dtype=np.int64),
         np.zeros(SLOTS, dtype=np.int64), np.zeros((6, 3)), np.zeros(KEPT, dtype=np.int64), np.zeros((KEPT, 12)),
         np.zeros((2, 10)),
