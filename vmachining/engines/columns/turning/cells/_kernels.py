@@ -315,12 +315,12 @@ def bounds(rows, waves, lists, F, roof, starts, rules, room, u, v, h, heights, s
         queue[some], keys[some] = e, max(key, f)
         some += 1
     # the lowest first, as it hides the most; few in large cells, of which no bracket is narrow
-    m, seen, most = ZERO + 1, ZERO, min(SLOTS, np.int64(FEW * room.H[1, 2] / h))
+    m, seen, most = ZERO + 1, ZERO, min(float(SLOTS), FEW * room.H[1, 2] / h)
     while seen < some and m < most:
         pick = seen
         for c in range(seen + 1, some):
             if keys[c] < keys[pick]:
-                pick = c
+                pick = np.int64(c)
         e = queue[pick]
         queue[pick], keys[pick] = queue[seen], keys[seen]
         queue[seen] = e
