@@ -16,17 +16,9 @@ import pytest
 from benchmarks.brep_chains import bar_of, chain_of
 from vmachining import BallNose, BullNose, FlatEnd, ProfileTool, Sweep
 from vmachining.engines import brep
-from vmachining.engines.brep import (
-    ATTEMPTS,
-    Blank,
-    BlockChecker,
-    Status,
-    Verdict,
-    check_blocks,
-    described,
-    isolated,
-)
+from vmachining.engines.brep import Blank, BlockChecker, Status, Verdict, check_blocks, described, isolated
 from vmachining.engines.brep.occt.booleans import box_of
+from vmachining.engines.brep.removal.attempts import ATTEMPTS
 from vmachining.engines.judges import Judge, intersection
 from vmachining.engines.mesh import MeshEngine
 from vmachining.engines.protocol import Options, Removal

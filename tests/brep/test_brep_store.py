@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from vmachining import BallNose, FlatEnd, Interval, Sweep
-from vmachining.engines.brep import Blank, Status, check_blocks, inspect, solids
+from vmachining.engines.brep import Blank, Status, check_blocks, solids
+from vmachining.engines.brep.occt.validity import inspect
 from vmachining.engines.brep.removal import store
 from vmachining.engines.brep.removal.store import Store
 from vmachining.errors import SweepError

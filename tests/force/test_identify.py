@@ -15,11 +15,11 @@ from vmachining.force import (
     SlotTests,
     identify,
     layer_coefficients,
-    layer_integrals,
     read_tests,
     shipped,
     smoothed,
 )
+from vmachining.force.closed import layer_integrals
 
 R, TEETH = 4.0, 2
 DEPTHS = np.array([1, 2, 3, 4, 5, 8, 10.0])

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from strategies import angles, directions
 
-from vmachining.geometry import angle_between, great_circle, rotation, unit
+from vmachining.geometry import rotation, unit
+from vmachining.geometry.rotation import angle_between, great_circle
 
 ROUNDING = 1e-14
 

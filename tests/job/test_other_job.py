@@ -12,7 +12,8 @@ from tinyjob import JOB, write_job
 from vmachining.cli.main import run as command
 from vmachining.errors import InputError
 from vmachining.job import Job, run
-from vmachining.toolpath import Triangle, pocket_job
+from vmachining.toolpath import Triangle
+from vmachining.toolpath.program import pocket_job
 
 QUICK = ["--stages", "cut", "--quiet"]
 

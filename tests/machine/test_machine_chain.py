@@ -7,7 +7,8 @@ import pytest
 from machines import FIVE_AXIS, joints, machine
 
 from vmachining.errors import KinematicsError
-from vmachining.geometry import angle_between, rotation
+from vmachining.geometry import rotation
+from vmachining.geometry.rotation import angle_between
 from vmachining.machine import Axis, Machine, preset
 
 ROUND_TRIP = 1e-9  # mm and unit of the axis, the promise of the room

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from machines import joints
 
 from vmachining.errors import KinematicsError
-from vmachining.machine import load, machine_from_mapping, preset
+from vmachining.machine import load, preset
+from vmachining.machine.machinefile import machine_from_mapping
 
 GOOD = """\
 name = "trunnion"

@@ -9,7 +9,8 @@ from oracles.machine_motions import JointMotion, TcpMotion, tcp_peaks, tip_lengt
 from scipy.integrate import quad
 
 from vmachining.errors import KinematicsError
-from vmachining.machine import derivative_bounds, preset, tip_deviation
+from vmachining.machine import preset, tip_deviation
+from vmachining.machine.deviation import derivative_bounds
 
 T = np.linspace(0.0, 1.0, 41)
 

@@ -17,7 +17,8 @@ from numpy.typing import ArrayLike
 from vmachining.arrays import Floats, rows
 from vmachining.errors import KinematicsError
 from vmachining.geometry.rotation import angle_between, great_circle
-from vmachining.machine import Machine, Rates, follow
+from vmachining.machine import Machine, follow
+from vmachining.machine.chain import Rates
 
 GAUSS = np.polynomial.legendre.leggauss(16)
 SAMPLES = 33

@@ -9,7 +9,8 @@ import pytest
 
 from vmachining.cli.main import run as command
 from vmachining.errors import InputError
-from vmachining.toolpath import Flank, flank_path
+from vmachining.toolpath import flank_path
+from vmachining.toolpath.flank import Flank
 
 R = 5.0
 

@@ -9,7 +9,8 @@ import pytest
 from manifold3d import Manifold
 
 from vmachining.engines.protocol import Options, Request
-from vmachining.engines.vectors import KINDS, VectorEngine, VectorSettings
+from vmachining.engines.vectors import VectorEngine, VectorSettings
+from vmachining.engines.vectors.deviation import KINDS
 from vmachining.geometry import Line
 from vmachining.stock import BoxStock, MeshStock
 from vmachining.sweep import Sweep

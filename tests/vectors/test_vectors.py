@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from vmachining.arrays import Floats
 from vmachining.engines.protocol import Options
 from vmachining.engines.vectors import (
-    DesignPart,
     NormalVectors,
     Points,
     VectorEngine,
@@ -23,6 +22,7 @@ from vmachining.engines.vectors import (
     spacing_for,
     wall_angle,
 )
+from vmachining.engines.vectors.part import DesignPart
 from vmachining.errors import InputError
 from vmachining.geometry import Line
 from vmachining.stock import BoxStock, MeshStock

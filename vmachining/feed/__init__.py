@@ -49,7 +49,7 @@ from vmachining.feed.force import UNITS, ForceStrategy
 from vmachining.feed.limits import FeedLimits, Limit, clamp, floor_feed
 from vmachining.feed.plan import plan_feeds, references, schedulable
 from vmachining.feed.schedule import Schedule
-from vmachining.feed.strategy import Parts, Reference, Rule, Strategy
+from vmachining.feed.strategy import Parts, Strategy
 from vmachining.feed.volume import VolumeStrategy, sampled
 
 __all__ = [
@@ -61,8 +61,6 @@ __all__ = [
     "Kind",
     "Limit",
     "Parts",
-    "Reference",
-    "Rule",
     "Schedule",
     "Strategy",
     "VolumeStrategy",

@@ -24,7 +24,6 @@ Known limits: teeth are equally spaced and have no run-out; chips are thick to f
 bend away from what it cuts; coefficients know nothing of speed and wear.
 """
 
-from vmachining.force.closed import LayerIntegrals, layer_integrals
 from vmachining.force.coefficients import NAMES, Coefficients, shipped
 from vmachining.force.identify import (
     Identification,
@@ -36,7 +35,7 @@ from vmachining.force.identify import (
     read_tests,
     smoothed,
 )
-from vmachining.force.measured import AxisDeviation, Overlay, Trace, Turns, align, read_trace
+from vmachining.force.measured import Overlay, Turns, align, read_trace
 from vmachining.force.model import (
     Forces,
     bull_edge,
@@ -46,7 +45,6 @@ from vmachining.force.model import (
     power_w,
 )
 from vmachining.force.turn import (
-    COMPONENTS,
     Component,
     Load,
     feasible_feeds,
@@ -57,19 +55,15 @@ from vmachining.force.turn import (
 )
 
 __all__ = [
-    "COMPONENTS",
     "NAMES",
-    "AxisDeviation",
     "Coefficients",
     "Component",
     "Forces",
     "Identification",
     "LayerFit",
-    "LayerIntegrals",
     "Load",
     "Overlay",
     "SlotTests",
-    "Trace",
     "Turns",
     "align",
     "bull_edge",
@@ -79,7 +73,6 @@ __all__ = [
     "feasible_feeds",
     "identify",
     "layer_coefficients",
-    "layer_integrals",
     "load_rows",
     "peak_levels",
     "power_w",

@@ -9,16 +9,14 @@
 
 from vmachining.geometry.path import Arc, Line, Path, arc_between
 from vmachining.geometry.rays import RayIntervals
-from vmachining.geometry.rotation import angle_between, great_circle, rotation, unit
+from vmachining.geometry.rotation import rotation, unit
 
 __all__ = [
     "Arc",
     "Line",
     "Path",
     "RayIntervals",
-    "angle_between",
     "arc_between",
-    "great_circle",
     "rotation",
     "unit",
 ]

@@ -11,7 +11,7 @@ Imports `geometry` and the shared shelf; knows no program and no engine. Equatio
 sources, departures and limits: docs/kinematics.md.
 """
 
-from vmachining.machine.axis import Axis, Kind
+from vmachining.machine.axis import Axis
 from vmachining.machine.block_peaks import (
     Peaks,
     linear_peaks,
@@ -21,28 +21,22 @@ from vmachining.machine.block_peaks import (
 )
 from vmachining.machine.branches import JointPath, Jump, follow, jumps
 from vmachining.machine.caps import arc_peaks, line_peaks, path_peaks
-from vmachining.machine.chain import Machine, Rates, Screws, Solutions, ToolPose
+from vmachining.machine.chain import Machine
 from vmachining.machine.dda import (
-    Train,
     arc_train,
     helix_train,
-    line_limit,
     line_train,
     pulse_counts,
-    s1_quadrant_train,
 )
 from vmachining.machine.described import described
 from vmachining.machine.deviation import (
-    AxisDeviation,
-    TipDeviation,
     axis_deviation,
-    derivative_bounds,
     tip_deviation,
 )
-from vmachining.machine.hexapod import Hexapod, Legs
+from vmachining.machine.hexapod import Hexapod
 from vmachining.machine.limits import CORNER_TOLERANCE_MM, MachineLimits
-from vmachining.machine.lookahead import Profile, Way, drive
-from vmachining.machine.machinefile import load, machine_from_mapping, read_machine, read_parts
+from vmachining.machine.lookahead import Way, drive
+from vmachining.machine.machinefile import load, read_parts
 from vmachining.machine.presets import PRESETS, preset, preset_options, with_axes
 from vmachining.machine.pulses import (
     Interpolator,
@@ -55,49 +49,34 @@ __all__ = [
     "CORNER_TOLERANCE_MM",
     "PRESETS",
     "Axis",
-    "AxisDeviation",
     "Hexapod",
     "Interpolator",
     "JointPath",
     "Jump",
-    "Kind",
-    "Legs",
     "Machine",
     "MachineLimits",
     "Peaks",
-    "Profile",
     "PulseBlock",
-    "Rates",
-    "Screws",
-    "Solutions",
-    "TipDeviation",
-    "ToolPose",
-    "Train",
     "Way",
     "arc_peaks",
     "arc_train",
     "axis_deviation",
-    "derivative_bounds",
     "described",
     "drive",
     "follow",
     "helix_train",
     "jumps",
-    "line_limit",
     "line_peaks",
     "line_train",
     "linear_peaks",
     "load",
-    "machine_from_mapping",
     "path_peaks",
     "peak_accelerations",
     "peak_times",
     "preset",
     "preset_options",
     "pulse_counts",
-    "read_machine",
     "read_parts",
-    "s1_quadrant_train",
     "tcp_block_peaks",
     "tip_deviation",
     "with_axes",

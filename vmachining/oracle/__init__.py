@@ -37,15 +37,13 @@ from vmachining.oracle.compare import Comparison, compare
 from vmachining.oracle.engagements import EngagementComparison, compare_engagement, is_engagement_table
 from vmachining.oracle.engines import EngineComparison, compare_engines, engine_names
 from vmachining.oracle.pack import write_pack
-from vmachining.oracle.reference import Reference, read_reference
-from vmachining.oracle.results import Results, read_results
+from vmachining.oracle.results import Results
 from vmachining.oracle.sets import SetComparison, compare_set, is_set
 
 __all__ = [
     "Comparison",
     "EngagementComparison",
     "EngineComparison",
-    "Reference",
     "Results",
     "SetComparison",
     "compare",
@@ -55,7 +53,5 @@ __all__ = [
     "engine_names",
     "is_engagement_table",
     "is_set",
-    "read_reference",
-    "read_results",
     "write_pack",
 ]

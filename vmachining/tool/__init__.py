@@ -32,7 +32,7 @@ polylines. Teeth are a number; the helix is one too, until somebody asks for an 
 from vmachining.tool.apt import AptTool
 from vmachining.tool.cover import convex_cover
 from vmachining.tool.cutters import BallNose, BullNose, Cutter, FlatEnd, ProfileTool, Taper, Tool
-from vmachining.tool.edge import Edge, EdgeParts, EdgePoints
+from vmachining.tool.edge import Edge, EdgeParts
 from vmachining.tool.profile import Profile, Segment
 from vmachining.tool.table import mapping_of_tool, tool_from_mapping
 
@@ -43,7 +43,6 @@ __all__ = [
     "Cutter",
     "Edge",
     "EdgeParts",
-    "EdgePoints",
     "FlatEnd",
     "Profile",
     "ProfileTool",

@@ -13,7 +13,7 @@
 Source: spec C for pockets. No engine is imported: the engines compute what a path cuts.
 """
 
-from vmachining.toolpath.flank import Flank, flank_path
+from vmachining.toolpath.flank import flank_path
 from vmachining.toolpath.pocket import (
     MODES,
     STRATEGIES,
@@ -27,13 +27,11 @@ from vmachining.toolpath.pocket import (
     pocket_lengths,
     pocket_path,
 )
-from vmachining.toolpath.program import level_program, pocket_job
 from vmachining.toolpath.triangle import Triangle
 
 __all__ = [
     "MODES",
     "STRATEGIES",
-    "Flank",
     "Pocket",
     "Triangle",
     "advice",
@@ -41,10 +39,8 @@ __all__ = [
     "coverage",
     "coverage_shapes",
     "flank_path",
-    "level_program",
     "needs_centre",
     "path_length",
-    "pocket_job",
     "pocket_lengths",
     "pocket_path",
 ]

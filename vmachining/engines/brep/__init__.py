@@ -34,7 +34,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from vmachining.engines.brep.occt.step import StepSolid, read_step
+from vmachining.engines.brep.occt.step import read_step
 
 if TYPE_CHECKING:
     from vmachining.engines.brep.blank import shape_of
@@ -42,24 +42,20 @@ if TYPE_CHECKING:
     from vmachining.engines.brep.occt.measure import volume
     from vmachining.engines.brep.occt.validity import Inspection, inspect
     from vmachining.engines.brep.process import isolated, isolated_steps
-    from vmachining.engines.brep.removal.attempts import ATTEMPTS
     from vmachining.engines.brep.removal.check import BlockChecker
     from vmachining.engines.brep.removal.gate import Status, Verdict
     from vmachining.engines.brep.removal.workers import check_blocks, step_file
     from vmachining.engines.brep.swept import solid, solids
     from vmachining.engines.brep.workpiece.edges import BrepWorkpiece
-    from vmachining.engines.brep.write import Described, described, write_solids, write_sweep
+    from vmachining.engines.brep.write import described, write_solids, write_sweep
     from vmachining.stock import Blank
 
 __all__ = [
-    "ATTEMPTS",
     "Blank",
     "BlockChecker",
     "BrepWorkpiece",
-    "Described",
     "Inspection",
     "Status",
-    "StepSolid",
     "Verdict",
     "check_blocks",
     "described",
@@ -83,13 +79,12 @@ _FILES = {
     "occt.measure": ("volume",),
     "occt.validity": ("Inspection", "inspect"),
     "process": ("isolated", "isolated_steps"),
-    "removal.attempts": ("ATTEMPTS",),
     "removal.check": ("BlockChecker",),
     "removal.gate": ("Status", "Verdict"),
     "removal.workers": ("check_blocks", "step_file"),
     "swept": ("solid", "solids"),
     "workpiece.edges": ("BrepWorkpiece",),
-    "write": ("Described", "described", "write_solids", "write_sweep"),
+    "write": ("described", "write_solids", "write_sweep"),
 }
 _HOME = {name: file for file, names in _FILES.items() for name in names}
 

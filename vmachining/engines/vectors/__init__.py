@@ -46,17 +46,11 @@ from vmachining.engines.vectors.accuracy import (
     wall_angle,
 )
 from vmachining.engines.vectors.along import NormalVectors
-from vmachining.engines.vectors.deviation import COLUMNS, KINDS, Deviation
 from vmachining.engines.vectors.engine import VectorEngine
-from vmachining.engines.vectors.part import DesignPart, Features, Points, features
+from vmachining.engines.vectors.part import Points, features
 from vmachining.engines.vectors.upright import UprightVectors
 
 __all__ = [
-    "COLUMNS",
-    "KINDS",
-    "DesignPart",
-    "Deviation",
-    "Features",
     "NormalVectors",
     "Points",
     "UprightVectors",

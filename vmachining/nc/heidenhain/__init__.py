@@ -28,7 +28,7 @@ from vmachining.nc.lexer import split_lines
 from vmachining.nc.model import Declared, Finding, Move
 from vmachining.nc.settings import Settings
 
-__all__ = ["Read", "read_heidenhain"]
+__all__ = ["read_heidenhain"]
 
 
 class Read(NamedTuple):

@@ -23,7 +23,7 @@ from vmachining.nc.settings import Settings
 from vmachining.nc.sinumerik.blocks import Control
 from vmachining.nc.sinumerik.turning import as_turning
 
-__all__ = ["Read", "read_sinumerik"]
+__all__ = ["read_sinumerik"]
 
 
 class Read(NamedTuple):

@@ -19,27 +19,20 @@ triangle's plane leave a few triangles to ask.
 """
 
 from vmachining.toolpath.facets.cloud import read_cloud
-from vmachining.toolpath.facets.contact import Located, cl_points, scallop_step
-from vmachining.toolpath.facets.drop import Contact, Dropped, Surface, radii
+from vmachining.toolpath.facets.contact import cl_points, scallop_step
+from vmachining.toolpath.facets.drop import Contact, Surface, radii
 from vmachining.toolpath.facets.fields import height_field
-from vmachining.toolpath.facets.fiveaxis import SHARP_DEG, five_axis_raster, normals_at
-from vmachining.toolpath.facets.levels import Fibres, push_cutter, waterline, waterline_path
-from vmachining.toolpath.facets.mesh import FacetMesh, Weights, edge_normal
-from vmachining.toolpath.facets.passes import Raster, raster
+from vmachining.toolpath.facets.fiveaxis import five_axis_raster, normals_at
+from vmachining.toolpath.facets.levels import push_cutter, waterline, waterline_path
+from vmachining.toolpath.facets.mesh import FacetMesh, edge_normal
+from vmachining.toolpath.facets.passes import raster
 from vmachining.toolpath.facets.ridges import leaning_ridges, upright_ridges
-from vmachining.toolpath.facets.stl import Facets, read_stl
+from vmachining.toolpath.facets.stl import read_stl
 
 __all__ = [
-    "SHARP_DEG",
     "Contact",
-    "Dropped",
     "FacetMesh",
-    "Facets",
-    "Fibres",
-    "Located",
-    "Raster",
     "Surface",
-    "Weights",
     "cl_points",
     "edge_normal",
     "five_axis_raster",
