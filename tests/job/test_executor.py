@@ -10,7 +10,7 @@ from vmachining.engines.protocol import Options
 from vmachining.engines.relay import ColumnsFirst
 from vmachining.errors import EngineError
 from vmachining.geometry import Arc, Line
-from vmachining.job.executor import InProcess, WorkerPool, executor
+from vmachining.job.executor import InProcess, Staff, WorkerPool, executor
 from vmachining.stock import BoxStock
 from vmachining.tool import BallNose, FlatEnd
 
@@ -113,3 +113,13 @@ def test_with_fixed_shares_every_number_of_workers_gives_the_same_digits(tmp_pat
     first.save(saved)
     resumed = InProcess(ColumnsFirst.load(saved), 4)
     assert [resumed.cut(BALL, path, 7 + k)() for k, path in enumerate(lines[6:])] == list(found[1][7:13])
+
+
+def test_processes_started_ahead_cut_and_leave(alone):
+    staff = Staff()
+    staff.hire(3)
+    ahead = [process for process, _ in staff._waiting]
+    with closing(staff), WorkerPool(MeshEngine(stock(), 0.02), 2, staff=staff) as hands:
+        assert {process.pid for process, _ in hands._workers} == {process.pid for process in ahead[1:]}
+        assert hands.cut(*PATHS[0], 0)().bracket == pytest.approx(alone[0][0], abs=1e-9)
+    assert all(process.returncode is not None for process in ahead)

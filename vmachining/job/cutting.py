@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from vmachining.errors import InputError
 from vmachining.job.choice import SHARES
 from vmachining.job.contact import Contacts
 from vmachining.job.cost import APART_SAVES, APART_SECONDS
-from vmachining.job.executor import Executor, executor
+from vmachining.job.executor import Executor, Staff, executor
 from vmachining.job.files import is_full
 from vmachining.job.folder import WORKING, usable
 from vmachining.job.given import Given
@@ -42,7 +42,7 @@ class Cutting:
 
     options : of the run, with the engine; the processes that were used join them. workers : processes, None: as it pays.
     by_columns : whether columns take every motion. longest_s : s of the longest block of the mesh engine. raw : the raw
-    workpiece, if it is already made. peak_mb : of other processes.
+    workpiece, if it is already made. peak_mb : of other processes. staff : those that are started ahead.
     """
 
     job: Job
@@ -55,6 +55,7 @@ class Cutting:
     longest_s: float = 0.0
     raw: Engine | None = None
     peak_mb: float = 0.0
+    staff: Staff = field(default_factory=Staff)
 
     @property
     def engine(self) -> str:
@@ -104,7 +105,8 @@ class Cutting:
         elif replays and parts is not None:
             hands = Replayed(engine, parts.cut)
         else:
-            hands = executor(engine, workers, shares=shares, apart=apart)
+            hands = executor(engine, workers, shares=shares, apart=apart, staff=self.staff)
+            self.staff.close()
         feed, seconds = block_feeds(toolpath, times)
         stage = Stage(
             name=name, toolpath=toolpath, feed=feed, seconds=seconds, tools=tools,
@@ -147,9 +149,16 @@ class Cutting:
             return workers
         return SHARES if blocks >= entry_of(self.engine).divided_from else 1
 
-    def workers_for(self, blocks: int) -> int:
+    def hire(self, blocks: int) -> None:
+        """Start the processes that will cut a program of so many blocks, as far as one can know before it is looked at."""
+        engine = self.options["engine"] or "columns"
+        entry, workers = entry_of(engine), self.workers_for(blocks, engine)
+        if workers > 1 and entry.divisible and blocks >= entry.divided_from:
+            self.staff.hire(min(workers, SHARES))
+
+    def workers_for(self, blocks: int, engine: str | None = None) -> int:
         """Processes that cut: as asked for; else all cores, where starting them is worth it."""
         if self.workers is not None:
             return self.workers
-        entry = entry_of(self.engine)
+        entry = entry_of(engine or self.engine)
         return min(os.cpu_count() or 1, MAX_WORKERS) if blocks >= entry.divided_from else 1

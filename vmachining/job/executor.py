@@ -55,6 +55,10 @@ Later: TypeAlias = Callable[[], Removal]
 """An answer that may still be on its way; calling it waits for it."""
 
 
+Worker: TypeAlias = tuple[subprocess.Popen[bytes], Connection]
+"""A process, and the line to it."""
+
+
 class Executor(Protocol):
     """Who cuts. Orders are carried out in the order they are given in.
 
@@ -91,11 +95,19 @@ class Executor(Protocol):
         ...
 
 
-def executor(engine: Engine, workers: int, *, shares: int | None = None, apart: bool = False) -> Executor:
+def executor(
+    engine: Engine,
+    workers: int,
+    *,
+    shares: int | None = None,
+    apart: bool = False,
+    staff: Staff | None = None,
+) -> Executor:
     """As many processes as asked for to continue with an engine; one where it cannot be divided.
 
     shares : of the workpiece; None: one for each process. apart : long blocks, so that even one process is another one
     than this: kernels hold the interpreter, and no signal would be heard before the end of a block.
+    staff : processes that wait for work already.
     """
     if entry_of(engine.name).batched:
         return Together(cast("Batched", engine))
@@ -103,7 +115,7 @@ def executor(engine: Engine, workers: int, *, shares: int | None = None, apart: 
         return InProcess(engine)
     if workers <= 1 and not apart:
         return InProcess(engine, shares or 1)
-    pool = WorkerPool(cast("Divisible", engine), max(1, workers), shares)
+    pool = WorkerPool(cast("Divisible", engine), max(1, workers), shares, staff)
     if apart:
         pool.ahead = AHEAD_APART
     return pool
@@ -247,7 +259,9 @@ class WorkerPool:
 
     ahead = 256
 
-    def __init__(self, engine: Divisible, workers: int, shares: int | None = None) -> None:
+    def __init__(
+        self, engine: Divisible, workers: int, shares: int | None = None, staff: Staff | None = None
+    ) -> None:
         self.engine, self.chord = engine.name, engine.chord
         self._whole, self._shares = engine.summed, shares or workers
         self._profiles: dict[int, tuple[int, Profile]] = {}
@@ -256,12 +270,12 @@ class WorkerPool:
         self._answers: list[deque[list[Removal]]] = []
         self._sums: dict[int, Removal] = {}
         self._folder = TemporaryDirectory(prefix="vmachining-workers-")
-        self._workers: list[tuple[subprocess.Popen[bytes], Connection]] = []
+        self._workers: list[Worker] = []
         start = Path(self._folder.name) / "start.npz"
         engine.save(start)
         try:
             for part in range(min(workers, self._shares)):
-                self._workers.append(_hire())
+                self._workers.append(_hire() if staff is None else staff.one())
                 self._answers.append(deque())
                 own = range(part, self._shares, workers)
                 self._workers[part][1].send((engine.name, str(start), own, self._shares))
@@ -304,13 +318,7 @@ class WorkerPool:
 
     def close(self) -> None:
         """See `Executor`."""
-        for process, line in self._workers:
-            line.close()
-            with suppress(subprocess.TimeoutExpired):
-                process.wait(5.0)
-            process.kill()
-            process.wait()
-        self._workers.clear()
+        _send_home(self._workers)
         self._folder.cleanup()
 
     def peak_mb(self) -> float:
@@ -401,7 +409,42 @@ class WorkerPool:
         )
 
 
-def _hire() -> tuple[subprocess.Popen[bytes], Connection]:
+class Staff:
+    """Processes that are started ahead: they load what they need while the program is still being read."""
+
+    def __init__(self) -> None:
+        self._waiting: list[Worker] = []
+
+    def hire(self, count: int) -> None:
+        """Start so many; where that fails, whoever needs one says so."""
+        with suppress(OSError):
+            while len(self._waiting) < count:
+                self._waiting.append(_hire())
+
+    def one(self) -> Worker:
+        """One of them, or a new one.
+
+        Raises OSError: It cannot be started.
+        """
+        return self._waiting.pop() if self._waiting else _hire()
+
+    def close(self) -> None:
+        """Send those home that nobody needed."""
+        _send_home(self._waiting)
+
+
+def _send_home(workers: list[Worker]) -> None:
+    """End processes, and forget them."""
+    for process, line in workers:
+        line.close()
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(5.0)
+        process.kill()
+        process.wait()
+    workers.clear()
+
+
+def _hire() -> Worker:
     """A fresh interpreter that serves at the other end of the line."""
     here, there = socket.socketpair()
     with there:

@@ -191,6 +191,8 @@ def _working(
             with suppress(InputError):  # where nothing can be written, what was written last still holds
                 work.record.save()
             raise
+        finally:
+            work.cutting.staff.close()
         work.record.save()
 
 
@@ -284,6 +286,8 @@ class _Run:
             raise NCError(
                 "the program moves nothing", file=str(job.program_path), remedy="is it the right file?"
             )
+        if not (self.asked.resume or self.asked.part or self.asked.parts):
+            self.cutting.hire(len(blocks))
         limits, skips = machine_limits(job), job.keys.program.block_delete
         times = move_times(toolpath, limits, block_delete=skips)
         chord, asked = self.options["chord_mm"], self.options["engine"]
