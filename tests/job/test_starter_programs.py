@@ -142,7 +142,12 @@ def test_a_library_tells_what_a_program_does_not(tmp_path, monkeypatch):
     (tmp_path / "TOOL.T").write_text(
         "BEGIN TOOL .T MM\nT   NAME     L      R     R2\n3   MILL     80.5   5     0\n[END]\n"
     )
+    (tmp_path / "tools.json").write_text("{")
     two = draft_job(tmp_path / "part.nc", tmp_path)
+    assert any(
+        "tools.json beside the program is left out, the tool library is damaged" in g for g in two.guesses
+    )
+    assert "# GUESS: tool library tools.json" in two.text
     assert len(two.ask) == 2 and two.beside == ("TOOL.T", "tools.csv")
 
 

@@ -293,6 +293,15 @@ def test_feeds_of_cycles_by_their_kind():
     assert [m.feed_mm_min for m in program.moves if m.feed_mm_min] == [100.0]
 
 
+@pytest.mark.parametrize("word", ["Q206=FMAX", "Q206=MAX"])
+def test_a_plunge_at_rapid_is_refused_and_the_cycle_before_is_not_run_in_its_place(word):
+    """Q208 is a way back, which may be a rapid."""
+    bad = DRILL.replace("Q206=100", word)
+    program = read(f"{DRILL}L X+1 FMAX M99\n{bad}L X+2 FMAX M99")
+    assert codes(program) == ["E301"] and all(m.end[0] == 1.0 for m in program.moves if m.feed_mm_min)
+    assert codes(read(DRILL.replace("200", "201", 1).rstrip() + " Q208=FMAX\nL X+1 FMAX M99")) == []
+
+
 def test_values_of_global_def_are_taken_by_predef():
     known = "GLOBAL DEF 100 GENERAL Q200=+3 Q204=+30 Q253=750 Q208=999\n"
     program = read(known + DRILL.replace("Q200=2", "Q200=PREDEF") + "L X+1 FMAX M99")

@@ -99,6 +99,11 @@ def test_roughing_covers_the_pocket_and_no_more(call: str, shape, allowance: flo
 def test_a_corner_sharper_than_the_tool_is_left_with_its_radius():
     program = sinumerik("POCKET3(10,0,2,-5,60,40,0,0,0,0,5,0,0,300,100,0,1,8)")
     assert covered(program, -5.0).symmetric_difference(rounded(60, 40, 5)).area < 5.0
+    told = sinumerik("POCKET3(10,0,2,-5,60,40,3,0,0,0,5,0,0,300,100,0,1,8)")
+    assert [
+        f.message for f in told.findings if "corners of 3 mm keep the radius of the tool, 5 mm" in f.message
+    ]
+    assert not [f for f in program.findings if "corners of" in f.message]
 
 
 def test_a_tool_that_does_not_fit_and_a_tool_that_is_not_known():

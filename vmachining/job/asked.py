@@ -90,23 +90,24 @@ def word_of(number: int, kind: str | None, inch: bool) -> str:
     return f"--tool {number}={kind if kind in KINDS else 'TYPE'}:DIAMETER{unit}{more}"
 
 
-def libraries_beside(program: Path, scale: float) -> dict[Path, dict[int, ToolNote]]:
-    """Tool libraries in the directory of a program, by their names; unreadable ones are left out.
+def libraries_beside(program: Path, scale: float) -> tuple[dict[Path, dict[int, ToolNote]], list[str]]:
+    """Tool libraries in the directory of a program, by their names; and of each that cannot be read, why.
 
     scale : as of `read_tool_library`.
     """
     found: dict[Path, dict[int, ToolNote]] = {}
+    refused: list[str] = []
     try:
         entries = sorted(program.absolute().parent.iterdir())
     except OSError:
-        return found
+        return found, refused
     for path in entries:
         if _LIBRARY.fullmatch(path.name) and path.is_file():
             try:
                 found[path] = read_tool_library(path, scale)
-            except VMachiningError:
-                continue
-    return found
+            except VMachiningError as exc:
+                refused.append(f"tool library {path.name} beside the program is left out, {exc.message}")
+    return found, refused
 
 
 def signed(text: str, words: Sequence[str]) -> str:

@@ -213,7 +213,12 @@ class _Writer:
         parts += ["", *self.stock_table(low, high), "", *self.rest()]
         if self.unsized:
             self.open.insert(0, self.unsized_tools())
-        beside = tuple(path.name for path in libraries_beside(self.path, self.scale)) if self.open else ()
+        beside: tuple[str, ...] = ()
+        if self.open or any(note.place for note in self.notes.values()):  # libraries were looked at
+            found, refused = libraries_beside(self.path, self.scale)
+            beside = tuple(path.name for path in found) if self.open else ()
+            self.guesses += refused
+            parts += [f"# {GUESS}: {why}" for why in refused]
         return Draft(
             signed("\n".join(parts) + "\n", words), tuple(self.tools), self.program.dialect, self.unit,
             tuple(self.guesses), tuple(self.open), tuple(self.errors), tuple(self.ask), beside,

@@ -52,7 +52,7 @@ def read_with_tools(
     for number, told in (read_tool_library(library, scale) if library is not None else {}).items():
         _over(notes, number, told)
     silent = [n for n in numbers if n not in own and (n not in notes or notes[n].diameter_mm is None)]
-    beside = libraries_beside(path, scale) if silent and library is None else {}
+    beside = libraries_beside(path, scale)[0] if silent and library is None else {}
     knowing = [
         (file.name, found)
         for file, found in beside.items()

@@ -429,7 +429,7 @@ MORE: Final[dict[str, Entry]] = {
         "a milling cycle of the control",
         "The shape that it leaves, its depths, allowances and sense are those of the manual. Where the passes that clear it lie "
         "is the control's own; those here run parallel to the wall. The finished shape and its volume hold; chips, forces and "
-        "times of the clearing are those of our passes.",
+        "times of the clearing are those of our passes. Inner corners that are smaller than the tool keep its radius.",
         "post the passes as single motions where they matter",
     ),
     "W376": Entry(

@@ -358,6 +358,10 @@ class _Mill:
             "",
             once="milled",
         )
+        corner = self.shape.corner if isinstance(self.shape, Rounded) and not cut.outside else 0.0
+        if 0.0 < corner < min(self.shape.depth, self.radius - SAME_MM):
+            text = f"{self.what}: corners of {corner:g} mm keep the radius of the tool, {self.radius:g} mm"
+            pen.note("W384", text, "", once=text)
         clearance = abs(cut.safe - cut.top)
         self.rapid(cut.safe)
         if cut.rough:

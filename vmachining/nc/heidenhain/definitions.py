@@ -30,6 +30,8 @@ _ANGLE: Final = re.compile(r"\b(I?[A-Z]{1,6})\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|
 _ROUND: Final = re.compile(r"\b(RI|DI|R|D|L|DIST)\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))")
 _POINT: Final = re.compile(r"\b(P[123][XYZ])\s*([+-]?\s*(?:Q[LR]?\d+|\d+\.?\d*|\.\d+))")
 _TILTS: Final = ("q120", "q121", "q122")
+_CUTTING: Final = ("Q206", "Q207", "Q385")
+"""Feeds of cycles in material, for plunging, milling and finishing."""
 
 
 _TCPM: Final = {
@@ -207,6 +209,8 @@ class Definitions(Flow):
             raise PenError("E109", f"'{text[:40]}' is not understood", text[:40])
         number = int(found[1])
         values: dict[str, float] = {}
+        if number in cycles.HOLES or number in milling.BUILT:
+            self.cycle = (-number, values)  # not the one before, where a value of this one is refused
         for key, value in _VALUES.findall(found[2]):
             values[key] = self._value(key, value.replace(" ", ""))
             self.q.values[key] = values[key]
@@ -243,6 +247,10 @@ class Definitions(Flow):
                     "E331", f"{key}=PREDEF, and no GLOBAL DEF gives it", key, f"write the value of {key}"
                 )
             return self.predefined[key]
+        if text in ("MAX", "FMAX") and key in _CUTTING:
+            raise PenError(
+                "E301", f"{key}={text}: a rapid is no feed into material", key, f"write the feed of {key}"
+            )
         if text[0] in "FM":
             feed = self.tool_feed or 0.0
             if text[:2] in ("FU", "FZ"):

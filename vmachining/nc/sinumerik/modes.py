@@ -35,6 +35,7 @@ from vmachining.nc.sinumerik.turning import PASSES, Turning
 _TRANSFORM: Final = re.compile(r"\b(A?(?:TRANS|ROT|SCALE|MIRROR))\b(?![ ]*[=(\[])[ ]*(.*)")
 
 
+_LIMIT: Final = re.compile(r"LIMS(?:\[\w+\])?")
 _OF_MACHINE: Final = re.compile(r"(?!\$)[A-Z_]*[A-Z_]{3}[A-Z0-9_]*")
 _FEED_MODES: Final[dict[float, str]] = {
     93.0: "inverse", 94.0: "min", 95.0: "rev", 96.0: "rev", 97.0: "rev", 961.0: "min", 971.0: "min",
@@ -178,7 +179,7 @@ class Modes(Turning):
         """F S T D M, variables, keywords; returns what acts after the motion."""
         pen = self.pen
         after: list[Callable[[], None]] = []
-        for word in found:
+        for place, word in enumerate(found):
             name, value = word.name, word.value
             if word.kind == "key":
                 self._keyword(word)
@@ -201,7 +202,8 @@ class Modes(Turning):
                     raise PenError("E312", f"the spindle speed {speed:g} is negative", word.text)
                 if self.constant:
                     self.surface = speed
-                    self.at_radius(pen.at[0])
+                    if not any(_LIMIT.fullmatch(w.name) for w in found[place + 1 :]):  # which sees to it
+                        self.at_radius(pen.at[0])
                     continue
                 self.speed = speed
                 if pen.rpm:
@@ -210,7 +212,7 @@ class Modes(Turning):
                 self.rounding = self.number(value, word.text) * pen.scale
             elif name == "FRCM":
                 self.corner_feed = self.number(value, word.text)
-            elif name == "LIMS" or (word.kind == "set" and re.fullmatch(r"LIMS\[\w+\]", name)):
+            elif _LIMIT.fullmatch(name):
                 self.limit = self.number(value, word.text) or None
                 self.at_radius(pen.at[0])
             elif name == "T" or (word.kind == "set" and re.fullmatch(r"T\d", name)):
