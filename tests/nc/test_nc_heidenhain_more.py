@@ -296,8 +296,11 @@ def test_feeds_of_cycles_by_their_kind():
 @pytest.mark.parametrize("word", ["Q206=FMAX", "Q206=MAX"])
 def test_a_plunge_at_rapid_is_refused_and_the_cycle_before_is_not_run_in_its_place(word):
     """Q208 is a way back, which may be a rapid."""
-    bad = DRILL.replace("Q206=100", word)
-    program = read(f"{DRILL}L X+1 FMAX M99\n{bad}L X+2 FMAX M99")
+    pocket = (
+        "CYCL DEF 251 Q215=1 Q218=60 Q219=20 Q201=-5 Q202=5 Q207=500 Q206=100 Q200=2 Q203=0 Q204=20 Q370=1\n"
+    )
+    assert codes(read(pocket + "L X+2 FMAX M99")) == ["W384"]
+    program = read(f"{DRILL}L X+1 FMAX M99\n{pocket.replace('Q206=100', word)}L X+2 FMAX M99")
     assert codes(program) == ["E301"] and all(m.end[0] == 1.0 for m in program.moves if m.feed_mm_min)
     assert codes(read(DRILL.replace("200", "201", 1).rstrip() + " Q208=FMAX\nL X+1 FMAX M99")) == []
 

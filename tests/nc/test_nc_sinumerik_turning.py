@@ -37,7 +37,7 @@ def test_it_is_said_that_it_is_a_lathe_and_what_x_is():
     assert "diameters" in program.findings[0].message or "diameters" in program.findings[1].message
     plain = read("G96 S100 LIMS=2000 M4\nG0 X40 Z2", head="G18 G90 G710\n")
     assert codes(plain) == ["W380"] and xz(plain) == [(20, 2)]
-    at_once = read("G96 S100 LIMS=2000 M4\nG0 X0 Z2\nG1 X40 F.1")
+    at_once = read("G0 X1 Z2\nG96 S100 LIMS=2000 M4\nG1 X40 F.1")
     assert not [f for f in at_once.findings if "without a limit" in f.message]
     assert [f for f in read("G96 S100 M4\nG0 X0 Z2\nG1 X40 F.1").findings if "without a limit" in f.message]
     radii = read("G96 S100 LIMS=2000 M4\nG0 X40 Z2", head="G18 G90 G710\n", control={"lathe": "radius"})
