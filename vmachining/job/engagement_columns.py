@@ -25,6 +25,7 @@ from vmachining.errors import InputError, JobError
 from vmachining.force import Coefficients, Load, deflection_force, load_rows, power_w, shipped, turn_load
 from vmachining.job.blocks import Block
 from vmachining.job.chunks import in_order, threads_for
+from vmachining.job.cutting_motions import CuttingMotions
 from vmachining.job.engage import plain_stock
 from vmachining.job.folder import usable
 from vmachining.job.jobfile import Job
@@ -34,7 +35,7 @@ from vmachining.job.simulate import CHECKPOINT_SECONDS, Stopped
 from vmachining.job.stations import Stations
 from vmachining.job.table import CONTACT
 from vmachining.job.toolpath import Toolpath
-from vmachining.nc import Motion, Move
+from vmachining.nc import Move
 from vmachining.progress import Progress
 from vmachining.tolerance import LENGTH_EPS_MM
 from vmachining.tool import Edge, Tool
@@ -209,52 +210,6 @@ class Watched(NamedTuple):
 Watch = Callable[[Watched], None]
 
 
-class _Motions(NamedTuple):
-    """Cutting motions of a program.
-
-    first : (n + 1,) of every block. single : (n,) whether that block has no other motion. block, tool : (m,). move, path : m
-    of them. rev_min, scale, per_feed : (m,) of the spindle, of chips at the programmed feed and per mm/min, NaN where one is
-    missing.
-    """
-
-    first: Ints
-    single: Bools
-    block: Ints
-    tool: Ints
-    move: list[Move]
-    path: list[CutterPath]
-    rev_min: Floats
-    scale: Floats
-    per_feed: Floats
-
-    @classmethod
-    def of(cls, toolpath: Toolpath, tools: Mapping[int, Tool], rev_min: float | None) -> _Motions:
-        """rev_min : where the program gives none."""
-        nan = float("nan")
-        steps = toolpath.moves
-        cuts = [
-            (block.number, k) for block in toolpath.blocks for k in block.moves
-            if steps[k].motion is not Motion.RAPID and steps[k].tool in tools
-        ]  # fmt: skip
-        moves, paths = [steps[k] for _, k in cuts], [toolpath.paths[k] for _, k in cuts]
-        block, tool = (
-            np.array(ids, dtype=np.int64) for ids in ([k for k, _ in cuts], [m.tool for m in moves])
-        )
-        length = toolpath.length[[k for _, k in cuts]] if cuts else np.zeros(0)
-        feed = np.array([move.feed_mm_min or nan for move in moves])
-        lasts = np.array([move.duration_s or nan for move in moves])
-        speed = np.array([abs(move.spindle_rpm) or rev_min or nan for move in moves])
-        count = np.array([tools[move.tool].flutes or nan for move in moves])
-        with np.errstate(divide="ignore", invalid="ignore"):
-            per_feed = np.where(length > LENGTH_EPS_MM, 1.0 / (length * count * speed), nan)
-            by_feed = per_feed * feed
-            scale = np.where(np.isnan(by_feed), 60.0 / lasts / (count * speed), by_feed)
-        per_feed[np.isnan(by_feed)] = nan
-        single = np.array([len(block.moves) == 1 for block in toolpath.blocks], dtype=np.bool_)
-        first = np.searchsorted(block, np.arange(len(toolpath.blocks) + 1))
-        return cls(first, single, block, tool, moves, paths, speed, scale, per_feed)
-
-
 class _Pass:
     def __init__(
         self,
@@ -272,7 +227,9 @@ class _Pass:
         self.teeth = {number: _teeth(tool, forcing is not None) for number, tool in job.tools.items()}
         self.cutters = {number: tool.cutter for number, tool in job.tools.items()}
         self.sweeps = sweeps or Sweeps(plain_stock(job)[0])
-        self.motions = _Motions.of(toolpath, job.tools, forcing.rev_min if forcing is not None else None)
+        self.motions = CuttingMotions.of(
+            toolpath, job.tools, forcing.rev_min if forcing is not None else None
+        )
         self.done: dict[int, _Chunk] = {}  # by first block
         self.size = 0  # blocks of a chunk, where a checkpoint says it
         if divided is None:
@@ -343,10 +300,9 @@ class _Pass:
         return self._result()
 
     def _sweep(self) -> None:
-        if len(self.sweeps):
-            return
-        for tool, path in zip(self.motions.tool.tolist(), self.motions.path, strict=True):
-            self.sweeps.add(self.cutters[tool], path)
+        if not len(self.sweeps):
+            cutters = (self.cutters[tool] for tool in self.motions.tool.tolist())
+            self.sweeps.extend(zip(cutters, self.motions.path, strict=True))
 
     def _chunk(self, sweeps: Sweeps, numbers: range) -> _Chunk:
         """Contact of consecutive blocks in one question."""
@@ -486,17 +442,9 @@ class _Pass:
         })  # fmt: skip
         ends = np.cumsum(out.count)
         return Stations(
-            table,
-            out.block,
-            out.area,
-            out.rows,
-            ends - out.count,
-            ends,
-            out.step,
-            out.known,
-            self._notes(out.missing),
+            table, out.block, out.area, out.rows, ends - out.count, ends, out.step, out.known, self._notes(out.missing),
             self.sweeps if len(self.sweeps) else None,
-        )
+        )  # fmt: skip
 
     def _notes(self, missing: Mapping[str, str]) -> tuple[str, ...]:
         notes = [f"{EMPTY} {text}" for key, text in missing.items() if not key.startswith(FLUTES)]

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
+from math import ceil
 from typing import NamedTuple
 
 import numpy as np
@@ -165,7 +166,7 @@ def _hits(edge: Edge, known: tuple[Floats, Ints], part: Floats, ring: int, phi: 
 
 def fractions(length: float, radius: float) -> Floats:
     """t = j / n, j = 0..n, n = ceil(L / (R / 4)) between 1 and 16."""
-    n = int(np.clip(np.ceil(length / (0.25 * radius) - 1e-9), 1, MOST_SAMPLES))
+    n = min(max(ceil(length / (0.25 * radius) - 1e-9), 1), MOST_SAMPLES)
     return np.arange(n + 1) / n
 
 
@@ -174,33 +175,40 @@ def blade(edge: Edge) -> Blade:
     return Blade(np.ascontiguousarray(edge.rows), np.array(edge.joints), edge.twist, edge.stretch)
 
 
-def _before_end(path: Motion, at: Floats) -> Floats:
-    """Fractions at which a motion is looked at, see `BEFORE_END_MM`."""
-    return np.minimum(at, 1.0 - BEFORE_END_MM / max(path.length, 1e3 * BEFORE_END_MM))
+def _rows(paths: Sequence[Motion], edges: Sequence[Edge], owner: Ints, at: Floats, bounds: Floats) -> Floats:
+    """Rows (n, 22) of the kernels at fractions (n,) of motions.
 
-
-def _places(path: Motion, at: Floats, edge: Edge, bounds: Floats) -> tuple[Floats, Floats]:
-    """Rows (n, 22) of the kernels, and the tip (n, 3) mm, at fractions of a motion."""
-    t = _before_end(path, at)
-    if isinstance(path, Line) or (isinstance(path, Arc) and path.axis == 2):
-        rows = np.zeros((len(at), 22))
-        rows[:, 0:3], rows[:, 6:9] = path.position(t), path.velocity(t)
-        rows[:, 5] = rows[:, 12] = rows[:, 16] = 1.0
-        rows[:, 18] = np.linalg.norm(rows[:, 6:9], axis=1)
-        rows[:, 19] = 1e-12 * rows[:, 18]
-        return rows, path.position(at)
-    out = np.empty((len(at), 22))
-    for k, one in enumerate(t):
-        stance = Stance.on(path, float(one))
-        speed = stance.speed(edge)
-        corner = np.where(stance.axis > 0.0, bounds[1], bounds[0])
-        top = float((corner - stance.tip) @ stance.axis) + 1e-6
-        turning = float(np.linalg.norm(stance.axis_rate)) * (1.0 + edge.stretch)
-        out[k] = np.concatenate([
-            stance.tip, stance.axis, stance.velocity, stance.axis_rate, stance.right, stance.ahead,
-            [speed, 1e-12 * speed, top, turning],
-        ])  # fmt: skip
-    return out, out[:, 0:3]
+    owner : (n,) motion of each.
+    """
+    out = np.zeros((len(at), 22))
+    straight = np.array([isinstance(path, Line) for path in paths])
+    if straight.any():
+        ends = np.array([(path.start, path.end) for path in paths if isinstance(path, Line)])
+        here = straight[owner]
+        start, end = ends[(np.cumsum(straight) - 1)[owner[here]]].transpose(1, 0, 2)
+        share = at[here, None]
+        out[here, 0:3], out[here, 6:9] = (1.0 - share) * start + share * end, end - start
+    for m in np.flatnonzero(~straight).tolist():
+        path, edge, here = paths[m], edges[m], owner == m
+        if isinstance(path, Arc) and path.axis == 2:
+            out[here, 0:3], out[here, 6:9] = path.position(at[here]), path.velocity(at[here])
+            straight[m] = True
+            continue
+        for k in np.flatnonzero(here).tolist():
+            stance = Stance.on(path, float(at[k]))
+            speed = stance.speed(edge)
+            corner = np.where(stance.axis > 0.0, bounds[1], bounds[0])
+            top = float((corner - stance.tip) @ stance.axis) + 1e-6
+            turning = float(np.linalg.norm(stance.axis_rate)) * (1.0 + edge.stretch)
+            out[k] = np.concatenate([
+                stance.tip, stance.axis, stance.velocity, stance.axis_rate, stance.right, stance.ahead,
+                [speed, 1e-12 * speed, top, turning],
+            ])  # fmt: skip
+    upright = straight[owner]
+    out[upright, 5] = out[upright, 12] = out[upright, 16] = 1.0
+    out[upright, 18] = np.linalg.norm(out[upright, 6:9], axis=1)
+    out[upright, 19] = 1e-12 * out[upright, 18]
+    return out
 
 
 def contact_along(
@@ -213,28 +221,28 @@ def contact_along(
     """
     counts = [len(at) for _, at in asked]
     total = int(sum(counts))
-    motion = np.repeat([k for k, _ in asked], counts).astype(np.int64)
+    owner = np.repeat(np.arange(len(asked)), counts)
+    number = np.array([k for k, _ in asked], dtype=np.int64)
+    motion, columns = number[owner], np.zeros((total, COLUMNS))
     at = np.concatenate([t for _, t in asked]) if asked else np.empty(0)
-    nows, tips, columns = np.zeros((total, 22)), np.zeros((total, 3)), np.zeros((total, COLUMNS))
     if not total:
-        return Seen(motion, at, nows, columns, (), np.zeros(0, dtype=np.int64))
-    boxes, station = np.empty((total, 6)), np.zeros((total, 4))
+        return Seen(motion, at, np.zeros((0, 22)), columns, (), np.zeros(0, dtype=np.int64))
+    cutters, paths = zip(*(sweeps.motions[k] for k, _ in asked), strict=True)
+    length = np.array([path.length for path in paths])
+    before = np.minimum(at, (1.0 - BEFORE_END_MM / np.maximum(length, 1e3 * BEFORE_END_MM))[owner])
+    nows = _rows(paths, edges, owner, before, sweeps.bounds)
+    sizes = {id(cutter): (cutter.max_radius, cutter.z_min, cutter.z_max) for cutter in cutters}
+    boxes = _box(np.array([sizes[id(cutter)] for cutter in cutters])[owner], nows)
+    posed = np.array([sweeps.is_posed(k) for k, _ in asked])[owner]
+    # what turns ends where the tool stands, the others are as if it stood at `at`
+    tips = nows[:, :3] + np.where(~posed & (nows[:, 5] == 1.0), at - before, 0.0)[:, None] * nows[:, 6:9]
+    behind = np.where(posed, at - before, (BEHIND_MM / np.maximum(length, BEHIND_MM))[owner])
+    station = np.column_stack([motion, at, behind, at == 1.0])
     counted, extra = sweeps.counts, np.full(total, -1, dtype=np.int64)
-    s = 0
-    for (k, t), edge in zip(asked, edges, strict=True):
-        here = slice(s, s + len(t))
-        cutter, path = sweeps.motions[k]
-        nows[here], tips[here] = _places(path, t, edge, sweeps.bounds)
-        boxes[here] = _box(cutter.max_radius, cutter.z_min, cutter.z_max, nows[here])
-        behind = np.full(len(t), BEHIND_MM / max(path.length, BEHIND_MM))
-        if sweeps.is_posed(k):
-            behind = t - _before_end(path, t)
-        station[here] = np.column_stack([np.full(len(t), k), t, behind, t == 1.0])
-        if sweeps.cuts[k, 2] == 2:
-            for j, one in enumerate(_before_end(path, t)):
-                if one > 1e-6:  # exact distances know what only touches: this ends where the tool stands
-                    extra[s + j] = sweeps.push(Sweep.along(cutter, path.split([float(one)])[0]))
-        s += len(t)
+    for s in np.flatnonzero((sweeps.cuts[motion, 2] == 2) & (before > 1e-6)).tolist():
+        # exact distances know what only touches: this ends where the tool stands
+        path = paths[owner[s]].split([float(before[s])])[0]
+        extra[s] = sweeps.push(Sweep.along(cutters[owner[s]], path))
     boxes = np.concatenate(
         [
             np.maximum(boxes[:, :3], sweeps.bounds[0] - 1e-6),
@@ -256,11 +264,11 @@ def contact_along(
     return Seen(motion, at, nows, columns, tuple(kept), kept_of)
 
 
-def _box(radius: float, low: float, high: float, nows: Floats) -> Floats:
-    """(n, 6) mm: boxes of tools at stations."""
+def _box(size: Floats, nows: Floats) -> Floats:
+    """(n, 6) mm: boxes of tools at stations. size : (n, 3) radius, lowest and highest w of the cutter."""
     axis = nows[:, 3:6]
-    side = radius * np.sqrt(np.maximum(1.0 - axis**2, 0.0)) + 1e-6
-    a, b = nows[:, 0:3] + low * axis, nows[:, 0:3] + high * axis
+    side = size[:, :1] * np.sqrt(np.maximum(1.0 - axis**2, 0.0)) + 1e-6
+    a, b = nows[:, 0:3] + size[:, 1:2] * axis, nows[:, 0:3] + size[:, 2:] * axis
     return np.concatenate([np.minimum(a, b) - side, np.maximum(a, b) + side], axis=1)
 
 

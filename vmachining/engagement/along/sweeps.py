@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from copy import copy
+from itertools import groupby
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -145,23 +147,45 @@ class Sweeps:
 
     def add(self, cutter: Profile, path: Motion) -> None:
         """The next motion."""
-        known = self._cutters.get(id(cutter))
-        if known is None:
-            known = (cutter, len(self._cutters), _corner(cutter))
-            self._cutters[id(cutter)] = known
+        self.extend([(cutter, path)])
+
+    def extend(self, motions: Iterable[tuple[Profile, Motion]]) -> None:
+        """The next motions."""
+        for (_, straight), found in groupby(motions, key=lambda one: (id(one[0]), isinstance(one[1], Line))):
+            group = list(found)
+            cutter = group[0][0]
+            tool, corner = self._cutters.setdefault(
+                id(cutter), (cutter, len(self._cutters), _corner(cutter))
+            )[1:]
+            if (
+                straight
+                and (rows := _straight(corner, [path for _, path in group], self.bounds[1, 2])) is not None
+            ):
+                first, n = self._rows[0].count, len(group)
+                self._put(rows, tool, np.full(n, -1))
+                own = np.full(n, int(not cutter.is_convex))
+                self._cuts.add(np.column_stack([first + np.arange(n), first + np.arange(1, n + 1), own]))
+                self.motions += group
+                continue
+            for _, path in group:
+                self._add(cutter, path, tool, corner)
+
+    def _add(self, cutter: Profile, path: Motion, tool: int, corner: Corner | None) -> None:
         first = self._rows[0].count
-        kinds, num, box = _closed(known[2], path, self.bounds[1, 2])
-        tool = known[1]
+        kinds, num, box = _closed(corner, path, self.bounds[1, 2])
         exact = np.full(len(kinds), -1)
         own = int(isinstance(path, Turn) or not (isinstance(path, Line) and cutter.is_convex))
-        tool = -1 if isinstance(path, Turn) else tool
         if kinds[0] == EXACT:
             sweep = Sweep.along(cutter, path)
             exact[0], box, own = self.push(sweep), sweep.bounds.reshape(1, 6), 2 * own
-        for table, rows in zip(self._rows, (kinds, np.full(len(kinds), tool), exact, num, box), strict=True):
-            table.add(rows)
+        self._put((kinds, num, box), -1 if isinstance(path, Turn) else tool, exact)
         self._cuts.add(np.array([[first, self._rows[0].count, own]]))
         self.motions.append((cutter, path))
+
+    def _put(self, rows: tuple[Ints, Floats, Floats], tool: int, exact: Ints) -> None:
+        kinds, num, box = rows
+        for table, part in zip(self._rows, (kinds, np.full(len(kinds), tool), exact, num, box), strict=True):
+            table.add(part)
 
     @property
     def _tables(self) -> tuple[_Rows, ...]:
@@ -261,22 +285,36 @@ def _closed(corner: Corner | None, path: Motion, top: float) -> tuple[Ints, Floa
         return _posed(path, corner)
     if isinstance(path, Turn) or (isinstance(path, Arc) and path.axis != 2):
         return np.array([EXACT]), q, np.zeros((1, 6))
-    start, end = path.start, path.end
-    q[0, 0:3], q[0, 14:16], q[0, 26] = start, end[:2], end[2]
-    if corner is None or corner.lean > 0.0 or min(start[2], end[2]) + corner.top < top:
-        return np.array([EXACT]), q, np.zeros((1, 6))
-    rc, r, _, _ = corner
-    reach = np.array([rc + r, rc + r, 0.0])
     if isinstance(path, Line):
-        d = end - start
-        q[0, 3:6], q[0, 18], q[0, 19] = d, d[0] ** 2 + d[1] ** 2, d @ d
-        q[0, 16:18] = rc, r
-        q[0, 20:23] = q[0, 23:26] = d / path.length
-        q[0, 27:29] = min(start[2], end[2]), max(start[2], end[2])
-        kind = LEVEL if d[2] == 0.0 else BALL if rc == 0.0 else RAMP
-        low, high = path.bounds - reach, path.bounds + reach
-        return np.array([kind]), q, np.array([[*low[0], high[1, 0], high[1, 1], top + 1.0]])
-    return _curved(path, rc, r, top)
+        return _straight(corner, [path], top) or (np.array([EXACT]), q, np.zeros((1, 6)))
+    if corner is None or corner.lean > 0.0 or min(path.start[2], path.end[2]) + corner.top < top:
+        return np.array([EXACT]), q, np.zeros((1, 6))
+    return _curved(path, corner.rc, corner.r, top)
+
+
+def _straight(
+    corner: Corner | None, paths: Sequence[Motion], top: float
+) -> tuple[Ints, Floats, Floats] | None:
+    """The same of lines; None if one of them has no closed form."""
+    ends = np.array([(path.start, path.end) for path in paths if isinstance(path, Line)])
+    low, high = ends.min(axis=1), ends.max(axis=1)
+    if corner is None or corner.lean > 0.0 or (low[:, 2] + corner.top < top).any():
+        return None
+    start, end = ends[:, 0], ends[:, 1]
+    rc, r, _, _ = corner
+    d = end - start
+    size = np.sqrt((d * d).sum(axis=1))
+    q = np.zeros((len(paths), WIDTH))
+    q[:, 0:3], q[:, 3:6], q[:, 14:16], q[:, 26] = start, d, end[:, :2], end[:, 2]
+    q[:, 16:18], q[:, 18], q[:, 19] = (rc, r), d[:, 0] ** 2 + d[:, 1] ** 2, size**2
+    q[:, 20:23] = q[:, 23:26] = d / np.where(size > 0.0, size, 1.0)[:, None]
+    q[:, 27], q[:, 28] = low[:, 2], high[:, 2]
+    kinds = np.where(d[:, 2] == 0.0, LEVEL, BALL if rc == 0.0 else RAMP)
+    side = np.array([rc + r, rc + r])
+    boxes = np.concatenate(
+        [low[:, :2] - side, low[:, 2:], high[:, :2] + side, np.full((len(paths), 1), top + 1.0)], axis=1
+    )
+    return kinds, q, boxes
 
 
 def _posed(path: Turn, corner: Corner) -> tuple[Ints, Floats, Floats]:
