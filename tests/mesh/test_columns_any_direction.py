@@ -21,7 +21,7 @@ from vmachining.engines.protocol import Options, Removal
 from vmachining.engines.relay import ColumnsFirst
 from vmachining.errors import EngineError, StockError
 from vmachining.geometry import Arc, Line
-from vmachining.stock import CylinderStock
+from vmachining.stock import BoxStock, CylinderStock
 from vmachining.sweep import Pose, Sweep, Turn
 
 
@@ -173,6 +173,27 @@ def test_a_block_in_air_has_a_bracket_about_zero_however_narrow_it_is_asked_for(
     engine = AnyDirection.of(BOX, Options(width=0.01, width_mm3=0.0))
     said = engine.cut(rows_of(block), Rows.join([rows_of(sweep) for sweep in earlier]))
     assert said.proven and said.lo == 0.0 and said.hi < 1e-6
+
+
+def test_a_block_that_passes_a_corner_of_the_stock_removes_nothing() -> None:
+    """Its box meets the stock, it does not; a block that crosses that corner before it is not taken for it."""
+    along = [(np.sin(angle), 0.0, np.cos(angle)) for angle in (0.05, 0.055)]
+    past, across = (
+        rows_of(
+            Sweep.along(
+                TOOLS["ball"],
+                Turn.great_circle(
+                    *(Pose(np.array(p), np.array(a)) for p, a in zip(ends, along, strict=True))
+                ),
+            )
+        )
+        for ends in (((0, 0, -1), (20, 20, -1)), ((16, -10, -1), (16, 24, -1)))
+    )
+    engine = AnyDirection.of(BoxStock(np.array([12.0, -6, -10]), np.array([20.0, 3, 0])), Options(width=0.01))
+    assert engine.cut(across, None).lo > 25.0  # 9 mm of a segment of a circle, 1 mm deep
+    for before in (None, across):
+        found = engine.cut(past, before)
+        assert found.proven and found.lo == 0.0 and found.hi < 1e-6
 
 
 def test_directions_that_contradict_each_other_are_no_proof(monkeypatch: pytest.MonkeyPatch) -> None:

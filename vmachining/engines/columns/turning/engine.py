@@ -186,7 +186,11 @@ class AnyDirection:
         box = _kernels.WAYS
         box = np.concatenate([box, -box])
         most = np.minimum(own, np.maximum(box * low, box * high).sum(axis=1))
-        near = (reach[order] > -np.roll(most, HALF)).all(axis=1)
+        extent = float(np.abs([*low, *high]).max() + np.abs(origin).max() + rows.cutter[:, 6].max())
+        slack = max(SLACK_MM, ULPS * float(np.finfo(float).eps) * extent)
+        near = (reach[order] + slack > -np.roll(most, HALF)).all(axis=1)
+        if not near[0]:  # it passes a corner of the stock
+            return None
         some = rows.take(order[near])
         seen, waves = some.seen_from(frame, origin)
         starts = np.array([some.with_pose(0, end)[1:].any() for end in (0, 1)], dtype=np.int64)
@@ -196,8 +200,6 @@ class AnyDirection:
         size = high - low
         half = min(max(0.5 * min(size[:2]), max(size[:2]) / 12.0), 0.25 * max(size[:2]))
         root = np.array([*low[:2], half, *np.ceil(size[:2] / (2.0 * half)), low[2], high[2]])
-        extent = float(np.abs([*low, *high]).max() + np.abs(origin).max() + rows.cutter[:, 6].max())
-        slack = max(SLACK_MM, ULPS * float(np.finfo(float).eps) * extent)
         roof = self.solid.roof(frame, origin, root)
         return Scene(
             seen, waves, reach[order[near]] + slack, np.ascontiguousarray(faces), roof, starts, root, slack
