@@ -170,6 +170,9 @@ def remove(
                 ids[used + count] = tiles.sweep[e]
                 count += 1
                 e = tiles.after[e]
+            for q in range(count // 2):  # the newest first: most often one of them lies below k
+                early, late = used + q, used + count - 1 - q
+                ids[early], ids[late] = ids[late], ids[early]
             x, y = gx + (i + 0.5) * w, gy + (j + 0.5) * h
             src = used
             a, b, m = bounds(
@@ -196,7 +199,7 @@ def remove(
                     out[4] = LONG
                     return
                 left = ZERO
-                for q in range(m):
+                for q in range(m - 1, -1, -1):
                     s = ids[src + count + q]
                     if rules & FORGET != 0 and hides(
                         head, part, lift, rows, lines, rules, SELF, FIRST + q, x, y, 0.5 * w, 0.5 * h, slack

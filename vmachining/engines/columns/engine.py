@@ -14,11 +14,10 @@ import numpy as np
 from vmachining.arrays import Floats, Ints
 from vmachining.checkpoint import Saved, opened
 from vmachining.engines.columns import _kernels
-from vmachining.engines.columns.arcs._kernels import ABOUT_X, STRAIGHT
 from vmachining.engines.columns.cutters import underside
 from vmachining.engines.columns.flat_stock import FlatStock
 from vmachining.engines.columns.goal import goal_of, judged
-from vmachining.engines.columns.paths import pieces
+from vmachining.engines.columns.paths import arc_row, pieces, straight_row
 from vmachining.engines.columns.shape import lattice_of, solid_of
 from vmachining.engines.columns.sides import ALL
 from vmachining.engines.columns.table import ANYWHERE, ASIDE, CutterTable
@@ -35,9 +34,6 @@ from vmachining.tool import Profile
 
 UPRIGHT = 2
 """Axis of arcs whose plane is level."""
-
-STEEPEST = 1e4
-"""Slope from which a ramp is bounded by two plunges: STEEP of the kernels, the steepest tangent plane they use."""
 
 ULPS = 64
 """Rounding of a coordinate that a kernel works with, in units in the last place of the extent."""
@@ -218,7 +214,11 @@ class ColumnsEngine:
         first = self._count
         self._add(sweep.profile, sweep.path, block)
         if self._count - first == 1:
-            found = self._one(first, self._goal(first, wanted), keep)
+            goal = self._goal(first, wanted)
+            if goal is None:  # its row is dropped; the number of the next one is the same in all parts
+                self._made, self._count = self._made - (not keep), first
+                return NOTHING
+            found = self._one(first, goal, keep)
         else:
             before = self._ready(first).lists(self._shapes, first, self._count)
             found = self._pieces(first, before, wanted)
@@ -239,11 +239,13 @@ class ColumnsEngine:
     def _judged(self, found: Removal) -> Removal:
         return judged(found, self.width, self.width_mm3)
 
-    def _goal(self, first: int, wanted: float) -> _kernels.Goal:
-        """Of the block with rows from `first` on: as it was requested, without what rounding adds."""
+    def _goal(self, first: int, wanted: float) -> _kernels.Goal | None:
+        """Of the block with rows from `first` on: as it was requested, without what rounding adds; None: not in our share."""
         share = 1.0
         if self._share.parts > 1:
             share = self._ready(first).share_of(self._shapes, first, self._count)
+            if share == 0.0:
+                return None
         return goal_of((1.0 - ADDED) * self.width, (1.0 - ADDED) * wanted, share)
 
     def _pieces(self, first: int, before: dict[int, Ints], wanted: float) -> Removal:
@@ -251,7 +253,10 @@ class ColumnsEngine:
         found, pieces = NOTHING, self._count - first
         for k in range(first, self._count):
             found = found.plus(self._one(k, goal_of(COARSE, wanted / pieces), True))
-        asked = _kernels.wanted(self._goal(first, wanted), found.lo)
+        goal = self._goal(first, wanted)
+        if goal is None:
+            return NOTHING
+        asked = _kernels.wanted(goal, found.lo)
         if found.width <= asked:
             return found
         self._ready(first).restore(before)
@@ -262,8 +267,8 @@ class ColumnsEngine:
 
     def _one(self, k: int, goal: _kernels.Goal, keep: bool) -> Removal:
         """Of one row."""
-        tiles = self._ready(k)
-        shapes = self._shapes
+        tiles, shapes = self._ready(k), self._shapes
+        tiles.make_room(shapes, k)
         bottom, top = self.stock.low[2], self.stock.high[2]
         row, out = self._rows[k].tolist(), np.zeros(5)
         scale = max(map(abs, (*self.stock.low, *self.stock.high, *row[:3]))) + max(row[3], 0.0) + row[5]
@@ -297,27 +302,17 @@ class ColumnsEngine:
     def _add(self, profile: Profile, path: Line | Arc, block: int | None) -> None:
         """Rows of a line, or of the pieces of an arc, whose chords the kernels choose cell by cell."""
         c = self._cutters.number(profile, 0.0)
-        if float(path.bounds[0, 2]) + self._cutters.tops[c] < self.stock.high[2]:
+        arc = None if isinstance(path, Line) or path.angle == 0.0 or path.radius == 0.0 else path
+        a, b = path.start.tolist(), path.end.tolist()
+        low = min(a[2], b[2]) if arc is None else float(arc.bounds[0, 2])
+        if low + self._cutters.tops[c] < self.stock.high[2]:
             raise EngineError("the top of the tool dips below the stock", engine=self.name, block=block)
-        if isinstance(path, Line) or path.angle == 0.0 or path.radius == 0.0:
-            self._row(self._straight(profile, c, *path.position([0.0, 1.0]).tolist()), block)
+        if arc is None:
+            self._row(straight_row(a, b, c, lambda wider: self._cutters.number(profile, wider)), block)
             return
-        self._cutters.climb(profile, c, ASIDE if path.axis == UPRIGHT else ANYWHERE)
-        for piece in pieces(path, float(self._cutters.head[c, 1])):
-            h, length = piece.rise / abs(piece.angle), piece.radius * abs(piece.angle) + abs(piece.rise)
-            row = [*piece.center, piece.radius, piece.start_angle, length, h, c, c, piece.bounds[0, 2]]
-            self._row([*row, ABOUT_X + piece.axis, piece.angle], block)
-
-    def _straight(self, profile: Profile, c: int, a: Sequence[float], b: Sequence[float]) -> list[float]:
-        """Row of a line from a to b."""
-        (x0, y0, z0), (x1, y1, z1) = a, b
-        L = hypot(x1 - x0, y1 - y0)
-        if abs(z1 - z0) < STEEPEST * L:
-            way = [x0, y0, z0, (x1 - x0) / L, (y1 - y0) / L, L, (z1 - z0) / L]
-            return [*way, c, c, min(z0, z1), STRAIGHT]
-        # the lowest pose lies in it, and what is L wider there holds it
-        holds = self._cutters.number(profile, _power(L)) if L > 0.0 else c
-        return [*(a if z0 <= z1 else b), 1.0, 0.0, 0.0, 0.0, c, holds, min(z0, z1), STRAIGHT]
+        self._cutters.climb(profile, c, ASIDE if arc.axis == UPRIGHT else ANYWHERE)
+        for piece in pieces(arc, float(self._cutters.head[c, 1])):
+            self._row(arc_row(piece, c), block)
 
     def _row(self, values: list[float], block: int | None) -> None:
         if self._count == len(self._rows):
@@ -346,13 +341,12 @@ class ColumnsEngine:
         return 0
 
     def _ready(self, k: int) -> Tiling:
-        """The tiles, with room for everything that sweep k can add."""
+        """The tiles, made by the cutter of sweep k if there were none."""
         if self._tiles is None:
             size = self.tile_mm or TILE_SHARE * float(self._cutters.head[int(self._rows[k, 7]), 1])
             self._tiles = Tiling.over(self.stock, size)
             if self._share.parts > 1:
                 self._tiles.divide(self._share)
-        self._tiles.make_room(self._shapes, k)
         return self._tiles
 
     # -- workpiece -----------------------------------------------------------------------------------------
@@ -506,8 +500,3 @@ class ColumnsEngine:
             numbers = [number[of.ravel()[begin:]] for begin in begins]
             whole._tiles = Tiling.join(whole.stock, tilings, numbers)
         return whole
-
-
-def _power(off: float) -> float:
-    """The power of two at or above a length, so that few cutters occur; 0 stays 0."""
-    return float(2.0 ** np.ceil(np.log2(off))) if off > 0.0 else 0.0

@@ -1,9 +1,13 @@
-"""Arcs and helices as pieces that have one chord in every cell."""
+"""Paths as rows of the kernels; arcs and helices as pieces that have one chord in every cell."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from math import hypot
+
 import numpy as np
 
+from vmachining.engines.columns.arcs._kernels import ABOUT_X, STRAIGHT
 from vmachining.engines.columns.surface._kernels import STEEP
 from vmachining.geometry import Arc
 
@@ -37,3 +41,38 @@ def pieces(path: Arc, radius: float) -> list[Arc]:
         if path.radius * (np.tan(0.25 * a) ** 2 + a**3 / 36.0) + height / (n * STEEP) <= most:
             return path.split([k / n for k in range(1, n)])
         n = n + 1 + n // 8
+
+
+def straight_row(
+    a: Sequence[float], b: Sequence[float], c: int, wider: Callable[[float], int]
+) -> list[float]:
+    """Row of a line from a to b; wider : number of the cutter c grown by some mm.
+
+    A ramp steeper than STEEP is bounded by two plunges: the lowest pose lies in it, and what is its length in plan wider
+    there, rounded up to a power of two so that few cutters occur, holds it.
+    """
+    (x0, y0, z0), (x1, y1, z1) = a, b
+    L = hypot(x1 - x0, y1 - y0)
+    if abs(z1 - z0) < STEEP * L:
+        way = [x0, y0, z0, (x1 - x0) / L, (y1 - y0) / L, L, (z1 - z0) / L]
+        return [*way, c, c, min(z0, z1), STRAIGHT]
+    holds = wider(float(2.0 ** np.ceil(np.log2(L)))) if L > 0.0 else c
+    return [*(a if z0 <= z1 else b), 1.0, 0.0, 0.0, 0.0, c, holds, min(z0, z1), STRAIGHT]
+
+
+def arc_row(piece: Arc, c: int) -> list[float]:
+    """Row of one of the `pieces` of an arc."""
+    h, length = piece.rise / abs(piece.angle), piece.radius * abs(piece.angle) + abs(piece.rise)
+    low = float(piece.bounds[0, 2])
+    return [
+        *piece.center,
+        piece.radius,
+        piece.start_angle,
+        length,
+        h,
+        c,
+        c,
+        low,
+        ABOUT_X + piece.axis,
+        piece.angle,
+    ]

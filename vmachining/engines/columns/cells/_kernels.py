@@ -264,10 +264,10 @@ def bounds(
             continue
         ids[dst + n - 2] = j
         if E[n, UP + 7] == SMOOTH and E[n, UP] < E[best, UP]:
+            if above(E, SELF, DOWN, hx, hy, n, UP):
+                return 0.0, 0.0, TOP
             best = n
         n += 1
-    if above(E, SELF, DOWN, hx, hy, best, UP):
-        return 0.0, 0.0, TOP
     kept = FIRST
     for i in range(2, n):
         if rules & FORGET != 0 and i != best and above(E, i, DOWN, hx, hy, best, UP):
@@ -288,7 +288,7 @@ def bounds(
         plain = plain and E[i, UP + 7] == SMOOTH and E[i, DOWN + 7] == SMOOTH
     known = known and E[best, DOWN + 7] == SMOOTH and edge == 0
     lo, hi = 0.0, np.inf
-    least, most = -np.inf, np.inf
+    share, least, most = -np.inf, -np.inf, np.inf
     firm = (
         rules & CLOSED != 0
         and level
@@ -296,13 +296,13 @@ def bounds(
         and E[1, DOWN] - abs(E[1, DOWN + 1]) * hx - abs(E[1, DOWN + 2]) * hy > bottom
     )
     if firm:
-        lo, hi, least, most, exact = less(
+        lo, hi, share, least, most, exact = less(
             head, part, lift, rows, lines, rules, E, n, best, known, top, x, y, hx, hy, slack, enough, P, W
         )
         if exact:
             return lo, max(hi, lo), n - 2
     if known and hi - lo > enough:
-        a, b = smooth(E, n, best, rules, hx, hy, least, most)
+        a, b = smooth(E, n, best, rules, hx, hy, share, least, most)
         lo, hi = max(lo, a), min(hi, b)
     if not (known and plain) and hi - lo > enough:
         a, b = cut_up(head, part, lines, rules, bottom, x, y, hx, hy, E, n, C, P, W, edge)

@@ -4,10 +4,10 @@ import numpy as np
 
 from vmachining.engines.columns.arcs._kernels import same_arc
 from vmachining.engines.columns.patches._kernels import room
-from vmachining.engines.columns.sides import COVER, DOWN, FIRST, OUT, SELF, SMOOTH, TOP, UP
-from vmachining.engines.columns.smooth._kernels import above
-from vmachining.engines.columns.surface._kernels import FROM, OF, TO, covers, local, poses, profile
-from vmachining.jit import leaf
+from vmachining.engines.columns.sides import COVER, DOWN, FIRST, OUT, ROUGH, SELF, SMOOTH, TOP, UP
+from vmachining.engines.columns.smooth._kernels import above, bends, positive
+from vmachining.engines.columns.surface._kernels import FROM, OF, TO, covers, height, local, poses, profile
+from vmachining.jit import inner, leaf
 
 NONE = np.int64(-1)
 
@@ -33,7 +33,7 @@ def known_room(head, part, lines, E, i, top, x, y, hx, hy, P, W):
     return room(head, part, c, lines, i, top, x, y, hx, hy, below, P, W)
 
 
-@leaf
+@inner
 def starts_on(lines, i, k, slack):
     """Whether sweep k begins on the path of sweep i, or above it, of one cutter."""
     c = lines[k, 7]
@@ -81,9 +81,73 @@ def both_lower(head, part, lines, i, k, x, y, hx, hy, slack):
 
 
 @leaf
+def beyond(head, part, lift, rows, lines, rules, E, i, x, y, hx, hy, slack):
+    """Bound of the integral of what surface i lies below sweep k, where k is whole; infinite elsewhere.
+
+    A rough k is convex: it lies below its plane raised by the most that a corner lies above it.
+    """
+    if hides(head, part, lift, rows, lines, rules, SELF, i, x, y, hx, hy, slack):
+        return 0.0
+    if E[SELF, UP + 7] < ROUGH:
+        return np.inf
+    over = 0.0
+    if E[SELF, UP + 7] == SMOOTH:
+        over = bends(E, SELF, UP, i, DOWN, hx, hy, 1.0)
+    else:
+        c = int(lines[SELF, 7])
+        poses(head, part, c, lines, SELF, x, y, hx, hy)
+        for v in range(4):
+            px, py = (hx if v % 2 else -hx), (hy if v > 1 else -hy)
+            f = height(head, part, c, lines, SELF, x + px, y + py)
+            over = max(over, f - E[SELF, UP] - E[SELF, UP + 1] * px - E[SELF, UP + 2] * py)
+        over += bends(E, TOP, UP, i, DOWN, hx, hy, 1.0)
+    a, b = abs(E[SELF, UP + 1] - E[i, DOWN + 1]) * hx, abs(E[SELF, UP + 2] - E[i, DOWN + 2]) * hy
+    return positive(E[SELF, UP] - E[i, DOWN] + over, a, b, hx, hy, 1.0)
+
+
+@leaf
+def posed(lines, E, i):
+    """Row of the pose in which sweep i begins."""
+    pose = np.int64(len(lines) - 1)
+    for j in range(9):
+        lines[pose, j] = lines[i, j]
+    lines[pose, 5], lines[pose, 6], lines[pose, OF] = 0.0, 0.0, -1.0
+    E[pose, UP + 7] = OUT
+    return pose
+
+
+@inner
+def pair(head, part, lift, rows, lines, rules, E, top, x, y, hx, hy, slack, gap, room_k, P, W):
+    """(lo, hi) of what sweep k removes where the two earlier sweeps that are left follow each other.
+
+    They share the pose P and, but for `both_lower`, nothing else: together they remove G_i + G_j - G_P.
+    """
+    i, j = FIRST, FIRST + 1
+    c = lines[i, 7]
+    if lines[j, 7] != c or lines[i, 8] != c or lines[j, 8] != c:
+        return 0.0, np.inf
+    both = both_lower(head, part, lines, i, j, x, y, hx, hy, slack)
+    if both == np.inf:
+        i, j = j, i
+        both = both_lower(head, part, lines, i, j, x, y, hx, hy, slack)
+        if both == np.inf:
+            return 0.0, np.inf
+    pose = posed(lines, E, j)
+    a, b = known_room(head, part, lines, E, i, top, x, y, hx, hy, P, W)
+    c, d = known_room(head, part, lines, E, j, top, x, y, hx, hy, P, W)
+    e, f = known_room(head, part, lines, E, pose, top, x, y, hx, hy, P, W)
+    lo, hi = gap - b - d + e, room_k - a - c + f + both
+    if not lo > -np.inf or not hi < np.inf:
+        return 0.0, np.inf
+    hi += beyond(head, part, lift, rows, lines, rules, E, i, x, y, hx, hy, slack)
+    hi += beyond(head, part, lift, rows, lines, rules, E, j, x, y, hx, hy, slack)
+    return max(lo, 0.0), max(hi, 0.0)
+
+
+@inner
 def less(head, part, lift, rows, lines, rules, E, n, best, known, top, x, y, hx, hy, slack, enough, P, W):
-    """(lo, hi, least, most, exact): what sweep k removes by its closed integral less that of one other; what is known of
-    it less that of `best`; whether nothing else need be asked.
+    """(lo, hi, share, least, most, exact): what sweep k removes by its closed integral less that of one other; what is known
+    of what it lies below `best`, from below, and of the difference of both; whether nothing else need be asked.
 
     Nothing is left above a pose of k that lies in an earlier sweep: k removes no more than what it lies below that pose.
     """
@@ -94,31 +158,32 @@ def less(head, part, lift, rows, lines, rules, E, n, best, known, top, x, y, hx,
                 begun = np.int64(i)
                 break
     other = FIRST if alone else best
-    if not (alone or (known and best > 0) or begun > 0):
-        return 0.0, np.inf, -np.inf, np.inf, False
+    if not (alone or n == 4 or (known and best > 0) or begun > 0):
+        return 0.0, np.inf, -np.inf, -np.inf, np.inf, False
     gap, room_k = known_room(head, part, lines, E, SELF, top, x, y, hx, hy, P, W)
     if n == 2 or not room_k < np.inf:
-        return max(gap, 0.0), max(room_k, 0.0), -np.inf, np.inf, n == 2 and room_k < np.inf
-    lo, hi, least, most = 0.0, max(room_k, 0.0), -np.inf, np.inf
+        return max(gap, 0.0), max(room_k, 0.0), -np.inf, -np.inf, np.inf, n == 2 and room_k < np.inf
+    lo, hi, share, least, most = 0.0, max(room_k, 0.0), -np.inf, -np.inf, np.inf
+    if n == 4:
+        lo, a = pair(head, part, lift, rows, lines, rules, E, top, x, y, hx, hy, slack, gap, room_k, P, W)
+        hi = min(hi, a)
+        if hi - lo <= enough:
+            return lo, hi, share, least, most, True
     hidden = (
         other > 0
         and (alone or known)
         and hides(head, part, lift, rows, lines, rules, SELF, other, x, y, hx, hy, slack)
     )
     if begun > 0 and not hidden:
-        pose = np.int64(len(lines) - 1)
-        for j in range(9):
-            lines[pose, j] = lines[SELF, j]
-        lines[pose, 5], lines[pose, 6], lines[pose, OF] = 0.0, 0.0, -1.0
-        E[pose, UP + 7] = OUT
+        pose = posed(lines, E, SELF)
         a, b = known_room(head, part, lines, E, pose, top, x, y, hx, hy, P, W)
         hi = min(hi, max(room_k - a, 0.0))
         if alone or begun == best:
-            least = gap - b - both_lower(head, part, lines, begun, SELF, x, y, hx, hy, slack)
+            share = gap - b - both_lower(head, part, lines, begun, SELF, x, y, hx, hy, slack)
             if alone:
-                lo = max(least, 0.0)
+                lo = max(share, 0.0)
                 if hi - lo <= enough:
-                    return lo, hi, least, most, True
+                    return lo, hi, share, least, most, True
     if other > 0 and (alone or known):
         a, b = known_room(head, part, lines, E, other, top, x, y, hx, hy, P, W)
         if b < np.inf:
@@ -128,7 +193,12 @@ def less(head, part, lift, rows, lines, rules, E, n, best, known, top, x, y, hx,
             if hidden:
                 hi = min(hi, max(b, 0.0))
                 if alone:
-                    return lo, hi, a, b, True
+                    return lo, hi, share, a, b, True
+            elif alone:
+                c = beyond(head, part, lift, rows, lines, rules, E, other, x, y, hx, hy, slack)
+                hi = min(hi, max(b + c, 0.0))
+                if hi - lo <= enough:
+                    return lo, hi, share, a, b, True
             if other == best:
-                least, most = max(least, a), b
-    return lo, hi, least, most, False
+                least, most = a, b
+    return lo, hi, share, least, most, False

@@ -22,7 +22,7 @@ from vmachining.engines.columns.surface._kernels import (
     profile,
     spread,
 )
-from vmachining.jit import leaf
+from vmachining.jit import inner, leaf
 
 ULPS = 64.0 * 2.220446049250313e-16  # rounding of one integral by its largest term: some forty operations
 FLAT = 1e-3  # an edge that is this nearly along the motion is bounded, see `cylinder`
@@ -56,7 +56,7 @@ def _turn(x0, y0, x1, y1, way):
     return angle if way > 0.0 else -angle
 
 
-@leaf
+@inner
 def half_ball(P, q, n, R, px, py):
     """(integral of S, area) over the part of a polygon in the disc of a ball; (px, py) middle of the cell from its own.
 
@@ -102,7 +102,7 @@ def _under_circle(R, x):
     return 0.5 * (x * np.sqrt(max(R * R - x * x, 0.0)) + R * R * np.arcsin(x / R))
 
 
-@leaf
+@inner
 def cylinder(P, q, n, R, ux, uy, eta):
     """(integral of S, area, integral of xi, what the first may be off) over the part of a polygon in the strip |eta| <= R;
     xi from the middle of the cell, whose own eta is given.
@@ -212,7 +212,7 @@ def seam(head, part, c, m, near, far):
     return alpha - shift, g, wide * best
 
 
-@leaf
+@inner
 def room(head, part, c, lines, i, top, x, y, hx, hy, below, P, W):
     """(lo, hi) of the integral of max(0, top - f) over the part of a cell in the footprint of a sweep; infinitely wide
     where that is not known. below: f is known to lie nowhere above the top.

@@ -3,7 +3,7 @@
 import numpy as np
 
 from vmachining.engines.columns.sides import BELOW, DOWN, SELF, SMOOTH, TOP, UP
-from vmachining.jit import leaf
+from vmachining.jit import inner, leaf
 
 THIN = 1e-4  # a gradient this much flatter along one side of the cell is taken as level there
 
@@ -78,8 +78,8 @@ def above(E, j, b, hx, hy, i, a):
     return c + bends(E, j, b, i, a, hx, hy, -1.0) >= 0.0
 
 
-@leaf
-def smooth(E, n, best, rules, hx, hy, least, most):
+@inner
+def smooth(E, n, best, rules, hx, hy, share, least, most):
     """(lo, hi) where sweep k (row 1) and surface `best` are smooth on both sides; the integral of their difference is
     known to lie between `least` and `most`."""
     area = 4.0 * hx * hy
@@ -111,6 +111,11 @@ def smooth(E, n, best, rules, hx, hy, least, most):
     # from below: its mean, less what the others take
     v = E[best, DOWN] - E[1, UP]
     lo = max(area * (v + mean_bend(E, best, DOWN, SELF, UP, hx, hy, -1.0)), least)
+    if beyond > 0.0 and above(E, TOP, DOWN, hx, hy, best, UP) and above(E, TOP, DOWN, hx, hy, SELF, UP):
+        a, b = abs(E[best, UP + 1] - E[1, DOWN + 1]) * hx, abs(E[best, UP + 2] - E[1, DOWN + 2]) * hy
+        w = E[1, DOWN] - E[best, UP] + bends(E, SELF, DOWN, best, UP, hx, hy, -1.0)
+        lo += positive(w, a, b, hx, hy, -1.0)
+    lo = max(lo, share)
     for j in range(n):
         if j == 1 or j == best:
             continue

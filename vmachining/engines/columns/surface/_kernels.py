@@ -17,7 +17,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from vmachining.jit import leaf
+from vmachining.jit import inner, leaf
 
 LINE, ARC, VERTEX = 0.0, 1.0, 2.0
 ENDS, MIDDLE = (
@@ -102,7 +102,7 @@ def lean(head, part, c, m, eta):
             S = np.sqrt(square)
             step = (eta - sigma * (r + a * w / S)) / (r + a * w * m * m / (square * S))
             sigma = min(sigma + step, 1.0)
-            if step <= 1e-8 * sigma:
+            if step <= 1e-5 * sigma:  # the step below is another one
                 break
         square = m * m + sigma * sigma
         S, tau = np.sqrt(square), 1.0 - sigma
@@ -211,7 +211,7 @@ def poses(head, part, c, lines, i, x, y, hx, hy):
     lines[i, TO] += high
 
 
-@leaf
+@inner
 def lean_at(head, part, c, lines, i, xi, eta):
     """Lean at a place of the cell; where an end of the path is the touching pose, no more than that."""
     if lines[i, TO] <= 0.0 or lines[i, FROM] >= lines[i, 5]:
@@ -295,7 +295,7 @@ def spread(part, c, n, m, rho0, rho1, p0, p1, cap):
     return lo, hi, lo_t, hi_t
 
 
-@leaf
+@inner
 def _end(head, part, c, ux, uy, t, eta, d):
     """(Mxx, Mxy, Myy, radius) of the second derivative around an end pose, within d of the point (t, eta)."""
     R = head[c, 1]
@@ -319,7 +319,7 @@ def _end(head, part, c, ux, uy, t, eta, d):
     return across + share * ex * ex, share * ex * ey, across + share * ey * ey, radius
 
 
-@leaf
+@inner
 def _middle(head, part, c, m, ux, uy, eta, deta, u, gain):
     """The same of the middle part, across the motion; lean where |eta| is least and slope of its chord."""
     R = head[c, 1]
@@ -327,8 +327,8 @@ def _middle(head, part, c, m, ux, uy, eta, deta, u, gain):
     if far >= R * (1.0 - RIM):
         return 0.0, 0.0, 0.0, np.inf
     if head[c, 2] == 1.0:
-        w = np.sqrt(1.0 + m * m) * R * R
-        lo, hi = w / (R * R - near * near) ** 1.5, w / (R * R - far * far) ** 1.5
+        w, u, v = np.sqrt(1.0 + m * m) * R * R, R * R - near * near, R * R - far * far
+        lo, hi = w / (u * np.sqrt(u)), w / (v * np.sqrt(v))
     else:
         m = abs(m)
         rho0, p0 = _slope(head, part, c, m, near, u)
@@ -346,7 +346,7 @@ def _norm(xx, xy, yy):
     return 0.5 * (abs(xx + yy) + np.sqrt((xx - yy) ** 2 + 4.0 * xy * xy))
 
 
-@leaf
+@inner
 def bending(head, part, c, lines, i, xi, eta, hx, hy):
     """(Mxx, Mxy, Myy, radius): everywhere in the cell |f'' - M| <= radius; infinite where nothing is known. Asks for
     `poses`."""
@@ -378,7 +378,7 @@ def bending(head, part, c, lines, i, xi, eta, hx, hy):
     return xx, xy, yy, radius
 
 
-@leaf
+@inner
 def covers(head, part, lift, lines, i, k, x, y, hx, hy, slack):
     """Whether f_i <= f_k and the footprint of i holds that of k in the cell: the cover rule.
 
