@@ -67,7 +67,6 @@ NO_DIGITS = "coordinates so large have no more digits"
 NUMBER = 12
 """Column of rows: their order."""
 
-
 ROOM = local()
 """`work` of a thread, 35 MB for all of its workpieces: nothing in it is kept between two questions."""
 
@@ -292,12 +291,10 @@ class ColumnsEngine:
         error = slack * (longest + 3.0) * (2.0 * plan + rim * height) + ROUNDING * plan * (height + R)
         if tiles.seams is not None:  # strips as narrow along edges of facets are passed over
             error += 2.0 * slack * tiles.seam_length(tiles.reached(shapes, k)) * height
-        middle = 0.5 * (lo + hi)
-        lo, hi = max(lo - error, 0.0), hi + error
         note = f"{CELLS} cells were not enough" if state == _kernels.FULL else None
         if row[7] != row[8]:
             note = "so steep a ramp is held between two plunges"
-        return Removal(lo, middle, hi, note=note)
+        return Removal(max(lo - error, 0.0), 0.5 * (lo + hi), hi + error, note=note)
 
     def _add(self, profile: Profile, path: Line | Arc, block: int | None) -> None:
         """Rows of a line, or of the pieces of an arc, whose chords the kernels choose cell by cell."""
