@@ -43,6 +43,8 @@ def test_poses_alone_cover_what_hardly_moves() -> None:
 def test_a_body_is_not_taken_for_one_that_is_gone() -> None:
     """Bodies are remembered while the parts of a block are tried; memory that is free again holds other ones."""
     path = gauntlet_block(944).path
-    work = _Work[float](path, lambda body, *_: [body.points[:, 0].max()], lambda *_: [], Budget())  # type: ignore[arg-type]
+    work = _Work[float](
+        path, lambda body, *_: [body.points[:, 0].max()], lambda *_: [], lambda *_: [], Budget(), 3e-5
+    )  # type: ignore[arg-type]
     for diameter in range(2, 40):
         assert work._built(BallNose(diameter=diameter, length=60).profile, 0.0, 1.0) == [diameter / 2]

@@ -8,12 +8,14 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+
 from vmachining.engines.mesh import solid
 from vmachining.errors import EngineError, SweepError
 from vmachining.interval import Interval
 from vmachining.job.brep import note_of
 from vmachining.job.files import atomic_path
-from vmachining.sweep import Sweep
+from vmachining.sweep import Sweep, Turn
 from vmachining.tolerance import CHORD_MM
 
 ROUNDING = 1e-9
@@ -21,6 +23,9 @@ ROUNDING = 1e-9
 
 SWEEP_SECONDS = 120.0
 """Processor time of OCCT for the solid of one sweep; most take below ten."""
+
+WIDE_RAD, WIDE_MISS_MM = 0.17, 1e-3
+"""Axes that turn by more than ten degrees: solids of parts whose envelope folds may miss the sweep by as much, and say so."""
 
 LOOK = 0.02
 """Chord of the first look at a tool that turns, as a share of its radius."""
@@ -146,10 +151,18 @@ def _not_written(sweep: Sweep, step: Path, record: Mapping[str, Any], seconds: f
         return f"no B-rep solid to write: {record['brep_note']}"
     try:
         with atomic_path(step) as temporary:
-            brep.isolated(brep.write_sweep, temporary, sweep, seconds=seconds)
+            brep.isolated(brep.write_sweep, temporary, sweep, *_miss(sweep), seconds=seconds)
     except (SweepError, EngineError) as exc:
         return str(exc)
     return None
+
+
+def _miss(sweep: Sweep) -> tuple[float, ...]:
+    """What solids of this sweep may miss, if more than usual."""
+    if not isinstance(sweep.path, Turn) or sweep.upright() is not None:
+        return ()
+    turn = np.arccos(np.clip(sweep.path.axis(0.0) @ sweep.path.axis(1.0), -1.0, 1.0))
+    return (WIDE_MISS_MM,) if turn > WIDE_RAD else ()
 
 
 def _from_brep(sweep: Sweep, bracket: Interval, seconds: float) -> dict[str, Any]:
@@ -157,7 +170,7 @@ def _from_brep(sweep: Sweep, bracket: Interval, seconds: float) -> dict[str, Any
     from vmachining.engines import brep
 
     try:
-        described = brep.isolated(brep.described, sweep, seconds=seconds)
+        described = brep.isolated(brep.described, sweep, *_miss(sweep), seconds=seconds)
     except (SweepError, EngineError) as exc:
         return {"brep_note": str(exc)}
     record = {
@@ -172,10 +185,14 @@ def _from_brep(sweep: Sweep, bracket: Interval, seconds: float) -> dict[str, Any
         if not bracket.holds(found, slack=ROUNDING * bracket.hi + BREP_REL * found):
             return record | {"brep_note": f"{found:.9g} mm3 lies outside of the bracket"}
         return record | {"brep_mm3": found}
+    note = f"the sweep is a union of {len(described.solids)} solids"
+    if described.points:  # booleans of parts that almost coincide do not end
+        return record | {
+            "brep_note": f"{note} within {described.fit_mm:.1g} mm, right at all of {described.points} points by exact distances"
+        }
     (x, y, z), (a, b, c) = (sweep.bounds + [[-1.0], [1.0]]).tolist()
     around = brep.Blank("box", (x, y, z), (a, b, c))
     ((_, verdict),) = brep.check_blocks(around, [[sweep]], {0: bracket}, seconds=seconds)
-    note = f"the sweep is a union of {len(described.solids)} solids"
     return record | {
         "brep_mm3": verdict.removed_mm3,
         "brep_note": ": ".join(filter(None, (note, note_of(verdict)))),

@@ -37,6 +37,9 @@ ALONG = 33
 AROUND = 48
 """Angles of a circle at which the slab is looked at; more come close to the plane of the turn."""
 
+SLIDES = 0.1
+"""A ring whose circle leads or trails faster than this share of the speed of the turn around it is not grazed."""
+
 SLIM = 0.002
 """Of the largest radius: what is left below or above the slab is not a body of its own if it is less high, and no face
 of it either."""
@@ -136,6 +139,7 @@ def _heights(profile: Profile, path: Turn, t: float, depth: float) -> tuple[floa
     size = float(now.axis_rate @ now.axis_rate)
     if size == 0.0:
         return np.nan, np.nan
+    lift = abs(float(now.velocity @ now.axis))
     side = now.velocity - float(now.velocity @ now.axis) * now.axis
     pivot = -float(side @ now.axis_rate) / size
     near = np.linalg.norm(side + pivot * now.axis_rate) < np.sqrt(size) * profile.max_radius
@@ -147,17 +151,24 @@ def _heights(profile: Profile, path: Turn, t: float, depth: float) -> tuple[floa
             bend = np.full(len(z), 1.0 / s.radius if s.is_arc else 0.0)
             deep = folding(now, z, r, out, up, np.nan_to_num(u), bend) < -8.0 * depth
             found += z[deep & np.isfinite(u) & (r > 0.0) & (np.abs(out) > 1e-9)].tolist()
-        found += [ring] if near and ring is not None else []
+        if (
+            near
+            and ring is not None
+            and lift * abs(np.sin(ring[1])) < SLIDES * np.sqrt(size) * profile.max_radius
+        ):
+            found.append(ring[0])
     return (min(found), max(found)) if found else (np.nan, np.nan)
 
 
-def _circles(s: Segment, pivot: float, size: float) -> tuple[Floats, Floats, Floats, float | None]:
-    """Heights, radii, normal angles of circles of a face, and the height of its ring."""
+def _circles(
+    s: Segment, pivot: float, size: float
+) -> tuple[Floats, Floats, Floats, tuple[float, float] | None]:
+    """Heights, radii, normal angles of circles of a face, and height and normal angle of its ring."""
     b0, b1 = s.beta
     if s.is_arc:
         beta = np.linspace(b0, b1, ALONG)
         at = float(np.arctan2(s.cz - pivot, s.cr)) if s.cr > 1e-9 else np.inf
-        ring = s.cz + s.radius * float(np.sin(at)) if b0 <= at <= b1 else None
+        ring = (s.cz + s.radius * float(np.sin(at)), at) if b0 <= at <= b1 else None
         return s.cz + s.radius * np.sin(beta), s.cr + s.radius * np.cos(beta), beta, ring
     x, high = np.linspace(0.0, 1.0, ALONG), s.z1 - s.z0
     ring = None
@@ -166,7 +177,7 @@ def _circles(s: Segment, pivot: float, size: float) -> tuple[Floats, Floats, Flo
         at = float((pivot - first) / (last - first))
         close = np.array([0.0, *np.geomspace(1e-5, 1.0, 21)]) * size / high
         x = np.unique(np.clip(np.concatenate([x, at - close, at + close]), 0.0, 1.0))
-        ring = s.z0 + at * high if 0.0 <= at <= 1.0 else None
+        ring = (s.z0 + at * high, b0) if 0.0 <= at <= 1.0 else None
     return s.z0 + x * high, s.r0 + x * (s.r1 - s.r0), np.full(len(x), b0), ring
 
 

@@ -7,13 +7,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.envelopes.decomposition import Budget, decomposed
+from vmachining.engines.brep.envelopes.decomposition import POSES, Budget, Soft, decomposed
 from vmachining.engines.brep.envelopes.fixed_axis import FixedAxis, halves
-from vmachining.engines.brep.envelopes.pieces import turn_pieces
+from vmachining.engines.brep.envelopes.pieces import Piece, turn_pieces
+from vmachining.engines.brep.envelopes.pockets import pockets
 from vmachining.engines.brep.occt.inside import inside_out
 from vmachining.engines.brep.occt.measure import volume
 from vmachining.engines.brep.occt.primitives import rotated
-from vmachining.engines.brep.occt.tolerances import LEVEL_MM, SHEET_FIT_MM, SWEPT_REL
+from vmachining.engines.brep.occt.tolerances import LEVEL_MM, MISS_MM, SHEET_FIT_MM, SWEPT_REL
 from vmachining.engines.brep.occt.validity import Inspection, inspect
 from vmachining.engines.brep.translations.caps import UP
 from vmachining.engines.brep.translations.front import front
@@ -25,6 +26,7 @@ from vmachining.errors import EngineError, SweepError
 from vmachining.geometry import Arc, Line
 from vmachining.numerics.series import Series
 from vmachining.sweep import Sweep, Turn, swept_volume
+from vmachining.sweep.folds import standing
 from vmachining.sweep.rotating import arc_series
 from vmachining.tool import Profile, convex_cover
 
@@ -80,13 +82,16 @@ def _cadquery() -> Any:
     return cadquery
 
 
-def solids(sweep: Sweep, *, fit_mm: float = SHEET_FIT_MM) -> list[Swept]:
+def solids(sweep: Sweep, *, fit_mm: float = SHEET_FIT_MM, miss_mm: float = MISS_MM) -> list[Swept]:
     """Solids whose union is the sweep: mostly one.
 
     Several for arcs that come back to themselves or turn by more than about half a turn around an axis inside
     the tool, for helices that reach a point twice or have their axis in the tool, for cutters that are not
     convex on a ramp or while they turn, and for blocks during which the grazing curve of a turning tool changes
     its shape.
+
+    miss_mm : by how much sheets of a turning tool may miss the truth where they do not come within `fit_mm`, and what may be
+        missing between its parts; above `MISS_MM` the solids say so in their `fit_mm`.
 
     Raises SweepError: A turning tool, or one on an arc about x or y, whose envelope folds inside the sweep or whose
         grazing curve has a shape without solid (`pieces.py`).
@@ -95,9 +100,9 @@ def solids(sweep: Sweep, *, fit_mm: float = SHEET_FIT_MM) -> list[Swept]:
     """
     known = sweep.upright()
     if isinstance(sweep.path, Arc) and sweep.path.axis != 2 and sweep.path.angle * sweep.path.radius != 0.0:
-        return _turning(sweep.profile, _carried(sweep.path), fit_mm)
+        return _turning(sweep.profile, _carried(sweep.path), fit_mm, miss_mm)
     if known is None and isinstance(sweep.path, Turn):
-        return _turning(sweep.profile, sweep.path, fit_mm)
+        return _turning(sweep.profile, sweep.path, fit_mm, miss_mm)
     path = known[0].path if known is not None else None
     if known is None or not isinstance(path, (Line, Arc)):
         raise SweepError("the B-rep engine has no solid for this motion")
@@ -126,35 +131,54 @@ def _carried(path: Arc) -> Turn:
     return Turn(path.position(0.0), path.position(1.0), arc_series(path), Series.constant(UP))
 
 
-def _turning(profile: Profile, path: Turn, fit_mm: float) -> list[Swept]:
+def _turning(profile: Profile, path: Turn, fit_mm: float, miss_mm: float) -> list[Swept]:
     """Solids of a turning tool, each of the volume that the flux through its front gives."""
-    return [part for body in convex_cover(profile) for part in _convex(body, path, fit_mm)]
+    return [part for body in convex_cover(profile) for part in _convex(body, path, fit_mm, miss_mm)]
 
 
-def _convex(profile: Profile, path: Turn, fit_mm: float) -> list[Swept]:
+def _convex(profile: Profile, path: Turn, fit_mm: float, miss_mm: float) -> list[Swept]:
     """The same of a convex one."""
     budget = Budget()
+    loose = miss_mm if miss_mm > MISS_MM else 0.0
 
-    def build(body: Profile, part: Turn, off_mm: float) -> list[Swept]:
+    def build(body: Profile, part: Turn, off_mm: float, soft: Soft) -> list[Swept]:
         if part.is_steady and part.is_straight:  # a pose; arcs in upright planes are steady, too
-            return solids(Sweep.along(body, part))
-        return _enveloped(body, part, fit_mm, off_mm, budget)
+            return [Swept(s.shape, max(s.fit_mm, loose)) for s in solids(Sweep.along(body, part))]
+        pieces = turn_pieces(body, part, fit_mm, budget.take, loose_mm=loose, soft=soft)
+        return [_gated(piece, piece.sweep.flux().volume, off_mm) for piece in pieces]
 
-    return decomposed(profile, path, build, _about_fixed_axis, budget)
+    def filled(
+        body: Profile, whole: Turn, span: tuple[float, float], off_mm: float, soft: Soft
+    ) -> list[Swept]:
+        part = whole.part(*span)
+        for pocket in pockets(body, part):
+            count = pocket.poses(body, whole, span, miss_mm, POSES)
+            if count is None:
+                continue
+            pieces = turn_pieces(body, part, fit_mm, budget.take, loose_mm=loose, soft=soft, filled=pocket)
+            found = []
+            for piece in pieces:
+                flux = piece.sweep.flux()
+                assert isinstance(piece.sweep.path, Turn)
+                exact = flux.body + flux.flux + pocket.flux(body, piece.sweep.path)
+                found.append(_gated(piece, exact, off_mm))
+            for k in range(count + 1):
+                found += build(body, standing(part, k / count), off_mm, soft)
+            return found
+        return []
+
+    return decomposed(profile, path, build, _about_fixed_axis, filled, budget, miss_mm)
 
 
-def _enveloped(profile: Profile, path: Turn, fit_mm: float, off_mm: float, budget: Budget) -> list[Swept]:
-    """By sheets that the grazing curve draws."""
-    found = []
-    for piece in turn_pieces(profile, path, fit_mm, budget.take):
-        shape = piece.built.builder.solid()
-        value, exact = _inspected(shape).volume, piece.sweep.flux().volume
-        if abs(value - exact) > SWEPT_REL[True] * exact:
-            raise EngineError(
-                f"swept solid of {value:.9g} mm3, the flux identity gives {exact:.9g}", engine="brep"
-            )
-        found.append(Swept(shape, piece.built.fit_mm + off_mm))
-    return found
+def _gated(piece: Piece, exact: float, off_mm: float) -> Swept:
+    """A solid that the grazing curve draws, of the volume that it must have."""
+    shape = piece.built.builder.solid()
+    report = _inspected(shape)
+    if abs(report.volume - exact) > SWEPT_REL[True] * exact:
+        raise EngineError(
+            f"swept solid of {report.volume:.9g} mm3, the flux identity gives {exact:.9g}", engine="brep"
+        )
+    return Swept(shape, piece.built.fit_mm + off_mm)
 
 
 def _about_fixed_axis(profile: Profile, path: Turn, most_mm: float, off_mm: float) -> list[Swept]:

@@ -4,7 +4,8 @@ A pivot in the tool folds the envelope inside the sweep. There the tool is cut: 
 by some poses of the whole tool, the bodies below and above it have envelopes that do not fold
 (`vmachining.sweep.folds`). What has no slab, or bodies without a solid, is halved in time, until some poses cover it:
 at an instant at which the grazing curve jumps no envelope is smooth, but nothing moves far. Every part is built and
-gated like its own block; that nothing is missing between them is measured in exact distances (`MISS_MM`).
+gated like its own block. Before all that a block is cut at the instants at which the grazing curve changes, and pockets
+of flat faces are filled (`pockets.py`). That nothing is missing between them is measured in exact distances (`MISS_MM`).
 
 A motion that hardly leaves a plane through the axis is taken for one that stays in it, in as many parts of the block
 as keep it within `MISS_MM` of the truth: what is planar has simpler solids than what is nearly so.
@@ -23,15 +24,13 @@ from typing import Generic, NamedTuple, TypeVar
 import numpy as np
 
 from vmachining.arrays import Floats
-from vmachining.engines.brep.occt.tolerances import CONFUSION_MM, MISS_MM
+from vmachining.engines.brep.envelopes.pieces import cuts_of
+from vmachining.engines.brep.occt.tolerances import CONFUSION_MM, GAP_MM, MISS_MM
 from vmachining.errors import EngineError, SweepError
 from vmachining.sweep import Sweep, Turn
-from vmachining.sweep.folds import plans, poses, standing
+from vmachining.sweep.folds import Slab, plans, poses, standing, uncovered
 from vmachining.sweep.topology import changes
 from vmachining.tool import Profile
-
-DEEP_MM = 0.5 * MISS_MM
-"""A fold that lies deeper belongs into the slab: half of what may be missing, the other half is for the poses."""
 
 POSES = 16
 """Most parts of a block between whose ends a slab, or the whole tool, has to be covered."""
@@ -62,12 +61,21 @@ PLANAR = 1e-9
 """A motion leaves its plane by less than this share of its size, or stays in it."""
 
 T = TypeVar("T")
-Build = Callable[[Profile, Turn, float], list[T]]
+Soft = tuple[float, float]
+"""How long before the start and after the end of a part the grazing curve changes, as of `Moving`; infinite where not."""
+
+Build = Callable[[Profile, Turn, float, Soft], list[T]]
 """Solids of a part; the number is how far (mm) its motion is off."""
+
+Fill = Callable[[Profile, Turn, tuple[float, float], float, Soft], list[T]]
+"""Solids of the part of a block between two times if it has a pocket, or none; the numbers as of `Build`."""
 
 Special = Callable[[Profile, Turn, float, float], list[T]]
 """Solids of a motion of its own kind, or one off by less than the third number (mm); none of others. The last
 one is how far the motion is off already."""
+
+
+HARD: Soft = (np.inf, np.inf)
 
 
 class Budget:
@@ -95,42 +103,56 @@ class _Found(NamedTuple, Generic[T]):
     parts: list[T]
 
 
-def decomposed(profile: Profile, path: Turn, build: Build[T], special: Special[T], budget: Budget) -> list[T]:
+def decomposed(
+    profile: Profile,
+    path: Turn,
+    build: Build[T],
+    special: Special[T],
+    filled: Fill[T],
+    budget: Budget,
+    miss_mm: float = MISS_MM,
+) -> list[T]:
     """What `build` makes of the parts of a block of a convex profile.
 
-    special : one solid of a neighbour is preferred to two of it. budget : taken by `build` for every envelope.
+    special : one solid of a neighbour is preferred to two of it. filled : solids that a pocket is filled by, or none.
+    budget : taken by `build` for every envelope. miss_mm : what may be missing between parts.
 
     Raises SweepError, EngineError: The first reason for which there is no solid, if there are no parts either.
     """
-    found = _flat(profile, path, build, special, budget)
+    found = _flat(profile, path, build, special, filled, budget)
     if found is not None:
         return found
     budget.renew()
     try:
-        found = _Work(path, build, special, budget).solids(profile)
+        found = _Work(path, build, special, filled, budget, miss_mm).solids(profile)
     except (SweepError, EngineError):
         lift = _lift(path)
         if lift is None or _grade(lift) is None:
             raise
         budget.renew()
-        found = _Work(path, build, special, budget, is_graded=True).solids(profile)
+        found = _Work(path, build, special, filled, budget, miss_mm, is_graded=True).solids(profile)
     return found
 
 
 def _flat(
-    profile: Profile, path: Turn, build: Build[T], special: Special[T], budget: Budget
+    profile: Profile, path: Turn, build: Build[T], special: Special[T], filled: Fill[T], budget: Budget
 ) -> list[T] | None:
     """Solids of parts that stay in a plane each, for a block that nearly does and has none itself; None of others."""
     planes, off = _flattened(path)
     if not planes:
         return None
     try:
-        return build(profile, path, 0.0)
+        return build(profile, path, 0.0, HARD)
     except (SweepError, EngineError):
         pass
 
-    def near(body: Profile, part: Turn, more: float) -> list[T]:
-        return build(body, part, off + more)
+    def near(body: Profile, part: Turn, more: float, soft: Soft) -> list[T]:
+        return build(body, part, off + more, soft)
+
+    def near_filled(
+        body: Profile, whole: Turn, span: tuple[float, float], more: float, soft: Soft
+    ) -> list[T]:
+        return filled(body, whole, span, off + more, soft)
 
     def near_special(body: Profile, part: Turn, limit: float, more: float) -> list[T]:
         return special(body, part, limit, off + more)
@@ -138,7 +160,7 @@ def _flat(
     found: list[T] = []
     try:
         for part in planes:
-            found += _Work(part, near, near_special, budget).solids(profile)
+            found += _Work(part, near, near_special, near_filled, budget, MISS_MM).solids(profile)
     except (SweepError, EngineError):
         return None
     return found if len(found) <= MOST else None
@@ -152,12 +174,16 @@ class _Work(Generic[T]):
         path: Turn,
         build: Build[T],
         special: Special[T],
+        filled: Fill[T],
         budget: Budget,
+        miss_mm: float,
         *,
         is_graded: bool = False,
     ) -> None:
-        self.path, self.build, self.special, self.budget = path, build, special, budget
-        self.is_graded = is_graded
+        self.path, self.build, self.special, self.fill, self.budget = path, build, special, filled, budget
+        self.miss, self.is_graded = miss_mm, is_graded
+        self.off = 0.0
+        self.jumps = [t for t in (0.0, 1.0) if _lift_at(path, t) <= PLANAR]
         self.known: dict[tuple[int, float, float], tuple[Profile, list[T] | SweepError | EngineError]] = {}
 
     def solids(self, profile: Profile) -> list[T]:
@@ -182,6 +208,9 @@ class _Work(Generic[T]):
             one = self._nudged(profile, part, hasty=True) if len(exact) == 2 else None
             return one if one and len(one[0].parts) == 1 else [_Found(profile, None, exact)]
         deeper = depth < DEPTH
+        cut = self._changed(profile, part, a, b, depth) or self._filled(profile, a, b)
+        if cut:
+            return cut
         found = self._slab(profile, part, a, b, depth) if deeper else None
         swap = _swap(profile, part)
         lift = _lift(part) if self.is_graded else None
@@ -190,7 +219,7 @@ class _Work(Generic[T]):
         found = found or self._posed(profile, part, a, b)
         if not found and deeper:
             share = _grade(lift) if swap is None and lift is not None else None
-            middle = a + (b - a) * (share or swap or 0.5)
+            middle = a + (b - a) * (share or swap or self._near_jump(a, b))
             halves = [(profile, a, middle), (profile, middle, b)]
             closes_in = list in [type(self._built(*half)) for half in halves]
             found = self._all(halves, depth - 1 if closes_in and b - a > 0.5**NARROW else depth)
@@ -205,15 +234,57 @@ class _Work(Generic[T]):
             part = self.path if (a, b) == (0.0, 1.0) else self.path.part(a, b)
             made: list[T] | SweepError | EngineError
             try:
-                made = self.build(profile, part, 0.0)
+                made = self.build(profile, part, self.off, self._soft(a, b))
             except (SweepError, EngineError) as error:
                 made = error
             self.known[key] = profile, made  # a profile that is let go would leave its number to another one
         return self.known[key][1]
 
+    def _soft(self, a: float, b: float) -> Soft:
+        """How long (in t of the part) before its start and after its end the curve is known to change."""
+        before = min((a - t for t in self.jumps if 0.0 < a - t <= b - a), default=np.inf)
+        after = min((t - b for t in self.jumps if 0.0 < t - b <= b - a), default=np.inf)
+        return before / max(b - a, 1e-300), after / max(b - a, 1e-300)
+
+    def _near_jump(self, a: float, b: float) -> float:
+        """Where to halve: near an end at which the curve jumps, for what is there ends in poses."""
+        return 0.125 if a in self.jumps else 0.875 if b in self.jumps else 0.5
+
+    def _changed(
+        self, profile: Profile, part: Turn, a: float, b: float, depth: int
+    ) -> list[_Found[T]] | None:
+        """Parts between the instants at which the grazing curve changes; `GAP_MM` of motion is left out at each."""
+        if depth >= DEPTH:
+            return None
+        found = cuts_of(profile, part) or sorted({c.t for c in changes(Sweep.along(profile, part))})
+        cuts = [a + (b - a) * t for t in found]
+        reach = float(np.abs(profile.points[:, 1]).max() + profile.max_radius)
+        gap = 0.5 * GAP_MM / (self.path.tip_series.bound(1) + reach * self.path.axis_series.bound(1))
+        stops = [a, *(t for t in cuts if a + 2.0 * gap < t < b - 2.0 * gap), b]
+        if len(stops) == 2:
+            return None
+        self.jumps += [t for t in stops[1:-1] if t not in self.jumps]
+        whole, wanted = Slab(profile.z_min, profile.z_max, ()), []
+        for k in range(len(stops) - 1):
+            lo, hi = stops[k] + gap * (k > 0), stops[k + 1] - gap * (k + 2 < len(stops))
+            if lo < hi:
+                wanted.append((profile, lo, hi))
+            if k:
+                missing = uncovered(profile, self.path.part(stops[k] - gap, stops[k] + gap), whole, 1)
+                self.off = max(self.off, missing)
+        return self._all(wanted, depth)
+
+    def _filled(self, profile: Profile, a: float, b: float) -> list[_Found[T]] | None:
+        """A pocket filled."""
+        try:
+            found = self.fill(profile, self.path, (a, b), self.off, self._soft(a, b))
+        except (SweepError, EngineError):
+            return None
+        return [_Found(profile, None, found)] if found else None
+
     def _slab(self, profile: Profile, part: Turn, a: float, b: float, depth: int) -> list[_Found[T]] | None:
         """Bodies below and above a slab, and poses."""
-        for slab, count in plans(profile, part, DEEP_MM, MISS_MM, POSES):
+        for slab, count in plans(profile, part, 0.5 * self.miss, self.miss, POSES):
             if not self.budget.left:
                 break
             found = self._all([(body, a, b) for body in slab.bodies], depth)
@@ -223,13 +294,15 @@ class _Work(Generic[T]):
 
     def _posed(self, profile: Profile, part: Turn, a: float, b: float) -> list[_Found[T]] | None:
         """Poses alone, for a part that hardly moves."""
-        count = poses(profile, part, MISS_MM, POSES)
+        count = poses(profile, part, self.miss, POSES)
         return None if count is None else self._standing(profile, a, b, count)
 
     def _standing(self, profile: Profile, a: float, b: float, count: int) -> list[_Found[T]]:
         """The ends of equal parts."""
         stops = [a + (b - a) * k / count for k in range(count + 1)]
-        return [_Found(profile, t, self.build(profile, standing(self.path, t), 0.0)) for t in stops]
+        return [
+            _Found(profile, t, self.build(profile, standing(self.path, t), self.off, HARD)) for t in stops
+        ]
 
     def _nudged(self, profile: Profile, part: Turn, *, hasty: bool = False) -> list[_Found[T]] | None:
         """The solids of a neighbour of a planar motion; `hasty` until one has a shape without solids."""
@@ -237,7 +310,7 @@ class _Work(Generic[T]):
             if not self.budget.left:
                 break
             try:
-                return [_Found(profile, None, self.build(profile, motion, off))]
+                return [_Found(profile, None, self.build(profile, motion, self.off + off, HARD))]
             except (SweepError, EngineError) as error:
                 if hasty and isinstance(error, SweepError):
                     break
@@ -284,6 +357,14 @@ def _lift(path: Turn) -> Floats | None:
     t = np.linspace(0.0, 1.0, 65)
     axis, rate, velocity = path.axis(t), path.axis_rate(t), path.velocity(t)
     return np.asarray(np.abs((axis * velocity).sum(1)) / np.linalg.norm(rate, axis=1))
+
+
+def _lift_at(path: Turn, t: float) -> float:
+    """|A . V| over the speed, at one end of a motion that stays in a plane; infinite of others."""
+    if next(_neighbours(path), None) is None:
+        return np.inf
+    velocity = path.velocity(np.array([t]))[0]
+    return float(abs(velocity @ path.axis(np.array([t]))[0]) / max(np.linalg.norm(velocity), 1e-300))
 
 
 def _grade(lift: Floats) -> float | None:

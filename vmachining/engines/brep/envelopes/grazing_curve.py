@@ -24,6 +24,7 @@ from scipy.optimize import brentq
 
 from vmachining.arrays import Bools, Floats
 from vmachining.engines.brep.envelopes.lens import Lens, lens_opens, lens_span, risen, side_speed
+from vmachining.engines.brep.envelopes.pockets import Pocket
 from vmachining.engines.brep.envelopes.rings import Element, rings_of
 from vmachining.engines.brep.envelopes.segments import (
     CORNERS,
@@ -74,10 +75,12 @@ class Divide(SweepError):  # noqa: N818
 class GrazingCurve:
     """How the grazing curve runs over a tool during a block, the same at all its times.
 
+    filled : a loop that is left out.
+
     Raises SweepError: It changes its shape, or is of one that has no sheets here.
     """
 
-    def __init__(self, tool: Tool, moving: Moving) -> None:
+    def __init__(self, tool: Tool, moving: Moving, filled: Pocket | None = None) -> None:
         self.tool, self.moving = tool, moving
         self.rings, self.elements = rings_of(tool)
         self._w = np.linspace(0.0, 1.0, DENSE)
@@ -92,6 +95,8 @@ class GrazingCurve:
         two = gap > 0.0
         self.lenses: list[Lens] = []
         self._shut(two, gap / np.maximum(a * a + b * b, 1e-300))
+        if filled is not None:
+            two[:, filled.ring], self.sign[filled.ring] = False, filled.sign
         mixed = two.any(axis=0) != two.all(axis=0)
         for k in np.flatnonzero(mixed).tolist():
             mixed[k] = not self._is_lens(k, two[:, k], c[:, k])

@@ -29,6 +29,7 @@ import numpy as np
 from vmachining.arrays import Floats
 from vmachining.engines.brep.envelopes.grazing_curve import Divide, GrazingCurve
 from vmachining.engines.brep.envelopes.lens import lens_opens
+from vmachining.engines.brep.envelopes.pockets import Pocket
 from vmachining.engines.brep.envelopes.rings import Ring, rings_of
 from vmachining.engines.brep.envelopes.segments import CurveSegment, EdgeSpan, Moving
 from vmachining.engines.brep.envelopes.sheets import Built, enveloped
@@ -42,6 +43,9 @@ from vmachining.tool import Profile
 
 PARTS = 64
 """Most pieces of one block before it is refused."""
+
+SLICES = 8
+"""The same of a part that may miss the truth: slices of a fold almost coincide, poses take less."""
 
 SAME_BETA = 1e-3
 """rad: normals so far beyond those of a face are not of it. They show where rounding decides, as about a corner of
@@ -59,22 +63,36 @@ class Piece(NamedTuple):
 
 
 def turn_pieces(
-    profile: Profile, path: Turn, fit_mm: float, take: Callable[[], None] = lambda: None
+    profile: Profile,
+    path: Turn,
+    fit_mm: float,
+    take: Callable[[], None] = lambda: None,
+    *,
+    loose_mm: float = 0.0,
+    soft: tuple[float, float] = (np.inf, np.inf),
+    filled: Pocket | None = None,
 ) -> list[Piece]:
     """Parts of a block of a convex profile, in order of time. take : told of every envelope that is tried.
+
+    loose_mm : what sheets may miss that do not come within `fit_mm`. soft : as of `Moving`, for both ends of the block.
+    filled : a pocket whose loop is left out.
 
     Raises SweepError: A sheet folds inside the sweep, or the grazing curve is of a shape that has no solid here.
     Raises EngineError: Edges do not fit.
     """
-    cuts = _cuts(profile, path)
-    work = _Work(profile, path, fit_mm, take)
+    cuts = cuts_of(profile, path)
+    if filled is not None:
+        lo, hi = sorted(filled.heights(profile))
+        cuts = [c.t for c in changes(Sweep.along(profile, path)) if c.t in cuts and not lo <= c.z < hi]
+        cuts = sorted(set(cuts))
+    work = _Work(profile, path, fit_mm, take, loose_mm=loose_mm, soft=soft, filled=filled)
     stops = [0.0, *cuts, 1.0]
     for k in range(len(stops) - 1):
         work.add(stops[k], stops[k + 1], k > 0, k + 1 < len(stops) - 1)
     return work.joined()
 
 
-def _cuts(profile: Profile, path: Turn) -> list[float]:
+def cuts_of(profile: Profile, path: Turn) -> list[float]:
     """Instants at which the grazing curve changes its shape, in a way that changes the sheets."""
     ends = (profile.z_min, profile.z_max)
     found = changes(Sweep.along(profile, path))
@@ -116,8 +134,19 @@ def _is_round(profile: Profile) -> bool:
 class _Work:
     """Pieces in the making."""
 
-    def __init__(self, profile: Profile, path: Turn, fit_mm: float, take: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        profile: Profile,
+        path: Turn,
+        fit_mm: float,
+        take: Callable[[], None],
+        *,
+        loose_mm: float,
+        soft: tuple[float, float],
+        filled: Pocket | None,
+    ) -> None:
         self.profile, self.path, self.fit, self.take = profile, path, fit_mm, take
+        self.loose, self.soft, self.filled = loose_mm, soft, filled
         self.tool = Tool.of(profile)
         self.out: list[Piece] = []
         self.spans: list[tuple[float, float]] = []
@@ -135,14 +164,16 @@ class _Work:
         if (hi - lo) * self.speed < SHORT_PIECE_MM or len(self.out) >= PARTS:
             raise SweepError("the grazing curve changes its shape too often for solids")
         part = self.path if (lo, hi) == (0.0, 1.0) else self.path.part(lo, hi)
+        outside = (self.soft[0] if a == 0.0 else np.inf, self.soft[1] if b == 1.0 else np.inf)
         before, after = (
-            gap / (hi - lo) if soft else np.inf for gap, soft in zip(gaps, (soft_a, soft_b), strict=True)
+            gap / (hi - lo) if soft else known / (hi - lo)
+            for gap, soft, known in zip(gaps, (soft_a, soft_b), outside, strict=True)
         )
         moving = Moving(part, (before, after))
         try:
-            grazing = GrazingCurve(self.tool, moving)
-            depth = _depth(grazing)
-            built = enveloped(grazing, self.fit)
+            grazing = GrazingCurve(self.tool, moving, self.filled)
+            depth = _depth(grazing, SLICES if self.loose else PARTS)
+            built = enveloped(grazing, self.fit, self.loose)
         except Divide as found:
             self._divide(found, a, b, soft_a, soft_b)
             return
@@ -181,8 +212,8 @@ class _Work:
             self.add(stops[k], stops[k + 1], soft_a if first else found.soft, soft_b if last else found.soft)
 
 
-def _depth(grazing: GrazingCurve) -> float:
-    """mm by which a sheet may lie below the line in which the first and the last pose meet.
+def _depth(grazing: GrazingCurve, most: int) -> float:
+    """mm by which a sheet may lie below the line in which the first and the last pose meet; halves up to `most` parts.
 
     Raises SweepError: Too deep: `Divide` if halves may do.
     """
@@ -196,7 +227,7 @@ def _depth(grazing: GrazingCurve) -> float:
         if depth > MISS_MM:
             text = _reason(grazing, segment, w, looks)
             parts = int(np.ceil(1.05 * np.sqrt(depth / MISS_MM)))
-            raise Divide(text, 0.5, soft=False, parts=parts) if parts < PARTS else SweepError(text)
+            raise Divide(text, 0.5, soft=False, parts=parts) if parts < most else SweepError(text)
         deepest = max(deepest, depth)
     return deepest
 

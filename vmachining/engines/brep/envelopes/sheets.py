@@ -66,10 +66,10 @@ class Built(NamedTuple):
 class _Envelope:
     """One solid in the making."""
 
-    def __init__(self, grazing: GrazingCurve, fit_mm: float) -> None:
+    def __init__(self, grazing: GrazingCurve, fit_mm: float, loose_mm: float) -> None:
         moving = grazing.moving
         self.tool, self.grazing = grazing.tool, grazing
-        self.moving, self.fit = moving, fit_mm
+        self.moving, self.fit, self.loose = moving, fit_mm, loose_mm
         self.build = Builder()
         self.error = 0.0
         self.poses = {-1: moving.pose(0.0), 1: moving.pose(1.0)}
@@ -94,6 +94,8 @@ class _Envelope:
             if self.error <= wanted:
                 break
             if 2 * len(self.w) > TIMES:
+                if self.error <= self.loose:
+                    break
                 raise SweepError(f"splines miss the envelope by {self.error:.2g} mm")
             self.w = np.sort(np.concatenate([self.w, 0.5 * (self.w[:-1] + self.w[1:])]))
         st = g.moving.state(self.w)
@@ -180,7 +182,7 @@ class _Envelope:
             return np.concatenate([*ties, *curved, *lenses], axis=1)
 
         nodes, error = nodes_for(paths, 0.0, 1.0, wanted, first=7, most=TIMES)
-        if error > 10.0 * wanted:
+        if error > max(10.0 * wanted, self.loose):
             raise SweepError("the grazing curve moves too unevenly for a spline in time")
         return nodes
 
@@ -452,13 +454,13 @@ def _turns(segment: CurveSegment) -> bool:
     return segment.ends[0][0] == segment.ends[1][0] and not isinstance(segment, Chord | EdgeSpan)
 
 
-def enveloped(grazing: GrazingCurve, fit_mm: float) -> Built:
-    """Faces of the sweep of the convex profile that grazes.
+def enveloped(grazing: GrazingCurve, fit_mm: float, loose_mm: float = 0.0) -> Built:
+    """Faces of the sweep of the convex profile that grazes; loose_mm is what a sheet may miss that does not fit.
 
     Raises SweepError: The grazing curve changes its shape during the block or is of one that has no solid here.
     Raises EngineError: Edges do not fit.
     """
-    work = _Envelope(grazing, fit_mm)
+    work = _Envelope(grazing, fit_mm, loose_mm)
     work.prepare()
     work.sheets()
     work.caps()

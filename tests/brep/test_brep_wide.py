@@ -1,0 +1,84 @@
+"""Turns of 20 to 60 degrees while the tip moves 50 to 100 mm: solids against exact distances, one motion per kind of cutter."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vmachining import BallNose, BullNose, FlatEnd, Taper
+from vmachining.engines.brep import held, solids, volume
+from vmachining.engines.brep.envelopes.pieces import turn_pieces
+from vmachining.engines.brep.envelopes.pockets import pockets
+from vmachining.engines.brep.occt.booleans import quiet
+from vmachining.engines.brep.occt.validity import inspect
+from vmachining.sweep import Sweep, Turn
+from vmachining.tool import Cutter
+
+BULL = BullNose(diameter=30, corner_radius=5, length=50)
+BOOK = Turn.through((0, 0, 0), (0, 100, 0), "ac", (0.0, 0.0), (np.radians(60), 0.0))
+WIDE_MM = 1e-3
+
+
+def _agrees(sweep: Sweep, count: int) -> None:
+    """Valid solids whose union is the sweep, at points by exact distances."""
+    quiet()
+    parts = solids(sweep, miss_mm=WIDE_MM)
+    fit = max(part.fit_mm for part in parts)
+    assert fit <= WIDE_MM
+    for part in parts:
+        report = inspect(part.shape)
+        assert report.valid and report.closed
+    lo, hi = sweep.bounds
+    points = np.random.default_rng(3).uniform(lo, hi, (count, 3))
+    distance = sweep.signed_distance(points)
+    clear = np.abs(distance) > fit
+    assert (held([part.shape for part in parts], points[clear]) == (distance[clear] < 0.0)).all()
+    assert (distance < 0.0).sum() > count // 5
+
+
+@pytest.mark.parametrize(
+    ("cutter", "end", "tilts", "heads"),
+    [
+        (FlatEnd(diameter=20, length=50), (70, 0, 0), (10, 30), (80, 110)),
+        (BallNose(diameter=20, length=50), (80, 20, 10), (0, 40), (0, 30)),
+        (Taper(diameter=6, taper_deg=10, length=40), (60, 0, 0), (10, 40), (70, 70)),
+        (BULL, (70, 0, 0), (10, 30), (80, 110)),
+    ],
+    ids=["flat", "ball", "cone", "bull"],
+)
+def test_wide_turns(
+    cutter: Cutter, end: tuple[float, ...], tilts: tuple[float, ...], heads: tuple[float, ...]
+) -> None:
+    """Motions whose envelope does not fold are one solid each."""
+    first, last = ((np.radians(a), np.radians(c)) for a, c in zip(tilts, heads, strict=True))
+    _agrees(Sweep.along(cutter.profile, Turn.through((0, 0, 0), end, "ac", first, last)), 200)
+
+
+def test_a_pocket_is_filled() -> None:
+    """The bull nose's bottom is left and entered again: the solid without the loop has the volume of the corrected flux.
+
+    It holds what the block sweeps but for what its first and last pose hold, at points around the bottom.
+    """
+    quiet()
+    part = BOOK.part(0.03, 0.1)
+    (pocket,) = pockets(BULL.profile, part)
+    (piece,) = turn_pieces(BULL.profile, part, 1e-5, filled=pocket)
+    flux = piece.sweep.flux()
+    missed = pocket.flux(BULL.profile, part)
+    shape = piece.built.builder.solid()
+    assert missed < -1.0
+    assert volume(shape) == pytest.approx(flux.body + flux.flux + missed, abs=1e-3 * abs(missed))
+    whole = Sweep.along(BULL.profile, part)
+    lo, hi = whole.bounds
+    points = np.random.default_rng(4).uniform(lo, [*hi[:2], 6.0], (300, 3))
+    distance = whole.signed_distance(points)
+    poses = [Sweep.along(BULL.profile, part.part(t, t)).signed_distance(points) for t in (0.0, 1.0)]
+    clear = np.abs(distance) > 0.02
+    found = held([shape], points[clear]) | (np.min(poses, axis=0)[clear] < 0.0)
+    assert (found == (distance[clear] < 0.0)).all() and (distance[clear] < 0.0).sum() > 50
+
+
+@pytest.mark.long  # 15 s of processor
+def test_the_book_s_motion() -> None:
+    """Both ends fold: poses and bodies cover them, within a thousandth."""
+    _agrees(Sweep.along(BULL.profile, BOOK), 400)
