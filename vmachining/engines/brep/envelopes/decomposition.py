@@ -4,8 +4,10 @@ A pivot in the tool folds the envelope inside the sweep. There the tool is cut: 
 by some poses of the whole tool, the bodies below and above it have envelopes that do not fold
 (`vmachining.sweep.folds`). What has no slab, or bodies without a solid, is halved in time, until some poses cover it:
 at an instant at which the grazing curve jumps no envelope is smooth, but nothing moves far. Every part is built and
-gated like its own block. Before all that a block is cut at the instants at which the grazing curve changes, and pockets
-of flat faces are filled (`pockets.py`). That nothing is missing between them is measured in exact distances (`MISS_MM`).
+gated like its own block; that nothing is missing between them is measured in exact distances (`MISS_MM`).
+
+Where more than `MISS_MM` may be missing, a block is first cut at the instants at which the grazing curve changes, and
+pockets of flat faces are filled (`pockets.py`).
 
 A motion that hardly leaves a plane through the axis is taken for one that stays in it, in as many parts of the block
 as keep it within `MISS_MM` of the truth: what is planar has simpler solids than what is nearly so.
@@ -183,7 +185,8 @@ class _Work(Generic[T]):
         self.path, self.build, self.special, self.fill, self.budget = path, build, special, filled, budget
         self.miss, self.is_graded = miss_mm, is_graded
         self.off = 0.0
-        self.jumps = [t for t in (0.0, 1.0) if _lift_at(path, t) <= PLANAR]
+        self.is_wide = miss_mm > MISS_MM
+        self.jumps = [t for t in (0.0, 1.0) if self.is_wide and _lift_at(path, t) <= PLANAR]
         self.known: dict[tuple[int, float, float], tuple[Profile, list[T] | SweepError | EngineError]] = {}
 
     def solids(self, profile: Profile) -> list[T]:
@@ -208,9 +211,10 @@ class _Work(Generic[T]):
             one = self._nudged(profile, part, hasty=True) if len(exact) == 2 else None
             return one if one and len(one[0].parts) == 1 else [_Found(profile, None, exact)]
         deeper = depth < DEPTH
-        cut = self._changed(profile, part, a, b, depth) or self._filled(profile, a, b)
-        if cut:
-            return cut
+        if self.is_wide:
+            cut = self._changed(profile, part, a, b, depth) or self._filled(profile, a, b)
+            if cut:
+                return cut
         found = self._slab(profile, part, a, b, depth) if deeper else None
         swap = _swap(profile, part)
         lift = _lift(part) if self.is_graded else None
