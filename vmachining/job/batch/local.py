@@ -61,8 +61,11 @@ def serve(descriptor: int) -> None:
 
     threading.Thread(target=listen, daemon=True).start()
     progress = sparing(lambda *place: line.send((PROGRESS, *place)))
-    while True:
-        line.send((ROW, one_job(orders.get(), stop=stop.is_set, progress=progress)))
+    try:
+        while True:
+            line.send((ROW, one_job(orders.get(), stop=stop.is_set, progress=progress)))
+    except ConnectionError:  # nobody listens any more, and this was noticed before `listen` noticed it
+        os._exit(1)
 
 
 class LocalPool:

@@ -24,11 +24,11 @@
 The room computes nothing new. Same directory, same bytes: files carry no date and no random names.
 """
 
-from vmachining.report.paper.body import TIMES, draw_regions
+from vmachining.report.paper.body import TIMES, draw_regions, draw_surface, draw_sweep
 from vmachining.report.paper.chips import ChipTable, draw_chips
 from vmachining.report.paper.deviation import draw_deviation, load_deviation
 from vmachining.report.paper.forces import draw_coefficients, draw_trace, load_trace
-from vmachining.report.paper.kinds import KINDS, OVER, draw
+from vmachining.report.paper.kinds import KINDS, OVER, draw, draw_result
 from vmachining.report.paper.section import draw_section, load_section
 from vmachining.report.paper.source import Results
 from vmachining.report.paper.style import FORMATS, is_picture, write_figure, write_figures
@@ -45,7 +45,10 @@ __all__ = [
     "draw_coefficients",
     "draw_deviation",
     "draw_regions",
+    "draw_result",
     "draw_section",
+    "draw_surface",
+    "draw_sweep",
     "draw_trace",
     "is_picture",
     "load_deviation",
