@@ -118,6 +118,10 @@ def one_job(order: Order, *, stop: Callable[[], bool], progress: Progress | None
         )
     except Stopped as exc:
         row |= {"status": "interrupted", "exit_code": 130, "message": str(exc)}
+    except (
+        KeyboardInterrupt
+    ):  # polars raises it where Ctrl-C meets a query, even in a process that ignores the signal
+        row |= {"status": "interrupted", "exit_code": 130, "message": "interrupted"}
     except EngineError as exc:
         row |= {"status": "failed", "message": str(exc)}
     except (VMachiningError, OSError) as exc:
