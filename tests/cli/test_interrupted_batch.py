@@ -44,7 +44,7 @@ def rows(out: Path) -> list[dict[str, str]]:
     [
         (signal.SIGKILL, "batch"),
         pytest.param(signal.SIGINT, "batch", marks=pytest.mark.long),
-        (signal.SIGINT, "group"),
+        pytest.param(signal.SIGINT, "group", marks=pytest.mark.long),
         pytest.param(signal.SIGTERM, "group", marks=pytest.mark.long),
     ],
 )
