@@ -9,8 +9,9 @@ import sys
 from collections.abc import Mapping
 from multiprocessing.connection import Connection
 
-QUIET = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
-"""Ctrl-C reaches every process of a terminal; what it means is decided by the one that was started first."""
+QUIET = "import signal; signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})"
+"""Ctrl-C reaches every process of a terminal; what it means is decided by the one that was started first. Blocked, not
+ignored: polars, once it is loaded, raises KeyboardInterrupt in its queries where the signal is merely ignored."""
 
 
 def start(
@@ -18,7 +19,7 @@ def start(
 ) -> tuple[subprocess.Popen[bytes], Connection]:
     """A process that calls a function with the descriptor of its end of a connection, and the other end.
 
-    The function is found by name, so that nothing of this process is copied. SIGINT is ignored there.
+    The function is found by name, so that nothing of this process is copied. SIGINT is blocked there.
 
     Raises OSError: It cannot be started.
     """

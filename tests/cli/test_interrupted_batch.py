@@ -16,6 +16,7 @@ from tinyjob import write_job
 from vmachining.cli.main import run
 from vmachining.job.batch import folders_of
 from vmachining.job.folder import FolderLock
+from vmachining.processes import QUIET
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="looks for processes in /proc")
 
@@ -44,7 +45,7 @@ def rows(out: Path) -> list[dict[str, str]]:
     [
         (signal.SIGKILL, "batch"),
         pytest.param(signal.SIGINT, "batch", marks=pytest.mark.long),
-        pytest.param(signal.SIGINT, "group", marks=pytest.mark.long),
+        (signal.SIGINT, "group"),
         pytest.param(signal.SIGTERM, "group", marks=pytest.mark.long),
     ],
 )
@@ -89,6 +90,24 @@ def test_a_stopped_batch_leaves_nobody_behind_and_goes_on(number, whom, tmp_path
     done = subprocess.run([*argv, "--resume"], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     assert [row["status"] for row in rows(out)] == ["skipped", "done", "done"]
+
+
+def test_ctrl_c_does_not_reach_the_queries_of_a_process_of_a_batch():
+    """polars raises KeyboardInterrupt in a query where a process merely ignores the signal."""
+    queries = """
+import os, polars as pl, threading, time
+rows = pl.DataFrame({"a": range(1_000_000)})
+def kick():
+    while True:
+        time.sleep(0.002)
+        os.kill(os.getpid(), signal.SIGINT)
+threading.Thread(target=kick, daemon=True).start()
+end = time.monotonic() + 1.5
+while time.monotonic() < end:
+    rows.sort("a", descending=True)
+"""
+    done = subprocess.run([sys.executable, "-c", QUIET + queries], capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 @pytest.mark.slow  # 4 s

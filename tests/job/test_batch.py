@@ -17,7 +17,6 @@ from tinyjob import FEED, JOB, SLOT_MM3, write_job
 
 from vmachining.errors import InputError
 from vmachining.job.batch import folders_of, run_many
-from vmachining.job.batch.one import Order, one_job
 from vmachining.job.table import COLUMNS
 
 PAGE = Path(__file__).parents[2] / "docs" / "batch.md"
@@ -162,22 +161,6 @@ def test_the_page_has_failures_first_totals_and_links_that_lead_somewhere(batch)
     assert page.index("Needs a look") < page.index(rows[1]["message"][-20:]) < page.index("Complete jobs")
     total = sum(row["removed_mm3"] for row in rows if row["removed_mm3"] is not None)
     assert f"{total:.6g}" in page.split("Needs a look")[0]
-
-
-def test_ctrl_c_within_a_query_interrupts_the_job_and_it_goes_on(tmp_path):
-    """polars raises KeyboardInterrupt where the signal meets one of its queries, though the process ignores the signal."""
-
-    def at(stage, done, total):
-        if done == 2:
-            raise KeyboardInterrupt
-
-    order = Order(
-        str(write_job(tmp_path / "a", program=ONLY_SLOT)), str(tmp_path / "out"), (), True, (), None, 0.0
-    )
-    row = one_job(order, stop=lambda: False, progress=at)
-    assert (row["status"], row["exit_code"]) == ("interrupted", 130)
-    row = one_job(order, stop=lambda: False)
-    assert row["status"] == "done" and row["removed_mm3"] == pytest.approx(SLOT_MM3, rel=1e-3)
 
 
 @pytest.mark.slow  # 4 s

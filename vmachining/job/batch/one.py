@@ -124,9 +124,6 @@ def one_job(order: Order, *, stop: Callable[[], bool], progress: Progress | None
         row |= {"status": "failed", "exit_code": 2, "message": str(exc)}
     except Exception as exc:
         row |= {"status": "failed", "message": f"internal failure: {type(exc).__name__}: {exc}"}
-    except BaseException:
-        # polars raises KeyboardInterrupt where Ctrl-C meets a query, even in a process that ignores the signal
-        row |= {"status": "interrupted", "exit_code": 130, "message": "interrupted"}
     if row["status"] == "skipped" or mark(out) not in (None, order.before):
         row["out"] = order.folder
     return row
