@@ -37,7 +37,7 @@ SHADES = ((0.0, 0.45, 0.7), (0.85, 0.85, 0.85), (0.9, 0.62, 0.0), (0.5, 0.5, 0.5
 
 class Described(NamedTuple):
     """solids : those whose union is a sweep. fit_mm : largest distance of their splines from the true surface, or what is
-    missing between them. points : at which their union was compared with exact distances, 0 for one solid."""
+    missing between them. points : at which their union was compared with exact distances, 0 where `fit_mm` is as usual."""
 
     solids: tuple[Inspection, ...]
     fit_mm: float
@@ -47,13 +47,13 @@ class Described(NamedTuple):
 def described(sweep: Sweep, miss_mm: float = MISS_MM) -> Described:
     """What OCCT says about the solids of a sweep: numbers that travel between processes, as no shape does.
 
-    miss_mm : as of `solids`. Above `MISS_MM` their union is compared with exact distances at points around the sweep.
+    miss_mm : as of `solids`. Solids that use it are compared with exact distances at points around the sweep.
 
     Raises EngineError: One of these points, farther from the surface than the solids may be off, is on the wrong side.
     """
     parts = solids(sweep, miss_mm=miss_mm)
     fit = max(part.fit_mm for part in parts)
-    points = _compared(sweep, [part.shape for part in parts], fit) if miss_mm > MISS_MM else 0
+    points = _compared(sweep, [part.shape for part in parts], fit) if fit > MISS_MM else 0
     return Described(tuple(inspect(part.shape) for part in parts), fit, points)
 
 

@@ -116,7 +116,7 @@ class Rows(NamedTuple):
 def meridian(profile: Profile) -> tuple[float, ...] | None:
     """(7,) of a convex profile: a flat or round bottom, a flank that widens upward or stands upright, a flat top.
 
-    None for other bodies, cones at the bottom among them.
+    None for other bodies, blunt cones at the bottom among them; a pointed cone is a flank without a bottom.
     """
     segments = list(profile.segments)
     low = segments[0]
