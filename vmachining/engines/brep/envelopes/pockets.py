@@ -90,7 +90,7 @@ class Pocket(NamedTuple):
         assert arc is not None
         worst = 0.0
         stood = [Sweep.along(profile, standing(path, k / count)) for k in range(count + 1)]
-        for k in range(count) if count <= 4 else sorted({0, count // 3, count // 2, count - 1}):
+        for k in range(count):
             near = [stood[i] for i in sorted({0, k, k + 1, count // 2, count})] + away
             for t in (0.25, 0.5, 0.75) if count > 1 else np.linspace(0.0, 1.0, 9)[1:-1]:
                 points = _arc_points(instant(path, (k + float(t)) / count), arc, disc)

@@ -69,6 +69,13 @@ def triangles_of(face: Any) -> tuple[Floats, Ints] | None:
     return points, np.array(corners, dtype=np.int64).reshape(-1, 3)[:, :: -1 if turned else 1] - 1
 
 
+def points_on(face: Any, chord_mm: float, turn_rad: float) -> Floats:
+    """(n, 3) mm: the corners of its triangles, which lie on a face; none where OCCT cannot mesh it."""
+    BRepMesh_IncrementalMesh(face, chord_mm, False, turn_rad, True)
+    meshed = triangles_of(face)
+    return np.zeros((0, 3)) if meshed is None else meshed[0]
+
+
 def has_loose_faces(shape: Any) -> bool:
     """Whether it has faces that belong to no solid."""
     kinds = TopAbs_ShapeEnum
