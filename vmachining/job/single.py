@@ -25,7 +25,7 @@ SWEEP_SECONDS = 120.0
 """Processor time of OCCT for the solid of one sweep; most take below ten."""
 
 WIDE_RAD, WIDE_MISS_MM = 0.17, 1e-3
-"""Axes that turn by more than ten degrees: solids of parts whose envelope folds may miss about as much; what they miss is measured."""
+"""Axes that turn by more than ten degrees: solids of parts whose envelope folds may miss as much; what they miss is measured."""
 
 LOOK = 0.02
 """Chord of the first look at a tool that turns, as a share of its radius."""
