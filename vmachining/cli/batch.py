@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from vmachining.cli.job_commands import BatchOptions
+from vmachining.cli.job_commands import Batch
 from vmachining.cli.main import Code
 from vmachining.cli.screen import STAGES, emit, note
 from vmachining.errors import InputError
@@ -18,7 +18,7 @@ from vmachining.job.batch import BATCH_COLUMNS, Watcher, run_many
 GOOD = ("done", "skipped")
 
 
-def run_batch(jobs: Sequence[Path], o: BatchOptions) -> int:
+def batch(o: Batch) -> int:
     """`vmachining batch`."""
     if o.scheduler is not None and o.workers is not None:
         raise InputError(
@@ -27,9 +27,9 @@ def run_batch(jobs: Sequence[Path], o: BatchOptions) -> int:
         )
     formats = check_formats(o.stock)
     silent = o.quiet or o.as_json
-    with _watching(jobs, silent=silent) as watcher:
+    with _watching(o.files, silent=silent) as watcher:
         rows = run_many(
-            jobs, o.out, workers=o.workers or 1, scheduler=o.scheduler, formats=formats, resume=o.resume, watcher=watcher
+            o.files, o.out, workers=o.workers or 1, scheduler=o.scheduler, formats=formats, resume=o.resume, watcher=watcher
         )  # fmt: skip
     for row in rows:
         if o.as_json:

@@ -11,7 +11,7 @@ import numpy as np
 
 from vmachining.cli.main import Code
 from vmachining.cli.nc import note_findings, read
-from vmachining.cli.nc_commands import Checking, DdaOptions
+from vmachining.cli.nc_commands import Checking, Dda
 from vmachining.cli.screen import emit, note
 from vmachining.errors import InputError, KinematicsError
 from vmachining.geometry import Arc, Line, arc_between
@@ -26,9 +26,9 @@ CSV_HEADER, NPZ_MEMBER, GENERATOR = b"block,line,tick,time_s,x,y,z\n", b"steps.n
 NORMAL = {"yz": 0, "zx": 1, "xy": 2}
 
 
-def dda(name: str, o: DdaOptions) -> int:
+def dda(o: Dda) -> int:
     """`vmachining dda`."""
-    out, plot, blu, as_json = o.out, o.plot, o.blu, o.as_json
+    name, out, plot, blu, as_json = o.program, o.out, o.plot, o.blu, o.as_json
     if out is not None and out.suffix.lower() not in (".csv", ".npz"):
         raise InputError(f"--out {out}: expected a name that ends in .csv or .npz")
     if plot is not None and plot.suffix.lower() not in (".html", ".htm"):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vmachining.cli.judge_commands import EngageOptions
+from vmachining.cli.judge_commands import Engage
 from vmachining.cli.main import Code
 from vmachining.cli.options import belong
 from vmachining.cli.screen import emit, note, progress_bar
@@ -21,9 +21,9 @@ MOST_CHIPS = 2000
 """Positions whose chips are drawn in one picture."""
 
 
-def engage(file: Path, o: EngageOptions) -> int:
+def engage(o: Engage) -> int:
     """`vmachining engage`."""
-    job, block, at, out, as_json = Job.load(file), o.block, o.at, o.out, o.as_json
+    job, block, at, out, as_json = Job.load(o.job), o.block, o.at, o.out, o.as_json
     names = ("method", "angles", "phase", "edge", "bottom", "seconds", "pitch")
     options: dict[str, Any] = {name: getattr(o, name) for name in names}
     if o.every is not None or o.chips or o.section is not None or not block.strip().isdecimal():
@@ -98,7 +98,7 @@ def _section(scene: Scene, angle_deg: float, out: Path) -> list[Path]:
     return [out / "section.parquet", *write_figures({"section": draw_section(table)}, out, ["png"])]
 
 
-def _many(job: Job, o: EngageOptions, options: dict[str, Any], out: Path) -> int:
+def _many(job: Job, o: Engage, options: dict[str, Any], out: Path) -> int:
     """`--block all|7,10-20`, `--every MM`: tables on disk, a summary on the screen."""
     from vmachining.job.engage import Scene
     from vmachining.job.engage_many import engage_many, positions

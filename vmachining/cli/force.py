@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
-from vmachining.cli.force_commands import IdentifyOptions
+from vmachining.cli.force_commands import Identify, Predict
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note, progress_bar
 from vmachining.errors import InputError
@@ -33,11 +33,11 @@ from vmachining.job.reading import read_job_program
 from vmachining.nc import Motion
 
 
-def identify_(file: Path, o: IdentifyOptions) -> int:
+def identify_(o: Identify) -> int:
     """`vmachining force identify`."""
-    tests = read_tests(file, on=o.on)
+    tests = read_tests(o.data, on=o.on)
     fit: LayerFit | Identification
-    title = o.name or file.stem
+    title = o.name or o.data.stem
     if o.method == "layers":
         fit = layer_coefficients(tests, o.corner_radius, o.teeth)
         found = smoothed(fit, degree=o.degree, ref=o.layer_ref, name=title)
@@ -86,7 +86,7 @@ def identify_(file: Path, o: IdentifyOptions) -> int:
     return Code.DONE
 
 
-def _validated(found: Coefficients, data: Path, o: IdentifyOptions) -> tuple[dict[str, Any], list[str]]:
+def _validated(found: Coefficients, data: Path, o: Identify) -> tuple[dict[str, Any], list[str]]:
     """Slots that were not fitted: deviation per axis, as numbers and as lines of the file."""
     tests = read_tests(data, on=o.on)
     off = predicted_means(found, tests, o.corner_radius, o.teeth) - tests.force
@@ -101,28 +101,25 @@ def _validated(found: Coefficients, data: Path, o: IdentifyOptions) -> tuple[dic
     ]
 
 
-def predict_(
-    file: Path, *, block: str, measured: Path | None, on: Literal["tool", "workpiece"], out: Path | None, quiet: bool,
-    as_json: bool,
-) -> int:  # fmt: skip
+def predict_(o: Predict) -> int:
     """`vmachining force predict`."""
     from vmachining.job.batch import safe_name
     from vmachining.job.predict import measured_table, predict
     from vmachining.report.force import write_forces
 
-    job = Job.load(file)
+    job = Job.load(o.job)
     trace = None
-    if measured is not None:  # before minutes are spent on the prediction
+    if o.measured is not None:  # before minutes are spent on the prediction
         speeds = {
             m.spindle_rpm
             for m in read_job_program(job).moves
             if m.motion is not Motion.RAPID and m.spindle_rpm
         }
-        trace = read_trace(measured, on=on, rev_min=speeds.pop() if len(speeds) == 1 else None)
-    blocks = None if block == "all" else [k for part in parse_blocks(block, "--block") for k in part]
-    with progress_bar(quiet=quiet or as_json) as progress:
+        trace = read_trace(o.measured, on=o.on, rev_min=speeds.pop() if len(speeds) == 1 else None)
+    blocks = None if o.block == "all" else [k for part in parse_blocks(o.block, "--block") for k in part]
+    with progress_bar(quiet=o.quiet or o.as_json) as progress:
         found = predict(job, blocks, progress=progress or (lambda *_: None))
-    folder = out if out is not None else Path("out") / safe_name(job.name)
+    folder = o.out if o.out is not None else Path("out") / safe_name(job.name)
     paths = write_forces(found, folder, name=job.name)
     over = None
     if trace is not None:
@@ -132,7 +129,7 @@ def predict_(
             measured_table(over).write_csv(temporary)
     worst = found.stations.sort("peak_n", descending=True).row(0, named=True)
     power = found.stations.sort("power_w", descending=True).row(0, named=True)
-    if as_json:
+    if o.as_json:
         emit({
             "stations": found.stations.height, "rows": found.series.height, "largest_force": worst, "largest_power": power,
             "files": [str(path) for path in paths], "notes": list(found.notes), **_measured(over),

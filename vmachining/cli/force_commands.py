@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -17,11 +16,16 @@ force = typer.Typer(
     no_args_is_help=True, rich_markup_mode=None,
 )  # fmt: skip
 
+On = Annotated[Literal["tool", "workpiece"], opt("tool|workpiece", "What the measured forces act on.")]
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class IdentifyOptions:
-    """Options of `vmachining force identify`."""
 
+@command(force, "force:identify_", shown=(EXAMPLE,))
+class Identify:
+    """Cutting and edge coefficients over the height, with residuals and intervals, as a coefficient file."""
+
+    data: Annotated[
+        Path, arg("DATA.csv", "Slot tests: depth_mm, feed_mm_per_tooth, fx_n, fy_n, fz_n (means).")
+    ]
     corner_radius: Annotated[float, opt("MM", "0: flat end.")]
     teeth: Annotated[int, opt(None, "Teeth of the tool.", min=1)]
     degree: Annotated[int, opt(None, "Degree of the polynomials in height.", min=0)] = 3
@@ -35,9 +39,7 @@ class IdentifyOptions:
     layer_ref: Annotated[
         Literal["mid", "top"], opt("mid|top", "Height that a layer's values are assigned to.")
     ] = "mid"
-    on: Annotated[Literal["tool", "workpiece"], opt("tool|workpiece", "What the measured forces act on.")] = (
-        "tool"
-    )
+    on: On = "tool"
     confidence: Annotated[float, opt(None, "Confidence level of the intervals.")] = 0.95
     validate: Annotated[
         Path | None,
@@ -49,43 +51,24 @@ class IdentifyOptions:
     as_json: Json = False
 
 
-@command(force, shown=(EXAMPLE,))
-def identify(
-    data: Annotated[
-        Path, arg("DATA.csv", "Slot tests: depth_mm, feed_mm_per_tooth, fx_n, fy_n, fz_n (means).")
-    ],
-    *,
-    options: IdentifyOptions,
-) -> int:
-    """Cutting and edge coefficients over the height, with residuals and intervals, as a coefficient file."""
-    from vmachining.cli import force as room
-
-    return room.identify_(data, options)
-
-
 @command(
     force,
+    "force:predict_",
     shown=(
         "force predict models/slot/job.toml --block 20-30 --out out/forces",
         "force predict part.toml --measured trace.csv --on workpiece",
     ),
 )
-def predict(
-    job: Annotated[Path, arg("JOB.toml", "Job file with a [force] table.")],
-    *,
-    block: Annotated[str, opt("all|3,7-12", "Blocks as in blocks.csv of a run.")] = "all",
+class Predict:
+    """Force over time: a revolution at every station of the blocks, as CSV and Parquet, with a picture."""
+
+    job: Annotated[Path, arg("JOB.toml", "Job file with a [force] table.")]
+    block: Annotated[str, opt("all|3,7-12", "Blocks as in blocks.csv of a run.")] = "all"
     measured: Annotated[
         Path | None,
         opt("TRACE.csv", "Measured: time_s or phi_deg, fx_n, fy_n, fz_n; compared with the prediction."),
-    ] = None,
-    on: Annotated[Literal["tool", "workpiece"], opt("tool|workpiece", "What the measured forces act on.")] = (
-        "tool"
-    ),
-    out: Annotated[Path | None, opt("DIR", "Default out/NAME.")] = None,
-    quiet: Quiet = False,
-    as_json: Json = False,
-) -> int:
-    """Force over time: a revolution at every station of the blocks, as CSV and Parquet, with a picture."""
-    from vmachining.cli import force as room
-
-    return room.predict_(job, block=block, measured=measured, on=on, out=out, quiet=quiet, as_json=as_json)
+    ] = None
+    on: On = "tool"
+    out: Annotated[Path | None, opt("DIR", "Default out/NAME.")] = None
+    quiet: Quiet = False
+    as_json: Json = False

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
+from vmachining.cli.job_commands import Init
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note
 from vmachining.errors import InputError
@@ -12,32 +12,24 @@ from vmachining.job.files import write_atomic
 from vmachining.job.starter import Draft, draft_job
 
 
-def init(
-    program: Path, *, out: Path | None, dialect: str | None, force: bool, as_json: bool, units: str = "",
-    tools: Path | None = None, given: Sequence[str] = (),
-) -> int:  # fmt: skip
+def init(o: Init) -> int:
     """`vmachining init`. Exit code 0: the job runs as it is, 1: values have to be given first."""
-    target = out if out is not None else program.with_suffix(".toml")
+    program = o.program
+    target = o.out if o.out is not None else program.with_suffix(".toml")
     if str(target) != "-":
         if target.is_dir():
             raise InputError(f"--out {target}: a directory", remedy="name the file: --out DIR/job.toml")
-        if target.exists() and not force and not (program.exists() and target.samefile(program)):
+        if target.exists() and not o.force and not (program.exists() and target.samefile(program)):
             raise InputError(f"{target} exists already", remedy="--out another name, or --force")
         if not target.parent.is_dir():
             raise InputError(f"--out {target}: there is no directory {target.parent}")
-    draft = draft_job(
-        program,
-        target.parent if str(target) != "-" else Path(),
-        dialect,
-        units=units,
-        library=tools,
-        tools=given,
-    )
+    folder = target.parent if str(target) != "-" else Path()
+    draft = draft_job(program, folder, o.dialect, units=o.units, library=o.tools, tools=o.tool or ())
     if target.exists() and target.samefile(program):
         raise InputError(f"--out {target}: that is the program itself")
     if str(target) != "-":
         write_atomic(target, draft.text)
-    if as_json:
+    if o.as_json:
         emit({
             "job": str(target), "dialect": draft.dialect, "units": draft.units, "tools": list(draft.tools),
             "guesses": list(draft.guesses), "open": list(draft.open), "errors": list(draft.errors), "ask": list(draft.ask),
@@ -45,7 +37,7 @@ def init(
         })  # fmt: skip
     elif str(target) == "-":
         print(draft.text, end="")
-    if not as_json:
+    if not o.as_json:
         _print_next_steps(target, program, draft)
     return Code.FINDINGS if draft.open or draft.errors else Code.DONE
 

@@ -19,12 +19,10 @@ from vmachining.cli.options import (
     StockOut,
     Units,
     arg,
-    belong,
     command,
     flag,
     opt,
 )
-from vmachining.errors import InputError
 
 jobs = typer.Typer()
 
@@ -74,9 +72,12 @@ class RunOptions:
         return [word for name, v in pairs for word in (name, f"{v:g}" if isinstance(v, float) else str(v))]
 
 
+Force = Annotated[bool, flag("--force", "Replace the result of another job in the directory.")]
+
+
 @command(
     jobs,
-    "run",
+    "jobs:run_",
     shown=(
         "run part.toml",
         "run part.toml --out out/fine --width 0.1% --stock stl,3mf",
@@ -85,111 +86,101 @@ class RunOptions:
         "run part.nc --tool 1=flat:10 --tool 3=ball:6",
     ),
 )
-def run_(
-    job: Annotated[Path, arg("JOB.toml|PROGRAM", PROGRAM_OR_JOB)],
-    *,
-    out: Out = None,
-    tools: Library = None,
-    tool: OneTool = None,
-    units: Units = "",
-    options: RunOptions,
-    resume: Resume = False,
-    force: Annotated[bool, flag("--force", "Replace the result of another job in the directory.")] = False,
-    quiet: Quiet = False,
-    as_json: Json = False,
-) -> int:
+class Run:
     """Simulate one job: tables, summary, report, finished stock, and the rewritten program with [feed]."""
-    from vmachining.cli import jobs
 
-    if options.scheduler is not None and (options.workers, options.part) != (None, None):
-        raise InputError(
-            "--scheduler has the workers of a cluster do all parts; --workers and --part are of this machine",
-            remedy="give one of them",
-        )
-    if options.part is not None:
-        belong(options, ("stock",), "belongs to merge: a part does not have the finished stock")
-        belong(options, ("stock_at",), "needs the whole workpiece, which a part does not have")
-    job = jobs.job_of(job, tools=tools, units=units, given=tool or (), quiet=quiet or as_json)
-    return jobs.run_job(job, options, out=out, resume=resume, quiet=quiet, as_json=as_json, force=force)
+    job: Annotated[Path, arg("JOB.toml|PROGRAM", PROGRAM_OR_JOB)]
+    out: Out = None
+    tools: Library = None
+    tool: OneTool = None
+    units: Units = ""
+    options: RunOptions
+    resume: Resume = False
+    force: Force = False
+    quiet: Quiet = False
+    as_json: Json = False
 
 
-@command(jobs, "merge", shown=("merge out/part.part-*-of-4 --out out/part",))
-def merge_(
-    folders: Annotated[list[Path], arg("DIR...", "Directories that `run --part K/N` wrote.")],
-    *,
-    out: Out = None,
-    stock: StockOut = "stl",
-    force: Annotated[bool, flag("--force", "Replace the result of another job in the directory.")] = False,
-    quiet: Quiet = False,
-    as_json: Json = False,
-) -> int:
+@command(jobs, "jobs:merge_", shown=("merge out/part.part-*-of-4 --out out/part",))
+class Merge:
     """Join all parts of a run into the result of a single run, with schedule, second opinions and files."""
-    from vmachining.cli import jobs
 
-    return jobs.merge_parts(folders, out=out, force=force, stock=stock, quiet=quiet, as_json=as_json)
+    folders: Annotated[list[Path], arg("DIR...", "Directories that `run --part K/N` wrote.")]
+    out: Out = None
+    stock: StockOut = "stl"
+    force: Force = False
+    quiet: Quiet = False
+    as_json: Json = False
 
 
 Result = Annotated[Path, arg("RESULT", "Directory of a complete result.")]
 
 
-@command(jobs, "check", shown=("check out/part --brep sample", "check out/part --brep 3,7-12"))
-def check_(
-    result: Result,
-    *,
-    brep: Annotated[str, opt("WHICH", "sample, all or blocks 3,7-12.")] = "sample",
-    brep_seconds: Annotated[float | None, opt("S", BREP_SECONDS, min=1.0)] = None,
-    workers: Annotated[int | None, opt(None, "Processes that check.", min=1)] = None,
-    quiet: Quiet = False,
-    as_json: Json = False,
-) -> int:
+@command(
+    jobs,
+    "jobs:add_to_result",
+    "check",
+    shown=("check out/part --brep sample", "check out/part --brep 3,7-12"),
+)
+class CheckResult:
     """B-rep checks of a finished result; nothing is cut again."""
-    from vmachining.cli import jobs
 
-    asked = {"brep": brep, "brep_seconds": brep_seconds, "workers": workers}
-    return jobs.add_to_result(result, asked, quiet=quiet, as_json=as_json)
+    result: Result
+    brep: Annotated[str, opt("WHICH", "sample, all or blocks 3,7-12.")] = "sample"
+    brep_seconds: Annotated[float | None, opt("S", BREP_SECONDS, min=1.0)] = None
+    workers: Annotated[int | None, opt(None, "Processes that check.", min=1)] = None
+    quiet: Quiet = False
+    as_json: Json = False
+
+    def asked(self) -> dict[str, Any]:
+        """Options of the run that change."""
+        return {"brep": self.brep, "brep_seconds": self.brep_seconds, "workers": self.workers}
 
 
-@command(jobs, "contact", shown=("contact out/part", "contact out/part --blocks sample"))
-def contact_(
-    result: Result,
-    *,
-    blocks: Annotated[str, opt("WHICH", "sample or all.")] = "all",
-    quiet: Quiet = False,
-    as_json: Json = False,
-) -> int:
+@command(
+    jobs, "jobs:add_to_result", "contact", shown=("contact out/part", "contact out/part --blocks sample")
+)
+class Contact:
     """Add contact, chips and forces to a finished result; nothing is cut again."""
-    from vmachining.cli import jobs
 
-    return jobs.add_to_result(result, {"contact": blocks}, quiet=quiet, as_json=as_json)
+    result: Result
+    blocks: Annotated[str, opt("WHICH", "sample or all.")] = "all"
+    quiet: Quiet = False
+    as_json: Json = False
+
+    def asked(self) -> dict[str, Any]:
+        """Options of the run that change."""
+        return {"contact": self.blocks}
 
 
-@command(jobs, "init", shown=("init part.nc", "init part.nc --out jobs/part.toml --force"))
-def init_(
-    program: Annotated[Path, arg("PROGRAM", "NC program.")],
-    *,
+@command(jobs, "init:init", shown=("init part.nc", "init part.nc --out jobs/part.toml --force"))
+class Init:
+    """Write a commented job file from a program: dialect, units, tools and stock as far as the program gives them."""
+
+    program: Annotated[Path, arg("PROGRAM", "NC program.")]
     out: Annotated[
         Path | None, opt("JOB.toml", "The file to write; default: next to the program; - prints it.")
-    ] = None,
-    dialect: Annotated[str | None, opt(None, "Of the program; default: detected and reported.")] = None,
-    tools: Library = None,
-    tool: OneTool = None,
-    units: Units = "",
-    force: Annotated[bool, flag("--force", "Overwrite the file.")] = False,
-    as_json: Json = False,
-) -> int:
-    """Write a commented job file from a program: dialect, units, tools and stock as far as the program gives them."""
-    from vmachining.cli import init
-
-    return init.init(
-        program, out=out, dialect=dialect, force=force, as_json=as_json, units=units, tools=tools,
-        given=tool or (),
-    )  # fmt: skip
+    ] = None
+    dialect: Annotated[str | None, opt(None, "Of the program; default: detected and reported.")] = None
+    tools: Library = None
+    tool: OneTool = None
+    units: Units = ""
+    force: Annotated[bool, flag("--force", "Overwrite the file.")] = False
+    as_json: Json = False
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BatchOptions:
-    """Options of `vmachining batch`."""
+@command(
+    jobs,
+    "batch:batch",
+    shown=(
+        "batch jobs/*.toml --out out/night --workers 4 --resume",
+        "batch jobs/*.toml --out /shared/night --scheduler tcp://10.0.0.5:8786",
+    ),
+)
+class Batch:
+    """Simulate many jobs; one that fails does not stop the others. Ends with a table, a data set and a page."""
 
+    files: Annotated[list[Path], arg("JOB.toml...", "Job files.")]
     out: Annotated[Path, opt("DIR", "One directory per job in it.")] = Path("out")
     workers: Annotated[int | None, opt(None, "Processes of this machine (default: 1).", min=1)] = None
     scheduler: Scheduler = None
@@ -199,41 +190,20 @@ class BatchOptions:
     as_json: Json = False
 
 
-@command(
-    jobs,
-    shown=(
-        "batch jobs/*.toml --out out/night --workers 4 --resume",
-        "batch jobs/*.toml --out /shared/night --scheduler tcp://10.0.0.5:8786",
-    ),
-)
-def batch(files: Annotated[list[Path], arg("JOB.toml...", "Job files.")], *, options: BatchOptions) -> int:
-    """Simulate many jobs; one that fails does not stop the others. Ends with a table, a data set and a page."""
-    from vmachining.cli.batch import run_batch
-
-    return run_batch(files, options)
-
-
-@command(jobs, shown=("warm",))
-def warm(*, quiet: Quiet = False) -> int:
+@command(jobs, "warm:warm", shown=("warm",))
+class Warm:
     """Compile all kernels now, in two processes: no later command has to wait for them."""
-    from vmachining.cli.warm import warm as compiled
 
-    return compiled(quiet=quiet)
+    quiet: Quiet = False
 
 
-@command(jobs, shown=("demo --out out/demo", "demo --list", "demo mould --out out/mould"))
-def demo(
-    name: Annotated[str, arg("[NAME]", "Model; --list names them.")] = "slot",
-    *,
-    listed: Annotated[bool, flag("--list", "Name the models, and what each shows.")] = False,
-    out: Out = None,
-    stock: StockOut = "stl",
-    quiet: Quiet = False,
-    as_json: Json = False,
-) -> int:
+@command(jobs, "jobs:demo", shown=("demo --out out/demo", "demo --list", "demo mould --out out/mould"))
+class Demo:
     """Simulate a model that comes with the package."""
-    from vmachining.cli import jobs
 
-    if listed:
-        return jobs.list_demos(as_json=as_json)
-    return jobs.run_demo(name, out=out, stock=stock, quiet=quiet, as_json=as_json)
+    name: Annotated[str, arg("[NAME]", "Model; --list names them.")] = "slot"
+    listed: Annotated[bool, flag("--list", "Name the models, and what each shows.")] = False
+    out: Out = None
+    stock: StockOut = "stl"
+    quiet: Quiet = False
+    as_json: Json = False

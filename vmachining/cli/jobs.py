@@ -10,8 +10,9 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from vmachining.cli.job_commands import RunOptions
+from vmachining.cli.job_commands import CheckResult, Contact, Demo, Merge, Run, RunOptions
 from vmachining.cli.main import Code
+from vmachining.cli.options import belong
 from vmachining.cli.screen import emit, note, progress_bar
 from vmachining.cli.stop import Watch, watched
 from vmachining.errors import InputError
@@ -157,6 +158,21 @@ def _says_job(file: Path) -> bool:
         return any(line.lstrip().startswith((b"[program]", b"[[tools]]")) for line in islice(lines, 60))
 
 
+def run_(o: Run) -> int:
+    """`vmachining run`."""
+    given = o.options
+    if given.scheduler is not None and (given.workers, given.part) != (None, None):
+        raise InputError(
+            "--scheduler has the workers of a cluster do all parts; --workers and --part are of this machine",
+            remedy="give one of them",
+        )
+    if given.part is not None:
+        belong(given, ("stock",), "belongs to merge: a part does not have the finished stock")
+        belong(given, ("stock_at",), "needs the whole workpiece, which a part does not have")
+    job = job_of(o.job, tools=o.tools, units=o.units, given=o.tool or (), quiet=o.quiet or o.as_json)
+    return run_job(job, given, out=o.out, resume=o.resume, quiet=o.quiet, as_json=o.as_json, force=o.force)
+
+
 def run_job(
     file: Path,
     options: RunOptions,
@@ -253,26 +269,25 @@ def run_job(
     return Code.FINDINGS if refused else Code.DONE
 
 
-def merge_parts(
-    folders: Sequence[Path], *, out: Path | None, force: bool, stock: str, quiet: bool, as_json: bool
-) -> int:
+def merge_(o: Merge) -> int:
     """`vmachining merge`: the result of a run whose parts are complete."""
-    parts = read_parts(folders)
+    parts = read_parts(o.folders)
     before = parts.manifest["options"]
-    asked = {"stock": stock, "brep": before["brep"], "brep_seconds": before["brep_seconds"]}
-    file, options = _as_before(folders[0], parts.manifest, asked)
-    return run_job(file, options, out=out, quiet=quiet, as_json=as_json, force=force, parts=parts)
+    asked = {"stock": o.stock, "brep": before["brep"], "brep_seconds": before["brep_seconds"]}
+    file, options = _as_before(o.folders[0], parts.manifest, asked)
+    return run_job(file, options, out=o.out, quiet=o.quiet, as_json=o.as_json, force=o.force, parts=parts)
 
 
-def add_to_result(folder: Path, asked: Mapping[str, Any], *, quiet: bool, as_json: bool) -> int:
+def add_to_result(o: CheckResult | Contact) -> int:
     """`vmachining check` and `contact`: one more stage of a complete result, with the options that it has."""
+    folder = o.result
     manifest = read_manifest(folder)
     if manifest is None or manifest.get("kind") != RUN:
         raise InputError(
             "is not a result of a run", file=str(folder), remedy="give the directory that `run` wrote"
         )
-    file, options = _as_before(folder, manifest, asked)
-    return run_job(file, options, out=folder, resume=True, quiet=quiet, as_json=as_json)
+    file, options = _as_before(folder, manifest, o.asked())
+    return run_job(file, options, out=folder, resume=True, quiet=o.quiet, as_json=o.as_json)
 
 
 def _as_before(
@@ -336,13 +351,15 @@ def _cut_short(watch: Watch, folder: Path, again: Sequence[str]) -> str:
     return f"ended within {where}, which took too long to finish; {state}: {shlex.join(again)}"
 
 
-def run_demo(name: str = "slot", *, out: Path | None, stock: str, quiet: bool, as_json: bool) -> int:
+def demo(o: Demo) -> int:
     """`vmachining demo`."""
-    options = RunOptions(engine=ENGINES_OF_DEMOS.get(name), stock=stock)
-    return run_job(demo_job(name), options, out=out, quiet=quiet, as_json=as_json)
+    if o.listed:
+        return _list_demos(as_json=o.as_json)
+    options = RunOptions(engine=ENGINES_OF_DEMOS.get(o.name), stock=o.stock)
+    return run_job(demo_job(o.name), options, out=o.out, quiet=o.quiet, as_json=o.as_json)
 
 
-def list_demos(*, as_json: bool) -> int:
+def _list_demos(*, as_json: bool) -> int:
     """`vmachining demo --list`: seconds are of a processor, kernels compiled."""
     for name, job in demo_models().items():
         page = job.parent / "README.md"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -15,7 +14,6 @@ from vmachining.cli.options import (
     StockOut,
     above_zero,
     arg,
-    belong,
     command,
     flag,
     opt,
@@ -25,10 +23,20 @@ from vmachining.cli.options import (
 judges = typer.Typer()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SweepOptions:
-    """Options of `vmachining sweep`."""
+@command(
+    judges,
+    "single:sweep",
+    shown=(
+        "sweep sweep.json --json",
+        "sweep sweep.json --no-brep --chord 0.001",
+        "sweep sweep.json --step sweep.step",
+        "sweep sweep.json --no-brep --plot regions.pdf --at 0.1,0.5,0.9",
+    ),
+)
+class Sweep:
+    """Volume of one sweep, with its bracket, and its B-rep solid."""
 
+    file: Annotated[str, arg("SWEEP.json", "Tool and two poses; - reads standard input.")]
     chord: Annotated[float, opt("MM", "Between inner and outer solid.", within(1e-5, 1e3))] = 0.01
     step: Annotated[Path | None, opt("FILE", "The solid as STEP, faces named by their region.")] = None
     no_brep: Annotated[
@@ -46,28 +54,17 @@ class SweepOptions:
 
 @command(
     judges,
+    "engage:engage",
     shown=(
-        "sweep sweep.json --json",
-        "sweep sweep.json --no-brep --chord 0.001",
-        "sweep sweep.json --step sweep.step",
-        "sweep sweep.json --no-brep --plot regions.pdf --at 0.1,0.5,0.9",
+        "engage models/slot/job.toml --block 20 --at 0.5 --out out/block20",
+        "engage models/slot/job.toml --block 18-40 --every 1 --method analytic --chips --out out/chips",
+        "engage models/semi_finish/job.toml --block 1-46 --method analytic --section 90 --out out/section",
     ),
 )
-def sweep(
-    file: Annotated[str, arg("SWEEP.json", "Tool and two poses; - reads standard input.")],
-    *,
-    options: SweepOptions,
-) -> int:
-    """Volume of one sweep, with its bracket, and its B-rep solid."""
-    from vmachining.cli import single
+class Engage:
+    """What the cutting edge touches at one instant of a block, or at many, for every rotation angle."""
 
-    return single.sweep(file, options)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class EngageOptions:
-    """Options of `vmachining engage`."""
-
+    job: JobArg
     block: Annotated[str, opt("K|all|7,10-20", "Blocks as numbered by run, from 0.")]
     at: Annotated[float, opt("P", "Fraction of the block, 0 to 1.")] = 0.5
     every: Annotated[float | None, opt("MM", "Positions along each block instead of one.", above_zero)] = None
@@ -90,46 +87,43 @@ class EngageOptions:
 
 @command(
     judges,
-    shown=(
-        "engage models/slot/job.toml --block 20 --at 0.5 --out out/block20",
-        "engage models/slot/job.toml --block 18-40 --every 1 --method analytic --chips --out out/chips",
-        "engage models/semi_finish/job.toml --block 1-46 --method analytic --section 90 --out out/section",
-    ),
-)
-def engage(job: JobArg, *, options: EngageOptions) -> int:
-    """What the cutting edge touches at one instant of a block, or at many, for every rotation angle."""
-    from vmachining.cli import engage as room
-
-    return room.engage(job, options)
-
-
-@command(
-    judges,
+    "block:block",
     shown=("block models/slot/job.toml 12", "block models/mould/job.toml 700,20-24 3 --width 0.01% --json"),
 )
-def block(
-    job: JobArg,
-    blocks: Annotated[list[str], arg("BLOCKS...", "Block numbers of blocks.csv, in any order: 7,10-12 3.")],
-    *,
+class Block:
+    """What single blocks remove, to any width, without a run: bracket, engine, seconds."""
+
+    job: JobArg
+    blocks: Annotated[list[str], arg("BLOCKS...", "Block numbers of blocks.csv, in any order: 7,10-12 3.")]
     width: Annotated[
         str | None, opt("W", "Relative width of a bracket: 0.01% or 1e-4; default: the job's.")
-    ] = None,
-    as_json: Json = False,
-) -> int:
-    """What single blocks remove, to any width, without a run: bracket, engine, seconds."""
-    from vmachining.cli import block as room
-
-    return room.block(job, blocks, width=width, as_json=as_json)
+    ] = None
+    as_json: Json = False
 
 
 RESULTS = "block or line, removed_mm3; or engaged intervals; or a job. With a set: directory of CASE.csv, or column case."
 PAGE = "Show two results (DIR or blocks.csv) on one page; a single one next to its schedule."
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CompareOptions:
-    """Options of `vmachining compare`."""
+@command(
+    judges,
+    "oracle:compare",
+    shown=(
+        "compare results.csv models/reference_pack/slot",
+        "compare results/ models/reference_pack --json",
+        "compare models/slot/job.toml --engines columns,mesh,dexel --out out/slot-engines",
+        "compare models/mould/job.toml --engines columns,dexel --blocks 100",
+        "compare out/slot --html schedule.html",
+        "compare out/before out/after --html both.html",
+    ),
+)
+class Compare:
+    """Compare volumes or engagement of another program with a reference, or our engines. Exit code 0: all inside, 1: not."""
 
+    results: Annotated[Path, arg("RESULTS.csv|JOB.toml|DIR", RESULTS)]
+    reference: Annotated[
+        Path | None, arg("REFERENCE_DIR", "Result directory of run, of pack, or of a set.")
+    ] = None
     engines: Annotated[
         str | None, opt("A,B,...", "Our engines on a job: columns,mesh,dexel,rays,vectors,brep.")
     ] = None
@@ -148,48 +142,16 @@ class CompareOptions:
 
 @command(
     judges,
+    "oracle:pack",
     shown=(
-        "compare results.csv models/reference_pack/slot",
-        "compare results/ models/reference_pack --json",
-        "compare models/slot/job.toml --engines columns,mesh,dexel --out out/slot-engines",
-        "compare models/mould/job.toml --engines columns,dexel --blocks 100",
-        "compare out/slot --html schedule.html",
-        "compare out/before out/after --html both.html",
+        "pack models/slot/job.toml --out out/slot-pack --stock stl,step",
+        "pack models/reference_pack --out out/set",
     ),
 )
-def compare(
-    results: Annotated[Path, arg("RESULTS.csv|JOB.toml|DIR", RESULTS)],
-    reference: Annotated[
-        Path | None, arg("REFERENCE_DIR", "Result directory of run, of pack, or of a set.")
-    ] = None,
-    *,
-    options: CompareOptions,
-) -> int:
-    """Compare volumes or engagement of another program with a reference, or our engines. Exit code 0: all inside, 1: not."""
-    from vmachining.cli import oracle
+class Pack:
+    """Make a folder for testing engines: program, tools, stock, volumes with brackets, finished stock, hashes."""
 
-    widened = ("tolerance_rel", "tolerance_mm3", "tolerance_mm")
-    if options.html is not None or options.engines is not None:
-        belong(
-            options,
-            widened,
-            "widens the brackets for results of other software, but no such results are given",
-        )
-    if options.engines is None:
-        belong(options, ("out", "blocks"), "goes with --engines")
-    else:
-        belong(options, ("html",), "compares two results, and --engines has one job")
-    if options.html is not None:
-        return oracle.compare_pages(results, reference, options.html, as_json=options.as_json)
-    if options.engines is not None:
-        return oracle.compare_engines(results, reference, options)
-    return oracle.compare(results, reference, options)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PackOptions:
-    """Options of `vmachining pack`."""
-
+    job: Annotated[Path, arg("JOB.toml|DIR", "Job file; or a directory with set.toml, of many.")]
     out: Annotated[Path | None, opt("DIR", "New directory; default out/NAME-pack.")] = None
     stock: StockOut = "stl"
     brep: Annotated[str, opt("WHICH", "B-rep checks: none, sample, all or blocks 3,7-12.")] = "none"
@@ -201,43 +163,17 @@ class PackOptions:
     as_json: Json = False
 
 
-@command(
-    judges,
-    shown=(
-        "pack models/slot/job.toml --out out/slot-pack --stock stl,step",
-        "pack models/reference_pack --out out/set",
-    ),
-)
-def pack(
-    job: Annotated[Path, arg("JOB.toml|DIR", "Job file; or a directory with set.toml, of many.")],
-    *,
-    options: PackOptions,
-) -> int:
-    """Make a folder for testing engines: program, tools, stock, volumes with brackets, finished stock, hashes."""
-    from vmachining.cli import oracle
+@command(judges, "single:bench", shown=("bench --list", "bench accuracy nc"))
+class Bench:
+    """Run benchmarks; one JSON object per line."""
 
-    return oracle.pack(job, options)
-
-
-@command(judges, shown=("bench --list", "bench accuracy nc"))
-def bench(
-    cases: Annotated[list[str] | None, arg("[CASE...]", "Names; default: all.")] = None,
-    *,
-    listed: Annotated[bool, flag("--list", "Name the cases, and how long each takes.")] = False,
+    cases: Annotated[list[str] | None, arg("[CASE...]", "Names; default: all.")] = None
+    listed: Annotated[bool, flag("--list", "Name the cases, and how long each takes.")] = False
     seeds: Annotated[
         str | None, opt("FIRST:LAST", "For cases that take seeds: run the seeds below LAST.")
-    ] = None,
-    blocks: Annotated[int | None, opt("N", "For cases with a length: number of blocks.", min=1)] = None,
+    ] = None
+    blocks: Annotated[int | None, opt("N", "For cases with a length: number of blocks.", min=1)] = None
     journal: Annotated[
         Path | None, opt("FILE", "Record finished cases here; the next run continues from them.")
-    ] = None,
-    as_json: Json = False,
-) -> int:
-    """Run benchmarks; one JSON object per line."""
-    from vmachining.cli.screen import emit
-    from vmachining.cli.single import from_clone
-
-    done: int = from_clone("benchmarks").bench(
-        cases or [], listed=listed, blocks=blocks, seeds=seeds, journal=journal, as_json=as_json, emit=emit
-    )
-    return done
+    ] = None
+    as_json: Json = False

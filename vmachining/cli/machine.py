@@ -6,22 +6,23 @@ from pathlib import Path
 
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note
+from vmachining.cli.show_commands import Describe
 from vmachining.job.mill import Mill
 from vmachining.machine import PRESETS, described
 from vmachining.report.figures import html_name
 from vmachining.report.machine import machine_record, write_machine
 
 
-def machine(name: str | None, *, out: Path | None, as_json: bool) -> int:
+def machine(o: Describe) -> int:
     """`vmachining machine`."""
-    if name is None:
+    if o.name is None:
         for known in PRESETS:
             told = machine_record(Mill.load(known))
             print(f"{known:<15} {told['configuration']:<10} {told['class']}  {told['words']}")
         return Code.DONE
-    mill = Mill.load(name)
+    mill = Mill.load(o.name)
     told = machine_record(mill)
-    if as_json:
+    if o.as_json:
         emit(told)
     else:
         print(f"{told['name']}: {told['configuration']}, class {told['class']}: {told['words']}")
@@ -39,8 +40,8 @@ def machine(name: str | None, *, out: Path | None, as_json: bool) -> int:
         if told["legs"] is not None:
             (low, high), home = told["legs"]["length_mm"], told["legs"]["home_mm"]
             print(f"  legs {low:g} to {high:g} mm, at home {min(home):.3f} to {max(home):.3f} mm")
-    if not as_json or out is not None:
-        page = html_name(out, "--out") if out is not None else Path(f"{mill.name.replace('/', '-')}.html")
+    if not o.as_json or o.out is not None:
+        page = html_name(o.out, "--out") if o.out is not None else Path(f"{mill.name.replace('/', '-')}.html")
         write_machine(mill, page)
         note(f"{page}: written")
     return Code.DONE

@@ -7,8 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import typer
+
 from vmachining.cli.main import Code
-from vmachining.cli.nc_commands import Checking, Reading
+from vmachining.cli.nc_commands import Check, Checking, Moves, Plot, Reading
 from vmachining.cli.options import belong, three
 from vmachining.cli.screen import emit, note
 from vmachining.errors import InputError
@@ -120,7 +122,7 @@ def _line(program: Program, finding: Finding) -> str:
     return f"{program.name}:{finding.line}:{finding.col}: {finding.code} {finding.message}{word}{hint}"
 
 
-def explain_code(code: str, *, as_json: bool) -> int:
+def _explained(code: str, *, as_json: bool) -> int:
     """`vmachining nc check --explain CODE`; "all" lists the catalogue."""
     codes = sorted(CATALOGUE) if code.lower() == "all" else [code.upper()]
     for name in codes:
@@ -129,15 +131,8 @@ def explain_code(code: str, *, as_json: bool) -> int:
         except KeyError:
             raise InputError(f"no finding has the code {code}", remedy="--explain all lists them") from None
         if as_json:
-            emit(
-                {
-                    "code": name,
-                    "severity": name[0],
-                    "title": entry.title,
-                    "explanation": entry.explanation,
-                    "hint": entry.hint,
-                }
-            )
+            told = {"title": entry.title, "explanation": entry.explanation, "hint": entry.hint}
+            emit({"code": name, "severity": name[0], **told})
         else:
             print(f"{name} {entry.title}\n    {entry.explanation}")
             if entry.hint:
@@ -145,16 +140,20 @@ def explain_code(code: str, *, as_json: bool) -> int:
     return Code.DONE
 
 
-def check(name: str, reading: Checking, *, as_json: bool) -> int:
+def check(o: Check) -> int:
     """`vmachining nc check`."""
-    program = read(name, reading)
+    if o.explain is not None:
+        return _explained(o.explain, as_json=o.as_json)
+    if o.program is None:
+        raise typer.BadParameter("a program, or --explain CODE, is expected")
+    program = read(o.program, o.reading)
     for finding in program.findings:
-        if as_json:
+        if o.as_json:
             emit(finding_record(finding))
         else:
             print(_line(program, finding))
     errors = len(program.errors)
-    if not as_json:
+    if not o.as_json:
         others = len(program.findings) - errors
         note(f"{program.name}: {errors} errors, {others} other findings, {len(program.moves)} motions")
     return Code.FINDINGS if errors else Code.DONE
@@ -167,12 +166,12 @@ def _on(reading: Reading, machine: str | None) -> Reading:
     return replace(reading, rotary=rotary_letters(_mill(machine)))
 
 
-def moves(name: str, reading: Reading, *, machine: str | None, coordinates: str, as_json: bool) -> int:
+def moves(o: Moves) -> int:
     """`vmachining nc moves`."""
-    program = read(name, _on(reading, machine))
+    program = read(o.program, _on(o.reading, o.machine))
     for move in program.moves:
-        record = move_record(move, coordinates)
-        if as_json:
+        record = move_record(move, o.coordinates)
+        if o.as_json:
             emit(record)
             continue
         end = " ".join(f"{axis}{value:.4f}" for axis, value in zip("XYZ", record["end_mm"], strict=True))
@@ -183,19 +182,20 @@ def moves(name: str, reading: Reading, *, machine: str | None, coordinates: str,
     return note_findings(program)
 
 
-def plot(name: str, reading: Reading, *, machine: str | None, out: Path | None) -> int:
+def plot(o: Plot) -> int:
     """`vmachining nc plot`."""
     from vmachining.job.toolpath import Toolpath
     from vmachining.report.backplot import write_backplot
 
-    program = read(name, _on(reading, machine))
+    name, machine = o.program, o.machine
+    program = read(name, _on(o.reading, machine))
     toolpath = Toolpath.of(program, None if machine is None else _mill(machine).chain)
     if not toolpath.blocks:
         found = f": {program.errors[0].message}" if program.errors else ""
         raise InputError(
             f"the program moves nothing{found}", file=name, remedy="nc check names what is wrong"
         )
-    page = out if out is not None else Path(f"{'program' if name == '-' else Path(name).stem}.html")
+    page = o.out if o.out is not None else Path(f"{'program' if name == '-' else Path(name).stem}.html")
     write_backplot(toolpath, page)
     print(page)
     return note_findings(program)

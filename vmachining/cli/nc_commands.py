@@ -44,10 +44,18 @@ nc = typer.Typer(
 )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PostOptions:
-    """Options of `vmachining post`."""
+@command(
+    programs,
+    "post:post",
+    shown=(
+        "post part.cls --machine ac-table --dialect fanuc --out part.nc",
+        "post poses.csv --dialect sinumerik --out part.mpf",
+    ),
+)
+class Post:
+    """Write a path as a program for a control: iso, fanuc, sinumerik or heidenhain."""
 
+    source: Annotated[Path, arg("POSES|CL", "Table of poses, CL file or NC program.")]
     out: Annotated[Path, opt("PROGRAM", "The file to write; - prints it.")]
     dialect: Annotated[str, opt(None, "iso, fanuc, sinumerik or heidenhain.")] = "iso"
     machine: Annotated[str | None, opt("NAME|FILE", "Its angles for a leaning tool (iso, fanuc).")] = None
@@ -64,26 +72,13 @@ class PostOptions:
 
 @command(
     programs,
-    shown=(
-        "post part.cls --machine ac-table --dialect fanuc --out part.nc",
-        "post poses.csv --dialect sinumerik --out part.mpf",
-    ),
+    "dda:dda",
+    shown=("dda part.nc --blu 0.01 --out pulses.csv", "dda part.nc --tools job.toml --plot pulses.html"),
 )
-def post(
-    source: Annotated[Path, arg("POSES|CL", "Table of poses, CL file or NC program.")],
-    *,
-    options: PostOptions,
-) -> int:
-    """Write a path as a program for a control: iso, fanuc, sinumerik or heidenhain."""
-    from vmachining.cli import post as room
+class Dda:
+    """Pulse trains for stepping motors, feed rate numbers, clocks and deviations of every motion."""
 
-    return room.post(source, options)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DdaOptions:
-    """Options of `vmachining dda`."""
-
+    program: ProgramArg
     blu: Annotated[float, opt("MM", "Length of one pulse.")] = 0.02
     register: Annotated[int, opt("N", "Register capacity.")] = 20_000
     mode: Annotated[str, opt("dda|s1", "s1: the historical engraver, errors included.")] = "dda"
@@ -100,17 +95,6 @@ class DdaOptions:
     out: Annotated[Path | None, opt("FILE", "Pulse trains as .csv or .npz.")] = None
     plot: Annotated[Path | None, opt("FILE", "Pulses and programmed path as .html.")] = None
     as_json: Json = False
-
-
-@command(
-    programs,
-    shown=("dda part.nc --blu 0.01 --out pulses.csv", "dda part.nc --tools job.toml --plot pulses.html"),
-)
-def dda(program: ProgramArg, *, options: DdaOptions) -> int:
-    """Pulse trains for stepping motors, feed rate numbers, clocks and deviations of every motion."""
-    from vmachining.cli import dda as room
-
-    return room.dda(program, options)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -148,56 +132,40 @@ class Checking(Reading):
 
 @command(
     nc,
-    "check",
+    "nc:check",
     shown=(
         "nc check part.nc --tools job.toml",
         "nc check part.nc --machine mill.toml",
         "nc check --explain E302",
     ),
 )
-def nc_check(
-    program: Annotated[str | None, arg("[PROGRAM]", "NC program; - reads standard input.")] = None,
-    *,
-    reading: Checking,
-    explain: Annotated[str | None, opt("CODE", "What a code such as E302 means; all: every code.")] = None,
-    as_json: Json = False,
-) -> int:
+class Check:
     """Test a program. Exit code 0: clean, 1: it has findings of severity E."""
-    from vmachining.cli import nc as room
 
-    if explain is not None:
-        return room.explain_code(explain, as_json=as_json)
-    if program is None:
-        raise typer.BadParameter("a program, or --explain CODE, is expected")
-    return room.check(program, reading, as_json=as_json)
+    program: Annotated[str | None, arg("[PROGRAM]", "NC program; - reads standard input.")] = None
+    reading: Checking
+    explain: Annotated[str | None, opt("CODE", "What a code such as E302 means; all: every code.")] = None
+    as_json: Json = False
 
 
-@command(nc, "moves", shown=("nc moves part.nc --coordinates program --json",))
-def nc_moves(
-    program: ProgramArg,
-    *,
-    machine: Annotated[str | None, opt("FILE", "File or preset whose rotary axes are allowed.")] = None,
+@command(nc, "nc:moves", shown=("nc moves part.nc --coordinates program --json",))
+class Moves:
+    """List the canonical motions of a program, one per line."""
+
+    program: ProgramArg
+    machine: Annotated[str | None, opt("FILE", "File or preset whose rotary axes are allowed.")] = None
     coordinates: Annotated[
         Literal["machine", "program"], opt("machine|program", "Coordinate system of end_mm.")
-    ] = "machine",
-    reading: Reading,
-    as_json: Json = False,
-) -> int:
-    """List the canonical motions of a program, one per line."""
-    from vmachining.cli import nc as room
-
-    return room.moves(program, reading, machine=machine, coordinates=coordinates, as_json=as_json)
+    ] = "machine"
+    reading: Reading
+    as_json: Json = False
 
 
-@command(nc, "plot", shown=("nc plot part.nc", "nc plot part.h --out part.html"))
-def nc_plot(
-    program: ProgramArg,
-    *,
-    out: Annotated[Path | None, opt("FILE", "Page to write; default: PROGRAM.html here.")] = None,
-    machine: Annotated[str | None, opt("FILE", "Machine of a program with rotary words.")] = None,
-    reading: Reading,
-) -> int:
+@command(nc, "nc:plot", shown=("nc plot part.nc", "nc plot part.h --out part.html"))
+class Plot:
     """Backplot a program without a job: one page with path, program and feeds."""
-    from vmachining.cli import nc as room
 
-    return room.plot(program, reading, machine=machine, out=out)
+    program: ProgramArg
+    out: Annotated[Path | None, opt("FILE", "Page to write; default: PROGRAM.html here.")] = None
+    machine: Annotated[str | None, opt("FILE", "Machine of a program with rotary words.")] = None
+    reading: Reading

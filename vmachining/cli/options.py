@@ -1,17 +1,20 @@
-"""Options as values: a command names the dataclass of its options, and their words are made of its fields."""
+"""A command is a value: a dataclass whose fields are its words and options; options that several commands have."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import MISSING, fields, is_dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from importlib import import_module
 from inspect import Parameter, signature
 from math import isfinite
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_type_hints
+from typing import Annotated, Any, Literal, TypeVar, dataclass_transform, get_type_hints
 
 import typer
 
 from vmachining.errors import InputError
+
+T = TypeVar("T")
 
 MOST = 1e9
 """Largest number of an option; NaN is beyond every limit. Job files have the same (`job.jobfile.MOST`)."""
@@ -23,39 +26,52 @@ def examples(*lines: str) -> str:
     return "\b\n" + "\n".join([head, *(f"  vmachining {line}" for line in lines)])
 
 
-def command(app: typer.Typer, name: str | None = None, *, shown: tuple[str, ...]) -> Callable[..., Any]:
-    """Hang a function into a tree, with lines of example. A parameter that is a dataclass becomes its fields, an option each."""
+@dataclass_transform(frozen_default=True, kw_only_default=True)
+def command(
+    app: typer.Typer, runs: str, name: str = "", *, shown: tuple[str, ...]
+) -> Callable[[type[T]], type[T]]:
+    """Hang a class into a tree as a command: a frozen dataclass whose docstring is the help and whose fields are the words.
 
-    def hang(function: Callable[..., int]) -> Callable[..., int]:
-        hints = get_type_hints(function, include_extras=True)
-        values = {key: hint for key, hint in hints.items() if is_dataclass(hint)}
-        found: list[Parameter] = []
-        for parameter in signature(function).parameters.values():
-            if parameter.name not in values:
-                found.append(_word(parameter.name, hints[parameter.name], parameter.default))
-                continue
-            kind = values[parameter.name]
-            types = get_type_hints(kind, include_extras=True)
-            for field in fields(kind):
-                default = Parameter.empty if field.default is MISSING else field.default
-                found.append(_word(field.name, types[field.name], default))
+    A field that is a dataclass gives its own fields. runs : "file:function" in this room, which takes the value; imported when
+    the command runs. name : that of the function if not given. shown : lines of example.
+    """
+    file, _, function = runs.partition(":")
+
+    def hang(bare: type[T]) -> type[T]:
+        kind = dataclass(frozen=True, slots=True, kw_only=True)(bare)
 
         def called(**words: Any) -> int:
-            for key, kind in values.items():
-                words[key] = kind(**{field.name: words.pop(field.name) for field in fields(kind)})  # type: ignore[operator]
-            return function(**words)
+            done: int = getattr(import_module(f"vmachining.cli.{file}"), function)(_made(kind, words))
+            return done
 
-        called.__name__, called.__doc__ = function.__name__, function.__doc__
+        found = list(_words(kind))
+        called.__doc__ = kind.__doc__
         called.__annotations__ = {one.name: one.annotation for one in found}
         called.__signature__ = signature(called).replace(parameters=found)  # type: ignore[attr-defined]
-        app.command(name, epilog=examples(*shown))(called)
-        return function
+        app.command(name or function.rstrip("_"), epilog=examples(*shown))(called)
+        return kind
 
     return hang
 
 
-def _word(name: str, hint: Any, default: Any) -> Parameter:
-    return Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=hint)
+def _words(kind: Any) -> Iterator[Parameter]:
+    """Parameters of all fields of a dataclass, and of the dataclasses in it."""
+    types = get_type_hints(kind, include_extras=True)
+    for field in fields(kind):
+        if is_dataclass(types[field.name]):
+            yield from _words(types[field.name])
+            continue
+        default = Parameter.empty if field.default is MISSING else field.default
+        yield Parameter(field.name, Parameter.KEYWORD_ONLY, default=default, annotation=types[field.name])
+
+
+def _made(kind: Any, words: dict[str, Any]) -> Any:
+    """The value of a dataclass from the words of its fields."""
+    types = get_type_hints(kind)
+    names = (field.name for field in fields(kind))
+    return kind(
+        **{name: _made(types[name], words) if is_dataclass(types[name]) else words[name] for name in names}
+    )
 
 
 def opt(

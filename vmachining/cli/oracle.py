@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vmachining.cli.jobs import told_disputes
-from vmachining.cli.judge_commands import CompareOptions, PackOptions
+from vmachining.cli.judge_commands import Compare, Pack
 from vmachining.cli.main import Code
+from vmachining.cli.options import belong
 from vmachining.cli.screen import emit, note, progress_bar
 from vmachining.cli.single import from_clone
 from vmachining.cli.stop import watched
@@ -40,8 +41,22 @@ if TYPE_CHECKING:
 WORST = 10
 
 
-def compare(results: Path, reference: Path | None, o: CompareOptions) -> int:
-    """`vmachining compare`: of volumes, or of engaged intervals where the table has them; of many cases with a set."""
+def compare(o: Compare) -> int:
+    """`vmachining compare`: with a reference, two results on one page, or our engines."""
+    widened = ("tolerance_rel", "tolerance_mm3", "tolerance_mm")
+    if o.html is not None or o.engines is not None:
+        belong(o, widened, "widens the brackets for results of other software, but no such results are given")
+    if o.engines is None:
+        belong(o, ("out", "blocks"), "goes with --engines")
+    else:
+        belong(o, ("html",), "compares two results, and --engines has one job")
+    if o.html is not None:
+        return _pages(o.results, o.reference, o.html, as_json=o.as_json)
+    return _compared(o.results, o.reference, o) if o.engines is None else _engines(o)
+
+
+def _compared(results: Path, reference: Path | None, o: Compare) -> int:
+    """Of volumes, or of engaged intervals where the table has them; of many cases with a set."""
     if reference is None:
         raise InputError(
             "compare needs a reference",
@@ -67,7 +82,7 @@ def compare(results: Path, reference: Path | None, o: CompareOptions) -> int:
     return _answer(judged(results, reference, **more), _show, o)
 
 
-def _answer(found: Any, show: Callable[[Console, Any], None], o: CompareOptions) -> int:
+def _answer(found: Any, show: Callable[[Console, Any], None], o: Compare) -> int:
     """A comparison as JSON, or shown with its verdict; the exit code."""
     from rich.console import Console
     from rich.text import Text
@@ -92,14 +107,14 @@ def _table(title: str, heads: Iterable[str], words: Container[str]) -> Table:
     return table
 
 
-def compare_engines(file: Path, reference: Path | None, o: CompareOptions) -> int:
+def _engines(o: Compare) -> int:
     """`vmachining compare JOB.toml --engines ...`."""
     from vmachining.report.engines import write_engines
 
     names = engine_names(o.engines or "")
-    if reference is not None:
-        raise InputError("--engines compares our engines on a job", remedy=f"leave out {reference}")
-    job = Job.load(file)
+    if o.reference is not None:
+        raise InputError("--engines compares our engines on a job", remedy=f"leave out {o.reference}")
+    job = Job.load(o.results)
     folder = o.out if o.out is not None else Path("out") / f"{safe_name(job.name)}-engines"
     with (
         progress_bar(quiet=o.as_json) as bar,
@@ -121,7 +136,7 @@ def compare_engines(file: Path, reference: Path | None, o: CompareOptions) -> in
     return Code.DONE if found.agrees else Code.FINDINGS
 
 
-def compare_pages(one: Path, other: Path | None, page: Path, *, as_json: bool) -> int:
+def _pages(one: Path, other: Path | None, page: Path, *, as_json: bool) -> int:
     """`vmachining compare A [B] --html PAGE`: two results on one page; 1 where intervals of a piece exclude each other."""
     from vmachining.report.comparison import Side, compare_results, write_comparison
     from vmachining.report.figures import html_name
@@ -226,13 +241,13 @@ def _show_edges(console: Console, found: EngagementComparison) -> None:
         console.print(f"ignored    {found.ignored} angles that the reference does not have", soft_wrap=True)
 
 
-def pack(file: Path, o: PackOptions) -> int:
+def pack(o: Pack) -> int:
     """`vmachining pack`: of one job, or of all cases of a set."""
-    if file.is_dir():
-        return _pack_set(file, o)
+    if o.job.is_dir():
+        return _pack_set(o)
     parse_brep(o.brep)
     formats = check_formats(o.stock)
-    job = Job.load(file)
+    job = Job.load(o.job)
     folder = o.out if o.out is not None else Path("out") / f"{safe_name(job.name)}-pack"
     silent = o.quiet or o.as_json
     with (
@@ -272,9 +287,9 @@ def pack(file: Path, o: PackOptions) -> int:
     return Code.FINDINGS if refused else Code.DONE
 
 
-def _pack_set(folder: Path, o: PackOptions) -> int:
+def _pack_set(o: Pack) -> int:
     """All packs of a set; those that are made already stay."""
-    silent = o.quiet or o.as_json
+    silent, folder = o.quiet or o.as_json, o.job
     begun: list[str] = []
 
     def said(name: str, done: int, total: int) -> None:

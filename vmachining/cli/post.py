@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from pathlib import Path
 
 from vmachining.cli.main import Code
-from vmachining.cli.nc_commands import PostOptions
+from vmachining.cli.nc_commands import Post
 from vmachining.cli.screen import emit, note
 from vmachining.errors import InputError
 from vmachining.job.files import write_atomic
@@ -18,9 +17,9 @@ from vmachining.report.figures import html_name
 from vmachining.toolpath.post import post_program
 
 
-def post(source: Path, o: PostOptions) -> int:
+def post(o: Post) -> int:
     """`vmachining post`."""
-    out, plot = o.out, o.plot
+    source, out, plot = o.source, o.out, o.plot
     if str(out) != "-" and out.exists() and not o.force:
         raise InputError(f"{out} exists already", remedy="--out another name, or --force")
     if str(out) != "-" and not out.parent.is_dir():

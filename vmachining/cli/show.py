@@ -10,7 +10,8 @@ from vmachining.cli.job_commands import RunOptions
 from vmachining.cli.jobs import run_job
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note
-from vmachining.cli.show_commands import FigureOptions
+from vmachining.cli.show_commands import Figure as FigureOptions
+from vmachining.cli.show_commands import Strategies
 from vmachining.cli.single import from_clone
 from vmachining.errors import InputError
 
@@ -24,8 +25,9 @@ OPTIONAL = {"logged": "logged.parquet", "references": "references.csv"}
 """Kinds of `run` that are drawn only where their table is there or where they are asked for."""
 
 
-def figure(folder: Path, o: FigureOptions) -> int:
+def figure(o: FigureOptions) -> int:
     """`vmachining figure`."""
+    folder = o.results
     from vmachining.report import paper
     from vmachining.report.paper import FORMATS, KINDS, OVER, Results, draw
 
@@ -106,18 +108,16 @@ def _chosen(text: str, known: tuple[str, ...], option: str, *, every: bool = Fal
     return list(dict.fromkeys(words))
 
 
-def strategies(
-    target: Path, *, out: Path | None, engine: str | None, resume: bool, quiet: bool, as_json: bool
-) -> int:
+def strategies(o: Strategies) -> int:
     """`vmachining strategies`: runs a job, judges all strategies by simulation, then shows the comparison."""
     from vmachining.job import Job
     from vmachining.job.batch import safe_name
     from vmachining.report.paper import Results
 
-    folder = target
-    if target.is_dir() and engine is not None:
+    folder = target = o.target
+    if target.is_dir() and o.engine is not None:
         raise InputError(
-            f"--engine {engine}: {target} is a result, and nothing is cut", remedy="give the job"
+            f"--engine {o.engine}: {target} is a result, and nothing is cut", remedy="give the job"
         )
     if not target.is_dir():
         job = Job.load(target)
@@ -126,9 +126,9 @@ def strategies(
                 "no [feed] table: the limits of the feed are missing",
                 file=str(target), remedy="give strategy, min_mm_min and max_mm_min under [feed]",
             )  # fmt: skip
-        folder = out if out is not None else Path("out") / safe_name(job.name)
+        folder = o.out if o.out is not None else Path("out") / safe_name(job.name)
         code = run_job(
-            target, RunOptions(engine=engine), out=folder, resume=resume, quiet=quiet or as_json, every_strategy=True
+            target, RunOptions(engine=o.engine), out=folder, resume=o.resume, quiet=o.quiet or o.as_json, every_strategy=True
         )  # fmt: skip
         if code != Code.DONE:
             return code
@@ -138,7 +138,7 @@ def strategies(
             "no comparison of strategies", file=str(folder), remedy="run a job with a [feed] table"
         )
     missing = _missing(results)
-    if as_json:
+    if o.as_json:
         emit({"name": results.name, "strategies": results.strategies.to_dicts(), "not_compared": missing})
         return Code.DONE
     _table(results.name, results.strategies)

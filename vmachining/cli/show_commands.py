@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -18,10 +17,17 @@ KINDS = (
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FigureOptions:
-    """Options of `vmachining figure`."""
+@command(shows, "show:figure", shown=("figure out/slot --kind load,stock --format svg,pdf",))
+class Figure:
+    """Figures for papers from a result directory: vector graphics, fonts embedded, axes with units."""
 
+    results: Annotated[
+        Path,
+        arg(
+            "DIR|FILE",
+            "Result directory of run, engage --chips or force predict --measured; or lines of bench.",
+        ),
+    ]
     kind: Annotated[str, opt("LIST", KINDS)] = "all"
     formats: Annotated[str, typer.Option("--format", metavar="LIST", help="svg, pdf, png (comma list).")] = (
         "pdf"
@@ -34,68 +40,42 @@ class FigureOptions:
     as_json: Json = False
 
 
-@command(shows, shown=("figure out/slot --kind load,stock --format svg,pdf",))
-def figure(
-    results: Annotated[
-        Path,
-        arg(
-            "DIR|FILE",
-            "Result directory of run, engage --chips or force predict --measured; or lines of bench.",
-        ),
-    ],
-    *,
-    options: FigureOptions,
-) -> int:
-    """Figures for papers from a result directory: vector graphics, fonts embedded, axes with units."""
-    from vmachining.cli import show
+@command(
+    shows,
+    "machine:machine",
+    shown=("machine", "machine xyzac-trt --out trunnion.html", "machine mill.toml --json"),
+)
+class Describe:
+    """Describe a machine: chain, class, axes, limits, options, legs; as text and as a page with pictures."""
 
-    return show.figure(results, options)
-
-
-@command(shows, shown=("machine", "machine xyzac-trt --out trunnion.html", "machine mill.toml --json"))
-def machine(
     name: Annotated[
         str | None, arg("[NAME|FILE]", "Preset, machine file or job; without it: all presets.")
-    ] = None,
-    *,
-    out: Annotated[Path | None, opt("HTML", "The page; default: NAME.html here.")] = None,
-    as_json: Json = False,
-) -> int:
-    """Describe a machine: chain, class, axes, limits, options, legs; as text and as a page with pictures."""
-    from vmachining.cli import machine as room
-
-    return room.machine(name, out=out, as_json=as_json)
+    ] = None
+    out: Annotated[Path | None, opt("HTML", "The page; default: NAME.html here.")] = None
+    as_json: Json = False
 
 
-@command(shows, shown=("view out/slot", "view models/slot/job.toml --port 8000"))
-def view(
-    target: Annotated[Path, arg("JOB.toml|DIR", "Job file, or result directory.")],
-    *,
-    out: Out = None,
-    engine: Engine = None,
-    port: Annotated[int, opt(None, "On this machine; 0: any that is free.", min=0, max=65535)] = 0,
-    once: Annotated[bool, flag("--once", "Do not run the job again when its files change.")] = False,
-) -> int:
+@command(shows, "view:view", shown=("view out/slot", "view models/slot/job.toml --port 8000"))
+class View:
     """The report in a browser, on loopback only: of a job while it runs and whenever its files change. Ends with Ctrl-C."""
-    from vmachining.cli import view as room
 
-    return room.view(target, out=out, engine=engine, port=port, once=once)
+    target: Annotated[Path, arg("JOB.toml|DIR", "Job file, or result directory.")]
+    out: Out = None
+    engine: Engine = None
+    port: Annotated[int, opt(None, "On this machine; 0: any that is free.", min=0, max=65535)] = 0
+    once: Annotated[bool, flag("--once", "Do not run the job again when its files change.")] = False
 
 
-@command(shows, shown=("strategies models/slot/job.toml", "strategies out/slot --json"))
-def strategies(
-    target: Annotated[Path, arg("JOB.toml|DIR", "Job with [feed], or result directory of one.")],
-    *,
-    out: Out = None,
-    engine: Engine = None,
-    resume: Annotated[bool, flag("--resume", "Continue an interrupted run.")] = False,
-    quiet: Quiet = False,
-    as_json: Json = False,
-) -> int:
+@command(shows, "show:strategies", shown=("strategies models/slot/job.toml", "strategies out/slot --json"))
+class Strategies:
     """All feed strategies on the same job: time, peak and spread of volume rate, chip area and force.
 
     Each strategy's program is written (scheduled_NAME.nc) and judged by simulation; inserted blocks cost one more.
     """
-    from vmachining.cli import show
 
-    return show.strategies(target, out=out, engine=engine, resume=resume, quiet=quiet, as_json=as_json)
+    target: Annotated[Path, arg("JOB.toml|DIR", "Job with [feed], or result directory of one.")]
+    out: Out = None
+    engine: Engine = None
+    resume: Annotated[bool, flag("--resume", "Continue an interrupted run.")] = False
+    quiet: Quiet = False
+    as_json: Json = False

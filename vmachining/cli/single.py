@@ -6,7 +6,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from vmachining.cli.judge_commands import SweepOptions
+from vmachining.cli.judge_commands import Bench, Sweep
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note, status_line
 from vmachining.errors import InputError
@@ -15,9 +15,9 @@ STEP_MARK, PLOT_MARK, PICTURE_MARK = b"'vmachining'", b"vmachining sweep", b"vma
 """What tells files of this command from others: the system a STEP file comes from, the generator of a page or a picture."""
 
 
-def sweep(name: str, o: SweepOptions) -> int:
+def sweep(o: Sweep) -> int:
     """`vmachining sweep`."""
-    step, plot, brep = o.step, o.plot, not o.no_brep
+    name, step, plot, brep = o.file, o.step, o.plot, not o.no_brep
     if step is not None and not brep:
         raise InputError(
             "--step writes the B-rep solid, which --no-brep leaves out", remedy="drop one of them"
@@ -80,6 +80,14 @@ def _fractions(text: str) -> list[float]:
     if not found or not all(0.0 <= t <= 1.0 for t in found):
         raise InputError(f"--at {text}: expected fractions of the motion from 0 to 1, such as 0.1,0.5,0.9")
     return found
+
+
+def bench(o: Bench) -> int:
+    """`vmachining bench`."""
+    done: int = from_clone("benchmarks").bench(
+        o.cases or [], listed=o.listed, blocks=o.blocks, seeds=o.seeds, journal=o.journal, as_json=o.as_json, emit=emit
+    )  # fmt: skip
+    return done
 
 
 def from_clone(module: str) -> Any:

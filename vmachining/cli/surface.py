@@ -11,7 +11,7 @@ from vmachining.arrays import Floats
 from vmachining.cli.main import Code
 from vmachining.cli.options import three
 from vmachining.cli.screen import emit, note
-from vmachining.cli.toolpath_commands import DropOptions, FlankOptions, SurfaceOptions
+from vmachining.cli.toolpath_commands import Distance, Drop, Flank, Passes
 from vmachining.errors import InputError
 from vmachining.job.files import write_atomic
 from vmachining.job.part import read_part
@@ -24,8 +24,9 @@ from vmachining.toolpath.facets import FacetMesh, Surface, radii
 from vmachining.toolpath.rotary import rotary_program
 
 
-def drop(part: Path, o: DropOptions) -> int:
+def drop(o: Drop) -> int:
     """`vmachining toolpath drop`."""
+    part = o.part
     mesh = read_part(part, chord_mm=o.chord, scale=o.scale)
     where = _points(o.points, mesh)
     model = Surface(mesh)
@@ -60,13 +61,14 @@ def drop(part: Path, o: DropOptions) -> int:
     return Code.DONE
 
 
-def distance(facets: Path, solid: Path, *, chord: float, scale: float, as_json: bool) -> int:
+def distance(o: Distance) -> int:
     """`vmachining toolpath distance`."""
+    facets, solid, chord, as_json = o.facets, o.solid, o.chord, o.as_json
     if facets.suffix.lower() != ".stl" or solid.suffix.lower() not in (".step", ".stp"):
         raise InputError(
             f"{facets.name} and {solid.name}: expected an .stl and the .step that it was made from"
         )
-    mesh, exact = read_part(facets, scale=scale), read_part(solid, chord_mm=chord)
+    mesh, exact = read_part(facets, scale=o.scale), read_part(solid, chord_mm=chord)
     corners = mesh.corners
     places = np.concatenate(
         [mesh.vertices, *(0.5 * (corners[:, k] + corners[:, k - 1]) for k in range(3)), corners.mean(axis=1)]
@@ -123,14 +125,14 @@ def _points(text: str, mesh: FacetMesh) -> Floats:
     return out
 
 
-def flank(rulings: Path, o: FlankOptions) -> int:
+def flank(o: Flank) -> int:
     """`vmachining toolpath flank`."""
     from vmachining.toolpath import flank_path
 
     end = cutter(o.tool)
     if not isinstance(end, FlatEnd):
         raise InputError(f"--tool {o.tool}: the side of an end mill cuts a ruled face", remedy="give flat:D")
-    table = number_rows(rulings, ("x1", "y1", "z1", "x2", "y2", "z2"), "table of rulings", InputError)
+    table = number_rows(o.rulings, ("x1", "y1", "z1", "x2", "y2", "z2"), "table of rulings", InputError)
     low, high = table[:, :3], table[:, 3:]
     found = flank_path(low, high, 0.5 * end.diameter, side=o.side, below_mm=o.below)
     files = []
@@ -162,9 +164,9 @@ def flank(rulings: Path, o: FlankOptions) -> int:
     return Code.DONE
 
 
-def surface(part: Path, o: SurfaceOptions) -> int:
+def surface(o: Passes) -> int:
     """`vmachining toolpath surface`."""
-    out, machine = o.out, o.machine
+    part, out, machine = o.part, o.out, o.machine
     end = cutter(o.tool)
     radius, corner = radii(end)
     chain = None if machine is None else load(machine)
@@ -232,7 +234,7 @@ def _check_out(out: Path, *, job: bool = True) -> None:
         raise InputError(f"{', '.join(taken)} exists", remedy="give another --out; nothing is replaced")
 
 
-def _path(model: Surface, radius: float, corner: float, o: SurfaceOptions) -> CLPath:
+def _path(model: Surface, radius: float, corner: float, o: Passes) -> CLPath:
     """Waterlines, five axes or three, by what was asked."""
     if o.waterline or o.levels is not None:
         if any(given is not None for given in (o.scallop, o.step, o.lead, o.tilt)):

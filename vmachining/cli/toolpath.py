@@ -7,17 +7,17 @@ from typing import Any
 
 from vmachining.cli.main import Code
 from vmachining.cli.screen import emit, note
-from vmachining.cli.toolpath_commands import PocketOptions
+from vmachining.cli.toolpath_commands import Pocket
 from vmachining.errors import InputError
 from vmachining.job.files import write_atomic
 
 
-def pocket(sides: tuple[float, float, float], o: PocketOptions) -> int:
+def pocket(o: Pocket) -> int:
     """`vmachining toolpath pocket`."""
     from vmachining.toolpath import MODES, STRATEGIES, Triangle, advice, pocket_lengths
     from vmachining.toolpath.program import level_program, pocket_job
 
-    radius, out, plot = o.radius, o.out, o.plot
+    sides, radius, out, plot = o.sides, o.radius, o.out, o.plot
     given = None if o.angles is None else _angles(o.angles)
     best = advice(*sides, radius)
     rows: list[dict[str, Any]] = []

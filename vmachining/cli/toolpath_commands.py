@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -17,10 +16,15 @@ toolpath = typer.Typer(
 )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PocketOptions:
-    """Options of `vmachining toolpath pocket`."""
+@command(
+    toolpath,
+    "toolpath:pocket",
+    shown=("toolpath pocket 100 80 60 --radius 5 --out pocket.nc --plot pocket.pdf",),
+)
+class Pocket:
+    """Triangular pocket: four strategies, their true and published lengths, the shortest as a program."""
 
+    sides: Annotated[tuple[float, float, float], arg("A B C", "mm, sides; the longest first.")]
     radius: Annotated[float, opt("MM", "Of cutter and corners.", above_zero)]
     strategy: Annotated[str | None, opt(None, "dp, dpi, cp or cpi; default: the shortest.")] = None
     angles: Annotated[str | None, opt("A,B,C", "Degrees, for the published formulas.")] = None
@@ -38,28 +42,17 @@ class PocketOptions:
     as_json: Json = False
 
 
-@command(
-    toolpath, "pocket", shown=("toolpath pocket 100 80 60 --radius 5 --out pocket.nc --plot pocket.pdf",)
-)
-def toolpath_pocket(
-    sides: Annotated[tuple[float, float, float], arg("A B C", "mm, sides; the longest first.")],
-    *,
-    options: PocketOptions,
-) -> int:
-    """Triangular pocket: four strategies, their true and published lengths, the shortest as a program."""
-    from vmachining.cli import toolpath as room
-
-    return room.pocket(sides, options)
-
-
 Part = Annotated[Path, arg("PART.stl|.step|.csv", "Facets, a solid that is triangulated, or points x, y, z.")]
 Scale = Annotated[float, opt("MM", "mm per unit of an STL or of points; 25.4 for inches.", above_zero)]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DropOptions:
-    """Options of `vmachining toolpath drop`."""
+@command(
+    toolpath, "surface:drop", shown=("toolpath drop part.stl --points '0,0;5,2.5' --tool ball:10 --json",)
+)
+class Drop:
+    """Heights of a part, or of a tool dropped onto it: a table of x, y, z and what is touched."""
 
+    part: Part
     points: Annotated[str, opt("WHERE", "x,y;x,y or grid:MM or a file of lines x,y.")]
     tool: Annotated[
         str | None, opt("KIND:D[:R]", "flat:10, ball:10, bull:10:1; none (default): heights of the part.")
@@ -70,27 +63,15 @@ class DropOptions:
     as_json: Json = False
 
 
-@command(toolpath, "drop", shown=("toolpath drop part.stl --points '0,0;5,2.5' --tool ball:10 --json",))
-def toolpath_drop(part: Part, *, options: DropOptions) -> int:
-    """Heights of a part, or of a tool dropped onto it: a table of x, y, z and what is touched."""
-    from vmachining.cli import surface as room
-
-    return room.drop(part, options)
-
-
-@command(toolpath, "distance", shown=("toolpath distance part.stl part.step --chord 0.001 --json",))
-def toolpath_distance(
-    facets: Annotated[Path, arg("PART.stl", "The exported facets.")],
-    solid: Annotated[Path, arg("PART.step", "The solid that they were exported from.")],
-    *,
-    chord: Annotated[float, opt("MM", "Accuracy of the solid.", above_zero)] = 0.001,
-    scale: Scale = 1.0,
-    as_json: Json = False,
-) -> int:
+@command(toolpath, "surface:distance", shown=("toolpath distance part.stl part.step --chord 0.001 --json",))
+class Distance:
     """How far an STL is from its STEP: corners, middles of edges and of facets, outside and inside."""
-    from vmachining.cli import surface as room
 
-    return room.distance(facets, solid, chord=chord, scale=scale, as_json=as_json)
+    facets: Annotated[Path, arg("PART.stl", "The exported facets.")]
+    solid: Annotated[Path, arg("PART.step", "The solid that they were exported from.")]
+    chord: Annotated[float, opt("MM", "Accuracy of the solid.", above_zero)] = 0.001
+    scale: Scale = 1.0
+    as_json: Json = False
 
 
 WEIGHTS = "Five axes: normals of facets, or of corners, weighted like this."
@@ -98,10 +79,21 @@ FACETS = "Facets that meet at a larger angle keep their own normals."
 LOOPS = "Loops at this height; repeatable."
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SurfaceOptions:
-    """Options of `vmachining toolpath surface`."""
+@command(
+    toolpath,
+    "surface:surface",
+    shown=(
+        "toolpath surface part.stl --tool ball:8 --scallop 0.01 --out part.nc",
+        "toolpath surface part.step --tool bull:10:1 --step 1 --lead 5 --out part.csv",
+        "toolpath surface part.step --tool bull:10:1 --step 1 --lead 5 --machine ac-table --out part.nc",
+        "toolpath surface part.stl --tool flat:6 --levels 2 --out part.nc",
+        "toolpath surface part.stl --turn 90,0,0 --to-origin --tool ball:8 --step 1 --out part.nc",
+    ),
+)
+class Passes:
+    """Passes over a surface in three or five axes, or waterlines, that do not cut into the part."""
 
+    part: Part
     tool: Annotated[str, opt("KIND:D[:R]", "flat:10, ball:10 or bull:10:1, mm.")]
     scallop: Annotated[float | None, opt("MM", "Scallop height left between passes.", above_zero)] = None
     step: Annotated[float | None, opt("MM", "Distance of passes in plan.", above_zero)] = None
@@ -140,26 +132,13 @@ class SurfaceOptions:
 
 @command(
     toolpath,
-    "surface",
-    shown=(
-        "toolpath surface part.stl --tool ball:8 --scallop 0.01 --out part.nc",
-        "toolpath surface part.step --tool bull:10:1 --step 1 --lead 5 --out part.csv",
-        "toolpath surface part.step --tool bull:10:1 --step 1 --lead 5 --machine ac-table --out part.nc",
-        "toolpath surface part.stl --tool flat:6 --levels 2 --out part.nc",
-        "toolpath surface part.stl --turn 90,0,0 --to-origin --tool ball:8 --step 1 --out part.nc",
-    ),
+    "surface:flank",
+    shown=("toolpath flank rulings.csv --tool flat:12 --side right --out swarf.csv",),
 )
-def toolpath_surface(part: Part, *, options: SurfaceOptions) -> int:
-    """Passes over a surface in three or five axes, or waterlines, that do not cut into the part."""
-    from vmachining.cli import surface as room
+class Flank:
+    """A ruled face with the side of the tool (swarf): path, and how far the tool cuts into the face."""
 
-    return room.surface(part, options)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FlankOptions:
-    """Options of `vmachining toolpath flank`."""
-
+    rulings: Annotated[Path, arg("RULINGS.csv", "Lines x1,y1,z1,x2,y2,z2: ends of rulings, the lower first.")]
     tool: Annotated[str, opt("flat:D", "Diameter of the end mill, mm.")]
     side: Annotated[
         Literal["left", "right"], opt("left|right", "Where the tool stands, seen along the feed.")
@@ -169,17 +148,3 @@ class FlankOptions:
     spindle: Annotated[float, opt("REV/MIN", "Speed to write.", above_zero)] = 6000.0
     out: Annotated[Path | None, opt("FILE", ".csv (poses), .cls (apt) or .nc (iso, upright tool).")] = None
     as_json: Json = False
-
-
-@command(toolpath, "flank", shown=("toolpath flank rulings.csv --tool flat:12 --side right --out swarf.csv",))
-def toolpath_flank(
-    rulings: Annotated[
-        Path, arg("RULINGS.csv", "Lines x1,y1,z1,x2,y2,z2: ends of rulings, the lower first.")
-    ],
-    *,
-    options: FlankOptions,
-) -> int:
-    """A ruled face with the side of the tool (swarf): path, and how far the tool cuts into the face."""
-    from vmachining.cli import surface as room
-
-    return room.flank(rulings, options)

@@ -10,6 +10,7 @@ from vmachining.cli.job_commands import RunOptions
 from vmachining.cli.jobs import run_job
 from vmachining.cli.main import Code
 from vmachining.cli.screen import note
+from vmachining.cli.show_commands import View
 from vmachining.errors import InputError, VMachiningError
 from vmachining.job import Job
 from vmachining.job.batch import safe_name
@@ -21,12 +22,13 @@ LOOK_SECONDS = 0.5
 """Between two looks at the files of a job."""
 
 
-def view(target: Path, *, out: Path | None, engine: str | None, port: int, once: bool) -> int:
+def view(o: View) -> int:
     """`vmachining view`: serves until Ctrl-C; of a job, runs it first and whenever its files change."""
+    target = o.target
     if target.is_dir():
-        if engine is not None:
+        if o.engine is not None:
             raise InputError(
-                f"--engine {engine}: {target} is a result, and nothing is cut", remedy="give the job"
+                f"--engine {o.engine}: {target} is a result, and nothing is cut", remedy="give the job"
             )
         manifest = read_manifest(target)
         if manifest is None or REPORT not in manifest.get("outputs", ()):
@@ -36,13 +38,13 @@ def view(target: Path, *, out: Path | None, engine: str | None, port: int, once:
         live = Live(target, str(manifest.get("job", target.name)))
     else:
         job = Job.load(target)
-        live = Live(out if out is not None else Path("out") / safe_name(job.name), job.name)
-    server = serve(live, port)
+        live = Live(o.out if o.out is not None else Path("out") / safe_name(job.name), job.name)
+    server = serve(live, o.port)
     try:
         print(f"http://{LOOPBACK}:{server.server_port}/", flush=True)
         note("Ctrl-C ends it")
         if not target.is_dir():
-            return _runs(target, live, engine, once)
+            return _runs(target, live, o.engine, o.once)
         while True:
             time.sleep(3600.0)
     except KeyboardInterrupt:

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from vmachining.cli.job_commands import Warm
 from vmachining.cli.screen import note
 
 PROGRAM = """\
@@ -60,10 +61,10 @@ max_mm_min = 3000
 """
 
 
-def warm(*, quiet: bool = False) -> int:
+def warm(o: Warm) -> int:
     """Compile in two processes; says what happens and how long it took. Returns 0, or 1 if one of them failed."""
     begin = time.monotonic()
-    note("compiling kernels, once, in two processes: this takes a minute or so", quiet=quiet)
+    note("compiling kernels, once, in two processes: this takes a minute or so", quiet=o.quiet)
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     workers = [
         subprocess.Popen(
@@ -85,7 +86,7 @@ def warm(*, quiet: bool = False) -> int:
     if failed:
         note("not all kernels could be compiled ahead; commands compile what they need")
     else:
-        note(f"kernels are compiled ({time.monotonic() - begin:.0f} s)", quiet=quiet)
+        note(f"kernels are compiled ({time.monotonic() - begin:.0f} s)", quiet=o.quiet)
     return failed
 
 
