@@ -14,7 +14,7 @@ are no passes: the tool goes in above the middle and out again, which is said as
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Final, NamedTuple, Protocol
 
 from vmachining.nc.offset_curves import Pair
@@ -183,24 +183,11 @@ class _Mill:
         self.up = math.copysign(1.0, cut.top - cut.bottom)
         self.ccw = cut.climb != cut.outside if pen.rpm >= 0.0 else cut.climb == cut.outside
         self.radius = 0.0
-
-    def rapid(self, level: float) -> None:
-        if level != self.pen.at[self.normal]:
-            self.pen.go({self.normal: level}, rapid=True)
+        self.rapid, self.feeding = pen.rise, pen.feeding
 
     def over(self, place: Pair) -> None:
         if math.dist(place, (self.pen.at[self.a], self.pen.at[self.b])) > SAME_MM:
             self.pen.go({self.a: place[0], self.b: place[1]}, rapid=True)
-
-    def feeding(self, feed: float | None, do: Callable[[], None]) -> None:
-        pen = self.pen
-        kept = pen.feed, pen.feed_mode
-        if feed:
-            pen.feed, pen.feed_mode = feed, "min"
-        try:
-            do()
-        finally:
-            pen.feed, pen.feed_mode = kept
 
     def line(self, place: Pair, level: float | None = None) -> None:
         if level is None and math.dist(place, (self.pen.at[self.a], self.pen.at[self.b])) <= SAME_MM:
@@ -251,59 +238,43 @@ class _Mill:
         """Into the material at the start of a ring."""
         cut = self.cut
         pitch = cut.way[1] or self.radius
-        room = self.shape.depth - self.radius - cut.side
-        reach = min(cut.way[0] or self.radius / 2.0, room)
+        reach = min(cut.way[0] or self.radius / 2.0, self.shape.depth - self.radius - cut.side)
         turns = abs(above - level) / pitch
-        if (
-            cut.plunge == "helix"
-            and reach > 0.01 * self.radius
-            and turns < MOST
-            and isinstance(self.shape, Rounded)
-        ):
+        room = reach > 0.01 * self.radius and turns < MOST
+        if cut.plunge == "helix" and room and isinstance(self.shape, Rounded):
             middle = (self.shape.x, self.shape.y)
             begin = middle[0] + reach, middle[1]
-
-            def helix() -> None:
+            with self.feeding(cut.down):
                 self.line(begin)
-                whole = max(1, math.ceil(turns - SAME_MM))
                 end = list(self.pen.at)
                 end[self.normal] = level
+                whole = max(1, math.ceil(turns - SAME_MM))
                 self.pen.arc((end[0], end[1], end[2]), middle, ccw=self.ccw, turns=whole)
                 self.bend(begin, middle, self.ccw)
-
-            self.feeding(cut.down, helix)
-            self.feeding(cut.feed, lambda: self.line(ring.start))
+            with self.feeding(cut.feed):
+                self.line(ring.start)
             return
         ends = [end for end, _, _ in ring.pieces]
         far = max(ends, key=lambda p: math.dist(p, ring.start), default=ring.start)
-        if (
-            cut.plunge == "ramp"
-            and math.dist(far, ring.start) > self.radius
-            and isinstance(self.shape, Rounded)
-        ):
-
-            def ramp() -> None:
+        room = math.dist(far, ring.start) > self.radius
+        if cut.plunge == "ramp" and room and isinstance(self.shape, Rounded):
+            with self.feeding(cut.down):
                 self.line(far, (above + level) / 2.0)
                 self.line(ring.start, level)
-
-            self.feeding(cut.down, ramp)
             return
-        self.feeding(cut.down, lambda: self.pen.go({self.normal: level}, rapid=False))
+        self.pen.sink(level, cut.down)
 
     def clear(self, above: float, level: float, side: float) -> None:
         """One level, from where the tool stands at the first ring."""
         rings = [self.shape.ring(inset) for inset in self.insets(side)]
         if self.cut.outside:
-            self.feeding(self.cut.down, lambda: self.pen.go({self.normal: level}, rapid=False))
+            self.pen.sink(level, self.cut.down)
         else:
             self.enter(rings[0], above, level)
-
-        def passes() -> None:
+        with self.feeding(self.cut.feed):
             for ring in rings:
                 self.line(ring.start)
                 self.run(ring)
-
-        self.feeding(self.cut.feed, passes)
 
     def begin(self, side: float) -> Pair:
         """Where a level begins: on the first ring, of a stud beside its blank."""
@@ -330,34 +301,33 @@ class _Mill:
             before = after = ring.start
         self.over(before)
         self.rapid(level + self.up * min(abs(cut.safe - cut.top), abs(cut.safe - level)))
-        self.feeding(cut.down, lambda: self.pen.go({self.normal: level}, rapid=False))
-
-        def around() -> None:
+        self.pen.sink(level, cut.down)
+        with self.feeding(cut.finish_feed or cut.feed):
             if size > SAME_MM:
                 self.bend(ring.start, centre, left)
             self.run(ring)
             if size > SAME_MM:
                 self.bend(after, centre, left)
 
-        self.feeding(cut.finish_feed or cut.feed, around)
+    def knows_radius(self, ours: str) -> bool:
+        """Whether there are passes, which is said: ours : what of them the control does not tell."""
+        pen = self.pen
+        if not pen.has_radius() and pen.settings.tools is None:
+            pen.note("W379", f"{self.what}: its passes are left out, the radius of tool {pen.tool} is not known here", "",
+                     once="milled without radius", hint="give the tool in the job, or by --tools")  # fmt: skip
+            self.rapid(self.cut.safe)
+            return False
+        self.radius = pen.radius()
+        if self.radius <= 0.0:
+            raise PenError("E354", f"{self.what} needs a tool with a radius above zero")
+        pen.note("W384", f"{self.what}: the {ours} it are ours", "", once="milled")
+        return True
 
     def whole(self) -> None:
         """The cycle."""
         pen, cut = self.pen, self.cut
-        if not pen.has_radius() and pen.settings.tools is None:
-            pen.note("W379", f"{self.what}: its passes are left out, the radius of tool {pen.tool} is not known here", "",
-                     once="milled without radius", hint="give the tool in the job, or by --tools")  # fmt: skip
-            self.rapid(cut.safe)
+        if not self.knows_radius("shape is that of the control, the passes that clear"):
             return
-        self.radius = pen.radius()
-        if self.radius <= 0.0:
-            raise PenError("E354", f"{self.what} needs a tool with a radius above zero")
-        pen.note(
-            "W384",
-            f"{self.what}: the shape is that of the control, the passes that clear it are ours",
-            "",
-            once="milled",
-        )
         corner = self.shape.corner if isinstance(self.shape, Rounded) and not cut.outside else 0.0
         if 0.0 < corner < min(self.shape.depth, self.radius - SAME_MM):
             text = f"{self.what}: corners of {corner:g} mm keep the radius of the tool, {self.radius:g} mm"
@@ -413,9 +383,8 @@ def mill(pen: Pen, shape: Shape, cut: Cut, what: str) -> None:
     job = _Mill(pen, shape, cut, what)
     job.whole()
     job.rapid(cut.safe)
-    middle = (shape.x, shape.y) if isinstance(shape, Rounded) else None
-    if middle is not None:
-        job.over(middle)
+    if isinstance(shape, Rounded):
+        job.over((shape.x, shape.y))
     job.rapid(cut.back)
 
 
@@ -438,19 +407,10 @@ def face(pen: Pen, area: Face, cut: Cut, what: str) -> None:
     """
     _possible(pen, cut, what)
     job = _Mill(pen, Rounded(area.x, area.y, 0.0, 0.0, 0.0), cut, what)
-    if not pen.has_radius() and pen.settings.tools is None:
-        job.whole()
+    if not job.knows_radius("face is that of the control, the passes that mill"):
         job.rapid(cut.back)
         return
-    radius = pen.radius()
-    if radius <= 0.0:
-        raise PenError("E354", f"{what} needs a tool with a radius above zero")
-    pen.note(
-        "W384",
-        f"{what}: the face is that of the control, the passes that mill it are ours",
-        "",
-        once="milled",
-    )
+    radius = job.radius
     c, s = math.cos(math.radians(area.turn)), math.sin(math.radians(area.turn))
 
     def at(u: float, v: float) -> Pair:
@@ -477,10 +437,11 @@ def face(pen: Pen, area: Face, cut: Cut, what: str) -> None:
             if k == 0 or not area.to_and_fro:
                 job.rapid(level + job.up * clearance if k else cut.safe)
                 job.over(at(begin, row))
-                job.feeding(cut.down, lambda: pen.go({job.normal: level}, rapid=False))  # noqa: B023
-            else:
-                job.feeding(cut.feed, lambda: job.line(at(begin, row)))  # noqa: B023
-            job.feeding(cut.feed, lambda: job.line(at(end, row)))  # noqa: B023
+                pen.sink(level, cut.down)
+            with job.feeding(cut.feed):
+                if k and area.to_and_fro:
+                    job.line(at(begin, row))
+                job.line(at(end, row))
             back = area.to_and_fro and not back
         job.rapid(level + job.up * clearance)
     job.rapid(cut.safe)

@@ -16,7 +16,8 @@ It is taken about the origin of the simulation, on an arc far from the part, and
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 
 from vmachining.nc.arcs import ArcError, arc_length, check_center, is_rounded
 from vmachining.nc.compensation import JOINED_MM, Compensation
@@ -140,6 +141,27 @@ class Pen(Placing):
         if any(self.rotary.values()) and self.vector is None:
             self.unplaced = {0, 1, 2}
         self.tcp = on
+
+    @contextmanager
+    def feeding(self, feed: float | None, mode: str = "min") -> Iterator[None]:
+        """Within, another feed is in force; None: the same."""
+        kept = self.feed, self.feed_mode
+        if feed is not None:
+            self.feed, self.feed_mode = feed, mode
+        try:
+            yield
+        finally:
+            self.feed, self.feed_mode = kept
+
+    def rise(self, level: float) -> None:
+        """In rapid along the axis of the plane, where that is a way."""
+        if level != self.at[self.plane.normal]:
+            self.go({self.plane.normal: level}, rapid=True)
+
+    def sink(self, level: float, feed: float | None = None) -> None:
+        """At a feed along the axis of the plane; feed : mm/min, None: the one in force."""
+        with self.feeding(feed):
+            self.go({self.plane.normal: level}, rapid=False)
 
     def go(
         self,

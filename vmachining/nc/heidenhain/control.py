@@ -158,12 +158,8 @@ class Control(Definitions):
         if pen.tcp and pen.vector is None and any(pen.rotary.values()):
             raise PenError("E208", "M140 MB while rotary axes are turned under M128: where the tool points only the "
                            "machine knows", "M140", "write M140 MB MAX, or M129 before")  # fmt: skip
-        kept = pen.feed, pen.feed_mode
-        pen.feed, pen.feed_mode = (feed, "min") if feed else kept
-        try:
+        with pen.feeding(feed):
             pen.go(pen.ahead(self.q.number(how) * pen.scale), rapid=feed is None)
-        finally:
-            pen.feed, pen.feed_mode = kept
 
     def _modes(self, given: list[Word], *, moves: bool, defer: bool = False) -> Callable[[], None]:
         """F, R0 RL RR, M codes that act before the motion; returns what acts after it."""

@@ -41,7 +41,7 @@ class _Hole:
     """One hole: levels in program coordinates, mm."""
 
     def __init__(self, pen: Pen, number: int, values: Values, surface: float) -> None:
-        self.pen, self.number, self.values = pen, number, values
+        self.pen, self.number, self.values, self.rapid = pen, number, values, pen.rise
         k = pen.scale
         names = ("Q200", "Q249" if number == 204 else "Q201")
         clearance, depth = (v * k for v in need(f"cycle {number}", values, *names))
@@ -57,17 +57,8 @@ class _Hole:
     def length(self, name: str) -> float:
         return self.values.get(name, 0.0) * self.pen.scale
 
-    def rapid(self, z: float) -> None:
-        if z != self.pen.at[2]:
-            self.pen.go({2: z}, rapid=True)
-
     def cut(self, z: float, feed: float = 0.0) -> None:
-        kept = self.pen.feed, self.pen.feed_mode
-        self.pen.feed, self.pen.feed_mode = feed or self.feed, "min"
-        try:
-            self.pen.go({2: z}, rapid=False)
-        finally:
-            self.pen.feed, self.pen.feed_mode = kept
+        self.pen.sink(z, feed or self.feed)
 
     def back(self, z: float) -> None:
         """At the feed Q208, or in rapid without one."""
@@ -76,6 +67,11 @@ class _Hole:
             self.cut(z, feed)
         else:
             self.rapid(z)
+
+    def out(self) -> None:
+        """At the bottom: the dwell Q211, then back to the set-up clearance."""
+        self.dwell("Q211")
+        self.back(self.safe)
 
     def dwell(self, name: str) -> None:
         if self.values.get(name, 0.0) > 0.0:
@@ -149,8 +145,7 @@ def _universal(hole: _Hole) -> None:
         hole.back(hole.safe)
         hole.dwell("Q210")
         hole.rapid(min(z + hole.clearance, hole.safe))
-    hole.dwell("Q211")
-    hole.back(hole.safe)
+    hole.out()
 
 
 def _deep(hole: _Hole) -> None:
@@ -176,8 +171,7 @@ def _deep(hole: _Hole) -> None:
         first, last = hole.length("Q258"), hole.length("Q259") or hole.length("Q258")
         ahead = first + (last - first) * (k / max(1, len(levels) - 2))
         hole.rapid(min(z + ahead, hole.safe))
-    hole.dwell("Q211")
-    hole.back(hole.safe)
+    hole.out()
 
 
 def _tap_feed(hole: _Hole) -> float:
@@ -215,9 +209,7 @@ def _mill(hole: _Hole) -> None:
     turns = (hole.safe - hole.bottom) / pitch
     if turns > MOST:
         raise PenError("E339", f"over {MOST} turns", "Q334")
-    kept = pen.feed, pen.feed_mode
-    pen.feed, pen.feed_mode = hole.feed, "min"
-    try:
+    with pen.feeding(hole.feed):
         pen.go({0: x + radius}, rapid=False)
         whole, z = math.floor(turns + 1e-9), hole.safe
         if whole:
@@ -225,13 +217,10 @@ def _mill(hole: _Hole) -> None:
             pen.arc((x + radius, y, z), (x, y), ccw=ccw, turns=whole)
         if z > hole.bottom + ROUNDING_MM:
             angle = (math.tau if ccw else -math.tau) * (turns - whole)
-            pen.arc(
-                (x + radius * math.cos(angle), y + radius * math.sin(angle), hole.bottom), (x, y), ccw=ccw
-            )
+            end = x + radius * math.cos(angle), y + radius * math.sin(angle), hole.bottom
+            pen.arc(end, (x, y), ccw=ccw)
         pen.arc((pen.at[0], pen.at[1], hole.bottom), (x, y), ccw=ccw)
         pen.go({0: x, 1: y}, rapid=False)
-    finally:
-        pen.feed, pen.feed_mode = kept
     hole.rapid(hole.safe)
 
 
@@ -259,9 +248,7 @@ def _thread(hole: _Hole) -> None:
     for start in starts:
         z = first + sign * start
         hole.cut(z - sign * pitch / 2.0, near or feed)
-        kept = pen.feed, pen.feed_mode
-        pen.feed, pen.feed_mode = feed, "min"
-        try:
+        with pen.feeding(feed):
             pen.arc((x + radius, y, z), (x + radius / 2.0, y), ccw=ccw)
             full = math.floor(whole + 1e-9)
             if full:
@@ -271,8 +258,6 @@ def _thread(hole: _Hole) -> None:
                 pen.arc((x + radius * math.cos(angle), y + radius * math.sin(angle), z), (x, y), ccw=ccw)
             middle = x + (pen.at[0] - x) / 2.0, y + (pen.at[1] - y) / 2.0
             pen.arc((x, y, z + sign * pitch / 2.0), middle, ccw=ccw)
-        finally:
-            pen.feed, pen.feed_mode = kept
     hole.rapid(hole.safe)
 
 
@@ -313,8 +298,7 @@ def _gun(hole: _Hole) -> None:
     if start > 0.0:
         hole.cut(hole.surface - start + hole.clearance, hole.length("Q253") or hole.feed)
     hole.cut(hole.bottom)
-    hole.dwell("Q211")
-    hole.back(hole.safe)
+    hole.out()
 
 
 _BODIES: Final[Mapping[int, Callable[[_Hole], None]]] = {
@@ -341,8 +325,6 @@ def _old(pen: Pen, number: int, values: Values) -> None:
         hole.dwell("Q211")
         hole.rapid(hole.safe)
         return
-    last = (
-        need(f"cycle {number}", values, "3")[0] if number == 17 else need(f"cycle {number}", values, "4")[0]
-    )
+    (last,) = need(f"cycle {number}", values, "3" if number == 17 else "4")
     hole = _Hole(pen, 207 if number == 17 else 206, own | {"Q239": last, "Q206": last}, 0.0)
     _tap(hole)

@@ -55,7 +55,7 @@ def drill(pen: Pen, number: int, values: Values) -> None:
     """The cycle where the tool stands; lengths in program units."""
     if pen.compensation is not None:
         raise PenError("E344", f"CYCLE{number} while cutter compensation is on")
-    k, axis = pen.scale, pen.plane.normal
+    k = pen.scale
     rtp, rfp, sdis, dp, dpr = (_at(values, i) for i in range(5))
     if rtp is None or (dp is None and dpr is None):
         raise PenError("E331", f"CYCLE{number} needs its return plane and its depth")
@@ -66,45 +66,32 @@ def drill(pen: Pen, number: int, values: Values) -> None:
     safe, back = reference + sign * abs(sdis or 0.0) * k, rtp * k
     if sign * (back - bottom) < 0.0:
         raise PenError("E333", "a drilling cycle whose planes do not lie above its depth")
-
-    def rapid(level: float) -> None:
-        if level != pen.at[axis]:
-            pen.go({axis: level}, rapid=True)
-
-    def cut(level: float, feed: float | None = None) -> None:
-        kept = pen.feed, pen.feed_mode
-        if feed:
-            pen.feed, pen.feed_mode = feed, "min"
-        try:
-            pen.go({axis: level}, rapid=False)
-        finally:
-            pen.feed, pen.feed_mode = kept
-
-    def dwell(seconds: float | None) -> None:
-        if seconds:
-            turns = abs(pen.rpm)
-            pen.dwell(seconds if seconds > 0.0 else -seconds * 60.0 / turns if turns else 0.0)
-
-    rapid(safe)
+    pen.rise(safe)
     if number == 83:
-        _deep(pen, values, reference, safe, bottom, sign, (rapid, cut, dwell))
+        _deep(pen, values, reference, safe, bottom, sign)
     elif number in (84, 840):
         rpm = (_at(values, 10) if number == 84 else None) or pen.rpm
         feed = pen.tap_feed(_pitch(number, values), rpm, f"CYCLE{number}")
-        cut(bottom, feed)
-        dwell(_at(values, 5))
-        cut(safe, feed)
+        pen.sink(bottom, feed)
+        _dwell(pen, _at(values, 5))
+        pen.sink(safe, feed)
     else:
-        feed_in = _at(values, 6) if number == 85 else None
-        cut(bottom, feed_in * k if feed_in else None)
-        if number != 81 and number != 87:
-            dwell(_at(values, 5))
+        feed_in, feed_out = ((_at(values, i) or 0.0) * k if number == 85 else 0.0 for i in (6, 7))
+        pen.sink(bottom, feed_in or None)
+        if number not in (81, 87):
+            _dwell(pen, _at(values, 5))
         if number in (85, 89):
-            out = _at(values, 7) if number == 85 else None
-            cut(safe, out * k if out else None)
+            pen.sink(safe, feed_out or None)
         else:
-            rapid(safe)
-    rapid(back)
+            pen.rise(safe)
+    pen.rise(back)
+
+
+def _dwell(pen: Pen, seconds: float | None) -> None:
+    """Below zero: turns of the spindle."""
+    if seconds:
+        turns = abs(pen.rpm)
+        pen.dwell(seconds if seconds > 0.0 else -seconds * 60.0 / turns if turns else 0.0)
 
 
 def _pitch(number: int, values: Values) -> float:
@@ -135,8 +122,7 @@ def _strokes(
     return out
 
 
-def _deep(pen, values, reference, safe, bottom, sign, ways) -> None:  # type: ignore[no-untyped-def]
-    rapid, cut, dwell = ways
+def _deep(pen: Pen, values: Values, reference: float, safe: float, bottom: float, sign: float) -> None:
     k = pen.scale
     fdep, fdpr, dam, dtb, dts, frf, vari = (_at(values, i) for i in range(5, 12))
     least, lift, ahead = (_at(values, i) for i in (13, 14, 16))
@@ -152,17 +138,17 @@ def _deep(pen, values, reference, safe, bottom, sign, ways) -> None:  # type: ig
     near = ahead * k if ahead else min(max(0.6, depth / 50.0), 7.0)
     feed = pen.feed
     for place, level in enumerate(_strokes(reference, bottom, sign, first, less, (least or 0.0) * k)):
-        cut(level, feed * frf if place == 0 and frf and feed and pen.feed_mode == "min" else None)
-        dwell(dtb)
+        pen.sink(level, feed * frf if place == 0 and frf and feed and pen.feed_mode == "min" else None)
+        _dwell(pen, dtb)
         if level == bottom:
             break
         if vari == 1:
-            rapid(safe)
-            dwell(dts)
-            rapid(level + sign * min(near, abs(safe - level)))
+            pen.rise(safe)
+            _dwell(pen, dts)
+            pen.rise(level + sign * min(near, abs(safe - level)))
         else:
-            rapid(level + sign * (lift * k if lift else 1.0))
-    rapid(safe)
+            pen.rise(level + sign * (lift * k if lift else 1.0))
+    pen.rise(safe)
 
 
 def points(name: str, values: Values) -> list[tuple[float, float]]:
